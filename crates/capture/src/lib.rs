@@ -1,0 +1,1 @@
+//! Vendor motion-capture files to recordings and back: Motive CSV, Qualisys TSV.

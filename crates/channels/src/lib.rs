@@ -1,0 +1,1 @@
+//! Recordings, motions, dictionaries, trajectories as MCAP channels and back.

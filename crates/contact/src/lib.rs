@@ -1,0 +1,1 @@
+//! Distances, contacts and hulls of fingertips and objects.

@@ -1,0 +1,1 @@
+//! Dictionaries of motion primitives learned from segments.

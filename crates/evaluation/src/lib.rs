@@ -1,0 +1,1 @@
+//! How well planned trajectories match recorded motion.

@@ -1,0 +1,229 @@
+//! Dictionaries of motion primitives.
+
+use nalgebra::{DMatrix, DVector};
+use thiserror::Error;
+
+use crate::finger::PerFinger;
+use crate::segments::{Configuration, SEGMENT_COORDINATES, SegmentLayout};
+
+/// How a dictionary was learned.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DictionaryKind {
+    /// Non-negative matrix factorisation: primitives and activations are non-negative.
+    Nmf,
+    /// Principal components: orthonormal primitives, activations of any sign.
+    Pca,
+}
+
+impl DictionaryKind {
+    /// Lower-case name, as in files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            DictionaryKind::Nmf => "nmf",
+            DictionaryKind::Pca => "pca",
+        }
+    }
+}
+
+/// Why learning stopped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StopReason {
+    /// The objective changed less than the tolerance.
+    Converged,
+    /// The wanted error was reached.
+    TargetReached,
+    /// The iteration limit was reached first.
+    IterationLimit,
+    /// The factorisation is exact, not iterative.
+    ClosedForm,
+}
+
+impl StopReason {
+    /// Lower-case name, as in files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            StopReason::Converged => "converged",
+            StopReason::TargetReached => "target_reached",
+            StopReason::IterationLimit => "iteration_limit",
+            StopReason::ClosedForm => "closed_form",
+        }
+    }
+}
+
+/// How learning went.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Learning {
+    /// Training segments (columns).
+    pub segments: usize,
+    /// Root mean square of the reconstruction error over all numbers, metres.
+    pub rms_m: f64,
+    /// Frobenius norm of the error over that of the shifted data.
+    pub relative_error: f64,
+    /// Iterations (sweeps) done.
+    pub iterations: usize,
+    /// Why it stopped.
+    pub stop_reason: StopReason,
+    /// Objective (half the squared Frobenius norm of the error, m²) after each sweep, first the start.
+    pub objective_history_m2: Vec<f64>,
+    /// Seed of the random start.
+    pub seed: u64,
+}
+
+/// Bounds on the velocity of each coordinate, m/s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VelocityBounds {
+    /// Lower bounds, finger then axis.
+    pub min_m_s: Configuration,
+    /// Upper bounds, finger then axis.
+    pub max_m_s: Configuration,
+}
+
+/// A convex hull by its corners and by the half-spaces `normal * x <= offset` whose intersection
+/// it is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Hull {
+    /// Corners, metres.
+    pub vertices_m: Vec<[f64; 3]>,
+    /// Triangles as indices of corners, counter-clockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+    /// Outward unit normal of each half-space.
+    pub normals: Vec<[f64; 3]>,
+    /// Offset of each half-space, metres.
+    pub offsets_m: Vec<f64>,
+}
+
+/// What the training takes showed, as constraints for new motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Demonstrated {
+    /// Hull of each fingertip's positions over the training takes, hand frame.
+    pub hulls: PerFinger<Hull>,
+    /// Extremes of each coordinate's velocity between neighbouring samples of the training takes,
+    /// without any factor.
+    pub velocity: VelocityBounds,
+}
+
+/// Motion primitives with what is needed to use and to judge them.
+///
+/// A segment `v` (15 N numbers, metres) is `offset + primitives * activations`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Dictionary {
+    /// How it was learned.
+    pub kind: DictionaryKind,
+    /// Shape of the segments.
+    pub layout: SegmentLayout,
+    /// Offset of each row, metres (15 N); for NMF the same at every sample.
+    pub offset_m: DVector<f64>,
+    /// Primitives as unit-length columns (15 N x rank), without unit.
+    pub primitives: DMatrix<f64>,
+    /// Mean of the training activations, metres.
+    pub activation_mean_m: DVector<f64>,
+    /// Covariance of the training activations, shrunk where it would be singular, m².
+    pub activation_covariance_m2: DMatrix<f64>,
+    /// Weight of the shrinkage towards a scaled identity, 0 (none) to 1.
+    pub covariance_shrinkage: f64,
+    /// How learning went.
+    pub learning: Learning,
+    /// What the training takes showed.
+    pub demonstrated: Demonstrated,
+}
+
+/// Why parts do not make a dictionary.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum DictionaryError {
+    /// A part of another size.
+    #[error("dictionary: {what} is {found}, expected {expected}")]
+    Shape {
+        /// Which size.
+        what: &'static str,
+        /// The size it should have.
+        expected: usize,
+        /// The size it has.
+        found: usize,
+    },
+    /// A number is NaN or infinite.
+    #[error("dictionary: {what} holds a number that is not finite")]
+    NotFinite {
+        /// Which part.
+        what: &'static str,
+    },
+    /// A negative number where the kind allows none.
+    #[error("dictionary: an NMF primitive has a negative entry")]
+    Negative,
+}
+
+impl Dictionary {
+    /// Number of primitives.
+    pub fn rank(&self) -> usize {
+        self.primitives.ncols()
+    }
+
+    /// Checks sizes and numbers; for dictionaries that come from outside.
+    ///
+    /// # Errors
+    ///
+    /// [`DictionaryError`] for the first part that does not fit.
+    pub fn validate(&self) -> Result<(), DictionaryError> {
+        let (rows, rank) = (self.layout.rows(), self.rank());
+        for (what, expected, found) in [
+            ("rows of the primitives", rows, self.primitives.nrows()),
+            ("length of the offset", rows, self.offset_m.len()),
+            (
+                "length of the activation mean",
+                rank,
+                self.activation_mean_m.len(),
+            ),
+            (
+                "rows of the activation covariance",
+                rank,
+                self.activation_covariance_m2.nrows(),
+            ),
+            (
+                "columns of the activation covariance",
+                rank,
+                self.activation_covariance_m2.ncols(),
+            ),
+        ] {
+            if expected != found {
+                return Err(DictionaryError::Shape {
+                    what,
+                    expected,
+                    found,
+                });
+            }
+        }
+        let velocity = &self.demonstrated.velocity;
+        for (what, numbers) in [
+            ("the primitives", self.primitives.as_slice()),
+            ("the offset", self.offset_m.as_slice()),
+            ("the activation mean", self.activation_mean_m.as_slice()),
+            (
+                "the activation covariance",
+                self.activation_covariance_m2.as_slice(),
+            ),
+            ("the velocity bounds", &velocity.min_m_s),
+            ("the velocity bounds", &velocity.max_m_s),
+        ] {
+            if !numbers.iter().all(|v| v.is_finite()) {
+                return Err(DictionaryError::NotFinite { what });
+            }
+        }
+        if self.kind == DictionaryKind::Nmf && self.primitives.iter().any(|&v| v < 0.0) {
+            return Err(DictionaryError::Negative);
+        }
+        Ok(())
+    }
+
+    /// Offset of the 15 coordinates at one sample, metres.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such sample.
+    pub fn offset_at_m(&self, t: usize) -> Configuration {
+        let mut offset = [0.0; SEGMENT_COORDINATES];
+        offset.copy_from_slice(
+            &self.offset_m.as_slice()[t * SEGMENT_COORDINATES..][..SEGMENT_COORDINATES],
+        );
+        offset
+    }
+}

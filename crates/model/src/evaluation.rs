@@ -1,0 +1,248 @@
+//! How planned motion compares with recorded motion. Lengths are metres; the report turns them
+//! into millimetres.
+
+use crate::dictionary::{DictionaryKind, StopReason, VelocityBounds};
+use crate::finding::Finding;
+use crate::finger::PerFinger;
+use crate::track::TrackCounts;
+
+/// A distribution of lengths, metres. Quantiles are type 7 (linear interpolation).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Statistics {
+    /// Values.
+    pub n: usize,
+    /// Values among `n` that rest on a filled sample.
+    pub n_filled: usize,
+    /// Values that a take without gaps would have given in addition.
+    pub n_left_out: usize,
+    /// Arithmetic mean.
+    pub mean: f64,
+    /// Root of the mean square.
+    pub rmse: f64,
+    /// Smallest value.
+    pub min: f64,
+    /// 5 % quantile.
+    pub p5: f64,
+    /// First quartile.
+    pub p25: f64,
+    /// Median.
+    pub p50: f64,
+    /// Third quartile.
+    pub p75: f64,
+    /// 95 % quantile.
+    pub p95: f64,
+    /// Largest value.
+    pub max: f64,
+    /// Smallest value not below the first quartile by more than 1.5 interquartile ranges.
+    pub whisker_low: f64,
+    /// Largest value not above the third quartile by more than 1.5 interquartile ranges.
+    pub whisker_high: f64,
+}
+
+/// How much of the planned motion lies where the training takes have been.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reachability {
+    /// Instants judged, each finger.
+    pub n: usize,
+    /// Share of instants inside the training hull, each finger.
+    pub inside: PerFinger<f64>,
+    /// Farthest distance outside the hull, each finger, metres; 0 when never outside.
+    pub worst_outside_m: PerFinger<f64>,
+    /// Share of recorded instants inside, each finger: what the test takes themselves do.
+    pub recorded_inside: PerFinger<f64>,
+}
+
+/// How near fingertips come to one another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Collision {
+    /// Instants judged.
+    pub n: usize,
+    /// Distance below which two fingertips count as colliding, metres.
+    pub limit_m: f64,
+    /// Instants with a pair nearer than the limit.
+    pub instants: usize,
+    /// Trajectories with at least one such instant.
+    pub trajectories: usize,
+    /// Smallest distance of any pair at any instant, metres.
+    pub nearest_m: f64,
+    /// Instants of the recorded motion with a pair nearer than the limit.
+    pub recorded_instants: usize,
+}
+
+/// Share of instants with three or more contacts at one threshold.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TauShare {
+    /// Threshold, metres.
+    pub tau_m: f64,
+    /// Share, planned.
+    pub three_or_more: f64,
+    /// Share, recorded.
+    pub recorded_three_or_more: f64,
+}
+
+/// Contacts of the fingertips with the object.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ContactShare {
+    /// Instants judged (those with a tracked object).
+    pub n: usize,
+    /// Largest distance that counts as contact, metres.
+    pub tau_m: f64,
+    /// Share of instants with three or more fingers in contact, planned.
+    pub three_or_more: f64,
+    /// The same, recorded.
+    pub recorded_three_or_more: f64,
+    /// Share of instants in contact, each finger, planned.
+    pub by_finger: PerFinger<f64>,
+    /// The same, recorded.
+    pub recorded_by_finger: PerFinger<f64>,
+    /// How the three-contact share moves with the threshold.
+    pub by_tau: Vec<TauShare>,
+}
+
+/// Velocities of planned motion against their bounds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VelocityCheck {
+    /// Steps judged (trajectories x 99 x 15).
+    pub n: usize,
+    /// Steps outside the bounds by more than 1e-6 of the bound.
+    pub outside: usize,
+    /// Trajectories with at least one such step.
+    pub trajectories_outside: usize,
+    /// Largest ratio of a velocity to its bound.
+    pub worst_ratio: f64,
+}
+
+/// How planning went.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlanFacts {
+    /// Plans with a trajectory.
+    pub solved: usize,
+    /// Plans shown to be infeasible.
+    pub infeasible: usize,
+    /// Plans that ended in neither.
+    pub failed: usize,
+    /// Worst recomputed optimality residual over all plans.
+    pub worst_kkt_residual: f64,
+    /// Plans with at least one active velocity bound.
+    pub velocity_bound_active: usize,
+}
+
+/// One method against the recorded motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MethodEvaluation {
+    /// Name, such as `prior`.
+    pub name: String,
+    /// What it knows and does, in a line.
+    pub description: String,
+    /// Whether it uses nothing learned.
+    pub baseline: bool,
+    /// Distance between planned and recorded fingertip over all instants and fingers.
+    pub error: Statistics,
+    /// The same, each finger.
+    pub error_by_finger: PerFinger<Statistics>,
+    /// Median over trajectories of the pooled error at each sample of a segment, metres.
+    pub median_error_by_sample_m: Vec<f64>,
+    /// Where it goes compared to training.
+    pub reachability: Reachability,
+    /// How near fingertips come.
+    pub collision: Collision,
+    /// Velocities against the bounds.
+    pub velocity: VelocityCheck,
+    /// Contacts, where the object's pose and shape are known.
+    pub contact: Option<ContactShare>,
+    /// Absolute difference between planned and recorded distance to the object, each finger.
+    pub distance_difference: Option<PerFinger<Statistics>>,
+    /// How planning went; `None` for baselines.
+    pub plan: Option<PlanFacts>,
+}
+
+/// A take in an evaluation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TakeFacts {
+    /// Name.
+    pub name: String,
+    /// Samples.
+    pub samples: usize,
+    /// Length, seconds.
+    pub duration_s: f64,
+    /// Segments it gave.
+    pub segments: usize,
+    /// Segments that it would have given in addition without gaps.
+    pub left_out: usize,
+}
+
+/// The data behind an evaluation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SessionFacts {
+    /// Name of the session.
+    pub name: String,
+    /// Sample rate, Hz.
+    pub rate_hz: f64,
+    /// Samples in a segment.
+    pub segment_samples: usize,
+    /// Object shape in words, such as `cube:0.05`.
+    pub object: Option<String>,
+    /// Training takes.
+    pub train: Vec<TakeFacts>,
+    /// Test takes.
+    pub test: Vec<TakeFacts>,
+}
+
+/// The dictionary behind an evaluation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DictionaryFacts {
+    /// How it was learned.
+    pub kind: DictionaryKind,
+    /// Primitives.
+    pub rank: usize,
+    /// Training segments.
+    pub segments: usize,
+    /// Root mean square of the reconstruction error, metres.
+    pub rms_m: f64,
+    /// Relative Frobenius error.
+    pub relative_error: f64,
+    /// Iterations done.
+    pub iterations: usize,
+    /// Why learning stopped.
+    pub stop_reason: StopReason,
+    /// Objective after each sweep, m².
+    pub objective_history_m2: Vec<f64>,
+    /// Velocity bounds that plans had to keep.
+    pub velocity_bounds: VelocityBounds,
+}
+
+/// What a take's data is worth.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TakeQuality {
+    /// Take.
+    pub take: String,
+    /// `train` or `test`.
+    pub role: String,
+    /// Samples of each fingertip as recorded (filled is 0).
+    pub recorded: PerFinger<TrackCounts>,
+    /// Samples of each fingertip after processing.
+    pub processed: PerFinger<TrackCounts>,
+    /// Longest gap of each fingertip as recorded, seconds.
+    pub longest_gap_s: PerFinger<f64>,
+    /// Share of samples in which the hand was tracked.
+    pub hand_tracked: f64,
+    /// Share of samples in which the object was tracked; `None` where it never was.
+    pub object_tracked: Option<f64>,
+    /// What was odd about the take.
+    pub findings: Vec<Finding>,
+}
+
+/// Everything a report says about a session.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Evaluation {
+    /// The data.
+    pub session: SessionFacts,
+    /// The method a reader should look at first.
+    pub default_method: String,
+    /// The dictionary.
+    pub dictionary: DictionaryFacts,
+    /// Methods, learned ones first.
+    pub methods: Vec<MethodEvaluation>,
+    /// What each take's data is worth.
+    pub quality: Vec<TakeQuality>,
+}

@@ -1,0 +1,158 @@
+//! The five fingers, in one order everywhere: thumb, index, middle, ring, little.
+
+use std::fmt;
+use std::ops::{Index, IndexMut};
+use std::str::FromStr;
+
+use thiserror::Error;
+
+/// A finger of the recorded hand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Finger {
+    /// The thumb.
+    Thumb,
+    /// The index finger.
+    Index,
+    /// The middle finger.
+    Middle,
+    /// The ring finger.
+    Ring,
+    /// The little finger.
+    Little,
+}
+
+impl Finger {
+    /// How many fingers there are.
+    pub const COUNT: usize = 5;
+
+    /// All fingers in the order of every vector and table.
+    pub const ALL: [Finger; Finger::COUNT] = [
+        Finger::Thumb,
+        Finger::Index,
+        Finger::Middle,
+        Finger::Ring,
+        Finger::Little,
+    ];
+
+    /// Place in [`Finger::ALL`].
+    pub const fn index(self) -> usize {
+        self as usize
+    }
+
+    /// Lower-case name, as in files and settings.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Finger::Thumb => "thumb",
+            Finger::Index => "index",
+            Finger::Middle => "middle",
+            Finger::Ring => "ring",
+            Finger::Little => "little",
+        }
+    }
+}
+
+impl fmt::Display for Finger {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+/// A word that names no finger.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("unknown finger \"{name}\": expected thumb, index, middle, ring or little")]
+pub struct UnknownFinger {
+    /// The word found.
+    pub name: String,
+}
+
+impl FromStr for Finger {
+    type Err = UnknownFinger;
+
+    fn from_str(name: &str) -> Result<Self, Self::Err> {
+        Finger::ALL
+            .into_iter()
+            .find(|finger| finger.name().eq_ignore_ascii_case(name))
+            .ok_or_else(|| UnknownFinger {
+                name: name.to_owned(),
+            })
+    }
+}
+
+/// One value for each finger.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PerFinger<T>([T; Finger::COUNT]);
+
+impl<T> PerFinger<T> {
+    /// Values in the order of [`Finger::ALL`].
+    pub const fn new(values: [T; Finger::COUNT]) -> Self {
+        Self(values)
+    }
+
+    /// Calls `make` once for each finger.
+    pub fn from_fn(mut make: impl FnMut(Finger) -> T) -> Self {
+        Self(Finger::ALL.map(&mut make))
+    }
+
+    /// Like [`PerFinger::from_fn`], stopping at the first error.
+    ///
+    /// # Errors
+    ///
+    /// The first error that `make` returns.
+    pub fn try_from_fn<E>(mut make: impl FnMut(Finger) -> Result<T, E>) -> Result<Self, E> {
+        let [a, b, c, d, e] = Finger::ALL;
+        Ok(Self([make(a)?, make(b)?, make(c)?, make(d)?, make(e)?]))
+    }
+
+    /// Fingers with their values.
+    pub fn iter(&self) -> impl Iterator<Item = (Finger, &T)> {
+        Finger::ALL.into_iter().zip(&self.0)
+    }
+
+    /// Applies `change` to each value.
+    pub fn map<U>(self, change: impl FnMut(T) -> U) -> PerFinger<U> {
+        PerFinger(self.0.map(change))
+    }
+
+    /// Borrows each value.
+    pub fn each_ref(&self) -> PerFinger<&T> {
+        PerFinger(self.0.each_ref())
+    }
+
+    /// The values in order.
+    pub fn as_array(&self) -> &[T; Finger::COUNT] {
+        &self.0
+    }
+
+    /// The values in order, owned.
+    pub fn into_array(self) -> [T; Finger::COUNT] {
+        self.0
+    }
+}
+
+impl<T> Index<Finger> for PerFinger<T> {
+    type Output = T;
+
+    fn index(&self, finger: Finger) -> &T {
+        &self.0[finger.index()]
+    }
+}
+
+impl<T> IndexMut<Finger> for PerFinger<T> {
+    fn index_mut(&mut self, finger: Finger) -> &mut T {
+        &mut self.0[finger.index()]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_round_trip_and_ignore_case() {
+        for finger in Finger::ALL {
+            assert_eq!(finger.name().to_uppercase().parse(), Ok(finger));
+            assert_eq!(Finger::ALL[finger.index()], finger);
+        }
+        assert!("pinkie finger".parse::<Finger>().is_err());
+    }
+}

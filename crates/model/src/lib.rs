@@ -1,0 +1,67 @@
+//! The nouns of inhand: time, frames, poses, recordings, motions, segments, dictionaries,
+//! trajectories, evaluations. Data and invariants, no algorithms, no files.
+//!
+//! Units are SI and stand in the names (`_m`, `_s`, `_m_s`, `_rad`); millimetres exist only in
+//! reports. Frames are types: a [`Position<Hand>`] cannot be added to a [`Position<World>`], and a
+//! [`Pose<To, From>`] reads target first, like its name in the code:
+//!
+//! ```
+//! use inhand_model::{Hand, Object, Pose, Position, World};
+//! use nalgebra::{Isometry3, Vector3};
+//!
+//! let world_from_hand = Pose::<World, Hand>::new(Isometry3::new(
+//!     Vector3::new(1.0, 0.0, 0.0),
+//!     Vector3::z() * std::f64::consts::FRAC_PI_2, // a quarter turn about z
+//! ));
+//! // One metre along the hand's x is one metre along the world's y, seen from where the hand is.
+//! let tip_in_world = world_from_hand * Position::<Hand>::new(1.0, 0.0, 0.0);
+//! assert!((tip_in_world.coords_m() - Vector3::new(1.0, 1.0, 0.0)).norm() < 1e-12);
+//!
+//! let world_from_object = Pose::<World, Object>::identity();
+//! let hand_from_object: Pose<Hand, Object> = world_from_hand.inverse() * world_from_object;
+//! # let _ = hand_from_object;
+//! ```
+
+mod clock;
+mod dictionary;
+mod evaluation;
+mod finding;
+mod finger;
+mod frame;
+mod motion;
+mod plan;
+mod provenance;
+mod recording;
+mod roles;
+mod segments;
+mod shape;
+mod track;
+mod trajectory;
+
+pub use clock::{Clock, ClockError, StartTime};
+pub use dictionary::{
+    Demonstrated, Dictionary, DictionaryError, DictionaryKind, Hull, Learning, StopReason,
+    VelocityBounds,
+};
+pub use evaluation::{
+    Collision, ContactShare, DictionaryFacts, Evaluation, MethodEvaluation, PlanFacts,
+    Reachability, SessionFacts, Statistics, TakeFacts, TakeQuality, TauShare, VelocityCheck,
+};
+pub use finding::{Finding, Severity};
+pub use finger::{Finger, PerFinger, UnknownFinger};
+pub use frame::{Body, Frame, Hand, Object, Pose, Position, World};
+pub use motion::Motion;
+pub use plan::{ActiveBounds, Certificate, Plan, PlanStatus};
+pub use provenance::{InputHash, Provenance};
+pub use recording::{
+    BodyKind, LengthUnit, Marker, MarkerKind, Recording, RecordingError, RotationOrder, Source,
+    TrackedBody, UpAxis,
+};
+pub use roles::{BodySource, Roles};
+pub use segments::{
+    Configuration, EndConditions, SEGMENT_COORDINATES, SegmentLayout, SegmentOrigin, Segments,
+    SegmentsError,
+};
+pub use shape::{Shape, ShapeError};
+pub use track::{PointTrack, PoseTrack, Sample, Status, Track, TrackCounts};
+pub use trajectory::{Trajectory, TrajectoryError};

@@ -1,0 +1,42 @@
+//! A take in the hand's frame, cleaned.
+
+use crate::clock::Clock;
+use crate::finger::{Finger, PerFinger};
+use crate::frame::{Hand, Object, World};
+use crate::track::{PointTrack, PoseTrack, Status};
+
+/// Fingertips and object in the frame of the hand, gaps handled, filtered.
+#[derive(Clone, Debug)]
+pub struct Motion {
+    /// The take's name.
+    pub name: String,
+    /// When its samples were taken.
+    pub clock: Clock,
+    /// Fingertips in the hand's frame.
+    pub fingertips: PerFinger<PointTrack<Hand>>,
+    /// Object in the hand's frame (`hand_from_object`), where it was tracked.
+    pub object: Option<PoseTrack<Hand, Object>>,
+    /// The hand itself (`world_from_hand`), as measured and gap-filled, not filtered.
+    pub hand: PoseTrack<World, Hand>,
+}
+
+impl Motion {
+    /// Samples in the take.
+    pub fn len(&self) -> usize {
+        self.hand.len()
+    }
+
+    /// Whether the take has no sample.
+    pub fn is_empty(&self) -> bool {
+        self.hand.is_empty()
+    }
+
+    /// The least that is known of any fingertip at sample `k`.
+    pub fn fingertip_status(&self, k: usize) -> Status {
+        Finger::ALL
+            .into_iter()
+            .fold(Status::Measured, |status, finger| {
+                status.and(self.fingertips[finger].status(k))
+            })
+    }
+}

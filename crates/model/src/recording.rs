@@ -1,0 +1,336 @@
+//! A take as it was measured.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use nalgebra::{Rotation3, Vector3};
+use thiserror::Error;
+
+use crate::clock::Clock;
+use crate::finding::Finding;
+use crate::frame::{Body, World};
+use crate::track::{PointTrack, PoseTrack};
+
+/// Unit of length of a source file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LengthUnit {
+    /// Metres.
+    Metres,
+    /// Centimetres.
+    Centimetres,
+    /// Millimetres.
+    Millimetres,
+    /// Inches.
+    Inches,
+    /// Feet.
+    Feet,
+}
+
+impl LengthUnit {
+    /// Metres in one such unit.
+    pub const fn metres(self) -> f64 {
+        match self {
+            LengthUnit::Metres => 1.0,
+            LengthUnit::Centimetres => 0.01,
+            LengthUnit::Millimetres => 0.001,
+            LengthUnit::Inches => 0.0254,
+            LengthUnit::Feet => 0.3048,
+        }
+    }
+
+    /// Lower-case name, as in files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            LengthUnit::Metres => "metres",
+            LengthUnit::Centimetres => "centimetres",
+            LengthUnit::Millimetres => "millimetres",
+            LengthUnit::Inches => "inches",
+            LengthUnit::Feet => "feet",
+        }
+    }
+}
+
+/// Axis of the source's world that points up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum UpAxis {
+    /// Y points up, as Motive exports by default.
+    Y,
+    /// Z points up.
+    Z,
+}
+
+impl UpAxis {
+    /// Lower-case name, as in files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            UpAxis::Y => "y",
+            UpAxis::Z => "z",
+        }
+    }
+
+    /// The proper rotation that stands the source's world upright, z up: for [`UpAxis::Y`] a
+    /// quarter turn about x, so that (0, 1, 0) becomes (0, 0, 1).
+    pub fn upright_from_world(self) -> Rotation3<f64> {
+        match self {
+            UpAxis::Y => {
+                Rotation3::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2)
+            }
+            UpAxis::Z => Rotation3::identity(),
+        }
+    }
+}
+
+/// How a source writes rotations.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RotationOrder {
+    /// Quaternions.
+    Quaternion,
+    /// Intrinsic Euler angles in degrees, about these axes (0 = x) one after the other.
+    Euler([u8; 3]),
+}
+
+impl fmt::Display for RotationOrder {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            RotationOrder::Quaternion => f.write_str("quaternion"),
+            RotationOrder::Euler(axes) => axes
+                .iter()
+                .try_for_each(|&axis| f.write_str(["X", "Y", "Z"][usize::from(axis)])),
+        }
+    }
+}
+
+/// Where a recording comes from and how the source wrote it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Source {
+    /// Format and version, such as `Motive CSV 1.23`.
+    pub format: String,
+    /// Unit of length in the source; inside, everything is metres.
+    pub length_unit: LengthUnit,
+    /// Which axis points up, as stated or assumed.
+    pub up_axis: UpAxis,
+    /// How the source writes rotations; `None` where it has none.
+    pub rotation: Option<RotationOrder>,
+    /// Every other fact of the source's header, verbatim.
+    pub header: BTreeMap<String, String>,
+}
+
+/// What kind of marker it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MarkerKind {
+    /// A marker with a name of its own.
+    Labelled,
+    /// A marker of a rigid body, as the body's fit places it.
+    RigidBodyMarker,
+    /// A marker that the capture software could not name.
+    Unlabelled,
+}
+
+impl MarkerKind {
+    /// Lower-case name, as in files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            MarkerKind::Labelled => "labelled",
+            MarkerKind::RigidBodyMarker => "rigid_body_marker",
+            MarkerKind::Unlabelled => "unlabelled",
+        }
+    }
+}
+
+/// A marker over a take.
+#[derive(Clone, Debug)]
+pub struct Marker {
+    /// Name in the source; not always unique.
+    pub name: String,
+    /// Identifier in the source, empty where it has none.
+    pub id: String,
+    /// What kind of marker it is.
+    pub kind: MarkerKind,
+    /// Where it was.
+    pub track: PointTrack<World>,
+    /// The source's quality of each sample (Motive `Marker Quality`, 0 to 1), NaN where missing.
+    pub quality: Option<Vec<f64>>,
+}
+
+/// What kind of body it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BodyKind {
+    /// A rigid body.
+    RigidBody,
+    /// A bone of a skeleton.
+    Bone,
+}
+
+impl BodyKind {
+    /// Lower-case name, as in files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            BodyKind::RigidBody => "rigid_body",
+            BodyKind::Bone => "bone",
+        }
+    }
+}
+
+/// A rigid body or bone over a take.
+#[derive(Clone, Debug)]
+pub struct TrackedBody {
+    /// Name in the source.
+    pub name: String,
+    /// Identifier in the source, empty where it has none.
+    pub id: String,
+    /// What kind of body it is.
+    pub kind: BodyKind,
+    /// Its pose.
+    pub track: PoseTrack<World, Body>,
+    /// Mean distance between the body's markers and their place in the fit, metres, NaN where
+    /// missing.
+    pub marker_error_m: Option<Vec<f64>>,
+}
+
+/// A take as it was measured: every marker and body at every sample.
+#[derive(Clone, Debug)]
+pub struct Recording {
+    /// The take's name.
+    pub name: String,
+    /// When its samples were taken.
+    pub clock: Clock,
+    /// Where it comes from.
+    pub source: Source,
+    /// Markers, in the source's order.
+    pub markers: Vec<Marker>,
+    /// Bodies, in the source's order.
+    pub bodies: Vec<TrackedBody>,
+    /// What was odd about the source.
+    pub findings: Vec<Finding>,
+    samples: usize,
+}
+
+/// Why parts do not make a recording.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum RecordingError {
+    /// A track is longer or shorter than the take.
+    #[error("{entity} has {found} samples: expected {expected}, as the take has")]
+    Length {
+        /// Which marker or body, and which of its series.
+        entity: String,
+        /// Samples of the take.
+        expected: usize,
+        /// Samples of the track.
+        found: usize,
+    },
+}
+
+impl Recording {
+    /// A recording of `samples` samples.
+    ///
+    /// # Errors
+    ///
+    /// [`RecordingError::Length`] where a track or quality series has another length.
+    pub fn new(
+        name: String,
+        clock: Clock,
+        source: Source,
+        samples: usize,
+        markers: Vec<Marker>,
+        bodies: Vec<TrackedBody>,
+    ) -> Result<Self, RecordingError> {
+        let series = |entity: &str, found: usize| {
+            if found == samples {
+                Ok(())
+            } else {
+                Err(RecordingError::Length {
+                    entity: entity.to_owned(),
+                    expected: samples,
+                    found,
+                })
+            }
+        };
+        for marker in &markers {
+            series(&format!("marker \"{}\"", marker.name), marker.track.len())?;
+            if let Some(quality) = &marker.quality {
+                series(
+                    &format!("quality of marker \"{}\"", marker.name),
+                    quality.len(),
+                )?;
+            }
+        }
+        for body in &bodies {
+            series(&format!("body \"{}\"", body.name), body.track.len())?;
+            if let Some(error) = &body.marker_error_m {
+                series(
+                    &format!("marker error of body \"{}\"", body.name),
+                    error.len(),
+                )?;
+            }
+        }
+        Ok(Self {
+            name,
+            clock,
+            source,
+            markers,
+            bodies,
+            findings: Vec::new(),
+            samples,
+        })
+    }
+
+    /// Samples in the take.
+    pub const fn len(&self) -> usize {
+        self.samples
+    }
+
+    /// Whether the take has no sample.
+    pub const fn is_empty(&self) -> bool {
+        self.samples == 0
+    }
+
+    /// The first labelled marker of that name, else the first of any kind.
+    pub fn marker(&self, name: &str) -> Option<&Marker> {
+        let named = || self.markers.iter().filter(|m| m.name == name);
+        named()
+            .find(|m| m.kind == MarkerKind::Labelled)
+            .or_else(|| named().next())
+    }
+
+    /// The first body of that name.
+    pub fn body(&self, name: &str) -> Option<&TrackedBody> {
+        self.bodies.iter().find(|b| b.name == name)
+    }
+}
+
+impl Recording {
+    /// The samples `range` as a take of its own, which starts when its first sample was taken.
+    /// A range that goes past the end is cut there.
+    #[must_use]
+    pub fn slice(&self, range: std::ops::Range<usize>) -> Recording {
+        let end = range.end.min(self.samples);
+        let range = range.start.min(end)..end;
+        let series = |values: &Option<Vec<f64>>| values.as_ref().map(|v| v[range.clone()].to_vec());
+        Recording {
+            name: self.name.clone(),
+            clock: self.clock.starting_at(range.start),
+            source: self.source.clone(),
+            markers: (self.markers.iter())
+                .map(|marker| Marker {
+                    name: marker.name.clone(),
+                    id: marker.id.clone(),
+                    kind: marker.kind,
+                    track: marker.track.slice(range.clone()),
+                    quality: series(&marker.quality),
+                })
+                .collect(),
+            bodies: (self.bodies.iter())
+                .map(|body| TrackedBody {
+                    name: body.name.clone(),
+                    id: body.id.clone(),
+                    kind: body.kind,
+                    track: body.track.slice(range.clone()),
+                    marker_error_m: series(&body.marker_error_m),
+                })
+                .collect(),
+            findings: self.findings.clone(),
+            samples: range.len(),
+        }
+    }
+}

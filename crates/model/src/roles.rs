@@ -1,0 +1,23 @@
+//! Which tracked thing is the hand, the object, a finger.
+
+use crate::finger::PerFinger;
+
+/// What a body's pose is taken from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum BodySource {
+    /// A rigid body of the take, by name.
+    RigidBody(String),
+    /// A cluster of three or more markers, by name; the pose is fitted to them.
+    Markers(Vec<String>),
+}
+
+/// The roles of a take's entities.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Roles {
+    /// The back of the hand.
+    pub hand: BodySource,
+    /// The manipulated object, where it was tracked.
+    pub object: Option<BodySource>,
+    /// Marker on each fingertip, by name.
+    pub fingers: PerFinger<String>,
+}

@@ -1,0 +1,1 @@
+//! Recordings to hand-frame motions and segments: gaps, rigid bodies, filters.

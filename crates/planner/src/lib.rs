@@ -1,0 +1,1 @@
+//! Fingertip trajectories that reach targets, from a dictionary by convex optimisation.

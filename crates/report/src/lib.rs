@@ -1,0 +1,1 @@
+//! Evaluations as HTML with figures, and as JSON.

@@ -1,0 +1,1 @@
+//! A simulated hand that turns an object in its fingers, with ground truth.

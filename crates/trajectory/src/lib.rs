@@ -1,0 +1,1 @@
+//! Smooth curves through end conditions, velocities, error metrics and quantiles.

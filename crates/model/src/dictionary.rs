@@ -79,7 +79,7 @@ pub struct VelocityBounds {
 }
 
 /// A convex hull by its corners and by the half-spaces `normal * x <= offset` whose intersection
-/// it is.
+/// it is: one for each triangle of its surface, in the order of the triangles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hull {
     /// Corners, metres.

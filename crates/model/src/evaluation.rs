@@ -3,7 +3,7 @@
 
 use crate::dictionary::{DictionaryKind, StopReason, VelocityBounds};
 use crate::finding::Finding;
-use crate::finger::PerFinger;
+use crate::finger::{Finger, PerFinger};
 use crate::track::TrackCounts;
 
 /// A distribution of lengths, metres. Quantiles are type 7 (linear interpolation).
@@ -13,7 +13,7 @@ pub struct Statistics {
     pub n: usize,
     /// Values among `n` that rest on a filled sample.
     pub n_filled: usize,
-    /// Values that a take without gaps would have given in addition.
+    /// Values that a take without gaps, and plans without failures, would have given in addition.
     pub n_left_out: usize,
     /// Arithmetic mean.
     pub mean: f64,
@@ -48,6 +48,8 @@ pub struct Reachability {
     pub inside: PerFinger<f64>,
     /// Farthest distance outside the hull, each finger, metres; 0 when never outside.
     pub worst_outside_m: PerFinger<f64>,
+    /// Signed distance to the surface of the hull, each finger: negative inside.
+    pub distance: PerFinger<Statistics>,
     /// Share of recorded instants inside, each finger: what the test takes themselves do.
     pub recorded_inside: PerFinger<f64>,
 }
@@ -63,10 +65,14 @@ pub struct Collision {
     pub instants: usize,
     /// Trajectories with at least one such instant.
     pub trajectories: usize,
-    /// Smallest distance of any pair at any instant, metres.
+    /// Smallest distance of any pair at any instant, metres; NaN without instants.
     pub nearest_m: f64,
+    /// The pair that came so near; `None` without instants.
+    pub nearest_pair: Option<(Finger, Finger)>,
     /// Instants of the recorded motion with a pair nearer than the limit.
     pub recorded_instants: usize,
+    /// Smallest distance of any pair of the recorded motion, metres; NaN without instants.
+    pub recorded_nearest_m: f64,
 }
 
 /// Share of instants with three or more contacts at one threshold.
@@ -85,6 +91,10 @@ pub struct TauShare {
 pub struct ContactShare {
     /// Instants judged (those with a tracked object).
     pub n: usize,
+    /// Instants among `n` at which a fingertip or the object was filled.
+    pub n_filled: usize,
+    /// Instants left out: the object was not tracked, a gap, or a plan that failed.
+    pub n_left_out: usize,
     /// Largest distance that counts as contact, metres.
     pub tau_m: f64,
     /// Share of instants with three or more fingers in contact, planned.
@@ -140,6 +150,10 @@ pub struct MethodEvaluation {
     pub error: Statistics,
     /// The same, each finger.
     pub error_by_finger: PerFinger<Statistics>,
+    /// Error at the first sample of each trajectory, all fingers.
+    pub error_at_start: Statistics,
+    /// Error at the last sample of each trajectory, all fingers.
+    pub error_at_goal: Statistics,
     /// Median over trajectories of the pooled error at each sample of a segment, metres.
     pub median_error_by_sample_m: Vec<f64>,
     /// Where it goes compared to training.

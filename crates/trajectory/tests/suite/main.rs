@@ -1,0 +1,20 @@
+//! What the crate promises, against closed forms, NumPy and SciPy, and properties.
+
+mod curves;
+mod quantiles;
+mod velocity;
+
+use serde_json::Value;
+
+/// Values recorded from `reference/make.py`.
+fn reference() -> Value {
+    serde_json::from_str(include_str!("../reference/trajectory.json")).unwrap()
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap()
+}
+
+fn numbers(value: &Value) -> Vec<f64> {
+    value.as_array().unwrap().iter().map(number).collect()
+}

@@ -6,7 +6,7 @@
 //! | curve | knows | value at `s` |
 //! | --- | --- | --- |
 //! | [`hold`] | last | `last` |
-//! | [`line`] | first, last | `first + s (last - first)` |
+//! | [`line()`] | first, last | `first + s (last - first)` |
 //! | [`minimum_jerk`] | first, last | `first + (10 s³ - 15 s⁴ + 6 s⁵) (last - first)` |
 //! | [`hermite`] | first, last, velocities | `h00 first + h10 T v_first + h01 last + h11 T v_last` |
 //!

@@ -1,2 +1,48 @@
-//! DESC
-fn main() {}
+//! From motion-capture takes of a hand to judged, viewable in-hand manipulation trajectories, on
+//! MCAP.
+
+mod commands;
+mod console;
+mod exit;
+mod options;
+
+use clap::Parser;
+
+use crate::commands::Command;
+use crate::console::Console;
+use crate::exit::Exit;
+
+/// From motion-capture takes of a hand to judged, viewable in-hand manipulation trajectories.
+///
+/// A session is a folder with train/ and test/ takes: Motive CSV, Qualisys TSV or MCAP. `inhand run
+/// SESSION -o OUT` does everything; `inhand demo` shows it on a simulated session.
+#[derive(Debug, Parser)]
+#[command(name = "inhand", version, max_term_width = 100, after_help = exit::HELP)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+    /// Threads; 0 uses every core. Results do not depend on it.
+    #[arg(long, global = true, default_value_t = 0, value_name = "N")]
+    threads: usize,
+    /// Print nothing but results and errors.
+    #[arg(long, short, global = true)]
+    quiet: bool,
+}
+
+fn main() -> std::process::ExitCode {
+    let cli = Cli::parse();
+    let console = Console::new(cli.quiet);
+    // The pool is built once, here; it can only fail where the system refuses threads.
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(cli.threads).build_global();
+    let result = match pool {
+        Ok(()) => cli.command.run(&console),
+        Err(error) => Err(anyhow::Error::new(error).context("cannot start threads")),
+    };
+    match result {
+        Ok(exit) => exit.into(),
+        Err(error) => {
+            console.error(&error);
+            Exit::of(&error).into()
+        }
+    }
+}

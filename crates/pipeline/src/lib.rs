@@ -1,1 +1,56 @@
 //! The steps from session to report in order, with files; the facade for library users.
+//!
+//! A session is a folder with takes; [`run()`] turns it into one MCAP file per take, a dictionary,
+//! `evaluation.json` and `report.html`. The same on values, without any file, is in [`steps`].
+//!
+//! ```no_run
+//! use inhand_pipeline::{RunOptions, Settings, run};
+//!
+//! let mut settings = Settings::default();
+//! settings.object.shape = Some("cube:0.05".into());
+//! let options = RunOptions {
+//!     folder: "session".into(),
+//!     settings,
+//!     output: "results".into(),
+//!     force: false,
+//!     view: true,
+//!     command: Vec::new(),
+//! };
+//! let result = run(&options, &mut |_| ())?;
+//! println!("{}", result.files.report.display());
+//! # Ok::<(), inhand_pipeline::PipelineError>(())
+//! ```
+
+mod demo;
+mod dictionary_file;
+mod error;
+mod manifest;
+mod methods;
+mod output;
+mod run;
+mod session;
+mod settings;
+pub mod steps;
+mod stored;
+mod take;
+mod take_file;
+
+pub use demo::{DEMO_SESSION, TakeFormat, simulate_session};
+pub use dictionary_file::{
+    DictionaryFile, read as read_dictionary, write as write_dictionary,
+};
+pub use error::PipelineError;
+pub use manifest::{PlanMs, RunJson, peak_memory_bytes};
+pub use methods::Method;
+pub use output::{check_target, write_atomic, write_text};
+pub use run::{Event, RunFiles, RunOptions, RunResult, TOOL, provenance, run};
+pub use session::{SETTINGS_FILE, Session, SessionTake, is_take, list_takes, locate};
+pub use settings::{
+    BodySettings, EvaluateSection, LearnSection, ObjectSettings, PlanSection, ProcessSection, Role,
+    SegmentSection, Settings, SourceSettings, TakeEntry,
+};
+pub use stored::evaluate_stored;
+pub use take::{StoredMethod, Take, describe_source, read, read_session};
+pub use take_file::{
+    GeneratedMotion, TakeContents, write as write_take, write_parts as write_take_parts,
+};

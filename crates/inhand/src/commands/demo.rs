@@ -1,0 +1,58 @@
+//! `inhand demo`.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use anyhow::Result;
+use inhand_model::Shape;
+use inhand_pipeline::{DEMO_SESSION, RunOptions, TakeFormat, locate, simulate_session};
+use inhand_simulation::SessionSettings;
+
+use crate::commands::run::{SessionOptions, finish, run_shown};
+use crate::console::Console;
+use crate::exit::Exit;
+use crate::options::{Format, OutputOptions};
+
+/// Simulates a session (five takes of 120 s for training, one for testing) and runs everything.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// Folder for the session and the results.
+    #[arg(short, long, value_name = "DIR", default_value = "demo")]
+    output: PathBuf,
+    /// Object: cube:EDGE or cylinder:DIAMETERxHEIGHT, metres.
+    #[arg(long, default_value = "cube:0.05", value_name = "SHAPE")]
+    object: String,
+    /// Seed of the simulation.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    #[command(flatten)]
+    writing: OutputOptions,
+}
+
+pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
+    let shape: Shape = args.object.parse()?;
+    let session = args.output.join(DEMO_SESSION);
+    let simulated = SessionSettings::new(shape);
+    let begin = Instant::now();
+    let line = format!(
+        "simulating a session: {shape}, {} takes of {} s for training, {} for testing",
+        simulated.train_takes, simulated.take.duration_s, simulated.test_takes
+    );
+    let step = console.step(&line);
+    // The demo's session is its own to make again.
+    let again = args.writing.force || session.join(inhand_pipeline::SETTINGS_FILE).is_file();
+    simulate_session(&session, &simulated, args.seed, TakeFormat::Mcap, again)?;
+    step.done(console, &line, begin.elapsed());
+
+    let (folder, beside) = locate(&session)?;
+    let options = RunOptions {
+        folder,
+        settings: SessionOptions::default().settings(beside.as_deref())?,
+        output: args.output.clone(),
+        force: args.writing.force,
+        view: !args.writing.no_view,
+        command: std::env::args().collect(),
+    };
+    let result = run_shown(console, &options)?;
+    finish(console, &result, Format::Text)
+}

@@ -1,0 +1,63 @@
+//! `inhand evaluate --dictionary D TAKE... -o EVALUATION`.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use inhand_pipeline::{check_target, evaluate_stored, provenance, write_text};
+
+use crate::commands::read_takes;
+use crate::console::{Console, data};
+use crate::exit::Exit;
+use crate::options::{EvaluateOptions, Format, OutputOptions, PlanOptions, ProcessOptions, SourceOptions};
+
+/// Compares the generated motion in takes with the recorded one and writes evaluation.json.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// Takes with generated channels, as `generate` and `run` write them.
+    #[arg(required = true)]
+    inputs: Vec<PathBuf>,
+    /// Dictionary that the motion was generated with.
+    #[arg(short, long, value_name = "FILE")]
+    dictionary: PathBuf,
+    /// evaluation.json to write.
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Print the table as text, or evaluation.json.
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+    #[command(flatten, next_help_heading = "Source")]
+    source: SourceOptions,
+    #[command(flatten, next_help_heading = "Processing")]
+    process: ProcessOptions,
+    #[command(flatten, next_help_heading = "Generation")]
+    plan: PlanOptions,
+    #[command(flatten, next_help_heading = "Evaluation")]
+    evaluate: EvaluateOptions,
+    #[command(flatten)]
+    writing: OutputOptions,
+}
+
+pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
+    let mut settings = args.source.effective(None)?;
+    args.process.apply(&mut settings)?;
+    args.plan.apply(&mut settings)?;
+    args.evaluate.apply(&mut settings)?;
+    settings.validate()?;
+    let mut inputs: Vec<_> = args.inputs.iter().map(PathBuf::as_path).collect();
+    inputs.push(&args.dictionary);
+    check_target(&args.output, &inputs, || args.writing.force)?;
+    let dictionary = inhand_pipeline::read_dictionary(&args.dictionary)?;
+    let takes = read_takes(console, &args.inputs, &settings)?;
+    let evaluation = evaluate_stored(&takes, &dictionary, &settings)?;
+    let mut hashes: Vec<_> = takes.iter().map(|take| take.hash.clone()).collect();
+    hashes.push(dictionary.hash.clone());
+    let made = provenance("evaluate", &settings, hashes);
+    let text = inhand_report::evaluation_json(&evaluation, &[made])?;
+    write_text(&args.output, &text)?;
+    match args.format {
+        Format::Json => data(&text)?,
+        Format::Text => data(&format!("{}\n", inhand_report::text_summary(&evaluation)))?,
+    }
+    console.say(&format!("wrote {}", args.output.display()));
+    Ok(Exit::Done)
+}

@@ -1,0 +1,81 @@
+//! `inhand generate --dictionary D TAKE... -o OUTPUT`.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use inhand_pipeline::{GeneratedMotion, Role, TakeContents, provenance, steps, write_take};
+
+use crate::commands::{check_take_target, read_takes, targets};
+use crate::console::Console;
+use crate::exit::Exit;
+use crate::options::{OutputOptions, PlanOptions, ProcessOptions, SourceOptions};
+
+/// Cuts takes into segments and generates a trajectory for each by every method; adds the
+/// generated channels.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// Takes.
+    #[arg(required = true)]
+    inputs: Vec<PathBuf>,
+    /// Dictionary that `learn` or `run` wrote.
+    #[arg(short, long, value_name = "FILE")]
+    dictionary: PathBuf,
+    /// Output file; a folder for several inputs.
+    #[arg(short, long, value_name = "PATH")]
+    output: PathBuf,
+    #[command(flatten, next_help_heading = "Source")]
+    source: SourceOptions,
+    #[command(flatten, next_help_heading = "Processing")]
+    process: ProcessOptions,
+    #[command(flatten, next_help_heading = "Generation")]
+    plan: PlanOptions,
+    #[command(flatten)]
+    writing: OutputOptions,
+}
+
+pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
+    let mut settings = args.source.effective(None)?;
+    args.process.apply(&mut settings)?;
+    args.plan.apply(&mut settings)?;
+    settings.validate()?;
+    let targets = targets(&args.inputs, &args.output, "mcap")?;
+    let mut inputs: Vec<_> = args.inputs.iter().map(PathBuf::as_path).collect();
+    inputs.push(&args.dictionary);
+    let dictionary = inhand_pipeline::read_dictionary(&args.dictionary)?;
+    let takes = read_takes(console, &args.inputs, &settings)?;
+    for (take, target) in takes.iter().zip(&targets) {
+        check_take_target(target, &inputs, take, args.writing.force)?;
+    }
+    let motions = steps::motions(&takes, &settings)?;
+    let mut failed = 0;
+    for ((take, motion), target) in takes.iter().zip(&motions).zip(&targets) {
+        let segments = steps::segments(&[motion], Role::Test, &settings)?;
+        let generated = (settings.plan.methods.iter())
+            .map(|&method| steps::generate(method, &dictionary.dictionary, &segments, &settings))
+            .collect::<Result<Vec<_>, _>>()?;
+        let hashes = [take.hash.clone(), dictionary.hash.clone()];
+        let made = provenance("generate", &settings, hashes);
+        let contents = TakeContents {
+            take,
+            motion,
+            generated: Some(GeneratedMotion {
+                segments: &segments,
+                take: 0,
+                generated: &generated,
+                rows: &[],
+            }),
+            made: &made,
+            shape: settings.shape()?,
+        };
+        write_take(target, &contents, !args.writing.no_view)?;
+        let lost = generated.iter().flat_map(|g| &g.trajectories).filter(|t| t.is_none()).count();
+        console.say(&format!(
+            "wrote {} ({} segments by {} methods, {lost} without a trajectory)",
+            target.display(),
+            segments.len(),
+            generated.len(),
+        ));
+        failed += lost;
+    }
+    Ok(if failed > 0 { Exit::Lossy } else { Exit::Done })
+}

@@ -1,0 +1,116 @@
+//! One file a command.
+
+mod convert;
+mod demo;
+mod evaluate;
+mod generate;
+mod info;
+mod learn;
+mod process;
+mod report;
+mod run;
+mod settings;
+mod simulate;
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Result;
+use clap::Subcommand;
+use inhand_pipeline::{Settings, Take, check_target};
+
+use crate::console::Console;
+use crate::exit::{Exit, UsageError};
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Everything for a session: one MCAP per take, dictionary, evaluation and report
+    Run(run::Args),
+    /// Simulate a session and run everything on it
+    Demo(demo::Args),
+    /// Print what is in an MCAP file
+    Info(info::Args),
+    /// Vendor takes to MCAP recordings, or a recording to Motive CSV
+    Convert(convert::Args),
+    /// Takes into the hand's frame: gaps, filter
+    Process(process::Args),
+    /// Learn a dictionary of motion primitives from takes
+    Learn(learn::Args),
+    /// Generate trajectories between the ends of a take's segments
+    Generate(generate::Args),
+    /// Compare generated with recorded motion
+    Evaluate(evaluate::Args),
+    /// An evaluation as an HTML page
+    Report(report::Args),
+    /// Simulate a session of a hand that turns an object
+    Simulate(simulate::Args),
+    /// Print the effective settings as an inhand.toml
+    Settings(settings::Args),
+}
+
+impl Command {
+    pub(crate) fn run(&self, console: &Console) -> Result<Exit> {
+        match self {
+            Command::Run(args) => run::run(console, args),
+            Command::Demo(args) => demo::run(console, args),
+            Command::Info(args) => info::run(args),
+            Command::Convert(args) => convert::run(console, args),
+            Command::Process(args) => process::run(console, args),
+            Command::Learn(args) => learn::run(console, args),
+            Command::Generate(args) => generate::run(console, args),
+            Command::Evaluate(args) => evaluate::run(console, args),
+            Command::Report(args) => report::run(console, args),
+            Command::Simulate(args) => simulate::run(console, args),
+            Command::Settings(args) => settings::run(args),
+        }
+    }
+}
+
+/// Output file of each input: `-o` itself for one input, a file in the folder `-o` for several.
+fn targets(inputs: &[PathBuf], output: &Path, extension: &str) -> Result<Vec<PathBuf>> {
+    if let [_] = inputs
+        && !output.is_dir()
+    {
+        return Ok(vec![output.to_owned()]);
+    }
+    if output.is_file() {
+        let message =
+            format!("-o {}: expected a folder for {} inputs", output.display(), inputs.len());
+        return Err(UsageError(message).into());
+    }
+    let mut targets = Vec::with_capacity(inputs.len());
+    for input in inputs {
+        let stem = input.file_stem().unwrap_or(input.as_os_str()).to_string_lossy();
+        let target = output.join(format!("{stem}.{extension}"));
+        if targets.contains(&target) {
+            let message = format!("two inputs would both be written as {}", target.display());
+            return Err(UsageError(message).into());
+        }
+        targets.push(target);
+    }
+    Ok(targets)
+}
+
+/// Refuses outputs that are inputs, or that exist and were not made from the same takes.
+fn check_take_target(target: &Path, inputs: &[&Path], take: &Take, force: bool) -> Result<()> {
+    let from_same = || {
+        let Ok(bytes) = std::fs::read(target) else { return false };
+        inhand_channels::read_take(&bytes, "").is_ok_and(|earlier| {
+            earlier.provenance.last().is_some_and(|made| made.inputs.contains(&take.hash))
+        })
+    };
+    Ok(check_target(target, inputs, || force || from_same())?)
+}
+
+/// Reads takes in order, saying what was odd about each.
+fn read_takes(console: &Console, paths: &[PathBuf], settings: &Settings) -> Result<Vec<Take>> {
+    let mut takes = Vec::with_capacity(paths.len());
+    for path in paths {
+        let take = inhand_pipeline::read(path, settings)?;
+        for finding in &take.recording.findings {
+            console.finding(&take.hash.name, finding);
+        }
+        takes.push(take);
+    }
+    Ok(takes)
+}

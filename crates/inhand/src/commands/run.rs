@@ -1,0 +1,111 @@
+//! `inhand run SESSION -o OUT`.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use inhand_pipeline::{Event, RunOptions, RunResult, Settings, locate};
+
+use crate::console::{Console, data};
+use crate::exit::Exit;
+use crate::options::{
+    EvaluateOptions, Format, LearnOptions, OutputOptions, PlanOptions, ProcessOptions,
+    SourceOptions,
+};
+
+/// Runs a session: takes in; recordings, dictionary, evaluation.json and report.html out.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// Folder with train/ and test/ takes, or an inhand.toml that lists takes.
+    session: PathBuf,
+    /// Folder for the results.
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// Print the evaluation table as text, or evaluation.json.
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+    #[command(flatten)]
+    overrides: SessionOptions,
+    #[command(flatten)]
+    writing: OutputOptions,
+}
+
+/// Every setting of a session as an option.
+#[derive(Debug, Default, clap::Args)]
+pub(crate) struct SessionOptions {
+    #[command(flatten, next_help_heading = "Source")]
+    source: SourceOptions,
+    #[command(flatten, next_help_heading = "Processing")]
+    process: ProcessOptions,
+    #[command(flatten, next_help_heading = "Learning")]
+    learn: LearnOptions,
+    #[command(flatten, next_help_heading = "Generation")]
+    plan: PlanOptions,
+    #[command(flatten, next_help_heading = "Evaluation")]
+    evaluate: EvaluateOptions,
+}
+
+impl SessionOptions {
+    /// Settings file, if any, with these options on top.
+    pub(crate) fn settings(&self, beside: Option<&std::path::Path>) -> Result<Settings> {
+        let mut settings = self.source.effective(beside)?;
+        self.process.apply(&mut settings)?;
+        self.learn.apply(&mut settings);
+        self.plan.apply(&mut settings)?;
+        self.evaluate.apply(&mut settings)?;
+        settings.validate()?;
+        Ok(settings)
+    }
+}
+
+pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
+    let (folder, beside) = locate(&args.session)?;
+    let options = RunOptions {
+        folder,
+        settings: args.overrides.settings(beside.as_deref())?,
+        output: args.output.clone(),
+        force: args.writing.force,
+        view: !args.writing.no_view,
+        command: std::env::args().collect(),
+    };
+    let result = run_shown(console, &options)?;
+    finish(console, &result, args.format)
+}
+
+/// Runs a session and shows its steps.
+pub(crate) fn run_shown(console: &Console, options: &RunOptions) -> Result<RunResult> {
+    let mut step = None;
+    let mut watch = |event: Event<'_>| match event {
+        Event::Started(name) => step = Some(console.step(name)),
+        Event::Finished(line, elapsed) => {
+            if let Some(step) = step.take() {
+                step.done(console, line, elapsed);
+            }
+        }
+    };
+    Ok(inhand_pipeline::run(options, &mut watch)?)
+}
+
+/// Says what came out.
+pub(crate) fn finish(console: &Console, result: &RunResult, format: Format) -> Result<Exit> {
+    let files = &result.files;
+    match &result.evaluation {
+        None => console.say("up to date: inputs, settings and version have not changed"),
+        Some(evaluation) if format == Format::Text => {
+            data(&format!("\n{}\n", inhand_report::text_summary(evaluation)))?;
+        }
+        Some(_) => {}
+    }
+    if format == Format::Json {
+        data(&std::fs::read_to_string(&files.evaluation)?)?;
+    }
+    console.say(&format!("{:<36} open in a browser", files.report.display()));
+    if let Some(take) = files.takes.last() {
+        let viewers = "open in Foxglove, Lichtblick or Rerun";
+        console.say(&format!("{:<36} {viewers}", take.display()));
+    }
+    if result.failed_plans > 0 {
+        console.say(&format!("{} plans have no trajectory: see the report", result.failed_plans));
+        return Ok(Exit::Lossy);
+    }
+    Ok(Exit::Done)
+}

@@ -1,0 +1,27 @@
+//! `inhand settings [SESSION]`.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use inhand_pipeline::{Settings, locate};
+
+use crate::console::data;
+use crate::exit::Exit;
+
+/// Prints every setting with its effective value: defaults, then the session's inhand.toml.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// Session folder or settings file; without it, the defaults.
+    session: Option<PathBuf>,
+}
+
+pub(crate) fn run(args: &Args) -> Result<Exit> {
+    let file = match &args.session {
+        Some(session) => locate(session)?.1,
+        None => None,
+    };
+    let settings = file.as_deref().map(Settings::read).transpose()?.unwrap_or_default();
+    settings.validate()?;
+    data(&settings.to_toml()?)?;
+    Ok(Exit::Done)
+}

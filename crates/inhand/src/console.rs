@@ -1,0 +1,80 @@
+//! What a person sees while a command works: everything but data, on stderr.
+
+use std::io::{self, IsTerminal, Write};
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use inhand_model::Finding;
+
+/// Where messages go.
+#[derive(Debug)]
+pub(crate) struct Console {
+    quiet: bool,
+}
+
+impl Console {
+    pub(crate) fn new(quiet: bool) -> Self {
+        Self { quiet }
+    }
+
+    /// A line about what was done.
+    pub(crate) fn say(&self, line: &str) {
+        if !self.quiet {
+            to_stderr(line);
+        }
+    }
+
+    /// Something odd about a file that was used all the same.
+    pub(crate) fn finding(&self, file: &str, finding: &Finding) {
+        self.say(&format!("{:<8} {file}: {finding}", finding.severity.name()));
+    }
+
+    /// The one place that prints errors: the whole chain, first the outermost.
+    #[expect(clippy::unused_self, reason = "errors are shown even when the console is quiet")]
+    pub(crate) fn error(&self, error: &anyhow::Error) {
+        let mut lines = format!("error: {error}");
+        for cause in error.chain().skip(1) {
+            // A cause may span lines, such as a list of what a take contains.
+            lines.push_str(&format!("\n  {}", cause.to_string().replace('\n', "\n  ")));
+        }
+        to_stderr(&lines);
+    }
+
+    /// Shows a step until it is done; on a terminal with a spinner after a second.
+    pub(crate) fn step(&self, name: &str) -> Step {
+        let shown = !self.quiet && io::stderr().is_terminal();
+        let bar = if shown { ProgressBar::new_spinner() } else { ProgressBar::hidden() };
+        let style = ProgressStyle::with_template("{spinner} {msg}")
+            .unwrap_or_else(|_| ProgressStyle::default_spinner());
+        bar.set_style(style);
+        bar.set_message(name.to_owned());
+        bar.enable_steady_tick(Duration::from_millis(250));
+        Step { bar }
+    }
+}
+
+/// A step that is under way.
+#[derive(Debug)]
+pub(crate) struct Step {
+    bar: ProgressBar,
+}
+
+impl Step {
+    /// Ends the step and says how long it took.
+    pub(crate) fn done(self, console: &Console, line: &str, elapsed: Duration) {
+        self.bar.finish_and_clear();
+        console.say(&format!("{line:<78} {:>5.2} s", elapsed.as_secs_f64()));
+    }
+}
+
+/// Prints data; the only use of stdout.
+pub(crate) fn data(text: &str) -> io::Result<()> {
+    let mut out = io::stdout().lock();
+    out.write_all(text.as_bytes())?;
+    out.flush()
+}
+
+fn to_stderr(line: &str) {
+    // Nobody is left to tell when stderr itself is gone.
+    let _ = writeln!(io::stderr().lock(), "{line}");
+}

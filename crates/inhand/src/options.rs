@@ -1,0 +1,253 @@
+//! Options that several commands share.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Result;
+use clap::{Args, ValueEnum};
+use inhand_pipeline::{Method, Settings};
+
+use crate::exit::UsageError;
+
+/// Form of what is printed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Format {
+    /// For people.
+    #[default]
+    Text,
+    /// For programs.
+    Json,
+}
+
+/// What a source file may leave open, and who is who.
+#[derive(Clone, Debug, Default, Args)]
+pub(crate) struct SourceOptions {
+    /// Settings file; beside a session, inhand.toml is found by itself.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) settings: Option<PathBuf>,
+    /// Unit of length, where a file does not state it: m, cm, mm, in, ft.
+    #[arg(long, value_name = "UNIT")]
+    units: Option<String>,
+    /// quaternion, or the order of Euler angles such as XYZ, where a file does not state it.
+    #[arg(long, value_name = "ORDER")]
+    rotation_order: Option<String>,
+    /// Axis that points up, where a file does not state it: y or z.
+    #[arg(long, value_name = "AXIS")]
+    up: Option<String>,
+    /// The hand: a rigid body, or three or more marker names separated by commas.
+    #[arg(long, value_name = "NAME[,NAME...]")]
+    hand: Option<String>,
+    /// The object: a rigid body, or three or more markers; none ignores objects.
+    #[arg(long, value_name = "NAME[,NAME...]")]
+    object_body: Option<String>,
+    /// Marker on a fingertip; repeat for each finger whose name is not found by itself.
+    #[arg(long, value_name = "FINGER=MARKER")]
+    finger: Vec<String>,
+}
+
+/// How takes are processed.
+#[derive(Clone, Debug, Default, Args)]
+pub(crate) struct ProcessOptions {
+    /// Shape of the object in metres: cube:EDGE, box:XxYxZ or cylinder:DIAMETERxHEIGHT.
+    #[arg(long, value_name = "SHAPE")]
+    object: Option<String>,
+    /// From the tracked body's origin to the object's centre, in the body's frame, metres.
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    object_offset: Option<String>,
+    /// Longest gap that is filled, seconds [default: 0.1].
+    #[arg(long, value_name = "SECONDS")]
+    max_gap: Option<f64>,
+    /// How gaps are filled: cubic, linear or none [default: cubic].
+    #[arg(long, value_name = "METHOD")]
+    fill: Option<String>,
+    /// median, savitzky-golay, butterworth or none [default: median].
+    #[arg(long, value_name = "FILTER")]
+    filter: Option<String>,
+    /// Window of the median and Savitzky-Golay filters, samples [default: 50].
+    #[arg(long, value_name = "SAMPLES")]
+    window: Option<usize>,
+    /// Order of the Savitzky-Golay and Butterworth filters [default: 2].
+    #[arg(long, value_name = "N")]
+    filter_order: Option<usize>,
+    /// Cut-off of the Butterworth filter after both passes, Hz [default: 6].
+    #[arg(long, value_name = "HZ")]
+    cutoff: Option<f64>,
+}
+
+/// How a dictionary is learned.
+#[derive(Clone, Debug, Default, Args)]
+pub(crate) struct LearnOptions {
+    /// Number of primitives [default: 200].
+    #[arg(long)]
+    rank: Option<usize>,
+    /// Samples from one training segment to the next; 0 for no overlap [default: 0].
+    #[arg(long, value_name = "SAMPLES")]
+    stride: Option<usize>,
+    /// Seconds kept free at both ends of a stretch [default: 0.04].
+    #[arg(long, value_name = "SECONDS")]
+    margin: Option<f64>,
+    /// Seed of the random start [default: 0].
+    #[arg(long)]
+    seed: Option<u64>,
+    /// Most sweeps [default: 40].
+    #[arg(long, value_name = "N")]
+    max_iterations: Option<usize>,
+    /// Stop when a sweep lowers the objective by less than this share [default: 1e-4].
+    #[arg(long, value_name = "SHARE")]
+    relative_change: Option<f64>,
+    /// Stop at this reconstruction error, millimetres.
+    #[arg(long, value_name = "MM")]
+    stop_rms_mm: Option<f64>,
+}
+
+/// How trajectories are generated.
+#[derive(Clone, Debug, Default, Args)]
+pub(crate) struct PlanOptions {
+    /// Methods in the order of the report, separated by commas; the first is the default one.
+    #[arg(long, value_name = "METHOD,...", value_delimiter = ',')]
+    methods: Vec<String>,
+    /// How exactly start and goal are met, millimetres [default: 0.1].
+    #[arg(long, value_name = "MM")]
+    sigma_mm: Option<f64>,
+    /// Ridge that makes `paper` unique, in units of millimetres [default: 1e-4].
+    #[arg(long, value_name = "WEIGHT")]
+    ridge: Option<f64>,
+    /// Velocity bounds: training extremes times this [default: 1.1].
+    #[arg(long, value_name = "FACTOR")]
+    velocity_factor: Option<f64>,
+}
+
+/// Thresholds of the evaluation.
+#[derive(Clone, Debug, Default, Args)]
+pub(crate) struct EvaluateOptions {
+    /// Largest distance to the object that counts as contact, millimetres [default: 5].
+    #[arg(long, value_name = "MM")]
+    tau_mm: Option<f64>,
+    /// Two fingertips nearer than this collide, millimetres [default: 10].
+    #[arg(long, value_name = "MM")]
+    collision_mm: Option<f64>,
+    /// Distance from a finger's marker to its pad, millimetres.
+    #[arg(long, value_name = "FINGER=MM")]
+    pad_offset_mm: Vec<String>,
+}
+
+/// How outputs are written.
+#[derive(Clone, Debug, Default, Args)]
+pub(crate) struct OutputOptions {
+    /// Replace an output that was not made from the same inputs.
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Leave out the channels that viewers draw without set-up.
+    #[arg(long)]
+    pub(crate) no_view: bool,
+}
+
+impl SourceOptions {
+    /// Settings from the file named by `--settings`, else the one found beside the session, else
+    /// the defaults, with these options on top.
+    pub(crate) fn effective(&self, beside: Option<&Path>) -> Result<Settings> {
+        let file = self.settings.as_deref().or(beside);
+        let mut settings = file.map(Settings::read).transpose()?.unwrap_or_default();
+        self.apply(&mut settings)?;
+        Ok(settings)
+    }
+
+    fn apply(&self, settings: &mut Settings) -> Result<()> {
+        replace_some(&mut settings.source.units, &self.units);
+        replace_some(&mut settings.source.rotation_order, &self.rotation_order);
+        replace_some(&mut settings.source.up, &self.up);
+        replace_some(&mut settings.roles.hand, &self.hand);
+        replace_some(&mut settings.roles.object, &self.object_body);
+        for pair in &self.finger {
+            let (finger, marker) = key_value("--finger", pair)?;
+            settings.fingers.insert(finger, marker);
+        }
+        Ok(())
+    }
+}
+
+impl ProcessOptions {
+    pub(crate) fn apply(&self, settings: &mut Settings) -> Result<()> {
+        replace_some(&mut settings.object.shape, &self.object);
+        if let Some(text) = &self.object_offset {
+            settings.object.offset_m = three_numbers("--object-offset", text)?;
+        }
+        let process = &mut settings.process;
+        replace(&mut process.max_gap_s, self.max_gap);
+        replace(&mut process.fill, self.fill.clone());
+        replace(&mut process.filter, self.filter.clone());
+        replace(&mut process.window, self.window);
+        replace(&mut process.order, self.filter_order);
+        replace(&mut process.cutoff_hz, self.cutoff);
+        Ok(())
+    }
+}
+
+impl LearnOptions {
+    pub(crate) fn apply(&self, settings: &mut Settings) {
+        replace(&mut settings.segments.stride, self.stride);
+        replace(&mut settings.segments.margin_s, self.margin);
+        let learn = &mut settings.learn;
+        replace(&mut learn.rank, self.rank);
+        replace(&mut learn.seed, self.seed);
+        replace(&mut learn.max_iterations, self.max_iterations);
+        replace(&mut learn.relative_change, self.relative_change);
+        replace_some(&mut learn.stop_rms_mm, &self.stop_rms_mm);
+    }
+}
+
+impl PlanOptions {
+    pub(crate) fn apply(&self, settings: &mut Settings) -> Result<()> {
+        let plan = &mut settings.plan;
+        if !self.methods.is_empty() {
+            let methods = self.methods.iter().map(|name| name.trim().parse::<Method>());
+            plan.methods = methods.collect::<Result<_, _>>()?;
+        }
+        replace(&mut plan.sigma_mm, self.sigma_mm);
+        replace(&mut plan.ridge, self.ridge);
+        replace(&mut plan.velocity_factor, self.velocity_factor);
+        Ok(())
+    }
+}
+
+impl EvaluateOptions {
+    pub(crate) fn apply(&self, settings: &mut Settings) -> Result<()> {
+        let evaluate = &mut settings.evaluate;
+        replace(&mut evaluate.tau_mm, self.tau_mm);
+        replace(&mut evaluate.collision_mm, self.collision_mm);
+        for pair in &self.pad_offset_mm {
+            let (finger, text) = key_value("--pad-offset-mm", pair)?;
+            let offset_mm = text.parse().map_err(|_| {
+                UsageError(format!("--pad-offset-mm {pair}: expected a number after \"=\""))
+            })?;
+            evaluate.pad_offset_mm.insert(finger, offset_mm);
+        }
+        Ok(())
+    }
+}
+
+fn replace<T>(setting: &mut T, option: Option<T>) {
+    if let Some(value) = option {
+        *setting = value;
+    }
+}
+
+fn replace_some<T: Clone>(setting: &mut Option<T>, option: &Option<T>) {
+    if option.is_some() {
+        setting.clone_from(option);
+    }
+}
+
+fn key_value(flag: &str, pair: &str) -> Result<(String, String)> {
+    let (key, value) = pair
+        .split_once('=')
+        .ok_or_else(|| UsageError(format!("{flag} {pair}: expected FINGER=VALUE")))?;
+    Ok((key.trim().to_owned(), value.trim().to_owned()))
+}
+
+fn three_numbers(flag: &str, text: &str) -> Result<[f64; 3]> {
+    let numbers: Option<Vec<f64>> =
+        text.split(',').map(|n| n.trim().parse().ok().filter(|v: &f64| v.is_finite())).collect();
+    numbers
+        .and_then(|numbers| numbers.try_into().ok())
+        .ok_or_else(|| UsageError(format!("{flag} {text}: expected three numbers, X,Y,Z")).into())
+}

@@ -1,0 +1,96 @@
+//! Simulated sessions on disk.
+
+use std::path::{Path, PathBuf};
+
+use inhand_channels::TakeFile;
+use inhand_model::Provenance;
+use inhand_simulation::{SessionSettings, SimulatedTake, session};
+use rayon::prelude::*;
+
+use crate::error::PipelineError;
+use crate::output;
+use crate::run::TOOL;
+use crate::session::SETTINGS_FILE;
+use crate::settings::Role;
+use crate::take_file;
+
+/// Folder of the simulated session inside the demo's output.
+pub const DEMO_SESSION: &str = "session";
+
+/// File format of simulated takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TakeFormat {
+    /// MCAP recordings.
+    Mcap,
+    /// Motive CSV 1.23.
+    MotiveCsv,
+}
+
+/// Simulates a session and writes it as a folder with `train/`, `test/` and settings.
+///
+/// # Errors
+///
+/// [`PipelineError::Simulation`], [`PipelineError::Io`], [`PipelineError::Output`].
+pub fn simulate_session(
+    folder: &Path,
+    simulated: &SessionSettings,
+    seed: u64,
+    format: TakeFormat,
+    force: bool,
+) -> Result<Vec<PathBuf>, PipelineError> {
+    let takes = session(simulated, seed)?;
+    let roles = (takes.train.iter().map(|take| (Role::Train, take)))
+        .chain(takes.test.iter().map(|take| (Role::Test, take)));
+    let files: Vec<_> = roles.map(|(role, take)| (path(folder, role, take, format), take)).collect();
+    let settings_path = folder.join(SETTINGS_FILE);
+    for target in files.iter().map(|(path, _)| path).chain([&settings_path]) {
+        output::check_target(target, &[], || force)?;
+    }
+    let provenance = Provenance {
+        tool: TOOL.to_owned(),
+        step: "simulate".to_owned(),
+        settings_json: format!("{{\"seed\":{seed}}}"),
+        inputs: Vec::new(),
+    };
+    let written: Vec<_> = (files.par_iter())
+        .map(|(path, take)| write_simulated(path, take, format, &provenance))
+        .collect();
+    written.into_iter().collect::<Result<(), _>>()?;
+    let text = format!("[object]\nshape = \"{}\"\n", simulated.shape);
+    output::write_text(&settings_path, &text)?;
+    Ok(files.into_iter().map(|(path, _)| path).collect())
+}
+
+fn path(folder: &Path, role: Role, take: &SimulatedTake, format: TakeFormat) -> PathBuf {
+    let extension = match format {
+        TakeFormat::Mcap => "mcap",
+        TakeFormat::MotiveCsv => "csv",
+    };
+    folder.join(role.name()).join(format!("{}.{extension}", take.recording.name))
+}
+
+fn write_simulated(
+    path: &Path,
+    take: &SimulatedTake,
+    format: TakeFormat,
+    provenance: &Provenance,
+) -> Result<(), PipelineError> {
+    match format {
+        TakeFormat::MotiveCsv => output::write_atomic(path, |out| {
+            inhand_capture::motive::write(&take.recording, out)
+                .map_err(|source| PipelineError::Capture { path: path.to_owned(), source })
+        }),
+        TakeFormat::Mcap => {
+            let file = TakeFile {
+                recording: &take.recording,
+                roles: None,
+                motion: None,
+                generated: &[],
+                evaluated: &[],
+                object_shape: None,
+                provenance: std::slice::from_ref(provenance),
+            };
+            take_file::write_parts(path, &file, false)
+        }
+    }
+}

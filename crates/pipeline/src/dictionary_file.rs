@@ -1,0 +1,59 @@
+//! Dictionaries on disk.
+
+use std::path::Path;
+
+use inhand_channels::WriteSettings;
+use inhand_model::{Dictionary, InputHash, Provenance};
+
+use crate::error::PipelineError;
+use crate::output;
+use crate::take::hex_sha256;
+
+/// A dictionary read from a file.
+#[derive(Clone, Debug)]
+pub struct DictionaryFile {
+    /// The dictionary.
+    pub dictionary: Dictionary,
+    /// Steps that made the file.
+    pub provenance: Vec<Provenance>,
+    /// Content of the file.
+    pub hash: InputHash,
+}
+
+/// Reads a dictionary file.
+///
+/// # Errors
+///
+/// [`PipelineError::Channels`] for a file that holds none, [`PipelineError::Io`].
+pub fn read(path: &Path) -> Result<DictionaryFile, PipelineError> {
+    let bytes = std::fs::read(path).map_err(PipelineError::io("read", path))?;
+    let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    let (dictionary, provenance) = inhand_channels::read_dictionary(&bytes, &name)
+        .map_err(|source| PipelineError::Channels { path: path.to_owned(), source })?;
+    let hash = InputHash { name, sha256: hex_sha256(&bytes) };
+    Ok(DictionaryFile { dictionary, provenance, hash })
+}
+
+/// The dictionary of an earlier run, if it was made by exactly this.
+pub(crate) fn read_if(path: &Path, learned_by: &Provenance) -> Option<Dictionary> {
+    let file = read(path).ok()?;
+    (file.provenance.last() == Some(learned_by)).then_some(file.dictionary)
+}
+
+/// Writes a dictionary file.
+///
+/// # Errors
+///
+/// [`PipelineError::Channels`], [`PipelineError::Io`].
+pub fn write(
+    path: &Path,
+    dictionary: &Dictionary,
+    provenance: &[Provenance],
+    view: bool,
+) -> Result<(), PipelineError> {
+    let settings = WriteSettings { view };
+    output::write_atomic(path, |out| {
+        inhand_channels::write_dictionary(out, dictionary, provenance, &settings)
+            .map_err(|source| PipelineError::Channels { path: path.to_owned(), source })
+    })
+}

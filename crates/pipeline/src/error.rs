@@ -1,0 +1,134 @@
+//! What can go wrong between a session and its report.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use thiserror::Error;
+
+/// An error of a step, with the file it happened in.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum PipelineError {
+    /// A file or folder could not be read or written.
+    #[error("cannot {action} {}", path.display())]
+    Io {
+        /// What was tried: `read`, `write`, ...
+        action: &'static str,
+        /// The file or folder.
+        path: PathBuf,
+        /// Why not.
+        source: io::Error,
+    },
+    /// A setting that cannot be used.
+    #[error("setting {key}: expected {expected}, found {found}")]
+    Settings {
+        /// Name of the setting.
+        key: String,
+        /// What it can be.
+        expected: String,
+        /// What it is.
+        found: String,
+    },
+    /// A settings file that cannot be read.
+    #[error("{}: {message}", path.display())]
+    SettingsFile {
+        /// The file.
+        path: PathBuf,
+        /// Line, column and reason.
+        message: String,
+    },
+    /// A session that cannot be used.
+    #[error("session {}: {message}", path.display())]
+    Session {
+        /// Its folder.
+        path: PathBuf,
+        /// What was expected, what was found, what to do.
+        message: String,
+    },
+    /// A take that cannot be used.
+    #[error("{}: {message}", path.display())]
+    Take {
+        /// Its file.
+        path: PathBuf,
+        /// What was expected, what was found, what to do.
+        message: String,
+    },
+    /// A vendor file that cannot be read.
+    #[error("{}", path.display())]
+    Capture {
+        /// The file.
+        path: PathBuf,
+        /// Where in it, and why.
+        source: inhand_capture::CaptureError,
+    },
+    /// Roles that cannot be told.
+    #[error("{}", path.display())]
+    Roles {
+        /// The take.
+        path: PathBuf,
+        /// Which role, and what the take contains.
+        source: inhand_capture::roles::RoleError,
+    },
+    /// An MCAP file that cannot be read or written.
+    #[error("{}", path.display())]
+    Channels {
+        /// The file.
+        path: PathBuf,
+        /// Where in it, and why.
+        source: inhand_channels::ChannelError,
+    },
+    /// Processing failed.
+    #[error("processing {take}")]
+    Motion {
+        /// The take, or the session.
+        take: String,
+        /// Why.
+        source: inhand_motion::MotionError,
+    },
+    /// Learning failed.
+    #[error("learning")]
+    Learn(#[from] inhand_dictionary::LearnError),
+    /// Planning failed.
+    #[error("planning with {method}")]
+    Plan {
+        /// The method.
+        method: String,
+        /// Why.
+        source: inhand_planner::PlanError,
+    },
+    /// Geometry failed.
+    #[error("training hull of the {finger} finger")]
+    Hull {
+        /// The finger.
+        finger: inhand_model::Finger,
+        /// Why.
+        source: inhand_contact::ContactError,
+    },
+    /// A report could not be made.
+    #[error("report")]
+    Report(#[from] inhand_report::ReportError),
+    /// A simulation could not be made.
+    #[error("simulation")]
+    Simulation(#[from] inhand_simulation::SimulationError),
+    /// An output that must not be written.
+    #[error("{}: {message}", path.display())]
+    Output {
+        /// The file or folder.
+        path: PathBuf,
+        /// Why not, and what to do.
+        message: String,
+    },
+}
+
+impl PipelineError {
+    /// For `map_err` on file operations.
+    pub(crate) fn io(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
+        let path = path.to_owned();
+        move |source| PipelineError::Io { action, path, source }
+    }
+
+    /// Whether the call was wrong, rather than the data: exit code 2.
+    pub fn is_usage(&self) -> bool {
+        matches!(self, PipelineError::Settings { .. } | PipelineError::SettingsFile { .. } | PipelineError::Output { .. })
+    }
+}

@@ -1,0 +1,175 @@
+//! `run.json`: what differs from run to run, and what tells whether results are up to date.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::time::Duration;
+
+use inhand_model::Provenance;
+use inhand_trajectory::quantiles::quantile;
+use serde::{Deserialize, Serialize};
+
+use crate::error::PipelineError;
+use crate::output;
+use crate::run::TOOL;
+use crate::session::Session;
+use crate::settings::{EvaluateSection, PlanSection, Settings};
+use crate::take::{Take, hex_sha256};
+
+/// File name of the run's facts in its output folder.
+pub const RUN_FILE: &str = "run.json";
+
+/// Facts of one run.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct RunJson {
+    /// Wall time of each step, seconds.
+    pub timings_s: BTreeMap<String, f64>,
+    /// Time of single plans by method, milliseconds.
+    pub plan_ms: BTreeMap<String, PlanMs>,
+    /// Largest memory in use, bytes; `None` where the system does not tell.
+    pub peak_memory_bytes: Option<u64>,
+    /// Threads.
+    pub threads: usize,
+    /// Command as typed.
+    pub command: Vec<String>,
+    /// What the results were made from, and their content.
+    pub manifest: Manifest,
+}
+
+/// Times of single plans, milliseconds.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub struct PlanMs {
+    /// Plans.
+    pub n: usize,
+    /// Median.
+    pub p50: f64,
+    /// 95 % quantile.
+    pub p95: f64,
+    /// Longest.
+    pub max: f64,
+}
+
+impl PlanMs {
+    /// Summary of plan times.
+    pub fn of(times: &[Duration]) -> Self {
+        let mut ms: Vec<_> = times.iter().map(|time| time.as_secs_f64() * 1000.0).collect();
+        ms.sort_unstable_by(f64::total_cmp);
+        let at = |q| quantile(&ms, q).unwrap_or(f64::NAN);
+        Self { n: ms.len(), p50: at(0.5), p95: at(0.95), max: at(1.0) }
+    }
+}
+
+/// What results were made from, and their content.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Manifest {
+    /// SHA-256 over inputs, settings and version.
+    pub key: String,
+    /// SHA-256 of each result by file name.
+    pub outputs: BTreeMap<String, String>,
+}
+
+impl Manifest {
+    /// The manifest of results that were just written.
+    ///
+    /// # Errors
+    ///
+    /// [`PipelineError::Io`].
+    pub fn of(key: String, outputs: &[&Path]) -> Result<Self, PipelineError> {
+        use rayon::prelude::*;
+        let hashes: Vec<_> = outputs.par_iter().map(|path| hash_file(path)).collect();
+        let names = outputs.iter().map(|path| file_name(path));
+        let outputs = names.zip(hashes).map(|(name, hash)| Ok((name, hash?)));
+        Ok(Self { key, outputs: outputs.collect::<Result<_, PipelineError>>()? })
+    }
+}
+
+/// Key of everything that results depend on.
+pub fn key(session: &Session, provenance: &Provenance, view: bool) -> String {
+    let takes: Vec<_> = (session.takes.iter())
+        .map(|take| format!("{:?} {} {:?} {:?}", take.role, take.name, take.from_s, take.to_s))
+        .collect();
+    hex_sha256(format!("{} {provenance:?} {takes:?} {view}", session.name).as_bytes())
+}
+
+/// Provenance of a dictionary: only the settings and takes that it depends on.
+pub fn learn_provenance<'a>(
+    settings: &Settings,
+    takes: impl IntoIterator<Item = &'a Take>,
+) -> Provenance {
+    let mut relevant = settings.clone();
+    relevant.plan = PlanSection::default();
+    relevant.evaluate = EvaluateSection::default();
+    relevant.object = crate::settings::ObjectSettings::default();
+    relevant.name = None;
+    let ranges = settings.takes.iter().filter(|take| take.role == crate::settings::Role::Train);
+    relevant.takes = ranges.cloned().collect();
+    Provenance {
+        tool: TOOL.to_owned(),
+        step: "learn".to_owned(),
+        settings_json: relevant.learning_json(),
+        inputs: takes.into_iter().map(|take| take.hash.clone()).collect(),
+    }
+}
+
+/// Whether the results of an earlier run have this key and are all unchanged.
+pub fn up_to_date(run_file: &Path, key: &str, outputs: &[&Path]) -> bool {
+    let Some(earlier) = read(run_file) else { return false };
+    if earlier.manifest.key != key {
+        return false;
+    }
+    if !outputs.iter().all(|path| path.is_file()) {
+        return false;
+    }
+    Manifest::of(key.to_owned(), outputs).is_ok_and(|now| now == earlier.manifest)
+}
+
+/// Whether a file is the `run.json` of an earlier run.
+pub fn is_run_file(path: &Path) -> bool {
+    read(path).is_some()
+}
+
+/// Marks earlier results as no longer belonging together, but still as ours.
+///
+/// # Errors
+///
+/// [`PipelineError::Io`].
+pub fn forget(run_file: &Path) -> Result<(), PipelineError> {
+    match read(run_file) {
+        None => Ok(()),
+        Some(mut earlier) => {
+            earlier.manifest = Manifest { key: String::new(), outputs: BTreeMap::new() };
+            write_run_json(run_file, &earlier)
+        }
+    }
+}
+
+/// Writes `run.json`.
+///
+/// # Errors
+///
+/// [`PipelineError::Io`].
+pub fn write_run_json(path: &Path, run: &RunJson) -> Result<(), PipelineError> {
+    let mut text = serde_json::to_string_pretty(run)
+        .expect("a struct of numbers and strings with string keys is valid JSON");
+    text.push('\n');
+    output::write_text(path, &text)
+}
+
+/// Largest memory in use by this process so far, bytes, where the system tells.
+pub fn peak_memory_bytes() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kib: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kib * 1024)
+}
+
+fn read(path: &Path) -> Option<RunJson> {
+    serde_json::from_slice(&std::fs::read(path).ok()?).ok()
+}
+
+fn hash_file(path: &Path) -> Result<String, PipelineError> {
+    Ok(hex_sha256(&std::fs::read(path).map_err(PipelineError::io("read", path))?))
+}
+
+fn file_name(path: &Path) -> String {
+    path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default()
+}

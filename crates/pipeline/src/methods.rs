@@ -1,0 +1,116 @@
+//! The methods that a session can be judged on, by name.
+
+use std::fmt;
+use std::str::FromStr;
+
+use inhand_model::{EndConditions, SegmentLayout, Trajectory};
+use inhand_trajectory::curves;
+use serde::{Deserialize, Serialize};
+
+use crate::error::PipelineError;
+use crate::settings::invalid;
+
+/// A way to make motion between given ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub enum Method {
+    /// Learned: start and end given, activation mean and covariance as prior.
+    Prior,
+    /// Learned: end only, as the paper prints it.
+    Paper,
+    /// Stay at the final configuration.
+    Hold,
+    /// Straight line.
+    Line,
+    /// Minimum jerk.
+    MinimumJerk,
+    /// Cubic with end velocities.
+    Hermite,
+}
+
+impl Method {
+    /// Every method, learned ones first.
+    pub const ALL: [Method; 6] = [
+        Method::Prior,
+        Method::Paper,
+        Method::Hermite,
+        Method::MinimumJerk,
+        Method::Line,
+        Method::Hold,
+    ];
+
+    /// Name in files and on the command line.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Method::Prior => "prior",
+            Method::Paper => "paper",
+            Method::Hold => "hold",
+            Method::Line => "line",
+            Method::MinimumJerk => "minimum_jerk",
+            Method::Hermite => "hermite",
+        }
+    }
+
+    /// What it knows and does, in a line.
+    pub const fn description(self) -> &'static str {
+        match self {
+            Method::Prior => "start and end given, activations likely under the training takes",
+            Method::Paper => "end given, as published, with a tiny ridge to make it unique",
+            Method::Hold => "end given, stays there: no motion at all",
+            Method::Line => "start and end given, straight line",
+            Method::MinimumJerk => "start and end given, at rest there, minimum jerk",
+            Method::Hermite => "start, end and their velocities given, cubic",
+        }
+    }
+
+    /// The planner's method, for learned ones.
+    pub const fn planner(self) -> Option<inhand_planner::Method> {
+        match self {
+            Method::Prior => Some(inhand_planner::Method::Prior),
+            Method::Paper => Some(inhand_planner::Method::Paper),
+            Method::Hold | Method::Line | Method::MinimumJerk | Method::Hermite => None,
+        }
+    }
+
+    /// The smooth curve, for methods that learn nothing.
+    pub fn curve(self, ends: &EndConditions, layout: SegmentLayout) -> Option<Trajectory> {
+        match self {
+            Method::Prior | Method::Paper => None,
+            Method::Hold => Some(curves::hold(ends, layout)),
+            Method::Line => Some(curves::line(ends, layout)),
+            Method::MinimumJerk => Some(curves::minimum_jerk(ends, layout)),
+            Method::Hermite => Some(curves::hermite(ends, layout)),
+        }
+    }
+}
+
+impl fmt::Display for Method {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+impl FromStr for Method {
+    type Err = PipelineError;
+
+    fn from_str(name: &str) -> Result<Self, PipelineError> {
+        Method::ALL.into_iter().find(|m| m.name() == name).ok_or_else(|| {
+            let names = Method::ALL.map(Method::name).join(", ");
+            invalid("plan.methods", &names, &name)
+        })
+    }
+}
+
+impl TryFrom<String> for Method {
+    type Error = PipelineError;
+
+    fn try_from(name: String) -> Result<Self, PipelineError> {
+        name.parse()
+    }
+}
+
+impl From<Method> for String {
+    fn from(method: Method) -> String {
+        method.name().to_owned()
+    }
+}

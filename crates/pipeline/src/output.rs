@@ -1,0 +1,86 @@
+//! Outputs appear whole or not at all.
+
+use std::fs::File;
+use std::io::{BufWriter, Write as _};
+use std::path::Path;
+
+use tempfile::NamedTempFile;
+
+use crate::error::PipelineError;
+
+/// Writes a file beside its target and renames it, so that nobody ever sees half of it.
+///
+/// # Errors
+///
+/// [`PipelineError::Io`], or what `write` returns; then the target is as it was.
+pub fn write_atomic(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<File>) -> Result<(), PipelineError>,
+) -> Result<(), PipelineError> {
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    std::fs::create_dir_all(folder).map_err(PipelineError::io("create folder", folder))?;
+    let temporary = NamedTempFile::new_in(folder).map_err(PipelineError::io("write", path))?;
+    let (file, temporary_path) = temporary.into_parts();
+    let mut out = BufWriter::with_capacity(1 << 20, file);
+    write(&mut out)?;
+    out.flush().map_err(PipelineError::io("write", path))?;
+    drop(out);
+    // Temporary files are private to their owner; a result is an ordinary file.
+    set_ordinary_permissions(&temporary_path)?;
+    temporary_path
+        .persist(path)
+        .map_err(|error| PipelineError::io("write", path)(error.error))
+}
+
+/// Writes text by [`write_atomic`].
+///
+/// # Errors
+///
+/// [`PipelineError::Io`].
+pub fn write_text(path: &Path, text: &str) -> Result<(), PipelineError> {
+    write_atomic(path, |out| out.write_all(text.as_bytes()).map_err(PipelineError::io("write", path)))
+}
+
+/// Refuses an output that is also an input, or that exists and may not be replaced.
+///
+/// # Errors
+///
+/// [`PipelineError::Output`].
+pub fn check_target(
+    path: &Path,
+    inputs: &[&Path],
+    may_replace: impl FnOnce() -> bool,
+) -> Result<(), PipelineError> {
+    let refuse = |message: &str| {
+        Err(PipelineError::Output { path: path.to_owned(), message: message.to_owned() })
+    };
+    if !path.exists() {
+        return Ok(());
+    }
+    let same = |input: &&&Path| match (path.canonicalize(), input.canonicalize()) {
+        (Ok(a), Ok(b)) => a == b,
+        _ => false,
+    };
+    if inputs.iter().any(|input| same(&input)) {
+        return refuse("the output is also an input: name another file");
+    }
+    if path.is_dir() {
+        return refuse("the output is a folder: name a file in it");
+    }
+    if may_replace() {
+        return Ok(());
+    }
+    refuse("the output exists and was not made from the same inputs: --force replaces it")
+}
+
+#[cfg(unix)]
+fn set_ordinary_permissions(path: &Path) -> Result<(), PipelineError> {
+    use std::os::unix::fs::PermissionsExt as _;
+    let permissions = std::fs::Permissions::from_mode(0o644);
+    std::fs::set_permissions(path, permissions).map_err(PipelineError::io("write", path))
+}
+
+#[cfg(not(unix))]
+fn set_ordinary_permissions(_path: &Path) -> Result<(), PipelineError> {
+    Ok(())
+}

@@ -1,0 +1,303 @@
+//! From a session folder to one MCAP per take, a dictionary, an evaluation and a report.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use inhand_evaluation::Rows;
+use inhand_model::{Dictionary, Evaluation, InputHash, Motion, Provenance, Segments};
+use rayon::prelude::*;
+
+use crate::dictionary_file;
+use crate::error::PipelineError;
+use crate::manifest::{self, Manifest, RunJson};
+use crate::output;
+use crate::session::{self, Session};
+use crate::settings::{Role, Settings};
+use crate::steps::{self, Generated, TakeResult};
+use crate::take;
+use crate::take_file::{self, GeneratedMotion, TakeContents};
+
+/// Name and version of the tool, as written into files.
+pub const TOOL: &str = concat!("inhand ", env!("CARGO_PKG_VERSION"));
+
+/// What `run` needs to know.
+#[derive(Clone, Debug)]
+pub struct RunOptions {
+    /// Folder that the takes' paths are relative to.
+    pub folder: PathBuf,
+    /// Effective settings.
+    pub settings: Settings,
+    /// Folder of the results.
+    pub output: PathBuf,
+    /// Replace results that another session left in the output folder.
+    pub force: bool,
+    /// Write channels that viewers draw without set-up.
+    pub view: bool,
+    /// The command as typed, for `run.json`.
+    pub command: Vec<String>,
+}
+
+/// What happens during a run, for whoever watches it.
+#[derive(Clone, Debug)]
+pub enum Event<'a> {
+    /// A step begins.
+    Started(&'a str),
+    /// A step ended after this time.
+    Finished(&'a str, Duration),
+}
+
+/// What a run gave.
+#[derive(Debug)]
+pub struct RunResult {
+    /// The evaluation; `None` when everything was up to date and nothing was computed.
+    pub evaluation: Option<Evaluation>,
+    /// Files of the results.
+    pub files: RunFiles,
+    /// Whether the dictionary of an earlier run was used again.
+    pub dictionary_reused: bool,
+    /// Plans without a trajectory, over all methods.
+    pub failed_plans: usize,
+}
+
+/// Where a run's results are.
+#[derive(Clone, Debug)]
+pub struct RunFiles {
+    /// One recording for each take, in the session's order.
+    pub takes: Vec<PathBuf>,
+    /// The dictionary.
+    pub dictionary: PathBuf,
+    /// The evaluation.
+    pub evaluation: PathBuf,
+    /// The report.
+    pub report: PathBuf,
+    /// Times, memory, threads.
+    pub run: PathBuf,
+}
+
+impl RunFiles {
+    fn new(folder: &Path, session: &Session) -> Self {
+        let takes = session.takes.iter().map(|take| folder.join(format!("{}.mcap", take.name)));
+        Self {
+            takes: takes.collect(),
+            dictionary: folder.join("dictionary.mcap"),
+            evaluation: folder.join("evaluation.json"),
+            report: folder.join("report.html"),
+            run: folder.join(manifest::RUN_FILE),
+        }
+    }
+
+    /// The files that depend on inputs and settings alone.
+    fn reproducible(&self) -> Vec<&Path> {
+        let rest = [&self.dictionary, &self.evaluation, &self.report];
+        self.takes.iter().chain(rest).map(PathBuf::as_path).collect()
+    }
+}
+
+/// Runs a session from takes to report. Results of an earlier run with the same inputs, settings
+/// and version are kept.
+///
+/// # Errors
+///
+/// [`PipelineError`]; a file is either written whole or not at all.
+pub fn run(options: &RunOptions, watch: &mut dyn FnMut(Event<'_>)) -> Result<RunResult, PipelineError> {
+    let begin = Instant::now();
+    let settings = &options.settings;
+    settings.validate()?;
+    let session = session::list_takes(&options.folder, settings)?;
+    let files = RunFiles::new(&options.output, &session);
+    check_output(options, &session, &files)?;
+    let mut timer = Timer { watch, timings_s: BTreeMap::new() };
+
+    let takes = timer.time("read", || take::read_session(&session, settings))?;
+    let provenance = provenance("run", settings, takes.iter().map(|take| take.hash.clone()));
+    let key = manifest::key(&session, &provenance, options.view);
+    if manifest::up_to_date(&files.run, &key, &files.reproducible()) {
+        let (evaluation, failed_plans) = (None, 0);
+        return Ok(RunResult { evaluation, files, dictionary_reused: true, failed_plans });
+    }
+    // From here on results are replaced one by one: what is there no longer belongs together.
+    manifest::forget(&files.run)?;
+
+    let motions = timer.time("filter", || steps::process_takes(&takes, settings))?;
+    let results: Vec<_> = (takes.iter().zip(&motions).zip(&session.takes))
+        .map(|((take, motion), entry)| TakeResult { take, motion, role: entry.role })
+        .collect();
+    let train_motions = motions_of(&results, Role::Train);
+    let test_motions = motions_of(&results, Role::Test);
+
+    let train = steps::segments(&train_motions, Role::Train, settings)?;
+    let test = steps::segments(&test_motions, Role::Test, settings)?;
+    if test.is_empty() {
+        let message = "no test segment: no stretch of the test takes is long enough without gaps";
+        return Err(PipelineError::Session { path: options.folder.clone(), message: message.into() });
+    }
+    let (dictionary, dictionary_reused) = timer.time("learn", || {
+        learn_or_reuse(&results, &train_motions, &train, settings, &files.dictionary, options.view)
+    })?;
+
+    let generated = timer.time("generate", || {
+        (settings.plan.methods.iter())
+            .map(|&method| steps::generate(method, &dictionary, &test, settings))
+            .collect::<Result<Vec<_>, _>>()
+    })?;
+
+    let comparison = timer
+        .time("contacts", || steps::measure_recorded(&test, &test_motions, &dictionary, settings))?;
+    let evaluated = timer.time("evaluate", || {
+        let all: Vec<_> = generated.par_iter().map(|g| steps::evaluate(&comparison, g)).collect();
+        Ok(all)
+    })?;
+    let (methods, rows): (Vec<_>, Vec<_>) = evaluated.into_iter().unzip();
+    let evaluation = steps::assemble(
+        steps::session_facts(&session.name, &results, Some(&train), &test, settings),
+        steps::dictionary_facts(&dictionary, settings),
+        methods,
+        steps::quality(&results)?,
+    );
+
+    timer.time("write", || {
+        write_takes(&results, &test, &generated, &rows, &provenance, options, &files)
+    })?;
+    timer.time("report", || write_reports(&evaluation, &provenance, &files))?;
+    let mut timings_s = timer.timings_s;
+    timings_s.insert("total".to_owned(), begin.elapsed().as_secs_f64());
+    manifest::write_run_json(
+        &files.run,
+        &RunJson {
+            timings_s,
+            plan_ms: plan_times(&generated),
+            peak_memory_bytes: manifest::peak_memory_bytes(),
+            threads: rayon::current_num_threads(),
+            command: options.command.clone(),
+            manifest: Manifest::of(key, &files.reproducible())?,
+        },
+    )?;
+    let failed_plans = (generated.iter())
+        .map(|g| g.trajectories.iter().filter(|trajectory| trajectory.is_none()).count())
+        .sum();
+    Ok(RunResult { evaluation: Some(evaluation), files, dictionary_reused, failed_plans })
+}
+
+struct Timer<'a> {
+    watch: &'a mut dyn FnMut(Event<'_>),
+    timings_s: BTreeMap<String, f64>,
+}
+
+impl Timer<'_> {
+    fn time<T>(
+        &mut self,
+        step: &'static str,
+        work: impl FnOnce() -> Result<T, PipelineError>,
+    ) -> Result<T, PipelineError> {
+        (self.watch)(Event::Started(step));
+        let begin = Instant::now();
+        let result = work()?;
+        let elapsed = begin.elapsed();
+        self.timings_s.insert(step.to_owned(), elapsed.as_secs_f64());
+        (self.watch)(Event::Finished(step, elapsed));
+        Ok(result)
+    }
+}
+
+/// What made a result of this step, for its file.
+pub fn provenance(
+    step: &str,
+    settings: &Settings,
+    inputs: impl IntoIterator<Item = InputHash>,
+) -> Provenance {
+    Provenance {
+        tool: TOOL.to_owned(),
+        step: step.to_owned(),
+        settings_json: settings.provenance_json(),
+        inputs: inputs.into_iter().collect(),
+    }
+}
+
+fn check_output(
+    options: &RunOptions,
+    session: &Session,
+    files: &RunFiles,
+) -> Result<(), PipelineError> {
+    let inputs: Vec<_> = session.takes.iter().map(|take| take.path.as_path()).collect();
+    // Results of an earlier run are ours to replace; anything else only by force.
+    let ours = options.force || manifest::is_run_file(&files.run);
+    let mut targets = files.reproducible();
+    targets.push(&files.run);
+    targets.into_iter().try_for_each(|path| output::check_target(path, &inputs, || ours))
+}
+
+fn motions_of<'a>(results: &[TakeResult<'a>], role: Role) -> Vec<&'a Motion> {
+    results.iter().filter(|result| result.role == role).map(|result| result.motion).collect()
+}
+
+/// The dictionary of an earlier run with the same training takes and settings, or a new one.
+fn learn_or_reuse(
+    results: &[TakeResult<'_>],
+    motions: &[&Motion],
+    segments: &Segments,
+    settings: &Settings,
+    path: &Path,
+    view: bool,
+) -> Result<(Dictionary, bool), PipelineError> {
+    let train = results.iter().filter(|result| result.role == Role::Train);
+    let learned_by = manifest::learn_provenance(settings, train.map(|result| result.take));
+    if let Some(dictionary) = dictionary_file::read_if(path, &learned_by) {
+        return Ok((dictionary, true));
+    }
+    let dictionary = steps::learn(segments, steps::demonstrated(motions)?, settings)?;
+    dictionary_file::write(path, &dictionary, &[learned_by], view)?;
+    Ok((dictionary, false))
+}
+
+fn write_takes(
+    results: &[TakeResult<'_>],
+    test: &Segments,
+    generated: &[Generated],
+    rows: &[Rows],
+    provenance: &Provenance,
+    options: &RunOptions,
+    files: &RunFiles,
+) -> Result<(), PipelineError> {
+    let shape = options.settings.shape()?;
+    // Segments count takes among the test takes, results among all takes.
+    let mut tests = 0..;
+    let indices: Vec<_> = (results.iter())
+        .map(|result| (result.role == Role::Test).then(|| tests.next()).flatten())
+        .collect();
+    let written: Vec<_> = (results.par_iter().zip(&indices).zip(&files.takes))
+        .map(|((result, &index), path)| {
+            let motion = index.map(|take| GeneratedMotion { segments: test, take, generated, rows });
+            let contents = TakeContents {
+                take: result.take,
+                motion: result.motion,
+                generated: motion,
+                made: provenance,
+                shape,
+            };
+            take_file::write(path, &contents, options.view)
+        })
+        .collect();
+    written.into_iter().collect()
+}
+
+fn write_reports(
+    evaluation: &Evaluation,
+    provenance: &Provenance,
+    files: &RunFiles,
+) -> Result<(), PipelineError> {
+    let chain = std::slice::from_ref(provenance);
+    let (json, html) = rayon::join(
+        || inhand_report::evaluation_json(evaluation, chain),
+        || inhand_report::html(evaluation, chain),
+    );
+    output::write_text(&files.evaluation, &json?)?;
+    output::write_text(&files.report, &html?)
+}
+
+fn plan_times(generated: &[Generated]) -> BTreeMap<String, manifest::PlanMs> {
+    (generated.iter())
+        .filter(|g| !g.plan_times.is_empty())
+        .map(|g| (g.method.name().to_owned(), manifest::PlanMs::of(&g.plan_times)))
+        .collect()
+}

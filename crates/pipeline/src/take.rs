@@ -1,0 +1,194 @@
+//! Takes in memory: read from a vendor file or MCAP, with roles and hash.
+
+use std::path::{Path, PathBuf};
+
+use inhand_capture::roles::{RoleSettings, resolve};
+use inhand_channels::ReadTake;
+use inhand_model::{BodySource, InputHash, Motion, Provenance, Recording, Roles};
+use rayon::prelude::*;
+use sha2::{Digest, Sha256};
+
+use crate::error::PipelineError;
+use crate::session::{Session, SessionTake};
+use crate::settings::{Role, Settings};
+
+/// A take in memory.
+#[derive(Clone, Debug)]
+pub struct Take {
+    /// File it was read from.
+    pub path: PathBuf,
+    /// Name of its output.
+    pub name: String,
+    /// What was measured.
+    pub recording: Recording,
+    /// Which entity has which role; `None` where it cannot be told.
+    pub roles: Result<Roles, String>,
+    /// Content of the file.
+    pub hash: InputHash,
+    /// Steps that made the file, first to last; empty for a vendor file.
+    pub provenance: Vec<Provenance>,
+    /// Motion that an earlier step stored in the file.
+    pub stored_motion: Option<Motion>,
+    /// Trajectories that an earlier step stored in the file.
+    pub stored_methods: Vec<StoredMethod>,
+}
+
+/// Trajectories of one method, as a file holds them.
+pub type StoredMethod = inhand_channels::ReadMethod;
+
+/// Reads a take, whatever its format. Roles are told where that is possible.
+///
+/// # Errors
+///
+/// [`PipelineError`] with file, line or topic.
+pub fn read(path: &Path, settings: &Settings) -> Result<Take, PipelineError> {
+    let bytes = std::fs::read(path).map_err(PipelineError::io("read", path))?;
+    let file_name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    let role_settings = settings.role_settings()?;
+    // Hashing takes as long as parsing: do both at once.
+    let (sha256, parsed) = rayon::join(
+        || hex_sha256(&bytes),
+        || -> Result<_, PipelineError> {
+            if inhand_channels::is_mcap(&bytes) {
+                let take = inhand_channels::read_take(&bytes, &file_name)
+                    .map_err(|source| PipelineError::Channels { path: path.to_owned(), source })?;
+                Ok(take)
+            } else {
+                let recording = inhand_capture::read(&bytes, &file_name, &settings.read_settings()?)
+                    .map_err(|source| PipelineError::Capture { path: path.to_owned(), source })?;
+                let (roles, motion, generated) = (None, None, Vec::new());
+                Ok(ReadTake { recording, roles, motion, generated, provenance: Vec::new() })
+            }
+        },
+    );
+    let ReadTake { recording, roles, motion, generated, provenance } = parsed?;
+    // Roles that an earlier step found stay, unless this call says otherwise.
+    let roles = match roles {
+        Some(roles) if role_settings == RoleSettings::default() => Ok(roles),
+        _ => resolve(&recording, &role_settings).map_err(|error| error.to_string()),
+    };
+    let hash = InputHash { name: file_name, sha256 };
+    let name = crate::session::stem(path);
+    Ok(Take {
+        path: path.to_owned(),
+        name,
+        recording,
+        roles,
+        hash,
+        provenance,
+        stored_motion: motion,
+        stored_methods: generated,
+    })
+}
+
+impl Take {
+    /// The roles, or an error that says which one cannot be told.
+    ///
+    /// # Errors
+    ///
+    /// [`PipelineError::Take`].
+    pub fn roles(&self) -> Result<&Roles, PipelineError> {
+        self.roles.as_ref().map_err(|message| self.error(message.clone()))
+    }
+
+    pub(crate) fn error(&self, message: String) -> PipelineError {
+        PipelineError::Take { path: self.path.clone(), message }
+    }
+}
+
+/// Reads every take of a session and checks that they can be used together.
+///
+/// # Errors
+///
+/// The first take, in the session's order, that cannot be read; takes of different rates; takes
+/// that serve for training and testing at once.
+pub fn read_session(session: &Session, settings: &Settings) -> Result<Vec<Take>, PipelineError> {
+    let takes: Vec<_> =
+        session.takes.par_iter().map(|entry| read_entry(entry, settings)).collect();
+    let takes = takes.into_iter().collect::<Result<Vec<_>, _>>()?;
+    for take in &takes {
+        take.roles()?;
+    }
+    check_rates(&takes)?;
+    if !settings.allow_shared_takes {
+        check_disjoint(session, &takes)?;
+    }
+    Ok(takes)
+}
+
+fn read_entry(entry: &SessionTake, settings: &Settings) -> Result<Take, PipelineError> {
+    let mut take = read(&entry.path, settings)?;
+    take.name.clone_from(&entry.name);
+    if entry.from_s.is_none() && entry.to_s.is_none() {
+        return Ok(take);
+    }
+    let (clock, len) = (take.recording.clock, take.recording.len());
+    let from = entry.from_s.map_or(0, |s| clock.nearest_sample(s));
+    let to = entry.to_s.map_or(len, |s| clock.nearest_sample(s));
+    if from >= len {
+        return Err(take.error(format!(
+            "from_s is {} s, but the take ends after {} s",
+            entry.from_s.unwrap_or_default(),
+            clock.time_s(len)
+        )));
+    }
+    take.recording = take.recording.slice(from..to);
+    // What was stored belongs to the whole take.
+    take.stored_motion = None;
+    take.stored_methods = Vec::new();
+    Ok(take)
+}
+
+fn check_rates(takes: &[Take]) -> Result<(), PipelineError> {
+    let Some(first) = takes.first() else { return Ok(()) };
+    let rate_hz = first.recording.clock.rate_hz();
+    match takes.iter().find(|take| (take.recording.clock.rate_hz() - rate_hz).abs() > 1e-6 * rate_hz) {
+        None => Ok(()),
+        Some(other) => Err(other.error(format!(
+            "the take has {} Hz, but {} has {rate_hz} Hz: the takes of a session need one rate",
+            other.recording.clock.rate_hz(),
+            first.path.display()
+        ))),
+    }
+}
+
+fn check_disjoint(session: &Session, takes: &[Take]) -> Result<(), PipelineError> {
+    let with = |role| takes.iter().zip(&session.takes).filter(move |(_, entry)| entry.role == role);
+    for (test, test_entry) in with(Role::Test) {
+        for (train, train_entry) in with(Role::Train) {
+            if test.hash.sha256 == train.hash.sha256 && overlap(test_entry, train_entry) {
+                return Err(test.error(format!(
+                    "the test take is also the training take {}: give each its own time range \
+                     (from_s, to_s), or set allow_shared_takes = true to accept results that \
+                     look better than they are",
+                    train.path.display()
+                )));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn overlap(a: &SessionTake, b: &SessionTake) -> bool {
+    let start = |take: &SessionTake| take.from_s.unwrap_or(0.0);
+    let end = |take: &SessionTake| take.to_s.unwrap_or(f64::INFINITY);
+    start(a) < end(b) && start(b) < end(a)
+}
+
+/// Names of a body's source, for messages.
+pub fn describe_source(source: &BodySource) -> String {
+    match source {
+        BodySource::RigidBody(name) => format!("rigid body \"{name}\""),
+        BodySource::Markers(names) => format!("markers {}", names.join(", ")),
+    }
+}
+
+/// SHA-256 as lower-case hexadecimal.
+pub(crate) fn hex_sha256(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().fold(String::with_capacity(64), |mut text, byte| {
+        use std::fmt::Write as _;
+        // Writing to a string cannot fail.
+        let _ = write!(text, "{byte:02x}");
+        text
+    })
+}

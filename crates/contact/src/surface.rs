@@ -29,18 +29,13 @@ pub fn surface_distance_m(shape: &Shape, p: Position<Object>) -> f64 {
         return f64::NAN;
     }
     match *shape {
-        Shape::Cuboid { edges_m: [a, b, c] } => solid_distance_m([
-            x.abs() - a / 2.0,
-            y.abs() - b / 2.0,
-            z.abs() - c / 2.0,
-        ]),
+        Shape::Cuboid { edges_m: [a, b, c] } => {
+            solid_distance_m([x.abs() - a / 2.0, y.abs() - b / 2.0, z.abs() - c / 2.0])
+        }
         Shape::Cylinder {
             diameter_m,
             height_m,
-        } => solid_distance_m([
-            x.hypot(y) - diameter_m / 2.0,
-            z.abs() - height_m / 2.0,
-        ]),
+        } => solid_distance_m([x.hypot(y) - diameter_m / 2.0, z.abs() - height_m / 2.0]),
     }
 }
 

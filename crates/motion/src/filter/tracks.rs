@@ -1,0 +1,103 @@
+//! Filters applied to tracks: coordinate by coordinate, stretch by stretch.
+
+use std::ops::Range;
+
+use inhand_model::{Frame, PointTrack, Pose, PoseTrack, Position, Sample, Track};
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector4};
+use rayon::prelude::*;
+
+use crate::filter::Smoother;
+
+/// Norm below which a filtered quaternion names no orientation: the window then held orientations
+/// half a turn and more apart. (Samples of one orientation keep norm 1.)
+const MIN_QUATERNION_NORM: f64 = 1e-3;
+
+/// Filters positions. A sample keeps its status, whatever the samples around it are.
+pub(crate) fn smooth_points<F: Frame>(track: &PointTrack<F>, smoother: &Smoother) -> PointTrack<F> {
+    let columns = (0..3)
+        .map(|axis| (track.values().iter().map(|p| p.coords_m()[axis])).collect())
+        .collect();
+    let columns = smooth_columns(columns, &stretches(track), smoother);
+    rebuilt(track, |k| {
+        Some(Position::new(columns[0][k], columns[1][k], columns[2][k]))
+    })
+}
+
+/// Filters poses: positions, and orientations as sign-continuous quaternions, component by
+/// component, then normalised. A sample keeps its status, except that it is missing where the
+/// filtered quaternion vanishes.
+pub(crate) fn smooth_poses<To: Frame, From: Frame>(
+    track: &PoseTrack<To, From>,
+    smoother: &Smoother,
+) -> PoseTrack<To, From> {
+    let mut columns: Vec<Vec<f64>> = (0..3)
+        .map(|axis| {
+            (track.values().iter())
+                .map(|pose| pose.isometry().translation.vector[axis])
+                .collect()
+        })
+        .collect();
+    let quaternions = sign_continuous(track);
+    columns.extend((0..4).map(|i| quaternions.iter().map(|q| q[i]).collect()));
+    let columns = smooth_columns(columns, &stretches(track), smoother);
+    rebuilt(track, |k| {
+        let [x, y, z, i, j, l, w] = std::array::from_fn(|column| columns[column][k]);
+        let rotation = UnitQuaternion::try_new(Quaternion::new(w, i, j, l), MIN_QUATERNION_NORM)?;
+        let translation = Translation3::new(x, y, z);
+        Some(Pose::new(Isometry3::from_parts(translation, rotation)))
+    })
+}
+
+/// Quaternions (x, y, z, w) whose signs are such that neighbours are on one side of the sphere, the
+/// first with `w >= 0`; also across gaps, for a reader who goes on from the last one seen.
+fn sign_continuous<To: Frame, From: Frame>(track: &PoseTrack<To, From>) -> Vec<Vector4<f64>> {
+    let mut last = Vector4::w();
+    track
+        .values()
+        .iter()
+        .map(|pose| {
+            let q = pose.isometry().rotation.coords;
+            // Also false for a missing sample, which is NaN and must not be gone on from.
+            if q.dot(&last) < 0.0 {
+                last = -q;
+                -q
+            } else {
+                if !q.x.is_nan() {
+                    last = q;
+                }
+                q
+            }
+        })
+        .collect()
+}
+
+fn smooth_columns(
+    columns: Vec<Vec<f64>>,
+    stretches: &[Range<usize>],
+    smoother: &Smoother,
+) -> Vec<Vec<f64>> {
+    columns
+        .into_par_iter()
+        .map(|mut column| {
+            for stretch in stretches {
+                let smooth = smoother.apply(&column[stretch.clone()]);
+                column[stretch.clone()].copy_from_slice(&smooth);
+            }
+            column
+        })
+        .collect()
+}
+
+/// A track with the statuses of another.
+fn rebuilt<T: Sample>(track: &Track<T>, value: impl Fn(usize) -> Option<T>) -> Track<T> {
+    let mut rebuilt = Track::with_capacity(track.len());
+    for (k, &status) in track.statuses().iter().enumerate() {
+        rebuilt.push(value(k), status);
+    }
+    rebuilt
+}
+
+/// Runs of present samples, in order.
+fn stretches<T: Sample>(track: &Track<T>) -> Vec<Range<usize>> {
+    crate::stretches::runs(track.len(), |k| track.status(k).is_present())
+}

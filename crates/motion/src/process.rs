@@ -1,0 +1,119 @@
+//! From a recording to the motion of fingertips and object in the hand's frame.
+
+use inhand_model::{
+    Finger, Hand, Motion, Object, PerFinger, PointTrack, Pose, PoseTrack, Recording, Roles, Sample,
+    Track, World,
+};
+use nalgebra::Translation3;
+use rayon::prelude::*;
+
+use crate::body::pose_track;
+use crate::error::MotionError;
+use crate::filter::{Smoother, smooth_points, smooth_poses};
+use crate::gaps::{fill_points, fill_poses};
+use crate::lookup::marker;
+use crate::settings::ProcessSettings;
+use crate::template::{BodyRole, Templates};
+
+/// Takes a recording into the hand's frame: bodies from marker clusters, gaps, hand frame, filter.
+///
+/// 1. The hand's pose comes from its rigid body or is fitted to its cluster (at least three
+///    markers seen; a marker hidden from a larger cluster is no gap). Its gaps are filled in the
+///    world.
+/// 2. `hand_f(t) = hand_from_world(t) * f(t)` and `hand_from_object(t) = hand_from_world(t) *
+///    world_from_object(t)`; the object's pose is first moved to its centre by `object_offset_m`.
+///    Where the hand is missing, so is everything in its frame.
+/// 3. Gaps of fingertips and object are filled in the hand's frame, not in the world: while a tip is
+///    hidden the hand goes on moving, which is known, and only the motion within the hand has to be
+///    guessed. The same for an object in the fingers.
+/// 4. The filter smooths each coordinate of each stretch without missing samples.
+///
+/// A value is [`Filled`](inhand_model::Status::Filled) where its own sample was filled or the hand's
+/// was, whatever the filter's window held beside it; otherwise measured. The hand itself is given as
+/// filled, not filtered. Independent of the number of threads.
+///
+/// # Errors
+///
+/// [`MotionError::Setting`], [`MotionError::NotInTake`], [`MotionError::NoTemplate`].
+pub fn process(
+    recording: &Recording,
+    roles: &Roles,
+    templates: &Templates,
+    settings: &ProcessSettings,
+) -> Result<Motion, MotionError> {
+    let rate_hz = recording.clock.rate_hz();
+    let max_gap = settings.max_gap_samples(rate_hz)?;
+    let smoother = Smoother::new(settings.filter, rate_hz)?;
+    let offset = settings.object_offset()?;
+
+    let mut hand: PoseTrack<World, Hand> =
+        pose_track(recording, BodyRole::Hand, &roles.hand, templates)?;
+    fill_poses(&mut hand, max_gap, settings.fill);
+    let hand_from_world = hand.map(Pose::inverse);
+
+    let tips = PerFinger::try_from_fn(|finger| {
+        Ok(&marker(recording, finger.name(), &roles.fingers[finger])?.track)
+    })?;
+    let object = (roles.object.as_ref())
+        .map(|source| pose_track::<Object>(recording, BodyRole::Object, source, templates))
+        .transpose()?;
+
+    let fingertip = |finger: Finger| {
+        let mut track = in_hand(&hand_from_world, tips[finger], |pose, tip| pose * tip);
+        fill_points(&mut track, max_gap, settings.fill);
+        smooth_points(&track, &smoother)
+    };
+    let object = || {
+        object.map(|world_from_body| {
+            let mut track = in_hand(&hand_from_world, &world_from_body, |pose, body| {
+                pose * Pose::new(body.isometry() * offset)
+            });
+            fill_poses(&mut track, max_gap, settings.fill);
+            smooth_poses(&track, &smoother)
+        })
+    };
+    let fingertips =
+        || -> Vec<PointTrack<Hand>> { Finger::ALL.into_par_iter().map(fingertip).collect() };
+    let (fingertips, object) = rayon::join(fingertips, object);
+    let mut fingertips = fingertips.into_iter();
+    Ok(Motion {
+        name: recording.name.clone(),
+        clock: recording.clock,
+        fingertips: PerFinger::from_fn(|_| {
+            fingertips
+                .next()
+                .expect("one track was made for each finger")
+        }),
+        object,
+        hand,
+    })
+}
+
+/// Combines the hand's pose with something else at each sample where both are present; what is known
+/// of the result is the lesser of what is known of the two.
+fn in_hand<T: Sample, U: Sample>(
+    hand_from_world: &PoseTrack<Hand, World>,
+    track: &Track<T>,
+    combine: impl Fn(Pose<Hand, World>, T) -> U,
+) -> Track<U> {
+    let mut result = Track::with_capacity(track.len());
+    for k in 0..track.len() {
+        let both = hand_from_world.get(k).zip(track.get(k));
+        let status = hand_from_world.status(k).and(track.status(k));
+        result.push(both.map(|(pose, value)| combine(pose, value)), status);
+    }
+    result
+}
+
+impl ProcessSettings {
+    fn object_offset(&self) -> Result<Translation3<f64>, MotionError> {
+        if self.object_offset_m.iter().all(|c| c.is_finite()) {
+            return Ok(Translation3::from(self.object_offset_m));
+        }
+        Err(MotionError::setting(
+            "object_offset_m",
+            format!("{:?}", self.object_offset_m),
+            "three finite numbers, metres",
+        ))
+    }
+}

@@ -1,0 +1,86 @@
+//! How takes are processed and cut. No defaults: these are physical choices.
+
+use inhand_model::SegmentLayout;
+
+use crate::error::MotionError;
+
+/// How a recording becomes a motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ProcessSettings {
+    /// Longest gap that is filled, seconds (0.1 in the method): `floor(max_gap_s * rate)` missing
+    /// samples.
+    pub max_gap_s: f64,
+    /// How gaps up to that length are filled.
+    pub fill: GapFill,
+    /// How fingertips and object are smoothed, in the hand's frame.
+    pub filter: Filter,
+    /// Where the object's centre lies in the frame of its tracked body, metres.
+    pub object_offset_m: [f64; 3],
+}
+
+/// What takes the place of missing samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GapFill {
+    /// The cubic through the two samples before and the two after the gap.
+    Cubic,
+    /// The straight line between the samples before and after; for orientations slerp.
+    Linear,
+    /// Nothing: missing stays missing.
+    None,
+}
+
+/// A filter without delay, applied to each coordinate of each stretch of present samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Filter {
+    /// The samples as they are.
+    None,
+    /// The median of `window` samples (50 in the paper); see [`filter::median`](crate::filter::median).
+    Median {
+        /// Samples in the window, 1 or more.
+        window: usize,
+    },
+    /// The polynomial of least squares through `window` samples; see
+    /// [`filter::savitzky_golay`](crate::filter::savitzky_golay).
+    SavitzkyGolay {
+        /// Samples in the window, odd.
+        window: usize,
+        /// Degree of the polynomial, below `window`.
+        order: usize,
+    },
+    /// A Butterworth low-pass run forwards and backwards; see
+    /// [`filter::butterworth`](crate::filter::butterworth).
+    Butterworth {
+        /// Where both passes together have lost 3 dB, Hz; below half the sample rate.
+        cutoff_hz: f64,
+        /// Order of each pass, 1 to 10; both together fall off like twice that.
+        order: usize,
+    },
+}
+
+/// How motions are cut into segments.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SegmentSettings {
+    /// Samples of a segment, two or more, and the rate of the takes.
+    pub layout: SegmentLayout,
+    /// Samples from the start of one segment to the start of the next, 1 or more.
+    pub stride: usize,
+    /// Time kept free at both ends of every stretch, over which end velocities are taken, seconds
+    /// (0.04 in the method); rounded to whole samples, one at least.
+    pub margin_s: f64,
+}
+
+impl ProcessSettings {
+    /// Missing samples in the longest gap that is filled.
+    pub(crate) fn max_gap_samples(&self, rate_hz: f64) -> Result<usize, MotionError> {
+        if !(self.max_gap_s.is_finite() && self.max_gap_s >= 0.0) {
+            return Err(MotionError::setting(
+                "max_gap_s",
+                self.max_gap_s,
+                "a time in seconds, 0 or more",
+            ));
+        }
+        // A whole number of samples must not be lost to rounding: 0.29 s * 100 Hz is 28.999...96.
+        const SLACK_SAMPLES: f64 = 1e-6;
+        Ok((self.max_gap_s * rate_hz + SLACK_SAMPLES) as usize)
+    }
+}

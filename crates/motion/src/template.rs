@@ -1,0 +1,325 @@
+//! What the marker clusters of a session look like, and the frames they define.
+
+use std::fmt;
+
+use inhand_model::{BodySource, Recording, Roles, Status};
+use nalgebra::{Matrix3, Rotation3, Vector3};
+use rayon::prelude::*;
+
+use crate::error::MotionError;
+use crate::lookup::marker;
+use crate::rigid_fit::{MIN_SPREAD, centroid, rigid_fit};
+
+/// Change of the mean shape, root mean square over markers, below which it counts as found: far
+/// below a micrometre, well above rounding (metres).
+const SHAPE_TOLERANCE_M: f64 = 1e-12;
+
+/// Rounds of alignment at most. With noise well below the cluster's size three to five are enough.
+const MAX_ROUNDS: usize = 50;
+
+/// Frames summed by one thread at a time. Fixed, so that sums do not depend on the threads.
+const FRAMES_PER_CHUNK: usize = 1024;
+
+/// A body whose frame is defined by the roles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BodyRole {
+    /// The back of the hand.
+    Hand,
+    /// The manipulated object.
+    Object,
+}
+
+impl BodyRole {
+    /// Lower-case name, as in settings.
+    pub const fn name(self) -> &'static str {
+        match self {
+            BodyRole::Hand => "hand",
+            BodyRole::Object => "object",
+        }
+    }
+
+    /// What `roles` say the body is.
+    pub fn source(self, roles: &Roles) -> Option<&BodySource> {
+        match self {
+            BodyRole::Hand => Some(&roles.hand),
+            BodyRole::Object => roles.object.as_ref(),
+        }
+    }
+}
+
+impl fmt::Display for BodyRole {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// The mean shape of a marker cluster in the frame that it defines: origin in its centroid, x from
+/// the first to the second named marker, z along the normal of the first three,
+/// `(m2 - m1) x (m3 - m1)`, y completing a right-handed frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Template {
+    markers: Vec<String>,
+    positions_m: Vec<Vector3<f64>>,
+    frames: usize,
+    rms_m: f64,
+}
+
+impl Template {
+    /// Names of the markers, in the order that defines the axes.
+    pub fn markers(&self) -> &[String] {
+        &self.markers
+    }
+
+    /// Position of each marker in the body's frame, metres.
+    pub fn positions_m(&self) -> &[Vector3<f64>] {
+        &self.positions_m
+    }
+
+    /// Complete frames that the shape is the mean of.
+    pub fn frames(&self) -> usize {
+        self.frames
+    }
+
+    /// Root mean square distance of the markers of those frames from their place in the shape,
+    /// metres: the noise of the markers and how much the cluster deforms.
+    pub fn rms_m(&self) -> f64 {
+        self.rms_m
+    }
+}
+
+/// The templates of a session. Empty where hand and object are rigid bodies of the takes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Templates {
+    hand: Option<Template>,
+    object: Option<Template>,
+}
+
+impl Templates {
+    /// The template of a body, where it is a cluster.
+    pub fn get(&self, role: BodyRole) -> Option<&Template> {
+        match role {
+            BodyRole::Hand => self.hand.as_ref(),
+            BodyRole::Object => self.object.as_ref(),
+        }
+    }
+}
+
+/// Fits one template for each body that is a marker cluster, over all takes of a session: the mean
+/// shape by generalised Procrustes analysis without scaling (Gower, *Generalized Procrustes
+/// analysis*, Psychometrika 40, 1975) of the frames that show the whole cluster.
+///
+/// Each round aligns every frame to the shape by the rigid motion of least squares and takes the
+/// mean of the aligned frames for the new shape, until it no longer changes. Cost: one small
+/// eigenvalue problem a frame and round.
+///
+/// Takes that do not track a body (no object in training) have no say in its template; where every
+/// body is a rigid body there is nothing to do.
+///
+/// # Errors
+///
+/// [`MotionError::BodyDiffers`] unless a body is the same cluster (names and their order, which
+/// defines the axes) or a rigid body in all takes that have it; [`MotionError::ClusterTooSmall`],
+/// [`MotionError::NotInTake`], [`MotionError::NeverComplete`], [`MotionError::Collinear`].
+pub fn fit_templates<'a>(
+    takes: impl IntoIterator<Item = (&'a Recording, &'a Roles)>,
+) -> Result<Templates, MotionError> {
+    let takes: Vec<_> = takes.into_iter().collect();
+    Ok(Templates {
+        hand: fit_template(&takes, BodyRole::Hand)?,
+        object: fit_template(&takes, BodyRole::Object)?,
+    })
+}
+
+fn fit_template(
+    takes: &[(&Recording, &Roles)],
+    role: BodyRole,
+) -> Result<Option<Template>, MotionError> {
+    let with_body: Vec<(&Recording, &BodySource)> = takes
+        .iter()
+        .filter_map(|&(recording, roles)| Some((recording, role.source(roles)?)))
+        .collect();
+    let Some(&(first_take, first)) = with_body.first() else {
+        return Ok(None);
+    };
+    for &(take, source) in &with_body {
+        let same = match (source, first) {
+            // Takes may call one rigid body by different names; what its frame is, the capture
+            // software knows.
+            (BodySource::RigidBody(_), BodySource::RigidBody(_)) => true,
+            (source, first) => source == first,
+        };
+        if !same {
+            return Err(MotionError::BodyDiffers {
+                role,
+                take: take.name.clone(),
+                found: in_words(source),
+                first_take: first_take.name.clone(),
+                expected: in_words(first),
+            });
+        }
+    }
+    let BodySource::Markers(names) = first else {
+        return Ok(None);
+    };
+    let repeated = (1..names.len()).any(|i| names[..i].contains(&names[i]));
+    if names.len() < 3 || repeated {
+        return Err(MotionError::ClusterTooSmall {
+            role,
+            markers: names.clone(),
+        });
+    }
+
+    let mut frames = Vec::new();
+    for &(take, _) in &with_body {
+        complete_frames(take, role, names, &mut frames)?;
+    }
+    if frames.is_empty() {
+        return Err(MotionError::NeverComplete {
+            role,
+            markers: names.clone(),
+            takes: (with_body.iter().map(|(take, _)| take.name.clone())).collect(),
+        });
+    }
+    let count = names.len();
+    let (shape, rms_m) = mean_shape(&frames, count);
+    Ok(Some(Template {
+        positions_m: in_own_axes(&shape, role, names)?,
+        markers: names.clone(),
+        frames: frames.len() / count,
+        rms_m,
+    }))
+}
+
+fn in_words(source: &BodySource) -> String {
+    match source {
+        BodySource::RigidBody(name) => format!("the rigid body \"{name}\""),
+        BodySource::Markers(names) => format!("the cluster \"{}\"", names.join("\", \"")),
+    }
+}
+
+/// Appends the cluster's markers of every sample at which all of them were measured.
+fn complete_frames(
+    take: &Recording,
+    role: BodyRole,
+    names: &[String],
+    frames: &mut Vec<Vector3<f64>>,
+) -> Result<(), MotionError> {
+    let tracks = (names.iter())
+        .map(|name| Ok(&marker(take, role.name(), name)?.track))
+        .collect::<Result<Vec<_>, MotionError>>()?;
+    for k in 0..take.len() {
+        if (tracks.iter()).all(|track| track.status(k) == Status::Measured) {
+            frames.extend(tracks.iter().map(|track| track.values()[k].coords_m()));
+        }
+    }
+    Ok(())
+}
+
+/// The mean shape of frames of `count` points each, centred on its centroid, and the root mean
+/// square distance of their points from it. The shape's orientation is that of the first frame.
+fn mean_shape(frames: &[Vector3<f64>], count: usize) -> (Vec<Vector3<f64>>, f64) {
+    let mut shape = centred(&frames[..count]);
+    for _ in 0..MAX_ROUNDS {
+        let (sum, used) = over_aligned(frames, &shape, vec![Vector3::zeros(); count], {
+            |sum, _, aligned| sum.iter_mut().zip(aligned).for_each(|(s, a)| *s += a)
+        });
+        // A frame that cannot be aligned is degenerate; if all are, so is the shape, as
+        // `in_own_axes` finds.
+        if used == 0 {
+            break;
+        }
+        let mut mean = vec![Vector3::zeros(); count];
+        for sums in &sum {
+            for (mean, sum) in mean.iter_mut().zip(sums) {
+                *mean += sum / used as f64;
+            }
+        }
+        let mean = centred(&mean);
+        let change: f64 = (mean.iter().zip(&shape))
+            .map(|(new, old)| (new - old).norm_squared())
+            .sum();
+        shape = mean;
+        if (change / count as f64).sqrt() < SHAPE_TOLERANCE_M {
+            break;
+        }
+    }
+    let (squares, used) = over_aligned(frames, &shape, 0.0, |sum, shape, aligned| {
+        for (s, a) in shape.iter().zip(aligned) {
+            *sum += (s - a).norm_squared();
+        }
+    });
+    let rms_m = (squares.iter().sum::<f64>() / (used.max(1) * count) as f64).sqrt();
+    (shape, rms_m)
+}
+
+/// Aligns every frame to `shape` and accumulates over chunks of fixed size, in parallel; gives the
+/// accumulated values in the order of the chunks and how many frames could be aligned.
+fn over_aligned<A: Clone + Send + Sync>(
+    frames: &[Vector3<f64>],
+    shape: &[Vector3<f64>],
+    start: A,
+    accumulate: impl Fn(&mut A, &[Vector3<f64>], &[Vector3<f64>]) + Sync,
+) -> (Vec<A>, usize) {
+    let count = shape.len();
+    let chunks: Vec<(A, usize)> = frames
+        .par_chunks(FRAMES_PER_CHUNK * count)
+        .map(|chunk| {
+            let (mut accumulated, mut used) = (start.clone(), 0);
+            let mut aligned = vec![Vector3::zeros(); count];
+            for frame in chunk.chunks_exact(count) {
+                let Some(fit) = rigid_fit(frame, shape) else {
+                    continue;
+                };
+                for (aligned, point) in aligned.iter_mut().zip(frame) {
+                    *aligned = fit.isometry.rotation * point + fit.isometry.translation.vector;
+                }
+                accumulate(&mut accumulated, shape, &aligned);
+                used += 1;
+            }
+            (accumulated, used)
+        })
+        .collect();
+    let used = chunks.iter().map(|(_, used)| used).sum();
+    let accumulated = chunks.into_iter().map(|(accumulated, _)| accumulated);
+    (accumulated.collect(), used)
+}
+
+fn centred(points: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+    let centre = centroid(points);
+    points.iter().map(|point| point - centre).collect()
+}
+
+/// Turns a centred shape into the axes that its first three points define.
+fn in_own_axes(
+    shape: &[Vector3<f64>],
+    role: BodyRole,
+    names: &[String],
+) -> Result<Vec<Vector3<f64>>, MotionError> {
+    for points in [shape, &shape[..3]] {
+        let spread = rigid_fit(points, points).map_or(0.0, |fit| fit.spread);
+        if spread < MIN_SPREAD {
+            return Err(MotionError::Collinear {
+                role,
+                markers: names[..points.len()].to_vec(),
+                spread,
+                min_spread: MIN_SPREAD,
+            });
+        }
+    }
+    let first_to_second = shape[1] - shape[0];
+    let normal = first_to_second.cross(&(shape[2] - shape[0]));
+    let axes = (first_to_second.try_normalize(0.0)).zip(normal.try_normalize(0.0));
+    let Some((x, z)) = axes else {
+        // Two of three points that coincide lie on a line with the third, which was refused above
+        // unless rounding hid it.
+        return Err(MotionError::Collinear {
+            role,
+            markers: names[..3].to_vec(),
+            spread: 0.0,
+            min_spread: MIN_SPREAD,
+        });
+    };
+    let body_from_shape =
+        Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[x, z.cross(&x), z]).transpose());
+    Ok(shape.iter().map(|point| body_from_shape * point).collect())
+}

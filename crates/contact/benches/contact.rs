@@ -31,12 +31,12 @@ fn path(samples: usize) -> Vec<Position<Hand>> {
 #[divan::bench]
 fn hull_of_60_000(bencher: Bencher<'_, '_>) {
     let points = path(60_000);
-    bencher.bench(|| hull(black_box(&points)).unwrap());
+    bencher.bench(|| hull(black_box(&points)).expect("a path in space has a hull"));
 }
 
 #[divan::bench]
 fn hull_distance_11_900(bencher: Bencher<'_, '_>) {
-    let hull = hull(&path(60_000)).unwrap();
+    let hull = hull(&path(60_000)).expect("a path in space has a hull");
     let points = path(11_900);
     bencher.bench(|| {
         points
@@ -48,7 +48,7 @@ fn hull_distance_11_900(bencher: Bencher<'_, '_>) {
 
 #[divan::bench]
 fn hull_probe_11_900(bencher: Bencher<'_, '_>) {
-    let hull = hull(&path(60_000)).unwrap();
+    let hull = hull(&path(60_000)).expect("a path in space has a hull");
     let points = path(11_900);
     bencher.bench(|| {
         let mut probe = HullProbe::new(&hull);
@@ -61,7 +61,7 @@ fn hull_probe_11_900(bencher: Bencher<'_, '_>) {
 
 #[divan::bench]
 fn inside_11_900(bencher: Bencher<'_, '_>) {
-    let hull = hull(&path(60_000)).unwrap();
+    let hull = hull(&path(60_000)).expect("a path in space has a hull");
     let points = path(11_900);
     bencher.bench(|| {
         points

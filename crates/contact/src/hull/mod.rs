@@ -91,7 +91,7 @@ pub fn hull<F: Frame>(points: &[Position<F>]) -> Result<Hull, ContactError> {
         .map(|&p| distance::highest_plane_m(&hull, p))
         .fold(f64::NEG_INFINITY, f64::max);
     let closed = 2 * hull.vertices_m.len() == hull.triangles.len() + 4;
-    if !closed || !(outside_m <= CLOSED * size_m.max(1.0)) {
+    if !closed || outside_m.is_nan() || outside_m > CLOSED * size_m.max(1.0) {
         return Err(ContactError::Inconsistent {
             points: points.len(),
             corners: hull.vertices_m.len(),

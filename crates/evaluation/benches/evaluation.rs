@@ -1,0 +1,5 @@
+//! All methods of a session against its test segments.
+
+fn main() {
+    divan::main();
+}

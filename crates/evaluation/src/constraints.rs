@@ -1,0 +1,133 @@
+//! Reachability, finger collisions and velocities of planned motion.
+
+use inhand_model::{
+    Collision, Finger, PerFinger, Reachability, SEGMENT_COORDINATES, Trajectory, VelocityBounds,
+    VelocityCheck,
+};
+use inhand_trajectory::velocity;
+use rayon::prelude::*;
+
+use crate::instants::NearestPair;
+use crate::method::{Counts, Rows, finger_statistics};
+use crate::recorded::Recorded;
+
+/// How far a velocity may pass its bound, relative to the bound: solvers keep bounds to their
+/// tolerance, not to the last digit.
+const VELOCITY_TOLERANCE: f64 = 1e-6;
+
+/// The same for bounds of zero, m/s: a difference of two positions in a hand's reach, rounded, times
+/// a rate of at most some kHz.
+const VELOCITY_ROUNDING_M_S: f64 = 1e-12;
+
+/// Whether each fingertip stays where training has been (P1, reachability).
+pub(crate) fn reachability(
+    rows: &Rows,
+    recorded: &Recorded,
+    tolerance_m: f64,
+    counts: Counts,
+) -> Reachability {
+    let judged = || {
+        (rows.hull_distance_m.iter().zip(&recorded.hull_distance_m))
+            .filter(|(planned, _)| is_known(planned))
+    };
+    let n = judged().count();
+    let share = |inside: &dyn Fn(Finger) -> usize| {
+        PerFinger::from_fn(|finger| inside(finger) as f64 / n as f64)
+    };
+    let distance = finger_statistics(&rows.hull_distance_m, &recorded.filled, counts);
+    Reachability {
+        n,
+        inside: share(&|finger| judged().filter(|(d, _)| d[finger] <= tolerance_m).count()),
+        worst_outside_m: PerFinger::from_fn(|finger| distance[finger].max.max(0.0)),
+        recorded_inside: share(&|finger| {
+            judged().filter(|(_, d)| d[finger] <= tolerance_m).count()
+        }),
+        distance,
+    }
+}
+
+/// Whether every finger's value is known.
+pub(crate) fn is_known(values: &PerFinger<f64>) -> bool {
+    values.as_array().iter().all(|value| value.is_finite())
+}
+
+/// Whether fingertips come nearer than `limit_m` (P1, finger collision).
+pub(crate) fn collision(
+    rows: &Rows,
+    recorded: &Recorded,
+    limit_m: f64,
+    samples: usize,
+) -> Collision {
+    let judged: Vec<(&NearestPair, &NearestPair)> = (rows.nearest_pair.iter())
+        .zip(&recorded.nearest_pair)
+        .filter(|(planned, _)| planned.0.is_finite())
+        .collect();
+    let is_collision = |pair: &NearestPair| pair.0 < limit_m;
+    let nearest = (judged.iter().map(|pairs| pairs.0)).min_by(|a, b| a.0.total_cmp(&b.0));
+    let recorded_nearest_m = (judged.iter().map(|pairs| pairs.1.0)).min_by(f64::total_cmp);
+    Collision {
+        n: judged.len(),
+        limit_m,
+        instants: judged
+            .iter()
+            .filter(|(planned, _)| is_collision(planned))
+            .count(),
+        trajectories: (rows.nearest_pair.chunks(samples.max(1)))
+            .filter(|trajectory| trajectory.iter().any(is_collision))
+            .count(),
+        nearest_m: nearest.map_or(f64::NAN, |pair| pair.0),
+        nearest_pair: nearest.map(|pair| (pair.1, pair.2)),
+        recorded_instants: judged
+            .iter()
+            .filter(|(_, recorded)| is_collision(recorded))
+            .count(),
+        recorded_nearest_m: recorded_nearest_m.unwrap_or(f64::NAN),
+    }
+}
+
+/// Whether every step of every trajectory keeps to the bounds.
+///
+/// The ratio of a velocity is to the bound on its side of zero, infinite where that bound is zero or
+/// on the other side.
+pub(crate) fn check_velocity(
+    trajectories: &[Option<&Trajectory>],
+    bounds: &VelocityBounds,
+) -> VelocityCheck {
+    let checks: Vec<(usize, usize, f64)> = trajectories
+        .par_iter()
+        .flatten()
+        .map(|trajectory| {
+            let (mut n, mut outside, mut worst) = (0, 0, 0.0_f64);
+            for step in velocity::steps(trajectory) {
+                for (coordinate, v) in step.into_iter().enumerate() {
+                    let (min, max) = (bounds.min_m_s[coordinate], bounds.max_m_s[coordinate]);
+                    let beyond =
+                        |bound: f64| VELOCITY_TOLERANCE * bound.abs() + VELOCITY_ROUNDING_M_S;
+                    n += 1;
+                    outside += usize::from(v > max + beyond(max) || v < min - beyond(min));
+                    worst = worst.max(ratio(v, min, max));
+                }
+            }
+            debug_assert_eq!(n % SEGMENT_COORDINATES, 0);
+            (n, outside, worst)
+        })
+        .collect();
+    VelocityCheck {
+        n: checks.iter().map(|check| check.0).sum(),
+        outside: checks.iter().map(|check| check.1).sum(),
+        trajectories_outside: checks.iter().filter(|check| check.1 > 0).count(),
+        worst_ratio: checks.iter().map(|check| check.2).fold(0.0, f64::max),
+    }
+}
+
+fn ratio(v: f64, min: f64, max: f64) -> f64 {
+    let bound = if v > 0.0 { max } else { -min };
+    let size = v.abs();
+    if size <= VELOCITY_ROUNDING_M_S {
+        0.0
+    } else if bound > 0.0 {
+        size / bound
+    } else {
+        f64::INFINITY
+    }
+}

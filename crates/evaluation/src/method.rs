@@ -1,0 +1,283 @@
+//! One method against the recorded motion.
+
+use inhand_model::{
+    Finger, MethodEvaluation, PerFinger, Plan, PlanFacts, PlanStatus, Statistics, Trajectory,
+};
+use inhand_trajectory::quantiles::{quantile, statistics};
+use rayon::prelude::*;
+
+use crate::constraints::{check_velocity, collision, reachability};
+use crate::contacts::{contact_share, distance_difference, in_contact};
+use crate::input::{EvaluationSettings, MethodResult, TestData};
+use crate::instants::{NearestPair, SegmentInstants, look, tips};
+use crate::recorded::Recorded;
+
+/// What a method does at every instant of the test segments, in the order of [`Recorded`]: sample `t`
+/// of segment `s` has the index `s * N + t`. NaN (and no contact) where its plan failed.
+#[derive(Clone, Debug)]
+pub struct Rows {
+    /// Distance between planned and recorded fingertip, metres.
+    pub error_m: Vec<PerFinger<f64>>,
+    /// Signed distance of each pad to the object's surface, metres, NaN where the object is missing;
+    /// `None` where no take has an object, or its shape is not known.
+    pub distance_m: Option<Vec<PerFinger<f64>>>,
+    /// Whether each finger is in contact with the object; `None` as for `distance_m`.
+    pub in_contact: Option<Vec<PerFinger<bool>>>,
+    /// Signed distance of each fingertip to its training hull, metres, negative inside.
+    pub hull_distance_m: Vec<PerFinger<f64>>,
+    /// Distance between the nearest two fingertips, metres, and which they are.
+    pub nearest_pair: Vec<NearestPair>,
+}
+
+/// The sizes that every count of an evaluation rests on.
+#[derive(Clone, Copy)]
+pub(crate) struct Counts {
+    /// Samples in a segment.
+    pub(crate) samples: usize,
+    /// Segments that a take without gaps would have given.
+    pub(crate) segments_without_gaps: usize,
+}
+
+impl Counts {
+    /// How many of the instants that there would be without gaps and failures are not among `n`.
+    pub(crate) fn left_out(self, n: usize) -> usize {
+        (self.samples * self.segments_without_gaps).saturating_sub(n)
+    }
+}
+
+/// Judges a method at every instant of the test segments.
+///
+/// Instants of plans that failed are in no statistic; `n_left_out` counts them together with those
+/// that gaps took away. Shares of the recorded motion are taken over the instants at which the method
+/// is judged, so that the two can be compared. An instant counts as filled in the statistics of a
+/// fingertip where that fingertip was filled, and in those about the object where the object was.
+///
+/// The result is the same whatever the number of threads.
+pub fn evaluate_method(
+    data: &TestData<'_>,
+    recorded: &Recorded,
+    method: &MethodResult<'_>,
+    settings: &EvaluationSettings,
+) -> (MethodEvaluation, Rows) {
+    let layout = data.segments.layout();
+    let samples = layout.samples;
+    let trajectories: Vec<Option<&Trajectory>> = (0..data.segments.len())
+        .map(|segment| {
+            (method.trajectories.get(segment))
+                .and_then(Option::as_ref)
+                .filter(|trajectory| trajectory.layout() == layout)
+        })
+        .collect();
+    let looks: Vec<Option<(Vec<PerFinger<f64>>, SegmentInstants)>> = trajectories
+        .par_iter()
+        .enumerate()
+        .map(|(segment, trajectory)| {
+            trajectory.map(|trajectory| {
+                let object_from_hand = recorded.object_from_hand(segment, samples);
+                (
+                    errors_m(trajectory.values_m(), data.segments.column_m(segment)),
+                    look(data, settings, trajectory.values_m(), object_from_hand),
+                )
+            })
+        })
+        .collect();
+    let rows = rows(
+        looks,
+        samples,
+        recorded.distance_m.is_some(),
+        settings.tau_m,
+    );
+
+    let counts = Counts {
+        samples,
+        segments_without_gaps: data.segments.len() + data.segments.left_out,
+    };
+    let ((errors, median_error_by_sample_m), ((reachability, velocity), (contact, difference))) =
+        rayon::join(
+            || {
+                rayon::join(
+                    || Errors::of(&rows, recorded, counts),
+                    || median_by_sample(&rows, samples),
+                )
+            },
+            || {
+                rayon::join(
+                    || {
+                        (
+                            reachability(&rows, recorded, settings.hull_tolerance_m, counts),
+                            check_velocity(&trajectories, &data.velocity_bounds),
+                        )
+                    },
+                    || {
+                        (
+                            contact_share(&rows, recorded, settings, counts),
+                            distance_difference(&rows, recorded, counts),
+                        )
+                    },
+                )
+            },
+        );
+    let evaluation = MethodEvaluation {
+        name: method.name.to_owned(),
+        description: method.description.to_owned(),
+        baseline: method.baseline,
+        error: errors.pooled,
+        error_by_finger: errors.by_finger,
+        error_at_start: errors.at_start,
+        error_at_goal: errors.at_goal,
+        median_error_by_sample_m,
+        reachability,
+        collision: collision(&rows, recorded, settings.collision_limit_m, samples),
+        velocity,
+        contact,
+        distance_difference: difference,
+        plan: method.plans.map(plan_facts),
+    };
+    (evaluation, rows)
+}
+
+fn errors_m(planned_m: &[f64], recorded_m: &[f64]) -> Vec<PerFinger<f64>> {
+    let configurations = |values_m| <[f64]>::chunks_exact(values_m, 3 * Finger::COUNT).map(tips);
+    configurations(planned_m)
+        .zip(configurations(recorded_m))
+        .map(|(planned, recorded)| {
+            PerFinger::from_fn(|finger| planned[finger].distance_m(recorded[finger]))
+        })
+        .collect()
+}
+
+fn rows(
+    looks: Vec<Option<(Vec<PerFinger<f64>>, SegmentInstants)>>,
+    samples: usize,
+    has_object: bool,
+    tau_m: f64,
+) -> Rows {
+    let count = samples * looks.len();
+    let unknown = [PerFinger::new([f64::NAN; Finger::COUNT])];
+    let mut rows = Rows {
+        error_m: Vec::with_capacity(count),
+        distance_m: None,
+        in_contact: None,
+        hull_distance_m: Vec::with_capacity(count),
+        nearest_pair: Vec::with_capacity(count),
+    };
+    let mut distance_m = Vec::with_capacity(if has_object { count } else { 0 });
+    for look in looks {
+        if let Some((error_m, instants)) = look {
+            rows.error_m.extend(error_m);
+            rows.hull_distance_m.extend(instants.hull_distance_m);
+            rows.nearest_pair.extend(instants.nearest_pair);
+            distance_m.extend(instants.distance_m);
+        } else {
+            let unknown = || unknown.into_iter().cycle().take(samples);
+            rows.error_m.extend(unknown());
+            rows.hull_distance_m.extend(unknown());
+            let no_pair = (f64::NAN, Finger::Thumb, Finger::Index);
+            rows.nearest_pair
+                .extend(std::iter::repeat_n(no_pair, samples));
+            if has_object {
+                distance_m.extend(unknown());
+            }
+        }
+    }
+    if has_object {
+        let contact = |d: &PerFinger<f64>| d.map(|d| in_contact(d, tau_m));
+        rows.in_contact = Some(distance_m.iter().map(contact).collect());
+        rows.distance_m = Some(distance_m);
+    }
+    rows
+}
+
+struct Errors {
+    pooled: Statistics,
+    by_finger: PerFinger<Statistics>,
+    at_start: Statistics,
+    at_goal: Statistics,
+}
+
+impl Errors {
+    fn of(rows: &Rows, recorded: &Recorded, counts: Counts) -> Self {
+        let by_finger = finger_statistics(&rows.error_m, &recorded.filled, counts);
+        let pooled = |instants: &mut dyn Iterator<Item = usize>, instants_without_gaps: usize| {
+            let mut values = Vec::new();
+            let mut filled = 0;
+            for k in instants {
+                for finger in Finger::ALL {
+                    let value = rows.error_m[k][finger];
+                    if value.is_finite() {
+                        values.push(value);
+                        filled += usize::from(recorded.filled[k][finger]);
+                    }
+                }
+            }
+            let left_out = (Finger::COUNT * instants_without_gaps).saturating_sub(values.len());
+            statistics(values, filled, left_out)
+        };
+        let Counts {
+            samples,
+            segments_without_gaps,
+        } = counts;
+        let count = rows.error_m.len();
+        // `step_by` refuses 0; a segment without samples has no instants anyway.
+        let step = samples.max(1);
+        Self {
+            pooled: pooled(&mut (0..count), samples * segments_without_gaps),
+            by_finger,
+            at_start: pooled(&mut (0..count).step_by(step), segments_without_gaps),
+            at_goal: pooled(&mut (step - 1..count).step_by(step), segments_without_gaps),
+        }
+    }
+}
+
+/// Statistics of each finger over all instants at which its value is known.
+pub(crate) fn finger_statistics(
+    values: &[PerFinger<f64>],
+    filled: &[PerFinger<bool>],
+    counts: Counts,
+) -> PerFinger<Statistics> {
+    PerFinger::from_fn(|finger| {
+        let mut known = Vec::with_capacity(values.len());
+        let mut n_filled = 0;
+        for (values, filled) in values.iter().zip(filled) {
+            if values[finger].is_finite() {
+                known.push(values[finger]);
+                n_filled += usize::from(filled[finger]);
+            }
+        }
+        let n_left_out = counts.left_out(known.len());
+        statistics(known, n_filled, n_left_out)
+    })
+}
+
+fn median_by_sample(rows: &Rows, samples: usize) -> Vec<f64> {
+    (0..samples)
+        .into_par_iter()
+        .map(|t| {
+            let mut errors: Vec<f64> = (rows.error_m.iter().skip(t).step_by(samples))
+                .flat_map(|errors| *errors.as_array())
+                .filter(|error| error.is_finite())
+                .collect();
+            errors.sort_unstable_by(f64::total_cmp);
+            quantile(&errors, 0.5).unwrap_or(f64::NAN)
+        })
+        .collect()
+}
+
+fn plan_facts(plans: &[Plan]) -> PlanFacts {
+    let solved = || plans.iter().filter(|plan| plan.trajectory.is_some());
+    let infeasible = plans
+        .iter()
+        .filter(|plan| plan.status == PlanStatus::Infeasible);
+    let (solved_count, infeasible) = (solved().count(), infeasible.count());
+    PlanFacts {
+        solved: solved_count,
+        infeasible,
+        failed: plans.len().saturating_sub(solved_count + infeasible),
+        // NaN is the worst of all.
+        worst_kkt_residual: solved()
+            .map(|plan| plan.certificate.worst())
+            .max_by(f64::total_cmp)
+            .unwrap_or(0.0),
+        velocity_bound_active: solved().filter(|plan| plan.active.velocity > 0).count(),
+    }
+}

@@ -1,0 +1,184 @@
+//! One simulated take: the truth, and the recording made of it.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use inhand_model::{
+    Clock, Finger, Hand, LengthUnit, Object, PerFinger, Pose, Position, Recording, RotationOrder,
+    Shape, Source, StartTime, UpAxis, World,
+};
+
+use crate::capture::{CapturedBody, capture_body, capture_marker, draw_gaps};
+use crate::choreography::{Choreography, choreograph};
+use crate::error::SimulationError;
+use crate::hand_motion::HandMotion;
+use crate::random::{Purpose, Random};
+use crate::settings::TakeSettings;
+use crate::surface::Solid;
+
+/// Markers on the back of the hand, metres; their centroid is the origin.
+const HAND_MARKERS: [Position<Hand>; 3] = [
+    Position::new(0.036, -0.012, 0.001),
+    Position::new(-0.032, -0.018, 0.003),
+    Position::new(-0.004, 0.030, -0.004),
+];
+/// Markers on the end of the object that looks away from the palm: x and y as shares of the half
+/// extent, and height above the end, metres.
+const OBJECT_MARKERS: [(f64, f64, f64); 3] =
+    [(0.8, 0.1, 0.006), (-0.5, 0.75, 0.006), (-0.3, -0.8, 0.010)];
+
+/// A take with what is true of it.
+#[derive(Clone, Debug)]
+pub struct SimulatedTake {
+    /// What the cameras saw.
+    pub recording: Recording,
+    /// What was there.
+    pub truth: Truth,
+}
+
+/// What is true of a simulated take, at every sample.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Truth {
+    /// The object in the hand.
+    pub shape: Shape,
+    /// Pose of the hand, quaternion without jumps of sign.
+    pub world_from_hand: Vec<Pose<World, Hand>>,
+    /// Pose of the object, its origin at its centre.
+    pub world_from_object: Vec<Pose<World, Object>>,
+    /// Where the fingertips are, without noise, in gaps too.
+    pub fingertips: PerFinger<Vec<Position<World>>>,
+    /// Whether a fingertip touches the object.
+    pub in_contact: PerFinger<Vec<bool>>,
+    /// Runs of samples that the recording lacks, in order, apart by at least one sample.
+    pub gaps: PerFinger<Vec<Range<usize>>>,
+}
+
+/// Simulates one take. The same settings and seed give the same bits; noise, gaps and whether the
+/// object is tracked leave the motion as it is.
+///
+/// The recording looks like one that Motive exports: bodies `Hand` and (if tracked) `Object` with
+/// `Mean Marker Error`, their markers `Hand:Marker1`, ..., and the fingertip markers `Thumb`,
+/// `Index`, `Middle`, `Ring`, `Little`. Rigid body poses are least-squares fits to three noisy
+/// markers, so the orientation of a small body is noisier than that of a large one. Its clock
+/// starts at the epoch, as nothing was captured at any time of day.
+///
+/// Cost: linear in the samples, some microseconds each.
+///
+/// # Errors
+///
+/// [`SimulationError`] for settings out of range, an object that the hand does not hold, or gaps
+/// that do not fit into the take.
+pub fn simulate(settings: &TakeSettings, seed: u64) -> Result<SimulatedTake, SimulationError> {
+    let samples = settings.samples()?;
+    let clock = Clock::new(0, StartTime::Unknown, settings.rate_hz)?;
+    let gaps = PerFinger::try_from_fn(|finger| match &settings.gaps {
+        None => Ok(Vec::new()),
+        Some(gaps) => draw_gaps(gaps, samples, &mut Random::new(seed, Purpose::Gaps(finger))),
+    })?;
+    let truth = truth(settings, samples, gaps, seed)?;
+
+    let (mut bodies, mut markers) = (Vec::new(), Vec::new());
+    let mut add = |captured: CapturedBody| {
+        bodies.push(captured.body);
+        markers.extend(captured.markers);
+    };
+    let (noise_m, rate_hz) = (settings.noise_m, settings.rate_hz);
+    add(capture_body(
+        "Hand",
+        &HAND_MARKERS,
+        &truth.world_from_hand,
+        noise_m,
+        rate_hz,
+        &mut Random::new(seed, Purpose::HandMarkers),
+    ));
+    if settings.track_object {
+        add(capture_body(
+            "Object",
+            &object_markers(&Solid::new(settings.shape)?),
+            &truth.world_from_object,
+            noise_m,
+            rate_hz,
+            &mut Random::new(seed, Purpose::ObjectMarkers),
+        ));
+    }
+    markers.extend(Finger::ALL.map(|finger| {
+        capture_marker(
+            marker_name(finger),
+            &truth.fingertips[finger],
+            noise_m,
+            &truth.gaps[finger],
+            &mut Random::new(seed, Purpose::Fingertip(finger)),
+        )
+    }));
+    let source = source(settings, seed);
+    let name = settings.name.clone();
+    let recording = Recording::new(name, clock, source, samples, markers, bodies)?;
+    Ok(SimulatedTake { recording, truth })
+}
+
+fn truth(
+    settings: &TakeSettings,
+    samples: usize,
+    gaps: PerFinger<Vec<Range<usize>>>,
+    seed: u64,
+) -> Result<Truth, SimulationError> {
+    let Choreography { object, grasp } = choreograph(settings.shape, settings.duration_s, seed)?;
+    let hand = HandMotion::new(&mut Random::new(seed, Purpose::HandMotion));
+    let time_s = |k: usize| k as f64 / settings.rate_hz;
+    let world_from_hand: Vec<_> = (0..samples)
+        .map(|k| hand.world_from_hand(time_s(k)))
+        .collect();
+    let world_from_object: Vec<_> = (world_from_hand.iter().enumerate())
+        .map(|(k, &world_from_hand)| world_from_hand * object.hand_from_object(time_s(k)))
+        .collect();
+    let fingertips = PerFinger::from_fn(|finger| {
+        (world_from_object.iter().enumerate())
+            .map(|(k, &pose)| pose * grasp.fingers[finger].position_at(time_s(k)))
+            .collect()
+    });
+    let in_contact = PerFinger::from_fn(|finger| {
+        (0..samples)
+            .map(|k| grasp.fingers[finger].in_contact_at(time_s(k)))
+            .collect()
+    });
+    Ok(Truth {
+        shape: settings.shape,
+        world_from_hand,
+        world_from_object,
+        fingertips,
+        in_contact,
+        gaps,
+    })
+}
+
+fn object_markers(solid: &Solid) -> [Position<Object>; 3] {
+    let half = solid.half_extent_m();
+    OBJECT_MARKERS.map(|(x, y, above_m)| Position::new(x * half.x, y * half.y, half.z + above_m))
+}
+
+const fn marker_name(finger: Finger) -> &'static str {
+    match finger {
+        Finger::Thumb => "Thumb",
+        Finger::Index => "Index",
+        Finger::Middle => "Middle",
+        Finger::Ring => "Ring",
+        Finger::Little => "Little",
+    }
+}
+
+fn source(settings: &TakeSettings, seed: u64) -> Source {
+    let gaps = settings.gaps.map_or(0.0, |gaps| gaps.share);
+    let header = [
+        ("Object Shape", settings.shape.to_string()),
+        ("Marker Noise (m)", settings.noise_m.to_string()),
+        ("Gap Share", gaps.to_string()),
+        ("Seed", seed.to_string()),
+    ];
+    Source {
+        format: "inhand simulation".to_owned(),
+        length_unit: LengthUnit::Metres,
+        up_axis: UpAxis::Y,
+        rotation: Some(RotationOrder::Quaternion),
+        header: BTreeMap::from(header.map(|(key, value)| (key.to_owned(), value))),
+    }
+}

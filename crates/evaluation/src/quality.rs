@@ -1,7 +1,7 @@
 //! What a take's data is worth before anything is planned or judged with it.
 
 use inhand_model::{
-    BodySource, Finding, Marker, Motion, PerFinger, Recording, Roles, TakeQuality, TrackCounts,
+    BodySource, Finding, Marker, Motion, PerFinger, Recording, Roles, TakeQuality, Track, TrackCounts,
 };
 
 /// Markers that a body's pose can be fitted to at the least.
@@ -86,7 +86,7 @@ pub fn recording_quality(
         take: recording.name.clone(),
         role: role.to_owned(),
         recorded: fingertips.map(|marker| marker.map_or(all_missing, |m| m.track.counts())),
-        processed: motion.fingertips.each_ref().map(|track| track.counts()),
+        processed: motion.fingertips.each_ref().map(Track::counts),
         longest_gap_s: fingertips.map(|marker| {
             marker.map_or(recording.len(), longest_gap) as f64 / recording.clock.rate_hz()
         }),

@@ -1,0 +1,120 @@
+//! Mean and covariance of activations, shrunk towards a scaled identity.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::product::{add, gram, squared_norm};
+
+/// Mean and covariance of a set of vectors.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Moments {
+    /// Mean (`rank`), in the unit of the vectors.
+    pub(crate) mean: DVector<f64>,
+    /// Covariance (`rank` x `rank`), positive definite.
+    pub(crate) covariance: DMatrix<f64>,
+    /// Weight of the scaled identity in it, 0 to 1.
+    pub(crate) shrinkage: f64,
+}
+
+/// Smallest weight of the identity: where Ledoit and Wolf's weight is zero (or smaller) the matrix
+/// may still be singular, as for a primitive that no segment uses, and planners invert it. Bounds
+/// the condition number by `rank` times 1e9.
+const SMALLEST_SHRINKAGE: f64 = 1e-9;
+
+/// Variance that stands in for none at all, relative to the mean square of the mean: all vectors
+/// equal, as for a single segment. A millionth of the size of the activations as standard deviation.
+const VARIANCE_OF_EQUAL_VECTORS: f64 = 1e-12;
+
+/// Mean and covariance (denominator n) of vectors given in blocks (each `rank` x its count), summed
+/// in block order.
+///
+/// The covariance is always shrunk by Ledoit and Wolf's weight, not only where there are fewer
+/// vectors than coordinates: the weight tends to zero by itself as the vectors become many, and
+/// between those ends it makes a better and far better conditioned prior (with 595 segments and 200
+/// primitives the weight is 0.05 and the condition number falls from 1e5 to below 1e3). The result
+/// is positive definite for any input.
+///
+/// Cost: `n rank²` operations, no copy beyond one block.
+pub(crate) fn moments(blocks: &[&[f64]], rank: usize) -> Moments {
+    let scatter = scatter(blocks, rank);
+    let scale = (0..rank)
+        .map(|i| scatter.covariance[i * rank + i])
+        .sum::<f64>()
+        / rank as f64;
+    let shrinkage = ledoit_wolf_weight(&scatter, rank, scale).max(SMALLEST_SHRINKAGE);
+    let mean = DVector::from_vec(scatter.mean);
+    let identity = if scale > 0.0 {
+        scale
+    } else {
+        VARIANCE_OF_EQUAL_VECTORS * mean.norm_squared() / rank as f64 + f64::MIN_POSITIVE
+    };
+    let mut covariance = DMatrix::from_vec(rank, rank, scatter.covariance);
+    covariance *= 1.0 - shrinkage;
+    for i in 0..rank {
+        covariance[(i, i)] += shrinkage * identity;
+    }
+    Moments {
+        mean,
+        covariance,
+        shrinkage,
+    }
+}
+
+/// Plain moments and what the shrinkage weight needs besides.
+struct Scatter {
+    mean: Vec<f64>,
+    /// Covariance with denominator n, column-major.
+    covariance: Vec<f64>,
+    /// Sum of the fourth powers of the centred vectors' lengths.
+    fourth_powers: f64,
+    count: usize,
+}
+
+/// Two passes: the mean first, then the centred products, both summed in order.
+fn scatter(blocks: &[&[f64]], rank: usize) -> Scatter {
+    let count: usize = blocks.iter().map(|block| block.len() / rank).sum();
+    let mut mean = vec![0.0; rank];
+    for vector in blocks.iter().flat_map(|block| block.chunks_exact(rank)) {
+        add(&mut mean, vector);
+    }
+    for v in &mut mean {
+        *v /= count as f64;
+    }
+    let mut covariance = vec![0.0; rank * rank];
+    let mut fourth_powers = 0.0;
+    for block in blocks {
+        let mut centred = block.to_vec();
+        for vector in centred.chunks_exact_mut(rank) {
+            for (v, mean) in vector.iter_mut().zip(&mean) {
+                *v -= mean;
+            }
+            fourth_powers += squared_norm(vector).powi(2);
+        }
+        add(&mut covariance, &gram(&centred, rank));
+    }
+    for v in &mut covariance {
+        *v /= count as f64;
+    }
+    Scatter {
+        mean,
+        covariance,
+        fourth_powers,
+        count,
+    }
+}
+
+/// Weight of the scaled identity by Ledoit and Wolf (2004), "A well-conditioned estimator for
+/// large-dimensional covariance matrices", lemma 3.2 to 3.4: `min(b², d²) / d²` with
+/// `d² = |S - m I|²` and `b² = 1/n² sum_t |x_t x_tᵀ - S|²`.
+fn ledoit_wolf_weight(scatter: &Scatter, rank: usize, scale: f64) -> f64 {
+    let count = scatter.count as f64;
+    let squared = squared_norm(&scatter.covariance);
+    // |S - m I|² = |S|² - p m², because m is the mean of the diagonal.
+    let distance = squared - rank as f64 * scale * scale;
+    let spread = (scatter.fourth_powers / count - squared) / count;
+    if distance > 0.0 {
+        (spread / distance).clamp(0.0, 1.0)
+    } else {
+        // S is a multiple of the identity already.
+        0.0
+    }
+}

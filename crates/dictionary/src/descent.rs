@@ -1,0 +1,199 @@
+//! The inner loop of HALS: exact minimisation over one coordinate after the other.
+//!
+//! For a factor `X` (`rank` x count) with Gram matrix `G` and linear term `P`, one sweep runs
+//! through `j = 0..rank` and sets, in every column,
+//!
+//! ```text
+//! x_j <- max(0, x_j + (p_j - sum_l G_jl x_l) / G_jj)
+//! ```
+//!
+//! which is the minimiser of `1/2 xᵀ G x - pᵀ x` over `x_j >= 0` (Cichocki and Phan 2009; the same
+//! update as NNLS by coordinate descent). Columns are independent, so a tile of them fills the lanes
+//! of a vector register and goes through the coordinates together. Coordinates are taken in blocks
+//! of [`BLOCK`]: the sums over all `l` are formed for a whole block at once, with the numbers as
+//! they were before the block, and corrected inside the block for the coordinates already changed.
+//! That is the same update in another order of summation, with every loaded number used
+//! [`BLOCK`] times.
+
+use rayon::prelude::*;
+
+use crate::product::chunk_width;
+
+/// Coordinates whose gradients are formed together: eight accumulators of one vector each.
+const BLOCK: usize = 8;
+
+/// A Gram matrix padded to whole blocks of coordinates, with the inverse of its diagonal.
+#[derive(Clone, Debug)]
+pub(crate) struct Gram {
+    rank: usize,
+    padded: usize,
+    /// `padded` x `padded`, zero outside `rank` x `rank`; symmetric.
+    values: Vec<f64>,
+    /// `1 / G_jj`; zero where that is not a positive finite number, which leaves the coordinate
+    /// as it is.
+    inverse_diagonal: Vec<f64>,
+}
+
+impl Gram {
+    /// Pads a symmetric matrix of `rank` x `rank` numbers.
+    pub(crate) fn new(symmetric: &[f64], rank: usize) -> Self {
+        let padded = rank.next_multiple_of(BLOCK);
+        let mut values = vec![0.0; padded * padded];
+        let mut inverse_diagonal = vec![0.0; padded];
+        for column in 0..rank {
+            values[column * padded..][..rank].copy_from_slice(&symmetric[column * rank..][..rank]);
+            let inverse = symmetric[column * rank + column].recip();
+            if inverse.is_finite() && inverse > 0.0 {
+                inverse_diagonal[column] = inverse;
+            }
+        }
+        Self {
+            rank,
+            padded,
+            values,
+            inverse_diagonal,
+        }
+    }
+}
+
+/// Sweeps over a factor in parallel chunks of columns.
+pub(crate) fn descend_all(gram: &Gram, linear: &[f64], factor: &mut [f64], sweeps: usize) {
+    let rank = gram.rank;
+    let width = chunk_width(factor.len() / rank.max(1));
+    factor
+        .par_chunks_mut(width * rank)
+        .zip(linear.par_chunks(width * rank))
+        .for_each(|(factor, linear)| descend(gram, linear, factor, sweeps));
+}
+
+/// Sweeps over the columns of `factor` (`rank` x count) with the linear terms `linear` of the same
+/// shape, in place. Each column's result depends on that column alone.
+pub(crate) fn descend(gram: &Gram, linear: &[f64], factor: &mut [f64], sweeps: usize) {
+    #[cfg(target_arch = "x86_64")]
+    {
+        if std::arch::is_x86_feature_detected!("avx512f") {
+            #[expect(
+                unsafe_code,
+                reason = "a function compiled for a CPU feature; the feature was just found"
+            )]
+            // SAFETY: the CPU has AVX-512F.
+            return unsafe { descend_avx512(gram, linear, factor, sweeps) };
+        }
+        if std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma")
+        {
+            #[expect(
+                unsafe_code,
+                reason = "a function compiled for a CPU feature; the feature was just found"
+            )]
+            // SAFETY: the CPU has AVX2 and FMA.
+            return unsafe { descend_fma(gram, linear, factor, sweeps) };
+        }
+    }
+    #[cfg(target_arch = "aarch64")]
+    {
+        // Fused multiply-add belongs to the base instruction set.
+        return descend_tiles::<2, true>(gram, linear, factor, sweeps);
+    }
+    #[cfg(not(target_arch = "aarch64"))]
+    descend_tiles::<4, false>(gram, linear, factor, sweeps);
+}
+
+/// Lanes do not change a column's numbers, so this and [`descend_fma`] agree to the bit.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f")]
+fn descend_avx512(gram: &Gram, linear: &[f64], factor: &mut [f64], sweeps: usize) {
+    descend_tiles::<8, true>(gram, linear, factor, sweeps);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+fn descend_fma(gram: &Gram, linear: &[f64], factor: &mut [f64], sweeps: usize) {
+    descend_tiles::<4, true>(gram, linear, factor, sweeps);
+}
+
+/// `a * b + c`, fused where the CPU does that in one instruction.
+#[inline(always)]
+fn multiply_add<const FUSED: bool>(a: f64, b: f64, c: f64) -> f64 {
+    if FUSED { a.mul_add(b, c) } else { a * b + c }
+}
+
+/// Cuts the columns into tiles of `L`; the last one is filled up with zeros, which stay zeros.
+#[inline(always)]
+fn descend_tiles<const L: usize, const FUSED: bool>(
+    gram: &Gram,
+    linear: &[f64],
+    factor: &mut [f64],
+    sweeps: usize,
+) {
+    let rank = gram.rank;
+    let mut x = vec![[0.0; L]; gram.padded];
+    let mut p = vec![[0.0; L]; gram.padded];
+    for (factor, linear) in factor.chunks_mut(L * rank).zip(linear.chunks(L * rank)) {
+        load(&mut x, factor, rank);
+        load(&mut p, linear, rank);
+        for _ in 0..sweeps {
+            sweep_tile::<L, FUSED>(gram, &p, &mut x);
+        }
+        for (lane, column) in factor.chunks_exact_mut(rank).enumerate() {
+            for (to, from) in column.iter_mut().zip(&x) {
+                *to = from[lane];
+            }
+        }
+    }
+}
+
+/// Columns into lanes.
+#[inline(always)]
+fn load<const L: usize>(tile: &mut [[f64; L]], columns: &[f64], rank: usize) {
+    for lane in 0..L {
+        if let Some(column) = columns.get(lane * rank..(lane + 1) * rank) {
+            for (to, from) in tile.iter_mut().zip(column) {
+                to[lane] = *from;
+            }
+        } else {
+            for to in tile.iter_mut() {
+                to[lane] = 0.0;
+            }
+        }
+    }
+}
+
+/// One sweep over all coordinates of a tile.
+#[inline(always)]
+fn sweep_tile<const L: usize, const FUSED: bool>(gram: &Gram, p: &[[f64; L]], x: &mut [[f64; L]]) {
+    let padded = gram.padded;
+    for first in (0..padded).step_by(BLOCK) {
+        // Products G x of the block's coordinates. G is symmetric: the block's rows are read as
+        // columns, eight neighbouring numbers at a time.
+        let mut product = [[0.0; L]; BLOCK];
+        for (g, x) in gram.values.chunks_exact(padded).zip(x.iter()) {
+            let g: &[f64; BLOCK] = g[first..first + BLOCK]
+                .try_into()
+                .expect("the slice has BLOCK numbers");
+            for (product, g) in product.iter_mut().zip(g) {
+                for lane in 0..L {
+                    product[lane] = multiply_add::<FUSED>(*g, x[lane], product[lane]);
+                }
+            }
+        }
+        for row in 0..BLOCK {
+            let j = first + row;
+            let inverse = gram.inverse_diagonal[j];
+            let mut change = [0.0; L];
+            for lane in 0..L {
+                let old = x[j][lane];
+                let free = multiply_add::<FUSED>(p[j][lane] - product[row][lane], inverse, old);
+                let new = if free > 0.0 { free } else { 0.0 };
+                change[lane] = new - old;
+                x[j][lane] = new;
+            }
+            let column = &gram.values[j * padded + first..][..BLOCK];
+            for later in row + 1..BLOCK {
+                for lane in 0..L {
+                    product[later][lane] =
+                        multiply_add::<FUSED>(column[later], change[lane], product[later][lane]);
+                }
+            }
+        }
+    }
+}

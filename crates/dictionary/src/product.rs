@@ -1,0 +1,258 @@
+//! Dense products with explicit strides, split over fixed chunks of columns.
+//!
+//! Everything is column-major. A transposed operand is a stride, never a copy, and never nalgebra's
+//! `tr_mul`, which is several times slower than the product itself.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+/// Columns that one task handles, roughly: enough to make up for packing the other operand, few
+/// enough that 600 columns feed several cores.
+const CHUNK_COLUMNS: usize = 192;
+
+/// Chunks come in multiples of this, so that two and four cores finish together.
+const CHUNK_MULTIPLE: usize = 4;
+
+/// Columns of a Gram matrix that are computed at once; what lies above the diagonal panel is
+/// mirrored instead of computed.
+const GRAM_PANEL: usize = 64;
+
+/// Width of the chunks into which `count` columns are cut. It depends on nothing but `count`, so
+/// that sums over chunks have the same bits whatever the number of threads.
+pub(crate) fn chunk_width(count: usize) -> usize {
+    let chunks = count
+        .div_ceil(CHUNK_COLUMNS)
+        .next_multiple_of(CHUNK_MULTIPLE);
+    count.div_ceil(chunks.max(1)).max(1)
+}
+
+/// A matrix in borrowed memory.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct View<'a> {
+    data: &'a [f64],
+    rows: usize,
+    columns: usize,
+    row_stride: usize,
+    column_stride: usize,
+}
+
+impl<'a> View<'a> {
+    /// Whole columns of `rows` numbers, one after the other.
+    pub(crate) fn columns(data: &'a [f64], rows: usize) -> Self {
+        Self {
+            data,
+            rows,
+            columns: data.len().checked_div(rows).unwrap_or(0),
+            row_stride: 1,
+            column_stride: rows,
+        }
+    }
+
+    /// The same numbers with rows and columns exchanged.
+    pub(crate) const fn transposed(self) -> Self {
+        Self {
+            data: self.data,
+            rows: self.columns,
+            columns: self.rows,
+            row_stride: self.column_stride,
+            column_stride: self.row_stride,
+        }
+    }
+
+    /// Some of the rows.
+    pub(crate) fn row_range(self, range: &Range<usize>) -> Self {
+        assert!(range.end <= self.rows, "row range inside the matrix");
+        Self {
+            data: &self.data[range.start * self.row_stride..],
+            rows: range.len(),
+            ..self
+        }
+    }
+
+    /// One past the last index that is read.
+    fn extent(&self) -> usize {
+        if self.rows == 0 || self.columns == 0 {
+            0
+        } else {
+            (self.rows - 1) * self.row_stride + (self.columns - 1) * self.column_stride + 1
+        }
+    }
+}
+
+/// `out = alpha * a * b + beta * out`, where the columns of `out` start `out_stride` numbers apart.
+///
+/// Each number of `out` is summed in an order that depends on the common size of `a` and `b` alone.
+pub(crate) fn multiply(
+    alpha: f64,
+    a: View<'_>,
+    b: View<'_>,
+    beta: f64,
+    out: &mut [f64],
+    out_stride: usize,
+) {
+    assert_eq!(a.columns, b.rows, "inner sizes of a product agree");
+    assert!(a.extent() <= a.data.len(), "left operand inside its slice");
+    assert!(b.extent() <= b.data.len(), "right operand inside its slice");
+    if a.rows == 0 || b.columns == 0 {
+        return;
+    }
+    assert!(a.rows <= out_stride, "columns of the result do not overlap");
+    assert!(
+        (b.columns - 1) * out_stride + a.rows <= out.len(),
+        "result inside its slice"
+    );
+    #[expect(
+        unsafe_code,
+        reason = "matrixmultiply takes pointers; the three assertions above are its contract"
+    )]
+    // SAFETY: every index that the call reads or writes was checked against its slice above, and
+    // `out` is borrowed mutably, so that it overlaps neither operand.
+    unsafe {
+        matrixmultiply::dgemm(
+            a.rows,
+            a.columns,
+            b.columns,
+            alpha,
+            a.data.as_ptr(),
+            a.row_stride as isize,
+            a.column_stride as isize,
+            b.data.as_ptr(),
+            b.row_stride as isize,
+            b.column_stride as isize,
+            beta,
+            out.as_mut_ptr(),
+            1,
+            out_stride as isize,
+        );
+    }
+}
+
+/// `factor * factorᵀ` of one chunk (`rank` x columns), added to nothing: the lower triangle in full
+/// panels of columns, the rest unspecified.
+fn gram_lower(factor: &[f64], rank: usize) -> Vec<f64> {
+    let mut out = vec![0.0; rank * rank];
+    let view = View::columns(factor, rank);
+    for start in (0..rank).step_by(GRAM_PANEL) {
+        let end = (start + GRAM_PANEL).min(rank);
+        multiply(
+            1.0,
+            view.row_range(&(start..rank)),
+            view.row_range(&(start..end)).transposed(),
+            0.0,
+            &mut out[start * rank + start..],
+            rank,
+        );
+    }
+    out
+}
+
+/// `factor * factorᵀ` (`rank` x `rank`) for a factor of `rank` rows, summed in chunk order.
+pub(crate) fn gram(factor: &[f64], rank: usize) -> Vec<f64> {
+    let width = chunk_width(factor.len() / rank.max(1));
+    let parts: Vec<Vec<f64>> = factor
+        .par_chunks(width * rank)
+        .map(|chunk| gram_lower(chunk, rank))
+        .collect();
+    sum_lower(parts, rank)
+}
+
+/// Sums lower triangles in order and mirrors the result.
+pub(crate) fn sum_lower(parts: Vec<Vec<f64>>, rank: usize) -> Vec<f64> {
+    let mut parts = parts.into_iter();
+    let mut total = parts.next().unwrap_or_else(|| vec![0.0; rank * rank]);
+    for part in parts {
+        add(&mut total, &part);
+    }
+    for column in 0..rank {
+        for row in column + 1..rank {
+            total[row * rank + column] = total[column * rank + row];
+        }
+    }
+    total
+}
+
+/// Lower triangle of one chunk's Gram matrix, to be summed by [`sum_lower`].
+pub(crate) fn chunk_gram(factor: &[f64], rank: usize) -> Vec<f64> {
+    gram_lower(factor, rank)
+}
+
+/// `activations * dataᵀ` (`rank` x rows of `data`), rows of the data in parallel.
+pub(crate) fn cross(activations: &[f64], rank: usize, data: &[f64], rows: usize) -> Vec<f64> {
+    let mut out = vec![0.0; rank * rows];
+    let (left, right) = (View::columns(activations, rank), View::columns(data, rows));
+    let width = chunk_width(rows);
+    out.par_chunks_mut(width * rank)
+        .enumerate()
+        .for_each(|(chunk, out)| {
+            let range = chunk * width..(chunk * width + out.len() / rank);
+            multiply(
+                1.0,
+                left,
+                right.row_range(&range).transposed(),
+                0.0,
+                out,
+                rank,
+            );
+        });
+    out
+}
+
+/// Squared Frobenius norm of `data - basisᵀ * activations`, computed from the differences
+/// themselves, summed in chunk order. `basis` is `rank` x rows, `activations` `rank` x columns.
+pub(crate) fn squared_residual(
+    data: &[f64],
+    rows: usize,
+    basis: &[f64],
+    activations: &[f64],
+    rank: usize,
+) -> f64 {
+    let width = chunk_width(data.len() / rows.max(1));
+    let parts: Vec<f64> = data
+        .par_chunks(width * rows)
+        .zip(activations.par_chunks(width * rank))
+        .map(|(data, activations)| {
+            let mut difference = data.to_vec();
+            multiply(
+                -1.0,
+                View::columns(basis, rank).transposed(),
+                View::columns(activations, rank),
+                1.0,
+                &mut difference,
+                rows,
+            );
+            squared_norm(&difference)
+        })
+        .collect();
+    parts.iter().sum()
+}
+
+/// `into += from`, element by element.
+pub(crate) fn add(into: &mut [f64], from: &[f64]) {
+    for (into, from) in into.iter_mut().zip(from) {
+        *into += from;
+    }
+}
+
+/// Independent partial sums of [`dot`]; eight keep the vector units busy and shorten the chain of
+/// roundings.
+const LANES: usize = 8;
+
+/// Scalar product with [`LANES`] partial sums, in an order that depends on the length alone.
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; LANES];
+    let (a_lanes, a_rest) = a.as_chunks::<LANES>();
+    let (b_lanes, b_rest) = b.as_chunks::<LANES>();
+    for (a, b) in a_lanes.iter().zip(b_lanes) {
+        for lane in 0..LANES {
+            sums[lane] += a[lane] * b[lane];
+        }
+    }
+    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
+    sums.iter().sum::<f64>() + rest
+}
+
+/// Sum of squares.
+pub(crate) fn squared_norm(a: &[f64]) -> f64 {
+    dot(a, a)
+}

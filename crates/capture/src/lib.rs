@@ -1,1 +1,84 @@
 //! Vendor motion-capture files to recordings and back: Motive CSV, Qualisys TSV.
+//!
+//! A reader turns bytes into a [`Recording`]: metres, unit quaternions, an even clock, a status on
+//! every sample. What is odd but usable becomes a [`Finding`](inhand_model::Finding) on the
+//! recording; what cannot be used is a [`CaptureError`] that says where, what was expected, what
+//! was found and what to do. Nothing here opens a file.
+//!
+//! ```
+//! use inhand_capture::{ReadSettings, roles};
+//! use inhand_model::BodySource;
+//!
+//! let csv = b"\
+//! Format Version,1.23,Take Name,demo,Capture Frame Rate,100,Export Frame Rate,100,\
+//! Capture Start Time,2023-03-29 06.23.40.520 PM,Total Exported Frames,2,\
+//! Rotation Type,Quaternion,Length Units,Millimeters,Coordinate Space,Global\r
+//! \r
+//! ,Type,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Marker,Marker,Marker\r
+//! ,Name,Hand,Hand,Hand,Hand,Hand,Hand,Hand,Thumb,Thumb,Thumb\r
+//! ,ID,A,A,A,A,A,A,A,B,B,B\r
+//! ,,Rotation,Rotation,Rotation,Rotation,Position,Position,Position,Position,Position,Position\r
+//! Frame,Time (Seconds),X,Y,Z,W,X,Y,Z,X,Y,Z\r
+//! 0,0.000,0,0,0,1,250,0,0,300,0,0\r
+//! 1,0.010,0,0,0,1,251,0,0,,,\r
+//! ";
+//! let recording = inhand_capture::read(csv, "demo.csv", &ReadSettings::default())?;
+//! let thumb = &recording.markers[0].track;
+//! assert_eq!(thumb.get(0).map(|tip| tip.to_array()), Some([0.3, 0.0, 0.0])); // metres
+//! assert_eq!(thumb.get(1), None); // blank cells are a missing sample
+//!
+//! // Which marker is which finger: four are not there, and the error says so.
+//! let error = roles::resolve(&recording, &roles::RoleSettings::default()).unwrap_err();
+//! assert!(error.to_string().contains("the markers: Thumb"));
+//! # Ok::<(), inhand_capture::CaptureError>(())
+//! ```
+//!
+//! * [`motive`]: reads Motive CSV 1.21 and later, writes 1.23.
+//! * [`qualisys`]: reads TSV files of Qualisys Track Manager.
+//! * [`roles`]: which body or marker cluster is the hand, the object, which marker is which finger.
+
+mod assembly;
+mod error;
+pub mod motive;
+pub mod qualisys;
+pub mod roles;
+mod settings;
+mod start_time;
+mod table;
+mod text;
+
+pub use error::CaptureError;
+pub use settings::{ReadSettings, parse_length_unit, parse_rotation_order, parse_up_axis};
+
+use inhand_model::Recording;
+
+/// Reads a vendor file, whichever it is: its first bytes tell Motive CSV from Qualisys TSV.
+///
+/// `file_name` is what messages call the file; its stem is the take's name where the file states
+/// none.
+///
+/// # Errors
+///
+/// [`CaptureError`] where the file is neither, is damaged, or leaves open what `settings` do not
+/// say.
+pub fn read(
+    bytes: &[u8],
+    file_name: &str,
+    settings: &ReadSettings,
+) -> Result<Recording, CaptureError> {
+    let text = text::without_byte_order_mark(bytes, file_name)?;
+    if qualisys::looks_like(text) {
+        qualisys::read(bytes, file_name, settings)
+    } else {
+        // Also the place that says why a file of another kind is refused.
+        motive::read(bytes, file_name, settings)
+    }
+}
+
+/// Whether a path names a file that [`read`] may be able to read, by its extension `.csv` or
+/// `.tsv`.
+pub fn looks_like_capture_file(path_name: &str) -> bool {
+    path_name.rsplit_once('.').is_some_and(|(_, extension)| {
+        extension.eq_ignore_ascii_case("csv") || extension.eq_ignore_ascii_case("tsv")
+    })
+}

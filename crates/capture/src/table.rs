@@ -1,0 +1,481 @@
+//! Rows of numbers: the part of a vendor file below its header.
+//!
+//! The rows are parsed in blocks of a fixed size, several at a time, and handed on in order, so
+//! that the result does not depend on the number of threads and memory holds one batch of rows
+//! beside what is made of them.
+
+use memchr::memchr;
+use rayon::prelude::*;
+
+use crate::error::CaptureError;
+use crate::text::{count_lines, excerpt};
+
+/// Bytes of a block: a few hundred rows, large against the cost of handing it to a thread, small
+/// against its cache.
+const BLOCK_BYTES: usize = 128 * 1024;
+
+/// Blocks parsed before their rows are handed on.
+const BATCH_BLOCKS: usize = 8;
+
+/// Largest frame number; every integer up to it is exact as f64.
+const MAX_FRAME: f64 = 9_007_199_254_740_992.0;
+
+/// What a column holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Column {
+    /// The frame number.
+    Frame,
+    /// Seconds since the first frame.
+    Time,
+    /// A number to keep.
+    Value,
+    /// Nothing to keep; any text.
+    Skip,
+}
+
+/// Text rows and what their columns mean.
+pub(crate) struct Table<'a> {
+    /// Name of the file, for messages.
+    pub(crate) file: &'a str,
+    /// The rows.
+    pub(crate) data: &'a [u8],
+    /// Line of the file on which they start.
+    pub(crate) first_line: usize,
+    /// Byte between cells.
+    pub(crate) delimiter: u8,
+    /// One entry for each column of the header.
+    pub(crate) columns: Vec<Column>,
+    /// What each column is called in messages.
+    pub(crate) labels: Vec<String>,
+}
+
+/// Consecutive rows as numbers.
+#[derive(Debug, Default)]
+pub(crate) struct Rows {
+    /// Frame number of each row; empty where the table has no such column.
+    pub(crate) frames: Vec<i64>,
+    /// Time of each row, NaN where blank; empty where the table has no such column.
+    pub(crate) times_s: Vec<f64>,
+    /// The [`Column::Value`] cells, row by row; NaN where blank.
+    pub(crate) values: Vec<f64>,
+    /// Line of the file of each row, counted from `first_line`.
+    line_offsets: Vec<usize>,
+    /// Line of the file on which the block starts.
+    first_line: usize,
+}
+
+impl Rows {
+    /// Number of rows.
+    pub(crate) fn len(&self) -> usize {
+        self.line_offsets.len()
+    }
+
+    /// Line of the file, from 1, of row `k`.
+    pub(crate) fn line(&self, k: usize) -> usize {
+        self.first_line + self.line_offsets[k]
+    }
+}
+
+/// What is wrong with a row, before it is known on which line of the file its block starts.
+struct RowError {
+    line_offset: usize,
+    problem: Problem,
+}
+
+enum Problem {
+    TooFewCells {
+        found: usize,
+    },
+    TooManyCells {
+        found: String,
+    },
+    Cell {
+        column: usize,
+        expected: &'static str,
+        found: String,
+    },
+}
+
+impl Table<'_> {
+    /// Number of [`Column::Value`] columns.
+    pub(crate) fn values(&self) -> usize {
+        self.columns
+            .iter()
+            .filter(|&&column| column == Column::Value)
+            .count()
+    }
+
+    /// An upper bound for the number of rows that costs no parsing: no row is shorter than its
+    /// delimiters, so this stays in proportion to the file even where that is all line ends.
+    pub(crate) fn rows_at_most(&self) -> usize {
+        let by_lines = count_lines(self.data) + 1;
+        by_lines.min(self.data.len() / self.required_cells().max(1) + 1)
+    }
+
+    /// Cells that every row must have: up to the last column that is read.
+    fn required_cells(&self) -> usize {
+        self.columns
+            .iter()
+            .rposition(|&column| column != Column::Skip)
+            .map_or(0, |last| last + 1)
+    }
+
+    /// Parses all rows and hands them on in order, a batch of blocks at a time.
+    ///
+    /// # Errors
+    ///
+    /// The first error of the file, in its order, whichever thread meets one first; or the first
+    /// error of `consume`.
+    pub(crate) fn for_each_batch(
+        &self,
+        mut consume: impl FnMut(&[Rows]) -> Result<(), CaptureError>,
+    ) -> Result<(), CaptureError> {
+        let mut blocks = blocks(self.data);
+        let mut line = self.first_line;
+        loop {
+            let batch: Vec<&[u8]> = blocks.by_ref().take(BATCH_BLOCKS).collect();
+            if batch.is_empty() {
+                return Ok(());
+            }
+            let parsed: Vec<_> = batch
+                .par_iter()
+                .map(|block| (self.parse_block(block), count_lines(block)))
+                .collect();
+            let mut rows = Vec::with_capacity(parsed.len());
+            for (result, lines) in parsed {
+                match result {
+                    Ok(mut block) => {
+                        block.first_line = line;
+                        rows.push(block);
+                    }
+                    Err(error) => {
+                        // Rows before the damaged one may hold an earlier error.
+                        consume(&rows)?;
+                        return Err(self.error(line, error));
+                    }
+                }
+                line += lines;
+            }
+            consume(&rows)?;
+        }
+    }
+
+    fn parse_block(&self, block: &[u8]) -> Result<Rows, RowError> {
+        let mut rows = Rows::default();
+        let has = |column| self.columns.contains(&column);
+        let estimate = block.len() / self.required_cells().max(1) / 4 + 1;
+        rows.values.reserve(estimate * self.values());
+        let (has_frames, has_times) = (has(Column::Frame), has(Column::Time));
+        let required = self.required_cells();
+
+        let mut rest = block;
+        let mut line_offset = 0;
+        while !rest.is_empty() {
+            let end = memchr(b'\n', rest).unwrap_or(rest.len());
+            let line = &rest[..end];
+            rest = rest.get(end + 1..).unwrap_or_default();
+            let line = line.strip_suffix(b"\r").unwrap_or(line);
+            if !self.is_no_row(line, has_frames) {
+                self.parse_row(line, required, &mut rows)
+                    .map_err(|problem| RowError {
+                        line_offset,
+                        problem,
+                    })?;
+                rows.line_offsets.push(line_offset);
+            }
+            line_offset += 1;
+        }
+        debug_assert!(!has_frames || rows.frames.len() == rows.len());
+        debug_assert!(!has_times || rows.times_s.len() == rows.len());
+        Ok(rows)
+    }
+
+    /// Whether a line holds nothing at all. With a frame column a line of delimiters alone, as
+    /// spreadsheets leave them, is none either; without one it is a sample with all markers
+    /// missing.
+    fn is_no_row(&self, line: &[u8], has_frames: bool) -> bool {
+        let nothing = |&byte: &u8| byte == b' ' || (has_frames && byte == self.delimiter);
+        line.first().is_none_or(nothing) && line.iter().all(nothing)
+    }
+
+    fn parse_row(&self, line: &[u8], required: usize, rows: &mut Rows) -> Result<(), Problem> {
+        let mut at = 0;
+        for (index, &column) in self.columns.iter().enumerate() {
+            let end = if column == Column::Skip {
+                cell_end(line, at, self.delimiter)
+            } else {
+                let (number, end) =
+                    number(line, at, self.delimiter).ok_or_else(|| Problem::Cell {
+                        column: index,
+                        expected: "a number",
+                        found: excerpt(&line[at..cell_end(line, at, self.delimiter)]),
+                    })?;
+                match column {
+                    Column::Value => rows.values.push(number),
+                    Column::Time => rows.times_s.push(number),
+                    _ => rows.frames.push(frame(number).ok_or_else(|| Problem::Cell {
+                        column: index,
+                        expected: "a frame number",
+                        found: excerpt(&line[at..end]),
+                    })?),
+                }
+                end
+            };
+            if end == line.len() {
+                let found = index + 1;
+                return if found < required {
+                    Err(Problem::TooFewCells { found })
+                } else {
+                    Ok(())
+                };
+            }
+            at = end + 1;
+        }
+        let rest = &line[at.min(line.len())..];
+        let blank = |&byte: &u8| byte == self.delimiter || byte == b' ' || byte == b'\t';
+        if rest.iter().all(blank) {
+            Ok(())
+        } else {
+            Err(Problem::TooManyCells {
+                found: excerpt(rest),
+            })
+        }
+    }
+
+    fn error(&self, first_line: usize, error: RowError) -> CaptureError {
+        let file = self.file.to_owned();
+        let line = first_line + error.line_offset;
+        match error.problem {
+            Problem::TooFewCells { found } => CaptureError::TooFewCells {
+                file,
+                line,
+                expected: self.required_cells(),
+                found,
+            },
+            Problem::TooManyCells { found } => CaptureError::TooManyCells {
+                file,
+                line,
+                column: self.columns.len() + 1,
+                expected: self.columns.len(),
+                found,
+            },
+            Problem::Cell {
+                column,
+                expected,
+                found,
+            } => CaptureError::Cell {
+                file,
+                line,
+                column: column + 1,
+                entity: self.labels.get(column).cloned().unwrap_or_default(),
+                expected,
+                found,
+            },
+        }
+    }
+}
+
+/// Pieces of about [`BLOCK_BYTES`] that end with a line.
+fn blocks(mut data: &[u8]) -> impl Iterator<Item = &[u8]> {
+    std::iter::from_fn(move || {
+        if data.is_empty() {
+            return None;
+        }
+        let at_least = data.len().min(BLOCK_BYTES);
+        let end = memchr(b'\n', &data[at_least..]).map_or(data.len(), |more| at_least + more + 1);
+        let (block, rest) = data.split_at(end);
+        data = rest;
+        Some(block)
+    })
+}
+
+fn cell_end(line: &[u8], at: usize, delimiter: u8) -> usize {
+    memchr(delimiter, &line[at..]).map_or(line.len(), |length| at + length)
+}
+
+/// The number in the cell that starts at `at`, NaN where it is blank or says that it is none, and
+/// where the cell ends. `None` for any other text, and for infinity.
+#[inline]
+fn number(line: &[u8], at: usize, delimiter: u8) -> Option<(f64, usize)> {
+    let cell = &line[at..];
+    if cell.first().is_none_or(|&byte| byte == delimiter) {
+        return Some((f64::NAN, at));
+    }
+    if let Ok((number, length)) = fast_float2::parse_partial::<f64, _>(cell)
+        && number.is_finite()
+        && cell.get(length).is_none_or(|&byte| byte == delimiter)
+    {
+        return Some((number, at + length));
+    }
+    unusual_number(line, at, delimiter)
+}
+
+/// Cells with spaces or quotes around them, and the spellings of "not a number".
+#[cold]
+fn unusual_number(line: &[u8], at: usize, delimiter: u8) -> Option<(f64, usize)> {
+    let end = cell_end(line, at, delimiter);
+    let mut text = line[at..end].trim_ascii();
+    if let [b'"', inner @ .., b'"'] = text {
+        text = inner.trim_ascii();
+    }
+    let number = if text.is_empty() {
+        f64::NAN
+    } else if let Ok(number) = fast_float2::parse::<f64, _>(text) {
+        if number.is_infinite() {
+            return None;
+        }
+        number
+    } else {
+        // What C runtimes print for NaN.
+        let unsigned = text.strip_prefix(b"-").unwrap_or(text).to_ascii_lowercase();
+        let nan = unsigned.starts_with(b"nan(")
+            || unsigned.starts_with(b"1.#ind")
+            || unsigned.starts_with(b"1.#qnan");
+        if !nan {
+            return None;
+        }
+        f64::NAN
+    };
+    Some((number, end))
+}
+
+fn frame(number: f64) -> Option<i64> {
+    (number.fract() == 0.0 && number.abs() <= MAX_FRAME).then_some(number as i64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table<'a>(data: &'a [u8], columns: &[Column]) -> Table<'a> {
+        Table {
+            file: "a.csv",
+            data,
+            first_line: 8,
+            delimiter: b',',
+            columns: columns.to_vec(),
+            labels: (0..columns.len()).map(|k| format!("c{k}")).collect(),
+        }
+    }
+
+    const COLUMNS: [Column; 5] = [
+        Column::Frame,
+        Column::Time,
+        Column::Skip,
+        Column::Value,
+        Column::Value,
+    ];
+
+    fn parse(data: &[u8]) -> Result<(Vec<i64>, Vec<f64>), String> {
+        let mut frames = Vec::new();
+        let mut values = Vec::new();
+        table(data, &COLUMNS)
+            .for_each_batch(|batch| {
+                for rows in batch {
+                    frames.extend_from_slice(&rows.frames);
+                    values.extend_from_slice(&rows.values);
+                }
+                Ok(())
+            })
+            .map_err(|e| e.to_string())?;
+        Ok((frames, values))
+    }
+
+    #[test]
+    fn cells_that_are_numbers() {
+        for (cell, expected) in [
+            ("1.5", 1.5),
+            ("-0.000001", -1e-6),
+            ("+2", 2.0),
+            ("1E-3", 1e-3),
+            (" 7 ", 7.0),
+            ("\"7\"", 7.0),
+            (".5", 0.5),
+        ] {
+            let row = format!("0,0,x,{cell},1\n");
+            assert_eq!(parse(row.as_bytes()).unwrap().1[0], expected, "{cell}");
+        }
+        for cell in [
+            "",
+            " ",
+            "\"\"",
+            "nan",
+            "NAN",
+            "-nan",
+            "-nan(ind)",
+            "-1.#IND00",
+            "1.#QNAN",
+        ] {
+            let row = format!("0,0,x,{cell},1\n");
+            assert!(parse(row.as_bytes()).unwrap().1[0].is_nan(), "{cell}");
+        }
+    }
+
+    #[test]
+    fn cells_that_are_not() {
+        for cell in [
+            "1.0.24",
+            "x",
+            "inf",
+            "-Infinity",
+            "1e999",
+            "1 2",
+            "0x10",
+            "\"1",
+            "\0",
+            "--1",
+        ] {
+            let row = format!("0,0,x,1,{cell}\n");
+            let message = parse(row.as_bytes()).unwrap_err();
+            assert!(
+                message.starts_with("a.csv, line 8, column 5 (c4): expected a number, found"),
+                "{message}"
+            );
+        }
+        for frame in ["", "1.5", "x", "1e300"] {
+            assert!(
+                parse(format!("{frame},0,x,1,1\n").as_bytes()).is_err(),
+                "{frame}"
+            );
+        }
+    }
+
+    #[test]
+    fn rows_of_every_shape() {
+        let (frames, values) = parse(b"0,0,x,1,2\r\n\r\n,,,,\n1,0,,3,4,,\n2,0,\"a\",5,6").unwrap();
+        assert_eq!(frames, [0, 1, 2]);
+        assert_eq!(values, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+        assert_eq!(
+            parse(b"0,0,x,1,2\n1,0,x,1\n").unwrap_err(),
+            "a.csv, line 9: expected 5 cells, found 4: the row is cut off"
+        );
+        assert_eq!(
+            parse(b"0,0,x,1,2\n\n1,0,x,1,2,3\n").unwrap_err(),
+            "a.csv, line 10, column 6: expected no more than the header's 5 columns, found \"3\": \
+             is a comma used as decimal point?"
+        );
+        assert_eq!(parse(b"").unwrap(), (vec![], vec![]));
+    }
+
+    #[test]
+    fn many_blocks_keep_order_and_line_numbers() {
+        let rows = 40_000;
+        let mut text: String = (0..rows).map(|k| format!("{k},0,x,{k}.25,-1\n")).collect();
+        assert!(text.len() > 3 * BLOCK_BYTES);
+        let (frames, values) = parse(text.as_bytes()).unwrap();
+        assert_eq!(frames.len(), rows);
+        assert!((0..rows).all(|k| values[2 * k] == k as f64 + 0.25));
+        // Two errors in different blocks: the earlier one counts.
+        text.push_str("39,0,x,oops,1\n");
+        let text = text.replacen("31000,0,x,31000.25", "31000,0,x,3x", 1);
+        let message = parse(text.as_bytes()).unwrap_err();
+        assert!(message.contains("line 31008, column 4"), "{message}");
+        assert!(message.contains("found \"3x\""), "{message}");
+    }
+
+    #[test]
+    fn the_bound_on_rows_holds_and_stays_small() {
+        assert_eq!(table(&[b'\n'; 1000], &COLUMNS).rows_at_most(), 201);
+        assert_eq!(table(b"0,0,,1,2\n1,0,,1,2", &COLUMNS).rows_at_most(), 2);
+    }
+}

@@ -1,0 +1,127 @@
+//! Bytes as text: byte-order marks, encodings, excerpts for messages.
+
+use crate::error::CaptureError;
+
+/// Longest excerpt of a file in a message, characters: enough for any cell, short of a screen line.
+const EXCERPT_CHARS: usize = 40;
+
+/// The bytes after a UTF-8 byte-order mark, if there is one.
+///
+/// # Errors
+///
+/// [`CaptureError::Encoding`] for UTF-16, which spreadsheets call "Unicode text".
+pub(crate) fn without_byte_order_mark<'a>(
+    bytes: &'a [u8],
+    file: &str,
+) -> Result<&'a [u8], CaptureError> {
+    if bytes.starts_with(&[0xFF, 0xFE]) || bytes.starts_with(&[0xFE, 0xFF]) {
+        return Err(CaptureError::Encoding {
+            file: file.to_owned(),
+            line: 1,
+            found: "UTF-16".to_owned(),
+            hint: "save it as UTF-8",
+        });
+    }
+    Ok(bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes))
+}
+
+/// A header, which must be UTF-8 without NUL bytes. `first_line` is the line it starts on.
+///
+/// # Errors
+///
+/// [`CaptureError::Encoding`] with the line of the first byte that does not fit.
+pub(crate) fn header_text<'a>(
+    header: &'a [u8],
+    first_line: usize,
+    file: &str,
+) -> Result<&'a str, CaptureError> {
+    let error = |at: usize, found: String, hint| CaptureError::Encoding {
+        file: file.to_owned(),
+        line: first_line + count_lines(&header[..at]),
+        found,
+        hint,
+    };
+    if let Some(at) = memchr::memchr(0, header) {
+        return Err(error(
+            at,
+            "a NUL byte".to_owned(),
+            "is it a binary or damaged file?",
+        ));
+    }
+    std::str::from_utf8(header).map_err(|e| {
+        let at = e.valid_up_to();
+        error(
+            at,
+            format!("the byte 0x{:02X}", header[at]),
+            "save it as UTF-8",
+        )
+    })
+}
+
+/// Line ends in `bytes`.
+pub(crate) fn count_lines(bytes: &[u8]) -> usize {
+    memchr::memchr_iter(b'\n', bytes).count()
+}
+
+/// The beginning of a piece of the file, fit for a message.
+pub(crate) fn excerpt(bytes: &[u8]) -> String {
+    // A character has at most four bytes.
+    let head = &bytes[..bytes.len().min(4 * EXCERPT_CHARS)];
+    let text = String::from_utf8_lossy(head);
+    let short: String = text.chars().take(EXCERPT_CHARS).collect();
+    if short.len() < text.len() || head.len() < bytes.len() {
+        format!("{short}…")
+    } else {
+        short
+    }
+}
+
+/// How a file starts, for the message that it is of no known kind.
+pub(crate) fn beginning(bytes: &[u8]) -> String {
+    if bytes.is_empty() {
+        return "an empty file".to_owned();
+    }
+    let line = bytes.split(|&b| b == b'\n' || b == b'\r').next();
+    format!("{:?}", excerpt(line.unwrap_or_default()))
+}
+
+/// A file name without folders and extension: the take's name where the file states none.
+pub(crate) fn stem(file_name: &str) -> &str {
+    let name = file_name.rsplit(['/', '\\']).next().unwrap_or(file_name);
+    match name.rsplit_once('.') {
+        Some((stem, _)) if !stem.is_empty() => stem,
+        _ => name,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn excerpts_are_short_and_never_split_a_character() {
+        assert_eq!(excerpt(b"1.0.24"), "1.0.24");
+        let long = "上".repeat(1000);
+        assert_eq!(excerpt(long.as_bytes()).chars().count(), EXCERPT_CHARS + 1);
+        assert_eq!(excerpt(&[0xFF; 3]).chars().count(), 3);
+    }
+
+    #[test]
+    fn stems() {
+        assert_eq!(stem("/a/b.c/Take 1.12.csv"), "Take 1.12");
+        assert_eq!(stem(r"C:\takes\one.csv"), "one");
+        assert_eq!(stem(".csv"), ".csv");
+    }
+
+    #[test]
+    fn encodings_that_are_refused_say_where() {
+        let message = |bytes: &[u8]| header_text(bytes, 1, "a.csv").unwrap_err().to_string();
+        assert_eq!(
+            message(b"a\nb\xE9"),
+            "a.csv, line 2: expected UTF-8 text, found the byte 0xE9: save it as UTF-8"
+        );
+        assert!(message(b"a\0").contains("NUL"));
+        assert!(without_byte_order_mark(b"\xFF\xFEF\0", "a.csv").is_err());
+        assert_eq!(without_byte_order_mark(b"\xEF\xBB\xBFa", "").unwrap(), b"a");
+    }
+}

@@ -1,1 +1,117 @@
 //! Evaluations as HTML with figures, and as JSON.
+//!
+//! | function | turns an `Evaluation` into |
+//! | --- | --- |
+//! | [`html`] | one self-contained page: verdict, data quality, figures, tables, provenance |
+//! | [`evaluation_json`] | `evaluation.json` for scripts, by `schemas/evaluation.schema.json` |
+//! | [`text_summary`] | the table a run prints on a terminal |
+//!
+//! All three are pure: same evaluation, same bytes. Lengths come in metres and leave in
+//! millimetres; a number that does not exist (nothing judged, not finite) leaves as `null` or as a
+//! dash, never as zero. Text from files (names of takes, findings, settings) is escaped.
+//!
+//! ```
+//! # use inhand_model::*;
+//! # let none = PerFinger::new([1.0; 5]);
+//! # let error = Statistics { n: 500, p50: 0.000_4, p75: 0.000_74, p95: 0.003_3, max: 0.021_3, ..Statistics::default() };
+//! # let method = MethodEvaluation {
+//! #     name: "hermite".into(), description: "cubic, no learning".into(), baseline: true, error,
+//! #     error_by_finger: PerFinger::new([error; 5]), median_error_by_sample_m: vec![0.0, 0.000_4, 0.0],
+//! #     reachability: Reachability { n: 100, inside: none, worst_outside_m: PerFinger::new([0.0; 5]), recorded_inside: none },
+//! #     collision: Collision { n: 100, limit_m: 0.01, instants: 0, trajectories: 0, nearest_m: 0.02, recorded_instants: 0 },
+//! #     velocity: VelocityCheck { n: 1485, outside: 0, trajectories_outside: 0, worst_ratio: 0.7 },
+//! #     contact: None, distance_difference: None, plan: None,
+//! # };
+//! # let evaluation = Evaluation {
+//! #     session: SessionFacts { name: "cube".into(), rate_hz: 100.0, segment_samples: 100, object: None, train: vec![], test: vec![] },
+//! #     default_method: "hermite".into(),
+//! #     dictionary: DictionaryFacts {
+//! #         kind: DictionaryKind::Nmf, rank: 200, segments: 595, rms_m: 0.000_14, relative_error: 0.001,
+//! #         iterations: 40, stop_reason: StopReason::IterationLimit, objective_history_m2: vec![2.0, 1.0],
+//! #         velocity_bounds: VelocityBounds { min_m_s: [-0.2; 15], max_m_s: [0.2; 15] },
+//! #     },
+//! #     methods: vec![method],
+//! #     quality: vec![],
+//! # };
+//! let json = inhand_report::evaluation_json(&evaluation, &[])?;
+//! assert!(json.contains("\"p50\": 0.4"));
+//! let page = inhand_report::html(&evaluation, &[])?;
+//! assert!(page.starts_with("<!DOCTYPE html>"));
+//! assert!(inhand_report::text_summary(&evaluation).contains("0.40"));
+//! # Ok::<(), inhand_report::ReportError>(())
+//! ```
+//!
+//! In reading order: `json` (wire structs), `verdict` (how a method stands against the baselines,
+//! in words), `text`, `number` (digits), `figure` (scales, axes, box plots, line charts as SVG),
+//! `html` (the page, a file a section).
+
+mod error;
+mod figure;
+mod html;
+mod json;
+mod number;
+mod quality;
+mod text;
+mod verdict;
+
+use inhand_model::{Evaluation, Provenance};
+
+pub use error::ReportError;
+
+/// `evaluation.json`: pretty-printed, keys in a fixed order, `schema_version` first, numbers that
+/// are not finite as `null`, a newline at the end. Lengths under keys that end in `_mm` are
+/// millimetres. The contract is `schemas/evaluation.schema.json`.
+///
+/// # Errors
+///
+/// [`ReportError::UnknownDefaultMethod`] or [`ReportError::DuplicateMethod`] where a reader could
+/// not look a method up by its name.
+pub fn evaluation_json(
+    evaluation: &Evaluation,
+    provenance: &[Provenance],
+) -> Result<String, ReportError> {
+    check_names(evaluation)?;
+    json::write(evaluation, provenance)
+}
+
+/// The report as one HTML file that needs no network, no script and no other file: figures are
+/// inline SVG, colours follow the reader's light or dark scheme, and it prints.
+///
+/// # Errors
+///
+/// [`ReportError::UnknownDefaultMethod`] or [`ReportError::DuplicateMethod`], as
+/// [`evaluation_json`].
+pub fn html(evaluation: &Evaluation, provenance: &[Provenance]) -> Result<String, ReportError> {
+    check_names(evaluation)?;
+    Ok(html::page(evaluation, provenance).into_string())
+}
+
+/// The end of a run in plain text: per method the median, third quartile, 95 % quantile and
+/// largest error in millimetres, the share of time with three or more fingers in contact, and for
+/// each learned method where a baseline beats it. Lines end with a newline; no colour.
+pub fn text_summary(evaluation: &Evaluation) -> String {
+    text::write(evaluation)
+}
+
+fn check_names(evaluation: &Evaluation) -> Result<(), ReportError> {
+    let names = || evaluation.methods.iter().map(|method| method.name.as_str());
+    for name in names() {
+        let times = names().filter(|other| *other == name).count();
+        if times > 1 {
+            return Err(ReportError::DuplicateMethod {
+                session: evaluation.session.name.clone(),
+                name: name.to_owned(),
+                times,
+            });
+        }
+    }
+    if names().any(|name| name == evaluation.default_method) {
+        Ok(())
+    } else {
+        Err(ReportError::UnknownDefaultMethod {
+            session: evaluation.session.name.clone(),
+            name: evaluation.default_method.clone(),
+            known: names().map(str::to_owned).collect(),
+        })
+    }
+}

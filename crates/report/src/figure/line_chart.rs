@@ -1,0 +1,156 @@
+//! Lines over a quantity: error over time, contact share over threshold, objective over sweeps.
+
+use maud::{Markup, html};
+
+use super::scale::Scale;
+use super::{Frame, Px, axes};
+
+/// One line. Points that are not finite break it.
+pub(crate) struct Series {
+    /// Name, in the tooltip.
+    pub(crate) label: String,
+    /// Class that colours and dashes it.
+    pub(crate) class: String,
+    /// Points in data units.
+    pub(crate) points: Vec<(f64, f64)>,
+}
+
+/// What an axis shows.
+pub(crate) struct AxisSpec<'a> {
+    /// Name with its unit.
+    pub(crate) name: &'a str,
+    /// First value.
+    pub(crate) low: f64,
+    /// Last value.
+    pub(crate) high: f64,
+    /// Whether equal ratios are equally far apart.
+    pub(crate) log: bool,
+}
+
+impl AxisSpec<'_> {
+    fn scale(&self, from_px: f64, to_px: f64) -> Scale {
+        if self.log {
+            Scale::log(self.low, self.high, from_px, to_px)
+        } else {
+            Scale::linear(self.low, self.high, from_px, to_px)
+        }
+    }
+}
+
+/// A figure of lines.
+pub(crate) struct LineChart<'a> {
+    /// What is shown, above the figure and for those who do not see it.
+    pub(crate) title: &'a str,
+    /// Horizontal axis.
+    pub(crate) x: AxisSpec<'a>,
+    /// Vertical axis.
+    pub(crate) y: AxisSpec<'a>,
+    /// Lines, the last one on top.
+    pub(crate) series: Vec<Series>,
+    /// Whether each point gets a dot with its values as tooltip.
+    pub(crate) dots: bool,
+    /// A value on the horizontal axis to mark, with its name.
+    pub(crate) marked_x: Option<(f64, String)>,
+}
+
+const WIDTH: f64 = 440.0;
+const HEIGHT: f64 = 270.0;
+const LEFT: f64 = 42.0;
+const RIGHT: f64 = 10.0;
+const TOP: f64 = 44.0;
+const WANTED_TICKS: usize = 6;
+
+/// Draws the figure. Lines that leave the axes are cut at the frame.
+pub(crate) fn draw(chart: &LineChart<'_>) -> Markup {
+    let frame = Frame {
+        left: LEFT,
+        top: TOP,
+        right: WIDTH - RIGHT,
+        bottom: HEIGHT - axes::BOTTOM_ROOM,
+    };
+    let x = chart.x.scale(frame.left, frame.right);
+    let y = chart.y.scale(frame.bottom, frame.top);
+    // A nested svg cuts what leaves it, without the id that a clip path would need.
+    let inner_x = chart.x.scale(0.0, frame.width());
+    let inner_y = chart.y.scale(frame.height(), 0.0);
+    html! {
+        svg.chart viewBox={ "0 0 " (Px(WIDTH)) " " (Px(HEIGHT)) } role="img" aria-label=(summary(chart)) {
+            text.title x="0" y="12.5" { (chart.title) }
+            (axes::left(&frame, &y, WANTED_TICKS, chart.y.name))
+            (axes::bottom(&frame, &x, WANTED_TICKS, chart.x.name))
+            svg.plot x=(Px(frame.left)) y=(Px(frame.top)) width=(Px(frame.width())) height=(Px(frame.height())) {
+                @if let Some((value, name)) = &chart.marked_x {
+                    @let at = inner_x.at(*value);
+                    line.mark x1=(Px(at)) y1="0" x2=(Px(at)) y2=(Px(frame.height())) {}
+                    text.tick x=(Px(at + 5.0)) y=(Px(frame.height() - 7.0)) { (name) }
+                }
+                @for series in &chart.series {
+                    g.(series.class) {
+                        path.line d=(path(series, &inner_x, &inner_y)) { title { (series.label) } }
+                        @if chart.dots {
+                            @for &(px, py) in series.points.iter().filter(|(a, b)| a.is_finite() && b.is_finite()) {
+                                circle.point cx=(Px(inner_x.at(px))) cy=(Px(inner_y.at(py))) r="2.4" {
+                                    title { (series.label) ": " (crate::number::plain(px)) ", " (crate::number::decimals(py, 1)) }
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn path(series: &Series, x: &Scale, y: &Scale) -> String {
+    let mut path = String::new();
+    let mut pen_down = false;
+    for &(a, b) in &series.points {
+        let (px, py) = (x.at(a), y.at(b));
+        if px.is_finite() && py.is_finite() {
+            path.push(if pen_down { 'L' } else { 'M' });
+            path.push_str(&format!("{} {}", Px(px), Px(py)));
+            pen_down = true;
+        } else {
+            pen_down = false;
+        }
+    }
+    path
+}
+
+fn summary(chart: &LineChart<'_>) -> String {
+    let names: Vec<&str> = chart
+        .series
+        .iter()
+        .map(|series| series.label.as_str())
+        .collect();
+    format!(
+        "{}: {} over {}, lines {}",
+        chart.title,
+        chart.y.name,
+        chart.x.name,
+        names.join(", ")
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_missing_point_breaks_the_line() {
+        let series = Series {
+            label: String::new(),
+            class: String::new(),
+            points: vec![
+                (0.0, 0.0),
+                (1.0, 1.0),
+                (2.0, f64::NAN),
+                (3.0, 1.0),
+                (4.0, 0.0),
+            ],
+        };
+        let x = Scale::linear(0.0, 4.0, 0.0, 40.0);
+        let y = Scale::linear(0.0, 1.0, 10.0, 0.0);
+        assert_eq!(path(&series, &x, &y), "M0 10L10 0M30 0L40 10");
+    }
+}

@@ -1,0 +1,42 @@
+//! Which class of the style sheet colours what. Fingers have the same colour in every figure;
+//! methods have a scheme of their own, told apart by dashes as well as by colour, learned methods
+//! solid and baselines dashed.
+
+use inhand_model::{Finger, MethodEvaluation};
+
+/// Learned methods that get a colour of their own before colours repeat.
+const LEARNED: usize = 4;
+/// Baselines that get a colour and dash of their own before they repeat.
+const BASELINES: usize = 5;
+
+/// Class of a finger's colour.
+pub(crate) const fn finger_class(finger: Finger) -> &'static str {
+    match finger {
+        Finger::Thumb => "f-thumb",
+        Finger::Index => "f-index",
+        Finger::Middle => "f-middle",
+        Finger::Ring => "f-ring",
+        Finger::Little => "f-little",
+    }
+}
+
+/// Class of recorded motion, which is no method.
+pub(crate) const RECORDED_CLASS: &str = "recorded";
+
+/// Class of each method, by its place among the learned ones or the baselines.
+pub(crate) fn method_classes(methods: &[MethodEvaluation]) -> Vec<String> {
+    let (mut learned, mut baselines) = (0, 0);
+    methods
+        .iter()
+        .map(|method| {
+            let (letter, place, available) = if method.baseline {
+                ("b", &mut baselines, BASELINES)
+            } else {
+                ("l", &mut learned, LEARNED)
+            };
+            let class = format!("{letter}{}", *place % available);
+            *place += 1;
+            class
+        })
+        .collect()
+}

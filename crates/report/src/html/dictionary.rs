@@ -1,0 +1,117 @@
+//! How the primitives were learned.
+
+use inhand_model::{DictionaryFacts, DictionaryKind, Finger, StopReason};
+use maud::{Markup, html};
+
+use super::table::{Line, numbers, table, words};
+use crate::figure::line_chart::{self, AxisSpec, LineChart, Series};
+use crate::figure::palette::finger_class;
+use crate::number::{NARROW_SPACE, count, decimals, percent, to_mm};
+
+const MM2_PER_M2: f64 = 1e6;
+
+/// The section's content.
+pub(super) fn section(facts: &DictionaryFacts) -> Markup {
+    html! {
+        p { (sentence(facts)) }
+        @if facts.objective_history_m2.len() > 1 { (objective_figure(facts)) }
+        details {
+            summary { "Velocity bounds that plans had to keep" }
+            (bounds_table(facts))
+        }
+    }
+}
+
+fn sentence(facts: &DictionaryFacts) -> String {
+    let kind = match facts.kind {
+        DictionaryKind::Nmf => "non-negative matrix factorisation",
+        DictionaryKind::Pca => "principal components",
+    };
+    let stop = match facts.stop_reason {
+        StopReason::Converged => "stopped because the objective no longer changed",
+        StopReason::TargetReached => "stopped because the wanted error was reached",
+        StopReason::IterationLimit => "stopped at the iteration limit, before it converged",
+        StopReason::ClosedForm => "is exact and does not iterate",
+    };
+    let iterations = if facts.stop_reason == StopReason::ClosedForm {
+        String::new()
+    } else {
+        format!(
+            " after {} iterations",
+            count(facts.iterations, NARROW_SPACE)
+        )
+    };
+    format!(
+        "{} primitives by {kind} from {} training segments. Learning {stop}{iterations}. The primitives reproduce the training \
+         segments to {} mm root mean square a coordinate (relative error {} %).",
+        count(facts.rank, NARROW_SPACE),
+        count(facts.segments, NARROW_SPACE),
+        decimals(to_mm(facts.rms_m), 3),
+        percent(facts.relative_error),
+    )
+}
+
+fn objective_figure(facts: &DictionaryFacts) -> Markup {
+    let points: Vec<(f64, f64)> = facts
+        .objective_history_m2
+        .iter()
+        .enumerate()
+        .map(|(sweep, objective)| (sweep as f64, objective * MM2_PER_M2))
+        .collect();
+    let positive = || {
+        points
+            .iter()
+            .map(|point| point.1)
+            .filter(|v| v.is_finite() && *v > 0.0)
+    };
+    let (low, high) = (
+        positive().fold(f64::INFINITY, f64::min),
+        positive().fold(0.0, f64::max),
+    );
+    html! {
+        figure.panels.wide {
+            (line_chart::draw(&LineChart {
+                title: "Objective while learning",
+                x: AxisSpec {
+                    name: "sweep",
+                    low: 0.0,
+                    high: (points.len() - 1) as f64,
+                    log: false,
+                },
+                y: AxisSpec { name: "objective (mm², logarithmic)", low, high, log: true },
+                series: vec![Series { label: "objective".to_owned(), class: "l0".to_owned(), points }],
+                dots: false,
+                marked_x: None,
+            }))
+            figcaption {
+                b { "Objective after each sweep." }
+                " Half the squared Frobenius norm of the reconstruction error over all training segments; sweep 0 is the start."
+            }
+        }
+    }
+}
+
+fn bounds_table(facts: &DictionaryFacts) -> Markup {
+    let columns = [
+        words("finger"),
+        numbers("x min", "mm/s"),
+        numbers("x max", "mm/s"),
+        numbers("y min", "mm/s"),
+        numbers("y max", "mm/s"),
+        numbers("z min", "mm/s"),
+        numbers("z max", "mm/s"),
+    ];
+    let bounds = &facts.velocity_bounds;
+    let lines = Finger::ALL
+        .map(|finger| Line {
+            head: html! { span.swatch.(finger_class(finger)) {} (finger.name()) },
+            cells: (0..3)
+                .map(|axis| 3 * finger.index() + axis)
+                .flat_map(|row| [bounds.min_m_s[row], bounds.max_m_s[row]])
+                .map(|velocity| decimals(to_mm(velocity), 1))
+                .collect(),
+            stressed: false,
+        })
+        .into();
+    table("Velocity bounds in the hand's frame", &columns, lines)
+}

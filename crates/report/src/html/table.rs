@@ -1,0 +1,86 @@
+//! Tables that scroll in themselves where a page is narrower than they are.
+
+use maud::{Markup, html};
+
+/// A column: its heading, and the unit in a second line.
+pub(super) struct Column<'a> {
+    pub(super) name: &'a str,
+    pub(super) unit: &'a str,
+    /// Whether its cells are words, set to the left.
+    pub(super) words: bool,
+}
+
+/// A column of numbers.
+pub(super) const fn numbers<'a>(name: &'a str, unit: &'a str) -> Column<'a> {
+    Column {
+        name,
+        unit,
+        words: false,
+    }
+}
+
+/// A column of words.
+pub(super) const fn words<'a>(name: &'a str) -> Column<'a> {
+    Column {
+        name,
+        unit: "",
+        words: true,
+    }
+}
+
+/// A line of a table. The first column is its heading.
+pub(super) struct Line {
+    pub(super) head: Markup,
+    pub(super) cells: Vec<String>,
+    /// Whether it is the one to look at first.
+    pub(super) stressed: bool,
+}
+
+/// Lines under a common heading.
+pub(super) struct Group {
+    /// Heading; `None` for a table of one group.
+    pub(super) head: Option<Markup>,
+    pub(super) lines: Vec<Line>,
+}
+
+/// A table of one group.
+pub(super) fn table(caption: &str, columns: &[Column<'_>], lines: Vec<Line>) -> Markup {
+    grouped(caption, columns, &[Group { head: None, lines }])
+}
+
+/// A table. The first of `columns` heads the lines.
+pub(super) fn grouped(caption: &str, columns: &[Column<'_>], groups: &[Group]) -> Markup {
+    html! {
+        // Focusable, so that a keyboard can scroll it too.
+        div.scroll tabindex="0" role="region" aria-label=(caption) {
+            table {
+                caption { (caption) }
+                thead {
+                    tr {
+                        @for column in columns {
+                            th.words[column.words] scope="col" {
+                                (column.name)
+                                @if !column.unit.is_empty() { span.unit { (column.unit) } }
+                            }
+                        }
+                    }
+                }
+                @for group in groups {
+                    tbody {
+                        @if let Some(head) = &group.head {
+                            tr.group { th colspan=(columns.len()) scope="rowgroup" { span { (head) } } }
+                        }
+                        @for line in &group.lines {
+                            tr.stressed[line.stressed] {
+                                th scope="row" { (line.head) }
+                                @for (cell, column) in line.cells.iter().zip(columns.iter().skip(1)) {
+                                    td.words[column.words] { (cell) }
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,143 @@
+//! Numbers as people read them: a fixed number of digits, never a rounding that turns "almost"
+//! into "all" or "hardly" into "none".
+
+/// Stands for a number that does not exist: nothing was judged, or the result was not finite.
+pub(crate) const NONE: &str = "–";
+
+/// Narrow no-break space, the SI separator between groups of three digits.
+pub(crate) const NARROW_SPACE: char = '\u{202f}';
+
+const MM_PER_M: f64 = 1e3;
+
+/// Metres as millimetres.
+pub(crate) fn to_mm(metres: f64) -> f64 {
+    metres * MM_PER_M
+}
+
+/// A length in metres printed in millimetres with two decimals, a tenth of what cameras resolve.
+pub(crate) fn millimetres(metres: f64) -> String {
+    decimals(to_mm(metres), 2)
+}
+
+/// A number with fixed decimals; a positive one too small for them is shown as such, not as zero.
+pub(crate) fn decimals(value: f64, digits: usize) -> String {
+    if !value.is_finite() {
+        return NONE.to_owned();
+    }
+    let step = 10f64.powi(-(digits as i32));
+    if value > 0.0 && value < step / 2.0 {
+        return format!("< {step:.digits$}");
+    }
+    let text = format!("{value:.digits$}");
+    // A negative number that rounds to zero would print as "-0.00".
+    if text
+        .trim_start_matches('-')
+        .bytes()
+        .all(|b| matches!(b, b'0' | b'.'))
+    {
+        return text.trim_start_matches('-').to_owned();
+    }
+    text
+}
+
+/// A share (0 to 1) in percent with one decimal. Only all is 100.0 and only none is 0.0.
+pub(crate) fn percent(share: f64) -> String {
+    if !share.is_finite() {
+        return NONE.to_owned();
+    }
+    let value = 100.0 * share;
+    if share < 1.0 && value >= 99.95 {
+        return "> 99.9".to_owned();
+    }
+    if share > 0.0 && value < 0.05 {
+        return "< 0.1".to_owned();
+    }
+    format!("{value:.1}")
+}
+
+/// A count with its digits in groups of three; four digits stay together.
+pub(crate) fn count(n: usize, separator: char) -> String {
+    let digits = n.to_string();
+    if digits.len() <= 4 {
+        return digits;
+    }
+    let mut text = String::with_capacity(digits.len() + digits.len() / 3);
+    for (place, digit) in digits.chars().enumerate() {
+        if place > 0 && (digits.len() - place).is_multiple_of(3) {
+            text.push(separator);
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// A number whose order of magnitude matters, such as a residual: two digits and an exponent.
+pub(crate) fn scientific(value: f64) -> String {
+    if !value.is_finite() {
+        NONE.to_owned()
+    } else if value == 0.0 {
+        "0".to_owned()
+    } else {
+        format!("{value:.1e}")
+    }
+}
+
+/// A setting or rate: as few digits as needed, six at most.
+pub(crate) fn plain(value: f64) -> String {
+    if !value.is_finite() {
+        return NONE.to_owned();
+    }
+    let text = format!("{value:.6}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text == "-0" {
+        "0".to_owned()
+    } else {
+        text.to_owned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lengths_have_two_decimals() {
+        assert_eq!(millimetres(0.000_79), "0.79");
+        assert_eq!(millimetres(0.018_2), "18.20");
+        assert_eq!(millimetres(0.0), "0.00");
+        assert_eq!(millimetres(-1e-9), "0.00");
+        assert_eq!(millimetres(-0.001), "-1.00");
+        assert_eq!(millimetres(f64::NAN), NONE);
+        assert_eq!(millimetres(f64::INFINITY), NONE);
+    }
+
+    #[test]
+    fn almost_all_is_not_all() {
+        assert_eq!(percent(1.0), "100.0");
+        assert_eq!(percent(0.999_9), "> 99.9");
+        assert_eq!(percent(0.999), "99.9");
+        assert_eq!(percent(0.0), "0.0");
+        assert_eq!(percent(0.000_1), "< 0.1");
+        assert_eq!(percent(f64::NAN), NONE);
+        assert_eq!(millimetres(1e-6), "< 0.01");
+    }
+
+    #[test]
+    fn counts_are_grouped() {
+        assert_eq!(count(0, ' '), "0");
+        assert_eq!(count(9999, ' '), "9999");
+        assert_eq!(count(12_000, ' '), "12 000");
+        assert_eq!(count(1_234_567, ' '), "1 234 567");
+        assert_eq!(count(123_456, ' '), "123 456");
+    }
+
+    #[test]
+    fn magnitudes_and_settings() {
+        assert_eq!(scientific(3.14e-9), "3.1e-9");
+        assert_eq!(scientific(0.0), "0");
+        assert_eq!(scientific(f64::NAN), NONE);
+        assert_eq!(plain(100.0), "100");
+        assert_eq!(plain(59.94), "59.94");
+        assert_eq!(plain(-0.0), "0");
+    }
+}

@@ -1,0 +1,306 @@
+//! How a method stands against the methods that have learned nothing, in words. The same words
+//! open the HTML and close the terminal table, so that neither can flatter.
+
+use inhand_model::{Evaluation, MethodEvaluation, Statistics};
+
+use crate::number::{NARROW_SPACE, count, millimetres, percent};
+
+/// Differences up to this share of the better value count as level: they vanish in the rounding
+/// of the printed numbers, and a session's segments are far too few to establish them.
+const LEVEL_SHARE: f64 = 0.02;
+
+/// A place in the distribution of errors at which methods are compared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Measure {
+    Median,
+    ThirdQuartile,
+    P95,
+    Max,
+}
+
+impl Measure {
+    pub(crate) const ALL: [Measure; 4] = [
+        Measure::Median,
+        Measure::ThirdQuartile,
+        Measure::P95,
+        Measure::Max,
+    ];
+
+    /// Name in a sentence.
+    pub(crate) const fn words(self) -> &'static str {
+        match self {
+            Measure::Median => "median",
+            Measure::ThirdQuartile => "third quartile",
+            Measure::P95 => "95 % quantile",
+            Measure::Max => "maximum",
+        }
+    }
+
+    /// The value, unless nothing was judged.
+    pub(crate) fn of(self, statistics: &Statistics) -> Option<f64> {
+        let value = match self {
+            Measure::Median => statistics.p50,
+            Measure::ThirdQuartile => statistics.p75,
+            Measure::P95 => statistics.p95,
+            Measure::Max => statistics.max,
+        };
+        (statistics.n > 0 && value.is_finite()).then_some(value)
+    }
+}
+
+/// How a method's value compares with the best baseline's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Outcome {
+    Ahead,
+    Level,
+    Behind,
+}
+
+/// One measure of one method beside the best baseline.
+#[derive(Clone, Debug)]
+pub(crate) struct Comparison<'a> {
+    pub(crate) measure: Measure,
+    pub(crate) own_m: f64,
+    pub(crate) baseline: &'a str,
+    pub(crate) baseline_m: f64,
+    pub(crate) outcome: Outcome,
+}
+
+/// Compares `method` with the best baseline at each measure that both have.
+pub(crate) fn comparisons<'a>(
+    method: &MethodEvaluation,
+    methods: &'a [MethodEvaluation],
+) -> Vec<Comparison<'a>> {
+    Measure::ALL
+        .into_iter()
+        .filter_map(|measure| {
+            let own_m = measure.of(&method.error)?;
+            let (baseline_m, baseline) = methods
+                .iter()
+                .filter(|other| other.baseline && other.name != method.name)
+                .filter_map(|other| Some((measure.of(&other.error)?, other.name.as_str())))
+                .min_by(|a, b| a.0.total_cmp(&b.0))?;
+            Some(Comparison {
+                measure,
+                own_m,
+                baseline,
+                baseline_m,
+                outcome: outcome(own_m, baseline_m),
+            })
+        })
+        .collect()
+}
+
+fn outcome(own_m: f64, baseline_m: f64) -> Outcome {
+    if (own_m - baseline_m).abs() <= LEVEL_SHARE * own_m.min(baseline_m) {
+        Outcome::Level
+    } else if own_m < baseline_m {
+        Outcome::Ahead
+    } else {
+        Outcome::Behind
+    }
+}
+
+/// The default method, or the first one where a caller skipped the check of names.
+pub(crate) fn default_method(evaluation: &Evaluation) -> Option<&MethodEvaluation> {
+    evaluation
+        .methods
+        .iter()
+        .find(|method| method.name == evaluation.default_method)
+        .or(evaluation.methods.first())
+}
+
+/// What the error of the default method is, in a sentence.
+pub(crate) fn error_sentence(evaluation: &Evaluation) -> String {
+    let Some(method) = default_method(evaluation) else {
+        return "No method was evaluated.".to_owned();
+    };
+    let (name, error) = (&method.name, &method.error);
+    if error.n == 0 {
+        return format!(
+            "{name} could not be judged: no planned instant has a recorded one beside it."
+        );
+    }
+    let segments: usize = evaluation
+        .session
+        .test
+        .iter()
+        .map(|take| take.segments)
+        .sum();
+    format!(
+        "{name}, the default method, has a median fingertip error of {} mm and stays within {} mm \
+         three quarters of the time, over {} fingertip positions in {} test segments.",
+        millimetres(error.p50),
+        millimetres(error.p75),
+        count(error.n, NARROW_SPACE),
+        count(segments, NARROW_SPACE),
+    )
+}
+
+/// How `method` stands against the best baseline, in a sentence or two.
+pub(crate) fn standing_sentence(method: &MethodEvaluation, methods: &[MethodEvaluation]) -> String {
+    let comparisons = comparisons(method, methods);
+    let name = &method.name;
+    if comparisons.is_empty() {
+        return if methods
+            .iter()
+            .any(|other| other.baseline && other.name != *name)
+        {
+            format!("{name} cannot be compared with a baseline: one of them has no errors.")
+        } else {
+            format!("There is no baseline to compare {name} with, so its numbers stand alone.")
+        };
+    }
+    let total = comparisons.len();
+    let group = |outcome| -> Vec<&Comparison<'_>> {
+        comparisons
+            .iter()
+            .filter(|c| c.outcome == outcome)
+            .collect()
+    };
+    let (behind, level, ahead) = (
+        group(Outcome::Behind),
+        group(Outcome::Level),
+        group(Outcome::Ahead),
+    );
+    if behind.len() == total {
+        return format!(
+            "Methods that learn nothing do better than {name} everywhere: {}.",
+            list(&behind)
+        );
+    }
+    if ahead.len() == total {
+        return format!("{name} does better than every baseline: {}.", list(&ahead));
+    }
+    let mut sentences = Vec::new();
+    if !behind.is_empty() {
+        sentences.push(format!(
+            "A method that learns nothing beats {name} at the {}",
+            list(&behind)
+        ));
+    }
+    if !level.is_empty() {
+        let lead = if sentences.is_empty() {
+            format!("{name} is level with the best baseline at the ")
+        } else {
+            "they are level at the ".to_owned()
+        };
+        sentences.push(format!("{lead}{}", list(&level)));
+    }
+    if !ahead.is_empty() {
+        sentences.push(format!("{name} does better at the {}", list(&ahead)));
+    }
+    format!("{}.", sentences.join("; "))
+}
+
+fn list(comparisons: &[&Comparison<'_>]) -> String {
+    let items: Vec<String> = comparisons
+        .iter()
+        .map(|c| {
+            format!(
+                "{} ({} {} mm, {} mm here)",
+                c.measure.words(),
+                c.baseline,
+                millimetres(c.baseline_m),
+                millimetres(c.own_m),
+            )
+        })
+        .collect();
+    join_words(&items)
+}
+
+/// `a`, `a and b`, `a, b and c`.
+pub(crate) fn join_words(items: &[String]) -> String {
+    match items {
+        [] => String::new(),
+        [only] => only.clone(),
+        [start @ .., last] => format!("{} and {last}", start.join(", ")),
+    }
+}
+
+/// How often three fingertips or more touch the object, in a sentence; `None` without an object.
+pub(crate) fn contact_sentence(evaluation: &Evaluation) -> Option<String> {
+    let method = default_method(evaluation)?;
+    let contact = method.contact.as_ref()?;
+    if contact.n == 0 {
+        return Some("Contacts could not be judged: the object was never tracked.".to_owned());
+    }
+    Some(format!(
+        "Three or more fingertips touch the object {} % of the time with {}, {} % in the recorded \
+         motion (contact: within {} mm).",
+        percent(contact.three_or_more),
+        method.name,
+        percent(contact.recorded_three_or_more),
+        crate::number::plain(1e3 * contact.tau_m),
+    ))
+}
+
+/// Whether the default method's plans exist and keep their constraints, in a sentence.
+pub(crate) fn constraint_sentence(evaluation: &Evaluation) -> Option<String> {
+    let method = default_method(evaluation)?;
+    let mut parts = Vec::new();
+    if let Some(plan) = &method.plan {
+        let total = plan.solved + plan.infeasible + plan.failed;
+        parts.push(if plan.solved == total {
+            format!("all {} plans were solved", count(total, NARROW_SPACE))
+        } else {
+            format!(
+                "{} of {} plans were solved, {} are infeasible and {} failed",
+                count(plan.solved, NARROW_SPACE),
+                count(total, NARROW_SPACE),
+                count(plan.infeasible, NARROW_SPACE),
+                count(plan.failed, NARROW_SPACE),
+            )
+        });
+    }
+    if method.velocity.n > 0 {
+        parts.push(match method.velocity.outside {
+            0 => "no velocity is outside its bounds".to_owned(),
+            outside => format!(
+                "{} of {} velocities are outside their bounds",
+                count(outside, NARROW_SPACE),
+                count(method.velocity.n, NARROW_SPACE),
+            ),
+        });
+    }
+    if method.reachability.n > 0 {
+        parts.push(format!(
+            "{} % of fingertip positions lie where the training takes have been (recorded motion: {} %)",
+            percent(crate::json::mean(&method.reachability.inside)),
+            percent(crate::json::mean(&method.reachability.recorded_inside)),
+        ));
+    }
+    if method.collision.n > 0 {
+        parts.push(format!(
+            "fingertips come nearer than {} mm to each other at {} of {} instants (recorded: {})",
+            crate::number::plain(1e3 * method.collision.limit_m),
+            count(method.collision.instants, NARROW_SPACE),
+            count(method.collision.n, NARROW_SPACE),
+            count(method.collision.recorded_instants, NARROW_SPACE),
+        ));
+    }
+    (!parts.is_empty()).then(|| format!("With {}, {}.", method.name, join_words(&parts)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn outcomes_by_hand() {
+        assert_eq!(outcome(0.001, 0.002), Outcome::Ahead);
+        assert_eq!(outcome(0.002, 0.001), Outcome::Behind);
+        assert_eq!(outcome(0.001_02, 0.001), Outcome::Level);
+        assert_eq!(outcome(0.001_021, 0.001), Outcome::Behind);
+        assert_eq!(outcome(0.0, 0.0), Outcome::Level);
+    }
+
+    #[test]
+    fn words_are_joined_as_people_do() {
+        let words = |n: usize| join_words(&["a", "b", "c"].map(str::to_owned)[..n]);
+        assert_eq!(
+            [words(0), words(1), words(2), words(3)],
+            ["", "a", "a and b", "a, b and c"]
+        );
+    }
+}

@@ -1,0 +1,3 @@
+//! Reports as their readers get them.
+
+mod sample;

@@ -1,0 +1,295 @@
+//! An evaluation as a session of six takes gives it: numbers of the right size and shape from
+//! closed forms, so that they are the same everywhere.
+
+use inhand_model::{
+    Collision, ContactShare, DictionaryFacts, DictionaryKind, Evaluation, Finding, Finger,
+    InputHash, MethodEvaluation, PerFinger, PlanFacts, Provenance, Reachability, SessionFacts,
+    Statistics, StopReason, TakeFacts, TakeQuality, TauShare, TrackCounts, VelocityBounds,
+    VelocityCheck,
+};
+
+const SEGMENTS: usize = 119;
+const SAMPLES: usize = 100;
+
+/// Name, description, baseline, median (m), tail, three-contact share.
+type Kind = (&'static str, &'static str, bool, f64, f64, f64);
+
+const METHODS: [Kind; 6] = [
+    ("prior", "start + end, NMF 200", false, 0.000_79, 1.0, 0.991),
+    (
+        "paper",
+        "end only, as published",
+        false,
+        0.004_2,
+        0.62,
+        0.784,
+    ),
+    (
+        "hold",
+        "the final configuration, held",
+        true,
+        0.001_8,
+        1.2,
+        0.93,
+    ),
+    (
+        "line",
+        "straight between start and end",
+        true,
+        0.000_73,
+        1.0,
+        0.989,
+    ),
+    (
+        "minimum_jerk",
+        "minimum jerk between start and end",
+        true,
+        0.000_74,
+        1.0,
+        0.988,
+    ),
+    ("hermite", "cubic, no learning", true, 0.000_40, 1.25, 0.987),
+];
+
+/// Type-7 quantiles and 1.5 IQR whiskers of the values.
+pub(crate) fn statistics(mut values: Vec<f64>) -> Statistics {
+    values.sort_by(f64::total_cmp);
+    let n = values.len();
+    let quantile = |p: f64| {
+        let place = p * (n - 1) as f64;
+        let low = place.floor() as usize;
+        let high = (low + 1).min(n - 1);
+        values[low] + (place - low as f64) * (values[high] - values[low])
+    };
+    let (p25, p75) = (quantile(0.25), quantile(0.75));
+    let reach = 1.5 * (p75 - p25);
+    Statistics {
+        n,
+        n_filled: n / 500,
+        n_left_out: 0,
+        mean: values.iter().sum::<f64>() / n as f64,
+        rmse: (values.iter().map(|v| v * v).sum::<f64>() / n as f64).sqrt(),
+        min: values[0],
+        p5: quantile(0.05),
+        p25,
+        p50: quantile(0.5),
+        p75,
+        p95: quantile(0.95),
+        max: values[n - 1],
+        whisker_low: *values.iter().find(|v| **v >= p25 - reach).unwrap(),
+        whisker_high: *values.iter().rev().find(|v| **v <= p75 + reach).unwrap(),
+    }
+}
+
+/// `n` values whose logarithm is logistic: median as given, a long tail to the right.
+fn skewed(n: usize, median: f64, tail: f64) -> Statistics {
+    let values = (0..n).map(|k| {
+        let p = (k as f64 + 0.5) / n as f64;
+        median * (tail * 0.55 * (p / (1.0 - p)).ln()).exp().min(28.0)
+    });
+    statistics(values.collect())
+}
+
+fn finger_factor(finger: Finger) -> f64 {
+    [0.9, 1.0, 1.05, 1.15, 0.95][finger.index()]
+}
+
+fn method(kind: &Kind, object: bool) -> MethodEvaluation {
+    let &(name, description, baseline, median, tail, share) = kind;
+    let n = SEGMENTS * SAMPLES;
+    let error_by_finger =
+        PerFinger::from_fn(|finger| skewed(n, median * finger_factor(finger), tail));
+    let shape = |s: usize| {
+        let t = s as f64 / (SAMPLES - 1) as f64;
+        match name {
+            "paper" => 1.4 - 1.3 * t * t,
+            "hold" => 2.0 * (1.0 - t),
+            _ => 1.6 * (4.0 * t * (1.0 - t)).powf(0.8),
+        }
+    };
+    let at_tau = |tau_m: f64, full: f64| full * (1.0 - (-(tau_m / 0.001_6).powi(2)).exp());
+    let contact = object.then(|| ContactShare {
+        n,
+        n_filled: n / 500,
+        n_left_out: 0,
+        tau_m: 0.005,
+        three_or_more: at_tau(0.005, share),
+        recorded_three_or_more: at_tau(0.005, 0.999_97),
+        by_finger: PerFinger::from_fn(|f| share * (1.0 - 0.03 * f.index() as f64)),
+        recorded_by_finger: PerFinger::from_fn(|f| 1.0 - 0.025 * f.index() as f64),
+        by_tau: (1..=20)
+            .map(|k| 0.000_5 * f64::from(k))
+            .map(|tau_m| TauShare {
+                tau_m,
+                three_or_more: at_tau(tau_m, share),
+                recorded_three_or_more: at_tau(tau_m, 0.999_97),
+            })
+            .collect(),
+    });
+    MethodEvaluation {
+        name: name.to_owned(),
+        description: description.to_owned(),
+        baseline,
+        error: skewed(5 * n, median, tail),
+        error_by_finger,
+        error_at_start: skewed(5 * SEGMENTS, median * shape(0).max(0.02), tail),
+        error_at_goal: skewed(5 * SEGMENTS, median * shape(SAMPLES - 1).max(0.02), tail),
+        median_error_by_sample_m: (0..SAMPLES).map(|s| median * shape(s)).collect(),
+        reachability: Reachability {
+            n,
+            inside: PerFinger::from_fn(|f| 0.999_9 - 0.004 * f.index() as f64),
+            worst_outside_m: PerFinger::from_fn(|f| 0.000_8 * f.index() as f64),
+            distance: PerFinger::from_fn(|f| {
+                let values =
+                    (0..n).map(|k| 0.000_8 * f.index() as f64 - 0.02 * k as f64 / n as f64);
+                statistics(values.collect())
+            }),
+            recorded_inside: PerFinger::from_fn(|f| 0.998 - 0.003 * f.index() as f64),
+        },
+        collision: Collision {
+            n,
+            limit_m: 0.01,
+            instants: if baseline { 3 } else { 2 },
+            trajectories: 1,
+            nearest_m: 0.009_31,
+            nearest_pair: Some((Finger::Ring, Finger::Little)),
+            recorded_instants: 2,
+            recorded_nearest_m: 0.009_58,
+        },
+        velocity: VelocityCheck {
+            n: SEGMENTS * (SAMPLES - 1) * 15,
+            outside: if baseline { 12 } else { 0 },
+            trajectories_outside: if baseline { 3 } else { 0 },
+            worst_ratio: if baseline { 1.134_2 } else { 1.0 },
+        },
+        contact,
+        distance_difference: object.then(|| {
+            PerFinger::from_fn(|finger| skewed(n, 0.6 * median * finger_factor(finger), tail))
+        }),
+        plan: (!baseline).then_some(PlanFacts {
+            solved: SEGMENTS,
+            infeasible: 0,
+            failed: 0,
+            worst_kkt_residual: 3.1e-9,
+            velocity_bound_active: 4,
+        }),
+    }
+}
+
+fn take(name: &str, left_out: usize) -> TakeFacts {
+    TakeFacts {
+        name: name.to_owned(),
+        samples: 12_000,
+        duration_s: 120.0,
+        segments: SEGMENTS - left_out,
+        left_out,
+    }
+}
+
+fn take_quality(place: usize, role: &str) -> TakeQuality {
+    let gap = |finger: Finger| match (place, finger) {
+        (1, Finger::Ring) => 252,
+        (1, Finger::Little) => 31,
+        (3, Finger::Thumb) => 8,
+        _ => 0,
+    };
+    TakeQuality {
+        take: format!("cube_{place:02}"),
+        role: role.to_owned(),
+        recorded: PerFinger::from_fn(|f| TrackCounts {
+            measured: 12_000 - gap(f),
+            filled: 0,
+            missing: gap(f),
+        }),
+        processed: PerFinger::from_fn(|f| {
+            let filled = gap(f).min(80);
+            TrackCounts {
+                measured: 12_000 - gap(f),
+                filled,
+                missing: gap(f) - filled,
+            }
+        }),
+        longest_gap_s: PerFinger::from_fn(|f| {
+            if gap(f) > 80 {
+                0.31
+            } else {
+                0.01 * gap(f).min(6) as f64
+            }
+        }),
+        hand_tracked: if place == 1 { 0.998 } else { 1.0 },
+        object_tracked: Some(1.0),
+        findings: match place {
+            1 => vec![
+                Finding::warning(
+                    "ring",
+                    "3 gaps longer than 0.10 s (12.31 s, 48.02 s, 77.90 s) stay open",
+                ),
+                Finding::info("", "start time without a zone, taken as UTC"),
+            ],
+            _ => vec![],
+        },
+    }
+}
+
+/// The evaluation of a cube session, with contacts unless `object` is false.
+pub(crate) fn evaluation(object: bool) -> Evaluation {
+    let names: Vec<String> = (0..6).map(|place| format!("cube_{place:02}")).collect();
+    Evaluation {
+        session: SessionFacts {
+            name: "cube".to_owned(),
+            rate_hz: 100.0,
+            segment_samples: SAMPLES,
+            object: object.then(|| "cube:0.05".to_owned()),
+            train: (0..5)
+                .map(|place| take(&names[place], if place == 1 { 5 } else { 0 }))
+                .collect(),
+            test: vec![take(&names[5], 0)],
+        },
+        default_method: "prior".to_owned(),
+        dictionary: DictionaryFacts {
+            kind: DictionaryKind::Nmf,
+            rank: 200,
+            segments: 590,
+            rms_m: 0.000_143,
+            relative_error: 0.003_1,
+            iterations: 40,
+            stop_reason: StopReason::IterationLimit,
+            objective_history_m2: (0..=40)
+                .map(|sweep| 0.009_05 + 45.0 * (-0.9 * f64::from(sweep).sqrt() * 1.9).exp())
+                .collect(),
+            velocity_bounds: VelocityBounds {
+                min_m_s: std::array::from_fn(|row| -0.21 - 0.01 * row as f64),
+                max_m_s: std::array::from_fn(|row| 0.23 + 0.01 * row as f64),
+            },
+        },
+        methods: METHODS.iter().map(|kind| method(kind, object)).collect(),
+        quality: (0..6)
+            .map(|place| take_quality(place, if place < 5 { "train" } else { "test" }))
+            .collect(),
+    }
+}
+
+/// Three steps with settings and inputs.
+pub(crate) fn provenance() -> Vec<Provenance> {
+    let hash = |seed: usize| {
+        (0..64)
+            .map(|k| char::from_digit(((k * 7 + seed * 13) % 16) as u32, 16).unwrap())
+            .collect()
+    };
+    let inputs = |count: usize| {
+        (0..count)
+            .map(|k| InputHash {
+                name: format!("cube_{k:02}.csv"),
+                sha256: hash(k),
+            })
+            .collect()
+    };
+    [("process", 6), ("learn", 5), ("evaluate", 1)]
+        .map(|(step, count)| Provenance {
+            tool: "inhand 0.1.0".to_owned(),
+            step: step.to_owned(),
+            settings_json: r#"{"gap_limit_s":0.1,"filter":{"kind":"median","window":50},"rank":200,"tau_m":0.005}"#.to_owned(),
+            inputs: inputs(count),
+        })
+        .into()
+}

@@ -14,17 +14,17 @@ const HOME_M: [f64; 3] = [0.0, 0.097, 0.052];
 const HOME_HALF_M: f64 = 0.025;
 
 /// Pause between strokes, seconds.
-const PAUSE_RANGE_S: (f64, f64) = (0.3, 1.3);
+const PAUSE_RANGE_S: (f64, f64) = (0.2, 0.9);
 /// Rest at the far end of a stroke, seconds.
 const HOLD_RANGE_S: (f64, f64) = (0.1, 0.6);
 /// Duration of a stroke, seconds.
-const STROKE_RANGE_S: (f64, f64) = (1.0, 1.9);
+const STROKE_RANGE_S: (f64, f64) = (0.9, 1.7);
 /// Length of a stroke along an axis, metres, and angle about one, radians.
-const TRANSLATION_RANGE_M: (f64, f64) = (0.005, 0.011);
-const ROTATION_RANGE_RAD: (f64, f64) = (0.22, 0.46);
+const TRANSLATION_RANGE_M: (f64, f64) = (0.006, 0.012);
+const ROTATION_RANGE_RAD: (f64, f64) = (0.24, 0.52);
 /// Second stroke in the same direction after a regrasp, as a share of the first, and how often.
 const SECOND_STROKE_RANGE: (f64, f64) = (0.3, 0.6);
-const SECOND_STROKE_CHANCE: f64 = 0.25;
+const SECOND_STROKE_CHANCE: f64 = 0.35;
 /// Where other axes come to lie after a stroke: standard deviation, metres and radians.
 const COUPLING_M: f64 = 0.5e-3;
 const COUPLING_RAD: f64 = 0.015;
@@ -39,7 +39,7 @@ const STRAIN_LIMIT_M: f64 = 0.011;
 /// Most fingers moved in one pause.
 const MAX_REGRASPS: usize = 3;
 /// How often a finger is moved that need not be.
-const IDLE_REGRASP_CHANCE: f64 = 0.3;
+const IDLE_REGRASP_CHANCE: f64 = 0.6;
 
 /// What object and fingers do over a take.
 pub(crate) struct Choreography {
@@ -79,6 +79,15 @@ pub(crate) fn choreograph(
     Ok(plan.choreography)
 }
 
+/// Metres along an axis, radians about one.
+const fn stroke_range(axis: usize) -> (f64, f64) {
+    if axis < 3 {
+        TRANSLATION_RANGE_M
+    } else {
+        ROTATION_RANGE_RAD
+    }
+}
+
 struct Planner {
     choreography: Choreography,
     random: Random,
@@ -96,12 +105,7 @@ impl Planner {
             self.regrasp(&[finger]);
             self.now_s += self.random.between(HOLD_RANGE_S);
         }
-        let range = if axis < 3 {
-            TRANSLATION_RANGE_M
-        } else {
-            ROTATION_RANGE_RAD
-        };
-        let amplitude = self.random.sign() * self.random.between(range);
+        let amplitude = self.random.sign() * self.random.between(stroke_range(axis));
         self.stroke(axis, amplitude);
         self.now_s += self.random.between(HOLD_RANGE_S);
         if axis >= 3 && self.random.chance(SECOND_STROKE_CHANCE) {
@@ -122,8 +126,11 @@ impl Planner {
             deviation * self.random.normal().clamp(-2.0, 2.0)
         });
         to[axis] += target;
-        let duration_s = self.random.between(STROKE_RANGE_S);
         let object = &mut self.choreography.object;
+        // The way back from two strokes takes its time too.
+        let (_, longest) = stroke_range(axis);
+        let stretch = ((to[axis] - object.last_posture()[axis]).abs() / longest).max(1.0);
+        let duration_s = stretch * self.random.between(STROKE_RANGE_S);
         self.now_s = object.stroke(self.now_s, duration_s, to);
     }
 

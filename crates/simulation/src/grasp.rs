@@ -16,7 +16,7 @@ const PATH_SEPARATION_M: f64 = 0.012;
 /// Least distance worth lifting a finger for, metres.
 const MIN_MOVE_M: f64 = 0.006;
 /// Spread of contacts about a finger's home, metres.
-const SPREAD_M: f64 = 0.005;
+const SPREAD_M: f64 = 0.006;
 /// How far a finger is lifted off the surface, metres.
 const CLEARANCE_RANGE_M: (f64, f64) = (0.004, 0.008);
 /// Steps by which a path is raised until it clears the object, metres, and how often.

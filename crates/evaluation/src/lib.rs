@@ -1,4 +1,72 @@
 //! How well planned trajectories match recorded motion.
+//!
+//! [`recorded`] looks once at what the recorded motion does at every instant of the test segments;
+//! [`evaluate_method`] looks at the same instants of what a method planned, in the same way, and
+//! compares: errors, reachability, finger collisions, velocities, contacts (sections as in *In-hand
+//! manipulation planning using human motion dictionary*, arXiv 2308.15153). [`recording_quality`]
+//! says what the data itself is worth.
+//!
+//! Three rules hold for every number. It says how many values it rests on, how many of them were
+//! filled, and how many were left out. Recorded and planned motion are judged at the same instants.
+//! It does not depend on the number of threads.
+//!
+//! ```
+//! use inhand_contact::hull;
+//! use inhand_evaluation::{
+//!     EvaluationSettings, MethodResult, TestData, evaluate_method, recorded,
+//! };
+//! # use inhand_model::{
+//! #     Clock, Demonstrated, EndConditions, Finger, Hand, Motion, PerFinger, PointTrack, Pose,
+//! #     PoseTrack, Position, SegmentLayout, SegmentOrigin, Segments, StartTime, Trajectory,
+//! #     VelocityBounds,
+//! # };
+//! # use nalgebra::{DMatrix, Isometry3};
+//! # // A take of two samples at rest, fingertips 20 mm apart, pads 2 mm from a cube.
+//! # let tip = |f: Finger| Position::<Hand>::new(0.06 + 0.02 * f.index() as f64, 0.027, 0.0);
+//! # let take = Motion {
+//! #     name: "take".into(),
+//! #     clock: Clock::new(0, StartTime::Unknown, 2.0)?,
+//! #     fingertips: PerFinger::from_fn(|f| PointTrack::from_measured([Some(tip(f)); 2])),
+//! #     object: Some(PoseTrack::from_measured([Some(Pose::new(Isometry3::translation(0.1, 0.0, 0.0))); 2])),
+//! #     hand: PoseTrack::from_measured([Some(Pose::identity()); 2]),
+//! # };
+//! # let layout = SegmentLayout::one_second(2.0);
+//! # let column = Finger::ALL.map(|f| tip(f).to_array()).concat().repeat(2);
+//! # let ends = EndConditions { first_m: [0.0; 15], last_m: [0.0; 15], first_velocity_m_s: [0.0; 15], last_velocity_m_s: [0.0; 15] };
+//! # let segments = Segments::new(layout, DMatrix::from_vec(30, 1, column.clone()), vec![SegmentOrigin { take: 0, start: 0 }], vec![ends], 0)?;
+//! # let corners = [[0.0, 0.0, -1.0], [1.0, 0.0, -1.0], [0.0, 1.0, -1.0], [0.2, 0.2, 1.0]].map(Position::<Hand>::from);
+//! # let everywhere = hull(&corners)?;
+//! # let velocity = VelocityBounds { min_m_s: [-1.0; 15], max_m_s: [1.0; 15] };
+//! # let demonstrated = Demonstrated { hulls: PerFinger::from_fn(|_| everywhere.clone()), velocity };
+//! // One segment of a hand at rest on a cube, and a plan that is 1 mm off along y.
+//! let data = TestData {
+//!     segments: &segments,
+//!     motions: &[&take],
+//!     demonstrated: &demonstrated,
+//!     velocity_bounds: velocity,
+//!     shape: Some("cube:0.05".parse()?),
+//! };
+//! # let mut shifted = column;
+//! # for y in shifted.iter_mut().skip(1).step_by(3) { *y += 0.001; }
+//! let plan = Trajectory::new(layout, shifted)?;
+//! let settings = EvaluationSettings::paper();
+//! let of_recording = recorded(&data, &settings);
+//! let method = MethodResult {
+//!     name: "shifted",
+//!     description: "the recording, 1 mm off",
+//!     baseline: true,
+//!     trajectories: &[Some(plan)],
+//!     plans: None,
+//! };
+//! let (evaluation, rows) = evaluate_method(&data, &of_recording, &method, &settings);
+//!
+//! assert_eq!(evaluation.error.n, 10);
+//! assert!((evaluation.error.p75 - 0.001).abs() < 1e-12);
+//! let contact = evaluation.contact.ok_or("object and shape are known")?;
+//! assert_eq!(contact.three_or_more, 1.0);
+//! assert!((rows.distance_m.ok_or("likewise")?[0][Finger::Middle] - 0.003).abs() < 1e-12);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod constraints;
 mod contacts;

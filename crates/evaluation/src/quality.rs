@@ -1,7 +1,8 @@
 //! What a take's data is worth before anything is planned or judged with it.
 
 use inhand_model::{
-    BodySource, Finding, Marker, Motion, PerFinger, Recording, Roles, TakeQuality, Track, TrackCounts,
+    BodySource, Finding, Marker, Motion, PerFinger, Recording, Roles, TakeQuality, Track,
+    TrackCounts,
 };
 
 /// Markers that a body's pose can be fitted to at the least.

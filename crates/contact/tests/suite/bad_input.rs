@@ -13,7 +13,7 @@ const TETRAHEDRON: [[f64; 3]; 4] = [
 ];
 
 fn error(points: &[[f64; 3]]) -> ContactError {
-    hull(&positions(points)).unwrap_err()
+    hull(&positions(points)).expect_err("these points have no hull")
 }
 
 #[test]

@@ -1,0 +1,8 @@
+//! Evaluations against closed forms, independent references, properties, and incomplete input.
+
+mod closed_form;
+mod incomplete;
+mod properties;
+mod quality;
+mod reference;
+mod session;

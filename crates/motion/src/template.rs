@@ -217,24 +217,43 @@ fn complete_frames(
 
 /// The mean shape of frames of `count` points each, centred on its centroid, and the root mean
 /// square distance of their points from it. The shape's orientation is that of the first frame.
+///
+/// A sample of the frames finds the shape nearly; from there all of them need two or three rounds.
 fn mean_shape(frames: &[Vector3<f64>], count: usize) -> (Vec<Vector3<f64>>, f64) {
-    let mut shape = centred(&frames[..count]);
+    let step = (frames.len() / count).div_ceil(FRAMES_PER_CHUNK);
+    let sample: Vec<Vector3<f64>> = (frames.chunks_exact(count).step_by(step))
+        .flatten()
+        .copied()
+        .collect();
+    let (nearly, _) = aligned_mean(&sample, centred(&frames[..count]));
+    aligned_mean(frames, nearly)
+}
+
+/// Alternates between aligning every frame to the shape and taking the mean of the aligned frames
+/// for the new shape, until it no longer changes.
+fn aligned_mean(frames: &[Vector3<f64>], mut shape: Vec<Vector3<f64>>) -> (Vec<Vector3<f64>>, f64) {
+    let count = shape.len();
+    let mut rms_m = 0.0;
     for _ in 0..MAX_ROUNDS {
-        let (sum, used) = over_aligned(frames, &shape, vec![Vector3::zeros(); count], {
-            |sum, _, aligned| sum.iter_mut().zip(aligned).for_each(|(s, a)| *s += a)
-        });
+        let chunks: Vec<Aligned> = frames
+            .par_chunks(FRAMES_PER_CHUNK * count)
+            .map(|chunk| Aligned::to(&shape, chunk))
+            .collect();
         // A frame that cannot be aligned is degenerate; if all are, so is the shape, as
         // `in_own_axes` finds.
-        if used == 0 {
+        let points = count * chunks.iter().map(|chunk| chunk.frames).sum::<usize>();
+        if points == 0 {
             break;
         }
+        let frames = (points / count) as f64;
         let mut mean = vec![Vector3::zeros(); count];
-        for sums in &sum {
-            for (mean, sum) in mean.iter_mut().zip(sums) {
-                *mean += sum / used as f64;
+        for chunk in &chunks {
+            for (mean, sum) in mean.iter_mut().zip(&chunk.sum) {
+                *mean += sum / frames;
             }
         }
         let mean = centred(&mean);
+        rms_m = (chunks.iter().map(|chunk| chunk.squares).sum::<f64>() / points as f64).sqrt();
         let change: f64 = (mean.iter().zip(&shape))
             .map(|(new, old)| (new - old).norm_squared())
             .sum();
@@ -243,45 +262,39 @@ fn mean_shape(frames: &[Vector3<f64>], count: usize) -> (Vec<Vector3<f64>>, f64)
             break;
         }
     }
-    let (squares, used) = over_aligned(frames, &shape, 0.0, |sum, shape, aligned| {
-        for (s, a) in shape.iter().zip(aligned) {
-            *sum += (s - a).norm_squared();
-        }
-    });
-    let rms_m = (squares.iter().sum::<f64>() / (used.max(1) * count) as f64).sqrt();
     (shape, rms_m)
 }
 
-/// Aligns every frame to `shape` and accumulates over chunks of fixed size, in parallel; gives the
-/// accumulated values in the order of the chunks and how many frames could be aligned.
-fn over_aligned<A: Clone + Send + Sync>(
-    frames: &[Vector3<f64>],
-    shape: &[Vector3<f64>],
-    start: A,
-    accumulate: impl Fn(&mut A, &[Vector3<f64>], &[Vector3<f64>]) + Sync,
-) -> (Vec<A>, usize) {
-    let count = shape.len();
-    let chunks: Vec<(A, usize)> = frames
-        .par_chunks(FRAMES_PER_CHUNK * count)
-        .map(|chunk| {
-            let (mut accumulated, mut used) = (start.clone(), 0);
-            let mut aligned = vec![Vector3::zeros(); count];
-            for frame in chunk.chunks_exact(count) {
-                let Some(fit) = rigid_fit(frame, shape) else {
-                    continue;
-                };
-                for (aligned, point) in aligned.iter_mut().zip(frame) {
-                    *aligned = fit.isometry.rotation * point + fit.isometry.translation.vector;
-                }
-                accumulate(&mut accumulated, shape, &aligned);
-                used += 1;
+/// Sums over frames aligned to a shape.
+struct Aligned {
+    /// Sum of each aligned point.
+    sum: Vec<Vector3<f64>>,
+    /// Sum of the squared distances of all points from the shape.
+    squares: f64,
+    /// Frames that could be aligned.
+    frames: usize,
+}
+
+impl Aligned {
+    fn to(shape: &[Vector3<f64>], frames: &[Vector3<f64>]) -> Self {
+        let mut aligned = Self {
+            sum: vec![Vector3::zeros(); shape.len()],
+            squares: 0.0,
+            frames: 0,
+        };
+        for frame in frames.chunks_exact(shape.len()) {
+            let Some(fit) = rigid_fit(frame, shape) else {
+                continue;
+            };
+            aligned.frames += 1;
+            for ((sum, point), place) in aligned.sum.iter_mut().zip(frame).zip(shape) {
+                let point = fit.isometry.rotation * point + fit.isometry.translation.vector;
+                *sum += point;
+                aligned.squares += (point - place).norm_squared();
             }
-            (accumulated, used)
-        })
-        .collect();
-    let used = chunks.iter().map(|(_, used)| used).sum();
-    let accumulated = chunks.into_iter().map(|(accumulated, _)| accumulated);
-    (accumulated.collect(), used)
+        }
+        aligned
+    }
 }
 
 fn centred(points: &[Vector3<f64>]) -> Vec<Vector3<f64>> {

@@ -1,1 +1,87 @@
 //! Recordings, motions, dictionaries, trajectories as MCAP channels and back.
+//!
+//! The only crate that knows MCAP and protobuf: nouns of [`inhand_model`] go in, bytes come out,
+//! and the other way round.
+//!
+//! ```
+//! use std::io::Cursor;
+//!
+//! use inhand_channels::{TakeFile, WriteSettings, info, read_take, write_take};
+//! use inhand_model::{
+//!     Clock, LengthUnit, Marker, MarkerKind, PointTrack, Position, Recording, Source, StartTime,
+//!     UpAxis,
+//! };
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let seen = Position::new(0.1, 0.2, 0.3);
+//! let thumb = Marker {
+//!     name: "Thumb".to_owned(),
+//!     id: String::new(),
+//!     kind: MarkerKind::Labelled,
+//!     track: PointTrack::from_measured([Some(seen), None]),
+//!     quality: None,
+//! };
+//! let source = Source {
+//!     format: "an example".to_owned(),
+//!     length_unit: LengthUnit::Metres,
+//!     up_axis: UpAxis::Y,
+//!     rotation: None,
+//!     header: Default::default(),
+//! };
+//! let clock = Clock::new(0, StartTime::Unknown, 100.0)?;
+//! let recording = Recording::new("a".to_owned(), clock, source, 2, vec![thumb], vec![])?;
+//!
+//! let mut bytes = Cursor::new(Vec::new());
+//! write_take(&mut bytes, &TakeFile::new(&recording), &WriteSettings::default())?;
+//!
+//! let take = read_take(bytes.get_ref(), "a.mcap")?;
+//! assert_eq!(take.recording.markers[0].track.get(0), Some(seen));
+//! assert_eq!(take.recording.markers[0].track.get(1), None);
+//! let topics: Vec<String> = info(bytes.get_ref(), "a.mcap")?
+//!     .channels
+//!     .into_iter()
+//!     .map(|channel| channel.topic)
+//!     .collect();
+//! assert_eq!(topics, ["/recording/markers", "/tf_static", "/view/markers"]);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # What the files are like
+//!
+//! Topics, schemas, units and frames are listed in `schemas/README.md`; the messages of package
+//! `inhand` are defined in `schemas/inhand`, and what no message holds is in metadata records
+//! (`inhand.recording`, `inhand.provenance.<n>` and others). Files are chunked, compressed with
+//! zstd, indexed, with a summary and checksums; messages lie in time order; every schema carries
+//! its complete descriptors. The same nouns give the same bytes.
+
+mod colour;
+mod dictionary;
+mod error;
+mod info;
+mod messages;
+mod metadata;
+mod output;
+mod read;
+mod records;
+mod schema;
+mod take;
+mod topic;
+mod view;
+mod wire;
+mod write;
+
+pub use colour::{FINGER_COLOURS, Rgb, finger_hex};
+pub use dictionary::{read_dictionary, write_dictionary};
+pub use error::ChannelError;
+pub use info::{
+    AttachmentInfo, ChannelInfo, ChunkInfo, FileInfo, FingerInfo, FingertipsInfo, FrameInfo, info,
+};
+pub use metadata::Metadata;
+pub use read::{read_metadata, read_take};
+pub use records::is_mcap;
+pub use take::{
+    ContactSample, EvaluatedMethod, EvaluatedSample, GeneratedMethod, GeneratedSegment, ReadTake,
+    TakeFile, WriteSettings,
+};
+pub use write::{write_recording, write_take};

@@ -1,0 +1,303 @@
+//! Dictionaries and their file.
+
+use std::fmt::Display;
+use std::io::{Seek, Write};
+
+use inhand_model::{
+    Demonstrated, Dictionary, Finger, Frame, Hand, Hull, Learning, PerFinger, Provenance,
+    SEGMENT_COORDINATES, SegmentLayout, Status, VelocityBounds,
+};
+use nalgebra::{DMatrix, DVector};
+use prost::Message;
+
+use crate::error::ChannelError;
+use crate::messages;
+use crate::metadata::Metadata;
+use crate::output::{Output, Sink};
+use crate::read::{absent_part, read_metadata};
+use crate::records::{Depth, Item, walk};
+use crate::topic;
+use crate::view::DictionaryView;
+use crate::wire::Point;
+use crate::write::{fingertip, fingertips};
+
+/// A dictionary has no time of its own: its file starts at the epoch.
+const START_UNIX_NANOS: u64 = 0;
+
+/// How far a playable second departs from the mean motion, in standard deviations of the
+/// activation: enough to see, within what training has shown.
+const PLAYED_DEVIATIONS: f64 = 2.0;
+
+/// Writes a dictionary as an MCAP file that plays: the dictionary itself as one message on
+/// `/dictionary/model`, and one second for each primitive on `/dictionary/primitives`, in order.
+///
+/// Second `i` shows the mean training motion with the activation of primitive `i` raised by two of
+/// its standard deviations, frame `hand`. The same dictionary gives the same bytes.
+///
+/// # Errors
+///
+/// [`ChannelError::Mismatch`] for a dictionary that is none ([`Dictionary::validate`]);
+/// [`ChannelError::Write`] when writing fails.
+pub fn write_dictionary(
+    mut out: impl Write + Seek,
+    dictionary: &Dictionary,
+    provenance: &[Provenance],
+) -> Result<(), ChannelError> {
+    (dictionary.validate())
+        .map_err(|error| ChannelError::mismatch("dictionary", "one that fits together", error))?;
+    let sink: &mut dyn Sink = &mut out;
+    let mut output = Output::create(sink)?;
+    let mut metadata = Metadata::default();
+    metadata.add_provenance(provenance);
+    for (name, facts) in metadata.0 {
+        output.metadata(&name, facts)?;
+    }
+    let model = output.channel::<messages::Dictionary>(topic::DICTIONARY, Some(Hand::NAME))?;
+    let primitives =
+        output.channel::<messages::Fingertips>(topic::DICTIONARY_PRIMITIVES, Some(Hand::NAME))?;
+    output.message(model, 0, START_UNIX_NANOS, &to_message(dictionary))?;
+    let mut view = DictionaryView::new(dictionary, START_UNIX_NANOS, &mut output)?;
+
+    let layout = dictionary.layout;
+    let mean = &dictionary.offset_m + &dictionary.primitives * &dictionary.activation_mean_m;
+    for (i, primitive) in dictionary.primitives.column_iter().enumerate() {
+        let variance_m2 = dictionary.activation_covariance_m2[(i, i)];
+        let played = &mean + primitive * (PLAYED_DEVIATIONS * variance_m2.max(0.0).sqrt());
+        for t in 0..layout.samples {
+            let k = i * layout.samples + t;
+            let unix_nanos = START_UNIX_NANOS + (k as f64 * 1e9 / layout.rate_hz).round() as u64;
+            let position_m =
+                |finger| [0, 1, 2].map(|axis| played[SegmentLayout::row(t, finger, axis)]);
+            let message = fingertips(unix_nanos, |finger| {
+                fingertip(Some(position_m(finger)), Status::Measured)
+            });
+            output.message(primitives, k, unix_nanos, &message)?;
+            view.sample(k, unix_nanos, PerFinger::from_fn(position_m), &mut output)?;
+        }
+    }
+    output.finish()
+}
+
+/// Reads a dictionary that [`write_dictionary`] wrote, with what made it.
+///
+/// # Errors
+///
+/// As for [`read_take`](crate::read_take); [`ChannelError::Absent`] for a file without a
+/// dictionary, [`ChannelError::Message`] for one that does not fit together.
+pub fn read_dictionary(
+    bytes: &[u8],
+    file_name: &str,
+) -> Result<(Dictionary, Vec<Provenance>), ChannelError> {
+    let provenance = read_metadata(bytes, file_name)?.provenance(file_name)?;
+    let mut channel_id = None;
+    let mut dictionary = None;
+    walk(file_name, bytes, Depth::Everything, |item| {
+        match item {
+            Item::Channel { id, topic, .. } if topic == topic::DICTIONARY => {
+                channel_id = Some(id);
+            }
+            Item::Message { channel, data, .. } if Some(channel) == channel_id => {
+                dictionary = Some(from_bytes(data).map_err(|Unfit { expected, found }| {
+                    ChannelError::Message {
+                        file: file_name.to_owned(),
+                        topic: topic::DICTIONARY.to_owned(),
+                        message: 0,
+                        expected,
+                        found,
+                    }
+                })?);
+            }
+            _ => {}
+        }
+        Ok(())
+    })?;
+    match dictionary {
+        Some(dictionary) => Ok((dictionary, provenance)),
+        None => Err(absent_part(
+            bytes,
+            file_name,
+            format!("dictionary (topic {})", topic::DICTIONARY),
+            "give a file that inhand learn wrote",
+        )),
+    }
+}
+
+fn to_message(dictionary: &Dictionary) -> messages::Dictionary {
+    let Demonstrated { hulls, velocity } = &dictionary.demonstrated;
+    let learning = &dictionary.learning;
+    messages::Dictionary {
+        kind: messages::DictionaryKind::from(dictionary.kind).into(),
+        samples: dictionary.layout.samples as u64,
+        rate_hz: dictionary.layout.rate_hz,
+        rank: dictionary.rank() as u64,
+        offset_m: dictionary.offset_m.as_slice().to_vec(),
+        primitives: dictionary.primitives.as_slice().to_vec(),
+        activation_mean_m: dictionary.activation_mean_m.as_slice().to_vec(),
+        activation_covariance_m2: dictionary.activation_covariance_m2.as_slice().to_vec(),
+        covariance_shrinkage: dictionary.covariance_shrinkage,
+        learning: Some(messages::Learning {
+            segments: learning.segments as u64,
+            rms_m: learning.rms_m,
+            relative_error: learning.relative_error,
+            iterations: learning.iterations as u64,
+            stop_reason: messages::StopReason::from(learning.stop_reason).into(),
+            objective_history_m2: learning.objective_history_m2.clone(),
+            seed: learning.seed,
+        }),
+        hulls: Some(messages::Hulls {
+            thumb: Some(hull_message(&hulls[Finger::Thumb])),
+            index: Some(hull_message(&hulls[Finger::Index])),
+            middle: Some(hull_message(&hulls[Finger::Middle])),
+            ring: Some(hull_message(&hulls[Finger::Ring])),
+            little: Some(hull_message(&hulls[Finger::Little])),
+        }),
+        velocity_min_m_s: velocity.min_m_s.to_vec(),
+        velocity_max_m_s: velocity.max_m_s.to_vec(),
+    }
+}
+
+fn hull_message(hull: &Hull) -> messages::Hull {
+    messages::Hull {
+        vertices_m: hull.vertices_m.iter().copied().map(Point::from).collect(),
+        triangles: hull.triangles.concat(),
+        normals: hull.normals.iter().copied().map(Point::from).collect(),
+        offsets_m: hull.offsets_m.clone(),
+    }
+}
+
+/// Why a message is no dictionary.
+struct Unfit {
+    expected: String,
+    found: String,
+}
+
+impl Unfit {
+    fn new(expected: impl Display, found: impl Display) -> Self {
+        Self {
+            expected: expected.to_string(),
+            found: found.to_string(),
+        }
+    }
+
+    fn absent(expected: &str) -> Self {
+        Self::new(expected, "none")
+    }
+}
+
+fn from_bytes(data: &[u8]) -> Result<Dictionary, Unfit> {
+    let message = messages::Dictionary::decode(data)
+        .map_err(|error| Unfit::new("an inhand.Dictionary", error))?;
+    let size = |what: &str, n: u64| {
+        usize::try_from(n).map_err(|_| Unfit::new(format!("{what} below 2^32"), n))
+    };
+    if !(message.rate_hz.is_finite() && message.rate_hz > 0.0) {
+        return Err(Unfit::new("a positive rate in Hz", message.rate_hz));
+    }
+    let layout = SegmentLayout {
+        samples: size("samples", message.samples)?,
+        rate_hz: message.rate_hz,
+    };
+    let rank = size("a rank", message.rank)?;
+    let rows = (layout.samples.checked_mul(SEGMENT_COORDINATES))
+        .ok_or_else(|| Unfit::new("fewer samples", message.samples))?;
+    let learning = (message.learning).ok_or_else(|| Unfit::absent("how learning went"))?;
+    let hulls = (message.hulls).ok_or_else(|| Unfit::absent("hulls"))?;
+    let [thumb, index, middle, ring, little] = [
+        hulls.thumb,
+        hulls.index,
+        hulls.middle,
+        hulls.ring,
+        hulls.little,
+    ]
+    .map(|hull| hull_from_message(hull.unwrap_or_default()));
+    let configuration = |what: &str, numbers: Vec<f64>| {
+        let found = numbers.len();
+        <[f64; SEGMENT_COORDINATES]>::try_from(numbers)
+            .map_err(|_| Unfit::new(format!("{SEGMENT_COORDINATES} {what}"), found))
+    };
+    let dictionary = Dictionary {
+        kind: messages::DictionaryKind::to_model(message.kind)
+            .ok_or_else(|| Unfit::new("a kind of dictionary", message.kind))?,
+        layout,
+        offset_m: DVector::from_vec(message.offset_m),
+        primitives: matrix("primitives", rows, rank, message.primitives)?,
+        activation_mean_m: DVector::from_vec(message.activation_mean_m),
+        activation_covariance_m2: matrix(
+            "covariances",
+            rank,
+            rank,
+            message.activation_covariance_m2,
+        )?,
+        covariance_shrinkage: message.covariance_shrinkage,
+        learning: Learning {
+            segments: size("segments", learning.segments)?,
+            rms_m: learning.rms_m,
+            relative_error: learning.relative_error,
+            iterations: size("iterations", learning.iterations)?,
+            stop_reason: messages::StopReason::to_model(learning.stop_reason)
+                .ok_or_else(|| Unfit::new("a reason to stop", learning.stop_reason))?,
+            objective_history_m2: learning.objective_history_m2,
+            seed: learning.seed,
+        },
+        demonstrated: Demonstrated {
+            hulls: PerFinger::new([thumb?, index?, middle?, ring?, little?]),
+            velocity: VelocityBounds {
+                min_m_s: configuration("lowest velocities", message.velocity_min_m_s)?,
+                max_m_s: configuration("highest velocities", message.velocity_max_m_s)?,
+            },
+        },
+    };
+    (dictionary.validate())
+        .map_err(|error| Unfit::new("a dictionary that fits together", error))?;
+    Ok(dictionary)
+}
+
+fn matrix(
+    what: &str,
+    rows: usize,
+    columns: usize,
+    numbers: Vec<f64>,
+) -> Result<DMatrix<f64>, Unfit> {
+    if rows.checked_mul(columns) == Some(numbers.len()) {
+        return Ok(DMatrix::from_vec(rows, columns, numbers));
+    }
+    Err(Unfit::new(
+        format!("{rows} x {columns} numbers for the {what}"),
+        numbers.len(),
+    ))
+}
+
+fn hull_from_message(hull: messages::Hull) -> Result<Hull, Unfit> {
+    let vertices = hull.vertices_m.len();
+    let (triangles, rest) = hull.triangles.as_chunks::<3>();
+    let outside = (hull.triangles.iter()).find(|&&corner| corner as usize >= vertices);
+    if let Some(corner) = outside {
+        return Err(Unfit::new(format!("corners below {vertices}"), corner));
+    }
+    if !rest.is_empty() {
+        return Err(Unfit::new(
+            "triangles of three corners",
+            hull.triangles.len(),
+        ));
+    }
+    if hull.normals.len() != hull.offsets_m.len() {
+        return Err(Unfit::new(
+            format!("{} offsets, one for each normal", hull.normals.len()),
+            hull.offsets_m.len(),
+        ));
+    }
+    let numbers = (hull.vertices_m.iter().chain(&hull.normals)).flat_map(|point| point.to_array());
+    if !numbers
+        .chain(hull.offsets_m.iter().copied())
+        .all(f64::is_finite)
+    {
+        return Err(Unfit::new("finite numbers in a hull", "others"));
+    }
+    let arrays = |points: Vec<Point>| points.into_iter().map(Point::to_array).collect();
+    Ok(Hull {
+        triangles: triangles.to_vec(),
+        vertices_m: arrays(hull.vertices_m),
+        normals: arrays(hull.normals),
+        offsets_m: hull.offsets_m,
+    })
+}

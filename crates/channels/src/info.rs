@@ -1,0 +1,413 @@
+//! What is in an MCAP file, whoever wrote it.
+
+use std::collections::BTreeMap;
+
+use foxglove::messages::{FrameTransform, FrameTransforms};
+use inhand_model::{Finger, PerFinger, Status, TrackCounts};
+use prost::Message;
+
+use crate::error::ChannelError;
+use crate::messages;
+use crate::metadata::Metadata;
+use crate::records::{Depth, Item, is_mcap, walk};
+
+/// What is in an MCAP file.
+#[derive(Debug)]
+#[non_exhaustive]
+pub struct FileInfo {
+    /// Name of the file as it was given.
+    pub file: String,
+    /// Size of the file.
+    pub bytes: u64,
+    /// Profile, such as `ros2`; mostly empty.
+    pub profile: String,
+    /// What wrote it.
+    pub library: String,
+    /// Channels by id.
+    pub channels: Vec<ChannelInfo>,
+    /// Messages in all channels.
+    pub messages: u64,
+    /// Messages of channels that the file does not define, counted in nothing else.
+    pub messages_without_channel: u64,
+    /// Chunks.
+    pub chunks: ChunkInfo,
+    /// Metadata records.
+    pub metadata: Metadata,
+    /// Attachments in the file's order.
+    pub attachments: Vec<AttachmentInfo>,
+    /// Edges of the tree of frames, as far as the file states it in Foxglove's messages.
+    pub frames: Vec<FrameInfo>,
+    /// Gaps per finger of each channel of `inhand.Fingertips`.
+    pub fingertips: Vec<FingertipsInfo>,
+    /// Whether the file ends with a summary, which viewers need.
+    pub has_summary: bool,
+    /// Why the rest of the file could not be read; what is listed comes from before it.
+    pub problem: Option<ChannelError>,
+}
+
+impl FileInfo {
+    /// Time of the earliest message, nanoseconds since 1970-01-01 UTC.
+    pub fn first_unix_nanos(&self) -> Option<u64> {
+        self.channels
+            .iter()
+            .filter_map(|c| c.first_unix_nanos)
+            .min()
+    }
+
+    /// Time of the latest message, nanoseconds since 1970-01-01 UTC.
+    pub fn last_unix_nanos(&self) -> Option<u64> {
+        self.channels.iter().filter_map(|c| c.last_unix_nanos).max()
+    }
+
+    /// Time from the earliest to the latest message, seconds; 0 without messages.
+    pub fn duration_s(&self) -> f64 {
+        span_s(self.first_unix_nanos(), self.last_unix_nanos())
+    }
+}
+
+/// One channel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ChannelInfo {
+    /// Identifier in the file.
+    pub id: u16,
+    /// Topic.
+    pub topic: String,
+    /// Name of the schema; `None` for a channel without one.
+    pub schema: Option<String>,
+    /// How the schema is written, such as `protobuf`; `None` for a channel without one.
+    pub schema_encoding: Option<String>,
+    /// How messages are written, such as `protobuf`, `json`, `cdr`.
+    pub message_encoding: String,
+    /// What the writer says about the channel; ours have `frame`.
+    pub metadata: BTreeMap<String, String>,
+    /// Messages.
+    pub messages: u64,
+    /// Bytes of all messages, uncompressed.
+    pub bytes: u64,
+    /// Earliest log time, nanoseconds since 1970-01-01 UTC.
+    pub first_unix_nanos: Option<u64>,
+    /// Latest log time, nanoseconds since 1970-01-01 UTC.
+    pub last_unix_nanos: Option<u64>,
+}
+
+impl ChannelInfo {
+    /// Messages per second between the first and the last; `None` where they are of one instant.
+    pub fn rate_hz(&self) -> Option<f64> {
+        let span_s = span_s(self.first_unix_nanos, self.last_unix_nanos);
+        (span_s > 0.0).then(|| (self.messages - 1) as f64 / span_s)
+    }
+}
+
+fn span_s(first: Option<u64>, last: Option<u64>) -> f64 {
+    match (first, last) {
+        (Some(first), Some(last)) => (last - first) as f64 / 1e9,
+        _ => 0.0,
+    }
+}
+
+/// All chunks together.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct ChunkInfo {
+    /// How many there are; 0 for a file without chunks.
+    pub count: u64,
+    /// Bytes as they lie in the file.
+    pub packed_bytes: u64,
+    /// Bytes that they hold.
+    pub unpacked_bytes: u64,
+    /// Chunks by compression: `zstd`, `lz4`, `none`.
+    pub compression: BTreeMap<String, u64>,
+}
+
+/// One attachment.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct AttachmentInfo {
+    /// Name.
+    pub name: String,
+    /// Media type, such as `text/csv`.
+    pub media_type: String,
+    /// Bytes of its content.
+    pub bytes: u64,
+}
+
+/// One edge of the tree of frames.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FrameInfo {
+    /// The parent frame.
+    pub parent: String,
+    /// The child frame.
+    pub child: String,
+    /// Topic that places it.
+    pub topic: String,
+    /// How often.
+    pub transforms: u64,
+}
+
+/// The fingertips of one channel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FingertipsInfo {
+    /// Topic.
+    pub topic: String,
+    /// Each finger.
+    pub fingers: PerFinger<FingerInfo>,
+}
+
+/// One fingertip over a channel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FingerInfo {
+    /// Samples of each status.
+    pub counts: TrackCounts,
+    /// Runs of missing samples.
+    pub gaps: usize,
+    /// Samples of the longest run.
+    pub longest_gap: usize,
+    /// Length of the longest run at the channel's rate, seconds.
+    pub longest_gap_s: f64,
+}
+
+/// Lists what is in an MCAP file of any origin: chunked or not, with or without summary and
+/// schemas, in any encoding.
+///
+/// The whole file is read and every checksum compared. A file that is cut or damaged gives what
+/// comes before the fault, and the fault as [`FileInfo::problem`].
+///
+/// # Errors
+///
+/// [`ChannelError::NotMcap`].
+pub fn info(bytes: &[u8], file_name: &str) -> Result<FileInfo, ChannelError> {
+    let mut listing = Listing::default();
+    let end = walk(file_name, bytes, Depth::Everything, |item| {
+        listing.add(item);
+        Ok(())
+    });
+    let problem = match end {
+        Ok(()) => None,
+        Err(error) if is_mcap(bytes) => Some(error),
+        Err(error) => return Err(error),
+    };
+    Ok(listing.into_info(bytes, file_name, problem))
+}
+
+#[derive(Default)]
+struct Listing {
+    profile: String,
+    library: String,
+    schemas: BTreeMap<u16, (String, String)>,
+    channels: BTreeMap<u16, Listed>,
+    messages_without_channel: u64,
+    chunks: ChunkInfo,
+    metadata: Metadata,
+    attachments: Vec<AttachmentInfo>,
+    frames: BTreeMap<(String, String, String), u64>,
+    has_summary: bool,
+}
+
+struct Listed {
+    info: ChannelInfo,
+    content: Content,
+}
+
+/// Messages that are looked into.
+enum Content {
+    Other,
+    Transforms,
+    Transform,
+    Fingertips(Box<PerFinger<Gaps>>),
+}
+
+#[derive(Clone, Copy, Default)]
+struct Gaps {
+    info: FingerInfo,
+    running: usize,
+}
+
+impl Gaps {
+    fn add(&mut self, status: Status) {
+        let FingerInfo {
+            counts,
+            gaps,
+            longest_gap,
+            ..
+        } = &mut self.info;
+        match status {
+            Status::Measured => counts.measured += 1,
+            Status::Filled => counts.filled += 1,
+            Status::Missing => counts.missing += 1,
+        }
+        if status.is_present() {
+            self.running = 0;
+            return;
+        }
+        *gaps += usize::from(self.running == 0);
+        self.running += 1;
+        *longest_gap = self.running.max(*longest_gap);
+    }
+}
+
+impl Listing {
+    fn add(&mut self, item: Item) {
+        match item {
+            Item::Header { profile, library } => {
+                (self.profile, self.library) = (profile, library);
+            }
+            Item::Schema { id, name, encoding } => {
+                self.schemas.entry(id).or_insert((name, encoding));
+            }
+            Item::Channel {
+                id,
+                schema,
+                topic,
+                encoding,
+                metadata,
+            } => {
+                let schema = self.schemas.get(&schema);
+                let name = schema.map(|(name, _)| name.as_str());
+                let content = match (encoding.as_str(), name) {
+                    ("protobuf", Some("foxglove.FrameTransforms")) => Content::Transforms,
+                    ("protobuf", Some("foxglove.FrameTransform")) => Content::Transform,
+                    ("protobuf", Some("inhand.Fingertips")) => Content::Fingertips(Box::default()),
+                    _ => Content::Other,
+                };
+                let info = ChannelInfo {
+                    id,
+                    topic,
+                    schema: schema.map(|(name, _)| name.clone()),
+                    schema_encoding: schema.map(|(_, encoding)| encoding.clone()),
+                    message_encoding: encoding,
+                    metadata,
+                    messages: 0,
+                    bytes: 0,
+                    first_unix_nanos: None,
+                    last_unix_nanos: None,
+                };
+                (self.channels.entry(id)).or_insert(Listed { info, content });
+            }
+            Item::Message {
+                channel,
+                log_time,
+                data,
+            } => self.message(channel, log_time, data),
+            Item::Chunk(chunk) => {
+                self.chunks.count += 1;
+                self.chunks.packed_bytes += chunk.packed.len() as u64;
+                // What a damaged chunk claims to hold can be anything.
+                self.chunks.unpacked_bytes =
+                    (self.chunks.unpacked_bytes).saturating_add(chunk.uncompressed_bytes);
+                let compression = match chunk.compression.as_str() {
+                    "" => "none",
+                    name => name,
+                };
+                *(self.chunks.compression)
+                    .entry(compression.to_owned())
+                    .or_default() += 1;
+            }
+            Item::Metadata { name, facts } => {
+                self.metadata.0.insert(name, facts);
+            }
+            Item::Attachment {
+                name,
+                media_type,
+                bytes,
+            } => self.attachments.push(AttachmentInfo {
+                name,
+                media_type,
+                bytes,
+            }),
+            Item::Summary => self.has_summary = true,
+            Item::DataEnd => {}
+        }
+    }
+
+    fn message(&mut self, channel: u16, log_time: u64, data: &[u8]) {
+        let Some(Listed { info, content }) = self.channels.get_mut(&channel) else {
+            self.messages_without_channel += 1;
+            return;
+        };
+        info.messages += 1;
+        info.bytes += data.len() as u64;
+        let first = info.first_unix_nanos.get_or_insert(log_time);
+        *first = log_time.min(*first);
+        let last = info.last_unix_nanos.get_or_insert(log_time);
+        *last = log_time.max(*last);
+
+        // A message that does not decode is no fault of the file: it is counted and left alone.
+        let transforms = match content {
+            Content::Other => return,
+            Content::Fingertips(fingers) => {
+                if let Ok(message) = messages::Fingertips::decode(data) {
+                    for finger in Finger::ALL {
+                        fingers[finger].add(status(&message, finger));
+                    }
+                }
+                return;
+            }
+            Content::Transforms => FrameTransforms::decode(data).map(|message| message.transforms),
+            Content::Transform => FrameTransform::decode(data).map(|message| vec![message]),
+        };
+        for transform in transforms.unwrap_or_default() {
+            let edge = (
+                transform.parent_frame_id,
+                transform.child_frame_id,
+                info.topic.clone(),
+            );
+            *self.frames.entry(edge).or_default() += 1;
+        }
+    }
+
+    fn into_info(self, bytes: &[u8], file: &str, problem: Option<ChannelError>) -> FileInfo {
+        let mut fingertips = Vec::new();
+        for Listed { info, content } in self.channels.values() {
+            if let Content::Fingertips(fingers) = content {
+                let fingers = fingers.map(|gaps| FingerInfo {
+                    longest_gap_s: (info.rate_hz())
+                        .map_or(0.0, |rate_hz| gaps.info.longest_gap as f64 / rate_hz),
+                    ..gaps.info
+                });
+                fingertips.push(FingertipsInfo {
+                    topic: info.topic.clone(),
+                    fingers,
+                });
+            }
+        }
+        let channels: Vec<_> = self
+            .channels
+            .into_values()
+            .map(|listed| listed.info)
+            .collect();
+        FileInfo {
+            file: file.to_owned(),
+            bytes: bytes.len() as u64,
+            profile: self.profile,
+            library: self.library,
+            messages: channels.iter().map(|channel| channel.messages).sum(),
+            channels,
+            messages_without_channel: self.messages_without_channel,
+            chunks: self.chunks,
+            metadata: self.metadata,
+            attachments: self.attachments,
+            frames: (self.frames.into_iter())
+                .map(|((parent, child, topic), transforms)| FrameInfo {
+                    parent,
+                    child,
+                    topic,
+                    transforms,
+                })
+                .collect(),
+            fingertips,
+            has_summary: self.has_summary,
+            problem,
+        }
+    }
+}
+
+fn status(message: &messages::Fingertips, finger: Finger) -> Status {
+    let tip = match finger {
+        Finger::Thumb => &message.thumb,
+        Finger::Index => &message.index,
+        Finger::Middle => &message.middle,
+        Finger::Ring => &message.ring,
+        Finger::Little => &message.little,
+    };
+    (tip.as_ref())
+        .and_then(|tip| messages::Status::to_model(tip.status))
+        .unwrap_or(Status::Missing)
+}

@@ -1,0 +1,262 @@
+//! A take's nouns from its file.
+
+mod decode;
+
+use std::collections::BTreeMap;
+
+use inhand_model::{Finding, Hand, Motion, Object, PerFinger, Recording, World};
+
+use crate::error::ChannelError;
+use crate::info::info;
+use crate::metadata::{Metadata, RECORDING, RecordingFacts};
+use crate::records::{Depth, Item, walk};
+use crate::take::ReadTake;
+use crate::topic;
+use decode::{
+    BodyTracks, Channel, Counter, FingertipTracks, MarkerTracks, PoseFromBodies, finding,
+};
+
+/// Reads a take that [`write_take`](crate::write_take) wrote.
+///
+/// Only channels that a recording or motion is made of are decoded; all chunks are unpacked and
+/// their CRCs checked. `file_name` is what errors call the file.
+///
+/// # Errors
+///
+/// [`ChannelError::NotMcap`], [`ChannelError::Truncated`] and [`ChannelError::Damaged`] for bytes
+/// that are no sound MCAP file, [`ChannelError::Absent`] for one without a recording,
+/// [`ChannelError::Metadata`] and [`ChannelError::Message`] where one contradicts itself.
+pub fn read_take(bytes: &[u8], file_name: &str) -> Result<ReadTake, ChannelError> {
+    let metadata = read_metadata(bytes, file_name)?;
+    let Some(facts) = metadata.recording(file_name)? else {
+        return Err(absent(bytes, file_name));
+    };
+    let motion_name = metadata.motion_name(file_name)?;
+    let mut parts = Parts::new(&facts, motion_name.is_some());
+    let mut channels: BTreeMap<u16, Part> = BTreeMap::new();
+    walk(file_name, bytes, Depth::Everything, |item| match item {
+        Item::Channel { id, topic, .. } => {
+            if let Some(part) = Part::of(&topic) {
+                parts.channel(part);
+                channels.insert(id, part);
+            }
+            Ok(())
+        }
+        Item::Message {
+            channel,
+            log_time,
+            data,
+        } => match channels.get(&channel) {
+            Some(&part) => parts.message(part, log_time, data, file_name, &facts),
+            None => Ok(()),
+        },
+        _ => Ok(()),
+    })?;
+    parts.into_take(facts, &metadata, motion_name, file_name)
+}
+
+/// The metadata records of any MCAP file.
+///
+/// # Errors
+///
+/// As for [`read_take`], where the bytes are no sound MCAP file outside its chunks.
+pub fn read_metadata(bytes: &[u8], file_name: &str) -> Result<Metadata, ChannelError> {
+    let mut metadata = Metadata::default();
+    walk(file_name, bytes, Depth::Outside, |item| {
+        if let Item::Metadata { name, facts } = item {
+            metadata.0.insert(name, facts);
+        }
+        Ok(())
+    })?;
+    Ok(metadata)
+}
+
+fn absent(bytes: &[u8], file_name: &str) -> ChannelError {
+    absent_part(
+        bytes,
+        file_name,
+        format!("recording (metadata record \"{RECORDING}\")"),
+        "give a file that inhand convert or inhand run wrote, or convert the source again",
+    )
+}
+
+/// Says what the file has instead of what was looked for.
+pub(crate) fn absent_part(bytes: &[u8], file_name: &str, what: String, hint: &str) -> ChannelError {
+    let topics = match info(bytes, file_name) {
+        Ok(info) => info.channels.into_iter().map(|channel| channel.topic),
+        Err(error) => return error,
+    };
+    let topics: Vec<String> = topics.take(20).collect();
+    ChannelError::Absent {
+        file: file_name.to_owned(),
+        what,
+        found: if topics.is_empty() {
+            "no channel".to_owned()
+        } else {
+            format!("the topics {}", topics.join(", "))
+        },
+        hint: hint.to_owned(),
+    }
+}
+
+/// What a channel is part of.
+#[derive(Clone, Copy)]
+enum Part {
+    Markers,
+    Bodies,
+    Findings,
+    Fingertips,
+    Object,
+    Hand,
+}
+
+impl Part {
+    fn of(topic: &str) -> Option<Self> {
+        Some(match topic {
+            topic::RECORDING_MARKERS => Part::Markers,
+            topic::RECORDING_BODIES => Part::Bodies,
+            topic::RECORDING_FINDINGS => Part::Findings,
+            topic::PROCESSED_FINGERTIPS => Part::Fingertips,
+            topic::PROCESSED_OBJECT => Part::Object,
+            topic::PROCESSED_HAND => Part::Hand,
+            _ => return None,
+        })
+    }
+}
+
+/// Tracks as far as they have been read.
+struct Parts {
+    markers: MarkerTracks,
+    bodies: BodyTracks,
+    findings: Vec<Finding>,
+    findings_read: Counter,
+    fingertips: Option<FingertipTracks>,
+    object: Option<PoseFromBodies<Hand, Object>>,
+    hand: PoseFromBodies<World, Hand>,
+}
+
+impl Parts {
+    fn new(facts: &RecordingFacts, motion: bool) -> Self {
+        Self {
+            markers: MarkerTracks::new(&facts.markers),
+            bodies: BodyTracks::new(&facts.bodies),
+            findings: Vec::new(),
+            findings_read: Counter::default(),
+            fingertips: motion.then(FingertipTracks::default),
+            object: None,
+            hand: PoseFromBodies::default(),
+        }
+    }
+
+    /// An object that was never tracked has no channel; one in an empty take has.
+    fn channel(&mut self, part: Part) {
+        if let Part::Object = part {
+            self.object.get_or_insert_default();
+        }
+    }
+
+    fn message(
+        &mut self,
+        part: Part,
+        log_time: u64,
+        data: &[u8],
+        file: &str,
+        facts: &RecordingFacts,
+    ) -> Result<(), ChannelError> {
+        let channel = |topic| Channel {
+            file,
+            topic,
+            clock: facts.clock,
+            samples: facts.samples,
+            log_time,
+        };
+        match part {
+            Part::Markers => {
+                (self.markers).message(&channel(topic::RECORDING_MARKERS), &facts.markers, data)
+            }
+            Part::Bodies => {
+                (self.bodies).message(&channel(topic::RECORDING_BODIES), &facts.bodies, data)
+            }
+            Part::Findings => {
+                let channel = channel(topic::RECORDING_FINDINGS);
+                let finding = finding(&channel, &mut self.findings_read, data)?;
+                self.findings.push(finding);
+                Ok(())
+            }
+            Part::Fingertips => match &mut self.fingertips {
+                Some(tracks) => tracks.message(&channel(topic::PROCESSED_FINGERTIPS), data),
+                None => Ok(()),
+            },
+            Part::Object => (self.object.get_or_insert_default())
+                .message(&channel(topic::PROCESSED_OBJECT), data),
+            Part::Hand => self.hand.message(&channel(topic::PROCESSED_HAND), data),
+        }
+    }
+
+    fn into_take(
+        self,
+        facts: RecordingFacts,
+        metadata: &Metadata,
+        motion_name: Option<String>,
+        file: &str,
+    ) -> Result<ReadTake, ChannelError> {
+        let samples = facts.samples;
+        let complete = |topic: &str, found: usize| {
+            if found == samples {
+                return Ok(());
+            }
+            Err(ChannelError::Message {
+                file: file.to_owned(),
+                topic: topic.to_owned(),
+                message: found,
+                expected: format!("one message for each of the take's {samples} samples"),
+                found: format!("{found} messages"),
+            })
+        };
+        if !facts.markers.is_empty() {
+            complete(topic::RECORDING_MARKERS, self.markers.read.0)?;
+        }
+        if !facts.bodies.is_empty() {
+            complete(topic::RECORDING_BODIES, self.bodies.read.0)?;
+        }
+        let motion = match (motion_name, self.fingertips) {
+            (Some(name), Some(fingertips)) => {
+                complete(topic::PROCESSED_FINGERTIPS, fingertips.read.0)?;
+                complete(topic::PROCESSED_HAND, self.hand.read.0)?;
+                if let Some(object) = &self.object {
+                    complete(topic::PROCESSED_OBJECT, object.read.0)?;
+                }
+                Some(Motion {
+                    name,
+                    clock: facts.clock,
+                    fingertips: PerFinger::new(fingertips.tracks),
+                    object: self.object.map(|object| object.track),
+                    hand: self.hand.track,
+                })
+            }
+            _ => None,
+        };
+        let mut recording = Recording::new(
+            facts.name,
+            facts.clock,
+            facts.source,
+            samples,
+            self.markers.into_markers(facts.markers),
+            self.bodies.into_bodies(facts.bodies),
+        )
+        .map_err(|error| ChannelError::Metadata {
+            file: file.to_owned(),
+            record: RECORDING.to_owned(),
+            key: "samples".to_owned(),
+            expected: "the number of samples of every marker and body".to_owned(),
+            found: error.to_string(),
+        })?;
+        recording.findings = self.findings;
+        Ok(ReadTake {
+            recording,
+            roles: metadata.roles(file)?,
+            motion,
+            provenance: metadata.provenance(file)?,
+        })
+    }
+}

@@ -1,0 +1,136 @@
+//! Schema records: a message's name with the descriptors of its file and everything it imports.
+
+use std::collections::BTreeSet;
+
+use foxglove::Encode;
+use foxglove::messages::{FrameTransforms, Log, PointCloud, SceneUpdate};
+use prost::Message;
+
+use crate::messages;
+
+/// Every file of `schemas/inhand` and every import of theirs, imports first.
+const DESCRIPTORS: &[u8] = include_bytes!("generated/inhand.binpb");
+
+/// What a protobuf schema record holds.
+pub(crate) struct Schema {
+    pub(crate) name: String,
+    /// A `google.protobuf.FileDescriptorSet`, complete: viewers refuse one without its imports.
+    pub(crate) descriptors: Vec<u8>,
+}
+
+/// A message that can be written to a channel.
+pub(crate) trait Logged: Message {
+    fn schema() -> Schema;
+}
+
+macro_rules! ours {
+    ($($message:ident in $file:literal;)*) => {$(
+        impl Logged for messages::$message {
+            fn schema() -> Schema {
+                Schema {
+                    name: concat!("inhand.", stringify!($message)).to_owned(),
+                    descriptors: descriptors_for(concat!("inhand/", $file, ".proto")),
+                }
+            }
+        }
+    )*};
+}
+
+ours! {
+    Fingertips in "fingertips";
+    Bodies in "bodies";
+    Markers in "markers";
+    Plan in "plan";
+    FingerErrors in "finger_errors";
+    Contacts in "contacts";
+    Dictionary in "dictionary";
+}
+
+macro_rules! viewers {
+    ($($message:ident),*) => {$(
+        impl Logged for $message {
+            fn schema() -> Schema {
+                let schema = <Self as Encode>::get_schema()
+                    .expect("every message of the foxglove crate has a schema");
+                Schema {
+                    name: schema.name,
+                    descriptors: schema.data.into_owned(),
+                }
+            }
+        }
+    )*};
+}
+
+viewers!(FrameTransforms, Log, PointCloud, SceneUpdate);
+
+/// A `FileDescriptorSet` whose files stay bytes.
+#[derive(Clone, PartialEq, Message)]
+struct FileSet {
+    #[prost(bytes = "vec", repeated, tag = "1")]
+    file: Vec<Vec<u8>>,
+}
+
+/// The two fields of a `FileDescriptorProto` that say what a file needs.
+#[derive(Clone, PartialEq, Message)]
+struct FileHead {
+    #[prost(string, tag = "1")]
+    name: String,
+    #[prost(string, repeated, tag = "3")]
+    dependency: Vec<String>,
+}
+
+/// The file and everything that it imports, directly or not, imports first.
+fn descriptors_for(file: &str) -> Vec<u8> {
+    let set =
+        FileSet::decode(DESCRIPTORS).expect("the committed descriptors are checked by a test");
+    let files: Vec<(FileHead, Vec<u8>)> = (set.file.into_iter())
+        .map(|bytes| {
+            let head = FileHead::decode(bytes.as_slice())
+                .expect("the committed descriptors are checked by a test");
+            (head, bytes)
+        })
+        .collect();
+    // Imports come before what imports them, so one pass from the back finds all that is needed.
+    let mut needed = BTreeSet::from([file]);
+    for (head, _) in files.iter().rev() {
+        if needed.contains(head.name.as_str()) {
+            needed.extend(head.dependency.iter().map(String::as_str));
+        }
+    }
+    let file = (files.iter())
+        .filter(|(head, _)| needed.contains(head.name.as_str()))
+        .map(|(_, bytes)| bytes.clone())
+        .collect();
+    FileSet { file }.encode_to_vec()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn files_of<M: Logged>() -> Vec<String> {
+        let set = FileSet::decode(M::schema().descriptors.as_slice()).unwrap();
+        set.file
+            .iter()
+            .map(|file| FileHead::decode(file.as_slice()).unwrap().name)
+            .collect()
+    }
+
+    #[test]
+    fn schemas_carry_their_imports_and_nothing_else() {
+        assert_eq!(
+            files_of::<messages::Markers>(),
+            [
+                "google/protobuf/timestamp.proto",
+                "inhand/geometry.proto",
+                "inhand/markers.proto"
+            ]
+        );
+        assert_eq!(
+            files_of::<messages::Dictionary>(),
+            ["inhand/geometry.proto", "inhand/dictionary.proto"]
+        );
+        assert!(files_of::<SceneUpdate>().contains(&"google/protobuf/duration.proto".to_owned()));
+        assert_eq!(messages::Plan::schema().name, "inhand.Plan");
+    }
+}

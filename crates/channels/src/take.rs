@@ -1,0 +1,115 @@
+//! What goes into a take's file and what comes out of it.
+
+use inhand_model::{Motion, PerFinger, Plan, Provenance, Recording, Roles, Shape, Trajectory};
+
+/// Everything about a take that goes into one file; each part but the recording is optional.
+#[derive(Clone, Debug)]
+pub struct TakeFile<'a> {
+    /// What was measured.
+    pub recording: &'a Recording,
+    /// Which tracked thing is the hand, the object, a finger.
+    pub roles: Option<&'a Roles>,
+    /// The take in the hand's frame, cleaned; of the recording's clock and length.
+    pub motion: Option<&'a Motion>,
+    /// Trajectories by method. Viewers show the first method beside the recorded motion.
+    pub generated: &'a [GeneratedMethod<'a>],
+    /// How trajectories compare with the recorded motion, by method. An entry named `recorded`
+    /// says which recorded fingertips touch the object; viewers light them up.
+    pub evaluated: &'a [EvaluatedMethod<'a>],
+    /// The object's shape, drawn in the frame `object`.
+    pub object_shape: Option<Shape>,
+    /// What made the nouns, first step first.
+    pub provenance: &'a [Provenance],
+}
+
+impl<'a> TakeFile<'a> {
+    /// A file with a recording alone.
+    pub const fn new(recording: &'a Recording) -> Self {
+        Self {
+            recording,
+            roles: None,
+            motion: None,
+            generated: &[],
+            evaluated: &[],
+            object_shape: None,
+            provenance: &[],
+        }
+    }
+}
+
+/// What one method generated for a take.
+#[derive(Clone, Copy, Debug)]
+pub struct GeneratedMethod<'a> {
+    /// Name, such as `prior`; becomes part of topics.
+    pub name: &'a str,
+    /// Trajectories, in any order.
+    pub segments: &'a [GeneratedSegment<'a>],
+}
+
+/// One trajectory and where in the take it belongs.
+#[derive(Clone, Copy, Debug)]
+pub struct GeneratedSegment<'a> {
+    /// Sample of the take at which the trajectory starts.
+    pub start_sample: usize,
+    /// The motion, at the take's rate.
+    pub trajectory: &'a Trajectory,
+    /// How it was planned, where it was.
+    pub plan: Option<&'a Plan>,
+}
+
+/// How one method compares with the recorded motion.
+#[derive(Clone, Debug)]
+pub struct EvaluatedMethod<'a> {
+    /// Name, such as `prior`; becomes part of topics.
+    pub name: &'a str,
+    /// The instants that were judged, in any order.
+    pub samples: Vec<EvaluatedSample>,
+}
+
+/// One judged instant.
+#[derive(Clone, Copy, Debug)]
+pub struct EvaluatedSample {
+    /// Sample of the take.
+    pub sample: usize,
+    /// Distance between planned and recorded fingertip, metres.
+    pub error_m: PerFinger<f64>,
+    /// Contacts, where the object's pose and shape are known.
+    pub contact: Option<ContactSample>,
+}
+
+/// Contacts with the object at one instant.
+#[derive(Clone, Copy, Debug)]
+pub struct ContactSample {
+    /// Distance of each fingertip to the object's surface, metres.
+    pub distance_m: PerFinger<f64>,
+    /// Whether that counts as contact.
+    pub in_contact: PerFinger<bool>,
+    /// Fingers in contact.
+    pub count: usize,
+}
+
+/// How to write a take.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct WriteSettings {
+    /// Whether to add channels that viewers draw (`/tf`, `/tf_static`, `/view/...`).
+    pub view: bool,
+}
+
+impl Default for WriteSettings {
+    fn default() -> Self {
+        Self { view: true }
+    }
+}
+
+/// What a take's file holds of what later steps start from.
+#[derive(Clone, Debug)]
+pub struct ReadTake {
+    /// What was measured, bit for bit as it was written.
+    pub recording: Recording,
+    /// Which tracked thing is the hand, the object, a finger.
+    pub roles: Option<Roles>,
+    /// The take in the hand's frame, bit for bit as it was written.
+    pub motion: Option<Motion>,
+    /// What made the file, first step first.
+    pub provenance: Vec<Provenance>,
+}

@@ -1,0 +1,55 @@
+//! Topics, in one place.
+
+use crate::error::ChannelError;
+
+pub(crate) const RECORDING_FINGERTIPS: &str = "/recording/fingertips";
+pub(crate) const RECORDING_BODIES: &str = "/recording/bodies";
+pub(crate) const RECORDING_MARKERS: &str = "/recording/markers";
+pub(crate) const RECORDING_FINDINGS: &str = "/recording/findings";
+pub(crate) const PROCESSED_FINGERTIPS: &str = "/processed/fingertips";
+pub(crate) const PROCESSED_OBJECT: &str = "/processed/object";
+pub(crate) const PROCESSED_HAND: &str = "/processed/hand";
+pub(crate) const DICTIONARY: &str = "/dictionary/model";
+pub(crate) const DICTIONARY_PRIMITIVES: &str = "/dictionary/primitives";
+pub(crate) const TF: &str = "/tf";
+pub(crate) const TF_STATIC: &str = "/tf_static";
+pub(crate) const VIEW_MARKERS: &str = "/view/markers";
+pub(crate) const VIEW_BODIES: &str = "/view/bodies";
+pub(crate) const VIEW_FINGERTIPS: &str = "/view/fingertips";
+pub(crate) const VIEW_FINGERTIPS_SCENE: &str = "/view/fingertips_scene";
+pub(crate) const VIEW_OBJECT: &str = "/view/object";
+pub(crate) const VIEW_OBJECT_EDGES: &str = "/view/object_edges";
+pub(crate) const VIEW_PRIMITIVES: &str = "/view/dictionary/primitives";
+pub(crate) const VIEW_HULLS: &str = "/view/dictionary/hulls";
+
+/// Topics of one method.
+pub(crate) struct MethodTopics {
+    pub(crate) fingertips: String,
+    pub(crate) plan: String,
+    pub(crate) error: String,
+    pub(crate) contact: String,
+    pub(crate) view_fingertips: String,
+    pub(crate) view_scene: String,
+}
+
+impl MethodTopics {
+    /// Topics of the method, unless its name would break them.
+    pub(crate) fn new(name: &str) -> Result<Self, ChannelError> {
+        let fits = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+        if name.is_empty() || !name.chars().all(fits) {
+            return Err(ChannelError::mismatch(
+                "name of a method",
+                "letters, digits, '_' and '-', as it becomes part of a topic",
+                format!("\"{name}\""),
+            ));
+        }
+        Ok(Self {
+            fingertips: format!("/generated/{name}/fingertips"),
+            plan: format!("/generated/{name}/plan"),
+            error: format!("/evaluation/{name}/error"),
+            contact: format!("/evaluation/{name}/contact"),
+            view_fingertips: format!("/view/generated/{name}/fingertips"),
+            view_scene: format!("/view/generated/{name}/fingertips_scene"),
+        })
+    }
+}

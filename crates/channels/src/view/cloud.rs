@@ -1,0 +1,67 @@
+//! Coloured points with a number each: what every viewer draws without set-up.
+
+use foxglove::messages::packed_element_field::NumericType;
+use foxglove::messages::{PackedElementField, PointCloud};
+
+use crate::colour::Rgb;
+use crate::wire::viewer_time;
+
+/// x, y, z as 32-bit floats, a 32-bit number, red, green, blue, alpha as bytes.
+const POINT_BYTES: u32 = 20;
+
+/// A point cloud message that is filled anew for every instant.
+#[derive(Clone, Debug)]
+pub(crate) struct Cloud {
+    message: PointCloud,
+    data: Vec<u8>,
+}
+
+impl Cloud {
+    /// A cloud in `frame` whose points carry a number called `number_name`.
+    pub(crate) fn new(frame: &str, number_name: &str) -> Self {
+        let field = |name: &str, offset, numeric_type: NumericType| PackedElementField {
+            name: name.to_owned(),
+            offset,
+            r#type: numeric_type.into(),
+        };
+        let fields = vec![
+            field("x", 0, NumericType::Float32),
+            field("y", 4, NumericType::Float32),
+            field("z", 8, NumericType::Float32),
+            field(number_name, 12, NumericType::Uint32),
+            field("red", 16, NumericType::Uint8),
+            field("green", 17, NumericType::Uint8),
+            field("blue", 18, NumericType::Uint8),
+            field("alpha", 19, NumericType::Uint8),
+        ];
+        Self {
+            message: PointCloud {
+                frame_id: frame.to_owned(),
+                pose: Some(super::entities::identity()),
+                point_stride: POINT_BYTES,
+                fields,
+                ..PointCloud::default()
+            },
+            data: Vec::new(),
+        }
+    }
+
+    pub(crate) fn clear(&mut self) {
+        self.data.clear();
+    }
+
+    /// Adds a point, metres. Views are for the eye: 32 bits hold it to a micrometre at ten metres.
+    pub(crate) fn push(&mut self, position_m: [f64; 3], number: usize, [red, green, blue]: Rgb) {
+        for coordinate in position_m {
+            (self.data).extend_from_slice(&(coordinate as f32).to_le_bytes());
+        }
+        (self.data).extend_from_slice(&(number as u32).to_le_bytes());
+        self.data.extend_from_slice(&[red, green, blue, u8::MAX]);
+    }
+
+    pub(crate) fn message(&mut self, unix_nanos: u64) -> &PointCloud {
+        self.message.timestamp = Some(viewer_time(unix_nanos));
+        self.message.data = self.data.clone().into();
+        &self.message
+    }
+}

@@ -1,0 +1,133 @@
+//! Fingertips from wherever they are known, and their point cloud.
+
+use inhand_model::{Finger, Marker, Motion, PerFinger, Recording, Roles};
+
+use super::cloud::Cloud;
+use crate::colour::FINGER_COLOURS;
+use crate::error::ChannelError;
+use crate::output::{ChannelId, Output};
+use crate::take::{ContactSample, EvaluatedSample, GeneratedSegment};
+use crate::write::{Stream, by_start};
+
+/// Where fingertips are at each sample of a take, metres, in one frame.
+pub(crate) trait Tips {
+    fn position_m(&self, k: usize, finger: Finger) -> Option<[f64; 3]>;
+}
+
+/// As measured, frame `world`.
+#[derive(Clone)]
+pub(crate) struct RecordedTips<'a> {
+    markers: PerFinger<Option<&'a Marker>>,
+}
+
+impl<'a> RecordedTips<'a> {
+    pub(crate) fn new(recording: &'a Recording, roles: &Roles) -> Self {
+        Self {
+            markers: roles.fingers.each_ref().map(|name| recording.marker(name)),
+        }
+    }
+}
+
+impl Tips for RecordedTips<'_> {
+    fn position_m(&self, k: usize, finger: Finger) -> Option<[f64; 3]> {
+        Some(self.markers[finger]?.track.get(k)?.to_array())
+    }
+}
+
+/// Processed, frame `hand`.
+#[derive(Clone)]
+pub(crate) struct ProcessedTips<'a> {
+    pub(crate) motion: &'a Motion,
+}
+
+impl Tips for ProcessedTips<'_> {
+    fn position_m(&self, k: usize, finger: Finger) -> Option<[f64; 3]> {
+        Some(self.motion.fingertips[finger].get(k)?.to_array())
+    }
+}
+
+/// Generated, frame `hand`; where segments overlap, the one that started last.
+#[derive(Clone)]
+pub(crate) struct GeneratedTips<'a> {
+    segments: Vec<&'a GeneratedSegment<'a>>,
+}
+
+impl<'a> GeneratedTips<'a> {
+    pub(crate) fn new(segments: &'a [GeneratedSegment<'a>]) -> Self {
+        Self {
+            segments: by_start(segments),
+        }
+    }
+}
+
+impl Tips for GeneratedTips<'_> {
+    fn position_m(&self, k: usize, finger: Finger) -> Option<[f64; 3]> {
+        let started = self.segments.partition_point(|s| s.start_sample <= k);
+        let segment = self.segments[..started].last()?;
+        let t = k - segment.start_sample;
+        let inside = t < segment.trajectory.layout().samples;
+        inside.then(|| segment.trajectory.position(t, finger).to_array())
+    }
+}
+
+/// Contacts by sample.
+pub(crate) struct Contacts<'a> {
+    samples: Vec<(usize, &'a ContactSample)>,
+}
+
+impl<'a> Contacts<'a> {
+    pub(crate) fn new(samples: &'a [EvaluatedSample]) -> Self {
+        let mut samples: Vec<_> = (samples.iter())
+            .filter_map(|judged| Some((judged.sample, judged.contact.as_ref()?)))
+            .collect();
+        samples.sort_by_key(|&(sample, _)| sample);
+        Self { samples }
+    }
+
+    /// Whether the finger touches the object; `None` where nobody knows.
+    pub(crate) fn in_contact(&self, k: usize, finger: Finger) -> Option<bool> {
+        let n = (self.samples)
+            .binary_search_by_key(&k, |&(sample, _)| sample)
+            .ok()?;
+        Some(self.samples[n].1.in_contact[finger])
+    }
+}
+
+/// Fingertips as points, numbered from the thumb, each in its finger's colour.
+pub(crate) struct FingertipCloud<T> {
+    channel: ChannelId,
+    stride: usize,
+    tips: T,
+    cloud: Cloud,
+}
+
+impl<T: Tips> FingertipCloud<T> {
+    pub(crate) fn new(channel: ChannelId, frame: &str, stride: usize, tips: T) -> Self {
+        Self {
+            channel,
+            stride,
+            tips,
+            cloud: Cloud::new(frame, "finger"),
+        }
+    }
+}
+
+impl<T: Tips> Stream for FingertipCloud<T> {
+    fn sample(
+        &mut self,
+        k: usize,
+        unix_nanos: u64,
+        output: &mut Output,
+    ) -> Result<(), ChannelError> {
+        if !k.is_multiple_of(self.stride) {
+            return Ok(());
+        }
+        self.cloud.clear();
+        for finger in Finger::ALL {
+            if let Some(position_m) = self.tips.position_m(k, finger) {
+                (self.cloud).push(position_m, finger.index(), FINGER_COLOURS[finger]);
+            }
+        }
+        output.message(self.channel, k, unix_nanos, self.cloud.message(unix_nanos))
+    }
+}

@@ -1,0 +1,190 @@
+//! The tree of frames.
+
+use foxglove::messages::{FrameTransform, FrameTransforms, Quaternion, Vector3};
+use inhand_model::{
+    Body, BodySource, Frame, Hand, Motion, Object, Pose, PoseTrack, Recording, Roles, World,
+};
+use nalgebra::{Isometry3, UnitQuaternion};
+
+use crate::error::ChannelError;
+use crate::output::{ChannelId, Output};
+use crate::take::TakeFile;
+use crate::topic;
+use crate::wire::viewer_time;
+use crate::write::{Stream, Streams};
+
+/// Root of every tree: z points up.
+pub(crate) const UPRIGHT: &str = "upright";
+
+/// Which frames a take's tree has beside `upright` and `world`.
+pub(crate) struct Tree {
+    pub(crate) hand: bool,
+    pub(crate) object: bool,
+}
+
+/// One static edge, on its own topic: inside `/tf` it would be lost to a viewer that jumps.
+pub(crate) fn write_static(
+    child: &str,
+    upright_from_child: UnitQuaternion<f64>,
+    unix_nanos: u64,
+    output: &mut Output,
+) -> Result<(), ChannelError> {
+    let isometry = Isometry3::from_parts(nalgebra::Translation3::identity(), upright_from_child);
+    let message = FrameTransforms {
+        transforms: vec![transform(UPRIGHT, child, isometry, unix_nanos)],
+    };
+    let channel = output.channel::<FrameTransforms>(topic::TF_STATIC, None)?;
+    output.message(channel, 0, unix_nanos, &message)
+}
+
+pub(crate) fn add<'a>(
+    file: &TakeFile<'a>,
+    stride: usize,
+    output: &mut Output,
+    streams: &mut Streams<'a>,
+) -> Result<Tree, ChannelError> {
+    let recording = file.recording;
+    let upright_from_world = recording.source.up_axis.upright_from_world();
+    write_static(
+        World::NAME,
+        UnitQuaternion::from_rotation_matrix(&upright_from_world),
+        recording.clock.unix_nanos(0),
+        output,
+    )?;
+
+    let edges: Vec<Edge> = match file.motion {
+        Some(motion) => motion_edges(motion),
+        None => file
+            .roles
+            .map_or_else(Vec::new, |roles| role_edges(recording, roles)),
+    };
+    // A frame that no message would place must not be in the tree; the object hangs under the hand
+    // only if the hand does.
+    let edges: Vec<Edge> = (edges.into_iter())
+        .filter(|edge| {
+            (0..recording.len())
+                .step_by(stride)
+                .any(|k| edge.at(k).is_some())
+        })
+        .collect();
+    let has = |child| edges.iter().any(|edge| edge.child == child);
+    let tree = Tree {
+        hand: has(Hand::NAME),
+        object: has(Object::NAME),
+    };
+    if !edges.is_empty() {
+        streams.push(Box::new(Transforms {
+            channel: output.channel::<FrameTransforms>(topic::TF, None)?,
+            stride,
+            edges,
+        }));
+    }
+    Ok(tree)
+}
+
+fn motion_edges(motion: &Motion) -> Vec<Edge<'_>> {
+    let hand = Edge {
+        parent: World::NAME,
+        child: Hand::NAME,
+        pose: PoseSource::Hand(&motion.hand),
+    };
+    let object = motion.object.as_ref().map(|track| Edge {
+        parent: Hand::NAME,
+        child: Object::NAME,
+        // Where the hand is not placed, neither is what hangs under it.
+        pose: PoseSource::Object(track, &motion.hand),
+    });
+    [hand].into_iter().chain(object).collect()
+}
+
+/// Before processing, hand and object are where their rigid bodies are.
+fn role_edges<'a>(recording: &'a Recording, roles: &Roles) -> Vec<Edge<'a>> {
+    let body = |source: &BodySource| match source {
+        BodySource::RigidBody(name) => recording.body(name),
+        BodySource::Markers(_) => None,
+    };
+    let hand = body(&roles.hand).map(|body| (Hand::NAME, body));
+    let object = (roles.object.as_ref().and_then(body)).map(|body| (Object::NAME, body));
+    (hand.into_iter().chain(object))
+        .map(|(child, body)| Edge {
+            parent: World::NAME,
+            child,
+            pose: PoseSource::Body(&body.track),
+        })
+        .collect()
+}
+
+enum PoseSource<'a> {
+    Hand(&'a PoseTrack<World, Hand>),
+    Object(&'a PoseTrack<Hand, Object>, &'a PoseTrack<World, Hand>),
+    Body(&'a PoseTrack<World, Body>),
+}
+
+struct Edge<'a> {
+    parent: &'static str,
+    child: &'static str,
+    pose: PoseSource<'a>,
+}
+
+impl Edge<'_> {
+    /// The pose of the child seen from the parent at sample `k`.
+    fn at(&self, k: usize) -> Option<Isometry3<f64>> {
+        match self.pose {
+            PoseSource::Hand(track) => track.get(k).map(Pose::isometry),
+            PoseSource::Object(track, hand) => {
+                let pose = track.get(k).map(Pose::isometry);
+                pose.filter(|_| hand.status(k).is_present())
+            }
+            PoseSource::Body(track) => track.get(k).map(Pose::isometry),
+        }
+    }
+}
+
+struct Transforms<'a> {
+    channel: ChannelId,
+    stride: usize,
+    edges: Vec<Edge<'a>>,
+}
+
+impl Stream for Transforms<'_> {
+    fn sample(
+        &mut self,
+        k: usize,
+        unix_nanos: u64,
+        output: &mut Output,
+    ) -> Result<(), ChannelError> {
+        if !k.is_multiple_of(self.stride) {
+            return Ok(());
+        }
+        let transforms: Vec<_> = (self.edges.iter())
+            .filter_map(|edge| Some(transform(edge.parent, edge.child, edge.at(k)?, unix_nanos)))
+            .collect();
+        if transforms.is_empty() {
+            return Ok(());
+        }
+        output.message(self.channel, k, unix_nanos, &FrameTransforms { transforms })
+    }
+}
+
+/// The pose of `child` seen from `parent`: takes coordinates in the child to the parent.
+fn transform(
+    parent: &str,
+    child: &str,
+    parent_from_child: Isometry3<f64>,
+    unix_nanos: u64,
+) -> FrameTransform {
+    let [x, y, z]: [f64; 3] = parent_from_child.translation.vector.into();
+    let [qx, qy, qz, qw]: [f64; 4] = parent_from_child.rotation.coords.into();
+    FrameTransform {
+        timestamp: Some(viewer_time(unix_nanos)),
+        parent_frame_id: parent.to_owned(),
+        child_frame_id: child.to_owned(),
+        translation: Some(Vector3 { x, y, z }),
+        rotation: Some(Quaternion {
+            x: qx,
+            y: qy,
+            z: qz,
+            w: qw,
+        }),
+    }
+}

@@ -1,0 +1,108 @@
+//! Trajectories and plans of each method.
+
+use std::ops::Range;
+
+use inhand_model::{Plan, Status};
+
+use super::{Stream, Streams, fingertip, fingertips};
+use crate::error::ChannelError;
+use crate::messages;
+use crate::output::{ChannelId, Output};
+use crate::take::{GeneratedMethod, GeneratedSegment};
+use crate::topic::MethodTopics;
+use crate::wire::Timestamp;
+
+pub(super) fn add<'a>(
+    methods: &[GeneratedMethod<'a>],
+    output: &mut Output,
+    streams: &mut Streams<'a>,
+) -> Result<(), ChannelError> {
+    for method in methods {
+        let topics = MethodTopics::new(method.name)?;
+        let channel = output.channel::<messages::Fingertips>(&topics.fingertips, Some("hand"))?;
+        let plans = if method.segments.iter().any(|segment| segment.plan.is_some()) {
+            Some(output.channel::<messages::Plan>(&topics.plan, None)?)
+        } else {
+            None
+        };
+        streams.push(Box::new(Trajectories {
+            channel,
+            plans,
+            segments: by_start(method.segments),
+            running: 0..0,
+        }));
+    }
+    Ok(())
+}
+
+/// Segments in the order in which they start.
+pub(crate) fn by_start<'a>(segments: &'a [GeneratedSegment<'a>]) -> Vec<&'a GeneratedSegment<'a>> {
+    let mut segments: Vec<_> = segments.iter().collect();
+    segments.sort_by_key(|segment| segment.start_sample);
+    segments
+}
+
+struct Trajectories<'a> {
+    channel: ChannelId,
+    plans: Option<ChannelId>,
+    segments: Vec<&'a GeneratedSegment<'a>>,
+    /// The segments that have started, without those at the front that are over.
+    running: Range<usize>,
+}
+
+impl Stream for Trajectories<'_> {
+    fn sample(
+        &mut self,
+        k: usize,
+        unix_nanos: u64,
+        output: &mut Output,
+    ) -> Result<(), ChannelError> {
+        while let Some(segment) = self.segments.get(self.running.end)
+            && segment.start_sample <= k
+        {
+            if let (Some(plans), Some(plan)) = (self.plans, segment.plan) {
+                let message = plan_message(plan, segment, unix_nanos);
+                output.message(plans, self.running.end, unix_nanos, &message)?;
+            }
+            self.running.end += 1;
+        }
+        let samples = |segment: &GeneratedSegment| segment.trajectory.layout().samples;
+        while let Some(segment) = self.segments.get(self.running.start)
+            && self.running.start < self.running.end
+            && k >= segment.start_sample + samples(segment)
+        {
+            self.running.start += 1;
+        }
+        for segment in &self.segments[self.running.clone()] {
+            let t = k - segment.start_sample;
+            if t < samples(segment) {
+                let message = fingertips(unix_nanos, |finger| {
+                    let position = segment.trajectory.position(t, finger);
+                    fingertip(Some(position.to_array()), Status::Measured)
+                });
+                output.message(self.channel, k, unix_nanos, &message)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn plan_message(plan: &Plan, segment: &GeneratedSegment, unix_nanos: u64) -> messages::Plan {
+    messages::Plan {
+        timestamp: Some(Timestamp::from_unix_nanos(unix_nanos)),
+        start_sample: segment.start_sample as u64,
+        samples: segment.trajectory.layout().samples as u64,
+        status: messages::PlanStatus::from(plan.status).into(),
+        activations_m: plan.activations_m.as_slice().to_vec(),
+        objective: plan.objective,
+        stationarity: plan.certificate.stationarity,
+        primal: plan.certificate.primal,
+        dual: plan.certificate.dual,
+        complementarity: plan.certificate.complementarity,
+        active_velocity_bounds: plan.active.velocity as u64,
+        active_activation_bounds: plan.active.activation as u64,
+        velocity_rows: plan.velocity_rows as u64,
+        rounds: plan.rounds as u64,
+        iterations: plan.iterations as u64,
+    }
+}

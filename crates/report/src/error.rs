@@ -33,6 +33,38 @@ pub enum ReportError {
         /// How often it is there.
         times: usize,
     },
+    /// Text that is no `evaluation.json`.
+    #[error(
+        "not an evaluation of inhand (line {}, column {}); expected the evaluation.json that \
+         `inhand run` or `inhand evaluate` writes",
+        .source.line(),
+        .source.column()
+    )]
+    NotAnEvaluation {
+        /// What the JSON reader says: the key or character and where it is.
+        source: serde_json::Error,
+    },
+    /// A document of another version, in which keys may mean something else.
+    #[error(
+        "schema_version is {found}, expected {expected}; make the evaluation again with this \
+         version of inhand, or read it with the one that wrote it"
+    )]
+    Version {
+        /// The version of the document.
+        found: u64,
+        /// The version that can be read.
+        expected: u32,
+    },
+    /// A word that stands for nothing known.
+    #[error("{key} is \"{found}\", expected {expected}")]
+    UnknownWord {
+        /// Where it stands.
+        key: &'static str,
+        /// The word.
+        found: String,
+        /// The words that are known.
+        expected: &'static str,
+    },
     /// The JSON could not be written.
     #[error("evaluation of session \"{session}\": could not be written as JSON")]
     Json {

@@ -4,9 +4,11 @@ mod constraints;
 mod contacts;
 mod dictionary;
 mod errors;
+mod over_time;
 mod provenance;
 mod quality;
 mod session;
+mod statistics;
 mod table;
 
 use inhand_model::{Evaluation, MethodEvaluation, Provenance};

@@ -6,7 +6,7 @@
 //! | [`evaluation_json`] | `evaluation.json` for scripts, by `schemas/evaluation.schema.json` |
 //! | [`text_summary`] | the table a run prints on a terminal |
 //!
-//! All three are pure: same evaluation, same bytes. Lengths come in metres and leave in
+//! [`read_evaluation_json`] turns the JSON back. All are pure: same evaluation, same bytes. Lengths come in metres and leave in
 //! millimetres; a number that does not exist (nothing judged, not finite) leaves as `null` or as a
 //! dash, never as zero. Text from files (names of takes, findings, settings) is escaped.
 //!
@@ -72,6 +72,18 @@ pub fn evaluation_json(
 ) -> Result<String, ReportError> {
     check_names(evaluation)?;
     json::write(evaluation, provenance)
+}
+
+/// Reads what [`evaluation_json`] wrote, for a page or a comparison made later. Numbers come back
+/// to within the rounding of the change of unit; `null` comes back as NaN.
+///
+/// # Errors
+///
+/// [`ReportError::NotAnEvaluation`] with line and column for text that is no such document,
+/// [`ReportError::Version`] for one of another version, [`ReportError::UnknownWord`] for a word
+/// that stands for nothing known.
+pub fn read_evaluation_json(text: &str) -> Result<(Evaluation, Vec<Provenance>), ReportError> {
+    json::read(text)
 }
 
 /// The report as one HTML file that needs no network, no script and no other file: figures are

@@ -4,36 +4,38 @@ use std::fmt::Write as _;
 
 use inhand_model::{Evaluation, MethodEvaluation};
 
-use crate::number::{decimals, percent, plain, to_mm};
+use crate::number::{NARROW_SPACE, NONE, decimals, percent, plain, to_mm};
 use crate::verdict::{Measure, default_method, standing_sentence};
 
 const TITLE: &str = "error over all fingers and instants (mm)";
 /// Width of a column of numbers: "1000.00" and two spaces.
 const NUMBER_WIDTH: usize = 9;
+/// Width of the column of contact shares: its heading and two spaces.
+const CONTACT_WIDTH: usize = 13;
 
 /// Writes the table, the contact line and how the learned methods stand.
 pub(crate) fn write(evaluation: &Evaluation) -> String {
     let mut text = String::new();
-    table(&mut text, &evaluation.methods);
-    if let Some(line) = contact_line(evaluation) {
-        let _ = writeln!(text, "{line}");
+    for line in table(&evaluation.methods) {
+        text.push_str(line.trim_end());
+        text.push('\n');
     }
-    for method in evaluation.methods.iter().filter(|method| !method.baseline) {
-        let _ = writeln!(
-            text,
-            "{}",
-            terminal(&standing_sentence(method, &evaluation.methods))
-        );
+    for sentence in contact_line(evaluation).into_iter().chain(
+        evaluation
+            .methods
+            .iter()
+            .filter(|method| !method.baseline)
+            .map(|method| standing_sentence(method, &evaluation.methods)),
+    ) {
+        // Narrow spaces are not in every terminal font.
+        text.push_str(&sentence.replace(NARROW_SPACE, " "));
+        text.push('\n');
     }
     text
 }
 
-/// Narrow spaces are not in every terminal font.
-fn terminal(sentence: &str) -> String {
-    sentence.replace(crate::number::NARROW_SPACE, " ")
-}
-
-fn table(text: &mut String, methods: &[MethodEvaluation]) {
+/// Columns wide enough for their widest cell; the share of three contacts only where judged.
+fn table(methods: &[MethodEvaluation]) -> Vec<String> {
     let width = |cell: fn(&MethodEvaluation) -> &str| {
         methods
             .iter()
@@ -41,43 +43,56 @@ fn table(text: &mut String, methods: &[MethodEvaluation]) {
             .max()
             .unwrap_or(0)
     };
-    let (names, descriptions) = (width(|m| &m.name), width(|m| &m.description));
-    let label = (2 + names + 2 + descriptions).max(TITLE.len());
+    let names = width(|method| &method.name);
+    let label = (2 + names + 2 + width(|method| &method.description)).max(TITLE.len());
     let descriptions = label - 2 - names - 2;
-    let _ = write!(text, "{TITLE:<label$}");
-    for head in ["p50", "p75", "p95", "max"] {
-        let _ = write!(text, "{head:>NUMBER_WIDTH$}");
+    let with_contacts = methods.iter().any(|method| share(method).is_some());
+
+    let mut head = format!("{TITLE:<label$}");
+    for name in ["p50", "p75", "p95", "max"] {
+        let _ = write!(head, "{name:>NUMBER_WIDTH$}");
     }
-    text.push('\n');
+    if with_contacts {
+        let _ = write!(head, "{:>CONTACT_WIDTH$}", "3+ contacts");
+    }
+    let mut lines = vec![head];
     for method in methods {
-        let _ = write!(
-            text,
+        let mut line = format!(
             "  {:<names$}  {:<descriptions$}",
             method.name, method.description
         );
         for measure in Measure::ALL {
             let value = measure.of(&method.error).map_or(f64::NAN, to_mm);
-            let _ = write!(text, "{:>NUMBER_WIDTH$}", decimals(value, 2));
+            let _ = write!(line, "{:>NUMBER_WIDTH$}", decimals(value, 2));
         }
-        text.push('\n');
+        if with_contacts {
+            let cell = share(method).map_or_else(|| NONE.to_owned(), |share| percent(share) + " %");
+            let _ = write!(line, "{cell:>CONTACT_WIDTH$}");
+        }
+        lines.push(line);
     }
+    lines
 }
 
-/// One line: recorded first, then every method, so that no method is shown alone.
+fn share(method: &MethodEvaluation) -> Option<f64> {
+    method
+        .contact
+        .as_ref()
+        .filter(|contact| contact.n > 0)
+        .map(|contact| contact.three_or_more)
+}
+
 fn contact_line(evaluation: &Evaluation) -> Option<String> {
-    let contact = default_method(evaluation)?.contact.as_ref()?;
+    let method = default_method(evaluation)?;
+    let contact = method.contact.as_ref()?;
     if contact.n == 0 {
         return Some("three or more fingers in contact: not judged, no tracked object".to_owned());
     }
-    let mut line = format!(
-        "three or more fingers in contact: recorded {} %",
-        percent(contact.recorded_three_or_more)
-    );
-    for method in &evaluation.methods {
-        if let Some(own) = method.contact.as_ref().filter(|own| own.n > 0) {
-            let _ = write!(line, ", {} {} %", method.name, percent(own.three_or_more));
-        }
-    }
-    let _ = write!(line, "  (tau {} mm)", plain(to_mm(contact.tau_m)));
-    Some(line)
+    Some(format!(
+        "three or more fingers in contact: recorded {} %, {} {} %  (tau {} mm)",
+        percent(contact.recorded_three_or_more),
+        method.name,
+        percent(contact.three_or_more),
+        plain(to_mm(contact.tau_m)),
+    ))
 }

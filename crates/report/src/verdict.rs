@@ -163,47 +163,76 @@ pub(crate) fn standing_sentence(method: &MethodEvaluation, methods: &[MethodEval
         group(Outcome::Level),
         group(Outcome::Ahead),
     );
-    if behind.len() == total {
+    if ahead.len() == total {
         return format!(
-            "Methods that learn nothing do better than {name} everywhere: {}.",
-            list(&behind)
+            "{name} does better than every baseline: {}.",
+            places(&ahead)
         );
     }
-    if ahead.len() == total {
-        return format!("{name} does better than every baseline: {}.", list(&ahead));
-    }
     let mut sentences = Vec::new();
-    if !behind.is_empty() {
+    let better = by_baseline(&behind);
+    if behind.len() == total && better.len() > 1 {
+        sentences.push(format!("Baselines do better than {name} everywhere"));
+    }
+    for (baseline, behind) in better {
+        let place = if behind.len() == total {
+            "everywhere:"
+        } else {
+            "at the"
+        };
         sentences.push(format!(
-            "A method that learns nothing beats {name} at the {}",
-            list(&behind)
+            "{baseline}, which learns nothing, does better than {name} {place} {}",
+            places(&behind),
         ));
     }
     if !level.is_empty() {
-        let lead = if sentences.is_empty() {
-            format!("{name} is level with the best baseline at the ")
-        } else {
-            "they are level at the ".to_owned()
-        };
-        sentences.push(format!("{lead}{}", list(&level)));
+        sentences.push(format!(
+            "{name} is level with the best baseline at the {}",
+            places(&level)
+        ));
     }
     if !ahead.is_empty() {
-        sentences.push(format!("{name} does better at the {}", list(&ahead)));
+        sentences.push(format!(
+            "{name} does better than every baseline at the {}",
+            places(&ahead)
+        ));
     }
-    format!("{}.", sentences.join("; "))
+    format!("{}.", sentences.join(". "))
 }
 
-fn list(comparisons: &[&Comparison<'_>]) -> String {
+/// Comparisons under the baseline they are with, in the order of the first of each.
+fn by_baseline<'a, 'b>(
+    comparisons: &[&'b Comparison<'a>],
+) -> Vec<(&'a str, Vec<&'b Comparison<'a>>)> {
+    let mut groups: Vec<(&str, Vec<&Comparison<'_>>)> = Vec::new();
+    for &comparison in comparisons {
+        match groups
+            .iter_mut()
+            .find(|(baseline, _)| *baseline == comparison.baseline)
+        {
+            Some((_, group)) => group.push(comparison),
+            None => groups.push((comparison.baseline, vec![comparison])),
+        }
+    }
+    groups
+}
+
+/// Where, with the better number first.
+fn places(comparisons: &[&Comparison<'_>]) -> String {
     let items: Vec<String> = comparisons
         .iter()
         .map(|c| {
-            format!(
-                "{} ({} {} mm, {} mm here)",
-                c.measure.words(),
-                c.baseline,
-                millimetres(c.baseline_m),
-                millimetres(c.own_m),
-            )
+            let (own, theirs) = (millimetres(c.own_m), millimetres(c.baseline_m));
+            match c.outcome {
+                Outcome::Behind => format!("{} ({theirs} against {own} mm)", c.measure.words()),
+                Outcome::Level | Outcome::Ahead => {
+                    format!(
+                        "{} ({own} against {theirs} mm by {})",
+                        c.measure.words(),
+                        c.baseline
+                    )
+                }
+            }
         })
         .collect();
     join_words(&items)

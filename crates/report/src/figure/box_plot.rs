@@ -44,7 +44,7 @@ const WANTED_TICKS: usize = 5;
 
 /// Multiple of the typical third quartile that an axis may reach; one wild method must not press
 /// the others flat.
-const REACH: f64 = 10.0;
+const REACH: f64 = 6.0;
 
 /// An axis end for all of `distributions`: far enough for their whiskers and 95 % quantiles,
 /// unless a few of them are so much wider than the rest that the rest would be unreadable.
@@ -103,7 +103,7 @@ pub(crate) fn draw(plot: &BoxPlot<'_>) -> Markup {
     html! {
         svg.chart viewBox={ "0 0 " (Px(WIDTH)) " " (Px(height)) } role="img" aria-label=(summary(plot)) {
             @if let Some(class) = plot.swatch {
-                rect.box.(class) x="0.5" y="2.5" width="11" height="11" {}
+                rect.key.(class) x="0.5" y="2.5" width="11" height="11" rx="2" {}
                 text.title x="18" y="12.5" { (plot.title) }
             } @else {
                 text.title x="0" y="12.5" { (plot.title) }
@@ -120,7 +120,7 @@ pub(crate) fn draw(plot: &BoxPlot<'_>) -> Markup {
                     @if drawable(row.statistics) {
                         (glyph(row, &frame, &scale, y))
                         text.value x=(Px(median_x)) y=(Px(y + 4.0)) text-anchor="end" { (millimetres(row.statistics.p50)) }
-                        text.value.faint x=(Px(max_x)) y=(Px(y + 4.0)) text-anchor="end" { (millimetres(row.statistics.max)) }
+                        text.value.faint x=(Px(max_x)) y=(Px(y + 4.0)) text-anchor="end" { (decimals(to_mm(row.statistics.max), 1)) }
                     } @else {
                         text.tick x=(Px(frame.left + 8.0)) y=(Px(y + 4.0)) { "nothing to judge" }
                     }
@@ -233,7 +233,7 @@ mod tests {
             distribution(0.1, 0.3),
         ];
         let end = shared_end_mm(&all);
-        assert!((end - 10.0).abs() < 1e-9, "{end}");
+        assert!((end - 6.0).abs() < 1e-9, "{end}");
         assert_eq!(cut_off(&all, end), 1);
     }
 

@@ -53,11 +53,13 @@ pub(crate) struct LineChart<'a> {
     pub(crate) marked_x: Option<(f64, String)>,
 }
 
-const WIDTH: f64 = 440.0;
-const HEIGHT: f64 = 270.0;
+const WIDTH: f64 = 460.0;
+const HEIGHT: f64 = 280.0;
 const LEFT: f64 = 42.0;
 const RIGHT: f64 = 10.0;
 const TOP: f64 = 44.0;
+/// Radius of a dot and a half-pixel.
+const MARGIN: f64 = 3.0;
 const WANTED_TICKS: usize = 6;
 
 /// Draws the figure. Lines that leave the axes are cut at the frame.
@@ -70,18 +72,25 @@ pub(crate) fn draw(chart: &LineChart<'_>) -> Markup {
     };
     let x = chart.x.scale(frame.left, frame.right);
     let y = chart.y.scale(frame.bottom, frame.top);
-    // A nested svg cuts what leaves it, without the id that a clip path would need.
-    let inner_x = chart.x.scale(0.0, frame.width());
-    let inner_y = chart.y.scale(frame.height(), 0.0);
+    // A nested svg cuts what leaves it, without the id that a clip path would need. It is a little
+    // larger than the frame, so that lines and dots on the frame stay whole.
+    let cut = Frame {
+        left: frame.left - MARGIN,
+        top: frame.top - MARGIN,
+        right: frame.right + MARGIN,
+        bottom: frame.bottom + MARGIN,
+    };
+    let inner_x = chart.x.scale(MARGIN, MARGIN + frame.width());
+    let inner_y = chart.y.scale(MARGIN + frame.height(), MARGIN);
     html! {
         svg.chart viewBox={ "0 0 " (Px(WIDTH)) " " (Px(HEIGHT)) } role="img" aria-label=(summary(chart)) {
             text.title x="0" y="12.5" { (chart.title) }
             (axes::left(&frame, &y, WANTED_TICKS, chart.y.name))
             (axes::bottom(&frame, &x, WANTED_TICKS, chart.x.name))
-            svg.plot x=(Px(frame.left)) y=(Px(frame.top)) width=(Px(frame.width())) height=(Px(frame.height())) {
+            svg.plot x=(Px(cut.left)) y=(Px(cut.top)) width=(Px(cut.width())) height=(Px(cut.height())) {
                 @if let Some((value, name)) = &chart.marked_x {
                     @let at = inner_x.at(*value);
-                    line.mark x1=(Px(at)) y1="0" x2=(Px(at)) y2=(Px(frame.height())) {}
+                    line.mark x1=(Px(at)) y1=(Px(MARGIN)) x2=(Px(at)) y2=(Px(MARGIN + frame.height())) {}
                     text.tick x=(Px(at + 5.0)) y=(Px(frame.height() - 7.0)) { (name) }
                 }
                 @for series in &chart.series {

@@ -20,6 +20,9 @@ pub(crate) const fn finger_class(finger: Finger) -> &'static str {
     }
 }
 
+/// Class of a line that is neither a finger's nor a method's.
+pub(crate) const PLAIN_CLASS: &str = "plain";
+
 /// Class of recorded motion, which is no method.
 pub(crate) const RECORDED_CLASS: &str = "recorded";
 

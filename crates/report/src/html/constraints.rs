@@ -1,10 +1,11 @@
 //! Whether planned motion keeps what it had to keep: reach, collisions, velocities, optimality.
 
-use inhand_model::{Finger, MethodEvaluation, PerFinger, Reachability};
+use inhand_model::{Finger, MethodEvaluation, PerFinger, Reachability, Statistics};
 use maud::{Markup, html};
 
 use super::Method;
 use super::session::name;
+use super::statistics::finger_table;
 use super::table::{Column, Line, numbers, table, words};
 use crate::json::mean;
 use crate::number::{
@@ -13,22 +14,41 @@ use crate::number::{
 
 /// The section's content.
 pub(super) fn section(methods: &[Method<'_>]) -> Markup {
+    html! {
+        (overview(methods))
+        (reach_table(methods))
+        (collision_table(methods))
+        (plan_table(methods))
+    }
+}
+
+const OVERVIEW: [Column<'static>; 9] = [
+    words("method"),
+    numbers("inside the hull", "%"),
+    numbers("farthest outside", "mm"),
+    numbers("colliding", "instants"),
+    numbers("nearest pair", "mm"),
+    numbers("velocity outside", "steps"),
+    numbers("worst ratio", "to bound"),
+    numbers("infeasible", "plans"),
+    numbers("KKT residual", "worst"),
+];
+
+fn overview(methods: &[Method<'_>]) -> Markup {
     let limit = methods
         .first()
         .map(|method| method.evaluation.collision.limit_m);
+    let lines = methods
+        .iter()
+        .map(|method| Line {
+            head: name(method),
+            cells: overview_cells(method.evaluation),
+            best: Vec::new(),
+            stressed: method.default,
+        })
+        .collect();
     html! {
-        (table(
-            "Constraints, checked on the result and not taken from the solver",
-            &COLUMNS,
-            methods
-                .iter()
-                .map(|method| Line {
-                    head: name(method),
-                    cells: cells(method.evaluation),
-                    stressed: method.default,
-                })
-                .collect(),
-        ))
+        (table("Constraints, checked on the result and not taken from the solver", &OVERVIEW, lines))
         p.note {
             "Inside: share of fingertip positions inside the convex hull of the training takes. "
             @if let Some(limit) = limit {
@@ -36,55 +56,42 @@ pub(super) fn section(methods: &[Method<'_>]) -> Markup {
             }
             "Velocity: steps between neighbouring samples, per finger and axis, outside the bounds by more than a millionth; the ratio is the \
              largest velocity over its bound, so that 1 is just allowed. KKT residual: largest violation of the optimality conditions over all \
-             plans and all rows of the full problem, recomputed apart from the solver. Baselines are not planned: they show what bounds \
-             they would break."
+             plans and all rows of the full problem, recomputed apart from the solver. Baselines solve no optimisation and know no bounds: \
+             their lines show which constraints a smooth curve breaks on its own."
         }
-        (reach_table(methods))
-        (plan_table(methods))
     }
 }
 
-const COLUMNS: [Column<'static>; 9] = [
-    words("method"),
-    numbers("inside", "%"),
-    numbers("farthest outside", "mm"),
-    numbers("colliding", "instants"),
-    numbers("recorded", "instants"),
-    numbers("nearest pair", "mm"),
-    numbers("velocity outside", "steps"),
-    numbers("worst ratio", "to bound"),
-    numbers("KKT residual", "worst"),
-];
-
-fn cells(method: &MethodEvaluation) -> Vec<String> {
+fn overview_cells(method: &MethodEvaluation) -> Vec<String> {
     let (reach, collision, velocity) = (&method.reachability, &method.collision, &method.velocity);
-    let judged = |n: usize, text: String| if n == 0 { NONE.to_owned() } else { text };
-    let of = |part: usize, n: usize| {
-        judged(
-            n,
-            format!(
-                "{} of {}",
-                count(part, NARROW_SPACE),
-                count(n, NARROW_SPACE)
-            ),
-        )
-    };
     vec![
         judged(reach.n, percent(mean(&reach.inside))),
         judged(reach.n, millimetres(farthest(&reach.worst_outside_m))),
-        of(collision.instants, collision.n),
-        judged(
-            collision.n,
-            count(collision.recorded_instants, NARROW_SPACE),
-        ),
+        judged(collision.n, part_of(collision.instants, collision.n)),
         judged(collision.n, millimetres(collision.nearest_m)),
-        of(velocity.outside, velocity.n),
+        judged(velocity.n, part_of(velocity.outside, velocity.n)),
         judged(velocity.n, decimals(velocity.worst_ratio, 3)),
+        method.plan.map_or_else(
+            || NONE.to_owned(),
+            |plan| part_of(plan.infeasible, plan.solved + plan.infeasible + plan.failed),
+        ),
         method.plan.map_or_else(
             || NONE.to_owned(),
             |plan| scientific(plan.worst_kkt_residual),
         ),
     ]
+}
+
+fn judged(n: usize, text: String) -> String {
+    if n == 0 { NONE.to_owned() } else { text }
+}
+
+fn part_of(part: usize, n: usize) -> String {
+    format!(
+        "{} of {}",
+        count(part, NARROW_SPACE),
+        count(n, NARROW_SPACE)
+    )
 }
 
 /// A value that is not a number wins, so that it shows.
@@ -96,83 +103,150 @@ fn farthest(values: &PerFinger<f64>) -> f64 {
         .fold(0.0, |a, b| if b.is_nan() || b > a { b } else { a })
 }
 
+fn recorded() -> Markup {
+    html! { span.swatch.recorded {} "recorded" }
+}
+
+/// The method whose recorded instants stand for the recorded motion.
+fn reference<'a, 'b>(methods: &'a [Method<'b>]) -> Option<&'a Method<'b>> {
+    methods
+        .iter()
+        .find(|method| method.default)
+        .or(methods.first())
+}
+
 fn reach_table(methods: &[Method<'_>]) -> Markup {
     let mut columns = vec![words("motion"), numbers("n", "a finger")];
-    for finger in Finger::ALL {
-        columns.push(numbers(finger.name(), "%"));
-    }
-    for finger in Finger::ALL {
-        columns.push(numbers(finger.name(), "mm out"));
-    }
-    let share = |reach: &Reachability, shares: &PerFinger<f64>| -> Vec<String> {
-        shares
-            .as_array()
-            .map(|value| {
-                if reach.n == 0 {
-                    NONE.to_owned()
-                } else {
-                    percent(value)
-                }
-            })
-            .into()
+    columns.extend(Finger::ALL.map(|finger| numbers(finger.name(), "%")));
+    columns.extend(Finger::ALL.map(|finger| numbers(finger.name(), "mm out")));
+    let shares = |reach: &Reachability, shares: &PerFinger<f64>| -> Vec<String> {
+        std::iter::once(count(reach.n, NARROW_SPACE))
+            .chain(
+                shares
+                    .as_array()
+                    .map(|share| judged(reach.n, percent(share))),
+            )
+            .collect()
     };
-    let mut lines: Vec<Line> = methods
-        .iter()
-        .map(|method| {
-            let reach = &method.evaluation.reachability;
-            let mut cells = vec![count(reach.n, NARROW_SPACE)];
-            cells.extend(share(reach, &reach.inside));
-            cells.extend(reach.worst_outside_m.as_array().map(|metres| {
-                if reach.n == 0 {
-                    NONE.to_owned()
-                } else {
-                    millimetres(metres)
-                }
-            }));
-            Line {
-                head: name(method),
-                cells,
-                stressed: method.default,
-            }
-        })
-        .collect();
-    if let Some(method) = methods.iter().find(|m| m.default).or(methods.first()) {
+    let mut lines = Vec::new();
+    if let Some(method) = reference(methods) {
         let reach = &method.evaluation.reachability;
-        let mut cells = vec![count(reach.n, NARROW_SPACE)];
-        cells.extend(share(reach, &reach.recorded_inside));
-        cells.extend(vec![String::new(); Finger::COUNT]);
-        let head = html! { span.swatch.recorded {} "recorded" };
-        lines.insert(
-            0,
-            Line {
-                head,
-                cells,
-                stressed: false,
-            },
-        );
+        let mut cells = shares(reach, &reach.recorded_inside);
+        cells.extend(std::iter::repeat_n(String::new(), Finger::COUNT));
+        lines.push(Line {
+            head: recorded(),
+            cells,
+            best: Vec::new(),
+            stressed: false,
+        });
     }
+    for method in methods {
+        let reach = &method.evaluation.reachability;
+        let mut cells = shares(reach, &reach.inside);
+        let outside = reach.worst_outside_m.as_array();
+        cells.extend(outside.map(|metres| judged(reach.n, millimetres(metres))));
+        lines.push(Line {
+            head: name(method),
+            cells,
+            best: Vec::new(),
+            stressed: method.default,
+        });
+    }
+    let distances: Vec<&[Statistics; Finger::COUNT]> = methods
+        .iter()
+        .map(|method| method.evaluation.reachability.distance.as_array())
+        .collect();
     html! {
-        (table("Inside the training hull by finger, and farthest distance outside it", &columns, lines))
+        (table(
+            "Reachability: share of instants inside the training hull (%), and farthest distance outside it (mm), by finger",
+            &columns,
+            lines,
+        ))
+        details {
+            summary { "Signed distance to the surface of the hull" }
+            (finger_table("Signed distance to the hull, negative inside", methods, &distances, false))
+        }
     }
 }
+
+fn collision_table(methods: &[Method<'_>]) -> Markup {
+    let columns = [
+        words("motion"),
+        numbers("n", "instants"),
+        numbers("colliding", "instants"),
+        numbers("with a collision", "trajectories"),
+        numbers("nearest pair", "mm"),
+        words("which pair"),
+    ];
+    let mut lines = Vec::new();
+    if let Some(method) = reference(methods) {
+        let collision = &method.evaluation.collision;
+        lines.push(Line {
+            head: recorded(),
+            cells: vec![
+                count(collision.n, NARROW_SPACE),
+                judged(
+                    collision.n,
+                    count(collision.recorded_instants, NARROW_SPACE),
+                ),
+                String::new(),
+                judged(collision.n, millimetres(collision.recorded_nearest_m)),
+                String::new(),
+            ],
+            best: Vec::new(),
+            stressed: false,
+        });
+    }
+    lines.extend(methods.iter().map(|method| {
+        let collision = &method.evaluation.collision;
+        Line {
+            head: name(method),
+            cells: vec![
+                count(collision.n, NARROW_SPACE),
+                judged(collision.n, count(collision.instants, NARROW_SPACE)),
+                judged(collision.n, count(collision.trajectories, NARROW_SPACE)),
+                judged(collision.n, millimetres(collision.nearest_m)),
+                collision
+                    .nearest_pair
+                    .map_or_else(|| NONE.to_owned(), |(a, b)| format!("{a}, {b}")),
+            ],
+            best: Vec::new(),
+            stressed: method.default,
+        }
+    }));
+    table("Collisions of fingertips", &columns, lines)
+}
+
+const PLANS: [Column<'static>; 7] = [
+    words("method"),
+    numbers("solved", "plans"),
+    numbers("infeasible", "plans"),
+    numbers("failed", "plans"),
+    numbers("velocity bound active", "plans"),
+    numbers("velocity outside", "plans"),
+    numbers("KKT residual", "worst"),
+];
 
 fn plan_table(methods: &[Method<'_>]) -> Markup {
     let lines: Vec<Line> = methods
         .iter()
         .filter_map(|method| {
             let plan = method.evaluation.plan?;
-            let n = |n: usize| count(n, NARROW_SPACE);
+            let outside = method.evaluation.velocity.trajectories_outside;
             Some(Line {
                 head: name(method),
-                cells: vec![
-                    n(plan.solved),
-                    n(plan.infeasible),
-                    n(plan.failed),
-                    n(plan.velocity_bound_active),
-                    n(method.evaluation.velocity.trajectories_outside),
-                    n(method.evaluation.collision.trajectories),
-                    scientific(plan.worst_kkt_residual),
-                ],
+                cells: [
+                    plan.solved,
+                    plan.infeasible,
+                    plan.failed,
+                    plan.velocity_bound_active,
+                    outside,
+                ]
+                .map(|n| count(n, NARROW_SPACE))
+                .into_iter()
+                .chain([scientific(plan.worst_kkt_residual)])
+                .collect(),
+                best: Vec::new(),
                 stressed: method.default,
             })
         })
@@ -181,21 +255,11 @@ fn plan_table(methods: &[Method<'_>]) -> Markup {
         @if lines.is_empty() {
             p { "No method solved an optimisation." }
         } @else {
-            (table(
-                "Plans",
-                &[
-                    words("method"),
-                    numbers("solved", ""),
-                    numbers("infeasible", ""),
-                    numbers("failed", ""),
-                    numbers("velocity bound active", "plans"),
-                    numbers("velocity outside", "plans"),
-                    numbers("with a collision", "plans"),
-                    numbers("KKT residual", "worst"),
-                ],
-                lines,
-            ))
-            p.note { "Infeasible: shown to have no solution. Failed: the solver ended with neither a solution nor such a proof. Neither has a trajectory, so neither is in the statistics above." }
+            (table("Plans", &PLANS, lines))
+            p.note {
+                "Infeasible: shown to have no solution. Failed: the solver ended with neither a solution nor such a proof. Neither has a \
+                 trajectory, so neither is in the statistics above."
+            }
         }
     }
 }

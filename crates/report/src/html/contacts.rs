@@ -3,8 +3,9 @@
 use inhand_model::{ContactShare, Finger, PerFinger, Statistics};
 use maud::{Markup, html};
 
-use super::errors::{BOX_WORDS, cut_words, finger_sizes, finger_table, row};
+use super::errors::{BOX_WORDS, cut_words, finger_sizes, row};
 use super::session::name;
+use super::statistics::finger_table;
 use super::table::{Line, numbers, table, words};
 use super::{Method, legend};
 use crate::figure::box_plot::{self, BoxPlot, cut_off, shared_end_mm};
@@ -51,6 +52,8 @@ fn share_table(contacts: &[(&Method<'_>, &ContactShare)]) -> Markup {
     let mut columns = vec![
         words("motion"),
         numbers("n", ""),
+        numbers("filled", ""),
+        numbers("left out", ""),
         numbers("three or more", "%"),
     ];
     columns.extend(Finger::ALL.map(|finger| numbers(finger.name(), "%")));
@@ -89,12 +92,14 @@ fn share_table(contacts: &[(&Method<'_>, &ContactShare)]) -> Markup {
                     contact.recorded_three_or_more,
                     &contact.recorded_by_finger,
                 ),
+                best: Vec::new(),
                 stressed: false,
             });
         }
         lines.push(Line {
             head: name(method),
             cells: cells(contact, contact.three_or_more, &contact.by_finger),
+            best: Vec::new(),
             stressed: method.default,
         });
     }
@@ -134,11 +139,13 @@ fn by_threshold(contacts: &[(&Method<'_>, &ContactShare)]) -> Markup {
             })
             .collect(),
     };
-    let mut series: Vec<Series> = judged
-        .iter()
-        .map(|(method, contact)| curve(&method.evaluation.name, &method.class, contact, false))
-        .collect();
-    series.push(curve("recorded", RECORDED_CLASS, first, true));
+    let series = || -> Vec<Series> {
+        judged
+            .iter()
+            .map(|(method, contact)| curve(&method.evaluation.name, &method.class, contact, false))
+            .chain([curve("recorded", RECORDED_CLASS, first, true)])
+            .collect()
+    };
     let entries: Vec<(&str, &str)> = std::iter::once((RECORDED_CLASS, "recorded"))
         .chain(
             judged
@@ -146,34 +153,77 @@ fn by_threshold(contacts: &[(&Method<'_>, &ContactShare)]) -> Markup {
                 .map(|(m, _)| (m.class.as_str(), m.evaluation.name.as_str())),
         )
         .collect();
-    let taus = || first.by_tau.iter().map(|at| to_mm(at.tau_m));
+    let widest = first
+        .by_tau
+        .iter()
+        .map(|at| to_mm(at.tau_m))
+        .fold(0.0, f64::max);
+    let chart = |title: &str, low: f64| {
+        line_chart::draw(&LineChart {
+            title,
+            x: AxisSpec {
+                name: "contact threshold tau (mm)",
+                low: 0.0,
+                high: widest,
+                log: false,
+            },
+            y: AxisSpec {
+                name: "share of instants (%)",
+                low,
+                high: 100.0,
+                log: false,
+            },
+            series: series(),
+            dots: true,
+            marked_x: Some((
+                to_mm(first.tau_m),
+                format!("used: {} mm", plain(to_mm(first.tau_m))),
+            )),
+        })
+    };
+    let enlarged = enlarged_from(
+        judged
+            .iter()
+            .find(|(m, _)| m.default)
+            .map(|(_, contact)| *contact),
+    );
     html! {
         figure.panels.wide {
-            (line_chart::draw(&LineChart {
-                title: "Three or more fingertips in contact",
-                x: AxisSpec {
-                    name: "contact threshold tau (mm)",
-                    low: 0.0,
-                    high: taus().fold(0.0, f64::max),
-                    log: false,
-                },
-                y: AxisSpec { name: "share of instants (%)", low: 0.0, high: 100.0, log: false },
-                series,
-                dots: true,
-                marked_x: Some((to_mm(first.tau_m), format!("used: {} mm", plain(to_mm(first.tau_m))))),
-            }))
-            figcaption {
+            (chart("Three or more fingertips in contact", 0.0))
+            @if let Some(low) = enlarged { (chart("The same, upper part enlarged", low)) }
+            figcaption.full[enlarged.is_some()] {
                 (legend(&entries))
                 b { "Share of instants with three or more fingertips in contact against the threshold." }
                 " n = " (count(first.n, NARROW_SPACE)) " instants. Where the lines are steep at the threshold used, the share says more about \
                  the threshold than about the motion."
+                @if let Some(low) = enlarged {
+                    " The second axis starts at " (plain(low)) " %, not at zero; lines that leave it at the bottom are cut."
+                }
             }
         }
     }
 }
 
+/// Shares from here up are drawn a second time where they crowd under 100 %.
+const CROWDED_FROM: f64 = 0.8;
+
+/// Where an axis starts that has room for the default method at the threshold used, in percent.
+fn enlarged_from(contact: Option<&ContactShare>) -> Option<f64> {
+    let contact = contact?;
+    let lowest = contact.three_or_more.min(contact.recorded_three_or_more);
+    (CROWDED_FROM..1.0).contains(&lowest).then(|| {
+        // Twice as far down as the share is below all, on a whole percent.
+        (100.0 - 2.0 * 100.0 * (1.0 - lowest)).floor()
+    })
+}
+
 fn difference_figure(differences: &[(&Method<'_>, &[Statistics; Finger::COUNT])]) -> Markup {
     let all = || differences.iter().flat_map(|(_, fingers)| fingers.iter());
+    let owners: Vec<Method<'_>> = differences
+        .iter()
+        .map(|(method, _)| (*method).clone())
+        .collect();
+    let distributions: Vec<_> = differences.iter().map(|(_, fingers)| *fingers).collect();
     let end_mm = shared_end_mm(all());
     html! {
         h3 { "Distance to the object, planned against recorded" }
@@ -199,7 +249,7 @@ fn difference_figure(differences: &[(&Method<'_>, &[Statistics; Finger::COUNT])]
         }
         details {
             summary { "Statistics of the distance difference" }
-            (finger_table("Difference of distances to the object, absolute", differences))
+            (finger_table("Difference of distances to the object, absolute", &owners, &distributions, true))
         }
     }
 }

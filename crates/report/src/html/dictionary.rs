@@ -5,7 +5,7 @@ use maud::{Markup, html};
 
 use super::table::{Line, numbers, table, words};
 use crate::figure::line_chart::{self, AxisSpec, LineChart, Series};
-use crate::figure::palette::finger_class;
+use crate::figure::palette::{PLAIN_CLASS, finger_class};
 use crate::number::{NARROW_SPACE, count, decimals, percent, to_mm};
 
 const MM2_PER_M2: f64 = 1e6;
@@ -27,22 +27,27 @@ fn sentence(facts: &DictionaryFacts) -> String {
         DictionaryKind::Nmf => "non-negative matrix factorisation",
         DictionaryKind::Pca => "principal components",
     };
+    let iterations = count(facts.iterations, NARROW_SPACE);
     let stop = match facts.stop_reason {
-        StopReason::Converged => "stopped because the objective no longer changed",
-        StopReason::TargetReached => "stopped because the wanted error was reached",
-        StopReason::IterationLimit => "stopped at the iteration limit, before it converged",
-        StopReason::ClosedForm => "is exact and does not iterate",
-    };
-    let iterations = if facts.stop_reason == StopReason::ClosedForm {
-        String::new()
-    } else {
-        format!(
-            " after {} iterations",
-            count(facts.iterations, NARROW_SPACE)
-        )
+        StopReason::Converged => {
+            format!(
+                "Learning converged after {iterations} iterations: the objective no longer changed."
+            )
+        }
+        StopReason::TargetReached => {
+            format!(
+                "Learning stopped after {iterations} iterations, when the wanted error was reached."
+            )
+        }
+        StopReason::IterationLimit => {
+            format!(
+                "Learning stopped at its limit of {iterations} iterations, before it converged."
+            )
+        }
+        StopReason::ClosedForm => "The factorisation is exact and does not iterate.".to_owned(),
     };
     format!(
-        "{} primitives by {kind} from {} training segments. Learning {stop}{iterations}. The primitives reproduce the training \
+        "{} primitives by {kind} from {} training segments. {stop} The primitives reproduce the training \
          segments to {} mm root mean square a coordinate (relative error {} %).",
         count(facts.rank, NARROW_SPACE),
         count(facts.segments, NARROW_SPACE),
@@ -79,7 +84,7 @@ fn objective_figure(facts: &DictionaryFacts) -> Markup {
                     log: false,
                 },
                 y: AxisSpec { name: "objective (mm², logarithmic)", low, high, log: true },
-                series: vec![Series { label: "objective".to_owned(), class: "l0".to_owned(), points }],
+                series: vec![Series { label: "objective".to_owned(), class: PLAIN_CLASS.to_owned(), points }],
                 dots: false,
                 marked_x: None,
             }))
@@ -110,6 +115,7 @@ fn bounds_table(facts: &DictionaryFacts) -> Markup {
                 .flat_map(|row| [bounds.min_m_s[row], bounds.max_m_s[row]])
                 .map(|velocity| decimals(to_mm(velocity), 1))
                 .collect(),
+            best: Vec::new(),
             stressed: false,
         })
         .into();

@@ -3,14 +3,10 @@
 use inhand_model::{Evaluation, Finger, Statistics};
 use maud::{Markup, html};
 
-use super::session::name;
-use super::table::{Column, Group, Line, grouped, numbers, words};
-use super::{Method, legend};
+use super::{Method, over_time, statistics};
 use crate::figure::box_plot::{self, BoxPlot, Row, cut_off, shared_end_mm};
-use crate::figure::line_chart::{self, AxisSpec, LineChart, Series};
 use crate::figure::palette::finger_class;
-use crate::figure::scale::nice_end;
-use crate::number::{NARROW_SPACE, NONE, count, millimetres, plain, to_mm};
+use crate::number::{NARROW_SPACE, count, plain};
 
 const AXIS_NAME: &str = "distance to recorded fingertip (mm)";
 /// What is meant by the parts of a box, stated under every figure of them.
@@ -26,8 +22,8 @@ pub(super) fn section(evaluation: &Evaluation, methods: &[Method<'_>]) -> Markup
         }
         (overview(methods))
         (by_finger(methods))
-        (over_time(evaluation, methods))
-        (statistics_table(methods))
+        (over_time::figure(evaluation, methods))
+        (statistics::error_table(methods))
     }
 }
 
@@ -166,166 +162,4 @@ pub(super) fn cut_words(cut: usize, end_mm: f64) -> String {
             plain(end_mm)
         ),
     }
-}
-
-/// The lowest curves are enlarged where the highest is this many times as high.
-const ENLARGE_FROM: f64 = 2.5;
-
-fn over_time(evaluation: &Evaluation, methods: &[Method<'_>]) -> Markup {
-    let rate_hz = evaluation.session.rate_hz;
-    let curves: Vec<(&Method<'_>, f64)> = methods
-        .iter()
-        .map(|method| {
-            let peak = method
-                .evaluation
-                .median_error_by_sample_m
-                .iter()
-                .copied()
-                .filter(|v| v.is_finite())
-                .fold(0.0, f64::max);
-            (method, to_mm(peak))
-        })
-        .filter(|(method, _)| !method.evaluation.median_error_by_sample_m.is_empty())
-        .collect();
-    let highest = curves.iter().map(|(_, peak)| *peak).fold(0.0, f64::max);
-    let default = curves
-        .iter()
-        .find(|(method, _)| method.default)
-        .map_or(0.0, |(_, peak)| *peak);
-    let enlarged = nice_end(1.5 * default, 6);
-    let entries: Vec<(&str, &str)> = curves
-        .iter()
-        .map(|(method, _)| (method.class.as_str(), method.evaluation.name.as_str()))
-        .collect();
-    let chart = |title: &str, high: f64| {
-        line_chart::draw(&LineChart {
-            title,
-            x: AxisSpec {
-                name: "time in the segment (s)",
-                low: 0.0,
-                high: evaluation.session.segment_samples.saturating_sub(1) as f64 / rate_hz,
-                log: false,
-            },
-            y: AxisSpec {
-                name: "median error (mm)",
-                low: 0.0,
-                high,
-                log: false,
-            },
-            // The default method is drawn last, on top.
-            series: curves
-                .iter()
-                .filter(|(method, _)| !method.default)
-                .chain(curves.iter().filter(|(method, _)| method.default))
-                .map(|(method, _)| Series {
-                    label: method.evaluation.name.clone(),
-                    class: method.class.clone(),
-                    points: method
-                        .evaluation
-                        .median_error_by_sample_m
-                        .iter()
-                        .enumerate()
-                        .map(|(sample, &m)| (sample as f64 / rate_hz, to_mm(m)))
-                        .collect(),
-                })
-                .collect(),
-            dots: false,
-            marked_x: None,
-        })
-    };
-    let enlarge = default > 0.0 && highest > ENLARGE_FROM * default;
-    html! {
-        @if curves.is_empty() {
-            p { "No method has errors over the time within a segment." }
-        } @else {
-            figure.panels.wide {
-                (chart("Over the time within a segment", nice_end(highest, 6)))
-                @if enlarge { (chart("The same, lower part enlarged", enlarged)) }
-                figcaption {
-                    (legend(&entries))
-                    b { "Median error against time within the segment." }
-                    " Median over test segments of the error of all fingers at each sample. Methods that are given both ends are right there and \
-                     farthest off between them."
-                    @if enlarge {
-                        " The second axis ends at " (plain(enlarged)) " mm; lines that leave it at the top are cut."
-                    }
-                }
-            }
-        }
-    }
-}
-
-const COLUMNS: [Column<'static>; 12] = [
-    words("method"),
-    numbers("n", ""),
-    numbers("filled", ""),
-    numbers("left out", ""),
-    numbers("mean", "mm"),
-    numbers("RMSE", "mm"),
-    numbers("5 %", "mm"),
-    numbers("25 %", "mm"),
-    numbers("median", "mm"),
-    numbers("75 %", "mm"),
-    numbers("95 %", "mm"),
-    numbers("max", "mm"),
-];
-
-fn statistics_table(methods: &[Method<'_>]) -> Markup {
-    let group = |head: Markup, of: &dyn Fn(&Method<'_>) -> Statistics| Group {
-        head: Some(head),
-        lines: methods
-            .iter()
-            .map(|method| line(method, &of(method)))
-            .collect(),
-    };
-    let mut groups = vec![group(html! { "all fingers" }, &|method| {
-        method.evaluation.error
-    })];
-    groups.extend(Finger::ALL.map(|finger| {
-        let head = html! { span.swatch.(finger_class(finger)) {} (finger.name()) };
-        group(head, &|method| method.evaluation.error_by_finger[finger])
-    }));
-    html! {
-        (grouped("Error statistics", &COLUMNS, &groups))
-        p.note {
-            "n: fingertip positions compared. Filled: those among them that rest on an interpolated sample. Left out: those that a test take \
-             without gaps would have given in addition."
-        }
-    }
-}
-
-/// A method's distribution as a line of a table with [`COLUMNS`].
-fn line(method: &Method<'_>, statistics: &Statistics) -> Line {
-    let s = statistics;
-    let value = |metres: f64| {
-        if s.n == 0 {
-            NONE.to_owned()
-        } else {
-            millimetres(metres)
-        }
-    };
-    Line {
-        head: name(method),
-        cells: [s.n, s.n_filled, s.n_left_out]
-            .map(|n| count(n, NARROW_SPACE))
-            .into_iter()
-            .chain([s.mean, s.rmse, s.p5, s.p25, s.p50, s.p75, s.p95, s.max].map(value))
-            .collect(),
-        stressed: method.default,
-    }
-}
-
-/// Distributions of several methods by finger as a table with the same columns.
-pub(super) fn finger_table<'a>(
-    caption: &str,
-    methods: &[(&'a Method<'a>, &'a [Statistics; Finger::COUNT])],
-) -> Markup {
-    let groups = Finger::ALL.map(|finger| Group {
-        head: Some(html! { span.swatch.(finger_class(finger)) {} (finger.name()) }),
-        lines: methods
-            .iter()
-            .map(|(method, fingers)| line(method, &fingers[finger.index()]))
-            .collect(),
-    });
-    grouped(caption, &COLUMNS, &groups)
 }

@@ -78,6 +78,7 @@ fn take_line(role: &str, take: &TakeFacts, quality: &[TakeQuality]) -> Line {
             known(|q| q.object_tracked.map_or_else(|| NONE.to_owned(), percent)),
             known(|q| count(warnings(q), NARROW_SPACE)),
         ],
+        best: Vec::new(),
         stressed: false,
     }
 }
@@ -116,6 +117,7 @@ fn gap_lines(takes: &[TakeQuality]) -> Vec<Line> {
                     count(processed.missing, NARROW_SPACE),
                     decimals(take.longest_gap_s[finger], 2),
                 ],
+                best: Vec::new(),
                 stressed: false,
             }
         })

@@ -29,7 +29,6 @@ pub(super) fn header(evaluation: &Evaluation) -> Markup {
                 (fact("Dictionary", &format!(
                     "{}, {} primitives", dictionary.kind.name().to_uppercase(), dictionary.rank
                 )))
-                (fact("Default method", &evaluation.default_method))
             }
             (verdict(evaluation))
         }
@@ -62,18 +61,28 @@ fn verdict(evaluation: &Evaluation) -> Markup {
     });
     html! {
         div.verdict.behind[behind] {
-            p.lead { (error_sentence(evaluation)) }
+            p.lead { (tied(&error_sentence(evaluation))) }
             @if let Some(method) = method {
-                p.lead { (standing_sentence(method, &evaluation.methods)) }
+                p.lead { (tied(&standing_sentence(method, &evaluation.methods))) }
             }
-            @if let Some(sentence) = contact_sentence(evaluation) { p { (sentence) } }
-            @if let Some(sentence) = constraint_sentence(evaluation) { p { (sentence) } }
+            @if let Some(sentence) = contact_sentence(evaluation) { p { (tied(&sentence)) } }
+            @if let Some(sentence) = constraint_sentence(evaluation) { p { (tied(&sentence)) } }
             p.note {
                 "Up to 2 % apart counts as level. Neighbouring instants are not independent of one another, \
                  so small differences between methods may not hold on another session."
             }
         }
     }
+}
+
+/// Keeps numbers and their units on one line.
+fn tied(sentence: &str) -> String {
+    const NO_BREAK: &str = "\u{a0}";
+    [" mm", " %", "> ", "< "]
+        .into_iter()
+        .fold(sentence.to_owned(), |text, unit| {
+            text.replace(unit, &unit.replace(' ', NO_BREAK))
+        })
 }
 
 /// What each method knows.
@@ -92,6 +101,7 @@ pub(super) fn methods(evaluation: &Evaluation, methods: &[Method<'_>]) -> Markup
                 .to_owned(),
                 standing(method.evaluation, &evaluation.methods),
             ],
+            best: Vec::new(),
             stressed: method.default,
         })
         .collect();

@@ -32,6 +32,8 @@ pub(super) const fn words<'a>(name: &'a str) -> Column<'a> {
 pub(super) struct Line {
     pub(super) head: Markup,
     pub(super) cells: Vec<String>,
+    /// Places of the cells that are the best of their column.
+    pub(super) best: Vec<usize>,
     /// Whether it is the one to look at first.
     pub(super) stressed: bool,
 }
@@ -50,11 +52,19 @@ pub(super) fn table(caption: &str, columns: &[Column<'_>], lines: Vec<Line>) -> 
 
 /// A table. The first of `columns` heads the lines.
 pub(super) fn grouped(caption: &str, columns: &[Column<'_>], groups: &[Group]) -> Markup {
+    debug_assert!(
+        groups
+            .iter()
+            .flat_map(|group| &group.lines)
+            .all(|line| line.cells.len() + 1 == columns.len()),
+        "table \"{caption}\": each line has as many cells as there are columns"
+    );
     html! {
+        // Outside the part that scrolls, so that it is never cut.
+        p.caption { (caption) }
         // Focusable, so that a keyboard can scroll it too.
         div.scroll tabindex="0" role="region" aria-label=(caption) {
-            table {
-                caption { (caption) }
+            table aria-label=(caption) {
                 thead {
                     tr {
                         @for column in columns {
@@ -73,8 +83,8 @@ pub(super) fn grouped(caption: &str, columns: &[Column<'_>], groups: &[Group]) -
                         @for line in &group.lines {
                             tr.stressed[line.stressed] {
                                 th scope="row" { (line.head) }
-                                @for (cell, column) in line.cells.iter().zip(columns.iter().skip(1)) {
-                                    td.words[column.words] { (cell) }
+                                @for (place, (cell, column)) in line.cells.iter().zip(columns.iter().skip(1)).enumerate() {
+                                    td.words[column.words].best[line.best.contains(&place)] { (cell) }
                                 }
                             }
                         }

@@ -1,0 +1,97 @@
+//! Median error over the time within a segment.
+
+use inhand_model::Evaluation;
+use maud::{Markup, html};
+
+use super::{Method, legend};
+use crate::figure::line_chart::{self, AxisSpec, LineChart, Series};
+use crate::figure::scale::nice_end;
+use crate::number::{plain, to_mm};
+
+/// The lowest curves are enlarged where the highest is this many times as high.
+const ENLARGE_FROM: f64 = 2.5;
+
+/// Curves of all methods, and their lower part enlarged where one method is far above the rest.
+pub(super) fn figure(evaluation: &Evaluation, methods: &[Method<'_>]) -> Markup {
+    let rate_hz = evaluation.session.rate_hz;
+    let curves: Vec<(&Method<'_>, f64)> = methods
+        .iter()
+        .map(|method| {
+            let peak = method
+                .evaluation
+                .median_error_by_sample_m
+                .iter()
+                .copied()
+                .filter(|v| v.is_finite())
+                .fold(0.0, f64::max);
+            (method, to_mm(peak))
+        })
+        .filter(|(method, _)| !method.evaluation.median_error_by_sample_m.is_empty())
+        .collect();
+    let highest = curves.iter().map(|(_, peak)| *peak).fold(0.0, f64::max);
+    let default = curves
+        .iter()
+        .find(|(method, _)| method.default)
+        .map_or(0.0, |(_, peak)| *peak);
+    let enlarged = nice_end(1.5 * default, 6);
+    let entries: Vec<(&str, &str)> = curves
+        .iter()
+        .map(|(method, _)| (method.class.as_str(), method.evaluation.name.as_str()))
+        .collect();
+    let chart = |title: &str, high: f64| {
+        line_chart::draw(&LineChart {
+            title,
+            x: AxisSpec {
+                name: "time in the segment (s)",
+                low: 0.0,
+                high: evaluation.session.segment_samples.saturating_sub(1) as f64 / rate_hz,
+                log: false,
+            },
+            y: AxisSpec {
+                name: "median error (mm)",
+                low: 0.0,
+                high,
+                log: false,
+            },
+            // The default method is drawn last, on top.
+            series: curves
+                .iter()
+                .filter(|(method, _)| !method.default)
+                .chain(curves.iter().filter(|(method, _)| method.default))
+                .map(|(method, _)| Series {
+                    label: method.evaluation.name.clone(),
+                    class: method.class.clone(),
+                    points: method
+                        .evaluation
+                        .median_error_by_sample_m
+                        .iter()
+                        .enumerate()
+                        .map(|(sample, &m)| (sample as f64 / rate_hz, to_mm(m)))
+                        .collect(),
+                })
+                .collect(),
+            dots: false,
+            marked_x: None,
+        })
+    };
+    let enlarge = default > 0.0 && highest > ENLARGE_FROM * default;
+    html! {
+        @if curves.is_empty() {
+            p { "No method has errors over the time within a segment." }
+        } @else {
+            figure.panels.wide {
+                (chart("Over the time within a segment", nice_end(highest, 6)))
+                @if enlarge { (chart("The same, lower part enlarged", enlarged)) }
+                figcaption.full[enlarge] {
+                    (legend(&entries))
+                    b { "Median error against time within the segment." }
+                    " Median over test segments of the error of all fingers at each sample. Methods that are given both ends are right there and \
+                     farthest off between them."
+                    @if enlarge {
+                        " The second axis ends at " (plain(enlarged)) " mm; lines that leave it at the top are cut."
+                    }
+                }
+            }
+        }
+    }
+}

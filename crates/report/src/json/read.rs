@@ -1,0 +1,332 @@
+//! From a document back to the evaluation it was written from.
+
+use inhand_model::{
+    Collision, ContactShare, DictionaryFacts, DictionaryKind, Evaluation, Finding, Finger,
+    InputHash, MethodEvaluation, PerFinger, PlanFacts, Provenance, Reachability,
+    SEGMENT_COORDINATES, SessionFacts, Severity, Statistics, StopReason, TakeFacts, TakeQuality,
+    TauShare, TrackCounts, VelocityBounds, VelocityCheck,
+};
+use serde::Deserialize;
+
+use super::wire::{
+    Bounds, ByFinger, Collisions, Contact, Counts, Dictionary, Distribution, Document, Found,
+    Method, Number, Plans, Reach, SCHEMA_VERSION, Session, Step, Take, TakeState, Velocity,
+};
+use crate::error::ReportError;
+
+const MM_PER_M: f64 = 1e3;
+const MM2_PER_M2: f64 = 1e6;
+
+/// Reads a document. Its version comes first: keys of another version must not be guessed at.
+pub(crate) fn read(text: &str) -> Result<(Evaluation, Vec<Provenance>), ReportError> {
+    #[derive(Deserialize)]
+    struct Version {
+        schema_version: u64,
+    }
+    let not_an_evaluation = |source| ReportError::NotAnEvaluation { source };
+    let version: Version = serde_json::from_str(text).map_err(not_an_evaluation)?;
+    if version.schema_version != u64::from(SCHEMA_VERSION) {
+        return Err(ReportError::Version {
+            found: version.schema_version,
+            expected: SCHEMA_VERSION,
+        });
+    }
+    let document: Document = serde_json::from_str(text).map_err(not_an_evaluation)?;
+    let provenance = document.provenance.into_iter().map(step).collect();
+    let evaluation = Evaluation {
+        session: session(document.session),
+        default_method: document.default_method,
+        dictionary: dictionary(document.dictionary)?,
+        methods: document
+            .methods
+            .into_iter()
+            .map(method)
+            .collect::<Result<_, _>>()?,
+        quality: document
+            .quality
+            .takes
+            .into_iter()
+            .map(take_state)
+            .collect::<Result<_, _>>()?,
+    };
+    Ok((evaluation, provenance))
+}
+
+fn session(session: Session) -> SessionFacts {
+    SessionFacts {
+        name: session.name,
+        rate_hz: number(session.rate_hz),
+        segment_samples: session.segment_samples,
+        object: session.object,
+        train: session.train.into_iter().map(take).collect(),
+        test: session.test.into_iter().map(take).collect(),
+    }
+}
+
+fn take(take: Take) -> TakeFacts {
+    TakeFacts {
+        name: take.name,
+        samples: take.samples,
+        duration_s: number(take.duration_s),
+        segments: take.segments,
+        left_out: take.left_out,
+    }
+}
+
+fn dictionary(dictionary: Dictionary) -> Result<DictionaryFacts, ReportError> {
+    Ok(DictionaryFacts {
+        kind: word(
+            "dictionary.kind",
+            &dictionary.kind,
+            "nmf or pca",
+            &[DictionaryKind::Nmf, DictionaryKind::Pca],
+            DictionaryKind::name,
+        )?,
+        rank: dictionary.rank,
+        segments: dictionary.segments,
+        rms_m: metres(dictionary.rms_mm),
+        relative_error: number(dictionary.relative_error),
+        iterations: dictionary.iterations,
+        stop_reason: word(
+            "dictionary.stop_reason",
+            &dictionary.stop_reason,
+            "converged, target_reached, iteration_limit or closed_form",
+            &[
+                StopReason::Converged,
+                StopReason::TargetReached,
+                StopReason::IterationLimit,
+                StopReason::ClosedForm,
+            ],
+            StopReason::name,
+        )?,
+        objective_history_m2: dictionary
+            .objective_history_mm2
+            .into_iter()
+            .map(|objective| number(objective) / MM2_PER_M2)
+            .collect(),
+        velocity_bounds: bounds(dictionary.velocity_bounds_mm_s),
+    })
+}
+
+fn bounds(fingers: ByFinger<Bounds>) -> VelocityBounds {
+    let mut bounds = VelocityBounds {
+        min_m_s: [0.0; SEGMENT_COORDINATES],
+        max_m_s: [0.0; SEGMENT_COORDINATES],
+    };
+    for (finger, own) in fingers.into_array().into_iter().enumerate() {
+        for axis in 0..3 {
+            bounds.min_m_s[3 * finger + axis] = metres(own.min[axis]);
+            bounds.max_m_s[3 * finger + axis] = metres(own.max[axis]);
+        }
+    }
+    bounds
+}
+
+fn method(method: Method) -> Result<MethodEvaluation, ReportError> {
+    Ok(MethodEvaluation {
+        name: method.name,
+        description: method.description,
+        baseline: method.baseline,
+        error: statistics(method.error_mm.all),
+        error_by_finger: per_finger(method.error_mm.fingers, statistics),
+        error_at_start: statistics(method.error_at_start_mm),
+        error_at_goal: statistics(method.error_at_goal_mm),
+        median_error_by_sample_m: method
+            .median_error_by_sample_mm
+            .into_iter()
+            .map(metres)
+            .collect(),
+        reachability: reachability(method.reachability),
+        collision: collision(method.collision)?,
+        velocity: velocity(method.velocity),
+        contact: method.contact.map(contact),
+        distance_difference: method
+            .distance_difference_mm
+            .map(|fingers| per_finger(fingers, statistics)),
+        plan: method.plan.map(plans),
+    })
+}
+
+fn statistics(distribution: Distribution) -> Statistics {
+    Statistics {
+        n: distribution.n,
+        n_filled: distribution.n_filled,
+        n_left_out: distribution.n_left_out,
+        mean: metres(distribution.mean),
+        rmse: metres(distribution.rmse),
+        min: metres(distribution.min),
+        p5: metres(distribution.p5),
+        p25: metres(distribution.p25),
+        p50: metres(distribution.p50),
+        p75: metres(distribution.p75),
+        p95: metres(distribution.p95),
+        max: metres(distribution.max),
+        whisker_low: metres(distribution.whisker_low),
+        whisker_high: metres(distribution.whisker_high),
+    }
+}
+
+fn reachability(reach: Reach) -> Reachability {
+    Reachability {
+        n: reach.n,
+        inside: per_finger(reach.inside.fingers, number),
+        worst_outside_m: per_finger(reach.worst_outside_mm, metres),
+        distance: per_finger(reach.distance_mm, statistics),
+        recorded_inside: per_finger(reach.recorded_inside.fingers, number),
+    }
+}
+
+fn collision(collision: Collisions) -> Result<Collision, ReportError> {
+    let finger = |name: &String| {
+        word(
+            "collision.nearest_pair",
+            name,
+            "thumb, index, middle, ring or little",
+            &Finger::ALL,
+            Finger::name,
+        )
+    };
+    let pair = |[a, b]: [String; 2]| Ok::<_, ReportError>((finger(&a)?, finger(&b)?));
+    Ok(Collision {
+        n: collision.n,
+        limit_m: metres(collision.limit_mm),
+        instants: collision.instants,
+        trajectories: collision.trajectories,
+        nearest_m: metres(collision.nearest_mm),
+        nearest_pair: collision.nearest_pair.map(pair).transpose()?,
+        recorded_instants: collision.recorded_instants,
+        recorded_nearest_m: metres(collision.recorded_nearest_mm),
+    })
+}
+
+fn velocity(velocity: Velocity) -> VelocityCheck {
+    VelocityCheck {
+        n: velocity.n,
+        outside: velocity.outside,
+        trajectories_outside: velocity.trajectories_outside,
+        worst_ratio: number(velocity.worst_ratio),
+    }
+}
+
+fn contact(contact: Contact) -> ContactShare {
+    ContactShare {
+        n: contact.n,
+        n_filled: contact.n_filled,
+        n_left_out: contact.n_left_out,
+        tau_m: metres(contact.tau_mm),
+        three_or_more: number(contact.three_or_more),
+        recorded_three_or_more: number(contact.recorded_three_or_more),
+        by_finger: per_finger(contact.by_finger, number),
+        recorded_by_finger: per_finger(contact.recorded_by_finger, number),
+        by_tau: contact
+            .by_tau
+            .into_iter()
+            .map(|at| TauShare {
+                tau_m: metres(at.tau_mm),
+                three_or_more: number(at.three_or_more),
+                recorded_three_or_more: number(at.recorded_three_or_more),
+            })
+            .collect(),
+    }
+}
+
+fn plans(plans: Plans) -> PlanFacts {
+    PlanFacts {
+        solved: plans.solved,
+        infeasible: plans.infeasible,
+        failed: plans.failed,
+        worst_kkt_residual: number(plans.worst_kkt_residual),
+        velocity_bound_active: plans.velocity_bound_active,
+    }
+}
+
+fn take_state(take: TakeState) -> Result<TakeQuality, ReportError> {
+    let fingers = PerFinger::new(take.fingers.into_array());
+    let tracks = fingers.each_ref();
+    Ok(TakeQuality {
+        take: take.take,
+        role: take.role,
+        recorded: tracks.map(|track| counts(&track.recorded)),
+        processed: tracks.map(|track| counts(&track.processed)),
+        longest_gap_s: tracks.map(|track| number(track.longest_gap_s)),
+        hand_tracked: number(take.hand_tracked),
+        object_tracked: take.object_tracked.map(number),
+        findings: take
+            .findings
+            .into_iter()
+            .map(found)
+            .collect::<Result<_, _>>()?,
+    })
+}
+
+fn counts(counts: &Counts) -> TrackCounts {
+    TrackCounts {
+        measured: counts.measured,
+        filled: counts.filled,
+        missing: counts.missing,
+    }
+}
+
+fn found(found: Found) -> Result<Finding, ReportError> {
+    Ok(Finding {
+        severity: word(
+            "severity of a finding",
+            &found.severity,
+            "info or warning",
+            &[Severity::Info, Severity::Warning],
+            Severity::name,
+        )?,
+        place: found.place,
+        message: found.message,
+    })
+}
+
+/// Settings that were no JSON were kept as a string, and go back to what they were.
+fn step(step: Step) -> Provenance {
+    Provenance {
+        tool: step.tool,
+        step: step.step,
+        settings_json: match step.settings {
+            serde_json::Value::String(text) => text,
+            value => value.to_string(),
+        },
+        inputs: step
+            .inputs
+            .into_iter()
+            .map(|input| InputHash {
+                name: input.name,
+                sha256: input.sha256,
+            })
+            .collect(),
+    }
+}
+
+fn word<T: Copy>(
+    key: &'static str,
+    found: &str,
+    expected: &'static str,
+    known: &[T],
+    name: impl Fn(T) -> &'static str,
+) -> Result<T, ReportError> {
+    known
+        .iter()
+        .copied()
+        .find(|&value| name(value) == found)
+        .ok_or_else(|| ReportError::UnknownWord {
+            key,
+            found: found.to_owned(),
+            expected,
+        })
+}
+
+fn per_finger<T, U>(fingers: ByFinger<T>, change: impl FnMut(T) -> U) -> PerFinger<U> {
+    PerFinger::new(fingers.into_array()).map(change)
+}
+
+fn number(value: Number) -> f64 {
+    value.0.unwrap_or(f64::NAN)
+}
+
+fn metres(millimetres: Number) -> f64 {
+    number(millimetres) / MM_PER_M
+}

@@ -15,6 +15,10 @@ use crate::start::{column, drawn_segment};
 /// little.
 const SWEEPS: usize = 3;
 
+/// Error relative to the data, as norms, at which a fit is exact: what is left is rounding, and
+/// further iterations would only stir it.
+const EXACT_FIT: f64 = 1e-13;
+
 /// How a factorisation went.
 #[derive(Clone, Debug)]
 pub(crate) struct Course {
@@ -31,12 +35,15 @@ pub(crate) struct Course {
 ///
 /// One iteration updates the primitives from sums over all blocks and then the activations of each
 /// block; the activations are updated once more before the first iteration, so that on return they
-/// always belong to the primitives returned. Neither half step can raise the objective.
+/// always belong to the primitives returned. Neither half step can raise the objective by more than
+/// rounding; should rounding do so, learning has converged.
 pub(crate) fn factorise(blocks: &mut [Block], basis: &mut Basis, settings: &NmfSettings) -> Course {
     let numbers: usize = blocks.iter().map(|block| block.data.len()).sum();
     let target = settings
         .stop_rms_m
         .map_or(f64::NEG_INFINITY, |rms| 0.5 * rms * rms * numbers as f64);
+    let data: f64 = blocks.iter().map(Block::squared_norm).sum();
+    let exact = 0.5 * EXACT_FIT * EXACT_FIT * data;
     let mut sums = Sums::of(blocks, basis, settings.update, SWEEPS);
     let mut course = Course {
         objective_history: vec![0.5 * sums.squared_residual],
@@ -49,6 +56,10 @@ pub(crate) fn factorise(blocks: &mut [Block], basis: &mut Basis, settings: &NmfS
         return course;
     }
     for iteration in 0..settings.max_iterations {
+        if objective <= exact {
+            course.stop_reason = StopReason::Converged;
+            break;
+        }
         let rows_of = update_primitives(blocks, basis, &sums, settings.update);
         *basis = Basis::new(rows_of, basis.rank);
         revive(blocks, basis, settings.seed, iteration);
@@ -61,8 +72,7 @@ pub(crate) fn factorise(blocks: &mut [Block], basis: &mut Basis, settings: &NmfS
             course.stop_reason = StopReason::TargetReached;
             break;
         }
-        // An exact fit leaves nothing to divide by.
-        if objective <= 0.0 || previous - objective < settings.relative_change * previous {
+        if previous - objective < settings.relative_change * previous {
             course.stop_reason = StopReason::Converged;
             break;
         }

@@ -1,29 +1,75 @@
 //! Dictionaries of motion primitives learned from segments.
-
-mod nmf;
-mod pca;
-
-mod projection;
-
-mod settings;
-
-mod error;
-
-mod factorise;
+//!
+//! A dictionary writes a segment of motion (15 N numbers, metres) as
+//! `offset + primitives * activations`. [`learn_nmf`] learns non-negative primitives with
+//! non-negative activations, [`learn_pca`] orthonormal ones with activations of any sign;
+//! [`activations`] finds the activations of a given segment.
+//!
+//! ```
+//! use inhand_dictionary::{NmfSettings, activations, learn_nmf};
+//! use inhand_model::{Demonstrated, EndConditions, Hull, PerFinger, SegmentLayout};
+//! use inhand_model::{SegmentOrigin, Segments, VelocityBounds};
+//! use nalgebra::DMatrix;
+//!
+//! // Twenty segments of ten samples; the pipeline cuts them from recordings.
+//! let layout = SegmentLayout { samples: 10, rate_hz: 10.0 };
+//! let columns_m = DMatrix::from_fn(layout.rows(), 20, |row, segment| {
+//!     let (t, coordinate) = (row / 15, row % 15);
+//!     0.02 * (0.2 * t as f64 + coordinate as f64 + 0.3 * segment as f64).sin()
+//! });
+//! # let zero = [0.0; 15];
+//! # let ends = EndConditions {
+//! #     first_m: zero, last_m: zero, first_velocity_m_s: zero, last_velocity_m_s: zero,
+//! # };
+//! # let origins = (0..20).map(|i| SegmentOrigin { take: 0, start: 10 * i }).collect();
+//! # let segments = Segments::new(layout, columns_m, origins, vec![ends; 20], 0)?;
+//! # let hull = Hull {
+//! #     vertices_m: vec![], triangles: vec![], normals: vec![], offsets_m: vec![],
+//! # };
+//! # let demonstrated = Demonstrated {
+//! #     hulls: PerFinger::from_fn(|_| hull.clone()),
+//! #     velocity: VelocityBounds { min_m_s: [-1.0; 15], max_m_s: [1.0; 15] },
+//! # };
+//! let settings = NmfSettings { rank: 6, ..NmfSettings::default() };
+//! let dictionary = learn_nmf(&segments, demonstrated, &settings)?;
+//! assert!(dictionary.learning.rms_m < 1e-3);
+//!
+//! let h = activations(&dictionary, segments.column_m(3))?;
+//! let back_m = &dictionary.offset_m + &dictionary.primitives * h;
+//! assert!((back_m[0] - segments.column_m(3)[0]).abs() < 5e-3);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # How it is made
+//!
+//! `nmf` and `pca` turn segments into dictionaries. Below them, `factorise`
+//! alternates between two half steps: the primitives from sums over all segments, the activations
+//! segment by segment. Segments live in fixed blocks (`block`), each with its own sums, added in
+//! block order; inside a block, work is cut into chunks whose size depends on the data alone. So the
+//! result has the same bits whatever the number of threads, and blocks can be spread over memory,
+//! files or machines without changing it. `product` (dense products) and `descent` (the coordinate
+//! descent of HALS) hold the hot loops and all of the crate's `unsafe`: the calls of matrixmultiply
+//! and of functions compiled for CPU features.
+//!
+//! Invariants: objectives are formed so that they keep their digits near an exact fit; no step
+//! raises the objective; nothing depends on hash order, clock or thread.
 
 mod block;
-
+mod covariance;
+mod data;
+mod descent;
+mod error;
+mod factorise;
+mod multiplicative;
+mod nmf;
+mod pca;
+mod product;
+mod projection;
+mod settings;
 mod start;
 
-mod covariance;
-
-mod data;
-
-mod descent;
-
-mod multiplicative;
-
-mod product;
+#[cfg(test)]
+mod tests;
 
 pub use error::LearnError;
 pub use nmf::learn_nmf;

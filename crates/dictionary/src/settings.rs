@@ -66,3 +66,19 @@ pub struct NmfSettings {
     /// Where the primitives start.
     pub start: Start,
 }
+
+impl Default for NmfSettings {
+    /// Settings of a hand session: 200 primitives as published, 5 mm margin, 40 iterations at most.
+    fn default() -> Self {
+        Self {
+            rank: 200,
+            seed: 0,
+            max_iterations: 40,
+            relative_change: 1e-4,
+            stop_rms_m: None,
+            offset_margin_m: 0.005,
+            update: Update::default(),
+            start: Start::default(),
+        }
+    }
+}

@@ -1,0 +1,12 @@
+//! What is public: learning from segments, and using what was learned.
+
+#![expect(
+    clippy::unwrap_used,
+    reason = "helpers outside of test functions: a panic is how a test fails"
+)]
+
+mod bad_input;
+mod nmf;
+mod pca;
+mod projection;
+mod segments;

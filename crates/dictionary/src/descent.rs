@@ -197,3 +197,34 @@ fn sweep_tile<const L: usize, const FUSED: bool>(gram: &Gram, p: &[[f64; L]], x:
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Gram, descend_tiles};
+
+    #[test]
+    fn every_instruction_set_gives_the_same_numbers() {
+        // A diagonally dominant matrix, with linear terms of both signs.
+        let rank = 21_usize;
+        let gram: Vec<f64> = (0..rank * rank)
+            .map(|i| match (i / rank).abs_diff(i % rank) {
+                0 => 3.0,
+                distance => 1.0 / (1 + distance) as f64,
+            })
+            .collect();
+        let gram = Gram::new(&gram, rank);
+        let linear: Vec<f64> = (0..rank * 13).map(|i| (0.7 * i as f64).sin()).collect();
+        let run = |descend: fn(&Gram, &[f64], &mut [f64], usize)| {
+            let mut factor = vec![0.3; linear.len()];
+            descend(&gram, &linear, &mut factor, 5);
+            factor
+        };
+        let eight = run(descend_tiles::<8, true>);
+        assert_eq!(eight, run(descend_tiles::<4, true>), "AVX-512 and AVX2");
+        assert_eq!(eight, run(descend_tiles::<2, true>), "NEON");
+        assert!(eight.contains(&0.0));
+        for (fused, plain) in eight.iter().zip(run(descend_tiles::<4, false>)) {
+            assert!((fused - plain).abs() < 1e-14, "{fused} {plain}");
+        }
+    }
+}

@@ -117,7 +117,7 @@ pub struct Dictionary {
     pub primitives: DMatrix<f64>,
     /// Mean of the training activations, metres.
     pub activation_mean_m: DVector<f64>,
-    /// Covariance of the training activations, shrunk where it would be singular, m².
+    /// Covariance of the training activations, shrunk so that it can be inverted, m².
     pub activation_covariance_m2: DMatrix<f64>,
     /// Weight of the shrinkage towards a scaled identity, 0 (none) to 1.
     pub covariance_shrinkage: f64,

@@ -319,7 +319,7 @@ mod tests {
     fn outcomes_by_hand() {
         assert_eq!(outcome(0.001, 0.002), Outcome::Ahead);
         assert_eq!(outcome(0.002, 0.001), Outcome::Behind);
-        assert_eq!(outcome(0.001_02, 0.001), Outcome::Level);
+        assert_eq!(outcome(0.001_019, 0.001), Outcome::Level);
         assert_eq!(outcome(0.001_021, 0.001), Outcome::Behind);
         assert_eq!(outcome(0.0, 0.0), Outcome::Level);
     }

@@ -262,7 +262,7 @@ mod tests {
     #[test]
     fn ends_are_next_multiple_of_the_step() {
         for (value, end) in [
-            (13.0, 15.0),
+            (13.0, 14.0),
             (2.9, 3.0),
             (3.0, 3.0),
             (0.31, 0.35),

@@ -68,7 +68,7 @@ pub(super) fn grouped(caption: &str, columns: &[Column<'_>], groups: &[Group]) -
                 thead {
                     tr {
                         @for column in columns {
-                            th.words[column.words] scope="col" {
+                            th class=[column.words.then_some("words")] scope="col" {
                                 (column.name)
                                 @if !column.unit.is_empty() { span.unit { (column.unit) } }
                             }
@@ -81,10 +81,10 @@ pub(super) fn grouped(caption: &str, columns: &[Column<'_>], groups: &[Group]) -
                             tr.group { th colspan=(columns.len()) scope="rowgroup" { span { (head) } } }
                         }
                         @for line in &group.lines {
-                            tr.stressed[line.stressed] {
+                            tr class=[line.stressed.then_some("stressed")] {
                                 th scope="row" { (line.head) }
                                 @for (place, (cell, column)) in line.cells.iter().zip(columns.iter().skip(1)).enumerate() {
-                                    td.words[column.words].best[line.best.contains(&place)] { (cell) }
+                                    td class=[cell_class(column, line.best.contains(&place))] { (cell) }
                                 }
                             }
                         }
@@ -92,5 +92,14 @@ pub(super) fn grouped(caption: &str, columns: &[Column<'_>], groups: &[Group]) -
                 }
             }
         }
+    }
+}
+
+/// Most cells have no class, and there are many of them.
+fn cell_class(column: &Column<'_>, best: bool) -> Option<&'static str> {
+    if best {
+        Some("best")
+    } else {
+        column.words.then_some("words")
     }
 }

@@ -1,3 +1,11 @@
 //! Reports as their readers get them.
 
+/// What goes wrong, and what is missing.
+mod answers;
+/// The page: numbers shown, escaping, nothing loaded.
+mod page;
 mod sample;
+/// `evaluation.json` against its schema, and back.
+mod schema;
+/// The terminal table and the verdict.
+mod text;

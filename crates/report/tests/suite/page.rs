@@ -1,0 +1,172 @@
+use inhand_model::{Finding, Finger};
+use inhand_report::html;
+
+use crate::sample;
+
+fn page() -> String {
+    html(&sample::evaluation(true), &sample::provenance()).expect("the sample makes a page")
+}
+
+/// A number in millimetres as tables print it.
+fn mm(metres: f64) -> String {
+    format!("{:.2}", 1e3 * metres)
+}
+
+#[test]
+fn statistics_shown_are_those_given() {
+    let (evaluation, page) = (sample::evaluation(true), page());
+    for method in &evaluation.methods {
+        let rows = std::iter::once(&method.error)
+            .chain(method.error_by_finger.as_array())
+            .chain(method.distance_difference.as_ref().unwrap().as_array());
+        for s in rows {
+            let cells: Vec<String> = [s.mean, s.rmse, s.p5, s.p25, s.p50, s.p75, s.p95, s.max]
+                .map(|v| {
+                    if v < 5e-6 {
+                        "&lt; 0.01".to_owned()
+                    } else {
+                        mm(v)
+                    }
+                })
+                .into();
+            let plain = page.replace(" class=\"best\"", "");
+            let row = format!("<td>{}</td>", cells.join("</td><td>"));
+            assert!(plain.contains(&row), "{}: {row}", method.name);
+        }
+    }
+}
+
+#[test]
+fn the_smallest_of_a_column_is_marked() {
+    let page = page();
+    let table = &page[page.find("Error statistics").unwrap()..];
+    let group = &table[table.find("all fingers").unwrap()..];
+    let row = |name: &str| {
+        let from = &group[group.find(&format!("</span>{name}</th>")).unwrap()..];
+        from[..from.find("</tr>").unwrap()].to_owned()
+    };
+    assert!(row("hermite").contains("<td class=\"best\">0.40</td>"));
+    assert!(!row("paper").contains("best"));
+}
+
+#[test]
+fn boxes_lie_where_their_numbers_say() {
+    let evaluation = sample::evaluation(true);
+    let page = page();
+    // The first figure: all fingers, axis from x = 96 to x = 284.
+    let figure = &page[page.find("All fingers, by method").unwrap()..];
+    let row = &figure[figure.find("<g class=\"row\">").unwrap()..];
+    let row = &row[..row.find("text class=\"value\"").unwrap()];
+    let attribute = |element: &str, name: &str| -> f64 {
+        let from = &row[row.find(&format!("class=\"{element}\"")).unwrap()..];
+        let from = &from[from.find(&format!(" {name}=\"")).unwrap() + name.len() + 3..];
+        from[..from.find('"').unwrap()].parse().unwrap()
+    };
+    let s = &evaluation.methods[0].error;
+    let (box_x, width) = (attribute("box", "x"), attribute("box", "width"));
+    let median = attribute("median", "x1");
+    let share = (median - box_x) / width;
+    let expected = (s.p50 - s.p25) / (s.p75 - s.p25);
+    // Coordinates are rounded to hundredths of about ten units.
+    assert!((share - expected).abs() < 2e-3, "{share} {expected}");
+    assert!((96.0..=284.0).contains(&box_x) && box_x + width <= 284.0);
+}
+
+#[test]
+fn names_from_files_stay_text() {
+    let nasty = "<script>alert(1)</script>\"'&";
+    let mut evaluation = sample::evaluation(true);
+    evaluation.session.name = nasty.to_owned();
+    evaluation.session.object = Some(nasty.to_owned());
+    evaluation.session.train[0].name = nasty.to_owned();
+    evaluation.quality[1].take = nasty.to_owned();
+    evaluation.quality[1]
+        .findings
+        .push(Finding::warning(nasty, nasty));
+    for method in &mut evaluation.methods {
+        method.name = format!("{}{nasty}", method.name);
+        method.description = nasty.to_owned();
+    }
+    evaluation.default_method.push_str(nasty);
+    let mut provenance = sample::provenance();
+    provenance[0].step = nasty.to_owned();
+    provenance[0].tool = nasty.to_owned();
+    provenance[0].inputs[0].name = nasty.to_owned();
+    provenance[0].settings_json = nasty.to_owned();
+    provenance[1].settings_json = serde_json::json!({ nasty: nasty }).to_string();
+    let page = html(&evaluation, &provenance).unwrap();
+    assert!(!page.contains("<script"), "a name became an element");
+    assert!(!page.contains("alert(1)</script>"));
+    assert!(page.matches("&lt;script&gt;").count() > 20);
+    // No attribute is left early either.
+    assert!(!page.contains("=\"\"'"));
+}
+
+#[test]
+fn nothing_is_loaded_and_nothing_runs() {
+    let page = page();
+    for word in [
+        "http:",
+        "https:",
+        "//",
+        "src=",
+        "@import",
+        "url(",
+        "<script",
+        "<link rel=\"stylesheet",
+        "<iframe",
+        "onclick",
+        "onload",
+    ] {
+        assert!(!page.contains(word), "{word}");
+    }
+    assert!(page.contains("default-src 'none'"));
+    // Links go to places on the page that exist.
+    for link in page.split("href=\"").skip(1) {
+        let target = link.split('"').next().unwrap();
+        assert!(
+            target == "data:," || page.contains(&format!("id=\"{}\"", &target[1..])),
+            "{target}"
+        );
+    }
+}
+
+#[test]
+fn the_page_is_the_same_each_time_and_small() {
+    let first = page();
+    assert_eq!(first, page());
+    assert!(first.len() < 400_000, "{}", first.len());
+    assert!(
+        !first.contains("NaN") && !first.contains("inf\""),
+        "a number that is none was drawn"
+    );
+}
+
+#[test]
+fn tags_are_closed() {
+    let page = page();
+    for tag in [
+        "svg", "g", "table", "tbody", "tr", "td", "th", "div", "section", "figure", "details",
+        "dl", "ul", "text", "path",
+    ] {
+        let open =
+            page.matches(&format!("<{tag} ")).count() + page.matches(&format!("<{tag}>")).count();
+        assert_eq!(open, page.matches(&format!("</{tag}>")).count(), "{tag}");
+    }
+}
+
+#[test]
+fn fingers_have_their_colour_in_every_scheme() {
+    let page = page();
+    for colour in ["#e69f00", "#56b4e9", "#009e73", "#d55e00", "#cc79a7"] {
+        assert_eq!(
+            page.matches(colour).count(),
+            1,
+            "{colour} is set once and never changed"
+        );
+    }
+    for finger in Finger::ALL {
+        assert!(page.contains(&format!("f-{finger}")));
+    }
+    assert!(page.contains("prefers-color-scheme: dark") && page.contains("@media print"));
+}

@@ -1,0 +1,104 @@
+use inhand_report::{html, text_summary};
+
+use crate::sample;
+
+#[test]
+fn the_table_shows_every_method_and_the_contacts() {
+    let text = text_summary(&sample::evaluation(true));
+    let line = |start: &str| {
+        text.lines()
+            .find(|l| l.starts_with(start))
+            .unwrap()
+            .to_owned()
+    };
+    let fields: Vec<String> = line("  hermite")
+        .split_whitespace()
+        .map(str::to_owned)
+        .collect();
+    assert_eq!(
+        fields,
+        [
+            "hermite", "cubic,", "no", "learning", "0.40", "0.93", "3.86", "11.20", "98.7", "%"
+        ]
+    );
+    assert_eq!(
+        line("three or more"),
+        "three or more fingers in contact: recorded > 99.9 %, prior 99.1 %  (tau 5 mm)"
+    );
+    // Numbers end in one column, whatever the names are.
+    let ends: Vec<usize> = text
+        .lines()
+        .take(7)
+        .map(|l| {
+            l.find("  0.")
+                .map_or_else(|| l.chars().count(), |_| l.chars().count())
+        })
+        .collect();
+    assert!(
+        ends.windows(2).all(|pair| pair[0] == pair[1]),
+        "{ends:?}\n{text}"
+    );
+    assert!(!text.contains('\u{202f}') && text.ends_with(".\n"));
+}
+
+#[test]
+fn it_hurts_where_it_must() {
+    let expected = "hermite, which learns nothing, does better than prior at the median \
+        (0.40 against 0.79 mm), third quartile (0.93 against 1.32 mm) and maximum \
+        (11.20 against 22.12 mm). prior does better than every baseline at the 95 % quantile \
+        (3.13 against 3.69 mm by line).";
+    let evaluation = sample::evaluation(true);
+    assert!(text_summary(&evaluation).contains(expected));
+    let page = html(&evaluation, &[]).unwrap().replace('\u{a0}', " ");
+    assert!(page.contains(expected));
+    assert!(page.contains("class=\"verdict behind\""));
+    let verdict = page.find("class=\"verdict").unwrap();
+    assert!(
+        verdict < page.find("<nav").unwrap(),
+        "the verdict comes first"
+    );
+}
+
+#[test]
+fn other_outcomes_have_their_words() {
+    let mut evaluation = sample::evaluation(true);
+    let best = evaluation.methods[5].error;
+    let scaled = |factor: f64| {
+        let mut error = best;
+        for value in [
+            &mut error.p50,
+            &mut error.p75,
+            &mut error.p95,
+            &mut error.max,
+        ] {
+            *value *= factor;
+        }
+        error
+    };
+    // Only the cubic is left to compare with.
+    evaluation
+        .methods
+        .retain(|method| method.name == "prior" || method.name == "hermite");
+    for (factor, words) in [
+        (
+            0.5,
+            "prior does better than every baseline: median (0.20 against 0.40 mm by hermite)",
+        ),
+        (
+            1.0,
+            "prior is level with the best baseline at the median (0.40 against 0.40 mm by hermite)",
+        ),
+        (
+            2.0,
+            "hermite, which learns nothing, does better than prior everywhere: median",
+        ),
+    ] {
+        evaluation.methods[0].error = scaled(factor);
+        let text = text_summary(&evaluation);
+        assert!(text.contains(words), "{factor}: {text}");
+        let page = html(&evaluation, &[]).unwrap();
+        assert_eq!(page.contains("verdict behind"), factor > 1.0);
+    }
+    evaluation.methods.retain(|method| !method.baseline);
+    assert!(text_summary(&evaluation).contains("no baseline to compare prior with"));
+}

@@ -62,13 +62,19 @@ pub fn read_take(bytes: &[u8], file_name: &str) -> Result<ReadTake, ChannelError
 /// As for [`read_take`], where the bytes are no sound MCAP file outside its chunks.
 pub fn read_metadata(bytes: &[u8], file_name: &str) -> Result<Metadata, ChannelError> {
     let mut metadata = Metadata::default();
-    walk(file_name, bytes, Depth::Outside, |item| {
+    let outside = walk(file_name, bytes, Depth::Outside, |item| {
         if let Item::Metadata { name, facts } = item {
             metadata.0.insert(name, facts);
         }
         Ok(())
-    })?;
-    Ok(metadata)
+    });
+    match outside {
+        Ok(()) => Ok(metadata),
+        // A look into the chunks may say more exactly where the fault lies.
+        Err(error) => Err(walk(file_name, bytes, Depth::Everything, |_| Ok(()))
+            .err()
+            .unwrap_or(error)),
+    }
 }
 
 fn absent(bytes: &[u8], file_name: &str) -> ChannelError {

@@ -205,6 +205,13 @@ fn next_record<'a>(
     let length = u64::from_le_bytes(length);
     let body = usize::try_from(length).ok().and_then(|n| after.get(..n));
     let Some(body) = body else {
+        // Writers leave this length in place until they know the true one.
+        if opcode == op::CHUNK && length == u64::MAX {
+            return Err(cut(
+                "a chunk that its writer never closed".to_owned(),
+                length,
+            ));
+        }
         let expected = length.saturating_add(PREFIX_BYTES as u64);
         return Err(cut(name_of(opcode).to_owned(), expected));
     };
@@ -290,7 +297,23 @@ fn check_crc(file: &str, record: &Record, saved: u32, bytes: &[u8]) -> Result<()
 fn check_data_crc(file: &str, bytes: &[u8], record: &Record) -> Result<(), ChannelError> {
     let saved = record.fields(file).u32("CRC of the data")?;
     // The offset comes from a position in `bytes`.
-    check_crc(file, record, saved, &bytes[..record.offset as usize])
+    let data = &bytes[..record.offset as usize];
+    check_crc(file, record, saved, data).map_err(|error| match error {
+        ChannelError::Damaged {
+            file,
+            offset,
+            expected,
+            found,
+            ..
+        } => ChannelError::Damaged {
+            file,
+            offset,
+            record: "checksum of everything before it".to_owned(),
+            expected,
+            found,
+        },
+        other => other,
+    })
 }
 
 fn end_magic(file: &str, bytes: &[u8], offset: usize) -> Result<(), ChannelError> {

@@ -7,4 +7,13 @@
 
 mod common;
 
+/// Bytes that are no sound file, or none of ours: refused with the place, never a panic.
+mod damaged;
+/// Listing files, ours and those of the mcap crate in every shape.
+mod listing;
+/// What is written comes back bit for bit.
+mod round_trip;
+/// Generated code and descriptors.
 mod schemas;
+/// What viewers are given, read with the mcap and foxglove crates.
+mod view;

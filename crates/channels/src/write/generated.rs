@@ -21,7 +21,7 @@ pub(super) fn add<'a>(
         let topics = MethodTopics::new(method.name)?;
         let channel = output.channel::<messages::Fingertips>(&topics.fingertips, Some("hand"))?;
         let plans = if method.segments.iter().any(|segment| segment.plan.is_some()) {
-            Some(output.channel::<messages::Plan>(&topics.plan, None)?)
+            Some(output.channel::<messages::Plan>(&topics.plan, Some("hand"))?)
         } else {
             None
         };

@@ -1,0 +1,182 @@
+//! Listing files, ours and those of the mcap crate in every shape.
+
+use std::collections::BTreeMap;
+use std::io::Cursor;
+
+use inhand_channels::{info, is_mcap};
+use inhand_model::Finger;
+use mcap::records::MessageHeader;
+use mcap::{Compression, WriteOptions};
+
+use crate::common;
+use crate::round_trip::written;
+
+#[test]
+fn our_own_files_are_listed_with_gaps_and_frames() {
+    let take = common::take(600, 100.0);
+    let bytes = written(&common::take_file(&take, &[], &[]), true);
+    let info = info(&bytes, "take.mcap").unwrap();
+    assert!(info.problem.is_none() && info.has_summary);
+    assert!(info.library.starts_with("inhand ") && info.profile.is_empty());
+    assert_eq!(info.bytes, bytes.len() as u64);
+    assert_eq!(info.chunks.compression.keys().collect::<Vec<_>>(), ["zstd"]);
+    assert!((info.duration_s() - 5.99).abs() < 1e-9);
+    let markers = &info.channels[0];
+    assert_eq!(markers.topic, "/recording/markers");
+    assert_eq!(markers.schema.as_deref(), Some("inhand.Markers"));
+    assert_eq!(markers.schema_encoding.as_deref(), Some("protobuf"));
+    assert_eq!(markers.metadata["frame"], "world");
+    assert_eq!(markers.messages, 600);
+    assert!((markers.rate_hz().unwrap() - 100.0).abs() < 1e-9);
+
+    // The ring finger is hidden for 30 samples every 500, the little finger for one in 700.
+    let tips = info
+        .fingertips
+        .iter()
+        .find(|tips| tips.topic == "/recording/fingertips")
+        .unwrap();
+    let ring = tips.fingers[Finger::Ring];
+    assert_eq!((ring.counts.measured, ring.counts.missing), (540, 60));
+    assert_eq!((ring.gaps, ring.longest_gap), (2, 30));
+    assert!((ring.longest_gap_s - 0.3).abs() < 1e-9);
+    assert_eq!(tips.fingers[Finger::Little].gaps, 1);
+    assert_eq!(tips.fingers[Finger::Thumb].counts.missing, 0);
+    let processed = info
+        .fingertips
+        .iter()
+        .find(|tips| tips.topic == "/processed/fingertips")
+        .unwrap();
+    assert_eq!(processed.fingers[Finger::Little].counts.filled, 1);
+
+    let edges: Vec<_> = (info.frames.iter())
+        .map(|edge| {
+            (
+                edge.parent.as_str(),
+                edge.child.as_str(),
+                edge.topic.as_str(),
+            )
+        })
+        .collect();
+    assert_eq!(
+        edges,
+        [
+            ("hand", "object", "/tf"),
+            ("upright", "world", "/tf_static"),
+            ("world", "hand", "/tf")
+        ]
+    );
+}
+
+/// A file of the mcap crate with a channel without schema, one of ROS 2, an attachment and
+/// metadata; times are not in order.
+fn foreign(options: WriteOptions) -> Vec<u8> {
+    let mut out = Cursor::new(Vec::new());
+    let mut writer = options.create(&mut out).unwrap();
+    let schema = writer
+        .add_schema("std_msgs/msg/String", "ros2msg", b"string data")
+        .unwrap();
+    let bare = writer
+        .add_channel(0, "/bare", "json", &BTreeMap::new())
+        .unwrap();
+    let ros = writer
+        .add_channel(schema, "/ros", "cdr", &BTreeMap::new())
+        .unwrap();
+    for n in 0..10_u64 {
+        for (channel_id, log_time) in [(bare, 1_000_000_000 - n), (ros, n * 100_000_000)] {
+            let header = MessageHeader {
+                channel_id,
+                sequence: n as u32,
+                log_time,
+                publish_time: log_time,
+            };
+            writer.write_to_known_channel(&header, b"{}").unwrap();
+        }
+    }
+    writer
+        .attach(&mcap::Attachment {
+            log_time: 1,
+            create_time: 2,
+            name: "photo".to_owned(),
+            media_type: "image/png".to_owned(),
+            data: vec![7; 100].into(),
+        })
+        .unwrap();
+    let facts = BTreeMap::from([("key".to_owned(), "value".to_owned())]);
+    writer
+        .write_metadata(&mcap::records::Metadata {
+            name: "facts".to_owned(),
+            metadata: facts,
+        })
+        .unwrap();
+    writer.finish().unwrap();
+    drop(writer);
+    out.into_inner()
+}
+
+#[test]
+fn files_of_others_are_listed_in_every_shape() {
+    let shapes = [
+        (WriteOptions::new().compression(None), "none"),
+        (
+            WriteOptions::new().compression(Some(Compression::Zstd)),
+            "zstd",
+        ),
+        (
+            WriteOptions::new().compression(Some(Compression::Lz4)),
+            "lz4",
+        ),
+        (WriteOptions::new().use_chunks(false), ""),
+        (
+            WriteOptions::new()
+                .compression(None)
+                .emit_summary_records(false)
+                .emit_summary_offsets(false)
+                .emit_message_indexes(false)
+                .calculate_chunk_crcs(false)
+                .calculate_data_section_crc(false),
+            "none",
+        ),
+    ];
+    for (options, compression) in shapes {
+        let bytes = foreign(options.profile("ros2").chunk_size(Some(64)));
+        let info = info(&bytes, "foreign.mcap").unwrap();
+        assert!(info.problem.is_none(), "{compression}: {:?}", info.problem);
+        assert_eq!(info.profile, "ros2");
+        assert_eq!((info.messages, info.messages_without_channel), (20, 0));
+        let compressions: Vec<_> = info.chunks.compression.keys().map(String::as_str).collect();
+        let expected: &[&str] = if compression.is_empty() {
+            &[]
+        } else {
+            &[compression]
+        };
+        assert_eq!(compressions, expected);
+        let [bare, ros] = info.channels.as_slice() else {
+            panic!("{:?}", info.channels);
+        };
+        assert_eq!(
+            (bare.schema.as_ref(), bare.schema_encoding.as_ref()),
+            (None, None)
+        );
+        assert_eq!(bare.message_encoding, "json");
+        assert_eq!(bare.first_unix_nanos, Some(999_999_991));
+        assert_eq!(bare.last_unix_nanos, Some(1_000_000_000));
+        assert_eq!(ros.schema_encoding.as_deref(), Some("ros2msg"));
+        assert!((ros.rate_hz().unwrap() - 10.0).abs() < 1e-9);
+        assert_eq!(info.attachments[0].bytes, 100);
+        assert_eq!(info.metadata.0["facts"]["key"], "value");
+    }
+}
+
+#[test]
+fn a_file_without_messages_is_listed() {
+    let mut out = Cursor::new(Vec::new());
+    WriteOptions::new()
+        .create(&mut out)
+        .unwrap()
+        .finish()
+        .unwrap();
+    let info = info(out.get_ref(), "empty.mcap").unwrap();
+    assert!(info.problem.is_none() && info.channels.is_empty());
+    assert_eq!((info.first_unix_nanos(), info.duration_s()), (None, 0.0));
+    assert!(is_mcap(out.get_ref()) && !is_mcap(b"\x89MCAP"));
+}

@@ -1,0 +1,338 @@
+//! What viewers are given, read with the mcap and foxglove crates.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use foxglove::messages::{FrameTransforms, PointCloud, SceneUpdate};
+use inhand_channels::{FINGER_COLOURS, TakeFile, info};
+use inhand_model::{Finger, PointTrack, PoseTrack, Shape, UpAxis};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use prost::Message;
+
+use crate::common;
+use crate::round_trip::written;
+
+/// Log times and bytes of every message by topic, after the mcap crate's own checks.
+fn messages(bytes: &[u8]) -> BTreeMap<String, Vec<(u64, Vec<u8>)>> {
+    let options = mcap::read::Options::ValidateChunkCrcs.into();
+    let mut by_topic: BTreeMap<String, Vec<(u64, Vec<u8>)>> = BTreeMap::new();
+    let mut last = 0;
+    for message in mcap::MessageStream::new_with_options(bytes, options).unwrap() {
+        let message = message.unwrap();
+        assert_eq!(message.log_time, message.publish_time);
+        assert!(message.log_time >= last, "out of order");
+        last = message.log_time;
+        by_topic
+            .entry(message.channel.topic.clone())
+            .or_default()
+            .push((message.log_time, message.data.to_vec()));
+    }
+    by_topic
+}
+
+fn decoded<M: Message + Default>(messages: &[(u64, Vec<u8>)]) -> Vec<M> {
+    let decode = |(_, data): &(u64, Vec<u8>)| M::decode(data.as_slice()).unwrap();
+    messages.iter().map(decode).collect()
+}
+
+/// Parents by child, over `/tf` and `/tf_static`; each child has one parent.
+fn tree(messages: &BTreeMap<String, Vec<(u64, Vec<u8>)>>) -> BTreeMap<String, String> {
+    let mut parents = BTreeMap::new();
+    for topic in ["/tf_static", "/tf"] {
+        let messages = messages.get(topic).map_or(&[][..], Vec::as_slice);
+        for update in decoded::<FrameTransforms>(messages) {
+            for edge in update.transforms {
+                let parent = edge.parent_frame_id;
+                let before = parents.insert(edge.child_frame_id, parent.clone());
+                assert!(before.is_none_or(|before| before == parent));
+            }
+        }
+    }
+    parents
+}
+
+/// Every frame that a message draws in.
+fn frames_drawn(messages: &BTreeMap<String, Vec<(u64, Vec<u8>)>>) -> BTreeSet<String> {
+    let mut frames = BTreeSet::new();
+    for (topic, messages) in messages
+        .iter()
+        .filter(|(topic, _)| topic.starts_with("/view/"))
+    {
+        // The two schemas differ in their fields; a topic has one of them.
+        if topic.ends_with("scene") || topic.ends_with("object") {
+            for update in decoded::<SceneUpdate>(messages) {
+                frames.extend(update.entities.into_iter().map(|entity| entity.frame_id));
+            }
+        } else {
+            frames.extend(
+                decoded::<PointCloud>(messages)
+                    .into_iter()
+                    .map(|c| c.frame_id),
+            );
+        }
+    }
+    frames
+}
+
+/// Draws in nothing but the tree, which is one and stands on `upright`.
+fn assert_connected(bytes: &[u8], expected: &[&str]) {
+    let messages = messages(bytes);
+    let parents = tree(&messages);
+    for frame in frames_drawn(&messages) {
+        assert!(
+            parents.contains_key(&frame),
+            "{frame} is drawn but not placed"
+        );
+    }
+    for (child, parent) in &parents {
+        assert!(
+            parent == "upright" || parents.contains_key(parent),
+            "{child}"
+        );
+        assert!(!child.starts_with('/'));
+    }
+    let frames: Vec<&str> = parents.keys().map(String::as_str).collect();
+    assert_eq!(frames, expected);
+}
+
+#[test]
+fn the_tree_holds_what_is_drawn_and_no_more() {
+    let take = common::take(300, 100.0);
+    let segments = common::segments(&take);
+    let generated = common::generated(&["prior"], &segments);
+    let full = common::take_file(&take, &generated, &[]);
+    assert_connected(&written(&full, true), &["hand", "object", "world"]);
+
+    // Recorded bodies alone, and nothing known at all.
+    let recorded = TakeFile {
+        motion: None,
+        generated: &[],
+        ..full.clone()
+    };
+    assert_connected(&written(&recorded, true), &["hand", "object", "world"]);
+    assert_connected(&written(&TakeFile::new(&take.recording), true), &["world"]);
+
+    // No hand: nothing hangs under it, whatever else the motion claims.
+    let mut motion = take.motion.clone();
+    motion.hand = PoseTrack::missing(300);
+    let file = TakeFile {
+        motion: Some(&motion),
+        ..full.clone()
+    };
+    assert_connected(&written(&file, true), &["world"]);
+
+    // A hand that is seen only between the instants that views show.
+    motion
+        .hand
+        .set(1, take.motion.hand.get(1), inhand_model::Status::Measured);
+    let file = TakeFile {
+        motion: Some(&motion),
+        ..full.clone()
+    };
+    assert_connected(&written(&file, true), &["world"]);
+
+    // No object, or one never seen.
+    for object in [None, Some(PoseTrack::missing(300))] {
+        let mut motion = take.motion.clone();
+        motion.object = object;
+        let file = TakeFile {
+            motion: Some(&motion),
+            ..full.clone()
+        };
+        assert_connected(&written(&file, true), &["hand", "world"]);
+    }
+}
+
+#[test]
+fn the_world_stands_upright() {
+    for (up_axis, up) in [(UpAxis::Y, Vector3::y()), (UpAxis::Z, Vector3::z())] {
+        let mut take = common::take(10, 100.0);
+        take.recording.source.up_axis = up_axis;
+        let bytes = written(&TakeFile::new(&take.recording), true);
+        let statics = decoded::<FrameTransforms>(&messages(&bytes)["/tf_static"]);
+        let edge = &statics[0].transforms[0];
+        assert_eq!((statics.len(), edge.child_frame_id.as_str()), (1, "world"));
+        let q = edge.rotation.as_ref().unwrap();
+        let rotation = UnitQuaternion::new_unchecked(Quaternion::new(q.w, q.x, q.y, q.z));
+        assert!((rotation * up - Vector3::z()).norm() < 1e-15);
+    }
+}
+
+#[test]
+fn transforms_place_fingertips_where_they_were_seen() {
+    let take = common::take(100, 100.0);
+    let bytes = written(&common::take_file(&take, &[], &[]), true);
+    let messages = messages(&bytes);
+    let edges = decoded::<FrameTransforms>(&messages["/tf"]);
+    let edge = &edges[7].transforms[0];
+    assert_eq!(
+        (edge.parent_frame_id.as_str(), edge.child_frame_id.as_str()),
+        ("world", "hand")
+    );
+    let (t, q) = (
+        edge.translation.as_ref().unwrap(),
+        edge.rotation.as_ref().unwrap(),
+    );
+    let rotation = UnitQuaternion::new_unchecked(Quaternion::new(q.w, q.x, q.y, q.z));
+    let world_from_hand = |p: Vector3<f64>| rotation * p + Vector3::new(t.x, t.y, t.z);
+    // View 7 is sample 14; the markers shake by 0.1 mm an axis.
+    let tip = take.motion.fingertips[Finger::Index]
+        .get(14)
+        .unwrap()
+        .coords_m();
+    let marker = take.recording.markers[1].track.get(14).unwrap().coords_m();
+    assert!((world_from_hand(tip) - marker).norm() < 2e-4);
+}
+
+fn points(cloud: &PointCloud) -> Vec<([f32; 3], u32, [u8; 4])> {
+    let names: Vec<&str> = cloud
+        .fields
+        .iter()
+        .map(|field| field.name.as_str())
+        .collect();
+    assert_eq!(names[..3], ["x", "y", "z"]);
+    assert_eq!(names[4..], ["red", "green", "blue", "alpha"]);
+    let float = |bytes: &[u8]| f32::from_le_bytes(bytes.try_into().unwrap());
+    (cloud.data.chunks(cloud.point_stride as usize))
+        .map(|p| {
+            (
+                [float(&p[0..4]), float(&p[4..8]), float(&p[8..12])],
+                u32::from_le_bytes(p[12..16].try_into().unwrap()),
+                p[16..20].try_into().unwrap(),
+            )
+        })
+        .collect()
+}
+
+#[test]
+fn clouds_leave_out_what_is_missing_and_colour_the_rest() {
+    let mut take = common::take(100, 100.0);
+    take.motion.fingertips[Finger::Middle] = PointTrack::missing(100);
+    let bytes = written(&common::take_file(&take, &[], &[]), true);
+    let clouds = decoded::<PointCloud>(&messages(&bytes)["/view/fingertips"]);
+    assert_eq!(clouds.len(), 50);
+    let shown = points(&clouds[3]);
+    let fingers = [Finger::Thumb, Finger::Index, Finger::Ring, Finger::Little];
+    assert_eq!(shown.len(), fingers.len());
+    for ((position, number, rgba), finger) in shown.into_iter().zip(fingers) {
+        let expected = take.motion.fingertips[finger].get(6).unwrap().to_array();
+        assert_eq!(position, expected.map(|c| c as f32));
+        assert_eq!(number as usize, finger.index());
+        assert_eq!(rgba[..3], FINGER_COLOURS[finger]);
+    }
+    // Sample 42 lies in the ring finger's gap.
+    assert!(
+        points(&clouds[21])
+            .iter()
+            .all(|(_, number, _)| *number != 3)
+    );
+}
+
+#[test]
+fn scenes_light_up_contacts_and_leave_trails() {
+    let take = common::take(250, 100.0);
+    let segments = common::segments(&take);
+    let generated = common::generated(&["prior"], &segments);
+    let evaluated = common::evaluated(&["prior"], &take);
+    let bytes = written(&common::take_file(&take, &generated, &evaluated), true);
+    let messages = messages(&bytes);
+    let topic = "/view/generated/prior/fingertips_scene";
+    let (mut lit, mut dim) = (0, 0);
+    for ((unix_nanos, _), update) in messages[topic]
+        .iter()
+        .zip(decoded::<SceneUpdate>(&messages[topic]))
+    {
+        let k = take
+            .recording
+            .clock
+            .nearest_sample((unix_nanos - take.recording.clock.start_unix_nanos()) as f64 * 1e-9);
+        let judged = evaluated[0]
+            .samples
+            .iter()
+            .find(|judged| judged.sample == k);
+        let spheres = &update.entities[0].spheres;
+        let Some(contact) = judged.and_then(|judged| judged.contact) else {
+            assert!(spheres.is_empty(), "nothing is generated at sample {k}");
+            continue;
+        };
+        assert_eq!(spheres.len(), Finger::COUNT);
+        for (finger, &touches) in contact.in_contact.iter() {
+            let alpha = spheres[finger.index()].color.as_ref().unwrap().a;
+            assert_eq!(alpha >= 1.0, touches);
+            *(if touches { &mut lit } else { &mut dim }) += 1;
+        }
+    }
+    assert!(lit > 0 && dim > 0);
+    let last = decoded::<SceneUpdate>(&messages["/view/fingertips_scene"])
+        .pop()
+        .unwrap();
+    let trail = &last.entities[0].lines[0].points;
+    assert!((5..15).contains(&trail.len()), "{}", trail.len());
+}
+
+#[test]
+fn the_object_is_sent_once_on_topics_of_its_own() {
+    let take = common::take(50, 100.0);
+    let shapes = [
+        Shape::Cuboid {
+            edges_m: [0.04, 0.05, 0.06],
+        },
+        Shape::Cylinder {
+            diameter_m: 0.05,
+            height_m: 0.08,
+        },
+    ];
+    for shape in shapes {
+        let file = TakeFile {
+            object_shape: Some(shape),
+            ..common::take_file(&take, &[], &[])
+        };
+        let messages = messages(&written(&file, true));
+        let solid = decoded::<SceneUpdate>(&messages["/view/object"]);
+        let entity = &solid[0].entities[0];
+        assert_eq!((solid.len(), entity.frame_id.as_str()), (1, "object"));
+        assert!(entity.frame_locked);
+        match shape {
+            Shape::Cuboid { edges_m: [x, y, z] } => {
+                let size = entity.cubes[0].size.unwrap();
+                assert_eq!([size.x, size.y, size.z], [x, y, z]);
+            }
+            Shape::Cylinder {
+                diameter_m,
+                height_m,
+            } => {
+                let cylinder = &entity.cylinders[0];
+                let size = cylinder.size.unwrap();
+                assert_eq!([size.x, size.y, size.z], [diameter_m, diameter_m, height_m]);
+                assert_eq!((cylinder.bottom_scale, cylinder.top_scale), (1.0, 1.0));
+            }
+        }
+    }
+}
+
+#[test]
+fn views_are_decimated_and_stay_small() {
+    for (rate_hz, view_hz) in [(30.0, 30.0), (100.0, 50.0), (120.0, 40.0), (360.0, 45.0)] {
+        let take = common::take(1500, rate_hz);
+        let file = common::take_file(&take, &[], &[]);
+        let (with, without) = (written(&file, true), written(&file, false));
+        assert!(
+            with.len() < 3 * without.len(),
+            "{} {}",
+            with.len(),
+            without.len()
+        );
+        let info = info(&with, "take.mcap").unwrap();
+        for channel in info.channels.iter().filter(|c| c.messages > 1) {
+            let found = channel.rate_hz().unwrap_or(0.0);
+            if channel.topic == "/view/markers" {
+                assert!((found - view_hz).abs() < 0.1, "{found}");
+            }
+            if channel.topic.starts_with("/view/") || channel.topic == "/tf" {
+                assert!(found < 50.1, "{} {found}", channel.topic);
+            }
+        }
+        let plain = inhand_channels::info(&without, "take.mcap").unwrap();
+        let drawn = |topic: &str| topic.starts_with("/view") || topic.starts_with("/tf");
+        assert!(!plain.channels.iter().any(|channel| drawn(&channel.topic)));
+    }
+}

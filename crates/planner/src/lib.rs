@@ -1,4 +1,71 @@
 //! Fingertip trajectories that reach targets, from a dictionary by convex optimisation.
+//!
+//! A motion of one second is `offset + W h`: a dictionary's primitives `W` (15 N x rank) times
+//! activations `h`. Planning chooses the activations that reach what a [`Target`] gives and
+//! otherwise stay close to the demonstrations, within velocity bounds on every coordinate between
+//! all neighbouring samples, and non-negative where the dictionary is:
+//!
+//! ```text
+//! minimise  1/2 |W_S h - (y - offset_S)|² / sigma² + 1/2 (h - mu)ᵀ Σ⁻¹ (h - mu)
+//! s.t.      h >= 0                                          (NMF dictionaries)
+//!           v_min <= (W_{t+1} - W_t) h * rate <= v_max      (all 15 (N - 1) of them)
+//! ```
+//!
+//! [`Method::Prior`] is this problem with both end configurations as `y`; [`Method::Paper`] is the
+//! problem of Hammoud et al., *In-hand manipulation planning using human motion dictionary*
+//! (arXiv 2308.15153), as printed there. Every [`Plan`](inhand_model::Plan) carries a certificate:
+//! the residuals of the optimality conditions over all rows, recomputed apart from the solver.
+//!
+//! ```
+//! use inhand_model::{EndConditions, PlanStatus};
+//! use inhand_planner::{Method, Planner, PlannerSettings, Target, widened};
+//! # use inhand_model::*;
+//! # use nalgebra::{DMatrix, DVector};
+//! # // Two positive primitives, one falling, one rising, over half a second.
+//! # let layout = SegmentLayout { samples: 50, rate_hz: 100.0 };
+//! # let rise = |row: usize| (row / 15) as f64 / 49.0;
+//! # let mut primitives = DMatrix::from_fn(layout.rows(), 2, |row, k| if k == 0 { 1.0 - rise(row) } else { rise(row) });
+//! # for mut column in primitives.column_iter_mut() { column /= column.norm(); }
+//! # let hull = Hull { vertices_m: vec![], triangles: vec![], normals: vec![], offsets_m: vec![] };
+//! # let dictionary = Dictionary {
+//! #     kind: DictionaryKind::Nmf, layout, offset_m: DVector::zeros(layout.rows()), primitives,
+//! #     activation_mean_m: DVector::repeat(2, 0.5), activation_covariance_m2: DMatrix::identity(2, 2) * 0.01,
+//! #     covariance_shrinkage: 0.0,
+//! #     learning: Learning { segments: 0, rms_m: 0.0, relative_error: 0.0, iterations: 0,
+//! #         stop_reason: StopReason::ClosedForm, objective_history_m2: vec![], seed: 0 },
+//! #     demonstrated: Demonstrated { hulls: PerFinger::from_fn(|_| hull.clone()),
+//! #         velocity: VelocityBounds { min_m_s: [-0.2; 15], max_m_s: [0.2; 15] } },
+//! # };
+//! // `dictionary` was learned or read before.
+//! let settings = PlannerSettings {
+//!     sigma_m: PlannerSettings::SIGMA_M,
+//!     ridge: PlannerSettings::RIDGE,
+//!     velocity_bounds: widened(
+//!         &dictionary.demonstrated.velocity,
+//!         PlannerSettings::VELOCITY_FACTOR,
+//!     ),
+//! };
+//! let planner = Planner::new(&dictionary, Method::Prior, &settings)?;
+//! let plan = planner.plan(&Target::from(EndConditions {
+//!     first_m: [0.030; 15],
+//!     last_m: [0.042; 15],
+//!     first_velocity_m_s: [0.0; 15],
+//!     last_velocity_m_s: [0.0; 15],
+//! }))?;
+//!
+//! assert_eq!(plan.status, PlanStatus::Solved);
+//! assert!(plan.certificate.worst() < 1e-6);
+//! let trajectory = plan.trajectory.expect("a solved plan has one");
+//! assert!((trajectory.configuration_m(49)[0] - 0.042).abs() < 1e-5);
+//! # Ok::<(), inhand_planner::PlanError>(())
+//! ```
+//!
+//! Reading order: `method` (problems, settings, backends), `target`, `objective` (what is
+//! minimised), `velocity` (the bounds as rows), `planner` (rows taken up as needed, answers
+//! judged), `active_set` with `cholesky` (the default solver), `interior_point` (Clarabel),
+//! `certificate`.
+//!
+//! This is the only crate that knows Clarabel. It knows no files and no recordings.
 
 mod active_set;
 mod certificate;

@@ -1,8 +1,8 @@
 //! From rows of numbers to tracks on an even clock.
 
 use inhand_model::{
-    Body, BodyKind, Clock, Finding, Marker, MarkerKind, PointTrack, Pose, PoseTrack, Position,
-    Recording, Source, Status, TrackedBody, World,
+    Body, BodyKind, Clock, Finding, LengthUnit, Marker, MarkerKind, PointTrack, Pose, PoseTrack,
+    Position, Recording, Source, Status, TrackedBody, World,
 };
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use rayon::prelude::*;
@@ -88,7 +88,7 @@ pub(crate) struct Take {
 pub(crate) fn assemble(table: &Table<'_>, take: Take) -> Result<Recording, CaptureError> {
     let rows_at_most = table.rows_at_most();
     let width = table.values();
-    let unit_m = take.source.length_unit.metres();
+    let scale = Scale::of(take.source.length_unit);
     let zero_is_missing = take.zero_is_missing;
     let mut series: Vec<Series> = take
         .entities
@@ -106,7 +106,7 @@ pub(crate) fn assemble(table: &Table<'_>, take: Take) -> Result<Recording, Captu
         }
         series.par_iter_mut().for_each(|series| {
             for (rows, gaps) in batch.iter().zip(&gaps) {
-                series.push(rows, gaps, width, unit_m);
+                series.push(rows, gaps, width, scale);
             }
         });
         Ok(())
@@ -309,6 +309,29 @@ impl TimeCheck {
     }
 }
 
+/// From the source's unit to metres. Decimal units divide, so that 110.763 mm becomes the number
+/// nearest to 0.110763 m, which a product with 0.001 misses.
+#[derive(Clone, Copy)]
+struct Scale {
+    factor: f64,
+    divisor: f64,
+}
+
+impl Scale {
+    fn of(unit: LengthUnit) -> Self {
+        let (factor, divisor) = match unit {
+            LengthUnit::Centimetres => (1.0, 100.0),
+            LengthUnit::Millimetres => (1.0, 1000.0),
+            _ => (unit.metres(), 1.0),
+        };
+        Self { factor, divisor }
+    }
+
+    fn metres(self, length: f64) -> f64 {
+        length * self.factor / self.divisor
+    }
+}
+
 enum Tracked {
     Marker(Marker),
     Body(TrackedBody),
@@ -409,7 +432,7 @@ impl Series {
     }
 
     /// Appends the rows of a block, each after the samples left out before it.
-    fn push(&mut self, rows: &Rows, gaps: &[usize], width: usize, unit_m: f64) {
+    fn push(&mut self, rows: &Rows, gaps: &[usize], width: usize, scale: Scale) {
         for (k, &gap) in gaps.iter().enumerate() {
             let values = &rows.values[k * width..][..width];
             match (&mut self.track, self.slots) {
@@ -427,7 +450,7 @@ impl Series {
                         if zero_is_missing && coords == [0.0; 3] {
                             self.at_origin.note(rows.line(k));
                         } else {
-                            sample = Some(Position::from(coords.map(|c| c * unit_m)));
+                            sample = Some(Position::from(coords.map(|c| scale.metres(c))));
                         }
                     } else if coords.iter().any(|c| c.is_finite()) {
                         self.partial.note(rows.line(k));
@@ -436,7 +459,7 @@ impl Series {
                         marker.track.push(None, Status::Missing);
                     }
                     marker.track.push(sample, Status::Measured);
-                    append(&mut marker.quality, quality, values, gap, 1.0);
+                    append(&mut marker.quality, quality, values, gap, |quality| quality);
                 }
                 (
                     Tracked::Body(body),
@@ -446,7 +469,7 @@ impl Series {
                         marker_error,
                     },
                 ) => {
-                    let sample = match pose(values, rotation, position, unit_m) {
+                    let sample = match pose(values, rotation, position, scale) {
                         Ok(pose) => Some(pose),
                         Err(NoPose::Blank) => None,
                         Err(NoPose::Partial) => {
@@ -462,7 +485,13 @@ impl Series {
                         body.track.push(None, Status::Missing);
                     }
                     body.track.push(sample, Status::Measured);
-                    append(&mut body.marker_error_m, marker_error, values, gap, unit_m);
+                    append(
+                        &mut body.marker_error_m,
+                        marker_error,
+                        values,
+                        gap,
+                        |error| scale.metres(error),
+                    );
                 }
                 // `Series::new` makes both of the same kind.
                 _ => {}
@@ -500,11 +529,11 @@ fn append(
     slot: Option<usize>,
     values: &[f64],
     gap: usize,
-    factor: f64,
+    convert: impl Fn(f64) -> f64,
 ) {
     if let (Some(series), Some(slot)) = (series, slot) {
         series.extend(std::iter::repeat_n(f64::NAN, gap));
-        series.push(values[slot] * factor);
+        series.push(convert(values[slot]));
     }
 }
 
@@ -518,7 +547,7 @@ fn pose(
     values: &[f64],
     rotation: RotationColumns,
     position: [usize; 3],
-    unit_m: f64,
+    scale: Scale,
 ) -> Result<Pose<World, Body>, NoPose> {
     let coords = position.map(|slot| values[slot]);
     let present = |slots: &[usize]| {
@@ -543,7 +572,7 @@ fn pose(
         }
         RotationColumns::Euler { angles, axes } => euler(angles.map(|slot| values[slot]), axes),
     };
-    let translation = Translation3::from(Vector3::from(coords) * unit_m);
+    let translation = Translation3::from(Vector3::from(coords.map(|c| scale.metres(c))));
     Ok(Pose::new(Isometry3::from_parts(translation, rotation)))
 }
 

@@ -100,13 +100,21 @@ pub enum CaptureError {
     /// The file does not say in which order its Euler angles apply.
     #[error(
         "{file}: the header has no \"Rotation Type\" and {entity} has three rotation columns: say \
-         in which order the angles apply with --rotation-order (XYZ, XZY, YXZ, YZX, ZXY or ZYX)"
+         in which order the angles apply with --rotation-order (XYZ, XZY, YXZ, YZX, ZXY or ZYX){}",
+        if *.no_units {
+            "; it has no \"Length Units\" either: say it with --units (metres, centimetres, \
+             millimetres, inches, feet)"
+        } else {
+            ""
+        }
     )]
     NoRotationOrder {
         /// The file.
         file: String,
         /// The first body concerned.
         entity: String,
+        /// Whether the unit of length is not stated either.
+        no_units: bool,
     },
     /// A setting says something else than the file.
     #[error(

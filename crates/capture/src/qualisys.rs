@@ -17,7 +17,7 @@
 
 use std::collections::BTreeMap;
 
-use inhand_model::{Clock, Finding, LengthUnit, MarkerKind, Recording, Source, UpAxis};
+use inhand_model::{Clock, Finding, LengthUnit, MarkerKind, Recording, Source, StartTime, UpAxis};
 
 use crate::assembly::{self, Entity, Take};
 use crate::error::CaptureError;
@@ -94,7 +94,8 @@ pub fn read(
         },
     )?;
     let mut findings = header.findings();
-    findings.extend(start.finding);
+    // QTM counts hours from 0 to 23, so only an unreadable time is odd.
+    findings.extend(start.finding.filter(|_| start.known == StartTime::Unknown));
 
     let (columns, labels, names) = header.columns(bytes, file_name)?;
     let table = Table {

@@ -244,6 +244,7 @@ impl Candidate<'_> {
                 return Err(CaptureError::NoRotationOrder {
                     file: file.to_owned(),
                     entity: format!("body \"{}\"", self.name),
+                    no_units: false,
                 });
             }
             (Some(_), Some(stated)) => {

@@ -73,13 +73,19 @@ pub fn read(
     let bytes = text::without_byte_order_mark(bytes, file_name)?;
     let header = header::parse(bytes, file_name)?;
     let rotation_order = rotation_order(&header, file_name, settings)?;
-    let layout = layout::resolve(&header, file_name, rotation_order)?;
+    let length_unit = length_unit(&header, file_name, settings)?;
+    let layout = layout::resolve(&header, file_name, rotation_order).map_err(|mut error| {
+        // Both at once, so that nobody has to come back twice.
+        if let CaptureError::NoRotationOrder { no_units, .. } = &mut error {
+            *no_units = length_unit.is_none();
+        }
+        error
+    })?;
 
-    let any = !layout.entities.is_empty();
-    let length_unit = match length_unit(&header, file_name, settings)? {
+    let length_unit = match length_unit {
         Some(unit) => unit,
         // Without any entity there is no length to misread.
-        None if !any => LengthUnit::Metres,
+        None if layout.entities.is_empty() => LengthUnit::Metres,
         None => {
             return Err(CaptureError::NoUnits {
                 file: file_name.to_owned(),
@@ -121,8 +127,8 @@ pub fn read(
             source,
         },
     )?;
-    let name = match header.fact("Take Name") {
-        Some(name) if !name.is_empty() => name,
+    let name = match header.facts.get("Take Name") {
+        Some(name) if !name.trim().is_empty() => name.as_str(),
         _ => text::stem(file_name),
     }
     .to_owned();

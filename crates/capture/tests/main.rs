@@ -1,0 +1,11 @@
+//! Vendor text in, recordings out, and back. Everything read here is made here.
+
+mod suite {
+    //! `text` makes vendor files; the others hold one kind of check each.
+    mod damage;
+    mod motive;
+    mod qualisys;
+    mod roles;
+    mod round_trip;
+    mod text;
+}

@@ -1,0 +1,369 @@
+//! Which names get which role.
+
+use inhand_capture::roles::{self, BodyChoice, RoleError, RoleSettings};
+use inhand_model::{BodySource, Finger, PerFinger, Recording, Roles};
+
+use super::text::{Motive, body, marker, marker_of};
+
+const FINGERS: [&str; 5] = ["Thumb", "Index", "Middle", "Ring", "Little"];
+
+/// A take with one sample of these bodies and markers.
+fn take(bodies: &[&str], markers: &[&str]) -> Recording {
+    let mut columns = Vec::new();
+    let mut row = "0,0".to_owned();
+    for name in bodies {
+        columns.extend(body(name));
+        row.push_str(",0,0,0,1,0,0,0");
+    }
+    for (m, name) in markers.iter().enumerate() {
+        columns.extend(marker_of("Marker", name, &format!("M{m}")));
+        row.push_str(",1,2,3");
+    }
+    Motive::new(columns, &[&row]).read().unwrap()
+}
+
+fn resolve(bodies: &[&str], markers: &[&str]) -> Result<Roles, RoleError> {
+    roles::resolve(&take(bodies, markers), &RoleSettings::default())
+}
+
+fn with<'a>(fingers: [&'a str; 5], more: &[&'a str]) -> Vec<&'a str> {
+    fingers.iter().chain(more).copied().collect()
+}
+
+fn body_source(name: &str) -> BodySource {
+    BodySource::RigidBody(name.to_owned())
+}
+
+fn cluster(names: &[&str]) -> BodySource {
+    BodySource::Markers(names.iter().map(|&name| name.to_owned()).collect())
+}
+
+#[test]
+fn common_names_need_no_settings() {
+    let roles = resolve(&["Hand", "Object"], &FINGERS).unwrap();
+    assert_eq!(roles.hand, body_source("Hand"));
+    assert_eq!(roles.object, Some(body_source("Object")));
+    assert_eq!(roles.fingers, PerFinger::new(FINGERS.map(str::to_owned)));
+
+    let names = [
+        "RightHand:ThumbTip",
+        "index_finger",
+        "MIDDLE",
+        "ring tip",
+        "Pinky",
+    ];
+    let roles = resolve(&["RightHand", "cube5", "Table"], &names).unwrap();
+    assert_eq!(roles.hand, body_source("RightHand"));
+    assert_eq!(roles.object, Some(body_source("cube5")));
+    assert_eq!(roles.fingers, PerFinger::new(names.map(str::to_owned)));
+}
+
+#[test]
+fn joints_are_no_fingertips_and_clusters_make_a_hand() {
+    let names = [
+        "hand_top",
+        "hand_left",
+        "hand_right",
+        "thumb_tip",
+        "thumb_middle",
+        "little_tip",
+        "little_middle",
+        "ring_tip",
+        "ring_middle",
+        "middle_middle",
+        "middle_tip",
+        "index_tip",
+        "index_middle",
+        "right_elbow",
+        "back_top",
+        "back_left",
+        "back_right",
+        "pillow_top",
+        "pillow_left",
+        "pillow_right",
+    ];
+    let recording = take(&[], &names);
+    let roles = roles::resolve(&recording, &RoleSettings::default()).unwrap();
+    assert_eq!(
+        roles.hand,
+        cluster(&["hand_top", "hand_left", "hand_right"])
+    );
+    assert_eq!(roles.object, None);
+    for (finger, name) in roles.fingers.iter() {
+        assert_eq!(*name, format!("{finger}_tip"));
+    }
+    for choice in ["pillow", "Pillow", "pillow_top, pillow_left,pillow_right"] {
+        let settings = RoleSettings {
+            object: Some(choice.parse().unwrap()),
+            ..RoleSettings::default()
+        };
+        let roles = roles::resolve(&recording, &settings).unwrap();
+        assert_eq!(
+            roles.object,
+            Some(cluster(&["pillow_top", "pillow_left", "pillow_right"])),
+            "{choice}"
+        );
+    }
+}
+
+#[test]
+fn markers_of_bodies() {
+    // The labelled markers of a body that was not exported.
+    let names = with(
+        FINGERS,
+        &[
+            "Hand:Marker1",
+            "Hand:Marker2",
+            "Hand:Marker3",
+            "Hand:Thumb base",
+        ],
+    );
+    assert_eq!(
+        resolve(&[], &names).unwrap().hand,
+        cluster(&["Hand:Marker1", "Hand:Marker2", "Hand:Marker3"])
+    );
+    // A body counts more than its markers.
+    assert_eq!(
+        resolve(&["Hand"], &names).unwrap().hand,
+        body_source("Hand")
+    );
+    // A cluster plainly called object.
+    let names = with(FINGERS, &["cube_1", "cube_2", "cube_3", "cube_4"]);
+    assert_eq!(
+        resolve(&["Hand"], &names).unwrap().object,
+        Some(cluster(&["cube_1", "cube_2", "cube_3", "cube_4"]))
+    );
+    // A fitted marker of the same name does not compete with the one the cameras saw.
+    let columns = [
+        body("Hand"),
+        marker_of("Rigid Body Marker", "Thumb", "B0"),
+        FINGERS.iter().flat_map(|name| marker(name)).collect(),
+    ]
+    .concat();
+    let row = ["0,0,0,0,0,1,0,0,0".to_owned(), ",1,2,3".repeat(6)].concat();
+    let recording = Motive::new(columns, &[&row]).read().unwrap();
+    assert!(roles::resolve(&recording, &RoleSettings::default()).is_ok());
+}
+
+#[test]
+fn a_finger_without_marker_lists_what_there_is() {
+    let error = resolve(
+        &["Hand"],
+        &[
+            "Thumb",
+            "Index",
+            "Unlabeled 1036",
+            "Middle",
+            "Ring",
+            "Marker 005",
+        ],
+    )
+    .unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "cannot tell which marker is the little finger\n  take \"take\" has the markers: Thumb, \
+         Index, Middle, Ring, Marker 005, Unlabeled 1036\n  say it with   --finger \
+         little=\"MARKER\"   or in inhand.toml under [fingers]"
+    );
+    let error = resolve(&["Hand"], &["Ring"]).unwrap_err().to_string();
+    assert!(
+        error.starts_with("cannot tell which marker is the thumb, the index finger, the middle"),
+        "{error}"
+    );
+}
+
+#[test]
+fn two_that_claim_one_role_are_never_guessed_between() {
+    let error = resolve(&["Hand"], &with(FINGERS, &["Pinky"])).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "cannot tell which marker is the little finger: take \"take\" has \"Little\" (ID M4), \
+         \"Pinky\" (ID M5)\n  say it with   --finger little=\"MARKER\"   or in inhand.toml under \
+         [fingers]; markers of the same name have to be renamed in the capture software"
+    );
+    let doubled = resolve(&["Hand"], &with(FINGERS, &["Ring"])).unwrap_err();
+    assert!(matches!(
+        doubled,
+        RoleError::AmbiguousFingertip {
+            finger: Finger::Ring,
+            ..
+        }
+    ));
+
+    let hands = resolve(&["LeftHand", "RightHand"], &FINGERS)
+        .unwrap_err()
+        .to_string();
+    assert!(
+        hands.contains("which is the hand") && hands.contains("\"RightHand\""),
+        "{hands}"
+    );
+    assert!(hands.contains("--hand"), "{hands}");
+    let objects = resolve(&["Hand", "Cube", "Cylinder"], &FINGERS)
+        .unwrap_err()
+        .to_string();
+    assert!(objects.contains("which is the object"), "{objects}");
+    let clusters = [
+        "left_hand_1",
+        "left_hand_2",
+        "left_hand_3",
+        "right_hand_1",
+        "right_hand_2",
+        "right_hand_3",
+    ];
+    let clusters = resolve(&[], &with(FINGERS, &clusters))
+        .unwrap_err()
+        .to_string();
+    assert!(
+        clusters.contains("the markers left_hand (left_hand_1, "),
+        "{clusters}"
+    );
+}
+
+#[test]
+fn no_hand_lists_what_there_is() {
+    let error = resolve(&["Wrist"], &FINGERS).unwrap_err().to_string();
+    assert!(error.contains("bodies: Wrist"), "{error}");
+    assert!(error.contains("markers: Thumb, Index"), "{error}");
+    // Two markers are no cluster, and fingers never are.
+    for names in [
+        with(FINGERS, &["hand_1", "hand_2"]),
+        FINGERS.map(|_| "").to_vec(),
+    ] {
+        let names: Vec<String> = if names[0].is_empty() {
+            FINGERS.iter().map(|name| format!("Hand:{name}")).collect()
+        } else {
+            names.into_iter().map(str::to_owned).collect()
+        };
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        assert!(
+            matches!(resolve(&[], &names), Err(RoleError::NoHand { .. })),
+            "{names:?}"
+        );
+    }
+}
+
+#[test]
+fn settings_decide() {
+    let recording = take(
+        &["A", "B", "cube"],
+        &[
+            "Thumb",
+            "Index",
+            "Middle",
+            "Ring",
+            "Marker 005",
+            "Pinky",
+            "x",
+            "y",
+            "z",
+        ],
+    );
+    let mut settings = RoleSettings {
+        hand: Some("a".parse().unwrap()),
+        object: Some("B".parse().unwrap()),
+        ..RoleSettings::default()
+    };
+    settings.fingers[Finger::Little] = Some("marker 005".to_owned());
+    let roles = roles::resolve(&recording, &settings).unwrap();
+    assert_eq!(roles.hand, body_source("A"));
+    assert_eq!(roles.object, Some(body_source("B")));
+    assert_eq!(roles.fingers[Finger::Little], "Marker 005");
+
+    settings.object = None;
+    assert_eq!(
+        roles::resolve(&recording, &settings).unwrap().object,
+        Some(body_source("cube"))
+    );
+    settings.no_object = true;
+    assert_eq!(roles::resolve(&recording, &settings).unwrap().object, None);
+    settings.object = Some("B".parse().unwrap());
+    assert_eq!(
+        roles::resolve(&recording, &settings),
+        Err(RoleError::ObjectDenied)
+    );
+    settings.no_object = false;
+
+    settings.object = Some("A".parse().unwrap());
+    let error = roles::resolve(&recording, &settings).unwrap_err();
+    assert!(matches!(error, RoleError::SharedBody { .. }), "{error}");
+    settings.object = Some("bottle".parse().unwrap());
+    let error = roles::resolve(&recording, &settings)
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("no rigid body \"bottle\"") && error.contains("bodies: A, B, cube"));
+    settings.object = Some("x,y,nothing".parse().unwrap());
+    let error = roles::resolve(&recording, &settings)
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.contains("no marker \"nothing\", which is set for the object"),
+        "{error}"
+    );
+    settings.object = Some(BodyChoice::Markers(vec![
+        "x".to_owned(),
+        "X".to_owned(),
+        "y".to_owned(),
+    ]));
+    let error = roles::resolve(&recording, &settings).unwrap_err();
+    assert_eq!(
+        error,
+        RoleError::SmallCluster {
+            role: "object",
+            found: 2
+        }
+    );
+    settings.object = None;
+
+    settings.fingers[Finger::Ring] = Some("Middle".to_owned());
+    // Middle is no longer free for the middle finger.
+    let error = roles::resolve(&recording, &settings).unwrap_err();
+    assert!(
+        matches!(&error, RoleError::NoFingertip { fingers, .. } if fingers == &[Finger::Middle])
+    );
+    settings.fingers[Finger::Middle] = Some("Middle".to_owned());
+    let error = roles::resolve(&recording, &settings).unwrap_err();
+    assert!(
+        matches!(error, RoleError::SharedFingertip { .. }),
+        "{error}"
+    );
+    settings.fingers[Finger::Ring] = Some("gone".to_owned());
+    let error = roles::resolve(&recording, &settings)
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.contains("no marker \"gone\", which is set for the ring"),
+        "{error}"
+    );
+}
+
+#[test]
+fn choices_as_text() {
+    assert_eq!("Hand".parse(), Ok(BodyChoice::Named("Hand".to_owned())));
+    assert_eq!(
+        "a, b,c".parse(),
+        Ok(BodyChoice::Markers(
+            ["a", "b", "c"].map(str::to_owned).to_vec()
+        ))
+    );
+    for text in ["", "a,b", "a,a,a", ",", "a,"] {
+        assert!(text.parse::<BodyChoice>().is_err(), "{text}");
+    }
+}
+
+#[test]
+fn extensions() {
+    for (name, expected) in [
+        ("a.csv", true),
+        ("b/Take 2023.01.CSV", true),
+        ("a.tsv", true),
+        ("a.mcap", false),
+        ("csv", false),
+        ("", false),
+    ] {
+        assert_eq!(
+            inhand_capture::looks_like_capture_file(name),
+            expected,
+            "{name}"
+        );
+    }
+}

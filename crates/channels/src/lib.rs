@@ -78,7 +78,7 @@ pub use info::{
     AttachmentInfo, ChannelInfo, ChunkInfo, FileInfo, FingerInfo, FingertipsInfo, FrameInfo, info,
 };
 pub use metadata::Metadata;
-pub use read::{read_metadata, read_take};
+pub use read::{ReadMethod, read_generated, read_metadata, read_take};
 pub use records::is_mcap;
 pub use take::{
     ContactSample, EvaluatedMethod, EvaluatedSample, GeneratedMethod, GeneratedSegment, ReadTake,

@@ -1,6 +1,7 @@
 //! A take's nouns from its file.
 
 mod decode;
+mod generated;
 
 use std::collections::BTreeMap;
 
@@ -12,6 +13,8 @@ use crate::metadata::{Metadata, RECORDING, RecordingFacts};
 use crate::records::{Depth, Item, walk};
 use crate::take::ReadTake;
 use crate::topic;
+pub use generated::{ReadMethod, read_generated};
+
 use decode::{
     BodyTracks, Channel, Counter, FingertipTracks, MarkerTracks, PoseFromBodies, finding,
 };

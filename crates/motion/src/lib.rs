@@ -2,7 +2,8 @@
 //!
 //! * [`fit_templates`]: what the marker clusters of a session look like, for hands and objects that
 //!   are not rigid bodies of the takes; [`fitted_bodies`] places them at every sample.
-//! * [`process`]: a recording in the hand's frame, short gaps filled, smoothed by a [`filter`].
+//! * [`process`]: a recording in the hand's frame with short gaps filled ([`to_hand_frame`]), smoothed
+//!   by a [`filter`] ([`smooth`]).
 //! * [`cut_segments`]: pieces of a second with the end conditions that a planner knows.
 //!
 //! Missing stays missing unless a gap is short enough to fill, and what was filled is marked, from
@@ -86,7 +87,7 @@ mod stretches;
 
 pub use body::fitted_bodies;
 pub use error::MotionError;
-pub use process::process;
+pub use process::{process, smooth, to_hand_frame};
 pub use segments::cut_segments;
 pub use settings::{Filter, GapFill, ProcessSettings, SegmentSettings};
 pub use template::{BodyRole, Template, Templates, fit_templates};

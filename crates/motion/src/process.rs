@@ -12,25 +12,10 @@ use crate::error::MotionError;
 use crate::filter::{Smoother, smooth_points, smooth_poses};
 use crate::gaps::{fill_points, fill_poses};
 use crate::lookup::marker;
-use crate::settings::ProcessSettings;
+use crate::settings::{Filter, ProcessSettings};
 use crate::template::{BodyRole, Templates};
 
-/// Takes a recording into the hand's frame: bodies from marker clusters, gaps, hand frame, filter.
-///
-/// 1. The hand's pose comes from its rigid body or is fitted to its cluster (at least three
-///    markers seen; a marker hidden from a larger cluster is no gap). Its gaps are filled in the
-///    world.
-/// 2. `hand_f(t) = hand_from_world(t) * f(t)` and `hand_from_object(t) = hand_from_world(t) *
-///    world_from_object(t)`; the object's pose is first moved to its centre by `object_offset_m`.
-///    Where the hand is missing, so is everything in its frame.
-/// 3. Gaps of fingertips and object are filled in the hand's frame, not in the world: while a tip is
-///    hidden the hand goes on moving, which is known, and only the motion within the hand has to be
-///    guessed. The same for an object in the fingers.
-/// 4. The filter smooths each coordinate of each stretch without missing samples.
-///
-/// A value is [`Filled`](inhand_model::Status::Filled) where its own sample was filled or the hand's
-/// was, whatever the filter's window held beside it; otherwise measured. The hand itself is given as
-/// filled, not filtered. Independent of the number of threads.
+/// Takes a recording into the hand's frame and filters it: [`to_hand_frame`], then [`smooth`].
 ///
 /// # Errors
 ///
@@ -41,9 +26,34 @@ pub fn process(
     templates: &Templates,
     settings: &ProcessSettings,
 ) -> Result<Motion, MotionError> {
-    let rate_hz = recording.clock.rate_hz();
-    let max_gap = settings.max_gap_samples(rate_hz)?;
-    let smoother = Smoother::new(settings.filter, rate_hz)?;
+    smooth(&to_hand_frame(recording, roles, templates, settings)?, settings.filter)
+}
+
+/// Takes a recording into the hand's frame: bodies from marker clusters, gaps, hand frame.
+///
+/// 1. The hand's pose comes from its rigid body or is fitted to its cluster (at least three
+///    markers seen; a marker hidden from a larger cluster is no gap). Its gaps are filled in the
+///    world.
+/// 2. `hand_f(t) = hand_from_world(t) * f(t)` and `hand_from_object(t) = hand_from_world(t) *
+///    world_from_object(t)`; the object's pose is first moved to its centre by `object_offset_m`.
+///    Where the hand is missing, so is everything in its frame.
+/// 3. Gaps of fingertips and object are filled in the hand's frame, not in the world: while a tip is
+///    hidden the hand goes on moving, which is known, and only the motion within the hand has to be
+///    guessed. The same for an object in the fingers.
+///
+/// A value is [`Filled`](inhand_model::Status::Filled) where its own sample was filled or the hand's
+/// was; otherwise measured. The hand itself is given as filled. Independent of the number of threads.
+///
+/// # Errors
+///
+/// [`MotionError::Setting`], [`MotionError::NotInTake`], [`MotionError::NoTemplate`].
+pub fn to_hand_frame(
+    recording: &Recording,
+    roles: &Roles,
+    templates: &Templates,
+    settings: &ProcessSettings,
+) -> Result<Motion, MotionError> {
+    let max_gap = settings.max_gap_samples(recording.clock.rate_hz())?;
     let offset = settings.object_offset()?;
 
     let mut hand: PoseTrack<World, Hand> =
@@ -61,7 +71,7 @@ pub fn process(
     let fingertip = |finger: Finger| {
         let mut track = in_hand(&hand_from_world, tips[finger], |pose, tip| pose * tip);
         fill_points(&mut track, max_gap, settings.fill);
-        smooth_points(&track, &smoother)
+        track
     };
     let object = || {
         object.map(|world_from_body| {
@@ -69,23 +79,49 @@ pub fn process(
                 pose * Pose::new(body.isometry() * offset)
             });
             fill_poses(&mut track, max_gap, settings.fill);
-            smooth_poses(&track, &smoother)
+            track
         })
     };
-    let fingertips =
-        || -> Vec<PointTrack<Hand>> { Finger::ALL.into_par_iter().map(fingertip).collect() };
-    let (fingertips, object) = rayon::join(fingertips, object);
-    let mut fingertips = fingertips.into_iter();
+    let (fingertips, object) = rayon::join(|| each_finger(fingertip), object);
     Ok(Motion {
         name: recording.name.clone(),
         clock: recording.clock,
-        fingertips: PerFinger::from_fn(|_| {
-            fingertips
-                .next()
-                .expect("one track was made for each finger")
-        }),
+        fingertips,
         object,
         hand,
+    })
+}
+
+/// Smooths each coordinate of each stretch without missing samples; the hand itself stays as it is.
+///
+/// A sample keeps its status, whatever the filter's window held beside it.
+///
+/// # Errors
+///
+/// [`MotionError::Setting`].
+pub fn smooth(motion: &Motion, filter: Filter) -> Result<Motion, MotionError> {
+    let smoother = Smoother::new(filter, motion.clock.rate_hz())?;
+    let (fingertips, object) = rayon::join(
+        || each_finger(|finger| smooth_points(&motion.fingertips[finger], &smoother)),
+        || (motion.object.as_ref()).map(|track| smooth_poses(track, &smoother)),
+    );
+    Ok(Motion {
+        name: motion.name.clone(),
+        clock: motion.clock,
+        fingertips,
+        object,
+        hand: motion.hand.clone(),
+    })
+}
+
+/// Makes one track for each finger, in parallel.
+fn each_finger(make: impl Fn(Finger) -> PointTrack<Hand> + Sync + Send) -> PerFinger<PointTrack<Hand>> {
+    let tracks: Vec<_> = Finger::ALL.into_par_iter().map(make).collect();
+    let mut tracks = tracks.into_iter();
+    PerFinger::from_fn(|_| {
+        tracks
+            .next()
+            .expect("one track was made for each finger")
     })
 }
 

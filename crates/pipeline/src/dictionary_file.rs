@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use inhand_channels::WriteSettings;
 use inhand_model::{Dictionary, InputHash, Provenance};
 
 use crate::error::PipelineError;
@@ -49,11 +48,9 @@ pub fn write(
     path: &Path,
     dictionary: &Dictionary,
     provenance: &[Provenance],
-    view: bool,
 ) -> Result<(), PipelineError> {
-    let settings = WriteSettings { view };
     output::write_atomic(path, |out| {
-        inhand_channels::write_dictionary(out, dictionary, provenance, &settings)
+        inhand_channels::write_dictionary(out, dictionary, provenance)
             .map_err(|source| PipelineError::Channels { path: path.to_owned(), source })
     })
 }

@@ -50,7 +50,7 @@ pub use settings::{
     SegmentSection, Settings, SourceSettings, TakeEntry,
 };
 pub use stored::evaluate_stored;
-pub use take::{StoredMethod, Take, describe_source, read, read_session};
+pub use take::{Take, describe_source, read, read_session};
 pub use take_file::{
     GeneratedMotion, TakeContents, write as write_take, write_parts as write_take_parts,
 };

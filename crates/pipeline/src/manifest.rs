@@ -16,7 +16,7 @@ use crate::settings::{EvaluateSection, PlanSection, Settings};
 use crate::take::{Take, hex_sha256};
 
 /// File name of the run's facts in its output folder.
-pub const RUN_FILE: &str = "run.json";
+pub(crate) const RUN_FILE: &str = "run.json";
 
 /// Facts of one run.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -83,7 +83,7 @@ impl Manifest {
 }
 
 /// Key of everything that results depend on.
-pub fn key(session: &Session, provenance: &Provenance, view: bool) -> String {
+pub(crate) fn key(session: &Session, provenance: &Provenance, view: bool) -> String {
     let takes: Vec<_> = (session.takes.iter())
         .map(|take| format!("{:?} {} {:?} {:?}", take.role, take.name, take.from_s, take.to_s))
         .collect();
@@ -91,7 +91,7 @@ pub fn key(session: &Session, provenance: &Provenance, view: bool) -> String {
 }
 
 /// Provenance of a dictionary: only the settings and takes that it depends on.
-pub fn learn_provenance<'a>(
+pub(crate) fn learn_provenance<'a>(
     settings: &Settings,
     takes: impl IntoIterator<Item = &'a Take>,
 ) -> Provenance {
@@ -111,7 +111,7 @@ pub fn learn_provenance<'a>(
 }
 
 /// Whether the results of an earlier run have this key and are all unchanged.
-pub fn up_to_date(run_file: &Path, key: &str, outputs: &[&Path]) -> bool {
+pub(crate) fn up_to_date(run_file: &Path, key: &str, outputs: &[&Path]) -> bool {
     let Some(earlier) = read(run_file) else { return false };
     if earlier.manifest.key != key {
         return false;
@@ -123,7 +123,7 @@ pub fn up_to_date(run_file: &Path, key: &str, outputs: &[&Path]) -> bool {
 }
 
 /// Whether a file is the `run.json` of an earlier run.
-pub fn is_run_file(path: &Path) -> bool {
+pub(crate) fn is_run_file(path: &Path) -> bool {
     read(path).is_some()
 }
 
@@ -132,7 +132,7 @@ pub fn is_run_file(path: &Path) -> bool {
 /// # Errors
 ///
 /// [`PipelineError::Io`].
-pub fn forget(run_file: &Path) -> Result<(), PipelineError> {
+pub(crate) fn forget(run_file: &Path) -> Result<(), PipelineError> {
     match read(run_file) {
         None => Ok(()),
         Some(mut earlier) => {
@@ -147,7 +147,7 @@ pub fn forget(run_file: &Path) -> Result<(), PipelineError> {
 /// # Errors
 ///
 /// [`PipelineError::Io`].
-pub fn write_run_json(path: &Path, run: &RunJson) -> Result<(), PipelineError> {
+pub(crate) fn write_run_json(path: &Path, run: &RunJson) -> Result<(), PipelineError> {
     let mut text = serde_json::to_string_pretty(run)
         .expect("a struct of numbers and strings with string keys is valid JSON");
     text.push('\n');

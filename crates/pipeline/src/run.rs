@@ -119,7 +119,9 @@ pub fn run(options: &RunOptions, watch: &mut dyn FnMut(Event<'_>)) -> Result<Run
     // From here on results are replaced one by one: what is there no longer belongs together.
     manifest::forget(&files.run)?;
 
-    let motions = timer.time("filter", || steps::process_takes(&takes, settings))?;
+    let in_hand = timer.time("hand_frame", || steps::motions_in_hand(&takes, settings))?;
+    let motions = timer.time("filter", || steps::smooth_motions(&in_hand, settings))?;
+    drop(in_hand);
     let results: Vec<_> = (takes.iter().zip(&motions).zip(&session.takes))
         .map(|((take, motion), entry)| TakeResult { take, motion, role: entry.role })
         .collect();
@@ -133,7 +135,7 @@ pub fn run(options: &RunOptions, watch: &mut dyn FnMut(Event<'_>)) -> Result<Run
         return Err(PipelineError::Session { path: options.folder.clone(), message: message.into() });
     }
     let (dictionary, dictionary_reused) = timer.time("learn", || {
-        learn_or_reuse(&results, &train_motions, &train, settings, &files.dictionary, options.view)
+        learn_or_reuse(&results, &train_motions, &train, settings, &files.dictionary)
     })?;
 
     let generated = timer.time("generate", || {
@@ -238,7 +240,6 @@ fn learn_or_reuse(
     segments: &Segments,
     settings: &Settings,
     path: &Path,
-    view: bool,
 ) -> Result<(Dictionary, bool), PipelineError> {
     let train = results.iter().filter(|result| result.role == Role::Train);
     let learned_by = manifest::learn_provenance(settings, train.map(|result| result.take));
@@ -246,7 +247,7 @@ fn learn_or_reuse(
         return Ok((dictionary, true));
     }
     let dictionary = steps::learn(segments, steps::demonstrated(motions)?, settings)?;
-    dictionary_file::write(path, &dictionary, &[learned_by], view)?;
+    dictionary_file::write(path, &dictionary, &[learned_by])?;
     Ok((dictionary, false))
 }
 

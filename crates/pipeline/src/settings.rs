@@ -187,7 +187,7 @@ pub struct LearnSection {
 
 impl Default for LearnSection {
     fn default() -> Self {
-        Self { rank: 200, seed: 0, max_iterations: 40, relative_change: 1e-4, stop_rms_mm: None }
+        Self { rank: 200, seed: 0, max_iterations: 10, relative_change: 1e-4, stop_rms_mm: None }
     }
 }
 

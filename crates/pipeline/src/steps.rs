@@ -13,7 +13,9 @@ use inhand_model::{
     PerFinger, Plan, Roles, SegmentLayout, Segments, SessionFacts, TakeFacts, TakeQuality,
     Trajectory,
 };
-use inhand_motion::{SegmentSettings, Templates, cut_segments, fit_templates, process};
+use inhand_motion::{
+    SegmentSettings, Templates, cut_segments, fit_templates, smooth, to_hand_frame,
+};
 use inhand_planner::{Planner, PlannerSettings, Target, plan_all};
 use inhand_trajectory::velocity;
 use rayon::prelude::*;
@@ -29,16 +31,41 @@ use crate::take::Take;
 ///
 /// [`PipelineError::Motion`] for the first take that cannot be processed.
 pub fn process_takes(takes: &[Take], settings: &Settings) -> Result<Vec<Motion>, PipelineError> {
+    smooth_motions(&motions_in_hand(takes, settings)?, settings)
+}
+
+/// Brings takes into the hand's frame, gaps filled, in order.
+///
+/// # Errors
+///
+/// [`PipelineError::Motion`] for the first take that cannot be processed.
+pub fn motions_in_hand(takes: &[Take], settings: &Settings) -> Result<Vec<Motion>, PipelineError> {
     let roles = takes.iter().map(Take::roles).collect::<Result<Vec<_>, _>>()?;
     let templates = templates(takes, &roles)?;
     let process_settings = settings.process_settings()?;
     let motions: Vec<_> = (takes.par_iter().zip(&roles))
         .map(|(take, roles)| {
-            process(&take.recording, roles, &templates, &process_settings)
+            to_hand_frame(&take.recording, roles, &templates, &process_settings)
                 .map_err(|source| PipelineError::Motion { take: take.name.clone(), source })
         })
         .collect();
     motions.into_iter().collect()
+}
+
+/// Filters motions, in order.
+///
+/// # Errors
+///
+/// [`PipelineError::Motion`] for a filter that cannot be used.
+pub fn smooth_motions(motions: &[Motion], settings: &Settings) -> Result<Vec<Motion>, PipelineError> {
+    let filter = settings.process_settings()?.filter;
+    let smoothed: Vec<_> = (motions.par_iter())
+        .map(|motion| {
+            smooth(motion, filter)
+                .map_err(|source| PipelineError::Motion { take: motion.name.clone(), source })
+        })
+        .collect();
+    smoothed.into_iter().collect()
 }
 
 /// Motions that earlier steps stored in takes, or else takes processed now.
@@ -218,7 +245,7 @@ pub fn measure_recorded<'a>(
         tau_m: settings.evaluate.tau_mm / 1000.0,
         collision_limit_m: settings.evaluate.collision_mm / 1000.0,
         finger_offsets_m: settings.pad_offsets_m()?,
-        ..EvaluationSettings::default()
+        ..EvaluationSettings::paper()
     };
     let recorded = recorded(&data, &settings);
     Ok(Comparison { data, settings, recorded })

@@ -1,6 +1,7 @@
 //! Judging motion that an earlier step stored in takes.
 
-use inhand_model::{Evaluation, Segments};
+use inhand_channels::ReadMethod;
+use inhand_model::{Evaluation, Plan, SegmentLayout, Segments, Trajectory};
 
 use crate::dictionary_file::DictionaryFile;
 use crate::error::PipelineError;
@@ -42,38 +43,59 @@ pub fn evaluate_stored(
 }
 
 fn stored_methods(takes: &[Take], test: &Segments) -> Result<Vec<Generated>, PipelineError> {
-    let Some(first) = takes.first() else { return Ok(Vec::new()) };
-    if let Some(take) = takes.iter().find(|take| take.stored_methods.is_empty()) {
-        let message = "no /generated channels: `inhand generate` or `inhand run` writes them";
-        return Err(take.error(message.to_owned()));
-    }
-    first.stored_methods.iter().map(|method| stored_method(&method.name, takes, test)).collect()
+    let stored = takes.iter().map(read_methods).collect::<Result<Vec<_>, _>>()?;
+    let Some(first) = stored.first() else { return Ok(Vec::new()) };
+    first.iter().map(|method| join_takes(&method.name, takes, &stored, test)).collect()
 }
 
-fn stored_method(name: &str, takes: &[Take], test: &Segments) -> Result<Generated, PipelineError> {
+fn read_methods(take: &Take) -> Result<Vec<ReadMethod>, PipelineError> {
+    let bytes = std::fs::read(&take.path).map_err(PipelineError::io("read", &take.path))?;
+    let none = || take.error("no /generated channels: `inhand generate` writes them".to_owned());
+    if !inhand_channels::is_mcap(&bytes) {
+        return Err(none());
+    }
+    let methods = inhand_channels::read_generated(&bytes, &take.hash.name)
+        .map_err(|source| PipelineError::Channels { path: take.path.clone(), source })?;
+    if methods.is_empty() { Err(none()) } else { Ok(methods) }
+}
+
+/// One method over the segments of all takes.
+fn join_takes(
+    name: &str,
+    takes: &[Take],
+    stored: &[Vec<ReadMethod>],
+    test: &Segments,
+) -> Result<Generated, PipelineError> {
     let method: Method = name.parse()?;
-    let mut trajectories = vec![None; test.len()];
-    let mut plans = vec![None; test.len()];
-    for (index, take) in takes.iter().enumerate() {
-        let Some(stored) = take.stored_methods.iter().find(|stored| stored.name == name) else {
-            let message = format!("no /generated/{name} channels, which other takes have");
-            return Err(take.error(message));
+    let mut trajectories = Vec::with_capacity(test.len());
+    let mut plans = Vec::with_capacity(test.len());
+    for origin in test.origins() {
+        let take = &takes[origin.take];
+        let Some(stored) = stored[origin.take].iter().find(|stored| stored.name == name) else {
+            return Err(take.error(format!("no /generated/{name} channel, which other takes have")));
         };
-        for segment in &stored.segments {
-            let starts_here = |origin: &inhand_model::SegmentOrigin| {
-                origin.take == index && origin.start == segment.start_sample
-            };
-            let Some(place) = test.origins().iter().position(starts_here) else {
-                return Err(take.error(format!(
-                    "/generated/{name}: a trajectory starts at sample {}, where no segment does; \
-                     were gap, filter or margin settings others when it was generated?",
-                    segment.start_sample
-                )));
-            };
-            trajectories[place] = Some(segment.trajectory.clone());
-            plans[place].clone_from(&segment.plan);
-        }
+        let trajectory = trajectory(stored, origin.start, test.layout());
+        let plan = stored.plans.get(&origin.start).cloned();
+        plans.push(plan.map(|plan| Plan { trajectory: trajectory.clone(), ..plan }));
+        trajectories.push(trajectory);
+    }
+    if trajectories.iter().all(Option::is_none) {
+        let message = format!(
+            "/generated/{name}: no trajectory covers a segment of the takes; were gap, filter or \
+             margin settings others when it was generated?"
+        );
+        return Err(takes[0].error(message));
     }
     let plans = plans.into_iter().collect();
     Ok(Generated { method, trajectories, plans, plan_times: Vec::new() })
+}
+
+/// The generated motion over one segment, if it covers it.
+fn trajectory(stored: &ReadMethod, start: usize, layout: SegmentLayout) -> Option<Trajectory> {
+    let samples = start..start + layout.samples;
+    let configurations: Vec<_> = stored.configurations_m.range(samples).map(|(_, c)| *c).collect();
+    if configurations.len() < layout.samples {
+        return None;
+    }
+    Trajectory::new(layout, configurations.concat()).ok()
 }

@@ -29,12 +29,7 @@ pub struct Take {
     pub provenance: Vec<Provenance>,
     /// Motion that an earlier step stored in the file.
     pub stored_motion: Option<Motion>,
-    /// Trajectories that an earlier step stored in the file.
-    pub stored_methods: Vec<StoredMethod>,
 }
-
-/// Trajectories of one method, as a file holds them.
-pub type StoredMethod = inhand_channels::ReadMethod;
 
 /// Reads a take, whatever its format. Roles are told where that is possible.
 ///
@@ -56,12 +51,11 @@ pub fn read(path: &Path, settings: &Settings) -> Result<Take, PipelineError> {
             } else {
                 let recording = inhand_capture::read(&bytes, &file_name, &settings.read_settings()?)
                     .map_err(|source| PipelineError::Capture { path: path.to_owned(), source })?;
-                let (roles, motion, generated) = (None, None, Vec::new());
-                Ok(ReadTake { recording, roles, motion, generated, provenance: Vec::new() })
+                Ok(ReadTake { recording, roles: None, motion: None, provenance: Vec::new() })
             }
         },
     );
-    let ReadTake { recording, roles, motion, generated, provenance } = parsed?;
+    let ReadTake { recording, roles, motion, provenance } = parsed?;
     // Roles that an earlier step found stay, unless this call says otherwise.
     let roles = match roles {
         Some(roles) if role_settings == RoleSettings::default() => Ok(roles),
@@ -77,7 +71,6 @@ pub fn read(path: &Path, settings: &Settings) -> Result<Take, PipelineError> {
         hash,
         provenance,
         stored_motion: motion,
-        stored_methods: generated,
     })
 }
 
@@ -133,9 +126,7 @@ fn read_entry(entry: &SessionTake, settings: &Settings) -> Result<Take, Pipeline
         )));
     }
     take.recording = take.recording.slice(from..to);
-    // What was stored belongs to the whole take.
-    take.stored_motion = None;
-    take.stored_methods = Vec::new();
+    take.stored_motion = None; // It belongs to the whole take.
     Ok(take)
 }
 

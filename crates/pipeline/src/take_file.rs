@@ -125,17 +125,18 @@ impl<'a> GeneratedMotion<'a> {
             .map(|(sample, row)| EvaluatedSample {
                 sample,
                 error_m: rows.error_m[row],
-                contact: (rows.distance_m.as_ref())
-                    .map(|distances| distances[row])
-                    .filter(finite)
-                    .map(|distance_m| contact_sample(distance_m, rows.tau_m)),
+                contact: contact_sample(rows, row),
             })
             .collect()
     }
 }
 
-fn contact_sample(distance_m: PerFinger<f64>, tau_m: f64) -> ContactSample {
-    let in_contact = distance_m.map(|distance| distance <= tau_m);
+fn contact_sample(rows: &Rows, row: usize) -> Option<ContactSample> {
+    let distance_m = rows.distance_m.as_ref()?[row];
+    let in_contact = rows.in_contact.as_ref()?[row];
+    if distance_m.as_array().iter().any(|distance| distance.is_nan()) {
+        return None; // The object is missing at this instant.
+    }
     let count = Finger::ALL.into_iter().filter(|&finger| in_contact[finger]).count();
-    ContactSample { distance_m, in_contact, count }
+    Some(ContactSample { distance_m, in_contact, count })
 }

@@ -8,7 +8,7 @@ use inhand_pipeline::{check_target, evaluate_stored, provenance, write_text};
 use crate::commands::read_takes;
 use crate::console::{Console, data};
 use crate::exit::Exit;
-use crate::options::{EvaluateOptions, Format, OutputOptions, PlanOptions, ProcessOptions, SourceOptions};
+use crate::options::{EvaluateOptions, Format, PlanOptions, ProcessOptions, SourceOptions};
 
 /// Compares the generated motion in takes with the recorded one and writes evaluation.json.
 #[derive(Debug, clap::Args)]
@@ -33,8 +33,9 @@ pub(crate) struct Args {
     plan: PlanOptions,
     #[command(flatten, next_help_heading = "Evaluation")]
     evaluate: EvaluateOptions,
-    #[command(flatten)]
-    writing: OutputOptions,
+    /// Replace an output that is there.
+    #[arg(long)]
+    force: bool,
 }
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
@@ -45,7 +46,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     settings.validate()?;
     let mut inputs: Vec<_> = args.inputs.iter().map(PathBuf::as_path).collect();
     inputs.push(&args.dictionary);
-    check_target(&args.output, &inputs, || args.writing.force)?;
+    check_target(&args.output, &inputs, || args.force)?;
     let dictionary = inhand_pipeline::read_dictionary(&args.dictionary)?;
     let takes = read_takes(console, &args.inputs, &settings)?;
     let evaluation = evaluate_stored(&takes, &dictionary, &settings)?;

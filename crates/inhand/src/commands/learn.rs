@@ -10,7 +10,7 @@ use serde_json::json;
 use crate::commands::read_takes;
 use crate::console::{Console, data};
 use crate::exit::Exit;
-use crate::options::{Format, LearnOptions, OutputOptions, ProcessOptions, SourceOptions};
+use crate::options::{Format, LearnOptions, ProcessOptions, SourceOptions};
 
 /// Learns a dictionary of motion primitives. Takes with processed channels are used as they are,
 /// others are processed on the way.
@@ -31,8 +31,9 @@ pub(crate) struct Args {
     process: ProcessOptions,
     #[command(flatten, next_help_heading = "Learning")]
     learn: LearnOptions,
-    #[command(flatten)]
-    writing: OutputOptions,
+    /// Replace an output that is there.
+    #[arg(long)]
+    force: bool,
 }
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
@@ -41,7 +42,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     args.learn.apply(&mut settings);
     settings.validate()?;
     let inputs: Vec<_> = args.inputs.iter().map(PathBuf::as_path).collect();
-    check_target(&args.output, &inputs, || args.writing.force)?;
+    check_target(&args.output, &inputs, || args.force)?;
 
     let begin = Instant::now();
     let takes = read_takes(console, &args.inputs, &settings)?;
@@ -55,7 +56,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let learn_s = begin.elapsed().as_secs_f64();
 
     let made = provenance("learn", &settings, takes.iter().map(|take| take.hash.clone()));
-    write_dictionary(&args.output, &dictionary, &[made], !args.writing.no_view)?;
+    write_dictionary(&args.output, &dictionary, &[made])?;
     let learning = &dictionary.learning;
     let rms_mm = learning.rms_m * 1000.0;
     match args.format {

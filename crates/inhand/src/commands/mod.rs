@@ -53,7 +53,7 @@ impl Command {
         match self {
             Command::Run(args) => run::run(console, args),
             Command::Demo(args) => demo::run(console, args),
-            Command::Info(args) => info::run(args),
+            Command::Info(args) => info::run(console, args),
             Command::Convert(args) => convert::run(console, args),
             Command::Process(args) => process::run(console, args),
             Command::Learn(args) => learn::run(console, args),

@@ -1,0 +1,168 @@
+//! Trajectories and plans of each method, as they lie in a take's file.
+
+use std::collections::BTreeMap;
+
+use inhand_model::{
+    ActiveBounds, Certificate, Clock, Configuration, Plan, PlanStatus, SEGMENT_COORDINATES,
+};
+use nalgebra::DVector;
+use prost::Message;
+
+use super::read_metadata;
+use crate::error::ChannelError;
+use crate::messages;
+use crate::records::{Depth, Item, walk};
+
+/// What one method generated for a take.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReadMethod {
+    /// Name of the method.
+    pub name: String,
+    /// Generated fingertip positions (hand frame, metres) by sample of the take. Where trajectories
+    /// overlap, the one that starts last counts.
+    pub configurations_m: BTreeMap<usize, Configuration>,
+    /// Plans by the sample at which their trajectory starts, each without that trajectory, which
+    /// `configurations_m` holds; empty for methods that solve nothing.
+    pub plans: BTreeMap<usize, Plan>,
+}
+
+/// Reads what methods generated for a take, in the order of the file's channels.
+///
+/// # Errors
+///
+/// As for [`read_take`](crate::read_take).
+pub fn read_generated(bytes: &[u8], file_name: &str) -> Result<Vec<ReadMethod>, ChannelError> {
+    let metadata = read_metadata(bytes, file_name)?;
+    let Some(facts) = metadata.recording(file_name)? else {
+        return Err(super::absent(bytes, file_name));
+    };
+    let mut methods: Vec<ReadMethod> = Vec::new();
+    let mut channels: BTreeMap<u16, (usize, Part, String)> = BTreeMap::new();
+    walk(file_name, bytes, Depth::Everything, |item| match item {
+        Item::Channel { id, topic, .. } => {
+            if let Some((name, part)) = method_of(&topic) {
+                let index = index_of(&mut methods, name);
+                channels.insert(id, (index, part, topic));
+            }
+            Ok(())
+        }
+        Item::Message { channel, log_time, data } => {
+            let Some((index, part, topic)) = channels.get(&channel) else { return Ok(()) };
+            let at = Place { file: file_name, topic, clock: facts.clock, log_time };
+            match part {
+                Part::Fingertips => at.configuration(data, &mut methods[*index]),
+                Part::Plan => at.plan(data, &mut methods[*index]),
+            }
+        }
+        _ => Ok(()),
+    })?;
+    Ok(methods)
+}
+
+#[derive(Clone, Copy)]
+enum Part {
+    Fingertips,
+    Plan,
+}
+
+/// Name and part of a topic of a method: `/generated/<name>/fingertips` or `.../plan`.
+fn method_of(topic: &str) -> Option<(&str, Part)> {
+    let (name, part) = topic.strip_prefix("/generated/")?.split_once('/')?;
+    match part {
+        "fingertips" => Some((name, Part::Fingertips)),
+        "plan" => Some((name, Part::Plan)),
+        _ => None,
+    }
+}
+
+fn index_of(methods: &mut Vec<ReadMethod>, name: &str) -> usize {
+    let place = methods.iter().position(|method| method.name == name);
+    place.unwrap_or_else(|| {
+        methods.push(ReadMethod {
+            name: name.to_owned(),
+            configurations_m: BTreeMap::new(),
+            plans: BTreeMap::new(),
+        });
+        methods.len() - 1
+    })
+}
+
+/// The message at hand and what it has to agree with.
+struct Place<'a> {
+    file: &'a str,
+    topic: &'a str,
+    clock: Clock,
+    log_time: u64,
+}
+
+impl Place<'_> {
+    fn error(&self, expected: &str, found: impl ToString) -> ChannelError {
+        ChannelError::Message {
+            file: self.file.to_owned(),
+            topic: self.topic.to_owned(),
+            message: self.sample(),
+            expected: expected.to_owned(),
+            found: found.to_string(),
+        }
+    }
+
+    fn sample(&self) -> usize {
+        let since_start = self.log_time.saturating_sub(self.clock.start_unix_nanos());
+        self.clock.nearest_sample(since_start as f64 / 1e9)
+    }
+
+    fn decode<M: Message + Default>(&self, data: &[u8]) -> Result<M, ChannelError> {
+        M::decode(data).map_err(|error| self.error("protobuf", error))
+    }
+
+    fn configuration(&self, data: &[u8], method: &mut ReadMethod) -> Result<(), ChannelError> {
+        if self.clock.unix_nanos(self.sample()) != self.log_time {
+            return Err(self.error("the time of a sample", format!("{} ns", self.log_time)));
+        }
+        let message: messages::Fingertips = self.decode(data)?;
+        let tips = [message.thumb, message.index, message.middle, message.ring, message.little];
+        let mut configuration = [0.0; SEGMENT_COORDINATES];
+        for (tip, place) in tips.into_iter().zip(configuration.chunks_exact_mut(3)) {
+            let position = tip.and_then(|tip| tip.position_m);
+            let position = position.ok_or_else(|| self.error("five positions", "fewer"))?;
+            place.copy_from_slice(&position.to_array());
+        }
+        if !configuration.iter().all(|coordinate| coordinate.is_finite()) {
+            return Err(self.error("finite coordinates", format!("{configuration:?}")));
+        }
+        method.configurations_m.insert(self.sample(), configuration);
+        Ok(())
+    }
+
+    fn plan(&self, data: &[u8], method: &mut ReadMethod) -> Result<(), ChannelError> {
+        let message: messages::Plan = self.decode(data)?;
+        let status = match messages::PlanStatus::try_from(message.status) {
+            Ok(messages::PlanStatus::Solved) => PlanStatus::Solved,
+            Ok(messages::PlanStatus::AlmostSolved) => PlanStatus::AlmostSolved,
+            Ok(messages::PlanStatus::Infeasible) => PlanStatus::Infeasible,
+            Ok(messages::PlanStatus::Failed) => PlanStatus::Failed,
+            _ => return Err(self.error("a status of a plan", message.status)),
+        };
+        let plan = Plan {
+            status,
+            trajectory: None,
+            activations_m: DVector::from_vec(message.activations_m),
+            objective: message.objective,
+            certificate: Certificate {
+                stationarity: message.stationarity,
+                primal: message.primal,
+                dual: message.dual,
+                complementarity: message.complementarity,
+            },
+            active: ActiveBounds {
+                velocity: message.active_velocity_bounds as usize,
+                activation: message.active_activation_bounds as usize,
+            },
+            velocity_rows: message.velocity_rows as usize,
+            rounds: message.rounds as usize,
+            iterations: message.iterations as usize,
+        };
+        method.plans.insert(message.start_sample as usize, plan);
+        Ok(())
+    }
+}

@@ -1,0 +1,9 @@
+//! The command line: exit codes, what is printed where, what is written and what is not. What the
+//! numbers are is tested below the command line.
+
+mod bad_input;
+mod outputs;
+mod printing;
+mod run;
+mod steps;
+mod support;

@@ -1,0 +1,126 @@
+//! `inhand run`: results, reuse, the same bytes every time.
+
+use crate::support::{Bench, without_provenance};
+
+const RESULTS: [&str; 7] = [
+    "cube_test_01.mcap",
+    "cube_train_01.mcap",
+    "cube_train_02.mcap",
+    "dictionary.mcap",
+    "evaluation.json",
+    "report.html",
+    "run.json",
+];
+
+#[test]
+fn writes_every_result() {
+    let bench = Bench::csv();
+    let table = bench.run("out", &[]);
+    assert_eq!(bench.files("out"), RESULTS);
+    for method in ["prior", "paper", "hermite", "minimum_jerk", "line", "hold"] {
+        assert!(table.contains(method), "{table}");
+    }
+    let run = bench.json("out/run.json");
+    for step in
+        ["read", "hand_frame", "filter", "learn", "generate", "evaluate", "contacts", "report", "total"]
+    {
+        assert!(run["timings_s"][step].as_f64().is_some_and(|s| s >= 0.0), "{step}: {run}");
+    }
+    for method in ["prior", "paper"] {
+        assert!(run["plan_ms"][method]["p50"].as_f64().is_some_and(|ms| ms > 0.0), "{run}");
+    }
+    assert!(run["threads"].as_u64().is_some_and(|n| n > 0));
+}
+
+#[test]
+fn evaluation_follows_its_schema() {
+    let bench = Bench::csv();
+    bench.run("out", &[]);
+    let schema = concat!(env!("CARGO_MANIFEST_DIR"), "/../../schemas/evaluation.schema.json");
+    let schema = std::fs::read_to_string(schema).expect("the schema is there");
+    let schema = serde_json::from_str(&schema).expect("the schema is JSON");
+    let evaluation = bench.json("out/evaluation.json");
+    jsonschema::validate(&schema, &evaluation).expect("the evaluation follows the schema");
+    assert_eq!(evaluation["default_method"], "prior");
+    let all = &evaluation["methods"][0]["error_mm"]["all"];
+    // One test take of 12 s gives 11 segments, 100 samples and 5 fingers each.
+    assert_eq!(all["n"], 11 * 100 * 5);
+    assert_eq!(evaluation["methods"][0]["plan"]["solved"], 11);
+}
+
+#[test]
+fn same_bytes_for_any_number_of_threads() {
+    let bench = Bench::csv();
+    bench.run("one", &["--threads", "1"]);
+    bench.run("three", &["--threads", "3"]);
+    for file in RESULTS.into_iter().filter(|&file| file != "run.json") {
+        let (one, three) = (bench.bytes(&format!("one/{file}")), bench.bytes(&format!("three/{file}")));
+        assert!(one == three, "{file} differs");
+    }
+}
+
+#[test]
+fn mcap_takes_give_the_numbers_of_their_csv() {
+    let bench = Bench::simulated(&["--gaps", "0.02", "--format", "csv"]);
+    for role in ["train", "test"] {
+        for file in bench.files(&format!("session/{role}")) {
+            let input = format!("session/{role}/{file}");
+            let output = format!("converted/{role}/{}", file.replace(".csv", ".mcap"));
+            bench.ok(&["convert", &input, "-o", &output]);
+        }
+    }
+    bench.write("converted/inhand.toml", bench.bytes("session/inhand.toml"));
+    bench.run("from_csv", &["--settings", "session/inhand.toml"]);
+    let small = crate::support::SMALL;
+    bench.ok(&[&["run", "converted", "-o", "from_mcap"], &small[..]].concat());
+    let read = |folder: &str| {
+        let mut evaluation = without_provenance(bench.json(&format!("{folder}/evaluation.json")));
+        evaluation["session"]["name"] = "the same".into();
+        evaluation
+    };
+    assert_eq!(read("from_csv"), read("from_mcap"));
+}
+
+#[test]
+fn second_run_does_only_what_changed() {
+    let bench = Bench::csv();
+    bench.run("out", &[]);
+    let before = bench.bytes("out/run.json");
+    let again = bench.inhand(&[&["run", "session", "-o", "out"], &crate::support::SMALL[..]].concat());
+    assert!(crate::support::stderr(&again).contains("up to date"));
+    assert_eq!(bench.bytes("out/run.json"), before, "nothing was computed");
+
+    // A result that somebody changed is made again.
+    let report = bench.bytes("out/report.html");
+    bench.edit("out/report.html", |text| text.replace("mm", "km"));
+    bench.run("out", &[]);
+    assert_eq!(bench.bytes("out/report.html"), report);
+
+    // A threshold of the evaluation leaves the dictionary alone.
+    let dictionary = bench.bytes("out/dictionary.mcap");
+    let written = std::fs::metadata(bench.path("out/dictionary.mcap")).unwrap().modified().unwrap();
+    bench.run("out", &["--tau-mm", "4"]);
+    let now = std::fs::metadata(bench.path("out/dictionary.mcap")).unwrap().modified().unwrap();
+    assert_eq!((bench.bytes("out/dictionary.mcap"), now), (dictionary, written));
+    assert_eq!(bench.json("out/evaluation.json")["methods"][0]["contact"]["tau_mm"], 4.0);
+
+    // Another seed does not.
+    bench.run("out", &["--tau-mm", "4", "--seed", "5"]);
+    let now = std::fs::metadata(bench.path("out/dictionary.mcap")).unwrap().modified().unwrap();
+    assert_ne!(now, written);
+}
+
+#[test]
+fn takes_may_share_a_file_by_time_range() {
+    let bench = Bench::csv();
+    let listed = "[[takes]]\npath = \"train/cube_train_01.csv\"\nrole = \"train\"\nto_s = 8\n\
+                  [[takes]]\npath = \"train/cube_train_01.csv\"\nrole = \"test\"\nfrom_s = 8\n";
+    bench.write("session/ranges.toml", listed);
+    let args = ["run", "session/ranges.toml", "-o", "out"];
+    bench.ok(&[&args[..], &crate::support::SMALL].concat());
+    let evaluation = bench.json("out/evaluation.json");
+    assert_eq!(evaluation["session"]["train"][0]["samples"], 800);
+    assert_eq!(evaluation["session"]["test"][0]["samples"], 400);
+    assert!(bench.path("out/cube_train_01.train.mcap").is_file());
+    assert!(bench.path("out/cube_train_01.test.mcap").is_file());
+}

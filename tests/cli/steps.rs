@@ -1,0 +1,92 @@
+//! Single steps, one file after the other.
+
+use crate::support::{Bench, SMALL, without_provenance};
+
+#[test]
+fn single_steps_give_the_numbers_of_a_run() {
+    let bench = Bench::csv();
+    let train = ["recorded/cube_train_01.mcap", "recorded/cube_train_02.mcap"];
+    let csv = ["session/train/cube_train_01.csv", "session/train/cube_train_02.csv"];
+    bench.ok(&[&["convert"], &csv[..], &["session/test/cube_test_01.csv", "-o", "recorded"]].concat());
+    let cube = ["--object", "cube:0.05"];
+    let test = "recorded/cube_test_01.mcap";
+    bench.ok(&[&["process"], &train[..], &[test, "-o", "processed"], &cube].concat());
+    let processed = ["processed/cube_train_01.mcap", "processed/cube_train_02.mcap"];
+    let learned =
+        bench.ok(&[&["learn"], &processed[..], &["-o", "d.mcap", "--format", "json"], &SMALL].concat());
+    let learned: serde_json::Value = serde_json::from_str(&learned).expect("learn prints JSON");
+    for key in ["rms_mm", "relative_error", "iterations"] {
+        assert!(learned[key].as_f64().is_some_and(|v| v > 0.0), "{key}: {learned}");
+    }
+    let test = "processed/cube_test_01.mcap";
+    bench.ok(&[&["generate", test, "-d", "d.mcap", "-o", "generated.mcap"], &cube[..]].concat());
+    bench.ok(
+        &[&["evaluate", "generated.mcap", "-d", "d.mcap", "-o", "evaluation.json"], &cube[..]].concat(),
+    );
+    bench.ok(&["report", "evaluation.json", "-o", "report.html"]);
+
+    bench.run("out", &[]);
+    let run = without_provenance(bench.json("out/evaluation.json"));
+    let steps = without_provenance(bench.json("evaluation.json"));
+    for key in ["dictionary", "methods", "default_method"] {
+        assert_eq!(steps[key], run[key], "{key}");
+    }
+    assert_eq!(learned["rms_mm"], run["dictionary"]["rms_mm"]);
+    assert!(String::from_utf8(bench.bytes("report.html")).unwrap().contains("hermite"));
+}
+
+#[test]
+fn recordings_go_back_to_motive_csv() {
+    let bench = Bench::simulated(&["--gaps", "0.02", "--format", "csv"]);
+    let source = "session/train/cube_train_01.csv";
+    bench.ok(&["convert", source, "-o", "a.mcap"]);
+    bench.ok(&["convert", "a.mcap", "-o", "a.csv"]);
+    bench.ok(&["convert", "a.csv", "-o", "b.mcap"]);
+    let info = |file: &str| -> serde_json::Value {
+        serde_json::from_str(&bench.ok(&["info", file, "--format", "json"])).unwrap()
+    };
+    assert_eq!(info("a.mcap")["channels"], info("b.mcap")["channels"]);
+    assert_eq!(info("a.mcap")["fingertips"], info("b.mcap")["fingertips"]);
+}
+
+#[test]
+fn info_lists_channels() {
+    let bench = Bench::csv();
+    bench.run("out", &[]);
+    let info = bench.ok(&["info", "out/cube_test_01.mcap", "--format", "json"]);
+    let info: serde_json::Value = serde_json::from_str(&info).unwrap();
+    let topics: Vec<_> =
+        info["channels"].as_array().unwrap().iter().map(|c| c["topic"].as_str().unwrap()).collect();
+    for topic in [
+        "/recording/fingertips",
+        "/recording/bodies",
+        "/recording/markers",
+        "/processed/fingertips",
+        "/processed/object",
+        "/generated/prior/fingertips",
+        "/generated/prior/plan",
+        "/evaluation/prior/error",
+        "/evaluation/prior/contact",
+        "/tf",
+        "/tf_static",
+    ] {
+        assert!(topics.contains(&topic), "{topic} in {topics:?}");
+    }
+    assert!(topics.iter().any(|topic| topic.starts_with("/view/")));
+    let text = bench.ok(&["info", "out/cube_test_01.mcap"]);
+    assert!(text.contains("/processed/fingertips"));
+
+    bench.run("plain", &["--no-view"]);
+    let text = bench.ok(&["info", "plain/cube_test_01.mcap"]);
+    assert!(!text.contains("/view/"), "{text}");
+}
+
+#[test]
+fn settings_print_what_they_read() {
+    let bench = Bench::empty();
+    let defaults = bench.ok(&["settings"]);
+    bench.write("s/inhand.toml", &defaults);
+    assert_eq!(bench.ok(&["settings", "s"]), defaults);
+    bench.write("s/inhand.toml", "[learn]\nrank = 77\n");
+    assert!(bench.ok(&["settings", "s"]).contains("rank = 77"));
+}

@@ -86,7 +86,10 @@ fn contact_line(evaluation: &Evaluation) -> Option<String> {
     let method = default_method(evaluation)?;
     let contact = method.contact.as_ref()?;
     if contact.n == 0 {
-        return Some("three or more fingers in contact: not judged, no tracked object".to_owned());
+        return Some(format!(
+            "three or more fingers in contact: not judged, no instant with a tracked object and a trajectory of {}",
+            method.name
+        ));
     }
     Some(format!(
         "three or more fingers in contact: recorded {} %, {} {} %  (tau {} mm)",

@@ -252,7 +252,10 @@ pub(crate) fn contact_sentence(evaluation: &Evaluation) -> Option<String> {
     let method = default_method(evaluation)?;
     let contact = method.contact.as_ref()?;
     if contact.n == 0 {
-        return Some("Contacts could not be judged: the object was never tracked.".to_owned());
+        return Some(format!(
+            "Contacts could not be judged: there is no instant with a tracked object and a trajectory of {}.",
+            method.name
+        ));
     }
     Some(format!(
         "Three or more fingertips touch the object {} % of the time with {}, {} % in the recorded \

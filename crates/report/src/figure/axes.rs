@@ -6,7 +6,7 @@ use super::scale::Scale;
 use super::{Frame, Px};
 
 /// From the baseline of the lowest frame edge to the tick labels' baseline.
-const TICK_LABEL_DROP: f64 = 15.0;
+const TICK_LABEL_DROP: f64 = 18.0;
 /// From there to the axis name's baseline.
 const NAME_DROP: f64 = 18.0;
 /// From the top of the frame up to the baseline of a vertical axis' name.

@@ -35,7 +35,11 @@ pub(crate) struct BoxPlot<'a> {
 }
 
 const WIDTH: f64 = 380.0;
-const LABEL_WIDTH: f64 = 96.0;
+/// Longest name that is written out; a longer one ends in an ellipsis and is whole in the tooltip.
+const LABEL_LETTERS: usize = 20;
+/// Width of a letter at the figure's text size, generous enough for bold and for most fonts.
+const LETTER_WIDTH: f64 = 7.2;
+const LABEL_GAP: f64 = 8.0;
 const NUMBERS_WIDTH: f64 = 96.0;
 const TOP: f64 = 38.0;
 const ROW_HEIGHT: f64 = 26.0;
@@ -93,7 +97,7 @@ pub(crate) fn draw(plot: &BoxPlot<'_>) -> Markup {
     let bottom = TOP + ROW_HEIGHT * plot.rows.len() as f64;
     let height = bottom + axes::BOTTOM_ROOM;
     let frame = Frame {
-        left: LABEL_WIDTH,
+        left: label_width(plot),
         top: TOP,
         right: WIDTH - NUMBERS_WIDTH,
         bottom,
@@ -116,7 +120,7 @@ pub(crate) fn draw(plot: &BoxPlot<'_>) -> Markup {
                 g.row {
                     title { (tooltip(plot.title, row)) }
                     rect.hover x="0" y=(Px(y - 0.5 * ROW_HEIGHT)) width=(Px(WIDTH)) height=(Px(ROW_HEIGHT)) {}
-                    text.label.stressed[row.stressed] x=(Px(frame.left - 8.0)) y=(Px(y + 4.0)) text-anchor="end" { (row.label) }
+                    text.label.stressed[row.stressed] x=(Px(frame.left - LABEL_GAP)) y=(Px(y + 4.0)) text-anchor="end" { (shortened(row.label)) }
                     @if drawable(row.statistics) {
                         (glyph(row, &frame, &scale, y))
                         text.value x=(Px(median_x)) y=(Px(y + 4.0)) text-anchor="end" { (millimetres(row.statistics.p50)) }
@@ -128,6 +132,23 @@ pub(crate) fn draw(plot: &BoxPlot<'_>) -> Markup {
             }
         }
     }
+}
+
+fn label_width(plot: &BoxPlot<'_>) -> f64 {
+    let longest = plot
+        .rows
+        .iter()
+        .map(|row| row.label.chars().count())
+        .max()
+        .unwrap_or(0);
+    LABEL_GAP + LETTER_WIDTH * longest.min(LABEL_LETTERS) as f64
+}
+
+fn shortened(label: &str) -> String {
+    if label.chars().count() <= LABEL_LETTERS {
+        return label.to_owned();
+    }
+    label.chars().take(LABEL_LETTERS - 1).chain(['…']).collect()
 }
 
 /// Whiskers, box, median and the dot of the 95 % quantile; what lies past the axis is replaced by
@@ -235,6 +256,13 @@ mod tests {
         let end = shared_end_mm(&all);
         assert!((end - 6.0).abs() < 1e-9, "{end}");
         assert_eq!(cut_off(&all, end), 1);
+    }
+
+    #[test]
+    fn long_names_are_shortened_by_letters() {
+        assert_eq!(shortened("minimum_jerk"), "minimum_jerk");
+        assert_eq!(shortened(&"é".repeat(20)), "é".repeat(20));
+        assert_eq!(shortened(&"é".repeat(21)), format!("{}…", "é".repeat(19)));
     }
 
     #[test]

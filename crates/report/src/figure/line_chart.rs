@@ -54,9 +54,9 @@ pub(crate) struct LineChart<'a> {
 }
 
 const WIDTH: f64 = 460.0;
-const HEIGHT: f64 = 280.0;
-const LEFT: f64 = 42.0;
-const RIGHT: f64 = 10.0;
+const HEIGHT: f64 = 286.0;
+const LEFT: f64 = 50.0;
+const RIGHT: f64 = 18.0;
 const TOP: f64 = 44.0;
 /// Radius of a dot and a half-pixel.
 const MARGIN: f64 = 3.0;

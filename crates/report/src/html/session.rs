@@ -54,13 +54,21 @@ fn takes(takes: &[TakeFacts]) -> String {
 
 fn verdict(evaluation: &Evaluation) -> Markup {
     let method = default_method(evaluation);
-    let behind = method.is_some_and(|method| {
-        comparisons(method, &evaluation.methods)
-            .iter()
-            .any(|c| c.outcome == Outcome::Behind)
-    });
+    let outcomes: Vec<Outcome> = method
+        .map(|method| comparisons(method, &evaluation.methods))
+        .into_iter()
+        .flatten()
+        .map(|comparison| comparison.outcome)
+        .collect();
+    let class = if outcomes.contains(&Outcome::Behind) {
+        "verdict behind"
+    } else if outcomes.is_empty() {
+        "verdict"
+    } else {
+        "verdict kept-up"
+    };
     html! {
-        div.verdict.behind[behind] {
+        div class=(class) {
             p.lead { (tied(&error_sentence(evaluation))) }
             @if let Some(method) = method {
                 p.lead { (tied(&standing_sentence(method, &evaluation.methods))) }

@@ -97,16 +97,17 @@ pub fn read(
     // QTM counts hours from 0 to 23, so only an unreadable time is odd.
     findings.extend(start.finding.filter(|_| start.known == StartTime::Unknown));
 
-    let (columns, labels, names) = header.columns(bytes, file_name)?;
+    let layout = header.layout(bytes, file_name)?;
     let table = Table {
         file: file_name,
         data: &bytes[header.data_start..],
         first_line: header.first_data_line,
         delimiter: b'\t',
-        columns,
-        labels,
+        columns: layout.columns,
+        labels: layout.labels,
     };
-    let entities = names
+    let entities = layout
+        .marker_names
         .into_iter()
         .enumerate()
         .map(|(m, name)| Entity::Marker {
@@ -141,6 +142,27 @@ pub fn read(
             findings,
         },
     )
+}
+
+/// Columns that may stand before those of the markers.
+const FRAME_AND_TIME: [(&str, Column); 2] = [("Frame", Column::Frame), ("Time", Column::Time)];
+
+/// What the columns hold, what messages call them, and the markers in their order.
+#[derive(Debug, Default)]
+struct Layout {
+    columns: Vec<Column>,
+    labels: Vec<String>,
+    marker_names: Vec<String>,
+}
+
+impl Layout {
+    fn push_marker(&mut self, name: &str) {
+        for axis in ["X", "Y", "Z"] {
+            self.columns.push(Column::Value);
+            self.labels.push(format!("\"{name}\" {axis}"));
+        }
+        self.marker_names.push(name.to_owned());
+    }
 }
 
 /// What stands above the rows of data.
@@ -257,24 +279,15 @@ impl Header {
         findings
     }
 
-    /// What the columns hold, what they are called, and the markers' names.
-    fn columns(
-        &self,
-        bytes: &[u8],
-        file: &str,
-    ) -> Result<(Vec<Column>, Vec<String>, Vec<String>), CaptureError> {
+    fn layout(&self, bytes: &[u8], file: &str) -> Result<Layout, CaptureError> {
         match &self.column_names {
-            Some((line, names)) => columns_by_name(names, *line, file),
-            None => self.columns_by_count(bytes, file),
+            Some((line, names)) => layout_by_name(names, *line, file),
+            None => self.layout_by_count(bytes, file),
         }
     }
 
     /// Without column names the number of cells tells whether frame and time stand first.
-    fn columns_by_count(
-        &self,
-        bytes: &[u8],
-        file: &str,
-    ) -> Result<(Vec<Column>, Vec<String>, Vec<String>), CaptureError> {
+    fn layout_by_count(&self, bytes: &[u8], file: &str) -> Result<Layout, CaptureError> {
         let error = |line, expected: String, found: String| CaptureError::Header {
             file: file.to_owned(),
             line,
@@ -302,10 +315,10 @@ impl Header {
         let fits = |leading| {
             cells == coordinates + leading || (ends_with_tab && cells == coordinates + leading + 1)
         };
-        let mut columns = if fits(2) {
-            vec![Column::Frame, Column::Time]
+        let leading = if fits(2) {
+            2
         } else if fits(0) || row.is_empty() {
-            Vec::new()
+            0
         } else {
             return Err(error(
                 self.first_data_line,
@@ -316,33 +329,27 @@ impl Header {
                 format!("{cells}"),
             ));
         };
-        let mut labels: Vec<String> = ["Frame", "Time"]
-            .iter()
-            .take(columns.len())
-            .map(|&label| label.to_owned())
-            .collect();
-        for name in &self.marker_names {
-            push_marker(name, &mut columns, &mut labels);
+        let mut layout = Layout::default();
+        for (label, column) in FRAME_AND_TIME.into_iter().take(leading) {
+            layout.columns.push(column);
+            layout.labels.push(label.to_owned());
         }
-        Ok((columns, labels, self.marker_names.clone()))
+        for name in &self.marker_names {
+            layout.push_marker(name);
+        }
+        Ok(layout)
     }
 }
 
-fn columns_by_name(
-    names: &[String],
-    line: usize,
-    file: &str,
-) -> Result<(Vec<Column>, Vec<String>, Vec<String>), CaptureError> {
-    let mut columns = Vec::with_capacity(names.len());
-    let mut labels = Vec::with_capacity(names.len());
-    let mut markers = Vec::with_capacity(names.len() / 3);
+fn layout_by_name(names: &[String], line: usize, file: &str) -> Result<Layout, CaptureError> {
+    let mut layout = Layout::default();
     let mut rest = names;
-    for (label, column) in [("Frame", Column::Frame), ("Time", Column::Time)] {
+    for (label, column) in FRAME_AND_TIME {
         if let [first, more @ ..] = rest
             && first == label
         {
-            columns.push(column);
-            labels.push(label.to_owned());
+            layout.columns.push(column);
+            layout.labels.push(label.to_owned());
             rest = more;
         }
     }
@@ -359,24 +366,16 @@ fn columns_by_name(
                 line,
                 expected: format!(
                     "the X, Y and Z of a marker from column {} on",
-                    columns.len() + 1
+                    layout.columns.len() + 1
                 ),
                 found: format!("{:?}", &rest[..rest.len().min(3)]),
                 hint: "the header is cut; export the take again",
             });
         };
-        push_marker(marker, &mut columns, &mut labels);
-        markers.push(marker.to_owned());
+        layout.push_marker(marker);
         rest = &rest[3..];
     }
-    Ok((columns, labels, markers))
-}
-
-fn push_marker(name: &str, columns: &mut Vec<Column>, labels: &mut Vec<String>) {
-    for axis in ["X", "Y", "Z"] {
-        columns.push(Column::Value);
-        labels.push(format!("\"{name}\" {axis}"));
-    }
+    Ok(layout)
 }
 
 /// Whether a line is a row of data: it starts with a number, or with blank cells before one.

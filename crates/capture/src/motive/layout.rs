@@ -106,7 +106,7 @@ pub(super) fn resolve(
     let mut latest: BTreeMap<(Type, &str, &str), usize> = BTreeMap::new();
     let mut unread = Vec::new();
 
-    for c in 1..width {
+    for (c, column) in columns.iter_mut().enumerate().skip(1) {
         let [of, name, id, kind, axis] = [
             &header.types,
             &header.names,
@@ -117,7 +117,7 @@ pub(super) fn resolve(
         .map(|row| row.get(c).map_or("", String::as_str));
         let [of, kind, axis] = [of, kind, axis].map(str::trim);
         if c == 1 && axis.to_ascii_lowercase().starts_with("time") && !axis.contains("ode") {
-            columns[c] = Column::Time;
+            *column = Column::Time;
             continue;
         }
         if c == 1
@@ -138,7 +138,7 @@ pub(super) fn resolve(
             unread.push((c, format!("\"{name}\" {kind} {axis}")));
             continue;
         };
-        columns[c] = Column::Value;
+        *column = Column::Value;
         let fresh = candidates.len();
         let entity = latest.entry((known, name, id)).or_insert(fresh);
         // Entities may share type, name and ID; a column that is there already starts the next.

@@ -2,7 +2,9 @@
 
 use std::io::{self, Write};
 
-use inhand_model::{BodyKind, Marker, MarkerKind, Recording, StartTime, TrackedBody, UpAxis};
+use inhand_model::{
+    BodyKind, Marker, MarkerKind, Pose, Position, Recording, StartTime, TrackedBody, UpAxis,
+};
 
 use super::UP_AXIS_KEY;
 use crate::error::CaptureError;
@@ -45,12 +47,12 @@ pub fn write(recording: &Recording, out: &mut impl Write) -> Result<(), CaptureE
             match entity {
                 Entity::Body(body) => {
                     let pose = body.track.get(k);
-                    cells(&mut buffer, pose.map(|pose| pose.quaternion_xyzw()))?;
+                    cells(&mut buffer, pose.map(Pose::quaternion_xyzw))?;
                     cells(&mut buffer, pose.map(|pose| pose.origin().to_array()))?;
                     quality(&mut buffer, body.marker_error_m.as_deref(), k)?;
                 }
                 Entity::Marker(marker) => {
-                    cells(&mut buffer, marker.track.get(k).map(|tip| tip.to_array()))?;
+                    cells(&mut buffer, marker.track.get(k).map(Position::to_array))?;
                     quality(&mut buffer, marker.quality.as_deref(), k)?;
                 }
             }
@@ -166,7 +168,7 @@ fn write_header(
         .terminator(csv::Terminator::CRLF)
         .from_writer(Vec::new());
     csv.write_record(facts.iter().flat_map(|&(key, value)| [key, value]))?;
-    out.write_all(&csv.into_inner().map_err(|e| e.into_error())?)?;
+    out.write_all(&csv.into_inner().map_err(csv::IntoInnerError::into_error)?)?;
     out.write_all(b"\r\n")?;
     let mut csv = csv::WriterBuilder::new()
         .terminator(csv::Terminator::CRLF)
@@ -174,7 +176,7 @@ fn write_header(
     for row in [types, names, ids, kinds, axes] {
         csv.write_record(row)?;
     }
-    out.write_all(&csv.into_inner().map_err(|e| e.into_error())?)
+    out.write_all(&csv.into_inner().map_err(csv::IntoInnerError::into_error)?)
 }
 
 fn cells<const N: usize>(buffer: &mut Vec<u8>, numbers: Option<[f64; N]>) -> io::Result<()> {

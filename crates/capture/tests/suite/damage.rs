@@ -47,7 +47,7 @@ fn survives(bytes: &[u8]) {
         assert!(recording.len() <= 100_000 + 11 * bytes.len());
         let _ = roles::resolve(&recording, &roles::RoleSettings::default());
         let mut text = Vec::new();
-        inhand_capture::motive::write(&recording, &mut text).unwrap();
+        inhand_capture::motive::write(&recording, &mut text).expect("memory takes all");
     }
 }
 

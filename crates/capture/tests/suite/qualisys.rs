@@ -1,7 +1,7 @@
 //! Qualisys TSV.
 
 use inhand_capture::ReadSettings;
-use inhand_model::{LengthUnit, Recording, StartTime, UpAxis};
+use inhand_model::{LengthUnit, Recording, StartTime, Status, UpAxis};
 
 use super::text::findings;
 
@@ -42,8 +42,16 @@ fn everything_in_a_file() {
         panic!("two markers");
     };
     assert_eq!(thumb.track.get(0).unwrap().to_array(), [1.0, 2.0, -0.003]);
-    assert_eq!(thumb.track.gaps(), [1..3], "nan and blank cells");
-    assert_eq!(index.track.gaps(), [1..2], "three zeros, but not one");
+    assert_eq!(
+        thumb.track.statuses()[1..],
+        [Status::Missing; 2],
+        "nan and blank cells"
+    );
+    assert_eq!(
+        index.track.statuses(),
+        [Status::Measured, Status::Missing, Status::Measured],
+        "three zeros, but not one"
+    );
     assert_eq!(
         findings(&recording),
         [

@@ -19,7 +19,9 @@ fn take(bodies: &[&str], markers: &[&str]) -> Recording {
         columns.extend(marker_of("Marker", name, &format!("M{m}")));
         row.push_str(",1,2,3");
     }
-    Motive::new(columns, &[&row]).read().unwrap()
+    Motive::new(columns, &[&row])
+        .read()
+        .expect("the take reads")
 }
 
 fn resolve(bodies: &[&str], markers: &[&str]) -> Result<Roles, RoleError> {

@@ -46,8 +46,8 @@ fn assert_same(read: &Recording, written: &Recording) {
 
 fn written(recording: &Recording) -> String {
     let mut bytes = Vec::new();
-    motive::write(recording, &mut bytes).unwrap();
-    String::from_utf8(bytes).unwrap()
+    motive::write(recording, &mut bytes).expect("memory takes all");
+    String::from_utf8(bytes).expect("CSV is UTF-8")
 }
 
 fn source(up_axis: UpAxis) -> Source {
@@ -117,8 +117,8 @@ prop_compose! {
             track: PoseTrack::from_measured(poses),
             marker_error_m: (name == "Hand").then(|| quality.clone()),
         }).collect();
-        let clock = Clock::new(start, StartTime::AssumedUtc, rate_hz).unwrap();
-        Recording::new(name, clock, source(up_axis), quality.len(), markers, bodies).unwrap()
+        let clock = Clock::new(start, StartTime::AssumedUtc, rate_hz).expect("positive");
+        Recording::new(name, clock, source(up_axis), quality.len(), markers, bodies).expect("one length")
     }
 }
 

@@ -1,0 +1,177 @@
+//! The frame column as an even grid, and the time column as a check of it.
+
+use inhand_model::Finding;
+
+use crate::error::CaptureError;
+use crate::table::Rows;
+
+/// A jump in the frame column becomes missing samples as long as all jumps together leave out at
+/// most this many times the rows that the file can hold...
+const LEFT_OUT_PER_ROW: u64 = 10;
+
+/// ...or this many samples over all entities, whichever is more: a file cut by hand to a few rows
+/// still reads, and no small file asks for memory without bound.
+const LEFT_OUT_SAMPLES: u64 = 100_000;
+
+/// Some versions of Motive round the time column to a millisecond. Both the row's time and the
+/// first row's carry half of that at most.
+const TIME_ROUNDED_TO_MS_S: f64 = 1e-3;
+
+/// Half of the sixth decimal for the row's time and for the first row's, and a margin.
+const TIME_SIX_DECIMALS_S: f64 = 2e-6;
+
+/// Relative precision of a time kept in single precision before it was printed.
+const TIME_SINGLE_PRECISION: f64 = 1.2e-7;
+
+/// Rows on the even grid of frames.
+pub(super) struct Grid<'a> {
+    file: &'a str,
+    rows_at_most: usize,
+    limit: u64,
+    pub(super) rows: u64,
+    pub(super) samples: usize,
+    first_frame: i64,
+    last_frame: i64,
+    left_out: u64,
+    jumps: usize,
+    first_jump: Option<(usize, i64, i64)>,
+}
+
+impl<'a> Grid<'a> {
+    pub(super) fn new(file: &'a str, rows_at_most: usize, entities: usize) -> Self {
+        let by_rows = LEFT_OUT_PER_ROW.saturating_mul(rows_at_most as u64);
+        Self {
+            file,
+            rows_at_most,
+            limit: by_rows.max(LEFT_OUT_SAMPLES / entities.max(1) as u64),
+            rows: 0,
+            samples: 0,
+            first_frame: 0,
+            last_frame: 0,
+            left_out: 0,
+            jumps: 0,
+            first_jump: None,
+        }
+    }
+
+    /// The number of frames left out before each row.
+    pub(super) fn place(&mut self, rows: &Rows) -> Result<Vec<usize>, CaptureError> {
+        let mut gaps = Vec::with_capacity(rows.len());
+        for k in 0..rows.len() {
+            // Without a frame column the rows are the frames.
+            let frame = rows.frames.get(k).copied().unwrap_or(self.last_frame + 1);
+            let gap = self.gap_before(frame, rows.line(k))?;
+            gaps.push(gap);
+            self.rows += 1;
+            self.samples += gap + 1;
+            self.last_frame = frame;
+        }
+        Ok(gaps)
+    }
+
+    fn gap_before(&mut self, frame: i64, line: usize) -> Result<usize, CaptureError> {
+        if self.rows == 0 {
+            self.first_frame = frame;
+            return Ok(0);
+        }
+        let previous = self.last_frame;
+        let step = frame - previous;
+        if step < 1 {
+            return Err(CaptureError::FrameOrder {
+                file: self.file.to_owned(),
+                line,
+                previous,
+                found: frame,
+            });
+        }
+        let gap = step.unsigned_abs() - 1;
+        if gap > 0 {
+            self.left_out += gap;
+            self.jumps += 1;
+            self.first_jump.get_or_insert((line, previous, frame));
+        }
+        match usize::try_from(gap) {
+            Ok(gap) if self.left_out <= self.limit => Ok(gap),
+            _ => Err(CaptureError::FrameJump {
+                file: self.file.to_owned(),
+                line,
+                previous,
+                found: frame,
+                left_out: self.left_out,
+                rows: self.rows_at_most,
+                limit: self.limit,
+            }),
+        }
+    }
+
+    pub(super) fn finding(&self) -> Option<Finding> {
+        let (line, previous, frame) = self.first_jump?;
+        Some(Finding::warning(
+            format!("line {line}"),
+            format!(
+                "frame {frame} follows frame {previous}; in all the frame column jumps {} times \
+                 and leaves out {} frames: taken as missing samples",
+                self.jumps, self.left_out
+            ),
+        ))
+    }
+}
+
+/// The time column against `(frame - first frame) / rate`.
+pub(super) struct TimeCheck {
+    rate_hz: f64,
+    first_time_s: Option<(f64, i64)>,
+    whole_milliseconds: bool,
+    worst_s: f64,
+    worst: Option<(usize, f64, f64)>,
+}
+
+impl TimeCheck {
+    pub(super) fn new(rate_hz: f64) -> Self {
+        Self {
+            rate_hz,
+            first_time_s: None,
+            whole_milliseconds: true,
+            worst_s: 0.0,
+            worst: None,
+        }
+    }
+
+    pub(super) fn look_at(&mut self, rows: &Rows, grid: &Grid<'_>) {
+        for (k, &time_s) in rows.times_s.iter().enumerate() {
+            if time_s.is_nan() {
+                continue;
+            }
+            let frame = rows.frames.get(k).copied();
+            let frame =
+                frame.unwrap_or(grid.first_frame + (grid.rows as i64) - (rows.len() - k) as i64);
+            let millis = time_s * 1e3;
+            self.whole_milliseconds &= (millis - millis.round()).abs() < 1e-4;
+            let (first_s, first_frame) = *self.first_time_s.get_or_insert((time_s, frame));
+            let expected_s = first_s + (frame - first_frame) as f64 / self.rate_hz;
+            let off_s = (time_s - expected_s).abs() - TIME_SINGLE_PRECISION * time_s.abs();
+            if off_s > self.worst_s {
+                self.worst_s = off_s;
+                self.worst = Some((rows.line(k), time_s, expected_s));
+            }
+        }
+    }
+
+    pub(super) fn finding(&self) -> Option<Finding> {
+        let rounding_s = if self.whole_milliseconds {
+            TIME_ROUNDED_TO_MS_S + TIME_SIX_DECIMALS_S
+        } else {
+            TIME_SIX_DECIMALS_S
+        };
+        let (line, found_s, expected_s) = self.worst.filter(|_| self.worst_s > rounding_s)?;
+        Some(Finding::warning(
+            format!("line {line}"),
+            format!(
+                "the time column says {found_s:.6} s where frame and rate ({} Hz) give \
+                 {expected_s:.6} s, more than its rounding; this is the worst row: times are \
+                 taken from the frames",
+                self.rate_hz
+            ),
+        ))
+    }
+}

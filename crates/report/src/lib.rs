@@ -53,6 +53,7 @@ mod number;
 mod quality;
 mod text;
 mod verdict;
+mod words;
 
 use inhand_model::{Evaluation, Provenance};
 

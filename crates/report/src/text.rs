@@ -6,10 +6,13 @@ use inhand_model::{Evaluation, MethodEvaluation};
 
 use crate::number::{NARROW_SPACE, NONE, decimals, percent, plain, to_mm};
 use crate::verdict::{Measure, default_method, standing_sentence};
+use crate::words::shortened;
 
 const TITLE: &str = "error over all fingers and instants (mm)";
-/// Width of a column of numbers: "1000.00" and two spaces.
-const NUMBER_WIDTH: usize = 9;
+/// Width of a column of numbers: "1000.00" and a space.
+const NUMBER_WIDTH: usize = 8;
+/// Longest description that is written out, so that a line fits a terminal of 100 columns.
+const DESCRIPTION_WIDTH: usize = 34;
 /// Width of the column of contact shares: its heading and two spaces.
 const CONTACT_WIDTH: usize = 13;
 
@@ -44,7 +47,8 @@ fn table(methods: &[MethodEvaluation]) -> Vec<String> {
             .unwrap_or(0)
     };
     let names = width(|method| &method.name);
-    let label = (2 + names + 2 + width(|method| &method.description)).max(TITLE.len());
+    let label = (2 + names + 2 + width(|method| &method.description).min(DESCRIPTION_WIDTH))
+        .max(TITLE.len());
     let descriptions = label - 2 - names - 2;
     let with_contacts = methods.iter().any(|method| share(method).is_some());
 
@@ -59,7 +63,8 @@ fn table(methods: &[MethodEvaluation]) -> Vec<String> {
     for method in methods {
         let mut line = format!(
             "  {:<names$}  {:<descriptions$}",
-            method.name, method.description
+            method.name,
+            shortened(&method.description, descriptions)
         );
         for measure in Measure::ALL {
             let value = measure.of(&method.error).map_or(f64::NAN, to_mm);

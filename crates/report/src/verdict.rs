@@ -4,6 +4,7 @@
 use inhand_model::{Evaluation, MethodEvaluation, Statistics};
 
 use crate::number::{NARROW_SPACE, count, millimetres, percent};
+use crate::words::join_words;
 
 /// Differences up to this share of the better value count as level: they vanish in the rounding
 /// of the printed numbers, and a session's segments are far too few to establish them.
@@ -238,15 +239,6 @@ fn places(comparisons: &[&Comparison<'_>]) -> String {
     join_words(&items)
 }
 
-/// `a`, `a and b`, `a, b and c`.
-pub(crate) fn join_words(items: &[String]) -> String {
-    match items {
-        [] => String::new(),
-        [only] => only.clone(),
-        [start @ .., last] => format!("{} and {last}", start.join(", ")),
-    }
-}
-
 /// How often three fingertips or more touch the object, in a sentence; `None` without an object.
 pub(crate) fn contact_sentence(evaluation: &Evaluation) -> Option<String> {
     let method = default_method(evaluation)?;
@@ -325,14 +317,5 @@ mod tests {
         assert_eq!(outcome(0.001_019, 0.001), Outcome::Level);
         assert_eq!(outcome(0.001_021, 0.001), Outcome::Behind);
         assert_eq!(outcome(0.0, 0.0), Outcome::Level);
-    }
-
-    #[test]
-    fn words_are_joined_as_people_do() {
-        let words = |n: usize| join_words(&["a", "b", "c"].map(str::to_owned)[..n]);
-        assert_eq!(
-            [words(0), words(1), words(2), words(3)],
-            ["", "a", "a and b", "a, b and c"]
-        );
     }
 }

@@ -7,6 +7,7 @@ use maud::{Markup, html};
 use super::scale::{Scale, nice_end};
 use super::{Frame, Px, axes};
 use crate::number::{NARROW_SPACE, count, decimals, millimetres, to_mm};
+use crate::words::shortened;
 
 /// One distribution.
 pub(crate) struct Row<'a> {
@@ -120,7 +121,7 @@ pub(crate) fn draw(plot: &BoxPlot<'_>) -> Markup {
                 g.row {
                     title { (tooltip(plot.title, row)) }
                     rect.hover x="0" y=(Px(y - 0.5 * ROW_HEIGHT)) width=(Px(WIDTH)) height=(Px(ROW_HEIGHT)) {}
-                    text.label.stressed[row.stressed] x=(Px(frame.left - LABEL_GAP)) y=(Px(y + 4.0)) text-anchor="end" { (shortened(row.label)) }
+                    text.label.stressed[row.stressed] x=(Px(frame.left - LABEL_GAP)) y=(Px(y + 4.0)) text-anchor="end" { (shortened(row.label, LABEL_LETTERS)) }
                     @if drawable(row.statistics) {
                         (glyph(row, &frame, &scale, y))
                         text.value x=(Px(median_x)) y=(Px(y + 4.0)) text-anchor="end" { (millimetres(row.statistics.p50)) }
@@ -142,13 +143,6 @@ fn label_width(plot: &BoxPlot<'_>) -> f64 {
         .max()
         .unwrap_or(0);
     LABEL_GAP + LETTER_WIDTH * longest.min(LABEL_LETTERS) as f64
-}
-
-fn shortened(label: &str) -> String {
-    if label.chars().count() <= LABEL_LETTERS {
-        return label.to_owned();
-    }
-    label.chars().take(LABEL_LETTERS - 1).chain(['…']).collect()
 }
 
 /// Whiskers, box, median and the dot of the 95 % quantile; what lies past the axis is replaced by
@@ -256,13 +250,6 @@ mod tests {
         let end = shared_end_mm(&all);
         assert!((end - 6.0).abs() < 1e-9, "{end}");
         assert_eq!(cut_off(&all, end), 1);
-    }
-
-    #[test]
-    fn long_names_are_shortened_by_letters() {
-        assert_eq!(shortened("minimum_jerk"), "minimum_jerk");
-        assert_eq!(shortened(&"é".repeat(20)), "é".repeat(20));
-        assert_eq!(shortened(&"é".repeat(21)), format!("{}…", "é".repeat(19)));
     }
 
     #[test]

@@ -38,7 +38,8 @@ pub(super) fn section(methods: &[Method<'_>]) -> Markup {
         @if let Some((_, first)) = contacts.first() {
             p {
                 "A fingertip is in contact when its distance to the object's surface is at most "
-                (plain(to_mm(first.tau_m))) " mm. That threshold is a choice: the figure shows what another one would have given. \
+                (plain(to_mm(first.tau_m))) " mm; one inside the object counts too, so a method that passes through the object can score high. \
+                 The threshold is a choice: the figure shows what another one would have given. \
                  A grasp counts as stable with three fingertips in contact."
             }
             (share_table(&contacts))

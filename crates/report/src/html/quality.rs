@@ -34,7 +34,7 @@ pub(super) fn section(evaluation: &Evaluation) -> Markup {
                 @if complete > 0 { "The other " (complete) " of " (tracks) " fingertip tracks are complete." }
             }
         }
-        (findings(&evaluation.quality))
+        @if !evaluation.quality.is_empty() { (findings(&evaluation.quality)) }
     }
 }
 

@@ -60,7 +60,10 @@ fn verdict(evaluation: &Evaluation) -> Markup {
         .flatten()
         .map(|comparison| comparison.outcome)
         .collect();
-    let class = if outcomes.contains(&Outcome::Behind) {
+    let unsolved = method
+        .and_then(|method| method.plan)
+        .is_some_and(|plan| plan.infeasible + plan.failed > 0);
+    let class = if unsolved || outcomes.contains(&Outcome::Behind) {
         "verdict behind"
     } else if outcomes.is_empty() {
         "verdict"

@@ -84,7 +84,7 @@ impl Session {
         .expect("sizes fit");
         let methods = (0..METHODS)
             .map(|method| {
-                let off = |row: usize| 0.002 * (row as f64 * 0.01 + method as f64).sin();
+                let off = |row: usize| 0.002 * (row as f64 * 0.002 + method as f64).sin();
                 (0..SEGMENTS)
                     .map(|segment| {
                         let values = segments.column_m(segment).iter().enumerate();
@@ -96,7 +96,12 @@ impl Session {
             .collect();
         let demonstrated = Demonstrated {
             hulls: PerFinger::from_fn(|finger| {
-                let points: Vec<_> = (0..60_000).map(|k| tip(k + 5_000, finger)).collect();
+                // Filtered motion of a real hand rests often: its hull has some 200 triangles, that of
+                // this path has thousands unless it is coarsened.
+                let coarse = |k| tip(k, finger).coords_m().map(|c| (c * 2e3).round() / 2e3);
+                let points: Vec<_> = (0..60_000)
+                    .map(|k| Position::<Hand>::from_coords(coarse(k + 5_000)))
+                    .collect();
                 hull(&points).expect("a path in space has a hull")
             }),
             velocity: VelocityBounds {

@@ -35,20 +35,18 @@ pub(crate) fn contact_share(
         |k: &&usize| recorded.object_filled[**k] || recorded.filled[**k].as_array().contains(&true);
 
     // At least three are in contact at tau where the third nearest is.
-    let third = |distance_m: &[PerFinger<f64>]| {
-        let mut third: Vec<f64> = (judged.iter())
+    let third = |distance_m: &[PerFinger<f64>]| -> Vec<f64> {
+        (judged.iter())
             .map(|&k| {
                 let mut sorted = *distance_m[k].as_array();
                 sorted.sort_unstable_by(f64::total_cmp);
                 sorted[STABLE - 1]
             })
-            .collect();
-        third.sort_unstable_by(f64::total_cmp);
-        third
+            .collect()
     };
     let (planned_third, recorded_third) = (third(planned), third(of_recording));
     let share_at = |third: &[f64], tau_m: f64| {
-        third.partition_point(|&d| in_contact(d, tau_m)) as f64 / n as f64
+        third.iter().filter(|&&d| in_contact(d, tau_m)).count() as f64 / n as f64
     };
     let by_finger = |distance_m: &[PerFinger<f64>]| {
         PerFinger::from_fn(|finger: Finger| {

@@ -2,10 +2,12 @@
 
 mod distance;
 mod prefilter;
+mod probe;
 mod quickhull;
 mod vector;
 
-pub use distance::{HullProbe, hull_distance_m, inside};
+pub use distance::{hull_distance_m, inside};
+pub use probe::HullProbe;
 
 use inhand_model::{Frame, Hull, Position};
 

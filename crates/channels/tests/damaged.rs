@@ -5,7 +5,7 @@ use std::io::Cursor;
 use std::sync::LazyLock;
 
 use inhand_channels::{
-    ChannelError, info, read_dictionary, read_metadata, read_take, write_dictionary,
+    ChannelError, info, read_dictionary, read_generated, read_metadata, read_take, write_dictionary,
 };
 use mcap::WriteOptions;
 use mcap::records::{MessageHeader, Record, op};
@@ -92,6 +92,7 @@ fn data_end(bytes: &[u8]) -> usize {
 
 fn read_all(bytes: &[u8]) {
     let _ = read_take(bytes, "x.mcap");
+    let _ = read_generated(bytes, "x.mcap");
     let _ = read_dictionary(bytes, "x.mcap");
     let _ = read_metadata(bytes, "x.mcap");
     let _ = info(bytes, "x.mcap");

@@ -4,11 +4,12 @@ use std::io::Cursor;
 
 use inhand_channels::{
     ChannelError, EvaluatedMethod, GeneratedMethod, GeneratedSegment, TakeFile, WriteSettings,
-    read_dictionary, read_metadata, read_take, write_dictionary, write_recording, write_take,
+    read_dictionary, read_generated, read_metadata, read_take, write_dictionary, write_recording,
+    write_take,
 };
 use inhand_model::{
-    BodySource, Clock, DictionaryKind, Finger, Frame, LengthUnit, Motion, PoseTrack, Position,
-    Recording, Roles, RotationOrder, Sample, Source, StartTime, Status, Track, UpAxis,
+    BodySource, Clock, DictionaryKind, Finger, Frame, LengthUnit, Motion, Plan, PoseTrack,
+    Position, Recording, Roles, RotationOrder, Sample, Source, StartTime, Status, Track, UpAxis,
 };
 
 use crate::common;
@@ -231,6 +232,48 @@ fn a_later_start_and_marker_clusters_come_back() {
     let read = read_take(out.get_ref(), "slice.mcap").unwrap();
     assert_same_recording(&read.recording, &recording);
     assert_eq!(read.roles, Some(roles));
+}
+
+#[test]
+fn trajectories_and_plans_come_back() {
+    let take = common::take(450, 120.0);
+    let segments = common::segments(&take);
+    let bare: Vec<_> = (segments.iter())
+        .map(|segment| GeneratedSegment {
+            plan: None,
+            ..*segment
+        })
+        .collect();
+    let generated = [
+        GeneratedMethod {
+            name: "prior",
+            segments: &segments,
+        },
+        GeneratedMethod {
+            name: "line",
+            segments: &bare,
+        },
+    ];
+    let file = common::take_file(&take, &generated, &[]);
+    let read = read_generated(&written(&file, true), "take.mcap").unwrap();
+    let names: Vec<&str> = read.iter().map(|method| method.name.as_str()).collect();
+    assert_eq!(names, ["prior", "line"]);
+    assert!(read[1].plans.is_empty());
+    for (start, trajectory, plan) in &take.trajectories {
+        for method in &read {
+            for t in 0..trajectory.layout().samples {
+                let found = method.configurations_m[&(start + t)];
+                assert_eq!(found, trajectory.configuration_m(t));
+            }
+        }
+        let expected = Plan {
+            trajectory: None,
+            ..plan.clone()
+        };
+        assert_eq!(read[0].plans[start], expected);
+    }
+    let none = read_generated(&written(&TakeFile::new(&take.recording), true), "x").unwrap();
+    assert!(none.is_empty());
 }
 
 #[test]

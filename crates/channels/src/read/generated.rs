@@ -46,9 +46,20 @@ pub fn read_generated(bytes: &[u8], file_name: &str) -> Result<Vec<ReadMethod>, 
             }
             Ok(())
         }
-        Item::Message { channel, log_time, data } => {
-            let Some((index, part, topic)) = channels.get(&channel) else { return Ok(()) };
-            let at = Place { file: file_name, topic, clock: facts.clock, log_time };
+        Item::Message {
+            channel,
+            log_time,
+            data,
+        } => {
+            let Some((index, part, topic)) = channels.get(&channel) else {
+                return Ok(());
+            };
+            let at = Place {
+                file: file_name,
+                topic,
+                clock: facts.clock,
+                log_time,
+            };
             match part {
                 Part::Fingertips => at.configuration(data, &mut methods[*index]),
                 Part::Plan => at.plan(data, &mut methods[*index]),
@@ -96,7 +107,7 @@ struct Place<'a> {
 }
 
 impl Place<'_> {
-    fn error(&self, expected: &str, found: impl ToString) -> ChannelError {
+    fn error(&self, expected: &str, found: impl std::fmt::Display) -> ChannelError {
         ChannelError::Message {
             file: self.file.to_owned(),
             topic: self.topic.to_owned(),
@@ -120,14 +131,23 @@ impl Place<'_> {
             return Err(self.error("the time of a sample", format!("{} ns", self.log_time)));
         }
         let message: messages::Fingertips = self.decode(data)?;
-        let tips = [message.thumb, message.index, message.middle, message.ring, message.little];
+        let tips = [
+            message.thumb,
+            message.index,
+            message.middle,
+            message.ring,
+            message.little,
+        ];
         let mut configuration = [0.0; SEGMENT_COORDINATES];
         for (tip, place) in tips.into_iter().zip(configuration.chunks_exact_mut(3)) {
             let position = tip.and_then(|tip| tip.position_m);
             let position = position.ok_or_else(|| self.error("five positions", "fewer"))?;
             place.copy_from_slice(&position.to_array());
         }
-        if !configuration.iter().all(|coordinate| coordinate.is_finite()) {
+        if !configuration
+            .iter()
+            .all(|coordinate| coordinate.is_finite())
+        {
             return Err(self.error("finite coordinates", format!("{configuration:?}")));
         }
         method.configurations_m.insert(self.sample(), configuration);

@@ -93,22 +93,31 @@ pub(crate) fn check_velocity(
     trajectories: &[Option<&Trajectory>],
     bounds: &VelocityBounds,
 ) -> VelocityCheck {
+    let beyond = |bound: f64| VELOCITY_TOLERANCE * bound.abs() + VELOCITY_ROUNDING_M_S;
+    let lowest = bounds.min_m_s.map(|min| min - beyond(min));
+    let highest = bounds.max_m_s.map(|max| max + beyond(max));
     let checks: Vec<(usize, usize, f64)> = trajectories
         .par_iter()
         .flatten()
         .map(|trajectory| {
-            let (mut n, mut outside, mut worst) = (0, 0, 0.0_f64);
+            let (mut n, mut outside) = (0, 0);
+            let (mut least, mut greatest) = (
+                [0.0_f64; SEGMENT_COORDINATES],
+                [0.0_f64; SEGMENT_COORDINATES],
+            );
             for step in velocity::steps(trajectory) {
-                for (coordinate, v) in step.into_iter().enumerate() {
-                    let (min, max) = (bounds.min_m_s[coordinate], bounds.max_m_s[coordinate]);
-                    let beyond =
-                        |bound: f64| VELOCITY_TOLERANCE * bound.abs() + VELOCITY_ROUNDING_M_S;
-                    n += 1;
-                    outside += usize::from(v > max + beyond(max) || v < min - beyond(min));
-                    worst = worst.max(ratio(v, min, max));
+                n += SEGMENT_COORDINATES;
+                for (c, v) in step.into_iter().enumerate() {
+                    outside += usize::from(v > highest[c] || v < lowest[c]);
+                    least[c] = least[c].min(v);
+                    greatest[c] = greatest[c].max(v);
                 }
             }
-            debug_assert_eq!(n % SEGMENT_COORDINATES, 0);
+            let worst = (0..SEGMENT_COORDINATES)
+                .map(|c| {
+                    ratio(greatest[c], bounds.max_m_s[c]).max(ratio(-least[c], -bounds.min_m_s[c]))
+                })
+                .fold(0.0, f64::max);
             (n, outside, worst)
         })
         .collect();
@@ -120,13 +129,12 @@ pub(crate) fn check_velocity(
     }
 }
 
-fn ratio(v: f64, min: f64, max: f64) -> f64 {
-    let bound = if v > 0.0 { max } else { -min };
-    let size = v.abs();
-    if size <= VELOCITY_ROUNDING_M_S {
+/// Ratio of a speed to its bound, both towards the same side.
+fn ratio(speed: f64, bound: f64) -> f64 {
+    if speed <= VELOCITY_ROUNDING_M_S {
         0.0
     } else if bound > 0.0 {
-        size / bound
+        speed / bound
     } else {
         f64::INFINITY
     }

@@ -20,15 +20,23 @@ pub(crate) struct SegmentInstants {
     pub(crate) distance_m: Vec<PerFinger<f64>>,
 }
 
+/// Probes of the training hulls. They remember where they were, which saves time and changes no
+/// result: keep them from segment to segment.
+pub(crate) type HullProbes<'h> = PerFinger<HullProbe<'h>>;
+
+pub(crate) fn hull_probes<'h>(data: &TestData<'h>) -> HullProbes<'h> {
+    (data.demonstrated.hulls.each_ref()).map(HullProbe::new)
+}
+
 /// Looks at the instants of a segment given by its 15 N numbers (t, finger, axis), metres.
 /// `object_from_hand` has one pose for each instant, or none at all.
 pub(crate) fn look(
     data: &TestData<'_>,
     settings: &EvaluationSettings,
+    probes: &mut HullProbes<'_>,
     values_m: &[f64],
     object_from_hand: &[Option<Pose<Object, Hand>>],
 ) -> SegmentInstants {
-    let mut probes = (data.demonstrated.hulls.each_ref()).map(HullProbe::new);
     let offsets = FingerOffsets(settings.finger_offsets_m);
     let samples = values_m.len() / SEGMENT_COORDINATES;
     let mut instants = SegmentInstants {

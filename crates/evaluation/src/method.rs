@@ -3,13 +3,13 @@
 use inhand_model::{
     Finger, MethodEvaluation, PerFinger, Plan, PlanFacts, PlanStatus, Statistics, Trajectory,
 };
-use inhand_trajectory::quantiles::{quantile, statistics};
+use inhand_trajectory::quantiles::statistics;
 use rayon::prelude::*;
 
 use crate::constraints::{check_velocity, collision, reachability};
 use crate::contacts::{contact_share, distance_difference, in_contact};
 use crate::input::{EvaluationSettings, MethodResult, TestData};
-use crate::instants::{NearestPair, SegmentInstants, look, tips};
+use crate::instants::{NearestPair, SegmentInstants, hull_probes, look, tips};
 use crate::recorded::Recorded;
 
 /// What a method does at every instant of the test segments, in the order of [`Recorded`]: sample `t`
@@ -71,15 +71,24 @@ pub fn evaluate_method(
     let looks: Vec<Option<(Vec<PerFinger<f64>>, SegmentInstants)>> = trajectories
         .par_iter()
         .enumerate()
-        .map(|(segment, trajectory)| {
-            trajectory.map(|trajectory| {
-                let object_from_hand = recorded.object_from_hand(segment, samples);
-                (
-                    errors_m(trajectory.values_m(), data.segments.column_m(segment)),
-                    look(data, settings, trajectory.values_m(), object_from_hand),
-                )
-            })
-        })
+        .map_init(
+            || hull_probes(data),
+            |probes, (segment, trajectory)| {
+                trajectory.map(|trajectory| {
+                    let object_from_hand = recorded.object_from_hand(segment, samples);
+                    (
+                        errors_m(trajectory.values_m(), data.segments.column_m(segment)),
+                        look(
+                            data,
+                            settings,
+                            probes,
+                            trajectory.values_m(),
+                            object_from_hand,
+                        ),
+                    )
+                })
+            },
+        )
         .collect();
     let rows = rows(
         looks,
@@ -197,35 +206,65 @@ struct Errors {
 
 impl Errors {
     fn of(rows: &Rows, recorded: &Recorded, counts: Counts) -> Self {
-        let by_finger = finger_statistics(&rows.error_m, &recorded.filled, counts);
-        let pooled = |instants: &mut dyn Iterator<Item = usize>, instants_without_gaps: usize| {
-            let mut values = Vec::new();
-            let mut filled = 0;
-            for k in instants {
-                for finger in Finger::ALL {
-                    let value = rows.error_m[k][finger];
-                    if value.is_finite() {
-                        values.push(value);
-                        filled += usize::from(recorded.filled[k][finger]);
-                    }
-                }
-            }
-            let left_out = (Finger::COUNT * instants_without_gaps).saturating_sub(values.len());
-            statistics(values, filled, left_out)
-        };
-        let Counts {
-            samples,
-            segments_without_gaps,
-        } = counts;
         let count = rows.error_m.len();
         // `step_by` refuses 0; a segment without samples has no instants anyway.
-        let step = samples.max(1);
+        let samples = counts.samples.max(1);
+        let by_finger = PerFinger::from_fn(|finger| {
+            Known::of(&rows.error_m, &recorded.filled, finger, 0..count)
+        });
+        let pooled = |by_finger: PerFinger<Known>, instants_without_gaps: usize| {
+            let n_filled = by_finger.iter().map(|(_, known)| known.n_filled).sum();
+            let values = by_finger.map(|known| known.values).into_array().concat();
+            let n_left_out = (Finger::COUNT * instants_without_gaps).saturating_sub(values.len());
+            statistics(values, n_filled, n_left_out)
+        };
+        let at = |first: usize| {
+            let instants = (first..count).step_by(samples);
+            let known = PerFinger::from_fn(|finger| {
+                Known::of(&rows.error_m, &recorded.filled, finger, instants.clone())
+            });
+            pooled(known, counts.segments_without_gaps)
+        };
         Self {
-            pooled: pooled(&mut (0..count), samples * segments_without_gaps),
-            by_finger,
-            at_start: pooled(&mut (0..count).step_by(step), segments_without_gaps),
-            at_goal: pooled(&mut (step - 1..count).step_by(step), segments_without_gaps),
+            by_finger: by_finger.clone().map(|known| known.statistics(counts)),
+            at_start: at(0),
+            at_goal: at(samples - 1),
+            pooled: pooled(by_finger, counts.samples * counts.segments_without_gaps),
         }
+    }
+}
+
+/// One finger's values at the instants where they are known.
+#[derive(Clone)]
+struct Known {
+    values: Vec<f64>,
+    n_filled: usize,
+}
+
+impl Known {
+    fn of(
+        values: &[PerFinger<f64>],
+        filled: &[PerFinger<bool>],
+        finger: Finger,
+        instants: impl ExactSizeIterator<Item = usize>,
+    ) -> Self {
+        let mut known = Self {
+            values: Vec::with_capacity(instants.len()),
+            n_filled: 0,
+        };
+        for k in instants {
+            let value = values[k][finger];
+            if value.is_finite() {
+                known.values.push(value);
+                known.n_filled += usize::from(filled[k][finger]);
+            }
+        }
+        known
+    }
+
+    fn statistics(self, counts: Counts) -> Statistics {
+        let n_left_out = counts.left_out(self.values.len());
+        statistics(self.values, self.n_filled, n_left_out)
     }
 }
 
@@ -236,16 +275,7 @@ pub(crate) fn finger_statistics(
     counts: Counts,
 ) -> PerFinger<Statistics> {
     PerFinger::from_fn(|finger| {
-        let mut known = Vec::with_capacity(values.len());
-        let mut n_filled = 0;
-        for (values, filled) in values.iter().zip(filled) {
-            if values[finger].is_finite() {
-                known.push(values[finger]);
-                n_filled += usize::from(filled[finger]);
-            }
-        }
-        let n_left_out = counts.left_out(known.len());
-        statistics(known, n_filled, n_left_out)
+        Known::of(values, filled, finger, 0..values.len()).statistics(counts)
     })
 }
 
@@ -253,12 +283,11 @@ fn median_by_sample(rows: &Rows, samples: usize) -> Vec<f64> {
     (0..samples)
         .into_par_iter()
         .map(|t| {
-            let mut errors: Vec<f64> = (rows.error_m.iter().skip(t).step_by(samples))
+            let errors = (rows.error_m.iter().skip(t).step_by(samples))
                 .flat_map(|errors| *errors.as_array())
                 .filter(|error| error.is_finite())
                 .collect();
-            errors.sort_unstable_by(f64::total_cmp);
-            quantile(&errors, 0.5).unwrap_or(f64::NAN)
+            statistics(errors, 0, 0).p50
         })
         .collect()
 }

@@ -4,7 +4,7 @@ use inhand_model::{Hand, Object, PerFinger, Pose, Status};
 use rayon::prelude::*;
 
 use crate::input::{EvaluationSettings, TestData};
-use crate::instants::{NearestPair, SegmentInstants, look};
+use crate::instants::{NearestPair, SegmentInstants, hull_probes, look};
 
 /// The recorded motion at every instant of the test segments: segment after segment, sample after
 /// sample, so that sample `t` of segment `s` has the index `s * N + t`.
@@ -35,14 +35,23 @@ pub fn recorded(data: &TestData<'_>, settings: &EvaluationSettings) -> Recorded 
     let has_object = data.shape.is_some() && data.motions.iter().any(|m| m.object.is_some());
     let segments: Vec<(Vec<Known>, SegmentInstants)> = (0..data.segments.len())
         .into_par_iter()
-        .map(|segment| {
-            let known: Vec<Known> = (0..samples).map(|t| known(data, segment, t)).collect();
-            let poses: Vec<_> = (known.iter().filter(|_| has_object))
-                .map(|known| known.object_from_hand)
-                .collect();
-            let instants = look(data, settings, data.segments.column_m(segment), &poses);
-            (known, instants)
-        })
+        .map_init(
+            || hull_probes(data),
+            |probes, segment| {
+                let known: Vec<Known> = (0..samples).map(|t| known(data, segment, t)).collect();
+                let poses: Vec<_> = (known.iter().filter(|_| has_object))
+                    .map(|known| known.object_from_hand)
+                    .collect();
+                let instants = look(
+                    data,
+                    settings,
+                    probes,
+                    data.segments.column_m(segment),
+                    &poses,
+                );
+                (known, instants)
+            },
+        )
         .collect();
 
     let count = samples * data.segments.len();

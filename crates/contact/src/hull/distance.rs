@@ -2,7 +2,7 @@
 
 use inhand_model::Hull;
 
-use super::vector::{Vec3, add, cross, dot, norm, scale, sub};
+use super::vector::{Vec3, cross, dot, scale, sub};
 
 /// Signed distance of `p` to the surface of `hull`, metres: positive outside, negative inside.
 ///
@@ -51,41 +51,33 @@ pub(super) fn highest_plane_m(hull: &Hull, p: Vec3) -> f64 {
 /// Distance to the nearest point of the surface, for a point beyond at least one plane. The nearest
 /// point lies on a triangle that the point sees; `facets` are, in ascending order, at least all of
 /// those.
-pub(super) fn outside_m(
-    hull: &Hull,
-    facets: impl Iterator<Item = usize>,
-    p: Vec3,
-) -> Option<f64> {
-    let mut nearest = f64::INFINITY;
+pub(super) fn outside_m(hull: &Hull, facets: impl Iterator<Item = usize>, p: Vec3) -> Option<f64> {
+    let mut nearest_squared = f64::INFINITY;
     for facet in facets {
         let normal = *hull.normals.get(facet)?;
         let height = dot(normal, p) - hull.offsets_m.get(facet)?;
-        if height > 0.0 && height < nearest {
+        if height > 0.0 {
             let triangle = hull.triangles.get(facet)?;
             let [a, b, c] = triangle.map(|corner| hull.vertices_m.get(corner as usize).copied());
-            nearest = nearest.min(triangle_distance_m([a?, b?, c?], normal, height, p));
+            let (a, b, c) = (a?, b?, c?);
+            let is_above = [(a, b), (b, c), (c, a)]
+                .into_iter()
+                .all(|(a, b)| dot(cross(sub(b, a), sub(p, a)), normal) >= 0.0);
+            if is_above {
+                // The foot of the perpendicular is on the surface, and all of the hull beyond it.
+                return Some(height);
+            }
+            for (a, b) in [(a, b), (b, c), (c, a)] {
+                nearest_squared = nearest_squared.min(squared_distance_to_edge_m2(a, b, p));
+            }
         }
     }
-    nearest.is_finite().then_some(nearest)
+    nearest_squared.is_finite().then(|| nearest_squared.sqrt())
 }
 
-/// Distance of a point at `height` above a triangle's plane to the triangle.
-fn triangle_distance_m(corners: [Vec3; 3], normal: Vec3, height: f64, p: Vec3) -> f64 {
-    let edges = [0, 1, 2].map(|i| (corners[i], corners[(i + 1) % 3]));
-    let is_above = edges
-        .iter()
-        .all(|&(a, b)| dot(cross(sub(b, a), sub(p, a)), normal) >= 0.0);
-    if is_above {
-        return height;
-    }
-    edges
-        .into_iter()
-        .map(|(a, b)| edge_distance_m(a, b, p))
-        .fold(f64::INFINITY, f64::min)
-}
-
-fn edge_distance_m(a: Vec3, b: Vec3, p: Vec3) -> f64 {
+fn squared_distance_to_edge_m2(a: Vec3, b: Vec3, p: Vec3) -> f64 {
     let (along, from) = (sub(b, a), sub(p, a));
     let share = (dot(from, along) / dot(along, along)).clamp(0.0, 1.0);
-    norm(sub(p, add(a, scale(along, share))))
+    let across = sub(from, scale(along, share));
+    dot(across, across)
 }

@@ -35,17 +35,22 @@ const ROUNDING_M: f64 = 1e-9;
 #[derive(Clone, Debug)]
 pub struct HullProbe<'h> {
     hull: &'h Hull,
+    /// All planes, from the first point on.
+    all: PlaneLanes,
     coarse: Selection,
     fine: Selection,
+    /// Heights of the planes that a selection is made of.
     heights: Vec<[f64; LANES]>,
 }
 
 impl<'h> HullProbe<'h> {
-    /// A probe that has seen no point. Costs nothing; one for each trajectory is fine.
+    /// A probe that has seen no point. It costs nothing to make, but its first point costs as much as
+    /// [`crate::hull_distance_m`].
     pub fn new(hull: &'h Hull) -> Self {
         let [coarse, fine] = REACH_M.map(Selection::new);
         Self {
             hull,
+            all: PlaneLanes::default(),
             coarse,
             fine,
             heights: Vec::new(),
@@ -55,25 +60,11 @@ impl<'h> HullProbe<'h> {
     /// [`crate::hull_distance_m`] of the hull.
     pub fn distance_m(&mut self, p: [f64; 3]) -> f64 {
         if !self.fine.reaches(p) {
-            if !self.coarse.reaches(p) {
-                let highest = largest(planes(self.hull).map(|plane| [height_m(plane, p)]));
-                self.coarse.start(p, highest);
-                for (facet, plane) in planes(self.hull).enumerate() {
-                    self.coarse.offer(facet, plane, height_m(plane, p));
-                }
-            }
-            self.heights.clear();
-            self.heights.extend(self.coarse.planes.heights_m(p));
-            self.fine.start(p, largest(self.heights.iter().copied()));
-            let heights = self.heights.as_flattened();
-            for (&facet, height) in self.coarse.facets.iter().zip(heights) {
-                let (normal, offset) = (self.hull.normals[facet], self.hull.offsets_m[facet]);
-                self.fine.offer(facet, (normal, offset), *height);
-            }
+            self.move_selections(p);
         }
         let highest = largest(self.fine.planes.heights_m(p));
         if highest > 0.0 {
-            outside_m(self.hull, self.fine.facets.iter().copied(), p).unwrap_or(highest)
+            outside_m(self.hull, self.fine.facets.iter().map(|&f| f as usize), p).unwrap_or(highest)
         } else if highest == f64::NEG_INFINITY {
             // NaN is larger than nothing.
             f64::NAN
@@ -81,10 +72,23 @@ impl<'h> HullProbe<'h> {
             highest
         }
     }
-}
-
-fn height_m((normal, offset): (Vec3, f64), p: Vec3) -> f64 {
-    dot(normal, p) - offset
+    fn move_selections(&mut self, p: Vec3) {
+        if !self.coarse.reaches(p) {
+            if self.all.is_empty() {
+                planes(self.hull).for_each(|plane| self.all.push(plane));
+            }
+            self.heights.clear();
+            self.heights.extend(self.all.heights_m(p));
+            let all = planes(self.hull).zip(0..);
+            self.coarse.select(p, all, &self.heights);
+        }
+        self.heights.clear();
+        self.heights.extend(self.coarse.planes.heights_m(p));
+        let (normals, offsets) = (&self.hull.normals, &self.hull.offsets_m);
+        let coarse = (self.coarse.facets.iter())
+            .map(|&facet| ((normals[facet as usize], offsets[facet as usize]), facet));
+        self.fine.select(p, coarse, &self.heights);
+    }
 }
 
 /// The planes that matter near an anchor, ascending.
@@ -92,8 +96,7 @@ fn height_m((normal, offset): (Vec3, f64), p: Vec3) -> f64 {
 struct Selection {
     reach_m: f64,
     anchor: Vec3,
-    least_m: f64,
-    facets: Vec<usize>,
+    facets: Vec<u32>,
     planes: PlaneLanes,
 }
 
@@ -102,7 +105,6 @@ impl Selection {
         Self {
             reach_m,
             anchor: [f64::NAN; 3],
-            least_m: f64::NAN,
             facets: Vec::new(),
             planes: PlaneLanes::default(),
         }
@@ -114,21 +116,25 @@ impl Selection {
         dot(moved, moved) <= self.reach_m * self.reach_m
     }
 
-    /// Empties the selection; from now on it is for points near `anchor`, where the highest plane is
-    /// `highest_m` away.
-    fn start(&mut self, anchor: Vec3, highest_m: f64) {
+    /// Selects those of `planes`, `heights` away from `anchor`, that matter near it.
+    fn select(
+        &mut self,
+        anchor: Vec3,
+        planes: impl Iterator<Item = ((Vec3, f64), u32)>,
+        heights: &[[f64; LANES]],
+    ) {
         self.anchor = anchor;
         // Within reach the highest one sinks and others rise by as much as the reach; and a plane
-        // below the anchor by less can come to be seen.
-        self.least_m = (highest_m - 2.0 * self.reach_m).min(-self.reach_m) - ROUNDING_M;
+        // above the anchor by less can come to be seen.
+        let highest = largest(heights.iter().copied());
+        let least = (highest - 2.0 * self.reach_m).min(-self.reach_m) - ROUNDING_M;
         self.facets.clear();
         self.planes.clear();
-    }
-
-    fn offer(&mut self, facet: usize, plane: (Vec3, f64), height_m: f64) {
-        if height_m >= self.least_m {
-            self.facets.push(facet);
-            self.planes.push(plane);
+        for (&height, (plane, facet)) in heights.as_flattened().iter().zip(planes) {
+            if height >= least {
+                self.facets.push(facet);
+                self.planes.push(plane);
+            }
         }
     }
 }
@@ -148,6 +154,10 @@ impl PlaneLanes {
     fn clear(&mut self) {
         self.lanes.clear();
         self.count = 0;
+    }
+
+    fn is_empty(&self) -> bool {
+        self.count == 0
     }
 
     fn push(&mut self, ([x, y, z], offset): (Vec3, f64)) {

@@ -9,7 +9,7 @@ use super::vector::{Vec3, cross, dot, scale, sub};
 /// Exact to rounding: inside it is the largest of the signed distances to the planes, outside the
 /// distance to the nearest point of a face, edge or corner. NaN for a NaN coordinate or a hull
 /// without planes. Cost proportional to the number of planes; for points that follow one another
-/// closely see [`HullProbe`].
+/// closely see [`crate::HullProbe`].
 pub fn hull_distance_m(hull: &Hull, p: [f64; 3]) -> f64 {
     let highest = highest_plane_m(hull, p);
     if highest > 0.0 {

@@ -1,7 +1,7 @@
 //! Dictionaries and their file.
 
 use std::fmt::Display;
-use std::io::{Seek, Write};
+use std::io::Write;
 
 use inhand_model::{
     Demonstrated, Dictionary, Finger, Frame, Hand, Hull, Learning, PerFinger, Provenance,
@@ -13,7 +13,7 @@ use prost::Message;
 use crate::error::ChannelError;
 use crate::messages;
 use crate::metadata::Metadata;
-use crate::output::{Output, Sink};
+use crate::output::Output;
 use crate::read::{absent_part, read_metadata};
 use crate::records::{Depth, Item, walk};
 use crate::topic;
@@ -39,18 +39,17 @@ const PLAYED_DEVIATIONS: f64 = 2.0;
 /// [`ChannelError::Mismatch`] for a dictionary that is none ([`Dictionary::validate`]);
 /// [`ChannelError::Write`] when writing fails.
 pub fn write_dictionary(
-    mut out: impl Write + Seek,
+    mut out: impl Write,
     dictionary: &Dictionary,
     provenance: &[Provenance],
 ) -> Result<(), ChannelError> {
     (dictionary.validate())
         .map_err(|error| ChannelError::mismatch("dictionary", "one that fits together", error))?;
-    let sink: &mut dyn Sink = &mut out;
-    let mut output = Output::create(sink)?;
+    let mut output = Output::create(&mut out)?;
     let mut metadata = Metadata::default();
     metadata.add_provenance(provenance);
-    for (name, facts) in metadata.0 {
-        output.metadata(&name, facts)?;
+    for (name, facts) in &metadata.0 {
+        output.metadata(name, facts)?;
     }
     let model = output.channel::<messages::Dictionary>(topic::DICTIONARY, Some(Hand::NAME))?;
     let primitives =

@@ -1,65 +1,36 @@
-//! The MCAP writer as this crate uses it.
+//! Messages of any kind into an MCAP file.
 
 use std::collections::BTreeMap;
-use std::io::{Seek, Write};
+use std::io::Write;
 
-use mcap::records::MessageHeader;
-use mcap::{Compression, WriteOptions, Writer};
-
+use crate::container::Container;
 use crate::error::ChannelError;
 use crate::schema::Logged;
 
-/// A fixed name: the same nouns give the same bytes, whatever version of mcap wrote them.
+/// A fixed name: the same nouns give the same bytes.
 const LIBRARY: &str = concat!("inhand ", env!("CARGO_PKG_VERSION"));
-
-/// Uncompressed size at which a chunk ends: what a viewer has to read to show one instant.
-const CHUNK_BYTES: u64 = 1024 * 1024;
-
-/// Level 1: higher ones take several times as long for a few per cent, since most bytes are
-/// mantissas that no level can shrink.
-const ZSTD_LEVEL: u32 = 1;
-
-/// Anything that bytes can go to.
-pub(crate) trait Sink: Write + Seek {}
-impl<T: Write + Seek> Sink for T {}
 
 /// A channel of the file being written.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ChannelId(u16);
 
-/// A file being written, with one buffer for all messages.
+/// A file being written.
 pub(crate) struct Output<'a> {
-    writer: Writer<&'a mut dyn Sink>,
-    buffer: Vec<u8>,
+    container: Container<'a>,
 }
 
 impl<'a> Output<'a> {
-    pub(crate) fn create(sink: &'a mut dyn Sink) -> Result<Self, ChannelError> {
-        let writer = WriteOptions::new()
-            .profile("")
-            .library(LIBRARY)
-            .compression(Some(Compression::Zstd))
-            .compression_level(ZSTD_LEVEL)
-            // Takes are written side by side; a pool inside each would only get in the way.
-            .compression_threads(0)
-            .chunk_size(Some(CHUNK_BYTES))
-            .create(sink)
-            .map_err(ChannelError::write)?;
-        Ok(Self {
-            writer,
-            buffer: Vec::with_capacity(64 * 1024),
-        })
+    pub(crate) fn create(out: &'a mut dyn Write) -> Result<Self, ChannelError> {
+        let container = Container::create(out, LIBRARY).map_err(ChannelError::write)?;
+        Ok(Self { container })
     }
 
     pub(crate) fn metadata(
         &mut self,
         name: &str,
-        metadata: BTreeMap<String, String>,
+        facts: &BTreeMap<String, String>,
     ) -> Result<(), ChannelError> {
-        let name = name.to_owned();
-        (self.writer)
-            .write_metadata(&mcap::records::Metadata { name, metadata })
-            .map_err(ChannelError::write)
+        (self.container.metadata(name, facts)).map_err(ChannelError::write)
     }
 
     /// A channel whose coordinates are in `frame`, if it has any.
@@ -69,14 +40,11 @@ impl<'a> Output<'a> {
         frame: Option<&str>,
     ) -> Result<ChannelId, ChannelError> {
         let schema = M::schema();
-        let schema_id = (self.writer)
-            .add_schema(&schema.name, "protobuf", &schema.descriptors)
-            .map_err(ChannelError::write)?;
         let metadata = (frame.iter())
             .map(|frame| ("frame".to_owned(), (*frame).to_owned()))
             .collect();
-        (self.writer)
-            .add_channel(schema_id, topic, "protobuf", &metadata)
+        (self.container)
+            .channel(topic, &schema.name, &schema.descriptors, &metadata)
             .map(ChannelId)
             .map_err(ChannelError::write)
     }
@@ -89,22 +57,15 @@ impl<'a> Output<'a> {
         unix_nanos: u64,
         message: &M,
     ) -> Result<(), ChannelError> {
-        self.buffer.clear();
-        message.encode_raw(&mut self.buffer);
-        let header = MessageHeader {
-            channel_id: channel.0,
-            // The format has 32 bits for it; it only helps people who read a listing.
-            sequence: sequence as u32,
-            log_time: unix_nanos,
-            publish_time: unix_nanos,
-        };
-        (self.writer)
-            .write_to_known_channel(&header, &self.buffer)
+        // The format has 32 bits for the sequence; it only helps people who read a listing.
+        (self.container)
+            .message(channel.0, sequence as u32, unix_nanos, |buffer| {
+                message.encode_raw(buffer);
+            })
             .map_err(ChannelError::write)
     }
 
-    pub(crate) fn finish(mut self) -> Result<(), ChannelError> {
-        self.writer.finish().map_err(ChannelError::write)?;
-        Ok(())
+    pub(crate) fn finish(self) -> Result<(), ChannelError> {
+        self.container.finish().map_err(ChannelError::write)
     }
 }

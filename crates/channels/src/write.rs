@@ -8,14 +8,14 @@ mod recorded;
 
 pub(crate) use generated::by_start;
 
-use std::io::{Seek, Write};
+use std::io::Write;
 
 use inhand_model::{Finger, Provenance, Recording, Roles};
 
 use crate::error::ChannelError;
 use crate::messages;
 use crate::metadata::{MOTION, Metadata};
-use crate::output::{Output, Sink};
+use crate::output::Output;
 use crate::take::{TakeFile, WriteSettings};
 use crate::view;
 use crate::wire::{Point, Timestamp};
@@ -37,8 +37,9 @@ pub(crate) type Streams<'a> = Vec<Box<dyn Stream + 'a>>;
 /// Writes everything about a take as one MCAP file; the same values give the same bytes.
 ///
 /// `log_time` and `publish_time` of a message are the time of its sample. Coordinates are metres
-/// in the frame that the channel's metadata key `frame` names. Writing takes memory for one chunk
-/// (1 MiB) and the indexes, whatever the length of the take.
+/// in the frame that the channel's metadata key `frame` names. Writing takes memory for a few
+/// chunks (of 1 MiB) and the indexes, whatever the length of the take; chunks are packed on all
+/// threads of the global rayon pool.
 ///
 /// # Errors
 ///
@@ -46,15 +47,14 @@ pub(crate) type Streams<'a> = Vec<Box<dyn Stream + 'a>>;
 /// trajectory past the end, a method name that makes no topic), before anything is written;
 /// [`ChannelError::Write`] when writing fails.
 pub fn write_take(
-    mut out: impl Write + Seek,
+    mut out: impl Write,
     file: &TakeFile,
     settings: &WriteSettings,
 ) -> Result<(), ChannelError> {
     check::parts(file)?;
-    let sink: &mut dyn Sink = &mut out;
-    let mut output = Output::create(sink)?;
-    for (name, facts) in metadata(file).0 {
-        output.metadata(&name, facts)?;
+    let mut output = Output::create(&mut out)?;
+    for (name, facts) in &metadata(file).0 {
+        output.metadata(name, facts)?;
     }
 
     let mut streams = Streams::new();
@@ -84,7 +84,7 @@ pub fn write_take(
 ///
 /// [`ChannelError::Write`] when writing fails.
 pub fn write_recording(
-    out: impl Write + Seek,
+    out: impl Write,
     recording: &Recording,
     roles: Option<&Roles>,
     provenance: &[Provenance],

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::io::Cursor;
 
-use inhand_channels::{info, is_mcap};
+use inhand_channels::{ChannelError, WriteSettings, info, is_mcap, write_take};
 use inhand_model::Finger;
 use mcap::records::MessageHeader;
 use mcap::{Compression, WriteOptions};
@@ -65,6 +65,103 @@ fn our_own_files_are_listed_with_gaps_and_frames() {
             ("world", "hand", "/tf")
         ]
     );
+}
+
+#[test]
+fn summaries_and_indexes_agree_with_the_mcap_crate() {
+    // Long enough for several chunks and several batches of them.
+    let take = common::take(9000, 100.0);
+    let bytes = written(&common::take_file(&take, &[], &[]), true);
+    let listed = info(&bytes, "take.mcap").unwrap();
+    let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
+    let statistics = summary.stats.as_ref().unwrap();
+    assert!(summary.chunk_indexes.len() > 16);
+    assert_eq!(statistics.chunk_count as usize, summary.chunk_indexes.len());
+    assert_eq!(statistics.message_count, listed.messages);
+    assert_eq!(statistics.metadata_count as usize, listed.metadata.0.len());
+    assert_eq!(
+        Some(statistics.message_start_time),
+        listed.first_unix_nanos()
+    );
+    assert_eq!(Some(statistics.message_end_time), listed.last_unix_nanos());
+    for channel in &listed.channels {
+        assert_eq!(
+            statistics.channel_message_counts[&channel.id],
+            channel.messages
+        );
+        assert_eq!(summary.channels[&channel.id].topic, channel.topic);
+    }
+    for index in &summary.metadata_indexes {
+        assert_eq!(
+            mcap::read::metadata(&bytes, index).unwrap().name,
+            index.name
+        );
+    }
+    let mut through_chunks = 0;
+    for chunk in &summary.chunk_indexes {
+        through_chunks += summary.stream_chunk(&bytes, chunk).unwrap().count() as u64;
+        let indexes = summary.read_message_indexes(&bytes, chunk).unwrap();
+        let (channel, entries) = indexes.iter().next().unwrap();
+        let last = entries.last().unwrap();
+        let message = summary.seek_message(&bytes, chunk, last).unwrap();
+        assert_eq!(message.log_time, last.log_time);
+        assert_eq!(message.channel.topic, channel.topic);
+    }
+    assert_eq!(through_chunks, listed.messages);
+    // Checksums of data and summary, by the mcap crate.
+    let mut reader = mcap::sans_io::LinearReader::new_with_options(
+        mcap::sans_io::LinearReaderOptions::default()
+            .with_validate_chunk_crcs(true)
+            .with_validate_data_section_crc(true)
+            .with_validate_summary_section_crc(true)
+            .with_check_finishes_after_end_magic(true),
+    );
+    let mut rest = bytes.as_slice();
+    while let Some(event) = reader.next_event() {
+        if let mcap::sans_io::LinearReadEvent::ReadRequest(want) = event.unwrap() {
+            let (now, later) = rest.split_at(want.min(rest.len()));
+            reader.insert(now.len()).copy_from_slice(now);
+            reader.notify_read(now.len());
+            rest = later;
+        }
+    }
+    assert!(rest.is_empty());
+}
+
+#[test]
+fn the_number_of_threads_changes_no_byte() {
+    let take = common::take(9000, 100.0);
+    let file = common::take_file(&take, &[], &[]);
+    let with_threads = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        pool.install(|| written(&file, true))
+    };
+    assert!(with_threads(1) == with_threads(3));
+}
+
+#[test]
+fn a_full_disk_is_an_error() {
+    struct Full(usize);
+    impl std::io::Write for Full {
+        fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+            self.0 = (self.0)
+                .checked_sub(bytes.len())
+                .ok_or(std::io::ErrorKind::StorageFull)?;
+            Ok(bytes.len())
+        }
+        fn flush(&mut self) -> std::io::Result<()> {
+            Ok(())
+        }
+    }
+    let take = common::take(300, 100.0);
+    let file = common::take_file(&take, &[], &[]);
+    for room in [0, 100, 10_000, written(&file, true).len() - 1] {
+        let error = write_take(Full(room), &file, &WriteSettings { view: true }).unwrap_err();
+        assert!(matches!(error, ChannelError::Write { .. }), "{error:?}");
+    }
 }
 
 /// A file of the mcap crate with a channel without schema, one of ROS 2, an attachment and

@@ -129,7 +129,7 @@ impl Channel<'_> {
         &self,
         read: Counter,
         track: &mut PoseTrack<To, From>,
-        body: &messages::Body,
+        body: &BodySample,
     ) -> Result<(), ChannelError> {
         let parts = body.position_m.zip(body.orientation);
         let status = self.status(read, body.status, parts.is_some())?;
@@ -160,6 +160,43 @@ impl Channel<'_> {
 /// A track with the source's own number for each sample, where it has one.
 type WithSeries<T> = (Track<T>, Option<Vec<f64>>);
 
+/// An `inhand.Markers` without the names, which do not change: reading them anew for every sample
+/// would cost more than the rest.
+#[derive(Clone, PartialEq, Message)]
+struct MarkerSamples {
+    #[prost(message, repeated, tag = "2")]
+    markers: Vec<MarkerSample>,
+}
+
+#[derive(Clone, Copy, PartialEq, Message)]
+struct MarkerSample {
+    #[prost(message, optional, tag = "3")]
+    position_m: Option<wire::Point>,
+    #[prost(int32, tag = "4")]
+    status: i32,
+    #[prost(double, optional, tag = "5")]
+    quality: Option<f64>,
+}
+
+/// An `inhand.Bodies` without the names.
+#[derive(Clone, PartialEq, Message)]
+struct BodySamples {
+    #[prost(message, repeated, tag = "2")]
+    bodies: Vec<BodySample>,
+}
+
+#[derive(Clone, Copy, PartialEq, Message)]
+struct BodySample {
+    #[prost(message, optional, tag = "2")]
+    position_m: Option<wire::Point>,
+    #[prost(message, optional, tag = "3")]
+    orientation: Option<wire::Quaternion>,
+    #[prost(int32, tag = "4")]
+    status: i32,
+    #[prost(double, optional, tag = "5")]
+    marker_error_m: Option<f64>,
+}
+
 /// Position tracks and qualities of all markers.
 pub(super) struct MarkerTracks {
     tracks: Vec<WithSeries<Position<World>>>,
@@ -182,7 +219,7 @@ impl MarkerTracks {
         markers: &[MarkerFacts],
         data: &[u8],
     ) -> Result<(), ChannelError> {
-        let message: messages::Markers = channel.next_sample(self.read, data)?;
+        let message: MarkerSamples = channel.next_sample(self.read, data)?;
         channel.count(self.read, markers.len(), message.markers.len())?;
         for ((track, quality), marker) in self.tracks.iter_mut().zip(&message.markers) {
             channel.push_point(self.read, track, marker.position_m, marker.status)?;
@@ -229,7 +266,7 @@ impl BodyTracks {
         bodies: &[BodyFacts],
         data: &[u8],
     ) -> Result<(), ChannelError> {
-        let message: messages::Bodies = channel.next_sample(self.read, data)?;
+        let message: BodySamples = channel.next_sample(self.read, data)?;
         channel.count(self.read, bodies.len(), message.bodies.len())?;
         for ((track, error_m), body) in self.tracks.iter_mut().zip(&message.bodies) {
             channel.push_pose(self.read, track, body)?;
@@ -305,7 +342,7 @@ impl<To: Frame, From: Frame> Default for PoseFromBodies<To, From> {
 
 impl<To: Frame, From: Frame> PoseFromBodies<To, From> {
     pub(super) fn message(&mut self, channel: &Channel, data: &[u8]) -> Result<(), ChannelError> {
-        let message: messages::Bodies = channel.next_sample(self.read, data)?;
+        let message: BodySamples = channel.next_sample(self.read, data)?;
         channel.count(self.read, 1, message.bodies.len())?;
         for body in &message.bodies {
             channel.push_pose(self.read, &mut self.track, body)?;

@@ -28,15 +28,29 @@ fn path(samples: usize) -> Vec<Position<Hand>> {
         .collect()
 }
 
+/// The same in steps of half a millimetre. Filtered motion of a real hand rests often, so that its
+/// hull has some hundreds of triangles like this one; that of the smooth path has thousands.
+fn coarse_path(samples: usize) -> Vec<Position<Hand>> {
+    (path(samples).into_iter())
+        .map(|p| Position::from_coords(p.coords_m().map(|c| (c * 2e3).round() / 2e3)))
+        .collect()
+}
+
 #[divan::bench]
 fn hull_of_60_000(bencher: Bencher<'_, '_>) {
+    let points = coarse_path(60_000);
+    bencher.bench(|| hull(black_box(&points)).expect("a path in space has a hull"));
+}
+
+#[divan::bench]
+fn hull_of_60_000_with_many_corners(bencher: Bencher<'_, '_>) {
     let points = path(60_000);
     bencher.bench(|| hull(black_box(&points)).expect("a path in space has a hull"));
 }
 
 #[divan::bench]
 fn hull_distance_11_900(bencher: Bencher<'_, '_>) {
-    let hull = hull(&path(60_000)).expect("a path in space has a hull");
+    let hull = hull(&coarse_path(60_000)).expect("a path in space has a hull");
     let points = path(11_900);
     bencher.bench(|| {
         points
@@ -48,7 +62,7 @@ fn hull_distance_11_900(bencher: Bencher<'_, '_>) {
 
 #[divan::bench]
 fn hull_probe_11_900(bencher: Bencher<'_, '_>) {
-    let hull = hull(&path(60_000)).expect("a path in space has a hull");
+    let hull = hull(&coarse_path(60_000)).expect("a path in space has a hull");
     let points = path(11_900);
     bencher.bench(|| {
         let mut probe = HullProbe::new(&hull);
@@ -61,7 +75,7 @@ fn hull_probe_11_900(bencher: Bencher<'_, '_>) {
 
 #[divan::bench]
 fn inside_11_900(bencher: Bencher<'_, '_>) {
-    let hull = hull(&path(60_000)).expect("a path in space has a hull");
+    let hull = hull(&coarse_path(60_000)).expect("a path in space has a hull");
     let points = path(11_900);
     bencher.bench(|| {
         points

@@ -34,7 +34,7 @@ pub(super) fn planes(hull: &Hull) -> impl Iterator<Item = (Vec3, f64)> + Clone {
 }
 
 /// The largest signed distance to a plane; NaN for a NaN coordinate and without planes.
-pub(super) fn highest_plane_m(hull: &Hull, p: Vec3) -> f64 {
+fn highest_plane_m(hull: &Hull, p: Vec3) -> f64 {
     let mut highest = f64::NEG_INFINITY;
     for (normal, offset) in planes(hull) {
         let height = dot(normal, p) - offset;

@@ -89,8 +89,10 @@ pub fn hull<F: Frame>(points: &[Position<F>]) -> Result<Hull, ContactError> {
     }
 
     let hull = with_planes(&candidates, &triangles);
+    // Candidates keep the order of the points, so those of a path are near their neighbours.
+    let mut probe = HullProbe::new(&hull);
     let outside_m = (all_candidates.iter())
-        .map(|&p| distance::highest_plane_m(&hull, p))
+        .map(|&p| probe.distance_m(p))
         .fold(f64::NEG_INFINITY, f64::max);
     let closed = 2 * hull.vertices_m.len() == hull.triangles.len() + 4;
     if !closed || outside_m.is_nan() || outside_m > CLOSED * size_m.max(1.0) {

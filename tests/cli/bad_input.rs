@@ -9,12 +9,20 @@ fn refused(bench: &Bench, options: &[&str], words: &[&str]) {
     let args = [&["run", "session", "-o", "out"], &SMALL[..], options].concat();
     let output = bench.inhand(&args);
     let message = stderr(&output);
-    assert!(matches!(output.status.code(), Some(1 | 2)), "{:?} {message}", output.status);
+    assert!(
+        matches!(output.status.code(), Some(1 | 2)),
+        "{:?} {message}",
+        output.status
+    );
     for word in words {
         assert!(message.contains(word), "\"{word}\" in: {message}");
     }
     assert!(!message.contains("panicked"), "{message}");
-    assert_eq!(bench.files("out"), Vec::<String>::new(), "nothing is written");
+    assert_eq!(
+        bench.files("out"),
+        Vec::<String>::new(),
+        "nothing is written"
+    );
 }
 
 /// Changes one line (counted from 1) of a file.
@@ -40,7 +48,9 @@ fn no_motive_file() {
 #[test]
 fn cut_header() {
     let bench = Bench::csv();
-    bench.edit(TRAIN, |text| text.lines().take(5).collect::<Vec<_>>().join("\n"));
+    bench.edit(TRAIN, |text| {
+        text.lines().take(5).collect::<Vec<_>>().join("\n")
+    });
     refused(&bench, &[], &["cube_train_01.csv", "header"]);
 }
 
@@ -64,12 +74,16 @@ fn a_cell_that_is_no_number() {
 #[test]
 fn units_or_rotation_that_nobody_states() {
     let bench = Bench::csv();
-    edit_line(&bench, TRAIN, 1, |line| line.replace("Length Units,Meters,", ""));
+    edit_line(&bench, TRAIN, 1, |line| {
+        line.replace("Length Units,Meters,", "")
+    });
     refused(&bench, &[], &["cube_train_01.csv", "--units"]);
     bench.run("with_units", &["--units", "m"]);
 
     let bench = Bench::csv();
-    edit_line(&bench, TRAIN, 1, |line| line.replace("Rotation Type,Quaternion,", ""));
+    edit_line(&bench, TRAIN, 1, |line| {
+        line.replace("Rotation Type,Quaternion,", "")
+    });
     let output = bench.inhand(&[&["run", "session", "-o", "out"], &SMALL[..]].concat());
     // Four rotation columns can only be a quaternion; three would need the order.
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
@@ -78,8 +92,14 @@ fn units_or_rotation_that_nobody_states() {
 #[test]
 fn fingers_that_cannot_be_told() {
     let bench = Bench::csv();
-    edit_line(&bench, TRAIN, 4, |line| line.replace("Little", "Marker 005"));
-    refused(&bench, &[], &["cube_train_01.csv", "little", "Marker 005", "--finger"]);
+    edit_line(&bench, TRAIN, 4, |line| {
+        line.replace("Little", "Marker 005")
+    });
+    refused(
+        &bench,
+        &[],
+        &["cube_train_01.csv", "little", "Marker 005", "--finger"],
+    );
     // Converting keeps whatever a take has.
     bench.ok(&["convert", TRAIN, "-o", "a.mcap"]);
 
@@ -88,15 +108,26 @@ fn fingers_that_cannot_be_told() {
     refused(&bench, &[], &["cube_train_01.csv", "little_tip", "Little"]);
 
     let bench = Bench::csv();
-    refused(&bench, &["--finger", "pinkie=Little"], &["pinkie", "little"]);
-    refused(&bench, &["--finger", "little=Nobody"], &["Nobody", "Little"]);
+    refused(
+        &bench,
+        &["--finger", "pinkie=Little"],
+        &["pinkie", "little"],
+    );
+    refused(
+        &bench,
+        &["--finger", "little=Nobody"],
+        &["Nobody", "Little"],
+    );
 }
 
 #[test]
 fn takes_of_different_rates() {
     let bench = Bench::csv();
     edit_line(&bench, TRAIN, 1, |line| {
-        line.replace("Export Frame Rate,100.000000", "Export Frame Rate,120.000000")
+        line.replace(
+            "Export Frame Rate,100.000000",
+            "Export Frame Rate,120.000000",
+        )
     });
     refused(&bench, &[], &["120 Hz", "100 Hz"]);
 }
@@ -105,7 +136,11 @@ fn takes_of_different_rates() {
 fn a_test_take_that_is_a_training_take() {
     let bench = Bench::csv();
     bench.write("session/test/cube_test_01.csv", bench.bytes(TRAIN));
-    refused(&bench, &[], &["also the training take", "allow_shared_takes"]);
+    refused(
+        &bench,
+        &[],
+        &["also the training take", "allow_shared_takes"],
+    );
 }
 
 #[test]
@@ -121,7 +156,10 @@ fn a_truncated_recording() {
     std::fs::remove_file(bench.path(TRAIN)).unwrap();
     let whole = bench.bytes("session/train/cube_train_01.mcap");
     for share in [1, 20, 60, 99] {
-        bench.write("session/train/cube_train_01.mcap", &whole[..whole.len() * share / 100]);
+        bench.write(
+            "session/train/cube_train_01.mcap",
+            &whole[..whole.len() * share / 100],
+        );
         refused(&bench, &[], &["cube_train_01.mcap"]);
     }
 }
@@ -152,7 +190,12 @@ fn settings_that_cannot_be_used() {
 #[test]
 fn wrong_usage_is_exit_code_2() {
     let bench = Bench::empty();
-    for args in [&["frobnicate"][..], &["run"], &["run", "a", "--no-such-flag"], &[]] {
+    for args in [
+        &["frobnicate"][..],
+        &["run"],
+        &["run", "a", "--no-such-flag"],
+        &[],
+    ] {
         assert_eq!(bench.inhand(args).status.code(), Some(2), "{args:?}");
     }
 }

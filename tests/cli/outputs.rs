@@ -9,7 +9,11 @@ fn an_output_that_is_an_input_is_refused() {
     let before = bench.bytes("a.mcap");
     let output = bench.inhand(&["process", "a.mcap", "-o", "./a.mcap", "--force"]);
     assert_eq!(output.status.code(), Some(2));
-    assert!(stderr(&output).contains("also an input"), "{}", stderr(&output));
+    assert!(
+        stderr(&output).contains("also an input"),
+        "{}",
+        stderr(&output)
+    );
     assert_eq!(bench.bytes("a.mcap"), before);
 }
 

@@ -6,8 +6,8 @@ use std::process::{Command, Stdio};
 use crate::support::{Bench, SMALL};
 
 const COMMANDS: [&str; 11] = [
-    "run", "demo", "info", "convert", "process", "learn", "generate", "evaluate", "report", "simulate",
-    "settings",
+    "run", "demo", "info", "convert", "process", "learn", "generate", "evaluate", "report",
+    "simulate", "settings",
 ];
 
 #[test]
@@ -25,16 +25,26 @@ fn every_command_has_help() {
 #[test]
 fn json_alone_is_on_stdout() {
     let bench = Bench::csv();
-    let args = [&["run", "session", "-o", "out", "--format", "json"], &SMALL[..]].concat();
-    let printed: serde_json::Value = serde_json::from_str(&bench.ok(&args)).expect("stdout is JSON");
+    let args = [
+        &["run", "session", "-o", "out", "--format", "json"],
+        &SMALL[..],
+    ]
+    .concat();
+    let printed: serde_json::Value =
+        serde_json::from_str(&bench.ok(&args)).expect("stdout is JSON");
     assert_eq!(printed, bench.json("out/evaluation.json"));
 }
 
 #[test]
 fn quiet_is_quiet() {
     let bench = Bench::csv();
-    let output =
-        bench.inhand(&["convert", "session/train/cube_train_01.csv", "-o", "a.mcap", "--quiet"]);
+    let output = bench.inhand(&[
+        "convert",
+        "session/train/cube_train_01.csv",
+        "-o",
+        "a.mcap",
+        "--quiet",
+    ]);
     assert_eq!(output.status.code(), Some(0));
     assert!(output.stdout.is_empty() && output.stderr.is_empty());
     let output = bench.inhand(&["info", "missing.mcap", "--quiet"]);
@@ -56,7 +66,12 @@ fn a_closed_pipe_is_no_failure() {
         .expect("the binary under test runs");
     drop(child.stdout.take());
     let mut messages = String::new();
-    child.stderr.take().expect("stderr is piped").read_to_string(&mut messages).expect("UTF-8");
+    child
+        .stderr
+        .take()
+        .expect("stderr is piped")
+        .read_to_string(&mut messages)
+        .expect("UTF-8");
     assert_eq!(child.wait().expect("it ends").code(), Some(0), "{messages}");
     assert!(!messages.contains("error"), "{messages}");
 }

@@ -21,13 +21,29 @@ fn writes_every_result() {
         assert!(table.contains(method), "{table}");
     }
     let run = bench.json("out/run.json");
-    for step in
-        ["read", "hand_frame", "filter", "learn", "generate", "evaluate", "contacts", "report", "total"]
-    {
-        assert!(run["timings_s"][step].as_f64().is_some_and(|s| s >= 0.0), "{step}: {run}");
+    for step in [
+        "read",
+        "hand_frame",
+        "filter",
+        "learn",
+        "generate",
+        "evaluate",
+        "contacts",
+        "report",
+        "total",
+    ] {
+        assert!(
+            run["timings_s"][step].as_f64().is_some_and(|s| s >= 0.0),
+            "{step}: {run}"
+        );
     }
     for method in ["prior", "paper"] {
-        assert!(run["plan_ms"][method]["p50"].as_f64().is_some_and(|ms| ms > 0.0), "{run}");
+        assert!(
+            run["plan_ms"][method]["p50"]
+                .as_f64()
+                .is_some_and(|ms| ms > 0.0),
+            "{run}"
+        );
     }
     assert!(run["threads"].as_u64().is_some_and(|n| n > 0));
 }
@@ -36,7 +52,10 @@ fn writes_every_result() {
 fn evaluation_follows_its_schema() {
     let bench = Bench::csv();
     bench.run("out", &[]);
-    let schema = concat!(env!("CARGO_MANIFEST_DIR"), "/../../schemas/evaluation.schema.json");
+    let schema = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../schemas/evaluation.schema.json"
+    );
     let schema = std::fs::read_to_string(schema).expect("the schema is there");
     let schema = serde_json::from_str(&schema).expect("the schema is JSON");
     let evaluation = bench.json("out/evaluation.json");
@@ -54,7 +73,10 @@ fn same_bytes_for_any_number_of_threads() {
     bench.run("one", &["--threads", "1"]);
     bench.run("three", &["--threads", "3"]);
     for file in RESULTS.into_iter().filter(|&file| file != "run.json") {
-        let (one, three) = (bench.bytes(&format!("one/{file}")), bench.bytes(&format!("three/{file}")));
+        let (one, three) = (
+            bench.bytes(&format!("one/{file}")),
+            bench.bytes(&format!("three/{file}")),
+        );
         assert!(one == three, "{file} differs");
     }
 }
@@ -86,7 +108,8 @@ fn second_run_does_only_what_changed() {
     let bench = Bench::csv();
     bench.run("out", &[]);
     let before = bench.bytes("out/run.json");
-    let again = bench.inhand(&[&["run", "session", "-o", "out"], &crate::support::SMALL[..]].concat());
+    let again =
+        bench.inhand(&[&["run", "session", "-o", "out"], &crate::support::SMALL[..]].concat());
     assert!(crate::support::stderr(&again).contains("up to date"));
     assert_eq!(bench.bytes("out/run.json"), before, "nothing was computed");
 
@@ -98,15 +121,30 @@ fn second_run_does_only_what_changed() {
 
     // A threshold of the evaluation leaves the dictionary alone.
     let dictionary = bench.bytes("out/dictionary.mcap");
-    let written = std::fs::metadata(bench.path("out/dictionary.mcap")).unwrap().modified().unwrap();
+    let written = std::fs::metadata(bench.path("out/dictionary.mcap"))
+        .unwrap()
+        .modified()
+        .unwrap();
     bench.run("out", &["--tau-mm", "4"]);
-    let now = std::fs::metadata(bench.path("out/dictionary.mcap")).unwrap().modified().unwrap();
-    assert_eq!((bench.bytes("out/dictionary.mcap"), now), (dictionary, written));
-    assert_eq!(bench.json("out/evaluation.json")["methods"][0]["contact"]["tau_mm"], 4.0);
+    let now = std::fs::metadata(bench.path("out/dictionary.mcap"))
+        .unwrap()
+        .modified()
+        .unwrap();
+    assert_eq!(
+        (bench.bytes("out/dictionary.mcap"), now),
+        (dictionary, written)
+    );
+    assert_eq!(
+        bench.json("out/evaluation.json")["methods"][0]["contact"]["tau_mm"],
+        4.0
+    );
 
     // Another seed does not.
     bench.run("out", &["--tau-mm", "4", "--seed", "5"]);
-    let now = std::fs::metadata(bench.path("out/dictionary.mcap")).unwrap().modified().unwrap();
+    let now = std::fs::metadata(bench.path("out/dictionary.mcap"))
+        .unwrap()
+        .modified()
+        .unwrap();
     assert_ne!(now, written);
 }
 

@@ -6,23 +6,55 @@ use crate::support::{Bench, SMALL, without_provenance};
 fn single_steps_give_the_numbers_of_a_run() {
     let bench = Bench::csv();
     let train = ["recorded/cube_train_01.mcap", "recorded/cube_train_02.mcap"];
-    let csv = ["session/train/cube_train_01.csv", "session/train/cube_train_02.csv"];
-    bench.ok(&[&["convert"], &csv[..], &["session/test/cube_test_01.csv", "-o", "recorded"]].concat());
+    let csv = [
+        "session/train/cube_train_01.csv",
+        "session/train/cube_train_02.csv",
+    ];
+    bench.ok(&[
+        &["convert"],
+        &csv[..],
+        &["session/test/cube_test_01.csv", "-o", "recorded"],
+    ]
+    .concat());
     let cube = ["--object", "cube:0.05"];
     let test = "recorded/cube_test_01.mcap";
     bench.ok(&[&["process"], &train[..], &[test, "-o", "processed"], &cube].concat());
-    let processed = ["processed/cube_train_01.mcap", "processed/cube_train_02.mcap"];
-    let learned =
-        bench.ok(&[&["learn"], &processed[..], &["-o", "d.mcap", "--format", "json"], &SMALL].concat());
+    let processed = [
+        "processed/cube_train_01.mcap",
+        "processed/cube_train_02.mcap",
+    ];
+    let learned = bench.ok(&[
+        &["learn"],
+        &processed[..],
+        &["-o", "d.mcap", "--format", "json"],
+        &SMALL,
+    ]
+    .concat());
     let learned: serde_json::Value = serde_json::from_str(&learned).expect("learn prints JSON");
     for key in ["rms_mm", "relative_error", "iterations"] {
-        assert!(learned[key].as_f64().is_some_and(|v| v > 0.0), "{key}: {learned}");
+        assert!(
+            learned[key].as_f64().is_some_and(|v| v > 0.0),
+            "{key}: {learned}"
+        );
     }
     let test = "processed/cube_test_01.mcap";
-    bench.ok(&[&["generate", test, "-d", "d.mcap", "-o", "generated.mcap"], &cube[..]].concat());
-    bench.ok(
-        &[&["evaluate", "generated.mcap", "-d", "d.mcap", "-o", "evaluation.json"], &cube[..]].concat(),
-    );
+    bench.ok(&[
+        &["generate", test, "-d", "d.mcap", "-o", "generated.mcap"],
+        &cube[..],
+    ]
+    .concat());
+    bench.ok(&[
+        &[
+            "evaluate",
+            "generated.mcap",
+            "-d",
+            "d.mcap",
+            "-o",
+            "evaluation.json",
+        ],
+        &cube[..],
+    ]
+    .concat());
     bench.ok(&["report", "evaluation.json", "-o", "report.html"]);
 
     bench.run("out", &[]);
@@ -32,7 +64,11 @@ fn single_steps_give_the_numbers_of_a_run() {
         assert_eq!(steps[key], run[key], "{key}");
     }
     assert_eq!(learned["rms_mm"], run["dictionary"]["rms_mm"]);
-    assert!(String::from_utf8(bench.bytes("report.html")).unwrap().contains("hermite"));
+    assert!(
+        String::from_utf8(bench.bytes("report.html"))
+            .unwrap()
+            .contains("hermite")
+    );
 }
 
 #[test]
@@ -55,8 +91,12 @@ fn info_lists_channels() {
     bench.run("out", &[]);
     let info = bench.ok(&["info", "out/cube_test_01.mcap", "--format", "json"]);
     let info: serde_json::Value = serde_json::from_str(&info).unwrap();
-    let topics: Vec<_> =
-        info["channels"].as_array().unwrap().iter().map(|c| c["topic"].as_str().unwrap()).collect();
+    let topics: Vec<_> = info["channels"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|c| c["topic"].as_str().unwrap())
+        .collect();
     for topic in [
         "/recording/fingertips",
         "/recording/bodies",

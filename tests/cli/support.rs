@@ -32,7 +32,9 @@ impl Bench {
 
     /// Just the folder.
     pub fn empty() -> Self {
-        Self { folder: tempfile::tempdir().expect("the system has a folder for temporary files") }
+        Self {
+            folder: tempfile::tempdir().expect("the system has a folder for temporary files"),
+        }
     }
 
     pub fn path(&self, name: &str) -> PathBuf {
@@ -51,7 +53,12 @@ impl Bench {
     /// Runs `inhand`, which must succeed; gives stdout.
     pub fn ok(&self, args: &[&str]) -> String {
         let output = self.inhand(args);
-        assert_eq!(output.status.code(), Some(0), "inhand {args:?}\n{}", stderr(&output));
+        assert_eq!(
+            output.status.code(),
+            Some(0),
+            "inhand {args:?}\n{}",
+            stderr(&output)
+        );
         String::from_utf8(output.stdout).expect("output is UTF-8")
     }
 
@@ -84,7 +91,9 @@ impl Bench {
     /// Every file below a folder, relative to it, sorted; empty where there is no such folder.
     pub fn files(&self, folder: &str) -> Vec<String> {
         fn walk(folder: &Path, root: &Path, found: &mut Vec<String>) {
-            let Ok(entries) = std::fs::read_dir(folder) else { return };
+            let Ok(entries) = std::fs::read_dir(folder) else {
+                return;
+            };
             for entry in entries.flatten() {
                 let path = entry.path();
                 if path.is_dir() {
@@ -108,6 +117,9 @@ pub fn stderr(output: &Output) -> String {
 
 /// An evaluation without what names its input files.
 pub fn without_provenance(mut evaluation: Value) -> Value {
-    evaluation.as_object_mut().expect("an evaluation is an object").remove("provenance");
+    evaluation
+        .as_object_mut()
+        .expect("an evaluation is an object")
+        .remove("provenance");
     evaluation
 }

@@ -7,7 +7,11 @@ use crate::{corpus, inhand, ok, stderr, text};
 /// Motive exports that must convert: file, options, frames.
 const MOTIVE: [(&str, &[&str], u64); 6] = [
     ("v1.21_cmuphyscomp.csv", &[], 250),
-    ("v1.22_euler_rigid-body-motion.csv", &["--units", "cm", "--rotation-order", "XYZ"], 227),
+    (
+        "v1.22_euler_rigid-body-motion.csv",
+        &["--units", "cm", "--rotation-order", "XYZ"],
+        227,
+    ),
     ("v1.23_gaps_aolab.csv", &[], 23480),
     ("v1.23_markers_mm_360hz_ha5dzs.csv", &[], 1353),
     ("v1.23_empty_ha5dzs.csv", &[], 1353),
@@ -32,7 +36,11 @@ fn motive_exports_convert() {
         let info: serde_json::Value =
             serde_json::from_str(&ok(&["info", text(&output), "--format", "json"])).unwrap();
         let samples = &info["metadata"]["inhand.recording"]["samples"];
-        assert_eq!(samples.as_str(), Some(frames.to_string().as_str()), "{file}");
+        assert_eq!(
+            samples.as_str(),
+            Some(frames.to_string().as_str()),
+            "{file}"
+        );
     }
 }
 
@@ -46,7 +54,11 @@ fn what_cannot_be_read_says_why() {
         let output = inhand(&["convert", text(&input), "-o", text(&target)]);
         assert!(matches!(output.status.code(), Some(1 | 2)), "{file}");
         for word in words {
-            assert!(stderr(&output).contains(word), "{file}: {}", stderr(&output));
+            assert!(
+                stderr(&output).contains(word),
+                "{file}: {}",
+                stderr(&output)
+            );
         }
         assert!(!target.exists(), "{file}: nothing is written");
     }
@@ -60,13 +72,20 @@ fn info_reads_every_recording_of_others() {
     for file in files {
         let output = inhand(&["info", text(&file)]);
         let expected = if is_damaged(&file) { 1 } else { 0 };
-        assert_eq!(output.status.code(), Some(expected), "{}: {}", file.display(), stderr(&output));
+        assert_eq!(
+            output.status.code(),
+            Some(expected),
+            "{}: {}",
+            file.display(),
+            stderr(&output)
+        );
     }
 }
 
 /// The one file of the corpus whose writer never finished.
 fn is_damaged(file: &Path) -> bool {
-    file.file_name().is_some_and(|name| name == "chunk_not_closed.mcap")
+    file.file_name()
+        .is_some_and(|name| name == "chunk_not_closed.mcap")
 }
 
 fn mcap_files(folder: &Path) -> Vec<PathBuf> {

@@ -14,18 +14,30 @@ fn corpus() -> Option<PathBuf> {
     let folder = std::env::var_os("INHAND_CORPUS").map(PathBuf::from);
     match &folder {
         None => eprintln!("NOT RUN: INHAND_CORPUS names no folder with recordings"),
-        Some(folder) => assert!(folder.is_dir(), "INHAND_CORPUS: {} is no folder", folder.display()),
+        Some(folder) => assert!(
+            folder.is_dir(),
+            "INHAND_CORPUS: {} is no folder",
+            folder.display()
+        ),
     }
     folder
 }
 
 fn inhand(args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_inhand")).args(args).output().expect("the binary under test runs")
+    Command::new(env!("CARGO_BIN_EXE_inhand"))
+        .args(args)
+        .output()
+        .expect("the binary under test runs")
 }
 
 fn ok(args: &[&str]) -> String {
     let output = inhand(args);
-    assert_eq!(output.status.code(), Some(0), "inhand {args:?}\n{}", stderr(&output));
+    assert_eq!(
+        output.status.code(),
+        Some(0),
+        "inhand {args:?}\n{}",
+        stderr(&output)
+    );
     String::from_utf8(output.stdout).expect("output is UTF-8")
 }
 

@@ -16,10 +16,30 @@ struct Row {
 
 /// Baselines on the cube session as an independent computation found them.
 const CUBE_BASELINES: [Row; 4] = [
-    Row { method: "line", p50: 0.73, p75: 1.30, p95: 3.1 },
-    Row { method: "minimum_jerk", p50: 0.74, p75: 1.35, p95: 3.1 },
-    Row { method: "hermite", p50: 0.40, p75: 0.74, p95: 3.3 },
-    Row { method: "hold", p50: 1.8, p75: 4.5, p95: 8.8 },
+    Row {
+        method: "line",
+        p50: 0.73,
+        p75: 1.30,
+        p95: 3.1,
+    },
+    Row {
+        method: "minimum_jerk",
+        p50: 0.74,
+        p75: 1.35,
+        p95: 3.1,
+    },
+    Row {
+        method: "hermite",
+        p50: 0.40,
+        p75: 0.74,
+        p95: 3.3,
+    },
+    Row {
+        method: "hold",
+        p50: 1.8,
+        p75: 4.5,
+        p95: 8.8,
+    },
 ];
 
 /// That computation took the upper of the two middle values of the median's even window, and is
@@ -27,13 +47,20 @@ const CUBE_BASELINES: [Row; 4] = [
 const TOLERANCE_MM: f64 = 0.05;
 
 fn method<'a>(evaluation: &'a Value, name: &str) -> &'a Value {
-    let methods = evaluation["methods"].as_array().expect("an evaluation lists methods");
-    methods.iter().find(|m| m["name"] == name).unwrap_or_else(|| panic!("no method {name}"))
+    let methods = evaluation["methods"]
+        .as_array()
+        .expect("an evaluation lists methods");
+    methods
+        .iter()
+        .find(|m| m["name"] == name)
+        .unwrap_or_else(|| panic!("no method {name}"))
 }
 
 fn error(evaluation: &Value, name: &str, quantile: &str) -> f64 {
     let value = &method(evaluation, name)["error_mm"]["all"][quantile];
-    value.as_f64().unwrap_or_else(|| panic!("{name} {quantile} is {value}"))
+    value
+        .as_f64()
+        .unwrap_or_else(|| panic!("{name} {quantile} is {value}"))
 }
 
 fn run(session: &Path, out: &Path, options: &[&str]) -> Value {
@@ -52,7 +79,10 @@ fn assert_complete(evaluation: &Value, place: &str) {
         }
         Value::Object(items) => {
             // What does not apply (plans of a baseline, for one) is null by design.
-            for (key, item) in items.iter().filter(|(key, item)| !(item.is_null() && may_be_null(key))) {
+            for (key, item) in items
+                .iter()
+                .filter(|(key, item)| !(item.is_null() && may_be_null(key)))
+            {
                 assert_complete(item, &format!("{place}.{key}"));
             }
         }
@@ -68,23 +98,41 @@ fn may_be_null(key: &str) -> bool {
 fn cube_session_reaches_its_numbers() {
     let Some(corpus) = corpus() else { return };
     let out = tempfile::tempdir().unwrap();
-    let evaluation = run(&corpus.join("sessions/cube"), out.path(), &["--object", "cube:0.05"]);
+    let evaluation = run(
+        &corpus.join("sessions/cube"),
+        out.path(),
+        &["--object", "cube:0.05"],
+    );
     assert_complete(&evaluation, "evaluation");
     assert_eq!(evaluation["dictionary"]["segments"], 595);
     assert_eq!(evaluation["session"]["test"][0]["segments"], 119);
-    assert_eq!(method(&evaluation, "prior")["error_mm"]["all"]["n"], 119 * 100 * 5);
+    assert_eq!(
+        method(&evaluation, "prior")["error_mm"]["all"]["n"],
+        119 * 100 * 5
+    );
     for row in CUBE_BASELINES {
         for (name, expected) in [("p50", row.p50), ("p75", row.p75), ("p95", row.p95)] {
             let found = error(&evaluation, row.method, name);
-            assert!((found - expected).abs() <= TOLERANCE_MM, "{} {name}: {found}", row.method);
+            assert!(
+                (found - expected).abs() <= TOLERANCE_MM,
+                "{} {name}: {found}",
+                row.method
+            );
         }
     }
     assert!(error(&evaluation, "prior", "p75") <= 1.5);
     for learned in ["prior", "paper"] {
         let plan = &method(&evaluation, learned)["plan"];
         assert_eq!(plan["solved"], 119, "{learned}");
-        assert!(plan["worst_kkt_residual"].as_f64().unwrap() <= 1e-6, "{learned}: {plan}");
-        assert_eq!(method(&evaluation, learned)["velocity"]["outside"], 0, "{learned}");
+        assert!(
+            plan["worst_kkt_residual"].as_f64().unwrap() <= 1e-6,
+            "{learned}: {plan}"
+        );
+        assert_eq!(
+            method(&evaluation, learned)["velocity"]["outside"],
+            0,
+            "{learned}"
+        );
     }
     let recorded = method(&evaluation, "prior")["contact"]["recorded_three_or_more"].as_f64();
     assert!(recorded.is_some_and(|share| share > 0.99), "{recorded:?}");
@@ -98,7 +146,12 @@ fn cylinder_session_reaches_its_numbers() {
     let evaluation = run(&corpus.join("sessions/cylinder"), out.path(), &options);
     assert_complete(&evaluation, "evaluation");
     assert!(error(&evaluation, "prior", "p75") <= 1.4);
-    assert!(method(&evaluation, "prior")["plan"]["worst_kkt_residual"].as_f64().unwrap() <= 1e-6);
+    assert!(
+        method(&evaluation, "prior")["plan"]["worst_kkt_residual"]
+            .as_f64()
+            .unwrap()
+            <= 1e-6
+    );
 }
 
 #[test]
@@ -119,7 +172,14 @@ fn mcap_takes_give_the_numbers_of_their_csv() {
         }
         ok(&args.iter().map(String::as_str).collect::<Vec<_>>());
     }
-    let options = ["--object", "cylinder:0.05x0.05", "--stride", "10", "--rank", "40"];
+    let options = [
+        "--object",
+        "cylinder:0.05x0.05",
+        "--stride",
+        "10",
+        "--rank",
+        "40",
+    ];
     let from_csv = run(&session, &folder.path().join("a"), &options);
     let from_mcap = run(&converted, &folder.path().join("b"), &options);
     for key in ["session", "dictionary", "methods", "quality"] {
@@ -142,15 +202,27 @@ fn object_in_training_takes_changes_nothing_yet_breaks_nothing() {
 fn qualisys_recording_runs_with_its_gaps_left_out() {
     let Some(corpus) = corpus() else { return };
     let out = tempfile::tempdir().unwrap();
-    let settings = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/qualisys/inhand.toml");
+    let settings = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../fixtures/qualisys/inhand.toml"
+    );
     let session = corpus.join("real/hand");
     let evaluation = run(&session, out.path(), &["--settings", settings]);
     let facts = &evaluation["session"];
-    assert_eq!((&facts["train"][0]["samples"], &facts["test"][0]["samples"]), (&4000.into(), &2000.into()));
-    assert!(facts["train"][0]["left_out"].as_u64().unwrap() > 0, "{facts}");
+    assert_eq!(
+        (&facts["train"][0]["samples"], &facts["test"][0]["samples"]),
+        (&4000.into(), &2000.into())
+    );
+    assert!(
+        facts["train"][0]["left_out"].as_u64().unwrap() > 0,
+        "{facts}"
+    );
     let all = &method(&evaluation, "prior")["error_mm"]["all"];
     let segments = facts["test"][0]["segments"].as_u64().unwrap();
     assert_eq!(all["n"].as_u64().unwrap(), segments * 100 * 5);
-    assert!(method(&evaluation, "prior")["contact"].is_null(), "there is no object shape");
+    assert!(
+        method(&evaluation, "prior")["contact"].is_null(),
+        "there is no object shape"
+    );
     assert!(out.path().join("recording.train.mcap").is_file());
 }

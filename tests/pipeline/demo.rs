@@ -33,8 +33,13 @@ fn a_cylinder_session_runs_from_code() {
     })
     .unwrap();
     assert!(steps.iter().any(|step| step == "learn"), "{steps:?}");
-    let evaluation = result.evaluation.expect("the first run computes everything");
-    assert_eq!(evaluation.session.object.as_deref(), Some("cylinder:0.05x0.06"));
+    let evaluation = result
+        .evaluation
+        .expect("the first run computes everything");
+    assert_eq!(
+        evaluation.session.object.as_deref(),
+        Some("cylinder:0.05x0.06")
+    );
     let of = |name: &str| {
         let method = evaluation.methods.iter().find(|m| m.name == name);
         method.unwrap_or_else(|| panic!("no method {name}")).error
@@ -42,7 +47,10 @@ fn a_cylinder_session_runs_from_code() {
     // Start and end are given to 0.1 mm, so no learned motion is worse than staying put.
     assert!(of("prior").p50 < of("hold").p50);
     assert!(of("hermite").p50 < of("hold").p50);
-    let contact = evaluation.methods[0].contact.as_ref().expect("shape and object are known");
+    let contact = evaluation.methods[0]
+        .contact
+        .as_ref()
+        .expect("shape and object are known");
     assert!(contact.recorded_three_or_more > 0.95, "{contact:?}");
     // What a looser threshold calls contact includes what a stricter one does.
     let shares: Vec<_> = contact.by_tau.iter().map(|at| at.three_or_more).collect();

@@ -5,7 +5,11 @@ use inhand_motion::{Filter, GapFill, ProcessSettings, fit_templates, process};
 use inhand_simulation::{GapSettings, SimulatedTake, TakeSettings, simulate};
 
 fn take(gaps: Option<GapSettings>) -> SimulatedTake {
-    let settings = TakeSettings { duration_s: 30.0, gaps, ..TakeSettings::cube("truth") };
+    let settings = TakeSettings {
+        duration_s: 30.0,
+        gaps,
+        ..TakeSettings::cube("truth")
+    };
     simulate(&settings, 11).expect("the default settings can be simulated")
 }
 
@@ -33,8 +37,7 @@ fn errors_m(take: &SimulatedTake, motion: &Motion, status: Status) -> Vec<f64> {
     let mut errors = Vec::new();
     for finger in Finger::ALL {
         for k in 0..motion.len() {
-            let truth =
-                take.truth.world_from_hand[k].inverse() * take.truth.fingertips[finger][k];
+            let truth = take.truth.world_from_hand[k].inverse() * take.truth.fingertips[finger][k];
             if let Some(tip) = motion.fingertips[finger].get(k)
                 && motion.fingertips[finger].status(k) == status
             {
@@ -58,13 +61,21 @@ fn hand_frame_is_the_true_one_up_to_noise() {
     assert_eq!(errors.len(), 5 * 3000);
     // Noise of 0.1 mm a coordinate has a median length of 0.15 mm; the hand's own noise adds some,
     // more at a lever of 15 cm.
-    assert!((0.000_1..0.001).contains(&median(&errors)), "{}", median(&errors));
+    assert!(
+        (0.000_1..0.001).contains(&median(&errors)),
+        "{}",
+        median(&errors)
+    );
 }
 
 #[test]
 fn a_short_median_takes_noise_away() {
     let take = take(None);
-    let raw = median(&errors_m(&take, &motion(&take, Filter::None), Status::Measured));
+    let raw = median(&errors_m(
+        &take,
+        &motion(&take, Filter::None),
+        Status::Measured,
+    ));
     let filter = Filter::Median { window: 9 };
     let smooth = median(&errors_m(&take, &motion(&take, filter), Status::Measured));
     assert!(smooth < 0.7 * raw, "{smooth} after, {raw} before");
@@ -79,10 +90,18 @@ fn filled_samples_are_near_the_truth_and_long_gaps_stay() {
     for finger in Finger::ALL {
         let track = &motion.fingertips[finger];
         for gap in &take.truth.gaps[finger] {
-            let expected = if gap.len() <= 10 { Status::Filled } else { Status::Missing };
+            let expected = if gap.len() <= 10 {
+                Status::Filled
+            } else {
+                Status::Missing
+            };
             let inside = gap.start > 0 && gap.end < track.len();
             for k in gap.clone().filter(|_| inside) {
-                assert_eq!(track.status(k), expected, "{finger} sample {k} of gap {gap:?}");
+                assert_eq!(
+                    track.status(k),
+                    expected,
+                    "{finger} sample {k} of gap {gap:?}"
+                );
             }
         }
     }
@@ -97,7 +116,10 @@ fn contacts_are_the_true_ones() {
     for k in 0..motion.len() {
         let object_from_hand = object.get(k).expect("nothing is missing").inverse();
         for finger in Finger::ALL {
-            let tip = object_from_hand * motion.fingertips[finger].get(k).expect("nothing is missing");
+            let tip = object_from_hand
+                * motion.fingertips[finger]
+                    .get(k)
+                    .expect("nothing is missing");
             let near = inhand_contact::surface_distance_m(&take.truth.shape, tip) <= 0.002;
             agree += usize::from(near == take.truth.in_contact[finger][k]);
             n += 1;

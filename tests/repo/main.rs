@@ -65,19 +65,39 @@ const SOLE_USERS: [(&str, &str); 5] = [
 /// Normal dependencies of each workspace crate, by folder.
 fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
     let output = Command::new(env!("CARGO"))
-        .args(["metadata", "--no-deps", "--format-version", "1", "--offline"])
+        .args([
+            "metadata",
+            "--no-deps",
+            "--format-version",
+            "1",
+            "--offline",
+        ])
         .current_dir(env!("CARGO_MANIFEST_DIR"))
         .output()
         .expect("cargo runs: it runs this test");
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
     let metadata: Value = serde_json::from_slice(&output.stdout).expect("cargo metadata is JSON");
-    let packages = metadata["packages"].as_array().expect("metadata lists packages");
+    let packages = metadata["packages"]
+        .as_array()
+        .expect("metadata lists packages");
     packages
         .iter()
         .map(|package| {
-            let used = package["dependencies"].as_array().expect("a package lists dependencies");
-            let names = used.iter().filter(|d| d["kind"].is_null()).map(|d| text(&d["name"]));
-            (folder(&text(&package["name"])), names.map(|name| folder(&name)).collect())
+            let used = package["dependencies"]
+                .as_array()
+                .expect("a package lists dependencies");
+            let names = used
+                .iter()
+                .filter(|d| d["kind"].is_null())
+                .map(|d| text(&d["name"]));
+            (
+                folder(&text(&package["name"])),
+                names.map(|name| folder(&name)).collect(),
+            )
         })
         .collect()
 }
@@ -88,7 +108,10 @@ fn text(value: &Value) -> String {
 
 /// `inhand-model` is in the folder `model`; names of other packages stay.
 fn folder(package: &str) -> String {
-    package.strip_prefix("inhand-").unwrap_or(package).to_owned()
+    package
+        .strip_prefix("inhand-")
+        .unwrap_or(package)
+        .to_owned()
 }
 
 #[test]
@@ -96,9 +119,16 @@ fn crates_use_only_what_the_table_allows() {
     let found = dependencies();
     let table: BTreeMap<_, _> = EDGES.into_iter().collect();
     let names: BTreeSet<_> = found.keys().map(String::as_str).collect();
-    assert_eq!(names, table.keys().copied().collect(), "every crate is in the table");
+    assert_eq!(
+        names,
+        table.keys().copied().collect(),
+        "every crate is in the table"
+    );
     for (name, used) in &found {
-        let ours = used.iter().map(String::as_str).filter(|used| table.contains_key(used));
+        let ours = used
+            .iter()
+            .map(String::as_str)
+            .filter(|used| table.contains_key(used));
         let allowed: BTreeSet<_> = table[name.as_str()].iter().copied().collect();
         let forbidden: Vec<_> = ours.filter(|used| !allowed.contains(used)).collect();
         assert!(forbidden.is_empty(), "{name} must not use {forbidden:?}");
@@ -109,8 +139,11 @@ fn crates_use_only_what_the_table_allows() {
 fn libraries_have_one_user() {
     let found = dependencies();
     for (library, owner) in SOLE_USERS {
-        let users: Vec<_> =
-            found.iter().filter(|(_, used)| used.contains(library)).map(|(name, _)| name).collect();
+        let users: Vec<_> = found
+            .iter()
+            .filter(|(_, used)| used.contains(library))
+            .map(|(name, _)| name)
+            .collect();
         assert_eq!(users, [owner], "{library} is known to {owner} alone");
     }
 }
@@ -120,6 +153,9 @@ fn the_table_stands_in_the_documentation() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/architecture.md");
     let page = std::fs::read_to_string(path).expect("docs/architecture.md is there");
     for (name, _) in EDGES {
-        assert!(page.contains(&format!("| `{name}` |")), "docs/architecture.md lists {name}");
+        assert!(
+            page.contains(&format!("| `{name}` |")),
+            "docs/architecture.md lists {name}"
+        );
     }
 }

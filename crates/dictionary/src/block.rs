@@ -15,6 +15,7 @@ use crate::product::{
     sum_lower,
 };
 use crate::settings::Update;
+use crate::start;
 
 /// Columns of a block: large enough that its sums are small beside it, small enough that a block of
 /// 1500 rows takes 25 MB.
@@ -95,9 +96,13 @@ impl Block {
         self.squared_norm
     }
 
-    /// Sets every activation of a column to the one number that fits the column best: the start of
-    /// the first half step, at the right scale whatever the scale of the primitives.
-    pub(crate) fn start_activations(&mut self, basis: &Basis) {
+    /// Sets the activations of each column to random numbers around the one number that fits the
+    /// column best: the start of the first half step, at the right scale whatever the scale of the
+    /// primitives. `first` is the number of the block's first column among all.
+    ///
+    /// Equal numbers would fit as well, but coordinate descent would then give the first primitives
+    /// of each column much to do and the last ones little.
+    pub(crate) fn start_activations(&mut self, basis: &Basis, seed: u64, first: usize) {
         let rank = basis.rank;
         let sum: Vec<f64> = basis
             .rows_of
@@ -105,16 +110,21 @@ impl Block {
             .map(|row| row.iter().sum())
             .collect();
         let scale = squared_norm(&sum);
+        let fit = |column: &[f64]| {
+            if scale > 0.0 {
+                dot(column, &sum) / scale
+            } else {
+                0.0
+            }
+        };
         self.activations = self
             .data
             .par_chunks_exact(self.rows)
-            .flat_map_iter(|column| {
-                let fit = if scale > 0.0 {
-                    dot(column, &sum) / scale
-                } else {
-                    0.0
-                };
-                std::iter::repeat_n(fit, rank)
+            .enumerate()
+            .flat_map_iter(|(place, column)| {
+                let fit = fit(column);
+                let shares = start::activation_shares(seed, first + place);
+                shares.take(rank).map(move |share| fit * share)
             })
             .collect();
     }

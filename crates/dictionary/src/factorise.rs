@@ -9,12 +9,6 @@ use crate::product::squared_norm;
 use crate::settings::{NmfSettings, Update};
 use crate::start::{column, drawn_segment};
 
-/// Sweeps of coordinate descent over the activations for each product with the data, and the same
-/// number over the primitives (Gillis and Glineur 2012). A sweep costs a tenth of the product, and
-/// with three the error falls as fast in one iteration as in two to three with one; more gain
-/// little.
-const SWEEPS: usize = 3;
-
 /// Error relative to the data, as norms, at which a fit is exact: what is left is rounding, and
 /// further iterations would only stir it.
 const EXACT_FIT: f64 = 1e-13;
@@ -44,7 +38,7 @@ pub(crate) fn factorise(blocks: &mut [Block], basis: &mut Basis, settings: &NmfS
         .map_or(f64::NEG_INFINITY, |rms| 0.5 * rms * rms * numbers as f64);
     let data: f64 = blocks.iter().map(Block::squared_norm).sum();
     let exact = 0.5 * EXACT_FIT * EXACT_FIT * data;
-    let mut sums = Sums::of(blocks, basis, settings.update, SWEEPS);
+    let mut sums = Sums::of(blocks, basis, settings.update, settings.sweeps);
     let mut course = Course {
         objective_history: vec![0.5 * sums.squared_residual],
         iterations: 0,
@@ -60,10 +54,10 @@ pub(crate) fn factorise(blocks: &mut [Block], basis: &mut Basis, settings: &NmfS
             course.stop_reason = StopReason::Converged;
             break;
         }
-        let rows_of = update_primitives(blocks, basis, &sums, settings.update);
+        let rows_of = update_primitives(blocks, basis, &sums, settings);
         *basis = Basis::new(rows_of, basis.rank);
         revive(blocks, basis, settings.seed, iteration);
-        sums = Sums::of(blocks, basis, settings.update, SWEEPS);
+        sums = Sums::of(blocks, basis, settings.update, settings.sweeps);
         let previous = objective;
         objective = 0.5 * sums.squared_residual;
         course.objective_history.push(objective);
@@ -81,14 +75,19 @@ pub(crate) fn factorise(blocks: &mut [Block], basis: &mut Basis, settings: &NmfS
 }
 
 /// The primitives (`rank` x rows) after their half step.
-fn update_primitives(blocks: &[Block], basis: &Basis, sums: &Sums, update: Update) -> Vec<f64> {
+fn update_primitives(
+    blocks: &[Block],
+    basis: &Basis,
+    sums: &Sums,
+    settings: &NmfSettings,
+) -> Vec<f64> {
     let rank = basis.rank;
     let cross = cross_sum(blocks, rank);
     let mut rows_of = basis.rows_of.clone();
-    match update {
+    match settings.update {
         Update::Hals => {
             let gram = Gram::new(&sums.activation_gram, rank);
-            descend_all(&gram, &cross, &mut rows_of, SWEEPS);
+            descend_all(&gram, &cross, &mut rows_of, settings.sweeps);
         }
         Update::Multiplicative => {
             multiplicative::update_all(&sums.activation_gram, &cross, &mut rows_of, rank);

@@ -58,8 +58,10 @@ pub fn learn_nmf(
         start::primitives(settings.start, &blocks, rows, rank, settings.seed),
         rank,
     );
+    let mut first = 0;
     for block in &mut blocks {
-        block.start_activations(&basis);
+        block.start_activations(&basis, settings.seed, first);
+        first += block.count();
     }
     let course = factorise(&mut blocks, &mut basis, settings);
     normalise(&mut blocks, &mut basis);

@@ -25,8 +25,7 @@ impl Update {
 /// Where the primitives start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Start {
-    /// Uniform random numbers at the scale of the data. The default: nothing cheaper to make gave a
-    /// lower error after the same time.
+    /// Uniform random numbers in a narrow range, at the scale of the data.
     #[default]
     Random,
     /// Training segments drawn without replacement: ahead before the first iteration, behind after
@@ -63,21 +62,28 @@ pub struct NmfSettings {
     pub offset_margin_m: f64,
     /// How the factors are updated.
     pub update: Update,
+    /// Sweeps of coordinate descent over a factor for each product with the data, with
+    /// [`Update::Hals`]; at least 1 (Gillis and Glineur 2012). A sweep costs a tenth of the product,
+    /// and with three the error falls as fast in one iteration as in two to three with one.
+    pub sweeps: usize,
     /// Where the primitives start.
     pub start: Start,
 }
 
 impl Default for NmfSettings {
-    /// Settings of a hand session: 200 primitives as published, 5 mm margin, 40 iterations at most.
+    /// Settings of a hand session: 200 primitives as published, 5 mm margin, 10 iterations at most:
+    /// about 0.1 mm of reconstruction error, below which plans on takes left out of training do not
+    /// get better.
     fn default() -> Self {
         Self {
             rank: 200,
             seed: 0,
-            max_iterations: 40,
+            max_iterations: 10,
             relative_change: 1e-4,
             stop_rms_m: None,
             offset_margin_m: 0.005,
             update: Update::default(),
+            sweeps: 3,
             start: Start::default(),
         }
     }

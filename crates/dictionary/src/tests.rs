@@ -216,7 +216,7 @@ fn sums_of_blocks_are_those_of_the_whole() {
             let (data, later) = rest.split_at(width * rows);
             rest = later;
             let mut block = Block::new(data.to_vec(), rows);
-            block.start_activations(&basis);
+            block.start_activations(&basis, 0, 0);
             blocks.push(block);
         }
         let sums = Sums::of(&mut blocks, &basis, Update::Hals, 2);
@@ -259,7 +259,7 @@ fn a_primitive_that_died_is_put_to_use_again() {
         numbers[1] = 0.0;
     }
     let mut basis = Basis::new(start, rank);
-    block.start_activations(&basis);
+    block.start_activations(&basis, 0, 0);
     // An activation row of zeros keeps the primitive zero through its own half step.
     for h in block.activations.chunks_exact_mut(rank) {
         h[1] = 0.0;

@@ -30,7 +30,10 @@ impl Console {
     }
 
     /// The one place that prints errors: the whole chain, first the outermost.
-    #[expect(clippy::unused_self, reason = "errors are shown even when the console is quiet")]
+    #[expect(
+        clippy::unused_self,
+        reason = "errors are shown even when the console is quiet"
+    )]
     pub(crate) fn error(&self, error: &anyhow::Error) {
         let mut lines = format!("error: {error}");
         for cause in error.chain().skip(1) {
@@ -43,7 +46,11 @@ impl Console {
     /// Shows a step until it is done; on a terminal with a spinner after a second.
     pub(crate) fn step(&self, name: &str) -> Step {
         let shown = !self.quiet && io::stderr().is_terminal();
-        let bar = if shown { ProgressBar::new_spinner() } else { ProgressBar::hidden() };
+        let bar = if shown {
+            ProgressBar::new_spinner()
+        } else {
+            ProgressBar::hidden()
+        };
         let style = ProgressStyle::with_template("{spinner} {msg}")
             .unwrap_or_else(|_| ProgressStyle::default_spinner());
         bar.set_style(style);

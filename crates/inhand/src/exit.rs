@@ -26,13 +26,15 @@ impl Exit {
     /// The exit that an error stands for. A closed pipe is no failure: the reader had enough.
     pub(crate) fn of(error: &anyhow::Error) -> Self {
         let closed_pipe = |e: &(dyn std::error::Error + 'static)| {
-            e.downcast_ref::<io::Error>().is_some_and(|e| e.kind() == io::ErrorKind::BrokenPipe)
+            e.downcast_ref::<io::Error>()
+                .is_some_and(|e| e.kind() == io::ErrorKind::BrokenPipe)
         };
         if error.chain().any(closed_pipe) {
             return Exit::Done;
         }
         let usage = error.chain().any(|e| {
-            e.downcast_ref::<PipelineError>().is_some_and(PipelineError::is_usage)
+            e.downcast_ref::<PipelineError>()
+                .is_some_and(PipelineError::is_usage)
                 || e.downcast_ref::<UsageError>().is_some()
         });
         if usage { Exit::Usage } else { Exit::Failed }

@@ -33,7 +33,9 @@ fn main() -> std::process::ExitCode {
     let cli = Cli::parse();
     let console = Console::new(cli.quiet);
     // The pool is built once, here; it can only fail where the system refuses threads.
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(cli.threads).build_global();
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(cli.threads)
+        .build_global();
     let result = match pool {
         Ok(()) => cli.command.run(&console),
         Err(error) => Err(anyhow::Error::new(error).context("cannot start threads")),

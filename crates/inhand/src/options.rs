@@ -88,10 +88,13 @@ pub(crate) struct LearnOptions {
     /// Seed of the random start [default: 0].
     #[arg(long)]
     seed: Option<u64>,
-    /// Most sweeps [default: 40].
+    /// Most iterations [default: 10].
     #[arg(long, value_name = "N")]
     max_iterations: Option<usize>,
-    /// Stop when a sweep lowers the objective by less than this share [default: 1e-4].
+    /// Sweeps over each factor in an iteration [default: 3].
+    #[arg(long, value_name = "N")]
+    sweeps: Option<usize>,
+    /// Stop when an iteration lowers the objective by less than this share [default: 1e-4].
     #[arg(long, value_name = "SHARE")]
     relative_change: Option<f64>,
     /// Stop at this reconstruction error, millimetres.
@@ -190,6 +193,7 @@ impl LearnOptions {
         replace(&mut learn.rank, self.rank);
         replace(&mut learn.seed, self.seed);
         replace(&mut learn.max_iterations, self.max_iterations);
+        replace(&mut learn.sweeps, self.sweeps);
         replace(&mut learn.relative_change, self.relative_change);
         replace_some(&mut learn.stop_rms_mm, &self.stop_rms_mm);
     }
@@ -199,7 +203,10 @@ impl PlanOptions {
     pub(crate) fn apply(&self, settings: &mut Settings) -> Result<()> {
         let plan = &mut settings.plan;
         if !self.methods.is_empty() {
-            let methods = self.methods.iter().map(|name| name.trim().parse::<Method>());
+            let methods = self
+                .methods
+                .iter()
+                .map(|name| name.trim().parse::<Method>());
             plan.methods = methods.collect::<Result<_, _>>()?;
         }
         replace(&mut plan.sigma_mm, self.sigma_mm);
@@ -217,7 +224,9 @@ impl EvaluateOptions {
         for pair in &self.pad_offset_mm {
             let (finger, text) = key_value("--pad-offset-mm", pair)?;
             let offset_mm = text.parse().map_err(|_| {
-                UsageError(format!("--pad-offset-mm {pair}: expected a number after \"=\""))
+                UsageError(format!(
+                    "--pad-offset-mm {pair}: expected a number after \"=\""
+                ))
             })?;
             evaluate.pad_offset_mm.insert(finger, offset_mm);
         }
@@ -245,8 +254,10 @@ fn key_value(flag: &str, pair: &str) -> Result<(String, String)> {
 }
 
 fn three_numbers(flag: &str, text: &str) -> Result<[f64; 3]> {
-    let numbers: Option<Vec<f64>> =
-        text.split(',').map(|n| n.trim().parse().ok().filter(|v: &f64| v.is_finite())).collect();
+    let numbers: Option<Vec<f64>> = text
+        .split(',')
+        .map(|n| n.trim().parse().ok().filter(|v: &f64| v.is_finite()))
+        .collect();
     numbers
         .and_then(|numbers| numbers.try_into().ok())
         .ok_or_else(|| UsageError(format!("{flag} {text}: expected three numbers, X,Y,Z")).into())

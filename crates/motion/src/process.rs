@@ -26,7 +26,10 @@ pub fn process(
     templates: &Templates,
     settings: &ProcessSettings,
 ) -> Result<Motion, MotionError> {
-    smooth(&to_hand_frame(recording, roles, templates, settings)?, settings.filter)
+    smooth(
+        &to_hand_frame(recording, roles, templates, settings)?,
+        settings.filter,
+    )
 }
 
 /// Takes a recording into the hand's frame: bodies from marker clusters, gaps, hand frame.
@@ -115,14 +118,12 @@ pub fn smooth(motion: &Motion, filter: Filter) -> Result<Motion, MotionError> {
 }
 
 /// Makes one track for each finger, in parallel.
-fn each_finger(make: impl Fn(Finger) -> PointTrack<Hand> + Sync + Send) -> PerFinger<PointTrack<Hand>> {
+fn each_finger(
+    make: impl Fn(Finger) -> PointTrack<Hand> + Sync + Send,
+) -> PerFinger<PointTrack<Hand>> {
     let tracks: Vec<_> = Finger::ALL.into_par_iter().map(make).collect();
     let mut tracks = tracks.into_iter();
-    PerFinger::from_fn(|_| {
-        tracks
-            .next()
-            .expect("one track was made for each finger")
-    })
+    PerFinger::from_fn(|_| tracks.next().expect("one track was made for each finger"))
 }
 
 /// Combines the hand's pose with something else at each sample where both are present; what is known

@@ -41,7 +41,9 @@ pub fn simulate_session(
     let takes = session(simulated, seed)?;
     let roles = (takes.train.iter().map(|take| (Role::Train, take)))
         .chain(takes.test.iter().map(|take| (Role::Test, take)));
-    let files: Vec<_> = roles.map(|(role, take)| (path(folder, role, take, format), take)).collect();
+    let files: Vec<_> = roles
+        .map(|(role, take)| (path(folder, role, take, format), take))
+        .collect();
     let settings_path = folder.join(SETTINGS_FILE);
     for target in files.iter().map(|(path, _)| path).chain([&settings_path]) {
         output::check_target(target, &[], || force)?;
@@ -66,7 +68,9 @@ fn path(folder: &Path, role: Role, take: &SimulatedTake, format: TakeFormat) -> 
         TakeFormat::Mcap => "mcap",
         TakeFormat::MotiveCsv => "csv",
     };
-    folder.join(role.name()).join(format!("{}.{extension}", take.recording.name))
+    folder
+        .join(role.name())
+        .join(format!("{}.{extension}", take.recording.name))
 }
 
 fn write_simulated(
@@ -77,8 +81,12 @@ fn write_simulated(
 ) -> Result<(), PipelineError> {
     match format {
         TakeFormat::MotiveCsv => output::write_atomic(path, |out| {
-            inhand_capture::motive::write(&take.recording, out)
-                .map_err(|source| PipelineError::Capture { path: path.to_owned(), source })
+            inhand_capture::motive::write(&take.recording, out).map_err(|source| {
+                PipelineError::Capture {
+                    path: path.to_owned(),
+                    source,
+                }
+            })
         }),
         TakeFormat::Mcap => {
             let file = TakeFile {

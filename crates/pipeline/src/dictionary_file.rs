@@ -26,11 +26,26 @@ pub struct DictionaryFile {
 /// [`PipelineError::Channels`] for a file that holds none, [`PipelineError::Io`].
 pub fn read(path: &Path) -> Result<DictionaryFile, PipelineError> {
     let bytes = std::fs::read(path).map_err(PipelineError::io("read", path))?;
-    let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-    let (dictionary, provenance) = inhand_channels::read_dictionary(&bytes, &name)
-        .map_err(|source| PipelineError::Channels { path: path.to_owned(), source })?;
-    let hash = InputHash { name, sha256: hex_sha256(&bytes) };
-    Ok(DictionaryFile { dictionary, provenance, hash })
+    let name = path
+        .file_name()
+        .map(|n| n.to_string_lossy().into_owned())
+        .unwrap_or_default();
+    let (dictionary, provenance) =
+        inhand_channels::read_dictionary(&bytes, &name).map_err(|source| {
+            PipelineError::Channels {
+                path: path.to_owned(),
+                source,
+            }
+        })?;
+    let hash = InputHash {
+        name,
+        sha256: hex_sha256(&bytes),
+    };
+    Ok(DictionaryFile {
+        dictionary,
+        provenance,
+        hash,
+    })
 }
 
 /// The dictionary of an earlier run, if it was made by exactly this.
@@ -50,7 +65,11 @@ pub fn write(
     provenance: &[Provenance],
 ) -> Result<(), PipelineError> {
     output::write_atomic(path, |out| {
-        inhand_channels::write_dictionary(out, dictionary, provenance)
-            .map_err(|source| PipelineError::Channels { path: path.to_owned(), source })
+        inhand_channels::write_dictionary(out, dictionary, provenance).map_err(|source| {
+            PipelineError::Channels {
+                path: path.to_owned(),
+                source,
+            }
+        })
     })
 }

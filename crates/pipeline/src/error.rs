@@ -124,11 +124,20 @@ impl PipelineError {
     /// For `map_err` on file operations.
     pub(crate) fn io(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
         let path = path.to_owned();
-        move |source| PipelineError::Io { action, path, source }
+        move |source| PipelineError::Io {
+            action,
+            path,
+            source,
+        }
     }
 
     /// Whether the call was wrong, rather than the data: exit code 2.
     pub fn is_usage(&self) -> bool {
-        matches!(self, PipelineError::Settings { .. } | PipelineError::SettingsFile { .. } | PipelineError::Output { .. })
+        matches!(
+            self,
+            PipelineError::Settings { .. }
+                | PipelineError::SettingsFile { .. }
+                | PipelineError::Output { .. }
+        )
     }
 }

@@ -36,9 +36,7 @@ mod take;
 mod take_file;
 
 pub use demo::{DEMO_SESSION, TakeFormat, simulate_session};
-pub use dictionary_file::{
-    DictionaryFile, read as read_dictionary, write as write_dictionary,
-};
+pub use dictionary_file::{DictionaryFile, read as read_dictionary, write as write_dictionary};
 pub use error::PipelineError;
 pub use manifest::{PlanMs, RunJson, peak_memory_bytes};
 pub use methods::Method;

@@ -51,10 +51,18 @@ pub struct PlanMs {
 impl PlanMs {
     /// Summary of plan times.
     pub fn of(times: &[Duration]) -> Self {
-        let mut ms: Vec<_> = times.iter().map(|time| time.as_secs_f64() * 1000.0).collect();
+        let mut ms: Vec<_> = times
+            .iter()
+            .map(|time| time.as_secs_f64() * 1000.0)
+            .collect();
         ms.sort_unstable_by(f64::total_cmp);
         let at = |q| quantile(&ms, q).unwrap_or(f64::NAN);
-        Self { n: ms.len(), p50: at(0.5), p95: at(0.95), max: at(1.0) }
+        Self {
+            n: ms.len(),
+            p50: at(0.5),
+            p95: at(0.95),
+            max: at(1.0),
+        }
     }
 }
 
@@ -78,14 +86,22 @@ impl Manifest {
         let hashes: Vec<_> = outputs.par_iter().map(|path| hash_file(path)).collect();
         let names = outputs.iter().map(|path| file_name(path));
         let outputs = names.zip(hashes).map(|(name, hash)| Ok((name, hash?)));
-        Ok(Self { key, outputs: outputs.collect::<Result<_, PipelineError>>()? })
+        Ok(Self {
+            key,
+            outputs: outputs.collect::<Result<_, PipelineError>>()?,
+        })
     }
 }
 
 /// Key of everything that results depend on.
 pub(crate) fn key(session: &Session, provenance: &Provenance, view: bool) -> String {
     let takes: Vec<_> = (session.takes.iter())
-        .map(|take| format!("{:?} {} {:?} {:?}", take.role, take.name, take.from_s, take.to_s))
+        .map(|take| {
+            format!(
+                "{:?} {} {:?} {:?}",
+                take.role, take.name, take.from_s, take.to_s
+            )
+        })
         .collect();
     hex_sha256(format!("{} {provenance:?} {takes:?} {view}", session.name).as_bytes())
 }
@@ -100,7 +116,10 @@ pub(crate) fn learn_provenance<'a>(
     relevant.evaluate = EvaluateSection::default();
     relevant.object = crate::settings::ObjectSettings::default();
     relevant.name = None;
-    let ranges = settings.takes.iter().filter(|take| take.role == crate::settings::Role::Train);
+    let ranges = settings
+        .takes
+        .iter()
+        .filter(|take| take.role == crate::settings::Role::Train);
     relevant.takes = ranges.cloned().collect();
     Provenance {
         tool: TOOL.to_owned(),
@@ -112,7 +131,9 @@ pub(crate) fn learn_provenance<'a>(
 
 /// Whether the results of an earlier run have this key and are all unchanged.
 pub(crate) fn up_to_date(run_file: &Path, key: &str, outputs: &[&Path]) -> bool {
-    let Some(earlier) = read(run_file) else { return false };
+    let Some(earlier) = read(run_file) else {
+        return false;
+    };
     if earlier.manifest.key != key {
         return false;
     }
@@ -136,7 +157,10 @@ pub(crate) fn forget(run_file: &Path) -> Result<(), PipelineError> {
     match read(run_file) {
         None => Ok(()),
         Some(mut earlier) => {
-            earlier.manifest = Manifest { key: String::new(), outputs: BTreeMap::new() };
+            earlier.manifest = Manifest {
+                key: String::new(),
+                outputs: BTreeMap::new(),
+            };
             write_run_json(run_file, &earlier)
         }
     }
@@ -157,7 +181,9 @@ pub(crate) fn write_run_json(path: &Path, run: &RunJson) -> Result<(), PipelineE
 /// Largest memory in use by this process so far, bytes, where the system tells.
 pub fn peak_memory_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let line = status
+        .lines()
+        .find_map(|line| line.strip_prefix("VmHWM:"))?;
     let kib: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     Some(kib * 1024)
 }
@@ -167,9 +193,13 @@ fn read(path: &Path) -> Option<RunJson> {
 }
 
 fn hash_file(path: &Path) -> Result<String, PipelineError> {
-    Ok(hex_sha256(&std::fs::read(path).map_err(PipelineError::io("read", path))?))
+    Ok(hex_sha256(
+        &std::fs::read(path).map_err(PipelineError::io("read", path))?,
+    ))
 }
 
 fn file_name(path: &Path) -> String {
-    path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default()
+    path.file_name()
+        .map(|n| n.to_string_lossy().into_owned())
+        .unwrap_or_default()
 }

@@ -54,12 +54,12 @@ impl Method {
     /// What it knows and does, in a line.
     pub const fn description(self) -> &'static str {
         match self {
-            Method::Prior => "start and end given, activations likely under the training takes",
-            Method::Paper => "end given, as published, with a tiny ridge to make it unique",
-            Method::Hold => "end given, stays there: no motion at all",
-            Method::Line => "start and end given, straight line",
-            Method::MinimumJerk => "start and end given, at rest there, minimum jerk",
-            Method::Hermite => "start, end and their velocities given, cubic",
+            Method::Prior => "start and end given, learned prior",
+            Method::Paper => "end given, as published (tiny ridge)",
+            Method::Hold => "stays at the end, no learning",
+            Method::Line => "straight line, no learning",
+            Method::MinimumJerk => "minimum jerk, no learning",
+            Method::Hermite => "cubic with end velocities, no learning",
         }
     }
 
@@ -94,10 +94,13 @@ impl FromStr for Method {
     type Err = PipelineError;
 
     fn from_str(name: &str) -> Result<Self, PipelineError> {
-        Method::ALL.into_iter().find(|m| m.name() == name).ok_or_else(|| {
-            let names = Method::ALL.map(Method::name).join(", ");
-            invalid("plan.methods", &names, &name)
-        })
+        Method::ALL
+            .into_iter()
+            .find(|m| m.name() == name)
+            .ok_or_else(|| {
+                let names = Method::ALL.map(Method::name).join(", ");
+                invalid("plan.methods", &names, &name)
+            })
     }
 }
 

@@ -17,7 +17,10 @@ pub fn write_atomic(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<File>) -> Result<(), PipelineError>,
 ) -> Result<(), PipelineError> {
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let folder = path
+        .parent()
+        .filter(|p| !p.as_os_str().is_empty())
+        .unwrap_or(Path::new("."));
     std::fs::create_dir_all(folder).map_err(PipelineError::io("create folder", folder))?;
     let temporary = NamedTempFile::new_in(folder).map_err(PipelineError::io("write", path))?;
     let (file, temporary_path) = temporary.into_parts();
@@ -38,7 +41,10 @@ pub fn write_atomic(
 ///
 /// [`PipelineError::Io`].
 pub fn write_text(path: &Path, text: &str) -> Result<(), PipelineError> {
-    write_atomic(path, |out| out.write_all(text.as_bytes()).map_err(PipelineError::io("write", path)))
+    write_atomic(path, |out| {
+        out.write_all(text.as_bytes())
+            .map_err(PipelineError::io("write", path))
+    })
 }
 
 /// Refuses an output that is also an input, or that exists and may not be replaced.
@@ -52,7 +58,10 @@ pub fn check_target(
     may_replace: impl FnOnce() -> bool,
 ) -> Result<(), PipelineError> {
     let refuse = |message: &str| {
-        Err(PipelineError::Output { path: path.to_owned(), message: message.to_owned() })
+        Err(PipelineError::Output {
+            path: path.to_owned(),
+            message: message.to_owned(),
+        })
     };
     if !path.exists() {
         return Ok(());

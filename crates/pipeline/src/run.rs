@@ -77,7 +77,10 @@ pub struct RunFiles {
 
 impl RunFiles {
     fn new(folder: &Path, session: &Session) -> Self {
-        let takes = session.takes.iter().map(|take| folder.join(format!("{}.mcap", take.name)));
+        let takes = session
+            .takes
+            .iter()
+            .map(|take| folder.join(format!("{}.mcap", take.name)));
         Self {
             takes: takes.collect(),
             dictionary: folder.join("dictionary.mcap"),
@@ -90,7 +93,11 @@ impl RunFiles {
     /// The files that depend on inputs and settings alone.
     fn reproducible(&self) -> Vec<&Path> {
         let rest = [&self.dictionary, &self.evaluation, &self.report];
-        self.takes.iter().chain(rest).map(PathBuf::as_path).collect()
+        self.takes
+            .iter()
+            .chain(rest)
+            .map(PathBuf::as_path)
+            .collect()
     }
 }
 
@@ -100,21 +107,32 @@ impl RunFiles {
 /// # Errors
 ///
 /// [`PipelineError`]; a file is either written whole or not at all.
-pub fn run(options: &RunOptions, watch: &mut dyn FnMut(Event<'_>)) -> Result<RunResult, PipelineError> {
+pub fn run(
+    options: &RunOptions,
+    watch: &mut dyn FnMut(Event<'_>),
+) -> Result<RunResult, PipelineError> {
     let begin = Instant::now();
     let settings = &options.settings;
     settings.validate()?;
     let session = session::list_takes(&options.folder, settings)?;
     let files = RunFiles::new(&options.output, &session);
     check_output(options, &session, &files)?;
-    let mut timer = Timer { watch, timings_s: BTreeMap::new() };
+    let mut timer = Timer {
+        watch,
+        timings_s: BTreeMap::new(),
+    };
 
     let takes = timer.time("read", || take::read_session(&session, settings))?;
     let provenance = provenance("run", settings, takes.iter().map(|take| take.hash.clone()));
     let key = manifest::key(&session, &provenance, options.view);
     if manifest::up_to_date(&files.run, &key, &files.reproducible()) {
         let (evaluation, failed_plans) = (None, 0);
-        return Ok(RunResult { evaluation, files, dictionary_reused: true, failed_plans });
+        return Ok(RunResult {
+            evaluation,
+            files,
+            dictionary_reused: true,
+            failed_plans,
+        });
     }
     // From here on results are replaced one by one: what is there no longer belongs together.
     manifest::forget(&files.run)?;
@@ -123,7 +141,11 @@ pub fn run(options: &RunOptions, watch: &mut dyn FnMut(Event<'_>)) -> Result<Run
     let motions = timer.time("filter", || steps::smooth_motions(&in_hand, settings))?;
     drop(in_hand);
     let results: Vec<_> = (takes.iter().zip(&motions).zip(&session.takes))
-        .map(|((take, motion), entry)| TakeResult { take, motion, role: entry.role })
+        .map(|((take, motion), entry)| TakeResult {
+            take,
+            motion,
+            role: entry.role,
+        })
         .collect();
     let train_motions = motions_of(&results, Role::Train);
     let test_motions = motions_of(&results, Role::Test);
@@ -132,10 +154,19 @@ pub fn run(options: &RunOptions, watch: &mut dyn FnMut(Event<'_>)) -> Result<Run
     let test = steps::segments(&test_motions, Role::Test, settings)?;
     if test.is_empty() {
         let message = "no test segment: no stretch of the test takes is long enough without gaps";
-        return Err(PipelineError::Session { path: options.folder.clone(), message: message.into() });
+        return Err(PipelineError::Session {
+            path: options.folder.clone(),
+            message: message.into(),
+        });
     }
     let (dictionary, dictionary_reused) = timer.time("learn", || {
-        learn_or_reuse(&results, &train_motions, &train, settings, &files.dictionary)
+        learn_or_reuse(
+            &results,
+            &train_motions,
+            &train,
+            settings,
+            &files.dictionary,
+        )
     })?;
 
     let generated = timer.time("generate", || {
@@ -144,10 +175,14 @@ pub fn run(options: &RunOptions, watch: &mut dyn FnMut(Event<'_>)) -> Result<Run
             .collect::<Result<Vec<_>, _>>()
     })?;
 
-    let comparison = timer
-        .time("contacts", || steps::measure_recorded(&test, &test_motions, &dictionary, settings))?;
+    let comparison = timer.time("contacts", || {
+        steps::measure_recorded(&test, &test_motions, &dictionary, settings)
+    })?;
     let evaluated = timer.time("evaluate", || {
-        let all: Vec<_> = generated.par_iter().map(|g| steps::evaluate(&comparison, g)).collect();
+        let all: Vec<_> = generated
+            .par_iter()
+            .map(|g| steps::evaluate(&comparison, g))
+            .collect();
         Ok(all)
     })?;
     let (methods, rows): (Vec<_>, Vec<_>) = evaluated.into_iter().unzip();
@@ -159,7 +194,15 @@ pub fn run(options: &RunOptions, watch: &mut dyn FnMut(Event<'_>)) -> Result<Run
     );
 
     timer.time("write", || {
-        write_takes(&results, &test, &generated, &rows, &provenance, options, &files)
+        write_takes(
+            &results,
+            &test,
+            &generated,
+            &rows,
+            &provenance,
+            options,
+            &files,
+        )
     })?;
     timer.time("report", || write_reports(&evaluation, &provenance, &files))?;
     let mut timings_s = timer.timings_s;
@@ -176,9 +219,19 @@ pub fn run(options: &RunOptions, watch: &mut dyn FnMut(Event<'_>)) -> Result<Run
         },
     )?;
     let failed_plans = (generated.iter())
-        .map(|g| g.trajectories.iter().filter(|trajectory| trajectory.is_none()).count())
+        .map(|g| {
+            g.trajectories
+                .iter()
+                .filter(|trajectory| trajectory.is_none())
+                .count()
+        })
         .sum();
-    Ok(RunResult { evaluation: Some(evaluation), files, dictionary_reused, failed_plans })
+    Ok(RunResult {
+        evaluation: Some(evaluation),
+        files,
+        dictionary_reused,
+        failed_plans,
+    })
 }
 
 struct Timer<'a> {
@@ -196,7 +249,8 @@ impl Timer<'_> {
         let begin = Instant::now();
         let result = work()?;
         let elapsed = begin.elapsed();
-        self.timings_s.insert(step.to_owned(), elapsed.as_secs_f64());
+        self.timings_s
+            .insert(step.to_owned(), elapsed.as_secs_f64());
         (self.watch)(Event::Finished(step, elapsed));
         Ok(result)
     }
@@ -221,16 +275,26 @@ fn check_output(
     session: &Session,
     files: &RunFiles,
 ) -> Result<(), PipelineError> {
-    let inputs: Vec<_> = session.takes.iter().map(|take| take.path.as_path()).collect();
+    let inputs: Vec<_> = session
+        .takes
+        .iter()
+        .map(|take| take.path.as_path())
+        .collect();
     // Results of an earlier run are ours to replace; anything else only by force.
     let ours = options.force || manifest::is_run_file(&files.run);
     let mut targets = files.reproducible();
     targets.push(&files.run);
-    targets.into_iter().try_for_each(|path| output::check_target(path, &inputs, || ours))
+    targets
+        .into_iter()
+        .try_for_each(|path| output::check_target(path, &inputs, || ours))
 }
 
 fn motions_of<'a>(results: &[TakeResult<'a>], role: Role) -> Vec<&'a Motion> {
-    results.iter().filter(|result| result.role == role).map(|result| result.motion).collect()
+    results
+        .iter()
+        .filter(|result| result.role == role)
+        .map(|result| result.motion)
+        .collect()
 }
 
 /// The dictionary of an earlier run with the same training takes and settings, or a new one.
@@ -268,7 +332,12 @@ fn write_takes(
         .collect();
     let written: Vec<_> = (results.par_iter().zip(&indices).zip(&files.takes))
         .map(|((result, &index), path)| {
-            let motion = index.map(|take| GeneratedMotion { segments: test, take, generated, rows });
+            let motion = index.map(|take| GeneratedMotion {
+                segments: test,
+                take,
+                generated,
+                rows,
+            });
             let contents = TakeContents {
                 take: result.take,
                 motion: result.motion,
@@ -299,6 +368,11 @@ fn write_reports(
 fn plan_times(generated: &[Generated]) -> BTreeMap<String, manifest::PlanMs> {
     (generated.iter())
         .filter(|g| !g.plan_times.is_empty())
-        .map(|g| (g.method.name().to_owned(), manifest::PlanMs::of(&g.plan_times)))
+        .map(|g| {
+            (
+                g.method.name().to_owned(),
+                manifest::PlanMs::of(&g.plan_times),
+            )
+        })
         .collect()
 }

@@ -42,11 +42,20 @@ pub fn locate(path: &Path) -> Result<(PathBuf, Option<PathBuf>), PipelineError> 
         let file = path.join(SETTINGS_FILE);
         return Ok((path.to_owned(), file.is_file().then_some(file)));
     }
-    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
-        let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if path
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("toml"))
+    {
+        let folder = path
+            .parent()
+            .filter(|p| !p.as_os_str().is_empty())
+            .unwrap_or(Path::new("."));
         return Ok((folder.to_owned(), Some(path.to_owned())));
     }
-    Err(session_error(path, "expected a folder with train/ and test/ takes, or an inhand.toml"))
+    Err(session_error(
+        path,
+        "expected a folder with train/ and test/ takes, or an inhand.toml",
+    ))
 }
 
 /// Lists the takes of a session folder.
@@ -55,9 +64,16 @@ pub fn locate(path: &Path) -> Result<(PathBuf, Option<PathBuf>), PipelineError> 
 ///
 /// [`PipelineError::Session`] without training or test takes, or where two takes share a name.
 pub fn list_takes(folder: &Path, settings: &Settings) -> Result<Session, PipelineError> {
-    let mut takes =
-        if settings.takes.is_empty() { from_folders(folder)? } else { from_settings(folder, settings)? };
-    takes.sort_by(|a, b| (a.role, &a.path).cmp(&(b.role, &b.path)).then(by_start(a, b)));
+    let mut takes = if settings.takes.is_empty() {
+        from_folders(folder)?
+    } else {
+        from_settings(folder, settings)?
+    };
+    takes.sort_by(|a, b| {
+        (a.role, &a.path)
+            .cmp(&(b.role, &b.path))
+            .then(by_start(a, b))
+    });
     for role in [Role::Train, Role::Test] {
         if !takes.iter().any(|take| take.role == role) {
             let message = format!(
@@ -70,7 +86,11 @@ pub fn list_takes(folder: &Path, settings: &Settings) -> Result<Session, Pipelin
     }
     name_apart(folder, &mut takes)?;
     let name = settings.name.clone().unwrap_or_else(|| folder_name(folder));
-    Ok(Session { name, folder: folder.to_owned(), takes })
+    Ok(Session {
+        name,
+        folder: folder.to_owned(),
+        takes,
+    })
 }
 
 fn by_start(a: &SessionTake, b: &SessionTake) -> std::cmp::Ordering {
@@ -87,7 +107,13 @@ fn from_folders(folder: &Path) -> Result<Vec<SessionTake>, PipelineError> {
         for entry in std::fs::read_dir(&sub).map_err(PipelineError::io("read", &sub))? {
             let path = entry.map_err(PipelineError::io("read", &sub))?.path();
             if path.is_file() && is_take(&path) {
-                takes.push(SessionTake { name: stem(&path), path, role, from_s: None, to_s: None });
+                takes.push(SessionTake {
+                    name: stem(&path),
+                    path,
+                    role,
+                    from_s: None,
+                    to_s: None,
+                });
             }
         }
     }
@@ -99,8 +125,10 @@ fn from_settings(folder: &Path, settings: &Settings) -> Result<Vec<SessionTake>,
     for entry in &settings.takes {
         let path = folder.join(&entry.path);
         if !path.is_file() {
-            let message =
-                format!("take {} is listed in the settings but not there", entry.path.display());
+            let message = format!(
+                "take {} is listed in the settings but not there",
+                entry.path.display()
+            );
             return Err(session_error(folder, message));
         }
         for (key, value) in [("from_s", entry.from_s), ("to_s", entry.to_s)] {
@@ -119,7 +147,13 @@ fn from_settings(folder: &Path, settings: &Settings) -> Result<Vec<SessionTake>,
             return Err(session_error(folder, message));
         }
         let (from_s, to_s) = (entry.from_s, entry.to_s);
-        takes.push(SessionTake { name: stem(&path), path, role: entry.role, from_s, to_s });
+        takes.push(SessionTake {
+            name: stem(&path),
+            path,
+            role: entry.role,
+            from_s,
+            to_s,
+        });
     }
     Ok(takes)
 }
@@ -152,24 +186,35 @@ fn name_apart(folder: &Path, takes: &mut [SessionTake]) -> Result<(), PipelineEr
 
 /// Whether a file looks like a take by its extension.
 pub fn is_take(path: &Path) -> bool {
-    let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-    let is_mcap = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("mcap"));
+    let name = path
+        .file_name()
+        .map(|n| n.to_string_lossy().into_owned())
+        .unwrap_or_default();
+    let is_mcap = path
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("mcap"));
     !name.starts_with('.') && (is_mcap || inhand_capture::looks_like_capture_file(&name))
 }
 
 /// File name without folders and extension.
 pub(crate) fn stem(path: &Path) -> String {
-    path.file_stem().map_or_else(|| "take".to_owned(), |stem| stem.to_string_lossy().into_owned())
+    path.file_stem().map_or_else(
+        || "take".to_owned(),
+        |stem| stem.to_string_lossy().into_owned(),
+    )
 }
 
 fn folder_name(folder: &Path) -> String {
     let absolute = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
-    absolute
-        .components()
-        .next_back()
-        .map_or_else(|| "session".to_owned(), |c| c.as_os_str().to_string_lossy().into_owned())
+    absolute.components().next_back().map_or_else(
+        || "session".to_owned(),
+        |c| c.as_os_str().to_string_lossy().into_owned(),
+    )
 }
 
 fn session_error(path: &Path, message: impl Into<String>) -> PipelineError {
-    PipelineError::Session { path: path.to_owned(), message: message.into() }
+    PipelineError::Session {
+        path: path.to_owned(),
+        message: message.into(),
+    }
 }

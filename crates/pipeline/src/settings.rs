@@ -164,7 +164,10 @@ pub struct SegmentSection {
 
 impl Default for SegmentSection {
     fn default() -> Self {
-        Self { stride: 0, margin_s: 0.04 }
+        Self {
+            stride: 0,
+            margin_s: 0.04,
+        }
     }
 }
 
@@ -176,8 +179,10 @@ pub struct LearnSection {
     pub rank: usize,
     /// Seed of the random start.
     pub seed: u64,
-    /// Most sweeps.
+    /// Most iterations.
     pub max_iterations: usize,
+    /// Sweeps over each factor in an iteration.
+    pub sweeps: usize,
     /// Stop when a sweep lowers the objective by less than this share of it.
     pub relative_change: f64,
     /// Stop at this reconstruction error, millimetres.
@@ -187,7 +192,14 @@ pub struct LearnSection {
 
 impl Default for LearnSection {
     fn default() -> Self {
-        Self { rank: 200, seed: 0, max_iterations: 10, relative_change: 1e-4, stop_rms_mm: None }
+        Self {
+            rank: 200,
+            seed: 0,
+            max_iterations: 10,
+            sweeps: 3,
+            relative_change: 1e-4,
+            stop_rms_mm: None,
+        }
     }
 }
 
@@ -207,7 +219,12 @@ pub struct PlanSection {
 
 impl Default for PlanSection {
     fn default() -> Self {
-        Self { methods: Method::ALL.to_vec(), sigma_mm: 0.1, ridge: 1e-4, velocity_factor: 1.1 }
+        Self {
+            methods: Method::ALL.to_vec(),
+            sigma_mm: 0.1,
+            ridge: 1e-4,
+            velocity_factor: 1.1,
+        }
     }
 }
 
@@ -225,7 +242,11 @@ pub struct EvaluateSection {
 
 impl Default for EvaluateSection {
     fn default() -> Self {
-        Self { tau_mm: 5.0, collision_mm: 10.0, pad_offset_mm: BTreeMap::new() }
+        Self {
+            tau_mm: 5.0,
+            collision_mm: 10.0,
+            pad_offset_mm: BTreeMap::new(),
+        }
     }
 }
 
@@ -261,7 +282,11 @@ impl Settings {
         let source = &self.source;
         Ok(ReadSettings {
             length_unit: source.units.as_deref().map(length_unit).transpose()?,
-            rotation_order: source.rotation_order.as_deref().map(rotation_order).transpose()?,
+            rotation_order: source
+                .rotation_order
+                .as_deref()
+                .map(rotation_order)
+                .transpose()?,
             up_axis: source.up.as_deref().map(up_axis).transpose()?,
         })
     }
@@ -283,7 +308,11 @@ impl Settings {
         let no_object = self.roles.object.as_deref() == Some("none");
         Ok(RoleSettings {
             hand: body("roles.hand", &self.roles.hand)?,
-            object: if no_object { None } else { body("roles.object", &self.roles.object)? },
+            object: if no_object {
+                None
+            } else {
+                body("roles.object", &self.roles.object)?
+            },
             fingers: PerFinger::from_fn(|finger| self.fingers.get(finger.name()).cloned()),
             no_object,
         })
@@ -296,7 +325,8 @@ impl Settings {
     /// [`PipelineError::Settings`] for a word that is no shape.
     pub fn shape(&self) -> Result<Option<Shape>, PipelineError> {
         let parse = |text: &String| {
-            text.parse().map_err(|e| invalid("object.shape", "a shape such as cube:0.05", &e))
+            text.parse()
+                .map_err(|e| invalid("object.shape", "a shape such as cube:0.05", &e))
         };
         self.object.shape.as_ref().map(parse).transpose()
     }
@@ -315,13 +345,17 @@ impl Settings {
             other => return Err(invalid("process.fill", "cubic, linear or none", &other)),
         };
         let filter = match section.filter.as_str() {
-            "median" => Filter::Median { window: section.window },
-            "savitzky-golay" => {
-                Filter::SavitzkyGolay { window: section.window, order: section.order }
-            }
-            "butterworth" => {
-                Filter::Butterworth { cutoff_hz: section.cutoff_hz, order: section.order }
-            }
+            "median" => Filter::Median {
+                window: section.window,
+            },
+            "savitzky-golay" => Filter::SavitzkyGolay {
+                window: section.window,
+                order: section.order,
+            },
+            "butterworth" => Filter::Butterworth {
+                cutoff_hz: section.cutoff_hz,
+                order: section.order,
+            },
             "none" => Filter::None,
             other => {
                 let expected = "median, savitzky-golay, butterworth or none";
@@ -362,6 +396,9 @@ impl Settings {
         self.process_settings()?;
         self.pad_offsets_m()?;
         positive_or_zero("segments.margin_s", self.segments.margin_s)?;
+        if self.learn.sweeps == 0 {
+            return Err(invalid("learn.sweeps", "at least 1", &0));
+        }
         positive_or_zero("learn.relative_change", self.learn.relative_change)?;
         for (key, value) in [
             ("plan.sigma_mm", self.plan.sigma_mm),
@@ -390,18 +427,17 @@ impl Settings {
 
     /// Settings that affect numbers, as one line of JSON with sorted keys, for provenance.
     pub fn provenance_json(&self) -> String {
-        let without_takes = Settings { takes: Vec::new(), ..self.clone() };
+        let without_takes = Settings {
+            takes: Vec::new(),
+            ..self.clone()
+        };
         // Serialising plain structs of strings and finite numbers cannot fail.
         serde_json::to_value(&without_takes).map_or_else(|e| e.to_string(), |v| v.to_string())
     }
 }
 
 /// An error about one setting.
-pub(crate) fn invalid(
-    key: &str,
-    expected: &str,
-    found: &impl std::fmt::Display,
-) -> PipelineError {
+pub(crate) fn invalid(key: &str, expected: &str, found: &impl std::fmt::Display) -> PipelineError {
     PipelineError::Settings {
         key: key.to_owned(),
         expected: expected.to_owned(),
@@ -418,7 +454,8 @@ fn positive_or_zero(key: &str, value: f64) -> Result<(), PipelineError> {
 }
 
 fn finger(name: &str, key: &str) -> Result<Finger, PipelineError> {
-    name.parse().map_err(|_| invalid(key, "thumb, index, middle, ring or little", &name))
+    name.parse()
+        .map_err(|_| invalid(key, "thumb, index, middle, ring or little", &name))
 }
 
 fn length_unit(text: &str) -> Result<LengthUnit, PipelineError> {
@@ -447,7 +484,11 @@ fn rotation_order(text: &str) -> Result<RotationOrder, PipelineError> {
         .collect();
     match axes.as_deref() {
         Some(&[a, b, c]) if a != b && b != c => Ok(RotationOrder::Euler([a, b, c])),
-        _ => Err(invalid("rotation-order", "quaternion or three axes such as XYZ", &text)),
+        _ => Err(invalid(
+            "rotation-order",
+            "quaternion or three axes such as XYZ",
+            &text,
+        )),
     }
 }
 

@@ -40,13 +40,20 @@ pub fn process_takes(takes: &[Take], settings: &Settings) -> Result<Vec<Motion>,
 ///
 /// [`PipelineError::Motion`] for the first take that cannot be processed.
 pub fn motions_in_hand(takes: &[Take], settings: &Settings) -> Result<Vec<Motion>, PipelineError> {
-    let roles = takes.iter().map(Take::roles).collect::<Result<Vec<_>, _>>()?;
+    let roles = takes
+        .iter()
+        .map(Take::roles)
+        .collect::<Result<Vec<_>, _>>()?;
     let templates = templates(takes, &roles)?;
     let process_settings = settings.process_settings()?;
     let motions: Vec<_> = (takes.par_iter().zip(&roles))
         .map(|(take, roles)| {
-            to_hand_frame(&take.recording, roles, &templates, &process_settings)
-                .map_err(|source| PipelineError::Motion { take: take.name.clone(), source })
+            to_hand_frame(&take.recording, roles, &templates, &process_settings).map_err(|source| {
+                PipelineError::Motion {
+                    take: take.name.clone(),
+                    source,
+                }
+            })
         })
         .collect();
     motions.into_iter().collect()
@@ -57,12 +64,17 @@ pub fn motions_in_hand(takes: &[Take], settings: &Settings) -> Result<Vec<Motion
 /// # Errors
 ///
 /// [`PipelineError::Motion`] for a filter that cannot be used.
-pub fn smooth_motions(motions: &[Motion], settings: &Settings) -> Result<Vec<Motion>, PipelineError> {
+pub fn smooth_motions(
+    motions: &[Motion],
+    settings: &Settings,
+) -> Result<Vec<Motion>, PipelineError> {
     let filter = settings.process_settings()?.filter;
     let smoothed: Vec<_> = (motions.par_iter())
         .map(|motion| {
-            smooth(motion, filter)
-                .map_err(|source| PipelineError::Motion { take: motion.name.clone(), source })
+            smooth(motion, filter).map_err(|source| PipelineError::Motion {
+                take: motion.name.clone(),
+                source,
+            })
         })
         .collect();
     smoothed.into_iter().collect()
@@ -74,14 +86,22 @@ pub fn smooth_motions(motions: &[Motion], settings: &Settings) -> Result<Vec<Mot
 ///
 /// As [`process_takes`].
 pub fn motions(takes: &[Take], settings: &Settings) -> Result<Vec<Motion>, PipelineError> {
-    let stored: Option<Vec<_>> = takes.iter().map(|take| take.stored_motion.clone()).collect();
+    let stored: Option<Vec<_>> = takes
+        .iter()
+        .map(|take| take.stored_motion.clone())
+        .collect();
     stored.map_or_else(|| process_takes(takes, settings), Ok)
 }
 
 fn templates(takes: &[Take], roles: &[&Roles]) -> Result<Templates, PipelineError> {
-    let pairs = takes.iter().map(|take| &take.recording).zip(roles.iter().copied());
-    fit_templates(pairs)
-        .map_err(|source| PipelineError::Motion { take: "the session".to_owned(), source })
+    let pairs = takes
+        .iter()
+        .map(|take| &take.recording)
+        .zip(roles.iter().copied());
+    fit_templates(pairs).map_err(|source| PipelineError::Motion {
+        take: "the session".to_owned(),
+        source,
+    })
 }
 
 /// Segments of motions, by the rules of their role.
@@ -95,8 +115,10 @@ pub fn segments(
     settings: &Settings,
 ) -> Result<Segments, PipelineError> {
     let segment_settings = segment_settings(motions, role, settings);
-    cut_segments(motions, &segment_settings)
-        .map_err(|source| PipelineError::Motion { take: format!("{} takes", role.name()), source })
+    cut_segments(motions, &segment_settings).map_err(|source| PipelineError::Motion {
+        take: format!("{} takes", role.name()),
+        source,
+    })
 }
 
 fn segment_settings(motions: &[&Motion], role: Role, settings: &Settings) -> SegmentSettings {
@@ -106,7 +128,11 @@ fn segment_settings(motions: &[&Motion], role: Role, settings: &Settings) -> Seg
         (Role::Test, _) | (Role::Train, 0) => layout.samples,
         (Role::Train, stride) => stride,
     };
-    SegmentSettings { layout, stride, margin_s: settings.segments.margin_s }
+    SegmentSettings {
+        layout,
+        stride,
+        margin_s: settings.segments.margin_s,
+    }
 }
 
 /// What training motions show: hulls and velocity extremes.
@@ -125,12 +151,17 @@ pub fn demonstrated(motions: &[&Motion]) -> Result<Demonstrated, PipelineError> 
         .collect();
     let mut hulls = hulls.into_iter();
     let hulls = PerFinger::try_from_fn(|_| {
-        hulls.next().expect("one hull was computed for each of the five fingers")
+        hulls
+            .next()
+            .expect("one hull was computed for each of the five fingers")
     })?;
     // A hull needs points, so there are neighbouring samples unless every other one is missing.
     let velocity = velocity::extremes(motions.iter().copied()).ok_or_else(|| {
         let message = "no two neighbouring samples are present in the training takes".to_owned();
-        PipelineError::Take { path: "training takes".into(), message }
+        PipelineError::Take {
+            path: "training takes".into(),
+            message,
+        }
     })?;
     Ok(Demonstrated { hulls, velocity })
 }
@@ -154,6 +185,7 @@ fn nmf_settings(settings: &Settings) -> NmfSettings {
         rank: section.rank,
         seed: section.seed,
         max_iterations: section.max_iterations,
+        sweeps: section.sweeps,
         relative_change: section.relative_change,
         stop_rms_m: section.stop_rms_mm.map(|mm| mm / 1000.0),
         ..NmfSettings::default()
@@ -187,13 +219,28 @@ pub fn generate(
 ) -> Result<Generated, PipelineError> {
     let Some(planner_method) = method.planner() else {
         let layout = segments.layout();
-        let trajectories =
-            segments.ends().iter().map(|ends| method.curve(ends, layout)).collect();
-        return Ok(Generated { method, trajectories, plans: None, plan_times: Vec::new() });
+        let trajectories = segments
+            .ends()
+            .iter()
+            .map(|ends| method.curve(ends, layout))
+            .collect();
+        return Ok(Generated {
+            method,
+            trajectories,
+            plans: None,
+            plan_times: Vec::new(),
+        });
     };
-    let plan_error = |source| PipelineError::Plan { method: method.name().to_owned(), source };
-    let planner = Planner::new(dictionary, planner_method, &planner_settings(dictionary, settings))
-        .map_err(plan_error)?;
+    let plan_error = |source| PipelineError::Plan {
+        method: method.name().to_owned(),
+        source,
+    };
+    let planner = Planner::new(
+        dictionary,
+        planner_method,
+        &planner_settings(dictionary, settings),
+    )
+    .map_err(plan_error)?;
     let targets: Vec<_> = segments.ends().iter().map(Target::from).collect();
     let (mut plans, mut plan_times) = (Vec::new(), Vec::new());
     for (plan, time) in plan_all(&planner, &targets) {
@@ -201,7 +248,12 @@ pub fn generate(
         plan_times.push(time);
     }
     let trajectories = plans.iter().map(|plan| plan.trajectory.clone()).collect();
-    Ok(Generated { method, trajectories, plans: Some(plans), plan_times })
+    Ok(Generated {
+        method,
+        trajectories,
+        plans: Some(plans),
+        plan_times,
+    })
 }
 
 fn planner_settings(dictionary: &Dictionary, settings: &Settings) -> PlannerSettings {
@@ -248,7 +300,11 @@ pub fn measure_recorded<'a>(
         ..EvaluationSettings::paper()
     };
     let recorded = recorded(&data, &settings);
-    Ok(Comparison { data, settings, recorded })
+    Ok(Comparison {
+        data,
+        settings,
+        recorded,
+    })
 }
 
 /// Compares a method's motion with the recorded one.
@@ -260,7 +316,12 @@ pub fn evaluate(comparison: &Comparison<'_>, generated: &Generated) -> (MethodEv
         trajectories: &generated.trajectories,
         plans: generated.plans.as_deref(),
     };
-    evaluate_method(&comparison.data, &comparison.recorded, &method, &comparison.settings)
+    evaluate_method(
+        &comparison.data,
+        &comparison.recorded,
+        &method,
+        &comparison.settings,
+    )
 }
 
 /// Facts of the dictionary for an evaluation.
@@ -304,7 +365,11 @@ pub fn session_facts(
         let cut = segment_settings(&motions, role, settings);
         (of_role.iter().enumerate())
             .map(|(index, result)| {
-                let found = segments.origins().iter().filter(|o| o.take == index).count();
+                let found = segments
+                    .origins()
+                    .iter()
+                    .filter(|o| o.take == index)
+                    .count();
                 let samples = result.motion.len();
                 TakeFacts {
                     name: result.take.name.clone(),
@@ -341,12 +406,21 @@ fn segments_without_gaps(samples: usize, cut: &SegmentSettings) -> usize {
 pub fn quality(takes: &[TakeResult<'_>]) -> Result<Vec<TakeQuality>, PipelineError> {
     let one = |result: &TakeResult<'_>| {
         let roles = result.take.roles()?;
-        let mut quality =
-            recording_quality(&result.take.recording, roles, result.motion, result.role.name());
+        let mut quality = recording_quality(
+            &result.take.recording,
+            roles,
+            result.motion,
+            result.role.name(),
+        );
         quality.take.clone_from(&result.take.name);
         Ok(quality)
     };
-    takes.par_iter().map(one).collect::<Vec<_>>().into_iter().collect()
+    takes
+        .par_iter()
+        .map(one)
+        .collect::<Vec<_>>()
+        .into_iter()
+        .collect()
 }
 
 /// Puts the parts of an evaluation together.
@@ -356,6 +430,14 @@ pub fn assemble(
     methods: Vec<MethodEvaluation>,
     quality: Vec<TakeQuality>,
 ) -> Evaluation {
-    let default_method = methods.first().map_or_else(String::new, |method| method.name.clone());
-    Evaluation { session, default_method, dictionary, methods, quality }
+    let default_method = methods
+        .first()
+        .map_or_else(String::new, |method| method.name.clone());
+    Evaluation {
+        session,
+        default_method,
+        dictionary,
+        methods,
+        quality,
+    }
 }

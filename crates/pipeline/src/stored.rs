@@ -27,12 +27,23 @@ pub fn evaluate_stored(
     let generated = stored_methods(takes, &test)?;
     let dictionary = &dictionary.dictionary;
     let comparison = steps::measure_recorded(&test, &motion_refs, dictionary, settings)?;
-    let methods = generated.iter().map(|g| steps::evaluate(&comparison, g).0).collect();
+    let methods = generated
+        .iter()
+        .map(|g| steps::evaluate(&comparison, g).0)
+        .collect();
     let results: Vec<_> = (takes.iter().zip(&motions))
-        .map(|(take, motion)| TakeResult { take, motion, role: Role::Test })
+        .map(|(take, motion)| TakeResult {
+            take,
+            motion,
+            role: Role::Test,
+        })
         .collect();
     let name = settings.name.clone().unwrap_or_else(|| {
-        takes.iter().map(|take| take.name.as_str()).collect::<Vec<_>>().join(", ")
+        takes
+            .iter()
+            .map(|take| take.name.as_str())
+            .collect::<Vec<_>>()
+            .join(", ")
     });
     Ok(steps::assemble(
         steps::session_facts(&name, &results, None, &test, settings),
@@ -43,9 +54,17 @@ pub fn evaluate_stored(
 }
 
 fn stored_methods(takes: &[Take], test: &Segments) -> Result<Vec<Generated>, PipelineError> {
-    let stored = takes.iter().map(read_methods).collect::<Result<Vec<_>, _>>()?;
-    let Some(first) = stored.first() else { return Ok(Vec::new()) };
-    first.iter().map(|method| join_takes(&method.name, takes, &stored, test)).collect()
+    let stored = takes
+        .iter()
+        .map(read_methods)
+        .collect::<Result<Vec<_>, _>>()?;
+    let Some(first) = stored.first() else {
+        return Ok(Vec::new());
+    };
+    first
+        .iter()
+        .map(|method| join_takes(&method.name, takes, &stored, test))
+        .collect()
 }
 
 fn read_methods(take: &Take) -> Result<Vec<ReadMethod>, PipelineError> {
@@ -54,9 +73,17 @@ fn read_methods(take: &Take) -> Result<Vec<ReadMethod>, PipelineError> {
     if !inhand_channels::is_mcap(&bytes) {
         return Err(none());
     }
-    let methods = inhand_channels::read_generated(&bytes, &take.hash.name)
-        .map_err(|source| PipelineError::Channels { path: take.path.clone(), source })?;
-    if methods.is_empty() { Err(none()) } else { Ok(methods) }
+    let methods = inhand_channels::read_generated(&bytes, &take.hash.name).map_err(|source| {
+        PipelineError::Channels {
+            path: take.path.clone(),
+            source,
+        }
+    })?;
+    if methods.is_empty() {
+        Err(none())
+    } else {
+        Ok(methods)
+    }
 }
 
 /// One method over the segments of all takes.
@@ -71,12 +98,20 @@ fn join_takes(
     let mut plans = Vec::with_capacity(test.len());
     for origin in test.origins() {
         let take = &takes[origin.take];
-        let Some(stored) = stored[origin.take].iter().find(|stored| stored.name == name) else {
-            return Err(take.error(format!("no /generated/{name} channel, which other takes have")));
+        let Some(stored) = stored[origin.take]
+            .iter()
+            .find(|stored| stored.name == name)
+        else {
+            return Err(take.error(format!(
+                "no /generated/{name} channel, which other takes have"
+            )));
         };
         let trajectory = trajectory(stored, origin.start, test.layout());
         let plan = stored.plans.get(&origin.start).cloned();
-        plans.push(plan.map(|plan| Plan { trajectory: trajectory.clone(), ..plan }));
+        plans.push(plan.map(|plan| Plan {
+            trajectory: trajectory.clone(),
+            ..plan
+        }));
         trajectories.push(trajectory);
     }
     if trajectories.iter().all(Option::is_none) {
@@ -87,13 +122,22 @@ fn join_takes(
         return Err(takes[0].error(message));
     }
     let plans = plans.into_iter().collect();
-    Ok(Generated { method, trajectories, plans, plan_times: Vec::new() })
+    Ok(Generated {
+        method,
+        trajectories,
+        plans,
+        plan_times: Vec::new(),
+    })
 }
 
 /// The generated motion over one segment, if it covers it.
 fn trajectory(stored: &ReadMethod, start: usize, layout: SegmentLayout) -> Option<Trajectory> {
     let samples = start..start + layout.samples;
-    let configurations: Vec<_> = stored.configurations_m.range(samples).map(|(_, c)| *c).collect();
+    let configurations: Vec<_> = stored
+        .configurations_m
+        .range(samples)
+        .map(|(_, c)| *c)
+        .collect();
     if configurations.len() < layout.samples {
         return None;
     }

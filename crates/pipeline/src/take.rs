@@ -38,30 +38,55 @@ pub struct Take {
 /// [`PipelineError`] with file, line or topic.
 pub fn read(path: &Path, settings: &Settings) -> Result<Take, PipelineError> {
     let bytes = std::fs::read(path).map_err(PipelineError::io("read", path))?;
-    let file_name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    let file_name = path
+        .file_name()
+        .map(|n| n.to_string_lossy().into_owned())
+        .unwrap_or_default();
     let role_settings = settings.role_settings()?;
     // Hashing takes as long as parsing: do both at once.
     let (sha256, parsed) = rayon::join(
         || hex_sha256(&bytes),
         || -> Result<_, PipelineError> {
             if inhand_channels::is_mcap(&bytes) {
-                let take = inhand_channels::read_take(&bytes, &file_name)
-                    .map_err(|source| PipelineError::Channels { path: path.to_owned(), source })?;
+                let take = inhand_channels::read_take(&bytes, &file_name).map_err(|source| {
+                    PipelineError::Channels {
+                        path: path.to_owned(),
+                        source,
+                    }
+                })?;
                 Ok(take)
             } else {
-                let recording = inhand_capture::read(&bytes, &file_name, &settings.read_settings()?)
-                    .map_err(|source| PipelineError::Capture { path: path.to_owned(), source })?;
-                Ok(ReadTake { recording, roles: None, motion: None, provenance: Vec::new() })
+                let recording =
+                    inhand_capture::read(&bytes, &file_name, &settings.read_settings()?).map_err(
+                        |source| PipelineError::Capture {
+                            path: path.to_owned(),
+                            source,
+                        },
+                    )?;
+                Ok(ReadTake {
+                    recording,
+                    roles: None,
+                    motion: None,
+                    provenance: Vec::new(),
+                })
             }
         },
     );
-    let ReadTake { recording, roles, motion, provenance } = parsed?;
+    let ReadTake {
+        recording,
+        roles,
+        motion,
+        provenance,
+    } = parsed?;
     // Roles that an earlier step found stay, unless this call says otherwise.
     let roles = match roles {
         Some(roles) if role_settings == RoleSettings::default() => Ok(roles),
         _ => resolve(&recording, &role_settings).map_err(|error| error.to_string()),
     };
-    let hash = InputHash { name: file_name, sha256 };
+    let hash = InputHash {
+        name: file_name,
+        sha256,
+    };
     let name = crate::session::stem(path);
     Ok(Take {
         path: path.to_owned(),
@@ -81,11 +106,16 @@ impl Take {
     ///
     /// [`PipelineError::Take`].
     pub fn roles(&self) -> Result<&Roles, PipelineError> {
-        self.roles.as_ref().map_err(|message| self.error(message.clone()))
+        self.roles
+            .as_ref()
+            .map_err(|message| self.error(message.clone()))
     }
 
     pub(crate) fn error(&self, message: String) -> PipelineError {
-        PipelineError::Take { path: self.path.clone(), message }
+        PipelineError::Take {
+            path: self.path.clone(),
+            message,
+        }
     }
 }
 
@@ -96,8 +126,11 @@ impl Take {
 /// The first take, in the session's order, that cannot be read; takes of different rates; takes
 /// that serve for training and testing at once.
 pub fn read_session(session: &Session, settings: &Settings) -> Result<Vec<Take>, PipelineError> {
-    let takes: Vec<_> =
-        session.takes.par_iter().map(|entry| read_entry(entry, settings)).collect();
+    let takes: Vec<_> = session
+        .takes
+        .par_iter()
+        .map(|entry| read_entry(entry, settings))
+        .collect();
     let takes = takes.into_iter().collect::<Result<Vec<_>, _>>()?;
     for take in &takes {
         take.roles()?;
@@ -131,9 +164,14 @@ fn read_entry(entry: &SessionTake, settings: &Settings) -> Result<Take, Pipeline
 }
 
 fn check_rates(takes: &[Take]) -> Result<(), PipelineError> {
-    let Some(first) = takes.first() else { return Ok(()) };
+    let Some(first) = takes.first() else {
+        return Ok(());
+    };
     let rate_hz = first.recording.clock.rate_hz();
-    match takes.iter().find(|take| (take.recording.clock.rate_hz() - rate_hz).abs() > 1e-6 * rate_hz) {
+    match takes
+        .iter()
+        .find(|take| (take.recording.clock.rate_hz() - rate_hz).abs() > 1e-6 * rate_hz)
+    {
         None => Ok(()),
         Some(other) => Err(other.error(format!(
             "the take has {} Hz, but {} has {rate_hz} Hz: the takes of a session need one rate",
@@ -144,7 +182,12 @@ fn check_rates(takes: &[Take]) -> Result<(), PipelineError> {
 }
 
 fn check_disjoint(session: &Session, takes: &[Take]) -> Result<(), PipelineError> {
-    let with = |role| takes.iter().zip(&session.takes).filter(move |(_, entry)| entry.role == role);
+    let with = |role| {
+        takes
+            .iter()
+            .zip(&session.takes)
+            .filter(move |(_, entry)| entry.role == role)
+    };
     for (test, test_entry) in with(Role::Test) {
         for (train, train_entry) in with(Role::Train) {
             if test.hash.sha256 == train.hash.sha256 && overlap(test_entry, train_entry) {
@@ -176,10 +219,12 @@ pub fn describe_source(source: &BodySource) -> String {
 
 /// SHA-256 as lower-case hexadecimal.
 pub(crate) fn hex_sha256(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().fold(String::with_capacity(64), |mut text, byte| {
-        use std::fmt::Write as _;
-        // Writing to a string cannot fail.
-        let _ = write!(text, "{byte:02x}");
-        text
-    })
+    Sha256::digest(bytes)
+        .iter()
+        .fold(String::with_capacity(64), |mut text, byte| {
+            use std::fmt::Write as _;
+            // Writing to a string cannot fail.
+            let _ = write!(text, "{byte:02x}");
+            text
+        })
 }

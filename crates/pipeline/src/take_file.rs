@@ -53,10 +53,17 @@ pub fn write(path: &Path, contents: &TakeContents<'_>, view: bool) -> Result<(),
     let methods = motion.map_or(&[][..], |motion| motion.generated);
     let rows = motion.map_or(&[][..], |motion| motion.rows);
     let segments: Vec<_> = (motion.iter())
-        .flat_map(|motion| methods.iter().map(|g| motion.generated_segments(g, &of_take)))
+        .flat_map(|motion| {
+            methods
+                .iter()
+                .map(|g| motion.generated_segments(g, &of_take))
+        })
         .collect();
     let generated: Vec<_> = (methods.iter().zip(&segments))
-        .map(|(g, segments)| GeneratedMethod { name: g.method.name(), segments })
+        .map(|(g, segments)| GeneratedMethod {
+            name: g.method.name(),
+            segments,
+        })
         .collect();
     let evaluated: Vec<_> = (motion.iter())
         .flat_map(|motion| {
@@ -87,15 +94,22 @@ pub fn write(path: &Path, contents: &TakeContents<'_>, view: bool) -> Result<(),
 /// [`PipelineError::Channels`], [`PipelineError::Io`].
 pub fn write_parts(path: &Path, file: &TakeFile<'_>, view: bool) -> Result<(), PipelineError> {
     output::write_atomic(path, |out| {
-        inhand_channels::write_take(out, file, &WriteSettings { view })
-            .map_err(|source| PipelineError::Channels { path: path.to_owned(), source })
+        inhand_channels::write_take(out, file, &WriteSettings { view }).map_err(|source| {
+            PipelineError::Channels {
+                path: path.to_owned(),
+                source,
+            }
+        })
     })
 }
 
 impl<'a> GeneratedMotion<'a> {
     fn segments_of_take(&self) -> Vec<usize> {
         let origins = self.segments.origins().iter().enumerate();
-        origins.filter(|(_, origin)| origin.take == self.take).map(|(index, _)| index).collect()
+        origins
+            .filter(|(_, origin)| origin.take == self.take)
+            .map(|(index, _)| index)
+            .collect()
     }
 
     fn generated_segments(
@@ -134,9 +148,20 @@ impl<'a> GeneratedMotion<'a> {
 fn contact_sample(rows: &Rows, row: usize) -> Option<ContactSample> {
     let distance_m = rows.distance_m.as_ref()?[row];
     let in_contact = rows.in_contact.as_ref()?[row];
-    if distance_m.as_array().iter().any(|distance| distance.is_nan()) {
+    if distance_m
+        .as_array()
+        .iter()
+        .any(|distance| distance.is_nan())
+    {
         return None; // The object is missing at this instant.
     }
-    let count = Finger::ALL.into_iter().filter(|&finger| in_contact[finger]).count();
-    Some(ContactSample { distance_m, in_contact, count })
+    let count = Finger::ALL
+        .into_iter()
+        .filter(|&finger| in_contact[finger])
+        .count();
+    Some(ContactSample {
+        distance_m,
+        in_contact,
+        count,
+    })
 }

@@ -48,31 +48,39 @@ fn highest_plane_m(hull: &Hull, p: Vec3) -> f64 {
     }
 }
 
+/// A plane this little above a point may be beside it or below but for rounding, metres. Triangles of
+/// one face have planes that differ by rounding: the one that a point lies on need not be one of
+/// those that it seems to be beyond.
+pub(super) const ROUNDING_M: f64 = 1e-10;
+
 /// Distance to the nearest point of the surface, for a point beyond at least one plane. The nearest
 /// point lies on a triangle that the point sees; `facets` are, in ascending order, at least all of
-/// those.
+/// those whose planes are no more than [`ROUNDING_M`] above it.
 pub(super) fn outside_m(hull: &Hull, facets: impl Iterator<Item = usize>, p: Vec3) -> Option<f64> {
-    let mut nearest_squared = f64::INFINITY;
+    let mut nearest_m2 = f64::INFINITY;
     for facet in facets {
         let normal = *hull.normals.get(facet)?;
         let height = dot(normal, p) - hull.offsets_m.get(facet)?;
-        if height > 0.0 {
+        if height >= -ROUNDING_M {
             let triangle = hull.triangles.get(facet)?;
             let [a, b, c] = triangle.map(|corner| hull.vertices_m.get(corner as usize).copied());
-            let (a, b, c) = (a?, b?, c?);
-            let is_above = [(a, b), (b, c), (c, a)]
-                .into_iter()
-                .all(|(a, b)| dot(cross(sub(b, a), sub(p, a)), normal) >= 0.0);
-            if is_above {
+            let edges = [(a?, b?), (b?, c?), (c?, a?)];
+            let is_over = edges
+                .iter()
+                .all(|&(a, b)| dot(cross(sub(b, a), sub(p, a)), normal) >= 0.0);
+            if is_over && height > 0.0 {
                 // The foot of the perpendicular is on the surface, and all of the hull beyond it.
                 return Some(height);
-            }
-            for (a, b) in [(a, b), (b, c), (c, a)] {
-                nearest_squared = nearest_squared.min(squared_distance_to_edge_m2(a, b, p));
+            } else if is_over {
+                nearest_m2 = nearest_m2.min(height * height);
+            } else {
+                for (a, b) in edges {
+                    nearest_m2 = nearest_m2.min(squared_distance_to_edge_m2(a, b, p));
+                }
             }
         }
     }
-    nearest_squared.is_finite().then(|| nearest_squared.sqrt())
+    nearest_m2.is_finite().then(|| nearest_m2.sqrt())
 }
 
 fn squared_distance_to_edge_m2(a: Vec3, b: Vec3, p: Vec3) -> f64 {

@@ -2,16 +2,17 @@
 
 use inhand_model::Hull;
 
-use super::distance::{outside_m, planes};
+use super::distance::{ROUNDING_M, outside_m, planes};
 use super::vector::{Vec3, dot, sub};
 
 /// How far a point may move from the anchor of a coarse and of a fine selection of planes before it
 /// is made again, metres. Fingertips move 0.1 to 1 mm between samples: the fine one lasts for
 /// several, the coarse one for tens.
-const REACH_M: [f64; 2] = [4e-3, 1e-3];
+const COARSE_REACH_M: f64 = 4e-3;
+const FINE_REACH_M: f64 = 1e-3;
 
-/// More than rounding can do to a distance within a capture volume, metres.
-const ROUNDING_M: f64 = 1e-9;
+/// More than rounding can do to a height, and than is asked of it, metres.
+const MARGIN_M: f64 = 10.0 * ROUNDING_M;
 
 /// [`crate::hull_distance_m`] for points of which each is near the one before, such as those of a
 /// trajectory; the results are the same, bit by bit.
@@ -47,12 +48,12 @@ impl<'h> HullProbe<'h> {
     /// A probe that has seen no point. It costs nothing to make, but its first point costs as much as
     /// [`crate::hull_distance_m`].
     pub fn new(hull: &'h Hull) -> Self {
-        let [coarse, fine] = REACH_M.map(Selection::new);
         Self {
             hull,
             all: PlaneLanes::default(),
-            coarse,
-            fine,
+            // A fine selection can be made anywhere within reach, and must hold within its own.
+            coarse: Selection::new(COARSE_REACH_M, COARSE_REACH_M + FINE_REACH_M),
+            fine: Selection::new(FINE_REACH_M, FINE_REACH_M),
             heights: Vec::new(),
         }
     }
@@ -94,23 +95,27 @@ impl<'h> HullProbe<'h> {
 /// The planes that matter near an anchor, ascending.
 #[derive(Clone, Debug)]
 struct Selection {
+    /// How far from the anchor it is used.
     reach_m: f64,
+    /// How far from the anchor it holds.
+    holds_m: f64,
     anchor: Vec3,
     facets: Vec<u32>,
     planes: PlaneLanes,
 }
 
 impl Selection {
-    fn new(reach_m: f64) -> Self {
+    fn new(reach_m: f64, holds_m: f64) -> Self {
         Self {
             reach_m,
+            holds_m,
             anchor: [f64::NAN; 3],
             facets: Vec::new(),
             planes: PlaneLanes::default(),
         }
     }
 
-    /// Whether the selection holds at `p`; never for NaN.
+    /// Whether `p` is within reach; never for NaN.
     fn reaches(&self, p: Vec3) -> bool {
         let moved = sub(p, self.anchor);
         dot(moved, moved) <= self.reach_m * self.reach_m
@@ -124,10 +129,10 @@ impl Selection {
         heights: &[[f64; LANES]],
     ) {
         self.anchor = anchor;
-        // Within reach the highest one sinks and others rise by as much as the reach; and a plane
+        // Over a distance the highest one sinks and others rise by no more than that; and a plane
         // above the anchor by less can come to be seen.
         let highest = largest(heights.iter().copied());
-        let least = (highest - 2.0 * self.reach_m).min(-self.reach_m) - ROUNDING_M;
+        let least = (highest - 2.0 * self.holds_m).min(-self.holds_m) - MARGIN_M;
         self.facets.clear();
         self.planes.clear();
         for (&height, (plane, facet)) in heights.as_flattened().iter().zip(planes) {

@@ -3,7 +3,7 @@
 use inhand_contact::{HullProbe, hull, hull_distance_m, inside};
 use inhand_model::Hull;
 
-use crate::{area_m2, is_closed, positions, volume_m3};
+use crate::{area_m2, fibonacci_sphere, is_closed, positions, volume_m3};
 
 /// The corners of a box around the origin.
 fn box_corners([a, b, c]: [f64; 3]) -> Vec<[f64; 3]> {
@@ -64,20 +64,9 @@ fn every_point_of_a_grid_on_a_box_leaves_eight_corners() {
 
 #[test]
 fn points_of_a_sphere_are_all_corners() {
-    // A Fibonacci lattice; the hull approaches the ball from inside.
-    let (count, radius) = (1000, 0.03);
-    let points: Vec<[f64; 3]> = (0..count)
-        .map(|k| {
-            let z = 1.0 - (2.0 * f64::from(k) + 1.0) / f64::from(count);
-            let angle = f64::from(k) * std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
-            let r = (1.0 - z * z).sqrt();
-            [
-                radius * r * angle.cos(),
-                radius * r * angle.sin(),
-                radius * z,
-            ]
-        })
-        .collect();
+    // The hull approaches the ball from inside.
+    let radius = 0.03;
+    let points = fibonacci_sphere(1000, radius);
     let hull = hull(&positions(&points)).unwrap();
     assert_eq!(hull.vertices_m, points);
     assert_eq!(hull.triangles.len(), 2 * points.len() - 4);

@@ -11,6 +11,22 @@ fn positions(points: &[[f64; 3]]) -> Vec<Position<Hand>> {
     points.iter().map(|&p| p.into()).collect()
 }
 
+/// Points spread evenly over a sphere around the origin (Fibonacci lattice).
+fn fibonacci_sphere(count: u32, radius: f64) -> Vec<[f64; 3]> {
+    (0..count)
+        .map(|k| {
+            let z = 1.0 - (2.0 * f64::from(k) + 1.0) / f64::from(count);
+            let angle = f64::from(k) * std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
+            let r = (1.0 - z * z).sqrt();
+            [
+                radius * r * angle.cos(),
+                radius * r * angle.sin(),
+                radius * z,
+            ]
+        })
+        .collect()
+}
+
 fn corners_of_triangle(hull: &Hull, triangle: [u32; 3]) -> [nalgebra::Vector3<f64>; 3] {
     triangle.map(|corner| hull.vertices_m[corner as usize].into())
 }

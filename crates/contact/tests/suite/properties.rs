@@ -6,7 +6,7 @@ use inhand_contact::{ContactError, HullProbe, hull, hull_distance_m, inside, sur
 use inhand_model::{Hull, Object, Position, Shape};
 use proptest::prelude::*;
 
-use crate::{is_closed, positions, volume_m3};
+use crate::{fibonacci_sphere, is_closed, positions, volume_m3};
 
 /// How far rounding may carry a point out of its own hull, metres.
 const ROUNDING_M: f64 = 1e-9;
@@ -241,6 +241,54 @@ proptest! {
         let mut probe = HullProbe::new(&hull);
         for p in queries {
             prop_assert_eq!(probe.distance_m(p), hull_distance_m(&hull, p));
+        }
+    }
+
+    #[test]
+    fn faces_of_many_triangles_are_at_no_distance(
+        turn in prop::array::uniform3(-3.0..3.0),
+        corners in 5..40_u32,
+        weights in prop::collection::vec(0.0..1.0, 40),
+    ) {
+        // A prism turned so that rounding leaves the triangles of a face nearly in one plane.
+        let turn = nalgebra::Rotation3::new(nalgebra::Vector3::from(turn));
+        let corner = |k: u32, z: f64| {
+            let angle = f64::from(k) * std::f64::consts::TAU / f64::from(corners);
+            turn * nalgebra::Vector3::new(0.03 * angle.cos(), 0.03 * angle.sin(), z)
+        };
+        let ends: Vec<[f64; 3]> = (0..corners)
+            .flat_map(|k| [corner(k, 0.02).into(), corner(k, -0.02).into()])
+            .collect();
+        let hull = hull(&positions(&ends)).unwrap();
+        let weights = &weights[..corners as usize];
+        let total: f64 = weights.iter().sum();
+        prop_assume!(total > 1e-3);
+        let mut on_face = nalgebra::Vector3::zeros();
+        for (k, weight) in weights.iter().enumerate() {
+            on_face += corner(k as u32, 0.02) * (weight / total);
+        }
+        let distance = hull_distance_m(&hull, on_face.into());
+        prop_assert!(distance.abs() < 1e-15, "{}", distance);
+        let above = on_face + turn * nalgebra::Vector3::new(0.0, 0.0, 0.004);
+        prop_assert!((hull_distance_m(&hull, above.into()) - 0.004).abs() < 1e-15);
+        for corner in &hull.vertices_m {
+            prop_assert!(hull_distance_m(&hull, *corner).abs() < 1e-15);
+        }
+    }
+}
+
+#[test]
+fn a_probe_misses_no_plane_on_the_way_through() {
+    // Through the middle of a ball the highest plane changes to the opposite one within a step.
+    let hull = hull(&positions(&fibonacci_sphere(1000, 0.03))).unwrap();
+    for direction in [[1.0, 0.0, 0.0], [0.48, -0.6, 0.64], [0.0, 0.8, 0.6]] {
+        for start in 0..40 {
+            let mut probe = HullProbe::new(&hull);
+            for step in 0..60 {
+                let along_m = -0.011 + f64::from(start) * 1e-4 + f64::from(step) * 2.5e-4;
+                let p = direction.map(|c| c * along_m);
+                assert_eq!(probe.distance_m(p), hull_distance_m(&hull, p), "{p:?}");
+            }
         }
     }
 }

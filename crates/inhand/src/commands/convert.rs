@@ -5,8 +5,10 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use inhand_channels::TakeFile;
 use inhand_model::{BodySource, Finger, PerFinger, Recording, Roles};
-use inhand_pipeline::{PipelineError, Take, describe_source, provenance, write_atomic, write_take_parts};
 use inhand_pipeline::check_target;
+use inhand_pipeline::{
+    PipelineError, Take, describe_source, provenance, write_atomic, write_take_parts,
+};
 
 use crate::commands::{check_take_target, read_takes, targets};
 use crate::console::Console;
@@ -31,7 +33,10 @@ pub(crate) struct Args {
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let settings = args.source.effective(None)?;
-    let to_csv = args.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv"));
+    let to_csv = args
+        .output
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("csv"));
     let targets = targets(&args.inputs, &args.output, "mcap")?;
     let inputs: Vec<_> = args.inputs.iter().map(PathBuf::as_path).collect();
     let takes = read_takes(console, &args.inputs, &settings)?;
@@ -68,8 +73,10 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
 
 fn write_csv(target: &Path, recording: &Recording) -> Result<()> {
     Ok(write_atomic(target, |out| {
-        inhand_capture::motive::write(recording, out)
-            .map_err(|source| PipelineError::Capture { path: target.to_owned(), source })
+        inhand_capture::motive::write(recording, out).map_err(|source| PipelineError::Capture {
+            path: target.to_owned(),
+            source,
+        })
     })?)
 }
 
@@ -77,8 +84,9 @@ fn write_csv(target: &Path, recording: &Recording) -> Result<()> {
 fn describe(console: &Console, take: &Take) {
     let recording = &take.recording;
     let source = &recording.source;
-    let rotation =
-        source.rotation.map_or_else(|| "no rotations".to_owned(), |order| order.to_string());
+    let rotation = source
+        .rotation
+        .map_or_else(|| "no rotations".to_owned(), |order| order.to_string());
     console.say(&format!(
         "{}, {} Hz, {} frames, {}, {rotation}, {} up",
         source.format,
@@ -90,7 +98,8 @@ fn describe(console: &Console, take: &Take) {
     match &take.roles {
         Ok(roles) => describe_roles(console, recording, roles),
         Err(message) => {
-            console.say("the roles of hand, object and fingers cannot all be told; the recording is");
+            console
+                .say("the roles of hand, object and fingers cannot all be told; the recording is");
             console.say("kept whole, and later steps need to be told:");
             console.say(&format!("  {}", message.replace('\n', "\n  ")));
         }
@@ -114,11 +123,17 @@ fn describe_roles(console: &Console, recording: &Recording, roles: &Roles) {
         Some(object) => body("object", object),
         None => console.say("object   none"),
     }
-    let names: Vec<_> =
-        roles.fingers.iter().map(|(finger, marker)| format!("{finger} \"{marker}\"")).collect();
+    let names: Vec<_> = roles
+        .fingers
+        .iter()
+        .map(|(finger, marker)| format!("{finger} \"{marker}\""))
+        .collect();
     console.say(&format!("fingers  {}", names.join(" · ")));
     let gaps = gaps(recording, &roles.fingers);
-    console.say(&format!("gaps     {}", if gaps.is_empty() { "none" } else { &gaps }));
+    console.say(&format!(
+        "gaps     {}",
+        if gaps.is_empty() { "none" } else { &gaps }
+    ));
 }
 
 fn gaps(recording: &Recording, fingers: &PerFinger<String>) -> String {
@@ -133,5 +148,9 @@ fn gaps(recording: &Recording, fingers: &PerFinger<String>) -> String {
             recording.clock.time_s(longest)
         ))
     };
-    Finger::ALL.into_iter().filter_map(of_finger).collect::<Vec<_>>().join(", ")
+    Finger::ALL
+        .into_iter()
+        .filter_map(of_finger)
+        .collect::<Vec<_>>()
+        .join(", ")
 }

@@ -68,7 +68,11 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
             shape: settings.shape()?,
         };
         write_take(target, &contents, !args.writing.no_view)?;
-        let lost = generated.iter().flat_map(|g| &g.trajectories).filter(|t| t.is_none()).count();
+        let lost = generated
+            .iter()
+            .flat_map(|g| &g.trajectories)
+            .filter(|t| t.is_none())
+            .count();
         console.say(&format!(
             "wrote {} ({} segments by {} methods, {lost} without a trajectory)",
             target.display(),

@@ -32,7 +32,9 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         Format::Json => format!("{:#}\n", to_json(&info)),
     })?;
     if let Some(problem) = &info.problem {
-        console.say(&format!("warning  {problem}; what is listed comes from before it"));
+        console.say(&format!(
+            "warning  {problem}; what is listed comes from before it"
+        ));
         return Ok(Exit::Lossy);
     }
     Ok(Exit::Done)
@@ -50,16 +52,33 @@ fn lines(info: &FileInfo, out: &mut String) -> std::fmt::Result {
     if !info.profile.is_empty() {
         writeln!(out, "profile   {}", info.profile)?;
     }
-    writeln!(out, "messages  {} over {:.3} s", info.messages, info.duration_s())?;
-    let compression: Vec<_> =
-        info.chunks.compression.iter().map(|(name, count)| format!("{count} {name}")).collect();
+    writeln!(
+        out,
+        "messages  {} over {:.3} s",
+        info.messages,
+        info.duration_s()
+    )?;
+    let compression: Vec<_> = info
+        .chunks
+        .compression
+        .iter()
+        .map(|(name, count)| format!("{count} {name}"))
+        .collect();
     writeln!(
         out,
         "chunks    {} ({}), {:.2} MB unpacked{}",
         info.chunks.count,
-        if compression.is_empty() { "none".to_owned() } else { compression.join(", ") },
+        if compression.is_empty() {
+            "none".to_owned()
+        } else {
+            compression.join(", ")
+        },
         info.chunks.unpacked_bytes as f64 / 1e6,
-        if info.has_summary { "" } else { "; no summary: viewers may refuse the file" },
+        if info.has_summary {
+            ""
+        } else {
+            "; no summary: viewers may refuse the file"
+        },
     )?;
     if let Some(facts) = info.metadata.0.get("inhand.recording") {
         writeln!(out, "recording")?;
@@ -68,9 +87,16 @@ fn lines(info: &FileInfo, out: &mut String) -> std::fmt::Result {
         }
     }
     writeln!(out, "channels")?;
-    let width = info.channels.iter().map(|c| c.topic.len()).max().unwrap_or(0);
+    let width = info
+        .channels
+        .iter()
+        .map(|c| c.topic.len())
+        .max()
+        .unwrap_or(0);
     for channel in &info.channels {
-        let rate = channel.rate_hz().map_or_else(String::new, |rate| format!("{rate:.2} Hz"));
+        let rate = channel
+            .rate_hz()
+            .map_or_else(String::new, |rate| format!("{rate:.2} Hz"));
         writeln!(
             out,
             "  {:<width$}  {:<28} {:<9} {:>8}  {rate:>10}",
@@ -81,7 +107,11 @@ fn lines(info: &FileInfo, out: &mut String) -> std::fmt::Result {
         )?;
     }
     for frame in &info.frames {
-        writeln!(out, "frame     {} -> {} ({})", frame.parent, frame.child, frame.topic)?;
+        writeln!(
+            out,
+            "frame     {} -> {} ({})",
+            frame.parent, frame.child, frame.topic
+        )?;
     }
     for fingertips in &info.fingertips {
         writeln!(out, "{}", fingertips.topic)?;

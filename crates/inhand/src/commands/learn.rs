@@ -55,7 +55,11 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let dictionary = steps::learn(&segments, steps::demonstrated(&motions)?, &settings)?;
     let learn_s = begin.elapsed().as_secs_f64();
 
-    let made = provenance("learn", &settings, takes.iter().map(|take| take.hash.clone()));
+    let made = provenance(
+        "learn",
+        &settings,
+        takes.iter().map(|take| take.hash.clone()),
+    );
     write_dictionary(&args.output, &dictionary, &[made])?;
     let learning = &dictionary.learning;
     let rms_mm = learning.rms_m * 1000.0;
@@ -73,7 +77,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
             data(&format!("{outcome:#}\n"))?;
         }
         Format::Text => data(&format!(
-            "{} primitives from {} segments: {rms_mm:.3} mm rms after {} sweeps ({})\n",
+            "{} primitives from {} segments: {rms_mm:.3} mm rms after {} iterations ({})\n",
             dictionary.rank(),
             learning.segments,
             learning.iterations,

@@ -74,13 +74,19 @@ fn targets(inputs: &[PathBuf], output: &Path, extension: &str) -> Result<Vec<Pat
         return Ok(vec![output.to_owned()]);
     }
     if output.is_file() {
-        let message =
-            format!("-o {}: expected a folder for {} inputs", output.display(), inputs.len());
+        let message = format!(
+            "-o {}: expected a folder for {} inputs",
+            output.display(),
+            inputs.len()
+        );
         return Err(UsageError(message).into());
     }
     let mut targets = Vec::with_capacity(inputs.len());
     for input in inputs {
-        let stem = input.file_stem().unwrap_or(input.as_os_str()).to_string_lossy();
+        let stem = input
+            .file_stem()
+            .unwrap_or(input.as_os_str())
+            .to_string_lossy();
         let target = output.join(format!("{stem}.{extension}"));
         if targets.contains(&target) {
             let message = format!("two inputs would both be written as {}", target.display());
@@ -94,9 +100,14 @@ fn targets(inputs: &[PathBuf], output: &Path, extension: &str) -> Result<Vec<Pat
 /// Refuses outputs that are inputs, or that exist and were not made from the same takes.
 fn check_take_target(target: &Path, inputs: &[&Path], take: &Take, force: bool) -> Result<()> {
     let from_same = || {
-        let Ok(bytes) = std::fs::read(target) else { return false };
+        let Ok(bytes) = std::fs::read(target) else {
+            return false;
+        };
         inhand_channels::read_take(&bytes, "").is_ok_and(|earlier| {
-            earlier.provenance.last().is_some_and(|made| made.inputs.contains(&take.hash))
+            earlier
+                .provenance
+                .last()
+                .is_some_and(|made| made.inputs.contains(&take.hash))
         })
     };
     Ok(check_target(target, inputs, || force || from_same())?)

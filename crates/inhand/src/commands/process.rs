@@ -43,10 +43,19 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     for ((take, motion), target) in takes.iter().zip(&motions).zip(&targets) {
         let made = provenance("process", &settings, [take.hash.clone()]);
         let shape = settings.shape()?;
-        let contents = TakeContents { take, motion, generated: None, made: &made, shape };
+        let contents = TakeContents {
+            take,
+            motion,
+            generated: None,
+            made: &made,
+            shape,
+        };
         write_take(target, &contents, !args.writing.no_view)?;
         let of = |count: fn(&inhand_model::TrackCounts) -> usize| -> usize {
-            Finger::ALL.into_iter().map(|f| count(&motion.fingertips[f].counts())).sum()
+            Finger::ALL
+                .into_iter()
+                .map(|f| count(&motion.fingertips[f].counts()))
+                .sum()
         };
         console.say(&format!(
             "wrote {} ({} samples; of all fingertip samples {} filled, {} missing)",

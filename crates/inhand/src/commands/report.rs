@@ -24,10 +24,14 @@ pub(crate) struct Args {
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     check_target(&args.output, &[&args.evaluation], || args.force)?;
     let shown = args.evaluation.display();
-    let text = std::fs::read_to_string(&args.evaluation).with_context(|| format!("cannot read {shown}"))?;
+    let text = std::fs::read_to_string(&args.evaluation)
+        .with_context(|| format!("cannot read {shown}"))?;
     let (evaluation, provenance) =
         inhand_report::read_evaluation_json(&text).with_context(|| shown.to_string())?;
-    write_text(&args.output, &inhand_report::html(&evaluation, &provenance)?)?;
+    write_text(
+        &args.output,
+        &inhand_report::html(&evaluation, &provenance)?,
+    )?;
     console.say(&format!("wrote {}", args.output.display()));
     Ok(Exit::Done)
 }

@@ -104,7 +104,10 @@ pub(crate) fn finish(console: &Console, result: &RunResult, format: Format) -> R
         console.say(&format!("{:<36} {viewers}", take.display()));
     }
     if result.failed_plans > 0 {
-        console.say(&format!("{} plans have no trajectory: see the report", result.failed_plans));
+        console.say(&format!(
+            "{} plans have no trajectory: see the report",
+            result.failed_plans
+        ));
         return Ok(Exit::Lossy);
     }
     Ok(Exit::Done)

@@ -20,7 +20,11 @@ pub(crate) fn run(args: &Args) -> Result<Exit> {
         Some(session) => locate(session)?.1,
         None => None,
     };
-    let settings = file.as_deref().map(Settings::read).transpose()?.unwrap_or_default();
+    let settings = file
+        .as_deref()
+        .map(Settings::read)
+        .transpose()?
+        .unwrap_or_default();
     settings.validate()?;
     data(&settings.to_toml()?)?;
     Ok(Exit::Done)

@@ -71,8 +71,14 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         Format::Mcap => TakeFormat::Mcap,
     };
     let files = simulate_session(&args.output, &settings, args.seed, format, args.force)?;
-    let listed: String = files.iter().map(|file| format!("{}\n", file.display())).collect();
+    let listed: String = files
+        .iter()
+        .map(|file| format!("{}\n", file.display()))
+        .collect();
     data(&listed)?;
-    console.say(&format!("inhand run {} -o results    runs it", args.output.display()));
+    console.say(&format!(
+        "inhand run {} -o results    runs it",
+        args.output.display()
+    ));
     Ok(Exit::Done)
 }

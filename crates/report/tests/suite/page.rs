@@ -168,3 +168,91 @@ fn fingers_have_their_colour_in_every_scheme() {
     }
     assert!(page.contains("prefers-color-scheme: dark") && page.contains("@media print"));
 }
+
+/// The text of every cell of every row of every table.
+fn rows(page: &str) -> Vec<Vec<String>> {
+    let cells = |row: &str| {
+        row.split("</th>")
+            .flat_map(|part| part.split("</td>"))
+            .map(text)
+            .collect::<Vec<_>>()
+    };
+    page.split("<tr")
+        .skip(1)
+        .map(|part| cells(part.split("</tr>").next().unwrap_or(part)))
+        .collect()
+}
+
+/// What stands outside of tags.
+fn text(html: &str) -> String {
+    let (mut text, mut inside) = (String::new(), false);
+    // The first tag is cut open by the split at its name.
+    for letter in html.split_once('>').map_or(html, |(_, rest)| rest).chars() {
+        match letter {
+            '<' => inside = true,
+            '>' => inside = false,
+            _ if !inside => text.push(letter),
+            _ => {}
+        }
+    }
+    text.replace("&lt;", "<")
+        .replace("&gt;", ">")
+        .replace('\u{202f}', " ")
+}
+
+#[test]
+fn every_table_shows_what_was_given() {
+    let rows = rows(&page());
+    for expected in [
+        // Takes, gaps.
+        "cube_01|train|120.0|12 000|114|5|99.8|100.0|1",
+        "cube_01|train|ring|252|2.1|80|172|0.31",
+        "cube_01|train|little|31|0.3|31|0|0.06",
+        // Methods.
+        "prior|start + end, NMF 200|yes|worse · worse · better · worse",
+        // Contacts: recorded, planned.
+        "recorded|11 900|23|0|> 99.9|100.0|97.5|95.0|92.5|90.0",
+        "prior|11 900|23|0|99.1|99.1|96.1|93.2|90.2|87.2",
+        // Constraints at a glance, reach, collisions, plans.
+        "prior|99.2|3.20|2 of 11 900|9.31|0 of 176 715|1.000|0 of 119|3.1e-9",
+        "hermite|99.2|3.20|3 of 11 900|9.31|12 of 176 715|1.134|–|–",
+        "recorded|11 900|99.8|99.5|99.2|98.9|98.6|||||",
+        "prior|11 900|> 99.9|99.6|99.2|98.8|98.4|0.00|0.80|1.60|2.40|3.20",
+        "recorded|11 900|2||9.58|",
+        "line|11 900|3|1|9.31|ring, little",
+        "paper|119|0|0|4|0|3.1e-9",
+        // Velocity bounds.
+        "index|-240.0|260.0|-250.0|270.0|-260.0|280.0",
+    ] {
+        assert!(
+            rows.iter()
+                .any(|row| row.join("|").trim_end_matches('|') == expected.trim_end_matches('|')),
+            "{expected}"
+        );
+    }
+}
+
+#[test]
+fn facts_of_the_dictionary_and_the_steps_are_shown() {
+    let page = page().replace('\u{202f}', " ");
+    for words in [
+        "200 primitives by non-negative matrix factorisation from 590 training segments",
+        "stopped at its limit of 40 iterations, before it converged",
+        "0.143 mm root mean square",
+        "relative error 0.3 %",
+        "Objective while learning",
+        "inhand 0.1.0, 6 inputs",
+        "\"window\": 50",
+        "a finger",
+        "n = 59 500 for each method",
+        "n = 11 900 for each box",
+    ] {
+        let escaped = words.replace('"', "&quot;");
+        assert!(page.contains(&escaped), "{words}");
+    }
+    for step in sample::provenance() {
+        for input in step.inputs {
+            assert!(page.contains(&input.sha256));
+        }
+    }
+}

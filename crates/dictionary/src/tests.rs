@@ -210,13 +210,14 @@ fn sums_of_blocks_are_those_of_the_whole() {
     let v = random(rows * 90, 1);
     let basis = Basis::new(random(rank * rows, 2), rank);
     let fit = |widths: &[usize]| {
-        let mut rest = v.as_slice();
+        let (mut rest, mut first) = (v.as_slice(), 0);
         let mut blocks = Vec::new();
         for width in widths {
             let (data, later) = rest.split_at(width * rows);
             rest = later;
             let mut block = Block::new(data.to_vec(), rows);
-            block.start_activations(&basis, 0, 0);
+            block.start_activations(&basis, 0, first);
+            first += width;
             blocks.push(block);
         }
         let sums = Sums::of(&mut blocks, &basis, Update::Hals, 2);

@@ -67,7 +67,11 @@ fn check(dictionary: &Dictionary) {
 
 #[test]
 fn smooth_motion_is_learned_to_half_a_millimetre() {
-    let dictionary = learn(motion(20, 60), &settings(30));
+    let limit = NmfSettings {
+        max_iterations: 40,
+        ..settings(30)
+    };
+    let dictionary = learn(motion(20, 60), &limit);
     check(&dictionary);
     assert!(
         dictionary.learning.rms_m < 5e-4,
@@ -215,6 +219,7 @@ fn a_seed_repeats_and_another_differs() {
 fn learning_says_why_it_stopped() {
     let reached = NmfSettings {
         stop_rms_m: Some(1e-3),
+        max_iterations: 40,
         ..settings(20)
     };
     let dictionary = learn(motion(10, 40), &reached);
@@ -267,7 +272,11 @@ fn segments_that_are_all_the_same_can_be_learned() {
     let one = motion(4, 1);
     for rank in [1, 3] {
         let columns = DMatrix::from_fn(60, 5, |row, _| one[row]);
-        let dictionary = learn(columns, &settings(rank));
+        let limit = NmfSettings {
+            max_iterations: 40,
+            ..settings(rank)
+        };
+        let dictionary = learn(columns, &limit);
         check(&dictionary);
         assert!(dictionary.learning.relative_error < 1e-6);
     }

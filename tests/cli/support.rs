@@ -8,21 +8,21 @@ use tempfile::TempDir;
 
 /// A folder that vanishes, with a small session in it: two training takes and one test take of
 /// 12 s, 100 Hz.
-pub struct Bench {
-    pub folder: TempDir,
+pub(crate) struct Bench {
+    pub(crate) folder: TempDir,
 }
 
 /// Options that make learning on the small session possible and quick.
-pub const SMALL: [&str; 6] = ["--stride", "10", "--rank", "12", "--max-iterations", "15"];
+pub(crate) const SMALL: [&str; 6] = ["--stride", "10", "--rank", "12", "--max-iterations", "15"];
 
 impl Bench {
     /// A session of Motive CSV takes.
-    pub fn csv() -> Self {
+    pub(crate) fn csv() -> Self {
         Self::simulated(&["--format", "csv"])
     }
 
     /// A session with more simulation options.
-    pub fn simulated(options: &[&str]) -> Self {
+    pub(crate) fn simulated(options: &[&str]) -> Self {
         let bench = Self::empty();
         let sizes = ["--takes", "2", "--duration", "12", "--seed", "7"];
         let args = [&["simulate", "-o", "session"], &sizes[..], options].concat();
@@ -31,18 +31,18 @@ impl Bench {
     }
 
     /// Just the folder.
-    pub fn empty() -> Self {
+    pub(crate) fn empty() -> Self {
         Self {
             folder: tempfile::tempdir().expect("the system has a folder for temporary files"),
         }
     }
 
-    pub fn path(&self, name: &str) -> PathBuf {
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
 
     /// Runs `inhand` in the folder.
-    pub fn inhand(&self, args: &[&str]) -> Output {
+    pub(crate) fn inhand(&self, args: &[&str]) -> Output {
         Command::new(env!("CARGO_BIN_EXE_inhand"))
             .args(args)
             .current_dir(self.folder.path())
@@ -51,7 +51,7 @@ impl Bench {
     }
 
     /// Runs `inhand`, which must succeed; gives stdout.
-    pub fn ok(&self, args: &[&str]) -> String {
+    pub(crate) fn ok(&self, args: &[&str]) -> String {
         let output = self.inhand(args);
         assert_eq!(
             output.status.code(),
@@ -63,19 +63,19 @@ impl Bench {
     }
 
     /// Runs the session into `out` with the options for small sessions.
-    pub fn run(&self, out: &str, options: &[&str]) -> String {
+    pub(crate) fn run(&self, out: &str, options: &[&str]) -> String {
         self.ok(&[&["run", "session", "-o", out], &SMALL[..], options].concat())
     }
 
-    pub fn json(&self, name: &str) -> Value {
+    pub(crate) fn json(&self, name: &str) -> Value {
         serde_json::from_slice(&self.bytes(name)).expect("the file is JSON")
     }
 
-    pub fn bytes(&self, name: &str) -> Vec<u8> {
+    pub(crate) fn bytes(&self, name: &str) -> Vec<u8> {
         std::fs::read(self.path(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
     }
 
-    pub fn write(&self, name: &str, content: impl AsRef<[u8]>) {
+    pub(crate) fn write(&self, name: &str, content: impl AsRef<[u8]>) {
         let path = self.path(name);
         let folder = path.parent().expect("a file in the folder has a parent");
         std::fs::create_dir_all(folder).expect("folders can be made");
@@ -83,13 +83,13 @@ impl Bench {
     }
 
     /// Changes the text of a file.
-    pub fn edit(&self, name: &str, change: impl FnOnce(String) -> String) {
+    pub(crate) fn edit(&self, name: &str, change: impl FnOnce(String) -> String) {
         let text = String::from_utf8(self.bytes(name)).expect("the file is text");
         self.write(name, change(text));
     }
 
     /// Every file below a folder, relative to it, sorted; empty where there is no such folder.
-    pub fn files(&self, folder: &str) -> Vec<String> {
+    pub(crate) fn files(&self, folder: &str) -> Vec<String> {
         fn walk(folder: &Path, root: &Path, found: &mut Vec<String>) {
             let Ok(entries) = std::fs::read_dir(folder) else {
                 return;
@@ -111,12 +111,12 @@ impl Bench {
     }
 }
 
-pub fn stderr(output: &Output) -> String {
+pub(crate) fn stderr(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
 /// An evaluation without what names its input files.
-pub fn without_provenance(mut evaluation: Value) -> Value {
+pub(crate) fn without_provenance(mut evaluation: Value) -> Value {
     evaluation
         .as_object_mut()
         .expect("an evaluation is an object")

@@ -84,7 +84,7 @@ fn write_simulated(
             inhand_capture::motive::write(&take.recording, out).map_err(|source| {
                 PipelineError::Capture {
                     path: path.to_owned(),
-                    source,
+                    source: source.into(),
                 }
             })
         }),

@@ -34,7 +34,7 @@ pub fn read(path: &Path) -> Result<DictionaryFile, PipelineError> {
         inhand_channels::read_dictionary(&bytes, &name).map_err(|source| {
             PipelineError::Channels {
                 path: path.to_owned(),
-                source,
+                source: source.into(),
             }
         })?;
     let hash = InputHash {
@@ -68,7 +68,7 @@ pub fn write(
         inhand_channels::write_dictionary(out, dictionary, provenance).map_err(|source| {
             PipelineError::Channels {
                 path: path.to_owned(),
-                source,
+                source: source.into(),
             }
         })
     })

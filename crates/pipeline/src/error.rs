@@ -59,15 +59,7 @@ pub enum PipelineError {
         /// The file.
         path: PathBuf,
         /// Where in it, and why.
-        source: inhand_capture::CaptureError,
-    },
-    /// Roles that cannot be told.
-    #[error("{}", path.display())]
-    Roles {
-        /// The take.
-        path: PathBuf,
-        /// Which role, and what the take contains.
-        source: inhand_capture::roles::RoleError,
+        source: Box<inhand_capture::CaptureError>,
     },
     /// An MCAP file that cannot be read or written.
     #[error("{}", path.display())]
@@ -75,7 +67,7 @@ pub enum PipelineError {
         /// The file.
         path: PathBuf,
         /// Where in it, and why.
-        source: inhand_channels::ChannelError,
+        source: Box<inhand_channels::ChannelError>,
     },
     /// Processing failed.
     #[error("processing {take}")]
@@ -83,18 +75,18 @@ pub enum PipelineError {
         /// The take, or the session.
         take: String,
         /// Why.
-        source: inhand_motion::MotionError,
+        source: Box<inhand_motion::MotionError>,
     },
     /// Learning failed.
     #[error("learning")]
-    Learn(#[from] inhand_dictionary::LearnError),
+    Learn(#[source] Box<inhand_dictionary::LearnError>),
     /// Planning failed.
     #[error("planning with {method}")]
     Plan {
         /// The method.
         method: String,
         /// Why.
-        source: inhand_planner::PlanError,
+        source: Box<inhand_planner::PlanError>,
     },
     /// Geometry failed.
     #[error("training hull of the {finger} finger")]
@@ -102,7 +94,7 @@ pub enum PipelineError {
         /// The finger.
         finger: inhand_model::Finger,
         /// Why.
-        source: inhand_contact::ContactError,
+        source: Box<inhand_contact::ContactError>,
     },
     /// A report could not be made.
     #[error("report")]

@@ -51,7 +51,7 @@ pub fn motions_in_hand(takes: &[Take], settings: &Settings) -> Result<Vec<Motion
             to_hand_frame(&take.recording, roles, &templates, &process_settings).map_err(|source| {
                 PipelineError::Motion {
                     take: take.name.clone(),
-                    source,
+                    source: source.into(),
                 }
             })
         })
@@ -73,7 +73,7 @@ pub fn smooth_motions(
         .map(|motion| {
             smooth(motion, filter).map_err(|source| PipelineError::Motion {
                 take: motion.name.clone(),
-                source,
+                source: source.into(),
             })
         })
         .collect();
@@ -100,7 +100,7 @@ fn templates(takes: &[Take], roles: &[&Roles]) -> Result<Templates, PipelineErro
         .zip(roles.iter().copied());
     fit_templates(pairs).map_err(|source| PipelineError::Motion {
         take: "the session".to_owned(),
-        source,
+        source: source.into(),
     })
 }
 
@@ -117,7 +117,7 @@ pub fn segments(
     let segment_settings = segment_settings(motions, role, settings);
     cut_segments(motions, &segment_settings).map_err(|source| PipelineError::Motion {
         take: format!("{} takes", role.name()),
-        source,
+        source: source.into(),
     })
 }
 
@@ -146,7 +146,10 @@ pub fn demonstrated(motions: &[&Motion]) -> Result<Demonstrated, PipelineError> 
         .map(|finger| {
             let tracks = motions.iter().map(|motion| &motion.fingertips[finger]);
             let points: Vec<_> = tracks.flat_map(|track| track.iter().flatten()).collect();
-            hull(&points).map_err(|source| PipelineError::Hull { finger, source })
+            hull(&points).map_err(|source| PipelineError::Hull {
+                finger,
+                source: source.into(),
+            })
         })
         .collect();
     let mut hulls = hulls.into_iter();
@@ -176,7 +179,8 @@ pub fn learn(
     demonstrated: Demonstrated,
     settings: &Settings,
 ) -> Result<Dictionary, PipelineError> {
-    Ok(learn_nmf(segments, demonstrated, &nmf_settings(settings))?)
+    learn_nmf(segments, demonstrated, &nmf_settings(settings))
+        .map_err(|source| PipelineError::Learn(source.into()))
 }
 
 fn nmf_settings(settings: &Settings) -> NmfSettings {
@@ -231,9 +235,9 @@ pub fn generate(
             plan_times: Vec::new(),
         });
     };
-    let plan_error = |source| PipelineError::Plan {
+    let plan_error = |source: inhand_planner::PlanError| PipelineError::Plan {
         method: method.name().to_owned(),
-        source,
+        source: source.into(),
     };
     let planner = Planner::new(
         dictionary,

@@ -76,7 +76,7 @@ fn read_methods(take: &Take) -> Result<Vec<ReadMethod>, PipelineError> {
     let methods = inhand_channels::read_generated(&bytes, &take.hash.name).map_err(|source| {
         PipelineError::Channels {
             path: take.path.clone(),
-            source,
+            source: source.into(),
         }
     })?;
     if methods.is_empty() {

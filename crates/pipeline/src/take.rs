@@ -51,7 +51,7 @@ pub fn read(path: &Path, settings: &Settings) -> Result<Take, PipelineError> {
                 let take = inhand_channels::read_take(&bytes, &file_name).map_err(|source| {
                     PipelineError::Channels {
                         path: path.to_owned(),
-                        source,
+                        source: source.into(),
                     }
                 })?;
                 Ok(take)
@@ -60,7 +60,7 @@ pub fn read(path: &Path, settings: &Settings) -> Result<Take, PipelineError> {
                     inhand_capture::read(&bytes, &file_name, &settings.read_settings()?).map_err(
                         |source| PipelineError::Capture {
                             path: path.to_owned(),
-                            source,
+                            source: source.into(),
                         },
                     )?;
                 Ok(ReadTake {

@@ -97,7 +97,7 @@ pub fn write_parts(path: &Path, file: &TakeFile<'_>, view: bool) -> Result<(), P
         inhand_channels::write_take(out, file, &WriteSettings { view }).map_err(|source| {
             PipelineError::Channels {
                 path: path.to_owned(),
-                source,
+                source: source.into(),
             }
         })
     })

@@ -75,7 +75,7 @@ fn write_csv(target: &Path, recording: &Recording) -> Result<()> {
     Ok(write_atomic(target, |out| {
         inhand_capture::motive::write(recording, out).map_err(|source| PipelineError::Capture {
             path: target.to_owned(),
-            source,
+            source: source.into(),
         })
     })?)
 }

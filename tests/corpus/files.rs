@@ -90,8 +90,8 @@ fn is_damaged(file: &Path) -> bool {
 
 fn mcap_files(folder: &Path) -> Vec<PathBuf> {
     let mut files = Vec::new();
-    for entry in std::fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
+    for entry in std::fs::read_dir(folder).expect("folders of the corpus can be read") {
+        let path = entry.expect("folders of the corpus can be read").path();
         if path.is_dir() {
             files.extend(mcap_files(&path));
         } else if path.extension().is_some_and(|e| e == "mcap") {

@@ -6,7 +6,12 @@ const TRAIN: &str = "session/train/cube_train_01.csv";
 
 /// The session must be refused with these words, and leave nothing behind.
 fn refused(bench: &Bench, options: &[&str], words: &[&str]) {
-    let args = [&["run", "session", "-o", "out"], &SMALL[..], options].concat();
+    let small = if options.contains(&"--rank") {
+        &[][..]
+    } else {
+        &SMALL
+    };
+    let args = [&["run", "session", "-o", "out"], small, options].concat();
     let output = bench.inhand(&args);
     let message = stderr(&output);
     assert!(

@@ -43,8 +43,11 @@ fn main() -> std::process::ExitCode {
     match result {
         Ok(exit) => exit.into(),
         Err(error) => {
-            console.error(&error);
-            Exit::of(&error).into()
+            let exit = Exit::of(&error);
+            if exit != Exit::Done {
+                console.error(&error);
+            }
+            exit.into()
         }
     }
 }

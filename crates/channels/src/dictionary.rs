@@ -7,6 +7,7 @@ use inhand_model::{
     Demonstrated, Dictionary, Finger, Frame, Hand, Hull, Learning, PerFinger, Provenance,
     SEGMENT_COORDINATES, SegmentLayout, Status, VelocityBounds,
 };
+use mcap::records::Record;
 use nalgebra::{DMatrix, DVector};
 use prost::Message;
 
@@ -15,7 +16,7 @@ use crate::messages;
 use crate::metadata::Metadata;
 use crate::output::Output;
 use crate::read::{absent_part, read_metadata};
-use crate::records::{Depth, Item, walk};
+use crate::records::{Depth, walk};
 use crate::topic;
 use crate::view::DictionaryView;
 use crate::wire::Point;
@@ -90,13 +91,13 @@ pub fn read_dictionary(
     let provenance = read_metadata(bytes, file_name)?.provenance(file_name)?;
     let mut channel_id = None;
     let mut dictionary = None;
-    walk(file_name, bytes, Depth::Everything, |item| {
-        match item {
-            Item::Channel { id, topic, .. } if topic == topic::DICTIONARY => {
-                channel_id = Some(id);
+    walk(file_name, bytes, Depth::Everything, |record| {
+        match record {
+            Record::Channel(channel) if channel.topic == topic::DICTIONARY => {
+                channel_id = Some(channel.id);
             }
-            Item::Message { channel, data, .. } if Some(channel) == channel_id => {
-                dictionary = Some(from_bytes(data).map_err(|Unfit { expected, found }| {
+            Record::Message { header, data } if Some(header.channel_id) == channel_id => {
+                dictionary = Some(from_bytes(&data).map_err(|Unfit { expected, found }| {
                     ChannelError::Message {
                         file: file_name.to_owned(),
                         topic: topic::DICTIONARY.to_owned(),

@@ -110,8 +110,13 @@ pub enum ChannelError {
 }
 
 impl ChannelError {
-    pub(crate) fn write(source: io::Error) -> Self {
-        ChannelError::Write { source }
+    pub(crate) fn write(error: mcap::McapError) -> Self {
+        ChannelError::Write {
+            source: match error {
+                mcap::McapError::Io(source) => source,
+                other => io::Error::other(other),
+            },
+        }
     }
 
     pub(crate) fn mismatch(

@@ -4,12 +4,13 @@ use std::collections::BTreeMap;
 
 use foxglove::messages::{FrameTransform, FrameTransforms};
 use inhand_model::{Finger, PerFinger, Status, TrackCounts};
+use mcap::records::Record;
 use prost::Message;
 
 use crate::error::ChannelError;
 use crate::messages;
 use crate::metadata::Metadata;
-use crate::records::{Depth, Item, is_mcap, walk};
+use crate::records::{Depth, is_mcap, walk};
 
 /// What is in an MCAP file.
 #[derive(Debug)]
@@ -175,8 +176,8 @@ pub struct FingerInfo {
 /// [`ChannelError::NotMcap`].
 pub fn info(bytes: &[u8], file_name: &str) -> Result<FileInfo, ChannelError> {
     let mut listing = Listing::default();
-    let end = walk(file_name, bytes, Depth::Everything, |item| {
-        listing.add(item);
+    let end = walk(file_name, bytes, Depth::Everything, |record| {
+        listing.add(record);
         Ok(())
     });
     let problem = match end {
@@ -244,55 +245,25 @@ impl Gaps {
 }
 
 impl Listing {
-    fn add(&mut self, item: Item) {
-        match item {
-            Item::Header { profile, library } => {
-                (self.profile, self.library) = (profile, library);
+    fn add(&mut self, record: Record) {
+        match record {
+            Record::Header(header) => {
+                (self.profile, self.library) = (header.profile, header.library);
             }
-            Item::Schema { id, name, encoding } => {
-                self.schemas.entry(id).or_insert((name, encoding));
+            Record::Schema { header, .. } => {
+                (self.schemas.entry(header.id)).or_insert((header.name, header.encoding));
             }
-            Item::Channel {
-                id,
-                schema,
-                topic,
-                encoding,
-                metadata,
-            } => {
-                let schema = self.schemas.get(&schema);
-                let name = schema.map(|(name, _)| name.as_str());
-                let content = match (encoding.as_str(), name) {
-                    ("protobuf", Some("foxglove.FrameTransforms")) => Content::Transforms,
-                    ("protobuf", Some("foxglove.FrameTransform")) => Content::Transform,
-                    ("protobuf", Some("inhand.Fingertips")) => Content::Fingertips(Box::default()),
-                    _ => Content::Other,
-                };
-                let info = ChannelInfo {
-                    id,
-                    topic,
-                    schema: schema.map(|(name, _)| name.clone()),
-                    schema_encoding: schema.map(|(_, encoding)| encoding.clone()),
-                    message_encoding: encoding,
-                    metadata,
-                    messages: 0,
-                    bytes: 0,
-                    first_unix_nanos: None,
-                    last_unix_nanos: None,
-                };
-                (self.channels.entry(id)).or_insert(Listed { info, content });
+            Record::Channel(channel) => self.channel(channel),
+            Record::Message { header, data } => {
+                self.message(header.channel_id, header.log_time, &data);
             }
-            Item::Message {
-                channel,
-                log_time,
-                data,
-            } => self.message(channel, log_time, data),
-            Item::Chunk(chunk) => {
+            Record::Chunk { header, data } => {
                 self.chunks.count += 1;
-                self.chunks.packed_bytes += chunk.packed.len() as u64;
+                self.chunks.packed_bytes += data.len() as u64;
                 // What a damaged chunk claims to hold can be anything.
                 self.chunks.unpacked_bytes =
-                    (self.chunks.unpacked_bytes).saturating_add(chunk.uncompressed_bytes);
-                let compression = match chunk.compression.as_str() {
+                    (self.chunks.unpacked_bytes).saturating_add(header.uncompressed_size);
+                let compression = match header.compression.as_str() {
                     "" => "none",
                     name => name,
                 };
@@ -300,21 +271,41 @@ impl Listing {
                     .entry(compression.to_owned())
                     .or_default() += 1;
             }
-            Item::Metadata { name, facts } => {
-                self.metadata.0.insert(name, facts);
+            Record::Metadata(facts) => {
+                self.metadata.0.insert(facts.name, facts.metadata);
             }
-            Item::Attachment {
-                name,
-                media_type,
-                bytes,
-            } => self.attachments.push(AttachmentInfo {
-                name,
-                media_type,
-                bytes,
+            Record::Attachment { header, data, .. } => self.attachments.push(AttachmentInfo {
+                name: header.name,
+                media_type: header.media_type,
+                bytes: data.len() as u64,
             }),
-            Item::Summary => self.has_summary = true,
-            Item::DataEnd => {}
+            Record::Footer(footer) => self.has_summary = footer.summary_start != 0,
+            _ => {}
         }
+    }
+
+    fn channel(&mut self, channel: mcap::records::Channel) {
+        let schema = self.schemas.get(&channel.schema_id);
+        let name = schema.map(|(name, _)| name.as_str());
+        let content = match (channel.message_encoding.as_str(), name) {
+            ("protobuf", Some("foxglove.FrameTransforms")) => Content::Transforms,
+            ("protobuf", Some("foxglove.FrameTransform")) => Content::Transform,
+            ("protobuf", Some("inhand.Fingertips")) => Content::Fingertips(Box::default()),
+            _ => Content::Other,
+        };
+        let info = ChannelInfo {
+            id: channel.id,
+            topic: channel.topic,
+            schema: schema.map(|(name, _)| name.clone()),
+            schema_encoding: schema.map(|(_, encoding)| encoding.clone()),
+            message_encoding: channel.message_encoding,
+            metadata: channel.metadata,
+            messages: 0,
+            bytes: 0,
+            first_unix_nanos: None,
+            last_unix_nanos: None,
+        };
+        (self.channels.entry(channel.id)).or_insert(Listed { info, content });
     }
 
     fn message(&mut self, channel: u16, log_time: u64, data: &[u8]) {

@@ -56,7 +56,6 @@
 //! its complete descriptors. The same nouns give the same bytes.
 
 mod colour;
-mod container;
 mod dictionary;
 mod error;
 mod info;

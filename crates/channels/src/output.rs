@@ -1,28 +1,53 @@
-//! Messages of any kind into an MCAP file.
+//! The MCAP writer as this crate uses it.
 
 use std::collections::BTreeMap;
 use std::io::Write;
 
-use crate::container::Container;
+use mcap::records::MessageHeader;
+use mcap::write::NoSeek;
+use mcap::{Compression, WriteOptions, Writer};
+
 use crate::error::ChannelError;
 use crate::schema::Logged;
 
-/// A fixed name: the same nouns give the same bytes.
+/// A fixed name: the same nouns give the same bytes, whatever version of mcap wrote them.
 const LIBRARY: &str = concat!("inhand ", env!("CARGO_PKG_VERSION"));
+
+/// Uncompressed size at which a chunk ends: what a viewer has to read to show one instant.
+const CHUNK_BYTES: u64 = 1024 * 1024;
+
+/// Level 1: higher ones take several times as long for a few per cent, since most bytes are
+/// mantissas that no level can shrink.
+const ZSTD_LEVEL: u32 = 1;
 
 /// A channel of the file being written.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ChannelId(u16);
 
-/// A file being written.
+/// A file being written, with one buffer for all messages.
 pub(crate) struct Output<'a> {
-    container: Container<'a>,
+    writer: Writer<NoSeek<&'a mut dyn Write>>,
+    buffer: Vec<u8>,
 }
 
 impl<'a> Output<'a> {
     pub(crate) fn create(out: &'a mut dyn Write) -> Result<Self, ChannelError> {
-        let container = Container::create(out, LIBRARY).map_err(ChannelError::write)?;
-        Ok(Self { container })
+        let writer = WriteOptions::new()
+            .profile("")
+            .library(LIBRARY)
+            .compression(Some(Compression::Zstd))
+            .compression_level(ZSTD_LEVEL)
+            // Takes are written side by side; a pool inside each would only get in the way.
+            .compression_threads(0)
+            .chunk_size(Some(CHUNK_BYTES))
+            // Each chunk goes out whole, so that anything that takes bytes will do.
+            .disable_seeking(true)
+            .create(NoSeek::new(out))
+            .map_err(ChannelError::write)?;
+        Ok(Self {
+            writer,
+            buffer: Vec::with_capacity(64 * 1024),
+        })
     }
 
     pub(crate) fn metadata(
@@ -30,7 +55,11 @@ impl<'a> Output<'a> {
         name: &str,
         facts: &BTreeMap<String, String>,
     ) -> Result<(), ChannelError> {
-        (self.container.metadata(name, facts)).map_err(ChannelError::write)
+        let metadata = mcap::records::Metadata {
+            name: name.to_owned(),
+            metadata: facts.clone(),
+        };
+        (self.writer.write_metadata(&metadata)).map_err(ChannelError::write)
     }
 
     /// A channel whose coordinates are in `frame`, if it has any.
@@ -40,11 +69,14 @@ impl<'a> Output<'a> {
         frame: Option<&str>,
     ) -> Result<ChannelId, ChannelError> {
         let schema = M::schema();
+        let schema_id = (self.writer)
+            .add_schema(&schema.name, "protobuf", &schema.descriptors)
+            .map_err(ChannelError::write)?;
         let metadata = (frame.iter())
             .map(|frame| ("frame".to_owned(), (*frame).to_owned()))
             .collect();
-        (self.container)
-            .channel(topic, &schema.name, &schema.descriptors, &metadata)
+        (self.writer)
+            .add_channel(schema_id, topic, "protobuf", &metadata)
             .map(ChannelId)
             .map_err(ChannelError::write)
     }
@@ -57,15 +89,24 @@ impl<'a> Output<'a> {
         unix_nanos: u64,
         message: &M,
     ) -> Result<(), ChannelError> {
-        // The format has 32 bits for the sequence; it only helps people who read a listing.
-        (self.container)
-            .message(channel.0, sequence as u32, unix_nanos, |buffer| {
-                message.encode_raw(buffer);
-            })
+        self.buffer.clear();
+        message.encode_raw(&mut self.buffer);
+        let header = MessageHeader {
+            channel_id: channel.0,
+            // The format has 32 bits for it; it only helps people who read a listing.
+            sequence: sequence as u32,
+            log_time: unix_nanos,
+            // A sample is published when it is taken.
+            publish_time: unix_nanos,
+        };
+        (self.writer)
+            .write_to_known_channel(&header, &self.buffer)
             .map_err(ChannelError::write)
     }
 
-    pub(crate) fn finish(self) -> Result<(), ChannelError> {
-        self.container.finish().map_err(ChannelError::write)
+    pub(crate) fn finish(mut self) -> Result<(), ChannelError> {
+        self.writer.finish().map_err(ChannelError::write)?;
+        let mut out = self.writer.into_inner();
+        out.flush().map_err(|source| ChannelError::Write { source })
     }
 }

@@ -6,11 +6,12 @@ mod generated;
 use std::collections::BTreeMap;
 
 use inhand_model::{Finding, Hand, Motion, Object, PerFinger, Recording, World};
+use mcap::records::Record;
 
 use crate::error::ChannelError;
 use crate::info::info;
 use crate::metadata::{Metadata, RECORDING, RecordingFacts};
-use crate::records::{Depth, Item, walk};
+use crate::records::{Depth, walk};
 use crate::take::ReadTake;
 use crate::topic;
 pub use generated::{ReadMethod, read_generated};
@@ -37,20 +38,16 @@ pub fn read_take(bytes: &[u8], file_name: &str) -> Result<ReadTake, ChannelError
     let motion_name = metadata.motion_name(file_name)?;
     let mut parts = Parts::new(&facts, motion_name.is_some());
     let mut channels: BTreeMap<u16, Part> = BTreeMap::new();
-    walk(file_name, bytes, Depth::Everything, |item| match item {
-        Item::Channel { id, topic, .. } => {
-            if let Some(part) = Part::of(&topic) {
+    walk(file_name, bytes, Depth::Everything, |record| match record {
+        Record::Channel(channel) => {
+            if let Some(part) = Part::of(&channel.topic) {
                 parts.channel(part);
-                channels.insert(id, part);
+                channels.insert(channel.id, part);
             }
             Ok(())
         }
-        Item::Message {
-            channel,
-            log_time,
-            data,
-        } => match channels.get(&channel) {
-            Some(&part) => parts.message(part, log_time, data, file_name, &facts),
+        Record::Message { header, data } => match channels.get(&header.channel_id) {
+            Some(&part) => parts.message(part, header.log_time, &data, file_name, &facts),
             None => Ok(()),
         },
         _ => Ok(()),
@@ -65,9 +62,9 @@ pub fn read_take(bytes: &[u8], file_name: &str) -> Result<ReadTake, ChannelError
 /// As for [`read_take`], where the bytes are no sound MCAP file outside its chunks.
 pub fn read_metadata(bytes: &[u8], file_name: &str) -> Result<Metadata, ChannelError> {
     let mut metadata = Metadata::default();
-    let outside = walk(file_name, bytes, Depth::Outside, |item| {
-        if let Item::Metadata { name, facts } = item {
-            metadata.0.insert(name, facts);
+    let outside = walk(file_name, bytes, Depth::Outside, |record| {
+        if let Record::Metadata(facts) = record {
+            metadata.0.insert(facts.name, facts.metadata);
         }
         Ok(())
     });

@@ -37,9 +37,8 @@ pub(crate) type Streams<'a> = Vec<Box<dyn Stream + 'a>>;
 /// Writes everything about a take as one MCAP file; the same values give the same bytes.
 ///
 /// `log_time` and `publish_time` of a message are the time of its sample. Coordinates are metres
-/// in the frame that the channel's metadata key `frame` names. Writing takes memory for a few
-/// chunks (of 1 MiB) and the indexes, whatever the length of the take; chunks are packed on all
-/// threads of the global rayon pool.
+/// in the frame that the channel's metadata key `frame` names. Writing takes memory for one
+/// chunk (1 MiB) and the indexes, whatever the length of the take.
 ///
 /// # Errors
 ///

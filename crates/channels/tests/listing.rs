@@ -68,8 +68,8 @@ fn our_own_files_are_listed_with_gaps_and_frames() {
 }
 
 #[test]
-fn summaries_and_indexes_agree_with_the_mcap_crate() {
-    // Long enough for several chunks and several batches of them.
+fn summaries_indexes_and_checksums_hold() {
+    // Long enough for many chunks.
     let take = common::take(9000, 100.0);
     let bytes = written(&common::take_file(&take, &[], &[]), true);
     let listed = info(&bytes, "take.mcap").unwrap();
@@ -126,20 +126,6 @@ fn summaries_and_indexes_agree_with_the_mcap_crate() {
         }
     }
     assert!(rest.is_empty());
-}
-
-#[test]
-fn the_number_of_threads_changes_no_byte() {
-    let take = common::take(9000, 100.0);
-    let file = common::take_file(&take, &[], &[]);
-    let with_threads = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
-        pool.install(|| written(&file, true))
-    };
-    assert!(with_threads(1) == with_threads(3));
 }
 
 #[test]

@@ -9,9 +9,11 @@ use nalgebra::DVector;
 use prost::Message;
 
 use super::read_metadata;
+use mcap::records::Record;
+
 use crate::error::ChannelError;
 use crate::messages;
-use crate::records::{Depth, Item, walk};
+use crate::records::{Depth, walk};
 
 /// What one method generated for a take.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,31 +40,27 @@ pub fn read_generated(bytes: &[u8], file_name: &str) -> Result<Vec<ReadMethod>, 
     };
     let mut methods: Vec<ReadMethod> = Vec::new();
     let mut channels: BTreeMap<u16, (usize, Part, String)> = BTreeMap::new();
-    walk(file_name, bytes, Depth::Everything, |item| match item {
-        Item::Channel { id, topic, .. } => {
-            if let Some((name, part)) = method_of(&topic) {
+    walk(file_name, bytes, Depth::Everything, |record| match record {
+        Record::Channel(channel) => {
+            if let Some((name, part)) = method_of(&channel.topic) {
                 let index = index_of(&mut methods, name);
-                channels.insert(id, (index, part, topic));
+                channels.insert(channel.id, (index, part, channel.topic));
             }
             Ok(())
         }
-        Item::Message {
-            channel,
-            log_time,
-            data,
-        } => {
-            let Some((index, part, topic)) = channels.get(&channel) else {
+        Record::Message { header, data } => {
+            let Some((index, part, topic)) = channels.get(&header.channel_id) else {
                 return Ok(());
             };
             let at = Place {
                 file: file_name,
                 topic,
                 clock: facts.clock,
-                log_time,
+                log_time: header.log_time,
             };
             match part {
-                Part::Fingertips => at.configuration(data, &mut methods[*index]),
-                Part::Plan => at.plan(data, &mut methods[*index]),
+                Part::Fingertips => at.configuration(&data, &mut methods[*index]),
+                Part::Plan => at.plan(&data, &mut methods[*index]),
             }
         }
         _ => Ok(()),

@@ -4,7 +4,8 @@
 //! dictionary* (arXiv 2308.15153) asks them:
 //!
 //! * **Do they touch the object?** [`surface_distance_m`] is the exact signed distance to a box or
-//!   cylinder, [`FingerOffsets`] takes off the way from marker to pad.
+//!   cylinder (by parry, whose types stay in here), [`FingerOffsets`] takes off the way from marker to
+//!   pad.
 //! * **Do they touch one another?** [`nearest_pair_m`].
 //! * **Have they been there before?** [`hull`] makes the convex hull of all positions of a fingertip
 //!   in the training takes, [`inside`] and [`hull_distance_m`] say whether and how far a planned

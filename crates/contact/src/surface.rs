@@ -1,16 +1,18 @@
 //! Distance of a fingertip to the surface of an object.
 
 use inhand_model::{Finger, Object, PerFinger, Position, Shape};
+use parry3d::math::Vector;
+use parry3d::query::PointQuery;
+use parry3d::shape::{Cuboid, Cylinder};
 
 /// Signed distance of `p` to the surface of `shape`, metres: positive outside, 0 on the surface,
-/// negative inside (minus the distance to the nearest face).
+/// negative inside (minus the distance to the nearest point of the surface).
 ///
-/// Exact to rounding, by the closed form of the solid: for a box with `q = |p| - half edges` it is
-/// `|max(q, 0)| + min(max_i q_i, 0)`; a cylinder is a box in the plane of radius and height.
-/// A NaN coordinate gives NaN, an infinite one infinity.
+/// The length of the way to parry's projection onto the surface, exact to rounding. A NaN coordinate
+/// gives NaN, an infinite one infinity.
 ///
-/// P1 (arXiv 2308.15153) measures to a cloud of surface points instead, which is never less and at
-/// most half a point spacing more.
+/// P1 (arXiv 2308.15153) measures to a cloud of surface points instead: always a positive number,
+/// never less than the size of this one and at most half a point spacing more.
 ///
 /// ```
 /// use inhand_contact::surface_distance_m;
@@ -21,32 +23,61 @@ use inhand_model::{Finger, Object, PerFinger, Position, Shape};
 /// let d = surface_distance_m(&cube, Position::new(0.028, 0.029, 0.0));
 /// assert!((d - 0.005).abs() < 1e-15);
 /// assert_eq!(surface_distance_m(&cube, Position::new(0.0, 0.0, 0.0)), -0.025);
+///
+/// // The axis of a cylinder is z: 6 mm beside its side of 20 mm radius and 8 mm above its cap at
+/// // 35 mm are 10 mm from the rim.
+/// let cylinder = Shape::Cylinder { diameter_m: 0.04, height_m: 0.07 };
+/// let d = surface_distance_m(&cylinder, Position::new(0.0, 0.026, 0.043));
+/// assert!((d - 0.010).abs() < 1e-15);
 /// ```
 pub fn surface_distance_m(shape: &Shape, p: Position<Object>) -> f64 {
     let [x, y, z] = p.to_array();
-    // `f64::max` prefers a number to NaN and would turn an unknown position into a distance.
+    // Comparisons would turn an unknown coordinate into a distance, differences an infinite one into
+    // no number.
     if x.is_nan() || y.is_nan() || z.is_nan() {
         return f64::NAN;
     }
+    if x.is_infinite() || y.is_infinite() || z.is_infinite() {
+        return f64::INFINITY;
+    }
     match *shape {
-        Shape::Cuboid { edges_m: [a, b, c] } => {
-            solid_distance_m([x.abs() - a / 2.0, y.abs() - b / 2.0, z.abs() - c / 2.0])
+        Shape::Cuboid { edges_m } => {
+            let cuboid = Cuboid::new(Vector::from(edges_m) / 2.0);
+            projected_distance_m(&cuboid, Vector::new(x, y, z))
         }
         Shape::Cylinder {
             diameter_m,
             height_m,
-        } => solid_distance_m([x.hypot(y) - diameter_m / 2.0, z.abs() - height_m / 2.0]),
+        } => {
+            let cylinder = Cylinder::new(height_m / 2.0, diameter_m / 2.0);
+            projected_distance_m(&cylinder, along_parry_cylinder(height_m, [x, y, z]))
+        }
     }
 }
 
-/// Distance from how far a point lies beyond each of a solid's perpendicular pairs of faces.
-fn solid_distance_m<const N: usize>(beyond_m: [f64; N]) -> f64 {
-    let deepest = beyond_m.into_iter().fold(f64::NEG_INFINITY, f64::max);
-    if deepest <= 0.0 {
-        return deepest;
+/// A point of the object in the frame of parry's cylinder, or its mirror image at the same distance.
+///
+/// The axis of the cylinder is z in the object and y in parry. The axes move on by one place, which is
+/// a rotation by 120 degrees about their diagonal: (3, 4, 5) mm in the object is (4, 5, 3) mm in parry.
+///
+/// Parry 0.31 takes a point as far from one cap as from the other to be nearest to the side, which
+/// makes the centre of a disc of 40 mm diameter and 10 mm height 20 mm deep instead of 5 mm. So the
+/// point is mirrored into the upper half and kept off the plane in the middle, by no more than rounding
+/// does to its distance from the cap.
+fn along_parry_cylinder(height_m: f64, [x, y, z]: [f64; 3]) -> Vector {
+    Vector::new(y, z.abs().max(f64::EPSILON * height_m), x)
+}
+
+/// Distance of `p` to the surface of a solid, negative inside.
+fn projected_distance_m(solid: &impl PointQuery, p: Vector) -> f64 {
+    // Not solid: points inside are projected onto the surface too.
+    let on_surface = solid.project_local_point(p, false);
+    let distance_m = on_surface.point.distance(p);
+    if on_surface.is_inside {
+        -distance_m
+    } else {
+        distance_m
     }
-    let outside = beyond_m.map(|d| d.max(0.0));
-    outside.into_iter().map(|d| d * d).sum::<f64>().sqrt()
 }
 
 /// How far the pad of each finger reaches beyond its marker towards the object, metres.

@@ -4,6 +4,7 @@ mod bad_input;
 mod closed_form;
 mod properties;
 mod reference;
+mod surface;
 
 use inhand_model::{Hand, Hull, Position};
 

@@ -92,7 +92,7 @@ pub(crate) fn walk(
                 }
             }
             op::HEADER | op::SCHEMA | op::CHANNEL | op::MESSAGE | op::METADATA | op::ATTACHMENT => {
-                visit(parse(&place, opcode, body)?)?
+                visit(parse(&place, opcode, body)?)?;
             }
             _ => {}
         }

@@ -7,8 +7,8 @@ use std::sync::LazyLock;
 use inhand_channels::{
     ChannelError, info, read_dictionary, read_generated, read_metadata, read_take, write_dictionary,
 };
-use mcap::WriteOptions;
 use mcap::records::{MessageHeader, Record, op};
+use mcap::{Compression, WriteOptions};
 use proptest::prelude::*;
 
 use crate::common;
@@ -26,6 +26,17 @@ static TAKE: LazyLock<Vec<u8>> = LazyLock::new(small_take);
 /// The same content without compression and checksums, so that damage reaches every decoder.
 static UNCHECKED: LazyLock<Vec<u8>> = LazyLock::new(|| unchecked(&TAKE, |_, _| {}, |_, _| {}));
 
+/// The same in small chunks without checksums: packed by nothing, lz4 and zstd.
+static CHUNKED: LazyLock<[Vec<u8>; 3]> = LazyLock::new(|| {
+    [None, Some(Compression::Lz4), Some(Compression::Zstd)].map(|compression| {
+        let options = WriteOptions::new()
+            .compression(compression)
+            .chunk_size(Some(2000))
+            .calculate_chunk_crcs(false);
+        rewritten(&TAKE, options, |_, _| {}, |_, _| {})
+    })
+});
+
 static DICTIONARY: LazyLock<Vec<u8>> = LazyLock::new(|| {
     let mut out = Cursor::new(Vec::new());
     write_dictionary(&mut out, &common::dictionary(3, 10, 10.0), &[]).unwrap();
@@ -36,11 +47,21 @@ static DICTIONARY: LazyLock<Vec<u8>> = LazyLock::new(|| {
 fn unchecked(
     bytes: &[u8],
     change_facts: impl Fn(&str, &mut BTreeMap<String, String>),
+    change_message: impl FnMut(&str, &mut (u64, Vec<u8>)),
+) -> Vec<u8> {
+    let options = WriteOptions::new().use_chunks(false);
+    rewritten(bytes, options, change_facts, change_message)
+}
+
+/// Writes the file anew with changed metadata and messages, without checksums of data and summary.
+fn rewritten(
+    bytes: &[u8],
+    options: WriteOptions,
+    change_facts: impl Fn(&str, &mut BTreeMap<String, String>),
     mut change_message: impl FnMut(&str, &mut (u64, Vec<u8>)),
 ) -> Vec<u8> {
     let mut out = Cursor::new(Vec::new());
-    let mut writer = WriteOptions::new()
-        .use_chunks(false)
+    let mut writer = options
         .calculate_data_section_crc(false)
         .calculate_summary_section_crc(false)
         .create(&mut out)
@@ -113,12 +134,18 @@ proptest! {
     }
 
     #[test]
-    fn one_changed_byte_in_the_data_never_goes_unnoticed(
+    fn one_changed_byte_never_goes_unnoticed(
         share in 0.0..1.0_f64,
         change in 1..=255_u8,
+        in_summary in any::<bool>(),
     ) {
         let mut bytes = TAKE.clone();
-        let place = (share * data_end(&bytes) as f64) as usize;
+        let data_end = data_end(&bytes);
+        let place = if in_summary {
+            data_end + (share * (bytes.len() - data_end) as f64) as usize
+        } else {
+            (share * data_end as f64) as usize
+        };
         bytes[place] ^= change;
         prop_assert!(read_take(&bytes, "changed.mcap").is_err(), "byte {place}");
         read_all(&bytes);
@@ -128,9 +155,13 @@ proptest! {
     fn changed_bytes_without_checksums_never_panic(
         changes in prop::collection::vec((0.0..1.0_f64, any::<u8>()), 1..6),
         end in 0.2..1.2_f64,
-        which in any::<bool>(),
+        which in 0..5_usize,
     ) {
-        let mut bytes = if which { UNCHECKED.clone() } else { DICTIONARY.clone() };
+        let mut bytes = match which {
+            0 => UNCHECKED.clone(),
+            1 => DICTIONARY.clone(),
+            compression => CHUNKED[compression - 2].clone(),
+        };
         for (share, value) in changes {
             let place = (share * bytes.len() as f64) as usize;
             bytes[place] = value;
@@ -202,44 +233,110 @@ fn a_changed_byte_in_a_chunk_is_found_at_its_chunk() {
     }
 }
 
-/// A file whose only chunk claims to hold `uncompressed` bytes.
-fn chunk_that_claims(compression: &str, uncompressed: u64, record: u64) -> Vec<u8> {
-    let mut body = vec![0; 16];
-    body.extend(uncompressed.to_le_bytes());
-    body.extend([0; 4]);
-    body.extend((compression.len() as u32).to_le_bytes());
-    body.extend(compression.as_bytes());
-    body.extend(4_u64.to_le_bytes());
-    body.extend([1, 2, 3, 4]);
+/// A file of one record that gives its length as `length`.
+fn file_with(opcode: u8, length: u64, body: &[u8]) -> Vec<u8> {
     let mut bytes = mcap::MAGIC.to_vec();
-    bytes.push(op::CHUNK);
-    bytes.extend(
-        (if record == 0 {
-            body.len() as u64
-        } else {
-            record
-        })
-        .to_le_bytes(),
-    );
+    bytes.push(opcode);
+    bytes.extend(length.to_le_bytes());
     bytes.extend(body);
     bytes
+}
+
+/// A chunk of `records` that claims to hold `uncompressed` bytes of checksum `crc`.
+fn chunk(compression: &str, uncompressed: u64, crc: u32, records: &[u8]) -> Vec<u8> {
+    let mut body = vec![0; 16];
+    body.extend(uncompressed.to_le_bytes());
+    body.extend(crc.to_le_bytes());
+    body.extend((compression.len() as u32).to_le_bytes());
+    body.extend(compression.as_bytes());
+    body.extend((records.len() as u64).to_le_bytes());
+    body.extend(records);
+    body
+}
+
+fn problem(bytes: &[u8]) -> ChannelError {
+    info(bytes, "x.mcap").unwrap().problem.unwrap()
+}
+
+fn is_damaged_at_8(bytes: &[u8]) {
+    let problem = problem(bytes);
+    assert!(
+        matches!(problem, ChannelError::Damaged { offset: 8, .. }),
+        "{problem}"
+    );
 }
 
 #[test]
 fn absurd_lengths_are_refused_before_anything_is_allocated() {
     for compression in ["zstd", "lz4", "", "brotli"] {
         for uncompressed in [u64::MAX, 1 << 40, 1 << 31] {
-            let bytes = chunk_that_claims(compression, uncompressed, 0);
-            let problem = info(&bytes, "x.mcap").unwrap().problem.unwrap();
-            assert!(matches!(problem, ChannelError::Damaged { .. }), "{problem}");
+            for crc in [0, 1] {
+                let body = chunk(compression, uncompressed, crc, &[1, 2, 3, 4]);
+                is_damaged_at_8(&file_with(op::CHUNK, body.len() as u64, &body));
+            }
         }
     }
-    let bytes = chunk_that_claims("zstd", 10, u64::MAX);
-    let problem = info(&bytes, "x.mcap").unwrap().problem.unwrap();
-    assert!(
-        matches!(problem, ChannelError::Truncated { .. }),
-        "{problem}"
-    );
+    let body = chunk("zstd", 10, 0, &[1, 2, 3, 4]);
+    for length in [u64::MAX, u64::MAX - 1, u64::MAX - 9, 1 << 40] {
+        for opcode in [op::CHUNK, op::MESSAGE, op::DATA_END, op::FOOTER, 0x80] {
+            let problem = problem(&file_with(opcode, length, &body));
+            assert!(
+                matches!(problem, ChannelError::Truncated { offset: 8, .. }),
+                "{problem}"
+            );
+        }
+    }
+}
+
+#[test]
+fn records_do_not_reach_past_their_chunk() {
+    // A message that claims more bytes than the chunk has, some of which follow the chunk.
+    for length in [30, 60, 1 << 40, u64::MAX - 8, u64::MAX] {
+        let mut records = vec![op::MESSAGE];
+        records.extend(u64::to_le_bytes(length));
+        records.extend([0; 22]);
+        for crc in [0, crc_of(&records)] {
+            let mut body = chunk("", records.len() as u64, crc, &records);
+            is_damaged_at_8(&file_with(op::CHUNK, body.len() as u64, &body));
+            body.extend([0; 50]);
+            is_damaged_at_8(&file_with(op::CHUNK, body.len() as u64, &body));
+        }
+    }
+}
+
+/// The checksum that the format prescribes, as the mcap crate finds it.
+fn crc_of(records: &[u8]) -> u32 {
+    let body = chunk("", records.len() as u64, 1, records);
+    match problem(&file_with(op::CHUNK, body.len() as u64, &body)) {
+        ChannelError::Damaged { found, .. } => {
+            u32::from_str_radix(found.strip_prefix("CRC ").unwrap(), 16).unwrap()
+        }
+        other => panic!("{other}"),
+    }
+}
+
+#[test]
+fn short_records_are_refused() {
+    let name = [&[0; 16][..], &[1, 0, 0, 0, b'a', 0, 0, 0, 0], &[0; 12]].concat();
+    for end in 0..name.len() {
+        is_damaged_at_8(&file_with(op::ATTACHMENT, end as u64, &name[..end]));
+    }
+    let sound = file_with(op::ATTACHMENT, name.len() as u64, &name);
+    assert_eq!(info(&sound, "x").unwrap().attachments[0].name, "a");
+    for opcode in [
+        op::HEADER,
+        op::FOOTER,
+        op::SCHEMA,
+        op::CHANNEL,
+        op::MESSAGE,
+        op::CHUNK,
+        op::METADATA,
+        op::DATA_END,
+    ] {
+        for length in [0, 1, 3] {
+            is_damaged_at_8(&file_with(opcode, length, &[9; 3][..length as usize]));
+        }
+    }
 }
 
 /// Reads the small take with one metadata fact replaced.

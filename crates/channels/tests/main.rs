@@ -9,8 +9,9 @@ mod common;
 
 /// Bytes that are no sound file, or none of ours: refused with the place, never a panic.
 mod damaged;
-/// Listing files, ours and those of the mcap crate in every shape.
+/// Records and chunks whose lengths lie.
 mod lengths;
+/// Listing files, ours and those of the mcap crate in every shape.
 mod listing;
 /// What is written comes back bit for bit.
 mod round_trip;

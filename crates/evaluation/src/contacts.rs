@@ -1,4 +1,9 @@
 //! Contacts of the fingertips with the object.
+//!
+//! P1 measures from a fingertip to a cloud of points on the object's surface: how far away it is, not
+//! on which side. Contacts and differences of distances follow it and use the size of the signed
+//! distance. So a finger deeper inside the object than tau is not in contact, as it is not when it is
+//! farther outside: a method that puts fingers deep into the object does not score by it.
 
 use inhand_model::{ContactShare, Finger, PerFinger, Statistics, TauShare};
 
@@ -14,9 +19,10 @@ const CONTACT_ROUNDING_M: f64 = 1e-12;
 /// Contacts that a stable grasp needs (P1).
 const STABLE: usize = 3;
 
-/// Whether a finger this far from the object is in contact; not where the distance is not known.
+/// Whether a pad at this signed distance from the object's surface is in contact: within tau of it,
+/// outside or inside. Not where the distance is not known.
 pub(crate) fn in_contact(distance_m: f64, tau_m: f64) -> bool {
-    distance_m <= tau_m + CONTACT_ROUNDING_M
+    distance_m.abs() <= tau_m + CONTACT_ROUNDING_M
 }
 
 /// Share of contacts over the instants at which planned and recorded distances are known.
@@ -34,11 +40,11 @@ pub(crate) fn contact_share(
     let is_filled =
         |k: &&usize| recorded.object_filled[**k] || recorded.filled[**k].as_array().contains(&true);
 
-    // At least three are in contact at tau where the third nearest is.
+    // At least three are in contact at tau where the third nearest to the surface is.
     let third = |distance_m: &[PerFinger<f64>]| -> Vec<f64> {
         (judged.iter())
             .map(|&k| {
-                let mut sorted = *distance_m[k].as_array();
+                let mut sorted = distance_m[k].as_array().map(f64::abs);
                 sorted.sort_unstable_by(f64::total_cmp);
                 sorted[STABLE - 1]
             })
@@ -75,7 +81,8 @@ pub(crate) fn contact_share(
     })
 }
 
-/// Absolute difference between planned and recorded distance to the object, each finger.
+/// Absolute difference between planned and recorded distance to the object's surface, each finger:
+/// 0 for a pad planned as deep inside as it was recorded outside.
 pub(crate) fn distance_difference(
     rows: &Rows,
     recorded: &Recorded,
@@ -84,7 +91,7 @@ pub(crate) fn distance_difference(
     let (planned, of_recording) = (rows.distance_m.as_ref()?, recorded.distance_m.as_ref()?);
     let difference: Vec<PerFinger<f64>> = (planned.iter().zip(of_recording))
         .map(|(planned, recorded)| {
-            PerFinger::from_fn(|finger| (planned[finger] - recorded[finger]).abs())
+            PerFinger::from_fn(|finger| (planned[finger].abs() - recorded[finger].abs()).abs())
         })
         .collect();
     let filled: Vec<PerFinger<bool>> = (recorded.filled.iter().zip(&recorded.object_filled))

@@ -8,12 +8,13 @@ use inhand_model::{
 /// into its report.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EvaluationSettings {
-    /// Largest distance to the object that counts as contact, metres.
+    /// Largest distance to the object's surface, from outside or inside, that counts as contact,
+    /// metres.
     pub tau_m: f64,
     /// Distance below which two fingertips count as colliding, metres.
     pub collision_limit_m: f64,
-    /// How far the pad of each finger reaches beyond its marker, metres; taken off the distance to
-    /// the object.
+    /// How far the pad of each finger reaches beyond its marker, metres; taken off the signed
+    /// distance to the object.
     pub finger_offsets_m: PerFinger<f64>,
     /// Thresholds at which the share of three contacts is reported in addition, metres.
     pub tau_sweep_m: Vec<f64>,

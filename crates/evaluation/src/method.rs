@@ -18,10 +18,12 @@ use crate::recorded::Recorded;
 pub struct Rows {
     /// Distance between planned and recorded fingertip, metres.
     pub error_m: Vec<PerFinger<f64>>,
-    /// Signed distance of each pad to the object's surface, metres, NaN where the object is missing;
+    /// Signed distance of each pad to the object's surface, metres, negative inside, NaN where the object
+    /// is missing;
     /// `None` where no take has an object, or its shape is not known.
     pub distance_m: Option<Vec<PerFinger<f64>>>,
-    /// Whether each finger is in contact with the object; `None` as for `distance_m`.
+    /// Whether each finger is in contact with the object, its `distance_m` between -tau and tau;
+    /// `None` as for `distance_m`.
     pub in_contact: Option<Vec<PerFinger<bool>>>,
     /// Signed distance of each fingertip to its training hull, metres, negative inside.
     pub hull_distance_m: Vec<PerFinger<f64>>,

@@ -6,8 +6,9 @@
 Two takes of a hand around a box, cut into segments of 20 samples at 20 Hz; some fingertip and object
 samples filled, the object missing for a while, one plan failed. Inputs are rounded to a micrometre, so
 that both sides read the same numbers. Everything expected is computed here from the definitions:
-distance to the box by clamping, hulls by scipy.spatial.ConvexHull, distance to a hull from outside by
-the projection QP, quantiles by numpy.percentile (type 7).
+distance to the box by clamping (signed; contacts and differences by its size, whatever the side),
+hulls by scipy.spatial.ConvexHull, distance to a hull from outside by the projection QP, quantiles by
+numpy.percentile (type 7).
 """
 import json
 import sys
@@ -119,11 +120,11 @@ pairs = {name: np.min([np.linalg.norm(tips[:, :, i] - tips[:, :, j], axis=2) for
          for name, tips in (("planned", planned), ("recorded", recorded))}
 judged = ok[:, None] & (object_at != 2)
 by_finger = lambda values: [values[ok][:, :, i].ravel() for i in range(5)]
-contact = {name: d[judged] <= TAU + ROUNDING for name, d in distance.items()}
-three = lambda name, tau: float(((distance[name][judged] <= tau + ROUNDING).sum(1) >= 3).mean())
+contact = {name: np.abs(d[judged]) <= TAU + ROUNDING for name, d in distance.items()}
+three = lambda name, tau: float(((np.abs(distance[name][judged]) <= tau + ROUNDING).sum(1) >= 3).mean())
 step = np.diff(planned[ok].reshape(-1, N, 15), axis=1) * RATE
 outside = (step > bounds[1] + 1e-6 * np.abs(bounds[1]) + ROUNDING) | (step < bounds[0] - 1e-6 * np.abs(bounds[0]) - ROUNDING)
-difference = np.abs(distance["planned"] - distance["recorded"])
+difference = np.abs(np.abs(distance["planned"]) - np.abs(distance["recorded"]))
 either_filled = filled | (object_at == 1)[:, :, None]
 
 expected = dict(

@@ -150,6 +150,43 @@ fn offsets_reach_from_marker_to_pad() {
 }
 
 #[test]
+fn fingers_deep_in_the_object_are_not_in_contact() {
+    let session = at_rest();
+    // Pads at 1, -5, -6, -4 and 20 mm.
+    let shift_m = [0.0, -0.007, -0.009, -0.008, 0.0];
+    let (evaluation, rows) = session.evaluate(&moved(&session, shift_m));
+    let distance_m = rows.distance_m.unwrap()[3];
+    for (found, expected) in
+        (distance_m.into_array().into_iter()).zip([0.001, -0.005, -0.006, -0.004, 0.020])
+    {
+        near(found, expected);
+    }
+    assert_eq!(
+        rows.in_contact.unwrap()[3],
+        PerFinger::new([true, true, false, true, false])
+    );
+    let contact = evaluation.contact.unwrap();
+    assert_eq!(contact.by_finger, PerFinger::new([1.0, 1.0, 0.0, 1.0, 0.0]));
+    assert_eq!(contact.three_or_more, 1.0);
+    // The third nearest to the surface is 5 mm below it.
+    for share in &contact.by_tau {
+        let expected = f64::from(u8::from(share.tau_m >= 0.005));
+        assert_eq!(share.three_or_more, expected, "{}", share.tau_m);
+    }
+    // As far inside as outside is no difference.
+    let difference = evaluation.distance_difference.unwrap();
+    near(difference[Finger::Ring].max, 0.0);
+    near(difference[Finger::Middle].p50, 0.003);
+
+    // All five in the object, three of them deep.
+    let (evaluation, _) =
+        session.evaluate(&moved(&session, [-0.010, -0.012, -0.015, -0.014, -0.030]));
+    let contact = evaluation.contact.unwrap();
+    assert_eq!(contact.three_or_more, 0.0);
+    assert_eq!(contact.recorded_three_or_more, 1.0);
+}
+
+#[test]
 fn contact_at_exactly_tau_is_contact() {
     // 5 mm beside a rotated object, where rounding goes either way.
     for k in 0..50 {

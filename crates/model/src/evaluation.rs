@@ -87,6 +87,9 @@ pub struct TauShare {
 }
 
 /// Contacts of the fingertips with the object.
+///
+/// A finger is in contact where its pad is within `tau_m` of the object's surface, outside or inside;
+/// one deeper inside than that is not.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContactShare {
     /// Instants judged (those with a tracked object).
@@ -95,7 +98,7 @@ pub struct ContactShare {
     pub n_filled: usize,
     /// Instants left out: the object was not tracked, a gap, or a plan that failed.
     pub n_left_out: usize,
-    /// Largest distance that counts as contact, metres.
+    /// Largest distance to the surface, from outside or inside, that counts as contact, metres.
     pub tau_m: f64,
     /// Share of instants with three or more fingers in contact, planned.
     pub three_or_more: f64,
@@ -164,7 +167,8 @@ pub struct MethodEvaluation {
     pub velocity: VelocityCheck,
     /// Contacts, where the object's pose and shape are known.
     pub contact: Option<ContactShare>,
-    /// Absolute difference between planned and recorded distance to the object, each finger.
+    /// Absolute difference between planned and recorded distance to the object's surface, each finger;
+    /// neither distance counts a side.
     pub distance_difference: Option<PerFinger<Statistics>>,
     /// How planning went; `None` for baselines.
     pub plan: Option<PlanFacts>,

@@ -162,3 +162,22 @@ fn takes_may_share_a_file_by_time_range() {
     assert!(bench.path("out/cube_train_01.train.mcap").is_file());
     assert!(bench.path("out/cube_train_01.test.mcap").is_file());
 }
+
+#[test]
+fn an_interrupted_run_is_taken_up() {
+    let bench = Bench::csv();
+    bench.run("out", &[]);
+    let report = bench.bytes("out/report.html");
+    let dictionary = bench.bytes("out/dictionary.mcap");
+    // As if it had been killed after the dictionary was written.
+    let mut run = bench.json("out/run.json");
+    run["manifest"] = serde_json::json!({ "key": "", "outputs": {} });
+    bench.write("out/run.json", run.to_string());
+    for lost in ["report.html", "evaluation.json", "cube_test_01.mcap"] {
+        std::fs::remove_file(bench.path(&format!("out/{lost}"))).unwrap();
+    }
+    bench.run("out", &[]);
+    assert_eq!(bench.files("out"), RESULTS);
+    assert_eq!(bench.bytes("out/report.html"), report);
+    assert_eq!(bench.bytes("out/dictionary.mcap"), dictionary);
+}

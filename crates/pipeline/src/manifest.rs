@@ -148,22 +148,24 @@ pub(crate) fn is_run_file(path: &Path) -> bool {
     read(path).is_some()
 }
 
-/// Marks earlier results as no longer belonging together, but still as ours.
+/// Marks the output folder as ours and what is in it as not belonging together (yet).
 ///
 /// # Errors
 ///
 /// [`PipelineError::Io`].
-pub(crate) fn forget(run_file: &Path) -> Result<(), PipelineError> {
-    match read(run_file) {
-        None => Ok(()),
-        Some(mut earlier) => {
-            earlier.manifest = Manifest {
-                key: String::new(),
-                outputs: BTreeMap::new(),
-            };
-            write_run_json(run_file, &earlier)
-        }
-    }
+pub(crate) fn claim(run_file: &Path, command: &[String]) -> Result<(), PipelineError> {
+    let unfinished = RunJson {
+        timings_s: BTreeMap::new(),
+        plan_ms: BTreeMap::new(),
+        peak_memory_bytes: None,
+        threads: rayon::current_num_threads(),
+        command: command.to_vec(),
+        manifest: Manifest {
+            key: String::new(),
+            outputs: BTreeMap::new(),
+        },
+    };
+    write_run_json(run_file, &unfinished)
 }
 
 /// Writes `run.json`.

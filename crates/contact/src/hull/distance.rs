@@ -1,8 +1,10 @@
 //! Membership in a hull and distance to its surface, one point at a time.
 
 use inhand_model::Hull;
+use parry3d::query::PointQuery;
+use parry3d::shape::Triangle;
 
-use super::vector::{Vec3, cross, dot, scale, sub};
+use super::vector::{Vec3, dot};
 
 /// Signed distance of `p` to the surface of `hull`, metres: positive outside, negative inside.
 ///
@@ -57,35 +59,16 @@ pub(super) const ROUNDING_M: f64 = 1e-10;
 /// point lies on a triangle that the point sees; `facets` are, in ascending order, at least all of
 /// those whose planes are no more than [`ROUNDING_M`] above it.
 pub(super) fn outside_m(hull: &Hull, facets: impl Iterator<Item = usize>, p: Vec3) -> Option<f64> {
-    let mut nearest_m2 = f64::INFINITY;
+    let mut nearest_m = f64::INFINITY;
     for facet in facets {
         let normal = *hull.normals.get(facet)?;
         let height = dot(normal, p) - hull.offsets_m.get(facet)?;
         if height >= -ROUNDING_M {
             let triangle = hull.triangles.get(facet)?;
             let [a, b, c] = triangle.map(|corner| hull.vertices_m.get(corner as usize).copied());
-            let edges = [(a?, b?), (b?, c?), (c?, a?)];
-            let is_over = edges
-                .iter()
-                .all(|&(a, b)| dot(cross(sub(b, a), sub(p, a)), normal) >= 0.0);
-            if is_over && height > 0.0 {
-                // The foot of the perpendicular is on the surface, and all of the hull beyond it.
-                return Some(height);
-            } else if is_over {
-                nearest_m2 = nearest_m2.min(height * height);
-            } else {
-                for (a, b) in edges {
-                    nearest_m2 = nearest_m2.min(squared_distance_to_edge_m2(a, b, p));
-                }
-            }
+            let triangle = Triangle::new(a?.into(), b?.into(), c?.into());
+            nearest_m = nearest_m.min(triangle.distance_to_local_point(p.into(), true));
         }
     }
-    nearest_m2.is_finite().then(|| nearest_m2.sqrt())
-}
-
-fn squared_distance_to_edge_m2(a: Vec3, b: Vec3, p: Vec3) -> f64 {
-    let (along, from) = (sub(b, a), sub(p, a));
-    let share = (dot(from, along) / dot(along, along)).clamp(0.0, 1.0);
-    let across = sub(from, scale(along, share));
-    dot(across, across)
+    nearest_m.is_finite().then_some(nearest_m)
 }

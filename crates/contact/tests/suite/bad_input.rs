@@ -118,6 +118,9 @@ fn unknown_points_are_not_inside() {
         assert!(HullProbe::new(&hull).distance_m(p).is_nan());
         assert!(!inside(&hull, p, 1.0));
     }
+    let far = [f64::NEG_INFINITY, 0.0, 0.0];
+    assert!(!inside(&hull, far, 1.0));
+    assert_eq!(hull_distance_m(&hull, far), f64::INFINITY);
     // A probe recovers from a missing sample.
     let mut probe = HullProbe::new(&hull);
     assert!(probe.distance_m([f64::NAN; 3]).is_nan());

@@ -274,6 +274,12 @@ proptest! {
         for corner in &hull.vertices_m {
             prop_assert!(hull_distance_m(&hull, *corner).abs() < 1e-15);
         }
+        // Rounding errors beside the surface too, outside is outside.
+        for k in -20..20 {
+            let beside = on_face + turn * nalgebra::Vector3::new(0.0, 0.0, f64::from(k) * 1e-18);
+            let distance = hull_distance_m(&hull, beside.into());
+            prop_assert_eq!(distance <= 0.0, inside(&hull, beside.into(), 0.0));
+        }
     }
 }
 

@@ -55,11 +55,11 @@ impl Method {
     pub const fn description(self) -> &'static str {
         match self {
             Method::Prior => "start and end given, learned prior",
-            Method::Paper => "end given, as published (tiny ridge)",
+            Method::Paper => "end given, as published",
             Method::Hold => "stays at the end, no learning",
             Method::Line => "straight line, no learning",
             Method::MinimumJerk => "minimum jerk, no learning",
-            Method::Hermite => "cubic with end velocities, no learning",
+            Method::Hermite => "cubic with end speeds, no learning",
         }
     }
 

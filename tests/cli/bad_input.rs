@@ -199,6 +199,7 @@ fn wrong_usage_is_exit_code_2() {
         &["frobnicate"][..],
         &["run"],
         &["run", "a", "--no-such-flag"],
+        &["settings", "--threads", "100000"],
         &[],
     ] {
         assert_eq!(bench.inhand(args).status.code(), Some(2), "{args:?}");

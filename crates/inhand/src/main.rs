@@ -21,9 +21,10 @@ use crate::exit::Exit;
 struct Cli {
     #[command(subcommand)]
     command: Command,
-    /// Threads; 0 uses every core. Results do not depend on it.
-    #[arg(long, global = true, default_value_t = 0, value_name = "N")]
-    threads: usize,
+    /// Threads, at most 256; 0 uses every core. Results do not depend on it.
+    #[arg(long, global = true, default_value_t = 0, value_name = "N",
+          value_parser = clap::value_parser!(u16).range(0..=256))]
+    threads: u16,
     /// Print nothing but results and errors.
     #[arg(long, short, global = true)]
     quiet: bool,
@@ -34,7 +35,7 @@ fn main() -> std::process::ExitCode {
     let console = Console::new(cli.quiet);
     // The pool is built once, here; it can only fail where the system refuses threads.
     let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(cli.threads)
+        .num_threads(usize::from(cli.threads))
         .build_global();
     let result = match pool {
         Ok(()) => cli.command.run(&console),

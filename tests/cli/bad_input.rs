@@ -149,6 +149,38 @@ fn a_test_take_that_is_a_training_take() {
 }
 
 #[test]
+fn a_test_take_that_was_stored_otherwise_in_training() {
+    let bench = Bench::csv();
+    bench.ok(&["convert", TRAIN, "-o", "session/test/other.mcap"]);
+    refused(&bench, &[], &["other.mcap", "also the training take"]);
+    std::fs::remove_file(bench.path("session/test/other.mcap")).unwrap();
+    // With other line ends and a number touched it is still the same motion.
+    bench.write("session/test/other.csv", bench.bytes(TRAIN));
+    bench.edit("session/test/other.csv", |text| text.replace("\r\n", "\n"));
+    refused(&bench, &[], &["other.csv", "also the training take"]);
+}
+
+#[test]
+fn a_take_with_the_name_of_the_dictionary() {
+    let bench = Bench::csv();
+    std::fs::rename(
+        bench.path(TRAIN),
+        bench.path("session/train/dictionary.csv"),
+    )
+    .unwrap();
+    refused(&bench, &[], &["dictionary.csv", "rename"]);
+}
+
+#[test]
+fn results_among_the_takes() {
+    let bench = Bench::csv();
+    let before = bench.files("session");
+    let args = [&["run", "session", "-o", "session/train"], &SMALL[..]].concat();
+    assert_eq!(bench.inhand(&args).status.code(), Some(2));
+    assert_eq!(bench.files("session"), before);
+}
+
+#[test]
 fn too_few_segments_for_the_rank() {
     let bench = Bench::csv();
     refused(&bench, &["--rank", "5000"], &["5000"]);
@@ -188,6 +220,7 @@ fn settings_that_cannot_be_used() {
     refused(&bench, &["--tau-mm=-1"], &["tau_mm"]);
     refused(&bench, &["--filter", "mean"], &["mean", "median"]);
     refused(&bench, &["--methods", "magic"], &["magic", "prior"]);
+    refused(&bench, &["--methods", "line,line"], &["line twice"]);
     bench.write("session/inhand.toml", "[learn]\nrnak = 3\n");
     refused(&bench, &[], &["inhand.toml", "rnak"]);
 }

@@ -45,3 +45,52 @@ fn run_replaces_its_own_results_only() {
     bench.ok(&[&args[..], &["--force"]].concat());
     bench.run("out", &["--tau-mm", "4"]);
 }
+
+#[test]
+fn results_of_another_session_need_force() {
+    let bench = Bench::csv();
+    bench.run("out", &[]);
+    let other = [
+        "simulate",
+        "-o",
+        "other",
+        "--takes",
+        "1",
+        "--duration",
+        "20",
+        "--format",
+        "csv",
+    ];
+    bench.ok(&[&other[..], &["--object", "cylinder:0.05x0.05"]].concat());
+    let args = [&["run", "other", "-o", "out"], &SMALL[..]].concat();
+    assert_eq!(bench.inhand(&args).status.code(), Some(2));
+    bench.ok(&[&args[..], &["--force"]].concat());
+    // What the other session left is gone with it.
+    assert!(!bench.path("out/cube_train_01.mcap").exists());
+    assert!(bench.path("out/cylinder_train_01.mcap").is_file());
+}
+
+#[test]
+fn simulated_sessions_do_not_mix() {
+    let bench = Bench::csv();
+    let before = bench.files("session");
+    let args = [
+        "simulate",
+        "-o",
+        "session",
+        "--object",
+        "cylinder:0.05x0.05",
+        "--force",
+    ];
+    let output = bench.inhand(&args);
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    assert_eq!(bench.files("session"), before);
+}
+
+#[test]
+fn leftovers_of_an_interrupted_run_vanish() {
+    let bench = Bench::csv();
+    bench.write("out/.inhand-unfinished-abc", "half a file");
+    bench.run("out", &[]);
+    assert!(!bench.path("out/.inhand-unfinished-abc").exists());
+}

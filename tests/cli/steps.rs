@@ -72,6 +72,56 @@ fn single_steps_give_the_numbers_of_a_run() {
 }
 
 #[test]
+fn an_explicit_filter_is_not_ignored() {
+    let bench = Bench::csv();
+    let csv = [
+        "session/train/cube_train_01.csv",
+        "session/train/cube_train_02.csv",
+    ];
+    bench.ok(&[&["process"], &csv[..], &["-o", "processed"]].concat());
+    let processed = [
+        "processed/cube_train_01.mcap",
+        "processed/cube_train_02.mcap",
+    ];
+    let learned = |inputs: &[&str], output: &str, filter: &[&str]| {
+        let format = ["-o", output, "--format", "json"];
+        let printed = bench.ok(&[&["learn"], inputs, &format[..], filter, &SMALL].concat());
+        let outcome: serde_json::Value = serde_json::from_str(&printed).expect("JSON");
+        outcome["rms_mm"].clone()
+    };
+    let raw = learned(&csv, "a.mcap", &["--filter", "none"]);
+    assert_eq!(learned(&processed, "b.mcap", &["--filter", "none"]), raw);
+    assert_ne!(learned(&processed, "c.mcap", &[]), raw);
+}
+
+#[test]
+fn another_dictionary_is_no_judge() {
+    let bench = Bench::csv();
+    bench.run("out", &[]);
+    bench.run("out2", &["--seed", "5"]);
+    let test = "session/test/cube_test_01.csv";
+    bench.ok(&[
+        "generate",
+        test,
+        "-d",
+        "out/dictionary.mcap",
+        "-o",
+        "g.mcap",
+    ]);
+    let args = [
+        "evaluate",
+        "g.mcap",
+        "-d",
+        "out2/dictionary.mcap",
+        "-o",
+        "e.json",
+    ];
+    let output = bench.inhand(&args);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(crate::support::stderr(&output).contains("another dictionary"));
+}
+
+#[test]
 fn recordings_go_back_to_motive_csv() {
     let bench = Bench::simulated(&["--gaps", "0.02", "--format", "csv"]);
     let source = "session/train/cube_train_01.csv";

@@ -45,8 +45,11 @@ fn a_cylinder_session_runs_from_code() {
         method.unwrap_or_else(|| panic!("no method {name}")).error
     };
     // In pauses nothing beats staying put; where there is motion, whoever knows the start does.
-    assert!(of("prior").p95 < of("hold").p95);
     assert!(of("hermite").p95 < of("hold").p95);
+    // The learned motion is drawn to the end that it was told.
+    let prior = &evaluation.methods[0];
+    assert_eq!(prior.name, "prior");
+    assert!(prior.error_at_goal.mean < prior.error.mean);
     let contact = evaluation.methods[0]
         .contact
         .as_ref()

@@ -45,7 +45,7 @@ pub(crate) struct SourceOptions {
 }
 
 /// How takes are processed.
-#[derive(Clone, Debug, Default, Args)]
+#[derive(Clone, Debug, Default, PartialEq, Args)]
 pub(crate) struct ProcessOptions {
     /// Shape of the object in metres: cube:EDGE, box:XxYxZ or cylinder:DIAMETERxHEIGHT.
     #[arg(long, value_name = "SHAPE")]
@@ -169,6 +169,15 @@ impl SourceOptions {
 }
 
 impl ProcessOptions {
+    /// Whether an option asks for other processing than a take may have stored.
+    pub(crate) fn ask_for_processing(&self) -> bool {
+        let shape_alone = ProcessOptions {
+            object: self.object.clone(),
+            ..ProcessOptions::default()
+        };
+        *self != shape_alone
+    }
+
     pub(crate) fn apply(&self, settings: &mut Settings) -> Result<()> {
         replace_some(&mut settings.object.shape, &self.object);
         if let Some(text) = &self.object_offset {

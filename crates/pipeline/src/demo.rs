@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use crate::error::PipelineError;
 use crate::output;
 use crate::run::TOOL;
-use crate::session::SETTINGS_FILE;
+use crate::session::{SETTINGS_FILE, is_take};
 use crate::settings::Role;
 use crate::take_file;
 
@@ -48,6 +48,7 @@ pub fn simulate_session(
     for target in files.iter().map(|(path, _)| path).chain([&settings_path]) {
         output::check_target(target, &[], || force)?;
     }
+    refuse_other_takes(folder, &files)?;
     let provenance = Provenance {
         tool: TOOL.to_owned(),
         step: "simulate".to_owned(),
@@ -61,6 +62,28 @@ pub fn simulate_session(
     let text = format!("[object]\nshape = \"{}\"\n", simulated.shape);
     output::write_text(&settings_path, &text)?;
     Ok(files.into_iter().map(|(path, _)| path).collect())
+}
+
+/// Takes of another session in the same folders would become part of this one.
+fn refuse_other_takes(
+    folder: &Path,
+    files: &[(PathBuf, &SimulatedTake)],
+) -> Result<(), PipelineError> {
+    for role in [Role::Train, Role::Test] {
+        let Ok(entries) = std::fs::read_dir(folder.join(role.name())) else {
+            continue; // Not there yet.
+        };
+        let mut others = entries.flatten().map(|entry| entry.path());
+        let other =
+            others.find(|path| is_take(path) && !files.iter().any(|(ours, _)| ours == path));
+        if let Some(path) = other {
+            let message = "the folder holds a take of another session: name another folder, or \
+                           remove that session"
+                .to_owned();
+            return Err(PipelineError::Output { path, message });
+        }
+    }
+    Ok(())
 }
 
 fn path(folder: &Path, role: Role, take: &SimulatedTake, format: TakeFormat) -> PathBuf {

@@ -69,6 +69,8 @@ impl PlanMs {
 /// What results were made from, and their content.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Manifest {
+    /// Name of the session.
+    pub session: String,
     /// SHA-256 over inputs, settings and version.
     pub key: String,
     /// SHA-256 of each result by file name.
@@ -81,12 +83,13 @@ impl Manifest {
     /// # Errors
     ///
     /// [`PipelineError::Io`].
-    pub fn of(key: String, outputs: &[&Path]) -> Result<Self, PipelineError> {
+    pub fn of(session: &str, key: String, outputs: &[&Path]) -> Result<Self, PipelineError> {
         use rayon::prelude::*;
         let hashes: Vec<_> = outputs.par_iter().map(|path| hash_file(path)).collect();
         let names = outputs.iter().map(|path| file_name(path));
         let outputs = names.zip(hashes).map(|(name, hash)| Ok((name, hash?)));
         Ok(Self {
+            session: session.to_owned(),
             key,
             outputs: outputs.collect::<Result<_, PipelineError>>()?,
         })
@@ -130,7 +133,7 @@ pub(crate) fn learn_provenance<'a>(
 }
 
 /// Whether the results of an earlier run have this key and are all unchanged.
-pub(crate) fn up_to_date(run_file: &Path, key: &str, outputs: &[&Path]) -> bool {
+pub(crate) fn up_to_date(run_file: &Path, session: &str, key: &str, outputs: &[&Path]) -> bool {
     let Some(earlier) = read(run_file) else {
         return false;
     };
@@ -140,20 +143,36 @@ pub(crate) fn up_to_date(run_file: &Path, key: &str, outputs: &[&Path]) -> bool 
     if !outputs.iter().all(|path| path.is_file()) {
         return false;
     }
-    Manifest::of(key.to_owned(), outputs).is_ok_and(|now| now == earlier.manifest)
+    Manifest::of(session, key.to_owned(), outputs).is_ok_and(|now| now == earlier.manifest)
 }
 
-/// Whether a file is the `run.json` of an earlier run.
-pub(crate) fn is_run_file(path: &Path) -> bool {
-    read(path).is_some()
+/// Whether a file is the `run.json` of an earlier run of this session.
+pub(crate) fn is_run_of(path: &Path, session: &str) -> bool {
+    read(path).is_some_and(|earlier| earlier.manifest.session == session)
 }
 
-/// Marks the output folder as ours and what is in it as not belonging together (yet).
+/// Marks the output folder as ours and what is in it as not belonging together (yet); removes what
+/// an earlier run wrote, unchanged since, and this one will not write again.
 ///
 /// # Errors
 ///
 /// [`PipelineError::Io`].
-pub(crate) fn claim(run_file: &Path, command: &[String]) -> Result<(), PipelineError> {
+pub(crate) fn claim(
+    run_file: &Path,
+    session: &str,
+    outputs: &[&Path],
+    command: &[String],
+) -> Result<(), PipelineError> {
+    let folder = run_file.parent().unwrap_or(Path::new("."));
+    output::remove_unfinished(folder);
+    let earlier = read(run_file).map_or_else(BTreeMap::new, |earlier| earlier.manifest.outputs);
+    for (name, hash) in earlier {
+        let stale = folder.join(&name);
+        let kept = outputs.iter().any(|path| file_name(path) == name);
+        if !kept && hash_file(&stale).is_ok_and(|now| now == hash) {
+            std::fs::remove_file(&stale).map_err(PipelineError::io("remove", &stale))?;
+        }
+    }
     let unfinished = RunJson {
         timings_s: BTreeMap::new(),
         plan_ms: BTreeMap::new(),
@@ -161,6 +180,7 @@ pub(crate) fn claim(run_file: &Path, command: &[String]) -> Result<(), PipelineE
         threads: rayon::current_num_threads(),
         command: command.to_vec(),
         manifest: Manifest {
+            session: session.to_owned(),
             key: String::new(),
             outputs: BTreeMap::new(),
         },

@@ -4,9 +4,27 @@ use std::fs::File;
 use std::io::{BufWriter, Write as _};
 use std::path::Path;
 
-use tempfile::NamedTempFile;
-
 use crate::error::PipelineError;
+
+/// How the names of unfinished files begin.
+const TEMPORARY_PREFIX: &str = ".inhand-unfinished-";
+
+/// Removes what an interrupted run left unfinished in a folder.
+pub(crate) fn remove_unfinished(folder: &Path) {
+    let Ok(entries) = std::fs::read_dir(folder) else {
+        return; // Not there yet.
+    };
+    for entry in entries.flatten() {
+        if entry
+            .file_name()
+            .to_string_lossy()
+            .starts_with(TEMPORARY_PREFIX)
+        {
+            // What cannot be removed does no harm.
+            let _ = std::fs::remove_file(entry.path());
+        }
+    }
+}
 
 /// Writes a file beside its target and renames it, so that nobody ever sees half of it.
 ///
@@ -22,7 +40,10 @@ pub fn write_atomic(
         .filter(|p| !p.as_os_str().is_empty())
         .unwrap_or(Path::new("."));
     std::fs::create_dir_all(folder).map_err(PipelineError::io("create folder", folder))?;
-    let temporary = NamedTempFile::new_in(folder).map_err(PipelineError::io("write", path))?;
+    let temporary = tempfile::Builder::new()
+        .prefix(TEMPORARY_PREFIX)
+        .tempfile_in(folder)
+        .map_err(PipelineError::io("write", path))?;
     let (file, temporary_path) = temporary.into_parts();
     let mut out = BufWriter::with_capacity(1 << 20, file);
     write(&mut out)?;

@@ -12,7 +12,7 @@ use crate::dictionary_file;
 use crate::error::PipelineError;
 use crate::manifest::{self, Manifest, RunJson};
 use crate::output;
-use crate::session::{self, Session};
+use crate::session::{self, Session, SessionTake};
 use crate::settings::{Role, Settings};
 use crate::steps::{self, Generated, TakeResult};
 use crate::take;
@@ -125,7 +125,7 @@ pub fn run(
     let takes = timer.time("read", || take::read_session(&session, settings))?;
     let provenance = provenance("run", settings, takes.iter().map(|take| take.hash.clone()));
     let key = manifest::key(&session, &provenance, options.view);
-    if manifest::up_to_date(&files.run, &key, &files.reproducible()) {
+    if manifest::up_to_date(&files.run, &session.name, &key, &files.reproducible()) {
         let (evaluation, failed_plans) = (None, 0);
         return Ok(RunResult {
             evaluation,
@@ -166,7 +166,12 @@ pub fn run(
     })?;
     // Everything that can be wrong with the takes would have shown by now. From here on results
     // are written one by one, and an interrupted run is known as ours to go on with.
-    manifest::claim(&files.run, &options.command)?;
+    manifest::claim(
+        &files.run,
+        &session.name,
+        &files.reproducible(),
+        &options.command,
+    )?;
     if !dictionary_reused {
         dictionary_file::write(&files.dictionary, &dictionary, &[learned_by])?;
     }
@@ -217,7 +222,7 @@ pub fn run(
             peak_memory_bytes: manifest::peak_memory_bytes(),
             threads: rayon::current_num_threads(),
             command: options.command.clone(),
-            manifest: Manifest::of(key, &files.reproducible())?,
+            manifest: Manifest::of(&session.name, key, &files.reproducible())?,
         },
     )?;
     let failed_plans = (generated.iter())
@@ -283,12 +288,35 @@ fn check_output(
         .map(|take| take.path.as_path())
         .collect();
     // Results of an earlier run are ours to replace; anything else only by force.
-    let ours = options.force || manifest::is_run_file(&files.run);
+    let ours = options.force || manifest::is_run_of(&files.run, &session.name);
+    refuse_take_folder(options, session)?;
     let mut targets = files.reproducible();
     targets.push(&files.run);
     targets
         .into_iter()
         .try_for_each(|path| output::check_target(path, &inputs, || ours))
+}
+
+/// Results among the takes would be takes of the next run.
+fn refuse_take_folder(options: &RunOptions, session: &Session) -> Result<(), PipelineError> {
+    let output = options.output.canonicalize().ok();
+    let holds_takes = |take: &SessionTake| {
+        let folder = take
+            .path
+            .parent()
+            .and_then(|folder| folder.canonicalize().ok());
+        output.is_some() && folder == output
+    };
+    match session.takes.iter().find(|take| holds_takes(take)) {
+        None => Ok(()),
+        Some(take) => Err(PipelineError::Output {
+            path: options.output.clone(),
+            message: format!(
+                "the folder holds the take {}: name another one for the results",
+                take.path.display()
+            ),
+        }),
+    }
 }
 
 fn motions_of<'a>(results: &[TakeResult<'a>], role: Role) -> Vec<&'a Motion> {

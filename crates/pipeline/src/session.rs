@@ -167,6 +167,16 @@ fn name_apart(folder: &Path, takes: &mut [SessionTake]) -> Result<(), PipelineEr
     for take in takes.iter_mut().filter(|take| count[&take.name] > 1) {
         take.name = format!("{}.{}", take.name, take.role.name());
     }
+    if let Some(take) = takes
+        .iter()
+        .find(|take| take.name.eq_ignore_ascii_case("dictionary"))
+    {
+        let message = format!(
+            "the take {} would be written as dictionary.mcap, the name of the dictionary: rename it",
+            take.path.display()
+        );
+        return Err(session_error(folder, message));
+    }
     let mut seen = BTreeMap::<&str, &SessionTake>::new();
     for take in takes.iter() {
         if let Some(other) = seen.insert(&take.name, take) {

@@ -414,6 +414,17 @@ impl Settings {
         if self.learn.rank == 0 {
             return Err(invalid("learn.rank", "at least 1", &0));
         }
+        let twice = |method: &&Method| {
+            let same = self.plan.methods.iter().filter(|other| other == method);
+            same.count() > 1
+        };
+        if let Some(method) = self.plan.methods.iter().find(twice) {
+            return Err(invalid(
+                "plan.methods",
+                "each method once",
+                &format!("{method} twice"),
+            ));
+        }
         if self.plan.methods.is_empty() {
             return Err(invalid("plan.methods", "at least one method", &"none"));
         }

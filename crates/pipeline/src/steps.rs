@@ -80,12 +80,20 @@ pub fn smooth_motions(
     smoothed.into_iter().collect()
 }
 
-/// Motions that earlier steps stored in takes, or else takes processed now.
+/// Motions that an earlier step stored in takes; takes processed now where `reuse` is false or any
+/// take of the call has none stored.
 ///
 /// # Errors
 ///
 /// As [`process_takes`].
-pub fn motions(takes: &[Take], settings: &Settings) -> Result<Vec<Motion>, PipelineError> {
+pub fn motions(
+    takes: &[Take],
+    settings: &Settings,
+    reuse: bool,
+) -> Result<Vec<Motion>, PipelineError> {
+    if !reuse {
+        return process_takes(takes, settings);
+    }
     let stored: Option<Vec<_>> = takes
         .iter()
         .map(|take| take.stored_motion.clone())

@@ -20,8 +20,12 @@ pub fn evaluate_stored(
     takes: &[Take],
     dictionary: &DictionaryFile,
     settings: &Settings,
+    reuse_motion: bool,
 ) -> Result<Evaluation, PipelineError> {
-    let motions = steps::motions(takes, settings)?;
+    for take in takes {
+        check_dictionary(take, dictionary)?;
+    }
+    let motions = steps::motions(takes, settings, reuse_motion)?;
     let motion_refs: Vec<_> = motions.iter().collect();
     let test = steps::segments(&motion_refs, Role::Test, settings)?;
     let generated = stored_methods(takes, &test)?;
@@ -51,6 +55,22 @@ pub fn evaluate_stored(
         methods,
         steps::quality(&results)?,
     ))
+}
+
+/// A take whose motion was generated with another dictionary cannot be judged by this one.
+fn check_dictionary(take: &Take, dictionary: &DictionaryFile) -> Result<(), PipelineError> {
+    let generated = take
+        .provenance
+        .iter()
+        .rev()
+        .find(|step| step.step == "generate");
+    match generated {
+        Some(step) if !step.inputs.contains(&dictionary.hash) => Err(take.error(format!(
+            "its motion was generated with another dictionary than {}",
+            dictionary.hash.name
+        ))),
+        _ => Ok(()),
+    }
 }
 
 fn stored_methods(takes: &[Take], test: &Segments) -> Result<Vec<Generated>, PipelineError> {

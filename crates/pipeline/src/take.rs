@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use inhand_capture::roles::{RoleSettings, resolve};
 use inhand_channels::ReadTake;
-use inhand_model::{BodySource, InputHash, Motion, Provenance, Recording, Roles};
+use inhand_model::{BodySource, Finger, InputHash, Motion, Provenance, Recording, Roles};
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
@@ -190,7 +190,8 @@ fn check_disjoint(session: &Session, takes: &[Take]) -> Result<(), PipelineError
     };
     for (test, test_entry) in with(Role::Test) {
         for (train, train_entry) in with(Role::Train) {
-            if test.hash.sha256 == train.hash.sha256 && overlap(test_entry, train_entry) {
+            let same = same_source(test, train) && overlap(test_entry, train_entry);
+            if same || same_motion(test, train) {
                 return Err(test.error(format!(
                     "the test take is also the training take {}: give each its own time range \
                      (from_s, to_s), or set allow_shared_takes = true to accept results that \
@@ -201,6 +202,38 @@ fn check_disjoint(session: &Session, takes: &[Take]) -> Result<(), PipelineError
         }
     }
     Ok(())
+}
+
+/// Whether two takes are one file, or come from one by steps that each read a single file.
+fn same_source(a: &Take, b: &Take) -> bool {
+    let sources = |take: &Take| -> Vec<String> {
+        let steps = take.provenance.iter().filter(|step| step.inputs.len() == 1);
+        let inputs = steps.map(|step| step.inputs[0].sha256.clone());
+        inputs.chain([take.hash.sha256.clone()]).collect()
+    };
+    let of_b = sources(b);
+    sources(a).iter().any(|source| of_b.contains(source))
+}
+
+/// Whether most samples of a fingertip are equal to the last digit: the same take, however it was
+/// stored or touched since.
+fn same_motion(a: &Take, b: &Take) -> bool {
+    let track = |take: &Take| {
+        let marker = &take.roles.as_ref().ok()?.fingers[Finger::Thumb];
+        take.recording
+            .marker(marker)
+            .map(|marker| marker.track.clone())
+    };
+    let (Some(a), Some(b)) = (track(a), track(b)) else {
+        return false;
+    };
+    let both = a.iter().zip(b.iter()).filter_map(|(a, b)| Some((a?, b?)));
+    let (mut equal, mut n) = (0, 0);
+    for (a, b) in both {
+        equal += usize::from(a == b);
+        n += 1;
+    }
+    n > 0 && 2 * equal > n
 }
 
 fn overlap(a: &SessionTake, b: &SessionTake) -> bool {

@@ -12,7 +12,7 @@ use inhand_pipeline::{
 
 use crate::commands::{check_take_target, read_takes, targets};
 use crate::console::Console;
-use crate::exit::Exit;
+use crate::exit::{Exit, UsageError};
 use crate::options::{OutputOptions, SourceOptions};
 
 /// Converts takes (Motive CSV, Qualisys TSV) to MCAP recordings; with an output that ends in .csv,
@@ -37,6 +37,10 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         .output
         .extension()
         .is_some_and(|e| e.eq_ignore_ascii_case("csv"));
+    if to_csv && args.inputs.len() > 1 {
+        let message = "-o names one .csv file: expected one input, or a folder for several";
+        return Err(UsageError(message.to_owned()).into());
+    }
     let targets = targets(&args.inputs, &args.output, "mcap")?;
     let inputs: Vec<_> = args.inputs.iter().map(PathBuf::as_path).collect();
     let takes = read_takes(console, &args.inputs, &settings)?;

@@ -8,7 +8,7 @@ use inhand_pipeline::{check_target, evaluate_stored, provenance, write_text};
 use crate::commands::read_takes;
 use crate::console::{Console, data};
 use crate::exit::Exit;
-use crate::options::{EvaluateOptions, Format, PlanOptions, ProcessOptions, SourceOptions};
+use crate::options::{EvaluateOptions, Format, ProcessOptions, SourceOptions};
 
 /// Compares the generated motion in takes with the recorded one and writes evaluation.json.
 #[derive(Debug, clap::Args)]
@@ -29,8 +29,9 @@ pub(crate) struct Args {
     source: SourceOptions,
     #[command(flatten, next_help_heading = "Processing")]
     process: ProcessOptions,
-    #[command(flatten, next_help_heading = "Generation")]
-    plan: PlanOptions,
+    /// Velocity bounds: training extremes times this [default: 1.1].
+    #[arg(long, value_name = "FACTOR")]
+    velocity_factor: Option<f64>,
     #[command(flatten, next_help_heading = "Evaluation")]
     evaluate: EvaluateOptions,
     /// Replace an output that is there.
@@ -41,7 +42,9 @@ pub(crate) struct Args {
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let mut settings = args.source.effective(None)?;
     args.process.apply(&mut settings)?;
-    args.plan.apply(&mut settings)?;
+    if let Some(factor) = args.velocity_factor {
+        settings.plan.velocity_factor = factor;
+    }
     args.evaluate.apply(&mut settings)?;
     settings.validate()?;
     let mut inputs: Vec<_> = args.inputs.iter().map(PathBuf::as_path).collect();
@@ -49,11 +52,21 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     check_target(&args.output, &inputs, || args.force)?;
     let dictionary = inhand_pipeline::read_dictionary(&args.dictionary)?;
     let takes = read_takes(console, &args.inputs, &settings)?;
-    let evaluation = evaluate_stored(&takes, &dictionary, &settings)?;
+    let evaluation = evaluate_stored(
+        &takes,
+        &dictionary,
+        &settings,
+        !args.process.ask_for_processing(),
+    )?;
     let mut hashes: Vec<_> = takes.iter().map(|take| take.hash.clone()).collect();
     hashes.push(dictionary.hash.clone());
     let made = provenance("evaluate", &settings, hashes);
-    let text = inhand_report::evaluation_json(&evaluation, &[made])?;
+    let mut chain: Vec<_> = takes
+        .iter()
+        .flat_map(|take| take.provenance.clone())
+        .collect();
+    chain.push(made);
+    let text = inhand_report::evaluation_json(&evaluation, &chain)?;
     write_text(&args.output, &text)?;
     match args.format {
         Format::Json => data(&text)?,

@@ -46,7 +46,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     for (take, target) in takes.iter().zip(&targets) {
         check_take_target(target, &inputs, take, args.writing.force)?;
     }
-    let motions = steps::motions(&takes, &settings)?;
+    let motions = steps::motions(&takes, &settings, !args.process.ask_for_processing())?;
     let mut failed = 0;
     for ((take, motion), target) in takes.iter().zip(&motions).zip(&targets) {
         let segments = steps::segments(&[motion], Role::Test, &settings)?;

@@ -46,7 +46,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
 
     let begin = Instant::now();
     let takes = read_takes(console, &args.inputs, &settings)?;
-    let motions = steps::motions(&takes, &settings)?;
+    let motions = steps::motions(&takes, &settings, !args.process.ask_for_processing())?;
     let motions: Vec<_> = motions.iter().collect();
     let segments = steps::segments(&motions, Role::Train, &settings)?;
     let read_s = begin.elapsed().as_secs_f64();

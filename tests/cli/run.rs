@@ -171,7 +171,8 @@ fn an_interrupted_run_is_taken_up() {
     let dictionary = bench.bytes("out/dictionary.mcap");
     // As if it had been killed after the dictionary was written.
     let mut run = bench.json("out/run.json");
-    run["manifest"] = serde_json::json!({ "key": "", "outputs": {} });
+    run["manifest"]["key"] = "".into();
+    run["manifest"]["outputs"] = serde_json::json!({});
     bench.write("out/run.json", run.to_string());
     for lost in ["report.html", "evaluation.json", "cube_test_01.mcap"] {
         std::fs::remove_file(bench.path(&format!("out/{lost}"))).unwrap();

@@ -219,6 +219,8 @@ fn settings_that_cannot_be_used() {
     refused(&bench, &["--object", "teapot:1"], &["teapot:1", "cube:"]);
     refused(&bench, &["--tau-mm=-1"], &["tau_mm"]);
     refused(&bench, &["--filter", "mean"], &["mean", "median"]);
+    refused(&bench, &["--rotation-order", "XYX"], &["XYX"]);
+    refused(&bench, &["--units", "furlongs"], &["furlongs", "mm"]);
     refused(&bench, &["--methods", "magic"], &["magic", "prior"]);
     refused(&bench, &["--methods", "line,line"], &["line twice"]);
     bench.write("session/inhand.toml", "[learn]\nrnak = 3\n");

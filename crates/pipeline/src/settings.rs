@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use inhand_capture::ReadSettings;
 use inhand_capture::roles::{BodyChoice, RoleSettings};
-use inhand_model::{Finger, LengthUnit, PerFinger, RotationOrder, Shape, UpAxis};
+use inhand_capture::{ReadSettings, parse_length_unit, parse_rotation_order, parse_up_axis};
+use inhand_model::{Finger, PerFinger, Shape};
 use inhand_motion::{Filter, GapFill, ProcessSettings};
 use serde::{Deserialize, Serialize};
 
@@ -281,13 +281,19 @@ impl Settings {
     pub fn read_settings(&self) -> Result<ReadSettings, PipelineError> {
         let source = &self.source;
         Ok(ReadSettings {
-            length_unit: source.units.as_deref().map(length_unit).transpose()?,
-            rotation_order: source
-                .rotation_order
-                .as_deref()
-                .map(rotation_order)
-                .transpose()?,
-            up_axis: source.up.as_deref().map(up_axis).transpose()?,
+            length_unit: parsed(
+                "units",
+                &source.units,
+                parse_length_unit,
+                "m, cm, mm, in or ft",
+            )?,
+            rotation_order: parsed(
+                "rotation-order",
+                &source.rotation_order,
+                parse_rotation_order,
+                "quaternion or three axes such as XYZ",
+            )?,
+            up_axis: parsed("up", &source.up, parse_up_axis, "y or z")?,
         })
     }
 
@@ -469,44 +475,14 @@ fn finger(name: &str, key: &str) -> Result<Finger, PipelineError> {
         .map_err(|_| invalid(key, "thumb, index, middle, ring or little", &name))
 }
 
-fn length_unit(text: &str) -> Result<LengthUnit, PipelineError> {
-    match text.to_ascii_lowercase().as_str() {
-        "m" | "metres" | "meters" => Ok(LengthUnit::Metres),
-        "cm" | "centimetres" | "centimeters" => Ok(LengthUnit::Centimetres),
-        "mm" | "millimetres" | "millimeters" => Ok(LengthUnit::Millimetres),
-        "in" | "inches" => Ok(LengthUnit::Inches),
-        "ft" | "feet" => Ok(LengthUnit::Feet),
-        _ => Err(invalid("units", "m, cm, mm, in or ft", &text)),
-    }
-}
-
-fn rotation_order(text: &str) -> Result<RotationOrder, PipelineError> {
-    if text.eq_ignore_ascii_case("quaternion") {
-        return Ok(RotationOrder::Quaternion);
-    }
-    let axes: Option<Vec<u8>> = text
-        .chars()
-        .map(|c| match c.to_ascii_uppercase() {
-            'X' => Some(0),
-            'Y' => Some(1),
-            'Z' => Some(2),
-            _ => None,
-        })
-        .collect();
-    match axes.as_deref() {
-        Some(&[a, b, c]) if a != b && b != c => Ok(RotationOrder::Euler([a, b, c])),
-        _ => Err(invalid(
-            "rotation-order",
-            "quaternion or three axes such as XYZ",
-            &text,
-        )),
-    }
-}
-
-fn up_axis(text: &str) -> Result<UpAxis, PipelineError> {
-    match text.to_ascii_lowercase().as_str() {
-        "y" => Ok(UpAxis::Y),
-        "z" => Ok(UpAxis::Z),
-        _ => Err(invalid("up", "y or z", &text)),
-    }
+/// A setting that may be left out, as a reader of source files understands it.
+fn parsed<T>(
+    key: &str,
+    text: &Option<String>,
+    parse: fn(&str) -> Option<T>,
+    expected: &str,
+) -> Result<Option<T>, PipelineError> {
+    text.as_ref()
+        .map(|text| parse(text).ok_or_else(|| invalid(key, expected, text)))
+        .transpose()
 }

@@ -16,7 +16,7 @@ use inhand_model::{
 use inhand_motion::{
     SegmentSettings, Templates, cut_segments, fit_templates, smooth, to_hand_frame,
 };
-use inhand_planner::{Planner, PlannerSettings, Target, plan_all};
+use inhand_planner::{Planner, PlannerSettings, Target, plan_all, widened};
 use inhand_trajectory::velocity;
 use rayon::prelude::*;
 
@@ -272,7 +272,7 @@ fn planner_settings(dictionary: &Dictionary, settings: &Settings) -> PlannerSett
     PlannerSettings {
         sigma_m: settings.plan.sigma_mm / 1000.0,
         ridge: settings.plan.ridge,
-        velocity_bounds: velocity::scaled(
+        velocity_bounds: widened(
             &dictionary.demonstrated.velocity,
             settings.plan.velocity_factor,
         ),

@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 
 use inhand_capture::roles::{RoleSettings, resolve};
 use inhand_channels::ReadTake;
-use inhand_model::{BodySource, Finger, InputHash, Motion, Provenance, Recording, Roles};
+use inhand_model::{
+    BodySource, Finger, InputHash, Motion, PointTrack, Provenance, Recording, Roles, World,
+};
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
@@ -218,13 +220,7 @@ fn same_source(a: &Take, b: &Take) -> bool {
 /// Whether most samples of a fingertip are equal to the last digit: the same take, however it was
 /// stored or touched since.
 fn same_motion(a: &Take, b: &Take) -> bool {
-    let track = |take: &Take| {
-        let marker = &take.roles.as_ref().ok()?.fingers[Finger::Thumb];
-        take.recording
-            .marker(marker)
-            .map(|marker| marker.track.clone())
-    };
-    let (Some(a), Some(b)) = (track(a), track(b)) else {
+    let (Some(a), Some(b)) = (thumb(a), thumb(b)) else {
         return false;
     };
     let both = a.iter().zip(b.iter()).filter_map(|(a, b)| Some((a?, b?)));
@@ -234,6 +230,11 @@ fn same_motion(a: &Take, b: &Take) -> bool {
         n += 1;
     }
     n > 0 && 2 * equal > n
+}
+
+fn thumb(take: &Take) -> Option<&PointTrack<World>> {
+    let marker = &take.roles.as_ref().ok()?.fingers[Finger::Thumb];
+    Some(&take.recording.marker(marker)?.track)
 }
 
 fn overlap(a: &SessionTake, b: &SessionTake) -> bool {

@@ -31,18 +31,6 @@ pub fn extremes<'a>(motions: impl IntoIterator<Item = &'a Motion>) -> Option<Vel
         .then_some(VelocityBounds { min_m_s, max_m_s })
 }
 
-/// Bounds multiplied by `factor`, a margin for motion beyond what training showed.
-///
-/// Away from zero on both sides where training moved both ways, as every coordinate does in a take
-/// of some length; a bound that excludes standing still goes on excluding it.
-#[must_use]
-pub fn scaled(bounds: &VelocityBounds, factor: f64) -> VelocityBounds {
-    VelocityBounds {
-        min_m_s: bounds.min_m_s.map(|v| v * factor),
-        max_m_s: bounds.max_m_s.map(|v| v * factor),
-    }
-}
-
 /// The velocity of each step of a trajectory, N - 1 of them: `(x(t + 1) - x(t)) * rate`, m/s, in the
 /// order of a configuration (finger, then axis).
 pub fn steps(trajectory: &Trajectory) -> Vec<Configuration> {

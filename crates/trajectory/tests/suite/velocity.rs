@@ -2,7 +2,7 @@
 
 use inhand_model::{
     Clock, Finger, Motion, PerFinger, PointTrack, Position, SegmentLayout, StartTime, Status,
-    Track, Trajectory, VelocityBounds,
+    Track, Trajectory,
 };
 use inhand_trajectory::velocity;
 
@@ -74,16 +74,6 @@ fn no_pair_of_samples_no_extremes() {
     four.fingertips[Finger::Ring] = Track::missing(2);
     assert_eq!(velocity::extremes([&four]), None);
     assert!(velocity::extremes([&four, &motion(100.0, &[Some(0.0), Some(0.1)])]).is_some());
-}
-
-#[test]
-fn scaling_multiplies_both_sides() {
-    let bounds = VelocityBounds {
-        min_m_s: [-1.0; 15],
-        max_m_s: [2.0; 15],
-    };
-    let wider = velocity::scaled(&bounds, 1.5);
-    assert_eq!((wider.min_m_s, wider.max_m_s), ([-1.5; 15], [3.0; 15]));
 }
 
 #[test]

@@ -196,6 +196,7 @@ fn from_bytes(data: &[u8]) -> Result<Dictionary, Unfit> {
     let layout = SegmentLayout {
         samples: size("samples", message.samples)?,
         rate_hz: message.rate_hz,
+        object: false,
     };
     let rank = size("a rank", message.rank)?;
     let rows = (layout.samples.checked_mul(SEGMENT_COORDINATES))

@@ -12,7 +12,7 @@
 //! use nalgebra::DMatrix;
 //!
 //! // Twenty segments of ten samples; the pipeline cuts them from recordings.
-//! let layout = SegmentLayout { samples: 10, rate_hz: 10.0 };
+//! let layout = SegmentLayout { samples: 10, rate_hz: 10.0, object: false };
 //! let columns_m = DMatrix::from_fn(layout.rows(), 20, |row, segment| {
 //!     let (t, coordinate) = (row / 15, row % 15);
 //!     0.02 * (0.2 * t as f64 + coordinate as f64 + 0.3 * segment as f64).sin()
@@ -20,6 +20,7 @@
 //! # let zero = [0.0; 15];
 //! # let ends = EndConditions {
 //! #     first_m: zero, last_m: zero, first_velocity_m_s: zero, last_velocity_m_s: zero,
+//! #     object: None,
 //! # };
 //! # let origins = (0..20).map(|i| SegmentOrigin { take: 0, start: 10 * i }).collect();
 //! # let segments = Segments::new(layout, columns_m, origins, vec![ends; 20], 0)?;

@@ -23,6 +23,7 @@ fn agrees_with_scipys_non_negative_least_squares() {
         layout: SegmentLayout {
             samples: 1,
             rate_hz: 100.0,
+            object: false,
         },
         offset_m: DVector::zeros(15),
         primitives,

@@ -12,6 +12,7 @@ pub(crate) fn segments(columns_m: DMatrix<f64>) -> Segments {
     let layout = SegmentLayout {
         samples: columns_m.nrows() / SEGMENT_COORDINATES,
         rate_hz: 100.0,
+        object: false,
     };
     let zero = [0.0; SEGMENT_COORDINATES];
     let ends = EndConditions {
@@ -19,6 +20,7 @@ pub(crate) fn segments(columns_m: DMatrix<f64>) -> Segments {
         last_m: zero,
         first_velocity_m_s: zero,
         last_velocity_m_s: zero,
+        object: None,
     };
     let origins = (0..count)
         .map(|i| SegmentOrigin {

@@ -68,6 +68,7 @@ impl Session {
             last_m: still,
             first_velocity_m_s: still,
             last_velocity_m_s: still,
+            object: None,
         };
         let segments = Segments::new(
             layout,

@@ -32,7 +32,7 @@
 //! # };
 //! # let layout = SegmentLayout::one_second(2.0);
 //! # let column = Finger::ALL.map(|f| tip(f).to_array()).concat().repeat(2);
-//! # let ends = EndConditions { first_m: [0.0; 15], last_m: [0.0; 15], first_velocity_m_s: [0.0; 15], last_velocity_m_s: [0.0; 15] };
+//! # let ends = EndConditions { first_m: [0.0; 15], last_m: [0.0; 15], first_velocity_m_s: [0.0; 15], last_velocity_m_s: [0.0; 15], object: None };
 //! # let segments = Segments::new(layout, DMatrix::from_vec(30, 1, column.clone()), vec![SegmentOrigin { take: 0, start: 0 }], vec![ends], 0)?;
 //! # let corners = [[0.0, 0.0, -1.0], [1.0, 0.0, -1.0], [0.0, 1.0, -1.0], [0.2, 0.2, 1.0]].map(Position::<Hand>::from);
 //! # let everywhere = hull(&corners)?;

@@ -32,6 +32,7 @@ mod motion;
 mod plan;
 mod provenance;
 mod recording;
+mod residual;
 mod roles;
 mod segments;
 mod shape;
@@ -57,10 +58,12 @@ pub use recording::{
     BodyKind, LengthUnit, Marker, MarkerKind, Recording, RecordingError, RotationOrder, Source,
     TrackedBody, UpAxis,
 };
+pub use residual::{Expectation, Residual, ends_len, smooth_basis};
 pub use roles::{BodySource, Roles};
 pub use segments::{
-    Configuration, EndConditions, SEGMENT_COORDINATES, SegmentLayout, SegmentOrigin, Segments,
-    SegmentsError,
+    Configuration, EndConditions, OBJECT_COORDINATES, ObjectEnds, ROTATION_LEVER_M,
+    SEGMENT_COORDINATES, SegmentLayout, SegmentOrigin, Segments, SegmentsError,
+    object_coordinates_m,
 };
 pub use shape::{Shape, ShapeError};
 pub use track::{PointTrack, PoseTrack, Sample, Status, Track, TrackCounts};

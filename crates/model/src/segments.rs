@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 use thiserror::Error;
 
 use crate::finger::Finger;
-use crate::frame::{Hand, Position};
+use crate::frame::{Hand, Object, Pose, Position};
 
 /// Numbers in one configuration: five fingertips, three coordinates each.
 pub const SEGMENT_COORDINATES: usize = 3 * Finger::COUNT;
@@ -13,27 +13,61 @@ pub const SEGMENT_COORDINATES: usize = 3 * Finger::COUNT;
 /// their velocities in m/s.
 pub type Configuration = [f64; SEGMENT_COORDINATES];
 
-/// Shape of a segment: how many samples, how fast.
+/// Numbers for the object at one instant, where segments carry it: its position in the hand frame
+/// and its rotation since the segment's first sample.
+pub const OBJECT_COORDINATES: usize = 6;
+
+/// How many metres a radian of the object's rotation counts in a segment's column, so that all its
+/// numbers are lengths: the way of a point on the surface of an object of 5 cm.
+pub const ROTATION_LEVER_M: f64 = 0.025;
+
+/// Shape of a segment: how many samples, how fast, and whether the object is in it.
+///
+/// A column holds the fingertips, time-major (t, finger, axis): 15 N numbers. With the object,
+/// 6 N follow, time-major (t, coordinate): its position in the hand frame and, times
+/// [`ROTATION_LEVER_M`], the rotation vector (hand frame) that turned it since the first sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SegmentLayout {
     /// Samples in a segment (N).
     pub samples: usize,
     /// Samples per second.
     pub rate_hz: f64,
+    /// Whether the object's motion follows that of the fingertips.
+    pub object: bool,
 }
 
 impl SegmentLayout {
-    /// Segments of one second at `rate_hz`.
+    /// Segments of one second at `rate_hz`, fingertips only.
     pub fn one_second(rate_hz: f64) -> Self {
         Self {
             samples: rate_hz.round() as usize,
             rate_hz,
+            object: false,
         }
     }
 
-    /// Rows of a segment's column: 15 N.
+    /// Rows of a segment's column: 15 N, with the object 21 N.
     pub const fn rows(&self) -> usize {
+        self.finger_rows() + self.object_rows()
+    }
+
+    /// Rows for the fingertips: 15 N.
+    pub const fn finger_rows(&self) -> usize {
         SEGMENT_COORDINATES * self.samples
+    }
+
+    /// Rows for the object: 6 N, or none.
+    pub const fn object_rows(&self) -> usize {
+        if self.object {
+            OBJECT_COORDINATES * self.samples
+        } else {
+            0
+        }
+    }
+
+    /// Row of one of the object's six coordinates at sample `t`; there is none without the object.
+    pub const fn object_row(&self, t: usize, coordinate: usize) -> usize {
+        self.finger_rows() + t * OBJECT_COORDINATES + coordinate
     }
 
     /// Row of a finger's coordinate (`axis` 0 = x) at sample `t`.
@@ -58,6 +92,38 @@ pub struct EndConditions {
     pub first_velocity_m_s: Configuration,
     /// Velocity on leaving the last configuration, m/s.
     pub last_velocity_m_s: Configuration,
+    /// Where the object starts and ends, where that is known.
+    pub object: Option<ObjectEnds>,
+}
+
+/// Poses of the object at the ends of a segment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ObjectEnds {
+    /// At the first sample.
+    pub first: Pose<Hand, Object>,
+    /// At the last sample.
+    pub last: Pose<Hand, Object>,
+}
+
+impl ObjectEnds {
+    /// Where the object is at the first and at the last sample, in a column's six coordinates
+    /// (metres; see [`SegmentLayout`]). The first rotation is none by definition.
+    pub fn coordinates_m(&self) -> [[f64; OBJECT_COORDINATES]; 2] {
+        [self.first, self.last].map(|pose| object_coordinates_m(self.first, pose))
+    }
+}
+
+/// The object's six coordinates in a column (metres; see [`SegmentLayout`]): where `pose` lies and
+/// how far it is turned from `first`. The rotation vector is the shortest one, so the object must
+/// not have turned by more than half a turn.
+pub fn object_coordinates_m(
+    first: Pose<Hand, Object>,
+    pose: Pose<Hand, Object>,
+) -> [f64; OBJECT_COORDINATES] {
+    let [x, y, z] = pose.origin().to_array();
+    let turned = pose.isometry().rotation * first.isometry().rotation.inverse();
+    let [a, b, c]: [f64; 3] = (turned.scaled_axis() * ROTATION_LEVER_M).into();
+    [x, y, z, a, b, c]
 }
 
 /// Where a segment was cut from.
@@ -97,7 +163,7 @@ pub enum SegmentsError {
 }
 
 impl Segments {
-    /// Segments from their columns (15 N x n, metres, hand frame).
+    /// Segments from their columns (15 N x n, with the object 21 N x n, metres, hand frame).
     ///
     /// # Errors
     ///
@@ -147,12 +213,21 @@ impl Segments {
         self.len() == 0
     }
 
-    /// All segments, one a column (15 N x n), metres, hand frame.
+    /// All segments, one a column (15 N x n, with the object 21 N x n), metres, hand frame.
     pub const fn columns_m(&self) -> &DMatrix<f64> {
         &self.columns_m
     }
 
-    /// One segment's numbers, time-major (t, finger, axis), metres.
+    /// The fingertips of one segment (15 N), time-major (t, finger, axis), metres.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such segment.
+    pub fn fingertips_m(&self, segment: usize) -> &[f64] {
+        &self.column_m(segment)[..self.layout.finger_rows()]
+    }
+
+    /// One segment's numbers in the order of [`SegmentLayout`], metres.
     ///
     /// # Panics
     ///

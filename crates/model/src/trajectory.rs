@@ -44,7 +44,7 @@ impl Trajectory {
     ///
     /// [`TrajectoryError`] for another length or a number that is not finite.
     pub fn new(layout: SegmentLayout, values_m: Vec<f64>) -> Result<Self, TrajectoryError> {
-        if values_m.len() != layout.rows() {
+        if values_m.len() != layout.finger_rows() {
             let (samples, found) = (layout.samples, values_m.len());
             return Err(TrajectoryError::Length { samples, found });
         }

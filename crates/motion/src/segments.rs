@@ -154,6 +154,7 @@ impl Cut {
             last_m: table[last],
             first_velocity_m_s: velocity(start - self.margin, start),
             last_velocity_m_s: velocity(last, last + self.margin),
+            object: None,
         }
     }
 }

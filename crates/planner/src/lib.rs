@@ -22,7 +22,7 @@
 //! # use inhand_model::*;
 //! # use nalgebra::{DMatrix, DVector};
 //! # // Two positive primitives, one falling, one rising, over half a second.
-//! # let layout = SegmentLayout { samples: 50, rate_hz: 100.0 };
+//! # let layout = SegmentLayout { samples: 50, rate_hz: 100.0, object: false };
 //! # let rise = |row: usize| (row / 15) as f64 / 49.0;
 //! # let mut primitives = DMatrix::from_fn(layout.rows(), 2, |row, k| if k == 0 { 1.0 - rise(row) } else { rise(row) });
 //! # for mut column in primitives.column_iter_mut() { column /= column.norm(); }
@@ -51,6 +51,7 @@
 //!     last_m: [0.042; 15],
 //!     first_velocity_m_s: [0.0; 15],
 //!     last_velocity_m_s: [0.0; 15],
+//!     object: None,
 //! }))?;
 //!
 //! assert_eq!(plan.status, PlanStatus::Solved);

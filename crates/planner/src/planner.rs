@@ -91,7 +91,9 @@ impl Planner {
         settings: &PlannerSettings,
     ) -> Result<Self, PlanError> {
         settings.validate()?;
-        let SegmentLayout { samples, rate_hz } = dictionary.layout;
+        let SegmentLayout {
+            samples, rate_hz, ..
+        } = dictionary.layout;
         if samples < 2 || !(rate_hz.is_finite() && rate_hz > 0.0) {
             return Err(PlanError::Layout { samples, rate_hz });
         }

@@ -15,6 +15,7 @@
 //!     last_m: [0.099; 15],
 //!     first_velocity_m_s: [0.0; 15],
 //!     last_velocity_m_s: [0.0; 15],
+//!     object: None,
 //! };
 //! let layout = SegmentLayout::one_second(100.0);
 //! let line = curves::line(&ends, layout);

@@ -355,7 +355,11 @@ pub(crate) fn take_file<'a>(
 }
 
 pub(crate) fn dictionary(rank: usize, samples: usize, rate_hz: f64) -> Dictionary {
-    let layout = SegmentLayout { samples, rate_hz };
+    let layout = SegmentLayout {
+        samples,
+        rate_hz,
+        object: false,
+    };
     let rows = layout.rows();
     let mut primitives = DMatrix::from_fn(rows, rank, |row, column| {
         let t = (row / SEGMENT_COORDINATES) as f64 / samples as f64;

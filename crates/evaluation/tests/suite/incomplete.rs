@@ -97,6 +97,7 @@ fn trajectories_that_do_not_fit_count_as_failed() {
     let layout = SegmentLayout {
         samples: 5,
         rate_hz: 10.0,
+        object: false,
     };
     let longer = Trajectory::new(layout, vec![0.0; layout.rows()]).unwrap();
     let copies = session.copies();

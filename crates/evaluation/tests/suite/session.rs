@@ -34,6 +34,7 @@ impl Session {
         let layout = SegmentLayout {
             samples,
             rate_hz: motions[0].clock.rate_hz(),
+            object: false,
         };
         let mut numbers = Vec::new();
         for &(take, start) in origins {
@@ -51,6 +52,7 @@ impl Session {
             last_m: [0.0; SEGMENT_COORDINATES],
             first_velocity_m_s: [0.0; SEGMENT_COORDINATES],
             last_velocity_m_s: [0.0; SEGMENT_COORDINATES],
+            object: None,
         };
         let count = origins.len();
         let columns = DMatrix::from_vec(layout.rows(), count, numbers);

@@ -16,6 +16,7 @@ fn settings(samples: usize, stride: usize, margin_s: f64) -> SegmentSettings {
     let layout = SegmentLayout {
         samples,
         rate_hz: 100.0,
+        object: false,
     };
     SegmentSettings {
         layout,

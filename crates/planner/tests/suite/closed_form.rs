@@ -21,6 +21,7 @@ fn one_primitive(
         SegmentLayout {
             samples: 2,
             rate_hz: 10.0,
+            object: false,
         },
         DVector::zeros(2 * SEGMENT_COORDINATES),
         DMatrix::from_fn(2 * SEGMENT_COORDINATES, 1, |row, _| {
@@ -37,6 +38,7 @@ fn ends(first_m: f64, last_m: f64) -> Target {
         last_m: [last_m; SEGMENT_COORDINATES],
         first_velocity_m_s: [0.0; SEGMENT_COORDINATES],
         last_velocity_m_s: [0.0; SEGMENT_COORDINATES],
+        object: None,
     })
 }
 

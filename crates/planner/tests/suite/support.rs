@@ -55,6 +55,7 @@ pub(crate) fn smooth(kind: DictionaryKind, samples: usize, rank: usize) -> Dicti
     let layout = SegmentLayout {
         samples,
         rate_hz: samples as f64,
+        object: false,
     };
     let mut primitives = DMatrix::from_fn(layout.rows(), rank, |row, k| {
         let t = (row / SEGMENT_COORDINATES) as f64 / samples as f64;
@@ -102,6 +103,7 @@ pub(crate) fn target(dictionary: &Dictionary, case: usize, reach: f64) -> Target
         last_m: at(last, 2.0),
         first_velocity_m_s: [0.0; SEGMENT_COORDINATES],
         last_velocity_m_s: [0.0; SEGMENT_COORDINATES],
+        object: None,
     })
 }
 

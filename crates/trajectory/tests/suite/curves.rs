@@ -7,7 +7,11 @@ use proptest::prelude::*;
 use crate::{number, numbers, reference};
 
 fn layout(samples: usize, rate_hz: f64) -> SegmentLayout {
-    SegmentLayout { samples, rate_hz }
+    SegmentLayout {
+        samples,
+        rate_hz,
+        object: false,
+    }
 }
 
 /// Largest difference between two lists.
@@ -26,6 +30,7 @@ fn agree_with_scipy() {
         last_m: values("last"),
         first_velocity_m_s: values("first_velocity"),
         last_velocity_m_s: values("last_velocity"),
+        object: None,
     };
     let samples = reference["samples"].as_u64().unwrap() as usize;
     let layout = layout(samples, number(&reference["rate_hz"]));
@@ -46,6 +51,7 @@ fn short_layouts_have_an_answer() {
         last_m: [2.0; 15],
         first_velocity_m_s: [3.0; 15],
         last_velocity_m_s: [4.0; 15],
+        object: None,
     };
     for curve in [curves::line, curves::minimum_jerk, curves::hermite] {
         assert_eq!(curve(&ends, layout(0, 100.0)).values_m(), &[0.0; 0]);
@@ -76,6 +82,7 @@ fn ends() -> impl Strategy<Value = EndConditions> {
             last_m,
             first_velocity_m_s,
             last_velocity_m_s,
+            object: None,
         },
     )
 }
@@ -106,8 +113,7 @@ proptest! {
             first_m: [value(0.0); 15],
             last_m: [value(end); 15],
             first_velocity_m_s: [derivative(0.0); 15],
-            last_velocity_m_s: [derivative(end); 15],
-        };
+            last_velocity_m_s: [derivative(end); 15], object: None };
         let curve = curves::hermite(&ends, layout);
         for t in 0..samples {
             let expected = value(t as f64 / rate);
@@ -134,6 +140,7 @@ fn ends_that_are_no_number_are_refused() {
         last_m: [0.0; 15],
         first_velocity_m_s: [0.0; 15],
         last_velocity_m_s: [0.0; 15],
+        object: None,
     };
     curves::line(&ends, layout(10, 100.0));
 }

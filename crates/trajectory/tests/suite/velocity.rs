@@ -81,6 +81,7 @@ fn steps_are_differences_times_rate() {
     let layout = |samples| SegmentLayout {
         samples,
         rate_hz: 50.0,
+        object: false,
     };
     let values = [[0.0; 15], [0.5; 15], [0.25; 15]].concat();
     let trajectory = Trajectory::new(layout(3), values).unwrap();

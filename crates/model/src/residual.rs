@@ -1,0 +1,110 @@
+//! Motion as a smooth curve with a learned deviation from it.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::segments::{EndConditions, SEGMENT_COORDINATES, SegmentLayout};
+
+/// Numbers in a vector of end conditions without the object: four configurations.
+const FINGER_ENDS: usize = 4 * SEGMENT_COORDINATES;
+/// Numbers for the object: first position, last position, rotation between them.
+const OBJECT_ENDS: usize = 9;
+
+/// Motion as the smooth curve through its end conditions plus a learned deviation:
+///
+/// ```text
+/// v = S x + B z,    z ~ N(mean(x), Σ),    x ~ N(m, C)
+/// ```
+///
+/// `x` are the end conditions ([`EndConditions::to_vector`], d numbers), `S x` is the smooth curve
+/// ([`smooth_basis`]), and the columns of `B` are primitives of the deviation. What is expected of
+/// the deviation depends on the end conditions, by regression over the demonstrations, so that
+/// with little to learn from the expectation is near zero and the motion near the smooth curve.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Residual {
+    /// Shape of the segments.
+    pub layout: SegmentLayout,
+    /// `m`: mean of the training end conditions (d), metres and m/s.
+    pub ends_mean: DVector<f64>,
+    /// `C`: their covariance, shrunk so that it can be inverted (d x d).
+    pub ends_covariance: DMatrix<f64>,
+    /// `B`: orthonormal primitives of the deviation as columns (rows x r), without unit.
+    pub primitives: DMatrix<f64>,
+    /// `mean(x)`.
+    pub expectation: Expectation,
+    /// `Σ`: covariance of the activations around what was expected of them on takes left out of
+    /// the regression, shrunk (r x r), m².
+    pub covariance_m2: DMatrix<f64>,
+}
+
+/// What is expected of the deviation's activations, given the end conditions.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Expectation {}
+
+/// Numbers in a vector of end conditions: 60, with the object 69.
+pub const fn ends_len(layout: SegmentLayout) -> usize {
+    FINGER_ENDS + if layout.object { OBJECT_ENDS } else { 0 }
+}
+
+impl EndConditions {
+    /// The end conditions as numbers: first configuration, last configuration (metres), first
+    /// velocity, last velocity (m/s), and where the layout has the object, its first position, its
+    /// last position and, times [`ROTATION_LEVER_M`](crate::ROTATION_LEVER_M), its rotation vector
+    /// (metres). `None` where the layout has the object and the end conditions have not.
+    pub fn to_vector(&self, layout: SegmentLayout) -> Option<DVector<f64>> {
+        let mut numbers = Vec::with_capacity(ends_len(layout));
+        for part in [
+            &self.first_m,
+            &self.last_m,
+            &self.first_velocity_m_s,
+            &self.last_velocity_m_s,
+        ] {
+            numbers.extend_from_slice(part);
+        }
+        if layout.object {
+            let [first, last] = self.object?.coordinates_m();
+            numbers.extend_from_slice(&first[..3]);
+            numbers.extend_from_slice(&last);
+        }
+        Some(DVector::from_vec(numbers))
+    }
+}
+
+/// `S` (rows x d): the smooth curve as a linear function of the end conditions. Fingertips follow
+/// the cubic with the given positions and velocities at both ends (cubic Hermite interpolation),
+/// the object moves and turns evenly.
+///
+/// # Panics
+///
+/// If segments have fewer than two samples.
+pub fn smooth_basis(layout: SegmentLayout) -> DMatrix<f64> {
+    let mut basis = DMatrix::zeros(layout.rows(), ends_len(layout));
+    let duration_s = layout.duration_s();
+    assert!(
+        layout.samples >= 2,
+        "a curve needs a first and a last sample"
+    );
+    for t in 0..layout.samples {
+        let s = t as f64 / (layout.samples - 1) as f64;
+        let (s2, s3) = (s * s, s * s * s);
+        let weights = [
+            2.0 * s3 - 3.0 * s2 + 1.0,
+            3.0 * s2 - 2.0 * s3,
+            (s3 - 2.0 * s2 + s) * duration_s,
+            (s3 - s2) * duration_s,
+        ];
+        for c in 0..SEGMENT_COORDINATES {
+            for (part, weight) in weights.into_iter().enumerate() {
+                basis[(t * SEGMENT_COORDINATES + c, part * SEGMENT_COORDINATES + c)] = weight;
+            }
+        }
+        if layout.object {
+            for axis in 0..3 {
+                let place = layout.object_row(t, axis);
+                basis[(place, FINGER_ENDS + axis)] = 1.0 - s;
+                basis[(place, FINGER_ENDS + 3 + axis)] = s;
+                basis[(layout.object_row(t, 3 + axis), FINGER_ENDS + 6 + axis)] = s;
+            }
+        }
+    }
+    basis
+}

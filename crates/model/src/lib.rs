@@ -58,7 +58,7 @@ pub use recording::{
     BodyKind, LengthUnit, Marker, MarkerKind, Recording, RecordingError, RotationOrder, Source,
     TrackedBody, UpAxis,
 };
-pub use residual::{Expectation, Residual, ends_len, smooth_basis};
+pub use residual::{Calibration, Expectation, Residual, ends_len, smooth_basis};
 pub use roles::{BodySource, Roles};
 pub use segments::{
     Configuration, EndConditions, OBJECT_COORDINATES, ObjectEnds, ROTATION_LEVER_M,

@@ -34,6 +34,29 @@ pub struct Residual {
     /// `Σ`: covariance of the activations around what was expected of them on takes left out of
     /// the regression, shrunk (r x r), m².
     pub covariance_m2: DMatrix<f64>,
+    /// Mean square of what the primitives cannot express, per fingertip coordinate, m².
+    pub unexplained_m2: f64,
+    /// How wide a corridor has to be to hold a share of the demonstrations, measured on takes left
+    /// out.
+    pub calibration: Vec<Calibration>,
+}
+
+/// A corridor's width: at each instant the recorded fingertip lies within `mahalanobis` standard
+/// deviations of the planned one (as the three-dimensional covariance measures it) at a share
+/// `share` of all instants.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Calibration {
+    /// Share of instants inside, 0 to 1.
+    pub share: f64,
+    /// Mahalanobis distance, without unit.
+    pub mahalanobis: f64,
+}
+
+impl Residual {
+    /// `mean(x)`: the expected activations for end conditions (d numbers), metres (r).
+    pub fn expected_m(&self, _ends: &DVector<f64>) -> DVector<f64> {
+        DVector::zeros(self.primitives.ncols())
+    }
 }
 
 /// What is expected of the deviation's activations, given the end conditions.

@@ -25,6 +25,7 @@
 mod clock;
 mod dictionary;
 mod evaluation;
+mod expectation;
 mod finding;
 mod finger;
 mod frame;
@@ -48,6 +49,7 @@ pub use evaluation::{
     Collision, ContactShare, DictionaryFacts, Evaluation, MethodEvaluation, PlanFacts,
     Reachability, SessionFacts, Statistics, TakeFacts, TakeQuality, TauShare, VelocityCheck,
 };
+pub use expectation::{Bandwidths, Distances, Expectation, ExpectationWeights};
 pub use finding::{Finding, Severity};
 pub use finger::{Finger, PerFinger, UnknownFinger};
 pub use frame::{Body, Frame, Hand, Object, Pose, Position, World};
@@ -58,7 +60,7 @@ pub use recording::{
     BodyKind, LengthUnit, Marker, MarkerKind, Recording, RecordingError, RotationOrder, Source,
     TrackedBody, UpAxis,
 };
-pub use residual::{Calibration, Expectation, Residual, ends_len, smooth_basis};
+pub use residual::{Calibration, Residual, Validation, ends_len, smooth_basis};
 pub use roles::{BodySource, Roles};
 pub use segments::{
     Configuration, EndConditions, OBJECT_COORDINATES, ObjectEnds, ROTATION_LEVER_M,

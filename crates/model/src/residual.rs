@@ -2,10 +2,11 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::expectation::Expectation;
 use crate::segments::{EndConditions, SEGMENT_COORDINATES, SegmentLayout};
 
 /// Numbers in a vector of end conditions without the object: four configurations.
-const FINGER_ENDS: usize = 4 * SEGMENT_COORDINATES;
+pub(crate) const FINGER_ENDS: usize = 4 * SEGMENT_COORDINATES;
 /// Numbers for the object: first position, last position, rotation between them.
 const OBJECT_ENDS: usize = 9;
 
@@ -39,6 +40,24 @@ pub struct Residual {
     /// How wide a corridor has to be to hold a share of the demonstrations, measured on takes left
     /// out.
     pub calibration: Vec<Calibration>,
+    /// How the weights of the expectation were chosen.
+    pub validation: Validation,
+}
+
+/// Cross-validation on the training takes: each group of takes in turn is left out and predicted
+/// from the others. With one take, stretches of it are left out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Validation {
+    /// Groups that were left out in turn.
+    pub folds: usize,
+    /// Segments predicted (none overlaps another).
+    pub segments: usize,
+    /// Mean error of the smooth curve over fingers and instants, metres.
+    pub smooth_error_m: f64,
+    /// Mean error with the expected deviation, metres.
+    pub error_m: f64,
+    /// Standard error of the difference of the two over segments, metres.
+    pub standard_error_m: f64,
 }
 
 /// A corridor's width: at each instant the recorded fingertip lies within `mahalanobis` standard
@@ -54,14 +73,14 @@ pub struct Calibration {
 
 impl Residual {
     /// `mean(x)`: the expected activations for end conditions (d numbers), metres (r).
-    pub fn expected_m(&self, _ends: &DVector<f64>) -> DVector<f64> {
-        DVector::zeros(self.primitives.ncols())
+    ///
+    /// # Panics
+    ///
+    /// If `ends` has another length than the layout gives ([`ends_len`]).
+    pub fn expected_m(&self, ends: &DVector<f64>) -> DVector<f64> {
+        self.expectation.expected_m(ends)
     }
 }
-
-/// What is expected of the deviation's activations, given the end conditions.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Expectation {}
 
 /// Numbers in a vector of end conditions: 60, with the object 69.
 pub const fn ends_len(layout: SegmentLayout) -> usize {

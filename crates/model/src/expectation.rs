@@ -1,0 +1,385 @@
+//! What demonstrations lead one to expect of a deviation, given the end conditions.
+
+use std::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::finger::Finger;
+use crate::residual::{FINGER_ENDS, ends_len};
+use crate::segments::{SEGMENT_COORDINATES, SegmentLayout};
+
+/// Features of one finger: how far the last position lies from where the mean of both end
+/// velocities would lead, displacement, both velocities, first position.
+const FINGER_FEATURES: usize = 15;
+/// Of these, the ones that stay the same when the finger's motion is moved elsewhere.
+const MOTION_FEATURES: usize = 12;
+/// Features of the object: displacement, rotation, first position.
+const OBJECT_FEATURES: usize = 9;
+/// Of these, the ones that are about its motion.
+const OBJECT_MOTION_FEATURES: usize = 6;
+/// Demonstrations whose weight is below `exp(-16)` of the nearest one's count as nothing.
+const FARTHEST_EXPONENT: f64 = 16.0;
+
+/// Weights of the three parts of an [`Expectation`], without unit; all zero gives the smooth curve.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ExpectationWeights {
+    /// Of the shared profile.
+    pub profile: f64,
+    /// Of demonstrations in which the whole hand did something similar.
+    pub hand: f64,
+    /// Of demonstrations in which the finger did something similar.
+    pub finger: f64,
+}
+
+/// What is expected of a deviation's activations `z` (r numbers, metres), given end conditions `x`
+/// (d numbers): a weighted sum of three predictions,
+///
+/// ```text
+/// mean(x) = w_p L x + w_h k_hand(x) + w_f k_finger(x)
+/// ```
+///
+/// * `L x`: a profile over time that all coordinates share, linear in a coordinate's displacement
+///   and end velocities; it has few numbers to learn and holds for any object;
+/// * `k_hand(x)`: kernel regression (E. A. Nadaraya, "On estimating regression", Theory of
+///   Probability and Its Applications 9, 1964; G. S. Watson, Sankhya A 26, 1964) of what the profile
+///   leaves, with a Gaussian kernel over the standardised features of all fingers and the object;
+/// * `k_finger(x)`: the same for each finger by itself, over its displacement and velocities (and
+///   the object's), wherever in the hand they happen: it carries from one object to another.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Expectation {
+    layout: SegmentLayout,
+    blocks: Vec<usize>,
+    /// `L` (r x d).
+    profile: DMatrix<f64>,
+    /// Mean of each feature over the demonstrations.
+    feature_mean: DVector<f64>,
+    /// One over each feature's standard deviation; zero where it never changes.
+    feature_scale: DVector<f64>,
+    /// End conditions of the demonstrations (d x n), metres and m/s.
+    ends: DMatrix<f64>,
+    /// Their standardised features, one a column.
+    features: DMatrix<f64>,
+    /// What the profile leaves of each demonstration's activations (r x n), metres.
+    answers: DMatrix<f64>,
+    bandwidths: Bandwidths,
+    weights: ExpectationWeights,
+}
+
+/// Widths of the Gaussian kernels, in standard deviations of the features.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bandwidths {
+    /// Over the features of the whole hand.
+    pub hand: f64,
+    /// Over the features of one finger.
+    pub finger: f64,
+}
+
+/// Squared distances of end conditions to each demonstration, in standardised features.
+#[derive(Clone, Debug)]
+pub struct Distances {
+    hand: Vec<f64>,
+    fingers: [Vec<f64>; Finger::COUNT],
+}
+
+impl Expectation {
+    /// From demonstrations: their end conditions (d x n) and what the profile `L` (r x d) leaves of
+    /// their activations (r x n, metres). `blocks` are the numbers of activations of each finger,
+    /// then of the object where the layout has it; they sum to r. All weights are zero.
+    ///
+    /// # Panics
+    ///
+    /// If the sizes do not fit together.
+    pub fn new(
+        layout: SegmentLayout,
+        blocks: Vec<usize>,
+        profile: DMatrix<f64>,
+        ends: DMatrix<f64>,
+        answers: DMatrix<f64>,
+    ) -> Self {
+        let rank: usize = blocks.iter().sum();
+        assert_eq!(blocks.len(), Finger::COUNT + usize::from(layout.object));
+        assert_eq!(profile.shape(), (rank, ends_len(layout)));
+        assert_eq!(ends.nrows(), ends_len(layout));
+        assert_eq!(answers.shape(), (rank, ends.ncols()));
+        let mut features = DMatrix::zeros(features_len(layout), ends.ncols());
+        for (mut column, x) in features.column_iter_mut().zip(ends.column_iter()) {
+            column.copy_from(&raw_features(layout, x.as_slice()));
+        }
+        let feature_mean = features.column_mean();
+        let feature_scale = features.column_variance().map(|variance| {
+            if variance > 0.0 && variance.is_finite() {
+                variance.sqrt().recip()
+            } else {
+                0.0
+            }
+        });
+        for mut column in features.column_iter_mut() {
+            column -= &feature_mean;
+            column.component_mul_assign(&feature_scale);
+        }
+        Self {
+            layout,
+            blocks,
+            profile,
+            feature_mean,
+            feature_scale,
+            ends,
+            features,
+            answers,
+            bandwidths: Bandwidths {
+                hand: 2.0,
+                finger: 0.5,
+            },
+            weights: ExpectationWeights::default(),
+        }
+    }
+
+    /// The same with these widths and weights.
+    #[must_use]
+    pub fn weighted(mut self, bandwidths: Bandwidths, weights: ExpectationWeights) -> Self {
+        (self.bandwidths, self.weights) = (bandwidths, weights);
+        self
+    }
+
+    /// Number of demonstrations.
+    pub fn demonstrations(&self) -> usize {
+        self.features.ncols()
+    }
+
+    /// End conditions of the demonstrations (d x n), metres and m/s.
+    pub const fn ends(&self) -> &DMatrix<f64> {
+        &self.ends
+    }
+
+    /// What the profile leaves of the demonstrations' activations (r x n), metres.
+    pub const fn answers_m(&self) -> &DMatrix<f64> {
+        &self.answers
+    }
+
+    /// Numbers of activations of each finger, then of the object where there is one.
+    pub fn blocks(&self) -> &[usize] {
+        &self.blocks
+    }
+
+    /// `L` (r x d).
+    pub const fn profile(&self) -> &DMatrix<f64> {
+        &self.profile
+    }
+
+    /// Widths of the kernels.
+    pub const fn bandwidths(&self) -> Bandwidths {
+        self.bandwidths
+    }
+
+    /// Weights of the three parts.
+    pub const fn weights(&self) -> ExpectationWeights {
+        self.weights
+    }
+
+    /// `mean(x)`, metres (r).
+    ///
+    /// # Panics
+    ///
+    /// If `ends` has another length than the layout gives.
+    pub fn expected_m(&self, ends: &DVector<f64>) -> DVector<f64> {
+        let weights = self.weights;
+        let mut expected = &self.profile * ends * weights.profile;
+        if self.demonstrations() > 0 && (weights.hand != 0.0 || weights.finger != 0.0) {
+            let distances = self.distances(ends);
+            self.add_similar(&mut expected, &distances, self.bandwidths, weights);
+        }
+        expected
+    }
+
+    /// The parts by themselves, each with weight one (r x 3: profile, hand, finger), metres.
+    pub fn parts_m(
+        &self,
+        ends: &DVector<f64>,
+        distances: &Distances,
+        widths: Bandwidths,
+    ) -> DMatrix<f64> {
+        let mut parts = DMatrix::zeros(self.answers.nrows(), 3);
+        parts.set_column(0, &(&self.profile * ends));
+        for (column, hand, finger) in [(1, 1.0, 0.0), (2, 0.0, 1.0)] {
+            let weights = ExpectationWeights {
+                profile: 0.0,
+                hand,
+                finger,
+            };
+            let mut part = DVector::zeros(self.answers.nrows());
+            self.add_similar(&mut part, distances, widths, weights);
+            parts.set_column(column, &part);
+        }
+        parts
+    }
+
+    /// Squared distances to each demonstration.
+    ///
+    /// # Panics
+    ///
+    /// If `ends` has another length than the layout gives.
+    pub fn distances(&self, ends: &DVector<f64>) -> Distances {
+        let mut query = raw_features(self.layout, ends.as_slice());
+        query -= &self.feature_mean;
+        query.component_mul_assign(&self.feature_scale);
+        let count = self.demonstrations();
+        let mut distances = Distances {
+            hand: vec![0.0; count],
+            fingers: std::array::from_fn(|_| vec![0.0; count]),
+        };
+        let (query_fingers, query_object) = query.as_slice().split_at(SEGMENT_FEATURES);
+        let columns = self.features.as_slice().chunks_exact(self.features.nrows());
+        for (j, column) in columns.enumerate() {
+            let (fingers, object) = column.split_at(SEGMENT_FEATURES);
+            let object_moves = squared(object, query_object, 0..OBJECT_MOTION_FEATURES);
+            let mut hand = object_moves
+                + squared(
+                    object,
+                    query_object,
+                    OBJECT_MOTION_FEATURES..OBJECT_FEATURES,
+                );
+            for (i, place) in distances.fingers.iter_mut().enumerate() {
+                let at = i * FINGER_FEATURES;
+                let moves = squared(fingers, query_fingers, at..at + MOTION_FEATURES);
+                hand += moves
+                    + squared(
+                        fingers,
+                        query_fingers,
+                        at + MOTION_FEATURES..at + FINGER_FEATURES,
+                    );
+                place[j] = moves + object_moves;
+            }
+            distances.hand[j] = hand;
+        }
+        distances
+    }
+
+    fn add_similar(
+        &self,
+        expected: &mut DVector<f64>,
+        distances: &Distances,
+        widths: Bandwidths,
+        weights: ExpectationWeights,
+    ) {
+        if weights.hand != 0.0 {
+            let everything = 0..expected.len();
+            self.add_mean(
+                expected,
+                &distances.hand,
+                widths.hand,
+                weights.hand,
+                everything,
+            );
+        }
+        if weights.finger != 0.0 {
+            let mut start = 0;
+            for (squared, size) in distances.fingers.iter().zip(&self.blocks) {
+                let block = start..start + size;
+                start += size;
+                self.add_mean(expected, squared, widths.finger, weights.finger, block);
+            }
+            if let Some(size) = self.blocks.get(Finger::COUNT) {
+                // The object is no finger: what the whole hand does tells most of it.
+                let block = start..start + size;
+                self.add_mean(
+                    expected,
+                    &distances.hand,
+                    widths.hand,
+                    weights.finger,
+                    block,
+                );
+            }
+        }
+    }
+
+    /// Adds `weight` times the kernel-weighted mean of some rows of the answers.
+    fn add_mean(
+        &self,
+        expected: &mut DVector<f64>,
+        squared: &[f64],
+        width: f64,
+        weight: f64,
+        rows: Range<usize>,
+    ) {
+        let nearest = squared.iter().copied().fold(f64::INFINITY, f64::min);
+        let scale = 0.5 / (width * width);
+        let near = |&(_, d): &(usize, &f64)| (d - nearest) * scale < FARTHEST_EXPONENT;
+        let mut sum = vec![0.0; rows.len()];
+        let mut total = 0.0;
+        for (j, d) in squared.iter().enumerate().filter(near) {
+            let kernel = (-(d - nearest) * scale).exp();
+            total += kernel;
+            let answers = &self.answers.as_slice()[j * self.answers.nrows()..][rows.clone()];
+            for (sum, answer) in sum.iter_mut().zip(answers) {
+                *sum += kernel * answer;
+            }
+        }
+        if total > 0.0 {
+            for (expected, sum) in expected.as_mut_slice()[rows].iter_mut().zip(sum) {
+                *expected += weight * sum / total;
+            }
+        }
+    }
+}
+
+const SEGMENT_FEATURES: usize = Finger::COUNT * FINGER_FEATURES;
+
+const fn features_len(layout: SegmentLayout) -> usize {
+    SEGMENT_FEATURES + if layout.object { OBJECT_FEATURES } else { 0 }
+}
+
+fn squared(a: &[f64], b: &[f64], range: Range<usize>) -> f64 {
+    match (a.get(range.clone()), b.get(range)) {
+        (Some(a), Some(b)) => a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum(),
+        // A layout without the object.
+        _ => 0.0,
+    }
+}
+
+/// Features of end conditions, finger by finger, then the object's; metres and m/s.
+fn raw_features(layout: SegmentLayout, ends: &[f64]) -> DVector<f64> {
+    assert_eq!(
+        ends.len(),
+        ends_len(layout),
+        "end conditions of another layout"
+    );
+    let duration_s = layout.duration_s();
+    let mut features = DVector::zeros(features_len(layout));
+    let mut put = 0;
+    let mut push = |value: f64| {
+        features[put] = value;
+        put += 1;
+    };
+    let part = |part: usize, coordinate: usize| ends[part * SEGMENT_COORDINATES + coordinate];
+    for finger in Finger::ALL {
+        let coordinates = finger.index() * 3..finger.index() * 3 + 3;
+        let displacement = |c| part(1, c) - part(0, c);
+        for c in coordinates.clone() {
+            push(displacement(c) - 0.5 * duration_s * (part(2, c) + part(3, c)));
+        }
+        for c in coordinates.clone() {
+            push(displacement(c));
+        }
+        for velocity in [2, 3] {
+            for c in coordinates.clone() {
+                push(part(velocity, c));
+            }
+        }
+        for c in coordinates {
+            push(part(0, c));
+        }
+    }
+    if layout.object {
+        let object = &ends[FINGER_ENDS..];
+        for axis in 0..3 {
+            push(object[3 + axis] - object[axis]);
+        }
+        for axis in 0..3 {
+            push(object[6 + axis]);
+        }
+        for &position in &object[..3] {
+            push(position);
+        }
+    }
+    features
+}

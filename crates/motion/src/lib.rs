@@ -4,7 +4,8 @@
 //!   are not rigid bodies of the takes; [`fitted_bodies`] places them at every sample.
 //! * [`process`]: a recording in the hand's frame with short gaps filled ([`to_hand_frame`]), smoothed
 //!   by a [`filter`] ([`smooth`]).
-//! * [`cut_segments`]: pieces of a second with the end conditions that a planner knows.
+//! * [`cut_segments`]: pieces of a second, with or without the object, and the end conditions that a
+//!   planner knows.
 //!
 //! Missing stays missing unless a gap is short enough to fill, and what was filled is marked, from
 //! here to the last report. Nothing here reads or writes files.
@@ -75,6 +76,8 @@ pub mod filter;
 mod process;
 mod segments;
 mod settings;
+
+mod object_rows;
 
 mod body;
 mod gaps;

@@ -3,12 +3,14 @@
 use std::ops::Range;
 
 use inhand_model::{
-    Configuration, EndConditions, Finger, Motion, SEGMENT_COORDINATES, SegmentOrigin, Segments,
+    Configuration, EndConditions, Finger, Motion, ObjectEnds, SEGMENT_COORDINATES, SegmentOrigin,
+    Segments,
 };
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use crate::error::MotionError;
+use crate::object_rows;
 use crate::settings::SegmentSettings;
 use crate::stretches::runs;
 
@@ -21,8 +23,16 @@ use crate::stretches::runs;
 /// that they give away nothing of what lies between:
 /// `(x(start) - x(start - m)) * rate / m` and `(x(end + m) - x(end)) * rate / m`.
 ///
+/// Where the layout has the object, its rows follow those of the fingertips (see
+/// [`SegmentLayout`](inhand_model::SegmentLayout)): position, and the rotation vector since the
+/// segment's first sample, continuous along the segment. Segments in which the object is missing at
+/// any sample are left out, and the others are those that a layout without object would give; in
+/// the margins the object is not needed. With either layout the end conditions have the object where
+/// it is present at the first and at the last sample.
+///
 /// Origins count takes in the order of `motions`. `left_out` counts what the takes would have given
-/// without gaps, less what they give. Cost: one copy of 15 N numbers a segment.
+/// without gaps, less what they give. Cost: one copy of 15 N numbers a segment, and with the object
+/// an arc tangent a sample.
 ///
 /// # Errors
 ///
@@ -41,7 +51,9 @@ pub fn cut_segments(
     for (take, motion) in motions.iter().enumerate() {
         let before = origins.len();
         for stretch in runs(motion.len(), |k| motion.fingertip_status(k).is_present()) {
-            let starts = cut.starts(&stretch);
+            let starts = cut
+                .starts(&stretch)
+                .filter(|&start| cut.has_object(motion, start));
             origins.extend(starts.map(|start| SegmentOrigin { take, start }));
         }
         // A stretch starts its own grid, so with a stride beyond a segment's length a gap can even
@@ -58,11 +70,20 @@ pub fn cut_segments(
         .par_chunks_mut(rows)
         .zip(&origins)
         .for_each(|(column, origin)| {
-            let samples = &tables[origin.take][origin.start..origin.start + layout.samples];
-            column.copy_from_slice(samples.as_flattened());
+            let samples = origin.start..origin.start + layout.samples;
+            let (fingers, object_m) = column.split_at_mut(layout.finger_rows());
+            fingers.copy_from_slice(tables[origin.take][samples.clone()].as_flattened());
+            if layout.object {
+                let track = motions[origin.take].object.as_ref();
+                let poses = track.and_then(|track| track.values().get(samples));
+                object_rows::fill(object_m, poses.unwrap_or_default());
+            }
         });
     let ends = (origins.iter())
-        .map(|origin| cut.ends(&tables[origin.take], origin.start))
+        .map(|origin| EndConditions {
+            object: cut.object_ends(motions[origin.take], origin.start),
+            ..cut.ends(&tables[origin.take], origin.start)
+        })
         .collect();
     let columns_m = DMatrix::from_vec(rows, origins.len(), columns_m);
     Ok(Segments::new(layout, columns_m, origins, ends, left_out)
@@ -98,6 +119,7 @@ struct Cut {
     stride: usize,
     margin: usize,
     rate_hz: f64,
+    needs_object: bool,
 }
 
 impl Cut {
@@ -130,6 +152,7 @@ impl Cut {
             stride: settings.stride,
             margin: margin as usize,
             rate_hz: layout.rate_hz,
+            needs_object: layout.object,
         })
     }
 
@@ -142,7 +165,25 @@ impl Cut {
         (first..end).step_by(self.stride)
     }
 
-    /// The end conditions of the segment that starts at a sample of the take.
+    /// Whether the segment that starts at a sample of the take has what it needs of the object.
+    fn has_object(&self, motion: &Motion, start: usize) -> bool {
+        !self.needs_object
+            || (motion.object.as_ref()).is_some_and(|object| {
+                (start..start + self.samples).all(|k| object.status(k).is_present())
+            })
+    }
+
+    /// Where the object is at the ends of the segment that starts at a sample of the take.
+    fn object_ends(&self, motion: &Motion, start: usize) -> Option<ObjectEnds> {
+        let object = motion.object.as_ref()?;
+        Some(ObjectEnds {
+            first: object.get(start)?,
+            last: object.get(start + self.samples - 1)?,
+        })
+    }
+
+    /// What the fingertips do at the ends of the segment that starts at a sample of the take; the
+    /// object is not in the table.
     fn ends(&self, table: &[Configuration], start: usize) -> EndConditions {
         let last = start + self.samples - 1;
         let velocity = |from: usize, to: usize| -> Configuration {

@@ -60,7 +60,8 @@ pub enum Filter {
 /// How motions are cut into segments.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SegmentSettings {
-    /// Samples of a segment, two or more, and the rate of the takes.
+    /// Samples of a segment, two or more, the rate of the takes, and whether the object is in the
+    /// columns.
     pub layout: SegmentLayout,
     /// Samples from the start of one segment to the start of the next, 1 or more.
     pub stride: usize,

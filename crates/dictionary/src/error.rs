@@ -1,7 +1,41 @@
 //! Why a dictionary cannot be learned or used.
 
+use std::fmt;
+
 use inhand_model::Finger;
 use thiserror::Error;
+
+/// One of the coordinates of a segment's samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Coordinate {
+    /// Of a fingertip.
+    Fingertip {
+        /// The finger.
+        finger: Finger,
+        /// The axis, 0 = x.
+        axis: usize,
+    },
+    /// Of the object's position.
+    ObjectPosition {
+        /// The axis, 0 = x.
+        axis: usize,
+    },
+    /// Of the object's rotation vector.
+    ObjectRotation {
+        /// The axis, 0 = x.
+        axis: usize,
+    },
+}
+
+impl fmt::Display for Coordinate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Coordinate::Fingertip { finger, axis } => write!(f, "{finger} axis {axis}"),
+            Coordinate::ObjectPosition { axis } => write!(f, "object position axis {axis}"),
+            Coordinate::ObjectRotation { axis } => write!(f, "object rotation axis {axis}"),
+        }
+    }
+}
 
 /// Why a dictionary cannot be learned or used.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -37,8 +71,8 @@ pub enum LearnError {
     },
     /// A segment holds a number that is no number.
     #[error(
-        "training segment {segment} (take {take}, sample {sample}): {finger} axis {axis} is \
-         {found}, expected a finite number of metres"
+        "training segment {segment} (take {take}, sample {sample}): {coordinate} is {found}, \
+         expected a finite number of metres"
     )]
     NotFinite {
         /// The segment.
@@ -47,10 +81,8 @@ pub enum LearnError {
         take: usize,
         /// Sample of the take.
         sample: usize,
-        /// The finger.
-        finger: Finger,
-        /// The axis, 0 = x.
-        axis: usize,
+        /// Which of the sample's coordinates.
+        coordinate: Coordinate,
         /// The number found.
         found: f64,
     },

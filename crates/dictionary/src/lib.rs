@@ -1,6 +1,6 @@
 //! Dictionaries of motion primitives learned from segments.
 //!
-//! A dictionary writes a segment of motion (15 N numbers, metres) as
+//! A dictionary writes a segment of motion (15 N numbers, with the object 21 N, metres) as
 //! `offset + primitives * activations`. [`learn_nmf`] learns non-negative primitives with
 //! non-negative activations, [`learn_pca`] orthonormal ones with activations of any sign;
 //! [`activations`] finds the activations of a given segment.
@@ -72,7 +72,7 @@ mod start;
 #[cfg(test)]
 mod tests;
 
-pub use error::LearnError;
+pub use error::{Coordinate, LearnError};
 pub use nmf::learn_nmf;
 pub use pca::learn_pca;
 pub use projection::{Projection, activations};

@@ -1,13 +1,11 @@
 //! Non-negative matrix factorisation of training segments.
 
-use inhand_model::{
-    Demonstrated, Dictionary, DictionaryKind, Learning, SEGMENT_COORDINATES, Segments,
-};
+use inhand_model::{Demonstrated, Dictionary, DictionaryKind, Learning, Segments};
 use nalgebra::{DMatrix, DVector};
 
 use crate::block::{Basis, Block};
 use crate::covariance::moments;
-use crate::data::{check_rank, checked_range, shifted_blocks};
+use crate::data::{at_every_sample, check_rank, checked_range, shifted_blocks};
 use crate::error::LearnError;
 use crate::factorise::{factorise, normalise};
 use crate::settings::NmfSettings;
@@ -15,11 +13,12 @@ use crate::start;
 
 /// Learns a dictionary of non-negative primitives from training segments.
 ///
-/// Problem: with the segments as columns of `V` (15 N x n, metres), minimise
-/// `1/2 |V - offset - W H|²` (Frobenius, m²) over `W >= 0` (15 N x rank) and `H >= 0` (rank x n).
-/// `offset` is each coordinate's training minimum minus
+/// Problem: with the segments as columns of `V` (rows x n, metres; 15 N rows, with the object 21 N),
+/// minimise `1/2 |V - offset - W H|²` (Frobenius, m²) over `W >= 0` (rows x rank) and `H >= 0`
+/// (rank x n). `offset` is each coordinate's training minimum minus
 /// [`offset_margin_m`](NmfSettings::offset_margin_m), the same at every sample, so that the shifted
-/// data are positive. The columns of `W` come out with unit length, the scale in `H`; the activations
+/// data are positive. The object's rotation counts as the length it moves a point at
+/// [`ROTATION_LEVER_M`](inhand_model::ROTATION_LEVER_M), so that one objective measures all rows. The columns of `W` come out with unit length, the scale in `H`; the activations
 /// described by mean and covariance are those of the last half step, for the very `W` returned.
 ///
 /// Updates: HALS with several sweeps per product with the data (Cichocki and Phan, "Fast local
@@ -30,7 +29,7 @@ use crate::start;
 /// usually ends learning before that is reached, with
 /// [`StopReason::IterationLimit`](inhand_model::StopReason::IterationLimit) in the result.
 ///
-/// Cost of an iteration: about `4 * 15 N * n * rank` operations in matrix products, in parallel over
+/// Cost of an iteration: about `4 * rows * n * rank` operations in matrix products, in parallel over
 /// fixed chunks. On one machine the result has the same bits whatever the number of threads; between
 /// CPUs with and without fused multiply-add the last digits differ.
 ///
@@ -40,7 +39,8 @@ use crate::start;
 /// # Errors
 ///
 /// [`LearnError`] for no segments, rank 0, a rank above the number of segments or of numbers in a
-/// segment, a number that is not finite, a coordinate that never changes, a setting out of range.
+/// segment, a number that is not finite, a fingertip's coordinate that never changes, a setting out
+/// of range.
 pub fn learn_nmf(
     segments: &Segments,
     demonstrated: Demonstrated,
@@ -52,7 +52,10 @@ pub fn learn_nmf(
     let rows = layout.rows();
     check_rank(rank, segments.len().min(rows), segments, "nmf")?;
 
-    let offset = range.min_m.map(|min| min - settings.offset_margin_m);
+    let lowest: Vec<f64> = (range.min_m.iter())
+        .map(|min| min - settings.offset_margin_m)
+        .collect();
+    let offset = at_every_sample(layout, &lowest);
     let mut blocks = shifted_blocks(segments, &offset);
     let mut basis = Basis::new(
         start::primitives(settings.start, &blocks, rows, rank, settings.seed),
@@ -76,7 +79,7 @@ pub fn learn_nmf(
     Ok(Dictionary {
         kind: DictionaryKind::Nmf,
         layout,
-        offset_m: DVector::from_fn(rows, |row, _| offset[row % SEGMENT_COORDINATES]),
+        offset_m: DVector::from_vec(offset),
         primitives: DMatrix::from_row_slice(rows, rank, &basis.rows_of),
         activation_mean_m: moments.mean,
         activation_covariance_m2: moments.covariance,

@@ -14,19 +14,19 @@ const SMALLEST_VARIANCE: f64 = 1e-13;
 
 /// Learns a dictionary of principal components from training segments.
 ///
-/// Problem: with the segments as columns of `V` (15 N x n, metres), minimise
-/// `|V - mean - W H|²` over orthonormal `W` (15 N x rank); `offset_m` is the mean column. The
+/// Problem: with the segments as columns of `V` (rows x n, metres; 15 N rows, with the object 21 N),
+/// minimise `|V - mean - W H|²` over orthonormal `W` (rows x rank); `offset_m` is the mean column. The
 /// components are the leading eigenvectors of the smaller of `X Xᵀ` and `Xᵀ X` (`X = V - mean`),
 /// largest variance first, each with its largest number positive. Activations have zero mean and a
 /// diagonal covariance (denominator n), the variances of the components, which needs no shrinkage.
 ///
-/// Cost: `15 N * n * m` for the products and about `9 m³` for the eigenvectors, `m = min(15 N, n)`.
+/// Cost: `rows * n * m` for the products and about `9 m³` for the eigenvectors, `m = min(rows, n)`.
 ///
 /// # Errors
 ///
 /// [`LearnError`] for no segments, rank 0, a rank above the number of components that the segments
-/// have (at most one less than their number), a number that is not finite, a coordinate that never
-/// changes.
+/// have (at most one less than their number), a number that is not finite, a fingertip's coordinate
+/// that never changes.
 pub fn learn_pca(
     segments: &Segments,
     demonstrated: Demonstrated,

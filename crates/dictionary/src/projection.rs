@@ -37,7 +37,7 @@ impl<'a> Projection<'a> {
         Self { dictionary, gram }
     }
 
-    /// Activations of one segment (15 N numbers, metres), metres.
+    /// Activations of one segment (15 N numbers, with the object 21 N, metres), metres.
     ///
     /// # Errors
     ///
@@ -97,7 +97,7 @@ impl<'a> Projection<'a> {
 }
 
 /// Activations (`rank`, metres) with which a dictionary comes nearest to a segment (15 N numbers,
-/// metres, time-major): non-negative least squares by coordinate descent for NMF, the product with
+/// with the object 21 N, metres, in the order of [`SegmentLayout`](inhand_model::SegmentLayout)): non-negative least squares by coordinate descent for NMF, the product with
 /// the transposed primitives for PCA.
 ///
 /// For many segments, a [`Projection`] saves the repeated preparation.

@@ -1,6 +1,6 @@
 //! What is refused, and what the error says.
 
-use inhand_dictionary::{LearnError, NmfSettings, learn_nmf, learn_pca};
+use inhand_dictionary::{Coordinate, LearnError, NmfSettings, learn_nmf, learn_pca};
 use inhand_model::Finger;
 use nalgebra::DMatrix;
 
@@ -97,18 +97,20 @@ fn a_number_that_is_none_is_named_with_its_place() {
             segment,
             take,
             sample,
-            finger,
-            axis,
+            coordinate,
             ..
         } = error
         else {
             panic!("{error}");
         };
-        assert_eq!(
-            (segment, take, sample, finger, axis),
-            (11, 1, 17, Finger::Ring, 2)
+        let finger = Finger::Ring;
+        assert_eq!((segment, take, sample), (11, 1, 17));
+        assert_eq!(coordinate, Coordinate::Fingertip { finger, axis: 2 });
+        let message = error.to_string();
+        assert!(
+            message.contains("take 1, sample 17): ring axis 2 is"),
+            "{message}"
         );
-        assert!(error.to_string().contains("take 1, sample 17"), "{error}");
     }
 }
 

@@ -7,6 +7,7 @@
 
 mod bad_input;
 mod nmf;
+mod object;
 mod pca;
 mod projection;
 mod segments;

@@ -8,11 +8,17 @@ use nalgebra::DMatrix;
 
 /// Segments with these columns (15 N rows) at 100 Hz.
 pub(crate) fn segments(columns_m: DMatrix<f64>) -> Segments {
+    let samples = columns_m.nrows() / SEGMENT_COORDINATES;
+    of_layout(columns_m, samples, false)
+}
+
+/// Segments with these columns at 100 Hz, in any layout.
+pub(crate) fn of_layout(columns_m: DMatrix<f64>, samples: usize, object: bool) -> Segments {
     let count = columns_m.ncols();
     let layout = SegmentLayout {
-        samples: columns_m.nrows() / SEGMENT_COORDINATES,
+        samples,
         rate_hz: 100.0,
-        object: false,
+        object,
     };
     let zero = [0.0; SEGMENT_COORDINATES];
     let ends = EndConditions {

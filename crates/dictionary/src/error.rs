@@ -101,6 +101,15 @@ pub enum LearnError {
         /// Training segments.
         segments: usize,
     },
+    /// A segment without the object's poses, where its layout has the object.
+    #[error(
+        "training segment {segment} has no object pose at its ends, but its layout has the object: \
+         cut segments that carry it, or learn without the object"
+    )]
+    ObjectEnds {
+        /// The segment.
+        segment: usize,
+    },
     /// A setting out of its range.
     #[error("{name} is {found}: expected {expected}")]
     Setting {

@@ -66,6 +66,7 @@ mod nmf;
 mod pca;
 mod product;
 mod projection;
+mod residual;
 mod settings;
 mod start;
 
@@ -76,4 +77,5 @@ pub use error::{Coordinate, LearnError};
 pub use nmf::learn_nmf;
 pub use pca::learn_pca;
 pub use projection::{Projection, activations};
+pub use residual::{ResidualSettings, learn_residual};
 pub use settings::{NmfSettings, Start, Update};

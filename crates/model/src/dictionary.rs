@@ -104,16 +104,17 @@ pub struct Demonstrated {
 
 /// Motion primitives with what is needed to use and to judge them.
 ///
-/// A segment `v` (15 N numbers, metres) is `offset + primitives * activations`.
+/// A segment `v` (15 N numbers, with the object 21 N, metres) is
+/// `offset + primitives * activations`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dictionary {
     /// How it was learned.
     pub kind: DictionaryKind,
     /// Shape of the segments.
     pub layout: SegmentLayout,
-    /// Offset of each row, metres (15 N); for NMF the same at every sample.
+    /// Offset of each row, metres (as many as the layout has); for NMF the same at every sample.
     pub offset_m: DVector<f64>,
-    /// Primitives as unit-length columns (15 N x rank), without unit.
+    /// Primitives as unit-length columns (rows x rank), without unit.
     pub primitives: DMatrix<f64>,
     /// Mean of the training activations, metres.
     pub activation_mean_m: DVector<f64>,
@@ -214,7 +215,7 @@ impl Dictionary {
         Ok(())
     }
 
-    /// Offset of the 15 coordinates at one sample, metres.
+    /// Offset of the fingertips' 15 coordinates at one sample, metres.
     ///
     /// # Panics
     ///

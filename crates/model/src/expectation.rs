@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, DVectorView};
 
 use crate::finger::Finger;
 use crate::residual::{FINGER_ENDS, ends_len};
@@ -57,7 +57,8 @@ pub struct Expectation {
     feature_scale: DVector<f64>,
     /// End conditions of the demonstrations (d x n), metres and m/s.
     ends: DMatrix<f64>,
-    /// Their standardised features, one a column.
+    /// Their standardised features (n x features), so that one feature of all demonstrations lies
+    /// together.
     features: DMatrix<f64>,
     /// What the profile leaves of each demonstration's activations (r x n), metres.
     answers: DMatrix<f64>,
@@ -124,7 +125,7 @@ impl Expectation {
             feature_mean,
             feature_scale,
             ends,
-            features,
+            features: features.transpose(),
             answers,
             bandwidths: Bandwidths {
                 hand: 2.0,
@@ -143,7 +144,7 @@ impl Expectation {
 
     /// Number of demonstrations.
     pub fn demonstrations(&self) -> usize {
-        self.features.ncols()
+        self.ends.ncols()
     }
 
     /// End conditions of the demonstrations (d x n), metres and m/s.
@@ -223,35 +224,34 @@ impl Expectation {
         query -= &self.feature_mean;
         query.component_mul_assign(&self.feature_scale);
         let count = self.demonstrations();
-        let mut distances = Distances {
-            hand: vec![0.0; count],
-            fingers: std::array::from_fn(|_| vec![0.0; count]),
-        };
-        let (query_fingers, query_object) = query.as_slice().split_at(SEGMENT_FEATURES);
-        let columns = self.features.as_slice().chunks_exact(self.features.nrows());
-        for (j, column) in columns.enumerate() {
-            let (fingers, object) = column.split_at(SEGMENT_FEATURES);
-            let object_moves = squared(object, query_object, 0..OBJECT_MOTION_FEATURES);
-            let mut hand = object_moves
-                + squared(
-                    object,
-                    query_object,
-                    OBJECT_MOTION_FEATURES..OBJECT_FEATURES,
-                );
-            for (i, place) in distances.fingers.iter_mut().enumerate() {
-                let at = i * FINGER_FEATURES;
-                let moves = squared(fingers, query_fingers, at..at + MOTION_FEATURES);
-                hand += moves
-                    + squared(
-                        fingers,
-                        query_fingers,
-                        at + MOTION_FEATURES..at + FINGER_FEATURES,
-                    );
-                place[j] = moves + object_moves;
+        let mut fingers: [Vec<f64>; Finger::COUNT] = std::array::from_fn(|_| vec![0.0; count]);
+        let mut hand = vec![0.0; count];
+        let feature = |index: usize| (self.features.column(index), query[index]);
+        if self.layout.object {
+            let mut motion = vec![0.0; count];
+            for index in SEGMENT_FEATURES..SEGMENT_FEATURES + OBJECT_MOTION_FEATURES {
+                add_squared(&mut motion, feature(index));
             }
-            distances.hand[j] = hand;
+            for sum in fingers.iter_mut().chain([&mut hand]) {
+                add(sum, &motion);
+            }
+            for index in SEGMENT_FEATURES + OBJECT_MOTION_FEATURES..features_len(self.layout) {
+                add_squared(&mut hand, feature(index));
+            }
         }
-        distances
+        for (i, sum) in fingers.iter_mut().enumerate() {
+            let mut own = vec![0.0; count];
+            let first = i * FINGER_FEATURES;
+            for index in first..first + MOTION_FEATURES {
+                add_squared(&mut own, feature(index));
+            }
+            add(sum, &own);
+            add(&mut hand, &own);
+            for index in first + MOTION_FEATURES..first + FINGER_FEATURES {
+                add_squared(&mut hand, feature(index));
+            }
+        }
+        Distances { hand, fingers }
     }
 
     fn add_similar(
@@ -328,11 +328,16 @@ const fn features_len(layout: SegmentLayout) -> usize {
     SEGMENT_FEATURES + if layout.object { OBJECT_FEATURES } else { 0 }
 }
 
-fn squared(a: &[f64], b: &[f64], range: Range<usize>) -> f64 {
-    match (a.get(range.clone()), b.get(range)) {
-        (Some(a), Some(b)) => a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum(),
-        // A layout without the object.
-        _ => 0.0,
+/// Adds the squared differences of one feature of all demonstrations to a query's.
+fn add_squared(sums: &mut [f64], (feature, query): (DVectorView<'_, f64>, f64)) {
+    for (sum, value) in sums.iter_mut().zip(feature.as_slice()) {
+        *sum += (value - query) * (value - query);
+    }
+}
+
+fn add(sums: &mut [f64], values: &[f64]) {
+    for (sum, value) in sums.iter_mut().zip(values) {
+        *sum += value;
     }
 }
 

@@ -54,7 +54,9 @@ pub use finding::{Finding, Severity};
 pub use finger::{Finger, PerFinger, UnknownFinger};
 pub use frame::{Body, Frame, Hand, Object, Pose, Position, World};
 pub use motion::Motion;
-pub use plan::{ActiveBounds, Certificate, Plan, PlanStatus};
+pub use plan::{
+    Certificate, ConstraintFamily, Corridor, PerFamily, Plan, PlanChecks, PlanStatus, Relaxation,
+};
 pub use provenance::{InputHash, Provenance};
 pub use recording::{
     BodyKind, LengthUnit, Marker, MarkerKind, Recording, RecordingError, RotationOrder, Source,

@@ -1,7 +1,13 @@
 //! A planned trajectory with its proof.
 
-use nalgebra::DVector;
+use std::fmt;
+use std::ops::{Index, IndexMut};
 
+use nalgebra::{DVector, Matrix3};
+
+use crate::finger::{Finger, PerFinger};
+use crate::frame::{Hand, Object, Pose, Position};
+use crate::segments::SegmentLayout;
 use crate::trajectory::Trajectory;
 
 /// How a solve ended.
@@ -29,13 +35,113 @@ impl PlanStatus {
     }
 }
 
-/// How many bounds hold with equality at the solution.
+/// A kind of constraint of a plan.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum ConstraintFamily {
+    /// Given positions (start, goal, waypoints, object poses) where they are hard.
+    Targets,
+    /// Given velocities where they are hard.
+    TargetVelocities,
+    /// Non-negative activations.
+    Activations,
+    /// Velocity bounds of each finger and axis.
+    Velocity,
+    /// Acceleration bounds of each finger and axis.
+    Acceleration,
+    /// Fingertips inside their training hulls.
+    Reachability,
+    /// Fingertips at a distance from one another.
+    Separation,
+    /// Holding fingers near their contact points.
+    Holding,
+}
+
+impl ConstraintFamily {
+    /// How many families there are.
+    pub const COUNT: usize = 8;
+
+    /// All families, in the order of reports.
+    pub const ALL: [ConstraintFamily; ConstraintFamily::COUNT] = [
+        ConstraintFamily::Targets,
+        ConstraintFamily::TargetVelocities,
+        ConstraintFamily::Activations,
+        ConstraintFamily::Velocity,
+        ConstraintFamily::Acceleration,
+        ConstraintFamily::Reachability,
+        ConstraintFamily::Separation,
+        ConstraintFamily::Holding,
+    ];
+
+    /// Lower-case name, as in files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            ConstraintFamily::Targets => "targets",
+            ConstraintFamily::TargetVelocities => "target_velocities",
+            ConstraintFamily::Activations => "activations",
+            ConstraintFamily::Velocity => "velocity",
+            ConstraintFamily::Acceleration => "acceleration",
+            ConstraintFamily::Reachability => "reachability",
+            ConstraintFamily::Separation => "separation",
+            ConstraintFamily::Holding => "holding",
+        }
+    }
+
+    /// Unit of the family's bounds.
+    pub const fn unit(self) -> &'static str {
+        match self {
+            ConstraintFamily::TargetVelocities | ConstraintFamily::Velocity => "m/s",
+            ConstraintFamily::Acceleration => "m/s²",
+            _ => "m",
+        }
+    }
+}
+
+impl fmt::Display for ConstraintFamily {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+/// One value for each family of constraints.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct ActiveBounds {
-    /// Velocity bounds.
-    pub velocity: usize,
-    /// Activations at zero.
-    pub activation: usize,
+pub struct PerFamily<T>([T; ConstraintFamily::COUNT]);
+
+impl<T> PerFamily<T> {
+    /// Calls `make` once for each family.
+    pub fn from_fn(mut make: impl FnMut(ConstraintFamily) -> T) -> Self {
+        Self(ConstraintFamily::ALL.map(&mut make))
+    }
+
+    /// Families with their values.
+    pub fn iter(&self) -> impl Iterator<Item = (ConstraintFamily, &T)> {
+        ConstraintFamily::ALL.into_iter().zip(&self.0)
+    }
+}
+
+impl<T> Index<ConstraintFamily> for PerFamily<T> {
+    type Output = T;
+
+    fn index(&self, family: ConstraintFamily) -> &T {
+        &self.0[family as usize]
+    }
+}
+
+impl<T> IndexMut<ConstraintFamily> for PerFamily<T> {
+    fn index_mut(&mut self, family: ConstraintFamily) -> &mut T {
+        &mut self.0[family as usize]
+    }
+}
+
+/// By how much a family of constraints would have to give way for a problem to have a solution.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Relaxation {
+    /// The family.
+    pub family: ConstraintFamily,
+    /// The least by which all its bounds have to move outwards, in the family's
+    /// [unit](ConstraintFamily::unit).
+    pub by: f64,
+    /// Whether this family alone is not enough: all relaxations of the plan are needed together.
+    pub joint: bool,
 }
 
 /// Proof of optimality, recomputed over all rows of the full problem, apart from the solver.
@@ -63,6 +169,23 @@ impl Certificate {
     }
 }
 
+/// What a plan's motion was checked against.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PlanChecks {
+    /// Bounds that hold with equality, as the multipliers say; for activations, those at zero.
+    pub active: PerFamily<usize>,
+    /// Largest violation over all bounds of each family, in its [unit](ConstraintFamily::unit);
+    /// negative where every bound is kept with room to spare, `None` where the family is off.
+    pub violation: PerFamily<Option<f64>>,
+    /// Rows of all families that the certificate covers.
+    pub rows: usize,
+    /// Of these, the ones handed to the solver in the end.
+    pub rows_taken_up: usize,
+    /// Largest signed distance of the planned fingertips to their training hulls, metres: negative
+    /// inside; `None` where no hulls are known.
+    pub hull_distance_m: Option<f64>,
+}
+
 /// A planned trajectory with its activations and proof.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
@@ -70,18 +193,93 @@ pub struct Plan {
     pub status: PlanStatus,
     /// The motion; `None` unless the status is solved or almost solved.
     pub trajectory: Option<Trajectory>,
-    /// Activations of the primitives, metres; empty without a trajectory.
+    /// The object's motion, one `hand_from_object` a sample, where segments carry it and the target
+    /// says how it is turned at first; empty otherwise.
+    pub object: Vec<Pose<Hand, Object>>,
+    /// What the solver chose: activations of the primitives, metres; for a smooth curve with a
+    /// deviation the end conditions (m and m/s), then the activations. Empty without a trajectory.
     pub activations_m: DVector<f64>,
     /// Value of the minimised function, in the problem's own units (mm).
     pub objective: f64,
     /// Proof of optimality over all rows.
     pub certificate: Certificate,
-    /// Bounds that hold with equality.
-    pub active: ActiveBounds,
-    /// Velocity rows handed to the solver in the end.
-    pub velocity_rows: usize,
-    /// Solves until no velocity bound was violated.
+    /// What the motion was checked against.
+    pub checks: PlanChecks,
+    /// Where there is no solution: by how much each family alone would have to give way for one,
+    /// or all of them together where none alone is enough. Empty otherwise.
+    pub relaxations: Vec<Relaxation>,
+    /// Solves until no row was violated.
     pub rounds: usize,
     /// Solver iterations over all rounds.
     pub iterations: usize,
+}
+
+/// How far a motion may be from a plan, as the conditional covariance has it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Corridor {
+    /// Shape of the planned segments.
+    pub layout: SegmentLayout,
+    /// Covariance of each fingertip's position at each sample (N), m², hand frame.
+    pub covariance_m2: Vec<PerFinger<[[f64; 3]; 3]>>,
+}
+
+impl Corridor {
+    /// Mahalanobis distance of a position from the plan's at sample `t`: its deviation in standard
+    /// deviations. Infinite for a deviation in a direction in which there is no variance.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such sample.
+    pub fn mahalanobis(
+        &self,
+        plan: &Trajectory,
+        t: usize,
+        finger: Finger,
+        position: Position<Hand>,
+    ) -> f64 {
+        let away = position.coords_m() - plan.position(t, finger).coords_m();
+        let covariance = Matrix3::from(self.covariance_m2[t][finger]);
+        let spread = covariance.symmetric_eigen();
+        // Variances below rounding of the largest are none.
+        let least = spread.eigenvalues.max().max(0.0) * 1e-12;
+        let along = spread.eigenvectors.tr_mul(&away);
+        let squared: f64 = (along.iter().zip(&spread.eigenvalues))
+            .map(|(&along, &variance)| match variance > least {
+                true => along * along / variance,
+                false if along.abs() <= 1e-12 => 0.0,
+                false => f64::INFINITY,
+            })
+            .sum();
+        squared.sqrt()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn distance_counts_standard_deviations_along_each_axis() {
+        let layout = SegmentLayout {
+            samples: 2,
+            rate_hz: 10.0,
+            object: false,
+        };
+        // Variances 1, 4 and 0 mm².
+        let covariance = [[1e-6, 0.0, 0.0], [0.0, 4e-6, 0.0], [0.0; 3]];
+        let corridor = Corridor {
+            layout,
+            covariance_m2: vec![PerFinger::from_fn(|_| covariance); 2],
+        };
+        let plan = Trajectory::new(layout, vec![0.01; 30]).unwrap();
+        let distance = |x, y, z| {
+            let position = Position::new(0.01 + x, 0.01 + y, 0.01 + z);
+            corridor.mahalanobis(&plan, 1, Finger::Ring, position)
+        };
+        assert!((distance(3e-3, 0.0, 0.0) - 3.0).abs() < 1e-9);
+        assert!((distance(0.0, -3e-3, 0.0) - 1.5).abs() < 1e-9);
+        assert!((distance(3e-3, 8e-3, 0.0) - 5.0).abs() < 1e-9);
+        assert_eq!(distance(0.0, 0.0, 0.0), 0.0);
+        assert_eq!(distance(0.0, 0.0, 1e-6), f64::INFINITY);
+    }
 }

@@ -1,0 +1,232 @@
+//! Principal components of each finger's deviation.
+
+use inhand_model::{Finger, OBJECT_COORDINATES, SEGMENT_COORDINATES, SegmentLayout};
+use nalgebra::{DMatrix, SymmetricEigen};
+use rayon::prelude::*;
+
+use crate::product::gram;
+
+/// Share of the largest variance below which a component is rounding, not motion.
+const SMALLEST_VARIANCE: f64 = 1e-12;
+
+/// The deviation of one finger, or of the object: which rows of a column it has.
+#[derive(Clone, Copy, Debug)]
+struct Part {
+    /// First of its rows at the first sample.
+    start: usize,
+    /// Rows from one sample to the next.
+    stride: usize,
+    /// Rows at each sample.
+    width: usize,
+}
+
+/// Orthonormal primitives, block by block.
+#[derive(Clone, Debug)]
+pub(super) struct Primitives {
+    layout: SegmentLayout,
+    parts: Vec<Part>,
+    /// For each part, primitives as columns (width N x size).
+    blocks: Vec<DMatrix<f64>>,
+}
+
+fn parts(layout: SegmentLayout) -> Vec<Part> {
+    let finger = |finger: Finger| Part {
+        start: finger.index() * 3,
+        stride: SEGMENT_COORDINATES,
+        width: 3,
+    };
+    let mut parts: Vec<_> = Finger::ALL.map(finger).to_vec();
+    if layout.object {
+        parts.push(Part {
+            start: layout.finger_rows(),
+            stride: OBJECT_COORDINATES,
+            width: OBJECT_COORDINATES,
+        });
+    }
+    parts
+}
+
+impl Part {
+    /// Its rows of a column, one after the other.
+    fn rows(self, samples: usize) -> impl Iterator<Item = usize> {
+        (0..samples).flat_map(move |t| {
+            let first = self.start + t * self.stride;
+            first..first + self.width
+        })
+    }
+
+    fn gather(self, columns_m: &DMatrix<f64>, samples: usize) -> DMatrix<f64> {
+        let mut own = DMatrix::zeros(self.width * samples, columns_m.ncols());
+        for (mut own, column) in own.column_iter_mut().zip(columns_m.column_iter()) {
+            for (place, row) in own.iter_mut().zip(self.rows(samples)) {
+                *place = column[row];
+            }
+        }
+        own
+    }
+}
+
+impl Primitives {
+    /// At most `most` components of each part, those with the largest mean square.
+    pub(super) fn of(deviations_m: &DMatrix<f64>, layout: SegmentLayout, most: usize) -> Self {
+        let parts = parts(layout);
+        let blocks = parts
+            .par_iter()
+            .map(|part| components(&part.gather(deviations_m, layout.samples), most))
+            .collect();
+        Self {
+            layout,
+            parts,
+            blocks,
+        }
+    }
+
+    /// Number of primitives of each part.
+    pub(super) fn sizes(&self) -> Vec<usize> {
+        self.blocks.iter().map(DMatrix::ncols).collect()
+    }
+
+    pub(super) fn rank(&self) -> usize {
+        self.blocks.iter().map(DMatrix::ncols).sum()
+    }
+
+    /// Activations of deviations (r x n): orthonormal primitives make them scalar products.
+    pub(super) fn activations_m(&self, deviations_m: &DMatrix<f64>) -> DMatrix<f64> {
+        let products: Vec<_> = (self.parts.par_iter().zip(&self.blocks))
+            .map(|(part, block)| block.tr_mul(&part.gather(deviations_m, self.layout.samples)))
+            .collect();
+        let mut activations = DMatrix::zeros(self.rank(), deviations_m.ncols());
+        let mut start = 0;
+        for product in products {
+            activations
+                .rows_mut(start, product.nrows())
+                .copy_from(&product);
+            start += product.nrows();
+        }
+        activations
+    }
+
+    /// Mean square of what the primitives leave of the fingertips' deviations, m².
+    pub(super) fn unexplained_m2(
+        &self,
+        deviations_m: &DMatrix<f64>,
+        activations_m: &DMatrix<f64>,
+    ) -> f64 {
+        let sizes = self.sizes();
+        let fingers: usize = sizes[..Finger::COUNT].iter().sum();
+        let rows = self.layout.finger_rows();
+        let all = deviations_m.rows(0, rows).norm_squared();
+        let explained = activations_m.rows(0, fingers).norm_squared();
+        (all - explained).max(0.0) / (rows * deviations_m.ncols()) as f64
+    }
+
+    /// The fingertips' deviations that activations (r x n) stand for at some samples, metres: one
+    /// column each, ordered finger, sample, axis.
+    pub(super) fn fingertips_m(
+        &self,
+        activations_m: &DMatrix<f64>,
+        samples: &[usize],
+    ) -> DMatrix<f64> {
+        let rows: Vec<usize> = samples.iter().flat_map(|&t| 3 * t..3 * t + 3).collect();
+        let mut start = 0;
+        let parts: Vec<_> = self.blocks[..Finger::COUNT]
+            .iter()
+            .map(|block| {
+                start += block.ncols();
+                (start - block.ncols(), block)
+            })
+            .collect();
+        let products: Vec<_> = parts
+            .into_par_iter()
+            .map(|(start, block)| {
+                block.select_rows(&rows) * activations_m.rows(start, block.ncols())
+            })
+            .collect();
+        let mut deviations = DMatrix::zeros(rows.len() * Finger::COUNT, activations_m.ncols());
+        for (finger, product) in products.into_iter().enumerate() {
+            deviations
+                .rows_mut(finger * rows.len(), rows.len())
+                .copy_from(&product);
+        }
+        deviations
+    }
+
+    /// The fingertips of whole columns at some samples, in the order of
+    /// [`Primitives::fingertips_m`].
+    pub(super) fn fingertips_of(
+        columns_m: &DMatrix<f64>,
+        segments: &[usize],
+        samples: &[usize],
+    ) -> DMatrix<f64> {
+        let rows: Vec<usize> = (0..Finger::COUNT)
+            .flat_map(|finger| {
+                (samples.iter()).flat_map(move |t| {
+                    let first = t * SEGMENT_COORDINATES + finger * 3;
+                    first..first + 3
+                })
+            })
+            .collect();
+        DMatrix::from_fn(rows.len(), segments.len(), |i, j| {
+            columns_m[(rows[i], segments[j])]
+        })
+    }
+
+    /// `profiles` over time (N x k) of one coordinate, as activations (r x k): `coordinate` counts
+    /// the 15 of the fingertips, then the 6 of the object.
+    pub(super) fn coordinate_activations(
+        &self,
+        coordinate: usize,
+        profiles: &DMatrix<f64>,
+    ) -> DMatrix<f64> {
+        let mut activations = DMatrix::zeros(self.rank(), profiles.ncols());
+        let (index, axis) = if coordinate < SEGMENT_COORDINATES {
+            (coordinate / 3, coordinate % 3)
+        } else {
+            (Finger::COUNT, coordinate - SEGMENT_COORDINATES)
+        };
+        let start: usize = self.blocks[..index].iter().map(DMatrix::ncols).sum();
+        let (part, block) = (self.parts[index], &self.blocks[index]);
+        for (j, primitive) in block.column_iter().enumerate() {
+            for (k, profile) in profiles.column_iter().enumerate() {
+                activations[(start + j, k)] = (profile.iter().enumerate())
+                    .map(|(t, value)| value * primitive[t * part.width + axis])
+                    .sum();
+            }
+        }
+        activations
+    }
+
+    /// All primitives as columns of whole segments (rows x r).
+    pub(super) fn matrix(&self) -> DMatrix<f64> {
+        let mut matrix = DMatrix::zeros(self.layout.rows(), self.rank());
+        let mut start = 0;
+        for (part, block) in self.parts.iter().zip(&self.blocks) {
+            for (j, primitive) in block.column_iter().enumerate() {
+                for (row, value) in part.rows(self.layout.samples).zip(primitive.iter()) {
+                    matrix[(row, start + j)] = *value;
+                }
+            }
+            start += block.ncols();
+        }
+        matrix
+    }
+}
+
+/// Leading eigenvectors of `M Mᵀ`, each with its largest number positive.
+fn components(own_m: &DMatrix<f64>, most: usize) -> DMatrix<f64> {
+    let rows = own_m.nrows();
+    let eigen = SymmetricEigen::new(DMatrix::from_vec(rows, rows, gram(own_m.as_slice(), rows)));
+    let mut order: Vec<usize> = (0..rows).collect();
+    order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
+    let smallest = SMALLEST_VARIANCE * eigen.eigenvalues[order[0]];
+    order.retain(|&i| eigen.eigenvalues[i] > smallest.max(0.0));
+    order.truncate(most.min(own_m.ncols()));
+    let mut components = DMatrix::zeros(rows, order.len());
+    for (mut column, &i) in components.column_iter_mut().zip(&order) {
+        let vector = eigen.eigenvectors.column(i);
+        let largest =
+            (vector.iter().copied()).fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
+        column.copy_from(&(vector * largest.signum()));
+    }
+    components
+}

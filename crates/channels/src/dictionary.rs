@@ -4,8 +4,8 @@ use std::fmt::Display;
 use std::io::Write;
 
 use inhand_model::{
-    Demonstrated, Dictionary, Finger, Frame, Hand, Hull, Learning, PerFinger, Provenance,
-    SEGMENT_COORDINATES, SegmentLayout, Status, VelocityBounds,
+    Demonstrated, Dictionary, Finger, Frame, Hand, Hull, Learning, OBJECT_COORDINATES, PerFinger,
+    Provenance, SEGMENT_COORDINATES, SegmentLayout, Status, VelocityBounds,
 };
 use mcap::records::Record;
 use nalgebra::{DMatrix, DVector};
@@ -33,7 +33,8 @@ const PLAYED_DEVIATIONS: f64 = 2.0;
 /// `/dictionary/model`, and one second for each primitive on `/dictionary/primitives`, in order.
 ///
 /// Second `i` shows the mean training motion with the activation of primitive `i` raised by two of
-/// its standard deviations, frame `hand`. The same dictionary gives the same bytes.
+/// its standard deviations, frame `hand`: its fingertips, whether or not the dictionary has the object.
+/// The same dictionary gives the same bytes.
 ///
 /// # Errors
 ///
@@ -153,6 +154,7 @@ fn to_message(dictionary: &Dictionary) -> messages::Dictionary {
         }),
         velocity_min_m_s: velocity.min_m_s.to_vec(),
         velocity_max_m_s: velocity.max_m_s.to_vec(),
+        object: dictionary.layout.object,
     }
 }
 
@@ -196,11 +198,15 @@ fn from_bytes(data: &[u8]) -> Result<Dictionary, Unfit> {
     let layout = SegmentLayout {
         samples: size("samples", message.samples)?,
         rate_hz: message.rate_hz,
-        object: false,
+        object: message.object,
     };
     let rank = size("a rank", message.rank)?;
-    let rows = (layout.samples.checked_mul(SEGMENT_COORDINATES))
-        .ok_or_else(|| Unfit::new("fewer samples", message.samples))?;
+    // Only then the layout can tell its rows.
+    let most = SEGMENT_COORDINATES + OBJECT_COORDINATES;
+    if layout.samples > usize::MAX / most {
+        return Err(Unfit::new("fewer samples", message.samples));
+    }
+    let rows = layout.rows();
     let learning = (message.learning).ok_or_else(|| Unfit::absent("how learning went"))?;
     let hulls = (message.hulls).ok_or_else(|| Unfit::absent("hulls"))?;
     let [thumb, index, middle, ring, little] = [

@@ -334,6 +334,36 @@ fn messages_that_break_their_promise_are_refused_with_topic_and_number() {
 }
 
 #[test]
+fn dictionaries_whose_sizes_disagree_are_refused() {
+    // Fields that come again at the end of a message replace the earlier ones.
+    let refused = |fields: &[u8]| {
+        let bytes = unchecked(
+            &DICTIONARY,
+            |_, _| {},
+            |topic, message| {
+                if topic == "/dictionary/model" {
+                    message.1.extend(fields);
+                }
+            },
+        );
+        read_dictionary(&bytes, "d.mcap").unwrap_err().to_string()
+    };
+    // Field 14: the object is said to be there, but has no rows.
+    let error = refused(&[0x70, 1]);
+    assert!(
+        error.contains("210 x 3 numbers for the primitives"),
+        "{error}"
+    );
+    assert!(error.contains("found 450"), "{error}");
+    // Field 2: samples whose rows no machine can count, with the object or without.
+    let samples = [0x10, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0x7F];
+    let error = refused(&samples);
+    assert!(error.contains("expected fewer samples"), "{error}");
+    let error = refused(&[&samples[..], &[0x70, 1]].concat());
+    assert!(error.contains("expected fewer samples"), "{error}");
+}
+
+#[test]
 fn sound_files_without_what_is_asked_for_say_what_they_have() {
     let error = read_dictionary(&TAKE, "take.mcap").unwrap_err().to_string();
     assert!(error.starts_with("take.mcap: no dictionary"), "{error}");

@@ -9,7 +9,8 @@ use inhand_channels::{
 };
 use inhand_model::{
     BodySource, Clock, DictionaryKind, Finger, Frame, LengthUnit, Motion, Plan, PoseTrack,
-    Position, Recording, Roles, RotationOrder, Sample, Source, StartTime, Status, Track, UpAxis,
+    Position, Recording, Roles, RotationOrder, Sample, SegmentLayout, Source, StartTime, Status,
+    Track, UpAxis,
 };
 
 use crate::common;
@@ -316,6 +317,38 @@ fn a_dictionary_comes_back() {
         assert_eq!(offset(&read), offset(&dictionary));
         assert_eq!(steps, provenance);
     }
+}
+
+#[test]
+fn a_dictionary_with_the_object_comes_back_and_plays_its_fingertips() {
+    let layout = |object| SegmentLayout {
+        samples: 20,
+        rate_hz: 20.0,
+        object,
+    };
+    let with = common::dictionary_of(3, layout(true));
+    let mut out = Cursor::new(Vec::new());
+    write_dictionary(&mut out, &with, &[]).unwrap();
+    let (read, _) = read_dictionary(out.get_ref(), "d.mcap").unwrap();
+    assert_eq!(read, with);
+    assert_eq!(read.layout.rows(), 21 * 20);
+
+    // The same fingertips without the object are played the same.
+    let fingers = layout(false).rows();
+    let mut without = with.clone();
+    without.layout = layout(false);
+    without.offset_m = with.offset_m.rows(0, fingers).clone_owned();
+    without.primitives = with.primitives.rows(0, fingers).clone_owned();
+    let mut of_fingers = Cursor::new(Vec::new());
+    write_dictionary(&mut of_fingers, &without, &[]).unwrap();
+    let played = |bytes: &[u8]| {
+        let messages = mcap::MessageStream::new(bytes).unwrap().map(Result::unwrap);
+        (messages.filter(|message| message.channel.topic == "/dictionary/primitives"))
+            .map(|message| (message.log_time, message.data.into_owned()))
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(played(out.get_ref()).len(), 3 * 20);
+    assert_eq!(played(out.get_ref()), played(of_fingers.get_ref()));
 }
 
 /// What `write_take` says to parts that do not belong together; nothing may be written then.

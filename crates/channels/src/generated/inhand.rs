@@ -154,7 +154,9 @@ pub struct Hulls {
     pub little: ::core::option::Option<Hull>,
 }
 /// A segment v of N samples has 15 N rows, ordered time, finger (thumb ... little), axis (x y z),
-/// metres, frame `hand`; v = offset + primitives * activations.
+/// metres, frame `hand`; v = offset + primitives * activations. With the object, 6 N rows follow,
+/// ordered time, coordinate: its position (x y z), metres, and the rotation vector since the segment's
+/// first sample (x y z), radians times 0.025 m.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct Dictionary {
     /// How it was learned.
@@ -169,10 +171,11 @@ pub struct Dictionary {
     /// Number of primitives (I).
     #[prost(uint64, tag = "4")]
     pub rank: u64,
-    /// Offset of each row, metres (15 N).
+    /// Offset of each row, metres (15 N, with the object 21 N).
     #[prost(double, repeated, tag = "5")]
     pub offset_m: ::prost::alloc::vec::Vec<f64>,
-    /// Primitives, one after the other (I x 15 N), each of unit length, no unit.
+    /// Primitives, one after the other (I x 15 N, with the object I x 21 N), each of unit length, no
+    /// unit.
     #[prost(double, repeated, tag = "6")]
     pub primitives: ::prost::alloc::vec::Vec<f64>,
     /// Mean of the training activations, metres (I).
@@ -195,6 +198,9 @@ pub struct Dictionary {
     pub velocity_min_m_s: ::prost::alloc::vec::Vec<f64>,
     #[prost(double, repeated, tag = "13")]
     pub velocity_max_m_s: ::prost::alloc::vec::Vec<f64>,
+    /// Whether the object follows the fingertips in a segment.
+    #[prost(bool, tag = "14")]
+    pub object: bool,
 }
 /// How a dictionary was learned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, ::prost::Enumeration)]

@@ -355,12 +355,18 @@ pub(crate) fn take_file<'a>(
 }
 
 pub(crate) fn dictionary(rank: usize, samples: usize, rate_hz: f64) -> Dictionary {
-    let layout = SegmentLayout {
-        samples,
-        rate_hz,
-        object: false,
-    };
-    let rows = layout.rows();
+    dictionary_of(
+        rank,
+        SegmentLayout {
+            samples,
+            rate_hz,
+            object: false,
+        },
+    )
+}
+
+pub(crate) fn dictionary_of(rank: usize, layout: SegmentLayout) -> Dictionary {
+    let (rows, samples) = (layout.rows(), layout.samples);
     let mut primitives = DMatrix::from_fn(rows, rank, |row, column| {
         let t = (row / SEGMENT_COORDINATES) as f64 / samples as f64;
         (TAU * (t * (1 + column % 4) as f64 + 0.1 * (row % 15 + column) as f64)).sin() + 1.001

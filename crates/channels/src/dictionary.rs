@@ -17,6 +17,7 @@ use crate::metadata::Metadata;
 use crate::output::Output;
 use crate::read::{absent_part, read_metadata};
 use crate::records::{Depth, walk};
+use crate::residual;
 use crate::topic;
 use crate::view::DictionaryView;
 use crate::wire::Point;
@@ -155,6 +156,7 @@ fn to_message(dictionary: &Dictionary) -> messages::Dictionary {
         velocity_min_m_s: velocity.min_m_s.to_vec(),
         velocity_max_m_s: velocity.max_m_s.to_vec(),
         object: dictionary.layout.object,
+        residual: dictionary.residual.as_ref().map(residual::to_message),
     }
 }
 
@@ -168,13 +170,13 @@ fn hull_message(hull: &Hull) -> messages::Hull {
 }
 
 /// Why a message is no dictionary.
-struct Unfit {
+pub(crate) struct Unfit {
     expected: String,
     found: String,
 }
 
 impl Unfit {
-    fn new(expected: impl Display, found: impl Display) -> Self {
+    pub(crate) fn new(expected: impl Display, found: impl Display) -> Self {
         Self {
             expected: expected.to_string(),
             found: found.to_string(),
@@ -253,13 +255,17 @@ fn from_bytes(data: &[u8]) -> Result<Dictionary, Unfit> {
                 max_m_s: configuration("highest velocities", message.velocity_max_m_s)?,
             },
         },
+        // Last: it relies on a layout whose rows were counted above.
+        residual: (message.residual)
+            .map(|residual| residual::from_message(residual, layout))
+            .transpose()?,
     };
     (dictionary.validate())
         .map_err(|error| Unfit::new("a dictionary that fits together", error))?;
     Ok(dictionary)
 }
 
-fn matrix(
+pub(crate) fn matrix(
     what: &str,
     rows: usize,
     columns: usize,

@@ -64,6 +64,7 @@ mod metadata;
 mod output;
 mod read;
 mod records;
+mod residual;
 mod schema;
 mod take;
 mod topic;

@@ -128,7 +128,11 @@ mod tests {
         );
         assert_eq!(
             files_of::<messages::Dictionary>(),
-            ["inhand/geometry.proto", "inhand/dictionary.proto"]
+            [
+                "inhand/geometry.proto",
+                "inhand/residual.proto",
+                "inhand/dictionary.proto"
+            ]
         );
         assert!(files_of::<SceneUpdate>().contains(&"google/protobuf/duration.proto".to_owned()));
         assert_eq!(messages::Plan::schema().name, "inhand.Plan");

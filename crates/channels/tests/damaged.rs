@@ -355,6 +355,19 @@ fn dictionaries_whose_sizes_disagree_are_refused() {
         "{error}"
     );
     assert!(error.contains("found 450"), "{error}");
+    // Field 15 (the deviation), in it field 7: a kernel of no width. Messages that come again merge.
+    let mut narrow = vec![0x7A, 9, 0x39];
+    narrow.extend(0f64.to_le_bytes());
+    let error = refused(&narrow);
+    assert!(error.contains("positive widths of the kernels"), "{error}");
+    // In it field 3: primitives of a sixth part.
+    let error = refused(&[0x7A, 4, 0x1A, 2, 0x08, 0]);
+    assert!(error.contains("primitives of 5 parts"), "{error}");
+    // In it field 12: another number of the covariance.
+    let mut more = vec![0x7A, 10, 0x62, 8];
+    more.extend(1f64.to_le_bytes());
+    let error = refused(&more);
+    assert!(error.contains("deviations' covariance"), "{error}");
     // Field 2: samples whose rows no machine can count, with the object or without.
     let samples = [0x10, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0x7F];
     let error = refused(&samples);

@@ -94,6 +94,7 @@ pub fn learn_nmf(
             seed: settings.seed,
         },
         demonstrated,
+        residual: None,
     })
 }
 

@@ -92,6 +92,7 @@ pub fn learn_pca(
             seed: 0,
         },
         demonstrated,
+        residual: None,
     })
 }
 

@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
 
 use crate::finger::PerFinger;
+use crate::residual::Residual;
 use crate::segments::{Configuration, SEGMENT_COORDINATES, SegmentLayout};
 
 /// How a dictionary was learned.
@@ -126,6 +127,8 @@ pub struct Dictionary {
     pub learning: Learning,
     /// What the training takes showed.
     pub demonstrated: Demonstrated,
+    /// Deviations from the smooth curve, where they were learned as well.
+    pub residual: Option<Residual>,
 }
 
 /// Why parts do not make a dictionary.

@@ -303,15 +303,26 @@ impl Expectation {
     ) {
         let nearest = squared.iter().copied().fold(f64::INFINITY, f64::min);
         let scale = 0.5 / (width * width);
-        let near = |&(_, d): &(usize, &f64)| (d - nearest) * scale < FARTHEST_EXPONENT;
+        let farthest = nearest + FARTHEST_EXPONENT / scale;
+        let near: Vec<(f64, &[f64])> = (squared.iter().enumerate())
+            .filter(|(_, d)| **d < farthest)
+            .map(|(j, d)| {
+                let answers = &self.answers.as_slice()[j * self.answers.nrows()..];
+                ((-(d - nearest) * scale).exp(), &answers[rows.clone()])
+            })
+            .collect();
+        let total: f64 = near.iter().map(|(kernel, _)| kernel).sum();
         let mut sum = vec![0.0; rows.len()];
-        let mut total = 0.0;
-        for (j, d) in squared.iter().enumerate().filter(near) {
-            let kernel = (-(d - nearest) * scale).exp();
-            total += kernel;
-            let answers = &self.answers.as_slice()[j * self.answers.nrows()..][rows.clone()];
-            for (sum, answer) in sum.iter_mut().zip(answers) {
-                *sum += kernel * answer;
+        // Four at a time: the sum is loaded and stored a quarter as often.
+        let (fours, rest) = near.as_chunks::<4>();
+        for &[(a, va), (b, vb), (c, vc), (d, vd)] in fours {
+            for ((((sum, va), vb), vc), vd) in sum.iter_mut().zip(va).zip(vb).zip(vc).zip(vd) {
+                *sum += (a * va + b * vb) + (c * vc + d * vd);
+            }
+        }
+        for &(a, va) in rest {
+            for (sum, va) in sum.iter_mut().zip(va) {
+                *sum += a * va;
             }
         }
         if total > 0.0 {

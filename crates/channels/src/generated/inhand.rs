@@ -98,6 +98,89 @@ pub struct Contacts {
     #[prost(uint32, tag = "12")]
     pub count: u32,
 }
+/// Orthonormal primitives of the deviation of one finger, or of the object.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct DeviationPrimitives {
+    /// How many.
+    #[prost(uint64, tag = "1")]
+    pub count: u64,
+    /// One after the other, each ordered time, then axis (x y z; for the object position x y z, rotation
+    /// vector x y z), no unit.
+    #[prost(double, repeated, tag = "2")]
+    pub primitives: ::prost::alloc::vec::Vec<f64>,
+}
+/// How wide a corridor has to be to hold a share of all instants.
+#[derive(Clone, Copy, PartialEq, ::prost::Message)]
+pub struct CorridorWidth {
+    /// Share of instants inside, 0 to 1.
+    #[prost(double, tag = "1")]
+    pub share: f64,
+    /// Mahalanobis distance, no unit.
+    #[prost(double, tag = "2")]
+    pub mahalanobis: f64,
+}
+/// A segment v (rows as in Dictionary) is the cubic through its end conditions x plus primitives *
+/// activations. End conditions are d numbers: first and last configuration, metres, first and last
+/// velocity, metres per second, each ordered finger, axis; with the object its first and last position
+/// and its rotation vector times 0.025 m, metres. What is expected of the activations, given x, is
+/// profile_weight * profile * x + hand_weight * (mean of the answers of demonstrations with similar x)
+/// + finger_weight * (the same for each finger by itself).
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct Residual {
+    /// Mean of the end conditions (d).
+    #[prost(double, repeated, tag = "1")]
+    pub ends_mean: ::prost::alloc::vec::Vec<f64>,
+    /// Covariance of the end conditions, column by column (d x d).
+    #[prost(double, repeated, tag = "2")]
+    pub ends_covariance: ::prost::alloc::vec::Vec<f64>,
+    /// Primitives of thumb, index, middle, ring, little and, with the object, the object; r in all.
+    #[prost(message, repeated, tag = "3")]
+    pub primitives: ::prost::alloc::vec::Vec<DeviationPrimitives>,
+    /// Activations for each number of x by itself, column by column (d columns of r).
+    #[prost(double, repeated, tag = "4")]
+    pub profile: ::prost::alloc::vec::Vec<f64>,
+    /// End conditions of the demonstrations, one after the other (n x d).
+    #[prost(double, repeated, tag = "5")]
+    pub demonstration_ends: ::prost::alloc::vec::Vec<f64>,
+    /// What the profile leaves of the demonstrations' activations, one after the other (n x r), metres.
+    #[prost(double, repeated, tag = "6")]
+    pub demonstration_answers_m: ::prost::alloc::vec::Vec<f64>,
+    /// Width of the kernel over the hand's features, in standard deviations.
+    #[prost(double, tag = "7")]
+    pub hand_bandwidth: f64,
+    /// Width of the kernel over one finger's features, in standard deviations.
+    #[prost(double, tag = "8")]
+    pub finger_bandwidth: f64,
+    #[prost(double, tag = "9")]
+    pub profile_weight: f64,
+    #[prost(double, tag = "10")]
+    pub hand_weight: f64,
+    #[prost(double, tag = "11")]
+    pub finger_weight: f64,
+    /// Covariance of the activations around what was expected on left-out takes, column by column
+    /// (r x r), square metres.
+    #[prost(double, repeated, tag = "12")]
+    pub covariance_m2: ::prost::alloc::vec::Vec<f64>,
+    /// Mean square of what the primitives cannot express, per coordinate, square metres.
+    #[prost(double, tag = "13")]
+    pub unexplained_m2: f64,
+    /// Widths of corridors.
+    #[prost(message, repeated, tag = "14")]
+    pub calibration: ::prost::alloc::vec::Vec<CorridorWidth>,
+    /// Groups of takes that were left out in turn, and segments predicted.
+    #[prost(uint64, tag = "15")]
+    pub validation_folds: u64,
+    #[prost(uint64, tag = "16")]
+    pub validation_segments: u64,
+    /// Mean error on left-out takes of the smooth curve and with the expected deviation, and the
+    /// standard error of their difference, metres.
+    #[prost(double, tag = "17")]
+    pub validation_smooth_error_m: f64,
+    #[prost(double, tag = "18")]
+    pub validation_error_m: f64,
+    #[prost(double, tag = "19")]
+    pub validation_standard_error_m: f64,
+}
 /// How learning went.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct Learning {
@@ -201,6 +284,9 @@ pub struct Dictionary {
     /// Whether the object follows the fingertips in a segment.
     #[prost(bool, tag = "14")]
     pub object: bool,
+    /// Deviations from the smooth curve, where they were learned as well.
+    #[prost(message, optional, tag = "15")]
+    pub residual: ::core::option::Option<Residual>,
 }
 /// How a dictionary was learned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, ::prost::Enumeration)]

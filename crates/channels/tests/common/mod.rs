@@ -14,11 +14,12 @@ use inhand_channels::{
     ContactSample, EvaluatedMethod, EvaluatedSample, GeneratedMethod, GeneratedSegment, TakeFile,
 };
 use inhand_model::{
-    ActiveBounds, Body, BodyKind, BodySource, Certificate, Clock, Demonstrated, Dictionary,
-    DictionaryKind, Finding, Finger, Hand, Hull, InputHash, Learning, LengthUnit, Marker,
-    MarkerKind, Motion, Object, PerFinger, Plan, PlanStatus, PointTrack, Pose, PoseTrack, Position,
-    Provenance, Recording, Roles, RotationOrder, SEGMENT_COORDINATES, SegmentLayout, Shape, Source,
-    StartTime, Status, StopReason, TrackedBody, Trajectory, UpAxis, VelocityBounds, World,
+    Bandwidths, Body, BodyKind, BodySource, Calibration, Certificate, Clock, ConstraintFamily,
+    Demonstrated, Dictionary, DictionaryKind, Expectation, ExpectationWeights, Finding, Finger,
+    Hand, Hull, InputHash, Learning, LengthUnit, Marker, MarkerKind, Motion, Object, PerFamily, PerFinger,
+    Plan, PlanChecks, PlanStatus, PointTrack, Pose, PoseTrack, Position, Provenance, Recording, Relaxation, Residual,
+    Roles, RotationOrder, SEGMENT_COORDINATES, SegmentLayout, Shape, Source, StartTime, Status,
+    StopReason, TrackedBody, Trajectory, UpAxis, Validation, VelocityBounds, World, ends_len,
 };
 use nalgebra::{DMatrix, DVector, Isometry3, Translation3, UnitQuaternion, Vector3};
 
@@ -283,11 +284,33 @@ fn plan(trajectory: Trajectory) -> Plan {
             dual: 0.0,
             complementarity: 3e-10,
         },
-        active: ActiveBounds {
-            velocity: 1,
-            activation: 40,
+        object: (0..3)
+            .map(|t| {
+                let turn = Vector3::new(0.1, -0.2, 0.3) * f64::from(t);
+                Pose::new(Isometry3::new(Vector3::new(0.01, 0.02, noise(t as usize)), turn))
+            })
+            .collect(),
+        checks: PlanChecks {
+            active: PerFamily::from_fn(|family| 3 * family as usize),
+            violation: PerFamily::from_fn(|family| {
+                (family != ConstraintFamily::Holding).then(|| -1e-3 * family as usize as f64)
+            }),
+            rows: 2970,
+            rows_taken_up: 7,
+            hull_distance_m: Some(-0.0015),
         },
-        velocity_rows: 7,
+        relaxations: vec![
+            Relaxation {
+                family: ConstraintFamily::Velocity,
+                by: 0.125,
+                joint: false,
+            },
+            Relaxation {
+                family: ConstraintFamily::Targets,
+                by: 2e-3,
+                joint: true,
+            },
+        ],
         rounds: 2,
         iterations: 19,
     }
@@ -430,6 +453,68 @@ pub(crate) fn dictionary_of(rank: usize, layout: SegmentLayout) -> Dictionary {
                 min_m_s: [-0.3; SEGMENT_COORDINATES],
                 max_m_s: [0.4; SEGMENT_COORDINATES],
             },
+        },
+        residual: Some(residual_of(layout)),
+    }
+}
+
+/// A learned deviation of two primitives a finger (and the object), three demonstrations.
+pub(crate) fn residual_of(layout: SegmentLayout) -> Residual {
+    let blocks = vec![2; if layout.object { 6 } else { 5 }];
+    let (rank, ends) = (2 * blocks.len(), ends_len(layout));
+    // Each primitive lives in the rows of its own part.
+    let part = |row: usize| {
+        if row < layout.finger_rows() {
+            row % 15 / 3
+        } else {
+            5
+        }
+    };
+    let primitives = DMatrix::from_fn(layout.rows(), rank, |row, j| {
+        if part(row) == j / 2 {
+            noise(row * 31 + j)
+        } else {
+            0.0
+        }
+    });
+    let matrix = |seed: usize, rows: usize, columns: usize| {
+        DMatrix::from_fn(rows, columns, |i, j| noise(seed + i * 131 + j * 17))
+    };
+    Residual {
+        layout,
+        ends_mean: DVector::from_fn(ends, |i, _| noise(i)),
+        ends_covariance: matrix(3, ends, ends),
+        primitives,
+        expectation: Expectation::new(
+            layout,
+            blocks,
+            matrix(5, rank, ends),
+            matrix(7, ends, 3),
+            matrix(11, rank, 3),
+        )
+        .weighted(
+            Bandwidths {
+                hand: 2.0,
+                finger: 0.5,
+            },
+            ExpectationWeights {
+                profile: 0.9,
+                hand: 0.3,
+                finger: 0.6,
+            },
+        ),
+        covariance_m2: matrix(13, rank, rank),
+        unexplained_m2: 2e-9,
+        calibration: vec![Calibration {
+            share: 0.5,
+            mahalanobis: 1.25,
+        }],
+        validation: Validation {
+            folds: 5,
+            segments: 119,
+            smooth_error_m: 8e-4,
+            error_m: 6e-4,
+            standard_error_m: 1e-5,
         },
     }
 }

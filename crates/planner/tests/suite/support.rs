@@ -46,6 +46,7 @@ pub(crate) fn dictionary(
             }),
             velocity: bounds(1.0),
         },
+        residual: None,
     }
 }
 

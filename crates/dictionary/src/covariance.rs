@@ -35,7 +35,16 @@ const VARIANCE_OF_EQUAL_VECTORS: f64 = 1e-12;
 ///
 /// Cost: `n rank²` operations, no copy beyond one block.
 pub(crate) fn moments(blocks: &[&[f64]], rank: usize) -> Moments {
-    let scatter = scatter(blocks, rank);
+    shrunk(scatter(blocks, rank, mean(blocks, rank)), rank)
+}
+
+/// The same with the mean taken to be zero: the mean square of what is left after a prediction,
+/// where a mean that is not zero is an error like any other.
+pub(crate) fn moments_about_zero(blocks: &[&[f64]], rank: usize) -> Moments {
+    shrunk(scatter(blocks, rank, vec![0.0; rank]), rank)
+}
+
+fn shrunk(scatter: Scatter, rank: usize) -> Moments {
     let scale = (0..rank)
         .map(|i| scatter.covariance[i * rank + i])
         .sum::<f64>()
@@ -69,8 +78,8 @@ struct Scatter {
     count: usize,
 }
 
-/// Two passes: the mean first, then the centred products, both summed in order.
-fn scatter(blocks: &[&[f64]], rank: usize) -> Scatter {
+/// Sums in order, like those of [`scatter`].
+fn mean(blocks: &[&[f64]], rank: usize) -> Vec<f64> {
     let count: usize = blocks.iter().map(|block| block.len() / rank).sum();
     let mut mean = vec![0.0; rank];
     for vector in blocks.iter().flat_map(|block| block.chunks_exact(rank)) {
@@ -79,6 +88,12 @@ fn scatter(blocks: &[&[f64]], rank: usize) -> Scatter {
     for v in &mut mean {
         *v /= count as f64;
     }
+    mean
+}
+
+/// Products of the vectors less their mean: a second pass, so that no digits cancel.
+fn scatter(blocks: &[&[f64]], rank: usize, mean: Vec<f64>) -> Scatter {
+    let count: usize = blocks.iter().map(|block| block.len() / rank).sum();
     let mut covariance = vec![0.0; rank * rank];
     let mut fourth_powers = 0.0;
     for block in blocks {

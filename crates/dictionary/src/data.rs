@@ -93,7 +93,7 @@ fn place(layout: SegmentLayout, row: usize) -> (usize, usize) {
 }
 
 /// Which one a coordinate of a sample is.
-fn named(coordinate: usize) -> Coordinate {
+pub(crate) fn named(coordinate: usize) -> Coordinate {
     let axis = coordinate % 3;
     match coordinate / 3 {
         body if body < Finger::COUNT => Coordinate::Fingertip {

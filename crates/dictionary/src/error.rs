@@ -110,6 +110,42 @@ pub enum LearnError {
         /// The segment.
         segment: usize,
     },
+    /// An end condition of a segment that is no number.
+    #[error(
+        "training segment {segment} (take {take}): the {condition} of {coordinate} is {found}, \
+         expected a finite number"
+    )]
+    EndNotFinite {
+        /// The segment.
+        segment: usize,
+        /// Index of its take in the list that was cut.
+        take: usize,
+        /// Which of the end conditions.
+        condition: &'static str,
+        /// Of which coordinate.
+        coordinate: Coordinate,
+        /// The number found.
+        found: f64,
+    },
+    /// End conditions that are not those of the segment.
+    #[error(
+        "training segment {segment} (take {take}, sample {sample}): {coordinate} is {expected_m} m, \
+         but the end conditions say {found_m} m: give each segment its own end conditions"
+    )]
+    EndsElsewhere {
+        /// The segment.
+        segment: usize,
+        /// Index of its take in the list that was cut.
+        take: usize,
+        /// First or last sample of the segment, in the take.
+        sample: usize,
+        /// Which of the sample's coordinates.
+        coordinate: Coordinate,
+        /// Where the segment has it, metres.
+        expected_m: f64,
+        /// Where the end conditions have it, metres.
+        found_m: f64,
+    },
     /// A setting out of its range.
     #[error("{name} is {found}: expected {expected}")]
     Setting {

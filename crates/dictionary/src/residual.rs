@@ -1,25 +1,27 @@
 //! Learning deviations from the smooth curve.
 //!
-//! `primitives` (principal components of each finger's deviation), `profile` (what all coordinates
-//! share), `folds` (which takes are left out of what), `validation` (kernel widths and weights by
-//! predicting left-out takes), `blend` (the weights themselves), `calibration` (corridors).
+//! `ends` (end conditions as numbers, checked), `primitives` (principal components of each finger's
+//! deviation), `profile` (what all coordinates share), `folds` (which takes are left out of what),
+//! `validation` (kernel widths and weights by predicting left-out takes), `blend` (the weights
+//! themselves), `calibration` (corridors).
 
 mod blend;
 mod calibration;
+mod ends;
 mod folds;
 mod primitives;
 mod profile;
 mod validation;
 
-use inhand_model::{
-    EndConditions, Expectation, Residual, SegmentLayout, Segments, ends_len, smooth_basis,
-};
-use nalgebra::{DMatrix, DVector};
+use inhand_model::{Expectation, Residual, SegmentLayout, Segments, smooth_basis};
+use nalgebra::DMatrix;
+use rayon::prelude::*;
 
-use crate::covariance::moments;
 use crate::data::checked_range;
 use crate::error::LearnError;
+use ends::{check_layout, ends_matrix, ends_moments};
 use primitives::Primitives;
+use profile::Sums;
 use validation::{Demonstrations, validate};
 
 /// Settings of deviations from the smooth curve.
@@ -41,7 +43,8 @@ impl Default for ResidualSettings {
 ///
 /// Deviations are the segments less [`smooth_basis`] times their end conditions. Primitives are the
 /// principal components (about zero) of each finger's deviations, and of the object's where the
-/// layout has it. What to expect of a deviation is learned as [`Expectation`] says; kernel widths
+/// layout has it; there is none where a finger follows the smooth curve to a nanometre. What to
+/// expect of a deviation is learned as [`Expectation`] says; kernel widths
 /// and weights are those that predict segments of left-out takes best (mean distance over fingers
 /// and instants), drawn back towards the smooth curve as far as the gain could be chance
 /// ([`Validation`](inhand_model::Validation)). The covariance of the activations and the corridors'
@@ -49,29 +52,31 @@ impl Default for ResidualSettings {
 ///
 /// Nothing is random and nothing depends on the number of threads.
 ///
-/// Cost: `n (3 N)²` a finger for the primitives; predictions of at most 600 left-out segments from
+/// Cost: `n (3 N)²` a finger for the primitives; predictions of about 600 left-out segments from
 /// n demonstrations.
 ///
 /// # Errors
 ///
-/// [`LearnError::NoSegments`], [`LearnError::NotFinite`], [`LearnError::RankZero`];
-/// [`LearnError::ObjectEnds`] where the layout has the object and a segment's end conditions do not.
+/// [`LearnError::NoSegments`]; [`LearnError::NotFinite`] and [`LearnError::ConstantCoordinate`] for
+/// the segments' numbers; [`LearnError::Setting`] for segments of a single sample or without a rate;
+/// [`LearnError::RankZero`] for settings without primitives; [`LearnError::ObjectEnds`] where the
+/// layout has the object and a segment's end conditions do not; [`LearnError::EndNotFinite`] and
+/// [`LearnError::EndsElsewhere`] for end conditions that are no numbers, or not those of the
+/// segment.
 pub fn learn_residual(
     segments: &Segments,
     settings: &ResidualSettings,
 ) -> Result<Residual, LearnError> {
     checked_range(segments)?;
+    let layout = segments.layout();
+    check_layout(layout)?;
     if settings.primitives == 0 {
         return Err(LearnError::RankZero);
     }
-    let layout = segments.layout();
-    let ends = ends_matrix(segments.ends(), layout)?;
-    let mut deviations_m = segments.columns_m() - smooth_basis(layout) * &ends;
-    // Exact at the ends by definition, where rounding leaves some 1e-17.
-    clear_ends(&mut deviations_m, layout);
+    let ends = ends_matrix(segments)?;
+    let deviations_m = deviations_m(segments, &ends);
     let most = supported(segments, settings.primitives);
-    let primitives = Primitives::of(&deviations_m, layout, most);
-    let activations_m = primitives.activations_m(&deviations_m);
+    let (primitives, activations_m) = Primitives::of(&deviations_m, layout, most);
     // A micrometre at least: no marker is known better, and a spread of zero could not be inverted.
     let unexplained_m2 = primitives
         .unexplained_m2(&deviations_m, &activations_m)
@@ -84,8 +89,10 @@ pub fn learn_residual(
         deviations_m: &deviations_m,
         activations_m: &activations_m,
     };
-    let chosen = validate(&demonstrations, segments.origins(), unexplained_m2);
-    let profile = profile::fit(&demonstrations, &(0..segments.len()).collect::<Vec<_>>());
+    let sums = Sums::of(&demonstrations);
+    let chosen = validate(&demonstrations, &sums, segments.origins(), unexplained_m2);
+    let every: Vec<usize> = (0..segments.len()).collect();
+    let profile = sums.fit(&demonstrations, &every);
     let answers = &activations_m - &profile * &ends;
     let (ends_mean, ends_covariance) = ends_moments(&ends);
     Ok(Residual {
@@ -122,13 +129,29 @@ fn supported(segments: &Segments, most: usize) -> usize {
     most.min((apart / 4).max(1))
 }
 
-fn ends_matrix(ends: &[EndConditions], layout: SegmentLayout) -> Result<DMatrix<f64>, LearnError> {
-    let mut matrix = DMatrix::zeros(ends_len(layout), ends.len());
-    for (segment, (mut column, ends)) in matrix.column_iter_mut().zip(ends).enumerate() {
-        let numbers = (ends.to_vector(layout)).ok_or(LearnError::ObjectEnds { segment })?;
-        column.copy_from(&numbers);
-    }
-    Ok(matrix)
+/// The segments less their smooth curves (rows x n), metres.
+fn deviations_m(segments: &Segments, ends: &DMatrix<f64>) -> DMatrix<f64> {
+    let layout = segments.layout();
+    let basis = smooth_basis(layout);
+    // Four numbers of a row at most are not zero: as many products instead of d.
+    let basis: Vec<Vec<(usize, f64)>> = (basis.row_iter())
+        .map(|row| {
+            (row.iter().copied().enumerate())
+                .filter(|(_, v)| *v != 0.0)
+                .collect()
+        })
+        .collect();
+    let mut deviations_m = segments.columns_m().clone();
+    (deviations_m.as_mut_slice().par_chunks_mut(layout.rows()))
+        .zip(ends.as_slice().par_chunks(ends.nrows()))
+        .for_each(|(column, ends)| {
+            for (value, row) in column.iter_mut().zip(&basis) {
+                *value -= row.iter().map(|&(i, weight)| weight * ends[i]).sum::<f64>();
+            }
+        });
+    // Exact at the ends by definition, where rounding leaves some 1e-17.
+    clear_ends(&mut deviations_m, layout);
+    deviations_m
 }
 
 /// Sets the deviation at both end samples to zero.
@@ -142,26 +165,4 @@ fn clear_ends(deviations_m: &mut DMatrix<f64>, layout: SegmentLayout) {
             deviations_m.rows_mut(start + len - width, width).fill(0.0);
         }
     }
-}
-
-/// Mean and covariance of the end conditions, shrunk in units of their standard deviations:
-/// positions and velocities have no common scale.
-fn ends_moments(ends: &DMatrix<f64>) -> (DVector<f64>, DMatrix<f64>) {
-    let deviation = ends.column_variance().map(|variance| {
-        // A coordinate that never changed is taken to be known to a micrometre (or micrometre a
-        // second).
-        variance.max(0.0).sqrt().max(1e-6)
-    });
-    let mut scaled = ends.clone();
-    for mut column in scaled.column_iter_mut() {
-        column.component_div_assign(&deviation);
-    }
-    let moments = moments(&[scaled.as_slice()], ends.nrows());
-    let mut covariance = moments.covariance;
-    for j in 0..covariance.ncols() {
-        for i in 0..covariance.nrows() {
-            covariance[(i, j)] *= deviation[i] * deviation[j];
-        }
-    }
-    (moments.mean.component_mul(&deviation), covariance)
 }

@@ -10,9 +10,9 @@ const SMALLEST_M: f64 = 1e-5;
 
 /// Points in space with what was predicted of them: `wanted` and each prediction are lists of
 /// coordinates, three a point, metres.
-pub(super) struct Points<'a> {
+pub(super) struct Points<'a, const K: usize> {
     pub(super) wanted: &'a [f64],
-    pub(super) predictions: &'a [&'a [f64]],
+    pub(super) predictions: [&'a [f64]; K],
 }
 
 /// Non-negative weights `w` that minimise the mean of `|wanted - sum_k w_k prediction_k|`, and that
@@ -20,85 +20,124 @@ pub(super) struct Points<'a> {
 ///
 /// The function is convex. Minimised by iteratively reweighted least squares (E. Weiszfeld, Tohoku
 /// Mathematical Journal 43, 1937): each round is a least-squares problem under signs, in as many
-/// unknowns as there are predictions.
-pub(super) fn blend(points: &Points<'_>) -> (Vec<f64>, f64) {
-    let count = points.predictions.len();
-    let mut weights = vec![0.0; count];
-    let mut error = mean_distance(points, &weights);
-    let mut factors = vec![1.0; points.wanted.len() / 3];
+/// unknowns as there are predictions. Weights are zero where none are better than that.
+pub(super) fn blend<const K: usize>(points: &Points<'_, K>) -> ([f64; K], f64) {
+    let mut weights = [0.0; K];
+    let first = pass(points, &weights, |_| 1.0);
+    let (mut error, mut sums) = (first.mean_distance_m, first.sums);
     for _ in 0..ROUNDS {
-        let (squares, products) = normal_equations(points, &factors);
-        let next = non_negative_least_squares(&squares, &products);
-        let next_error = mean_distance(points, &next);
-        distances(points, &next, |i, distance| {
-            factors[i] = distance.max(SMALLEST_M).recip();
-        });
-        if next_error < error {
-            (weights, error) = (next, next_error);
+        let next = non_negative_least_squares(&sums);
+        let seen = pass(points, &next, |distance| distance.max(SMALLEST_M).recip());
+        if seen.mean_distance_m < error {
+            (weights, error) = (next, seen.mean_distance_m);
         }
+        sums = seen.sums;
     }
     (weights, error)
 }
 
-/// Mean distance with these weights, metres.
-pub(super) fn mean_distance(points: &Points<'_>, weights: &[f64]) -> f64 {
+/// Mean distance of a prediction, metres.
+pub(super) fn mean_distance(wanted: &[f64], prediction: &[f64]) -> f64 {
+    let points = Points {
+        wanted,
+        predictions: [prediction],
+    };
     let mut sum = 0.0;
-    distances(points, weights, |_, distance| sum += distance);
-    sum / (points.wanted.len() / 3).max(1) as f64
+    for i in 0..points.len() {
+        sum += length(points.left(i, &[1.0]));
+    }
+    sum / points.len().max(1) as f64
 }
 
-/// Calls `see` with each point's number and distance.
-fn distances(points: &Points<'_>, weights: &[f64], mut see: impl FnMut(usize, f64)) {
-    for (i, wanted) in points.wanted.as_chunks::<3>().0.iter().enumerate() {
-        let mut left = *wanted;
-        for (weight, prediction) in weights.iter().zip(points.predictions) {
-            for (left, value) in left.iter_mut().zip(&prediction[3 * i..]) {
+/// Normal equations of weighted least squares.
+struct Sums<const K: usize> {
+    squares: [[f64; K]; K],
+    products: [f64; K],
+}
+
+/// What one pass over the points gives.
+struct Pass<const K: usize> {
+    mean_distance_m: f64,
+    sums: Sums<K>,
+}
+
+impl<const K: usize> Points<'_, K> {
+    fn len(&self) -> usize {
+        self.wanted.len() / 3
+    }
+
+    /// What the weighted predictions leave of a point.
+    fn left(&self, i: usize, weights: &[f64; K]) -> [f64; 3] {
+        let mut left = point(self.wanted, i);
+        for (weight, prediction) in weights.iter().zip(self.predictions) {
+            for (left, value) in left.iter_mut().zip(point(prediction, i)) {
                 *left -= weight * value;
             }
         }
-        see(i, left.iter().map(|v| v * v).sum::<f64>().sqrt());
+        left
     }
 }
 
-fn normal_equations(points: &Points<'_>, factors: &[f64]) -> (DMatrix<f64>, DVector<f64>) {
-    let count = points.predictions.len();
-    let mut squares = DMatrix::zeros(count, count);
-    let mut products = DVector::zeros(count);
-    for (k, a) in points.predictions.iter().enumerate() {
-        products[k] = weighted(a, points.wanted, factors);
-        for (l, b) in points.predictions.iter().enumerate().take(k + 1) {
-            squares[(k, l)] = weighted(a, b, factors);
-            squares[(l, k)] = squares[(k, l)];
+/// Mean distance with these weights, and the normal equations with a factor for each point that
+/// depends on its distance: one pass, since reading the points is most of the work.
+fn pass<const K: usize>(
+    points: &Points<'_, K>,
+    weights: &[f64; K],
+    factor: impl Fn(f64) -> f64,
+) -> Pass<K> {
+    let mut distances = 0.0;
+    let mut sums = Sums {
+        squares: [[0.0; K]; K],
+        products: [0.0; K],
+    };
+    for i in 0..points.len() {
+        let distance = length(points.left(i, weights));
+        distances += distance;
+        let factor = factor(distance);
+        let wanted = point(points.wanted, i);
+        let predictions = points.predictions.map(|prediction| point(prediction, i));
+        let places = sums.squares.iter_mut().zip(&mut sums.products);
+        for ((squares, product), prediction) in places.zip(predictions) {
+            let scaled = prediction.map(|v| factor * v);
+            *product += dot(scaled, wanted);
+            for (square, other) in squares.iter_mut().zip(predictions) {
+                *square += dot(scaled, other);
+            }
         }
     }
-    (squares, products)
+    Pass {
+        mean_distance_m: distances / points.len().max(1) as f64,
+        sums,
+    }
 }
 
-/// Scalar product, each point with its factor.
-fn weighted(a: &[f64], b: &[f64], factors: &[f64]) -> f64 {
-    (a.as_chunks::<3>().0.iter().zip(b.as_chunks::<3>().0))
-        .zip(factors)
-        .map(|((a, b), factor)| factor * (a[0] * b[0] + a[1] * b[1] + a[2] * b[2]))
-        .sum()
+fn point(coordinates: &[f64], i: usize) -> [f64; 3] {
+    coordinates.as_chunks::<3>().0[i]
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn length(a: [f64; 3]) -> f64 {
+    dot(a, a).sqrt()
 }
 
 /// Minimises `1/2 wᵀ squares w - productsᵀ w` over `w >= 0` for a handful of unknowns: the best of
 /// the solutions over all subsets.
-fn non_negative_least_squares(squares: &DMatrix<f64>, products: &DVector<f64>) -> Vec<f64> {
-    let count = products.len();
-    let mut best = (vec![0.0; count], 0.0);
-    for subset in 1_u32..1 << count {
-        let used: Vec<usize> = (0..count).filter(|k| subset >> k & 1 == 1).collect();
-        let part = squares.select_rows(&used).select_columns(&used);
-        let Some(solution) = part
-            .cholesky()
-            .map(|c| c.solve(&products.select_rows(&used)))
-        else {
+fn non_negative_least_squares<const K: usize>(sums: &Sums<K>) -> [f64; K] {
+    let mut best = ([0.0; K], 0.0);
+    for subset in 1_u32..1 << K {
+        let used: Vec<usize> = (0..K).filter(|k| subset >> k & 1 == 1).collect();
+        let count = used.len();
+        let part = DMatrix::from_fn(count, count, |i, j| sums.squares[used[i]][used[j]]);
+        let products = DVector::from_fn(count, |i, _| sums.products[used[i]]);
+        let Some(solution) = part.cholesky().map(|c| c.solve(&products)) else {
             continue;
         };
-        let value = -0.5 * solution.dot(&products.select_rows(&used));
+        let value = -0.5 * solution.dot(&products);
         if value < best.1 && solution.iter().all(|w| *w >= 0.0 && w.is_finite()) {
-            let mut weights = vec![0.0; count];
+            let mut weights = [0.0; K];
             for (&k, &w) in used.iter().zip(solution.iter()) {
                 weights[k] = w;
             }
@@ -119,7 +158,7 @@ mod tests {
         let wanted: Vec<f64> = a.iter().zip(&b).map(|(a, b)| 0.8 * a + 0.3 * b).collect();
         let points = Points {
             wanted: &wanted,
-            predictions: &[&a, &b],
+            predictions: [&a, &b],
         };
         let (weights, error) = blend(&points);
         assert!((weights[0] - 0.8).abs() < 1e-9 && (weights[1] - 0.3).abs() < 1e-9);
@@ -132,7 +171,7 @@ mod tests {
         let wrong: Vec<f64> = wanted.iter().map(|v| -v).collect();
         let points = Points {
             wanted: &wanted,
-            predictions: &[&wrong],
+            predictions: [&wrong],
         };
         assert_eq!(blend(&points).0, [0.0]);
     }
@@ -147,11 +186,11 @@ mod tests {
             .collect();
         let points = Points {
             wanted: &wanted,
-            predictions: &[&prediction],
+            predictions: [&prediction],
         };
         let (weights, error) = blend(&points);
         let searched = (0..10_000)
-            .map(|i| mean_distance(&points, &[f64::from(i) * 1e-3]))
+            .map(|i| pass(&points, &[f64::from(i) * 1e-3], |_| 1.0).mean_distance_m)
             .fold(f64::INFINITY, f64::min);
         assert!(error <= searched * 1.01, "{weights:?} {error} {searched}");
     }

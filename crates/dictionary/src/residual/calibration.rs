@@ -1,7 +1,9 @@
 //! How wide corridors have to be.
 
-use inhand_model::{Calibration, Finger, SEGMENT_COORDINATES, SegmentLayout};
+use inhand_model::Calibration;
 use nalgebra::{DMatrix, Matrix3, Vector3};
+
+use super::primitives::Primitives;
 
 /// Shares for which a width is measured.
 const SHARES: [f64; 2] = [0.5, 0.95];
@@ -12,19 +14,22 @@ const NORMAL: [f64; 2] = [1.538_172_254_455_285_2, 2.795_483_482_915_107];
 
 /// Covariance of each fingertip at each sample (ordered finger, sample), m².
 pub(super) fn covariances_m2(
-    layout: SegmentLayout,
-    primitives: &DMatrix<f64>,
+    primitives: &Primitives,
     covariance_m2: &DMatrix<f64>,
     unexplained_m2: f64,
 ) -> Vec<Matrix3<f64>> {
-    (0..layout.samples * Finger::COUNT)
-        .map(|i| {
-            let (finger, t) = (i / layout.samples, i % layout.samples);
-            let rows = primitives.rows(t * SEGMENT_COORDINATES + finger * 3, 3);
-            let spread = rows * covariance_m2 * rows.transpose();
-            Matrix3::from_fn(|a, b| spread[(a, b)]) + Matrix3::identity() * unexplained_m2
-        })
-        .collect()
+    let mut covariances = Vec::new();
+    for (first, block) in primitives.finger_blocks() {
+        // A fingertip moves by its own primitives alone.
+        let size = block.ncols();
+        let spread = block * covariance_m2.view((first, first), (size, size));
+        for t in 0..block.nrows() / 3 {
+            let here = spread.rows(3 * t, 3) * block.rows(3 * t, 3).transpose();
+            covariances
+                .push(Matrix3::from_fn(|a, b| here[(a, b)]) + Matrix3::identity() * unexplained_m2);
+        }
+    }
+    covariances
 }
 
 /// Widths from errors of predictions of left-out segments, one column each in the order of the
@@ -43,19 +48,19 @@ pub(super) fn calibrate(
             distances.push(error.dot(&(inverse * error)).max(0.0).sqrt());
         }
     }
-    distances.sort_by(f64::total_cmp);
     SHARES
         .into_iter()
         .zip(NORMAL)
         .map(|(share, normal)| Calibration {
             share,
-            mahalanobis: quantile(&distances, share).unwrap_or(normal),
+            mahalanobis: quantile(&mut distances, share).unwrap_or(normal),
         })
         .collect()
 }
 
-/// The smallest distance that holds at least this share.
-fn quantile(sorted: &[f64], share: f64) -> Option<f64> {
-    let rank = (share * sorted.len() as f64).ceil() as usize;
-    sorted.get(rank.saturating_sub(1)).copied()
+/// The smallest distance that holds at least this share; leaves the distances in another order.
+fn quantile(distances: &mut [f64], share: f64) -> Option<f64> {
+    let rank = (share * distances.len() as f64).ceil() as usize;
+    let index = rank.saturating_sub(1);
+    (index < distances.len()).then(|| *distances.select_nth_unstable_by(index, f64::total_cmp).1)
 }

@@ -4,10 +4,13 @@ use inhand_model::{Finger, OBJECT_COORDINATES, SEGMENT_COORDINATES, SegmentLayou
 use nalgebra::{DMatrix, SymmetricEigen};
 use rayon::prelude::*;
 
-use crate::product::gram;
+use crate::product::{View, gram, multiply};
 
 /// Share of the largest variance below which a component is rounding, not motion.
 const SMALLEST_VARIANCE: f64 = 1e-12;
+/// Mean square of activations below which a component is rounding, whatever the others are: a
+/// nanometre over a whole segment.
+const SMALLEST_SQUARE_M2: f64 = 1e-18;
 
 /// The deviation of one finger, or of the object: which rows of a column it has.
 #[derive(Clone, Copy, Debug)]
@@ -67,18 +70,47 @@ impl Part {
 }
 
 impl Primitives {
-    /// At most `most` components of each part, those with the largest mean square.
-    pub(super) fn of(deviations_m: &DMatrix<f64>, layout: SegmentLayout, most: usize) -> Self {
+    /// At most `most` components of each part, those with the largest mean square, and the
+    /// activations of the deviations (r x n, metres): orthonormal primitives make them scalar
+    /// products.
+    pub(super) fn of(
+        deviations_m: &DMatrix<f64>,
+        layout: SegmentLayout,
+        most: usize,
+    ) -> (Self, DMatrix<f64>) {
         let parts = parts(layout);
-        let blocks = parts
+        let (blocks, products): (Vec<_>, Vec<_>) = parts
             .par_iter()
-            .map(|part| components(&part.gather(deviations_m, layout.samples), most))
-            .collect();
-        Self {
+            .map(|part| {
+                let own_m = part.gather(deviations_m, layout.samples);
+                let block = components(&own_m, most);
+                let activations = activations(&block, &own_m);
+                (block, activations)
+            })
+            .unzip();
+        let primitives = Self {
             layout,
             parts,
             blocks,
+        };
+        let mut activations_m = DMatrix::zeros(primitives.rank(), deviations_m.ncols());
+        let mut start = 0;
+        for product in products {
+            activations_m
+                .rows_mut(start, product.nrows())
+                .copy_from(&product);
+            start += product.nrows();
         }
+        (primitives, activations_m)
+    }
+
+    /// Each finger's primitives (3 N x size), with the number of its first activation.
+    pub(super) fn finger_blocks(&self) -> impl Iterator<Item = (usize, &DMatrix<f64>)> {
+        let mut start = 0;
+        self.blocks[..Finger::COUNT].iter().map(move |block| {
+            start += block.ncols();
+            (start - block.ncols(), block)
+        })
     }
 
     /// Number of primitives of each part.
@@ -88,22 +120,6 @@ impl Primitives {
 
     pub(super) fn rank(&self) -> usize {
         self.blocks.iter().map(DMatrix::ncols).sum()
-    }
-
-    /// Activations of deviations (r x n): orthonormal primitives make them scalar products.
-    pub(super) fn activations_m(&self, deviations_m: &DMatrix<f64>) -> DMatrix<f64> {
-        let products: Vec<_> = (self.parts.par_iter().zip(&self.blocks))
-            .map(|(part, block)| block.tr_mul(&part.gather(deviations_m, self.layout.samples)))
-            .collect();
-        let mut activations = DMatrix::zeros(self.rank(), deviations_m.ncols());
-        let mut start = 0;
-        for product in products {
-            activations
-                .rows_mut(start, product.nrows())
-                .copy_from(&product);
-            start += product.nrows();
-        }
-        activations
     }
 
     /// Mean square of what the primitives leave of the fingertips' deviations, m².
@@ -128,15 +144,8 @@ impl Primitives {
         samples: &[usize],
     ) -> DMatrix<f64> {
         let rows: Vec<usize> = samples.iter().flat_map(|&t| 3 * t..3 * t + 3).collect();
-        let mut start = 0;
-        let parts: Vec<_> = self.blocks[..Finger::COUNT]
-            .iter()
-            .map(|block| {
-                start += block.ncols();
-                (start - block.ncols(), block)
-            })
-            .collect();
-        let products: Vec<_> = parts
+        let blocks: Vec<_> = self.finger_blocks().collect();
+        let products: Vec<_> = blocks
             .into_par_iter()
             .map(|(start, block)| {
                 block.select_rows(&rows) * activations_m.rows(start, block.ncols())
@@ -212,14 +221,30 @@ impl Primitives {
     }
 }
 
+/// `blockᵀ own` (size x n), without nalgebra's slow product of transposes.
+fn activations(block: &DMatrix<f64>, own_m: &DMatrix<f64>) -> DMatrix<f64> {
+    let (rows, size) = block.shape();
+    let mut activations = DMatrix::zeros(size, own_m.ncols());
+    multiply(
+        1.0,
+        View::columns(block.as_slice(), rows).transposed(),
+        View::columns(own_m.as_slice(), rows),
+        0.0,
+        activations.as_mut_slice(),
+        size,
+    );
+    activations
+}
+
 /// Leading eigenvectors of `M Mᵀ`, each with its largest number positive.
 fn components(own_m: &DMatrix<f64>, most: usize) -> DMatrix<f64> {
     let rows = own_m.nrows();
     let eigen = SymmetricEigen::new(DMatrix::from_vec(rows, rows, gram(own_m.as_slice(), rows)));
     let mut order: Vec<usize> = (0..rows).collect();
     order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
-    let smallest = SMALLEST_VARIANCE * eigen.eigenvalues[order[0]];
-    order.retain(|&i| eigen.eigenvalues[i] > smallest.max(0.0));
+    let smallest = (SMALLEST_VARIANCE * eigen.eigenvalues[order[0]])
+        .max(SMALLEST_SQUARE_M2 * own_m.ncols() as f64);
+    order.retain(|&i| eigen.eigenvalues[i] > smallest);
     order.truncate(most.min(own_m.ncols()));
     let mut components = DMatrix::zeros(rows, order.len());
     for (mut column, &i) in components.column_iter_mut().zip(&order) {

@@ -11,14 +11,17 @@ use super::blend::{Points, blend, mean_distance};
 use super::calibration::{calibrate, covariances_m2};
 use super::folds::{Fold, folds};
 use super::primitives::Primitives;
-use super::profile;
-use crate::covariance::moments;
+use super::profile::Sums;
+use crate::covariance::moments_about_zero;
 
 /// Kernel widths that are tried, over the features of the hand: narrower ones follow single
 /// demonstrations, wider ones forget what is special.
 const HAND_WIDTHS: [f64; 4] = [1.4, 2.0, 2.8, 4.0];
 /// The same over the features of one finger.
 const FINGER_WIDTHS: [f64; 4] = [0.35, 0.5, 0.7, 1.0];
+/// Smallest variance of an activation, m²: no marker is known better than a micrometre, and a
+/// spread of zero could not be inverted.
+const SMALLEST_VARIANCE_M2: f64 = 1e-12;
 /// Instants of a segment at which predictions are compared; neighbouring ones tell the same.
 const INSTANTS: usize = 12;
 
@@ -32,6 +35,15 @@ pub(super) struct Demonstrations<'a> {
     pub(super) deviations_m: &'a DMatrix<f64>,
     /// Their activations (r x n), metres.
     pub(super) activations_m: &'a DMatrix<f64>,
+}
+
+/// Left-out segments with their predictions, and what was recorded of them.
+struct LeftOut {
+    predicted: Predicted,
+    /// Samples at which predictions are compared.
+    instants: Vec<usize>,
+    /// Deviations of the fingertips there, as [`Primitives::fingertips_of`] orders them, metres.
+    wanted_m: DMatrix<f64>,
 }
 
 /// What the left-out takes say.
@@ -61,33 +73,39 @@ struct Choice {
 
 pub(super) fn validate(
     demonstrations: &Demonstrations<'_>,
+    sums: &Sums,
     origins: &[SegmentOrigin],
     unexplained_m2: f64,
 ) -> Chosen {
     let folds = folds(origins, demonstrations.layout.samples);
-    let predicted = predict(demonstrations, &folds);
-    let best = choose(demonstrations, &predicted);
+    let predicted = predict(demonstrations, sums, &folds);
+    let instants = instants(demonstrations.layout);
+    let left_out = LeftOut {
+        wanted_m: Primitives::fingertips_of(
+            demonstrations.deviations_m,
+            &predicted.segments,
+            &instants,
+        ),
+        predicted,
+        instants,
+    };
+    let predicted = &left_out.predicted;
+    let best = choose(demonstrations, &left_out);
     let with_weights = |weights| Choice { weights, ..best };
-    let errors = |choice| segment_errors_m(demonstrations, &predicted, choice);
+    let errors = |choice| segment_errors_m(demonstrations, &left_out, choice);
     let smooth = errors(with_weights([0.0; 3]));
     let trust = trust(&smooth, &errors(best));
     let choice = with_weights(best.weights.map(|weight| weight * trust));
 
-    let remainders = remainders_m(demonstrations, &predicted, choice);
-    let rank = demonstrations.primitives.rank();
-    let spread = if predicted.segments.is_empty() {
+    let remainders = remainders_m(demonstrations, predicted, choice);
+    let covariance_m2 = covariance_m2(if predicted.segments.is_empty() {
+        // Nothing was predicted: the smooth curve is all that is expected.
         demonstrations.activations_m
     } else {
         &remainders
-    };
-    let covariance_m2 = moments(&[spread.as_slice()], rank).covariance;
-    let left = left_m(demonstrations, &predicted, &remainders);
-    let covariances = covariances_m2(
-        demonstrations.layout,
-        &demonstrations.primitives.matrix(),
-        &covariance_m2,
-        unexplained_m2,
-    );
+    });
+    let left = left_m(demonstrations, predicted, &remainders);
+    let covariances = covariances_m2(demonstrations.primitives, &covariance_m2, unexplained_m2);
     let error = errors(choice);
     Chosen {
         bandwidths: Bandwidths {
@@ -111,12 +129,29 @@ pub(super) fn validate(
     }
 }
 
-fn predict(demonstrations: &Demonstrations<'_>, folds: &[Fold]) -> Predicted {
+/// Mean square of errors of activations (r x n), shrunk, m².
+fn covariance_m2(errors_m: &DMatrix<f64>) -> DMatrix<f64> {
+    let rank = errors_m.nrows();
+    if rank == 0 {
+        return DMatrix::zeros(0, 0);
+    }
+    let moments = moments_about_zero(&[errors_m.as_slice()], rank);
+    let mut covariance_m2 = moments.covariance;
+    // No eigenvalue is smaller than the share of the identity.
+    let smallest = moments.shrinkage * covariance_m2.trace() / rank as f64;
+    let missing = (SMALLEST_VARIANCE_M2 - smallest).max(0.0);
+    for i in 0..rank {
+        covariance_m2[(i, i)] += missing;
+    }
+    covariance_m2
+}
+
+fn predict(demonstrations: &Demonstrations<'_>, sums: &Sums, folds: &[Fold]) -> Predicted {
     let parts: Vec<Vec<[DMatrix<f64>; HAND_WIDTHS.len()]>> = folds
         .par_iter()
-        .map(|fold| predict_fold(demonstrations, fold))
+        .map(|fold| predict_fold(demonstrations, sums, fold))
         .collect();
-    let parts = parts.concat();
+    let parts: Vec<_> = parts.into_iter().flatten().collect();
     let rank = demonstrations.primitives.rank();
     let gather = |width: usize, column: usize| {
         let mut matrix = DMatrix::zeros(rank, parts.len());
@@ -136,9 +171,10 @@ fn predict(demonstrations: &Demonstrations<'_>, folds: &[Fold]) -> Predicted {
 /// The parts of the expectation (r x 3) for each left-out segment and pair of widths.
 fn predict_fold(
     demonstrations: &Demonstrations<'_>,
+    sums: &Sums,
     fold: &Fold,
 ) -> Vec<[DMatrix<f64>; HAND_WIDTHS.len()]> {
-    let profile = profile::fit(demonstrations, &fold.known);
+    let profile = sums.fit(demonstrations, &fold.known);
     let ends = demonstrations.ends.select_columns(&fold.known);
     let answers = demonstrations.activations_m.select_columns(&fold.known) - &profile * &ends;
     let sizes = demonstrations.primitives.sizes();
@@ -165,37 +201,38 @@ fn instants(layout: SegmentLayout) -> Vec<usize> {
 }
 
 /// The widths that predict best by themselves, then the weights of all three parts together.
-fn choose(demonstrations: &Demonstrations<'_>, predicted: &Predicted) -> Choice {
-    let instants = instants(demonstrations.layout);
-    let at_instants = |a: &DMatrix<f64>| demonstrations.primitives.fingertips_m(a, &instants);
-    let wanted =
-        Primitives::fingertips_of(demonstrations.deviations_m, &predicted.segments, &instants);
+fn choose(demonstrations: &Demonstrations<'_>, left_out: &LeftOut) -> Choice {
+    let wanted = left_out.wanted_m.as_slice();
+    let predicted = &left_out.predicted;
+    let at_instants =
+        |a: &DMatrix<f64>| (demonstrations.primitives).fingertips_m(a, &left_out.instants);
     let profile = at_instants(&predicted.profile);
-    let best = |candidates: Vec<DMatrix<f64>>| {
-        let errors: Vec<f64> = candidates
+    let best = |candidates: &[DMatrix<f64>; HAND_WIDTHS.len()]| {
+        let tried: Vec<(f64, DMatrix<f64>)> = candidates
             .par_iter()
             .map(|candidate| {
+                let candidate = at_instants(candidate);
                 let points = Points {
-                    wanted: wanted.as_slice(),
-                    predictions: &[profile.as_slice(), candidate.as_slice()],
+                    wanted,
+                    predictions: [profile.as_slice(), candidate.as_slice()],
                 };
-                blend(&points).1
+                (blend(&points).1, candidate)
             })
             .collect();
-        let smallest = (0..errors.len()).min_by(|&a, &b| errors[a].total_cmp(&errors[b]));
-        smallest.map_or((0, DMatrix::zeros(0, 0)), |i| (i, candidates[i].clone()))
+        let numbered = tried.into_iter().enumerate();
+        let smallest = numbered.min_by(|(_, (a, _)), (_, (b, _))| a.total_cmp(b));
+        smallest.map_or((0, DMatrix::zeros(0, 0)), |(i, (_, best))| (i, best))
     };
-    let (hand, by_hand) = best(predicted.hand.iter().map(at_instants).collect());
-    let (finger, by_finger) = best(predicted.finger.iter().map(at_instants).collect());
-    let points = Points {
-        wanted: wanted.as_slice(),
-        predictions: &[profile.as_slice(), by_hand.as_slice(), by_finger.as_slice()],
-    };
-    let weights = blend(&points).0;
+    let (hand, by_hand) = best(&predicted.hand);
+    let (finger, by_finger) = best(&predicted.finger);
+    let (weights, _) = blend(&Points {
+        wanted,
+        predictions: [profile.as_slice(), by_hand.as_slice(), by_finger.as_slice()],
+    });
     Choice {
         hand,
         finger,
-        weights: [weights[0], weights[1], weights[2]],
+        weights,
     }
 }
 
@@ -221,23 +258,17 @@ fn expected_m(predicted: &Predicted, choice: Choice) -> DMatrix<f64> {
 /// Mean distance over fingers and compared instants of each left-out segment, metres.
 fn segment_errors_m(
     demonstrations: &Demonstrations<'_>,
-    predicted: &Predicted,
+    left_out: &LeftOut,
     choice: Choice,
 ) -> Vec<f64> {
-    let instants = instants(demonstrations.layout);
-    let wanted =
-        Primitives::fingertips_of(demonstrations.deviations_m, &predicted.segments, &instants);
-    let expected =
-        (demonstrations.primitives).fingertips_m(&expected_m(predicted, choice), &instants);
-    (wanted.column_iter().zip(expected.column_iter()))
-        .map(|(wanted, expected)| {
-            let points = Points {
-                wanted: wanted.as_slice(),
-                predictions: &[expected.as_slice()],
-            };
-            mean_distance(&points, &[1.0])
-        })
-        .collect()
+    let expected_m = expected_m(&left_out.predicted, choice);
+    let expected_m = (demonstrations.primitives).fingertips_m(&expected_m, &left_out.instants);
+    (left_out
+        .wanted_m
+        .column_iter()
+        .zip(expected_m.column_iter()))
+    .map(|(wanted, expected)| mean_distance(wanted.as_slice(), expected.as_slice()))
+    .collect()
 }
 
 /// What is left of the activations after the prediction (r x left-out segments), metres.

@@ -1,0 +1,141 @@
+//! End conditions as numbers, checked against the segments they belong to.
+
+use inhand_model::{OBJECT_COORDINATES, SEGMENT_COORDINATES, SegmentLayout, Segments, ends_len};
+use nalgebra::{DMatrix, DVector};
+
+use crate::covariance::moments;
+use crate::data::named;
+use crate::error::LearnError;
+
+/// How far a segment's first and last sample may lie from its end conditions, metres: a marker is
+/// known no better. The smooth curve leads from one end condition to the other, so a segment that
+/// begins elsewhere would have a deviation with a jump.
+const TOLERANCE_M: f64 = 1e-6;
+
+/// End conditions as columns (d x n).
+///
+/// The object's rotation is that of the segment's column: it is the same, but for a segment in which
+/// the object turns by more than half a turn, where the two poses alone would tell the way back.
+pub(super) fn ends_matrix(segments: &Segments) -> Result<DMatrix<f64>, LearnError> {
+    let layout = segments.layout();
+    let mut matrix = DMatrix::zeros(ends_len(layout), segments.len());
+    for (segment, ends) in segments.ends().iter().enumerate() {
+        let mut numbers = (ends.to_vector(layout)).ok_or(LearnError::ObjectEnds { segment })?;
+        if layout.object {
+            let from = layout.object_row(layout.samples - 1, 3);
+            let turned = &segments.column_m(segment)[from..from + 3];
+            let place = numbers.len() - 3;
+            numbers.as_mut_slice()[place..].copy_from_slice(turned);
+        }
+        check_finite(segments, segment, &numbers)?;
+        check_same(segments, segment, &numbers)?;
+        matrix.column_mut(segment).copy_from(&numbers);
+    }
+    Ok(matrix)
+}
+
+fn check_finite(
+    segments: &Segments,
+    segment: usize,
+    numbers: &DVector<f64>,
+) -> Result<(), LearnError> {
+    let Some(i) = numbers.iter().position(|v| !v.is_finite()) else {
+        return Ok(());
+    };
+    let (condition, coordinate) = match (i / SEGMENT_COORDINATES, i % SEGMENT_COORDINATES) {
+        (0, c) => ("first position", c),
+        (1, c) => ("last position", c),
+        (2, c) => ("first velocity", c),
+        (3, c) => ("last velocity", c),
+        (_, c @ 0..3) => ("first position", SEGMENT_COORDINATES + c),
+        (_, c) => ("last position", SEGMENT_COORDINATES + c - 3),
+    };
+    Err(LearnError::EndNotFinite {
+        segment,
+        take: segments.origins()[segment].take,
+        condition,
+        coordinate: named(coordinate),
+        found: numbers[i],
+    })
+}
+
+/// Checks that the segment begins and ends where its end conditions say.
+fn check_same(
+    segments: &Segments,
+    segment: usize,
+    numbers: &DVector<f64>,
+) -> Result<(), LearnError> {
+    let layout = segments.layout();
+    let column = segments.column_m(segment);
+    let last = layout.samples - 1;
+    let fingers = (0..2 * SEGMENT_COORDINATES).map(|i| {
+        let (end, c) = (i / SEGMENT_COORDINATES, i % SEGMENT_COORDINATES);
+        (i, end * last, end * last * SEGMENT_COORDINATES + c, c)
+    });
+    let object = (0..if layout.object { OBJECT_COORDINATES } else { 0 }).map(|i| {
+        let (t, c) = (i / 3 * last, i % 3);
+        (
+            4 * SEGMENT_COORDINATES + i,
+            t,
+            layout.object_row(t, c),
+            SEGMENT_COORDINATES + c,
+        )
+    });
+    for (number, t, row, coordinate) in fingers.chain(object) {
+        if (numbers[number] - column[row]).abs() > TOLERANCE_M {
+            let origin = segments.origins()[segment];
+            return Err(LearnError::EndsElsewhere {
+                segment,
+                take: origin.take,
+                sample: origin.start + t,
+                coordinate: named(coordinate),
+                expected_m: column[row],
+                found_m: numbers[number],
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Mean and covariance of the end conditions, shrunk in units of their standard deviations:
+/// positions and velocities have no common scale.
+pub(super) fn ends_moments(ends: &DMatrix<f64>) -> (DVector<f64>, DMatrix<f64>) {
+    let mean = ends.column_mean();
+    let deviation = DVector::from_fn(ends.nrows(), |i, _| {
+        // Not nalgebra's `column_variance`, which loses digits where the mean is large. A coordinate
+        // that never changed is taken to be known to a micrometre (or micrometre a second).
+        let squares: f64 = ends.row(i).iter().map(|v| (v - mean[i]).powi(2)).sum();
+        (squares / ends.ncols() as f64).sqrt().max(1e-6)
+    });
+    let mut scaled = ends.clone();
+    for mut column in scaled.column_iter_mut() {
+        column.component_div_assign(&deviation);
+    }
+    let moments = moments(&[scaled.as_slice()], ends.nrows());
+    let mut covariance = moments.covariance;
+    for j in 0..covariance.ncols() {
+        for i in 0..covariance.nrows() {
+            covariance[(i, j)] *= deviation[i] * deviation[j];
+        }
+    }
+    (moments.mean.component_mul(&deviation), covariance)
+}
+
+/// Checks that there is time between the first and the last sample.
+pub(super) fn check_layout(layout: SegmentLayout) -> Result<(), LearnError> {
+    if layout.samples < 2 {
+        return Err(LearnError::Setting {
+            name: "samples of a segment",
+            expected: "2 or more: a curve has a first and a last one",
+            found: layout.samples as f64,
+        });
+    }
+    if !(layout.rate_hz.is_finite() && layout.rate_hz > 0.0) {
+        return Err(LearnError::Setting {
+            name: "rate of the segments in Hz",
+            expected: "a positive number",
+            found: layout.rate_hz,
+        });
+    }
+    Ok(())
+}

@@ -88,7 +88,7 @@ impl Session {
                 let off = |row: usize| 0.002 * (row as f64 * 0.002 + method as f64).sin();
                 (0..SEGMENTS)
                     .map(|segment| {
-                        let values = segments.column_m(segment).iter().enumerate();
+                        let values = segments.fingertips_m(segment).iter().enumerate();
                         let values = values.map(|(row, v)| v + off(row)).collect();
                         Some(Trajectory::new(layout, values).expect("finite"))
                     })
@@ -135,6 +135,8 @@ impl Session {
                 description: "the recording, some millimetres off",
                 baseline: true,
                 trajectories,
+                objects: None,
+                corridors: None,
                 plans: None,
             };
             let (evaluation, _) = evaluate_method(&data, &of_recording, &method, &self.settings);

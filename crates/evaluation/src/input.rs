@@ -1,7 +1,8 @@
 //! What is judged, and by which limits.
 
 use inhand_model::{
-    Demonstrated, Motion, PerFinger, Plan, Segments, Shape, Trajectory, VelocityBounds,
+    Calibration, Demonstrated, Hand, Motion, Object, PerFinger, Plan, Pose, Segments, Shape,
+    Trajectory, VelocityBounds,
 };
 
 /// The limits an evaluation applies. All of them are choices about the experiment and are written
@@ -53,6 +54,9 @@ pub struct TestData<'a> {
     pub shape: Option<Shape>,
 }
 
+/// Where the object is at each of the N samples of a segment (`hand_from_object`).
+pub type ObjectPoses = Vec<Pose<Hand, Object>>;
+
 /// What a method made of the test segments.
 #[derive(Clone, Copy, Debug)]
 pub struct MethodResult<'a> {
@@ -62,9 +66,28 @@ pub struct MethodResult<'a> {
     pub description: &'a str,
     /// Whether it uses nothing learned.
     pub baseline: bool,
-    /// One for each segment, `None` where the plan failed. One that is not there, or whose layout is
-    /// not that of the segments, counts as failed too.
+    /// One for each segment, `None` where the plan failed. One that is not there, or that has another
+    /// rate or number of samples than the segments, counts as failed too.
     pub trajectories: &'a [Option<Trajectory>],
+    /// Where the method plans the object to be, for each segment: `None` where the plan failed;
+    /// another number of poses than samples counts as failed too. `None` for a method that plans
+    /// fingertips alone.
+    pub objects: Option<&'a [Option<ObjectPoses>]>,
+    /// How far the recording lies from the plan as the plan's own uncertainty measures it, where the
+    /// method has any.
+    pub corridors: Option<Corridors<'a>>,
     /// How planning went, where there was any.
     pub plans: Option<&'a [Plan]>,
+}
+
+/// The recorded fingertips measured by the uncertainty of the planned ones.
+#[derive(Clone, Copy, Debug)]
+pub struct Corridors<'a> {
+    /// For each segment and each of its N instants the Mahalanobis distance
+    /// `sqrt((x - m)ᵀ C⁻¹ (x - m))` of each recorded fingertip `x` from the planned one `m` with
+    /// covariance `C` (3 x 3); infinite where a corridor of no width misses, NaN where there is no
+    /// corridor. `None`, or another number of instants, where the plan failed.
+    pub mahalanobis: &'a [Option<Vec<PerFinger<f64>>>],
+    /// The widths to judge, with the shares they are meant to hold.
+    pub widths: &'a [Calibration],
 }

@@ -4,7 +4,8 @@
 //! [`evaluate_method`] looks at the same instants of what a method planned, in the same way, and
 //! compares: errors, reachability, finger collisions, velocities, contacts (sections as in *In-hand
 //! manipulation planning using human motion dictionary*, arXiv 2308.15153). [`recording_quality`]
-//! says what the data itself is worth.
+//! says what the data itself is worth. Where a method plans the object as well, that is compared with
+//! the recorded one, and where it states corridors, the share of the recording inside is counted.
 //!
 //! Three rules hold for every number. It says how many values it rests on, how many of them were
 //! filled, and how many were left out. Recorded and planned motion are judged at the same instants.
@@ -56,6 +57,8 @@
 //!     description: "the recording, 1 mm off",
 //!     baseline: true,
 //!     trajectories: &[Some(plan)],
+//!     objects: None,
+//!     corridors: None,
 //!     plans: None,
 //! };
 //! let (evaluation, rows) = evaluate_method(&data, &of_recording, &method, &settings);
@@ -70,13 +73,15 @@
 
 mod constraints;
 mod contacts;
+mod corridors;
 mod input;
 mod instants;
 mod method;
+mod object;
 mod quality;
 mod recorded;
 
-pub use input::{EvaluationSettings, MethodResult, TestData};
+pub use input::{Corridors, EvaluationSettings, MethodResult, ObjectPoses, TestData};
 pub use method::{Rows, evaluate_method};
 pub use quality::recording_quality;
 pub use recorded::{Recorded, recorded};

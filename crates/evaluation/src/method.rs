@@ -1,15 +1,18 @@
 //! One method against the recorded motion.
 
 use inhand_model::{
-    Finger, MethodEvaluation, PerFinger, Plan, PlanFacts, PlanStatus, Statistics, Trajectory,
+    Finger, MethodEvaluation, PerFinger, Plan, PlanFacts, PlanStatus, SegmentLayout, Statistics,
+    Trajectory,
 };
 use inhand_trajectory::quantiles::statistics;
 use rayon::prelude::*;
 
 use crate::constraints::{check_velocity, collision, reachability};
 use crate::contacts::{contact_share, distance_difference, in_contact};
+use crate::corridors::coverage;
 use crate::input::{EvaluationSettings, MethodResult, TestData};
 use crate::instants::{NearestPair, SegmentInstants, hull_probes, look, tips};
+use crate::object::object_error;
 use crate::recorded::Recorded;
 
 /// What a method does at every instant of the test segments, in the order of [`Recorded`]: sample `t`
@@ -67,7 +70,7 @@ pub fn evaluate_method(
         .map(|segment| {
             (method.trajectories.get(segment))
                 .and_then(Option::as_ref)
-                .filter(|trajectory| trajectory.layout() == layout)
+                .filter(|trajectory| has_times_of(trajectory.layout(), layout))
         })
         .collect();
     let looks: Vec<Option<(Vec<PerFinger<f64>>, SegmentInstants)>> = trajectories
@@ -79,7 +82,7 @@ pub fn evaluate_method(
                 trajectory.map(|trajectory| {
                     let object_from_hand = recorded.object_from_hand(segment, samples);
                     (
-                        errors_m(trajectory.values_m(), data.segments.column_m(segment)),
+                        errors_m(trajectory.values_m(), data.segments.fingertips_m(segment)),
                         look(
                             data,
                             settings,
@@ -142,9 +145,35 @@ pub fn evaluate_method(
         velocity,
         contact,
         distance_difference: difference,
+        object_error: method.objects.and_then(|objects| {
+            object_error(&whole(objects, &trajectories, samples), recorded, counts)
+        }),
+        corridors: method.corridors.map_or_else(Vec::new, |corridors| {
+            let mahalanobis = whole(corridors.mahalanobis, &trajectories, samples);
+            coverage(&mahalanobis, corridors.widths, recorded, counts)
+        }),
         plan: method.plans.map(plan_facts),
     };
     (evaluation, rows)
+}
+
+/// Whether both have the same samples; the object makes no difference to fingertips.
+fn has_times_of(one: SegmentLayout, other: SegmentLayout) -> bool {
+    (one.samples, one.rate_hz) == (other.samples, other.rate_hz)
+}
+
+/// What a method says of each segment beside its trajectory, where that is there and both are whole.
+fn whole<'a, T>(
+    parts: &'a [Option<Vec<T>>],
+    trajectories: &[Option<&Trajectory>],
+    samples: usize,
+) -> Vec<Option<&'a [T]>> {
+    (trajectories.iter().enumerate())
+        .map(|(segment, trajectory)| {
+            let part = parts.get(segment)?.as_deref();
+            part.filter(|part| trajectory.is_some() && part.len() == samples)
+        })
+        .collect()
 }
 
 fn errors_m(planned_m: &[f64], recorded_m: &[f64]) -> Vec<PerFinger<f64>> {

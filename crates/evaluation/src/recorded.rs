@@ -21,7 +21,7 @@ pub struct Recorded {
     pub hull_distance_m: Vec<PerFinger<f64>>,
     /// Distance between the nearest two fingertips, metres, and which they are.
     pub nearest_pair: Vec<NearestPair>,
-    /// Where the object is, for distances of planned fingertips; empty where there is none.
+    /// Where the object is, for planned fingertips and objects; empty where no take has one.
     pub(crate) object_from_hand: Vec<Option<Pose<Object, Hand>>>,
 }
 
@@ -32,7 +32,8 @@ pub struct Recorded {
 /// motions the object is missing.
 pub fn recorded(data: &TestData<'_>, settings: &EvaluationSettings) -> Recorded {
     let samples = data.segments.layout().samples;
-    let has_object = data.shape.is_some() && data.motions.iter().any(|m| m.object.is_some());
+    let has_object = data.motions.iter().any(|m| m.object.is_some());
+    let has_distance = has_object && data.shape.is_some();
     let segments: Vec<(Vec<Known>, SegmentInstants)> = (0..data.segments.len())
         .into_par_iter()
         .map_init(
@@ -46,7 +47,7 @@ pub fn recorded(data: &TestData<'_>, settings: &EvaluationSettings) -> Recorded 
                     data,
                     settings,
                     probes,
-                    data.segments.column_m(segment),
+                    data.segments.fingertips_m(segment),
                     &poses,
                 );
                 (known, instants)
@@ -58,7 +59,7 @@ pub fn recorded(data: &TestData<'_>, settings: &EvaluationSettings) -> Recorded 
     let mut recorded = Recorded {
         filled: Vec::with_capacity(count),
         object_filled: Vec::with_capacity(count),
-        distance_m: has_object.then(|| Vec::with_capacity(count)),
+        distance_m: has_distance.then(|| Vec::with_capacity(count)),
         hull_distance_m: Vec::with_capacity(count),
         nearest_pair: Vec::with_capacity(count),
         object_from_hand: Vec::with_capacity(if has_object { count } else { 0 }),

@@ -6,7 +6,8 @@ use crate::finding::Finding;
 use crate::finger::{Finger, PerFinger};
 use crate::track::TrackCounts;
 
-/// A distribution of lengths, metres. Quantiles are type 7 (linear interpolation).
+/// A distribution of lengths, metres, or, where a field says so, of angles, radians. Quantiles are
+/// type 7 (linear interpolation).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Statistics {
     /// Values.
@@ -125,6 +126,34 @@ pub struct VelocityCheck {
     pub worst_ratio: f64,
 }
 
+/// Planned against recorded pose of the object, at every instant where both are known.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ObjectError {
+    /// Distance between the origins, metres.
+    pub position: Statistics,
+    /// Angle of the rotation from one to the other, 0 to pi, radians.
+    pub angle: Statistics,
+}
+
+/// How often the recorded motion lies within a planned corridor of a stated width.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CorridorCoverage {
+    /// Share of instants that the corridor was made to hold, 0 to 1.
+    pub share_stated: f64,
+    /// Its width, as a Mahalanobis distance, without unit.
+    pub mahalanobis: f64,
+    /// Instants judged, those of every finger added up.
+    pub n: usize,
+    /// Instants among `n` at which the fingertip was filled.
+    pub n_filled: usize,
+    /// Instants left out: a gap, a plan that failed, or one without corridor.
+    pub n_left_out: usize,
+    /// Share of the `n` instants inside; NaN without any.
+    pub share_inside: f64,
+    /// The same, each finger.
+    pub share_inside_by_finger: PerFinger<f64>,
+}
+
 /// How planning went.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlanFacts {
@@ -170,6 +199,10 @@ pub struct MethodEvaluation {
     /// Absolute difference between planned and recorded distance to the object's surface, each finger;
     /// neither distance counts a side.
     pub distance_difference: Option<PerFinger<Statistics>>,
+    /// Planned against recorded object; `None` where the method plans no object or no take has one.
+    pub object_error: Option<ObjectError>,
+    /// Coverage of the corridor, one for each width; empty where the method plans no corridor.
+    pub corridors: Vec<CorridorCoverage>,
     /// How planning went; `None` for baselines.
     pub plan: Option<PlanFacts>,
 }

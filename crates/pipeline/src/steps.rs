@@ -326,6 +326,8 @@ pub fn evaluate(comparison: &Comparison<'_>, generated: &Generated) -> (MethodEv
         description: generated.method.description(),
         baseline: generated.method.planner().is_none(),
         trajectories: &generated.trajectories,
+        objects: None,
+        corridors: None,
         plans: generated.plans.as_deref(),
     };
     evaluate_method(

@@ -20,7 +20,7 @@
 //! #     reachability: Reachability { n: 100, inside: none, worst_outside_m: PerFinger::new([0.0; 5]), distance: PerFinger::new([error; 5]), recorded_inside: none },
 //! #     collision: Collision { n: 100, limit_m: 0.01, instants: 0, trajectories: 0, nearest_m: 0.02, nearest_pair: None, recorded_instants: 0, recorded_nearest_m: 0.02 },
 //! #     velocity: VelocityCheck { n: 1485, outside: 0, trajectories_outside: 0, worst_ratio: 0.7 },
-//! #     contact: None, distance_difference: None, plan: None,
+//! #     contact: None, distance_difference: None, object_error: None, corridors: vec![], plan: None,
 //! # };
 //! # let evaluation = Evaluation {
 //! #     session: SessionFacts { name: "cube".into(), rate_hz: 100.0, segment_samples: 100, object: None, train: vec![], test: vec![] },
@@ -61,7 +61,7 @@ pub use error::ReportError;
 
 /// `evaluation.json`: pretty-printed, keys in a fixed order, `schema_version` first, numbers that
 /// are not finite as `null`, a newline at the end. Lengths under keys that end in `_mm` are
-/// millimetres. The contract is `schemas/evaluation.schema.json`.
+/// millimetres, angles under keys that end in `_deg` degrees. The contract is `schemas/evaluation.schema.json`.
 ///
 /// # Errors
 ///

@@ -31,7 +31,7 @@ fn at_rest() -> Session {
 fn moved(session: &Session, shift_m: [f64; 5]) -> Vec<Option<Trajectory>> {
     (0..session.segments.len())
         .map(|segment| {
-            let mut values = session.segments.column_m(segment).to_vec();
+            let mut values = session.segments.fingertips_m(segment).to_vec();
             for configuration in values.chunks_exact_mut(15) {
                 for (finger, shift) in shift_m.iter().enumerate() {
                     configuration[3 * finger + 1] += shift;

@@ -179,6 +179,8 @@ fn plans_are_counted_by_how_they_ended() {
             description: "",
             baseline: false,
             trajectories: &planned,
+            objects: None,
+            corridors: None,
             plans: Some(plans),
         };
         session.with_data(|data| {

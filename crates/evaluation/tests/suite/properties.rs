@@ -54,7 +54,7 @@ fn planned(session: &Session, off: &[Vec<f64>]) -> Vec<Option<inhand_model::Traj
     off.iter()
         .enumerate()
         .map(|(segment, off)| {
-            let values = session.segments.column_m(segment).iter().zip(off);
+            let values = session.segments.fingertips_m(segment).iter().zip(off);
             Some(session.trajectory(values.map(|(v, off)| v + off).collect()))
         })
         .collect()

@@ -70,7 +70,7 @@ impl Session {
     /// The recorded segments as trajectories: the perfect method.
     pub(crate) fn copies(&self) -> Vec<Option<Trajectory>> {
         (0..self.segments.len())
-            .map(|s| Some(self.trajectory(self.segments.column_m(s).to_vec())))
+            .map(|s| Some(self.trajectory(self.segments.fingertips_m(s).to_vec())))
             .collect()
     }
 
@@ -83,14 +83,11 @@ impl Session {
     }
 
     pub(crate) fn evaluate(&self, trajectories: &[Option<Trajectory>]) -> (MethodEvaluation, Rows) {
-        let method = MethodResult {
-            name: "test",
-            description: "made for a test",
-            baseline: true,
-            trajectories,
-            plans: None,
-        };
-        self.with_data(|data| evaluate_method(&data, &self.recorded(), &method, &self.settings))
+        self.judge(&method(trajectories))
+    }
+
+    pub(crate) fn judge(&self, method: &MethodResult<'_>) -> (MethodEvaluation, Rows) {
+        self.with_data(|data| evaluate_method(&data, &self.recorded(), method, &self.settings))
     }
 
     pub(crate) fn with_data<T>(&self, look: impl FnOnce(TestData<'_>) -> T) -> T {
@@ -102,6 +99,19 @@ impl Session {
             velocity_bounds: self.velocity_bounds,
             shape: self.shape,
         })
+    }
+}
+
+/// A method that plans these trajectories and nothing else.
+pub(crate) fn method(trajectories: &[Option<Trajectory>]) -> MethodResult<'_> {
+    MethodResult {
+        name: "test",
+        description: "made for a test",
+        baseline: true,
+        trajectories,
+        objects: None,
+        corridors: None,
+        plans: None,
     }
 }
 

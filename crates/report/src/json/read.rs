@@ -1,16 +1,16 @@
 //! From a document back to the evaluation it was written from.
 
 use inhand_model::{
-    Collision, ContactShare, DictionaryFacts, DictionaryKind, Evaluation, Finding, Finger,
-    InputHash, MethodEvaluation, PerFinger, PlanFacts, Provenance, Reachability,
-    SEGMENT_COORDINATES, SessionFacts, Severity, Statistics, StopReason, TakeFacts, TakeQuality,
-    TauShare, TrackCounts, VelocityBounds, VelocityCheck,
+    Collision, ContactShare, CorridorCoverage, DictionaryFacts, DictionaryKind, Evaluation,
+    Finding, Finger, InputHash, MethodEvaluation, ObjectError, PerFinger, PlanFacts, Provenance,
+    Reachability, SEGMENT_COORDINATES, SessionFacts, Severity, Statistics, StopReason, TakeFacts,
+    TakeQuality, TauShare, TrackCounts, VelocityBounds, VelocityCheck,
 };
 use serde::Deserialize;
 
 use super::wire::{
-    Bounds, ByFinger, Collisions, Contact, Counts, Dictionary, Distribution, Document, Found,
-    Method, Number, Plans, Reach, SCHEMA_VERSION, Session, Step, Take, TakeState, Velocity,
+    Bounds, ByFinger, Collisions, Contact, Corridor, Counts, Dictionary, Distribution, Document,
+    Found, Method, Number, Plans, Reach, SCHEMA_VERSION, Session, Step, Take, TakeState, Velocity,
 };
 use crate::error::ReportError;
 
@@ -143,26 +143,38 @@ fn method(method: Method) -> Result<MethodEvaluation, ReportError> {
         distance_difference: method
             .distance_difference_mm
             .map(|fingers| per_finger(fingers, statistics)),
+        object_error: (method.object_error_mm.zip(method.object_angle_deg)).map(
+            |(position, angle)| ObjectError {
+                position: statistics(position),
+                angle: scaled_statistics(angle, |degrees| number(degrees).to_radians()),
+            },
+        ),
+        corridors: method.corridors.into_iter().map(corridor).collect(),
         plan: method.plan.map(plans),
     })
 }
 
 fn statistics(distribution: Distribution) -> Statistics {
+    scaled_statistics(distribution, metres)
+}
+
+/// A distribution in another unit, which `value` comes from.
+fn scaled_statistics(distribution: Distribution, value: impl Fn(Number) -> f64) -> Statistics {
     Statistics {
         n: distribution.n,
         n_filled: distribution.n_filled,
         n_left_out: distribution.n_left_out,
-        mean: metres(distribution.mean),
-        rmse: metres(distribution.rmse),
-        min: metres(distribution.min),
-        p5: metres(distribution.p5),
-        p25: metres(distribution.p25),
-        p50: metres(distribution.p50),
-        p75: metres(distribution.p75),
-        p95: metres(distribution.p95),
-        max: metres(distribution.max),
-        whisker_low: metres(distribution.whisker_low),
-        whisker_high: metres(distribution.whisker_high),
+        mean: value(distribution.mean),
+        rmse: value(distribution.rmse),
+        min: value(distribution.min),
+        p5: value(distribution.p5),
+        p25: value(distribution.p25),
+        p50: value(distribution.p50),
+        p75: value(distribution.p75),
+        p95: value(distribution.p95),
+        max: value(distribution.max),
+        whisker_low: value(distribution.whisker_low),
+        whisker_high: value(distribution.whisker_high),
     }
 }
 
@@ -227,6 +239,18 @@ fn contact(contact: Contact) -> ContactShare {
                 recorded_three_or_more: number(at.recorded_three_or_more),
             })
             .collect(),
+    }
+}
+
+fn corridor(corridor: Corridor) -> CorridorCoverage {
+    CorridorCoverage {
+        share_stated: number(corridor.share_stated),
+        mahalanobis: number(corridor.mahalanobis),
+        n: corridor.n,
+        n_filled: corridor.n_filled,
+        n_left_out: corridor.n_left_out,
+        share_inside: number(corridor.inside.all),
+        share_inside_by_finger: per_finger(corridor.inside.fingers, number),
     }
 }
 

@@ -88,6 +88,11 @@ pub(super) struct Method {
     pub(super) velocity: Velocity,
     pub(super) contact: Option<Contact>,
     pub(super) distance_difference_mm: Option<ByFinger<Distribution>>,
+    pub(super) object_error_mm: Option<Distribution>,
+    pub(super) object_angle_deg: Option<Distribution>,
+    // Documents of this version were written before there were corridors.
+    #[serde(default)]
+    pub(super) corridors: Vec<Corridor>,
     pub(super) plan: Option<Plans>,
 }
 
@@ -172,6 +177,16 @@ pub(super) struct AtTau {
     pub(super) tau_mm: Number,
     pub(super) three_or_more: Number,
     pub(super) recorded_three_or_more: Number,
+}
+
+#[derive(Serialize, Deserialize)]
+pub(super) struct Corridor {
+    pub(super) share_stated: Number,
+    pub(super) mahalanobis: Number,
+    pub(super) n: usize,
+    pub(super) n_filled: usize,
+    pub(super) n_left_out: usize,
+    pub(super) inside: WithAll<Number>,
 }
 
 #[derive(Clone, Copy, Serialize, Deserialize)]

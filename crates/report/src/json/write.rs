@@ -1,16 +1,16 @@
 //! From an evaluation to its document.
 
 use inhand_model::{
-    Collision, ContactShare, DictionaryFacts, Evaluation, Finding, Finger, MethodEvaluation,
-    PerFinger, PlanFacts, Provenance, Reachability, SessionFacts, Statistics, TakeFacts,
-    TakeQuality, TrackCounts, VelocityBounds, VelocityCheck,
+    Collision, ContactShare, CorridorCoverage, DictionaryFacts, Evaluation, Finding, Finger,
+    MethodEvaluation, PerFinger, PlanFacts, Provenance, Reachability, SessionFacts, Statistics,
+    TakeFacts, TakeQuality, TrackCounts, VelocityBounds, VelocityCheck,
 };
 
 use super::settings_value;
 use super::wire::{
-    AtTau, Bounds, ByFinger, Collisions, Contact, Counts, Dictionary, Distribution, Document,
-    Found, Input, Method, Number, Plans, Quality, Reach, SCHEMA_VERSION, Session, Step, Take,
-    TakeState, TrackState, Velocity, WithAll,
+    AtTau, Bounds, ByFinger, Collisions, Contact, Corridor, Counts, Dictionary, Distribution,
+    Document, Found, Input, Method, Number, Plans, Quality, Reach, SCHEMA_VERSION, Session, Step,
+    Take, TakeState, TrackState, Velocity, WithAll,
 };
 use crate::number::to_mm;
 
@@ -101,13 +101,22 @@ fn method(method: &MethodEvaluation) -> Method {
             .distance_difference
             .as_ref()
             .map(|fingers| ByFinger::from_fn(|finger| distribution(&fingers[finger]))),
+        object_error_mm: (method.object_error.as_ref()).map(|error| distribution(&error.position)),
+        object_angle_deg: (method.object_error.as_ref())
+            .map(|error| scaled_distribution(&error.angle, f64::to_degrees)),
+        corridors: method.corridors.iter().map(corridor).collect(),
         plan: method.plan.as_ref().map(plans),
     }
 }
 
 /// Quantiles of nothing do not exist: with n = 0 every number is null, whatever stands there.
 fn distribution(statistics: &Statistics) -> Distribution {
-    let value = |metres: f64| mm(metres).only_if(statistics.n > 0);
+    scaled_distribution(statistics, to_mm)
+}
+
+/// The same in the unit that `scale` goes to.
+fn scaled_distribution(statistics: &Statistics, scale: impl Fn(f64) -> f64) -> Distribution {
+    let value = |value: f64| Number::finite(scale(value)).only_if(statistics.n > 0);
     Distribution {
         n: statistics.n,
         n_filled: statistics.n_filled,
@@ -185,6 +194,21 @@ fn contact(share: &ContactShare) -> Contact {
                 recorded_three_or_more: judged(at.recorded_three_or_more),
             })
             .collect(),
+    }
+}
+
+fn corridor(coverage: &CorridorCoverage) -> Corridor {
+    let judged = |value: f64| Number::finite(value).only_if(coverage.n > 0);
+    Corridor {
+        share_stated: Number::finite(coverage.share_stated),
+        mahalanobis: Number::finite(coverage.mahalanobis),
+        n: coverage.n,
+        n_filled: coverage.n_filled,
+        n_left_out: coverage.n_left_out,
+        inside: WithAll {
+            all: judged(coverage.share_inside),
+            fingers: ByFinger::from_fn(|finger| judged(coverage.share_inside_by_finger[finger])),
+        },
     }
 }
 

@@ -2,10 +2,10 @@
 //! closed forms, so that they are the same everywhere.
 
 use inhand_model::{
-    Collision, ContactShare, DictionaryFacts, DictionaryKind, Evaluation, Finding, Finger,
-    InputHash, MethodEvaluation, PerFinger, PlanFacts, Provenance, Reachability, SessionFacts,
-    Statistics, StopReason, TakeFacts, TakeQuality, TauShare, TrackCounts, VelocityBounds,
-    VelocityCheck,
+    Collision, ContactShare, CorridorCoverage, DictionaryFacts, DictionaryKind, Evaluation,
+    Finding, Finger, InputHash, MethodEvaluation, ObjectError, PerFinger, PlanFacts, Provenance,
+    Reachability, SessionFacts, Statistics, StopReason, TakeFacts, TakeQuality, TauShare,
+    TrackCounts, VelocityBounds, VelocityCheck,
 };
 
 const SEGMENTS: usize = 119;
@@ -180,6 +180,29 @@ fn method(kind: &Kind, object: bool) -> MethodEvaluation {
         distance_difference: object.then(|| {
             PerFinger::from_fn(|finger| skewed(n, 0.6 * median * finger_factor(finger), tail))
         }),
+        object_error: (object && !baseline).then(|| ObjectError {
+            position: skewed(n, 0.8 * median, tail),
+            angle: skewed(n, 20.0 * median, tail),
+        }),
+        corridors: if baseline {
+            Vec::new()
+        } else {
+            [(0.5, 1.61, 0.52), (0.95, 3.02, 0.94)]
+                .map(
+                    |(share_stated, mahalanobis, share_inside)| CorridorCoverage {
+                        share_stated,
+                        mahalanobis,
+                        n: 5 * n,
+                        n_filled: n / 100,
+                        n_left_out: 0,
+                        share_inside,
+                        share_inside_by_finger: PerFinger::from_fn(|f| {
+                            share_inside - 0.005 * (f.index() as f64 - 2.0)
+                        }),
+                    },
+                )
+                .into()
+        },
         plan: (!baseline).then_some(PlanFacts {
             solved: SEGMENTS,
             infeasible: 0,

@@ -55,6 +55,14 @@ fn promised() -> Vec<String> {
         "/methods/0/contact/three_or_more",
         "/methods/0/contact/recorded_three_or_more",
         "/methods/0/contact/by_finger",
+        "/methods/0/object_error_mm/n_left_out",
+        "/methods/0/object_error_mm/p50",
+        "/methods/0/object_angle_deg/p95",
+        "/methods/0/corridors/1/share_stated",
+        "/methods/0/corridors/1/mahalanobis",
+        "/methods/0/corridors/1/n",
+        "/methods/0/corridors/1/inside/all",
+        "/methods/0/corridors/1/inside/ring",
         "/methods/0/plan/solved",
         "/methods/0/plan/infeasible",
         "/methods/0/plan/worst_kkt_residual",
@@ -260,6 +268,65 @@ fn another_version_a_cut_file_and_other_json_are_refused() {
         refused.contains("boredom") && refused.contains("iteration_limit"),
         "{refused}"
     );
+}
+
+#[test]
+fn planned_objects_and_corridors_are_written_and_read_back() {
+    let (evaluation, document) = (sample::evaluation(true), document(true));
+    let number = |path: &str| document.pointer(path).unwrap().as_f64().unwrap();
+    let near = |found: f64, expected: f64| assert!((found / expected - 1.0).abs() < 1e-14);
+    let planned = evaluation.methods[0].object_error.unwrap();
+    near(
+        number("/methods/0/object_error_mm/p50"),
+        1e3 * planned.position.p50,
+    );
+    near(
+        number("/methods/0/object_angle_deg/p95"),
+        planned.angle.p95.to_degrees(),
+    );
+    assert_eq!(number("/methods/0/corridors/1/share_stated"), 0.95);
+    assert_eq!(document["methods"][5]["object_error_mm"], Value::Null);
+    assert_eq!(document["methods"][5]["object_angle_deg"], Value::Null);
+    assert_eq!(document["methods"][5]["corridors"], Value::Array(vec![]));
+
+    let (read, _) = read_evaluation_json(&document.to_string()).unwrap();
+    for (read, written) in read.methods.iter().zip(&evaluation.methods) {
+        assert_eq!(read.corridors, written.corridors);
+        assert_eq!(read.object_error.is_some(), written.object_error.is_some());
+        if let Some((read, written)) = read.object_error.zip(written.object_error) {
+            assert_eq!(read.angle.n_left_out, written.angle.n_left_out);
+            near(read.position.rmse, written.position.rmse);
+            near(read.angle.whisker_high, written.angle.whisker_high);
+        }
+    }
+
+    // A corridor over nothing has no share, and comes back as it was.
+    let mut evaluation = evaluation;
+    let corridor = &mut evaluation.methods[0].corridors[0];
+    (corridor.n, corridor.share_inside) = (0, f64::NAN);
+    let text = evaluation_json(&evaluation, &[]).unwrap();
+    let document: Value = serde_json::from_str(&text).unwrap();
+    assert!(VALIDATOR.is_valid(&document));
+    assert_eq!(
+        document["methods"][0]["corridors"][0]["inside"]["all"],
+        Value::Null
+    );
+    let (read, _) = read_evaluation_json(&text).unwrap();
+    assert!(read.methods[0].corridors[0].share_inside.is_nan());
+}
+
+#[test]
+fn a_document_from_before_objects_and_corridors_is_read() {
+    let mut old = document(true);
+    for method in old["methods"].as_array_mut().unwrap() {
+        let keys = method.as_object_mut().unwrap();
+        for key in ["object_error_mm", "object_angle_deg", "corridors"] {
+            keys.remove(key);
+        }
+    }
+    let (read, _) = read_evaluation_json(&old.to_string()).unwrap();
+    let first = &read.methods[0];
+    assert!(first.object_error.is_none() && first.corridors.is_empty());
 }
 
 static SAMPLE: LazyLock<Evaluation> = LazyLock::new(|| sample::evaluation(false));

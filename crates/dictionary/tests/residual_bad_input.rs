@@ -1,0 +1,205 @@
+//! Deviations from the smooth curve: input that cannot teach.
+
+use inhand_dictionary::{Coordinate, LearnError, ResidualSettings, learn_residual};
+use inhand_model::{EndConditions, Finger, SegmentLayout, SegmentOrigin, Segments, smooth_basis};
+use nalgebra::DMatrix;
+
+use crate::residual_data::{around_smooth, conditions, ends, layout, numbers};
+
+/// Six segments in two takes, whose end conditions may be changed afterwards.
+fn six(layout: SegmentLayout, change: impl Fn(&mut Vec<EndConditions>)) -> Segments {
+    let x = conditions(layout, 0, 6);
+    let mut all = (0..6).map(|i| ends(&numbers(i, layout))).collect();
+    change(&mut all);
+    let origins = (0..6)
+        .map(|i| SegmentOrigin {
+            take: i / 3,
+            start: 4 + i % 3 * layout.samples,
+        })
+        .collect();
+    Segments::new(layout, smooth_basis(layout) * &x, origins, all, 0).unwrap()
+}
+
+fn refused(segments: &Segments) -> LearnError {
+    learn_residual(segments, &ResidualSettings::default()).unwrap_err()
+}
+
+#[test]
+fn no_segments() {
+    let layout = layout(10, false);
+    let none = DMatrix::zeros(60, 0);
+    let segments = around_smooth(layout, &none, &DMatrix::zeros(layout.rows(), 0), 1);
+    assert_eq!(refused(&segments), LearnError::NoSegments { left_out: 0 });
+}
+
+#[test]
+fn no_primitives() {
+    let settings = ResidualSettings { primitives: 0 };
+    let learned = learn_residual(&six(layout(10, false), |_| ()), &settings);
+    assert_eq!(learned.unwrap_err(), LearnError::RankZero);
+}
+
+#[test]
+fn more_primitives_than_there_can_be_are_as_many_as_there_are() {
+    let layout = layout(10, false);
+    let x = conditions(layout, 0, 6);
+    let known = crate::residual_data::deviations(layout, 6, |i, c, s| {
+        1e-3 * crate::residual_data::bump(s) * (i as f64 + c as f64).sin()
+    });
+    let settings = ResidualSettings {
+        primitives: usize::MAX,
+    };
+    let residual = learn_residual(&around_smooth(layout, &x, &known, 3), &settings).unwrap();
+    assert_eq!(residual.expectation.blocks(), [1; 5]);
+}
+
+#[test]
+fn a_sample_that_is_no_number() {
+    let layout = layout(10, false);
+    let x = conditions(layout, 0, 6);
+    let mut known = DMatrix::zeros(layout.rows(), 6);
+    known[(15 * 4 + 7, 4)] = f64::NAN;
+    let error = refused(&around_smooth(layout, &x, &known, 3));
+    assert!(
+        matches!(
+            error,
+            LearnError::NotFinite {
+                segment: 4,
+                take: 1,
+                sample: 18,
+                coordinate: Coordinate::Fingertip {
+                    finger: Finger::Middle,
+                    axis: 1
+                },
+                ..
+            }
+        ),
+        "{error}"
+    );
+}
+
+#[test]
+fn an_end_condition_that_is_no_number() {
+    for value in [f64::NAN, f64::INFINITY] {
+        let segments = six(layout(10, false), |ends| {
+            ends[4].last_velocity_m_s[5] = value;
+        });
+        let error = refused(&segments);
+        let LearnError::EndNotFinite {
+            segment: 4,
+            take: 1,
+            condition: "last velocity",
+            coordinate:
+                Coordinate::Fingertip {
+                    finger: Finger::Index,
+                    axis: 2,
+                },
+            found,
+        } = error
+        else {
+            panic!("{error}");
+        };
+        assert_eq!(found.is_nan(), value.is_nan());
+        assert!(error.to_string().contains("index axis 2"), "{error}");
+    }
+}
+
+#[test]
+fn end_conditions_of_another_segment() {
+    let segments = six(layout(10, true), |ends| ends[1].last_m[14] += 2e-6);
+    let error = refused(&segments);
+    assert!(
+        matches!(
+            error,
+            LearnError::EndsElsewhere {
+                segment: 1,
+                take: 0,
+                sample: 23,
+                coordinate: Coordinate::Fingertip {
+                    finger: Finger::Little,
+                    axis: 2
+                },
+                ..
+            }
+        ),
+        "{error}"
+    );
+    // Rounding is none.
+    let segments = six(layout(10, true), |ends| ends[1].last_m[14] += 1e-9);
+    assert!(learn_residual(&segments, &ResidualSettings::default()).is_ok());
+    // The object counts as well.
+    let segments = six(layout(10, true), |ends| {
+        let other = ends[5].object;
+        ends[2].object = other;
+    });
+    assert!(matches!(
+        refused(&segments),
+        LearnError::EndsElsewhere {
+            segment: 2,
+            coordinate: Coordinate::ObjectPosition { axis: 0 },
+            ..
+        }
+    ));
+}
+
+#[test]
+fn an_object_that_the_end_conditions_do_not_have() {
+    let segments = six(layout(10, true), |ends| ends[3].object = None);
+    assert_eq!(refused(&segments), LearnError::ObjectEnds { segment: 3 });
+    // Without the object in the layout it does not matter.
+    let segments = six(layout(10, false), |ends| ends[3].object = None);
+    assert!(learn_residual(&segments, &ResidualSettings::default()).is_ok());
+}
+
+#[test]
+fn a_layout_without_time() {
+    let x = conditions(layout(2, false), 0, 6);
+    let of_layout = |samples, rate_hz| {
+        let origins = vec![SegmentOrigin { take: 0, start: 4 }; 6];
+        let ends = (0..6)
+            .map(|i| ends(&numbers(i, layout(2, false))))
+            .collect();
+        let layout = SegmentLayout {
+            samples,
+            rate_hz,
+            object: false,
+        };
+        let columns = DMatrix::from_fn(layout.rows(), 6, |row, i| x[(row % 15, i)]);
+        Segments::new(layout, columns, origins, ends, 0).unwrap()
+    };
+    for (samples, rate_hz) in [(1, 100.0), (5, 0.0), (5, -100.0), (5, f64::NAN)] {
+        let error = refused(&of_layout(samples, rate_hz));
+        assert!(matches!(error, LearnError::Setting { .. }), "{error}");
+    }
+}
+
+#[test]
+fn two_samples_are_nothing_but_ends() {
+    let layout = layout(2, false);
+    let residual = learn_residual(&six(layout, |_| ()), &ResidualSettings::default()).unwrap();
+    assert_eq!(residual.primitives.ncols(), 0);
+    assert_eq!(residual.expected_m(&numbers(7, layout)).len(), 0);
+}
+
+#[test]
+fn a_fingertip_that_never_moves() {
+    let layout = layout(10, false);
+    let mut x = conditions(layout, 0, 6);
+    for (row, value) in [(4, 0.02), (19, 0.02), (34, 0.0), (49, 0.0)] {
+        x.row_mut(row).fill(value);
+    }
+    // Rounding moves it by some 1e-18; what counts is the number that is in the segment.
+    let columns = (smooth_basis(layout) * &x)
+        .map_with_location(|row, _, v| if row % 15 == 4 { 0.02 } else { v });
+    let origins = vec![SegmentOrigin { take: 0, start: 4 }; 6];
+    let ends = x.column_iter().map(|x| ends(&x.into_owned())).collect();
+    let segments = Segments::new(layout, columns, origins, ends, 0).unwrap();
+    assert!(matches!(
+        refused(&segments),
+        LearnError::ConstantCoordinate {
+            finger: Finger::Index,
+            axis: 1,
+            ..
+        }
+    ));
+}

@@ -399,3 +399,6 @@ fn raw_features(layout: SegmentLayout, ends: &[f64]) -> DVector<f64> {
     }
     features
 }
+
+#[cfg(test)]
+mod tests;

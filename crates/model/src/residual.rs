@@ -150,3 +150,6 @@ pub fn smooth_basis(layout: SegmentLayout) -> DMatrix<f64> {
     }
     basis
 }
+
+#[cfg(test)]
+mod tests;

@@ -43,6 +43,30 @@ impl From<model::PlanStatus> for PlanStatus {
     }
 }
 
+impl From<model::ConstraintFamily> for ConstraintFamily {
+    fn from(family: model::ConstraintFamily) -> Self {
+        match family {
+            model::ConstraintFamily::Targets => ConstraintFamily::Targets,
+            model::ConstraintFamily::TargetVelocities => ConstraintFamily::TargetVelocities,
+            model::ConstraintFamily::Activations => ConstraintFamily::Activations,
+            model::ConstraintFamily::Velocity => ConstraintFamily::Velocity,
+            model::ConstraintFamily::Acceleration => ConstraintFamily::Acceleration,
+            model::ConstraintFamily::Reachability => ConstraintFamily::Reachability,
+            model::ConstraintFamily::Separation => ConstraintFamily::Separation,
+            model::ConstraintFamily::Holding => ConstraintFamily::Holding,
+        }
+    }
+}
+
+impl ConstraintFamily {
+    /// The noun, unless the number is none of ours.
+    pub(crate) fn to_model(number: i32) -> Option<model::ConstraintFamily> {
+        let family = ConstraintFamily::try_from(number).ok()?;
+        (model::ConstraintFamily::ALL.into_iter())
+            .find(|&noun| ConstraintFamily::from(noun) == family)
+    }
+}
+
 impl From<model::DictionaryKind> for DictionaryKind {
     fn from(kind: model::DictionaryKind) -> Self {
         match kind {

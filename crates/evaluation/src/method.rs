@@ -1,8 +1,8 @@
 //! One method against the recorded motion.
 
 use inhand_model::{
-    Finger, MethodEvaluation, PerFinger, Plan, PlanFacts, PlanStatus, SegmentLayout, Statistics,
-    Trajectory,
+    ConstraintFamily, Finger, MethodEvaluation, PerFinger, Plan, PlanFacts, PlanStatus,
+    SegmentLayout, Statistics, Trajectory,
 };
 use inhand_trajectory::quantiles::statistics;
 use rayon::prelude::*;
@@ -338,6 +338,8 @@ fn plan_facts(plans: &[Plan]) -> PlanFacts {
             .map(|plan| plan.certificate.worst())
             .max_by(f64::total_cmp)
             .unwrap_or(0.0),
-        velocity_bound_active: solved().filter(|plan| plan.active.velocity > 0).count(),
+        velocity_bound_active: solved()
+            .filter(|plan| plan.checks.active[ConstraintFamily::Velocity] > 0)
+            .count(),
     }
 }

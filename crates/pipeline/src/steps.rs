@@ -11,12 +11,12 @@ use inhand_evaluation::{
 use inhand_model::{
     Demonstrated, Dictionary, DictionaryFacts, Evaluation, Finger, MethodEvaluation, Motion,
     PerFinger, Plan, Roles, SegmentLayout, Segments, SessionFacts, TakeFacts, TakeQuality,
-    Trajectory,
+    Trajectory, VelocityBounds,
 };
 use inhand_motion::{
     SegmentSettings, Templates, cut_segments, fit_templates, smooth, to_hand_frame,
 };
-use inhand_planner::{Planner, PlannerSettings, Target, plan_all, widened};
+use inhand_planner::{Ends, Planner, PlannerSettings, plan_all, widened};
 use inhand_trajectory::velocity;
 use rayon::prelude::*;
 
@@ -253,7 +253,8 @@ pub fn generate(
         &planner_settings(dictionary, settings),
     )
     .map_err(plan_error)?;
-    let targets: Vec<_> = segments.ends().iter().map(Target::from).collect();
+    let ends = segments.ends().iter();
+    let targets: Vec<_> = ends.map(|ends| planner_method.target(ends)).collect();
     let (mut plans, mut plan_times) = (Vec::new(), Vec::new());
     for (plan, time) in plan_all(&planner, &targets) {
         plans.push(plan.map_err(plan_error)?);
@@ -268,14 +269,20 @@ pub fn generate(
     })
 }
 
+fn velocity_bounds(dictionary: &Dictionary, settings: &Settings) -> VelocityBounds {
+    widened(
+        &dictionary.demonstrated.velocity,
+        settings.plan.velocity_factor,
+    )
+}
+
 fn planner_settings(dictionary: &Dictionary, settings: &Settings) -> PlannerSettings {
     PlannerSettings {
-        sigma_m: settings.plan.sigma_mm / 1000.0,
+        ends: Ends::Soft {
+            sigma_m: settings.plan.sigma_mm / 1000.0,
+        },
         ridge: settings.plan.ridge,
-        velocity_bounds: widened(
-            &dictionary.demonstrated.velocity,
-            settings.plan.velocity_factor,
-        ),
+        ..PlannerSettings::new(velocity_bounds(dictionary, settings))
     }
 }
 
@@ -302,7 +309,7 @@ pub fn measure_recorded<'a>(
         segments,
         motions,
         demonstrated: &dictionary.demonstrated,
-        velocity_bounds: planner_settings(dictionary, settings).velocity_bounds,
+        velocity_bounds: velocity_bounds(dictionary, settings),
         shape: settings.shape()?,
     };
     let settings = EvaluationSettings {
@@ -350,7 +357,7 @@ pub fn dictionary_facts(dictionary: &Dictionary, settings: &Settings) -> Diction
         iterations: learning.iterations,
         stop_reason: learning.stop_reason,
         objective_history_m2: learning.objective_history_m2.clone(),
-        velocity_bounds: planner_settings(dictionary, settings).velocity_bounds,
+        velocity_bounds: velocity_bounds(dictionary, settings),
     }
 }
 

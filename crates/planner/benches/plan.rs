@@ -4,7 +4,7 @@
 //! `cargo bench -p inhand-planner`; one thread throughout.
 
 use divan::Bencher;
-use inhand_model::{Dictionary, DictionaryKind};
+use inhand_model::{Dictionary, DictionaryKind, EndConditions};
 use inhand_planner::{Backend, Method, Planner, PlannerSettings, Target};
 
 #[expect(dead_code, reason = "the benches need a part of what the tests need")]
@@ -24,7 +24,7 @@ fn main() {
 
 /// Primitives as slow as those of a hand, up to 2 Hz, and activations that spread by as much as
 /// their mean, so that a good part of them ends at zero.
-fn problem() -> (Dictionary, PlannerSettings, Vec<Target>) {
+fn problem() -> (Dictionary, PlannerSettings, Vec<EndConditions>) {
     let mut dictionary = support::smooth(DictionaryKind::Nmf, SAMPLES, RANK);
     for (k, mut column) in dictionary.primitives.column_iter_mut().enumerate() {
         for (row, w) in column.iter_mut().enumerate() {
@@ -37,7 +37,7 @@ fn problem() -> (Dictionary, PlannerSettings, Vec<Target>) {
     }
     dictionary.activation_mean_m *= 0.5;
     let targets = (0..32)
-        .map(|case| support::target(&dictionary, case, REACH_M))
+        .map(|case| support::ends(&dictionary, case, REACH_M))
         .collect();
     let settings = support::settings(support::bounds(VELOCITY_M_S));
     (dictionary, settings, targets)
@@ -60,7 +60,8 @@ fn plan_by_clarabel(bencher: Bencher, method: Method) {
 }
 
 fn plan(bencher: Bencher, method: Method, backend: Backend) {
-    let (dictionary, settings, targets) = problem();
+    let (dictionary, settings, ends) = problem();
+    let targets: Vec<Target> = ends.iter().map(|ends| method.target(ends)).collect();
     let planner = Planner::new(&dictionary, method, &settings)
         .expect("the formula makes a sound dictionary")
         .with_backend(backend);
@@ -72,7 +73,7 @@ fn plan(bencher: Bencher, method: Method, backend: Backend) {
 
 #[divan::bench(args = Method::ALL, sample_count = 1, sample_size = 1)]
 fn plain_clarabel_with_every_row(bencher: Bencher, method: Method) {
-    let (dictionary, settings, targets) = problem();
-    let plain = support::Plain::new(&dictionary, method, &settings, &targets[0]);
+    let (dictionary, settings, ends) = problem();
+    let plain = support::Plain::new(&dictionary, method, &settings, &ends[0]);
     bencher.bench_local(|| plain.solve());
 }

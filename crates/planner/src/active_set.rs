@@ -23,6 +23,8 @@ use crate::cholesky::{Factor, add_scaled, dot};
 const SIGN_TOLERANCE_MM: f64 = 1e-9;
 /// A row is a combination of the working ones where less than this part of its curvature is left.
 const DEPENDENT: f64 = 1e-12;
+/// The square of what rounding leaves of a direction that is not free.
+const NOTHING: f64 = 1e-22;
 /// Steps allowed for each row that could be active. Practice needs about one for each that is.
 const STEPS_PER_ROW: usize = 20;
 
@@ -63,8 +65,10 @@ pub(crate) enum Constraint {
 /// minimisation continued.
 #[derive(Clone, Debug)]
 pub(crate) struct ActiveSet<'a> {
-    /// `C` (n x n), symmetric.
+    /// `C` (n x n), symmetric; only semidefinite where equations leave less than n directions free.
     inverse: &'a DMatrix<f64>,
+    /// Curvatures of a row of length one below this are rounding: nothing free is in the row.
+    least_curvature: f64,
     signs: bool,
     rows: Vec<Row>,
     point: DVector<f64>,
@@ -89,6 +93,8 @@ impl Contest {
         slack: f64,
         curvature: f64,
     ) {
+        // A row in which nothing is free comes first: it shows that there is no solution.
+        let curvature = curvature.max(f64::MIN_POSITIVE);
         // Working rows hold, but for rounding: taking one up twice would lead nowhere.
         if slack * slack > self.gain * curvature && !working.contains(&constraint) {
             self.gain = slack * slack / curvature;
@@ -102,6 +108,7 @@ impl<'a> ActiveSet<'a> {
     pub(crate) fn new(inverse: &'a DMatrix<f64>, unconstrained: DVector<f64>, signs: bool) -> Self {
         Self {
             inverse,
+            least_curvature: NOTHING * inverse.diagonal().max(),
             signs,
             rows: Vec::new(),
             point: unconstrained,
@@ -177,7 +184,8 @@ impl<'a> ActiveSet<'a> {
         };
         let row = &mut self.rows[j];
         let image = row.image.get_or_insert_with(|| self.inverse * &row.normal);
-        let gain = general.gain * row.size / row.normal.dot(image);
+        let curvature = row.normal.dot(image).max(f64::MIN_POSITIVE);
+        let gain = general.gain * row.size / curvature;
         if sign.gain > gain {
             sign.best
         } else {
@@ -209,7 +217,7 @@ impl<'a> ActiveSet<'a> {
                 .filter(|(_, (_, r))| **r > 0.0)
                 .map(|(j, (u, r))| (j, u / r))
                 .min_by(|a, b| a.1.total_cmp(&b.1));
-            let full = if left > DEPENDENT * whole {
+            let full = if self.is_independent(entering, left, whole) {
                 -self.slack(entering) / left
             } else {
                 f64::INFINITY
@@ -249,7 +257,7 @@ impl<'a> ActiveSet<'a> {
             }
             let (lower, whole) = self.against_working(constraint);
             let left = whole - dot(&lower, &lower);
-            if left > DEPENDENT * whole {
+            if self.is_independent(constraint, left, whole) {
                 self.factor.append(&lower, left);
                 self.working.push(constraint);
                 self.multipliers.push(0.0);
@@ -302,6 +310,21 @@ impl<'a> ActiveSet<'a> {
                 }
             }
         }
+    }
+
+    /// Whether a row is more than a combination of the working ones, with `left` of its curvature
+    /// `whole` remaining.
+    fn is_independent(&self, constraint: Constraint, left: f64, whole: f64) -> bool {
+        let size = match constraint {
+            Constraint::Sign(_) => 1.0,
+            Constraint::Row(j) => self.rows[j].size,
+        };
+        left > DEPENDENT * whole && whole > self.least_curvature * size
+    }
+
+    /// Changes the point a little, such as to make equations hold to the last digit.
+    pub(crate) fn correct(&mut self, change: impl FnOnce(&mut DVector<f64>)) {
+        change(&mut self.point);
     }
 
     fn drop_working(&mut self, j: usize) {

@@ -1,10 +1,10 @@
 //! The same problem by Clarabel's interior-point method.
 //!
-//! Unknowns are the activations `h` and the scaled target errors `r = W_S h - y` over sigma:
+//! Its unknowns are `h` and the errors of soft targets over their deviations, `r`:
 //!
 //! ```text
 //! minimise  1/2 hᵀ Λ h - (Λ mu)ᵀ h + 1/2 |r|²
-//! s.t.      W_S h / sigma - r = y / sigma,   h >= 0,   n_j · h >= b_j
+//! s.t.      A h / sigma - r = y / sigma   (or E h = e),   h >= 0,   n_j · h >= b_j
 //! ```
 //!
 //! so that the quadratic term stays as sparse as the precision is: diagonal for `paper` (2 to 3 ms
@@ -18,7 +18,9 @@ use clarabel::solver::{
 use nalgebra::DVector;
 
 use crate::active_set::Constraint;
-use crate::objective::{Objective, Precision};
+use crate::model::Precision;
+use crate::problem::{Instance, Problem};
+use crate::solve::Taken;
 
 /// Tighter than Clarabel's 1e-8: bounds that are active have to be told from those that are not.
 const TOLERANCE: f64 = 1e-10;
@@ -34,7 +36,7 @@ pub(crate) enum Ending {
 /// What Clarabel found.
 pub(crate) struct Solution {
     pub(crate) ending: Ending,
-    pub(crate) activations_mm: DVector<f64>,
+    pub(crate) unknowns: DVector<f64>,
     /// All inequalities with multiplier and slack.
     pub(crate) inequalities: Vec<(Constraint, f64, f64)>,
     pub(crate) iterations: usize,
@@ -42,17 +44,21 @@ pub(crate) struct Solution {
 
 /// Solves the problem with the rows `normal · h >= bound`.
 pub(crate) fn solve(
-    objective: &Objective,
-    wanted_mm: &DVector<f64>,
-    mean_mm: &DVector<f64>,
+    problem: &Problem,
+    instance: &Instance,
     signs: bool,
-    rows: &[(DVector<f64>, f64)],
+    rows: &[Taken],
 ) -> Solution {
-    let (observed, rank) = objective.design.shape();
-    let unknowns = rank + observed;
-    let quadratic = quadratic_term(&objective.precision, rank, observed);
+    // Hard targets are rows like soft ones, but without an error.
+    let (targets, errors) = match &problem.equalities {
+        Some(equalities) => (&equalities.rows, 0),
+        None => (&problem.design, problem.design.nrows()),
+    };
+    let (observed, rank) = targets.shape();
+    let unknowns = rank + errors;
+    let quadratic = quadratic_term(&problem.precision, rank, errors);
     let mut linear = vec![0.0; unknowns];
-    let pull = objective.precision.times(mean_mm);
+    let pull = problem.precision.times(&instance.mean);
     for (q, pull) in linear.iter_mut().zip(pull.iter()) {
         *q = -pull;
     }
@@ -68,36 +74,41 @@ pub(crate) fn solve(
         }
         indices.len()
     };
-    let roots: Vec<f64> = objective.weights.iter().map(|w| w.sqrt()).collect();
+    let roots: Vec<f64> = match errors {
+        0 => vec![1.0; observed],
+        _ => problem.weights.iter().map(|w| w.sqrt()).collect(),
+    };
     for i in 0..rank {
-        let mut end = 0;
+        // Where nothing is pushed, the column is empty.
+        let mut end = *starts.last().unwrap_or(&0);
         for (k, root) in roots.iter().enumerate() {
-            end = push(k, objective.design[(k, i)] * root);
+            end = push(k, targets[(k, i)] * root);
         }
         if signs {
             end = push(observed + i, -1.0);
         }
-        for (j, (normal, _)) in rows.iter().enumerate() {
-            end = push(observed + signed + j, -normal[i]);
+        for (j, taken) in rows.iter().enumerate() {
+            end = push(observed + signed + j, -taken.normal[i]);
         }
         starts.push(end);
     }
-    for k in 0..observed {
+    for k in 0..errors {
         starts.push(push(k, -1.0));
     }
     let matrix = CscMatrix::new(constraints, unknowns, starts, indices, values);
-    let right: Vec<f64> = wanted_mm
+    let right: Vec<f64> = instance
+        .wanted
         .iter()
         .zip(&roots)
         .map(|(y, root)| y * root)
         .chain(std::iter::repeat_n(0.0, signed))
-        .chain(rows.iter().map(|(_, bound)| -bound))
+        .chain(rows.iter().map(|taken| -taken.bound))
         .collect();
     let cones = [ZeroConeT(observed), NonnegativeConeT(signed + rows.len())];
 
     let failed = |iterations| Solution {
         ending: Ending::Failed,
-        activations_mm: DVector::zeros(rank),
+        unknowns: DVector::zeros(rank),
         inequalities: Vec::new(),
         iterations,
     };
@@ -124,7 +135,7 @@ pub(crate) fn solve(
         .chain((0..rows.len()).map(Constraint::Row));
     Solution {
         ending,
-        activations_mm: DVector::from_column_slice(&found.x[..rank]),
+        unknowns: DVector::from_column_slice(&found.x[..rank]),
         inequalities: names
             .zip(&found.z[observed..])
             .zip(&found.s[observed..])
@@ -135,30 +146,37 @@ pub(crate) fn solve(
 }
 
 /// Upper triangle of `diag(Λ, 1)`.
-fn quadratic_term(precision: &Precision, rank: usize, observed: usize) -> CscMatrix<f64> {
-    let unknowns = rank + observed;
+fn quadratic_term(precision: &Precision, rank: usize, errors: usize) -> CscMatrix<f64> {
     let (mut starts, mut indices, mut values) = (vec![0], Vec::new(), Vec::new());
-    for j in 0..unknowns {
-        match precision {
-            Precision::Full(matrix) if j < rank => {
-                indices.extend(0..=j);
-                values.extend((0..=j).map(|i| matrix[(i, j)]));
-            }
-            Precision::Ridge(ridge) if j < rank => {
+    let mut at = 0;
+    match precision {
+        Precision::Ridge(ridge) => {
+            for j in 0..rank {
                 indices.push(j);
                 values.push(*ridge);
-            }
-            _ => {
-                indices.push(j);
-                values.push(1.0);
+                starts.push(indices.len());
             }
         }
+        Precision::Blocks(blocks) => {
+            for block in blocks {
+                for j in 0..block.ncols() {
+                    indices.extend(at..=at + j);
+                    values.extend((0..=j).map(|i| block[(i, j)]));
+                    starts.push(indices.len());
+                }
+                at += block.ncols();
+            }
+        }
+    }
+    for j in rank..rank + errors {
+        indices.push(j);
+        values.push(1.0);
         starts.push(indices.len());
     }
-    CscMatrix::new(unknowns, unknowns, starts, indices, values)
+    CscMatrix::new(rank + errors, rank + errors, starts, indices, values)
 }
 
-fn settings() -> Option<DefaultSettings<f64>> {
+pub(crate) fn settings() -> Option<DefaultSettings<f64>> {
     DefaultSettingsBuilder::default()
         .verbose(false)
         .max_threads(1)

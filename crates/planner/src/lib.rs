@@ -17,7 +17,7 @@
 //! the residuals of the optimality conditions over all rows, recomputed apart from the solver.
 //!
 //! ```
-//! use inhand_model::{EndConditions, PlanStatus};
+//! use inhand_model::PlanStatus;
 //! use inhand_planner::{Method, Planner, PlannerSettings, Target, widened};
 //! # use inhand_model::*;
 //! # use nalgebra::{DMatrix, DVector};
@@ -35,24 +35,15 @@
 //! #         stop_reason: StopReason::ClosedForm, objective_history_m2: vec![], seed: 0 },
 //! #     demonstrated: Demonstrated { hulls: PerFinger::from_fn(|_| hull.clone()),
 //! #         velocity: VelocityBounds { min_m_s: [-0.2; 15], max_m_s: [0.2; 15] } },
+//! #     residual: None,
 //! # };
 //! // `dictionary` was learned or read before.
-//! let settings = PlannerSettings {
-//!     sigma_m: PlannerSettings::SIGMA_M,
-//!     ridge: PlannerSettings::RIDGE,
-//!     velocity_bounds: widened(
-//!         &dictionary.demonstrated.velocity,
-//!         PlannerSettings::VELOCITY_FACTOR,
-//!     ),
-//! };
+//! let settings = PlannerSettings::new(widened(
+//!     &dictionary.demonstrated.velocity,
+//!     PlannerSettings::VELOCITY_FACTOR,
+//! ));
 //! let planner = Planner::new(&dictionary, Method::Prior, &settings)?;
-//! let plan = planner.plan(&Target::from(EndConditions {
-//!     first_m: [0.030; 15],
-//!     last_m: [0.042; 15],
-//!     first_velocity_m_s: [0.0; 15],
-//!     last_velocity_m_s: [0.0; 15],
-//!     object: None,
-//! }))?;
+//! let plan = planner.plan(&Target::new().first([0.030; 15]).last([0.042; 15]))?;
 //!
 //! assert_eq!(plan.status, PlanStatus::Solved);
 //! assert!(plan.certificate.worst() < 1e-6);
@@ -69,17 +60,30 @@
 //! This is the only crate that knows Clarabel. It knows no files and no recordings.
 
 mod active_set;
+mod basis;
 mod certificate;
 mod cholesky;
+mod corridor;
+mod equality;
 mod error;
+mod explain;
+mod given;
 mod interior_point;
 mod method;
-mod objective;
+mod model;
+mod object;
+mod outcome;
 mod planner;
+mod problem;
+mod rows;
+mod settings;
+mod solve;
 mod target;
-mod velocity;
 
 pub use error::PlanError;
-pub use method::{Backend, Method, PlannerSettings, widened};
+pub use method::{Backend, Method};
+pub use object::{held_fingers, object_between};
+pub use outcome::worst_hull_distance_m;
 pub use planner::{Planner, plan_all};
-pub use target::Target;
+pub use settings::{AccelerationBounds, Constraints, Ends, PlannerSettings, widened};
+pub use target::{Holding, Target, Tips, Waypoint};

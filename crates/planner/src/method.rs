@@ -1,11 +1,12 @@
-//! Which problem is solved, with which numbers, by which solver.
+//! Which problem is solved, by which solver.
 
 use std::fmt;
 use std::str::FromStr;
 
-use inhand_model::{Configuration, Finger, SEGMENT_COORDINATES, VelocityBounds};
+use inhand_model::EndConditions;
 
 use crate::error::PlanError;
+use crate::target::{Target, Tips};
 
 /// Which problem is solved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -28,6 +29,26 @@ impl Method {
         match self {
             Method::Paper => "paper",
             Method::Prior => "prior",
+        }
+    }
+
+    /// What the method is given of the end conditions of a segment, when methods are compared:
+    /// the last configuration, or both; the object's poses where segments carry it. A target may
+    /// give any method more or less.
+    pub fn target(self, ends: &EndConditions) -> Target {
+        let all = Target::from(ends);
+        match self {
+            Method::Paper => Target {
+                first_m: Tips::default(),
+                first_velocity_m_s: Tips::default(),
+                last_velocity_m_s: Tips::default(),
+                ..all
+            },
+            Method::Prior => Target {
+                first_velocity_m_s: Tips::default(),
+                last_velocity_m_s: Tips::default(),
+                ..all
+            },
         }
     }
 
@@ -84,74 +105,4 @@ pub enum Backend {
     ActiveSet,
     /// Clarabel's interior-point method, its answer polished on the bounds it found active.
     Clarabel,
-}
-
-/// The numbers of a problem. No `Default`: velocity bounds are physics.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PlannerSettings {
-    /// Standard deviation of what is given (targets), metres; not used by [`Method::Paper`].
-    /// Usually [`PlannerSettings::SIGMA_M`].
-    pub sigma_m: f64,
-    /// Weight of the squared activations (mm²) in [`Method::Paper`], against squared target errors
-    /// in mm². Usually [`PlannerSettings::RIDGE`].
-    pub ridge: f64,
-    /// Bounds on each coordinate's velocity between neighbouring samples, m/s, as they are to be
-    /// enforced. Usually what the training takes show, [`widened`] by
-    /// [`PlannerSettings::VELOCITY_FACTOR`].
-    pub velocity_bounds: VelocityBounds,
-}
-
-impl PlannerSettings {
-    /// A tenth of a millimetre: below what optical motion capture resolves, large enough to keep
-    /// the problem well conditioned.
-    pub const SIGMA_M: f64 = 1e-4;
-    /// Changes the reached configuration by some hundredths of a millimetre.
-    pub const RIDGE: f64 = 1e-4;
-    /// Recorded test motion leaves the extremes of the training takes by a few per cent.
-    pub const VELOCITY_FACTOR: f64 = 1.1;
-
-    pub(crate) fn validate(&self) -> Result<(), PlanError> {
-        for (name, value) in [("sigma_m", self.sigma_m), ("ridge", self.ridge)] {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(PlanError::Setting {
-                    name,
-                    value,
-                    expected: "a positive number",
-                });
-            }
-        }
-        let VelocityBounds { min_m_s, max_m_s } = self.velocity_bounds;
-        for coordinate in 0..SEGMENT_COORDINATES {
-            let (min_m_s, max_m_s) = (min_m_s[coordinate], max_m_s[coordinate]);
-            if !(min_m_s.is_finite() && max_m_s.is_finite() && min_m_s <= max_m_s) {
-                return Err(PlanError::VelocityBounds {
-                    finger: Finger::ALL[coordinate / 3],
-                    axis: coordinate % 3,
-                    min_m_s,
-                    max_m_s,
-                });
-            }
-        }
-        Ok(())
-    }
-}
-
-/// Velocity bounds moved outwards: each bound goes `factor - 1` of its own size away from the other
-/// one.
-///
-/// ```
-/// use inhand_model::VelocityBounds;
-///
-/// let bounds = VelocityBounds { min_m_s: [-0.2; 15], max_m_s: [0.1; 15] };
-/// let wider = inhand_planner::widened(&bounds, 1.1);
-/// assert!((wider.min_m_s[0] + 0.22).abs() < 1e-12 && (wider.max_m_s[0] - 0.11).abs() < 1e-12);
-/// ```
-pub fn widened(bounds: &VelocityBounds, factor: f64) -> VelocityBounds {
-    let moved = |values: &Configuration, direction: f64| {
-        values.map(|value| value + direction * (factor - 1.0) * value.abs())
-    };
-    VelocityBounds {
-        min_m_s: moved(&bounds.min_m_s, -1.0),
-        max_m_s: moved(&bounds.max_m_s, 1.0),
-    }
 }

@@ -438,6 +438,43 @@ pub struct Markers {
     #[prost(message, repeated, tag = "2")]
     pub markers: ::prost::alloc::vec::Vec<Marker>,
 }
+/// How a plan keeps one family of constraints.
+#[derive(Clone, Copy, PartialEq, ::prost::Message)]
+pub struct FamilyCheck {
+    /// The family.
+    #[prost(enumeration = "ConstraintFamily", tag = "1")]
+    pub family: i32,
+    /// Bounds that hold with equality.
+    #[prost(uint64, tag = "2")]
+    pub active: u64,
+    /// Largest violation over all bounds, in the family's unit; negative with room to spare, absent
+    /// where the family is off.
+    #[prost(double, optional, tag = "3")]
+    pub violation: ::core::option::Option<f64>,
+}
+/// By how much a family would have to give way for a problem to have a solution.
+#[derive(Clone, Copy, PartialEq, ::prost::Message)]
+pub struct Relaxation {
+    /// The family.
+    #[prost(enumeration = "ConstraintFamily", tag = "1")]
+    pub family: i32,
+    /// The least by which all its bounds have to move outwards, in the family's unit.
+    #[prost(double, tag = "2")]
+    pub by: f64,
+    /// Whether this family alone is not enough: all relaxations of the plan are needed together.
+    #[prost(bool, tag = "3")]
+    pub joint: bool,
+}
+/// The object at one sample, seen from the hand.
+#[derive(Clone, Copy, PartialEq, ::prost::Message)]
+pub struct PlannedPose {
+    /// Where its centre is, metres.
+    #[prost(message, optional, tag = "1")]
+    pub position_m: ::core::option::Option<crate::wire::Point>,
+    /// How it is turned.
+    #[prost(message, optional, tag = "2")]
+    pub orientation: ::core::option::Option<crate::wire::Quaternion>,
+}
 /// One plan, at the time of the first sample of its trajectory.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct Plan {
@@ -453,7 +490,8 @@ pub struct Plan {
     /// How the solve ended.
     #[prost(enumeration = "PlanStatus", tag = "4")]
     pub status: i32,
-    /// Activation of each primitive of the dictionary, metres.
+    /// What was chosen: activation of each primitive of the dictionary, metres; for a smooth curve
+    /// with a deviation the end conditions (metres and m/s), then the activations.
     #[prost(double, repeated, tag = "5")]
     pub activations_m: ::prost::alloc::vec::Vec<f64>,
     /// Value of the minimised function, in the problem's own units (mm).
@@ -479,15 +517,31 @@ pub struct Plan {
     /// Activations that are zero.
     #[prost(uint64, tag = "12")]
     pub active_activation_bounds: u64,
-    /// Velocity rows handed to the solver in the end.
+    /// Rows of all families handed to the solver in the end.
     #[prost(uint64, tag = "13")]
-    pub velocity_rows: u64,
-    /// Solves until no velocity bound was violated.
+    pub rows_taken_up: u64,
+    /// Solves until no row was violated.
     #[prost(uint64, tag = "14")]
     pub rounds: u64,
     /// Solver iterations over all rounds.
     #[prost(uint64, tag = "15")]
     pub iterations: u64,
+    /// The families that are on, or hold with equality anywhere.
+    #[prost(message, repeated, tag = "16")]
+    pub families: ::prost::alloc::vec::Vec<FamilyCheck>,
+    /// Rows of all families that the residuals cover.
+    #[prost(uint64, tag = "17")]
+    pub rows: u64,
+    /// Largest signed distance of the planned fingertips to their training hulls, metres, negative
+    /// inside; absent where no hulls are known.
+    #[prost(double, optional, tag = "18")]
+    pub hull_distance_m: ::core::option::Option<f64>,
+    /// Where there is no solution: what would have to give way for one.
+    #[prost(message, repeated, tag = "19")]
+    pub relaxations: ::prost::alloc::vec::Vec<Relaxation>,
+    /// The planned object at each sample, where segments carry it.
+    #[prost(message, repeated, tag = "20")]
+    pub hand_from_object: ::prost::alloc::vec::Vec<PlannedPose>,
 }
 /// How a solve ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, ::prost::Enumeration)]
@@ -526,6 +580,63 @@ impl PlanStatus {
             "PLAN_STATUS_ALMOST_SOLVED" => Some(Self::AlmostSolved),
             "PLAN_STATUS_INFEASIBLE" => Some(Self::Infeasible),
             "PLAN_STATUS_FAILED" => Some(Self::Failed),
+            _ => None,
+        }
+    }
+}
+/// A kind of constraint of a plan.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, ::prost::Enumeration)]
+#[repr(i32)]
+pub enum ConstraintFamily {
+    /// Not stated; never written.
+    Unspecified = 0,
+    /// Given positions where they are hard, metres.
+    Targets = 1,
+    /// Given velocities where they are hard, m/s.
+    TargetVelocities = 2,
+    /// Non-negative activations, metres.
+    Activations = 3,
+    /// Velocity bounds of each finger and axis, m/s.
+    Velocity = 4,
+    /// Acceleration bounds of each finger and axis, m/s².
+    Acceleration = 5,
+    /// Fingertips inside their training hulls, metres.
+    Reachability = 6,
+    /// Fingertips at a distance from one another, metres.
+    Separation = 7,
+    /// Holding fingers near their contact points, metres.
+    Holding = 8,
+}
+impl ConstraintFamily {
+    /// String value of the enum field names used in the ProtoBuf definition.
+    ///
+    /// The values are not transformed in any way and thus are considered stable
+    /// (if the ProtoBuf definition does not change) and safe for programmatic use.
+    pub fn as_str_name(&self) -> &'static str {
+        match self {
+            Self::Unspecified => "CONSTRAINT_FAMILY_UNSPECIFIED",
+            Self::Targets => "CONSTRAINT_FAMILY_TARGETS",
+            Self::TargetVelocities => "CONSTRAINT_FAMILY_TARGET_VELOCITIES",
+            Self::Activations => "CONSTRAINT_FAMILY_ACTIVATIONS",
+            Self::Velocity => "CONSTRAINT_FAMILY_VELOCITY",
+            Self::Acceleration => "CONSTRAINT_FAMILY_ACCELERATION",
+            Self::Reachability => "CONSTRAINT_FAMILY_REACHABILITY",
+            Self::Separation => "CONSTRAINT_FAMILY_SEPARATION",
+            Self::Holding => "CONSTRAINT_FAMILY_HOLDING",
+        }
+    }
+    /// Creates an enum from field names used in the ProtoBuf definition.
+    pub fn from_str_name(value: &str) -> ::core::option::Option<Self> {
+        match value {
+            "CONSTRAINT_FAMILY_UNSPECIFIED" => Some(Self::Unspecified),
+            "CONSTRAINT_FAMILY_TARGETS" => Some(Self::Targets),
+            "CONSTRAINT_FAMILY_TARGET_VELOCITIES" => Some(Self::TargetVelocities),
+            "CONSTRAINT_FAMILY_ACTIVATIONS" => Some(Self::Activations),
+            "CONSTRAINT_FAMILY_VELOCITY" => Some(Self::Velocity),
+            "CONSTRAINT_FAMILY_ACCELERATION" => Some(Self::Acceleration),
+            "CONSTRAINT_FAMILY_REACHABILITY" => Some(Self::Reachability),
+            "CONSTRAINT_FAMILY_SEPARATION" => Some(Self::Separation),
+            "CONSTRAINT_FAMILY_HOLDING" => Some(Self::Holding),
             _ => None,
         }
     }

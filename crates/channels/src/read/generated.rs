@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 
 use inhand_model::{
-    ActiveBounds, Certificate, Clock, Configuration, Plan, PlanStatus, SEGMENT_COORDINATES,
+    Certificate, Clock, Configuration, ConstraintFamily, Hand, Object, Plan, PlanChecks, PlanStatus,
+    Pose, Relaxation, SEGMENT_COORDINATES,
 };
-use nalgebra::DVector;
+use nalgebra::{DVector, Isometry3, Quaternion, UnitQuaternion};
 use prost::Message;
 
 use super::read_metadata;
@@ -164,7 +165,7 @@ impl Place<'_> {
         let plan = Plan {
             status,
             trajectory: None,
-            activations_m: DVector::from_vec(message.activations_m),
+            activations_m: DVector::from_vec(message.activations_m.clone()),
             objective: message.objective,
             certificate: Certificate {
                 stationarity: message.stationarity,
@@ -172,15 +173,73 @@ impl Place<'_> {
                 dual: message.dual,
                 complementarity: message.complementarity,
             },
-            active: ActiveBounds {
-                velocity: message.active_velocity_bounds as usize,
-                activation: message.active_activation_bounds as usize,
-            },
-            velocity_rows: message.velocity_rows as usize,
+            object: self.object(&message.hand_from_object)?,
+            checks: self.checks(&message)?,
+            relaxations: (message.relaxations.iter())
+                .map(|relaxation| {
+                    Ok(Relaxation {
+                        family: self.family(relaxation.family)?,
+                        by: relaxation.by,
+                        joint: relaxation.joint,
+                    })
+                })
+                .collect::<Result<_, ChannelError>>()?,
             rounds: message.rounds as usize,
             iterations: message.iterations as usize,
         };
         method.plans.insert(message.start_sample as usize, plan);
         Ok(())
+    }
+
+    fn checks(&self, message: &messages::Plan) -> Result<PlanChecks, ChannelError> {
+        let mut checks = PlanChecks {
+            rows: message.rows as usize,
+            rows_taken_up: message.rows_taken_up as usize,
+            hull_distance_m: message.hull_distance_m,
+            ..PlanChecks::default()
+        };
+        for check in &message.families {
+            let family = self.family(check.family)?;
+            checks.active[family] = check.active as usize;
+            checks.violation[family] = check.violation;
+        }
+        // Files from before families were listed have these two alone.
+        if message.families.is_empty() {
+            checks.active[ConstraintFamily::Velocity] = message.active_velocity_bounds as usize;
+            checks.active[ConstraintFamily::Activations] =
+                message.active_activation_bounds as usize;
+        }
+        Ok(checks)
+    }
+
+    fn family(&self, value: i32) -> Result<ConstraintFamily, ChannelError> {
+        messages::ConstraintFamily::to_model(value)
+            .ok_or_else(|| self.error("a family of constraints", value))
+    }
+
+    fn object(
+        &self,
+        poses: &[messages::PlannedPose],
+    ) -> Result<Vec<Pose<Hand, Object>>, ChannelError> {
+        let pose = |pose: &messages::PlannedPose| {
+            let position = pose.position_m?.to_array();
+            let q = pose.orientation?;
+            // Written from a unit quaternion; normalising again would change its last digits.
+            let turn = Quaternion::new(q.w, q.x, q.y, q.z);
+            let unit = (turn.norm() - 1.0).abs() < 1e-9;
+            (unit && position.iter().all(|v| v.is_finite())).then(|| {
+                Pose::new(Isometry3::from_parts(
+                    position.into(),
+                    UnitQuaternion::new_unchecked(turn),
+                ))
+            })
+        };
+        (poses.iter())
+            .map(|message| {
+                pose(message).ok_or_else(|| {
+                    self.error("a position and a unit quaternion", format!("{message:?}"))
+                })
+            })
+            .collect()
     }
 }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use inhand_model::{Plan, Status};
+use inhand_model::{ConstraintFamily, Plan, Status};
 
 use super::{Stream, Streams, fingertip, fingertips};
 use crate::error::ChannelError;
@@ -99,10 +99,40 @@ fn plan_message(plan: &Plan, segment: &GeneratedSegment, unix_nanos: u64) -> mes
         primal: plan.certificate.primal,
         dual: plan.certificate.dual,
         complementarity: plan.certificate.complementarity,
-        active_velocity_bounds: plan.active.velocity as u64,
-        active_activation_bounds: plan.active.activation as u64,
-        velocity_rows: plan.velocity_rows as u64,
+        active_velocity_bounds: plan.checks.active[ConstraintFamily::Velocity] as u64,
+        active_activation_bounds: plan.checks.active[ConstraintFamily::Activations] as u64,
+        rows_taken_up: plan.checks.rows_taken_up as u64,
         rounds: plan.rounds as u64,
         iterations: plan.iterations as u64,
+        families: ConstraintFamily::ALL
+            .into_iter()
+            .filter_map(|family| family_message(plan, family))
+            .collect(),
+        rows: plan.checks.rows as u64,
+        hull_distance_m: plan.checks.hull_distance_m,
+        relaxations: (plan.relaxations.iter())
+            .map(|relaxation| messages::Relaxation {
+                family: messages::ConstraintFamily::from(relaxation.family).into(),
+                by: relaxation.by,
+                joint: relaxation.joint,
+            })
+            .collect(),
+        hand_from_object: (plan.object.iter())
+            .map(|pose| messages::PlannedPose {
+                position_m: Some(pose.origin().to_array().into()),
+                orientation: Some(pose.quaternion_xyzw().into()),
+            })
+            .collect(),
     }
+}
+
+/// A family of constraints, where there is anything to say of it.
+fn family_message(plan: &Plan, family: ConstraintFamily) -> Option<messages::FamilyCheck> {
+    let active = plan.checks.active[family] as u64;
+    let violation = plan.checks.violation[family];
+    (active > 0 || violation.is_some()).then(|| messages::FamilyCheck {
+        family: messages::ConstraintFamily::from(family).into(),
+        active,
+        violation,
+    })
 }

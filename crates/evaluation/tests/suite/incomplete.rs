@@ -2,7 +2,8 @@
 
 use inhand_evaluation::{MethodResult, evaluate_method};
 use inhand_model::{
-    ActiveBounds, Certificate, Finger, PerFinger, Plan, PlanStatus, SegmentLayout, Trajectory,
+    Certificate, ConstraintFamily, Finger, PerFamily, PerFinger, Plan, PlanChecks, PlanStatus,
+    SegmentLayout, Trajectory,
 };
 use nalgebra::DVector;
 
@@ -159,11 +160,15 @@ fn plans_are_counted_by_how_they_ended() {
             dual: 0.0,
             complementarity: 0.0,
         },
-        active: ActiveBounds {
-            velocity,
-            activation: 0,
+        object: Vec::new(),
+        checks: PlanChecks {
+            active: PerFamily::from_fn(|family| match family {
+                ConstraintFamily::Velocity => velocity,
+                _ => 0,
+            }),
+            ..PlanChecks::default()
         },
-        velocity_rows: 0,
+        relaxations: Vec::new(),
         rounds: 1,
         iterations: 9,
     };

@@ -1,10 +1,10 @@
 //! The answer "no": which value, which limit.
 
-use inhand_model::{Dictionary, DictionaryKind};
-use inhand_planner::{Method, PlanError, Planner, PlannerSettings, Target};
+use inhand_model::{Dictionary, DictionaryKind, VelocityBounds};
+use inhand_planner::{Ends, Method, PlanError, Planner, PlannerSettings};
 use nalgebra::{DMatrix, DVector};
 
-use crate::support::{bounds, settings, smooth, target};
+use crate::support::{bounds, ends, settings, smooth};
 
 fn refused(change: impl Fn(&mut Dictionary, &mut PlannerSettings)) -> PlanError {
     let mut dictionary = smooth(DictionaryKind::Nmf, 6, 4);
@@ -45,10 +45,14 @@ fn dictionaries_that_cannot_plan_are_refused() {
     }
 }
 
+fn velocity(settings: &mut PlannerSettings) -> &mut VelocityBounds {
+    settings.constraints.velocity.as_mut().unwrap()
+}
+
 #[test]
 fn settings_out_of_range_are_refused() {
     for value in [0.0, -1e-4, f64::NAN, f64::INFINITY] {
-        let message = refused(|_, s| s.sigma_m = value).to_string();
+        let message = refused(|_, s| s.ends = Ends::Soft { sigma_m: value }).to_string();
         assert!(message.contains(&format!("sigma_m is {value}: expected a positive number")));
         assert!(
             refused(|_, s| s.ridge = value)
@@ -56,35 +60,37 @@ fn settings_out_of_range_are_refused() {
                 .contains("ridge")
         );
     }
-    let error = refused(|_, s| s.velocity_bounds.min_m_s[4] = 2.0);
+    let error = refused(|_, s| velocity(s).min_m_s[4] = 2.0);
     assert_eq!(
         error.to_string(),
         "velocity bounds of index, axis 1, run from 2 to 1 m/s: \
          expected two numbers, the first not above the second"
     );
-    let error = refused(|_, s| s.velocity_bounds.max_m_s[14] = f64::NAN);
+    let error = refused(|_, s| velocity(s).max_m_s[14] = f64::NAN);
     assert!(matches!(error, PlanError::VelocityBounds { axis: 2, .. }));
 }
 
 #[test]
 fn targets_that_are_no_places_are_refused_where_the_method_looks_at_them() {
     let dictionary = smooth(DictionaryKind::Nmf, 6, 4);
-    let good = target(&dictionary, 0, 0.01);
+    let good = ends(&dictionary, 0, 0.01);
     for (value, text) in [
         (f64::NAN, "first configuration of thumb, axis 2, is NaN"),
         (f64::INFINITY, "is inf"),
         (83.5, "is 83.5: expected a number of at most 10 in size"),
     ] {
-        let mut ends = *good.ends();
+        let mut ends = good;
         ends.first_m[2] = value;
-        let bad = Target::from(ends);
         let settings = settings(bounds(1.0));
         let prior = Planner::new(&dictionary, Method::Prior, &settings).unwrap();
-        let message = prior.plan(&bad).unwrap_err().to_string();
+        let message = prior
+            .plan(&Method::Prior.target(&ends))
+            .unwrap_err()
+            .to_string();
         assert!(message.contains(text), "{message}");
         // Only the last configuration counts for `paper`.
         let paper = Planner::new(&dictionary, Method::Paper, &settings).unwrap();
-        assert!(paper.plan(&bad).is_ok());
+        assert!(paper.plan(&Method::Paper.target(&ends)).is_ok());
     }
 }
 

@@ -1,11 +1,13 @@
 //! The optimum against Clarabel on the plain problem with every row present: feasible, infeasible,
 //! degenerate and ill-conditioned siblings.
 
-use inhand_model::{Dictionary, DictionaryKind, PlanStatus, SEGMENT_COORDINATES, VelocityBounds};
-use inhand_planner::{Backend, Method, Planner, PlannerSettings};
+use inhand_model::{
+    ConstraintFamily, Dictionary, DictionaryKind, PlanStatus, SEGMENT_COORDINATES, VelocityBounds,
+};
+use inhand_planner::{Backend, Ends, Method, Planner, PlannerSettings};
 use nalgebra::DMatrix;
 
-use crate::support::{Answer, Plain, bounds, settings, smooth, target};
+use crate::support::{Answer, Plain, bounds, ends, settings, smooth};
 
 /// Both backends reach the plain problem's optimum and prove it.
 fn check(
@@ -15,8 +17,9 @@ fn check(
     case: usize,
     reach: f64,
 ) -> inhand_model::Plan {
-    let target = target(dictionary, case, reach);
-    let plain = Plain::new(dictionary, method, settings, &target);
+    let ends = ends(dictionary, case, reach);
+    let target = method.target(&ends);
+    let plain = Plain::new(dictionary, method, settings, &ends);
     let planner = Planner::new(dictionary, method, settings).expect("sound parts");
     let answer = plain.solve();
     let plans = [Backend::ActiveSet, Backend::Clarabel].map(|backend| {
@@ -54,7 +57,7 @@ fn feasible_without_and_with_active_velocity_bounds() {
     for method in Method::ALL {
         for (case, size_m_s) in [(0, 10.0), (1, 0.2), (2, 0.1), (3, 0.05), (4, 0.03)] {
             let plan = check(&dictionary, method, &settings(bounds(size_m_s)), case, 0.02);
-            active += plan.active.velocity;
+            active += plan.checks.active[ConstraintFamily::Velocity];
         }
     }
     assert!(
@@ -69,7 +72,7 @@ fn principal_components_have_no_sign() {
     for method in Method::ALL {
         for (case, size_m_s) in [(0, 10.0), (1, 0.05)] {
             let plan = check(&dictionary, method, &settings(bounds(size_m_s)), case, 0.05);
-            assert_eq!(plan.active.activation, 0);
+            assert_eq!(plan.checks.active[ConstraintFamily::Activations], 0);
         }
     }
 }
@@ -123,19 +126,20 @@ fn ill_conditioned_covariance_and_sharp_targets() {
         }
     });
     let sharp = PlannerSettings {
-        sigma_m: 1e-6,
+        ends: Ends::Soft { sigma_m: 1e-6 },
         ..settings(bounds(0.1))
     };
     for settings in [settings(bounds(0.1)), sharp] {
-        let target = target(&dictionary, 0, 0.002);
+        let ends = ends(&dictionary, 0, 0.002);
+        let target = Method::Prior.target(&ends);
         let planner = Planner::new(&dictionary, Method::Prior, &settings).unwrap();
         let plan = planner.plan(&target).unwrap();
         assert_eq!(plan.status, PlanStatus::Solved, "{plan:?}");
         // The plain solver loses digits here, so the proof is the judge: no point is better.
         if let Answer::Solved(h_mm) =
-            Plain::new(&dictionary, Method::Prior, &settings, &target).solve()
+            Plain::new(&dictionary, Method::Prior, &settings, &ends).solve()
         {
-            let plain = Plain::new(&dictionary, Method::Prior, &settings, &target);
+            let plain = Plain::new(&dictionary, Method::Prior, &settings, &ends);
             let own = plain.objective(&(&plan.activations_m * 1e3));
             assert!(own <= plain.objective(&h_mm) * (1.0 + 1e-6));
         }

@@ -19,7 +19,7 @@ proptest! {
     ) {
         let dictionary = smooth(kind, 25, 30);
         let planner = Planner::new(&dictionary, method, &settings(bounds(size_m_s))).unwrap();
-        let plan = planner.plan(&target(&dictionary, case, reach)).unwrap();
+        let plan = planner.plan(&target(method, &dictionary, case, reach)).unwrap();
         // Zero activations stand still, so there always is a solution.
         prop_assert_eq!(plan.status, PlanStatus::Solved);
         prop_assert!(plan.certificate.worst() <= 1e-6);
@@ -41,7 +41,7 @@ proptest! {
     #[test]
     fn tighter_bounds_never_cost_less(case in 0_usize..1000, reach in 0.0..0.03) {
         let dictionary = smooth(DictionaryKind::Nmf, 20, 20);
-        let target = target(&dictionary, case, reach);
+        let target = target(Method::Prior, &dictionary, case, reach);
         let mut least = 0.0;
         for size_m_s in [1.0, 0.2, 0.1, 0.05, 0.02] {
             let planner =
@@ -58,7 +58,7 @@ fn many_targets_come_back_in_order_and_equal_to_the_bit() {
     let dictionary = smooth(DictionaryKind::Nmf, 25, 30);
     let planner = Planner::new(&dictionary, Method::Prior, &settings(bounds(0.1))).unwrap();
     let targets: Vec<Target> = (0..40)
-        .map(|case| target(&dictionary, case, 0.02))
+        .map(|case| target(Method::Prior, &dictionary, case, 0.02))
         .collect();
     let together = plan_all(&planner, &targets);
     assert_eq!(together.len(), targets.len());

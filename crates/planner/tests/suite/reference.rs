@@ -1,6 +1,6 @@
 //! Recorded optima of quadprog (`reference/solve_with_quadprog.py`).
 
-use inhand_model::{DictionaryKind, PlanStatus};
+use inhand_model::{ConstraintFamily, DictionaryKind, PlanStatus};
 use inhand_planner::{Backend, Method, Planner};
 use serde_json::Value;
 
@@ -23,6 +23,7 @@ fn agrees_with_quadprog_in_activations_and_objective() {
         };
         let dictionary = smooth(kind, samples, rank);
         let target = target(
+            method,
             &dictionary,
             number(&case["case"]) as usize,
             number(&case["reach_m"]),
@@ -38,7 +39,8 @@ fn agrees_with_quadprog_in_activations_and_objective() {
             for (own, other) in plan.activations_m.iter().zip(recorded) {
                 assert!((own - number(other)).abs() < 1e-9, "{method} {backend:?}");
             }
-            active += plan.active.velocity + plan.active.activation;
+            active += plan.checks.active[ConstraintFamily::Velocity]
+                + plan.checks.active[ConstraintFamily::Activations];
         }
     }
     assert!(active > 50, "the cases must have active bounds: {active}");

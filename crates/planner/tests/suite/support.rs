@@ -8,7 +8,7 @@ use inhand_model::{
     Configuration, Demonstrated, Dictionary, DictionaryKind, EndConditions, Hull, Learning,
     PerFinger, SEGMENT_COORDINATES, SegmentLayout, StopReason, VelocityBounds,
 };
-use inhand_planner::{Method, PlannerSettings, Target};
+use inhand_planner::{Ends, Method, PlannerSettings, Target};
 use nalgebra::{DMatrix, DVector};
 
 /// A dictionary of the given parts, everything else neutral.
@@ -84,7 +84,7 @@ pub(crate) fn smooth(kind: DictionaryKind, samples: usize, rank: usize) -> Dicti
 
 /// End configurations that activations off the mean would make; larger `case`, larger `reach`:
 /// farther.
-pub(crate) fn target(dictionary: &Dictionary, case: usize, reach: f64) -> Target {
+pub(crate) fn ends(dictionary: &Dictionary, case: usize, reach: f64) -> EndConditions {
     let case = case as f64;
     let at = |row: usize, phase: f64| -> Configuration {
         std::array::from_fn(|c| {
@@ -99,13 +99,18 @@ pub(crate) fn target(dictionary: &Dictionary, case: usize, reach: f64) -> Target
         })
     };
     let last = dictionary.layout.rows() - SEGMENT_COORDINATES;
-    Target::from(EndConditions {
+    EndConditions {
         first_m: at(0, 0.0),
         last_m: at(last, 2.0),
         first_velocity_m_s: [0.0; SEGMENT_COORDINATES],
         last_velocity_m_s: [0.0; SEGMENT_COORDINATES],
         object: None,
-    })
+    }
+}
+
+/// What a method is given of [`ends`].
+pub(crate) fn target(method: Method, dictionary: &Dictionary, case: usize, reach: f64) -> Target {
+    method.target(&ends(dictionary, case, reach))
 }
 
 /// The same bounds for every coordinate, m/s.
@@ -118,10 +123,14 @@ pub(crate) fn bounds(size_m_s: f64) -> VelocityBounds {
 
 /// Default numbers with the given velocity bounds.
 pub(crate) fn settings(velocity_bounds: VelocityBounds) -> PlannerSettings {
-    PlannerSettings {
-        sigma_m: PlannerSettings::SIGMA_M,
-        ridge: PlannerSettings::RIDGE,
-        velocity_bounds,
+    PlannerSettings::new(velocity_bounds)
+}
+
+/// The standard deviation of soft targets.
+pub(crate) fn sigma_m(settings: &PlannerSettings) -> f64 {
+    match settings.ends {
+        Ends::Soft { sigma_m } => sigma_m,
+        Ends::Hard => panic!("the plain problem has soft targets"),
     }
 }
 
@@ -146,12 +155,11 @@ impl Plain {
         dictionary: &Dictionary,
         method: Method,
         settings: &PlannerSettings,
-        target: &Target,
+        ends: &EndConditions,
     ) -> Self {
         let rank = dictionary.rank();
         let w = &dictionary.primitives;
         let rows = w.nrows();
-        let ends = target.ends();
         let wanted = [ends.first_m, ends.last_m].concat();
         let all: Vec<usize> = (0..SEGMENT_COORDINATES)
             .chain(rows - SEGMENT_COORDINATES..rows)
@@ -175,7 +183,7 @@ impl Plain {
                 DVector::zeros(rank),
             ),
             _ => (
-                (settings.sigma_m * 1e3).powi(-2),
+                (sigma_m(settings) * 1e3).powi(-2),
                 (&dictionary.activation_covariance_m2 * 1e6)
                     .try_inverse()
                     .expect("the covariance is regular"),
@@ -186,6 +194,10 @@ impl Plain {
         let q = -(&precision * &mean) - a.transpose() * &y * weight;
         let c = 0.5 * (mean.dot(&(&precision * &mean)) + weight * y.dot(&y));
 
+        let velocity_bounds = settings
+            .constraints
+            .velocity
+            .expect("the plain problem has them");
         let signed = if dictionary.kind == DictionaryKind::Nmf {
             rank
         } else {
@@ -203,8 +215,8 @@ impl Plain {
             let normal = w.row(row + SEGMENT_COORDINATES) - w.row(row);
             let base =
                 (dictionary.offset_m[row + SEGMENT_COORDINATES] - dictionary.offset_m[row]) * 1e3;
-            let lower = settings.velocity_bounds.min_m_s[coordinate] * 1e3 / rate;
-            let upper = settings.velocity_bounds.max_m_s[coordinate] * 1e3 / rate;
+            let lower = velocity_bounds.min_m_s[coordinate] * 1e3 / rate;
+            let upper = velocity_bounds.max_m_s[coordinate] * 1e3 / rate;
             g.row_mut(signed + 2 * row).copy_from(&normal);
             b[signed + 2 * row] = lower - base;
             g.row_mut(signed + 2 * row + 1).copy_from(&-normal);

@@ -1,0 +1,208 @@
+//! What is minimised, for all targets that give the same parts of a segment.
+//!
+//! In millimetres, for unknowns `h` (n):
+//!
+//! ```text
+//! f(h) = 1/2 sum_i w_i (a_i h - y_i)² + 1/2 (h - mu)ᵀ Λ (h - mu)    subject to    E h = e
+//! ```
+//!
+//! with what soft targets observe as the rows `a_i` of `A` (m x n), what they want of it less the
+//! base motion as `y` (m), weights `w = 1 / sigma²`, the prior's mean `mu` and precision `Λ`, and
+//! what hard targets observe as the rows of `E`. Only `y`, `e` and `mu` depend on the target's
+//! values; the inverse of the second derivative, within `E h = 0`, does not.
+
+use inhand_model::ROTATION_LEVER_M;
+use nalgebra::{DMatrix, DVector};
+
+use crate::equality::Equalities;
+use crate::error::PlanError;
+use crate::given::{Given, Wanted};
+use crate::method::Method;
+use crate::model::{Completion, MM_PER_M, MotionModel, Precision, inverse, make_symmetric};
+use crate::settings::{Ends, PlannerSettings};
+
+/// Standard deviations of what soft targets give, mm and mm/s.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Deviations {
+    position_mm: f64,
+    velocity_mm_s: f64,
+    object_mm: f64,
+    /// Of a rotation times its lever.
+    rotation_mm: f64,
+}
+
+impl Deviations {
+    /// `None` where targets are hard.
+    pub(crate) fn new(settings: &PlannerSettings, method: Option<Method>) -> Option<Self> {
+        let Ends::Soft { sigma_m } = settings.ends else {
+            return None;
+        };
+        // As printed, the paper's target errors count in mm².
+        let scale = match method {
+            Some(Method::Paper) => 1.0 / sigma_m,
+            _ => MM_PER_M,
+        };
+        Some(Self {
+            position_mm: sigma_m * scale,
+            velocity_mm_s: settings.velocity_sigma_m_s * scale,
+            object_mm: settings.object_sigma_m * scale,
+            rotation_mm: settings.object_sigma_rad * ROTATION_LEVER_M * scale,
+        })
+    }
+
+    const fn of(&self, given: Given) -> f64 {
+        match given {
+            Given::Position { .. } => self.position_mm,
+            Given::Velocity { .. } => self.velocity_mm_s,
+            Given::ObjectPosition { .. } => self.object_mm,
+            Given::ObjectRotation { .. } => self.rotation_mm,
+        }
+    }
+}
+
+/// The part of a problem that does not depend on the target's values.
+#[derive(Clone, Debug)]
+pub(crate) struct Problem {
+    /// What targets give.
+    pub(crate) given: Vec<Given>,
+    completion: Option<Completion>,
+    /// What is observed where all unknowns are zero (three for each given).
+    base: Vec<f64>,
+    /// `A` (m x n); without rows where targets are hard.
+    pub(crate) design: DMatrix<f64>,
+    /// `w` (m).
+    pub(crate) weights: DVector<f64>,
+    /// `Λ`, 1/mm².
+    pub(crate) precision: Precision,
+    /// `E`, where targets are hard.
+    pub(crate) equalities: Option<Equalities>,
+    /// `C`, inverse of the second derivative within `E h = 0` (n x n), mm²: the covariance of the
+    /// unknowns, given the target.
+    pub(crate) inverse: DMatrix<f64>,
+}
+
+/// The part that does.
+#[derive(Clone, Debug)]
+pub(crate) struct Instance {
+    /// `y` (m), or `e` where targets are hard.
+    pub(crate) wanted: DVector<f64>,
+    /// `mu`, mm.
+    pub(crate) mean: DVector<f64>,
+    /// Gradient of `f` at zero, to which residuals are relative.
+    pub(crate) gradient_at_zero: DVector<f64>,
+}
+
+impl Problem {
+    /// Cost: some n³ + m n² multiplications.
+    pub(crate) fn new(
+        model: &MotionModel,
+        given: &[Given],
+        deviations: Option<Deviations>,
+    ) -> Result<Self, PlanError> {
+        let n = model.unknowns();
+        // Row by row, which are the columns of the transpose.
+        let mut rows = DMatrix::zeros(n, 3 * given.len());
+        let mut base = Vec::with_capacity(rows.ncols());
+        for (k, &given) in given.iter().enumerate() {
+            for axis in 0..3 {
+                let mut column = rows.column_mut(3 * k + axis);
+                base.push(model.observe(given, axis, column.as_mut_slice()));
+            }
+        }
+        let observed = rows.transpose();
+        let (design, weights, equalities) = match deviations {
+            Some(deviations) => {
+                let weights = DVector::from_iterator(
+                    observed.nrows(),
+                    (given.iter()).flat_map(|&given| [deviations.of(given).powi(-2); 3]),
+                );
+                (observed, weights, None)
+            }
+            None => (
+                DMatrix::zeros(0, n),
+                DVector::zeros(0),
+                Some(Equalities::new(observed)),
+            ),
+        };
+
+        let mut hessian = {
+            let mut weighted = design.clone();
+            for (mut row, weight) in weighted.row_iter_mut().zip(weights.iter()) {
+                row *= *weight;
+            }
+            design.tr_mul(&weighted)
+        };
+        model.precision.add_to(&mut hessian);
+        // Cannot fail but by rounding: a positive definite precision plus a Gram matrix.
+        let failed = || PlanError::Conditioning { unknowns: n };
+        let inverse = match &equalities {
+            None => inverse(hessian).ok_or_else(failed)?,
+            Some(equalities) => {
+                let free = equalities.free();
+                let within = inverse(free.tr_mul(&(&hessian * free))).ok_or_else(failed)?;
+                let mut inverse = free * within * free.transpose();
+                make_symmetric(&mut inverse);
+                inverse
+            }
+        };
+        Ok(Self {
+            given: given.to_vec(),
+            completion: model.completion(given),
+            base,
+            design,
+            weights,
+            precision: model.precision.clone(),
+            equalities,
+            inverse,
+        })
+    }
+
+    /// The problem for a target that gives the same parts.
+    pub(crate) fn instance(&self, model: &MotionModel, wanted: &Wanted) -> Instance {
+        let mean = model.mean_mm(self.completion.as_ref(), &wanted.values);
+        let wanted = DVector::from_iterator(
+            self.base.len(),
+            (wanted.values.iter().zip(&self.base)).map(|(value, base)| value - base),
+        );
+        let mut gradient_at_zero = -self.precision.times(&mean);
+        if self.equalities.is_none() {
+            gradient_at_zero -= self.design.tr_mul(&wanted.component_mul(&self.weights));
+        }
+        Instance {
+            wanted,
+            mean,
+            gradient_at_zero,
+        }
+    }
+
+    /// The minimum without inequalities.
+    pub(crate) fn unconstrained(&self, instance: &Instance) -> DVector<f64> {
+        let mut point = instance.mean.clone();
+        if let Some(equalities) = &self.equalities {
+            equalities.restore(&mut point, &instance.wanted);
+        }
+        let (_, gradient) = self.evaluate(instance, &point);
+        point.gemv(-1.0, &self.inverse, &gradient, 1.0);
+        point
+    }
+
+    /// `f(h)` and its gradient.
+    pub(crate) fn evaluate(
+        &self,
+        instance: &Instance,
+        unknowns: &DVector<f64>,
+    ) -> (f64, DVector<f64>) {
+        let away = unknowns - &instance.mean;
+        let drawn = self.precision.times(&away);
+        let value = 0.5 * away.dot(&drawn);
+        if self.equalities.is_some() {
+            return (value, drawn);
+        }
+        let misses = &self.design * unknowns - &instance.wanted;
+        let weighted = misses.component_mul(&self.weights);
+        (
+            value + 0.5 * misses.dot(&weighted),
+            drawn + self.design.tr_mul(&weighted),
+        )
+    }
+}

@@ -1,0 +1,107 @@
+//! Reachability: each fingertip inside the half-spaces of its training hull.
+
+use inhand_model::{ConstraintFamily, Finger, Hull, PerFinger, SegmentLayout};
+
+use super::{Key, Peaks, Row, TOLERANCE, Worst};
+use crate::error::PlanError;
+use crate::model::MM_PER_M;
+
+/// Half-spaces `normal * x <= offset` of each finger, mm, at every sample.
+#[derive(Clone, Debug)]
+pub(crate) struct Reach {
+    faces: PerFinger<Vec<([f64; 3], f64)>>,
+    samples: usize,
+}
+
+impl Reach {
+    /// The half-spaces of `hulls`, moved outwards by a margin.
+    pub(crate) fn new(
+        hulls: &PerFinger<Hull>,
+        margin_m: f64,
+        layout: SegmentLayout,
+    ) -> Result<Self, PlanError> {
+        let faces = PerFinger::try_from_fn(|finger| {
+            let hull = &hulls[finger];
+            if hull.normals.is_empty() {
+                return Err(PlanError::NoHull { finger });
+            }
+            let offsets = hull.offsets_m.iter().map(|b| (b + margin_m) * MM_PER_M);
+            Ok(hull.normals.iter().copied().zip(offsets).collect())
+        })?;
+        Ok(Self {
+            faces,
+            samples: layout.samples,
+        })
+    }
+
+    pub(crate) fn rows(&self) -> usize {
+        let faces: usize = self.faces.iter().map(|(_, faces)| faces.len()).sum();
+        faces * self.samples
+    }
+
+    /// Largest violation; relative to 1 mm.
+    pub(crate) fn worst(&self, motion_mm: &[f64]) -> Worst {
+        let mut worst = f64::NEG_INFINITY;
+        for finger in Finger::ALL {
+            for sample in 0..self.samples {
+                worst = worst.max(self.highest(motion_mm, sample, finger).0);
+            }
+        }
+        Worst {
+            relative: worst,
+            by: worst / MM_PER_M,
+        }
+    }
+
+    pub(crate) fn violated(
+        &self,
+        motion_mm: &[f64],
+        slack: f64,
+        peaks_only: bool,
+        rows: &mut Vec<Row>,
+    ) {
+        let mut peaks = Peaks::new(rows, peaks_only);
+        for finger in Finger::ALL {
+            for sample in 0..self.samples {
+                let (excess, face) = self.highest(motion_mm, sample, finger);
+                if excess > slack * MM_PER_M + TOLERANCE {
+                    peaks.violated(excess, || self.row(sample, finger, face));
+                } else {
+                    peaks.kept();
+                }
+            }
+            peaks.kept();
+        }
+    }
+
+    /// How far a fingertip is outside the face that it is farthest outside of, mm.
+    fn highest(&self, motion_mm: &[f64], sample: usize, finger: Finger) -> (f64, usize) {
+        let at = SegmentLayout::row(sample, finger, 0);
+        let [x, y, z] = [motion_mm[at], motion_mm[at + 1], motion_mm[at + 2]];
+        let mut highest = (f64::NEG_INFINITY, 0);
+        for (face, ([a, b, c], offset)) in self.faces[finger].iter().enumerate() {
+            let height = a * x + b * y + c * z - offset;
+            if height > highest.0 {
+                highest = (height, face);
+            }
+        }
+        highest
+    }
+
+    fn row(&self, sample: usize, finger: Finger, face: usize) -> Row {
+        let (normal, offset) = self.faces[finger][face];
+        let at = SegmentLayout::row(sample, finger, 0);
+        Row::new(
+            ConstraintFamily::Reachability,
+            Key::Face {
+                sample,
+                finger,
+                face,
+            },
+            (0..3).map(|axis| (at + axis, -normal[axis])),
+            -offset,
+            TOLERANCE,
+            MM_PER_M,
+        )
+    }
+}

@@ -16,10 +16,11 @@ use inhand_channels::{
 use inhand_model::{
     Bandwidths, Body, BodyKind, BodySource, Calibration, Certificate, Clock, ConstraintFamily,
     Demonstrated, Dictionary, DictionaryKind, Expectation, ExpectationWeights, Finding, Finger,
-    Hand, Hull, InputHash, Learning, LengthUnit, Marker, MarkerKind, Motion, Object, PerFamily, PerFinger,
-    Plan, PlanChecks, PlanStatus, PointTrack, Pose, PoseTrack, Position, Provenance, Recording, Relaxation, Residual,
-    Roles, RotationOrder, SEGMENT_COORDINATES, SegmentLayout, Shape, Source, StartTime, Status,
-    StopReason, TrackedBody, Trajectory, UpAxis, Validation, VelocityBounds, World, ends_len,
+    Hand, Hull, InputHash, Learning, LengthUnit, Marker, MarkerKind, Motion, Object, PerFamily,
+    PerFinger, Plan, PlanChecks, PlanStatus, PointTrack, Pose, PoseTrack, Position, Provenance,
+    Recording, Relaxation, Residual, Roles, RotationOrder, SEGMENT_COORDINATES, SegmentLayout,
+    Shape, Source, StartTime, Status, StopReason, TrackedBody, Trajectory, UpAxis, Validation,
+    VelocityBounds, World, ends_len,
 };
 use nalgebra::{DMatrix, DVector, Isometry3, Translation3, UnitQuaternion, Vector3};
 
@@ -287,7 +288,10 @@ fn plan(trajectory: Trajectory) -> Plan {
         object: (0..3)
             .map(|t| {
                 let turn = Vector3::new(0.1, -0.2, 0.3) * f64::from(t);
-                Pose::new(Isometry3::new(Vector3::new(0.01, 0.02, noise(t as usize)), turn))
+                Pose::new(Isometry3::new(
+                    Vector3::new(0.01, 0.02, noise(t as usize)),
+                    turn,
+                ))
             })
             .collect(),
         checks: PlanChecks {

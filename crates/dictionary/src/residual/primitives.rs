@@ -4,6 +4,7 @@ use inhand_model::{Finger, OBJECT_COORDINATES, SEGMENT_COORDINATES, SegmentLayou
 use nalgebra::{DMatrix, SymmetricEigen};
 use rayon::prelude::*;
 
+use super::eigen::leading;
 use crate::product::{View, gram, multiply};
 
 /// Share of the largest variance below which a component is rounding, not motion.
@@ -239,19 +240,26 @@ fn activations(block: &DMatrix<f64>, own_m: &DMatrix<f64>) -> DMatrix<f64> {
 /// Leading eigenvectors of `M Mᵀ`, each with its largest number positive.
 fn components(own_m: &DMatrix<f64>, most: usize) -> DMatrix<f64> {
     let rows = own_m.nrows();
-    let eigen = SymmetricEigen::new(DMatrix::from_vec(rows, rows, gram(own_m.as_slice(), rows)));
-    let mut order: Vec<usize> = (0..rows).collect();
-    order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
-    let smallest = (SMALLEST_VARIANCE * eigen.eigenvalues[order[0]])
+    let squares = DMatrix::from_vec(rows, rows, gram(own_m.as_slice(), rows));
+    let most = most.min(own_m.ncols());
+    let (values, vectors) = leading(squares.clone(), most).unwrap_or_else(|| all(squares));
+    let smallest = (SMALLEST_VARIANCE * values.first().copied().unwrap_or(0.0))
         .max(SMALLEST_SQUARE_M2 * own_m.ncols() as f64);
-    order.retain(|&i| eigen.eigenvalues[i] > smallest);
-    order.truncate(most.min(own_m.ncols()));
-    let mut components = DMatrix::zeros(rows, order.len());
-    for (mut column, &i) in components.column_iter_mut().zip(&order) {
-        let vector = eigen.eigenvectors.column(i);
+    let count = values.partition_point(|value| *value > smallest).min(most);
+    let mut components = vectors.columns(0, count).into_owned();
+    for mut column in components.column_iter_mut() {
         let largest =
-            (vector.iter().copied()).fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
-        column.copy_from(&(vector * largest.signum()));
+            (column.iter().copied()).fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
+        column *= largest.signum();
     }
     components
+}
+
+/// All eigenvalues, descending, with their eigenvectors.
+fn all(squares: DMatrix<f64>) -> (Vec<f64>, DMatrix<f64>) {
+    let eigen = SymmetricEigen::new(squares);
+    let mut order: Vec<usize> = (0..eigen.eigenvalues.len()).collect();
+    order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
+    let values = order.iter().map(|&i| eigen.eigenvalues[i]).collect();
+    (values, eigen.eigenvectors.select_columns(&order))
 }

@@ -2,8 +2,11 @@
 //! into millimetres.
 
 use crate::dictionary::{DictionaryKind, StopReason, VelocityBounds};
+use crate::expectation::{Bandwidths, ExpectationWeights};
 use crate::finding::Finding;
 use crate::finger::{Finger, PerFinger};
+use crate::plan::ConstraintFamily;
+use crate::residual::Validation;
 use crate::track::TrackCounts;
 
 /// A distribution of lengths, metres, or, where a field says so, of angles, radians. Quantiles are
@@ -155,7 +158,7 @@ pub struct CorridorCoverage {
 }
 
 /// How planning went.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct PlanFacts {
     /// Plans with a trajectory.
     pub solved: usize,
@@ -167,6 +170,69 @@ pub struct PlanFacts {
     pub worst_kkt_residual: f64,
     /// Plans with at least one active velocity bound.
     pub velocity_bound_active: usize,
+    /// What each family of constraints did; families that were off are not there.
+    pub families: Vec<FamilyFacts>,
+    /// Plans with a fingertip outside its training hull; `None` where no hulls are known.
+    pub outside_hull: Option<usize>,
+}
+
+/// What one family of constraints did to the plans of a method.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FamilyFacts {
+    /// The family.
+    pub family: ConstraintFamily,
+    /// Plans with at least one active bound.
+    pub active: usize,
+    /// Largest violation over all plans with a trajectory, in the family's
+    /// [unit](ConstraintFamily::unit); negative where every bound is kept with room to spare.
+    pub worst_violation: f64,
+    /// Infeasible plans that would have a solution if this family alone gave way.
+    pub would_mend: usize,
+    /// The most that it would have to give way for one of them, in the family's unit.
+    pub largest_relaxation: f64,
+}
+
+/// How methods compare on left-out training takes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MethodChoice {
+    /// The method chosen.
+    pub method: String,
+    /// Every method that was compared.
+    pub candidates: Vec<MethodCandidate>,
+    /// By how much the best learned method is better than the best that learns nothing, metres;
+    /// `None` where only one kind was compared. A learned method is chosen if this is above its
+    /// standard error.
+    pub gain_m: Option<f64>,
+    /// Standard error of that difference over segments, metres.
+    pub gain_standard_error_m: Option<f64>,
+    /// Groups of takes left out in turn.
+    pub folds: usize,
+    /// Segments planned.
+    pub segments: usize,
+}
+
+/// One method on left-out training takes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MethodCandidate {
+    /// Name.
+    pub name: String,
+    /// Mean error over segments, fingers and instants, metres; infinite where a plan failed.
+    pub mean_error_m: f64,
+}
+
+/// What was learned of deviations from the smooth curve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DeviationFacts {
+    /// Primitives of all parts.
+    pub primitives: usize,
+    /// Demonstrations that the expectation rests on.
+    pub demonstrations: usize,
+    /// Weights of its parts.
+    pub weights: ExpectationWeights,
+    /// Widths of its kernels.
+    pub bandwidths: Bandwidths,
+    /// How the weights were chosen.
+    pub validation: Validation,
 }
 
 /// One method against the recorded motion.
@@ -260,6 +326,8 @@ pub struct DictionaryFacts {
     pub objective_history_m2: Vec<f64>,
     /// Velocity bounds that plans had to keep.
     pub velocity_bounds: VelocityBounds,
+    /// Deviations from the smooth curve, where they were learned.
+    pub deviation: Option<DeviationFacts>,
 }
 
 /// What a take's data is worth.
@@ -290,6 +358,8 @@ pub struct Evaluation {
     pub session: SessionFacts,
     /// The method a reader should look at first.
     pub default_method: String,
+    /// How methods compare on left-out training takes, where that was asked for.
+    pub choice: Option<MethodChoice>,
     /// The dictionary.
     pub dictionary: DictionaryFacts,
     /// Methods, learned ones first.

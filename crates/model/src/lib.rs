@@ -46,9 +46,9 @@ pub use dictionary::{
     VelocityBounds,
 };
 pub use evaluation::{
-    Collision, ContactShare, CorridorCoverage, DictionaryFacts, Evaluation, MethodEvaluation,
-    ObjectError, PlanFacts, Reachability, SessionFacts, Statistics, TakeFacts, TakeQuality,
-    TauShare, VelocityCheck,
+    Collision, ContactShare, CorridorCoverage, DeviationFacts, DictionaryFacts, Evaluation,
+    FamilyFacts, MethodCandidate, MethodChoice, MethodEvaluation, ObjectError, PlanFacts,
+    Reachability, SessionFacts, Statistics, TakeFacts, TakeQuality, TauShare, VelocityCheck,
 };
 pub use expectation::{Bandwidths, Distances, Expectation, ExpectationWeights};
 pub use finding::{Finding, Severity};

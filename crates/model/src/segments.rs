@@ -198,6 +198,22 @@ impl Segments {
         })
     }
 
+    /// Some of the segments, in the given order; nothing counts as left out.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such segment.
+    #[must_use]
+    pub fn select(&self, segments: &[usize]) -> Self {
+        Self {
+            layout: self.layout,
+            columns_m: self.columns_m.select_columns(segments),
+            origins: segments.iter().map(|&s| self.origins[s]).collect(),
+            ends: segments.iter().map(|&s| self.ends[s]).collect(),
+            left_out: 0,
+        }
+    }
+
     /// Shape of each segment.
     pub const fn layout(&self) -> SegmentLayout {
         self.layout

@@ -24,11 +24,11 @@
 //! # };
 //! # let evaluation = Evaluation {
 //! #     session: SessionFacts { name: "cube".into(), rate_hz: 100.0, segment_samples: 100, object: None, train: vec![], test: vec![] },
-//! #     default_method: "hermite".into(),
+//! #     default_method: "hermite".into(), choice: None,
 //! #     dictionary: DictionaryFacts {
 //! #         kind: DictionaryKind::Nmf, rank: 200, segments: 595, rms_m: 0.000_14, relative_error: 0.001,
 //! #         iterations: 40, stop_reason: StopReason::IterationLimit, objective_history_m2: vec![2.0, 1.0],
-//! #         velocity_bounds: VelocityBounds { min_m_s: [-0.2; 15], max_m_s: [0.2; 15] },
+//! #         velocity_bounds: VelocityBounds { min_m_s: [-0.2; 15], max_m_s: [0.2; 15] }, deviation: None,
 //! #     },
 //! #     methods: vec![method],
 //! #     quality: vec![],

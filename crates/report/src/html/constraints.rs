@@ -71,11 +71,11 @@ fn overview_cells(method: &MethodEvaluation) -> Vec<String> {
         judged(collision.n, millimetres(collision.nearest_m)),
         judged(velocity.n, part_of(velocity.outside, velocity.n)),
         judged(velocity.n, decimals(velocity.worst_ratio, 3)),
-        method.plan.map_or_else(
+        method.plan.as_ref().map_or_else(
             || NONE.to_owned(),
             |plan| part_of(plan.infeasible, plan.solved + plan.infeasible + plan.failed),
         ),
-        method.plan.map_or_else(
+        method.plan.as_ref().map_or_else(
             || NONE.to_owned(),
             |plan| scientific(plan.worst_kkt_residual),
         ),
@@ -231,7 +231,7 @@ fn plan_table(methods: &[Method<'_>]) -> Markup {
     let lines: Vec<Line> = methods
         .iter()
         .filter_map(|method| {
-            let plan = method.evaluation.plan?;
+            let plan = method.evaluation.plan.as_ref()?;
             let outside = method.evaluation.velocity.trajectories_outside;
             Some(Line {
                 head: name(method),

@@ -61,7 +61,7 @@ fn verdict(evaluation: &Evaluation) -> Markup {
         .map(|comparison| comparison.outcome)
         .collect();
     let unsolved = method
-        .and_then(|method| method.plan)
+        .and_then(|method| method.plan.as_ref())
         .is_some_and(|plan| plan.infeasible + plan.failed > 0);
     let class = if unsolved || outcomes.contains(&Outcome::Behind) {
         "verdict behind"

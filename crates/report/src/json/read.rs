@@ -1,16 +1,18 @@
 //! From a document back to the evaluation it was written from.
 
 use inhand_model::{
-    Collision, ContactShare, CorridorCoverage, DictionaryFacts, DictionaryKind, Evaluation,
-    Finding, Finger, InputHash, MethodEvaluation, ObjectError, PerFinger, PlanFacts, Provenance,
-    Reachability, SEGMENT_COORDINATES, SessionFacts, Severity, Statistics, StopReason, TakeFacts,
-    TakeQuality, TauShare, TrackCounts, VelocityBounds, VelocityCheck,
+    Bandwidths, Collision, ConstraintFamily, ContactShare, CorridorCoverage, DeviationFacts,
+    DictionaryFacts, DictionaryKind, Evaluation, ExpectationWeights, FamilyFacts, Finding, Finger,
+    InputHash, MethodCandidate, MethodChoice, MethodEvaluation, ObjectError, PerFinger, PlanFacts,
+    Provenance, Reachability, SEGMENT_COORDINATES, SessionFacts, Severity, Statistics, StopReason,
+    TakeFacts, TakeQuality, TauShare, TrackCounts, Validation, VelocityBounds, VelocityCheck,
 };
 use serde::Deserialize;
 
 use super::wire::{
-    Bounds, ByFinger, Collisions, Contact, Corridor, Counts, Dictionary, Distribution, Document,
-    Found, Method, Number, Plans, Reach, SCHEMA_VERSION, Session, Step, Take, TakeState, Velocity,
+    Bounds, ByFinger, Choice, Collisions, Contact, Corridor, Counts, Deviation, Dictionary,
+    Distribution, Document, Family, Found, Method, Number, Plans, Reach, SCHEMA_VERSION, Session,
+    Step, Take, TakeState, Velocity,
 };
 use crate::error::ReportError;
 
@@ -36,6 +38,7 @@ pub(crate) fn read(text: &str) -> Result<(Evaluation, Vec<Provenance>), ReportEr
     let evaluation = Evaluation {
         session: session(document.session),
         default_method: document.default_method,
+        choice: document.choice.map(choice),
         dictionary: dictionary(document.dictionary)?,
         methods: document
             .methods
@@ -105,7 +108,50 @@ fn dictionary(dictionary: Dictionary) -> Result<DictionaryFacts, ReportError> {
             .map(|objective| number(objective) / MM2_PER_M2)
             .collect(),
         velocity_bounds: bounds(dictionary.velocity_bounds_mm_s),
+        deviation: dictionary.deviation.map(deviation),
     })
+}
+
+fn deviation(deviation: Deviation) -> DeviationFacts {
+    let validation = deviation.validation;
+    DeviationFacts {
+        primitives: deviation.primitives,
+        demonstrations: deviation.demonstrations,
+        weights: ExpectationWeights {
+            profile: deviation.profile_weight,
+            hand: deviation.hand_weight,
+            finger: deviation.finger_weight,
+        },
+        bandwidths: Bandwidths {
+            hand: deviation.hand_bandwidth,
+            finger: deviation.finger_bandwidth,
+        },
+        validation: Validation {
+            folds: validation.folds,
+            segments: validation.segments,
+            smooth_error_m: metres(validation.smooth_error_mm),
+            error_m: metres(validation.error_mm),
+            standard_error_m: metres(validation.standard_error_mm),
+        },
+    }
+}
+
+fn choice(choice: Choice) -> MethodChoice {
+    let known = |number: Number| number.0.map(|value| value / MM_PER_M);
+    MethodChoice {
+        method: choice.method,
+        candidates: (choice.candidates.into_iter())
+            .map(|candidate| MethodCandidate {
+                name: candidate.name,
+                // Null stands for a method whose plans failed.
+                mean_error_m: known(candidate.mean_error_mm).unwrap_or(f64::INFINITY),
+            })
+            .collect(),
+        gain_m: known(choice.gain_mm),
+        gain_standard_error_m: known(choice.gain_standard_error_mm),
+        folds: choice.folds,
+        segments: choice.segments,
+    }
 }
 
 fn bounds(fingers: ByFinger<Bounds>) -> VelocityBounds {
@@ -150,7 +196,7 @@ fn method(method: Method) -> Result<MethodEvaluation, ReportError> {
             },
         ),
         corridors: method.corridors.into_iter().map(corridor).collect(),
-        plan: method.plan.map(plans),
+        plan: method.plan.map(plans).transpose()?,
     })
 }
 
@@ -254,14 +300,34 @@ fn corridor(corridor: Corridor) -> CorridorCoverage {
     }
 }
 
-fn plans(plans: Plans) -> PlanFacts {
-    PlanFacts {
+fn plans(plans: Plans) -> Result<PlanFacts, ReportError> {
+    Ok(PlanFacts {
         solved: plans.solved,
         infeasible: plans.infeasible,
         failed: plans.failed,
         worst_kkt_residual: number(plans.worst_kkt_residual),
         velocity_bound_active: plans.velocity_bound_active,
-    }
+        families: (plans.constraints.into_iter())
+            .map(family)
+            .collect::<Result<_, _>>()?,
+        outside_hull: plans.outside_hull,
+    })
+}
+
+fn family(facts: Family) -> Result<FamilyFacts, ReportError> {
+    Ok(FamilyFacts {
+        family: word(
+            "plan.constraints.family",
+            &facts.family,
+            "a family of constraints",
+            &ConstraintFamily::ALL,
+            ConstraintFamily::name,
+        )?,
+        active: facts.active,
+        worst_violation: number(facts.worst_violation),
+        would_mend: facts.would_mend,
+        largest_relaxation: number(facts.largest_relaxation),
+    })
 }
 
 fn take_state(take: TakeState) -> Result<TakeQuality, ReportError> {

@@ -30,6 +30,9 @@ pub(super) struct Document {
     pub(super) schema_version: u32,
     pub(super) session: Session,
     pub(super) default_method: String,
+    // Documents of this version were written before methods were chosen.
+    #[serde(default)]
+    pub(super) choice: Option<Choice>,
     pub(super) dictionary: Dictionary,
     pub(super) methods: Vec<Method>,
     pub(super) quality: Quality,
@@ -66,6 +69,46 @@ pub(super) struct Dictionary {
     pub(super) stop_reason: String,
     pub(super) objective_history_mm2: Vec<Number>,
     pub(super) velocity_bounds_mm_s: ByFinger<Bounds>,
+    // Documents of this version were written before deviations were learned.
+    #[serde(default)]
+    pub(super) deviation: Option<Deviation>,
+}
+
+#[derive(Serialize, Deserialize)]
+pub(super) struct Deviation {
+    pub(super) primitives: usize,
+    pub(super) demonstrations: usize,
+    pub(super) profile_weight: f64,
+    pub(super) hand_weight: f64,
+    pub(super) finger_weight: f64,
+    pub(super) hand_bandwidth: f64,
+    pub(super) finger_bandwidth: f64,
+    pub(super) validation: Validated,
+}
+
+#[derive(Serialize, Deserialize)]
+pub(super) struct Validated {
+    pub(super) folds: usize,
+    pub(super) segments: usize,
+    pub(super) smooth_error_mm: Number,
+    pub(super) error_mm: Number,
+    pub(super) standard_error_mm: Number,
+}
+
+#[derive(Serialize, Deserialize)]
+pub(super) struct Choice {
+    pub(super) method: String,
+    pub(super) candidates: Vec<Candidate>,
+    pub(super) gain_mm: Number,
+    pub(super) gain_standard_error_mm: Number,
+    pub(super) folds: usize,
+    pub(super) segments: usize,
+}
+
+#[derive(Serialize, Deserialize)]
+pub(super) struct Candidate {
+    pub(super) name: String,
+    pub(super) mean_error_mm: Number,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -189,13 +232,28 @@ pub(super) struct Corridor {
     pub(super) inside: WithAll<Number>,
 }
 
-#[derive(Clone, Copy, Serialize, Deserialize)]
+#[derive(Serialize, Deserialize)]
 pub(super) struct Plans {
     pub(super) solved: usize,
     pub(super) infeasible: usize,
     pub(super) failed: usize,
     pub(super) worst_kkt_residual: Number,
     pub(super) velocity_bound_active: usize,
+    // Documents of this version were written before there were other families.
+    #[serde(default)]
+    pub(super) constraints: Vec<Family>,
+    #[serde(default)]
+    pub(super) outside_hull: Option<usize>,
+}
+
+#[derive(Serialize, Deserialize)]
+pub(super) struct Family {
+    pub(super) family: String,
+    pub(super) unit: String,
+    pub(super) active: usize,
+    pub(super) worst_violation: Number,
+    pub(super) would_mend: usize,
+    pub(super) largest_relaxation: Number,
 }
 
 #[derive(Serialize, Deserialize)]

@@ -1,16 +1,18 @@
 //! From an evaluation to its document.
 
 use inhand_model::{
-    Collision, ContactShare, CorridorCoverage, DictionaryFacts, Evaluation, Finding, Finger,
-    MethodEvaluation, PerFinger, PlanFacts, Provenance, Reachability, SessionFacts, Statistics,
-    TakeFacts, TakeQuality, TrackCounts, VelocityBounds, VelocityCheck,
+    Collision, ContactShare, CorridorCoverage, DeviationFacts, DictionaryFacts, Evaluation,
+    FamilyFacts, Finding, Finger, MethodChoice, MethodEvaluation, PerFinger, PlanFacts, Provenance,
+    Reachability, SessionFacts, Statistics, TakeFacts, TakeQuality, TrackCounts, VelocityBounds,
+    VelocityCheck,
 };
 
 use super::settings_value;
 use super::wire::{
-    AtTau, Bounds, ByFinger, Collisions, Contact, Corridor, Counts, Dictionary, Distribution,
-    Document, Found, Input, Method, Number, Plans, Quality, Reach, SCHEMA_VERSION, Session, Step,
-    Take, TakeState, TrackState, Velocity, WithAll,
+    AtTau, Bounds, ByFinger, Candidate, Choice, Collisions, Contact, Corridor, Counts, Deviation,
+    Dictionary, Distribution, Document, Family, Found, Input, Method, Number, Plans, Quality,
+    Reach, SCHEMA_VERSION, Session, Step, Take, TakeState, TrackState, Validated, Velocity,
+    WithAll,
 };
 use crate::number::to_mm;
 
@@ -22,6 +24,7 @@ pub(super) fn document(evaluation: &Evaluation, provenance: &[Provenance]) -> Do
         schema_version: SCHEMA_VERSION,
         session: session(&evaluation.session),
         default_method: evaluation.default_method.clone(),
+        choice: evaluation.choice.as_ref().map(choice),
         dictionary: dictionary(&evaluation.dictionary),
         methods: evaluation.methods.iter().map(method).collect(),
         quality: quality(&evaluation.quality),
@@ -65,6 +68,44 @@ fn dictionary(facts: &DictionaryFacts) -> Dictionary {
             .map(|&objective| Number::finite(objective * MM2_PER_M2))
             .collect(),
         velocity_bounds_mm_s: ByFinger::from_fn(|finger| bounds(&facts.velocity_bounds, finger)),
+        deviation: facts.deviation.as_ref().map(deviation),
+    }
+}
+
+fn deviation(facts: &DeviationFacts) -> Deviation {
+    let validation = facts.validation;
+    Deviation {
+        primitives: facts.primitives,
+        demonstrations: facts.demonstrations,
+        profile_weight: facts.weights.profile,
+        hand_weight: facts.weights.hand,
+        finger_weight: facts.weights.finger,
+        hand_bandwidth: facts.bandwidths.hand,
+        finger_bandwidth: facts.bandwidths.finger,
+        validation: Validated {
+            folds: validation.folds,
+            segments: validation.segments,
+            smooth_error_mm: mm(validation.smooth_error_m),
+            error_mm: mm(validation.error_m),
+            standard_error_mm: mm(validation.standard_error_m),
+        },
+    }
+}
+
+fn choice(choice: &MethodChoice) -> Choice {
+    let or_null = |value: Option<f64>| mm(value.unwrap_or(f64::NAN));
+    Choice {
+        method: choice.method.clone(),
+        candidates: (choice.candidates.iter())
+            .map(|candidate| Candidate {
+                name: candidate.name.clone(),
+                mean_error_mm: mm(candidate.mean_error_m),
+            })
+            .collect(),
+        gain_mm: or_null(choice.gain_m),
+        gain_standard_error_mm: or_null(choice.gain_standard_error_m),
+        folds: choice.folds,
+        segments: choice.segments,
     }
 }
 
@@ -219,6 +260,19 @@ fn plans(facts: &PlanFacts) -> Plans {
         failed: facts.failed,
         worst_kkt_residual: Number::finite(facts.worst_kkt_residual),
         velocity_bound_active: facts.velocity_bound_active,
+        constraints: facts.families.iter().map(family).collect(),
+        outside_hull: facts.outside_hull,
+    }
+}
+
+fn family(facts: &FamilyFacts) -> Family {
+    Family {
+        family: facts.family.name().to_owned(),
+        unit: facts.family.unit().to_owned(),
+        active: facts.active,
+        worst_violation: Number::finite(facts.worst_violation),
+        would_mend: facts.would_mend,
+        largest_relaxation: Number::finite(facts.largest_relaxation),
     }
 }
 

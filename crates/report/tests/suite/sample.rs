@@ -2,10 +2,11 @@
 //! closed forms, so that they are the same everywhere.
 
 use inhand_model::{
-    Collision, ContactShare, CorridorCoverage, DictionaryFacts, DictionaryKind, Evaluation,
-    Finding, Finger, InputHash, MethodEvaluation, ObjectError, PerFinger, PlanFacts, Provenance,
-    Reachability, SessionFacts, Statistics, StopReason, TakeFacts, TakeQuality, TauShare,
-    TrackCounts, VelocityBounds, VelocityCheck,
+    Bandwidths, Collision, ConstraintFamily, ContactShare, CorridorCoverage, DeviationFacts,
+    DictionaryFacts, DictionaryKind, Evaluation, ExpectationWeights, FamilyFacts, Finding, Finger,
+    InputHash, MethodCandidate, MethodChoice, MethodEvaluation, ObjectError, PerFinger, PlanFacts,
+    Provenance, Reachability, SessionFacts, Statistics, StopReason, TakeFacts, TakeQuality,
+    TauShare, TrackCounts, Validation, VelocityBounds, VelocityCheck,
 };
 
 const SEGMENTS: usize = 119;
@@ -209,6 +210,23 @@ fn method(kind: &Kind, object: bool) -> MethodEvaluation {
             failed: 0,
             worst_kkt_residual: 3.1e-9,
             velocity_bound_active: 4,
+            families: vec![
+                FamilyFacts {
+                    family: ConstraintFamily::Activations,
+                    active: SEGMENTS,
+                    worst_violation: 0.0,
+                    would_mend: 0,
+                    largest_relaxation: 0.0,
+                },
+                FamilyFacts {
+                    family: ConstraintFamily::Velocity,
+                    active: 4,
+                    worst_violation: 2.0e-12,
+                    would_mend: 0,
+                    largest_relaxation: 0.0,
+                },
+            ],
+            outside_hull: Some(9),
         }),
     }
 }
@@ -283,6 +301,23 @@ pub(crate) fn evaluation(object: bool) -> Evaluation {
             test: vec![take(&names[5], 0)],
         },
         default_method: "prior".to_owned(),
+        choice: Some(MethodChoice {
+            method: "prior".to_owned(),
+            candidates: vec![
+                MethodCandidate {
+                    name: "prior".to_owned(),
+                    mean_error_m: 0.000_61,
+                },
+                MethodCandidate {
+                    name: "hermite".to_owned(),
+                    mean_error_m: 0.000_72,
+                },
+            ],
+            gain_m: Some(0.000_11),
+            gain_standard_error_m: Some(0.000_01),
+            folds: 5,
+            segments: 590,
+        }),
         dictionary: DictionaryFacts {
             kind: DictionaryKind::Nmf,
             rank: 200,
@@ -298,6 +333,26 @@ pub(crate) fn evaluation(object: bool) -> Evaluation {
                 min_m_s: std::array::from_fn(|row| -0.21 - 0.01 * row as f64),
                 max_m_s: std::array::from_fn(|row| 0.23 + 0.01 * row as f64),
             },
+            deviation: Some(DeviationFacts {
+                primitives: 140,
+                demonstrations: 590,
+                weights: ExpectationWeights {
+                    profile: 0.82,
+                    hand: 0.36,
+                    finger: 0.54,
+                },
+                bandwidths: Bandwidths {
+                    hand: 2.0,
+                    finger: 0.5,
+                },
+                validation: Validation {
+                    folds: 5,
+                    segments: 590,
+                    smooth_error_m: 0.000_727,
+                    error_m: 0.000_629,
+                    standard_error_m: 0.000_009,
+                },
+            }),
         },
         methods: METHODS.iter().map(|kind| method(kind, object)).collect(),
         quality: (0..6)

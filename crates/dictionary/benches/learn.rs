@@ -1,16 +1,23 @@
 //! Time to learn a hand session: 200 primitives from 595 segments of 1500 numbers, beside the plain
-//! version on a smaller problem.
+//! version on a smaller problem; to learn deviations from the smooth curve, and what to expect of one.
 //!
 //!     cargo bench -p inhand-dictionary
 
-use inhand_dictionary::{NmfSettings, Projection, Update, learn_nmf, learn_pca};
+use inhand_dictionary::{
+    NmfSettings, Projection, ResidualSettings, Update, learn_nmf, learn_pca, learn_residual,
+};
+use inhand_model::{Bandwidths, ExpectationWeights, SegmentLayout, Segments};
 use nalgebra::DMatrix;
 
 #[path = "../tests/plain.rs"]
 mod plain;
+#[expect(dead_code, reason = "the tests use all of it")]
+#[path = "../tests/residual_data.rs"]
+mod residual_data;
 #[path = "../tests/segments.rs"]
 mod segments;
 
+use residual_data::{around_smooth, bump, conditions, deviations, displacement, numbers, uniform};
 use segments::{demonstrated, motion, segments as segments_of};
 
 fn main() {
@@ -80,4 +87,48 @@ fn projection(bencher: divan::Bencher<'_, '_>) {
         .expect("the bench's own data can be learned");
     let projection = Projection::new(&dictionary);
     bencher.bench(|| projection.activations(data.column_m(7)));
+}
+
+/// Segments of 100 samples in five takes that deviate from the smooth curve in sixty shapes.
+fn deviating(count: usize) -> Segments {
+    let layout = SegmentLayout::one_second(100.0);
+    let x = conditions(layout, 0, count);
+    let shapes = DMatrix::from_fn(layout.samples, 60, |t, k| {
+        let s = t as f64 / (layout.samples - 1) as f64;
+        (std::f64::consts::PI * (k as f64 + 1.0) * s).sin() / (k as f64 + 1.0).powf(1.5)
+    });
+    let deviations_m = deviations(layout, count, |i, c, s| {
+        let t = (s * (layout.samples - 1) as f64).round() as usize;
+        let shape = |k: usize| shapes[(t, k)] * uniform(&[11, i, c, k]);
+        0.2 * bump(s) * displacement(&x, i, c) + 1e-3 * (0..60).map(shape).sum::<f64>()
+    });
+    around_smooth(layout, &x, &deviations_m, count.div_ceil(5))
+}
+
+/// Deviations of a whole session, with their cross-validation.
+#[divan::bench(sample_count = 10)]
+fn residual_session(bencher: divan::Bencher<'_, '_>) {
+    let data = deviating(595);
+    bencher.bench(|| learn_residual(&data, &ResidualSettings::default()));
+}
+
+/// What to expect of one segment, by demonstrations: a session cut at stride 100, and at stride 10.
+#[divan::bench(args = [595, 5950], sample_count = 100)]
+fn expected(bencher: divan::Bencher<'_, '_>, demonstrations: usize) {
+    let data = deviating(demonstrations);
+    let residual = learn_residual(&data, &ResidualSettings::default())
+        .expect("the bench's own data can be learned");
+    // As a session of a real hand has them.
+    let widths = Bandwidths {
+        hand: 2.0,
+        finger: 0.5,
+    };
+    let weights = ExpectationWeights {
+        profile: 0.9,
+        hand: 0.5,
+        finger: 0.7,
+    };
+    let expectation = residual.expectation.weighted(widths, weights);
+    let x = numbers(100_000, data.layout());
+    bencher.bench(|| expectation.expected_m(&x));
 }

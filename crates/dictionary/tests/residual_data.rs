@@ -101,7 +101,8 @@ pub(crate) fn around_smooth(
         .collect();
     let ends = x.column_iter().map(|x| ends(&x.into_owned())).collect();
     let columns_m = smooth_basis(layout) * x + deviations_m;
-    Segments::new(layout, columns_m, origins, ends, 0).unwrap()
+    Segments::new(layout, columns_m, origins, ends, 0)
+        .expect("one origin and one pair of ends each")
 }
 
 /// End conditions number `from` to `from + count` (d x n).
@@ -144,7 +145,7 @@ pub(crate) fn displacement(x: &DMatrix<f64>, segment: usize, coordinate: usize) 
 }
 
 pub(crate) fn learn(segments: &Segments) -> Residual {
-    learn_residual(segments, &ResidualSettings::default()).unwrap()
+    learn_residual(segments, &ResidualSettings::default()).expect("segments that can be learned")
 }
 
 /// The deviation that is expected, metres (rows).

@@ -242,7 +242,7 @@ fn components(own_m: &DMatrix<f64>, most: usize) -> DMatrix<f64> {
     let rows = own_m.nrows();
     let squares = DMatrix::from_vec(rows, rows, gram(own_m.as_slice(), rows));
     let most = most.min(own_m.ncols());
-    let (values, vectors) = leading(squares.clone(), most).unwrap_or_else(|| all(squares));
+    let (values, vectors) = leading(squares.clone(), most).unwrap_or_else(|| all(squares.clone()));
     let smallest = (SMALLEST_VARIANCE * values.first().copied().unwrap_or(0.0))
         .max(SMALLEST_SQUARE_M2 * own_m.ncols() as f64);
     let count = values.partition_point(|value| *value > smallest).min(most);
@@ -251,6 +251,12 @@ fn components(own_m: &DMatrix<f64>, most: usize) -> DMatrix<f64> {
         let largest =
             (column.iter().copied()).fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
         column *= largest.signum();
+    }
+    // What never deviates, as both ends, does so exactly: rounding must not move it.
+    for (row, still) in squares.diagonal().iter().map(|v| *v == 0.0).enumerate() {
+        if still {
+            components.row_mut(row).fill(0.0);
+        }
     }
     components
 }

@@ -11,6 +11,10 @@ use inhand_planner::{Backend, Method, Planner, PlannerSettings, Target};
 #[path = "../tests/suite/support.rs"]
 mod support;
 
+#[expect(dead_code, reason = "the benches need a part of what the tests need")]
+#[path = "../tests/suite/plain.rs"]
+mod plain;
+
 const SAMPLES: usize = 100;
 const RANK: usize = 200;
 /// Targets that far off the mean motion.
@@ -74,6 +78,6 @@ fn plan(bencher: Bencher, method: Method, backend: Backend) {
 #[divan::bench(args = Method::ALL, sample_count = 1, sample_size = 1)]
 fn plain_clarabel_with_every_row(bencher: Bencher, method: Method) {
     let (dictionary, settings, ends) = problem();
-    let plain = support::Plain::new(&dictionary, method, &settings, &ends[0]);
+    let plain = support::plain(&dictionary, method, &settings, &ends[0]);
     bencher.bench_local(|| plain.solve());
 }

@@ -69,7 +69,13 @@ impl Basis {
                 normal[column] += factor * value;
             }
         }
-        let column = self.primitives.as_slice()[row..].iter().step_by(self.rows);
+        // Empty where there are no primitives.
+        let column = self
+            .primitives
+            .as_slice()
+            .iter()
+            .skip(row)
+            .step_by(self.rows);
         for (normal, w) in normal[self.ends()..].iter_mut().zip(column) {
             *normal += factor * w;
         }

@@ -7,7 +7,8 @@ use nalgebra::DVector;
 
 use crate::given::Given;
 use crate::interior_point;
-use crate::model::{MM_PER_M, Precision};
+use crate::model::MM_PER_M;
+use crate::precision::Precision;
 use crate::solve::{Taken, Task};
 
 /// Rows are taken up until none is violated by more than this, mm.

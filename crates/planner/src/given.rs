@@ -79,10 +79,13 @@ pub(crate) struct Wanted {
     pub(crate) values: Vec<f64>,
 }
 
+/// Something given, its value (m, m/s), and which part of the target gives it.
+type Part = (Given, [f64; 3], &'static str);
+
 /// Checks a target and lists what it gives of segments of this layout.
 pub(crate) fn wanted(target: &Target, layout: SegmentLayout) -> Result<Wanted, PlanError> {
     let last = layout.samples - 1;
-    let mut list: Vec<(Given, [f64; 3], &'static str)> = Vec::new();
+    let mut list: Vec<Part> = Vec::new();
     let mut positions = |what, sample, tips: &Tips| -> Result<(), PlanError> {
         for (finger, value) in tips.0.iter().filter_map(|(f, v)| v.map(|v| (f, v))) {
             check(what, finger, value, FARTHEST_M)?;
@@ -116,7 +119,7 @@ pub(crate) fn wanted(target: &Target, layout: SegmentLayout) -> Result<Wanted, P
 
     list.sort_by_key(|(given, ..)| *given);
     let mut wanted = Wanted::default();
-    let mut before: Option<(Given, [f64; 3], &'static str)> = None;
+    let mut before: Option<Part> = None;
     for (given, value, what) in list {
         if let Some((same, other, other_what)) = before
             && same == given
@@ -146,10 +149,7 @@ pub(crate) fn wanted(target: &Target, layout: SegmentLayout) -> Result<Wanted, P
 }
 
 /// What is given of the object.
-fn object(
-    target: &Target,
-    layout: SegmentLayout,
-) -> Result<Vec<(Given, [f64; 3], &'static str)>, PlanError> {
+fn object(target: &Target, layout: SegmentLayout) -> Result<Vec<Part>, PlanError> {
     if !layout.object {
         return match target.object_needed {
             true => Err(PlanError::NoObject),

@@ -18,7 +18,7 @@ use clarabel::solver::{
 use nalgebra::DVector;
 
 use crate::active_set::Constraint;
-use crate::model::Precision;
+use crate::precision::Precision;
 use crate::problem::{Instance, Problem};
 use crate::solve::Taken;
 

@@ -35,7 +35,7 @@
 //! #         stop_reason: StopReason::ClosedForm, objective_history_m2: vec![], seed: 0 },
 //! #     demonstrated: Demonstrated { hulls: PerFinger::from_fn(|_| hull.clone()),
 //! #         velocity: VelocityBounds { min_m_s: [-0.2; 15], max_m_s: [0.2; 15] } },
-//! #     residual: None,
+//! #     residual: None, choice: None,
 //! # };
 //! // `dictionary` was learned or read before.
 //! let settings = PlannerSettings::new(widened(
@@ -63,6 +63,7 @@ mod active_set;
 mod basis;
 mod certificate;
 mod cholesky;
+mod completion;
 mod corridor;
 mod equality;
 mod error;
@@ -74,6 +75,7 @@ mod model;
 mod object;
 mod outcome;
 mod planner;
+mod precision;
 mod problem;
 mod rows;
 mod settings;

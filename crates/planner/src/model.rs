@@ -12,64 +12,16 @@
 use inhand_model::{
     Dictionary, DictionaryKind, Residual, SEGMENT_COORDINATES, SegmentLayout, ends_len,
 };
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use nalgebra::DVector;
 
 use crate::basis::Basis;
+use crate::completion::Completion;
 use crate::error::PlanError;
 use crate::given::{End, Given};
 use crate::method::Method;
+use crate::precision::{Precision, inverse_of_covariance};
 
 pub(crate) const MM_PER_M: f64 = 1e3;
-
-/// How strongly unknowns are drawn to their mean.
-#[derive(Clone, Debug)]
-pub(crate) enum Precision {
-    /// The same for every unknown, on its own.
-    Ridge(f64),
-    /// Inverses of covariances along the diagonal.
-    Blocks(Vec<DMatrix<f64>>),
-}
-
-impl Precision {
-    /// `Λ v`.
-    pub(crate) fn times(&self, v: &DVector<f64>) -> DVector<f64> {
-        match self {
-            Precision::Ridge(ridge) => v * *ridge,
-            Precision::Blocks(blocks) => {
-                let mut product = DVector::zeros(v.len());
-                let mut at = 0;
-                for block in blocks {
-                    let n = block.nrows();
-                    product
-                        .rows_mut(at, n)
-                        .gemv(1.0, block, &v.rows(at, n), 0.0);
-                    at += n;
-                }
-                product
-            }
-        }
-    }
-
-    /// Adds `Λ` to a matrix (n x n).
-    pub(crate) fn add_to(&self, matrix: &mut DMatrix<f64>) {
-        match self {
-            Precision::Ridge(ridge) => {
-                for i in 0..matrix.nrows() {
-                    matrix[(i, i)] += ridge;
-                }
-            }
-            Precision::Blocks(blocks) => {
-                let mut at = 0;
-                for block in blocks {
-                    let n = block.nrows();
-                    let mut place = matrix.view_mut((at, at), (n, n));
-                    place += block;
-                    at += n;
-                }
-            }
-        }
-    }
-}
 
 /// What is expected of the unknowns.
 #[derive(Clone, Debug)]
@@ -236,62 +188,6 @@ impl MotionModel {
     }
 }
 
-/// The end conditions that a target gives, and how those it does not give follow from them.
-#[derive(Clone, Debug)]
-pub(crate) struct Completion {
-    /// End condition and place among the given values, of each known number.
-    known: Vec<(usize, usize)>,
-    /// End conditions that are not given.
-    open: Vec<usize>,
-    /// `C_ok C_kk⁻¹` (open x known).
-    regression: DMatrix<f64>,
-}
-
-impl Completion {
-    fn new(residual: &Residual, given: &[Given]) -> Self {
-        let layout = residual.layout;
-        let mut known = Vec::new();
-        for (index, given) in given.iter().enumerate() {
-            if let Some(first) = given.end_condition(layout) {
-                known.extend((0..3).map(|axis| (first + axis, 3 * index + axis)));
-            }
-        }
-        let open: Vec<usize> = (0..ends_len(layout))
-            .filter(|i| known.iter().all(|(k, _)| k != i))
-            .collect();
-        let columns: Vec<usize> = known.iter().map(|(k, _)| *k).collect();
-        let covariance = &residual.ends_covariance;
-        let across = covariance.select_rows(&open).select_columns(&columns);
-        let own = covariance.select_rows(&columns).select_columns(&columns);
-        // A part of a positive definite covariance is one too.
-        let regression = match Cholesky::<f64, Dyn>::new(own) {
-            Some(factor) => factor.solve(&across.transpose()).transpose(),
-            None => DMatrix::zeros(open.len(), columns.len()),
-        };
-        Self {
-            known,
-            open,
-            regression,
-        }
-    }
-
-    /// All end conditions (m, m/s): the given ones, and the conditional mean of the others.
-    fn likely(&self, mean: &DVector<f64>, values: &[f64]) -> DVector<f64> {
-        let mut ends = mean.clone();
-        for &(end, place) in &self.known {
-            ends[end] = values[place] / MM_PER_M;
-        }
-        let away = DVector::from_iterator(
-            self.known.len(),
-            self.known.iter().map(|&(end, _)| ends[end] - mean[end]),
-        );
-        for (&end, change) in self.open.iter().zip((&self.regression * away).iter()) {
-            ends[end] += change;
-        }
-        ends
-    }
-}
-
 fn check_layout(layout: SegmentLayout) -> Result<(), PlanError> {
     let SegmentLayout {
         samples, rate_hz, ..
@@ -322,6 +218,16 @@ fn check_residual(residual: &Residual) -> Result<(), PlanError> {
             "columns of the end conditions' covariance",
             ends,
             residual.ends_covariance.ncols(),
+        ),
+        (
+            "number of expected activations",
+            rank,
+            residual.expectation.profile().nrows(),
+        ),
+        (
+            "number of end conditions that expectations are for",
+            ends,
+            residual.expectation.profile().ncols(),
         ),
         (
             "rows of the activations' covariance",
@@ -357,34 +263,4 @@ fn check_residual(residual: &Residual) -> Result<(), PlanError> {
         }
     }
     Ok(())
-}
-
-/// Inverse of a covariance, 1/mm².
-fn inverse_of_covariance(
-    what: &'static str,
-    covariance_mm2: &DMatrix<f64>,
-) -> Result<DMatrix<f64>, PlanError> {
-    inverse(covariance_mm2.clone()).ok_or_else(|| PlanError::Covariance {
-        what,
-        order: covariance_mm2.nrows(),
-        smallest_m2: covariance_mm2.clone().symmetric_eigenvalues().min() / (MM_PER_M * MM_PER_M),
-    })
-}
-
-/// Inverse of a symmetric positive definite matrix, exactly symmetric; `None` where it is not
-/// positive definite.
-pub(crate) fn inverse(matrix: DMatrix<f64>) -> Option<DMatrix<f64>> {
-    let mut inverse = Cholesky::<f64, Dyn>::new(matrix)?.inverse();
-    make_symmetric(&mut inverse);
-    inverse.iter().all(|v| v.is_finite()).then_some(inverse)
-}
-
-/// Takes the mean of entries across the diagonal, which differ by rounding.
-pub(crate) fn make_symmetric(matrix: &mut DMatrix<f64>) {
-    for j in 0..matrix.ncols() {
-        for i in 0..j {
-            let mean = 0.5 * (matrix[(i, j)] + matrix[(j, i)]);
-            (matrix[(i, j)], matrix[(j, i)]) = (mean, mean);
-        }
-    }
 }

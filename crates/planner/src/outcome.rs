@@ -18,7 +18,7 @@ const ALMOST_SOLVED: f64 = 1e-4;
 
 pub(crate) fn plan_from(
     task: &Task<'_>,
-    outcome: Outcome,
+    outcome: &Outcome,
     target: &Target,
     hulls: Option<&PerFinger<Hull>>,
 ) -> Result<Plan, PlanError> {
@@ -64,7 +64,7 @@ pub(crate) fn plan_from(
         },
         certificate: judged.certificate,
         checks: PlanChecks {
-            active: active(task, &outcome, usable),
+            active: active(task, outcome, usable),
             violation: violation(task, judged),
             rows: task.families.rows() + signs + equations,
             rows_taken_up: outcome.rows.len(),

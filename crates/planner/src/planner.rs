@@ -185,7 +185,7 @@ impl Planner {
             },
         };
         let outcome = task.solve(self.backend);
-        plan_from(&task, outcome, target, self.hulls.as_deref())
+        plan_from(&task, &outcome, target, self.hulls.as_deref())
     }
 
     /// How far motion may be from a plan to this target. Depends on which parts of a segment the

@@ -14,11 +14,13 @@
 use inhand_model::ROTATION_LEVER_M;
 use nalgebra::{DMatrix, DVector};
 
+use crate::completion::Completion;
 use crate::equality::Equalities;
 use crate::error::PlanError;
 use crate::given::{Given, Wanted};
 use crate::method::Method;
-use crate::model::{Completion, MM_PER_M, MotionModel, Precision, inverse, make_symmetric};
+use crate::model::{MM_PER_M, MotionModel};
+use crate::precision::{Precision, inverse, make_symmetric};
 use crate::settings::{Ends, PlannerSettings};
 
 /// Standard deviations of what soft targets give, mm and mm/s.

@@ -2,7 +2,13 @@
 
 mod bad_input;
 mod closed_form;
+mod contacts;
+mod families;
+mod gaussian;
+mod object;
 mod optimum;
+mod plain;
 mod properties;
 mod reference;
+mod relaxation;
 mod support;

@@ -7,7 +7,8 @@ use inhand_model::{
 use inhand_planner::{Backend, Ends, Method, Planner, PlannerSettings};
 use nalgebra::DMatrix;
 
-use crate::support::{Answer, Plain, bounds, ends, settings, smooth};
+use crate::plain::Answer;
+use crate::support::{bounds, ends, plain, settings, smooth};
 
 /// Both backends reach the plain problem's optimum and prove it.
 fn check(
@@ -19,7 +20,7 @@ fn check(
 ) -> inhand_model::Plan {
     let ends = ends(dictionary, case, reach);
     let target = method.target(&ends);
-    let plain = Plain::new(dictionary, method, settings, &ends);
+    let plain = plain(dictionary, method, settings, &ends);
     let planner = Planner::new(dictionary, method, settings).expect("sound parts");
     let answer = plain.solve();
     let plans = [Backend::ActiveSet, Backend::Clarabel].map(|backend| {
@@ -136,10 +137,8 @@ fn ill_conditioned_covariance_and_sharp_targets() {
         let plan = planner.plan(&target).unwrap();
         assert_eq!(plan.status, PlanStatus::Solved, "{plan:?}");
         // The plain solver loses digits here, so the proof is the judge: no point is better.
-        if let Answer::Solved(h_mm) =
-            Plain::new(&dictionary, Method::Prior, &settings, &ends).solve()
-        {
-            let plain = Plain::new(&dictionary, Method::Prior, &settings, &ends);
+        if let Answer::Solved(h_mm) = plain(&dictionary, Method::Prior, &settings, &ends).solve() {
+            let plain = plain(&dictionary, Method::Prior, &settings, &ends);
             let own = plain.objective(&(&plan.activations_m * 1e3));
             assert!(own <= plain.objective(&h_mm) * (1.0 + 1e-6));
         }

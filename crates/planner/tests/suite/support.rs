@@ -1,15 +1,14 @@
-//! Dictionaries and targets from formulas, and the plain formulation of the same problem.
+//! Dictionaries, residuals and targets from formulas.
 
-use clarabel::algebra::CscMatrix;
-use clarabel::solver::{
-    DefaultSettingsBuilder, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus,
-};
 use inhand_model::{
-    Configuration, Demonstrated, Dictionary, DictionaryKind, EndConditions, Hull, Learning,
-    PerFinger, SEGMENT_COORDINATES, SegmentLayout, StopReason, VelocityBounds,
+    Bandwidths, Configuration, Demonstrated, Dictionary, DictionaryKind, EndConditions,
+    Expectation, ExpectationWeights, Hull, Learning, PerFinger, Residual, SEGMENT_COORDINATES,
+    SegmentLayout, StopReason, Validation, VelocityBounds, ends_len,
 };
 use inhand_planner::{Ends, Method, PlannerSettings, Target};
 use nalgebra::{DMatrix, DVector};
+
+use super::plain::{Gaussian, Plain, Rows};
 
 /// A dictionary of the given parts, everything else neutral.
 pub(crate) fn dictionary(
@@ -47,6 +46,7 @@ pub(crate) fn dictionary(
             velocity: bounds(1.0),
         },
         residual: None,
+        choice: None,
     }
 }
 
@@ -126,6 +126,112 @@ pub(crate) fn settings(velocity_bounds: VelocityBounds) -> PlannerSettings {
     PlannerSettings::new(velocity_bounds)
 }
 
+/// A dictionary that can do any motion: its activations are the trajectory's coordinates, metres.
+/// Each coordinate moves smoothly about its mean of `at(coordinate)`, by about 20 mm, coordinates by
+/// themselves but for half a millimetre that neighbours share.
+pub(crate) fn free(samples: usize, rate_hz: f64, at: impl Fn(usize) -> f64) -> Dictionary {
+    let layout = SegmentLayout {
+        samples,
+        rate_hz,
+        object: false,
+    };
+    let rows = layout.rows();
+    let place = |row: usize| (row / SEGMENT_COORDINATES, row % SEGMENT_COORDINATES);
+    dictionary(
+        DictionaryKind::Pca,
+        layout,
+        DVector::zeros(rows),
+        DMatrix::identity(rows, rows),
+        DVector::from_fn(rows, |row, _| at(place(row).1)),
+        DMatrix::from_fn(rows, rows, |i, j| {
+            let ((t, a), (u, b)) = (place(i), place(j));
+            let lag = (t as f64 - u as f64) / samples as f64;
+            let smooth = (-0.5 * (lag / 0.4).powi(2)).exp();
+            let own = if a == b { 4e-4 * smooth } else { 0.0 };
+            let shared = if a / 3 == b / 3 { 2.5e-7 * smooth } else { 0.0 };
+            let white = if i == j { 1e-6 } else { 0.0 };
+            own + shared + white
+        }),
+    )
+}
+
+/// A smooth curve with a deviation of `rank` primitives, from formulas: end conditions of some
+/// centimetres that vary together, deviations that vanish at both ends.
+pub(crate) fn residual(samples: usize, rank: usize, object: bool) -> Residual {
+    let layout = SegmentLayout {
+        samples,
+        rate_hz: samples as f64,
+        object,
+    };
+    let ends = ends_len(layout);
+    let mut primitives = DMatrix::from_fn(layout.rows(), rank, |row, k| {
+        let (t, c) = match row.checked_sub(layout.finger_rows()) {
+            None => (row / SEGMENT_COORDINATES, row % SEGMENT_COORDINATES),
+            Some(row) => (row / 6, 15 + row % 6),
+        };
+        let s = t as f64 / (samples - 1) as f64;
+        let (c, k) = (c as f64, k as f64);
+        s * s * (1.0 - s).powi(2) * (std::f64::consts::PI * (k + 1.0) * s + c * (k + 0.7)).sin()
+            + 0.3 * s * (1.0 - s) * (1.7 * c + 2.3 * k).sin()
+    });
+    if rank > 0 {
+        primitives = primitives.qr().q();
+    }
+    let wave = |i: usize, j: usize| ((1.3 * i as f64 + 0.4) * (0.7 * j as f64 + 0.3)).sin();
+    let spread = |n: usize, size: f64, own: f64| {
+        let factor = DMatrix::from_fn(n, n, |i, j| wave(i, j) * size / (n as f64).sqrt());
+        &factor * factor.transpose() + DMatrix::identity(n, n) * own * own
+    };
+    let mut ends_covariance = spread(ends, 0.02, 0.004);
+    // Velocities vary by five times the number that positions do.
+    let velocity = |i: usize| if (30..60).contains(&i) { 5.0 } else { 1.0 };
+    for i in 0..ends {
+        for j in 0..ends {
+            ends_covariance[(i, j)] *= velocity(i) * velocity(j);
+        }
+    }
+    let fingers = [0, 1, 2, 3, 4].map(|f| (rank * (f + 1)) / 5 - (rank * f) / 5);
+    let mut blocks = fingers.to_vec();
+    if object {
+        blocks.push(0);
+    }
+    let expectation = Expectation::new(
+        layout,
+        blocks,
+        DMatrix::from_fn(rank, ends, |i, j| 0.02 * wave(i + 3, j)),
+        DMatrix::zeros(ends, 0),
+        DMatrix::zeros(rank, 0),
+    )
+    .weighted(
+        Bandwidths {
+            hand: 1.0,
+            finger: 1.0,
+        },
+        ExpectationWeights {
+            profile: 1.0,
+            hand: 0.0,
+            finger: 0.0,
+        },
+    );
+    Residual {
+        layout,
+        ends_mean: DVector::from_fn(ends, |i, _| 0.01 * (0.9 * i as f64).sin()),
+        ends_covariance,
+        primitives,
+        expectation,
+        covariance_m2: spread(rank, 0.01, 0.001),
+        unexplained_m2: 4e-8,
+        calibration: Vec::new(),
+        validation: Validation {
+            folds: 0,
+            segments: 0,
+            smooth_error_m: 0.0,
+            error_m: 0.0,
+            standard_error_m: 0.0,
+        },
+    }
+}
+
 /// The standard deviation of soft targets.
 pub(crate) fn sigma_m(settings: &PlannerSettings) -> f64 {
     match settings.ends {
@@ -134,139 +240,36 @@ pub(crate) fn sigma_m(settings: &PlannerSettings) -> f64 {
     }
 }
 
-/// The problem written out plainly, mm: `1/2 hᵀ P h + qᵀ h + c`, `G h >= b`, every row present.
-pub(crate) struct Plain {
-    pub(crate) p: DMatrix<f64>,
-    pub(crate) q: DVector<f64>,
-    pub(crate) c: f64,
-    pub(crate) g: DMatrix<f64>,
-    pub(crate) b: DVector<f64>,
-}
-
-/// What the plain problem's solver says.
-#[derive(Debug)]
-pub(crate) enum Answer {
-    Solved(DVector<f64>),
-    Infeasible,
-}
-
-impl Plain {
-    pub(crate) fn new(
-        dictionary: &Dictionary,
-        method: Method,
-        settings: &PlannerSettings,
-        ends: &EndConditions,
-    ) -> Self {
-        let rank = dictionary.rank();
-        let w = &dictionary.primitives;
-        let rows = w.nrows();
-        let wanted = [ends.first_m, ends.last_m].concat();
-        let all: Vec<usize> = (0..SEGMENT_COORDINATES)
-            .chain(rows - SEGMENT_COORDINATES..rows)
-            .collect();
-        let (observed, wanted) = match method {
-            Method::Paper => (&all[SEGMENT_COORDINATES..], &wanted[SEGMENT_COORDINATES..]),
-            _ => (&all[..], &wanted[..]),
-        };
-        let a = w.select_rows(observed);
-        let y = DVector::from_iterator(
-            observed.len(),
-            observed
-                .iter()
-                .zip(wanted)
-                .map(|(&row, value)| (value - dictionary.offset_m[row]) * 1e3),
-        );
-        let (weight, precision, mean) = match method {
-            Method::Paper => (
-                1.0,
-                DMatrix::identity(rank, rank) * settings.ridge,
-                DVector::zeros(rank),
-            ),
-            _ => (
-                (sigma_m(settings) * 1e3).powi(-2),
-                (&dictionary.activation_covariance_m2 * 1e6)
-                    .try_inverse()
-                    .expect("the covariance is regular"),
-                &dictionary.activation_mean_m * 1e3,
-            ),
-        };
-        let p = &precision + a.transpose() * &a * weight;
-        let q = -(&precision * &mean) - a.transpose() * &y * weight;
-        let c = 0.5 * (mean.dot(&(&precision * &mean)) + weight * y.dot(&y));
-
-        let velocity_bounds = settings
-            .constraints
-            .velocity
-            .expect("the plain problem has them");
-        let signed = if dictionary.kind == DictionaryKind::Nmf {
-            rank
-        } else {
-            0
-        };
-        let steps = rows - SEGMENT_COORDINATES;
-        let mut g = DMatrix::zeros(signed + 2 * steps, rank);
-        let mut b = DVector::zeros(signed + 2 * steps);
-        for i in 0..signed {
-            g[(i, i)] = 1.0;
+/// What a method is given of end conditions, under velocity bounds, written out plainly.
+pub(crate) fn plain(
+    dictionary: &Dictionary,
+    method: Method,
+    settings: &PlannerSettings,
+    ends: &EndConditions,
+) -> Plain {
+    let gaussian = Gaussian::of_dictionary(dictionary);
+    let (rows, wanted) = gaussian.ends(ends);
+    let mut plain = match method {
+        Method::Paper => {
+            let mut plain = Plain::with_ridge(&gaussian, settings.ridge);
+            let last = Rows {
+                factors: rows.factors.rows(15, 15).into_owned(),
+                base: rows.base.rows(15, 15).into_owned(),
+            };
+            plain.soft(&last, &wanted.rows(15, 15).into_owned(), 1.0);
+            plain
         }
-        for row in 0..steps {
-            let coordinate = row % SEGMENT_COORDINATES;
-            let rate = dictionary.layout.rate_hz;
-            let normal = w.row(row + SEGMENT_COORDINATES) - w.row(row);
-            let base =
-                (dictionary.offset_m[row + SEGMENT_COORDINATES] - dictionary.offset_m[row]) * 1e3;
-            let lower = velocity_bounds.min_m_s[coordinate] * 1e3 / rate;
-            let upper = velocity_bounds.max_m_s[coordinate] * 1e3 / rate;
-            g.row_mut(signed + 2 * row).copy_from(&normal);
-            b[signed + 2 * row] = lower - base;
-            g.row_mut(signed + 2 * row + 1).copy_from(&-normal);
-            b[signed + 2 * row + 1] = base - upper;
+        _ => {
+            let mut plain = Plain::new(&gaussian);
+            plain.soft(&rows, &wanted, sigma_m(settings) * 1e3);
+            plain
         }
-        Self { p, q, c, g, b }
-    }
-
-    pub(crate) fn objective(&self, h_mm: &DVector<f64>) -> f64 {
-        0.5 * h_mm.dot(&(&self.p * h_mm)) + self.q.dot(h_mm) + self.c
-    }
-
-    /// Clarabel on dense matrices, without any of the planner's shortcuts.
-    pub(crate) fn solve(&self) -> Answer {
-        let csc = |m: &DMatrix<f64>, upper: bool| {
-            let (mut starts, mut indices, mut values) = (vec![0], Vec::new(), Vec::new());
-            for j in 0..m.ncols() {
-                let end = if upper { j + 1 } else { m.nrows() };
-                indices.extend(0..end);
-                values.extend(m.column(j).iter().take(end));
-                starts.push(indices.len());
-            }
-            CscMatrix::new(m.nrows(), m.ncols(), starts, indices, values)
-        };
-        let settings = DefaultSettingsBuilder::default()
-            .verbose(false)
-            .tol_gap_abs(1e-11)
-            .tol_gap_rel(1e-11)
-            .tol_feas(1e-11)
-            .build()
-            .expect("the tolerances are in range");
-        let right: Vec<f64> = self.b.iter().map(|b| -b).collect();
-        let mut solver = DefaultSolver::new(
-            &csc(&self.p, true),
-            self.q.as_slice(),
-            &csc(&-&self.g, false),
-            &right,
-            &[NonnegativeConeT(self.b.len())],
-            settings,
-        )
-        .expect("the sizes fit");
-        solver.solve();
-        match solver.solution.status {
-            SolverStatus::Solved | SolverStatus::AlmostSolved => {
-                Answer::Solved(DVector::from_column_slice(&solver.solution.x))
-            }
-            SolverStatus::PrimalInfeasible | SolverStatus::AlmostPrimalInfeasible => {
-                Answer::Infeasible
-            }
-            status => panic!("the plain problem ended with {status:?}"),
-        }
-    }
+    };
+    let velocity = settings.constraints.velocity.expect("there are bounds");
+    plain.between(
+        &gaussian.differences(1),
+        &velocity.min_m_s.map(|v| v * 1e3),
+        &velocity.max_m_s.map(|v| v * 1e3),
+    );
+    plain
 }

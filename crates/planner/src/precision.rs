@@ -1,0 +1,86 @@
+//! How strongly unknowns are drawn to what is expected of them.
+
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+
+use crate::error::PlanError;
+use crate::model::MM_PER_M;
+
+/// How strongly unknowns are drawn to their mean.
+#[derive(Clone, Debug)]
+pub(crate) enum Precision {
+    /// The same for every unknown, on its own.
+    Ridge(f64),
+    /// Inverses of covariances along the diagonal.
+    Blocks(Vec<DMatrix<f64>>),
+}
+
+impl Precision {
+    /// `Λ v`.
+    pub(crate) fn times(&self, v: &DVector<f64>) -> DVector<f64> {
+        match self {
+            Precision::Ridge(ridge) => v * *ridge,
+            Precision::Blocks(blocks) => {
+                let mut product = DVector::zeros(v.len());
+                let mut at = 0;
+                for block in blocks {
+                    let n = block.nrows();
+                    product
+                        .rows_mut(at, n)
+                        .gemv(1.0, block, &v.rows(at, n), 0.0);
+                    at += n;
+                }
+                product
+            }
+        }
+    }
+
+    /// Adds `Λ` to a matrix (n x n).
+    pub(crate) fn add_to(&self, matrix: &mut DMatrix<f64>) {
+        match self {
+            Precision::Ridge(ridge) => {
+                for i in 0..matrix.nrows() {
+                    matrix[(i, i)] += ridge;
+                }
+            }
+            Precision::Blocks(blocks) => {
+                let mut at = 0;
+                for block in blocks {
+                    let n = block.nrows();
+                    let mut place = matrix.view_mut((at, at), (n, n));
+                    place += block;
+                    at += n;
+                }
+            }
+        }
+    }
+}
+
+/// Inverse of a covariance, 1/mm².
+pub(crate) fn inverse_of_covariance(
+    what: &'static str,
+    covariance_mm2: &DMatrix<f64>,
+) -> Result<DMatrix<f64>, PlanError> {
+    inverse(covariance_mm2.clone()).ok_or_else(|| PlanError::Covariance {
+        what,
+        order: covariance_mm2.nrows(),
+        smallest_m2: covariance_mm2.clone().symmetric_eigenvalues().min() / (MM_PER_M * MM_PER_M),
+    })
+}
+
+/// Inverse of a symmetric positive definite matrix, exactly symmetric; `None` where it is not
+/// positive definite.
+pub(crate) fn inverse(matrix: DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let mut inverse = Cholesky::<f64, Dyn>::new(matrix)?.inverse();
+    make_symmetric(&mut inverse);
+    inverse.iter().all(|v| v.is_finite()).then_some(inverse)
+}
+
+/// Takes the mean of entries across the diagonal, which differ by rounding.
+pub(crate) fn make_symmetric(matrix: &mut DMatrix<f64>) {
+    for j in 0..matrix.ncols() {
+        for i in 0..j {
+            let mean = 0.5 * (matrix[(i, j)] + matrix[(j, i)]);
+            (matrix[(i, j)], matrix[(j, i)]) = (mean, mean);
+        }
+    }
+}

@@ -5,6 +5,7 @@
 
 pub(crate) mod axes;
 pub(crate) mod box_plot;
+pub(crate) mod dot_plot;
 pub(crate) mod line_chart;
 pub(crate) mod palette;
 pub(crate) mod scale;

@@ -1,10 +1,15 @@
 //! The page: a verdict first, then what it rests on, a file a section.
 
+mod choice;
 mod constraints;
 mod contacts;
+mod corridors;
+mod deviation;
 mod dictionary;
 mod errors;
+mod object;
 mod over_time;
+mod plans;
 mod provenance;
 mod quality;
 mod session;
@@ -51,7 +56,7 @@ pub(crate) fn page(evaluation: &Evaluation, provenance: &[Provenance]) -> Markup
             default: method.name == evaluation.default_method,
         })
         .collect();
-    let section = |id, title, body| Section { id, title, body };
+    let section = |id, title, body| Some(Section { id, title, body });
     let sections = [
         section("methods", "Methods", session::methods(evaluation, &methods)),
         section("quality", "Data quality", quality::section(evaluation)),
@@ -60,19 +65,19 @@ pub(crate) fn page(evaluation: &Evaluation, provenance: &[Provenance]) -> Markup
             "Fingertip error",
             errors::section(evaluation, &methods),
         ),
+        object::section(&methods).and_then(|body| section("object", "Object pose", body)),
         section("contacts", "Contacts", contacts::section(&methods)),
         section("constraints", "Constraints", constraints::section(&methods)),
-        section(
-            "dictionary",
-            "Dictionary",
-            dictionary::section(&evaluation.dictionary),
-        ),
+        corridors::section(&methods).and_then(|body| section("corridors", "Corridors", body)),
+        section("dictionary", "Dictionary", dictionary::section(evaluation)),
         section(
             "provenance",
             "Settings and provenance",
             provenance::section(provenance),
         ),
     ];
+    // What nobody planned or judged has no section.
+    let sections: Vec<Section> = sections.into_iter().flatten().collect();
     html! {
         (DOCTYPE)
         html lang="en" {

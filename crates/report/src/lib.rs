@@ -42,13 +42,14 @@
 //! ```
 //!
 //! In reading order: `json` (wire structs), `verdict` (how a method stands against the baselines,
-//! in words), `text`, `number` (digits), `figure` (scales, axes, box plots, line charts as SVG),
+//! in words), `learned` (what the training takes say about the methods, in words), `text`, `number` (digits), `figure` (scales, axes, box plots, dot plots, line charts as SVG),
 //! `html` (the page, a file a section).
 
 mod error;
 mod figure;
 mod html;
 mod json;
+mod learned;
 mod number;
 mod quality;
 mod text;
@@ -100,8 +101,9 @@ pub fn html(evaluation: &Evaluation, provenance: &[Provenance]) -> Result<String
 }
 
 /// The end of a run in plain text: per method the median, third quartile, 95 % quantile and
-/// largest error in millimetres, the share of time with three or more fingers in contact, and for
-/// each learned method where a baseline beats it. Lines end with a newline; no colour.
+/// largest error in millimetres, the share of time with three or more fingers in contact, how often
+/// corridors hold, which method was chosen and why, and for each learned method where a baseline
+/// beats it. Lines end with a newline; no colour.
 pub fn text_summary(evaluation: &Evaluation) -> String {
     text::write(evaluation)
 }

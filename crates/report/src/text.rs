@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use inhand_model::{Evaluation, MethodEvaluation};
 
+use crate::learned::{choice_sentence, corridor_words};
 use crate::number::{NARROW_SPACE, NONE, decimals, percent, plain, to_mm};
 use crate::verdict::{Measure, default_method, standing_sentence};
 use crate::words::shortened;
@@ -12,24 +13,29 @@ const TITLE: &str = "error over all fingers and instants (mm)";
 /// Width of a column of numbers: "1000.00" and a space.
 const NUMBER_WIDTH: usize = 8;
 /// Longest description that is written out, so that a line fits a terminal of 100 columns.
-const DESCRIPTION_WIDTH: usize = 34;
+const DESCRIPTION_WIDTH: usize = 36;
 /// Width of the column of contact shares: its heading and two spaces.
 const CONTACT_WIDTH: usize = 13;
 
-/// Writes the table, the contact line and how the learned methods stand.
+/// Writes the table, a line each on contacts, corridors and the choice, and how the learned methods
+/// stand.
 pub(crate) fn write(evaluation: &Evaluation) -> String {
     let mut text = String::new();
     for line in table(&evaluation.methods) {
         text.push_str(line.trim_end());
         text.push('\n');
     }
-    for sentence in contact_line(evaluation).into_iter().chain(
-        evaluation
-            .methods
-            .iter()
-            .filter(|method| !method.baseline)
-            .map(|method| standing_sentence(method, &evaluation.methods)),
-    ) {
+    let standings = evaluation
+        .methods
+        .iter()
+        .filter(|method| !method.baseline)
+        .map(|method| standing_sentence(method, &evaluation.methods));
+    for sentence in contact_line(evaluation)
+        .into_iter()
+        .chain(corridor_words(evaluation))
+        .chain(choice_sentence(evaluation))
+        .chain(standings)
+    {
         // Narrow spaces are not in every terminal font.
         text.push_str(&sentence.replace(NARROW_SPACE, " "));
         text.push('\n');

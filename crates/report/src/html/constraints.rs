@@ -3,10 +3,10 @@
 use inhand_model::{Finger, MethodEvaluation, PerFinger, Reachability, Statistics};
 use maud::{Markup, html};
 
-use super::Method;
 use super::session::name;
 use super::statistics::finger_table;
 use super::table::{Column, Line, numbers, table, words};
+use super::{Method, plans};
 use crate::json::mean;
 use crate::number::{
     NARROW_SPACE, NONE, count, decimals, millimetres, percent, plain, scientific, to_mm,
@@ -18,7 +18,7 @@ pub(super) fn section(methods: &[Method<'_>]) -> Markup {
         (overview(methods))
         (reach_table(methods))
         (collision_table(methods))
-        (plan_table(methods))
+        (plans::tables(methods))
     }
 }
 
@@ -86,7 +86,7 @@ fn judged(n: usize, text: String) -> String {
     if n == 0 { NONE.to_owned() } else { text }
 }
 
-fn part_of(part: usize, n: usize) -> String {
+pub(super) fn part_of(part: usize, n: usize) -> String {
     format!(
         "{} of {}",
         count(part, NARROW_SPACE),
@@ -215,51 +215,4 @@ fn collision_table(methods: &[Method<'_>]) -> Markup {
         }
     }));
     table("Collisions of fingertips", &columns, lines)
-}
-
-const PLANS: [Column<'static>; 7] = [
-    words("method"),
-    numbers("solved", "plans"),
-    numbers("infeasible", "plans"),
-    numbers("failed", "plans"),
-    numbers("velocity bound active", "plans"),
-    numbers("velocity outside", "plans"),
-    numbers("KKT residual", "worst"),
-];
-
-fn plan_table(methods: &[Method<'_>]) -> Markup {
-    let lines: Vec<Line> = methods
-        .iter()
-        .filter_map(|method| {
-            let plan = method.evaluation.plan.as_ref()?;
-            let outside = method.evaluation.velocity.trajectories_outside;
-            Some(Line {
-                head: name(method),
-                cells: [
-                    plan.solved,
-                    plan.infeasible,
-                    plan.failed,
-                    plan.velocity_bound_active,
-                    outside,
-                ]
-                .map(|n| count(n, NARROW_SPACE))
-                .into_iter()
-                .chain([scientific(plan.worst_kkt_residual)])
-                .collect(),
-                best: Vec::new(),
-                stressed: method.default,
-            })
-        })
-        .collect();
-    html! {
-        @if lines.is_empty() {
-            p { "No method solved an optimisation." }
-        } @else {
-            (table("Plans", &PLANS, lines))
-            p.note {
-                "Infeasible: shown to have no solution. Failed: the solver ended with neither a solution nor such a proof. Neither has a \
-                 trajectory, so neither is in the statistics above."
-            }
-        }
-    }
 }

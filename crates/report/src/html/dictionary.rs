@@ -1,8 +1,9 @@
 //! How the primitives were learned.
 
-use inhand_model::{DictionaryFacts, DictionaryKind, Finger, StopReason};
+use inhand_model::{DictionaryFacts, DictionaryKind, Evaluation, Finger, StopReason};
 use maud::{Markup, html};
 
+use super::deviation;
 use super::table::{Line, numbers, table, words};
 use crate::figure::line_chart::{self, AxisSpec, LineChart, Series};
 use crate::figure::palette::{PLAIN_CLASS, finger_class};
@@ -11,10 +12,14 @@ use crate::number::{NARROW_SPACE, count, decimals, percent, to_mm};
 const MM2_PER_M2: f64 = 1e6;
 
 /// The section's content.
-pub(super) fn section(facts: &DictionaryFacts) -> Markup {
+pub(super) fn section(evaluation: &Evaluation) -> Markup {
+    let facts = &evaluation.dictionary;
     html! {
         p { (sentence(facts)) }
         @if facts.objective_history_m2.len() > 1 { (objective_figure(facts)) }
+        @if let Some(learned) = &facts.deviation {
+            (deviation::part(learned, evaluation.session.train.len()))
+        }
         details {
             summary { "Velocity bounds that plans had to keep" }
             (bounds_table(facts))

@@ -3,8 +3,9 @@
 use inhand_model::{Evaluation, MethodEvaluation, TakeFacts};
 use maud::{Markup, html};
 
-use super::Method;
 use super::table::{Line, table, words};
+use super::{Method, choice};
+use crate::learned::corridor_words;
 use crate::number::{NARROW_SPACE, NONE, count, decimals, plain};
 use crate::verdict::{
     Outcome, comparisons, constraint_sentence, contact_sentence, default_method, error_sentence,
@@ -29,6 +30,9 @@ pub(super) fn header(evaluation: &Evaluation) -> Markup {
                 (fact("Dictionary", &format!(
                     "{}, {} primitives", dictionary.kind.name().to_uppercase(), dictionary.rank
                 )))
+                @if let Some(deviation) = &dictionary.deviation {
+                    (fact("Deviation from the smooth curve", &format!("{} primitives", deviation.primitives)))
+                }
             }
             (verdict(evaluation))
         }
@@ -77,6 +81,7 @@ fn verdict(evaluation: &Evaluation) -> Markup {
                 p.lead { (tied(&standing_sentence(method, &evaluation.methods))) }
             }
             @if let Some(sentence) = contact_sentence(evaluation) { p { (tied(&sentence)) } }
+            @if let Some(words) = corridor_words(evaluation) { p { (tied(&format!("{words}."))) } }
             @if let Some(sentence) = constraint_sentence(evaluation) { p { (tied(&sentence)) } }
             p.note {
                 "Up to 2 % apart counts as level. Neighbouring instants are not independent of one another, \
@@ -126,6 +131,7 @@ pub(super) fn methods(evaluation: &Evaluation, methods: &[Method<'_>]) -> Markup
             &[words("method"), words("what it does"), words("learned"), words("against the best baseline")],
             lines,
         ))
+        (choice::part(evaluation, methods))
     }
 }
 

@@ -5,7 +5,7 @@ use maud::{Markup, html};
 
 use super::Method;
 use super::session::name;
-use super::table::{Column, Group, Line, grouped, numbers, words};
+use super::table::{Column, Group, Line, grouped, numbers, smallest, words};
 use crate::figure::palette::finger_class;
 use crate::number::{NARROW_SPACE, NONE, count, millimetres};
 
@@ -102,30 +102,21 @@ fn group(
             NONE.to_owned()
         }
     };
-    let smallest = |column: usize| {
-        let values = lengths.iter().map(|own| own[column]);
-        values
-            .filter(|v| v.is_finite())
-            .min_by(f64::total_cmp)
-            .map(printed)
+    let best = if smaller_is_better {
+        smallest(&lengths, |_, length| printed(length))
+    } else {
+        vec![Vec::new(); lengths.len()]
     };
     let lines = methods
         .iter()
         .zip(statistics)
-        .zip(&lengths)
-        .map(|((method, s), own)| {
+        .zip(lengths.iter().zip(best))
+        .map(|((method, s), (own, best))| {
             let counts = [s.n, s.n_filled, s.n_left_out].map(|n| count(n, NARROW_SPACE));
-            // Equal as printed is equal: no one is shown ahead by digits that nobody sees.
-            let is_best = |&column: &usize| smallest(column) == Some(printed(own[column]));
-            let marks = smaller_is_better && statistics.len() > 1;
             Line {
                 head: name(method),
                 cells: counts.into_iter().chain(own.map(printed)).collect(),
-                best: (0..own.len())
-                    .filter(|_| marks)
-                    .filter(is_best)
-                    .map(|c| c + COUNTS)
-                    .collect(),
+                best: best.into_iter().map(|c| c + COUNTS).collect(),
                 stressed: method.default,
             }
         })

@@ -45,6 +45,29 @@ pub(super) struct Group {
     pub(super) lines: Vec<Line>,
 }
 
+/// For each line the places of the values that are the smallest of their column. Equal as printed is
+/// equal: no one is shown ahead by digits that nobody sees. A single line is ahead of no one.
+pub(super) fn smallest<const N: usize>(
+    lines: &[[f64; N]],
+    printed: impl Fn(usize, f64) -> String,
+) -> Vec<Vec<usize>> {
+    let best: Vec<Option<String>> = (0..N)
+        .map(|column| {
+            let values = lines.iter().map(|line| line[column]);
+            let best = values.filter(|v| v.is_finite()).min_by(f64::total_cmp)?;
+            (lines.len() > 1).then(|| printed(column, best))
+        })
+        .collect();
+    lines
+        .iter()
+        .map(|line| {
+            (0..N)
+                .filter(|&column| best[column].as_ref() == Some(&printed(column, line[column])))
+                .collect()
+        })
+        .collect()
+}
+
 /// A table of one group.
 pub(super) fn table(caption: &str, columns: &[Column<'_>], lines: Vec<Line>) -> Markup {
     grouped(caption, columns, &[Group { head: None, lines }])
@@ -101,5 +124,20 @@ fn cell_class(column: &Column<'_>, best: bool) -> Option<&'static str> {
         Some("best")
     } else {
         column.words.then_some("words")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_smallest_as_printed_is_marked() {
+        let printed = |_: usize, value: f64| format!("{value:.1}");
+        let lines = [[0.31, 2.0], [0.34, 1.0], [f64::NAN, f64::NAN]];
+        assert_eq!(smallest(&lines, printed), [vec![0], vec![0, 1], vec![]]);
+        let lines = [[0.31, 2.0], [0.29, 2.0]];
+        assert_eq!(smallest(&lines, printed), [vec![0, 1], vec![0, 1]]);
+        assert_eq!(smallest(&lines[..1], printed), [Vec::<usize>::new()]);
     }
 }

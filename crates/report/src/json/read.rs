@@ -196,7 +196,7 @@ fn method(method: Method) -> Result<MethodEvaluation, ReportError> {
             },
         ),
         corridors: method.corridors.into_iter().map(corridor).collect(),
-        plan: method.plan.map(plans).transpose()?,
+        plan: method.plan.as_ref().map(plans).transpose()?,
     })
 }
 
@@ -300,21 +300,21 @@ fn corridor(corridor: Corridor) -> CorridorCoverage {
     }
 }
 
-fn plans(plans: Plans) -> Result<PlanFacts, ReportError> {
+fn plans(plans: &Plans) -> Result<PlanFacts, ReportError> {
     Ok(PlanFacts {
         solved: plans.solved,
         infeasible: plans.infeasible,
         failed: plans.failed,
         worst_kkt_residual: number(plans.worst_kkt_residual),
         velocity_bound_active: plans.velocity_bound_active,
-        families: (plans.constraints.into_iter())
+        families: (plans.constraints.iter())
             .map(family)
             .collect::<Result<_, _>>()?,
         outside_hull: plans.outside_hull,
     })
 }
 
-fn family(facts: Family) -> Result<FamilyFacts, ReportError> {
+fn family(facts: &Family) -> Result<FamilyFacts, ReportError> {
     Ok(FamilyFacts {
         family: word(
             "plan.constraints.family",

@@ -17,7 +17,7 @@ fn a_default_method_that_is_not_there_is_refused() {
         );
         let words = refused.to_string();
         assert!(
-            words.contains("cube") && words.contains("prior, paper, hold"),
+            words.contains("cube") && words.contains("residual, prior, paper, hold"),
             "{words}"
         );
     }
@@ -105,7 +105,7 @@ fn a_method_without_a_trajectory_has_dashes_not_zeros() {
     ) = (0, 117, 2, f64::NAN);
 
     let page = html(&evaluation, &[]).unwrap();
-    assert!(page.contains("prior could not be judged"));
+    assert!(page.contains("residual could not be judged"));
     assert!(page.contains("nothing to judge"));
     assert!(page.contains("0 of 119 plans were solved, 117 are infeasible and 2 failed"));
     assert!(!page.contains("NaN"));
@@ -126,7 +126,7 @@ fn a_method_without_a_trajectory_has_dashes_not_zeros() {
     let text = text_summary(&evaluation);
     assert!(text.lines().nth(1).unwrap().contains('–'), "{text}");
     assert!(
-        text.contains("prior cannot be compared with a baseline"),
+        text.contains("residual cannot be compared with a baseline"),
         "{text}"
     );
 }
@@ -177,7 +177,7 @@ fn one_take_no_quality_no_provenance_no_history() {
         "Nothing is known of the takes",
         "No provenance was recorded",
         "does not iterate",
-        "no baseline to compare prior with",
+        "no baseline to compare residual with",
     ] {
         assert!(page.contains(words), "{words}");
     }

@@ -220,7 +220,17 @@ fn every_table_shows_what_was_given() {
         "prior|11 900|> 99.9|99.6|99.2|98.8|98.4|0.00|0.80|1.60|2.40|3.20",
         "recorded|11 900|2||9.58|",
         "line|11 900|3|1|9.31|ring, little",
-        "paper|119|0|0|4|0|3.1e-9",
+        "paper|119|0|0|4|0|3.1e-9|9 of 119",
+        // Families of constraints: with room, at the bound, within rounding.
+        "inside the training hull|0 of 119|kept with 0.31 mm to spare",
+        "distance between fingertips|2 of 119|kept exactly",
+        "velocity|4 of 119|2.0e-9 mm/s",
+        // Corridors by stated share, the object, the choice, the deviation.
+        "residual|59 500|119|0|1.61|52.0|53.0|52.5|52.0|51.5|51.0",
+        "prior|59 500|119|0|3.02|90.1|91.1|90.6|90.1|89.6|89.1",
+        "residual|11 900|23|0|0.32|0.67|2.25|9.03|0.46|0.95|3.22|12.93",
+        "hermite|0.727|590",
+        "whole hand|mean of the demonstrations in which all fingers had similar ends|0.36|2",
         // Velocity bounds.
         "index|-240.0|260.0|-250.0|270.0|-260.0|280.0",
     ] {

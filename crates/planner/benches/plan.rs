@@ -1,5 +1,5 @@
-//! Planning with 200 primitives over one second at 100 Hz: both backends, and the same problem
-//! handed to Clarabel with all 2970 velocity rows present.
+//! Planning with 200 unknowns over one second at 100 Hz: both backends, the same problem handed to
+//! Clarabel with all 2970 velocity rows present, and each further family of constraints.
 //!
 //! `cargo bench -p inhand-planner`; one thread throughout.
 
@@ -14,6 +14,11 @@ mod support;
 #[expect(dead_code, reason = "the benches need a part of what the tests need")]
 #[path = "../tests/suite/plain.rs"]
 mod plain;
+
+#[path = "plan/constraints.rs"]
+mod constraints;
+#[path = "plan/residual.rs"]
+mod residual;
 
 const SAMPLES: usize = 100;
 const RANK: usize = 200;
@@ -47,6 +52,14 @@ fn problem() -> (Dictionary, PlannerSettings, Vec<EndConditions>) {
     (dictionary, settings, targets)
 }
 
+/// Plans to one target after the other.
+fn plan_in_turn(bencher: Bencher, planner: &Planner, targets: &[Target]) {
+    let mut next = targets.iter().cycle();
+    bencher
+        .with_inputs(|| next.next().expect("a cycle has no end"))
+        .bench_local_values(|target| planner.plan(target));
+}
+
 #[divan::bench(args = Method::ALL)]
 fn prepare(bencher: Bencher, method: Method) {
     let (dictionary, settings, _) = problem();
@@ -69,10 +82,7 @@ fn plan(bencher: Bencher, method: Method, backend: Backend) {
     let planner = Planner::new(&dictionary, method, &settings)
         .expect("the formula makes a sound dictionary")
         .with_backend(backend);
-    let mut next = targets.iter().cycle();
-    bencher
-        .with_inputs(|| next.next().expect("a cycle has no end"))
-        .bench_local_values(|target| planner.plan(target));
+    plan_in_turn(bencher, &planner, &targets);
 }
 
 #[divan::bench(args = Method::ALL, sample_count = 1, sample_size = 1)]

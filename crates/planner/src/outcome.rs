@@ -98,8 +98,11 @@ fn active(task: &Task<'_>, outcome: &Outcome, usable: bool) -> PerFamily<usize> 
     let candidate = &outcome.judged.candidate;
     let mut active = PerFamily::default();
     for &(j, multiplier) in &candidate.rows {
-        if multiplier > 0.0 {
-            active[outcome.rows[j].row.family] += 1;
+        let row = &outcome.rows[j].row;
+        // An interior point gives every row a multiplier, and those that are not active a slack that
+        // is larger.
+        if multiplier > row.slack(&outcome.judged.motion_mm).abs() {
+            active[row.family] += 1;
         }
     }
     if task.model.signs && usable {

@@ -133,13 +133,13 @@ fn holding(samples: usize, tau_m: f64) -> Holding {
 
 #[test]
 fn holding_fingers_stay_in_their_balls() {
-    let dictionary = free(20, 20.0, |c| 0.01 * (1.3 * c as f64).sin());
+    let dictionary = free(12, 12.0, |c| 0.01 * (1.3 * c as f64).sin());
     let gaussian = Gaussian::of_dictionary(&dictionary);
     let given = ends(&dictionary, 1, 0.002);
     let planner = prior(&dictionary, &only(Constraints::default()));
     let mut active = 0;
     for tau_m in [0.2, 0.02, 0.005, 0.001] {
-        let held = holding(20, tau_m);
+        let held = holding(12, tau_m);
         let mut plain = plain(&gaussian, &given);
         for (t, &pose) in held.hand_from_object.iter().enumerate() {
             for (finger, contact) in held.contacts.iter() {
@@ -152,7 +152,7 @@ fn holding_fingers_stay_in_their_balls() {
         let target = Method::Prior.target(&given).holding(held.clone());
         let plan = check(&planner, &target, &plain);
         active += plan.checks.active[ConstraintFamily::Holding];
-        assert_eq!(plan.checks.rows, 60);
+        assert_eq!(plan.checks.rows, 36);
         let trajectory = plan.trajectory.unwrap();
         for (t, &pose) in held.hand_from_object.iter().enumerate() {
             for (finger, contact) in held.contacts.iter() {

@@ -20,6 +20,16 @@ pub(crate) fn shortened(text: &str, letters: usize) -> String {
         .collect()
 }
 
+/// Keeps numbers and their units on one line.
+pub(crate) fn tied(sentence: &str) -> String {
+    const NO_BREAK: &str = "\u{a0}";
+    [" mm", " %", "> ", "< "]
+        .into_iter()
+        .fold(sentence.to_owned(), |text, unit| {
+            text.replace(unit, &unit.replace(' ', NO_BREAK))
+        })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -8,6 +8,7 @@ use super::session::name;
 use super::table::{Line, numbers, table, words};
 use crate::learned::choice_sentence;
 use crate::number::{NARROW_SPACE, count, decimals, to_mm};
+use crate::words::tied;
 
 /// The comparison, where one was asked for.
 pub(super) fn part(evaluation: &Evaluation, methods: &[Method<'_>]) -> Markup {
@@ -35,7 +36,7 @@ pub(super) fn part(evaluation: &Evaluation, methods: &[Method<'_>]) -> Markup {
         .collect();
     html! {
         h3 { "Which method was chosen" }
-        p { (sentence) }
+        p { (tied(&sentence)) }
         @if !choice.candidates.is_empty() {
             (table(
                 "Methods on training takes that were left out of learning, best first",

@@ -80,7 +80,7 @@ fn figure(widths: &[Width<'_, '_>]) -> Markup {
                     " One dot a finger ("
                     @for (place, finger) in Finger::ALL.into_iter().enumerate() {
                         @if place > 0 { ", " }
-                        span.swatch.(finger_class(finger)) {} (finger.name())
+                        span.together { span.swatch.(finger_class(finger)) {} (finger.name()) }
                     }
                     "); upright line: all fingers, also as a number at the right; dotted: the share stated. The axes differ and do not start \
                      at zero."

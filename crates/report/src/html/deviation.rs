@@ -6,6 +6,7 @@ use maud::{Markup, html};
 use super::table::{Line, numbers, table, words};
 use crate::learned::deviation_sentence;
 use crate::number::{NARROW_SPACE, NONE, count, plain};
+use crate::words::tied;
 
 /// The part of the section about the deviation. `takes` is how many training takes there are.
 pub(super) fn part(facts: &DeviationFacts, takes: usize) -> Markup {
@@ -35,11 +36,11 @@ pub(super) fn part(facts: &DeviationFacts, takes: usize) -> Markup {
         .map(|(name, what, weight, width)| Line {
             head: html! { (name) },
             cells: vec![
-                what.to_owned(),
                 rounded(weight),
                 width
                     .filter(|_| weight != 0.0)
                     .map_or_else(|| NONE.to_owned(), rounded),
+                what.to_owned(),
             ],
             best: Vec::new(),
             stressed: false,
@@ -50,11 +51,11 @@ pub(super) fn part(facts: &DeviationFacts, takes: usize) -> Markup {
         p {
             "Beside the primitives above, the deviation of the recorded motion from the cubic through the end conditions was learned: "
             (count(facts.primitives, NARROW_SPACE)) " primitives, and what to expect of them from "
-            (count(facts.demonstrations, NARROW_SPACE)) " demonstrations. " (deviation_sentence(facts, takes))
+            (count(facts.demonstrations, NARROW_SPACE)) " demonstrations. " (tied(&deviation_sentence(facts, takes)))
         }
         (table(
             "What is expected of the deviation: the sum of three parts",
-            &[words("part"), words("what it predicts"), numbers("weight", ""), numbers("kernel width", "std. dev.")],
+            &[words("part"), numbers("weight", ""), numbers("kernel width", "std. dev."), words("what it predicts")],
             lines,
         ))
         p.note {

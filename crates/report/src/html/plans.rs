@@ -114,7 +114,7 @@ fn families(planned: &[Planned<'_, '_>]) -> Markup {
                     head: html! { (family_words(facts.family)) },
                     cells: cells(plan, facts, any_infeasible),
                     best: Vec::new(),
-                    stressed: method.default,
+                    stressed: false,
                 })
                 .collect(),
         })

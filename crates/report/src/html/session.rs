@@ -11,6 +11,7 @@ use crate::verdict::{
     Outcome, comparisons, constraint_sentence, contact_sentence, default_method, error_sentence,
     standing_sentence,
 };
+use crate::words::tied;
 
 /// Name, facts and verdict.
 pub(super) fn header(evaluation: &Evaluation) -> Markup {
@@ -31,7 +32,7 @@ pub(super) fn header(evaluation: &Evaluation) -> Markup {
                     "{}, {} primitives", dictionary.kind.name().to_uppercase(), dictionary.rank
                 )))
                 @if let Some(deviation) = &dictionary.deviation {
-                    (fact("Deviation from the smooth curve", &format!("{} primitives", deviation.primitives)))
+                    (fact("Deviation", &format!("{} primitives", deviation.primitives)))
                 }
             }
             (verdict(evaluation))
@@ -89,16 +90,6 @@ fn verdict(evaluation: &Evaluation) -> Markup {
             }
         }
     }
-}
-
-/// Keeps numbers and their units on one line.
-fn tied(sentence: &str) -> String {
-    const NO_BREAK: &str = "\u{a0}";
-    [" mm", " %", "> ", "< "]
-        .into_iter()
-        .fold(sentence.to_owned(), |text, unit| {
-            text.replace(unit, &unit.replace(' ', NO_BREAK))
-        })
 }
 
 /// What each method knows.

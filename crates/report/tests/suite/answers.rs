@@ -150,6 +150,27 @@ fn numbers_that_are_none_never_reach_the_page() {
             share.three_or_more = f64::NAN;
         }
     }
+    for method in &mut evaluation.methods {
+        if let Some(object) = &mut method.object_error {
+            (object.position, object.angle) = (nan, nan);
+        }
+        for corridor in &mut method.corridors {
+            (corridor.share_inside, corridor.mahalanobis) = (f64::NAN, f64::INFINITY);
+            corridor.share_inside_by_finger = PerFinger::new([f64::NAN; 5]);
+        }
+        for facts in method.plan.iter_mut().flat_map(|plan| &mut plan.families) {
+            (facts.worst_violation, facts.largest_relaxation) = (f64::NAN, f64::INFINITY);
+        }
+        if let Some(plan) = &mut method.plan {
+            (plan.infeasible, plan.families[0].would_mend) = (2, 2);
+        }
+    }
+    let deviation = evaluation.dictionary.deviation.as_mut().unwrap();
+    (deviation.weights.hand, deviation.bandwidths.finger) = (f64::NAN, f64::INFINITY);
+    deviation.validation.error_m = f64::NAN;
+    let choice = evaluation.choice.as_mut().unwrap();
+    (choice.gain_m, choice.gain_standard_error_m) = (Some(f64::NAN), Some(f64::INFINITY));
+    choice.candidates[0].mean_error_m = f64::NAN;
     evaluation.session.rate_hz = f64::NAN;
     evaluation.dictionary.objective_history_m2 = vec![f64::NAN, -1.0, 0.0, f64::INFINITY];
     let page = html(&evaluation, &sample::provenance()).unwrap();
@@ -158,6 +179,8 @@ fn numbers_that_are_none_never_reach_the_page() {
     }
     let text = evaluation_json(&evaluation, &[]).unwrap();
     assert!(!text.contains("NaN") && !text.contains("inf,"));
+    let text = text_summary(&evaluation);
+    assert!(!text.contains("NaN") && !text.contains("inf "), "{text}");
 }
 
 #[test]

@@ -4,6 +4,8 @@
 mod answers;
 /// The page: numbers shown, escaping, nothing loaded.
 mod page;
+/// Plans that failed, corridors, the planned object, the deviation and the choice of method.
+mod planned;
 mod sample;
 /// `evaluation.json` against its schema, and back.
 mod schema;

@@ -239,7 +239,7 @@ fn families(name: &str) -> Vec<FamilyFacts> {
     match name {
         "residual" => vec![
             velocity,
-            facts(ConstraintFamily::Reachability, 0, -0.000_31),
+            facts(ConstraintFamily::Acceleration, 0, -0.41),
             facts(ConstraintFamily::Separation, 2, 0.0),
         ],
         _ => vec![

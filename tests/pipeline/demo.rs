@@ -16,7 +16,7 @@ fn a_cylinder_session_runs_from_code() {
 
     let mut settings = Settings::read(&session.join(inhand_pipeline::SETTINGS_FILE)).unwrap();
     settings.segments.stride = 10;
-    (settings.learn.rank, settings.learn.max_iterations) = (20, 20);
+    (settings.learn.rank, settings.learn.max_iterations) = (Some(20), 20);
     let options = RunOptions {
         folder: session,
         settings,

@@ -4,8 +4,9 @@ use std::fmt::Display;
 use std::io::Write;
 
 use inhand_model::{
-    Demonstrated, Dictionary, Finger, Frame, Hand, Hull, Learning, OBJECT_COORDINATES, PerFinger,
-    Provenance, SEGMENT_COORDINATES, SegmentLayout, Status, VelocityBounds,
+    Demonstrated, Dictionary, Finger, Frame, Hand, Hull, Learning, MethodCandidate, MethodChoice,
+    OBJECT_COORDINATES, PerFinger, Provenance, SEGMENT_COORDINATES, SegmentLayout, Status,
+    VelocityBounds,
 };
 use mcap::records::Record;
 use nalgebra::{DMatrix, DVector};
@@ -157,6 +158,39 @@ fn to_message(dictionary: &Dictionary) -> messages::Dictionary {
         velocity_max_m_s: velocity.max_m_s.to_vec(),
         object: dictionary.layout.object,
         residual: dictionary.residual.as_ref().map(residual::to_message),
+        choice: dictionary.choice.as_ref().map(choice_message),
+    }
+}
+
+fn choice_message(choice: &MethodChoice) -> messages::MethodChoice {
+    messages::MethodChoice {
+        method: choice.method.clone(),
+        candidates: (choice.candidates.iter())
+            .map(|candidate| messages::MethodCandidate {
+                name: candidate.name.clone(),
+                mean_error_m: candidate.mean_error_m,
+            })
+            .collect(),
+        gain_m: choice.gain_m,
+        gain_standard_error_m: choice.gain_standard_error_m,
+        folds: choice.folds as u64,
+        segments: choice.segments as u64,
+    }
+}
+
+fn choice_from_message(choice: messages::MethodChoice) -> MethodChoice {
+    MethodChoice {
+        method: choice.method,
+        candidates: (choice.candidates.into_iter())
+            .map(|candidate| MethodCandidate {
+                name: candidate.name,
+                mean_error_m: candidate.mean_error_m,
+            })
+            .collect(),
+        gain_m: choice.gain_m,
+        gain_standard_error_m: choice.gain_standard_error_m,
+        folds: choice.folds as usize,
+        segments: choice.segments as usize,
     }
 }
 
@@ -259,6 +293,7 @@ fn from_bytes(data: &[u8]) -> Result<Dictionary, Unfit> {
         residual: (message.residual)
             .map(|residual| residual::from_message(residual, layout))
             .transpose()?,
+        choice: message.choice.map(choice_from_message),
     };
     (dictionary.validate())
         .map_err(|error| Unfit::new("a dictionary that fits together", error))?;

@@ -77,5 +77,5 @@ pub use error::{Coordinate, LearnError};
 pub use nmf::learn_nmf;
 pub use pca::learn_pca;
 pub use projection::{Projection, activations};
-pub use residual::{ResidualSettings, learn_residual};
+pub use residual::{Fold, ResidualSettings, folds, learn_residual};
 pub use settings::{NmfSettings, Start, Update};

@@ -95,6 +95,7 @@ pub fn learn_nmf(
         },
         demonstrated,
         residual: None,
+        choice: None,
     })
 }
 

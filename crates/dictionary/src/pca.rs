@@ -93,6 +93,7 @@ pub fn learn_pca(
         },
         demonstrated,
         residual: None,
+        choice: None,
     })
 }
 

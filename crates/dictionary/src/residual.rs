@@ -18,6 +18,8 @@ use inhand_model::{Expectation, Residual, SegmentLayout, Segments, smooth_basis}
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
+pub use folds::{Fold, folds};
+
 use crate::data::checked_range;
 use crate::error::LearnError;
 use ends::{check_layout, ends_matrix, ends_moments};

@@ -1,12 +1,10 @@
 //! One method against the recorded motion.
 
-use inhand_model::{
-    ConstraintFamily, Finger, MethodEvaluation, PerFinger, Plan, PlanFacts, PlanStatus,
-    SegmentLayout, Statistics, Trajectory,
-};
+use inhand_model::{Finger, MethodEvaluation, PerFinger, SegmentLayout, Statistics, Trajectory};
 use inhand_trajectory::quantiles::statistics;
 use rayon::prelude::*;
 
+use crate::certificates::plan_facts;
 use crate::constraints::{check_velocity, collision, reachability};
 use crate::contacts::{contact_share, distance_difference, in_contact};
 use crate::corridors::coverage;
@@ -321,25 +319,4 @@ fn median_by_sample(rows: &Rows, samples: usize) -> Vec<f64> {
             statistics(errors, 0, 0).p50
         })
         .collect()
-}
-
-fn plan_facts(plans: &[Plan]) -> PlanFacts {
-    let solved = || plans.iter().filter(|plan| plan.trajectory.is_some());
-    let infeasible = plans
-        .iter()
-        .filter(|plan| plan.status == PlanStatus::Infeasible);
-    let (solved_count, infeasible) = (solved().count(), infeasible.count());
-    PlanFacts {
-        solved: solved_count,
-        infeasible,
-        failed: plans.len().saturating_sub(solved_count + infeasible),
-        // NaN is the worst of all.
-        worst_kkt_residual: solved()
-            .map(|plan| plan.certificate.worst())
-            .max_by(f64::total_cmp)
-            .unwrap_or(0.0),
-        velocity_bound_active: solved()
-            .filter(|plan| plan.checks.active[ConstraintFamily::Velocity] > 0)
-            .count(),
-    }
 }

@@ -76,9 +76,19 @@ pub(crate) struct ProcessOptions {
 /// How a dictionary is learned.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct LearnOptions {
-    /// Number of primitives [default: 200].
+    /// Kind of primitives: nmf or pca [default: nmf].
+    #[arg(long, value_name = "KIND")]
+    kind: Option<String>,
+    /// Number of primitives [default: 200, or as many as there are segments].
     #[arg(long)]
     rank: Option<usize>,
+    /// Primitives of each finger's deviation from the smooth curve [default: 28].
+    #[arg(long, value_name = "N")]
+    deviation_primitives: Option<usize>,
+    /// Whether segments carry the object: auto (where all takes track it), yes or no
+    /// [default: auto].
+    #[arg(long, value_name = "WORD")]
+    object_in_segments: Option<String>,
     /// Samples from one training segment to the next; 0 for no overlap [default: 0].
     #[arg(long, value_name = "SAMPLES")]
     stride: Option<usize>,
@@ -111,12 +121,31 @@ pub(crate) struct PlanOptions {
     /// How exactly start and goal are met, millimetres [default: 0.1].
     #[arg(long, value_name = "MM")]
     sigma_mm: Option<f64>,
+    /// Whether start and goal are met softly (within --sigma-mm) or exactly: soft or hard
+    /// [default: soft].
+    #[arg(long, value_name = "WORD")]
+    ends: Option<String>,
     /// Ridge that makes `paper` unique, in units of millimetres [default: 1e-4].
     #[arg(long, value_name = "WEIGHT")]
     ridge: Option<f64>,
-    /// Velocity bounds: training extremes times this [default: 1.1].
+    /// Velocity bounds: training extremes times this; 0 for none [default: 1.1].
     #[arg(long, value_name = "FACTOR")]
     velocity_factor: Option<f64>,
+    /// Velocity bound of every finger and axis instead, m/s.
+    #[arg(long, value_name = "M/S")]
+    velocity_m_s: Option<f64>,
+    /// Acceleration bound of every finger and axis, m/s².
+    #[arg(long, value_name = "M/S2")]
+    acceleration_m_s2: Option<f64>,
+    /// Fingertips stay inside their training hulls.
+    #[arg(long)]
+    reachability: bool,
+    /// Least distance between two fingertips, millimetres.
+    #[arg(long, value_name = "MM")]
+    separation_mm: Option<f64>,
+    /// Fingers in contact at start and goal stay within --tau-mm of their contact points.
+    #[arg(long)]
+    holding: bool,
 }
 
 /// Thresholds of the evaluation.
@@ -199,7 +228,10 @@ impl LearnOptions {
         replace(&mut settings.segments.stride, self.stride);
         replace(&mut settings.segments.margin_s, self.margin);
         let learn = &mut settings.learn;
-        replace(&mut learn.rank, self.rank);
+        replace_some(&mut learn.rank, &self.rank);
+        replace(&mut learn.kind, self.kind.clone());
+        replace(&mut learn.deviation_primitives, self.deviation_primitives);
+        replace(&mut learn.object, self.object_in_segments.clone());
         replace(&mut learn.seed, self.seed);
         replace(&mut learn.max_iterations, self.max_iterations);
         replace(&mut learn.sweeps, self.sweeps);
@@ -220,7 +252,13 @@ impl PlanOptions {
         }
         replace(&mut plan.sigma_mm, self.sigma_mm);
         replace(&mut plan.ridge, self.ridge);
+        replace(&mut plan.ends, self.ends.clone());
         replace(&mut plan.velocity_factor, self.velocity_factor);
+        replace_some(&mut plan.velocity_m_s, &self.velocity_m_s);
+        replace_some(&mut plan.acceleration_m_s2, &self.acceleration_m_s2);
+        replace_some(&mut plan.separation_mm, &self.separation_mm);
+        plan.reachability |= self.reachability;
+        plan.holding |= self.holding;
         Ok(())
     }
 }

@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
 
+use crate::evaluation::MethodChoice;
 use crate::finger::PerFinger;
 use crate::residual::Residual;
 use crate::segments::{Configuration, SEGMENT_COORDINATES, SegmentLayout};
@@ -129,6 +130,8 @@ pub struct Dictionary {
     pub demonstrated: Demonstrated,
     /// Deviations from the smooth curve, where they were learned as well.
     pub residual: Option<Residual>,
+    /// How methods compare on left-out training takes, where that was asked for.
+    pub choice: Option<MethodChoice>,
 }
 
 /// Why parts do not make a dictionary.

@@ -17,6 +17,8 @@ const MOTION_FEATURES: usize = 12;
 const OBJECT_FEATURES: usize = 9;
 /// Of these, the ones that are about its motion.
 const OBJECT_MOTION_FEATURES: usize = 6;
+/// Standard deviation (metres, or m/s) below which a feature never changes: a nanometre is rounding.
+const SMALLEST_DEVIATION: f64 = 1e-9;
 /// Demonstrations whose weight is below `exp(-16)` of the nearest one's count as nothing.
 const FARTHEST_EXPONENT: f64 = 16.0;
 
@@ -107,9 +109,14 @@ impl Expectation {
             column.copy_from(&raw_features(layout, x.as_slice()));
         }
         let feature_mean = features.column_mean();
-        let feature_scale = features.column_variance().map(|variance| {
-            if variance > 0.0 && variance.is_finite() {
-                variance.sqrt().recip()
+        // In two passes: nalgebra's `column_variance` subtracts squares, which leaves rounding where
+        // a place never changes.
+        let feature_scale = DVector::from_fn(features.nrows(), |i, _| {
+            let row = features.row(i);
+            let squares: f64 = row.iter().map(|v| (v - feature_mean[i]).powi(2)).sum();
+            let deviation = (squares / ends.ncols() as f64).sqrt();
+            if deviation > SMALLEST_DEVIATION && deviation.is_finite() {
+                deviation.recip()
             } else {
                 0.0
             }
@@ -305,7 +312,7 @@ impl Expectation {
         let scale = 0.5 / (width * width);
         let farthest = nearest + FARTHEST_EXPONENT / scale;
         let near: Vec<(f64, &[f64])> = (squared.iter().enumerate())
-            .filter(|(_, d)| **d < farthest)
+            .filter(|(_, d)| **d <= farthest)
             .map(|(j, d)| {
                 let answers = &self.answers.as_slice()[j * self.answers.nrows()..];
                 ((-(d - nearest) * scale).exp(), &answers[rows.clone()])

@@ -45,6 +45,16 @@ pub enum PipelineError {
         /// What was expected, what was found, what to do.
         message: String,
     },
+    /// Where a hand is to start or to end, or something on the way, that cannot be used.
+    #[error("{place}: expected {expected}, found {found}")]
+    State {
+        /// The file, or the take and its time.
+        place: String,
+        /// What was expected.
+        expected: String,
+        /// What was found.
+        found: String,
+    },
     /// A take that cannot be used.
     #[error("{}: {message}", path.display())]
     Take {

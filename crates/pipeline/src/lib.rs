@@ -30,6 +30,7 @@ mod output;
 mod run;
 mod session;
 mod settings;
+mod state;
 pub mod steps;
 mod stored;
 mod take;
@@ -47,6 +48,7 @@ pub use settings::{
     BodySettings, EvaluateSection, LearnSection, ObjectSettings, PlanSection, ProcessSection, Role,
     SegmentSection, Settings, SourceSettings, TakeEntry,
 };
+pub use state::{State, StateRole, read_state};
 pub use stored::evaluate_stored;
 pub use take::{Take, describe_source, read, read_session};
 pub use take_file::{

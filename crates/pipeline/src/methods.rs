@@ -14,6 +14,11 @@ use crate::settings::invalid;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub enum Method {
+    /// The best of the others on left-out training takes; stands for one of them, never runs itself.
+    Auto,
+    /// Learned: ends and end velocities given, the deviation from the smooth curve expected from
+    /// the demonstrations.
+    Residual,
     /// Learned: start and end given, activation mean and covariance as prior.
     Prior,
     /// Learned: end only, as the paper prints it.
@@ -29,8 +34,9 @@ pub enum Method {
 }
 
 impl Method {
-    /// Every method, learned ones first.
-    pub const ALL: [Method; 6] = [
+    /// Every method that runs, learned ones first.
+    pub const ALL: [Method; 7] = [
+        Method::Residual,
         Method::Prior,
         Method::Paper,
         Method::Hermite,
@@ -42,6 +48,8 @@ impl Method {
     /// Name in files and on the command line.
     pub const fn name(self) -> &'static str {
         match self {
+            Method::Auto => "auto",
+            Method::Residual => "residual",
             Method::Prior => "prior",
             Method::Paper => "paper",
             Method::Hold => "hold",
@@ -54,6 +62,8 @@ impl Method {
     /// What it knows and does, in a line.
     pub const fn description(self) -> &'static str {
         match self {
+            Method::Auto => "the best on left-out training takes",
+            Method::Residual => "cubic and learned deviation from it",
             Method::Prior => "start and end given, learned prior",
             Method::Paper => "end given, as published",
             Method::Hold => "stays at the end, no learning",
@@ -63,19 +73,18 @@ impl Method {
         }
     }
 
-    /// The planner's method, for learned ones.
-    pub const fn planner(self) -> Option<inhand_planner::Method> {
-        match self {
-            Method::Prior => Some(inhand_planner::Method::Prior),
-            Method::Paper => Some(inhand_planner::Method::Paper),
-            Method::Hold | Method::Line | Method::MinimumJerk | Method::Hermite => None,
-        }
+    /// Whether it uses demonstrations.
+    pub const fn is_learned(self) -> bool {
+        matches!(
+            self,
+            Method::Auto | Method::Residual | Method::Prior | Method::Paper
+        )
     }
 
     /// The smooth curve, for methods that learn nothing.
     pub fn curve(self, ends: &EndConditions, layout: SegmentLayout) -> Option<Trajectory> {
         match self {
-            Method::Prior | Method::Paper => None,
+            Method::Auto | Method::Residual | Method::Prior | Method::Paper => None,
             Method::Hold => Some(curves::hold(ends, layout)),
             Method::Line => Some(curves::line(ends, layout)),
             Method::MinimumJerk => Some(curves::minimum_jerk(ends, layout)),
@@ -94,12 +103,12 @@ impl FromStr for Method {
     type Err = PipelineError;
 
     fn from_str(name: &str) -> Result<Self, PipelineError> {
-        Method::ALL
-            .into_iter()
+        std::iter::once(Method::Auto)
+            .chain(Method::ALL)
             .find(|m| m.name() == name)
             .ok_or_else(|| {
                 let names = Method::ALL.map(Method::name).join(", ");
-                invalid("plan.methods", &names, &name)
+                invalid("plan.methods", &format!("auto, {names}"), &name)
             })
     }
 }

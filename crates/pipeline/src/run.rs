@@ -148,8 +148,10 @@ pub fn run(
     let train_motions = motions_of(&results, Role::Train);
     let test_motions = motions_of(&results, Role::Test);
 
-    let train = steps::segments(&train_motions, Role::Train, settings)?;
-    let test = steps::segments(&test_motions, Role::Test, settings)?;
+    let object = steps::carries_object(&train_motions, settings)?;
+    let train = steps::segments(&train_motions, Role::Train, object, settings)?;
+    let object = object && steps::carries_object(&test_motions, settings)?;
+    let test = steps::segments(&test_motions, Role::Test, object, settings)?;
     if test.is_empty() {
         let message = "no test segment: no stretch of the test takes is long enough without gaps";
         return Err(PipelineError::Session {
@@ -162,8 +164,9 @@ pub fn run(
     let dictionary_reused = reused.is_some();
     let dictionary = timer.time("learn", || match reused {
         Some(dictionary) => Ok(dictionary),
-        None => steps::learn(&train, steps::demonstrated(&train_motions)?, settings),
+        None => steps::learn_and_choose(&train, steps::demonstrated(&train_motions)?, settings),
     })?;
+    let plan_methods = steps::settled_methods(&dictionary, settings)?;
     // Everything that can be wrong with the takes would have shown by now. From here on results
     // are written one by one, and an interrupted run is known as ours to go on with.
     manifest::claim(
@@ -177,7 +180,7 @@ pub fn run(
     }
 
     let generated = timer.time("generate", || {
-        (settings.plan.methods.iter())
+        (plan_methods.iter())
             .map(|&method| steps::generate(method, &dictionary, &test, settings))
             .collect::<Result<Vec<_>, _>>()
     })?;
@@ -195,6 +198,7 @@ pub fn run(
     let (methods, rows): (Vec<_>, Vec<_>) = evaluated.into_iter().unzip();
     let evaluation = steps::assemble(
         steps::session_facts(&session.name, &results, Some(&train), &test, settings),
+        dictionary.choice.clone(),
         steps::dictionary_facts(&dictionary, settings),
         methods,
         steps::quality(&results)?,

@@ -1,17 +1,15 @@
 //! Every setting of a session: the content of `inhand.toml`, with the defaults of the method.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
-use std::str::FromStr;
+use std::path::PathBuf;
 
-use inhand_capture::roles::{BodyChoice, RoleSettings};
-use inhand_capture::{ReadSettings, parse_length_unit, parse_rotation_order, parse_up_axis};
-use inhand_model::{Finger, PerFinger, Shape};
-use inhand_motion::{Filter, GapFill, ProcessSettings};
 use serde::{Deserialize, Serialize};
 
-use crate::error::PipelineError;
 use crate::methods::Method;
+
+mod check;
+
+pub(crate) use check::invalid;
 
 /// Settings of a session, as `inhand.toml` holds them. Lengths are metres unless the name says
 /// otherwise.
@@ -175,8 +173,16 @@ impl Default for SegmentSection {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct LearnSection {
-    /// Number of primitives.
-    pub rank: usize,
+    /// `nmf` or `pca`: which primitives `prior` plans with.
+    pub kind: String,
+    /// Number of primitives; 200 where it is not given, or as many as there are segments.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rank: Option<usize>,
+    /// Primitives of each finger's deviation from the smooth curve, for `residual`.
+    pub deviation_primitives: usize,
+    /// Whether segments carry the object: `auto` (where every training take tracks it), `yes` or
+    /// `no`.
+    pub object: String,
     /// Seed of the random start.
     pub seed: u64,
     /// Most iterations.
@@ -193,7 +199,10 @@ pub struct LearnSection {
 impl Default for LearnSection {
     fn default() -> Self {
         Self {
-            rank: 200,
+            kind: "nmf".to_owned(),
+            rank: None,
+            deviation_primitives: 28,
+            object: "auto".to_owned(),
             seed: 0,
             max_iterations: 10,
             sweeps: 3,
@@ -209,21 +218,53 @@ impl Default for LearnSection {
 pub struct PlanSection {
     /// Methods in the order of the report; the first is the default one.
     pub methods: Vec<Method>,
+    /// Whether start and goal are met `soft`ly, within `sigma_mm`, or `hard`, exactly.
+    pub ends: String,
     /// How exactly start and goal are met: standard deviation, millimetres.
     pub sigma_mm: f64,
+    /// How exactly the object's start and goal are met: standard deviation of its position,
+    /// millimetres. `(sigma_mm / object_sigma_mm)²` is the paper's weight alpha.
+    pub object_sigma_mm: f64,
+    /// The same of its rotation, degrees.
+    pub object_sigma_deg: f64,
     /// Ridge that makes `paper` unique, in units of millimetres.
     pub ridge: f64,
-    /// Velocity bounds: training extremes times this.
+    /// Velocity bounds: training extremes times this; 0 for none.
     pub velocity_factor: f64,
+    /// Velocity bound of every finger and axis instead, m/s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub velocity_m_s: Option<f64>,
+    /// Acceleration bound of every finger and axis, m/s².
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub acceleration_m_s2: Option<f64>,
+    /// Whether fingertips have to stay inside their training hulls.
+    pub reachability: bool,
+    /// How far outside they may be then, millimetres.
+    pub reachability_margin_mm: f64,
+    /// Least distance between two fingertips, millimetres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub separation_mm: Option<f64>,
+    /// Whether fingers in contact at start and goal have to stay within `evaluate.tau_mm` of their
+    /// contact points, as the object carries them.
+    pub holding: bool,
 }
 
 impl Default for PlanSection {
     fn default() -> Self {
         Self {
             methods: Method::ALL.to_vec(),
+            ends: "soft".to_owned(),
             sigma_mm: 0.1,
+            object_sigma_mm: 0.2,
+            object_sigma_deg: 0.5,
             ridge: 1e-4,
             velocity_factor: 1.1,
+            velocity_m_s: None,
+            acceleration_m_s2: None,
+            reachability: false,
+            reachability_margin_mm: 0.0,
+            separation_mm: None,
+            holding: false,
         }
     }
 }
@@ -248,241 +289,4 @@ impl Default for EvaluateSection {
             pad_offset_mm: BTreeMap::new(),
         }
     }
-}
-
-impl Settings {
-    /// Reads a settings file.
-    ///
-    /// # Errors
-    ///
-    /// [`PipelineError::Settings`] with the place in the file, [`PipelineError::Io`].
-    pub fn read(path: &Path) -> Result<Self, PipelineError> {
-        let text = std::fs::read_to_string(path).map_err(PipelineError::io("read", path))?;
-        toml::from_str(&text).map_err(|error| PipelineError::SettingsFile {
-            path: path.to_owned(),
-            message: error.to_string().trim_end().to_owned(),
-        })
-    }
-
-    /// The settings as a TOML file that gives them again.
-    ///
-    /// # Errors
-    ///
-    /// [`PipelineError::Settings`] for a number that TOML cannot hold.
-    pub fn to_toml(&self) -> Result<String, PipelineError> {
-        toml::to_string(self).map_err(|e| invalid("settings", "anything TOML can hold", &e))
-    }
-
-    /// What readers of source files need.
-    ///
-    /// # Errors
-    ///
-    /// [`PipelineError::Settings`] for a word that is no unit, order or axis.
-    pub fn read_settings(&self) -> Result<ReadSettings, PipelineError> {
-        let source = &self.source;
-        Ok(ReadSettings {
-            length_unit: parsed(
-                "units",
-                &source.units,
-                parse_length_unit,
-                "m, cm, mm, in or ft",
-            )?,
-            rotation_order: parsed(
-                "rotation-order",
-                &source.rotation_order,
-                parse_rotation_order,
-                "quaternion or three axes such as XYZ",
-            )?,
-            up_axis: parsed("up", &source.up, parse_up_axis, "y or z")?,
-        })
-    }
-
-    /// What the map from names to roles needs.
-    ///
-    /// # Errors
-    ///
-    /// [`PipelineError::Settings`] for an unknown finger or a malformed body.
-    pub fn role_settings(&self) -> Result<RoleSettings, PipelineError> {
-        for name in self.fingers.keys() {
-            finger(name, "fingers")?;
-        }
-        let body = |key: &'static str, text: &Option<String>| {
-            text.as_deref()
-                .map(|t| BodyChoice::from_str(t).map_err(|e| invalid(key, "a body or markers", &e)))
-                .transpose()
-        };
-        let no_object = self.roles.object.as_deref() == Some("none");
-        Ok(RoleSettings {
-            hand: body("roles.hand", &self.roles.hand)?,
-            object: if no_object {
-                None
-            } else {
-                body("roles.object", &self.roles.object)?
-            },
-            fingers: PerFinger::from_fn(|finger| self.fingers.get(finger.name()).cloned()),
-            no_object,
-        })
-    }
-
-    /// The object's shape.
-    ///
-    /// # Errors
-    ///
-    /// [`PipelineError::Settings`] for a word that is no shape.
-    pub fn shape(&self) -> Result<Option<Shape>, PipelineError> {
-        let parse = |text: &String| {
-            text.parse()
-                .map_err(|e| invalid("object.shape", "a shape such as cube:0.05", &e))
-        };
-        self.object.shape.as_ref().map(parse).transpose()
-    }
-
-    /// What processing needs.
-    ///
-    /// # Errors
-    ///
-    /// [`PipelineError::Settings`] for an unknown fill or filter.
-    pub fn process_settings(&self) -> Result<ProcessSettings, PipelineError> {
-        let section = &self.process;
-        let fill = match section.fill.as_str() {
-            "cubic" => GapFill::Cubic,
-            "linear" => GapFill::Linear,
-            "none" => GapFill::None,
-            other => return Err(invalid("process.fill", "cubic, linear or none", &other)),
-        };
-        let filter = match section.filter.as_str() {
-            "median" => Filter::Median {
-                window: section.window,
-            },
-            "savitzky-golay" => Filter::SavitzkyGolay {
-                window: section.window,
-                order: section.order,
-            },
-            "butterworth" => Filter::Butterworth {
-                cutoff_hz: section.cutoff_hz,
-                order: section.order,
-            },
-            "none" => Filter::None,
-            other => {
-                let expected = "median, savitzky-golay, butterworth or none";
-                return Err(invalid("process.filter", expected, &other));
-            }
-        };
-        positive_or_zero("process.max_gap_s", section.max_gap_s)?;
-        Ok(ProcessSettings {
-            max_gap_s: section.max_gap_s,
-            fill,
-            filter,
-            object_offset_m: self.object.offset_m,
-        })
-    }
-
-    /// Distance from marker to finger pad, metres.
-    ///
-    /// # Errors
-    ///
-    /// [`PipelineError::Settings`] for an unknown finger.
-    pub fn pad_offsets_m(&self) -> Result<PerFinger<f64>, PipelineError> {
-        let mut offsets_m = PerFinger::new([0.0; Finger::COUNT]);
-        for (name, offset_mm) in &self.evaluate.pad_offset_mm {
-            offsets_m[finger(name, "evaluate.pad_offset_mm")?] = offset_mm / 1000.0;
-        }
-        Ok(offsets_m)
-    }
-
-    /// Checks every number and word, so that a run fails before its first long step.
-    ///
-    /// # Errors
-    ///
-    /// [`PipelineError::Settings`] for the first one that cannot be used.
-    pub fn validate(&self) -> Result<(), PipelineError> {
-        self.read_settings()?;
-        self.role_settings()?;
-        self.shape()?;
-        self.process_settings()?;
-        self.pad_offsets_m()?;
-        positive_or_zero("segments.margin_s", self.segments.margin_s)?;
-        if self.learn.sweeps == 0 {
-            return Err(invalid("learn.sweeps", "at least 1", &0));
-        }
-        positive_or_zero("learn.relative_change", self.learn.relative_change)?;
-        for (key, value) in [
-            ("plan.sigma_mm", self.plan.sigma_mm),
-            ("plan.ridge", self.plan.ridge),
-            ("plan.velocity_factor", self.plan.velocity_factor),
-            ("evaluate.tau_mm", self.evaluate.tau_mm),
-            ("evaluate.collision_mm", self.evaluate.collision_mm),
-        ] {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(invalid(key, "a positive number", &value));
-            }
-        }
-        if self.learn.rank == 0 {
-            return Err(invalid("learn.rank", "at least 1", &0));
-        }
-        let twice = |method: &&Method| {
-            let same = self.plan.methods.iter().filter(|other| other == method);
-            same.count() > 1
-        };
-        if let Some(method) = self.plan.methods.iter().find(twice) {
-            return Err(invalid(
-                "plan.methods",
-                "each method once",
-                &format!("{method} twice"),
-            ));
-        }
-        if self.plan.methods.is_empty() {
-            return Err(invalid("plan.methods", "at least one method", &"none"));
-        }
-        Ok(())
-    }
-
-    /// Settings that a dictionary depends on, the training takes' time ranges among them.
-    pub(crate) fn learning_json(&self) -> String {
-        serde_json::to_value(self).map_or_else(|e| e.to_string(), |v| v.to_string())
-    }
-
-    /// Settings that affect numbers, as one line of JSON with sorted keys, for provenance.
-    pub fn provenance_json(&self) -> String {
-        let without_takes = Settings {
-            takes: Vec::new(),
-            ..self.clone()
-        };
-        // Serialising plain structs of strings and finite numbers cannot fail.
-        serde_json::to_value(&without_takes).map_or_else(|e| e.to_string(), |v| v.to_string())
-    }
-}
-
-/// An error about one setting.
-pub(crate) fn invalid(key: &str, expected: &str, found: &impl std::fmt::Display) -> PipelineError {
-    PipelineError::Settings {
-        key: key.to_owned(),
-        expected: expected.to_owned(),
-        found: found.to_string(),
-    }
-}
-
-fn positive_or_zero(key: &str, value: f64) -> Result<(), PipelineError> {
-    if value.is_finite() && value >= 0.0 {
-        Ok(())
-    } else {
-        Err(invalid(key, "a number not below zero", &value))
-    }
-}
-
-fn finger(name: &str, key: &str) -> Result<Finger, PipelineError> {
-    name.parse()
-        .map_err(|_| invalid(key, "thumb, index, middle, ring or little", &name))
-}
-
-/// A setting that may be left out, as a reader of source files understands it.
-fn parsed<T>(
-    key: &str,
-    text: &Option<String>,
-    parse: fn(&str) -> Option<T>,
-    expected: &str,
-) -> Result<Option<T>, PipelineError> {
-    text.as_ref()
-        .map(|text| parse(text).ok_or_else(|| invalid(key, expected, text)))
-        .transpose()
 }

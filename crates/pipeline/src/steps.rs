@@ -1,29 +1,30 @@
 //! The steps on values: process, demonstrate, learn, generate, evaluate. No file is touched here.
 
-use std::time::Duration;
-
-use inhand_contact::hull;
-use inhand_dictionary::{NmfSettings, learn_nmf};
 use inhand_evaluation::{
-    EvaluationSettings, MethodResult, Recorded, Rows, TestData, evaluate_method, recorded,
-    recording_quality,
+    Corridors, EvaluationSettings, MethodResult, ObjectPoses, Recorded, Rows, TestData,
+    evaluate_method, recorded, recording_quality,
 };
 use inhand_model::{
-    Demonstrated, Dictionary, DictionaryFacts, Evaluation, Finger, MethodEvaluation, Motion,
-    PerFinger, Plan, Roles, SegmentLayout, Segments, SessionFacts, TakeFacts, TakeQuality,
-    Trajectory, VelocityBounds,
+    DeviationFacts, Dictionary, DictionaryFacts, Evaluation, MethodChoice, MethodEvaluation,
+    Motion, Plan, Roles, SegmentLayout, Segments, SessionFacts, TakeFacts, TakeQuality,
 };
 use inhand_motion::{
     SegmentSettings, Templates, cut_segments, fit_templates, smooth, to_hand_frame,
 };
-use inhand_planner::{Ends, Planner, PlannerSettings, plan_all, widened};
-use inhand_trajectory::velocity;
 use rayon::prelude::*;
 
 use crate::error::PipelineError;
-use crate::methods::Method;
 use crate::settings::{Role, Settings};
 use crate::take::Take;
+
+mod choose;
+mod generate;
+mod learn;
+
+pub use choose::{choose_method, learn_and_choose, settled_methods};
+use generate::velocity_bounds;
+pub use generate::{Generated, SegmentCorridors, generate, plan_settings};
+pub use learn::{demonstrated, learn};
 
 /// Brings takes into the hand's frame and filters them, in order.
 ///
@@ -112,7 +113,49 @@ fn templates(takes: &[Take], roles: &[&Roles]) -> Result<Templates, PipelineErro
     })
 }
 
-/// Segments of motions, by the rules of their role.
+/// Share of samples at which the object has to be known for segments to carry it: with less, more
+/// is lost by leaving segments out than the object tells.
+const OBJECT_KNOWN: f64 = 0.9;
+
+/// Whether segments of these motions carry the object: as the settings say, else where every one of
+/// them tracks it.
+///
+/// # Errors
+///
+/// [`PipelineError::Settings`] where the object is asked for and a motion has none.
+pub fn carries_object(motions: &[&Motion], settings: &Settings) -> Result<bool, PipelineError> {
+    let known = |motion: &Motion| {
+        let track = motion.object.as_ref();
+        let present = track.map_or(0, |track| track.iter().flatten().count());
+        present as f64 >= OBJECT_KNOWN * motion.len() as f64
+    };
+    let without = motions.iter().find(|motion| !known(motion));
+    match (settings.learn.object.as_str(), without) {
+        ("no", _) => Ok(false),
+        ("yes", Some(motion)) => Err(crate::settings::invalid(
+            "learn.object",
+            "takes that track the object, or `auto`",
+            &format!("yes, but {} does not track it", motion.name),
+        )),
+        (_, without) => Ok(without.is_none() && !motions.is_empty()),
+    }
+}
+
+/// Whether segments to plan with a dictionary carry the object: where its segments do and all of
+/// these motions track it. Otherwise the object is just not given to the planner.
+///
+/// # Errors
+///
+/// As [`carries_object`].
+pub fn segments_object(
+    dictionary: &Dictionary,
+    motions: &[&Motion],
+    settings: &Settings,
+) -> Result<bool, PipelineError> {
+    Ok(dictionary.layout.object && carries_object(motions, settings)?)
+}
+
+/// Segments of motions, by the rules of their role, with the object or without.
 ///
 /// # Errors
 ///
@@ -120,9 +163,11 @@ fn templates(takes: &[Take], roles: &[&Roles]) -> Result<Templates, PipelineErro
 pub fn segments(
     motions: &[&Motion],
     role: Role,
+    object: bool,
     settings: &Settings,
 ) -> Result<Segments, PipelineError> {
-    let segment_settings = segment_settings(motions, role, settings);
+    let mut segment_settings = segment_settings(motions, role, settings);
+    segment_settings.layout.object = object;
     cut_segments(motions, &segment_settings).map_err(|source| PipelineError::Motion {
         take: format!("{} takes", role.name()),
         source: source.into(),
@@ -140,149 +185,6 @@ fn segment_settings(motions: &[&Motion], role: Role, settings: &Settings) -> Seg
         layout,
         stride,
         margin_s: settings.segments.margin_s,
-    }
-}
-
-/// What training motions show: hulls and velocity extremes.
-///
-/// # Errors
-///
-/// [`PipelineError::Hull`] where a fingertip was never seen, or does not move.
-pub fn demonstrated(motions: &[&Motion]) -> Result<Demonstrated, PipelineError> {
-    let hulls: Vec<_> = Finger::ALL
-        .into_par_iter()
-        .map(|finger| {
-            let tracks = motions.iter().map(|motion| &motion.fingertips[finger]);
-            let points: Vec<_> = tracks.flat_map(|track| track.iter().flatten()).collect();
-            hull(&points).map_err(|source| PipelineError::Hull {
-                finger,
-                source: source.into(),
-            })
-        })
-        .collect();
-    let mut hulls = hulls.into_iter();
-    let hulls = PerFinger::try_from_fn(|_| {
-        hulls
-            .next()
-            .expect("one hull was computed for each of the five fingers")
-    })?;
-    // A hull needs points, so there are neighbouring samples unless every other one is missing.
-    let velocity = velocity::extremes(motions.iter().copied()).ok_or_else(|| {
-        let message = "no two neighbouring samples are present in the training takes".to_owned();
-        PipelineError::Take {
-            path: "training takes".into(),
-            message,
-        }
-    })?;
-    Ok(Demonstrated { hulls, velocity })
-}
-
-/// Learns the dictionary.
-///
-/// # Errors
-///
-/// [`PipelineError::Learn`].
-pub fn learn(
-    segments: &Segments,
-    demonstrated: Demonstrated,
-    settings: &Settings,
-) -> Result<Dictionary, PipelineError> {
-    learn_nmf(segments, demonstrated, &nmf_settings(settings))
-        .map_err(|source| PipelineError::Learn(source.into()))
-}
-
-fn nmf_settings(settings: &Settings) -> NmfSettings {
-    let section = &settings.learn;
-    NmfSettings {
-        rank: section.rank,
-        seed: section.seed,
-        max_iterations: section.max_iterations,
-        sweeps: section.sweeps,
-        relative_change: section.relative_change,
-        stop_rms_m: section.stop_rms_mm.map(|mm| mm / 1000.0),
-        ..NmfSettings::default()
-    }
-}
-
-/// What one method made of every test segment.
-#[derive(Clone, Debug)]
-pub struct Generated {
-    /// The method.
-    pub method: Method,
-    /// A trajectory for each segment; `None` where planning failed.
-    pub trajectories: Vec<Option<Trajectory>>,
-    /// A plan for each segment, of learned methods.
-    pub plans: Option<Vec<Plan>>,
-    /// Time of each plan, of learned methods.
-    pub plan_times: Vec<Duration>,
-}
-
-/// Generates a trajectory for every segment.
-///
-/// # Errors
-///
-/// [`PipelineError::Plan`] for settings or a dictionary that cannot be used. A plan that is
-/// infeasible is data, not an error.
-pub fn generate(
-    method: Method,
-    dictionary: &Dictionary,
-    segments: &Segments,
-    settings: &Settings,
-) -> Result<Generated, PipelineError> {
-    let Some(planner_method) = method.planner() else {
-        let layout = segments.layout();
-        let trajectories = segments
-            .ends()
-            .iter()
-            .map(|ends| method.curve(ends, layout))
-            .collect();
-        return Ok(Generated {
-            method,
-            trajectories,
-            plans: None,
-            plan_times: Vec::new(),
-        });
-    };
-    let plan_error = |source: inhand_planner::PlanError| PipelineError::Plan {
-        method: method.name().to_owned(),
-        source: source.into(),
-    };
-    let planner = Planner::new(
-        dictionary,
-        planner_method,
-        &planner_settings(dictionary, settings),
-    )
-    .map_err(plan_error)?;
-    let ends = segments.ends().iter();
-    let targets: Vec<_> = ends.map(|ends| planner_method.target(ends)).collect();
-    let (mut plans, mut plan_times) = (Vec::new(), Vec::new());
-    for (plan, time) in plan_all(&planner, &targets) {
-        plans.push(plan.map_err(plan_error)?);
-        plan_times.push(time);
-    }
-    let trajectories = plans.iter().map(|plan| plan.trajectory.clone()).collect();
-    Ok(Generated {
-        method,
-        trajectories,
-        plans: Some(plans),
-        plan_times,
-    })
-}
-
-fn velocity_bounds(dictionary: &Dictionary, settings: &Settings) -> VelocityBounds {
-    widened(
-        &dictionary.demonstrated.velocity,
-        settings.plan.velocity_factor,
-    )
-}
-
-fn planner_settings(dictionary: &Dictionary, settings: &Settings) -> PlannerSettings {
-    PlannerSettings {
-        ends: Ends::Soft {
-            sigma_m: settings.plan.sigma_mm / 1000.0,
-        },
-        ridge: settings.plan.ridge,
-        ..PlannerSettings::new(velocity_bounds(dictionary, settings))
     }
 }
 
@@ -328,13 +230,17 @@ pub fn measure_recorded<'a>(
 
 /// Compares a method's motion with the recorded one.
 pub fn evaluate(comparison: &Comparison<'_>, generated: &Generated) -> (MethodEvaluation, Rows) {
+    let objects = planned_objects(generated);
     let method = MethodResult {
         name: generated.method.name(),
         description: generated.method.description(),
-        baseline: generated.method.planner().is_none(),
+        baseline: !generated.method.is_learned(),
         trajectories: &generated.trajectories,
-        objects: None,
-        corridors: None,
+        objects: objects.as_deref(),
+        corridors: (generated.corridors.as_ref()).map(|corridors| Corridors {
+            mahalanobis: &corridors.mahalanobis,
+            widths: &corridors.widths,
+        }),
         plans: generated.plans.as_deref(),
     };
     evaluate_method(
@@ -343,6 +249,14 @@ pub fn evaluate(comparison: &Comparison<'_>, generated: &Generated) -> (MethodEv
         &method,
         &comparison.settings,
     )
+}
+
+/// Where a method plans the object to be; `None` for one that plans fingertips alone.
+fn planned_objects(generated: &Generated) -> Option<Vec<Option<ObjectPoses>>> {
+    let plans = generated.plans.as_ref()?;
+    let known = |plan: &Plan| (!plan.object.is_empty()).then(|| plan.object.clone());
+    let objects: Vec<_> = plans.iter().map(known).collect();
+    objects.iter().any(Option::is_some).then_some(objects)
 }
 
 /// Facts of the dictionary for an evaluation.
@@ -358,6 +272,13 @@ pub fn dictionary_facts(dictionary: &Dictionary, settings: &Settings) -> Diction
         stop_reason: learning.stop_reason,
         objective_history_m2: learning.objective_history_m2.clone(),
         velocity_bounds: velocity_bounds(dictionary, settings),
+        deviation: dictionary.residual.as_ref().map(|residual| DeviationFacts {
+            primitives: residual.primitives.ncols(),
+            demonstrations: residual.expectation.demonstrations(),
+            weights: residual.expectation.weights(),
+            bandwidths: residual.expectation.bandwidths(),
+            validation: residual.validation,
+        }),
     }
 }
 
@@ -447,6 +368,7 @@ pub fn quality(takes: &[TakeResult<'_>]) -> Result<Vec<TakeQuality>, PipelineErr
 /// Puts the parts of an evaluation together.
 pub fn assemble(
     session: SessionFacts,
+    choice: Option<MethodChoice>,
     dictionary: DictionaryFacts,
     methods: Vec<MethodEvaluation>,
     quality: Vec<TakeQuality>,
@@ -457,6 +379,7 @@ pub fn assemble(
     Evaluation {
         session,
         default_method,
+        choice,
         dictionary,
         methods,
         quality,

@@ -25,11 +25,12 @@ pub fn evaluate_stored(
     for take in takes {
         check_dictionary(take, dictionary)?;
     }
+    let dictionary = &dictionary.dictionary;
     let motions = steps::motions(takes, settings, reuse_motion)?;
     let motion_refs: Vec<_> = motions.iter().collect();
-    let test = steps::segments(&motion_refs, Role::Test, settings)?;
+    let object = steps::segments_object(dictionary, &motion_refs, settings)?;
+    let test = steps::segments(&motion_refs, Role::Test, object, settings)?;
     let generated = stored_methods(takes, &test)?;
-    let dictionary = &dictionary.dictionary;
     let comparison = steps::measure_recorded(&test, &motion_refs, dictionary, settings)?;
     let methods = generated
         .iter()
@@ -51,6 +52,7 @@ pub fn evaluate_stored(
     });
     Ok(steps::assemble(
         steps::session_facts(&name, &results, None, &test, settings),
+        dictionary.choice.clone(),
         steps::dictionary_facts(dictionary, settings),
         methods,
         steps::quality(&results)?,
@@ -147,6 +149,7 @@ fn join_takes(
         trajectories,
         plans,
         plan_times: Vec::new(),
+        corridors: None,
     })
 }
 

@@ -236,6 +236,36 @@ pub struct Hulls {
     #[prost(message, optional, tag = "5")]
     pub little: ::core::option::Option<Hull>,
 }
+/// One method on left-out training takes.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct MethodCandidate {
+    #[prost(string, tag = "1")]
+    pub name: ::prost::alloc::string::String,
+    /// Mean error over segments, fingers and instants, metres; infinite where a plan failed.
+    #[prost(double, tag = "2")]
+    pub mean_error_m: f64,
+}
+/// How methods compare on left-out training takes.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct MethodChoice {
+    /// The method chosen.
+    #[prost(string, tag = "1")]
+    pub method: ::prost::alloc::string::String,
+    #[prost(message, repeated, tag = "2")]
+    pub candidates: ::prost::alloc::vec::Vec<MethodCandidate>,
+    /// By how much the best learned method is better than the best that learns nothing, with the standard
+    /// error of that difference over segments, metres; not there where only one kind was compared.
+    #[prost(double, optional, tag = "3")]
+    pub gain_m: ::core::option::Option<f64>,
+    #[prost(double, optional, tag = "4")]
+    pub gain_standard_error_m: ::core::option::Option<f64>,
+    /// Groups of takes left out in turn.
+    #[prost(uint64, tag = "5")]
+    pub folds: u64,
+    /// Segments planned.
+    #[prost(uint64, tag = "6")]
+    pub segments: u64,
+}
 /// A segment v of N samples has 15 N rows, ordered time, finger (thumb ... little), axis (x y z),
 /// metres, frame `hand`; v = offset + primitives * activations. With the object, 6 N rows follow,
 /// ordered time, coordinate: its position (x y z), metres, and the rotation vector since the segment's
@@ -287,6 +317,9 @@ pub struct Dictionary {
     /// Deviations from the smooth curve, where they were learned as well.
     #[prost(message, optional, tag = "15")]
     pub residual: ::core::option::Option<Residual>,
+    /// How methods compare on left-out training takes, where that was asked for.
+    #[prost(message, optional, tag = "16")]
+    pub choice: ::core::option::Option<MethodChoice>,
 }
 /// How a dictionary was learned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, ::prost::Enumeration)]

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use inhand_model::{
-    Certificate, Clock, Configuration, ConstraintFamily, Hand, Object, Plan, PlanChecks, PlanStatus,
-    Pose, Relaxation, SEGMENT_COORDINATES,
+    Certificate, Clock, Configuration, ConstraintFamily, Hand, Object, Plan, PlanChecks,
+    PlanStatus, Pose, Relaxation, SEGMENT_COORDINATES,
 };
 use nalgebra::{DVector, Isometry3, Quaternion, UnitQuaternion};
 use prost::Message;

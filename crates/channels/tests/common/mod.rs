@@ -16,11 +16,11 @@ use inhand_channels::{
 use inhand_model::{
     Bandwidths, Body, BodyKind, BodySource, Calibration, Certificate, Clock, ConstraintFamily,
     Demonstrated, Dictionary, DictionaryKind, Expectation, ExpectationWeights, Finding, Finger,
-    Hand, Hull, InputHash, Learning, LengthUnit, Marker, MarkerKind, Motion, Object, PerFamily,
-    PerFinger, Plan, PlanChecks, PlanStatus, PointTrack, Pose, PoseTrack, Position, Provenance,
-    Recording, Relaxation, Residual, Roles, RotationOrder, SEGMENT_COORDINATES, SegmentLayout,
-    Shape, Source, StartTime, Status, StopReason, TrackedBody, Trajectory, UpAxis, Validation,
-    VelocityBounds, World, ends_len,
+    Hand, Hull, InputHash, Learning, LengthUnit, Marker, MarkerKind, MethodCandidate, MethodChoice,
+    Motion, Object, PerFamily, PerFinger, Plan, PlanChecks, PlanStatus, PointTrack, Pose,
+    PoseTrack, Position, Provenance, Recording, Relaxation, Residual, Roles, RotationOrder,
+    SEGMENT_COORDINATES, SegmentLayout, Shape, Source, StartTime, Status, StopReason, TrackedBody,
+    Trajectory, UpAxis, Validation, VelocityBounds, World, ends_len,
 };
 use nalgebra::{DMatrix, DVector, Isometry3, Translation3, UnitQuaternion, Vector3};
 
@@ -459,6 +459,23 @@ pub(crate) fn dictionary_of(rank: usize, layout: SegmentLayout) -> Dictionary {
             },
         },
         residual: Some(residual_of(layout)),
+        choice: Some(MethodChoice {
+            method: "residual".to_owned(),
+            candidates: vec![
+                MethodCandidate {
+                    name: "residual".to_owned(),
+                    mean_error_m: 6e-4,
+                },
+                MethodCandidate {
+                    name: "prior".to_owned(),
+                    mean_error_m: f64::INFINITY,
+                },
+            ],
+            gain_m: Some(1e-4),
+            gain_standard_error_m: None,
+            folds: 5,
+            segments: 119,
+        }),
     }
 }
 

@@ -13,16 +13,17 @@ const MOST_SEGMENTS: usize = 600;
 
 /// One group of segments that is predicted from others.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Fold {
+pub struct Fold {
     /// Segments to learn from.
-    pub(super) known: Vec<usize>,
+    pub known: Vec<usize>,
     /// Segments to predict: none overlaps another, or one of `known`.
-    pub(super) left_out: Vec<usize>,
+    pub left_out: Vec<usize>,
 }
 
-/// Groups by take; with a single take, stretches of it, and segments that reach into the left-out
+/// Groups of segments for cross-validation, from where each segment starts and how many samples it
+/// has. Groups by take; with a single take, stretches of it, and segments that reach into the left-out
 /// stretch are in neither list. Groups without a segment on one side are dropped.
-pub(super) fn folds(origins: &[SegmentOrigin], samples: usize) -> Vec<Fold> {
+pub fn folds(origins: &[SegmentOrigin], samples: usize) -> Vec<Fold> {
     let mut takes: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for (segment, origin) in origins.iter().enumerate() {
         takes.entry(origin.take).or_default().push(segment);

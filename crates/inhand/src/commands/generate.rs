@@ -42,6 +42,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let mut inputs: Vec<_> = args.inputs.iter().map(PathBuf::as_path).collect();
     inputs.push(&args.dictionary);
     let dictionary = inhand_pipeline::read_dictionary(&args.dictionary)?;
+    let methods = steps::settled_methods(&dictionary.dictionary, &settings)?;
     let takes = read_takes(console, &args.inputs, &settings)?;
     for (take, target) in takes.iter().zip(&targets) {
         check_take_target(target, &inputs, take, args.writing.force)?;
@@ -49,8 +50,9 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let motions = steps::motions(&takes, &settings, !args.process.ask_for_processing())?;
     let mut failed = 0;
     for ((take, motion), target) in takes.iter().zip(&motions).zip(&targets) {
-        let segments = steps::segments(&[motion], Role::Test, &settings)?;
-        let generated = (settings.plan.methods.iter())
+        let object = steps::segments_object(&dictionary.dictionary, &[motion], &settings)?;
+        let segments = steps::segments(&[motion], Role::Test, object, &settings)?;
+        let generated = (methods.iter())
             .map(|&method| steps::generate(method, &dictionary.dictionary, &segments, &settings))
             .collect::<Result<Vec<_>, _>>()?;
         let hashes = [take.hash.clone(), dictionary.hash.clone()];

@@ -48,11 +48,12 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let takes = read_takes(console, &args.inputs, &settings)?;
     let motions = steps::motions(&takes, &settings, !args.process.ask_for_processing())?;
     let motions: Vec<_> = motions.iter().collect();
-    let segments = steps::segments(&motions, Role::Train, &settings)?;
+    let object = steps::carries_object(&motions, &settings)?;
+    let segments = steps::segments(&motions, Role::Train, object, &settings)?;
     let read_s = begin.elapsed().as_secs_f64();
 
     let begin = Instant::now();
-    let dictionary = steps::learn(&segments, steps::demonstrated(&motions)?, &settings)?;
+    let dictionary = steps::learn_and_choose(&segments, steps::demonstrated(&motions)?, &settings)?;
     let learn_s = begin.elapsed().as_secs_f64();
 
     let made = provenance(

@@ -277,3 +277,53 @@ fn end_conditions_that_are_no_numbers_stay_visible() {
 fn end_conditions_of_another_layout_are_refused() {
     made(3, true).distances(&query(false));
 }
+
+#[test]
+fn what_never_changed_does_not_count_wherever_it_stayed() {
+    // A place of 0.1 m in every demonstration has a variance of nothing, not of what rounding
+    // leaves of its square.
+    let mut ends = table(60, 8, 1);
+    for (i, mut row) in ends.row_iter_mut().enumerate() {
+        if i % 15 >= 3 {
+            row.fill(if i < 30 {
+                0.1 + 0.013 * (i % 15) as f64
+            } else {
+                0.07
+            });
+        }
+    }
+    let expectation = of_ends(&ends, false).weighted(WIDTHS, only(0.0, 1.0, 1.0));
+    let mut resting = query(false);
+    for i in 0..60 {
+        if i % 15 >= 3 {
+            resting[i] = ends[(i, 0)];
+        }
+    }
+    let mut moved = resting.clone();
+    for i in 3..15 {
+        moved[i] += 1e-4;
+        moved[15 + i] += 2e-4;
+    }
+    let difference = expectation.expected_m(&resting) - expectation.expected_m(&moved);
+    assert!(difference.amax() < 1e-12, "{}", difference.amax());
+}
+
+#[test]
+fn the_narrowest_kernel_is_the_nearest_demonstration() {
+    let narrow = Bandwidths {
+        hand: 1e-10,
+        finger: 1e-10,
+    };
+    for weights in [only(0.0, 1.0, 0.0), only(0.0, 0.0, 1.0)] {
+        let expectation = made(1, false).weighted(narrow, weights);
+        let error = expectation.expected_m(&query(false)) - expectation.answers_m().column(0);
+        assert!(error.amax() < 1e-15);
+        let expectation = made(6, false).weighted(narrow, weights);
+        assert!(
+            expectation
+                .expected_m(&query(false))
+                .iter()
+                .all(|v| *v != 0.0)
+        );
+    }
+}

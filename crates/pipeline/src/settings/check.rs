@@ -1,0 +1,286 @@
+//! Settings as the steps understand them, and what is wrong with them.
+
+use std::path::Path;
+use std::str::FromStr;
+
+use inhand_capture::roles::{BodyChoice, RoleSettings};
+use inhand_capture::{ReadSettings, parse_length_unit, parse_rotation_order, parse_up_axis};
+use inhand_model::{Finger, PerFinger, Shape};
+use inhand_motion::{Filter, GapFill, ProcessSettings};
+
+use super::Settings;
+use crate::error::PipelineError;
+use crate::methods::Method;
+
+impl Settings {
+    /// Reads a settings file.
+    ///
+    /// # Errors
+    ///
+    /// [`PipelineError::Settings`] with the place in the file, [`PipelineError::Io`].
+    pub fn read(path: &Path) -> Result<Self, PipelineError> {
+        let text = std::fs::read_to_string(path).map_err(PipelineError::io("read", path))?;
+        toml::from_str(&text).map_err(|error| PipelineError::SettingsFile {
+            path: path.to_owned(),
+            message: error.to_string().trim_end().to_owned(),
+        })
+    }
+
+    /// The settings as a TOML file that gives them again.
+    ///
+    /// # Errors
+    ///
+    /// [`PipelineError::Settings`] for a number that TOML cannot hold.
+    pub fn to_toml(&self) -> Result<String, PipelineError> {
+        toml::to_string(self).map_err(|e| invalid("settings", "anything TOML can hold", &e))
+    }
+
+    /// What readers of source files need.
+    ///
+    /// # Errors
+    ///
+    /// [`PipelineError::Settings`] for a word that is no unit, order or axis.
+    pub fn read_settings(&self) -> Result<ReadSettings, PipelineError> {
+        let source = &self.source;
+        Ok(ReadSettings {
+            length_unit: parsed(
+                "units",
+                &source.units,
+                parse_length_unit,
+                "m, cm, mm, in or ft",
+            )?,
+            rotation_order: parsed(
+                "rotation-order",
+                &source.rotation_order,
+                parse_rotation_order,
+                "quaternion or three axes such as XYZ",
+            )?,
+            up_axis: parsed("up", &source.up, parse_up_axis, "y or z")?,
+        })
+    }
+
+    /// What the map from names to roles needs.
+    ///
+    /// # Errors
+    ///
+    /// [`PipelineError::Settings`] for an unknown finger or a malformed body.
+    pub fn role_settings(&self) -> Result<RoleSettings, PipelineError> {
+        for name in self.fingers.keys() {
+            finger(name, "fingers")?;
+        }
+        let body = |key: &'static str, text: &Option<String>| {
+            text.as_deref()
+                .map(|t| BodyChoice::from_str(t).map_err(|e| invalid(key, "a body or markers", &e)))
+                .transpose()
+        };
+        let no_object = self.roles.object.as_deref() == Some("none");
+        Ok(RoleSettings {
+            hand: body("roles.hand", &self.roles.hand)?,
+            object: if no_object {
+                None
+            } else {
+                body("roles.object", &self.roles.object)?
+            },
+            fingers: PerFinger::from_fn(|finger| self.fingers.get(finger.name()).cloned()),
+            no_object,
+        })
+    }
+
+    /// The object's shape.
+    ///
+    /// # Errors
+    ///
+    /// [`PipelineError::Settings`] for a word that is no shape.
+    pub fn shape(&self) -> Result<Option<Shape>, PipelineError> {
+        let parse = |text: &String| {
+            text.parse()
+                .map_err(|e| invalid("object.shape", "a shape such as cube:0.05", &e))
+        };
+        self.object.shape.as_ref().map(parse).transpose()
+    }
+
+    /// What processing needs.
+    ///
+    /// # Errors
+    ///
+    /// [`PipelineError::Settings`] for an unknown fill or filter.
+    pub fn process_settings(&self) -> Result<ProcessSettings, PipelineError> {
+        let section = &self.process;
+        let fill = match section.fill.as_str() {
+            "cubic" => GapFill::Cubic,
+            "linear" => GapFill::Linear,
+            "none" => GapFill::None,
+            other => return Err(invalid("process.fill", "cubic, linear or none", &other)),
+        };
+        let filter = match section.filter.as_str() {
+            "median" => Filter::Median {
+                window: section.window,
+            },
+            "savitzky-golay" => Filter::SavitzkyGolay {
+                window: section.window,
+                order: section.order,
+            },
+            "butterworth" => Filter::Butterworth {
+                cutoff_hz: section.cutoff_hz,
+                order: section.order,
+            },
+            "none" => Filter::None,
+            other => {
+                let expected = "median, savitzky-golay, butterworth or none";
+                return Err(invalid("process.filter", expected, &other));
+            }
+        };
+        positive_or_zero("process.max_gap_s", section.max_gap_s)?;
+        Ok(ProcessSettings {
+            max_gap_s: section.max_gap_s,
+            fill,
+            filter,
+            object_offset_m: self.object.offset_m,
+        })
+    }
+
+    /// Distance from marker to finger pad, metres.
+    ///
+    /// # Errors
+    ///
+    /// [`PipelineError::Settings`] for an unknown finger.
+    pub fn pad_offsets_m(&self) -> Result<PerFinger<f64>, PipelineError> {
+        let mut offsets_m = PerFinger::new([0.0; Finger::COUNT]);
+        for (name, offset_mm) in &self.evaluate.pad_offset_mm {
+            offsets_m[finger(name, "evaluate.pad_offset_mm")?] = offset_mm / 1000.0;
+        }
+        Ok(offsets_m)
+    }
+
+    /// Checks every number and word, so that a run fails before its first long step.
+    ///
+    /// # Errors
+    ///
+    /// [`PipelineError::Settings`] for the first one that cannot be used.
+    pub fn validate(&self) -> Result<(), PipelineError> {
+        self.read_settings()?;
+        self.role_settings()?;
+        self.shape()?;
+        self.process_settings()?;
+        self.pad_offsets_m()?;
+        positive_or_zero("segments.margin_s", self.segments.margin_s)?;
+        if self.learn.sweeps == 0 {
+            return Err(invalid("learn.sweeps", "at least 1", &0));
+        }
+        positive_or_zero("learn.relative_change", self.learn.relative_change)?;
+        one_of("learn.kind", &self.learn.kind, &["nmf", "pca"])?;
+        one_of("learn.object", &self.learn.object, &["auto", "yes", "no"])?;
+        one_of("plan.ends", &self.plan.ends, &["soft", "hard"])?;
+        positive_or_zero("plan.velocity_factor", self.plan.velocity_factor)?;
+        let plan = &self.plan;
+        if !plan.reachability_margin_mm.is_finite() {
+            let found = plan.reachability_margin_mm;
+            return Err(invalid(
+                "plan.reachability_margin_mm",
+                "a finite number",
+                &found,
+            ));
+        }
+        let given = [
+            ("plan.velocity_m_s", plan.velocity_m_s),
+            ("plan.acceleration_m_s2", plan.acceleration_m_s2),
+            ("plan.separation_mm", plan.separation_mm),
+        ];
+        let given = (given.into_iter()).filter_map(|(key, value)| Some((key, value?)));
+        for (key, value) in given.chain([
+            ("plan.sigma_mm", plan.sigma_mm),
+            ("plan.object_sigma_mm", plan.object_sigma_mm),
+            ("plan.object_sigma_deg", plan.object_sigma_deg),
+            ("plan.ridge", plan.ridge),
+            ("evaluate.tau_mm", self.evaluate.tau_mm),
+            ("evaluate.collision_mm", self.evaluate.collision_mm),
+        ]) {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(invalid(key, "a positive number", &value));
+            }
+        }
+        for (key, value) in [
+            ("learn.rank", self.learn.rank.unwrap_or(1)),
+            (
+                "learn.deviation_primitives",
+                self.learn.deviation_primitives,
+            ),
+        ] {
+            if value == 0 {
+                return Err(invalid(key, "at least 1", &0));
+            }
+        }
+        let twice = |method: &&Method| {
+            let same = self.plan.methods.iter().filter(|other| other == method);
+            same.count() > 1
+        };
+        if let Some(method) = self.plan.methods.iter().find(twice) {
+            return Err(invalid(
+                "plan.methods",
+                "each method once",
+                &format!("{method} twice"),
+            ));
+        }
+        if self.plan.methods.is_empty() {
+            return Err(invalid("plan.methods", "at least one method", &"none"));
+        }
+        Ok(())
+    }
+
+    /// Settings that a dictionary depends on, the training takes' time ranges among them.
+    pub(crate) fn learning_json(&self) -> String {
+        serde_json::to_value(self).map_or_else(|e| e.to_string(), |v| v.to_string())
+    }
+
+    /// Settings that affect numbers, as one line of JSON with sorted keys, for provenance.
+    pub fn provenance_json(&self) -> String {
+        let without_takes = Settings {
+            takes: Vec::new(),
+            ..self.clone()
+        };
+        // Serialising plain structs of strings and finite numbers cannot fail.
+        serde_json::to_value(&without_takes).map_or_else(|e| e.to_string(), |v| v.to_string())
+    }
+}
+
+/// An error about one setting.
+pub(crate) fn invalid(key: &str, expected: &str, found: &impl std::fmt::Display) -> PipelineError {
+    PipelineError::Settings {
+        key: key.to_owned(),
+        expected: expected.to_owned(),
+        found: found.to_string(),
+    }
+}
+
+fn one_of(key: &str, value: &str, words: &[&str]) -> Result<(), PipelineError> {
+    if words.contains(&value) {
+        Ok(())
+    } else {
+        Err(invalid(key, &words.join(", "), &value))
+    }
+}
+
+fn positive_or_zero(key: &str, value: f64) -> Result<(), PipelineError> {
+    if value.is_finite() && value >= 0.0 {
+        Ok(())
+    } else {
+        Err(invalid(key, "a number not below zero", &value))
+    }
+}
+
+fn finger(name: &str, key: &str) -> Result<Finger, PipelineError> {
+    name.parse()
+        .map_err(|_| invalid(key, "thumb, index, middle, ring or little", &name))
+}
+
+/// A setting that may be left out, as a reader of source files understands it.
+fn parsed<T>(
+    key: &str,
+    text: &Option<String>,
+    parse: fn(&str) -> Option<T>,
+    expected: &str,
+) -> Result<Option<T>, PipelineError> {
+    text.as_ref()
+        .map(|text| parse(text).ok_or_else(|| invalid(key, expected, text)))
+        .transpose()
+}

@@ -1,0 +1,256 @@
+//! From a dictionary to a trajectory for every segment.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use inhand_contact::FingerOffsets;
+use inhand_model::{
+    Calibration, Dictionary, EndConditions, Finger, PerFinger, Plan, Residual, SEGMENT_COORDINATES,
+    SegmentLayout, Segments, Shape, Trajectory, VelocityBounds,
+};
+use inhand_planner::{
+    AccelerationBounds, Constraints, Ends, Holding, PlanError, Planner, PlannerSettings, Target,
+    held_fingers, object_between, plan_all, widened,
+};
+use rayon::prelude::*;
+
+use crate::error::PipelineError;
+use crate::methods::Method;
+use crate::settings::{Settings, invalid};
+
+/// What one method made of every test segment.
+#[derive(Clone, Debug)]
+pub struct Generated {
+    /// The method.
+    pub method: Method,
+    /// A trajectory for each segment; `None` where planning failed.
+    pub trajectories: Vec<Option<Trajectory>>,
+    /// A plan for each segment, of learned methods.
+    pub plans: Option<Vec<Plan>>,
+    /// Time of each plan, of learned methods.
+    pub plan_times: Vec<Duration>,
+    /// How far the recorded motion lies from the planned one by the method's own measure.
+    pub corridors: Option<SegmentCorridors>,
+}
+
+/// Recorded motion against a method's corridors.
+#[derive(Clone, Debug)]
+pub struct SegmentCorridors {
+    /// Mahalanobis distance at each instant of each segment; `None` where the plan failed.
+    pub mahalanobis: Vec<Option<Vec<PerFinger<f64>>>>,
+    /// Widths of the corridors.
+    pub widths: Vec<Calibration>,
+}
+
+/// Generates a trajectory for every segment.
+///
+/// # Errors
+///
+/// [`PipelineError::Plan`] for settings or a dictionary that cannot be used;
+/// [`PipelineError::Settings`] for a method that the dictionary has nothing for. A plan that is
+/// infeasible is data, not an error.
+pub fn generate(
+    method: Method,
+    dictionary: &Dictionary,
+    segments: &Segments,
+    settings: &Settings,
+) -> Result<Generated, PipelineError> {
+    let Some(planner) = planner(method, dictionary, settings)? else {
+        let layout = segments.layout();
+        let trajectories = segments
+            .ends()
+            .iter()
+            .map(|ends| method.curve(ends, layout))
+            .collect();
+        return Ok(Generated {
+            method,
+            trajectories,
+            plans: None,
+            plan_times: Vec::new(),
+            corridors: None,
+        });
+    };
+    let hold = hold_settings(settings)?;
+    let targets: Vec<_> = (segments.ends().iter())
+        .map(|ends| target(&planner, ends, hold.as_ref()))
+        .collect();
+    let (mut plans, mut plan_times) = (Vec::new(), Vec::new());
+    for (plan, time) in plan_all(&planner, &targets) {
+        plans.push(plan.map_err(|source| plan_error(method, source))?);
+        plan_times.push(time);
+    }
+    let corridors = match (method, &dictionary.residual) {
+        (Method::Residual, Some(residual)) => Some(
+            corridors(&planner, residual, &targets, &plans, segments)
+                .map_err(|source| plan_error(method, source))?,
+        ),
+        _ => None,
+    };
+    let trajectories = plans.iter().map(|plan| plan.trajectory.clone()).collect();
+    Ok(Generated {
+        method,
+        trajectories,
+        plans: Some(plans),
+        plan_times,
+        corridors,
+    })
+}
+
+/// The planner of a learned method; `None` for one that learns nothing.
+pub(crate) fn planner(
+    method: Method,
+    dictionary: &Dictionary,
+    settings: &Settings,
+) -> Result<Option<Planner>, PipelineError> {
+    let planner_settings = plan_settings(dictionary, settings);
+    let planner = match method {
+        Method::Prior => Planner::new(dictionary, inhand_planner::Method::Prior, &planner_settings),
+        Method::Paper => Planner::new(dictionary, inhand_planner::Method::Paper, &planner_settings),
+        Method::Residual => {
+            let residual = dictionary.residual.as_ref().ok_or_else(|| {
+                let expected = "a method that the dictionary has something for (learn it anew for \
+                                deviations from the smooth curve)";
+                invalid("plan.methods", expected, &method)
+            })?;
+            Planner::residual(residual, &planner_settings)
+        }
+        Method::Auto => {
+            let expected = "a method by name: `auto` is settled when a dictionary is learned";
+            return Err(invalid("plan.methods", expected, &method));
+        }
+        Method::Hold | Method::Line | Method::MinimumJerk | Method::Hermite => return Ok(None),
+    };
+    planner
+        .map(Some)
+        .map_err(|source| plan_error(method, source))
+}
+
+pub(crate) fn plan_error(method: Method, source: PlanError) -> PipelineError {
+    PipelineError::Plan {
+        method: method.name().to_owned(),
+        source: source.into(),
+    }
+}
+
+/// What fingers that hold need to be known by.
+struct Hold {
+    shape: Shape,
+    offsets: FingerOffsets,
+    tau_m: f64,
+}
+
+fn hold_settings(settings: &Settings) -> Result<Option<Hold>, PipelineError> {
+    if !settings.plan.holding {
+        return Ok(None);
+    }
+    let shape = settings.shape()?.ok_or_else(|| {
+        let expected = "a shape such as cube:0.05, for fingers to hold (plan.holding)";
+        invalid("object.shape", expected, &"none")
+    })?;
+    Ok(Some(Hold {
+        shape,
+        offsets: FingerOffsets(settings.pad_offsets_m()?),
+        tau_m: settings.evaluate.tau_mm / 1000.0,
+    }))
+}
+
+/// What a method is given of a segment. Fingers hold where three or more are in contact at both
+/// ends; elsewhere there is nothing to hold on to.
+fn target(planner: &Planner, ends: &EndConditions, hold: Option<&Hold>) -> Target {
+    let target = match planner.method() {
+        Some(method) => method.target(ends),
+        None => Target::from(ends),
+    };
+    let holding = hold.zip(ends.object).and_then(|(hold, object)| {
+        let (first, last) = (&ends.first_m, &ends.last_m);
+        let contacts =
+            held_fingers(&hold.shape, &hold.offsets, hold.tau_m, first, last, &object).ok()?;
+        Some(Holding {
+            hand_from_object: object_between(&object, planner.layout().samples),
+            contacts,
+            tau_m: hold.tau_m,
+        })
+    });
+    match holding {
+        Some(holding) => target.holding(holding),
+        None => target,
+    }
+}
+
+fn corridors(
+    planner: &Planner,
+    residual: &Residual,
+    targets: &[Target],
+    plans: &[Plan],
+    segments: &Segments,
+) -> Result<SegmentCorridors, PlanError> {
+    let mahalanobis: Vec<Result<_, PlanError>> = (targets.par_iter().zip(plans).enumerate())
+        .map(|(segment, (target, plan))| {
+            let Some(trajectory) = &plan.trajectory else {
+                return Ok(None);
+            };
+            let corridor = planner.corridor(target)?;
+            let distances = (0..segments.layout().samples)
+                .map(|t| {
+                    PerFinger::from_fn(|finger: Finger| {
+                        let recorded = segments.position(segment, t, finger);
+                        corridor.mahalanobis(trajectory, t, finger, recorded)
+                    })
+                })
+                .collect();
+            Ok(Some(distances))
+        })
+        .collect();
+    Ok(SegmentCorridors {
+        mahalanobis: mahalanobis.into_iter().collect::<Result<_, _>>()?,
+        widths: residual.calibration.clone(),
+    })
+}
+
+/// Velocity bounds of plans, m/s: as the settings give them, else what the training takes showed,
+/// widened; without bounds, what the evaluation compares with.
+pub(crate) fn velocity_bounds(dictionary: &Dictionary, settings: &Settings) -> VelocityBounds {
+    match settings.plan.velocity_m_s {
+        Some(bound) => VelocityBounds {
+            min_m_s: [-bound; SEGMENT_COORDINATES],
+            max_m_s: [bound; SEGMENT_COORDINATES],
+        },
+        None => {
+            let factor = match settings.plan.velocity_factor {
+                0.0 => PlannerSettings::VELOCITY_FACTOR,
+                factor => factor,
+            };
+            widened(&dictionary.demonstrated.velocity, factor)
+        }
+    }
+}
+
+/// The planner's settings.
+pub fn plan_settings(dictionary: &Dictionary, settings: &Settings) -> PlannerSettings {
+    let section = &settings.plan;
+    let velocity = velocity_bounds(dictionary, settings);
+    let bounded = section.velocity_m_s.is_some() || section.velocity_factor > 0.0;
+    PlannerSettings {
+        ends: match section.ends.as_str() {
+            "hard" => Ends::Hard,
+            _ => Ends::Soft {
+                sigma_m: section.sigma_mm / 1000.0,
+            },
+        },
+        object_sigma_m: section.object_sigma_mm / 1000.0,
+        object_sigma_rad: section.object_sigma_deg.to_radians(),
+        ridge: section.ridge,
+        constraints: Constraints {
+            velocity: bounded.then_some(velocity),
+            acceleration: section.acceleration_m_s2.map(|bound| AccelerationBounds {
+                min_m_s2: [-bound; SEGMENT_COORDINATES],
+                max_m_s2: [bound; SEGMENT_COORDINATES],
+            }),
+            reachability_margin_m: (section.reachability)
+                .then_some(section.reachability_margin_mm / 1000.0),
+            separation_m: section.separation_mm.map(|mm| mm / 1000.0),
+        },
+        hulls: Some(Arc::new(dictionary.demonstrated.hulls.clone())),
+        ..PlannerSettings::new(velocity)
+    }
+}

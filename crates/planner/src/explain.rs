@@ -88,13 +88,10 @@ fn least(task: &Task<'_>, rows: &[Taken], families: &[ConstraintFamily]) -> Opti
             let tolerance = TOLERANCE_MM / unit_mm_of(&rows, family);
             tolerance + if families.contains(&family) { by } else { 0.0 }
         });
-        let fresh: Vec<Taken> = (task
-            .families
-            .violated(&motion_mm, &slack, false)
-            .into_iter())
-        .filter(|row| rows.iter().all(|taken| taken.row.key != row.key))
-        .map(|row| task.taken(row))
-        .collect();
+        let fresh: Vec<Taken> = (task.families.violated(&motion_mm, &slack, true).into_iter())
+            .filter(|row| rows.iter().all(|taken| taken.row.key != row.key))
+            .map(|row| task.taken(row))
+            .collect();
         if fresh.is_empty() {
             return Some(by);
         }

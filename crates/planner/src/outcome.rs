@@ -117,7 +117,7 @@ fn violation(task: &Task<'_>, judged: &Judged) -> PerFamily<Option<f64>> {
     let mut violation = PerFamily::from_fn(|family| judged.worst[family].map(|worst| worst.by));
     let unknowns = &judged.candidate.unknowns;
     if task.model.signs {
-        violation[ConstraintFamily::Activations] = Some(-unknowns.min() / MM_PER_M);
+        violation[ConstraintFamily::Activations] = Some((0.0 - unknowns.min()) / MM_PER_M);
     }
     if let Some(equalities) = &task.problem.equalities {
         let found = &equalities.rows * unknowns;

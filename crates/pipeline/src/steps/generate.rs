@@ -6,7 +6,7 @@ use std::time::Duration;
 use inhand_contact::FingerOffsets;
 use inhand_model::{
     Calibration, Dictionary, EndConditions, Finger, PerFinger, Plan, Residual, SEGMENT_COORDINATES,
-    SegmentLayout, Segments, Shape, Trajectory, VelocityBounds,
+    Segments, Shape, Trajectory, VelocityBounds,
 };
 use inhand_planner::{
     AccelerationBounds, Constraints, Ends, Holding, PlanError, Planner, PlannerSettings, Target,

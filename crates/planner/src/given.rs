@@ -44,6 +44,8 @@ pub(crate) enum Given {
     Position { sample: usize, finger: Finger },
     /// A fingertip's velocity at an end.
     Velocity { end: End, finger: Finger },
+    /// A fingertip's velocity from a sample to the next one.
+    Step { sample: usize, finger: Finger },
     /// The object at an end.
     ObjectPosition { end: End },
     /// The object's rotation since the first sample (times the lever) at an end.
@@ -66,7 +68,9 @@ impl Given {
             Given::ObjectPosition { end: End::First } => Some(fingers),
             Given::ObjectPosition { end: End::Last } => Some(fingers + 3),
             Given::ObjectRotation { end: End::Last } => Some(fingers + 6),
-            Given::Position { .. } | Given::ObjectRotation { end: End::First } => None,
+            Given::Position { .. }
+            | Given::Step { .. }
+            | Given::ObjectRotation { end: End::First } => None,
         }
     }
 }
@@ -96,12 +100,15 @@ pub(crate) fn wanted(target: &Target, layout: SegmentLayout) -> Result<Wanted, P
     positions("first configuration", 0, &target.first_m)?;
     positions("last configuration", last, &target.last_m)?;
     for waypoint in &target.waypoints {
-        let (time_s, duration_s) = (waypoint.time_s, layout.duration_s());
-        if !(time_s >= -ROUNDING_S && time_s <= duration_s + ROUNDING_S) {
-            return Err(PlanError::WaypointTime { time_s, duration_s });
-        }
-        let sample = ((time_s * layout.rate_hz).round().max(0.0) as usize).min(last);
+        let sample = sample_at(waypoint.time_s, layout)?;
         positions("waypoint", sample, &waypoint.tips)?;
+    }
+    for step in &target.steps {
+        let sample = sample_at(step.time_s, layout)?.min(last - 1);
+        for (finger, value) in step.tips.0.iter().filter_map(|(f, v)| v.map(|v| (f, v))) {
+            check("velocity on the way", finger, value, FASTEST_M_S)?;
+            list.push((Given::Step { sample, finger }, value, "velocity on the way"));
+        }
     }
     for (what, end, tips) in [
         ("first velocity", End::First, &target.first_velocity_m_s),
@@ -146,6 +153,15 @@ pub(crate) fn wanted(target: &Target, layout: SegmentLayout) -> Result<Wanted, P
         return Err(PlanError::NothingGiven);
     }
     Ok(wanted)
+}
+
+/// The sample nearest to a time.
+pub(crate) fn sample_at(time_s: f64, layout: SegmentLayout) -> Result<usize, PlanError> {
+    let duration_s = layout.duration_s();
+    if !(time_s >= -ROUNDING_S && time_s <= duration_s + ROUNDING_S) {
+        return Err(PlanError::WaypointTime { time_s, duration_s });
+    }
+    Ok(((time_s * layout.rate_hz).round().max(0.0) as usize).min(layout.samples - 1))
 }
 
 /// What is given of the object.

@@ -1,20 +1,38 @@
-//! Fingertip trajectories that reach targets, from a dictionary by convex optimisation.
+//! Fingertip trajectories that reach targets, from demonstrations by convex optimisation.
 //!
-//! A motion of one second is `offset + W h`: a dictionary's primitives `W` (15 N x rank) times
-//! activations `h`. Planning chooses the activations that reach what a [`Target`] gives and
-//! otherwise stay close to the demonstrations, within velocity bounds on every coordinate between
-//! all neighbouring samples, and non-negative where the dictionary is:
+//! The motion of a segment is a linear function of unknowns, of which demonstrations say what to
+//! expect:
 //!
 //! ```text
-//! minimise  1/2 |W_S h - (y - offset_S)|² / sigma² + 1/2 (h - mu)ᵀ Σ⁻¹ (h - mu)
-//! s.t.      h >= 0                                          (NMF dictionaries)
-//!           v_min <= (W_{t+1} - W_t) h * rate <= v_max      (all 15 (N - 1) of them)
+//! v = base + W h,    h ~ N(mu, Λ⁻¹)
 //! ```
 //!
-//! [`Method::Prior`] is this problem with both end configurations as `y`; [`Method::Paper`] is the
-//! problem of Hammoud et al., *In-hand manipulation planning using human motion dictionary*
-//! (arXiv 2308.15153), as printed there. Every [`Plan`](inhand_model::Plan) carries a certificate:
-//! the residuals of the optimality conditions over all rows, recomputed apart from the solver.
+//! For a [`Dictionary`](inhand_model::Dictionary) `W` are its primitives and `h` their activations;
+//! for a [`Residual`](inhand_model::Residual) `W = [S | B]`, smooth curves through end conditions
+//! and primitives of the deviation from them. Planning chooses the `h` that reach what a [`Target`]
+//! gives and otherwise stay close to the demonstrations:
+//!
+//! ```text
+//! minimise  1/2 sum_i (a_i h - y_i)² / sigma_i² + 1/2 (h - mu)ᵀ Λ (h - mu)
+//! s.t.      a_i h = y_i                                   (instead, where targets are hard)
+//!           h >= 0                                        (NMF dictionaries)
+//!           bounds on velocity and acceleration, fingertips inside hulls, apart from one another,
+//!           near contact points                           (as the settings and the target say)
+//! ```
+//!
+//! * [`Planner::new`] with [`Method::Prior`] takes mean and covariance of a dictionary's
+//!   activations; [`Method::Paper`] is the problem of Hammoud et al., *In-hand manipulation planning
+//!   using human motion dictionary* (arXiv 2308.15153), as printed there; [`Planner::residual`]
+//!   plans with deviations from the smooth curve.
+//! * [`Target`]: start and goal, velocities there, waypoints, the object's poses, holding fingers;
+//!   any part on any of the fingers. [`Ends`] says whether it is meant softly or exactly.
+//! * [`Constraints`]: of their thousands of rows, hardly any is ever active. They are taken up only
+//!   where they are violated.
+//! * Every [`Plan`](inhand_model::Plan) carries a certificate: the residuals of the optimality
+//!   conditions over all rows, recomputed apart from the solver. Where there is no solution, it says
+//!   which constraints would have to give way and by how much.
+//! * [`Planner::corridor`]: how far motion may be from the plan, as the conditional covariance has
+//!   it.
 //!
 //! ```
 //! use inhand_model::PlanStatus;
@@ -52,10 +70,12 @@
 //! # Ok::<(), inhand_planner::PlanError>(())
 //! ```
 //!
-//! Reading order: `method` (problems, settings, backends), `target`, `objective` (what is
-//! minimised), `velocity` (the bounds as rows), `planner` (rows taken up as needed, answers
-//! judged), `active_set` with `cholesky` (the default solver), `interior_point` (Clarabel),
-//! `certificate`.
+//! Reading order: `method` and `settings` (problems, backends, numbers), `target` with `given` (what
+//! it gives of a segment), `model` with `basis`, `precision` and `completion` (motion as a linear
+//! function of unknowns), `problem` with `equality` (what is minimised), `rows` (constraints on the
+//! motion, family by family), `solve` (rows taken up as needed, answers judged), `active_set` with
+//! `cholesky` (the default solver), `interior_point` (Clarabel), `certificate`, `explain` (what would
+//! have to give way), `outcome` (the plan), `corridor`, `object`, `planner`.
 //!
 //! This is the only crate that knows Clarabel. It knows no files and no recordings.
 

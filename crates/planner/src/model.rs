@@ -128,14 +128,14 @@ impl MotionModel {
                     row[end.velocity_part() * SEGMENT_COORDINATES + coordinate] = 1.0;
                     return 0.0;
                 }
-                let from = match end {
-                    End::First => coordinate,
-                    End::Last => (samples - 2) * SEGMENT_COORDINATES + coordinate,
+                let sample = match end {
+                    End::First => 0,
+                    End::Last => samples - 2,
                 };
-                let rate = self.layout.rate_hz;
-                self.basis.add_row(from + SEGMENT_COORDINATES, rate, row);
-                self.basis.add_row(from, -rate, row);
-                (self.base_mm[from + SEGMENT_COORDINATES] - self.base_mm[from]) * rate
+                self.observe_step(sample, coordinate, row)
+            }
+            Given::Step { sample, finger } => {
+                self.observe_step(sample, SegmentLayout::row(0, finger, axis), row)
             }
             Given::ObjectPosition { end } | Given::ObjectRotation { end } => {
                 let sample = match end {
@@ -151,6 +151,15 @@ impl MotionModel {
                 self.base_mm[at]
             }
         }
+    }
+
+    /// The velocity of a coordinate from a sample to the next one, as [`MotionModel::observe`].
+    fn observe_step(&self, sample: usize, coordinate: usize, row: &mut [f64]) -> f64 {
+        let from = sample * SEGMENT_COORDINATES + coordinate;
+        let rate = self.layout.rate_hz;
+        self.basis.add_row(from + SEGMENT_COORDINATES, rate, row);
+        self.basis.add_row(from, -rate, row);
+        (self.base_mm[from + SEGMENT_COORDINATES] - self.base_mm[from]) * rate
     }
 
     /// What end conditions the target leaves open depends on: prepared once for what it gives.

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use crate::corridor::corridor;
 use crate::error::PlanError;
-use crate::given::{Given, wanted};
+use crate::given::{Given, sample_at, wanted};
 use crate::method::{Backend, Method};
 use crate::model::MotionModel;
 use crate::outcome::plan_from;
@@ -182,6 +182,7 @@ impl Planner {
                 reach: self.reach.as_ref(),
                 separation: self.separation.as_ref(),
                 held: held.as_ref(),
+                from: sample_at(target.constrained_from_s, self.model.layout)?,
             },
         };
         let outcome = task.solve(self.backend);

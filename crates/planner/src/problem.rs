@@ -55,7 +55,7 @@ impl Deviations {
     const fn of(&self, given: Given) -> f64 {
         match given {
             Given::Position { .. } => self.position_mm,
-            Given::Velocity { .. } => self.velocity_mm_s,
+            Given::Velocity { .. } | Given::Step { .. } => self.velocity_mm_s,
             Given::ObjectPosition { .. } => self.object_mm,
             Given::ObjectRotation { .. } => self.rotation_mm,
         }

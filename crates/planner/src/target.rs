@@ -71,6 +71,10 @@ pub struct Target {
     pub(crate) first_velocity_m_s: Tips,
     pub(crate) last_velocity_m_s: Tips,
     pub(crate) waypoints: Vec<Waypoint>,
+    /// Velocities from the sample at a time to the next one, m/s.
+    pub(crate) steps: Vec<Waypoint>,
+    /// When constraints begin to hold, seconds since the first sample.
+    pub(crate) constrained_from_s: f64,
     pub(crate) object_first: Option<Pose<Hand, Object>>,
     pub(crate) object_last: Option<Pose<Hand, Object>>,
     /// Whether it is an error that segments do not carry the object.
@@ -121,6 +125,23 @@ impl Target {
         self
     }
 
+    /// Velocities (m/s) of the motion itself at a time in seconds since the first sample: from the
+    /// nearest sample to the next one.
+    #[must_use]
+    pub fn velocity_at(mut self, time_s: f64, tips: impl Into<Tips>) -> Self {
+        let tips = tips.into();
+        self.steps.push(Waypoint { time_s, tips });
+        self
+    }
+
+    /// Constraints of the settings hold from this time on, in seconds since the first sample: what
+    /// came before is over.
+    #[must_use]
+    pub fn constrained_from(mut self, time_s: f64) -> Self {
+        self.constrained_from_s = time_s;
+        self
+    }
+
     /// Where the object is at the first sample. Needs segments that carry the object.
     #[must_use]
     pub fn object_first(mut self, hand_from_object: Pose<Hand, Object>) -> Self {
@@ -160,7 +181,7 @@ impl Target {
         keep(&mut self.last_m);
         keep(&mut self.first_velocity_m_s);
         keep(&mut self.last_velocity_m_s);
-        for waypoint in &mut self.waypoints {
+        for waypoint in self.waypoints.iter_mut().chain(&mut self.steps) {
             keep(&mut waypoint.tips);
         }
         self

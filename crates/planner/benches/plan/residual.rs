@@ -90,7 +90,7 @@ fn plain_clarabel_with_every_row(bencher: Bencher) {
     };
     let mut plain = Plain::new(&gaussian);
     plain.soft(&rows, &wanted, 0.1);
-    plain.soft(&velocities, &(x.rows(30, 30) * 1e3), 1.0);
+    plain.soft(&velocities, &(x.rows(30, 30) * 1e3), 0.1);
     let bound = [VELOCITY_M_S * 1e3];
     plain.between(&gaussian.differences(1), &bound.map(|v| -v), &bound);
     bencher.bench_local(|| plain.solve());

@@ -14,7 +14,9 @@ pub(crate) use holding::Held;
 pub(crate) use reach::Reach;
 pub(crate) use separation::Separation;
 
-use inhand_model::{ConstraintFamily, Finger, PerFamily};
+use std::borrow::Cow;
+
+use inhand_model::{ConstraintFamily, Finger, PerFamily, SEGMENT_COORDINATES};
 use nalgebra::DVector;
 
 use crate::model::MotionModel;
@@ -47,6 +49,18 @@ pub(crate) enum Key {
         finger: Finger,
         direction: [u64; 3],
     },
+}
+
+impl Key {
+    /// The first sample that the row is about.
+    const fn sample(self) -> usize {
+        match self {
+            Key::Difference { sample, .. }
+            | Key::Face { sample, .. }
+            | Key::Apart { sample, .. }
+            | Key::Tangent { sample, .. } => sample,
+        }
+    }
 }
 
 /// `sum of factor * coordinate >= bound`, mm, over at most six trajectory coordinates.
@@ -137,6 +151,8 @@ pub(crate) struct Families<'a> {
     pub(crate) reach: Option<&'a Reach>,
     pub(crate) separation: Option<&'a Separation>,
     pub(crate) held: Option<&'a Held>,
+    /// Constraints hold from this sample on.
+    pub(crate) from: usize,
 }
 
 impl Families<'_> {
@@ -149,6 +165,7 @@ impl Families<'_> {
         slack: &PerFamily<f64>,
         peaks_only: bool,
     ) -> Vec<Row> {
+        let motion_mm = &*self.constrained(motion_mm);
         let mut rows = Vec::new();
         for family in [self.velocity, self.acceleration].into_iter().flatten() {
             family.violated(motion_mm, slack[family.family()], peaks_only, &mut rows);
@@ -165,11 +182,27 @@ impl Families<'_> {
             let slack = slack[ConstraintFamily::Holding];
             held.violated(motion_mm, slack, peaks_only, &mut rows);
         }
+        rows.retain(|row| row.key.sample() >= self.from);
         rows
+    }
+
+    /// The motion with everything before constraints begin to hold set to where it is then: at
+    /// rest there, as good as that sample itself.
+    fn constrained<'m>(&self, motion_mm: &'m [f64]) -> Cow<'m, [f64]> {
+        if self.from == 0 {
+            return Cow::Borrowed(motion_mm);
+        }
+        let start = self.from * SEGMENT_COORDINATES;
+        let (before, after) = motion_mm.split_at(start);
+        let there = &after[..SEGMENT_COORDINATES];
+        let mut motion = there.repeat(before.len() / SEGMENT_COORDINATES);
+        motion.extend_from_slice(after);
+        Cow::Owned(motion)
     }
 
     /// Largest violation of each family that is on.
     pub(crate) fn worst(&self, motion_mm: &[f64]) -> PerFamily<Option<Worst>> {
+        let motion_mm = &*self.constrained(motion_mm);
         let mut worst = PerFamily::default();
         for family in [self.velocity, self.acceleration].into_iter().flatten() {
             worst[family.family()] = Some(family.worst(motion_mm));

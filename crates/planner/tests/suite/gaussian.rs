@@ -7,6 +7,9 @@ use nalgebra::{DMatrix, DVector};
 use crate::plain::{Gaussian, Rows};
 use crate::support::{bounds, ends, free, residual, settings, smooth};
 
+/// Deviation of soft velocities, mm/s.
+const SPEED_SIGMA: f64 = PlannerSettings::VELOCITY_SIGMA_M_S * 1e3;
+
 fn loose() -> PlannerSettings {
     settings(bounds(100.0))
 }
@@ -121,7 +124,7 @@ fn velocities_of_a_dictionary_are_its_first_and_last_steps() {
     let (speeds, speed) = stacked(&[(at(0), vec![0.05; 15]), (at(18 * 15), vec![-0.02; 15])]);
     let expected = all
         .given(&rows, &wanted, 0.1)
-        .given(&speeds, &speed, 1.0)
+        .given(&speeds, &speed, SPEED_SIGMA)
         .motion();
     let planner = Planner::new(&dictionary, Method::Prior, &loose()).unwrap();
     assert_motion(
@@ -197,7 +200,7 @@ fn a_residual_through_hard_ends_is_the_cubic_with_what_is_expected_of_its_deviat
     let speed = x.rows(30, 30) * 1e3;
     let expected = all
         .given(&rows, &wanted, 0.1)
-        .given(&speeds, &speed, 1.0)
+        .given(&speeds, &speed, SPEED_SIGMA)
         .motion();
     let planner = Planner::residual(&residual, &loose()).unwrap();
     assert_motion(

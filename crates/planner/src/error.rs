@@ -211,6 +211,16 @@ pub enum PlanError {
          about how demonstrations vary"
     )]
     NoCorridor,
+    /// Knots that make no chain.
+    #[error("knot {knot} at {time_s} s: expected {expected}")]
+    Knots {
+        /// Which one, counted from 0.
+        knot: usize,
+        /// What was expected.
+        expected: String,
+        /// Its time, seconds.
+        time_s: f64,
+    },
     /// A word that names no method.
     #[error("unknown planning method \"{name}\": expected one of {expected}")]
     UnknownMethod {

@@ -82,6 +82,7 @@
 mod active_set;
 mod basis;
 mod certificate;
+mod chain;
 mod cholesky;
 mod completion;
 mod corridor;
@@ -100,8 +101,10 @@ mod problem;
 mod rows;
 mod settings;
 mod solve;
+mod spline;
 mod target;
 
+pub use chain::{Chain, Knot, plan_chain, replan};
 pub use error::PlanError;
 pub use method::{Backend, Method};
 pub use object::{held_fingers, object_between};

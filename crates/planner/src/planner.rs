@@ -134,6 +134,20 @@ impl Planner {
         self
     }
 
+    /// The same planner with hard targets: what they give is reached exactly.
+    ///
+    /// # Errors
+    ///
+    /// [`PlanError::Conditioning`] where rounding leaves no problem to solve.
+    pub fn exact(mut self) -> Result<Self, PlanError> {
+        if self.deviations.take().is_some() {
+            let given = wanted(&usual_target(self.method), self.model.layout)?.given;
+            self.usual = Arc::new(Prepared::new(&self.model, &given, None)?);
+            self.others = Arc::default();
+        }
+        Ok(self)
+    }
+
     /// Which problem of a dictionary is solved; `None` for a smooth curve with a deviation.
     pub const fn method(&self) -> Option<Method> {
         self.method

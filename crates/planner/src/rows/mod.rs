@@ -165,10 +165,11 @@ impl Families<'_> {
         slack: &PerFamily<f64>,
         peaks_only: bool,
     ) -> Vec<Row> {
-        let motion_mm = &*self.constrained(motion_mm);
+        let straight = &*self.constrained(motion_mm, true);
+        let motion_mm = &*self.constrained(motion_mm, false);
         let mut rows = Vec::new();
         for family in [self.velocity, self.acceleration].into_iter().flatten() {
-            family.violated(motion_mm, slack[family.family()], peaks_only, &mut rows);
+            family.violated(straight, slack[family.family()], peaks_only, &mut rows);
         }
         if let Some(reach) = self.reach {
             let slack = slack[ConstraintFamily::Reachability];
@@ -186,26 +187,33 @@ impl Families<'_> {
         rows
     }
 
-    /// The motion with everything before constraints begin to hold set to where it is then: at
-    /// rest there, as good as that sample itself.
-    fn constrained<'m>(&self, motion_mm: &'m [f64]) -> Cow<'m, [f64]> {
+    /// The motion with what lies before constraints begin to hold replaced by something that is as
+    /// good as what comes then: going straight on backwards for bounds on velocity and acceleration,
+    /// at rest for all others.
+    fn constrained<'m>(&self, motion_mm: &'m [f64], straight: bool) -> Cow<'m, [f64]> {
         if self.from == 0 {
             return Cow::Borrowed(motion_mm);
         }
-        let start = self.from * SEGMENT_COORDINATES;
-        let (before, after) = motion_mm.split_at(start);
-        let there = &after[..SEGMENT_COORDINATES];
-        let mut motion = there.repeat(before.len() / SEGMENT_COORDINATES);
-        motion.extend_from_slice(after);
+        let mut motion = motion_mm.to_vec();
+        for c in 0..SEGMENT_COORDINATES {
+            let at = |sample: usize| sample * SEGMENT_COORDINATES + c;
+            let there = motion_mm[at(self.from)];
+            let next = motion_mm.get(at(self.from + 1)).copied().unwrap_or(there);
+            let step = if straight { next - there } else { 0.0 };
+            for sample in 0..self.from {
+                motion[at(sample)] = there - step * (self.from - sample) as f64;
+            }
+        }
         Cow::Owned(motion)
     }
 
     /// Largest violation of each family that is on.
     pub(crate) fn worst(&self, motion_mm: &[f64]) -> PerFamily<Option<Worst>> {
-        let motion_mm = &*self.constrained(motion_mm);
+        let straight = &*self.constrained(motion_mm, true);
+        let motion_mm = &*self.constrained(motion_mm, false);
         let mut worst = PerFamily::default();
         for family in [self.velocity, self.acceleration].into_iter().flatten() {
-            worst[family.family()] = Some(family.worst(motion_mm));
+            worst[family.family()] = Some(family.worst(straight));
         }
         worst[ConstraintFamily::Reachability] = self.reach.map(|reach| reach.worst(motion_mm));
         worst[ConstraintFamily::Separation] = self

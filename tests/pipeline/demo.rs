@@ -49,6 +49,7 @@ fn a_cylinder_session_runs_from_code() {
     // One take of 15 s has 14 segments, and every plan of them is proven.
     let plan = evaluation.methods[0]
         .plan
+        .as_ref()
         .expect("the first method is learned");
     assert_eq!((plan.solved, plan.infeasible, plan.failed), (14, 0, 0));
     assert!(plan.worst_kkt_residual < 1e-6);

@@ -112,12 +112,18 @@ pub(crate) struct LearnOptions {
     stop_rms_mm: Option<f64>,
 }
 
+/// By which methods trajectories are generated.
+#[derive(Clone, Debug, Default, Args)]
+pub(crate) struct MethodOptions {
+    /// Methods in the order of the report, separated by commas; the first is the default one. auto
+    /// stands for the one that does best on training takes left out of learning.
+    #[arg(long, value_name = "METHOD,...", value_delimiter = ',')]
+    methods: Vec<String>,
+}
+
 /// How trajectories are generated.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct PlanOptions {
-    /// Methods in the order of the report, separated by commas; the first is the default one.
-    #[arg(long, value_name = "METHOD,...", value_delimiter = ',')]
-    methods: Vec<String>,
     /// How exactly start and goal are met, millimetres [default: 0.1].
     #[arg(long, value_name = "MM")]
     sigma_mm: Option<f64>,
@@ -240,16 +246,22 @@ impl LearnOptions {
     }
 }
 
-impl PlanOptions {
+impl MethodOptions {
     pub(crate) fn apply(&self, settings: &mut Settings) -> Result<()> {
-        let plan = &mut settings.plan;
         if !self.methods.is_empty() {
             let methods = self
                 .methods
                 .iter()
                 .map(|name| name.trim().parse::<Method>());
-            plan.methods = methods.collect::<Result<_, _>>()?;
+            settings.plan.methods = methods.collect::<Result<_, _>>()?;
         }
+        Ok(())
+    }
+}
+
+impl PlanOptions {
+    pub(crate) fn apply(&self, settings: &mut Settings) {
+        let plan = &mut settings.plan;
         replace(&mut plan.sigma_mm, self.sigma_mm);
         replace(&mut plan.ridge, self.ridge);
         replace(&mut plan.ends, self.ends.clone());
@@ -259,7 +271,6 @@ impl PlanOptions {
         replace_some(&mut plan.separation_mm, &self.separation_mm);
         plan.reachability |= self.reachability;
         plan.holding |= self.holding;
-        Ok(())
     }
 }
 

@@ -90,6 +90,16 @@ pub enum PipelineError {
     /// Learning failed.
     #[error("learning")]
     Learn(#[source] Box<inhand_dictionary::LearnError>),
+    /// A dictionary that does not fit the takes.
+    #[error(
+        "the dictionary has segments of {found}: expected {expected}; learn one from takes of this rate"
+    )]
+    Dictionary {
+        /// What would fit.
+        expected: String,
+        /// What it has.
+        found: String,
+    },
     /// Planning failed.
     #[error("planning with {method}")]
     Plan {

@@ -27,6 +27,7 @@ mod error;
 mod manifest;
 mod methods;
 mod output;
+mod plan;
 mod run;
 mod session;
 mod settings;
@@ -42,6 +43,7 @@ pub use error::PipelineError;
 pub use manifest::{PlanMs, RunJson, peak_memory_bytes};
 pub use methods::Method;
 pub use output::{check_target, write_atomic, write_text};
+pub use plan::{PlanRequest, Planned, plan_motion, write_plan};
 pub use run::{Event, RunFiles, RunOptions, RunResult, TOOL, provenance, run};
 pub use session::{SETTINGS_FILE, Session, SessionTake, is_take, list_takes, locate};
 pub use settings::{

@@ -13,7 +13,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use inhand_model::{Finger, Hand, InputHash, Motion, Object, PerFinger, Pose};
+use inhand_model::{Finger, Hand, InputHash, Motion, Object, PerFinger, Pose, Position};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use serde::Deserialize;
 
@@ -172,7 +172,7 @@ fn from_take(
     let at = |k: usize, finger: Finger| {
         let track = &motion.fingertips[finger];
         (k < track.len())
-            .then(|| track.get(k).map(|p| p.to_array()))
+            .then(|| track.get(k).map(Position::to_array))
             .flatten()
     };
     let fingertips_m = PerFinger::from_fn(|finger| at(k, finger));

@@ -8,7 +8,7 @@ use inhand_pipeline::{GeneratedMotion, Role, TakeContents, provenance, steps, wr
 use crate::commands::{check_take_target, read_takes, targets};
 use crate::console::Console;
 use crate::exit::Exit;
-use crate::options::{OutputOptions, PlanOptions, ProcessOptions, SourceOptions};
+use crate::options::{MethodOptions, OutputOptions, PlanOptions, ProcessOptions, SourceOptions};
 
 /// Cuts takes into segments and generates a trajectory for each by every method; adds the
 /// generated channels.
@@ -28,6 +28,8 @@ pub(crate) struct Args {
     #[command(flatten, next_help_heading = "Processing")]
     process: ProcessOptions,
     #[command(flatten, next_help_heading = "Generation")]
+    method: MethodOptions,
+    #[command(flatten)]
     plan: PlanOptions,
     #[command(flatten)]
     writing: OutputOptions,
@@ -36,7 +38,8 @@ pub(crate) struct Args {
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let mut settings = args.source.effective(None)?;
     args.process.apply(&mut settings)?;
-    args.plan.apply(&mut settings)?;
+    args.method.apply(&mut settings)?;
+    args.plan.apply(&mut settings);
     settings.validate()?;
     let targets = targets(&args.inputs, &args.output, "mcap")?;
     let mut inputs: Vec<_> = args.inputs.iter().map(PathBuf::as_path).collect();

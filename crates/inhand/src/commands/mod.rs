@@ -6,6 +6,7 @@ mod evaluate;
 mod generate;
 mod info;
 mod learn;
+mod plan;
 mod process;
 mod report;
 mod run;
@@ -38,6 +39,8 @@ pub(crate) enum Command {
     Learn(learn::Args),
     /// Generate trajectories between the ends of a take's segments
     Generate(generate::Args),
+    /// Plan one motion from a start to a goal
+    Plan(plan::Args),
     /// Compare generated with recorded motion
     Evaluate(evaluate::Args),
     /// An evaluation as an HTML page
@@ -58,6 +61,7 @@ impl Command {
             Command::Process(args) => process::run(console, args),
             Command::Learn(args) => learn::run(console, args),
             Command::Generate(args) => generate::run(console, args),
+            Command::Plan(args) => plan::run(console, args),
             Command::Evaluate(args) => evaluate::run(console, args),
             Command::Report(args) => report::run(console, args),
             Command::Simulate(args) => simulate::run(console, args),

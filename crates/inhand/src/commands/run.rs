@@ -8,8 +8,8 @@ use inhand_pipeline::{Event, RunOptions, RunResult, Settings, locate};
 use crate::console::{Console, data};
 use crate::exit::Exit;
 use crate::options::{
-    EvaluateOptions, Format, LearnOptions, OutputOptions, PlanOptions, ProcessOptions,
-    SourceOptions,
+    EvaluateOptions, Format, LearnOptions, MethodOptions, OutputOptions, PlanOptions,
+    ProcessOptions, SourceOptions,
 };
 
 /// Runs a session: takes in; recordings, dictionary, evaluation.json and report.html out.
@@ -39,6 +39,8 @@ pub(crate) struct SessionOptions {
     #[command(flatten, next_help_heading = "Learning")]
     learn: LearnOptions,
     #[command(flatten, next_help_heading = "Generation")]
+    method: MethodOptions,
+    #[command(flatten)]
     plan: PlanOptions,
     #[command(flatten, next_help_heading = "Evaluation")]
     evaluate: EvaluateOptions,
@@ -50,7 +52,8 @@ impl SessionOptions {
         let mut settings = self.source.effective(beside)?;
         self.process.apply(&mut settings)?;
         self.learn.apply(&mut settings);
-        self.plan.apply(&mut settings)?;
+        self.method.apply(&mut settings)?;
+        self.plan.apply(&mut settings);
         self.evaluate.apply(&mut settings)?;
         settings.validate()?;
         Ok(settings)

@@ -6,7 +6,7 @@ use std::time::Duration;
 use inhand_contact::FingerOffsets;
 use inhand_model::{
     Calibration, Dictionary, EndConditions, Finger, PerFinger, Plan, Residual, SEGMENT_COORDINATES,
-    Segments, Shape, Trajectory, VelocityBounds,
+    SegmentLayout, Segments, Shape, Trajectory, VelocityBounds,
 };
 use inhand_planner::{
     AccelerationBounds, Constraints, Ends, Holding, PlanError, Planner, PlannerSettings, Target,
@@ -70,6 +70,7 @@ pub fn generate(
             corridors: None,
         });
     };
+    check_layout(dictionary.layout, segments.layout())?;
     let hold = hold_settings(settings)?;
     let targets: Vec<_> = (segments.ends().iter())
         .map(|ends| target(&planner, ends, hold.as_ref()))
@@ -93,6 +94,19 @@ pub fn generate(
         plans: Some(plans),
         plan_times,
         corridors,
+    })
+}
+
+/// A dictionary plans at its own rate and length.
+fn check_layout(dictionary: SegmentLayout, segments: SegmentLayout) -> Result<(), PipelineError> {
+    let same = dictionary.samples == segments.samples && dictionary.rate_hz == segments.rate_hz;
+    if same {
+        return Ok(());
+    }
+    let of = |layout: SegmentLayout| format!("{} samples at {} Hz", layout.samples, layout.rate_hz);
+    Err(PipelineError::Dictionary {
+        expected: format!("segments of {}, as the takes have", of(segments)),
+        found: of(dictionary),
     })
 }
 

@@ -1,0 +1,289 @@
+//! `inhand plan --dictionary D --from STATE --to STATE -o PLAN`.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use inhand_model::{ConstraintFamily, Finger, Plan, PlanStatus};
+use inhand_pipeline::{
+    Method, PlanRequest, Planned, Settings, State, StateRole, check_target, plan_motion,
+    provenance, read_state, steps, write_plan,
+};
+use serde_json::json;
+
+use crate::console::{Console, data};
+use crate::exit::{Exit, UsageError};
+use crate::options::{
+    EvaluateOptions, Format, OutputOptions, PlanOptions, ProcessOptions, SourceOptions,
+};
+
+/// Plans one motion from a start to a goal, each from a JSON file or from a take at a time.
+///
+/// A state is FILE.json ({"fingertips_m": {"thumb": [x, y, z], ...}, "velocity_m_s": {...},
+/// "object": {"position_m": [...], "quaternion_xyzw": [...]}}, all in the frame of the hand, any
+/// part left out) or TAKE@SECONDS.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// Dictionary that `learn` or `run` wrote.
+    #[arg(short, long, value_name = "FILE")]
+    dictionary: PathBuf,
+    /// Where the motion starts.
+    #[arg(long, value_name = "STATE")]
+    from: String,
+    /// Where it ends.
+    #[arg(long, value_name = "STATE")]
+    to: String,
+    /// What it passes at a time since the start; repeat for more.
+    #[arg(long, value_name = "SECONDS=STATE")]
+    via: Vec<String>,
+    /// How long it takes, seconds; longer motion is a chain of segments [default: one segment].
+    #[arg(long, value_name = "SECONDS")]
+    duration: Option<f64>,
+    /// Method: residual, prior, paper, or auto where the dictionary compared them.
+    #[arg(long, default_value = "residual")]
+    method: String,
+    /// Fingers that have to reach what is given; the others follow [default: all].
+    #[arg(long, value_name = "FINGER,...", value_delimiter = ',')]
+    fingers: Vec<String>,
+    /// Output file.
+    #[arg(short, long, value_name = "PATH")]
+    output: PathBuf,
+    /// Print the outcome as text, or as JSON with the trajectory.
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+    #[command(flatten, next_help_heading = "Source")]
+    source: SourceOptions,
+    #[command(flatten, next_help_heading = "Processing")]
+    process: ProcessOptions,
+    #[command(flatten, next_help_heading = "Generation")]
+    plan: PlanOptions,
+    #[command(flatten, next_help_heading = "Contact")]
+    evaluate: EvaluateOptions,
+    #[command(flatten)]
+    writing: OutputOptions,
+}
+
+pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
+    let settings = settings(args)?;
+    let fingers = fingers(&args.fingers)?;
+    let dictionary = inhand_pipeline::read_dictionary(&args.dictionary)?;
+    let mut methods = steps::settled_methods(&dictionary.dictionary, &settings)?;
+    let method = methods.remove(0);
+    let request = PlanRequest {
+        method,
+        start: read_state(&args.from, StateRole::Start, &settings)?,
+        goal: read_state(&args.to, StateRole::Goal, &settings)?,
+        via: (args.via.iter())
+            .map(|text| via(text, &settings))
+            .collect::<Result<_>>()?,
+        duration_s: args.duration,
+        fingers,
+    };
+    let states = [&request.start, &request.goal];
+    let states = states
+        .into_iter()
+        .chain(request.via.iter().map(|(_, state)| state));
+    let read: Vec<PathBuf> = (states.clone())
+        .filter_map(|state| state.sample.as_ref().map(|(path, _)| path.clone()))
+        .collect();
+    let inputs: Vec<_> = (read.iter())
+        .chain([&args.dictionary])
+        .map(PathBuf::as_path)
+        .collect();
+    check_target(&args.output, &inputs, || args.writing.force)?;
+
+    let planned = plan_motion(&dictionary.dictionary, &request, &settings)?;
+    match args.format {
+        Format::Text => data(&format!("{}\n", in_words(&planned)))?,
+        Format::Json => data(&format!("{:#}\n", as_json(&planned)))?,
+    }
+    if planned.trajectory.is_none() {
+        console.say("no motion, nothing written");
+        return Ok(Exit::Failed);
+    }
+    let hashes = states.map(|state| state.source.clone());
+    let made = provenance("plan", &settings, hashes.chain([dictionary.hash.clone()]));
+    let mut steps = dictionary.provenance;
+    steps.push(made);
+    write_plan(
+        &args.output,
+        &planned,
+        &settings,
+        &steps,
+        !args.writing.no_view,
+    )?;
+    console.say(&format!("wrote {}", args.output.display()));
+    Ok(Exit::Done)
+}
+
+fn settings(args: &Args) -> Result<Settings> {
+    let mut settings = args.source.effective(None)?;
+    args.process.apply(&mut settings)?;
+    args.plan.apply(&mut settings);
+    args.evaluate.apply(&mut settings)?;
+    settings.plan.methods = vec![args.method.parse::<Method>()?];
+    settings.validate()?;
+    Ok(settings)
+}
+
+fn fingers(names: &[String]) -> Result<Vec<Finger>> {
+    if names.is_empty() {
+        return Ok(Finger::ALL.to_vec());
+    }
+    let parse = |name: &String| {
+        let finger = name.trim().parse::<Finger>();
+        finger.map_err(|error| UsageError(format!("--fingers: {error}")).into())
+    };
+    names.iter().map(parse).collect()
+}
+
+fn via(text: &str, settings: &Settings) -> Result<(f64, State)> {
+    let wrong = || {
+        let example = "SECONDS=STATE, such as 0.5=touch.json";
+        UsageError(format!("--via {text}: expected {example}"))
+    };
+    let (time, state) = text.split_once('=').ok_or_else(wrong)?;
+    let time_s = time.trim().parse().map_err(|_| wrong())?;
+    Ok((time_s, read_state(state, StateRole::Goal, settings)?))
+}
+
+/// One line, or a few where there is no motion.
+fn in_words(planned: &Planned) -> String {
+    let ms = planned.time.as_secs_f64() * 1000.0;
+    if let Some(plan) = planned.plans.iter().find(|plan| plan.trajectory.is_none()) {
+        return without_motion(planned, plan);
+    }
+    let active: Vec<_> = (ConstraintFamily::ALL.into_iter())
+        .filter(|&family| family != ConstraintFamily::Activations)
+        .filter_map(|family| {
+            let count: usize = (planned.plans.iter())
+                .map(|plan| plan.checks.active[family])
+                .sum();
+            (count > 0).then(|| format!("{count} {} bounds", family.name().replace('_', " ")))
+        })
+        .collect();
+    let active = match active.is_empty() {
+        true => "no bound active".to_owned(),
+        false => format!("{} active", active.join(", ")),
+    };
+    let outside_m = planned
+        .plans
+        .iter()
+        .filter_map(|plan| plan.checks.hull_distance_m);
+    let hull = match outside_m.reduce(f64::max) {
+        Some(outside_m) if outside_m > 0.0 => {
+            format!(
+                " · up to {:.1} mm outside the demonstrated hull",
+                outside_m * 1000.0
+            )
+        }
+        Some(_) => " · inside the demonstrated hull".to_owned(),
+        None => String::new(),
+    };
+    let worst = planned.plans.iter().map(|plan| plan.certificate.worst());
+    let segments = match planned.plans.len() {
+        1 => String::new(),
+        n => format!("{n} segments · "),
+    };
+    format!(
+        "{segments}{} by {} · {ms:.1} ms · {active}{hull} · certified {:.0e}",
+        planned.plans[0].status.name().replace('_', " "),
+        planned.method,
+        worst.fold(0.0, f64::max),
+    )
+}
+
+fn without_motion(planned: &Planned, plan: &Plan) -> String {
+    let place = match planned.plans.len() {
+        1 => String::new(),
+        n => format!(" in segment {n}"),
+    };
+    let mut text = match plan.status {
+        PlanStatus::Infeasible => format!("no motion keeps all constraints{place}"),
+        _ => format!("the solver failed{place}"),
+    };
+    for relaxation in &plan.relaxations {
+        let family = relaxation.family;
+        let alone = if relaxation.joint {
+            "together with the others"
+        } else {
+            "alone"
+        };
+        text.push_str(&format!(
+            "\n  {} would have to give way by {:.4} {} {alone}",
+            family.name().replace('_', " "),
+            relaxation.by,
+            family.unit(),
+        ));
+    }
+    text
+}
+
+fn as_json(planned: &Planned) -> serde_json::Value {
+    let plans: Vec<_> = planned.plans.iter().map(plan_json).collect();
+    let tips = |values: &[f64]| -> serde_json::Value {
+        let tips = values.as_chunks::<3>().0;
+        (Finger::ALL.iter().zip(tips))
+            .map(|(finger, tip)| (finger.name().to_owned(), json!(tip)))
+            .collect::<serde_json::Map<_, _>>()
+            .into()
+    };
+    let trajectory = planned.trajectory.as_ref().map(|trajectory| {
+        let configurations = trajectory.values_m().chunks_exact(3 * Finger::COUNT);
+        configurations.map(tips).collect::<Vec<_>>()
+    });
+    json!({
+        "method": planned.method.name(),
+        "rate_hz": planned.layout.rate_hz,
+        "plan_ms": planned.time.as_secs_f64() * 1000.0,
+        "plans": plans,
+        "trajectory_m": trajectory,
+    })
+}
+
+fn plan_json(plan: &Plan) -> serde_json::Value {
+    let families: Vec<_> = (plan.checks.violation.iter())
+        .filter_map(|(family, violation)| {
+            let violation = (*violation)?;
+            Some(json!({
+                "family": family.name(),
+                "unit": family.unit(),
+                "active": plan.checks.active[family],
+                "violation": violation,
+            }))
+        })
+        .collect();
+    let relaxations: Vec<_> = (plan.relaxations.iter())
+        .map(|r| {
+            json!({
+                "family": r.family.name(),
+                "unit": r.family.unit(),
+                "by": r.by,
+                "joint": r.joint,
+            })
+        })
+        .collect();
+    let object: Vec<_> = (plan.object.iter())
+        .map(|pose| {
+            json!({
+                "position_m": pose.origin().to_array(),
+                "quaternion_xyzw": pose.quaternion_xyzw(),
+            })
+        })
+        .collect();
+    let certificate = plan.certificate;
+    json!({
+        "status": plan.status.name(),
+        "objective": plan.objective,
+        "certificate": {
+            "stationarity": certificate.stationarity,
+            "primal": certificate.primal,
+            "dual": certificate.dual,
+            "complementarity": certificate.complementarity,
+        },
+        "rows": plan.checks.rows,
+        "constraints": families,
+        "hull_distance_m": plan.checks.hull_distance_m,
+        "relaxations": relaxations,
+        "object": object,
+    })
+}

@@ -1,0 +1,290 @@
+//! One motion from a start to a goal, over points on the way.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use inhand_channels::{GeneratedMethod, GeneratedSegment, TakeFile};
+use inhand_contact::FingerOffsets;
+use inhand_model::{
+    Clock, Dictionary, Finger, LengthUnit, ObjectEnds, Plan, Provenance, Recording,
+    SEGMENT_COORDINATES, SegmentLayout, Source, StartTime, Trajectory, UpAxis,
+};
+use inhand_planner::{Holding, Knot, Target, Tips, held_fingers, object_between, plan_chain};
+
+use crate::error::PipelineError;
+use crate::methods::Method;
+use crate::settings::{Settings, invalid};
+use crate::state::State;
+use crate::steps::{plan_error, planner};
+use crate::take_file::write_parts;
+
+/// What to plan.
+#[derive(Clone, Debug)]
+pub struct PlanRequest {
+    /// By which method; a learned one.
+    pub method: Method,
+    /// Where motion starts.
+    pub start: State,
+    /// Where it ends.
+    pub goal: State,
+    /// What it passes, with times in seconds since the start.
+    pub via: Vec<(f64, State)>,
+    /// How long it takes, seconds; a segment of the dictionary where it is not given.
+    pub duration_s: Option<f64>,
+    /// Fingers that have to reach what is given; the others follow.
+    pub fingers: Vec<Finger>,
+}
+
+/// What came out.
+#[derive(Clone, Debug)]
+pub struct Planned {
+    /// The method.
+    pub method: Method,
+    /// Shape of one segment.
+    pub layout: SegmentLayout,
+    /// Plan of each segment; one without a trajectory is the last.
+    pub plans: Vec<Plan>,
+    /// The whole motion; `None` where a segment has none.
+    pub trajectory: Option<Trajectory>,
+    /// Time for all plans, preparation of the dictionary apart.
+    pub time: Duration,
+}
+
+/// Plans a motion: a single segment where it lasts as long as one, else a chain of segments with
+/// continuous position and velocity.
+///
+/// # Errors
+///
+/// [`PipelineError::Plan`] for targets that cannot be used, [`PipelineError::Settings`] for a method
+/// that learns nothing or that the dictionary has nothing for.
+pub fn plan_motion(
+    dictionary: &Dictionary,
+    request: &PlanRequest,
+    settings: &Settings,
+) -> Result<Planned, PipelineError> {
+    let method = request.method;
+    let planner = planner(method, dictionary, settings)?.ok_or_else(|| {
+        invalid(
+            "plan.methods",
+            "residual, prior or paper, to plan with",
+            &method,
+        )
+    })?;
+    let layout = planner.layout();
+    let segment_s = layout.duration_s();
+    let duration_s = request.duration_s.unwrap_or(segment_s);
+    let error = |source| plan_error(method, source);
+    if !(duration_s.is_finite() && duration_s > 0.0) {
+        return Err(invalid(
+            "duration",
+            "a positive number of seconds",
+            &duration_s,
+        ));
+    }
+    let begin = Instant::now();
+    if (duration_s - segment_s).abs() * layout.rate_hz < 0.5 {
+        let target = target(request, layout, settings)?;
+        let begin = Instant::now();
+        let plan = planner.plan(&target).map_err(error)?;
+        return Ok(Planned {
+            method,
+            layout,
+            trajectory: plan.trajectory.clone(),
+            plans: vec![plan],
+            time: begin.elapsed(),
+        });
+    }
+    if settings.plan.holding {
+        let expected = format!("false for motion of more than a segment ({segment_s} s)");
+        return Err(invalid("plan.holding", &expected, &true));
+    }
+    let mut knots = vec![knot(0.0, &request.start)];
+    knots.extend(
+        request
+            .via
+            .iter()
+            .map(|(time_s, state)| knot(*time_s, state)),
+    );
+    knots.push(knot(duration_s, &request.goal));
+    for knot in &mut knots {
+        knot.tips = only(knot.tips, &request.fingers);
+        knot.velocity = only(knot.velocity, &request.fingers);
+    }
+    let chain = plan_chain(&planner, &knots).map_err(error)?;
+    Ok(Planned {
+        method,
+        layout,
+        plans: chain.plans,
+        trajectory: chain.trajectory,
+        time: begin.elapsed(),
+    })
+}
+
+fn knot(time_s: f64, state: &State) -> Knot {
+    Knot {
+        time_s,
+        tips: Tips(state.fingertips_m),
+        velocity: Tips(state.velocity_m_s),
+    }
+}
+
+fn only(mut tips: Tips, fingers: &[Finger]) -> Tips {
+    for finger in Finger::ALL {
+        if !fingers.contains(&finger) {
+            tips.0[finger] = None;
+        }
+    }
+    tips
+}
+
+fn target(
+    request: &PlanRequest,
+    layout: SegmentLayout,
+    settings: &Settings,
+) -> Result<Target, PipelineError> {
+    let (start, goal) = (&request.start, &request.goal);
+    let mut target = Target::new()
+        .first(start.fingertips_m)
+        .first_velocity(start.velocity_m_s)
+        .last(goal.fingertips_m)
+        .last_velocity(goal.velocity_m_s);
+    for (time_s, state) in &request.via {
+        target = target.waypoint(*time_s, state.fingertips_m);
+    }
+    // Segments without the object have no place for it.
+    if let (true, Some(first)) = (layout.object, start.object) {
+        target = target.object_first(first);
+        if let Some(last) = goal.object {
+            target = target.object_last(last);
+        }
+    }
+    target = target.only(&request.fingers);
+    if settings.plan.holding {
+        target = target.holding(holding(request, layout, settings)?);
+    }
+    Ok(target)
+}
+
+fn holding(
+    request: &PlanRequest,
+    layout: SegmentLayout,
+    settings: &Settings,
+) -> Result<Holding, PipelineError> {
+    let known = |state: &State| {
+        let mut configuration = [0.0; SEGMENT_COORDINATES];
+        for (finger, tip) in state.fingertips_m.iter() {
+            let row = SegmentLayout::row(0, finger, 0);
+            configuration[row..row + 3].copy_from_slice(tip.as_ref()?);
+        }
+        Some((configuration, state.object?))
+    };
+    let missing = |state: &State, what: &str| PipelineError::State {
+        place: format!("{what} ({})", state.source.name),
+        expected: "all five fingertips and the object, for fingers to hold it".to_owned(),
+        found: "fewer".to_owned(),
+    };
+    let (first_m, first) = known(&request.start).ok_or_else(|| missing(&request.start, "start"))?;
+    let (last_m, last) = known(&request.goal).ok_or_else(|| missing(&request.goal, "goal"))?;
+    let shape = settings.shape()?.ok_or_else(|| {
+        invalid(
+            "object.shape",
+            "a shape such as cube:0.05, for fingers to hold",
+            &"none",
+        )
+    })?;
+    let offsets = FingerOffsets(settings.pad_offsets_m()?);
+    let tau_m = settings.evaluate.tau_mm / 1000.0;
+    let object = ObjectEnds { first, last };
+    let contacts = held_fingers(&shape, &offsets, tau_m, &first_m, &last_m, &object)
+        .map_err(|source| plan_error(request.method, source))?;
+    Ok(Holding {
+        hand_from_object: object_between(&object, layout.samples),
+        contacts,
+        tau_m,
+    })
+}
+
+/// Writes a planned motion as a file of its own: generated channels and what viewers draw. Its time
+/// starts at the epoch, as it was never recorded.
+///
+/// # Errors
+///
+/// [`PipelineError::Channels`], [`PipelineError::Io`]; [`PipelineError::Output`] for a plan without
+/// a motion.
+pub fn write_plan(
+    path: &Path,
+    planned: &Planned,
+    settings: &Settings,
+    made: &[Provenance],
+    view: bool,
+) -> Result<(), PipelineError> {
+    let Some(whole) = &planned.trajectory else {
+        return Err(PipelineError::Output {
+            path: path.to_owned(),
+            message: "the plan has no motion to write".to_owned(),
+        });
+    };
+    let samples = whole.layout().samples;
+    let parts = parts(whole, planned);
+    let segments: Vec<_> = (parts.iter().zip(&planned.plans))
+        .map(|((start_sample, trajectory), plan)| GeneratedSegment {
+            start_sample: *start_sample,
+            trajectory,
+            plan: Some(plan),
+        })
+        .collect();
+    let generated = [GeneratedMethod {
+        name: planned.method.name(),
+        segments: &segments,
+    }];
+    let recording = empty_recording(whole.layout().rate_hz, samples);
+    let file = TakeFile {
+        generated: &generated,
+        object_shape: settings.shape()?,
+        provenance: made,
+        ..TakeFile::new(&recording)
+    };
+    write_parts(path, &file, view)
+}
+
+/// The pieces of a motion by segment, with the sample at which each starts.
+fn parts(whole: &Trajectory, planned: &Planned) -> Vec<(usize, Trajectory)> {
+    let steps = planned.layout.samples - 1;
+    let last = whole.layout().samples - 1;
+    (0..planned.plans.len())
+        .map(|segment| {
+            // A joint belongs to the segment before.
+            let first = if segment == 0 { 0 } else { segment * steps + 1 };
+            let end = ((segment + 1) * steps).min(last) + 1;
+            let layout = SegmentLayout {
+                samples: end - first,
+                ..whole.layout()
+            };
+            let numbers = first * SEGMENT_COORDINATES..end * SEGMENT_COORDINATES;
+            let values_m = whole.values_m()[numbers].to_vec();
+            let piece = Trajectory::new(layout, values_m);
+            (first, piece.expect("a piece of a trajectory is one"))
+        })
+        .collect()
+}
+
+fn empty_recording(rate_hz: f64, samples: usize) -> Recording {
+    let clock =
+        Clock::new(0, StartTime::Unknown, rate_hz).expect("dictionaries have a positive rate");
+    let source = Source {
+        format: "inhand plan".to_owned(),
+        length_unit: LengthUnit::Metres,
+        up_axis: UpAxis::Z,
+        rotation: None,
+        header: std::collections::BTreeMap::new(),
+    };
+    Recording::new(
+        "plan".to_owned(),
+        clock,
+        source,
+        samples,
+        Vec::new(),
+        Vec::new(),
+    )
+    .expect("a recording of nothing has nothing of another length")
+}

@@ -3,6 +3,7 @@
 
 mod bad_input;
 mod outputs;
+mod plan;
 mod printing;
 mod run;
 mod steps;

@@ -17,7 +17,15 @@ fn writes_every_result() {
     let bench = Bench::csv();
     let table = bench.run("out", &[]);
     assert_eq!(bench.files("out"), RESULTS);
-    for method in ["prior", "paper", "hermite", "minimum_jerk", "line", "hold"] {
+    for method in [
+        "residual",
+        "prior",
+        "paper",
+        "hermite",
+        "minimum_jerk",
+        "line",
+        "hold",
+    ] {
         assert!(table.contains(method), "{table}");
     }
     let run = bench.json("out/run.json");
@@ -37,7 +45,7 @@ fn writes_every_result() {
             "{step}: {run}"
         );
     }
-    for method in ["prior", "paper"] {
+    for method in ["residual", "prior", "paper"] {
         assert!(
             run["plan_ms"][method]["p50"]
                 .as_f64()

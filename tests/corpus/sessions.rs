@@ -93,7 +93,102 @@ fn assert_complete(evaluation: &Value, place: &str) {
 }
 
 fn may_be_null(key: &str) -> bool {
-    ["plan", "object_tracked"].contains(&key)
+    let optional = [
+        "plan",
+        "object_tracked",
+        "choice",
+        "object_error_mm",
+        "object_angle_deg",
+    ];
+    optional.contains(&key)
+}
+
+/// How a statistic of the default method compares with the best of those that learn nothing.
+fn beside_the_best_baseline(evaluation: &Value, statistic: &str) -> f64 {
+    let methods = evaluation["methods"].as_array().unwrap();
+    let of = |method: &Value| method["error_mm"]["all"][statistic].as_f64().unwrap();
+    let baselines = methods.iter().filter(|m| m["baseline"] == true).map(of);
+    let best = baselines.fold(f64::INFINITY, f64::min);
+    let default = evaluation["default_method"].as_str().unwrap();
+    of(method(evaluation, default)) / best
+}
+
+#[test]
+fn the_default_method_beats_every_baseline() {
+    let Some(corpus) = corpus() else { return };
+    for session in ["cube", "cylinder", "cube_tracked"] {
+        let out = tempfile::tempdir().unwrap();
+        let folder = corpus.join("sessions").join(session);
+        let evaluation = run(&folder, out.path(), &["--stride", "10"]);
+        assert_eq!(evaluation["default_method"], "residual");
+        let beside = |statistic| beside_the_best_baseline(&evaluation, statistic);
+        let found = ["mean", "p95", "p50"].map(beside);
+        assert!(
+            found[0] <= 0.93 && found[1] <= 0.92 && found[2] <= 1.02,
+            "{session}: {found:?}"
+        );
+        let residual = method(&evaluation, "residual");
+        assert_eq!(residual["velocity"]["outside"], 0, "{session}");
+        let plan = &residual["plan"];
+        assert_eq!(
+            (plan["infeasible"].as_u64(), plan["failed"].as_u64()),
+            (Some(0), Some(0))
+        );
+        assert!(
+            plan["worst_kkt_residual"].as_f64().unwrap() <= 1e-6,
+            "{plan}"
+        );
+        let corridor = &residual["corridors"][1];
+        assert_eq!(corridor["share_stated"], 0.95);
+        let inside = corridor["inside"]["all"].as_f64().unwrap();
+        assert!((0.90..=0.98).contains(&inside), "{session}: {inside}");
+    }
+}
+
+#[test]
+fn little_training_data_is_no_worse_than_the_best_baseline() {
+    let Some(corpus) = corpus() else { return };
+    let settings = |seconds: f64| {
+        format!(
+            "[segments]\nstride = 10\n[[takes]]\npath = \"train/cube_train_01.csv\"\nrole = \"train\"\n\
+             to_s = {seconds}\n[[takes]]\npath = \"test/cube_test_99.csv\"\nrole = \"test\"\n"
+        )
+    };
+    let folder = corpus.join("sessions/cube");
+    for seconds in [10.0, 30.0, 120.0] {
+        let out = tempfile::tempdir().unwrap();
+        let file = out.path().join("inhand.toml");
+        std::fs::write(&file, settings(seconds)).unwrap();
+        let results = out.path().join("out");
+        let evaluation = run(&folder, &results, &["--settings", text(&file)]);
+        let ratio = beside_the_best_baseline(&evaluation, "mean");
+        assert!(ratio <= 1.0 + 1e-9, "{seconds} s: {ratio}");
+    }
+}
+
+#[test]
+fn the_object_helps() {
+    let Some(corpus) = corpus() else { return };
+    let mean = |word: &str| {
+        let out = tempfile::tempdir().unwrap();
+        let options = [
+            "--stride",
+            "10",
+            "--methods",
+            "residual",
+            "--object-in-segments",
+            word,
+        ];
+        let folder = corpus.join("sessions/cube_tracked");
+        let evaluation = run(&folder, out.path(), &options);
+        if word == "yes" {
+            let object = &method(&evaluation, "residual")["object_error_mm"];
+            assert!(object["p75"].as_f64().unwrap() < 2.0, "{object}");
+        }
+        error(&evaluation, "residual", "mean")
+    };
+    let (with, without) = (mean("yes"), mean("no"));
+    assert!(with < without, "{with} with the object, {without} without");
 }
 
 #[test]

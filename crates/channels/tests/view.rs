@@ -111,6 +111,13 @@ fn the_tree_holds_what_is_drawn_and_no_more() {
     assert_connected(&written(&recorded, true), &["hand", "object", "world"]);
     assert_connected(&written(&TakeFile::new(&take.recording), true), &["world"]);
 
+    // Planned motion alone: the hand is all there is.
+    let planned = TakeFile {
+        generated: &generated,
+        ..TakeFile::new(&take.recording)
+    };
+    assert_connected(&written(&planned, true), &["hand"]);
+
     // No hand: nothing hangs under it, whatever else the motion claims.
     let mut motion = take.motion.clone();
     motion.hand = PoseTrack::missing(300);

@@ -44,14 +44,7 @@ pub(crate) fn add<'a>(
     streams: &mut Streams<'a>,
 ) -> Result<Tree, ChannelError> {
     let recording = file.recording;
-    let upright_from_world = recording.source.up_axis.upright_from_world();
-    write_static(
-        World::NAME,
-        UnitQuaternion::from_rotation_matrix(&upright_from_world),
-        recording.clock.unix_nanos(0),
-        output,
-    )?;
-
+    let start = recording.clock.unix_nanos(0);
     let edges: Vec<Edge> = match file.motion {
         Some(motion) => motion_edges(motion),
         None => file
@@ -67,6 +60,17 @@ pub(crate) fn add<'a>(
                 .any(|k| edge.at(k).is_some())
         })
         .collect();
+    if file.motion.is_none() && file.roles.is_none() && !file.generated.is_empty() {
+        // Planned motion alone: the hand is nowhere in the world, so the tree is the hand.
+        write_static(Hand::NAME, UnitQuaternion::identity(), start, output)?;
+        return Ok(Tree {
+            hand: true,
+            object: false,
+        });
+    }
+    let upright_from_world = recording.source.up_axis.upright_from_world();
+    let rotation = UnitQuaternion::from_rotation_matrix(&upright_from_world);
+    write_static(World::NAME, rotation, start, output)?;
     let has = |child| edges.iter().any(|edge| edge.child == child);
     let tree = Tree {
         hand: has(Hand::NAME),

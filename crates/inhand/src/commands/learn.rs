@@ -10,7 +10,7 @@ use serde_json::json;
 use crate::commands::read_takes;
 use crate::console::{Console, data};
 use crate::exit::Exit;
-use crate::options::{Format, LearnOptions, ProcessOptions, SourceOptions};
+use crate::options::{Format, LearnOptions, MethodOptions, ProcessOptions, SourceOptions};
 
 /// Learns a dictionary of motion primitives. Takes with processed channels are used as they are,
 /// others are processed on the way.
@@ -31,6 +31,8 @@ pub(crate) struct Args {
     process: ProcessOptions,
     #[command(flatten, next_help_heading = "Learning")]
     learn: LearnOptions,
+    #[command(flatten)]
+    method: MethodOptions,
     /// Replace an output that is there.
     #[arg(long)]
     force: bool,
@@ -40,6 +42,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let mut settings = args.source.effective(None)?;
     args.process.apply(&mut settings)?;
     args.learn.apply(&mut settings);
+    args.method.apply(&mut settings)?;
     settings.validate()?;
     let inputs: Vec<_> = args.inputs.iter().map(PathBuf::as_path).collect();
     check_target(&args.output, &inputs, || args.force)?;

@@ -102,6 +102,9 @@ fn longer_motion_is_a_chain_without_a_jump() {
             &via[1],
             "--duration",
             "2.5",
+            // Training of 24 s shows few velocities.
+            "--velocity-factor",
+            "3",
         ],
     );
     assert_eq!(outcome["plans"].as_array().unwrap().len(), 3);
@@ -222,7 +225,7 @@ fn a_dictionary_of_another_rate_is_refused() {
         "generate",
         "--dictionary",
         "out/dictionary.mcap",
-        "faster/test/cube_test_01.mcap",
+        "faster/test/cube_test_01.csv",
         "-o",
         "generated.mcap",
     ]);

@@ -68,7 +68,7 @@ fn evaluation_follows_its_schema() {
     let schema = serde_json::from_str(&schema).expect("the schema is JSON");
     let evaluation = bench.json("out/evaluation.json");
     jsonschema::validate(&schema, &evaluation).expect("the evaluation follows the schema");
-    assert_eq!(evaluation["default_method"], "prior");
+    assert_eq!(evaluation["default_method"], "residual");
     let all = &evaluation["methods"][0]["error_mm"]["all"];
     // One test take of 12 s gives 11 segments, 100 samples and 5 fingers each.
     assert_eq!(all["n"], 11 * 100 * 5);

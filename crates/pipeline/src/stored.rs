@@ -30,7 +30,13 @@ pub fn evaluate_stored(
     let motion_refs: Vec<_> = motions.iter().collect();
     let object = steps::segments_object(dictionary, &motion_refs, settings)?;
     let test = steps::segments(&motion_refs, Role::Test, object, settings)?;
-    let generated = stored_methods(takes, &test)?;
+    let mut generated = stored_methods(takes, &test)?;
+    for generated in &mut generated {
+        if let Some(plans) = &generated.plans {
+            let method = generated.method;
+            generated.corridors = steps::corridors_of(method, dictionary, &test, plans, settings)?;
+        }
+    }
     let comparison = steps::measure_recorded(&test, &motion_refs, dictionary, settings)?;
     let methods = generated
         .iter()

@@ -191,6 +191,30 @@ fn target(planner: &Planner, ends: &EndConditions, hold: Option<&Hold>) -> Targe
     }
 }
 
+/// Recorded motion against the corridors of plans that an earlier step made.
+///
+/// # Errors
+///
+/// As [`generate`].
+pub(crate) fn corridors_of(
+    method: Method,
+    dictionary: &Dictionary,
+    segments: &Segments,
+    plans: &[Plan],
+    settings: &Settings,
+) -> Result<Option<SegmentCorridors>, PipelineError> {
+    let (Method::Residual, Some(residual)) = (method, &dictionary.residual) else {
+        return Ok(None);
+    };
+    let Some(planner) = planner(method, dictionary, settings)? else {
+        return Ok(None);
+    };
+    let targets: Vec<_> = segments.ends().iter().map(Target::from).collect();
+    corridors(&planner, residual, &targets, plans, segments)
+        .map(Some)
+        .map_err(|source| plan_error(method, source))
+}
+
 fn corridors(
     planner: &Planner,
     residual: &Residual,

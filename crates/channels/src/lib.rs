@@ -83,6 +83,6 @@ pub use read::{ReadMethod, read_generated, read_metadata, read_take};
 pub use records::is_mcap;
 pub use take::{
     ContactSample, EvaluatedMethod, EvaluatedSample, GeneratedMethod, GeneratedSegment, ReadTake,
-    TakeFile, WriteSettings,
+    TakeFile, UnsolvedPlan, WriteSettings,
 };
 pub use write::{write_recording, write_take};

@@ -44,6 +44,19 @@ pub struct GeneratedMethod<'a> {
     pub name: &'a str,
     /// Trajectories, in any order.
     pub segments: &'a [GeneratedSegment<'a>],
+    /// Plans that found no trajectory, in any order: what they say of why goes into the file.
+    pub unsolved: &'a [UnsolvedPlan<'a>],
+}
+
+/// A plan without a trajectory and where in the take its trajectory would be.
+#[derive(Clone, Copy, Debug)]
+pub struct UnsolvedPlan<'a> {
+    /// Sample of the take at which it would start.
+    pub start_sample: usize,
+    /// Samples it would have.
+    pub samples: usize,
+    /// How planning ended.
+    pub plan: &'a Plan,
 }
 
 /// One trajectory and where in the take it belongs.

@@ -3,15 +3,17 @@
 use std::io::Cursor;
 
 use inhand_channels::{
-    ChannelError, EvaluatedMethod, GeneratedMethod, GeneratedSegment, TakeFile, WriteSettings,
-    read_dictionary, read_generated, read_metadata, read_take, write_dictionary, write_recording,
-    write_take,
+    ChannelError, EvaluatedMethod, GeneratedMethod, GeneratedSegment, TakeFile, UnsolvedPlan,
+    WriteSettings, read_dictionary, read_generated, read_metadata, read_take, write_dictionary,
+    write_recording, write_take,
 };
 use inhand_model::{
-    BodySource, Clock, DictionaryKind, Finger, Frame, LengthUnit, Motion, Plan, PoseTrack,
-    Position, Recording, Roles, RotationOrder, Sample, SegmentLayout, Source, StartTime, Status,
-    Track, UpAxis,
+    BodySource, Clock, DictionaryKind, Finger, Frame, LengthUnit, Motion, Plan, PlanStatus,
+    PoseTrack, Position, Recording, Roles, RotationOrder, Sample, SegmentLayout, Source, StartTime,
+    Status, Track, UpAxis,
 };
+
+use nalgebra::DVector;
 
 use crate::common;
 
@@ -245,14 +247,30 @@ fn trajectories_and_plans_come_back() {
             ..*segment
         })
         .collect();
+    // A plan without a motion says why.
+    let infeasible = Plan {
+        status: PlanStatus::Infeasible,
+        trajectory: None,
+        object: Vec::new(),
+        activations_m: DVector::zeros(0),
+        objective: f64::INFINITY,
+        ..take.trajectories[0].2.clone()
+    };
+    let unsolved = [UnsolvedPlan {
+        start_sample: 1,
+        samples: 120,
+        plan: &infeasible,
+    }];
     let generated = [
         GeneratedMethod {
             name: "prior",
             segments: &segments,
+            unsolved: &unsolved,
         },
         GeneratedMethod {
             name: "line",
             segments: &bare,
+            unsolved: &[],
         },
     ];
     let file = common::take_file(&take, &generated, &[]);
@@ -273,6 +291,7 @@ fn trajectories_and_plans_come_back() {
         };
         assert_eq!(read[0].plans[start], expected);
     }
+    assert_eq!(read[0].plans[&1], infeasible);
     let none = read_generated(&written(&TakeFile::new(&take.recording), true), "x").unwrap();
     assert!(none.is_empty());
 }
@@ -384,6 +403,7 @@ fn parts_of_different_takes_are_refused() {
         let generated = [GeneratedMethod {
             name,
             segments: &segments,
+            unsolved: &[],
         }];
         refusal(&TakeFile {
             generated: &generated,

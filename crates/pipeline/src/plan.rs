@@ -236,6 +236,7 @@ pub fn write_plan(
     let generated = [GeneratedMethod {
         name: planned.method.name(),
         segments: &segments,
+        unsolved: &[],
     }];
     let recording = empty_recording(whole.layout().rate_hz, samples);
     let file = TakeFile {

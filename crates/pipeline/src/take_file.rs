@@ -4,7 +4,7 @@ use std::path::Path;
 
 use inhand_channels::{
     ContactSample, EvaluatedMethod, EvaluatedSample, GeneratedMethod, GeneratedSegment, TakeFile,
-    WriteSettings,
+    UnsolvedPlan, WriteSettings,
 };
 use inhand_evaluation::Rows;
 use inhand_model::{Finger, Motion, PerFinger, Provenance, Segments, Shape};
@@ -59,10 +59,14 @@ pub fn write(path: &Path, contents: &TakeContents<'_>, view: bool) -> Result<(),
                 .map(|g| motion.generated_segments(g, &of_take))
         })
         .collect();
-    let generated: Vec<_> = (methods.iter().zip(&segments))
-        .map(|(g, segments)| GeneratedMethod {
+    let unsolved: Vec<_> = (motion.iter())
+        .flat_map(|motion| methods.iter().map(|g| motion.unsolved_plans(g, &of_take)))
+        .collect();
+    let generated: Vec<_> = (methods.iter().zip(&segments).zip(&unsolved))
+        .map(|((g, segments), unsolved)| GeneratedMethod {
             name: g.method.name(),
             segments,
+            unsolved,
         })
         .collect();
     let evaluated: Vec<_> = (motion.iter())
@@ -124,6 +128,19 @@ impl<'a> GeneratedMotion<'a> {
                     trajectory: generated.trajectories[segment].as_ref()?,
                     plan: generated.plans.as_ref().map(|plans| &plans[segment]),
                 })
+            })
+            .collect()
+    }
+
+    fn unsolved_plans(&self, generated: &'a Generated, of_take: &[usize]) -> Vec<UnsolvedPlan<'a>> {
+        let plans = generated.plans.as_deref().unwrap_or_default();
+        (of_take.iter())
+            .filter_map(|&segment| Some((segment, plans.get(segment)?)))
+            .filter(|(_, plan)| plan.trajectory.is_none())
+            .map(|(segment, plan)| UnsolvedPlan {
+                start_sample: self.segments.origins()[segment].start,
+                samples: self.segments.layout().samples,
+                plan,
             })
             .collect()
     }

@@ -60,7 +60,10 @@ pub(crate) fn add<'a>(
                 .any(|k| edge.at(k).is_some())
         })
         .collect();
-    if file.motion.is_none() && file.roles.is_none() && !file.generated.is_empty() {
+    let recorded = file.motion.is_some()
+        || file.roles.is_some()
+        || !(recording.markers.is_empty() && recording.bodies.is_empty());
+    if !recorded && !file.generated.is_empty() {
         // Planned motion alone: the hand is nowhere in the world, so the tree is the hand.
         write_static(Hand::NAME, UnitQuaternion::identity(), start, output)?;
         return Ok(Tree {

@@ -33,6 +33,14 @@ pub(super) fn parts(file: &TakeFile) -> Result<(), ChannelError> {
         for segment in method.segments {
             segment_fits(segment, method.name, samples, recording.clock.rate_hz())?;
         }
+        let starts = method.unsolved.iter().map(|unsolved| unsolved.start_sample);
+        if let Some(start) = starts.max().filter(|start| *start >= samples) {
+            return Err(ChannelError::mismatch(
+                format!("start of an unsolved plan of {}", method.name),
+                format!("below the {samples} samples of the take"),
+                start,
+            ));
+        }
     }
     let mut names = BTreeSet::new();
     for method in file.evaluated {

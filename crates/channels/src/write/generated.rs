@@ -8,7 +8,7 @@ use super::{Stream, Streams, fingertip, fingertips};
 use crate::error::ChannelError;
 use crate::messages;
 use crate::output::{ChannelId, Output};
-use crate::take::{GeneratedMethod, GeneratedSegment};
+use crate::take::{GeneratedMethod, GeneratedSegment, UnsolvedPlan};
 use crate::topic::MethodTopics;
 use crate::wire::Timestamp;
 
@@ -20,11 +20,21 @@ pub(super) fn add<'a>(
     for method in methods {
         let topics = MethodTopics::new(method.name)?;
         let channel = output.channel::<messages::Fingertips>(&topics.fingertips, Some("hand"))?;
-        let plans = if method.segments.iter().any(|segment| segment.plan.is_some()) {
+        let planned = method.segments.iter().any(|segment| segment.plan.is_some());
+        let plans = if planned || !method.unsolved.is_empty() {
             Some(output.channel::<messages::Plan>(&topics.plan, Some("hand"))?)
         } else {
             None
         };
+        if let (Some(channel), false) = (plans, method.unsolved.is_empty()) {
+            let mut unsolved: Vec<_> = method.unsolved.iter().collect();
+            unsolved.sort_by_key(|plan| plan.start_sample);
+            streams.push(Box::new(Unsolved {
+                channel,
+                plans: unsolved,
+                next: 0,
+            }));
+        }
         streams.push(Box::new(Trajectories {
             channel,
             plans,
@@ -61,7 +71,8 @@ impl Stream for Trajectories<'_> {
             && segment.start_sample <= k
         {
             if let (Some(plans), Some(plan)) = (self.plans, segment.plan) {
-                let message = plan_message(plan, segment, unix_nanos);
+                let samples = segment.trajectory.layout().samples;
+                let message = plan_message(plan, (segment.start_sample, samples), unix_nanos);
                 output.message(plans, self.running.end, unix_nanos, &message)?;
             }
             self.running.end += 1;
@@ -87,11 +98,41 @@ impl Stream for Trajectories<'_> {
     }
 }
 
-fn plan_message(plan: &Plan, segment: &GeneratedSegment, unix_nanos: u64) -> messages::Plan {
+/// Plans without a trajectory, each at the sample at which its trajectory would start.
+struct Unsolved<'a> {
+    channel: ChannelId,
+    plans: Vec<&'a UnsolvedPlan<'a>>,
+    next: usize,
+}
+
+impl Stream for Unsolved<'_> {
+    fn sample(
+        &mut self,
+        k: usize,
+        unix_nanos: u64,
+        output: &mut Output,
+    ) -> Result<(), ChannelError> {
+        while let Some(unsolved) = self.plans.get(self.next)
+            && unsolved.start_sample <= k
+        {
+            let place = (unsolved.start_sample, unsolved.samples);
+            let message = plan_message(unsolved.plan, place, unix_nanos);
+            output.message(self.channel, self.next, unix_nanos, &message)?;
+            self.next += 1;
+        }
+        Ok(())
+    }
+}
+
+fn plan_message(
+    plan: &Plan,
+    (start_sample, samples): (usize, usize),
+    unix_nanos: u64,
+) -> messages::Plan {
     messages::Plan {
         timestamp: Some(Timestamp::from_unix_nanos(unix_nanos)),
-        start_sample: segment.start_sample as u64,
-        samples: segment.trajectory.layout().samples as u64,
+        start_sample: start_sample as u64,
+        samples: samples as u64,
         status: messages::PlanStatus::from(plan.status).into(),
         activations_m: plan.activations_m.as_slice().to_vec(),
         objective: plan.objective,

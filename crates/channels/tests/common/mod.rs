@@ -335,7 +335,11 @@ pub(crate) fn generated<'a>(
     names: &[&'a str],
     segments: &'a [GeneratedSegment<'a>],
 ) -> Vec<GeneratedMethod<'a>> {
-    let method = |&name| GeneratedMethod { name, segments };
+    let method = |&name| GeneratedMethod {
+        name,
+        segments,
+        unsolved: &[],
+    };
     names.iter().map(method).collect()
 }
 

@@ -1,13 +1,20 @@
 //! What demonstrations lead one to expect of a deviation, given the end conditions.
 
+mod kernel;
+
 use std::ops::Range;
 
-use nalgebra::{DMatrix, DVector, DVectorView};
+use nalgebra::{DMatrix, DVector};
 
+use self::kernel::kernels;
 use crate::finger::Finger;
 use crate::residual::{FINGER_ENDS, ends_len};
 use crate::segments::{SEGMENT_COORDINATES, SegmentLayout};
 
+/// Sums of a product that are kept side by side.
+const SUMS: usize = 4;
+/// Features come in threes.
+const AXES: usize = 3;
 /// Features of one finger: how far the last position lies from where the mean of both end
 /// velocities would lead, displacement, both velocities, first position.
 const FINGER_FEATURES: usize = 15;
@@ -19,8 +26,6 @@ const OBJECT_FEATURES: usize = 9;
 const OBJECT_MOTION_FEATURES: usize = 6;
 /// Standard deviation (metres, or m/s) below which a feature never changes: a nanometre is rounding.
 const SMALLEST_DEVIATION: f64 = 1e-9;
-/// Demonstrations whose weight is below `exp(-16)` of the nearest one's count as nothing.
-const FARTHEST_EXPONENT: f64 = 16.0;
 
 /// Weights of the three parts of an [`Expectation`], without unit; all zero gives the smooth curve.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -64,6 +69,9 @@ pub struct Expectation {
     features: DMatrix<f64>,
     /// What the profile leaves of each demonstration's activations (r x n), metres.
     answers: DMatrix<f64>,
+    /// The same (n x r), so that one activation of all demonstrations lies together: it is read from
+    /// end to end for every expectation.
+    by_activation: DMatrix<f64>,
     bandwidths: Bandwidths,
     weights: ExpectationWeights,
 }
@@ -133,6 +141,7 @@ impl Expectation {
             feature_scale,
             ends,
             features: features.transpose(),
+            by_activation: answers.transpose(),
             answers,
             bandwidths: Bandwidths {
                 hand: 2.0,
@@ -193,8 +202,8 @@ impl Expectation {
         let weights = self.weights;
         let mut expected = &self.profile * ends * weights.profile;
         if self.demonstrations() > 0 && (weights.hand != 0.0 || weights.finger != 0.0) {
-            let distances = self.distances(ends);
-            self.add_similar(&mut expected, &distances, self.bandwidths, weights);
+            let shares = self.shares(self.distances(ends), self.bandwidths, weights);
+            self.add_answers(&mut expected, &shares);
         }
         expected
     }
@@ -215,7 +224,7 @@ impl Expectation {
                 finger,
             };
             let mut part = DVector::zeros(self.answers.nrows());
-            self.add_similar(&mut part, distances, widths, weights);
+            self.add_answers(&mut part, &self.shares(distances.clone(), widths, weights));
             parts.set_column(column, &part);
         }
         parts
@@ -233,108 +242,103 @@ impl Expectation {
         let count = self.demonstrations();
         let mut fingers: [Vec<f64>; Finger::COUNT] = std::array::from_fn(|_| vec![0.0; count]);
         let mut hand = vec![0.0; count];
-        let feature = |index: usize| (self.features.column(index), query[index]);
+        let mut own = vec![0.0; count];
         if self.layout.object {
-            let mut motion = vec![0.0; count];
-            for index in SEGMENT_FEATURES..SEGMENT_FEATURES + OBJECT_MOTION_FEATURES {
-                add_squared(&mut motion, feature(index));
-            }
+            let motion = SEGMENT_FEATURES..SEGMENT_FEATURES + OBJECT_MOTION_FEATURES;
+            self.add_squares(&mut own, &query, motion);
             for sum in fingers.iter_mut().chain([&mut hand]) {
-                add(sum, &motion);
+                add(sum, &own);
             }
-            for index in SEGMENT_FEATURES + OBJECT_MOTION_FEATURES..features_len(self.layout) {
-                add_squared(&mut hand, feature(index));
-            }
+            let place = SEGMENT_FEATURES + OBJECT_MOTION_FEATURES..features_len(self.layout);
+            self.add_squares(&mut hand, &query, place);
         }
         for (i, sum) in fingers.iter_mut().enumerate() {
-            let mut own = vec![0.0; count];
             let first = i * FINGER_FEATURES;
-            for index in first..first + MOTION_FEATURES {
-                add_squared(&mut own, feature(index));
-            }
+            own.fill(0.0);
+            self.add_squares(&mut own, &query, first..first + MOTION_FEATURES);
             add(sum, &own);
             add(&mut hand, &own);
-            for index in first + MOTION_FEATURES..first + FINGER_FEATURES {
-                add_squared(&mut hand, feature(index));
-            }
+            let place = first + MOTION_FEATURES..first + FINGER_FEATURES;
+            self.add_squares(&mut hand, &query, place);
         }
         Distances { hand, fingers }
     }
 
-    fn add_similar(
-        &self,
-        expected: &mut DVector<f64>,
-        distances: &Distances,
-        widths: Bandwidths,
-        weights: ExpectationWeights,
-    ) {
-        if weights.hand != 0.0 {
-            let everything = 0..expected.len();
-            self.add_mean(
-                expected,
-                &distances.hand,
-                widths.hand,
-                weights.hand,
-                everything,
-            );
+    /// Adds the squared differences of some features of all demonstrations to a query's. Features
+    /// come in threes (one for each axis), so that the sum is loaded and stored a third as often.
+    fn add_squares(&self, sums: &mut [f64], query: &DVector<f64>, features: Range<usize>) {
+        let count = self.demonstrations();
+        if count == 0 {
+            return;
         }
-        if weights.finger != 0.0 {
-            let mut start = 0;
-            for (squared, size) in distances.fingers.iter().zip(&self.blocks) {
-                let block = start..start + size;
-                start += size;
-                self.add_mean(expected, squared, widths.finger, weights.finger, block);
-            }
-            if let Some(size) = self.blocks.get(Finger::COUNT) {
-                // The object is no finger: what the whole hand does tells most of it.
-                let block = start..start + size;
-                self.add_mean(
-                    expected,
-                    &distances.hand,
-                    widths.hand,
-                    weights.finger,
-                    block,
-                );
+        let columns = &self.features.as_slice()[features.start * count..features.end * count];
+        let (threes, _) = query.as_slice()[features].as_chunks::<AXES>();
+        for (&[x, y, z], columns) in threes.iter().zip(columns.chunks_exact(AXES * count)) {
+            let (xs, rest) = columns.split_at(count);
+            let (ys, zs) = rest.split_at(count);
+            for (((sum, vx), vy), vz) in sums.iter_mut().zip(xs).zip(ys).zip(zs) {
+                let (dx, dy, dz) = (vx - x, vy - y, vz - z);
+                *sum += dx * dx + dy * dy + dz * dz;
             }
         }
     }
 
-    /// Adds `weight` times the kernel-weighted mean of some rows of the answers.
-    fn add_mean(
+    /// How much of each demonstration's answer is expected, by block: its kernels over their sum,
+    /// hand's and finger's with their weights.
+    fn shares(
         &self,
-        expected: &mut DVector<f64>,
-        squared: &[f64],
-        width: f64,
-        weight: f64,
-        rows: Range<usize>,
-    ) {
-        let nearest = squared.iter().copied().fold(f64::INFINITY, f64::min);
-        let scale = 0.5 / (width * width);
-        let farthest = nearest + FARTHEST_EXPONENT / scale;
-        let near: Vec<(f64, &[f64])> = (squared.iter().enumerate())
-            .filter(|(_, d)| **d <= farthest)
-            .map(|(j, d)| {
-                let answers = &self.answers.as_slice()[j * self.answers.nrows()..];
-                ((-(d - nearest) * scale).exp(), &answers[rows.clone()])
-            })
-            .collect();
-        let total: f64 = near.iter().map(|(kernel, _)| kernel).sum();
-        let mut sum = vec![0.0; rows.len()];
-        // Four at a time: the sum is loaded and stored a quarter as often.
-        let (fours, rest) = near.as_chunks::<4>();
-        for &[(a, va), (b, vb), (c, vc), (d, vd)] in fours {
-            for ((((sum, va), vb), vc), vd) in sum.iter_mut().zip(va).zip(vb).zip(vc).zip(vd) {
-                *sum += (a * va + b * vb) + (c * vc + d * vd);
+        distances: Distances,
+        widths: Bandwidths,
+        weights: ExpectationWeights,
+    ) -> Vec<Vec<f64>> {
+        let Distances { mut hand, fingers } = distances;
+        let hand_total = kernels(&mut hand, widths.hand);
+        let share = |weight: f64, total: f64| if total > 0.0 { weight / total } else { 0.0 };
+        let by_hand = share(weights.hand, hand_total);
+        let mut shares = Vec::with_capacity(self.blocks.len());
+        for mut finger in fingers {
+            let by_finger = match weights.finger {
+                0.0 => 0.0,
+                weight => share(weight, kernels(&mut finger, widths.finger)),
+            };
+            for (finger, hand) in finger.iter_mut().zip(&hand) {
+                *finger = by_finger * *finger + by_hand * hand;
             }
+            shares.push(finger);
         }
-        for &(a, va) in rest {
-            for (sum, va) in sum.iter_mut().zip(va) {
-                *sum += a * va;
+        if self.layout.object {
+            // The object is no finger: what the whole hand does tells most of it.
+            let both = by_hand + share(weights.finger, hand_total);
+            hand.iter_mut().for_each(|hand| *hand *= both);
+            shares.push(hand);
+        }
+        shares
+    }
+
+    /// Adds the answers, each block of a demonstration by its share.
+    fn add_answers(&self, expected: &mut DVector<f64>, shares: &[Vec<f64>]) {
+        let count = self.demonstrations();
+        if count == 0 {
+            return;
+        }
+        let mut start = 0;
+        for (&size, shares) in self.blocks.iter().zip(shares) {
+            let block = start..start + size;
+            start += size;
+            let answers = &self.by_activation.as_slice()[block.start * count..block.end * count];
+            let expected = &mut expected.as_mut_slice()[block];
+            let (fours, rest) = expected.as_chunks_mut::<4>();
+            let (at_fours, at_rest) = answers.split_at(4 * fours.len() * count);
+            for (expected, answers) in fours.iter_mut().zip(at_fours.chunks_exact(4 * count)) {
+                let mut columns = answers.chunks_exact(count);
+                let dots = dots([(); 4].map(|()| columns.next().unwrap_or_default()), shares);
+                for (expected, dot) in expected.iter_mut().zip(dots) {
+                    *expected += dot;
+                }
             }
-        }
-        if total > 0.0 {
-            for (expected, sum) in expected.as_mut_slice()[rows].iter_mut().zip(sum) {
-                *expected += weight * sum / total;
+            for (expected, answers) in rest.iter_mut().zip(at_rest.chunks_exact(count)) {
+                let [dot] = dots([answers], shares);
+                *expected += dot;
             }
         }
     }
@@ -346,11 +350,27 @@ const fn features_len(layout: SegmentLayout) -> usize {
     SEGMENT_FEATURES + if layout.object { OBJECT_FEATURES } else { 0 }
 }
 
-/// Adds the squared differences of one feature of all demonstrations to a query's.
-fn add_squared(sums: &mut [f64], (feature, query): (DVectorView<'_, f64>, f64)) {
-    for (sum, value) in sums.iter_mut().zip(feature.as_slice()) {
-        *sum += (value - query) * (value - query);
+/// Products of columns with one vector of the same length, which is loaded once for all of them; in
+/// several sums side by side, so that none waits for the one before.
+fn dots<const C: usize>(columns: [&[f64]; C], by: &[f64]) -> [f64; C] {
+    let split = by.len() - by.len() % SUMS;
+    let mut sums = [[0.0; SUMS]; C];
+    let (by, by_rest) = by.split_at(split);
+    let rests = columns.map(|column| &column[split..]);
+    let columns = columns.map(|column| column[..split].as_chunks::<SUMS>().0);
+    for (i, by) in by.as_chunks::<SUMS>().0.iter().enumerate() {
+        for (sums, column) in sums.iter_mut().zip(&columns) {
+            for ((sum, value), by) in sums.iter_mut().zip(&column[i]).zip(by) {
+                *sum += value * by;
+            }
+        }
     }
+    for (sums, rest) in sums.iter_mut().zip(rests) {
+        for ((sum, value), by) in sums.iter_mut().zip(rest).zip(by_rest) {
+            *sum += value * by;
+        }
+    }
+    sums.map(|sums| sums.iter().sum())
 }
 
 fn add(sums: &mut [f64], values: &[f64]) {

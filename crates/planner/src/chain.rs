@@ -1,14 +1,21 @@
-//! Motion over more than a segment, and motion that has to change on the way.
+//! Motion over more than a segment.
 
-use inhand_model::{Finger, PerFinger, Plan, PlanStatus, SegmentLayout, Trajectory};
+use std::borrow::Cow;
+
+use inhand_model::{PerFinger, Plan, PlanStatus, SegmentLayout, Trajectory};
 
 use crate::error::PlanError;
+use crate::given::{check_position, check_velocity};
 use crate::planner::Planner;
 use crate::spline::Spline;
 use crate::target::{Target, Tips};
 
-/// Longest chain, in segments: an hour of seconds. Catches times in milliseconds.
-const MOST_SEGMENTS: usize = 3600;
+/// Longest chain, seconds: an hour. Catches times in milliseconds.
+const LONGEST_S: f64 = 3600.0;
+/// Velocities are the same up to here, m/s.
+const SAME_M_S: f64 = 1e-6;
+/// Fewest samples of a segment: with fewer, the way to its end is the way from its start.
+const FEWEST_SAMPLES: usize = 3;
 
 /// Where fingertips are to be at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,7 +24,9 @@ pub struct Knot {
     pub time_s: f64,
     /// Positions of some of the fingers, metres, hand frame.
     pub tips: Tips,
-    /// Velocities of some of the fingers, m/s. Those left open follow from the knots around.
+    /// Velocities of some of the fingers, m/s: on arriving at the first knot of a chain, on leaving
+    /// its last one if a segment ends there, and from the knot's sample to the next one otherwise.
+    /// Those left open follow from the knots around.
     pub velocity: Tips,
 }
 
@@ -32,56 +41,71 @@ pub struct Chain {
     pub trajectory: Option<Trajectory>,
 }
 
+impl Chain {
+    /// Whether every segment has a solution.
+    pub fn is_solved(&self) -> bool {
+        let solved = |plan: &Plan| plan.status == PlanStatus::Solved;
+        self.trajectory.is_some() && self.plans.iter().all(solved)
+    }
+}
+
 /// Plans motion through knots, over as many segments as it takes.
 ///
-/// Segments share the sample at which one ends and the next starts: there position and velocity
-/// (from that sample's neighbours on both sides) are the same in both, exactly. Where no knot gives
-/// them they are those of the cubic spline through the knots (twice continuously differentiable;
-/// with the velocities given at the ends, natural without). A finger that no knot gives goes on from
-/// where the segment before has left it. After the last knot motion goes straight on to the end of
-/// its segment, and is cut off.
+/// A segment starts at the last sample of the one before, from the same position, and with the
+/// velocity from the sample before to the sample after it being one and the same, so that there is
+/// no acceleration at a joint, and none that bounds on it would have missed. Segments meet on the
+/// cubic spline through the knots (twice continuously differentiable but where velocities are
+/// given) with its velocity; knots a sample away from a joint decide the velocity there.
 ///
-/// Every target counts as hard, whatever the planner's settings say.
+/// Where a finger is not given any more, it goes on from the segment before as the demonstrations
+/// have it; where it is not given yet, it goes to where it is given first. What the last segment
+/// does after the last knot is left to the demonstrations, and cut off.
+///
+/// Every target counts as hard: a planner that has soft ones is made
+/// [exact](Planner::exact) for each call.
 ///
 /// # Errors
 ///
 /// [`PlanError::Knots`] for fewer than two knots, a first one that is not at 0 s, times that do not
-/// rise by a sample, or more than an hour; [`PlanError`] as for [`Planner::plan`].
+/// rise by a sample, or more than an hour; [`PlanError::Knot`] for positions and velocities that
+/// [`Planner::plan`] refuses; [`PlanError::TooShortToChain`];
+/// [`PlanError::Segment`] where the way between knots is refused.
 pub fn plan_chain(planner: &Planner, knots: &[Knot]) -> Result<Chain, PlanError> {
+    let route = Route::new(planner.layout(), knots)?;
+    let planner = match planner.is_exact() {
+        true => Cow::Borrowed(planner),
+        false => Cow::Owned(planner.clone().exact()?),
+    };
     let layout = planner.layout();
-    let samples = knot_samples(knots, layout)?;
-    let last = samples.last().copied().unwrap_or(0);
-    let steps = layout.samples - 1;
-    let segments = last.div_ceil(steps);
-    let planner = planner.clone().exact()?;
-    let route = Route::new(knots, &samples, layout, segments * steps);
     let mut chain = Chain {
-        plans: Vec::with_capacity(segments),
-        starts_s: Vec::with_capacity(segments),
+        plans: Vec::new(),
+        starts_s: Vec::new(),
         trajectory: None,
     };
     let mut motion_m: Vec<f64> = Vec::new();
-    for segment in 0..segments {
+    for segment in 0..route.segments() {
         let before = chain.plans.last().and_then(|plan| plan.trajectory.as_ref());
-        let plan = planner.plan(&route.target(segment, before))?;
+        let start_s = route.time_s(route.first_sample(segment));
+        let plan = (planner.plan(&route.target(segment, before))).map_err(|source| {
+            PlanError::Segment {
+                segment,
+                start_s,
+                source: Box::new(source),
+            }
+        })?;
         let solved = plan.trajectory.clone();
         chain.plans.push(plan);
-        chain
-            .starts_s
-            .push((segment * steps) as f64 / layout.rate_hz);
+        chain.starts_s.push(start_s);
         let Some(trajectory) = solved else {
             return Ok(chain);
         };
         // The first sample is the last one of the segment before.
-        let shared = if segment == 0 {
-            0
-        } else {
-            trajectory.values_m().len() / layout.samples
-        };
-        motion_m.extend_from_slice(&trajectory.values_m()[shared..]);
+        let shared = usize::from(segment > 0);
+        let numbers = layout.finger_rows() / layout.samples;
+        motion_m.extend_from_slice(&trajectory.values_m()[shared * numbers..]);
     }
     let whole = SegmentLayout {
-        samples: last + 1,
+        samples: route.last_sample + 1,
         object: false,
         ..layout
     };
@@ -90,107 +114,65 @@ pub fn plan_chain(planner: &Planner, knots: &[Knot]) -> Result<Chain, PlanError>
     Ok(chain)
 }
 
-/// Plans anew from a state that is not the one planned: the target with what lies ahead of
-/// `elapsed_s`, the state there (positions and velocities of some or all fingers) exactly, and the
-/// constraints from there on. Of the plan's trajectory the samples from `elapsed_s` on are the new
-/// motion; those before show where such a motion would have come from.
-///
-/// What the target gives of the start stays: it says what the hand set out to do.
-///
-/// # Errors
-///
-/// As for [`Planner::plan`]; [`PlanError::WaypointTime`] for a time outside the segment.
-pub fn replan(
-    planner: &Planner,
-    target: &Target,
-    elapsed_s: f64,
-    state: &Knot,
-) -> Result<Plan, PlanError> {
-    let mut ahead = target.clone();
-    let sample = 1.0 / planner.layout().rate_hz;
-    // Half a sample ahead: what is now is known better.
-    ahead
-        .waypoints
-        .retain(|w| w.time_s > elapsed_s + 0.5 * sample);
-    ahead.steps.retain(|s| s.time_s > elapsed_s + 0.5 * sample);
-    // The start was reached with other motion than the one that leads to this state.
-    ahead.first_velocity_m_s = Tips::default();
-    let ahead = ahead
-        .waypoint(elapsed_s, state.tips)
-        .velocity_at(elapsed_s, state.velocity)
-        .constrained_from(elapsed_s);
-    planner.plan(&ahead)
-}
-
-/// The sample of each knot.
-fn knot_samples(knots: &[Knot], layout: SegmentLayout) -> Result<Vec<usize>, PlanError> {
-    let longest_s = MOST_SEGMENTS as f64 * layout.duration_s();
-    let wrong = |knot: usize, expected: String, time_s: f64| PlanError::Knots {
-        knot,
-        expected,
-        time_s,
-    };
-    let mut samples: Vec<usize> = Vec::with_capacity(knots.len());
-    for (i, knot) in knots.iter().enumerate() {
-        if !(knot.time_s >= 0.0 && knot.time_s <= longest_s) {
-            return Err(wrong(
-                i,
-                format!("a time from 0 to {longest_s} s"),
-                knot.time_s,
-            ));
-        }
-        let sample = (knot.time_s * layout.rate_hz).round() as usize;
-        match samples.last() {
-            None if sample != 0 => return Err(wrong(0, "the first at 0 s".into(), knot.time_s)),
-            Some(&before) if sample <= before => {
-                let expected = format!("a time after {} s", knots[i - 1].time_s);
-                return Err(wrong(i, expected, knot.time_s));
-            }
-            _ => samples.push(sample),
-        }
-    }
-    if samples.len() < 2 {
-        let time_s = knots.first().map_or(0.0, |knot| knot.time_s);
-        return Err(wrong(samples.len(), "at least two knots".into(), time_s));
-    }
-    Ok(samples)
+/// A knot at a sample.
+struct Placed {
+    sample: usize,
+    tips: Tips,
+    velocity: Tips,
 }
 
 /// What knots say about every segment of a chain.
-struct Route<'a> {
-    knots: &'a [Knot],
-    samples: &'a [usize],
+struct Route {
+    knots: Vec<Placed>,
+    last_sample: usize,
     layout: SegmentLayout,
     /// The way of each finger that some knot gives.
     splines: PerFinger<Option<[Spline; 3]>>,
 }
 
-impl<'a> Route<'a> {
-    fn new(knots: &'a [Knot], samples: &'a [usize], layout: SegmentLayout, end: usize) -> Self {
-        let time = |sample: usize| sample as f64 / layout.rate_hz;
+impl Route {
+    fn new(layout: SegmentLayout, knots: &[Knot]) -> Result<Self, PlanError> {
+        if layout.samples < FEWEST_SAMPLES {
+            let samples = layout.samples;
+            return Err(PlanError::TooShortToChain { samples });
+        }
+        let knots = placed(knots, layout)?;
         let splines = PerFinger::from_fn(|finger| {
-            let given: Vec<_> = (knots.iter().zip(samples))
-                .filter_map(|(knot, &s)| {
-                    Some((time(s), knot.tips.0[finger]?, knot.velocity.0[finger]))
+            let given: Vec<_> = (knots.iter())
+                .filter_map(|knot| {
+                    let time_s = knot.sample as f64 / layout.rate_hz;
+                    Some((time_s, knot.tips.0[finger]?, knot.velocity.0[finger]))
                 })
                 .collect();
             (!given.is_empty()).then(|| {
                 [0, 1, 2].map(|axis| {
                     let points: Vec<_> = (given.iter())
-                        .map(|(time, position, velocity)| {
-                            (*time, position[axis], velocity.map(|v| v[axis]))
+                        .map(|(time_s, tip, velocity)| {
+                            (*time_s, tip[axis], velocity.map(|v| v[axis]))
                         })
                         .collect();
-                    Spline::through(&points, time(end))
+                    Spline::through(&points)
                 })
             })
         });
-        Self {
+        Ok(Self {
+            last_sample: knots.last().map_or(0, |knot| knot.sample),
             knots,
-            samples,
             layout,
             splines,
-        }
+        })
+    }
+
+    fn segments(&self) -> usize {
+        self.last_sample.div_ceil(self.layout.samples - 1)
+    }
+
+    fn first_sample(&self, segment: usize) -> usize {
+        segment * (self.layout.samples - 1)
+    }
+
+    fn time_s(&self, sample: usize) -> f64 {
+        sample as f64 / self.layout.rate_hz
     }
 
     /// The target of one segment, given the motion of the one before.
@@ -198,57 +180,161 @@ impl<'a> Route<'a> {
         let steps = self.layout.samples - 1;
         let (first, last) = (segment * steps, (segment + 1) * steps);
         let mut target = Target::new();
-        for (knot, &sample) in self.knots.iter().zip(self.samples) {
-            if sample > first && sample < last {
-                let time_s = (sample - first) as f64 / self.layout.rate_hz;
-                target = target.waypoint(time_s, knot.tips);
+        for knot in &self.knots {
+            if knot.sample > first && knot.sample < last {
+                let time_s = self.time_s(knot.sample - first);
+                target = target
+                    .waypoint(time_s, knot.tips)
+                    .velocity_at(time_s, knot.velocity);
             }
         }
-        let step_s = 1.0 / self.layout.rate_hz;
-        let end_step_s = (steps - 1) as f64 * step_s;
-        let (goal, goal_velocity) = self.joint(last);
-        target = target
-            .last(goal)
-            .last_velocity(goal_velocity)
-            .velocity_at(end_step_s, goal_velocity);
-        let (mut start, mut start_velocity) = self.joint(first);
-        if segment == 0 {
-            start_velocity = Tips(PerFinger::from_fn(|f| self.knots[0].velocity.0[f]));
-            return target.first(start).first_velocity(start_velocity);
-        }
-        if let Some(before) = before {
-            for finger in Finger::ALL {
-                if start.0[finger].is_none() {
-                    let [a, b] = [steps - 1, steps].map(|t| before.position(t, finger).to_array());
-                    start.0[finger] = Some(b);
-                    let velocity = [0, 1, 2].map(|i| (b[i] - a[i]) * self.layout.rate_hz);
-                    start_velocity.0[finger] = Some(velocity);
-                }
+        target = match before {
+            None => (target.first(self.knots[0].tips)).first_velocity(self.knots[0].velocity),
+            Some(before) => {
+                let joint = self.joint(first);
+                let velocity = PerFinger::from_fn(|finger| {
+                    Some(joint[finger].map_or_else(
+                        || {
+                            let [a, b] =
+                                [steps - 1, steps].map(|t| before.position(t, finger).to_array());
+                            self.velocity(a, b)
+                        },
+                        |joint| joint.after,
+                    ))
+                });
+                (target.first(before.configuration_m(steps))).velocity_at(0.0, velocity)
             }
+        };
+        if last < self.last_sample {
+            let joint = self.joint(last);
+            let tips = PerFinger::from_fn(|finger| joint[finger].map(|joint| joint.position));
+            let velocity = PerFinger::from_fn(|finger| joint[finger].map(|joint| joint.before));
+            return target
+                .last(tips)
+                .velocity_at(self.time_s(steps - 1), velocity);
         }
-        target
-            .first(start)
-            .first_velocity(start_velocity)
-            .velocity_at(0.0, start_velocity)
+        match self.knots.last() {
+            Some(knot) if knot.sample == last => {
+                target.last(knot.tips).last_velocity(knot.velocity)
+            }
+            _ => target,
+        }
     }
 
-    /// Position and velocity of the fingers that knots give, at a sample.
-    fn joint(&self, sample: usize) -> (Tips, Tips) {
-        let time_s = sample as f64 / self.layout.rate_hz;
-        let at = |value: fn(&Spline, f64) -> f64| {
-            Tips(PerFinger::from_fn(|finger| {
-                let axes = self.splines[finger].as_ref()?;
-                Some([0, 1, 2].map(|axis| value(&axes[axis], time_s)))
-            }))
-        };
-        (at(Spline::position), at(Spline::velocity))
+    /// How each finger passes from one segment to the next, but for those that are not given any
+    /// more.
+    fn joint(&self, sample: usize) -> PerFinger<Option<Joint>> {
+        let time_s = self.time_s(sample);
+        let around = [sample - 1, sample, sample + 1].map(|sample| {
+            let found = self.knots.binary_search_by_key(&sample, |knot| knot.sample);
+            found.ok().map(|i| &self.knots[i])
+        });
+        PerFinger::from_fn(|finger| {
+            let axes = (self.splines[finger].as_ref()).filter(|axes| axes[0].end() >= time_s)?;
+            let spline =
+                |value: fn(&Spline, f64) -> f64| [0, 1, 2].map(|i| value(&axes[i], time_s));
+            let [before, here, after] = around.map(|knot| knot.and_then(|k| k.tips.0[finger]));
+            let [leaving, given, _] = around.map(|knot| knot.and_then(|k| k.velocity.0[finger]));
+            let position = match (before, here, after) {
+                (_, Some(here), _) => here,
+                (Some(before), None, after) => match (leaving, after) {
+                    (Some(v), _) => {
+                        [0, 1, 2].map(|axis| before[axis] + v[axis] / self.layout.rate_hz)
+                    }
+                    (None, Some(after)) => [0, 1, 2].map(|axis| 0.5 * (before[axis] + after[axis])),
+                    (None, None) => spline(Spline::position),
+                },
+                _ => spline(Spline::position),
+            };
+            let from = before.map(|before| self.velocity(before, position));
+            let to = after.map(|after| self.velocity(position, after));
+            let free = || spline(Spline::velocity);
+            Some(Joint {
+                position,
+                before: (from.or(given).or(to)).unwrap_or_else(free),
+                after: (to.or(given).or(from)).unwrap_or_else(free),
+            })
+        })
+    }
+
+    /// Velocity from one position to the next.
+    fn velocity(&self, from: [f64; 3], to: [f64; 3]) -> [f64; 3] {
+        [0, 1, 2].map(|axis| (to[axis] - from[axis]) * self.layout.rate_hz)
     }
 }
 
-impl Chain {
-    /// Whether every segment has a solution.
-    pub fn is_solved(&self) -> bool {
-        let solved = |plan: &Plan| plan.status == PlanStatus::Solved;
-        self.trajectory.is_some() && self.plans.iter().all(solved)
+/// Where one segment ends and the next begins.
+#[derive(Clone, Copy)]
+struct Joint {
+    /// Metres.
+    position: [f64; 3],
+    /// Velocity from the sample before, m/s.
+    before: [f64; 3],
+    /// Velocity to the sample after; the same but where knots say otherwise.
+    after: [f64; 3],
+}
+
+/// Checks knots and takes them to samples.
+fn placed(knots: &[Knot], layout: SegmentLayout) -> Result<Vec<Placed>, PlanError> {
+    let wrong = |knot: usize, expected: String, time_s: f64| PlanError::Knots {
+        knot,
+        expected,
+        time_s,
+    };
+    let mut placed: Vec<Placed> = Vec::with_capacity(knots.len());
+    for (i, knot) in knots.iter().enumerate() {
+        let time_s = knot.time_s;
+        if !(0.0..=LONGEST_S).contains(&time_s) {
+            return Err(wrong(i, format!("a time from 0 to {LONGEST_S} s"), time_s));
+        }
+        check_position("position", &knot.tips)
+            .and_then(|()| check_velocity("velocity", &knot.velocity))
+            .map_err(|source| PlanError::Knot {
+                knot: i,
+                time_s,
+                source: Box::new(source),
+            })?;
+        let sample = (time_s * layout.rate_hz).round() as usize;
+        match placed.last() {
+            None if sample != 0 => return Err(wrong(0, "the first at 0 s".into(), time_s)),
+            Some(before) if sample <= before.sample => {
+                let sample_s = 1.0 / layout.rate_hz;
+                let before_s = knots[i - 1].time_s;
+                let expected = format!("a time later than {before_s} s by a sample ({sample_s} s)");
+                return Err(wrong(i, expected, time_s));
+            }
+            _ => placed.push(Placed {
+                sample,
+                tips: knot.tips,
+                velocity: knot.velocity,
+            }),
+        }
     }
+    for i in 1..placed.len() {
+        let (sample, next) = (placed[i].sample, placed[i].tips);
+        let knot = &mut placed[i - 1];
+        if knot.sample == 0 || knot.sample + 1 != sample {
+            continue;
+        }
+        // Positions a sample apart are a velocity already.
+        for (finger, next) in next.0.iter() {
+            if let (Some(a), Some(b)) = (knot.tips.0[finger], *next)
+                && let Some(v) = knot.velocity.0[finger].take()
+            {
+                let way = [0, 1, 2].map(|axis| (b[axis] - a[axis]) * layout.rate_hz);
+                if (0..3).any(|axis| (v[axis] - way[axis]).abs() > SAME_M_S) {
+                    let expected = format!(
+                        "the velocity of {finger} that leads to the next knot a sample later, \
+                         {way:?} m/s, found {v:?}"
+                    );
+                    return Err(wrong(i - 1, expected, knots[i - 1].time_s));
+                }
+            }
+        }
+    }
+    if placed.len() < 2 {
+        let time_s = knots.first().map_or(0.0, |knot| knot.time_s);
+        return Err(wrong(placed.len(), "at least two knots".into(), time_s));
+    }
+    Ok(placed)
 }

@@ -1,4 +1,4 @@
-//! End conditions that a target does not give, from those that it does.
+//! End conditions that a target does not give, from all that it does.
 
 use inhand_model::{Residual, ends_len};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
@@ -6,54 +6,138 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use crate::given::Given;
 use crate::model::MM_PER_M;
 
-/// The end conditions that a target gives, and how those it does not give follow from them.
+/// Standard deviation (metres, m/s) that is added to positions and velocities on the way when end
+/// conditions are concluded from them. As sharp as targets usually are; keeps those that follow
+/// from one another from making the problem singular.
+const SHARPEST: f64 = 1e-4;
+
+/// How end conditions that a target does not give follow from what it does: the end conditions
+/// among it, and positions and velocities on the way, which are those of the smooth curve plus a
+/// deviation:
+///
+/// ```text
+/// y = S_y x + B_y z,    x_open = m_open + C Oᵀ (O C Oᵀ + R)⁻¹ (y - O m - B_y mean)
+/// ```
+///
+/// with `O` the given end conditions and `S_y`, and `R = B_y Σ B_yᵀ` for what lies on the way.
 #[derive(Clone, Debug)]
 pub(crate) struct Completion {
     /// End condition and place among the given values, of each known number.
     known: Vec<(usize, usize)>,
     /// End conditions that are not given.
     open: Vec<usize>,
-    /// `C_ok C_kk⁻¹` (open x known).
+    /// What lies on the way, if anything is open.
+    way: Way,
+    /// `C Oᵀ (O C Oᵀ + R)⁻¹` (open x (known + on the way)).
     regression: DMatrix<f64>,
 }
 
+/// What is given of the way between the ends.
+#[derive(Clone, Debug)]
+struct Way {
+    /// Place of each number among the given values.
+    places: Vec<usize>,
+    /// `S_y` (numbers x end conditions).
+    smooth: DMatrix<f64>,
+    /// `B_y` (numbers x activations).
+    deviation: DMatrix<f64>,
+}
+
 impl Completion {
-    pub(crate) fn new(residual: &Residual, given: &[Given]) -> Self {
+    /// `observe` says what a number of something given is as a linear function of the unknowns.
+    pub(crate) fn new(
+        residual: &Residual,
+        given: &[Given],
+        observe: impl Fn(Given, usize) -> Vec<f64>,
+    ) -> Self {
         let layout = residual.layout;
+        let ends = ends_len(layout);
         let mut known = Vec::new();
         for (index, given) in given.iter().enumerate() {
             if let Some(first) = given.end_condition(layout) {
                 known.extend((0..3).map(|axis| (first + axis, 3 * index + axis)));
             }
         }
-        let open: Vec<usize> = (0..ends_len(layout))
+        let open: Vec<usize> = (0..ends)
             .filter(|i| known.iter().all(|(k, _)| k != i))
             .collect();
-        let columns: Vec<usize> = known.iter().map(|(k, _)| *k).collect();
-        let covariance = &residual.ends_covariance;
-        let across = covariance.select_rows(&open).select_columns(&columns);
-        let own = covariance.select_rows(&columns).select_columns(&columns);
+        let (mut places, mut rows) = (Vec::new(), Vec::new());
+        for (index, &given) in given.iter().enumerate() {
+            if !open.is_empty() && given.end_condition(layout).is_none() {
+                for axis in 0..3 {
+                    places.push(3 * index + axis);
+                    rows.push(observe(given, axis));
+                }
+            }
+        }
+        let columns = ends + residual.primitives.ncols();
+        let rows = DMatrix::from_fn(rows.len(), columns, |i, j| rows[i][j]);
+        let way = Way {
+            places,
+            smooth: rows.columns(0, ends).into_owned(),
+            deviation: rows.columns_range(ends..).into_owned(),
+        };
+
+        let mut observed = DMatrix::zeros(known.len() + way.places.len(), ends);
+        for (row, &(end, _)) in known.iter().enumerate() {
+            observed[(row, end)] = 1.0;
+        }
+        let tail = known.len()..observed.nrows();
+        observed.rows_range_mut(tail.clone()).copy_from(&way.smooth);
+        let across = &observed * &residual.ends_covariance;
+        let mut own = &across * observed.transpose();
+        let mut spread = own.view_range_mut(tail.clone(), tail);
+        spread += &way.deviation * &residual.covariance_m2 * way.deviation.transpose();
+        for i in 0..spread.nrows() {
+            spread[(i, i)] += SHARPEST * SHARPEST;
+        }
         // A part of a positive definite covariance is one too.
         let regression = match Cholesky::<f64, Dyn>::new(own) {
-            Some(factor) => factor.solve(&across.transpose()).transpose(),
-            None => DMatrix::zeros(open.len(), columns.len()),
+            Some(factor) => factor.solve(&across.select_columns(&open)).transpose(),
+            None => DMatrix::zeros(open.len(), observed.nrows()),
         };
         Self {
             known,
             open,
+            way,
             regression,
         }
     }
 
     /// All end conditions (m, m/s): the given ones, and the conditional mean of the others.
-    pub(crate) fn likely(&self, mean: &DVector<f64>, values: &[f64]) -> DVector<f64> {
+    pub(crate) fn likely(&self, residual: &Residual, values: &[f64]) -> DVector<f64> {
+        let straight = self.likely_with(residual, values, None);
+        if self.way.places.is_empty() {
+            return straight;
+        }
+        // On the way motion is off the smooth curve by what is expected there.
+        let expected = residual.expected_m(&straight);
+        self.likely_with(residual, values, Some(&expected))
+    }
+
+    fn likely_with(
+        &self,
+        residual: &Residual,
+        values: &[f64],
+        expected_m: Option<&DVector<f64>>,
+    ) -> DVector<f64> {
+        let mean = &residual.ends_mean;
         let mut ends = mean.clone();
         for &(end, place) in &self.known {
             ends[end] = values[place] / MM_PER_M;
         }
+        let mut way = -(&self.way.smooth * mean);
+        if let Some(expected_m) = expected_m {
+            way -= &self.way.deviation * expected_m;
+        }
+        for (way, &place) in way.iter_mut().zip(&self.way.places) {
+            *way += values[place] / MM_PER_M;
+        }
         let away = DVector::from_iterator(
-            self.known.len(),
-            self.known.iter().map(|&(end, _)| ends[end] - mean[end]),
+            self.regression.ncols(),
+            (self.known.iter())
+                .map(|&(end, _)| ends[end] - mean[end])
+                .chain(way.iter().copied()),
         );
         for (&end, change) in self.open.iter().zip((&self.regression * away).iter()) {
             ends[end] += change;

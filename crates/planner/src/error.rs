@@ -175,6 +175,23 @@ pub enum PlanError {
         /// Where that wants it, metres.
         other_m: [f64; 3],
     },
+    /// Two velocities of one finger at one sample.
+    #[error(
+        "target: {finger} is wanted to move at {one_m_s:?} and at {other_m_s:?} m/s \
+         from the same sample {sample} ({time_s} s) on: expected one velocity"
+    )]
+    VelocityContradiction {
+        /// The finger.
+        finger: Finger,
+        /// The sample.
+        sample: usize,
+        /// Its time, seconds.
+        time_s: f64,
+        /// One velocity, m/s.
+        one_m_s: [f64; 3],
+        /// The other.
+        other_m_s: [f64; 3],
+    },
     /// A pose of the object, but segments without it.
     #[error(
         "the target gives a pose of the object, which is not in these segments: \
@@ -220,6 +237,40 @@ pub enum PlanError {
         expected: String,
         /// Its time, seconds.
         time_s: f64,
+    },
+    /// A knot with a position or velocity that cannot be.
+    #[error("knot {knot} at {time_s} s: {source}")]
+    Knot {
+        /// Which one, counted from 0.
+        knot: usize,
+        /// Its time, seconds.
+        time_s: f64,
+        /// What is wrong with it.
+        source: Box<PlanError>,
+    },
+    /// A segment of a chain that cannot be planned.
+    #[error("segment {segment} of the chain, from {start_s} s on: {source}")]
+    Segment {
+        /// Which one, counted from 0.
+        segment: usize,
+        /// When it starts, seconds since the start.
+        start_s: f64,
+        /// Why not.
+        source: Box<PlanError>,
+    },
+    /// Segments too short for a chain.
+    #[error("segments of {samples} samples make no chain: expected at least 3")]
+    TooShortToChain {
+        /// Samples in a segment.
+        samples: usize,
+    },
+    /// Planning anew where nothing is left to be planned, or before the start.
+    #[error("planning anew at {time_s} s: expected a time from 0 to {limit_s} s")]
+    Elapsed {
+        /// The time, seconds since the first sample.
+        time_s: f64,
+        /// Time of the last sample but one, seconds.
+        limit_s: f64,
     },
     /// A word that names no method.
     #[error("unknown planning method \"{name}\": expected one of {expected}")]

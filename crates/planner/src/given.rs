@@ -13,7 +13,8 @@ use crate::target::{Holding, Target, Tips};
 const FARTHEST_M: f64 = 10.0;
 /// Faster than any fingertip, m/s. Catches velocities in mm/s.
 const FASTEST_M_S: f64 = 100.0;
-/// Two positions of one finger at one sample are the same up to here, metres: a nanometre.
+/// Two positions (velocities) of one finger at one sample are the same up to here, metres (m/s): a
+/// nanometre (in a second).
 const SAME_M: f64 = 1e-9;
 /// How far outside a segment the time of a waypoint may be by rounding, seconds.
 const ROUNDING_S: f64 = 1e-9;
@@ -81,6 +82,8 @@ pub(crate) struct Wanted {
     pub(crate) given: Vec<Given>,
     /// Three for each, mm or mm/s.
     pub(crate) values: Vec<f64>,
+    /// The sample of which positions and velocities are facts, not wishes.
+    pub(crate) now: Option<usize>,
 }
 
 /// Something given, its value (m, m/s), and which part of the target gives it.
@@ -91,10 +94,10 @@ pub(crate) fn wanted(target: &Target, layout: SegmentLayout) -> Result<Wanted, P
     let last = layout.samples - 1;
     let mut list: Vec<Part> = Vec::new();
     let mut positions = |what, sample, tips: &Tips| -> Result<(), PlanError> {
-        for (finger, value) in tips.0.iter().filter_map(|(f, v)| v.map(|v| (f, v))) {
-            check(what, finger, value, FARTHEST_M)?;
-            list.push((Given::Position { sample, finger }, value, what));
-        }
+        check_position(what, tips)?;
+        list.extend(
+            given_of(tips).map(|(finger, v)| (Given::Position { sample, finger }, v, what)),
+        );
         Ok(())
     };
     positions("first configuration", 0, &target.first_m)?;
@@ -105,19 +108,18 @@ pub(crate) fn wanted(target: &Target, layout: SegmentLayout) -> Result<Wanted, P
     }
     for step in &target.steps {
         let sample = sample_at(step.time_s, layout)?.min(last - 1);
-        for (finger, value) in step.tips.0.iter().filter_map(|(f, v)| v.map(|v| (f, v))) {
-            check("velocity on the way", finger, value, FASTEST_M_S)?;
-            list.push((Given::Step { sample, finger }, value, "velocity on the way"));
-        }
+        let what = "velocity on the way";
+        check_velocity(what, &step.tips)?;
+        list.extend(
+            given_of(&step.tips).map(|(finger, v)| (Given::Step { sample, finger }, v, what)),
+        );
     }
     for (what, end, tips) in [
         ("first velocity", End::First, &target.first_velocity_m_s),
         ("last velocity", End::Last, &target.last_velocity_m_s),
     ] {
-        for (finger, value) in tips.0.iter().filter_map(|(f, v)| v.map(|v| (f, v))) {
-            check(what, finger, value, FASTEST_M_S)?;
-            list.push((Given::Velocity { end, finger }, value, what));
-        }
+        check_velocity(what, tips)?;
+        list.extend(given_of(tips).map(|(finger, v)| (Given::Velocity { end, finger }, v, what)));
     }
     list.extend(object(target, layout)?);
     if let Some(holding) = &target.holding {
@@ -125,25 +127,42 @@ pub(crate) fn wanted(target: &Target, layout: SegmentLayout) -> Result<Wanted, P
     }
 
     list.sort_by_key(|(given, ..)| *given);
-    let mut wanted = Wanted::default();
+    let mut wanted = Wanted {
+        now: target
+            .now_s
+            .map(|time_s| sample_at(time_s, layout))
+            .transpose()?,
+        ..Wanted::default()
+    };
     let mut before: Option<Part> = None;
     for (given, value, what) in list {
         if let Some((same, other, other_what)) = before
             && same == given
         {
             let differs = (0..3).any(|axis| (value[axis] - other[axis]).abs() > SAME_M);
-            if let (true, Given::Position { sample, finger }) = (differs, given) {
-                return Err(PlanError::Contradiction {
-                    finger,
-                    sample,
-                    time_s: sample as f64 / layout.rate_hz,
-                    one: other_what,
-                    one_m: other,
-                    other: what,
-                    other_m: value,
-                });
+            match given {
+                Given::Position { sample, finger } if differs => {
+                    return Err(PlanError::Contradiction {
+                        finger,
+                        sample,
+                        time_s: sample as f64 / layout.rate_hz,
+                        one: other_what,
+                        one_m: other,
+                        other: what,
+                        other_m: value,
+                    });
+                }
+                Given::Step { sample, finger } if differs => {
+                    return Err(PlanError::VelocityContradiction {
+                        finger,
+                        sample,
+                        time_s: sample as f64 / layout.rate_hz,
+                        one_m_s: other,
+                        other_m_s: value,
+                    });
+                }
+                _ => continue,
             }
-            continue;
         }
         before = Some((given, value, what));
         wanted.given.push(given);
@@ -153,6 +172,11 @@ pub(crate) fn wanted(target: &Target, layout: SegmentLayout) -> Result<Wanted, P
         return Err(PlanError::NothingGiven);
     }
     Ok(wanted)
+}
+
+/// The fingers of which something is given, and what.
+fn given_of(tips: &Tips) -> impl Iterator<Item = (Finger, [f64; 3])> {
+    (tips.0.iter()).filter_map(|(finger, tip)| Some((finger, (*tip)?)))
 }
 
 /// The sample nearest to a time.
@@ -239,6 +263,22 @@ fn check_pose(what: &'static str, pose: Pose<Hand, Object>) -> Result<(), PlanEr
             limit: FARTHEST_M,
         }),
     }
+}
+
+/// Refuses numbers that are none, and positions (metres) that no hand reaches.
+pub(crate) fn check_position(what: &'static str, tips: &Tips) -> Result<(), PlanError> {
+    (tips.0.iter()).try_for_each(|(finger, tip)| match *tip {
+        Some(tip) => check(what, finger, tip, FARTHEST_M),
+        None => Ok(()),
+    })
+}
+
+/// Refuses numbers that are none, and velocities (m/s) that no hand reaches.
+pub(crate) fn check_velocity(what: &'static str, tips: &Tips) -> Result<(), PlanError> {
+    (tips.0.iter()).try_for_each(|(finger, tip)| match *tip {
+        Some(tip) => check(what, finger, tip, FASTEST_M_S),
+        None => Ok(()),
+    })
 }
 
 fn check(

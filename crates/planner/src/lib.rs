@@ -31,6 +31,8 @@
 //! * Every [`Plan`](inhand_model::Plan) carries a certificate: the residuals of the optimality
 //!   conditions over all rows, recomputed apart from the solver. Where there is no solution, it says
 //!   which constraints would have to give way and by how much.
+//! * [`plan_chain`]: motion through knots, over as many segments as it takes. [`replan`]: what is
+//!   left of a motion, from a state that is not the planned one.
 //! * [`Planner::corridor`]: how far motion may be from the plan, as the conditional covariance has
 //!   it.
 //!
@@ -75,7 +77,7 @@
 //! function of unknowns), `problem` with `equality` (what is minimised), `rows` (constraints on the
 //! motion, family by family), `solve` (rows taken up as needed, answers judged), `active_set` with
 //! `cholesky` (the default solver), `interior_point` (Clarabel), `certificate`, `explain` (what would
-//! have to give way), `outcome` (the plan), `corridor`, `object`, `planner`.
+//! have to give way), `outcome` (the plan), `corridor`, `object`, `planner`, `chain` with `spline`, `replan`.
 //!
 //! This is the only crate that knows Clarabel. It knows no files and no recordings.
 
@@ -98,17 +100,19 @@ mod outcome;
 mod planner;
 mod precision;
 mod problem;
+mod replan;
 mod rows;
 mod settings;
 mod solve;
 mod spline;
 mod target;
 
-pub use chain::{Chain, Knot, plan_chain, replan};
+pub use chain::{Chain, Knot, plan_chain};
 pub use error::PlanError;
 pub use method::{Backend, Method};
 pub use object::{held_fingers, object_between};
 pub use outcome::worst_hull_distance_m;
 pub use planner::{Planner, plan_all};
+pub use replan::replan;
 pub use settings::{AccelerationBounds, Constraints, Ends, PlannerSettings, widened};
 pub use target::{Holding, Target, Tips, Waypoint};

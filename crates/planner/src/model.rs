@@ -162,11 +162,15 @@ impl MotionModel {
         (self.base_mm[from + SEGMENT_COORDINATES] - self.base_mm[from]) * rate
     }
 
-    /// What end conditions the target leaves open depends on: prepared once for what it gives.
+    /// How end conditions that the target leaves open follow from what it gives: prepared once.
     pub(crate) fn completion(&self, given: &[Given]) -> Option<Completion> {
         match &self.expected {
             Expected::Always(_) => None,
-            Expected::ByEnds(residual) => Some(Completion::new(residual, given)),
+            Expected::ByEnds(residual) => Some(Completion::new(residual, given, |given, axis| {
+                let mut row = vec![0.0; self.unknowns()];
+                self.observe(given, axis, &mut row);
+                row
+            })),
         }
     }
 
@@ -174,7 +178,7 @@ impl MotionModel {
     pub(crate) fn mean_mm(&self, completion: Option<&Completion>, values: &[f64]) -> DVector<f64> {
         match (&self.expected, completion) {
             (Expected::ByEnds(residual), Some(completion)) => {
-                let likely = completion.likely(&residual.ends_mean, values);
+                let likely = completion.likely(residual, values);
                 let activations = residual.expected_m(&likely);
                 DVector::from_iterator(
                     self.unknowns(),

@@ -7,11 +7,12 @@ use inhand_model::{
     Corridor, Dictionary, EndConditions, Finger, Hull, ObjectEnds, PerFinger, Plan, Pose, Residual,
     SEGMENT_COORDINATES, SegmentLayout,
 };
+use nalgebra::DVector;
 use rayon::prelude::*;
 
 use crate::corridor::corridor;
 use crate::error::PlanError;
-use crate::given::{Given, sample_at, wanted};
+use crate::given::{Wanted, sample_at, wanted};
 use crate::method::{Backend, Method};
 use crate::model::MotionModel;
 use crate::outcome::plan_from;
@@ -109,7 +110,7 @@ impl Planner {
         });
         let deviations = Deviations::new(settings, method);
         let usual = usual_target(method);
-        let given = wanted(&usual, layout)?.given;
+        let parts = wanted(&usual, layout)?;
         Ok(Self {
             method,
             backend: Backend::default(),
@@ -120,7 +121,7 @@ impl Planner {
             reach,
             separation,
             hulls,
-            usual: Arc::new(Prepared::new(&model, &given, deviations)?),
+            usual: Arc::new(Prepared::new(&model, &parts, deviations)?),
             others: Arc::default(),
             deviations,
             model,
@@ -141,11 +142,16 @@ impl Planner {
     /// [`PlanError::Conditioning`] where rounding leaves no problem to solve.
     pub fn exact(mut self) -> Result<Self, PlanError> {
         if self.deviations.take().is_some() {
-            let given = wanted(&usual_target(self.method), self.model.layout)?.given;
-            self.usual = Arc::new(Prepared::new(&self.model, &given, None)?);
+            let parts = wanted(&usual_target(self.method), self.model.layout)?;
+            self.usual = Arc::new(Prepared::new(&self.model, &parts, None)?);
             self.others = Arc::default();
         }
         Ok(self)
+    }
+
+    /// Whether targets are hard.
+    pub const fn is_exact(&self) -> bool {
+        self.deviations.is_none()
     }
 
     /// Which problem of a dictionary is solved; `None` for a smooth curve with a deviation.
@@ -181,10 +187,20 @@ impl Planner {
     /// finite or too large to be in metres, a waypoint outside the segment, or an object where
     /// segments carry none.
     pub fn plan(&self, target: &Target) -> Result<Plan, PlanError> {
+        self.plan_near(target, None)
+    }
+
+    /// [`Planner::plan`] with what is expected of the unknowns (mm; as the demonstrations have it if
+    /// `None`).
+    pub(crate) fn plan_near(
+        &self,
+        target: &Target,
+        expected_mm: Option<DVector<f64>>,
+    ) -> Result<Plan, PlanError> {
         let wanted = wanted(target, self.model.layout)?;
-        let prepared = self.prepared(&wanted.given)?;
+        let prepared = self.prepared(&wanted)?;
         let problem = &prepared.problem;
-        let instance = problem.instance(&self.model, &wanted);
+        let instance = problem.instance(&self.model, &wanted, expected_mm);
         let held = target.holding.as_ref().map(Held::new);
         let task = Task {
             model: &self.model,
@@ -214,14 +230,14 @@ impl Planner {
             return Err(PlanError::NoCorridor);
         }
         let wanted = wanted(target, self.model.layout)?;
-        let prepared = self.prepared(&wanted.given)?;
+        let prepared = self.prepared(&wanted)?;
         let made = || corridor(&self.model, &prepared.problem.inverse);
         Ok(prepared.corridor.get_or_init(made).clone())
     }
 
     /// The problem for targets that give these parts, made if there is none yet.
-    fn prepared(&self, given: &[Given]) -> Result<Arc<Prepared>, PlanError> {
-        let fits = |prepared: &&Arc<Prepared>| prepared.problem.given == given;
+    fn prepared(&self, wanted: &Wanted) -> Result<Arc<Prepared>, PlanError> {
+        let fits = |prepared: &&Arc<Prepared>| prepared.problem.fits(wanted);
         // A thread that panicked left the list whole: it is only ever pushed to.
         let known = || self.others.read().unwrap_or_else(PoisonError::into_inner);
         if let Some(prepared) = std::iter::once(&self.usual).find(fits) {
@@ -230,7 +246,7 @@ impl Planner {
         if let Some(prepared) = known().iter().find(fits) {
             return Ok(Arc::clone(prepared));
         }
-        let prepared = Arc::new(Prepared::new(&self.model, given, self.deviations)?);
+        let prepared = Arc::new(Prepared::new(&self.model, wanted, self.deviations)?);
         let mut others = self.others.write().unwrap_or_else(PoisonError::into_inner);
         if others.len() == KEPT {
             others.remove(0);
@@ -243,11 +259,11 @@ impl Planner {
 impl Prepared {
     fn new(
         model: &MotionModel,
-        given: &[Given],
+        wanted: &Wanted,
         deviations: Option<Deviations>,
     ) -> Result<Self, PlanError> {
         Ok(Self {
-            problem: Problem::new(model, given, deviations)?,
+            problem: Problem::new(model, &wanted.given, wanted.now, deviations)?,
             corridor: OnceLock::new(),
         })
     }

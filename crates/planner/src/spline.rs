@@ -1,9 +1,9 @@
 //! Cubic splines through points at any times: where a chain of segments passes between knots.
 
-use nalgebra::{DMatrix, DVector};
-
-/// A cubic spline: twice continuously differentiable but where slopes are given. Ends are natural
-/// (no second derivative) where no slope is given there; outside, it goes straight on.
+/// A cubic spline: twice continuously differentiable but where slopes are given. The last point is
+/// natural (no second derivative) where no slope is given there, and so is the first, unless time
+/// begins before it: then it comes from rest. It rests before its first point and goes straight on
+/// after its last.
 #[derive(Clone, Debug)]
 pub(crate) struct Spline {
     times: Vec<f64>,
@@ -12,48 +12,58 @@ pub(crate) struct Spline {
 }
 
 impl Spline {
-    /// Through points `(time, value, slope if given)` in rising order of time, at least one. If the
-    /// last one lies before `end` it comes to rest there unless its slope is given.
-    pub(crate) fn through(points: &[(f64, f64, Option<f64>)], end: f64) -> Self {
-        let count = points.len();
-        let mut given: Vec<Option<f64>> = points.iter().map(|p| p.2).collect();
+    /// Through points `(time, value, slope if given)` in rising order of time, at least one, in time
+    /// from 0 on.
+    pub(crate) fn through(points: &[(f64, f64, Option<f64>)]) -> Self {
         let times: Vec<f64> = points.iter().map(|p| p.0).collect();
         let values: Vec<f64> = points.iter().map(|p| p.1).collect();
-        if times[count - 1] < end || count == 1 {
-            given[count - 1].get_or_insert(0.0);
-        }
-        let mut system = DMatrix::zeros(count, count);
-        let mut right = DVector::zeros(count);
+        let count = points.len();
         let width = |i: usize| times[i + 1] - times[i];
         let rise = |i: usize| (values[i + 1] - values[i]) / width(i);
-        for i in 0..count {
-            if let Some(slope) = given[i] {
-                system[(i, i)] = 1.0;
-                right[i] = slope;
-                continue;
+        // `below * slope[i - 1] + diagonal * slope[i] + above * slope[i + 1] = right`, solved by
+        // elimination from the first to the last and back. Rows are diagonally dominant, so that
+        // no pivot is near zero.
+        let mut solved: Vec<(f64, f64)> = Vec::with_capacity(count);
+        for (i, &(time, _, slope)) in points.iter().enumerate() {
+            let comes_from_rest = i == 0 && (time > 0.0 || count == 1);
+            let slope = slope.or(comes_from_rest.then_some(0.0));
+            let (mut below, mut diagonal, mut above, mut right) = (0.0, 1.0, 0.0, 0.0);
+            if let Some(slope) = slope {
+                right = slope;
+            } else {
+                // Second derivatives agree: of the piece before (if any) and the piece after.
+                diagonal = 0.0;
+                if i > 0 {
+                    below = 1.0 / width(i - 1);
+                    diagonal += 2.0 * below;
+                    right += 3.0 * rise(i - 1) * below;
+                }
+                if i + 1 < count {
+                    above = 1.0 / width(i);
+                    diagonal += 2.0 * above;
+                    right += 3.0 * rise(i) * above;
+                }
             }
-            // Second derivatives agree: of the piece before (if any) and the piece after.
-            if i > 0 {
-                system[(i, i)] += 2.0 / width(i - 1);
-                system[(i, i - 1)] += 1.0 / width(i - 1);
-                right[i] += 3.0 * rise(i - 1) / width(i - 1);
-            }
-            if i + 1 < count {
-                system[(i, i)] += 2.0 / width(i);
-                system[(i, i + 1)] += 1.0 / width(i);
-                right[i] += 3.0 * rise(i) / width(i);
-            }
+            let (before, factor) = solved.last().copied().unwrap_or((0.0, 0.0));
+            let pivot = diagonal - below * factor;
+            solved.push(((right - below * before) / pivot, above / pivot));
         }
-        // Diagonally dominant, so it has one solution.
-        let slopes = system
-            .lu()
-            .solve(&right)
-            .unwrap_or_else(|| DVector::zeros(count));
+        let mut slopes = vec![0.0; count];
+        let mut next = 0.0;
+        for (slope, (value, factor)) in slopes.iter_mut().zip(solved).rev() {
+            *slope = value - factor * next;
+            next = *slope;
+        }
         Self {
             times,
             values,
-            slopes: slopes.as_slice().to_vec(),
+            slopes,
         }
+    }
+
+    /// Time of the last point.
+    pub(crate) fn end(&self) -> f64 {
+        self.times.last().copied().unwrap_or(0.0)
     }
 
     pub(crate) fn position(&self, time: f64) -> f64 {
@@ -64,19 +74,15 @@ impl Spline {
         self.at(time).1
     }
 
+    /// Value and slope.
     fn at(&self, time: f64) -> (f64, f64) {
         let last = self.times.len() - 1;
-        let beyond = |i: usize| {
-            (
-                self.values[i] + self.slopes[i] * (time - self.times[i]),
-                self.slopes[i],
-            )
-        };
-        if time <= self.times[0] {
-            return beyond(0);
+        if time < self.times[0] {
+            return (self.values[0], 0.0);
         }
         if time >= self.times[last] {
-            return beyond(last);
+            let slope = self.slopes[last];
+            return (self.values[last] + slope * (time - self.times[last]), slope);
         }
         let i = self.times.partition_point(|t| *t <= time) - 1;
         let width = self.times[i + 1] - self.times[i];
@@ -108,7 +114,7 @@ mod tests {
             .iter()
             .map(|&t| (t, cubic(t), [0.0, 1.4].contains(&t).then(|| slope(t))))
             .collect();
-        let spline = Spline::through(&points, 1.4);
+        let spline = Spline::through(&points);
         for i in 0..=140 {
             let t = f64::from(i) / 100.0;
             assert!((spline.position(t) - cubic(t)).abs() < 1e-13);
@@ -118,13 +124,44 @@ mod tests {
 
     #[test]
     fn ends_without_a_slope_are_natural_and_go_straight_on() {
-        let spline = Spline::through(&[(0.0, 0.0, None), (1.0, 1.0, None), (2.0, 0.0, None)], 2.0);
+        let spline = Spline::through(&[(0.0, 0.0, None), (1.0, 1.0, None), (2.0, 0.0, None)]);
         // By symmetry flat in the middle; natural ends of the textbook example have slope 1.5.
         assert!((spline.velocity(0.0) - 1.5).abs() < 1e-14);
         assert!(spline.velocity(1.0).abs() < 1e-14);
         assert!((spline.position(3.0) + 1.5).abs() < 1e-13);
-        // One point, and time left after it: at rest.
-        let still = Spline::through(&[(0.0, 2.0, None)], 5.0);
+        assert_eq!(spline.end(), 2.0);
+    }
+
+    #[test]
+    fn before_its_first_point_it_rests() {
+        let still = Spline::through(&[(0.0, 2.0, None)]);
         assert_eq!((still.position(3.0), still.velocity(3.0)), (2.0, 0.0));
+        let late = Spline::through(&[(1.0, 2.0, None), (2.0, 3.0, None)]);
+        assert_eq!((late.position(0.5), late.velocity(0.5)), (2.0, 0.0));
+        assert_eq!((late.position(1.0), late.velocity(1.0)), (2.0, 0.0));
+        // From rest to a natural end: slope 1.5 there.
+        assert!((late.velocity(2.0) - 1.5).abs() < 1e-14);
+    }
+
+    #[test]
+    fn slopes_given_in_the_middle_part_it_in_two() {
+        let points = [(0.0, 0.0, None), (1.0, 1.0, Some(-2.0)), (3.0, 0.5, None)];
+        let whole = Spline::through(&points);
+        let left = Spline::through(&points[..2]);
+        assert_eq!(whole.velocity(1.0), -2.0);
+        for t in [0.0, 0.2, 0.9] {
+            assert_eq!(whole.position(t), left.position(t));
+        }
+    }
+
+    #[test]
+    fn a_hundred_thousand_points_take_no_matrix() {
+        let points: Vec<_> = (0..100_000)
+            .map(|i| (f64::from(i) * 0.01, (f64::from(i) * 1e-3).sin(), None))
+            .collect();
+        let spline = Spline::through(&points);
+        let t = 512.345;
+        assert!((spline.position(t) - (0.1 * t).sin()).abs() < 1e-12);
+        assert!((spline.velocity(t) - 0.1 * (0.1 * t).cos()).abs() < 1e-9);
     }
 }

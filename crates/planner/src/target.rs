@@ -75,6 +75,8 @@ pub struct Target {
     pub(crate) steps: Vec<Waypoint>,
     /// When constraints begin to hold, seconds since the first sample.
     pub(crate) constrained_from_s: f64,
+    /// When the state is known: what is given there is a fact, not a wish.
+    pub(crate) now_s: Option<f64>,
     pub(crate) object_first: Option<Pose<Hand, Object>>,
     pub(crate) object_last: Option<Pose<Hand, Object>>,
     /// Whether it is an error that segments do not carry the object.
@@ -126,7 +128,7 @@ impl Target {
     }
 
     /// Velocities (m/s) of the motion itself at a time in seconds since the first sample: from the
-    /// nearest sample to the next one.
+    /// nearest sample to the next one (from the last sample but one, where that is the last).
     #[must_use]
     pub fn velocity_at(mut self, time_s: f64, tips: impl Into<Tips>) -> Self {
         let tips = tips.into();

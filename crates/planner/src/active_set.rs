@@ -76,6 +76,17 @@ pub(crate) struct ActiveSet<'a> {
     multipliers: Vec<f64>,
     factor: Factor,
     steps: usize,
+    contradiction: Option<Contradiction>,
+}
+
+/// Why no point keeps all rows (Farkas): with these factors, none negative, the rows add up to one
+/// in which nothing is free, while their bounds add up to more than its value.
+#[derive(Clone, Debug)]
+pub(crate) struct Contradiction {
+    /// Constraints with their factors.
+    pub(crate) factors: Vec<(Constraint, f64)>,
+    /// By how much the sum of the bounds is more than the value.
+    pub(crate) missing: f64,
 }
 
 /// The search for the row with the largest gain.
@@ -116,6 +127,7 @@ impl<'a> ActiveSet<'a> {
             multipliers: Vec::new(),
             factor: Factor::default(),
             steps: 0,
+            contradiction: None,
         }
     }
 
@@ -138,6 +150,12 @@ impl<'a> ActiveSet<'a> {
     /// Steps taken so far.
     pub(crate) const fn steps(&self) -> usize {
         self.steps
+    }
+
+    /// Which rows contradict each other, where a minimisation ended with
+    /// [`Ending::Infeasible`].
+    pub(crate) const fn contradiction(&self) -> Option<&Contradiction> {
+        self.contradiction.as_ref()
     }
 
     /// Constraints that hold with equality, with their multipliers.
@@ -224,6 +242,14 @@ impl<'a> ActiveSet<'a> {
             };
             let length = blocking.map_or(full, |(_, partial)| partial.min(full));
             if length.is_infinite() {
+                // The entering row is the working ones times factors that are not positive.
+                let working = self.working.iter().zip(&answer);
+                self.contradiction = Some(Contradiction {
+                    factors: std::iter::once((entering, 1.0))
+                        .chain(working.map(|(&constraint, r)| (constraint, -r)))
+                        .collect(),
+                    missing: -self.slack(entering),
+                });
                 return Ending::Infeasible;
             }
             if full.is_finite() {

@@ -116,7 +116,8 @@ pub(crate) struct LearnOptions {
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct MethodOptions {
     /// Methods in the order of the report, separated by commas; the first is the default one. auto
-    /// stands for the one that does best on training takes left out of learning.
+    /// stands for the one that does best on training takes left out of learning, which is then done
+    /// once more for each group of takes.
     #[arg(long, value_name = "METHOD,...", value_delimiter = ',')]
     methods: Vec<String>,
 }
@@ -127,8 +128,8 @@ pub(crate) struct PlanOptions {
     /// How exactly start and goal are met, millimetres [default: 0.1].
     #[arg(long, value_name = "MM")]
     sigma_mm: Option<f64>,
-    /// Whether start and goal are met softly (within --sigma-mm) or exactly: soft or hard
-    /// [default: soft].
+    /// Whether start and goal are weighed (a deviation of --sigma-mm each) or met exactly: soft or
+    /// hard [default: soft].
     #[arg(long, value_name = "WORD")]
     ends: Option<String>,
     /// Ridge that makes `paper` unique, in units of millimetres [default: 1e-4].

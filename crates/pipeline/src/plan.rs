@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use inhand_channels::{GeneratedMethod, GeneratedSegment, TakeFile};
 use inhand_contact::FingerOffsets;
 use inhand_model::{
-    Clock, Dictionary, Finger, LengthUnit, ObjectEnds, Plan, Provenance, Recording,
+    Clock, Dictionary, Finger, LengthUnit, ObjectEnds, PerFinger, Plan, Provenance, Recording,
     SEGMENT_COORDINATES, SegmentLayout, Source, StartTime, Trajectory, UpAxis,
 };
 use inhand_planner::{Holding, Knot, Target, Tips, held_fingers, object_between, plan_chain};
@@ -46,8 +46,12 @@ pub struct Planned {
     pub plans: Vec<Plan>,
     /// The whole motion; `None` where a segment has none.
     pub trajectory: Option<Trajectory>,
-    /// Time for all plans, preparation of the dictionary apart.
+    /// Time for all plans; that of preparing the dictionary for targets that give the same parts is
+    /// in it for a single motion.
     pub time: Duration,
+    /// The farthest that the motion passes from a position it was given, metres: of start, goal and
+    /// what lies between.
+    pub worst_miss_m: Option<f64>,
 }
 
 /// Plans a motion: a single segment where it lasts as long as one, else a chain of segments with
@@ -81,17 +85,20 @@ pub fn plan_motion(
             &duration_s,
         ));
     }
+    let single = (duration_s - segment_s).abs() * layout.rate_hz < 0.5;
+    check_objects(request, !single, layout)?;
     let begin = Instant::now();
-    if (duration_s - segment_s).abs() * layout.rate_hz < 0.5 {
+    if single {
         let target = target(request, layout, settings)?;
         let begin = Instant::now();
         let plan = planner.plan(&target).map_err(error)?;
         return Ok(Planned {
             method,
             layout,
+            time: begin.elapsed(),
+            worst_miss_m: worst_miss_m(request, duration_s, plan.trajectory.as_ref()),
             trajectory: plan.trajectory.clone(),
             plans: vec![plan],
-            time: begin.elapsed(),
         });
     }
     if settings.plan.holding {
@@ -99,12 +106,10 @@ pub fn plan_motion(
         return Err(invalid("plan.holding", &expected, &true));
     }
     let mut knots = vec![knot(0.0, &request.start)];
-    knots.extend(
-        request
-            .via
-            .iter()
-            .map(|(time_s, state)| knot(*time_s, state)),
-    );
+    knots.extend(request.via.iter().map(|(time_s, state)| Knot {
+        velocity: Tips(via_velocity(state)),
+        ..knot(*time_s, state)
+    }));
     knots.push(knot(duration_s, &request.goal));
     for knot in &mut knots {
         knot.tips = only(knot.tips, &request.fingers);
@@ -114,10 +119,67 @@ pub fn plan_motion(
     Ok(Planned {
         method,
         layout,
+        time: begin.elapsed(),
+        worst_miss_m: worst_miss_m(request, duration_s, chain.trajectory.as_ref()),
         plans: chain.plans,
         trajectory: chain.trajectory,
-        time: begin.elapsed(),
     })
+}
+
+/// The farthest that a motion passes from a position it was given.
+fn worst_miss_m(
+    request: &PlanRequest,
+    duration_s: f64,
+    trajectory: Option<&Trajectory>,
+) -> Option<f64> {
+    let trajectory = trajectory?;
+    let layout = trajectory.layout();
+    let given = [(0.0, &request.start), (duration_s, &request.goal)];
+    let via = request.via.iter().map(|(time_s, state)| (*time_s, state));
+    let misses = (given.into_iter().chain(via)).flat_map(|(time_s, state)| {
+        let sample = ((time_s * layout.rate_hz).round() as usize).min(layout.samples - 1);
+        request.fingers.iter().filter_map(move |&finger| {
+            let wanted = state.fingertips_m[finger]?;
+            Some(
+                trajectory
+                    .position(sample, finger)
+                    .distance_m(wanted.into()),
+            )
+        })
+    });
+    misses.reduce(f64::max)
+}
+
+/// Objects can be given only where there is a place for them; those of takes are a bonus.
+fn check_objects(
+    request: &PlanRequest,
+    chain: bool,
+    layout: SegmentLayout,
+) -> Result<(), PipelineError> {
+    let states = [
+        ("start", &request.start, true),
+        ("goal", &request.goal, true),
+    ];
+    let via = request
+        .via
+        .iter()
+        .map(|(_, state)| ("point on the way", state, false));
+    for (what, state, end) in states.into_iter().chain(via) {
+        let usable = layout.object && !chain && end;
+        if state.object.is_some() && state.sample.is_none() && !usable {
+            let reason = match (chain, end) {
+                (_, false) => "the object at start and goal only",
+                (true, _) => "no object in motion of another length than a segment",
+                _ => "no object: the dictionary was learned without it",
+            };
+            return Err(PipelineError::State {
+                place: state.path.display().to_string(),
+                expected: reason.to_owned(),
+                found: format!("the object at the {what}"),
+            });
+        }
+    }
+    Ok(())
 }
 
 fn knot(time_s: f64, state: &State) -> Knot {
@@ -125,6 +187,15 @@ fn knot(time_s: f64, state: &State) -> Knot {
         time_s,
         tips: Tips(state.fingertips_m),
         velocity: Tips(state.velocity_m_s),
+    }
+}
+
+/// Velocity at a point on the way: as a file gives it. That of a take is an average over the
+/// samples after it, too coarse to be passed with exactly.
+fn via_velocity(state: &State) -> PerFinger<Option<[f64; 3]>> {
+    match state.sample {
+        None => state.velocity_m_s,
+        Some(_) => PerFinger::default(),
     }
 }
 
@@ -149,11 +220,15 @@ fn target(
         .last(goal.fingertips_m)
         .last_velocity(goal.velocity_m_s);
     for (time_s, state) in &request.via {
-        target = target.waypoint(*time_s, state.fingertips_m);
+        target = target
+            .waypoint(*time_s, state.fingertips_m)
+            .velocity_at(*time_s, via_velocity(state));
     }
     // Segments without the object have no place for it.
-    if let (true, Some(first)) = (layout.object, start.object) {
-        target = target.object_first(first);
+    if layout.object {
+        if let Some(first) = start.object {
+            target = target.object_first(first);
+        }
         if let Some(last) = goal.object {
             target = target.object_last(last);
         }

@@ -10,12 +10,13 @@
 //!
 //! All in the frame of the hand; any part and any finger may be left out.
 
-use std::collections::BTreeMap;
+use std::fmt;
 use std::path::{Path, PathBuf};
 
 use inhand_model::{Finger, Hand, InputHash, Motion, Object, PerFinger, Pose, Position};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
-use serde::Deserialize;
+use serde::de::{MapAccess, Visitor};
+use serde::{Deserialize, Deserializer};
 
 use crate::error::PipelineError;
 use crate::settings::Settings;
@@ -36,8 +37,10 @@ pub struct State {
     pub object: Option<Pose<Hand, Object>>,
     /// Where it comes from.
     pub source: InputHash,
-    /// The take and its sample, where it comes from one.
-    pub sample: Option<(PathBuf, usize)>,
+    /// The file.
+    pub path: PathBuf,
+    /// The take's sample, where it comes from a take.
+    pub sample: Option<usize>,
 }
 
 /// Which end of a motion a state is for: velocities are taken outside the motion.
@@ -49,7 +52,8 @@ pub enum StateRole {
     Goal,
 }
 
-/// Reads a state: `FILE.json`, or `TAKE@SECONDS` for a take at a time since its first sample.
+/// Reads a state: `FILE.json`, or `TAKE@SECONDS` for a take at a time since its first sample, whose
+/// stored motion is used as it is with `reuse`.
 ///
 /// # Errors
 ///
@@ -58,21 +62,18 @@ pub fn read_state(
     text: &str,
     role: StateRole,
     settings: &Settings,
+    reuse: bool,
 ) -> Result<State, PipelineError> {
-    match text.rsplit_once('@') {
-        Some((path, seconds)) => {
-            let time_s = seconds.trim().trim_end_matches('s').parse::<f64>();
-            let time_s = time_s.ok().filter(|t| t.is_finite()).ok_or_else(|| {
-                fault(
-                    text,
-                    "a number of seconds after \"@\"",
-                    &format!("\"{seconds}\""),
-                )
-            })?;
-            from_take(Path::new(path), time_s, role, settings)
-        }
-        None => from_json(Path::new(text)),
-    }
+    let at = text.rsplit_once('@').filter(|_| !Path::new(text).is_file());
+    let Some((path, seconds)) = at else {
+        return from_json(Path::new(text));
+    };
+    let time_s = seconds.trim().trim_end_matches('s').parse::<f64>();
+    let time_s = time_s.ok().filter(|t| t.is_finite()).ok_or_else(|| {
+        let found = format!("\"{seconds}\"");
+        fault(text, "a file, or a number of seconds after \"@\"", &found)
+    })?;
+    from_take(Path::new(path), time_s, (role, reuse), settings)
 }
 
 fn fault(place: &str, expected: &str, found: &str) -> PipelineError {
@@ -87,10 +88,36 @@ fn fault(place: &str, expected: &str, found: &str) -> PipelineError {
 #[serde(deny_unknown_fields)]
 struct StateJson {
     #[serde(default)]
-    fingertips_m: BTreeMap<String, [f64; 3]>,
+    fingertips_m: Entries,
     #[serde(default)]
-    velocity_m_s: BTreeMap<String, [f64; 3]>,
+    velocity_m_s: Entries,
     object: Option<ObjectJson>,
+}
+
+/// The entries of a map in the order they stand, so that one that comes twice is seen.
+#[derive(Default)]
+struct Entries(Vec<(String, [f64; 3])>);
+
+impl<'de> Deserialize<'de> for Entries {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Collect;
+        impl<'de> Visitor<'de> for Collect {
+            type Value = Entries;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("fingers with three numbers each")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Entries, A::Error> {
+                let mut entries = Vec::new();
+                while let Some(entry) = map.next_entry()? {
+                    entries.push(entry);
+                }
+                Ok(Entries(entries))
+            }
+        }
+        deserializer.deserialize_map(Collect)
+    }
 }
 
 #[derive(Deserialize)]
@@ -116,6 +143,7 @@ fn from_json(path: &Path) -> Result<State, PipelineError> {
             name: name.to_string_lossy().into_owned(),
             sha256: hex_sha256(&bytes),
         },
+        path: path.to_owned(),
         sample: None,
     })
 }
@@ -123,10 +151,10 @@ fn from_json(path: &Path) -> Result<State, PipelineError> {
 fn tips(
     place: &str,
     key: &str,
-    values: &BTreeMap<String, [f64; 3]>,
+    values: &Entries,
 ) -> Result<PerFinger<Option<[f64; 3]>>, PipelineError> {
     let mut tips: PerFinger<Option<[f64; 3]>> = PerFinger::default();
-    for (name, value) in values {
+    for (name, value) in &values.0 {
         let finger: Finger = name.parse().map_err(|_| {
             let found = format!("\"{name}\" in {key}");
             fault(place, "thumb, index, middle, ring or little", &found)
@@ -155,11 +183,11 @@ fn pose(place: &str, object: &ObjectJson) -> Result<Pose<Hand, Object>, Pipeline
 fn from_take(
     path: &Path,
     time_s: f64,
-    role: StateRole,
+    (role, reuse): (StateRole, bool),
     settings: &Settings,
 ) -> Result<State, PipelineError> {
     let take = take::read(path, settings)?;
-    let motions = steps::motions(std::slice::from_ref(&take), settings, true)?;
+    let motions = steps::motions(std::slice::from_ref(&take), settings, reuse)?;
     let motion = (motions.first()).expect("as many motions as takes were given");
     let rate_hz = motion.clock.rate_hz();
     let last_s = motion.len().saturating_sub(1) as f64 / rate_hz;
@@ -201,7 +229,8 @@ fn from_take(
         velocity_m_s,
         object: object_at(motion, k),
         source: take.hash.clone(),
-        sample: Some((path.to_owned(), k)),
+        path: path.to_owned(),
+        sample: Some(k),
     })
 }
 
@@ -219,7 +248,8 @@ mod tests {
         let path = folder.path().join("goal.json");
         std::fs::write(&path, text).unwrap();
         let settings = Settings::default();
-        read_state(path.to_str().unwrap(), StateRole::Goal, &settings).map_err(|e| e.to_string())
+        read_state(path.to_str().unwrap(), StateRole::Goal, &settings, true)
+            .map_err(|e| e.to_string())
     }
 
     #[test]
@@ -247,6 +277,10 @@ mod tests {
                 r#"{"fingertips_m": {"thumb": [1, 2, 3], "THUMB": [1, 2, 3]}}"#,
                 "twice",
             ),
+            (
+                r#"{"fingertips_m": {"thumb": [1, 2, 3], "thumb": [1, 2, 4]}}"#,
+                "twice",
+            ),
             (r#"{"tips": {}}"#, "unknown field"),
             (
                 r#"{"object": {"position_m": [0, 0, 1], "quaternion_xyzw": [0, 0, 2, 0]}}"#,
@@ -261,7 +295,7 @@ mod tests {
             );
         }
         let settings = Settings::default();
-        let error = read_state("take.mcap@soon", StateRole::Start, &settings).unwrap_err();
+        let error = read_state("take.mcap@soon", StateRole::Start, &settings, true).unwrap_err();
         assert!(error.to_string().contains("\"soon\""), "{error}");
     }
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
-use inhand_model::{ConstraintFamily, Finger, Plan, PlanStatus};
+use inhand_model::{ConstraintFamily, Finger, Plan, PlanStatus, Trajectory};
 use inhand_pipeline::{
     Method, PlanRequest, Planned, Settings, State, StateRole, check_target, plan_motion,
     provenance, read_state, steps, write_plan,
@@ -16,27 +16,30 @@ use crate::options::{
     EvaluateOptions, Format, OutputOptions, PlanOptions, ProcessOptions, SourceOptions,
 };
 
+/// A plan that passes farther from what it was given than this says so loudly, metres.
+const MISSED_M: f64 = 1e-3;
+
 /// Plans one motion from a start to a goal, each from a JSON file or from a take at a time.
-///
-/// A state is FILE.json ({"fingertips_m": {"thumb": [x, y, z], ...}, "velocity_m_s": {...},
-/// "object": {"position_m": [...], "quaternion_xyzw": [...]}}, all in the frame of the hand, any
-/// part left out) or TAKE@SECONDS.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Dictionary that `learn` or `run` wrote.
     #[arg(short, long, value_name = "FILE")]
     dictionary: PathBuf,
-    /// Where the motion starts.
+    /// Where the motion starts: FILE.json ({"fingertips_m": {"thumb": [x, y, z], ...},
+    /// "velocity_m_s": {...}, "object": {"position_m": [...], "quaternion_xyzw": [...]}} in the frame of
+    /// the hand, any part left out), or TAKE@SECONDS.
     #[arg(long, value_name = "STATE")]
     from: String,
-    /// Where it ends.
+    /// Where it ends: a state as --from.
     #[arg(long, value_name = "STATE")]
     to: String,
-    /// What it passes at a time since the start; repeat for more.
-    #[arg(long, value_name = "SECONDS=STATE")]
+    /// What it passes at a time since the start; repeat for more. Of a take its positions count, of a
+    /// file its velocities too.
+    #[arg(long, value_name = "SECONDS=STATE", allow_hyphen_values = true)]
     via: Vec<String>,
-    /// How long it takes, seconds; longer motion is a chain of segments [default: one segment].
-    #[arg(long, value_name = "SECONDS")]
+    /// How long it takes, seconds [default: one segment of the dictionary]. Motion of another length is
+    /// a chain of segments, which passes everything it is given exactly, as with --ends hard.
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     duration: Option<f64>,
     /// Method: residual, prior, paper, or auto where the dictionary compared them.
     #[arg(long, default_value = "residual")]
@@ -68,12 +71,13 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let dictionary = inhand_pipeline::read_dictionary(&args.dictionary)?;
     let mut methods = steps::settled_methods(&dictionary.dictionary, &settings)?;
     let method = methods.remove(0);
+    let reuse = !args.process.ask_for_processing();
     let request = PlanRequest {
         method,
-        start: read_state(&args.from, StateRole::Start, &settings)?,
-        goal: read_state(&args.to, StateRole::Goal, &settings)?,
+        start: read_state(&args.from, StateRole::Start, &settings, reuse)?,
+        goal: read_state(&args.to, StateRole::Goal, &settings, reuse)?,
         via: (args.via.iter())
-            .map(|text| via(text, &settings))
+            .map(|text| via(text, &settings, reuse))
             .collect::<Result<_>>()?,
         duration_s: args.duration,
         fingers,
@@ -82,9 +86,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let states = states
         .into_iter()
         .chain(request.via.iter().map(|(_, state)| state));
-    let read: Vec<PathBuf> = (states.clone())
-        .filter_map(|state| state.sample.as_ref().map(|(path, _)| path.clone()))
-        .collect();
+    let read: Vec<PathBuf> = states.clone().map(|state| state.path.clone()).collect();
     let inputs: Vec<_> = (read.iter())
         .chain([&args.dictionary])
         .map(PathBuf::as_path)
@@ -136,14 +138,14 @@ fn fingers(names: &[String]) -> Result<Vec<Finger>> {
     names.iter().map(parse).collect()
 }
 
-fn via(text: &str, settings: &Settings) -> Result<(f64, State)> {
+fn via(text: &str, settings: &Settings, reuse: bool) -> Result<(f64, State)> {
     let wrong = || {
         let example = "SECONDS=STATE, such as 0.5=touch.json";
         UsageError(format!("--via {text}: expected {example}"))
     };
     let (time, state) = text.split_once('=').ok_or_else(wrong)?;
     let time_s = time.trim().parse().map_err(|_| wrong())?;
-    Ok((time_s, read_state(state, StateRole::Goal, settings)?))
+    Ok((time_s, read_state(state, StateRole::Goal, settings, reuse)?))
 }
 
 /// One line, or a few where there is no motion.
@@ -184,8 +186,23 @@ fn in_words(planned: &Planned) -> String {
         1 => String::new(),
         n => format!("{n} segments · "),
     };
+    let whole = planned.trajectory.as_ref().map(Trajectory::layout);
+    let seconds = whole.map_or(0.0, |layout| layout.duration_s());
+    let missed = match planned.worst_miss_m {
+        Some(miss_m) if miss_m > MISSED_M => {
+            format!(
+                " · MISSES what it was given by up to {:.1} mm",
+                miss_m * 1000.0
+            )
+        }
+        Some(miss_m) => format!(
+            " · passes what it was given within {:.2} mm",
+            miss_m * 1000.0
+        ),
+        None => String::new(),
+    };
     format!(
-        "{segments}{} by {} · {ms:.1} ms · {active}{hull} · certified {:.0e}",
+        "{seconds:.2} s · {segments}{} by {} · {ms:.1} ms{missed} · {active}{hull} · certified {:.0e}",
         planned.plans[0].status.name().replace('_', " "),
         planned.method,
         worst.fold(0.0, f64::max),
@@ -234,6 +251,7 @@ fn as_json(planned: &Planned) -> serde_json::Value {
     json!({
         "method": planned.method.name(),
         "rate_hz": planned.layout.rate_hz,
+        "worst_miss_m": planned.worst_miss_m,
         "plan_ms": planned.time.as_secs_f64() * 1000.0,
         "plans": plans,
         "trajectory_m": trajectory,

@@ -72,9 +72,10 @@ pub fn generate(
     };
     check_layout(dictionary.layout, segments.layout())?;
     let hold = hold_settings(settings)?;
-    let targets: Vec<_> = (segments.ends().iter())
+    let targets = (segments.ends().iter())
         .map(|ends| target(&planner, ends, hold.as_ref()))
-        .collect();
+        .collect::<Result<Vec<_>, _>>()
+        .map_err(|source| plan_error(method, source))?;
     let (mut plans, mut plan_times) = (Vec::new(), Vec::new());
     for (plan, time) in plan_all(&planner, &targets) {
         plans.push(plan.map_err(|source| plan_error(method, source))?);
@@ -169,25 +170,30 @@ fn hold_settings(settings: &Settings) -> Result<Option<Hold>, PipelineError> {
 }
 
 /// What a method is given of a segment. Fingers hold where three or more are in contact at both
-/// ends; elsewhere there is nothing to hold on to.
-fn target(planner: &Planner, ends: &EndConditions, hold: Option<&Hold>) -> Target {
+/// ends; elsewhere there is nothing to hold on to. A method that does not know the start must not
+/// learn of it from what fingers hold.
+fn target(
+    planner: &Planner,
+    ends: &EndConditions,
+    hold: Option<&Hold>,
+) -> Result<Target, PlanError> {
     let target = match planner.method() {
         Some(method) => method.target(ends),
         None => Target::from(ends),
     };
-    let holding = hold.zip(ends.object).and_then(|(hold, object)| {
-        let (first, last) = (&ends.first_m, &ends.last_m);
-        let contacts =
-            held_fingers(&hold.shape, &hold.offsets, hold.tau_m, first, last, &object).ok()?;
-        Some(Holding {
+    let knows_start = planner.method() != Some(inhand_planner::Method::Paper);
+    let (Some(hold), Some(object), true) = (hold, ends.object, knows_start) else {
+        return Ok(target);
+    };
+    let (first, last) = (&ends.first_m, &ends.last_m);
+    match held_fingers(&hold.shape, &hold.offsets, hold.tau_m, first, last, &object) {
+        Ok(contacts) => Ok(target.holding(Holding {
             hand_from_object: object_between(&object, planner.layout().samples),
             contacts,
             tau_m: hold.tau_m,
-        })
-    });
-    match holding {
-        Some(holding) => target.holding(holding),
-        None => target,
+        })),
+        Err(PlanError::TooFewHold { .. }) => Ok(target),
+        Err(error) => Err(error),
     }
 }
 

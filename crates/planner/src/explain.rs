@@ -55,7 +55,10 @@ pub(crate) fn relaxations(task: &Task<'_>, rows: &[Taken]) -> Vec<Relaxation> {
 /// The family of a hard target.
 pub(crate) const fn family_of(given: Given) -> ConstraintFamily {
     match given {
-        Given::Velocity { .. } => ConstraintFamily::TargetVelocities,
-        _ => ConstraintFamily::Targets,
+        Given::Velocity { .. } | Given::Step { .. } => ConstraintFamily::TargetVelocities,
+        // A rotation counts by its way at the lever.
+        Given::Position { .. } | Given::ObjectPosition { .. } | Given::ObjectRotation { .. } => {
+            ConstraintFamily::Targets
+        }
     }
 }

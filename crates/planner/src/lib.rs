@@ -72,6 +72,9 @@
 //! # Ok::<(), inhand_planner::PlanError>(())
 //! ```
 //!
+//! `examples/plan.rs` loads a dictionary from its file, plans to a target, chains segments and plans
+//! anew: `cargo run --release -p inhand-planner --example plan -- out/dictionary.mcap`.
+//!
 //! Reading order: `method` and `settings` (problems, backends, numbers), `target` with `given` (what
 //! it gives of a segment), `model` with `basis`, `precision` and `completion` (motion as a linear
 //! function of unknowns), `problem` with `equality` (what is minimised), `rows` (constraints on the

@@ -24,7 +24,7 @@ use crate::precision::{Precision, inverse, make_symmetric};
 use crate::settings::{Ends, PlannerSettings};
 
 /// How much more sharply than a soft target the present state is meant. With a hundredth of 0.1 mm,
-/// against demonstrations that vary by millimetres, plans start within a nanometre of it.
+/// against demonstrations that vary by millimetres, plans start within some nanometres of it.
 const FACT: f64 = 1e-2;
 
 /// Standard deviations of what soft targets give, mm and mm/s.

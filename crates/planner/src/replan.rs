@@ -12,18 +12,19 @@ use crate::target::{Target, Tips};
 ///
 /// `state` is where fingers are at its time (seconds since the plan's first sample), and how they
 /// move from there to the next sample; fingers that it leaves out may be anywhere. The new plan
-/// starts from it exactly (within a nanometre where targets are soft), reaches what the target gives
+/// starts from it exactly (within some nanometres where targets are soft), reaches what the target gives
 /// of later times, and keeps the constraints from the state on. Its trajectory is a whole segment:
 /// the samples from the state on are the motion to be made, those before show where such a motion
 /// would have come from.
 ///
 /// What was passed is not given any more, since it need not lead to the state. It is remembered by
 /// the plan instead: of all motions that go on from the state to the goal, the new plan is the one
-/// that differs from the old one by what is most likely for demonstrations. So, with a state on the
-/// plan and the same target the plan stays what it was (but for what a soft target is missed by,
-/// which is weighed once more), over any number of times; a sudden change does not bend the motion
-/// ahead as though the hand had moved there smoothly from its start; and the target itself may
-/// change.
+/// that differs from the old one by what is most likely for demonstrations. So a state on the plan
+/// changes nothing, over any number of times; a sudden change does not bend the motion ahead as
+/// though the hand had moved there smoothly from its start; and the target itself may change.
+///
+/// Soft targets are weighed anew, so that a plan that was kept from its goal is drawn back to it.
+/// From a state on the plan they move the motion by part of what it misses them by.
 ///
 /// # Errors
 ///
@@ -39,7 +40,7 @@ pub fn replan(
     let layout = planner.layout();
     let elapsed_s = state.time_s;
     let half_sample_s = 0.5 / layout.rate_hz;
-    let limit_s = layout.duration_s() - 2.0 * half_sample_s;
+    let limit_s = layout.samples.saturating_sub(2) as f64 / layout.rate_hz;
     if !(elapsed_s >= -half_sample_s && elapsed_s < limit_s + half_sample_s) {
         return Err(PlanError::Elapsed {
             time_s: elapsed_s,

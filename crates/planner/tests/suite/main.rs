@@ -1,6 +1,7 @@
 //! The planner against closed forms, other solvers, properties, and bad input.
 
 mod bad_input;
+mod chain;
 mod closed_form;
 mod contacts;
 mod families;
@@ -11,4 +12,5 @@ mod plain;
 mod properties;
 mod reference;
 mod relaxation;
+mod replan;
 mod support;

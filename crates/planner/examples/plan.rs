@@ -52,8 +52,8 @@ fn run() -> Result<(), Box<dyn Error>> {
     let motion = solved(&plan)?;
     println!("{:?}: {:?}", plan.status, plan.certificate);
     println!(
-        "rows {}, active: {:?}",
-        plan.checks.rows, plan.checks.active
+        "{} rows, {} taken up",
+        plan.checks.rows, plan.checks.rows_taken_up
     );
     for sample in [0, layout.samples / 2, layout.samples - 1] {
         let time_s = sample as f64 / layout.rate_hz;

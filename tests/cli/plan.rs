@@ -20,7 +20,7 @@ fn planned(bench: &Bench, options: &[&str]) -> Value {
 
 fn numbers(value: &Value) -> Vec<f64> {
     match value {
-        Value::Number(number) => vec![number.as_f64().unwrap()],
+        Value::Number(number) => vec![number.as_f64().expect("a JSON number is one")],
         Value::Array(items) => items.iter().flat_map(numbers).collect(),
         // By name, so in one order for all.
         Value::Object(items) => items.values().flat_map(numbers).collect(),

@@ -105,11 +105,17 @@ fn may_be_null(key: &str) -> bool {
 
 /// How a statistic of the default method compares with the best of those that learn nothing.
 fn beside_the_best_baseline(evaluation: &Value, statistic: &str) -> f64 {
-    let methods = evaluation["methods"].as_array().unwrap();
-    let of = |method: &Value| method["error_mm"]["all"][statistic].as_f64().unwrap();
+    let methods = evaluation["methods"]
+        .as_array()
+        .expect("an evaluation lists methods");
+    let of = |method: &Value| {
+        method["error_mm"]["all"][statistic]
+            .as_f64()
+            .expect("a number")
+    };
     let baselines = methods.iter().filter(|m| m["baseline"] == true).map(of);
     let best = baselines.fold(f64::INFINITY, f64::min);
-    let default = evaluation["default_method"].as_str().unwrap();
+    let default = evaluation["default_method"].as_str().expect("a name");
     of(method(evaluation, default)) / best
 }
 

@@ -1,13 +1,12 @@
 //! Learning deviations from the smooth curve.
 //!
 //! `ends` (end conditions as numbers, checked), `primitives` (principal components of each finger's
-//! deviation, by `eigen`), `profile` (what all coordinates share), `folds` (which takes are left out of what),
+//! deviation), `profile` (what all coordinates share), `folds` (which takes are left out of what),
 //! `validation` (kernel widths and weights by predicting left-out takes), `blend` (the weights
 //! themselves), `calibration` (corridors).
 
 mod blend;
 mod calibration;
-mod eigen;
 mod ends;
 mod folds;
 mod primitives;

@@ -4,7 +4,6 @@ use inhand_model::{Finger, OBJECT_COORDINATES, SEGMENT_COORDINATES, SegmentLayou
 use nalgebra::{DMatrix, SymmetricEigen};
 use rayon::prelude::*;
 
-use super::eigen::leading;
 use crate::product::{View, gram, multiply};
 
 /// Share of the largest variance below which a component is rounding, not motion.
@@ -242,7 +241,7 @@ fn components(own_m: &DMatrix<f64>, most: usize) -> DMatrix<f64> {
     let rows = own_m.nrows();
     let squares = DMatrix::from_vec(rows, rows, gram(own_m.as_slice(), rows));
     let most = most.min(own_m.ncols());
-    let (values, vectors) = leading(squares.clone(), most).unwrap_or_else(|| all(squares.clone()));
+    let (values, vectors) = eigenvectors(squares.clone());
     let smallest = (SMALLEST_VARIANCE * values.first().copied().unwrap_or(0.0))
         .max(SMALLEST_SQUARE_M2 * own_m.ncols() as f64);
     let count = values.partition_point(|value| *value > smallest).min(most);
@@ -262,7 +261,7 @@ fn components(own_m: &DMatrix<f64>, most: usize) -> DMatrix<f64> {
 }
 
 /// All eigenvalues, descending, with their eigenvectors.
-fn all(squares: DMatrix<f64>) -> (Vec<f64>, DMatrix<f64>) {
+fn eigenvectors(squares: DMatrix<f64>) -> (Vec<f64>, DMatrix<f64>) {
     let eigen = SymmetricEigen::new(squares);
     let mut order: Vec<usize> = (0..eigen.eigenvalues.len()).collect();
     order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));

@@ -4,29 +4,6 @@
 const FARTHEST_EXPONENT: f64 = 16.0;
 /// Numbers that are compared side by side.
 const LANES: usize = 8;
-/// Adding this leaves a small number's nearest integer in the last bits (a half more than 2^52, so
-/// that negative numbers stay in the same binade).
-const ROUNDER: f64 = 6_755_399_441_055_744.0;
-/// `ln 2` as a number of few digits, whose small multiples are exact, and the rest.
-const LN_2: [f64; 2] = [0.693_147_180_369_123_8, 1.908_214_929_270_587_7e-10];
-/// `1 / k!` for k = 13 down to 0. What follows is below `0.35^14 / 14!`, 5e-18.
-const FACTORIALS: [f64; 14] = [
-    1.0 / 6_227_020_800.0,
-    1.0 / 479_001_600.0,
-    1.0 / 39_916_800.0,
-    1.0 / 3_628_800.0,
-    1.0 / 362_880.0,
-    1.0 / 40_320.0,
-    1.0 / 5_040.0,
-    1.0 / 720.0,
-    1.0 / 120.0,
-    1.0 / 24.0,
-    1.0 / 6.0,
-    0.5,
-    1.0,
-    1.0,
-];
-
 /// Squared distances to Gaussian kernels of a width, `exp(-(d² - nearest²) / (2 width²))`, in place;
 /// returns their sum. Numbers that are none give zero.
 pub(super) fn kernels(squared: &mut [f64], width: f64) -> f64 {
@@ -45,7 +22,7 @@ pub(super) fn kernels(squared: &mut [f64], width: f64) -> f64 {
         *d = 0.0;
     }
     let near = &mut near[..count];
-    near.iter_mut().for_each(|x| *x = exp(*x));
+    near.iter_mut().for_each(|x| *x = x.exp());
     let mut total = 0.0;
     for (&place, &kernel) in places.iter().zip(&*near) {
         squared[place] = kernel;
@@ -70,36 +47,9 @@ fn smallest(numbers: &[f64]) -> f64 {
         .fold(f64::INFINITY, smaller)
 }
 
-/// `exp(x)` for `x` from -700 to 700, to a few units in the last place: without branch or table, so
-/// that the compiler can do several at once.
-#[inline(always)]
-fn exp(x: f64) -> f64 {
-    // x = k ln 2 + r with |r| <= ln(2) / 2.
-    let shifted = x * std::f64::consts::LOG2_E + ROUNDER;
-    let k = shifted - ROUNDER;
-    let r = (x - k * LN_2[0]) - k * LN_2[1];
-    let mut value = FACTORIALS[0];
-    for factor in &FACTORIALS[1..] {
-        value = value * r + factor;
-    }
-    // 2^k: the integer in the last bits of `shifted`, as an exponent.
-    value * f64::from_bits((shifted.to_bits() << 52).wrapping_add(1.0_f64.to_bits()))
-}
-
 #[cfg(test)]
 mod tests {
-    use super::{exp, kernels, smallest};
-
-    #[test]
-    fn the_exponential_is_that_of_the_standard_library() {
-        for i in -160_000..=160_000 {
-            let x = f64::from(i) * 1.000_3e-4;
-            let error = exp(x) / x.exp() - 1.0;
-            assert!(error.abs() < 4.0 * f64::EPSILON, "{x}: {error}");
-        }
-        assert_eq!(exp(0.0), 1.0);
-        assert_eq!(exp(-0.0), 1.0);
-    }
+    use super::{kernels, smallest};
 
     #[test]
     fn kernels_are_those_of_the_formula_whatever_their_number() {

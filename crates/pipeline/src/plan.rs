@@ -4,18 +4,17 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use inhand_channels::{GeneratedMethod, GeneratedSegment, TakeFile};
-use inhand_contact::FingerOffsets;
 use inhand_model::{
     Clock, Dictionary, Finger, LengthUnit, ObjectEnds, PerFinger, Plan, Provenance, Recording,
     SEGMENT_COORDINATES, SegmentLayout, Source, StartTime, Trajectory, UpAxis,
 };
-use inhand_planner::{Holding, Knot, Target, Tips, held_fingers, object_between, plan_chain};
+use inhand_planner::{Holding, Knot, Target, Tips, plan_chain};
 
 use crate::error::PipelineError;
 use crate::methods::Method;
 use crate::settings::{Settings, invalid};
 use crate::state::State;
-use crate::steps::{plan_error, planner};
+use crate::steps::{Hold, hold_settings, plan_error, planner};
 use crate::take_file::write_parts;
 
 /// What to plan.
@@ -87,7 +86,6 @@ pub fn plan_motion(
     }
     let single = (duration_s - segment_s).abs() * layout.rate_hz < 0.5;
     check_objects(request, !single, layout)?;
-    let begin = Instant::now();
     if single {
         let target = target(request, layout, settings)?;
         let begin = Instant::now();
@@ -115,6 +113,7 @@ pub fn plan_motion(
         knot.tips = only(knot.tips, &request.fingers);
         knot.velocity = only(knot.velocity, &request.fingers);
     }
+    let begin = Instant::now();
     let chain = plan_chain(&planner, &knots).map_err(error)?;
     Ok(Planned {
         method,
@@ -234,8 +233,8 @@ fn target(
         }
     }
     target = target.only(&request.fingers);
-    if settings.plan.holding {
-        target = target.holding(holding(request, layout, settings)?);
+    if let Some(hold) = hold_settings(settings)? {
+        target = target.holding(holding(request, layout, &hold)?);
     }
     Ok(target)
 }
@@ -243,7 +242,7 @@ fn target(
 fn holding(
     request: &PlanRequest,
     layout: SegmentLayout,
-    settings: &Settings,
+    hold: &Hold,
 ) -> Result<Holding, PipelineError> {
     let known = |state: &State| {
         let mut configuration = [0.0; SEGMENT_COORDINATES];
@@ -260,23 +259,13 @@ fn holding(
     };
     let (first_m, first) = known(&request.start).ok_or_else(|| missing(&request.start, "start"))?;
     let (last_m, last) = known(&request.goal).ok_or_else(|| missing(&request.goal, "goal"))?;
-    let shape = settings.shape()?.ok_or_else(|| {
-        invalid(
-            "object.shape",
-            "a shape such as cube:0.05, for fingers to hold",
-            &"none",
-        )
-    })?;
-    let offsets = FingerOffsets(settings.pad_offsets_m()?);
-    let tau_m = settings.evaluate.tau_mm / 1000.0;
-    let object = ObjectEnds { first, last };
-    let contacts = held_fingers(&shape, &offsets, tau_m, &first_m, &last_m, &object)
-        .map_err(|source| plan_error(request.method, source))?;
-    Ok(Holding {
-        hand_from_object: object_between(&object, layout.samples),
-        contacts,
-        tau_m,
-    })
+    hold.holding(
+        &first_m,
+        &last_m,
+        &ObjectEnds { first, last },
+        layout.samples,
+    )
+    .map_err(|source| plan_error(request.method, source))
 }
 
 /// Writes a planned motion as a file of its own: generated channels and what viewers draw. Its time

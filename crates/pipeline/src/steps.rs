@@ -24,7 +24,7 @@ mod learn;
 pub use choose::{choose_method, learn_and_choose, settled_methods};
 use generate::velocity_bounds;
 pub use generate::{Generated, SegmentCorridors, generate, plan_settings};
-pub(crate) use generate::{corridors_of, plan_error, planner};
+pub(crate) use generate::{Hold, corridors_of, hold_settings, plan_error, planner};
 pub use learn::{demonstrated, learn};
 
 /// Brings takes into the hand's frame and filters them, in order.

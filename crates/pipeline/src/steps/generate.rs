@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use inhand_contact::FingerOffsets;
 use inhand_model::{
-    Calibration, Dictionary, EndConditions, Finger, PerFinger, Plan, Residual, SEGMENT_COORDINATES,
-    SegmentLayout, Segments, Shape, Trajectory, VelocityBounds,
+    Calibration, Configuration, Dictionary, EndConditions, Finger, ObjectEnds, PerFinger, Plan,
+    Residual, SEGMENT_COORDINATES, SegmentLayout, Segments, Shape, Trajectory, VelocityBounds,
 };
 use inhand_planner::{
     AccelerationBounds, Constraints, Ends, Holding, PlanError, Planner, PlannerSettings, Target,
@@ -148,13 +148,38 @@ pub(crate) fn plan_error(method: Method, source: PlanError) -> PipelineError {
 }
 
 /// What fingers that hold need to be known by.
-struct Hold {
+pub(crate) struct Hold {
     shape: Shape,
     offsets: FingerOffsets,
     tau_m: f64,
 }
 
-fn hold_settings(settings: &Settings) -> Result<Option<Hold>, PipelineError> {
+impl Hold {
+    /// The fingers in contact at both ends, held to their contact points.
+    pub(crate) fn holding(
+        &self,
+        first_m: &Configuration,
+        last_m: &Configuration,
+        object: &ObjectEnds,
+        samples: usize,
+    ) -> Result<Holding, PlanError> {
+        Ok(Holding {
+            hand_from_object: object_between(object, samples),
+            contacts: held_fingers(
+                &self.shape,
+                &self.offsets,
+                self.tau_m,
+                first_m,
+                last_m,
+                object,
+            )?,
+            tau_m: self.tau_m,
+        })
+    }
+}
+
+/// `None` where fingers need not hold.
+pub(crate) fn hold_settings(settings: &Settings) -> Result<Option<Hold>, PipelineError> {
     if !settings.plan.holding {
         return Ok(None);
     }
@@ -185,13 +210,9 @@ fn target(
     let (Some(hold), Some(object), true) = (hold, ends.object, knows_start) else {
         return Ok(target);
     };
-    let (first, last) = (&ends.first_m, &ends.last_m);
-    match held_fingers(&hold.shape, &hold.offsets, hold.tau_m, first, last, &object) {
-        Ok(contacts) => Ok(target.holding(Holding {
-            hand_from_object: object_between(&object, planner.layout().samples),
-            contacts,
-            tau_m: hold.tau_m,
-        })),
+    let samples = planner.layout().samples;
+    match hold.holding(&ends.first_m, &ends.last_m, &object, samples) {
+        Ok(holding) => Ok(target.holding(holding)),
         Err(PlanError::TooFewHold { .. }) => Ok(target),
         Err(error) => Err(error),
     }

@@ -187,7 +187,10 @@ fn bad_states_name_the_value_and_the_limit() {
             vec!["line", "residual"],
         ),
         (vec!["--to", "goal.json", "--method", "auto"], vec!["auto"]),
-        (vec!["--to", "goal.json", "--holding"], vec!["goal"]),
+        (
+            vec!["--to", "goal.json", "--holding", "--object", "cube:0.05"],
+            vec!["goal"],
+        ),
     ] {
         let output = bench.inhand(&[&PLAN[..], &["--from", &start], &options].concat());
         let message = stderr(&output);

@@ -162,12 +162,16 @@ proptest! {
         let residual = learn(&around_smooth(layout, &x, &known, per_take));
         let validation = residual.validation;
         prop_assert!(validation.error_m <= validation.smooth_error_m * (1.0 + 1e-12));
-        // On segments that were not there: what the smooth curve does, to two percent.
+        // On segments that were not there: what the smooth curve does. What chance can do harm falls
+        // with the segments (worst of 2700 draws: half of this).
         let x = conditions(layout, seed + 10_000, 60);
         let fresh = noise(layout, seed + 1, 60, 1e-3);
         let smooth = mean_error_m(&residual, &x, &fresh, 0.0);
         let expected = mean_error_m(&residual, &x, &fresh, 1.0);
-        prop_assert!(expected <= 1.02 * smooth, "{expected} {smooth} of {count}");
+        prop_assert!(
+            expected <= (1.0 + 1.0 / count as f64) * smooth,
+            "{expected} {smooth} of {count}"
+        );
     }
 
     #[test]

@@ -22,6 +22,9 @@ const FINGER_WIDTHS: [f64; 4] = [0.35, 0.5, 0.7, 1.0];
 /// Smallest variance of an activation, m²: no marker is known better than a micrometre, and a
 /// spread of zero could not be inverted.
 const SMALLEST_VARIANCE_M2: f64 = 1e-12;
+/// Fewest left-out segments that can speak for anything but the smooth curve: five numbers (two
+/// widths, three weights) are chosen on them, and their gains' spread is estimated from them.
+const LEAST_SEGMENTS: usize = 10;
 /// Instants of a segment at which predictions are compared; neighbouring ones tell the same.
 const INSTANTS: usize = 12;
 
@@ -238,11 +241,11 @@ fn choose(demonstrations: &Demonstrations<'_>, left_out: &LeftOut) -> Choice {
 
 /// How much of the weights to keep, by the gain's ratio `t` to its own standard error over
 /// segments: `1 - 1/t²`, nothing for `t` below 1 (the positive part of James and Stein's factor for
-/// a single number).
+/// a single number). Nothing as well for fewer segments than [`LEAST_SEGMENTS`].
 fn trust(smooth: &[f64], full: &[f64]) -> f64 {
     let gains = gains(smooth, full);
     let (gain, error) = (mean(&gains), standard_error(&gains));
-    if gains.len() < 2 || gain <= 0.0 {
+    if gains.len() < LEAST_SEGMENTS || gain <= 0.0 {
         return 0.0;
     }
     (1.0 - (error / gain).powi(2)).max(0.0)

@@ -281,6 +281,7 @@ fn from_bytes(data: &[u8]) -> Result<Dictionary, Unfit> {
                 .ok_or_else(|| Unfit::new("a reason to stop", learning.stop_reason))?,
             objective_history_m2: learning.objective_history_m2,
             seed: learning.seed,
+            restarts: Vec::new(),
         },
         demonstrated: Demonstrated {
             hulls: PerFinger::new([thumb?, index?, middle?, ring?, little?]),

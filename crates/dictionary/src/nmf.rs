@@ -92,6 +92,7 @@ pub fn learn_nmf(
             stop_reason: course.stop_reason,
             objective_history_m2: course.objective_history,
             seed: settings.seed,
+            restarts: Vec::new(),
         },
         demonstrated,
         residual: None,

@@ -90,6 +90,7 @@ pub fn learn_pca(
             stop_reason: StopReason::ClosedForm,
             objective_history_m2: vec![0.5 * residual],
             seed: 0,
+            restarts: Vec::new(),
         },
         demonstrated,
         residual: None,

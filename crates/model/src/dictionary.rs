@@ -69,6 +69,23 @@ pub struct Learning {
     pub objective_history_m2: Vec<f64>,
     /// Seed of the random start.
     pub seed: u64,
+    /// Every start that was made and how it ended, in the order made; empty where there was one
+    /// only. The dictionary is that of the smallest objective.
+    pub restarts: Vec<Restart>,
+}
+
+/// How learning from one of several random starts ended.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Restart {
+    /// Seed of the start.
+    pub seed: u64,
+    /// Root mean square of the reconstruction error, metres.
+    pub rms_m: f64,
+    /// Objective at the end, m².
+    pub objective_m2: f64,
+    /// Mean cosine between its primitives and those of the start that was kept, each matched with one
+    /// other so that the sum is largest: 1 where learning found the same primitives again.
+    pub matched_cosine: f64,
 }
 
 /// Bounds on the velocity of each coordinate, m/s.

@@ -42,7 +42,7 @@ mod trajectory;
 
 pub use clock::{Clock, ClockError, StartTime};
 pub use dictionary::{
-    Demonstrated, Dictionary, DictionaryError, DictionaryKind, Hull, Learning, StopReason,
+    Demonstrated, Dictionary, DictionaryError, DictionaryKind, Hull, Learning, Restart, StopReason,
     VelocityBounds,
 };
 pub use evaluation::{

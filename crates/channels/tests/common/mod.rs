@@ -446,6 +446,7 @@ pub(crate) fn dictionary_of(rank: usize, layout: SegmentLayout) -> Dictionary {
             stop_reason: StopReason::IterationLimit,
             objective_history_m2: vec![3.0, 1.0, 0.5],
             seed: u64::MAX,
+            restarts: Vec::new(),
         },
         demonstrated: Demonstrated {
             hulls: PerFinger::from_fn(|finger| Hull {

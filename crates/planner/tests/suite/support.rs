@@ -35,6 +35,7 @@ pub(crate) fn dictionary(
             stop_reason: StopReason::ClosedForm,
             objective_history_m2: Vec::new(),
             seed: 0,
+            restarts: vec![],
         },
         demonstrated: Demonstrated {
             hulls: PerFinger::from_fn(|_| Hull {

@@ -5,7 +5,7 @@ use std::io::Write;
 
 use inhand_model::{
     Demonstrated, Dictionary, Finger, Frame, Hand, Hull, Learning, MethodCandidate, MethodChoice,
-    OBJECT_COORDINATES, PerFinger, Provenance, SEGMENT_COORDINATES, SegmentLayout, Status,
+    OBJECT_COORDINATES, PerFinger, Provenance, Restart, SEGMENT_COORDINATES, SegmentLayout, Status,
     VelocityBounds,
 };
 use mcap::records::Record;
@@ -146,6 +146,14 @@ fn to_message(dictionary: &Dictionary) -> messages::Dictionary {
             stop_reason: messages::StopReason::from(learning.stop_reason).into(),
             objective_history_m2: learning.objective_history_m2.clone(),
             seed: learning.seed,
+            restarts: (learning.restarts.iter())
+                .map(|restart| messages::Restart {
+                    seed: restart.seed,
+                    rms_m: restart.rms_m,
+                    objective_m2: restart.objective_m2,
+                    matched_cosine: restart.matched_cosine,
+                })
+                .collect(),
         }),
         hulls: Some(messages::Hulls {
             thumb: Some(hull_message(&hulls[Finger::Thumb])),
@@ -281,7 +289,14 @@ fn from_bytes(data: &[u8]) -> Result<Dictionary, Unfit> {
                 .ok_or_else(|| Unfit::new("a reason to stop", learning.stop_reason))?,
             objective_history_m2: learning.objective_history_m2,
             seed: learning.seed,
-            restarts: Vec::new(),
+            restarts: (learning.restarts.into_iter())
+                .map(|restart| Restart {
+                    seed: restart.seed,
+                    rms_m: restart.rms_m,
+                    objective_m2: restart.objective_m2,
+                    matched_cosine: restart.matched_cosine,
+                })
+                .collect(),
         },
         demonstrated: Demonstrated {
             hulls: PerFinger::new([thumb?, index?, middle?, ring?, little?]),

@@ -205,6 +205,27 @@ pub struct Learning {
     /// Seed of the random start.
     #[prost(uint64, tag = "7")]
     pub seed: u64,
+    /// Every start that was made, in order; none where there was one only. The dictionary is that of
+    /// the smallest objective.
+    #[prost(message, repeated, tag = "8")]
+    pub restarts: ::prost::alloc::vec::Vec<Restart>,
+}
+/// How learning from one of several random starts ended.
+#[derive(Clone, Copy, PartialEq, ::prost::Message)]
+pub struct Restart {
+    /// Seed of the start.
+    #[prost(uint64, tag = "1")]
+    pub seed: u64,
+    /// Root mean square of the reconstruction error over all numbers, metres.
+    #[prost(double, tag = "2")]
+    pub rms_m: f64,
+    /// Half the squared Frobenius norm of the error at the end, square metres.
+    #[prost(double, tag = "3")]
+    pub objective_m2: f64,
+    /// Mean cosine between its primitives and those of the start that was kept, each matched with one
+    /// other so that the sum is largest, no unit.
+    #[prost(double, tag = "4")]
+    pub matched_cosine: f64,
 }
 /// Convex hull of one fingertip's positions over the training takes, frame `hand`.
 #[derive(Clone, PartialEq, ::prost::Message)]

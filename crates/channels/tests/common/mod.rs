@@ -18,9 +18,9 @@ use inhand_model::{
     Demonstrated, Dictionary, DictionaryKind, Expectation, ExpectationWeights, Finding, Finger,
     Hand, Hull, InputHash, Learning, LengthUnit, Marker, MarkerKind, MethodCandidate, MethodChoice,
     Motion, Object, PerFamily, PerFinger, Plan, PlanChecks, PlanStatus, PointTrack, Pose,
-    PoseTrack, Position, Provenance, Recording, Relaxation, Residual, Roles, RotationOrder,
-    SEGMENT_COORDINATES, SegmentLayout, Shape, Source, StartTime, Status, StopReason, TrackedBody,
-    Trajectory, UpAxis, Validation, VelocityBounds, World, ends_len,
+    PoseTrack, Position, Provenance, Recording, Relaxation, Residual, Restart, Roles,
+    RotationOrder, SEGMENT_COORDINATES, SegmentLayout, Shape, Source, StartTime, Status,
+    StopReason, TrackedBody, Trajectory, UpAxis, Validation, VelocityBounds, World, ends_len,
 };
 use nalgebra::{DMatrix, DVector, Isometry3, Translation3, UnitQuaternion, Vector3};
 
@@ -446,7 +446,14 @@ pub(crate) fn dictionary_of(rank: usize, layout: SegmentLayout) -> Dictionary {
             stop_reason: StopReason::IterationLimit,
             objective_history_m2: vec![3.0, 1.0, 0.5],
             seed: u64::MAX,
-            restarts: Vec::new(),
+            restarts: (0..3)
+                .map(|n| Restart {
+                    seed: u64::MAX - n,
+                    rms_m: 2.3e-4 + 1e-6 * n as f64,
+                    objective_m2: 0.5 + 0.1 * n as f64,
+                    matched_cosine: 1.0 - 0.05 * n as f64,
+                })
+                .collect(),
         },
         demonstrated: Demonstrated {
             hulls: PerFinger::from_fn(|finger| Hull {

@@ -9,7 +9,7 @@
 use rayon::prelude::*;
 
 use crate::descent::{Gram, descend};
-use crate::multiplicative;
+use crate::multiplicative::{self, Weights};
 use crate::product::{
     View, add, chunk_gram, chunk_width, cross, dot, multiply, squared_norm, squared_residual,
     sum_lower,
@@ -35,14 +35,14 @@ pub(crate) struct Basis {
     pub(crate) rows_of: Vec<f64>,
     /// `W Wᵀ` of these rows (`rank` x `rank`).
     pub(crate) gram: Vec<f64>,
-    padded: Gram,
+    padded: Gram<f64>,
 }
 
 impl Basis {
     /// A basis from its primitives as rows (`rank` x rows).
     pub(crate) fn new(rows_of: Vec<f64>, rank: usize) -> Self {
         let gram = crate::product::gram(&rows_of, rank);
-        let padded = Gram::new(&gram, rank);
+        let padded = Gram::new(&gram, rank, 0.0);
         Self {
             rank,
             rows_of,
@@ -148,9 +148,15 @@ impl Block {
                     rank,
                 );
                 match update {
-                    Update::Hals => descend(&basis.padded, &linear, activations, sweeps),
+                    Update::Hals => descend(&basis.padded, &linear, 0.0, activations, sweeps),
                     Update::Multiplicative => {
-                        multiplicative::update(&basis.gram, &linear, activations, rank);
+                        multiplicative::update(
+                            &basis.gram,
+                            &linear,
+                            Weights::default(),
+                            activations,
+                            rank,
+                        );
                     }
                 }
                 (chunk_gram(activations, rank), dot(&linear, activations))

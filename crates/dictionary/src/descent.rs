@@ -18,32 +18,36 @@
 use rayon::prelude::*;
 
 use crate::product::chunk_width;
+use crate::real::Real;
 
 /// Coordinates whose gradients are formed together: eight accumulators of one vector each.
 const BLOCK: usize = 8;
 
 /// A Gram matrix padded to whole blocks of coordinates, with the inverse of its diagonal.
 #[derive(Clone, Debug)]
-pub(crate) struct Gram {
+pub(crate) struct Gram<T> {
     rank: usize,
     padded: usize,
     /// `padded` x `padded`, zero outside `rank` x `rank`; symmetric.
-    values: Vec<f64>,
+    values: Vec<T>,
     /// `1 / G_jj`; zero where that is not a positive finite number, which leaves the coordinate
     /// as it is.
-    inverse_diagonal: Vec<f64>,
+    inverse_diagonal: Vec<T>,
 }
 
-impl Gram {
-    /// Pads a symmetric matrix of `rank` x `rank` numbers.
-    pub(crate) fn new(symmetric: &[f64], rank: usize) -> Self {
+impl<T: Real> Gram<T> {
+    /// Pads a symmetric matrix of `rank` x `rank` numbers, with `ridge` added to its diagonal: the
+    /// weight of a penalty of half the squares.
+    pub(crate) fn new(symmetric: &[T], rank: usize, ridge: T) -> Self {
         let padded = rank.next_multiple_of(BLOCK);
-        let mut values = vec![0.0; padded * padded];
-        let mut inverse_diagonal = vec![0.0; padded];
+        let mut values = vec![T::ZERO; padded * padded];
+        let mut inverse_diagonal = vec![T::ZERO; padded];
         for column in 0..rank {
             values[column * padded..][..rank].copy_from_slice(&symmetric[column * rank..][..rank]);
-            let inverse = symmetric[column * rank + column].recip();
-            if inverse.is_finite() && inverse > 0.0 {
+            let diagonal = symmetric[column * rank + column] + ridge;
+            values[column * padded + column] = diagonal;
+            let inverse = diagonal.recip();
+            if inverse.is_finite() && inverse > T::ZERO {
                 inverse_diagonal[column] = inverse;
             }
         }
@@ -57,18 +61,31 @@ impl Gram {
 }
 
 /// Sweeps over a factor in parallel chunks of columns.
-pub(crate) fn descend_all(gram: &Gram, linear: &[f64], factor: &mut [f64], sweeps: usize) {
+pub(crate) fn descend_all<T: Real>(
+    gram: &Gram<T>,
+    linear: &[T],
+    l1: T,
+    factor: &mut [T],
+    sweeps: usize,
+) {
     let rank = gram.rank;
     let width = chunk_width(factor.len() / rank.max(1));
     factor
         .par_chunks_mut(width * rank)
         .zip(linear.par_chunks(width * rank))
-        .for_each(|(factor, linear)| descend(gram, linear, factor, sweeps));
+        .for_each(|(factor, linear)| descend(gram, linear, l1, factor, sweeps));
 }
 
 /// Sweeps over the columns of `factor` (`rank` x count) with the linear terms `linear` of the same
-/// shape, in place. Each column's result depends on that column alone.
-pub(crate) fn descend(gram: &Gram, linear: &[f64], factor: &mut [f64], sweeps: usize) {
+/// shape, less the weight `l1` of a penalty on their sum, in place. Each column's result depends on
+/// that column alone.
+pub(crate) fn descend<T: Real>(
+    gram: &Gram<T>,
+    linear: &[T],
+    l1: T,
+    factor: &mut [T],
+    sweeps: usize,
+) {
     #[cfg(target_arch = "x86_64")]
     {
         if std::arch::is_x86_feature_detected!("avx512f") {
@@ -77,7 +94,7 @@ pub(crate) fn descend(gram: &Gram, linear: &[f64], factor: &mut [f64], sweeps: u
                 reason = "a function compiled for a CPU feature; the feature was just found"
             )]
             // SAFETY: the CPU has AVX-512F.
-            return unsafe { descend_avx512(gram, linear, factor, sweeps) };
+            return unsafe { descend_avx512(gram, linear, l1, factor, sweeps) };
         }
         if std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma")
         {
@@ -86,53 +103,78 @@ pub(crate) fn descend(gram: &Gram, linear: &[f64], factor: &mut [f64], sweeps: u
                 reason = "a function compiled for a CPU feature; the feature was just found"
             )]
             // SAFETY: the CPU has AVX2 and FMA.
-            return unsafe { descend_fma(gram, linear, factor, sweeps) };
+            return unsafe { descend_fma(gram, linear, l1, factor, sweeps) };
         }
     }
     #[cfg(target_arch = "aarch64")]
     {
         // Fused multiply-add belongs to the base instruction set.
-        return descend_tiles::<2, true>(gram, linear, factor, sweeps);
+        return if single::<T>() {
+            descend_tiles::<T, 4, true>(gram, linear, l1, factor, sweeps)
+        } else {
+            descend_tiles::<T, 2, true>(gram, linear, l1, factor, sweeps)
+        };
     }
     #[cfg(not(target_arch = "aarch64"))]
-    descend_tiles::<4, false>(gram, linear, factor, sweeps);
+    if single::<T>() {
+        descend_tiles::<T, 8, false>(gram, linear, l1, factor, sweeps);
+    } else {
+        descend_tiles::<T, 4, false>(gram, linear, l1, factor, sweeps);
+    }
+}
+
+/// Whether a register holds twice as many of these numbers as of doubles.
+const fn single<T>() -> bool {
+    size_of::<T>() == size_of::<f32>()
 }
 
 /// Lanes do not change a column's numbers, so this and [`descend_fma`] agree to the bit.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f")]
-fn descend_avx512(gram: &Gram, linear: &[f64], factor: &mut [f64], sweeps: usize) {
-    descend_tiles::<8, true>(gram, linear, factor, sweeps);
+fn descend_avx512<T: Real>(gram: &Gram<T>, linear: &[T], l1: T, factor: &mut [T], sweeps: usize) {
+    if single::<T>() {
+        descend_tiles::<T, 16, true>(gram, linear, l1, factor, sweeps);
+    } else {
+        descend_tiles::<T, 8, true>(gram, linear, l1, factor, sweeps);
+    }
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
-fn descend_fma(gram: &Gram, linear: &[f64], factor: &mut [f64], sweeps: usize) {
-    descend_tiles::<4, true>(gram, linear, factor, sweeps);
+fn descend_fma<T: Real>(gram: &Gram<T>, linear: &[T], l1: T, factor: &mut [T], sweeps: usize) {
+    if single::<T>() {
+        descend_tiles::<T, 8, true>(gram, linear, l1, factor, sweeps);
+    } else {
+        descend_tiles::<T, 4, true>(gram, linear, l1, factor, sweeps);
+    }
 }
 
 /// `a * b + c`, fused where the CPU does that in one instruction.
 #[inline(always)]
-fn multiply_add<const FUSED: bool>(a: f64, b: f64, c: f64) -> f64 {
+fn multiply_add<T: Real, const FUSED: bool>(a: T, b: T, c: T) -> T {
     if FUSED { a.mul_add(b, c) } else { a * b + c }
 }
 
 /// Cuts the columns into tiles of `L`; the last one is filled up with zeros, which stay zeros.
 #[inline(always)]
-fn descend_tiles<const L: usize, const FUSED: bool>(
-    gram: &Gram,
-    linear: &[f64],
-    factor: &mut [f64],
+fn descend_tiles<T: Real, const L: usize, const FUSED: bool>(
+    gram: &Gram<T>,
+    linear: &[T],
+    l1: T,
+    factor: &mut [T],
     sweeps: usize,
 ) {
     let rank = gram.rank;
-    let mut x = vec![[0.0; L]; gram.padded];
-    let mut p = vec![[0.0; L]; gram.padded];
+    let mut x = vec![[T::ZERO; L]; gram.padded];
+    let mut p = vec![[T::ZERO; L]; gram.padded];
     for (factor, linear) in factor.chunks_mut(L * rank).zip(linear.chunks(L * rank)) {
         load(&mut x, factor, rank);
         load(&mut p, linear, rank);
+        for p in p.iter_mut().take(rank).flatten() {
+            *p -= l1;
+        }
         for _ in 0..sweeps {
-            sweep_tile::<L, FUSED>(gram, &p, &mut x);
+            sweep_tile::<T, L, FUSED>(gram, &p, &mut x);
         }
         for (lane, column) in factor.chunks_exact_mut(rank).enumerate() {
             for (to, from) in column.iter_mut().zip(&x) {
@@ -144,7 +186,7 @@ fn descend_tiles<const L: usize, const FUSED: bool>(
 
 /// Columns into lanes.
 #[inline(always)]
-fn load<const L: usize>(tile: &mut [[f64; L]], columns: &[f64], rank: usize) {
+fn load<T: Real, const L: usize>(tile: &mut [[T; L]], columns: &[T], rank: usize) {
     for lane in 0..L {
         if let Some(column) = columns.get(lane * rank..(lane + 1) * rank) {
             for (to, from) in tile.iter_mut().zip(column) {
@@ -152,7 +194,7 @@ fn load<const L: usize>(tile: &mut [[f64; L]], columns: &[f64], rank: usize) {
             }
         } else {
             for to in tile.iter_mut() {
-                to[lane] = 0.0;
+                to[lane] = T::ZERO;
             }
         }
     }
@@ -160,30 +202,34 @@ fn load<const L: usize>(tile: &mut [[f64; L]], columns: &[f64], rank: usize) {
 
 /// One sweep over all coordinates of a tile.
 #[inline(always)]
-fn sweep_tile<const L: usize, const FUSED: bool>(gram: &Gram, p: &[[f64; L]], x: &mut [[f64; L]]) {
+fn sweep_tile<T: Real, const L: usize, const FUSED: bool>(
+    gram: &Gram<T>,
+    p: &[[T; L]],
+    x: &mut [[T; L]],
+) {
     let padded = gram.padded;
     for first in (0..padded).step_by(BLOCK) {
         // Products G x of the block's coordinates. G is symmetric: the block's rows are read as
         // columns, eight neighbouring numbers at a time.
-        let mut product = [[0.0; L]; BLOCK];
+        let mut product = [[T::ZERO; L]; BLOCK];
         for (g, x) in gram.values.chunks_exact(padded).zip(x.iter()) {
-            let g: &[f64; BLOCK] = g[first..first + BLOCK]
+            let g: &[T; BLOCK] = g[first..first + BLOCK]
                 .try_into()
                 .expect("the slice has BLOCK numbers");
             for (product, g) in product.iter_mut().zip(g) {
                 for lane in 0..L {
-                    product[lane] = multiply_add::<FUSED>(*g, x[lane], product[lane]);
+                    product[lane] = multiply_add::<T, FUSED>(*g, x[lane], product[lane]);
                 }
             }
         }
         for row in 0..BLOCK {
             let j = first + row;
             let inverse = gram.inverse_diagonal[j];
-            let mut change = [0.0; L];
+            let mut change = [T::ZERO; L];
             for lane in 0..L {
                 let old = x[j][lane];
-                let free = multiply_add::<FUSED>(p[j][lane] - product[row][lane], inverse, old);
-                let new = if free > 0.0 { free } else { 0.0 };
+                let free = multiply_add::<T, FUSED>(p[j][lane] - product[row][lane], inverse, old);
+                let new = if free > T::ZERO { free } else { T::ZERO };
                 change[lane] = new - old;
                 x[j][lane] = new;
             }
@@ -191,7 +237,7 @@ fn sweep_tile<const L: usize, const FUSED: bool>(gram: &Gram, p: &[[f64; L]], x:
             for later in row + 1..BLOCK {
                 for lane in 0..L {
                     product[later][lane] =
-                        multiply_add::<FUSED>(column[later], change[lane], product[later][lane]);
+                        multiply_add::<T, FUSED>(column[later], change[lane], product[later][lane]);
                 }
             }
         }
@@ -212,18 +258,22 @@ mod tests {
                 distance => 1.0 / (1 + distance) as f64,
             })
             .collect();
-        let gram = Gram::new(&gram, rank);
+        let gram = Gram::new(&gram, rank, 0.25);
         let linear: Vec<f64> = (0..rank * 13).map(|i| (0.7 * i as f64).sin()).collect();
-        let run = |descend: fn(&Gram, &[f64], &mut [f64], usize)| {
+        let run = |descend: fn(&Gram<f64>, &[f64], f64, &mut [f64], usize)| {
             let mut factor = vec![0.3; linear.len()];
-            descend(&gram, &linear, &mut factor, 5);
+            descend(&gram, &linear, 0.125, &mut factor, 5);
             factor
         };
-        let eight = run(descend_tiles::<8, true>);
-        assert_eq!(eight, run(descend_tiles::<4, true>), "AVX-512 and AVX2");
-        assert_eq!(eight, run(descend_tiles::<2, true>), "NEON");
+        let eight = run(descend_tiles::<f64, 8, true>);
+        assert_eq!(
+            eight,
+            run(descend_tiles::<f64, 4, true>),
+            "AVX-512 and AVX2"
+        );
+        assert_eq!(eight, run(descend_tiles::<f64, 2, true>), "NEON");
         assert!(eight.contains(&0.0));
-        for (fused, plain) in eight.iter().zip(run(descend_tiles::<4, false>)) {
+        for (fused, plain) in eight.iter().zip(run(descend_tiles::<f64, 4, false>)) {
             assert!((fused - plain).abs() < 1e-14, "{fused} {plain}");
         }
     }

@@ -4,7 +4,7 @@ use inhand_model::StopReason;
 
 use crate::block::{Basis, Block, Sums, cross_sum};
 use crate::descent::{Gram, descend_all};
-use crate::multiplicative;
+use crate::multiplicative::{self, Weights};
 use crate::product::squared_norm;
 use crate::settings::{NmfSettings, Update};
 use crate::start::{column, drawn_segment};
@@ -86,11 +86,17 @@ fn update_primitives(
     let mut rows_of = basis.rows_of.clone();
     match settings.update {
         Update::Hals => {
-            let gram = Gram::new(&sums.activation_gram, rank);
-            descend_all(&gram, &cross, &mut rows_of, settings.sweeps);
+            let gram = Gram::new(&sums.activation_gram, rank, 0.0);
+            descend_all(&gram, &cross, 0.0, &mut rows_of, settings.sweeps);
         }
         Update::Multiplicative => {
-            multiplicative::update_all(&sums.activation_gram, &cross, &mut rows_of, rank);
+            multiplicative::update_all(
+                &sums.activation_gram,
+                &cross,
+                Weights::default(),
+                &mut rows_of,
+                rank,
+            );
         }
     }
     rows_of

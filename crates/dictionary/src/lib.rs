@@ -66,6 +66,7 @@ mod nmf;
 mod pca;
 mod product;
 mod projection;
+mod real;
 mod residual;
 mod settings;
 mod start;

@@ -7,6 +7,8 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use crate::real::Real;
+
 /// Columns that one task handles, roughly: enough to make up for packing the other operand, few
 /// enough that 600 columns feed several cores.
 const CHUNK_COLUMNS: usize = 192;
@@ -29,17 +31,17 @@ pub(crate) fn chunk_width(count: usize) -> usize {
 
 /// A matrix in borrowed memory.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct View<'a> {
-    data: &'a [f64],
+pub(crate) struct View<'a, T> {
+    data: &'a [T],
     rows: usize,
     columns: usize,
     row_stride: usize,
     column_stride: usize,
 }
 
-impl<'a> View<'a> {
+impl<'a, T: Real> View<'a, T> {
     /// Whole columns of `rows` numbers, one after the other.
-    pub(crate) fn columns(data: &'a [f64], rows: usize) -> Self {
+    pub(crate) fn columns(data: &'a [T], rows: usize) -> Self {
         Self {
             data,
             rows,
@@ -70,6 +72,15 @@ impl<'a> View<'a> {
         }
     }
 
+    /// Where the numbers are, with the strides of rows and columns.
+    const fn pointer(&self) -> (*const T, isize, isize) {
+        (
+            self.data.as_ptr(),
+            self.row_stride as isize,
+            self.column_stride as isize,
+        )
+    }
+
     /// One past the last index that is read.
     fn extent(&self) -> usize {
         if self.rows == 0 || self.columns == 0 {
@@ -83,12 +94,12 @@ impl<'a> View<'a> {
 /// `out = alpha * a * b + beta * out`, where the columns of `out` start `out_stride` numbers apart.
 ///
 /// Each number of `out` is summed in an order that depends on the common size of `a` and `b` alone.
-pub(crate) fn multiply(
-    alpha: f64,
-    a: View<'_>,
-    b: View<'_>,
-    beta: f64,
-    out: &mut [f64],
+pub(crate) fn multiply<T: Real>(
+    alpha: T,
+    a: View<'_, T>,
+    b: View<'_, T>,
+    beta: T,
+    out: &mut [T],
     out_stride: usize,
 ) {
     assert_eq!(a.columns, b.rows, "inner sizes of a product agree");
@@ -109,37 +120,31 @@ pub(crate) fn multiply(
     // SAFETY: every index that the call reads or writes was checked against its slice above, and
     // `out` is borrowed mutably, so that it overlaps neither operand.
     unsafe {
-        matrixmultiply::dgemm(
+        T::gemm(
             a.rows,
             a.columns,
             b.columns,
             alpha,
-            a.data.as_ptr(),
-            a.row_stride as isize,
-            a.column_stride as isize,
-            b.data.as_ptr(),
-            b.row_stride as isize,
-            b.column_stride as isize,
+            a.pointer(),
+            b.pointer(),
             beta,
-            out.as_mut_ptr(),
-            1,
-            out_stride as isize,
+            (out.as_mut_ptr(), 1, out_stride as isize),
         );
     }
 }
 
 /// `factor * factorᵀ` of one chunk (`rank` x columns), added to nothing: the lower triangle in full
 /// panels of columns, the rest unspecified.
-fn gram_lower(factor: &[f64], rank: usize) -> Vec<f64> {
-    let mut out = vec![0.0; rank * rank];
+fn gram_lower<T: Real>(factor: &[T], rank: usize) -> Vec<T> {
+    let mut out = vec![T::ZERO; rank * rank];
     let view = View::columns(factor, rank);
     for start in (0..rank).step_by(GRAM_PANEL) {
         let end = (start + GRAM_PANEL).min(rank);
         multiply(
-            1.0,
+            T::ONE,
             view.row_range(&(start..rank)),
             view.row_range(&(start..end)).transposed(),
-            0.0,
+            T::ZERO,
             &mut out[start * rank + start..],
             rank,
         );
@@ -148,9 +153,9 @@ fn gram_lower(factor: &[f64], rank: usize) -> Vec<f64> {
 }
 
 /// `factor * factorᵀ` (`rank` x `rank`) for a factor of `rank` rows, summed in chunk order.
-pub(crate) fn gram(factor: &[f64], rank: usize) -> Vec<f64> {
+pub(crate) fn gram<T: Real>(factor: &[T], rank: usize) -> Vec<T> {
     let width = chunk_width(factor.len() / rank.max(1));
-    let parts: Vec<Vec<f64>> = factor
+    let parts: Vec<Vec<T>> = factor
         .par_chunks(width * rank)
         .map(|chunk| gram_lower(chunk, rank))
         .collect();
@@ -158,9 +163,9 @@ pub(crate) fn gram(factor: &[f64], rank: usize) -> Vec<f64> {
 }
 
 /// Sums lower triangles in order and mirrors the result.
-pub(crate) fn sum_lower(parts: Vec<Vec<f64>>, rank: usize) -> Vec<f64> {
+pub(crate) fn sum_lower<T: Real>(parts: Vec<Vec<T>>, rank: usize) -> Vec<T> {
     let mut parts = parts.into_iter();
-    let mut total = parts.next().unwrap_or_else(|| vec![0.0; rank * rank]);
+    let mut total = parts.next().unwrap_or_else(|| vec![T::ZERO; rank * rank]);
     for part in parts {
         add(&mut total, &part);
     }
@@ -173,13 +178,13 @@ pub(crate) fn sum_lower(parts: Vec<Vec<f64>>, rank: usize) -> Vec<f64> {
 }
 
 /// Lower triangle of one chunk's Gram matrix, to be summed by [`sum_lower`].
-pub(crate) fn chunk_gram(factor: &[f64], rank: usize) -> Vec<f64> {
+pub(crate) fn chunk_gram<T: Real>(factor: &[T], rank: usize) -> Vec<T> {
     gram_lower(factor, rank)
 }
 
 /// `activations * dataᵀ` (`rank` x rows of `data`), rows of the data in parallel.
-pub(crate) fn cross(activations: &[f64], rank: usize, data: &[f64], rows: usize) -> Vec<f64> {
-    let mut out = vec![0.0; rank * rows];
+pub(crate) fn cross<T: Real>(activations: &[T], rank: usize, data: &[T], rows: usize) -> Vec<T> {
+    let mut out = vec![T::ZERO; rank * rows];
     let (left, right) = (View::columns(activations, rank), View::columns(data, rows));
     let width = chunk_width(rows);
     out.par_chunks_mut(width * rank)
@@ -187,10 +192,10 @@ pub(crate) fn cross(activations: &[f64], rank: usize, data: &[f64], rows: usize)
         .for_each(|(chunk, out)| {
             let range = chunk * width..(chunk * width + out.len() / rank);
             multiply(
-                1.0,
+                T::ONE,
                 left,
                 right.row_range(&range).transposed(),
-                0.0,
+                T::ZERO,
                 out,
                 rank,
             );
@@ -200,11 +205,11 @@ pub(crate) fn cross(activations: &[f64], rank: usize, data: &[f64], rows: usize)
 
 /// Squared Frobenius norm of `data - basisᵀ * activations`, computed from the differences
 /// themselves, summed in chunk order. `basis` is `rank` x rows, `activations` `rank` x columns.
-pub(crate) fn squared_residual(
-    data: &[f64],
+pub(crate) fn squared_residual<T: Real>(
+    data: &[T],
     rows: usize,
-    basis: &[f64],
-    activations: &[f64],
+    basis: &[T],
+    activations: &[T],
     rank: usize,
 ) -> f64 {
     let width = chunk_width(data.len() / rows.max(1));
@@ -214,10 +219,10 @@ pub(crate) fn squared_residual(
         .map(|(data, activations)| {
             let mut difference = data.to_vec();
             multiply(
-                -1.0,
+                -T::ONE,
                 View::columns(basis, rank).transposed(),
                 View::columns(activations, rank),
-                1.0,
+                T::ONE,
                 &mut difference,
                 rows,
             );
@@ -227,10 +232,10 @@ pub(crate) fn squared_residual(
     parts.iter().sum()
 }
 
-/// `into += from`, element by element.
-pub(crate) fn add(into: &mut [f64], from: &[f64]) {
+/// `into += from`, element by element; sums of either kind of number from either.
+pub(crate) fn add<A: Real, B: Real>(into: &mut [A], from: &[B]) {
     for (into, from) in into.iter_mut().zip(from) {
-        *into += from;
+        *into += A::of(from.to_f64());
     }
 }
 
@@ -238,21 +243,26 @@ pub(crate) fn add(into: &mut [f64], from: &[f64]) {
 /// roundings.
 const LANES: usize = 8;
 
-/// Scalar product with [`LANES`] partial sums, in an order that depends on the length alone.
-pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+/// Scalar product with [`LANES`] partial sums, in an order that depends on the length alone, and in
+/// double precision whatever the numbers.
+pub(crate) fn dot<T: Real>(a: &[T], b: &[T]) -> f64 {
     let mut sums = [0.0; LANES];
     let (a_lanes, a_rest) = a.as_chunks::<LANES>();
     let (b_lanes, b_rest) = b.as_chunks::<LANES>();
     for (a, b) in a_lanes.iter().zip(b_lanes) {
         for lane in 0..LANES {
-            sums[lane] += a[lane] * b[lane];
+            sums[lane] += a[lane].to_f64() * b[lane].to_f64();
         }
     }
-    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
+    let rest: f64 = a_rest
+        .iter()
+        .zip(b_rest)
+        .map(|(a, b)| a.to_f64() * b.to_f64())
+        .sum();
     sums.iter().sum::<f64>() + rest
 }
 
-/// Sum of squares.
-pub(crate) fn squared_norm(a: &[f64]) -> f64 {
+/// Sum of squares, in double precision whatever the numbers.
+pub(crate) fn squared_norm<T: Real>(a: &[T]) -> f64 {
     dot(a, a)
 }

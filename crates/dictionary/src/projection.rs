@@ -23,7 +23,7 @@ const SMALLEST_CHANGE: f64 = 1e-9;
 pub struct Projection<'a> {
     dictionary: &'a Dictionary,
     /// Gram matrix of non-negative primitives; orthonormal ones need none.
-    gram: Option<Gram>,
+    gram: Option<Gram<f64>>,
 }
 
 impl<'a> Projection<'a> {
@@ -32,7 +32,7 @@ impl<'a> Projection<'a> {
         let gram = (dictionary.kind == DictionaryKind::Nmf).then(|| {
             let rows_of = dictionary.primitives.transpose();
             let rank = dictionary.rank();
-            Gram::new(&gram(rows_of.as_slice(), rank), rank)
+            Gram::new(&gram(rows_of.as_slice(), rank), rank, 0.0)
         });
         Self { dictionary, gram }
     }
@@ -76,7 +76,7 @@ impl<'a> Projection<'a> {
 
     /// Minimises `1/2 hᵀ G h - pᵀ h` over `h >= 0`, starting from the mean of the training
     /// activations.
-    fn non_negative(&self, gram: &Gram, linear: &[f64]) -> Vec<f64> {
+    fn non_negative(&self, gram: &Gram<f64>, linear: &[f64]) -> Vec<f64> {
         let mut h: Vec<f64> = self
             .dictionary
             .activation_mean_m
@@ -85,7 +85,7 @@ impl<'a> Projection<'a> {
             .collect();
         let mut previous = h.clone();
         for _ in 0..MOST_SWEEPS / SWEEPS_PER_CHECK {
-            descend(gram, linear, &mut h, SWEEPS_PER_CHECK);
+            descend(gram, linear, 0.0, &mut h, SWEEPS_PER_CHECK);
             let change: Vec<f64> = h.iter().zip(&previous).map(|(a, b)| a - b).collect();
             if squared_norm(&change) <= SMALLEST_CHANGE * SMALLEST_CHANGE * squared_norm(&h) {
                 break;

@@ -112,7 +112,13 @@ fn descent_agrees_with_the_plain_sweep() {
                 .collect();
             let mut fast = random(rank * count, 6);
             let mut slow = matrix(&fast, rank);
-            descend(&Gram::new(&symmetric, rank), &linear, &mut fast, 4);
+            descend(
+                &Gram::new(&symmetric, rank, 0.0),
+                &linear,
+                0.0,
+                &mut fast,
+                4,
+            );
             for _ in 0..4 {
                 plain::sweep(&matrix(&symmetric, rank), &matrix(&linear, rank), &mut slow);
             }
@@ -129,15 +135,15 @@ fn descent_agrees_with_the_plain_sweep() {
 #[test]
 fn a_column_does_not_depend_on_its_neighbours() {
     let (rank, count) = (19, 37);
-    let gram = Gram::new(&gram(&random(rank * 40, 1), rank), rank);
+    let gram = Gram::new(&gram(&random(rank * 40, 1), rank), rank, 0.0);
     let linear = random(rank * count, 2);
     let start = random(rank * count, 3);
     let mut together = start.clone();
-    descend_all(&gram, &linear, &mut together, 3);
+    descend_all(&gram, &linear, 0.0, &mut together, 3);
     for column in 0..count {
         let range = column * rank..(column + 1) * rank;
         let mut alone = start[range.clone()].to_vec();
-        descend(&gram, &linear[range.clone()], &mut alone, 3);
+        descend(&gram, &linear[range.clone()], 0.0, &mut alone, 3);
         assert_eq!(alone, together[range], "column {column}");
     }
 }
@@ -146,7 +152,13 @@ fn a_column_does_not_depend_on_its_neighbours() {
 fn coordinates_without_curvature_stay() {
     let mut x = vec![0.25, 0.5];
     // The first primitive is zero: nothing is known of its activation.
-    descend(&Gram::new(&[0.0, 0.0, 0.0, 2.0], 2), &[0.0, 3.0], &mut x, 1);
+    descend(
+        &Gram::new(&[0.0, 0.0, 0.0, 2.0], 2, 0.0),
+        &[0.0, 3.0],
+        0.0,
+        &mut x,
+        1,
+    );
     assert_eq!(x, [0.25, 1.5]);
 }
 

@@ -1,0 +1,130 @@
+//! The two kinds of floating-point numbers that learning runs in.
+
+use std::fmt::Debug;
+use std::iter::Sum;
+use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
+
+/// `f32` or `f64`: what the products and the descent need of a number.
+///
+/// Vector widths follow from the size of the type: a register of the same instruction set holds
+/// twice as many `f32`.
+pub(crate) trait Real:
+    Copy
+    + Debug
+    + Default
+    + PartialEq
+    + PartialOrd
+    + Send
+    + Sync
+    + 'static
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+    + MulAssign
+    + DivAssign
+    + Sum
+{
+    /// 0.
+    const ZERO: Self;
+    /// 1.
+    const ONE: Self;
+
+    /// The nearest number of this kind.
+    fn of(number: f64) -> Self;
+
+    /// The same number in double precision.
+    fn to_f64(self) -> f64;
+
+    /// `self * b + c` with one rounding.
+    fn mul_add(self, b: Self, c: Self) -> Self;
+
+    /// `1 / self`.
+    fn recip(self) -> Self;
+
+    /// Neither infinite nor NaN.
+    fn is_finite(self) -> bool;
+
+    /// `c = alpha * a * b + beta * c` for `a` (`m` x `k`), `b` (`k` x `n`), `c` (`m` x `n`), each a
+    /// pointer with the strides of rows and columns.
+    ///
+    /// # Safety
+    ///
+    /// Every element named by sizes and strides can be read, those of `c` written; elements of `c`
+    /// overlap neither each other nor `a` or `b`.
+    #[expect(unsafe_code, reason = "matrixmultiply takes pointers")]
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "the signature of every matrix product library"
+    )]
+    unsafe fn gemm(
+        m: usize,
+        k: usize,
+        n: usize,
+        alpha: Self,
+        a: (*const Self, isize, isize),
+        b: (*const Self, isize, isize),
+        beta: Self,
+        c: (*mut Self, isize, isize),
+    );
+}
+
+macro_rules! real {
+    ($number:ident, $gemm:ident) => {
+        impl Real for $number {
+            const ZERO: Self = 0.0;
+            const ONE: Self = 1.0;
+
+            #[inline(always)]
+            fn of(number: f64) -> Self {
+                number as $number
+            }
+
+            #[inline(always)]
+            fn to_f64(self) -> f64 {
+                f64::from(self)
+            }
+
+            #[inline(always)]
+            fn mul_add(self, b: Self, c: Self) -> Self {
+                $number::mul_add(self, b, c)
+            }
+
+            #[inline(always)]
+            fn recip(self) -> Self {
+                $number::recip(self)
+            }
+
+            #[inline(always)]
+            fn is_finite(self) -> bool {
+                $number::is_finite(self)
+            }
+
+            #[expect(unsafe_code, reason = "matrixmultiply takes pointers")]
+            unsafe fn gemm(
+                m: usize,
+                k: usize,
+                n: usize,
+                alpha: Self,
+                (a, a_rows, a_columns): (*const Self, isize, isize),
+                (b, b_rows, b_columns): (*const Self, isize, isize),
+                beta: Self,
+                (c, c_rows, c_columns): (*mut Self, isize, isize),
+            ) {
+                // SAFETY: the caller's promise is that of matrixmultiply.
+                unsafe {
+                    matrixmultiply::$gemm(
+                        m, k, n, alpha, a, a_rows, a_columns, b, b_rows, b_columns, beta, c,
+                        c_rows, c_columns,
+                    );
+                }
+            }
+        }
+    };
+}
+
+real!(f64, dgemm);
+real!(f32, sgemm);

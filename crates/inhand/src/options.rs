@@ -95,6 +95,9 @@ pub(crate) struct LearnOptions {
     /// Seconds kept free at both ends of a stretch [default: 0.04].
     #[arg(long, value_name = "SECONDS")]
     margin: Option<f64>,
+    /// How much of a training segment may be missing between its ends, seconds [default: 0].
+    #[arg(long, value_name = "SECONDS")]
+    missing: Option<f64>,
     /// Seed of the random start [default: 0].
     #[arg(long)]
     seed: Option<u64>,
@@ -234,6 +237,7 @@ impl LearnOptions {
     pub(crate) fn apply(&self, settings: &mut Settings) {
         replace(&mut settings.segments.stride, self.stride);
         replace(&mut settings.segments.margin_s, self.margin);
+        replace(&mut settings.segments.missing_s, self.missing);
         let learn = &mut settings.learn;
         replace_some(&mut learn.rank, &self.rank);
         replace(&mut learn.kind, self.kind.clone());

@@ -214,6 +214,15 @@ impl Segments {
         }
     }
 
+    /// Whether a segment has all its numbers; what is missing is NaN.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such segment.
+    pub fn is_complete(&self, segment: usize) -> bool {
+        self.column_m(segment).iter().all(|v| !v.is_nan())
+    }
+
     /// Shape of each segment.
     pub const fn layout(&self) -> SegmentLayout {
         self.layout

@@ -64,7 +64,7 @@
 //!
 //! let segments = cut_segments(
 //!     &[&motion],
-//!     &SegmentSettings { layout: SegmentLayout::one_second(100.0), stride: 10, margin_s: 0.04 },
+//!     &SegmentSettings { layout: SegmentLayout::one_second(100.0), stride: 10, margin_s: 0.04, missing_s: 0.0 },
 //! )?;
 //! // Starts 4, 14, ... 94: 4 samples are kept free at both ends.
 //! assert_eq!((segments.len(), segments.left_out), (10, 0));
@@ -76,6 +76,7 @@ pub mod filter;
 mod process;
 mod segments;
 mod settings;
+mod table;
 
 mod object_rows;
 
@@ -91,6 +92,7 @@ mod stretches;
 pub use body::fitted_bodies;
 pub use error::MotionError;
 pub use process::{process, smooth, to_hand_frame};
-pub use segments::cut_segments;
+pub use segments::{Cut, Starts, cut_segments};
 pub use settings::{Filter, GapFill, ProcessSettings, SegmentSettings};
+pub use table::SegmentTable;
 pub use template::{BodyRole, Template, Templates, fit_templates};

@@ -2,17 +2,14 @@
 
 use std::ops::Range;
 
-use inhand_model::{
-    Configuration, EndConditions, Finger, Motion, ObjectEnds, SEGMENT_COORDINATES, SegmentOrigin,
-    Segments,
-};
+use inhand_model::{EndConditions, Motion, SegmentLayout, SegmentOrigin, Segments};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use crate::error::MotionError;
-use crate::object_rows;
 use crate::settings::SegmentSettings;
 use crate::stretches::runs;
+use crate::table::SegmentTable;
 
 /// Cuts segments of N samples out of every stretch in which all five fingertips are present
 /// (measured or filled).
@@ -30,6 +27,10 @@ use crate::stretches::runs;
 /// the margins the object is not needed. With either layout the end conditions have the object where
 /// it is present at the first and at the last sample.
 ///
+/// With [`missing_s`](SegmentSettings::missing_s) above zero, gaps of up to that long do not end a
+/// stretch, and a segment may miss as many samples in all, but not its first or last one, nor those
+/// its end velocities are taken from. What is missing is NaN in its column.
+///
 /// Origins count takes in the order of `motions`. `left_out` counts what the takes would have given
 /// without gaps, less what they give. Cost: one copy of 15 N numbers a segment, and with the object
 /// an arc tangent a sample.
@@ -45,49 +46,31 @@ pub fn cut_segments(
 ) -> Result<Segments, MotionError> {
     check_rates(motions, settings)?;
     let cut = Cut::new(settings)?;
+    let tables: Vec<SegmentTable> = (motions.par_iter())
+        .map(|motion| SegmentTable::of(motion))
+        .collect();
 
     let mut origins = Vec::new();
-    let mut left_out: usize = 0;
-    for (take, motion) in motions.iter().enumerate() {
-        let before = origins.len();
-        for stretch in runs(motion.len(), |k| motion.fingertip_status(k).is_present()) {
-            let starts = cut
-                .starts(&stretch)
-                .filter(|&start| cut.has_object(motion, start));
-            origins.extend(starts.map(|start| SegmentOrigin { take, start }));
-        }
-        // A stretch starts its own grid, so with a stride beyond a segment's length a gap can even
-        // make room for more.
-        let whole = cut.starts(&(0..motion.len())).count();
-        left_out += whole.saturating_sub(origins.len() - before);
+    let mut left_out = 0;
+    for (take, table) in tables.iter().enumerate() {
+        let starts = cut.starts(table);
+        left_out += starts.left_out;
+        origins.extend((starts.starts.into_iter()).map(|start| SegmentOrigin { take, start }));
     }
-
-    let tables: Vec<Vec<Configuration>> = motions.par_iter().map(|&motion| table(motion)).collect();
-    let layout = settings.layout;
-    let rows = layout.rows();
+    let rows = settings.layout.rows();
     let mut columns_m = vec![0.0; rows * origins.len()];
     columns_m
         .par_chunks_mut(rows)
         .zip(&origins)
-        .for_each(|(column, origin)| {
-            let samples = origin.start..origin.start + layout.samples;
-            let (fingers, object_m) = column.split_at_mut(layout.finger_rows());
-            fingers.copy_from_slice(tables[origin.take][samples.clone()].as_flattened());
-            if layout.object {
-                let track = motions[origin.take].object.as_ref();
-                let poses = track.and_then(|track| track.values().get(samples));
-                object_rows::fill(object_m, poses.unwrap_or_default());
-            }
-        });
+        .for_each(|(column, origin)| cut.fill(&tables[origin.take], origin.start, column));
     let ends = (origins.iter())
-        .map(|origin| EndConditions {
-            object: cut.object_ends(motions[origin.take], origin.start),
-            ..cut.ends(&tables[origin.take], origin.start)
-        })
+        .map(|origin| cut.ends(&tables[origin.take], origin.start))
         .collect();
     let columns_m = DMatrix::from_vec(rows, origins.len(), columns_m);
-    Ok(Segments::new(layout, columns_m, origins, ends, left_out)
-        .expect("a column, an origin and end conditions were made for each segment"))
+    Ok(
+        Segments::new(settings.layout, columns_m, origins, ends, left_out)
+            .expect("a column, an origin and end conditions were made for each segment"),
+    )
 }
 
 fn check_rates(motions: &[&Motion], settings: &SegmentSettings) -> Result<(), MotionError> {
@@ -113,17 +96,31 @@ fn check_rates(motions: &[&Motion], settings: &SegmentSettings) -> Result<(), Mo
     Ok(())
 }
 
-/// The rule of cutting, in samples.
-struct Cut {
-    samples: usize,
+/// The rule of cutting, in samples: what [`cut_segments`] does, for takes that come one at a time.
+#[derive(Clone, Copy, Debug)]
+pub struct Cut {
+    layout: SegmentLayout,
     stride: usize,
     margin: usize,
-    rate_hz: f64,
-    needs_object: bool,
+    missing: usize,
+}
+
+/// Where segments of a take start.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Starts {
+    /// First samples, in order.
+    pub starts: Vec<usize>,
+    /// Segments that the take without gaps would have given in addition.
+    pub left_out: usize,
 }
 
 impl Cut {
-    fn new(settings: &SegmentSettings) -> Result<Self, MotionError> {
+    /// The rule that settings give.
+    ///
+    /// # Errors
+    ///
+    /// [`MotionError::Setting`] as [`cut_segments`].
+    pub fn new(settings: &SegmentSettings) -> Result<Self, MotionError> {
         let layout = settings.layout;
         if layout.samples < 2 {
             return Err(MotionError::setting(
@@ -147,71 +144,90 @@ impl Cut {
                 ),
             ));
         }
+        let missing = settings.missing_s * layout.rate_hz;
+        if !(missing >= 0.0 && missing < layout.samples as f64) {
+            return Err(MotionError::setting(
+                "missing_s",
+                settings.missing_s,
+                "a time in seconds, 0 or more and shorter than a segment",
+            ));
+        }
         Ok(Self {
-            samples: layout.samples,
+            layout,
             stride: settings.stride,
             margin: margin as usize,
-            rate_hz: layout.rate_hz,
-            needs_object: layout.object,
+            // A whole number of samples must not be lost to rounding.
+            missing: (missing + 1e-6) as usize,
         })
     }
 
+    /// Where segments of a take start.
+    pub fn starts(&self, table: &SegmentTable) -> Starts {
+        let mut starts = Vec::new();
+        for stretch in self.stretches(table) {
+            starts.extend((self.within(&stretch)).filter(|&start| self.can_teach(table, start)));
+        }
+        // A stretch starts its own grid, so with a stride beyond a segment's length a gap can even
+        // make room for more.
+        let whole = self.within(&(0..table.len())).count();
+        Starts {
+            left_out: whole.saturating_sub(starts.len()),
+            starts,
+        }
+    }
+
+    /// Fills a column (15 N numbers, with the object 21 N) with the segment that starts at a sample.
+    ///
+    /// # Panics
+    ///
+    /// If the take ends before the segment, or the column has another length.
+    pub fn fill(&self, table: &SegmentTable, start: usize, column_m: &mut [f64]) {
+        table.fill(self.layout, start, column_m);
+    }
+
+    /// End conditions of the segment that starts at a sample.
+    ///
+    /// # Panics
+    ///
+    /// If the take ends before the segment and its margin.
+    pub fn ends(&self, table: &SegmentTable, start: usize) -> EndConditions {
+        table.ends(self.layout, self.margin, start)
+    }
+
+    /// Stretches between gaps that are too long to be bridged.
+    fn stretches(&self, table: &SegmentTable) -> Vec<Range<usize>> {
+        let runs = runs(table.len(), |k| table.is_present(k));
+        let mut stretches: Vec<Range<usize>> = Vec::new();
+        for run in runs {
+            match stretches.last_mut() {
+                Some(last) if run.start - last.end <= self.missing => last.end = run.end,
+                _ => stretches.push(run),
+            }
+        }
+        stretches
+    }
+
     /// Starts of the segments within a stretch, as samples of the take.
-    fn starts(&self, stretch: &Range<usize>) -> impl Iterator<Item = usize> + use<> {
+    fn within(&self, stretch: &Range<usize>) -> impl Iterator<Item = usize> + use<> {
         let first = stretch.start.saturating_add(self.margin);
-        let needed = self.samples.saturating_add(self.margin);
+        let needed = self.layout.samples.saturating_add(self.margin);
         // One past the last possible start; where nothing fits, no more than the first.
         let end = (stretch.end + 1).saturating_sub(needed).max(first);
         (first..end).step_by(self.stride)
     }
 
-    /// Whether the segment that starts at a sample of the take has what it needs of the object.
-    fn has_object(&self, motion: &Motion, start: usize) -> bool {
-        !self.needs_object
-            || (motion.object.as_ref()).is_some_and(|object| {
-                (start..start + self.samples).all(|k| object.status(k).is_present())
-            })
-    }
-
-    /// Where the object is at the ends of the segment that starts at a sample of the take.
-    fn object_ends(&self, motion: &Motion, start: usize) -> Option<ObjectEnds> {
-        let object = motion.object.as_ref()?;
-        Some(ObjectEnds {
-            first: object.get(start)?,
-            last: object.get(start + self.samples - 1)?,
-        })
-    }
-
-    /// What the fingertips do at the ends of the segment that starts at a sample of the take; the
-    /// object is not in the table.
-    fn ends(&self, table: &[Configuration], start: usize) -> EndConditions {
-        let last = start + self.samples - 1;
-        let velocity = |from: usize, to: usize| -> Configuration {
-            let per_second = self.rate_hz / self.margin as f64;
-            std::array::from_fn(|i| (table[to][i] - table[from][i]) * per_second)
+    /// Whether the segment that starts at a sample has what it needs: its ends, most of its samples,
+    /// and all of the object where the layout has it.
+    fn can_teach(&self, table: &SegmentTable, start: usize) -> bool {
+        let samples = start..start + self.layout.samples;
+        let last = samples.end - 1;
+        let ends = [start - self.margin, start, last, last + self.margin];
+        let missing = || {
+            let missing = samples.clone().filter(|&k| !table.is_present(k));
+            missing.count()
         };
-        EndConditions {
-            first_m: table[start],
-            last_m: table[last],
-            first_velocity_m_s: velocity(start - self.margin, start),
-            last_velocity_m_s: velocity(last, last + self.margin),
-            object: None,
-        }
+        (self.missing == 0
+            || ends.iter().all(|&k| table.is_present(k)) && missing() <= self.missing)
+            && (!self.layout.object || samples.clone().all(|k| table.has_object(k)))
     }
-}
-
-/// The configuration at every sample of a take, NaN where missing: time-major, so that a segment is
-/// one piece of it.
-fn table(motion: &Motion) -> Vec<Configuration> {
-    (0..motion.len())
-        .map(|k| {
-            let mut configuration = [f64::NAN; SEGMENT_COORDINATES];
-            for finger in Finger::ALL {
-                if let Some(position) = motion.fingertips[finger].get(k) {
-                    configuration[finger.index() * 3..][..3].copy_from_slice(&position.to_array());
-                }
-            }
-            configuration
-        })
-        .collect()
 }

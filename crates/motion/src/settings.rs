@@ -68,6 +68,9 @@ pub struct SegmentSettings {
     /// Time kept free at both ends of every stretch, over which end velocities are taken, seconds
     /// (0.04 in the method); rounded to whole samples, one at least.
     pub margin_s: f64,
+    /// How much of a segment may be missing between its ends, seconds; 0 leaves out every segment
+    /// with a missing sample.
+    pub missing_s: f64,
 }
 
 impl ProcessSettings {

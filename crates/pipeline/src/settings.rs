@@ -158,6 +158,10 @@ pub struct SegmentSection {
     pub stride: usize,
     /// Seconds kept free at both ends of a stretch; end velocities are taken over them.
     pub margin_s: f64,
+    /// How much of a training segment may be missing between its ends, seconds. Non-negative
+    /// primitives learn from what is there; deviations from the smooth curve and principal components
+    /// from complete segments only.
+    pub missing_s: f64,
 }
 
 impl Default for SegmentSection {
@@ -165,6 +169,7 @@ impl Default for SegmentSection {
         Self {
             stride: 0,
             margin_s: 0.04,
+            missing_s: 0.0,
         }
     }
 }

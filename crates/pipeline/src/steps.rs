@@ -186,6 +186,10 @@ fn segment_settings(motions: &[&Motion], role: Role, settings: &Settings) -> Seg
         layout,
         stride,
         margin_s: settings.segments.margin_s,
+        missing_s: match role {
+            Role::Train => settings.segments.missing_s,
+            Role::Test => 0.0,
+        },
     }
 }
 

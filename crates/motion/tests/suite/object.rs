@@ -34,6 +34,7 @@ fn cut(motion: &Motion, samples: usize, stride: usize, object: bool) -> Segments
         layout,
         stride,
         margin_s: 0.01,
+        missing_s: 0.0,
     };
     cut_segments(&[motion], &settings).unwrap()
 }

@@ -22,6 +22,7 @@ fn settings(samples: usize, stride: usize, margin_s: f64) -> SegmentSettings {
         layout,
         stride,
         margin_s,
+        missing_s: 0.0,
     }
 }
 
@@ -89,6 +90,35 @@ fn what_gaps_cost_is_counted() {
     // A stretch one sample too short, and one just long enough.
     assert_eq!(cut(|k| k < 23), (vec![], 4));
     assert_eq!(cut(|k| k < 24), (vec![2], 3));
+}
+
+#[test]
+fn what_is_missing_between_the_ends_may_stay_missing() {
+    let cut = |missing_s: f64, seen: fn(usize) -> bool| {
+        let settings = SegmentSettings {
+            missing_s,
+            ..settings(20, 20, 0.02)
+        };
+        let segments = cut_segments(&[&motion(100, seen)], &settings).unwrap();
+        let starts = segments.origins().iter().map(|origin| origin.start);
+        let missing = (0..segments.len()).map(|i| {
+            let column = segments.column_m(i);
+            column.iter().filter(|v| v.is_nan()).count()
+        });
+        (starts.zip(missing).collect::<Vec<_>>(), segments.left_out)
+    };
+    // Three samples of the ring finger, one coordinate in three of five fingers each.
+    let gap = |k: usize| !(30..33).contains(&k);
+    assert_eq!(cut(0.03, gap), (vec![(2, 0), (22, 9), (42, 0), (62, 0)], 0));
+    // One sample more than may be missing: as if there were no allowance.
+    assert_eq!(cut(0.02, gap), (vec![(2, 0), (35, 0), (55, 0), (75, 0)], 0));
+    assert_eq!(cut(0.0, gap), cut(0.02, gap));
+    // Two gaps that are bridged, but too much for one segment together.
+    let gaps = |k: usize| k != 25 && !(30..33).contains(&k);
+    assert_eq!(cut(0.03, gaps), (vec![(2, 0), (42, 0), (62, 0)], 1));
+    // The ends, and what velocities are taken from, have to be there.
+    assert_eq!(cut(0.03, |k| k != 41), (vec![(2, 0), (42, 0), (62, 0)], 1));
+    assert_eq!(cut(0.03, |k| k != 20), (vec![(2, 3), (42, 0), (62, 0)], 1));
 }
 
 proptest! {

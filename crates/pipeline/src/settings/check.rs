@@ -164,6 +164,7 @@ impl Settings {
         self.process_settings()?;
         self.pad_offsets_m()?;
         positive_or_zero("segments.margin_s", self.segments.margin_s)?;
+        positive_or_zero("segments.missing_s", self.segments.missing_s)?;
         if self.learn.sweeps == 0 {
             return Err(invalid("learn.sweeps", "at least 1", &0));
         }

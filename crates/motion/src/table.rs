@@ -1,0 +1,113 @@
+//! What segments are cut from: a take without its names and clocks.
+
+use inhand_model::{
+    Configuration, EndConditions, Finger, Hand, Motion, Object, ObjectEnds, Pose,
+    SEGMENT_COORDINATES, SegmentLayout,
+};
+
+use crate::object_rows;
+
+/// Fingertips and object of a take at every sample, hand frame, metres: time-major, so that a
+/// segment is one piece of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SegmentTable {
+    /// Configurations, NaN where a fingertip is missing.
+    fingertips_m: Vec<Configuration>,
+    /// Poses of the object, NaN where missing; empty where it is not tracked.
+    object: Vec<Pose<Hand, Object>>,
+}
+
+impl SegmentTable {
+    /// The table of a motion.
+    pub fn of(motion: &Motion) -> Self {
+        let fingertips_m = (0..motion.len())
+            .map(|k| {
+                let mut configuration = [f64::NAN; SEGMENT_COORDINATES];
+                for finger in Finger::ALL {
+                    if let Some(position) = motion.fingertips[finger].get(k) {
+                        configuration[finger.index() * 3..][..3]
+                            .copy_from_slice(&position.to_array());
+                    }
+                }
+                configuration
+            })
+            .collect();
+        let object = (motion.object.as_ref()).map_or_else(Vec::new, |o| o.values().to_vec());
+        Self {
+            fingertips_m,
+            object,
+        }
+    }
+
+    /// A table from its parts; `object` has as many poses as there are configurations, or none.
+    pub fn new(fingertips_m: Vec<Configuration>, object: Vec<Pose<Hand, Object>>) -> Option<Self> {
+        (object.is_empty() || object.len() == fingertips_m.len()).then_some(Self {
+            fingertips_m,
+            object,
+        })
+    }
+
+    /// Samples.
+    pub fn len(&self) -> usize {
+        self.fingertips_m.len()
+    }
+
+    /// Whether there is no sample.
+    pub fn is_empty(&self) -> bool {
+        self.fingertips_m.is_empty()
+    }
+
+    /// Configurations, NaN where a fingertip is missing, metres.
+    pub fn fingertips_m(&self) -> &[Configuration] {
+        &self.fingertips_m
+    }
+
+    /// Poses of the object, NaN where missing; empty where it is not tracked.
+    pub fn object(&self) -> &[Pose<Hand, Object>] {
+        &self.object
+    }
+
+    /// Whether all five fingertips are there at a sample.
+    pub fn is_present(&self, k: usize) -> bool {
+        self.fingertips_m[k].iter().all(|v| !v.is_nan())
+    }
+
+    /// Whether the object is there at a sample.
+    pub fn has_object(&self, k: usize) -> bool {
+        self.object_at(k).is_some()
+    }
+
+    fn object_at(&self, k: usize) -> Option<Pose<Hand, Object>> {
+        self.object.get(k).copied().filter(|pose| pose.is_finite())
+    }
+
+    pub(crate) fn fill(&self, layout: SegmentLayout, start: usize, column_m: &mut [f64]) {
+        let samples = start..start + layout.samples;
+        let (fingers, object_m) = column_m.split_at_mut(layout.finger_rows());
+        fingers.copy_from_slice(self.fingertips_m[samples.clone()].as_flattened());
+        if layout.object {
+            object_rows::fill(object_m, self.object.get(samples).unwrap_or_default());
+        }
+    }
+
+    pub(crate) fn ends(&self, layout: SegmentLayout, margin: usize, start: usize) -> EndConditions {
+        let last = start + layout.samples - 1;
+        let velocity = |from: usize, to: usize| -> Configuration {
+            let per_second = layout.rate_hz / margin as f64;
+            std::array::from_fn(|i| {
+                (self.fingertips_m[to][i] - self.fingertips_m[from][i]) * per_second
+            })
+        };
+        let object = match (self.object_at(start), self.object_at(last)) {
+            (Some(first), Some(last)) => Some(ObjectEnds { first, last }),
+            _ => None,
+        };
+        EndConditions {
+            first_m: self.fingertips_m[start],
+            last_m: self.fingertips_m[last],
+            first_velocity_m_s: velocity(start - margin, start),
+            last_velocity_m_s: velocity(last, last + margin),
+            object,
+        }
+    }
+}

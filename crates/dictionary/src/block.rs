@@ -1,20 +1,20 @@
-//! Fixed blocks of training columns and the sums that an update of the primitives needs.
+//! A block of training columns and the half step over it.
 //!
-//! A block is the unit of everything that is summed over segments: it holds its own activations,
-//! forms its own sums, and sums of blocks are added in block order. Which process or thread handled
-//! a block therefore leaves no trace in the result, and what a block returns is small: `H Hᵀ`
-//! (`rank` x `rank`), `H Vᵀ` (`rank` x rows), the residual and the count, whatever its number of
-//! columns.
+//! A block is the unit of everything that is summed over segments: it has its own activations and
+//! forms its own sums. Which process or thread handled it leaves no trace in the result, and what it
+//! returns is small: `H Hᵀ` (`rank` x `rank`), `H Vᵀ` (`rank` x rows), the residual and the count,
+//! whatever its number of columns.
 
 use rayon::prelude::*;
 
 use crate::descent::{Gram, descend};
+use crate::missing::Missing;
 use crate::multiplicative::{self, Weights};
 use crate::product::{
-    View, add, chunk_gram, chunk_width, cross, dot, multiply, squared_norm, squared_residual,
-    sum_lower,
+    View, chunk_gram, chunk_width, cross, dot, multiply, squared_norm, squared_residual, sum_lower,
 };
-use crate::settings::Update;
+use crate::real::Real;
+use crate::settings::{Penalty, Update};
 use crate::start;
 
 /// Columns of a block: large enough that its sums are small beside it, small enough that a block of
@@ -26,42 +26,48 @@ pub(crate) const BLOCK_COLUMNS: usize = 2048;
 /// Above it, cancellation leaves about 1e-10 of relative error.
 const DIRECT_RESIDUAL_BELOW: f64 = 1e-6;
 
-/// The primitives as one half step needs them.
+/// The primitives as a half step over activations needs them.
 #[derive(Clone, Debug)]
-pub(crate) struct Basis {
+pub(crate) struct Basis<T> {
     /// Number of primitives.
     pub(crate) rank: usize,
     /// Primitives as rows (`rank` x rows).
-    pub(crate) rows_of: Vec<f64>,
+    pub(crate) rows_of: Vec<T>,
     /// `W Wᵀ` of these rows (`rank` x `rank`).
-    pub(crate) gram: Vec<f64>,
-    padded: Gram<f64>,
+    pub(crate) gram: Vec<T>,
+    padded: Gram<T>,
+    /// What activations cost.
+    penalty: Penalty,
 }
 
-impl Basis {
-    /// A basis from its primitives as rows (`rank` x rows).
-    pub(crate) fn new(rows_of: Vec<f64>, rank: usize) -> Self {
+impl<T: Real> Basis<T> {
+    /// A basis from its primitives as rows (`rank` x rows), and what activations cost.
+    pub(crate) fn new(rows_of: &[f64], rank: usize, penalty: Penalty) -> Self {
+        let rows_of: Vec<T> = rows_of.iter().map(|v| T::of(*v)).collect();
         let gram = crate::product::gram(&rows_of, rank);
-        let padded = Gram::new(&gram, rank, 0.0);
+        let padded = Gram::new(&gram, rank, T::of(penalty.l2));
         Self {
             rank,
             rows_of,
             gram,
             padded,
+            penalty,
         }
     }
 }
 
 /// A block of shifted training columns with their activations.
 #[derive(Clone, Debug)]
-pub(crate) struct Block {
+pub(crate) struct Block<T> {
     /// Rows of a column.
     pub(crate) rows: usize,
-    /// Shifted columns (rows x count).
-    pub(crate) data: Vec<f64>,
+    /// Shifted columns (rows x count); what is missing holds what was last expected there.
+    pub(crate) data: Vec<T>,
     /// Activations (`rank` x count).
-    pub(crate) activations: Vec<f64>,
-    /// Squared Frobenius norm of the data.
+    pub(crate) activations: Vec<T>,
+    /// What is missing.
+    missing: Missing,
+    /// Squared Frobenius norm of the data that is there.
     squared_norm: f64,
 }
 
@@ -70,19 +76,29 @@ pub(crate) struct Block {
 pub(crate) struct Fit {
     /// `H Hᵀ` (`rank` x `rank`).
     pub(crate) activation_gram: Vec<f64>,
-    /// Squared Frobenius norm of `V - W H`.
+    /// Sum of all activations.
+    pub(crate) activation_sum: f64,
+    /// Squared Frobenius norm of `V - W H`, where `V` is known.
     pub(crate) squared_residual: f64,
 }
 
-impl Block {
-    /// A block without activations.
-    pub(crate) fn new(data: Vec<f64>, rows: usize) -> Self {
-        let squared_norm = data.chunks(rows.max(1)).map(squared_norm).sum();
+impl<T: Real> Block<T> {
+    /// A block of complete columns without activations.
+    #[cfg(test)]
+    pub(crate) fn new(data: Vec<T>, rows: usize) -> Self {
+        Self::with_missing(data, rows, Missing::default())
+    }
+
+    /// A block without activations; the data holds first guesses where they are missing.
+    pub(crate) fn with_missing(data: Vec<T>, rows: usize, missing: Missing) -> Self {
+        let all: f64 = data.chunks(rows.max(1)).map(squared_norm).sum();
+        let guessed = missing.squared_norm(&data, rows);
         Self {
             rows,
             data,
             activations: Vec::new(),
-            squared_norm,
+            missing,
+            squared_norm: all - guessed,
         }
     }
 
@@ -91,7 +107,7 @@ impl Block {
         self.data.len() / self.rows.max(1)
     }
 
-    /// Squared Frobenius norm of the data.
+    /// Squared Frobenius norm of the data that is there.
     pub(crate) const fn squared_norm(&self) -> f64 {
         self.squared_norm
     }
@@ -102,15 +118,15 @@ impl Block {
     ///
     /// Equal numbers would fit as well, but coordinate descent would then give the first primitives
     /// of each column much to do and the last ones little.
-    pub(crate) fn start_activations(&mut self, basis: &Basis, seed: u64, first: usize) {
+    pub(crate) fn start_activations(&mut self, basis: &Basis<T>, seed: u64, first: usize) {
         let rank = basis.rank;
-        let sum: Vec<f64> = basis
+        let sum: Vec<T> = basis
             .rows_of
             .chunks_exact(rank)
-            .map(|row| row.iter().sum())
+            .map(|row| row.iter().copied().sum())
             .collect();
         let scale = squared_norm(&sum);
-        let fit = |column: &[f64]| {
+        let fit = |column: &[T]| {
             if scale > 0.0 {
                 dot(column, &sum) / scale
             } else {
@@ -124,39 +140,57 @@ impl Block {
             .flat_map_iter(|(place, column)| {
                 let fit = fit(column);
                 let shares = start::activation_shares(seed, first + place);
-                shares.take(rank).map(move |share| fit * share)
+                shares.take(rank).map(move |share| T::of(fit * share))
             })
             .collect();
     }
 
-    /// Updates the activations for given primitives and measures the fit.
-    pub(crate) fn fit(&mut self, basis: &Basis, update: Update, sweeps: usize) -> Fit {
+    /// Sets some activations of every column to zero.
+    pub(crate) fn clear_activations(&mut self, primitives: &[usize], rank: usize) {
+        for activations in self.activations.chunks_exact_mut(rank) {
+            for &j in primitives {
+                activations[j] = T::ZERO;
+            }
+        }
+    }
+
+    /// Puts what primitives and activations make of it wherever data is missing. With these numbers
+    /// the error over all data is that over the data that is there, and a step that lowers the one
+    /// lowers the other at least as much (expectation maximisation; Zhang, Wang, Ford and Makedon
+    /// 2006, "Learning from incomplete ratings using non-negative matrix factorization").
+    pub(crate) fn expect_missing(&mut self, basis: &Basis<T>) {
+        self.missing
+            .expect(&mut self.data, self.rows, &basis.rows_of, &self.activations);
+    }
+
+    /// Updates the activations for given primitives and measures the fit. What is missing is then
+    /// what these activations expect.
+    pub(crate) fn fit(&mut self, basis: &Basis<T>, update: Update, sweeps: usize) -> Fit {
         let (rows, rank) = (self.rows, basis.rank);
         let width = chunk_width(self.count());
-        let parts: Vec<(Vec<f64>, f64)> = self
+        let l1 = T::of(basis.penalty.l1);
+        let weights = Weights {
+            l1,
+            l2: T::of(basis.penalty.l2),
+        };
+        let parts: Vec<(Vec<T>, f64)> = self
             .data
             .par_chunks(width * rows)
             .zip(self.activations.par_chunks_mut(width * rank))
             .map(|(data, activations)| {
-                let mut linear = vec![0.0; activations.len()];
+                let mut linear = vec![T::ZERO; activations.len()];
                 multiply(
-                    1.0,
+                    T::ONE,
                     View::columns(&basis.rows_of, rank),
                     View::columns(data, rows),
-                    0.0,
+                    T::ZERO,
                     &mut linear,
                     rank,
                 );
                 match update {
-                    Update::Hals => descend(&basis.padded, &linear, 0.0, activations, sweeps),
+                    Update::Hals => descend(&basis.padded, &linear, l1, activations, sweeps),
                     Update::Multiplicative => {
-                        multiplicative::update(
-                            &basis.gram,
-                            &linear,
-                            Weights::default(),
-                            activations,
-                            rank,
-                        );
+                        multiplicative::update(&basis.gram, &linear, weights, activations, rank);
                     }
                 }
                 (chunk_gram(activations, rank), dot(&linear, activations))
@@ -164,20 +198,26 @@ impl Block {
             .collect();
         let projected: f64 = parts.iter().map(|(_, projected)| projected).sum();
         let activation_gram = sum_lower(parts.into_iter().map(|(gram, _)| gram).collect(), rank);
-        let expanded = self.squared_norm - 2.0 * projected + dot(&basis.gram, &activation_gram);
-        let squared_residual = if expanded > DIRECT_RESIDUAL_BELOW * self.squared_norm {
+        let guessed = self.missing.squared_norm(&self.data, rows);
+        let expanded =
+            self.squared_norm + guessed - 2.0 * projected + dot(&basis.gram, &activation_gram);
+        let everywhere = if expanded > DIRECT_RESIDUAL_BELOW * self.squared_norm {
             expanded
         } else {
             self.residual(basis)
         };
+        let changed = self
+            .missing
+            .expect(&mut self.data, rows, &basis.rows_of, &self.activations);
         Fit {
-            activation_gram,
-            squared_residual,
+            activation_gram: activation_gram.iter().map(|v| v.to_f64()).collect(),
+            activation_sum: self.activations.iter().map(|v| v.to_f64()).sum(),
+            squared_residual: (everywhere - changed).max(0.0),
         }
     }
 
     /// Squared Frobenius norm of `V - W H` from the differences themselves.
-    pub(crate) fn residual(&self, basis: &Basis) -> f64 {
+    pub(crate) fn residual(&self, basis: &Basis<T>) -> f64 {
         squared_residual(
             &self.data,
             self.rows,
@@ -189,48 +229,7 @@ impl Block {
 
     /// `H Vᵀ` (`rank` x rows).
     pub(crate) fn cross(&self, rank: usize) -> Vec<f64> {
-        cross(&self.activations, rank, &self.data, self.rows)
+        let cross = cross(&self.activations, rank, &self.data, self.rows);
+        cross.iter().map(|v| v.to_f64()).collect()
     }
-}
-
-/// Sums over blocks, added in block order.
-#[derive(Clone, Debug)]
-pub(crate) struct Sums {
-    /// `H Hᵀ` (`rank` x `rank`).
-    pub(crate) activation_gram: Vec<f64>,
-    /// Squared Frobenius norm of `V - W H`.
-    pub(crate) squared_residual: f64,
-    /// Number of columns.
-    pub(crate) count: usize,
-}
-
-impl Sums {
-    /// Half a step over all blocks.
-    pub(crate) fn of(blocks: &mut [Block], basis: &Basis, update: Update, sweeps: usize) -> Self {
-        let mut sums = Self {
-            activation_gram: vec![0.0; basis.rank * basis.rank],
-            squared_residual: 0.0,
-            count: 0,
-        };
-        for block in blocks {
-            let fit = block.fit(basis, update, sweeps);
-            add(&mut sums.activation_gram, &fit.activation_gram);
-            sums.squared_residual += fit.squared_residual;
-            sums.count += block.count();
-        }
-        sums
-    }
-}
-
-/// `H Vᵀ` over all blocks.
-pub(crate) fn cross_sum(blocks: &[Block], rank: usize) -> Vec<f64> {
-    let mut blocks = blocks.iter();
-    let Some(first) = blocks.next() else {
-        return Vec::new();
-    };
-    let mut total = first.cross(rank);
-    for block in blocks {
-        add(&mut total, &block.cross(rank));
-    }
-    total
 }

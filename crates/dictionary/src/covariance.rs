@@ -1,5 +1,7 @@
 //! Mean and covariance of activations, shrunk towards a scaled identity.
 
+use std::convert::Infallible;
+
 use nalgebra::{DMatrix, DVector};
 
 use crate::product::{add, gram, squared_norm};
@@ -34,14 +36,31 @@ const VARIANCE_OF_EQUAL_VECTORS: f64 = 1e-12;
 /// is positive definite for any input.
 ///
 /// Cost: `n rank²` operations, no copy beyond one block.
+///
+/// # Errors
+///
+/// What `block` returns; it is asked for each block twice, in order.
+pub(crate) fn moments_of<E>(
+    blocks: usize,
+    rank: usize,
+    mut block: impl FnMut(usize) -> Result<Vec<f64>, E>,
+) -> Result<Moments, E> {
+    let mean = mean(blocks, rank, &mut block)?;
+    Ok(shrunk(scatter(blocks, rank, mean, &mut block)?, rank))
+}
+
+/// The same of vectors in memory.
 pub(crate) fn moments(blocks: &[&[f64]], rank: usize) -> Moments {
-    shrunk(scatter(blocks, rank, mean(blocks, rank)), rank)
+    let block = |i: usize| Ok::<_, Infallible>(blocks[i].to_vec());
+    moments_of(blocks.len(), rank, block).unwrap_or_else(|never| match never {})
 }
 
 /// The same with the mean taken to be zero: the mean square of what is left after a prediction,
 /// where a mean that is not zero is an error like any other.
 pub(crate) fn moments_about_zero(blocks: &[&[f64]], rank: usize) -> Moments {
-    shrunk(scatter(blocks, rank, vec![0.0; rank]), rank)
+    let block = |i: usize| Ok::<_, Infallible>(blocks[i].to_vec());
+    let scatter = scatter(blocks.len(), rank, vec![0.0; rank], block);
+    shrunk(scatter.unwrap_or_else(|never| match never {}), rank)
 }
 
 fn shrunk(scatter: Scatter, rank: usize) -> Moments {
@@ -79,42 +98,55 @@ struct Scatter {
 }
 
 /// Sums in order, like those of [`scatter`].
-fn mean(blocks: &[&[f64]], rank: usize) -> Vec<f64> {
-    let count: usize = blocks.iter().map(|block| block.len() / rank).sum();
+fn mean<E>(
+    blocks: usize,
+    rank: usize,
+    mut block: impl FnMut(usize) -> Result<Vec<f64>, E>,
+) -> Result<Vec<f64>, E> {
     let mut mean = vec![0.0; rank];
-    for vector in blocks.iter().flat_map(|block| block.chunks_exact(rank)) {
-        add(&mut mean, vector);
+    let mut count = 0_usize;
+    for i in 0..blocks {
+        for vector in block(i)?.chunks_exact(rank) {
+            add(&mut mean, vector);
+            count += 1;
+        }
     }
     for v in &mut mean {
         *v /= count as f64;
     }
-    mean
+    Ok(mean)
 }
 
 /// Products of the vectors less their mean: a second pass, so that no digits cancel.
-fn scatter(blocks: &[&[f64]], rank: usize, mean: Vec<f64>) -> Scatter {
-    let count: usize = blocks.iter().map(|block| block.len() / rank).sum();
+fn scatter<E>(
+    blocks: usize,
+    rank: usize,
+    mean: Vec<f64>,
+    mut block: impl FnMut(usize) -> Result<Vec<f64>, E>,
+) -> Result<Scatter, E> {
     let mut covariance = vec![0.0; rank * rank];
     let mut fourth_powers = 0.0;
-    for block in blocks {
-        let mut centred = block.to_vec();
+    let mut count = 0;
+    for i in 0..blocks {
+        let mut centred = block(i)?;
         for vector in centred.chunks_exact_mut(rank) {
             for (v, mean) in vector.iter_mut().zip(&mean) {
                 *v -= mean;
             }
             fourth_powers += squared_norm(vector).powi(2);
+            count += 1;
         }
         add(&mut covariance, &gram(&centred, rank));
     }
     for v in &mut covariance {
         *v /= count as f64;
     }
-    Scatter {
+    Ok(Scatter {
         mean,
         covariance,
         fourth_powers,
         count,
-    }
+    })
 }
 
 /// Weight of the scaled identity by Ledoit and Wolf (2004), "A well-conditioned estimator for

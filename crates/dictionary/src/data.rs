@@ -2,7 +2,8 @@
 
 use inhand_model::{Finger, OBJECT_COORDINATES, SEGMENT_COORDINATES, SegmentLayout, Segments};
 
-use crate::block::{BLOCK_COLUMNS, Block};
+use crate::block::BLOCK_COLUMNS;
+use crate::columns::Columns;
 use crate::error::{Coordinate, LearnError};
 
 /// Smallest and largest value of each coordinate of a sample, metres: the 15 of the fingertips, and
@@ -15,52 +16,88 @@ pub(crate) struct Range {
     pub(crate) max_m: Vec<f64>,
 }
 
-/// Checks that the segments can teach, and returns the range of each coordinate.
+/// What a look through the columns gives.
+pub(crate) struct Survey {
+    /// Range of each coordinate.
+    pub(crate) range: Range,
+    /// Numbers that are missing.
+    pub(crate) missing: usize,
+}
+
+/// Checks that the columns can teach, and returns the range of each coordinate.
 ///
 /// A fingertip that keeps a coordinate throughout is no fingertip. An object may: one that is only
 /// pushed does not turn.
-pub(crate) fn checked_range(segments: &Segments) -> Result<Range, LearnError> {
-    let layout = segments.layout();
-    if segments.is_empty() || layout.samples == 0 {
+pub(crate) fn survey(columns: &impl Columns, may_miss: bool) -> Result<Survey, LearnError> {
+    let (layout, count) = (columns.layout(), columns.count());
+    if count == 0 || layout.samples == 0 {
         return Err(LearnError::NoSegments {
-            left_out: segments.left_out,
+            left_out: columns.left_out(),
         });
     }
+    let rows = layout.rows();
     let mut range = Range {
         min_m: vec![f64::INFINITY; coordinates(layout)],
         max_m: vec![f64::NEG_INFINITY; coordinates(layout)],
     };
-    for segment in 0..segments.len() {
-        let column = segments.column_m(segment);
-        if let Some(row) = column.iter().position(|v| !v.is_finite()) {
-            let origin = segments.origins()[segment];
-            let (t, coordinate) = place(layout, row);
-            return Err(LearnError::NotFinite {
-                segment,
-                take: origin.take,
-                sample: origin.start + t,
-                coordinate: named(coordinate),
-                found: column[row],
-            });
+    let mut missing = 0;
+    let mut columns_m = vec![0.0; BLOCK_COLUMNS.min(count) * rows];
+    for first in (0..count).step_by(BLOCK_COLUMNS) {
+        let block = first..(first + BLOCK_COLUMNS).min(count);
+        let columns_m = &mut columns_m[..block.len() * rows];
+        columns.read(block.clone(), columns_m)?;
+        for (segment, column) in block.zip(columns_m.chunks_exact(rows)) {
+            missing += check_numbers(columns, segment, column, may_miss)?;
+            let (fingers, object) = column.split_at(layout.finger_rows());
+            range.widen(0, fingers.as_chunks::<SEGMENT_COORDINATES>().0);
+            range.widen(
+                SEGMENT_COORDINATES,
+                object.as_chunks::<OBJECT_COORDINATES>().0,
+            );
         }
-        let (fingers, object) = column.split_at(layout.finger_rows());
-        range.widen(0, fingers.as_chunks::<SEGMENT_COORDINATES>().0);
-        range.widen(
-            SEGMENT_COORDINATES,
-            object.as_chunks::<OBJECT_COORDINATES>().0,
-        );
     }
     for i in 0..SEGMENT_COORDINATES {
-        if range.min_m[i] == range.max_m[i] {
+        // With all its numbers missing a coordinate is constant as well.
+        if range.min_m[i] >= range.max_m[i] {
             return Err(LearnError::ConstantCoordinate {
                 finger: Finger::ALL[i / 3],
                 axis: i % 3,
                 value_m: range.min_m[i],
-                segments: segments.len(),
+                segments: count,
             });
         }
     }
-    Ok(range)
+    Ok(Survey { range, missing })
+}
+
+/// Checks that the segments can teach, each with all its numbers.
+pub(crate) fn checked_range(segments: &Segments) -> Result<Range, LearnError> {
+    Ok(survey(segments, false)?.range)
+}
+
+/// How many numbers of a column are missing.
+fn check_numbers(
+    columns: &impl Columns,
+    segment: usize,
+    column: &[f64],
+    may_miss: bool,
+) -> Result<usize, LearnError> {
+    if column.iter().all(|v| v.is_finite()) {
+        return Ok(0);
+    }
+    let wrong = |v: &f64| !(v.is_finite() || may_miss && v.is_nan());
+    if let Some(row) = column.iter().position(wrong) {
+        let origin = columns.origin(segment);
+        let (t, coordinate) = place(columns.layout(), row);
+        return Err(LearnError::NotFinite {
+            segment,
+            take: origin.take,
+            sample: origin.start + t,
+            coordinate: named(coordinate),
+            found: column[row],
+        });
+    }
+    Ok(column.iter().filter(|v| v.is_nan()).count())
 }
 
 impl Range {
@@ -116,7 +153,8 @@ pub(crate) fn at_every_sample(layout: SegmentLayout, coordinates: &[f64]) -> Vec
 pub(crate) fn check_rank(
     rank: usize,
     largest: usize,
-    segments: &Segments,
+    segments: usize,
+    rows: usize,
     kind: &'static str,
 ) -> Result<(), LearnError> {
     if rank == 0 {
@@ -126,29 +164,10 @@ pub(crate) fn check_rank(
         return Err(LearnError::RankTooLarge {
             rank,
             largest,
-            segments: segments.len(),
-            rows: segments.layout().rows(),
+            segments,
+            rows,
             kind,
         });
     }
     Ok(())
-}
-
-/// The columns minus an offset column, in fixed blocks.
-pub(crate) fn shifted_blocks(segments: &Segments, offset_m: &[f64]) -> Vec<Block> {
-    let rows = segments.layout().rows();
-    segments
-        .columns_m()
-        .as_slice()
-        .chunks(BLOCK_COLUMNS * rows)
-        .map(|columns| {
-            let mut data = columns.to_vec();
-            for column in data.chunks_exact_mut(rows) {
-                for (v, offset) in column.iter_mut().zip(offset_m) {
-                    *v -= offset;
-                }
-            }
-            Block::new(data, rows)
-        })
-        .collect()
 }

@@ -28,7 +28,8 @@ const BLOCK: usize = 8;
 pub(crate) struct Gram<T> {
     rank: usize,
     padded: usize,
-    /// `padded` x `padded`, zero outside `rank` x `rank`; symmetric.
+    /// Panels of [`BLOCK`] rows, one after the other, each column by column: the numbers in the
+    /// order in which a sweep reads them. `padded` x `padded`, zero outside `rank` x `rank`.
     values: Vec<T>,
     /// `1 / G_jj`; zero where that is not a positive finite number, which leaves the coordinate
     /// as it is.
@@ -43,9 +44,15 @@ impl<T: Real> Gram<T> {
         let mut values = vec![T::ZERO; padded * padded];
         let mut inverse_diagonal = vec![T::ZERO; padded];
         for column in 0..rank {
-            values[column * padded..][..rank].copy_from_slice(&symmetric[column * rank..][..rank]);
-            let diagonal = symmetric[column * rank + column] + ridge;
-            values[column * padded + column] = diagonal;
+            let numbers = &symmetric[column * rank..][..rank];
+            for (panel, numbers) in values
+                .chunks_exact_mut(BLOCK * padded)
+                .zip(numbers.chunks(BLOCK))
+            {
+                panel[column * BLOCK..][..numbers.len()].copy_from_slice(numbers);
+            }
+            let diagonal = numbers[column] + ridge;
+            values[(column - column % BLOCK) * padded + column * BLOCK + column % BLOCK] = diagonal;
             let inverse = diagonal.recip();
             if inverse.is_finite() && inverse > T::ZERO {
                 inverse_diagonal[column] = inverse;
@@ -133,9 +140,9 @@ const fn single<T>() -> bool {
 #[target_feature(enable = "avx512f")]
 fn descend_avx512<T: Real>(gram: &Gram<T>, linear: &[T], l1: T, factor: &mut [T], sweeps: usize) {
     if single::<T>() {
-        descend_tiles::<T, 16, true>(gram, linear, l1, factor, sweeps);
+        descend_tiles::<T, 32, true>(gram, linear, l1, factor, sweeps);
     } else {
-        descend_tiles::<T, 8, true>(gram, linear, l1, factor, sweeps);
+        descend_tiles::<T, 16, true>(gram, linear, l1, factor, sweeps);
     }
 }
 
@@ -207,15 +214,13 @@ fn sweep_tile<T: Real, const L: usize, const FUSED: bool>(
     p: &[[T; L]],
     x: &mut [[T; L]],
 ) {
-    let padded = gram.padded;
-    for first in (0..padded).step_by(BLOCK) {
-        // Products G x of the block's coordinates. G is symmetric: the block's rows are read as
-        // columns, eight neighbouring numbers at a time.
+    let panels = gram.values.chunks_exact(BLOCK * gram.padded.max(1));
+    for (block, panel) in panels.enumerate() {
+        let first = block * BLOCK;
+        // Products G x of the block's coordinates.
+        let (panel, _) = panel.as_chunks::<BLOCK>();
         let mut product = [[T::ZERO; L]; BLOCK];
-        for (g, x) in gram.values.chunks_exact(padded).zip(x.iter()) {
-            let g: &[T; BLOCK] = g[first..first + BLOCK]
-                .try_into()
-                .expect("the slice has BLOCK numbers");
+        for (g, x) in panel.iter().zip(x.iter()) {
             for (product, g) in product.iter_mut().zip(g) {
                 for lane in 0..L {
                     product[lane] = multiply_add::<T, FUSED>(*g, x[lane], product[lane]);
@@ -233,7 +238,7 @@ fn sweep_tile<T: Real, const L: usize, const FUSED: bool>(
                 change[lane] = new - old;
                 x[j][lane] = new;
             }
-            let column = &gram.values[j * padded + first..][..BLOCK];
+            let column = &panel[j];
             for later in row + 1..BLOCK {
                 for lane in 0..L {
                     product[later][lane] =

@@ -156,6 +156,44 @@ pub enum LearnError {
         /// The value found.
         found: f64,
     },
+    /// A penalty that the scale of the other factor would undo.
+    #[error(
+        "{penalised} are penalised and {other} are not: their scale would move to the {other} until \
+         the penalty is nothing; penalise both"
+    )]
+    PenaltyOfOneFactor {
+        /// The factor that is penalised.
+        penalised: &'static str,
+        /// The one that is not.
+        other: &'static str,
+    },
+    /// Training columns that cannot be had.
+    #[error("training segments cannot be read: {message}")]
+    Read {
+        /// What happened, and where.
+        message: String,
+    },
+    /// Activations of another block, round or precision.
+    #[error(
+        "activations of block {block} do not fit round {round}: expected those of the round before, \
+         none in round 0, in the precision of the run"
+    )]
+    Activations {
+        /// The block.
+        block: usize,
+        /// The round.
+        round: usize,
+    },
+    /// Sums over blocks that do not follow one another, or not over all.
+    #[error(
+        "sums go on at block {found}, expected block {expected}: blocks are missing or there twice"
+    )]
+    BlockOrder {
+        /// The block expected.
+        expected: usize,
+        /// The block found.
+        found: usize,
+    },
     /// A column that does not fit the dictionary.
     #[error("a segment of {found} numbers does not fit a dictionary of {expected} rows")]
     ColumnLength {

@@ -56,11 +56,12 @@
 //! raises the objective; nothing depends on hash order, clock or thread.
 
 mod block;
+mod columns;
 mod covariance;
 mod data;
 mod descent;
 mod error;
-mod factorise;
+mod missing;
 mod multiplicative;
 mod nmf;
 mod pca;
@@ -68,15 +69,21 @@ mod product;
 mod projection;
 mod real;
 mod residual;
+mod rounds;
 mod settings;
+mod stability;
 mod start;
+mod sums;
 
 #[cfg(test)]
 mod tests;
 
+pub use columns::Columns;
 pub use error::{Coordinate, LearnError};
-pub use nmf::learn_nmf;
+pub use nmf::{learn_nmf, smallest_objective};
 pub use pca::learn_pca;
 pub use projection::{Projection, activations};
 pub use residual::{Fold, ResidualSettings, folds, learn_residual};
-pub use settings::{NmfSettings, Start, Update};
+pub use rounds::{Activations, NmfProblem, NmfState};
+pub use settings::{NmfSettings, Penalty, Precision, Start, Update};
+pub use sums::{Node, Sums, Tree};

@@ -1,25 +1,31 @@
-//! Non-negative matrix factorisation of training segments.
+//! Non-negative matrix factorisation of training segments in memory.
 
-use inhand_model::{Demonstrated, Dictionary, DictionaryKind, Learning, Segments};
+use inhand_model::{
+    Demonstrated, Dictionary, DictionaryKind, Learning, Restart, Segments, StopReason,
+};
 use nalgebra::{DMatrix, DVector};
 
-use crate::block::{Basis, Block};
-use crate::covariance::moments;
-use crate::data::{at_every_sample, check_rank, checked_range, shifted_blocks};
+use crate::block::Block;
+use crate::columns::Columns;
+use crate::covariance::moments_of;
 use crate::error::LearnError;
-use crate::factorise::{factorise, normalise};
-use crate::settings::NmfSettings;
-use crate::start;
+use crate::real::Real;
+use crate::rounds::{Activations, NmfProblem, NmfState, Stored, column_squares, fit_sums};
+use crate::settings::{NmfSettings, Precision};
+use crate::stability::matched_cosine;
+use crate::sums::Tree;
 
 /// Learns a dictionary of non-negative primitives from training segments.
 ///
 /// Problem: with the segments as columns of `V` (rows x n, metres; 15 N rows, with the object 21 N),
-/// minimise `1/2 |V - offset - W H|²` (Frobenius, m²) over `W >= 0` (rows x rank) and `H >= 0`
-/// (rank x n). `offset` is each coordinate's training minimum minus
+/// minimise `1/2 |V - offset - W H|²` (Frobenius, m², over what is not missing) over `W >= 0`
+/// (rows x rank) and `H >= 0` (rank x n), plus what the factors cost
+/// ([`NmfSettings::primitive_penalty`]). `offset` is each coordinate's training minimum minus
 /// [`offset_margin_m`](NmfSettings::offset_margin_m), the same at every sample, so that the shifted
 /// data are positive. The object's rotation counts as the length it moves a point at
-/// [`ROTATION_LEVER_M`](inhand_model::ROTATION_LEVER_M), so that one objective measures all rows. The columns of `W` come out with unit length, the scale in `H`; the activations
-/// described by mean and covariance are those of the last half step, for the very `W` returned.
+/// [`ROTATION_LEVER_M`](inhand_model::ROTATION_LEVER_M), so that one objective measures all rows. The
+/// columns of `W` come out with unit length, the scale in `H`; the activations described by mean and
+/// covariance are those of the last half step, for the very `W` returned.
 ///
 /// Updates: HALS with several sweeps per product with the data (Cichocki and Phan, "Fast local
 /// algorithms for large scale nonnegative matrix and tensor factorizations", IEICE Trans. 2009;
@@ -30,8 +36,9 @@ use crate::start;
 /// [`StopReason::IterationLimit`](inhand_model::StopReason::IterationLimit) in the result.
 ///
 /// Cost of an iteration: about `4 * rows * n * rank` operations in matrix products, in parallel over
-/// fixed chunks. On one machine the result has the same bits whatever the number of threads; between
-/// CPUs with and without fused multiply-add the last digits differ.
+/// fixed chunks. On one machine the result has the same bits whatever the number of threads, and
+/// those of [rounds](NmfProblem) over the same columns in many processes; between CPUs with and
+/// without fused multiply-add the last digits differ.
 ///
 /// The covariance of the activations is always shrunk (Ledoit and Wolf 2004), so that it is positive
 /// definite and can be inverted by a planner.
@@ -39,99 +46,274 @@ use crate::start;
 /// # Errors
 ///
 /// [`LearnError`] for no segments, rank 0, a rank above the number of segments or of numbers in a
-/// segment, a number that is not finite, a fingertip's coordinate that never changes, a setting out
-/// of range.
+/// segment, a number that is not finite (or, with [`NmfSettings::may_miss`], infinite), a fingertip's
+/// coordinate that never changes, a setting out of range.
 pub fn learn_nmf(
     segments: &Segments,
     demonstrated: Demonstrated,
     settings: &NmfSettings,
 ) -> Result<Dictionary, LearnError> {
-    check_settings(settings)?;
-    let range = checked_range(segments)?;
-    let (layout, rank) = (segments.layout(), settings.rank);
-    let rows = layout.rows();
-    check_rank(rank, segments.len().min(rows), segments, "nmf")?;
-
-    let lowest: Vec<f64> = (range.min_m.iter())
-        .map(|min| min - settings.offset_margin_m)
-        .collect();
-    let offset = at_every_sample(layout, &lowest);
-    let mut blocks = shifted_blocks(segments, &offset);
-    let mut basis = Basis::new(
-        start::primitives(settings.start, &blocks, rows, rank, settings.seed),
-        rank,
-    );
-    let mut first = 0;
-    for block in &mut blocks {
-        block.start_activations(&basis, settings.seed, first);
-        first += block.count();
+    let mut problem = NmfProblem::new(segments, settings)?;
+    let mut learned = Vec::with_capacity(settings.restarts);
+    for restart in 0..settings.restarts {
+        problem.settings.seed = settings.seed.wrapping_add(restart as u64);
+        let result = solve(&problem, segments)?;
+        learned.push((problem.settings.seed, result));
     }
-    let course = factorise(&mut blocks, &mut basis, settings);
-    normalise(&mut blocks, &mut basis);
-
-    let data: f64 = blocks.iter().map(Block::squared_norm).sum();
-    let residual: f64 = blocks.iter().map(|block| block.residual(&basis)).sum();
-    let activations: Vec<&[f64]> = blocks
-        .iter()
-        .map(|block| block.activations.as_slice())
+    let states: Vec<_> = (learned.iter())
+        .map(|(seed, solved)| (*seed, &solved.state))
         .collect();
-    let moments = moments(&activations, rank);
-    Ok(Dictionary {
-        kind: DictionaryKind::Nmf,
-        layout,
-        offset_m: DVector::from_vec(offset),
-        primitives: DMatrix::from_row_slice(rows, rank, &basis.rows_of),
-        activation_mean_m: moments.mean,
-        activation_covariance_m2: moments.covariance,
-        covariance_shrinkage: moments.shrinkage,
-        learning: Learning {
-            segments: segments.len(),
-            rms_m: (residual / (rows * segments.len()) as f64).sqrt(),
-            relative_error: (residual / data).sqrt(),
-            iterations: course.iterations,
-            stop_reason: course.stop_reason,
-            objective_history_m2: course.objective_history,
-            seed: settings.seed,
-            restarts: Vec::new(),
-        },
-        demonstrated,
-        residual: None,
-        choice: None,
+    let best = smallest_objective(&states);
+    let restarts = problem.compare(&states, best);
+    let (seed, solved) = learned.swap_remove(best);
+    problem.settings.seed = seed;
+    problem.finish(&solved.state, restarts, demonstrated, |block| {
+        Ok(solved.activations[block].clone())
     })
 }
 
-/// Checks the numbers of the settings that do not depend on data.
-fn check_settings(settings: &NmfSettings) -> Result<(), LearnError> {
-    let checks = [
-        (
-            "relative_change",
-            "a number from 0 to below 1",
-            settings.relative_change,
-            (0.0..1.0).contains(&settings.relative_change),
-        ),
-        (
-            "offset_margin_m",
-            "a length of at least 0 m",
-            settings.offset_margin_m,
-            (0.0..f64::INFINITY).contains(&settings.offset_margin_m),
-        ),
-        (
-            "stop_rms_m",
-            "a length above 0 m",
-            settings.stop_rms_m.unwrap_or_default(),
-            settings
-                .stop_rms_m
-                .is_none_or(|rms| rms > 0.0 && rms.is_finite()),
-        ),
-    ];
-    for (name, expected, found, fits) in checks {
-        if !fits {
-            return Err(LearnError::Setting {
-                name,
-                expected,
-                found,
+/// Where the smallest last objective is; the first of equal ones.
+pub fn smallest_objective(states: &[(u64, &NmfState)]) -> usize {
+    let last = |state: &NmfState| {
+        let last = state.objective_history_m2.last().copied();
+        last.unwrap_or(f64::INFINITY)
+    };
+    (1..states.len()).fold(0, |best, i| {
+        if last(states[i].1) < last(states[best].1) {
+            i
+        } else {
+            best
+        }
+    })
+}
+
+/// The result of rounds.
+struct Solved {
+    state: NmfState,
+    /// One for each block.
+    activations: Vec<Activations>,
+}
+
+fn solve(problem: &NmfProblem, columns: &impl Columns) -> Result<Solved, LearnError> {
+    match problem.settings.precision {
+        Precision::F64 => solve_in::<f64>(problem, columns),
+        Precision::F32 => solve_in::<f32>(problem, columns),
+    }
+}
+
+/// Rounds with everything in memory. The products with the data that only an update of the
+/// primitives needs are formed after it is known that there is one.
+fn solve_in<T: Stored>(problem: &NmfProblem, columns: &impl Columns) -> Result<Solved, LearnError> {
+    let mut state = problem.start(columns)?;
+    let mut blocks: Vec<Block<T>> = (0..problem.blocks())
+        .map(|block| Ok(problem.shifted(problem.read_block(columns, block)?)))
+        .collect::<Result<_, LearnError>>()?;
+    iterate(problem, &mut state, &mut blocks, columns)?;
+    let stored = blocks.into_iter().map(|block| T::stored(block.activations));
+    Ok(Solved {
+        state,
+        activations: stored.collect(),
+    })
+}
+
+/// Runs rounds until learning stops.
+pub(crate) fn iterate<T: Real>(
+    problem: &NmfProblem,
+    state: &mut NmfState,
+    blocks: &mut [Block<T>],
+    columns: &impl Columns,
+) -> Result<(), LearnError> {
+    loop {
+        let basis = problem.basis(state);
+        let mut fits = Tree::default();
+        for (number, block) in blocks.iter_mut().enumerate() {
+            let first = problem.block(number).start;
+            let fit = problem.fit(state, &basis, first, block);
+            fits.push_block(number, fit_sums(block, fit))?;
+        }
+        let sums = fits.root(blocks.len())?;
+        problem.measure(state, &sums);
+        if state.stop.is_some() {
+            return Ok(());
+        }
+        let mut crosses = Tree::default();
+        for (number, block) in blocks.iter().enumerate() {
+            crosses.push_block(number, block.cross(problem.settings.rank))?;
+        }
+        let cross_m2 = crosses.root(blocks.len())?;
+        *state = problem.step(
+            std::mem::take(state),
+            &sums.activation_gram_m2,
+            &cross_m2,
+            columns,
+        )?;
+    }
+}
+
+impl NmfProblem {
+    /// How each of several starts ended, against the one at `best`; none for a single start.
+    pub fn compare(&self, states: &[(u64, &NmfState)], best: usize) -> Vec<Restart> {
+        if states.len() < 2 {
+            return Vec::new();
+        }
+        let kept = self.primitives(states[best].1);
+        (states.iter().enumerate())
+            .map(|(i, (seed, state))| Restart {
+                seed: *seed,
+                rms_m: self.rms_m(state),
+                objective_m2: state
+                    .objective_history_m2
+                    .last()
+                    .copied()
+                    .unwrap_or(f64::NAN),
+                matched_cosine: if i == best {
+                    1.0
+                } else {
+                    matched_cosine(&kept, &self.primitives(state))
+                },
+            })
+            .collect()
+    }
+
+    /// The dictionary of a state that has stopped, with its activations block by block (each is asked
+    /// for twice).
+    ///
+    /// # Errors
+    ///
+    /// What `activations` returns, and [`LearnError::Activations`] for some of another size.
+    pub fn finish(
+        &self,
+        state: &NmfState,
+        restarts: Vec<Restart>,
+        demonstrated: Demonstrated,
+        mut activations: impl FnMut(usize) -> Result<Activations, LearnError>,
+    ) -> Result<Dictionary, LearnError> {
+        let rank = self.settings.rank;
+        let lengths: Vec<f64> = (column_squares(&state.primitives, rank).iter())
+            .map(|square| square.sqrt())
+            .collect();
+        let moments = moments_of(self.blocks(), rank, |block| {
+            let mut values = activations(block)?.to_f64();
+            if values.len() != rank * self.block(block).len() {
+                return Err(LearnError::Activations {
+                    block,
+                    round: state.round,
+                });
+            }
+            for vector in values.chunks_exact_mut(rank) {
+                for (v, length) in vector.iter_mut().zip(&lengths) {
+                    *v *= length;
+                }
+            }
+            Ok(values)
+        })?;
+        Ok(Dictionary {
+            kind: DictionaryKind::Nmf,
+            layout: self.layout,
+            offset_m: DVector::from_vec(self.offset_m.clone()),
+            primitives: self.primitives(state),
+            activation_mean_m: moments.mean,
+            activation_covariance_m2: moments.covariance,
+            covariance_shrinkage: moments.shrinkage,
+            learning: Learning {
+                segments: self.count,
+                rms_m: self.rms_m(state),
+                relative_error: (state.squared_residual_m2 / state.squared_norm_m2).sqrt(),
+                iterations: state.round,
+                stop_reason: state.stop.unwrap_or(StopReason::IterationLimit),
+                objective_history_m2: state.objective_history_m2.clone(),
+                seed: self.settings.seed,
+                restarts,
+            },
+            demonstrated,
+            residual: None,
+            choice: None,
+        })
+    }
+
+    /// Root mean square of the error over all numbers that are there, metres.
+    pub fn rms_m(&self, state: &NmfState) -> f64 {
+        (state.squared_residual_m2 / self.numbers as f64).sqrt()
+    }
+
+    /// Primitives of unit length (rows x rank); one that a penalty has emptied stays zero.
+    fn primitives(&self, state: &NmfState) -> DMatrix<f64> {
+        let rank = self.settings.rank;
+        let lengths: Vec<f64> = column_squares(&state.primitives, rank)
+            .iter()
+            .map(|square| square.sqrt())
+            .collect();
+        DMatrix::from_fn(self.layout.rows(), rank, |row, j| {
+            let v = state.primitives[row * rank + j];
+            if lengths[j] > 0.0 { v / lengths[j] } else { v }
+        })
+    }
+}
+
+impl NmfSettings {
+    /// Checks the numbers that do not depend on data.
+    pub(crate) fn check(&self) -> Result<(), LearnError> {
+        let length = "a length of at least 0 m";
+        let weight = "a weight of 0 or more";
+        let at_least_0 = |value: f64| (0.0..f64::INFINITY).contains(&value);
+        let stop_rms_m = self.stop_rms_m.unwrap_or(1.0);
+        let checks = [
+            (
+                "relative_change",
+                "a number from 0 to below 1",
+                self.relative_change,
+                (0.0..1.0).contains(&self.relative_change),
+            ),
+            (
+                "offset_margin_m",
+                length,
+                self.offset_margin_m,
+                at_least_0(self.offset_margin_m),
+            ),
+            (
+                "stop_rms_m",
+                "a length above 0 m",
+                stop_rms_m,
+                stop_rms_m > 0.0 && stop_rms_m.is_finite(),
+            ),
+            (
+                "restarts",
+                "1 or more",
+                self.restarts as f64,
+                self.restarts > 0,
+            ),
+        ];
+        let weights = [
+            ("activation_penalty.l1", self.activation_penalty.l1),
+            ("activation_penalty.l2", self.activation_penalty.l2),
+            ("primitive_penalty.l1", self.primitive_penalty.l1),
+            ("primitive_penalty.l2", self.primitive_penalty.l2),
+        ];
+        let weights = weights.map(|(name, found)| (name, weight, found, at_least_0(found)));
+        for (name, expected, found, fits) in checks.into_iter().chain(weights) {
+            if !fits {
+                return Err(LearnError::Setting {
+                    name,
+                    expected,
+                    found,
+                });
+            }
+        }
+        let (h, w) = (self.activation_penalty, self.primitive_penalty);
+        if h.is_none() != w.is_none() {
+            return Err(LearnError::PenaltyOfOneFactor {
+                penalised: if w.is_none() {
+                    "activations"
+                } else {
+                    "primitives"
+                },
+                other: if w.is_none() {
+                    "primitives"
+                } else {
+                    "activations"
+                },
             });
         }
+        Ok(())
     }
-    Ok(())
 }

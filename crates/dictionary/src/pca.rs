@@ -35,7 +35,7 @@ pub fn learn_pca(
     checked_range(segments)?;
     let layout = segments.layout();
     let (rows, count) = (layout.rows(), segments.len());
-    check_rank(rank, (count - 1).min(rows), segments, "pca")?;
+    check_rank(rank, (count - 1).min(rows), count, rows, "pca")?;
 
     let (mean, centred) = centre(segments.columns_m().as_slice(), rows);
     let eigen = if count <= rows {
@@ -52,7 +52,7 @@ pub fn learn_pca(
             eigen.eigenvalues[**i] > SMALLEST_VARIANCE * eigen.eigenvalues[order[0]].max(0.0)
         })
         .count();
-    check_rank(rank, largest.min(count - 1), segments, "pca")?;
+    check_rank(rank, largest.min(count - 1), count, rows, "pca")?;
     order.truncate(rank);
 
     let mut components = components(&eigen.eigenvectors, &order, &centred, rows, count);

@@ -22,6 +22,57 @@ impl Update {
     }
 }
 
+/// Kind of numbers that products and descents run in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Precision {
+    /// Double precision.
+    #[default]
+    F64,
+    /// Single precision for data and activations; sums over blocks, the primitives' own half step and
+    /// everything that follows stay double. Half the memory, and errors of about 1e-7 of the data.
+    F32,
+}
+
+impl Precision {
+    /// Lower-case name, as in files and settings.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Precision::F64 => "f64",
+            Precision::F32 => "f32",
+        }
+    }
+}
+
+/// What a factor costs: `l1` times the sum of its numbers plus `l2` times half the sum of their
+/// squares.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Penalty {
+    /// Weight of the sum.
+    pub l1: f64,
+    /// Weight of half the sum of squares.
+    pub l2: f64,
+}
+
+impl Penalty {
+    /// Whether there is none.
+    pub fn is_none(self) -> bool {
+        self == Self::default()
+    }
+
+    /// The same for a factor of which the data has `size` numbers for each of its own.
+    pub(crate) fn scaled(self, size: usize) -> Self {
+        Self {
+            l1: self.l1 * size as f64,
+            l2: self.l2 * size as f64,
+        }
+    }
+
+    /// What a factor costs by the sum of its numbers and that of their squares.
+    pub(crate) fn of(self, sum: f64, squares: f64) -> f64 {
+        self.l1 * sum + 0.5 * self.l2 * squares
+    }
+}
+
 /// Where the primitives start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Start {
@@ -68,6 +119,26 @@ pub struct NmfSettings {
     pub sweeps: usize,
     /// Where the primitives start.
     pub start: Start,
+    /// What activations cost, on the scale of the problem (see [`primitive_penalty`](Self::primitive_penalty)).
+    pub activation_penalty: Penalty,
+    /// What primitives cost. With `n` segments of `m` numbers the objective is
+    ///
+    /// ```text
+    /// 1/2 |V - offset - W H|² + m * activation_penalty(H) + n * primitive_penalty(W)
+    /// ```
+    ///
+    /// so that a weight means the same for any number of segments and any segment length, as in
+    /// scikit-learn (`alpha_W`, `alpha_H`; the two are exchanged there, where samples are rows).
+    /// Penalties hold for both factors or for none: with one alone, the scale would move to the other
+    /// until the penalty is nothing.
+    pub primitive_penalty: Penalty,
+    /// Kind of numbers.
+    pub precision: Precision,
+    /// Whether numbers may be missing (NaN); otherwise they are an error.
+    pub may_miss: bool,
+    /// Starts, with seeds counted up from [`seed`](Self::seed); the result is that of the smallest
+    /// objective. At least 1.
+    pub restarts: usize,
 }
 
 impl Default for NmfSettings {
@@ -85,6 +156,11 @@ impl Default for NmfSettings {
             update: Update::default(),
             sweeps: 3,
             start: Start::default(),
+            activation_penalty: Penalty::default(),
+            primitive_penalty: Penalty::default(),
+            precision: Precision::default(),
+            may_miss: false,
+            restarts: 1,
         }
     }
 }

@@ -3,7 +3,9 @@
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-use crate::block::Block;
+use crate::columns::Columns;
+use crate::error::LearnError;
+use crate::rounds::{NmfProblem, NmfState};
 use crate::settings::Start;
 
 /// Random primitives start between `1 - SPREAD` and 1, as nearly constant columns that become
@@ -36,39 +38,54 @@ pub(crate) fn activation_shares(seed: u64, segment: usize) -> impl Iterator<Item
     std::iter::repeat_with(move || 2.0 * uniform(&mut random))
 }
 
-/// Primitives as rows (`rank` x rows) to start from.
-pub(crate) fn primitives(
-    start: Start,
-    blocks: &[Block],
-    rows: usize,
-    rank: usize,
-    seed: u64,
-) -> Vec<f64> {
-    let mut basis = vec![0.0; rank * rows];
-    match start {
-        Start::Random => {
-            for (row, numbers) in basis.chunks_exact_mut(rank).enumerate() {
-                let mut random = keyed(seed, row);
-                for number in numbers {
-                    *number = 1.0 - SPREAD * uniform(&mut random);
-                }
-            }
-        }
-        Start::Segments => {
-            for (primitive, segment) in draw(blocks, rank, seed).into_iter().enumerate() {
-                for (row, number) in column(blocks, segment).iter().enumerate() {
-                    basis[row * rank + primitive] = *number;
-                }
-            }
-        }
+impl NmfProblem {
+    /// The state that rounds start from.
+    ///
+    /// # Errors
+    ///
+    /// [`LearnError::Read`].
+    pub fn start(&self, columns: &impl Columns) -> Result<NmfState, LearnError> {
+        let primitives = match self.settings.start {
+            Start::Random => self.random_primitives(),
+            Start::Segments => self.drawn_primitives(columns)?,
+        };
+        Ok(NmfState {
+            primitives,
+            ..NmfState::default()
+        })
     }
-    basis
+
+    fn random_primitives(&self) -> Vec<f64> {
+        let rank = self.settings.rank;
+        let mut primitives = vec![0.0; rank * self.layout.rows()];
+        for (row, numbers) in primitives.chunks_exact_mut(rank).enumerate() {
+            let mut random = keyed(self.settings.seed, row);
+            for number in numbers {
+                *number = 1.0 - SPREAD * uniform(&mut random);
+            }
+        }
+        primitives
+    }
+
+    fn drawn_primitives(&self, columns: &impl Columns) -> Result<Vec<f64>, LearnError> {
+        let rank = self.settings.rank;
+        let mut primitives = vec![0.0; rank * self.layout.rows()];
+        for (j, segment) in draw(self.count, rank, self.settings.seed)
+            .into_iter()
+            .enumerate()
+        {
+            let column = self.shifted::<f64>(self.read(columns, segment..segment + 1)?);
+            for (numbers, v) in primitives.chunks_exact_mut(rank).zip(&column.data) {
+                numbers[j] = *v;
+            }
+        }
+        Ok(primitives)
+    }
 }
 
-/// `rank` segments drawn without replacement: those with the smallest random keys. A key belongs
-/// to its segment, so a draw can be made from parts of the data and merged.
-fn draw(blocks: &[Block], rank: usize, seed: u64) -> Vec<usize> {
-    let count = blocks.iter().map(Block::count).sum();
+/// `rank` of `count` segments drawn without replacement: those with the smallest random keys. A key
+/// belongs to its segment, so a draw can be made from parts of the data and merged.
+fn draw(count: usize, rank: usize, seed: u64) -> Vec<usize> {
     let mut keys: Vec<(u64, usize)> = (0..count)
         .map(|segment| (keyed(seed, segment).next_u64(), segment))
         .collect();
@@ -77,21 +94,8 @@ fn draw(blocks: &[Block], rank: usize, seed: u64) -> Vec<usize> {
     keys.into_iter().map(|(_, segment)| segment).collect()
 }
 
-/// A shifted column by its number over all blocks.
-pub(crate) fn column(blocks: &[Block], segment: usize) -> &[f64] {
-    let mut index = segment;
-    for block in blocks {
-        if index < block.count() {
-            return &block.data[index * block.rows..][..block.rows];
-        }
-        index -= block.count();
-    }
-    &[]
-}
-
-/// One segment, drawn for the purpose with number `purpose`.
-pub(crate) fn drawn_segment(blocks: &[Block], seed: u64, purpose: usize) -> usize {
-    let count: usize = blocks.iter().map(Block::count).sum();
+/// One of `count` segments, drawn for the purpose with number `purpose`.
+pub(crate) fn drawn_segment(count: usize, seed: u64, purpose: usize) -> usize {
     // Streams of purposes are kept apart from those of segments and rows.
     let mut random = keyed(!seed, purpose);
     (random.next_u64() % count.max(1) as u64) as usize

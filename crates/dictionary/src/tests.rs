@@ -1,17 +1,22 @@
 //! Tests of the inner steps; those of what is public live in `tests/`.
 
-use inhand_model::StopReason;
+use std::ops::Range;
+
+use inhand_model::{SegmentLayout, SegmentOrigin, StopReason};
 use nalgebra::DMatrix;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use serde_json::Value;
 
-use crate::block::{Basis, Block, Sums, cross_sum};
+use crate::block::{Basis, Block};
+use crate::columns::Columns;
 use crate::covariance::moments;
 use crate::descent::{Gram, descend, descend_all};
-use crate::factorise::{factorise, normalise};
+use crate::error::LearnError;
+use crate::nmf::iterate;
 use crate::product::{View, chunk_width, cross, dot, gram, multiply, squared_residual};
-use crate::settings::{NmfSettings, Update};
+use crate::rounds::{NmfProblem, NmfState, column_squares};
+use crate::settings::{NmfSettings, Penalty, Update};
 
 #[path = "../tests/plain.rs"]
 mod plain;
@@ -55,6 +60,77 @@ fn settings(max_iterations: usize, update: Update) -> NmfSettings {
         update,
         ..NmfSettings::default()
     }
+}
+
+/// Columns of two samples: 30 numbers.
+struct Plain(Vec<f64>);
+
+const TWO_SAMPLES: SegmentLayout = SegmentLayout {
+    samples: 2,
+    rate_hz: 100.0,
+    object: false,
+};
+
+impl Columns for Plain {
+    fn layout(&self) -> SegmentLayout {
+        TWO_SAMPLES
+    }
+
+    fn count(&self) -> usize {
+        self.0.len() / 30
+    }
+
+    fn origin(&self, segment: usize) -> SegmentOrigin {
+        SegmentOrigin {
+            take: 0,
+            start: segment,
+        }
+    }
+
+    fn left_out(&self) -> usize {
+        0
+    }
+
+    fn read(&self, segments: Range<usize>, into_m: &mut [f64]) -> Result<(), LearnError> {
+        into_m.copy_from_slice(&self.0[segments.start * 30..segments.end * 30]);
+        Ok(())
+    }
+}
+
+/// Rounds from given factors over shifted data of any number of rows.
+fn rounds(
+    v: &[f64],
+    rows: usize,
+    primitives: Vec<f64>,
+    activations: Vec<f64>,
+    settings: NmfSettings,
+) -> (NmfState, Vec<f64>) {
+    let count = v.len() / rows;
+    let problem = NmfProblem {
+        layout: TWO_SAMPLES,
+        count,
+        numbers: v.len(),
+        offset_m: vec![0.0; 30],
+        settings: NmfSettings {
+            rank: primitives.len() / rows,
+            ..settings
+        },
+    };
+    let mut block = Block::new(v.to_vec(), rows);
+    block.activations = activations;
+    let mut blocks = [block];
+    // One round in, so that the activations stay as given.
+    let mut state = NmfState {
+        round: 1,
+        primitives,
+        ..NmfState::default()
+    };
+    let columns = Plain(if rows == 30 { v.to_vec() } else { Vec::new() });
+    let mut problem = problem;
+    problem.settings.max_iterations += 1;
+    iterate(&problem, &mut state, &mut blocks, &columns).unwrap();
+    let [block] = blocks;
+    (state, block.activations)
 }
 
 #[test]
@@ -167,20 +243,19 @@ fn multiplicative_updates_agree_with_scikit_learn() {
     let r = reference("multiplicative");
     let (rows, rank) = (20, 4);
     let start_w = matrix(&numbers(&r["start_primitives"]), rows).transpose();
-    let mut block = Block::new(numbers(&r["data"]), rows);
-    block.activations = numbers(&r["start_activations"]);
-    let mut blocks = [block];
-    let mut basis = Basis::new(start_w.as_slice().to_vec(), rank);
     let iterations = r["iterations"].as_u64().unwrap() as usize;
-    let course = factorise(
-        &mut blocks,
-        &mut basis,
-        &settings(iterations, Update::Multiplicative),
+    let (state, activations) = rounds(
+        &numbers(&r["data"]),
+        rows,
+        start_w.as_slice().to_vec(),
+        numbers(&r["start_activations"]),
+        settings(iterations, Update::Multiplicative),
     );
-    assert_eq!(course.stop_reason, StopReason::IterationLimit);
-    let w = matrix(&basis.rows_of, rank).transpose();
+    assert_eq!(state.stop, Some(StopReason::IterationLimit));
+    assert_eq!(state.primitives.len(), rank * rows);
+    let w = matrix(&state.primitives, rank).transpose();
     assert!(largest_difference(w.as_slice(), &numbers(&r["primitives"])) < 1e-8);
-    assert!(largest_difference(&blocks[0].activations, &numbers(&r["activations"])) < 1e-8);
+    assert!(largest_difference(&activations, &numbers(&r["activations"])) < 1e-8);
 }
 
 #[test]
@@ -189,11 +264,13 @@ fn hals_agrees_with_the_plain_iteration() {
     let v = random(rows * count, 1);
     let start_w = random(rank * rows, 2);
     let start_h = random(rank * count, 3);
-    let mut block = Block::new(v.clone(), rows);
-    block.activations = start_h.clone();
-    let mut blocks = [block];
-    let mut basis = Basis::new(start_w.clone(), rank);
-    let course = factorise(&mut blocks, &mut basis, &settings(5, Update::Hals));
+    let (state, activations) = rounds(
+        &v,
+        rows,
+        start_w.clone(),
+        start_h.clone(),
+        settings(5, Update::Hals),
+    );
 
     let v = matrix(&v, rows);
     let mut w = matrix(&start_w, rank).transpose();
@@ -202,7 +279,7 @@ fn hals_agrees_with_the_plain_iteration() {
     for _ in 0..3 {
         plain::sweep(&g, &p, &mut h);
     }
-    for (iteration, found) in course.objective_history.iter().enumerate() {
+    for (iteration, found) in state.objective_history_m2.iter().enumerate() {
         if iteration > 0 {
             plain::iterate(&v, &mut w, &mut h, 3);
         }
@@ -212,35 +289,8 @@ fn hals_agrees_with_the_plain_iteration() {
             "{iteration}: {found} {expected}"
         );
     }
-    assert!(largest_difference(&basis.rows_of, w.transpose().as_slice()) < 1e-10);
-    assert!(largest_difference(&blocks[0].activations, h.as_slice()) < 1e-9);
-}
-
-#[test]
-fn sums_of_blocks_are_those_of_the_whole() {
-    let (rows, rank) = (12, 5);
-    let v = random(rows * 90, 1);
-    let basis = Basis::new(random(rank * rows, 2), rank);
-    let fit = |widths: &[usize]| {
-        let (mut rest, mut first) = (v.as_slice(), 0);
-        let mut blocks = Vec::new();
-        for width in widths {
-            let (data, later) = rest.split_at(width * rows);
-            rest = later;
-            let mut block = Block::new(data.to_vec(), rows);
-            block.start_activations(&basis, 0, first);
-            first += width;
-            blocks.push(block);
-        }
-        let sums = Sums::of(&mut blocks, &basis, Update::Hals, 2);
-        (sums, cross_sum(&blocks, rank))
-    };
-    let (whole, whole_cross) = fit(&[90]);
-    let (parts, parts_cross) = fit(&[40, 1, 49]);
-    assert_eq!(parts.count, 90);
-    assert!(largest_difference(&whole.activation_gram, &parts.activation_gram) < 1e-11);
-    assert!(largest_difference(&whole_cross, &parts_cross) < 1e-11);
-    assert!((whole.squared_residual / parts.squared_residual - 1.0).abs() < 1e-11);
+    assert!(largest_difference(&state.primitives, w.transpose().as_slice()) < 1e-10);
+    assert!(largest_difference(&activations, h.as_slice()) < 1e-9);
 }
 
 #[test]
@@ -254,7 +304,7 @@ fn near_an_exact_fit_the_residual_comes_from_differences() {
     v[7] += 1e-9;
     let mut block = Block::new(v, rows);
     block.activations = h;
-    let basis = Basis::new(w, rank);
+    let basis = Basis::new(&w, rank, Penalty::default());
     let fit = block.fit(&basis, Update::Hals, 0);
     assert!(
         (fit.squared_residual / 1e-18 - 1.0).abs() < 1e-4,
@@ -265,33 +315,23 @@ fn near_an_exact_fit_the_residual_comes_from_differences() {
 
 #[test]
 fn a_primitive_that_died_is_put_to_use_again() {
-    let (rows, count, rank) = (20, 15, 3);
-    let mut block = Block::new(random(rows * count, 1), rows);
+    let (rows, count, rank) = (30, 15, 3);
     let mut start = random(rank * rows, 2);
     for numbers in start.chunks_exact_mut(rank) {
         numbers[1] = 0.0;
     }
-    let mut basis = Basis::new(start, rank);
-    block.start_activations(&basis, 0, 0);
     // An activation row of zeros keeps the primitive zero through its own half step.
-    for h in block.activations.chunks_exact_mut(rank) {
+    let mut activations = random(rank * count, 3);
+    for h in activations.chunks_exact_mut(rank) {
         h[1] = 0.0;
     }
-    let mut blocks = [block];
-    let course = factorise(&mut blocks, &mut basis, &settings(10, Update::Hals));
-    normalise(&mut blocks, &mut basis);
-    for j in 0..rank {
-        assert!((basis.gram[j * rank + j] - 1.0).abs() < 1e-12);
-        assert!(
-            blocks[0]
-                .activations
-                .iter()
-                .skip(j)
-                .step_by(rank)
-                .any(|h| *h > 0.0)
-        );
+    let v = random(rows * count, 1);
+    let (state, activations) = rounds(&v, rows, start, activations, settings(10, Update::Hals));
+    for (j, square) in column_squares(&state.primitives, rank).iter().enumerate() {
+        assert!(*square > 1e-3, "{j}: {square}");
+        assert!(activations.iter().skip(j).step_by(rank).any(|h| *h > 0.0));
     }
-    for pair in course.objective_history.windows(2) {
+    for pair in state.objective_history_m2.windows(2) {
         assert!(pair[1] <= pair[0] * (1.0 + 1e-9));
     }
 }

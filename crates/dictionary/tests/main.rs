@@ -15,4 +15,5 @@ mod residual_bad_input;
 mod residual_data;
 mod residual_properties;
 mod residual_reference;
+mod rounds;
 mod segments;

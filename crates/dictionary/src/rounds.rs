@@ -1,0 +1,413 @@
+//! Learning in rounds over blocks.
+//!
+//! A round takes the primitives, fits the activations of every block to them and forms the sums that
+//! the next primitives follow from. Nothing else passes from one round to the next but the
+//! primitives and each block's activations, so rounds can run in one process, or block by block in
+//! many: [`NmfProblem`] is what all of them know, [`NmfState`] what a round starts from,
+//! [`Sums`] what it brings back. [`learn_nmf`](crate::learn_nmf) runs the same steps in memory.
+
+use inhand_model::{SegmentLayout, StopReason};
+
+use crate::block::{BLOCK_COLUMNS, Basis, Block, Fit};
+use crate::columns::Columns;
+use crate::data::{Survey, at_every_sample, check_rank, survey};
+use crate::descent::{Gram, descend_all};
+use crate::error::LearnError;
+use crate::missing::Missing;
+use crate::multiplicative::{self, Weights};
+use crate::product::squared_norm;
+use crate::real::Real;
+use crate::settings::{NmfSettings, Penalty, Precision, Update};
+use crate::start;
+use crate::sums::Sums;
+
+/// Error relative to the data, as norms, at which a fit is exact: what is left is rounding, and
+/// further iterations would only stir it.
+const EXACT_FIT: f64 = 1e-13;
+
+/// A factorisation to be done: what does not change from round to round.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NmfProblem {
+    /// Shape of the segments.
+    pub layout: SegmentLayout,
+    /// Number of segments (n).
+    pub count: usize,
+    /// Numbers that are there, over all segments.
+    pub numbers: usize,
+    /// What is taken off each row before factorising, metres.
+    pub offset_m: Vec<f64>,
+    /// How to factorise.
+    pub settings: NmfSettings,
+}
+
+/// What a round starts from, and how it went so far.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct NmfState {
+    /// Iterations done: updates of the primitives since the start.
+    pub round: usize,
+    /// Primitives as rows (rank x rows).
+    pub primitives: Vec<f64>,
+    /// Primitives whose activations are set to zero before this round.
+    pub revived: Vec<usize>,
+    /// Objective after the start and after each iteration that was measured, m².
+    pub objective_history_m2: Vec<f64>,
+    /// Squared Frobenius norm of the shifted data, m²; 0 before the first round was measured.
+    pub squared_norm_m2: f64,
+    /// Squared Frobenius norm of the error that was measured last, m².
+    pub squared_residual_m2: f64,
+    /// Why learning stopped; the primitives are then the result.
+    pub stop: Option<StopReason>,
+}
+
+/// Activations of a block (rank x its columns), metres.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Activations {
+    /// In double precision.
+    F64(Vec<f64>),
+    /// In single precision.
+    F32(Vec<f32>),
+}
+
+impl Activations {
+    /// The numbers in double precision.
+    pub fn to_f64(&self) -> Vec<f64> {
+        match self {
+            Activations::F64(values) => values.clone(),
+            Activations::F32(values) => values.iter().map(|v| f64::from(*v)).collect(),
+        }
+    }
+}
+
+impl NmfProblem {
+    /// Looks through the columns once: whether they can teach, where they lie.
+    ///
+    /// # Errors
+    ///
+    /// As [`learn_nmf`](crate::learn_nmf).
+    pub fn new(columns: &impl Columns, settings: &NmfSettings) -> Result<Self, LearnError> {
+        settings.check()?;
+        let Survey { range, missing } = survey(columns, settings.may_miss)?;
+        let (layout, count) = (columns.layout(), columns.count());
+        let rows = layout.rows();
+        check_rank(settings.rank, count.min(rows), count, rows, "nmf")?;
+        let lowest: Vec<f64> = (range.min_m.iter())
+            .map(|min| min - settings.offset_margin_m)
+            .collect();
+        Ok(Self {
+            layout,
+            count,
+            numbers: rows * count - missing,
+            offset_m: at_every_sample(layout, &lowest),
+            settings: settings.clone(),
+        })
+    }
+
+    /// Number of blocks.
+    pub fn blocks(&self) -> usize {
+        self.count.div_ceil(BLOCK_COLUMNS)
+    }
+
+    /// The segments of a block.
+    pub fn block(&self, block: usize) -> std::ops::Range<usize> {
+        let first = block * BLOCK_COLUMNS;
+        first..(first + BLOCK_COLUMNS).min(self.count)
+    }
+
+    /// The columns of a block, metres: what [`sums`](Self::sums) works on.
+    ///
+    /// # Errors
+    ///
+    /// [`LearnError::Read`].
+    pub fn read_block(&self, columns: &impl Columns, block: usize) -> Result<Vec<f64>, LearnError> {
+        self.read(columns, self.block(block))
+    }
+
+    pub(crate) fn read(
+        &self,
+        columns: &impl Columns,
+        segments: std::ops::Range<usize>,
+    ) -> Result<Vec<f64>, LearnError> {
+        let mut columns_m = vec![0.0; segments.len() * self.layout.rows()];
+        columns.read(segments, &mut columns_m)?;
+        Ok(columns_m)
+    }
+
+    /// A round over one block: from its columns (of [`read_block`](Self::read_block)) and the
+    /// activations of the round before (`None` in the first) to its sums and its new activations.
+    ///
+    /// # Errors
+    ///
+    /// [`LearnError::Activations`] where the activations are of another block or precision.
+    pub fn sums(
+        &self,
+        state: &NmfState,
+        block: usize,
+        columns_m: Vec<f64>,
+        previous: Option<Activations>,
+    ) -> Result<(Sums, Activations), LearnError> {
+        let wrong = || LearnError::Activations {
+            block,
+            round: state.round,
+        };
+        match (self.settings.precision, previous) {
+            (Precision::F64, Some(Activations::F64(previous))) => {
+                self.sums_of(state, block, columns_m, Some(previous))
+            }
+            (Precision::F32, Some(Activations::F32(previous))) => {
+                self.sums_of(state, block, columns_m, Some(previous))
+            }
+            (Precision::F64, None) => self.sums_of::<f64>(state, block, columns_m, None),
+            (Precision::F32, None) => self.sums_of::<f32>(state, block, columns_m, None),
+            _ => None,
+        }
+        .ok_or_else(wrong)
+    }
+
+    fn sums_of<T: Stored>(
+        &self,
+        state: &NmfState,
+        block: usize,
+        columns_m: Vec<f64>,
+        previous: Option<Vec<T>>,
+    ) -> Option<(Sums, Activations)> {
+        let basis = self.basis::<T>(state);
+        let mut data = self.shifted(columns_m);
+        if let Some(previous) = previous {
+            let expected = self.settings.rank * data.count();
+            (previous.len() == expected && state.round > 0).then_some(())?;
+            data.activations = previous;
+        } else {
+            (state.round == 0).then_some(())?;
+        }
+        let fit = self.fit(state, &basis, self.block(block).start, &mut data);
+        let sums = Sums {
+            cross_m2: data.cross(self.settings.rank),
+            ..fit_sums(&data, fit)
+        };
+        Some((sums, T::stored(data.activations)))
+    }
+
+    /// The primitives of a state as a half step over activations needs them.
+    pub(crate) fn basis<T: Real>(&self, state: &NmfState) -> Basis<T> {
+        let penalty = (self.settings.activation_penalty).scaled(self.layout.rows());
+        Basis::new(&state.primitives, self.settings.rank, penalty)
+    }
+
+    /// Columns less the offset, with a first guess where they are missing.
+    pub(crate) fn shifted<T: Real>(&self, mut columns_m: Vec<f64>) -> Block<T> {
+        let rows = self.layout.rows();
+        for column in columns_m.chunks_exact_mut(rows) {
+            for (v, offset) in column.iter_mut().zip(&self.offset_m) {
+                *v -= offset;
+            }
+        }
+        let missing = if self.settings.may_miss {
+            let fingers = self.layout.finger_rows();
+            let parts = [
+                (0..fingers, inhand_model::SEGMENT_COORDINATES),
+                (fingers..rows, inhand_model::OBJECT_COORDINATES),
+            ];
+            Missing::guess(&mut columns_m, rows, &parts)
+        } else {
+            Missing::default()
+        };
+        let data = columns_m.into_iter().map(T::of).collect();
+        Block::with_missing(data, rows, missing)
+    }
+
+    /// A half step over the activations of a block whose first column has the given number.
+    pub(crate) fn fit<T: Real>(
+        &self,
+        state: &NmfState,
+        basis: &Basis<T>,
+        first: usize,
+        block: &mut Block<T>,
+    ) -> Fit {
+        let settings = &self.settings;
+        if state.round == 0 {
+            block.start_activations(basis, settings.seed, first);
+        } else {
+            block.clear_activations(&state.revived, settings.rank);
+            block.expect_missing(basis);
+        }
+        block.fit(basis, settings.update, settings.sweeps)
+    }
+
+    /// Takes what a round brought into the state, and says whether learning goes on.
+    pub(crate) fn measure(&self, state: &mut NmfState, sums: &Sums) {
+        let settings = &self.settings;
+        let rank = settings.rank;
+        let squares: f64 = (0..rank)
+            .map(|j| sums.activation_gram_m2[j * rank + j])
+            .sum();
+        let activations = (settings.activation_penalty)
+            .scaled(self.layout.rows())
+            .of(sums.activation_sum_m, squares);
+        let primitives = self.primitive_penalty().of(
+            state.primitives.iter().sum(),
+            squared_norm(&state.primitives),
+        );
+        let error = 0.5 * sums.squared_residual_m2;
+        let objective = error + activations + primitives;
+        let previous = state.objective_history_m2.last().copied();
+        state.objective_history_m2.push(objective);
+        state.squared_norm_m2 = sums.squared_norm_m2;
+        state.squared_residual_m2 = sums.squared_residual_m2;
+        let target = (settings.stop_rms_m).map_or(f64::NEG_INFINITY, |rms| {
+            0.5 * rms * rms * self.numbers as f64
+        });
+        state.stop = if error <= target {
+            Some(StopReason::TargetReached)
+        } else if previous.is_some_and(|p| p - objective < settings.relative_change * p)
+            || error <= 0.5 * EXACT_FIT * EXACT_FIT * sums.squared_norm_m2
+        {
+            Some(StopReason::Converged)
+        } else if state.round >= settings.max_iterations {
+            Some(StopReason::IterationLimit)
+        } else {
+            None
+        };
+    }
+
+    /// From the sums over all blocks to the state of the next round: measures the round, and unless
+    /// learning stops there, updates the primitives.
+    ///
+    /// # Errors
+    ///
+    /// [`LearnError::Read`] for a training segment that is needed to replace a primitive that has
+    /// become zero.
+    pub fn update(
+        &self,
+        mut state: NmfState,
+        sums: &Sums,
+        columns: &impl Columns,
+    ) -> Result<NmfState, LearnError> {
+        self.measure(&mut state, sums);
+        if state.stop.is_some() {
+            return Ok(state);
+        }
+        self.step(state, &sums.activation_gram_m2, &sums.cross_m2, columns)
+    }
+
+    /// The half step over the primitives.
+    pub(crate) fn step(
+        &self,
+        state: NmfState,
+        activation_gram_m2: &[f64],
+        cross_m2: &[f64],
+        columns: &impl Columns,
+    ) -> Result<NmfState, LearnError> {
+        let rank = self.settings.rank;
+        let mut primitives = state.primitives;
+        self.descend_primitives(activation_gram_m2, cross_m2, &mut primitives);
+        let mut next = NmfState {
+            round: state.round + 1,
+            revived: Vec::new(),
+            primitives,
+            ..state
+        };
+        if self.settings.primitive_penalty.is_none() {
+            self.revive(&mut next, rank, columns)?;
+        }
+        Ok(next)
+    }
+
+    fn primitive_penalty(&self) -> Penalty {
+        self.settings.primitive_penalty.scaled(self.count)
+    }
+
+    pub(crate) fn descend_primitives(
+        &self,
+        activation_gram_m2: &[f64],
+        cross_m2: &[f64],
+        primitives: &mut [f64],
+    ) {
+        let NmfSettings {
+            rank,
+            update,
+            sweeps,
+            ..
+        } = self.settings;
+        let Penalty { l1, l2 } = self.primitive_penalty();
+        match update {
+            Update::Hals => {
+                let gram = Gram::new(activation_gram_m2, rank, l2);
+                descend_all(&gram, cross_m2, l1, primitives, sweeps);
+            }
+            Update::Multiplicative => {
+                let weights = Weights { l1, l2 };
+                multiplicative::update_all(activation_gram_m2, cross_m2, weights, primitives, rank);
+            }
+        }
+    }
+
+    /// Replaces primitives that have become zero by a training segment of unit length with activations
+    /// zero: the product, and with it the objective, stays as it was, and the next half step is free
+    /// to use them. Without this a zero primitive would stay zero for ever, and could not be scaled to
+    /// unit length. (Under a penalty zero may be what is wanted, and stays.)
+    fn revive(
+        &self,
+        state: &mut NmfState,
+        rank: usize,
+        columns: &impl Columns,
+    ) -> Result<(), LearnError> {
+        let squares = column_squares(&state.primitives, rank);
+        let dead = (0..rank).filter(|&j| !squares[j].is_normal());
+        for j in dead {
+            let purpose = (state.round - 1) * rank + j;
+            let segment = start::drawn_segment(self.count, self.settings.seed, purpose);
+            let column = self.shifted::<f64>(self.read(columns, segment..segment + 1)?);
+            let norm = squared_norm(&column.data).sqrt();
+            for (numbers, v) in (state.primitives.chunks_exact_mut(rank)).zip(&column.data) {
+                numbers[j] = if norm > 0.0 {
+                    v / norm
+                } else {
+                    (self.layout.rows() as f64).sqrt().recip()
+                };
+            }
+            state.revived.push(j);
+        }
+        Ok(())
+    }
+}
+
+/// Sums over the columns of a primitive matrix of rows (rank x rows): the squared length of each
+/// primitive.
+pub(crate) fn column_squares(primitives: &[f64], rank: usize) -> Vec<f64> {
+    let mut squares = vec![0.0; rank];
+    for numbers in primitives.chunks_exact(rank) {
+        for (square, v) in squares.iter_mut().zip(numbers) {
+            *square += v * v;
+        }
+    }
+    squares
+}
+
+/// What a fit says for the sums, without the products with the data.
+pub(crate) fn fit_sums<T: Real>(block: &Block<T>, fit: Fit) -> Sums {
+    Sums {
+        count: block.count(),
+        squared_norm_m2: block.squared_norm(),
+        squared_residual_m2: fit.squared_residual,
+        activation_sum_m: fit.activation_sum,
+        activation_gram_m2: fit.activation_gram,
+        cross_m2: Vec::new(),
+    }
+}
+
+/// Numbers that activations are stored as.
+pub(crate) trait Stored: Real {
+    fn stored(values: Vec<Self>) -> Activations;
+}
+
+impl Stored for f64 {
+    fn stored(values: Vec<f64>) -> Activations {
+        Activations::F64(values)
+    }
+}
+
+impl Stored for f32 {
+    fn stored(values: Vec<f32>) -> Activations {
+        Activations::F32(values)
+    }
+}

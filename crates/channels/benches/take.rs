@@ -64,6 +64,17 @@ fn list_training_take(bencher: Bencher) {
     bencher.bench_local(|| info(&bytes, "take.mcap").unwrap());
 }
 
+/// With rank 200, and a learned deviation that keeps as many demonstrations as the argument says.
+#[divan::bench(args = [595, 5950])]
+fn read_a_dictionary(bencher: Bencher, demonstrations: usize) {
+    let mut dictionary = common::dictionary(200, 100, 100.0);
+    let layout = dictionary.layout;
+    dictionary.residual = Some(common::residual_with(layout, 24, demonstrations));
+    let mut out = Cursor::new(Vec::new());
+    write_dictionary(&mut out, &dictionary, &[]).unwrap();
+    bencher.bench_local(|| read_dictionary(out.get_ref(), "dictionary.mcap").unwrap());
+}
+
 #[divan::bench]
 fn write_and_read_dictionary(bencher: Bencher) {
     let dictionary = common::dictionary(200, 100, 100.0);

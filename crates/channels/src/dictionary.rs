@@ -8,16 +8,17 @@ use inhand_model::{
     OBJECT_COORDINATES, PerFinger, Provenance, Restart, SEGMENT_COORDINATES, SegmentLayout, Status,
     VelocityBounds,
 };
+use mcap::Compression;
 use mcap::records::Record;
 use nalgebra::{DMatrix, DVector};
-use prost::Message;
+use prost::{DecodeError, Message};
 
 use crate::error::ChannelError;
 use crate::messages;
 use crate::metadata::Metadata;
 use crate::output::Output;
-use crate::read::{absent_part, read_metadata};
-use crate::records::{Depth, walk};
+use crate::read::absent_part;
+use crate::records::{Depth, walk, walk_in_place, walk_while};
 use crate::residual;
 use crate::topic;
 use crate::view::DictionaryView;
@@ -26,6 +27,10 @@ use crate::write::{fingertip, fingertips};
 
 /// A dictionary has no time of its own: its file starts at the epoch.
 const START_UNIX_NANOS: u64 = 0;
+
+/// A dictionary is read far more often than it is written, and what it holds are mantissas, of which
+/// zstd saves a quarter: unpacking them takes several times as long as everything else there is to do.
+const UNPACKED: Option<Compression> = None;
 
 /// How far a playable second departs from the mean motion, in standard deviations of the
 /// activation: enough to see, within what training has shown.
@@ -49,7 +54,7 @@ pub fn write_dictionary(
 ) -> Result<(), ChannelError> {
     (dictionary.validate())
         .map_err(|error| ChannelError::mismatch("dictionary", "one that fits together", error))?;
-    let mut output = Output::create(&mut out)?;
+    let mut output = Output::create(&mut out, UNPACKED)?;
     let mut metadata = Metadata::default();
     metadata.add_provenance(provenance);
     for (name, facts) in &metadata.0 {
@@ -83,6 +88,9 @@ pub fn write_dictionary(
 
 /// Reads a dictionary that [`write_dictionary`] wrote, with what made it.
 ///
+/// A sound file is read in place: its checksums are compared, and nothing is copied but the
+/// dictionary. Files whose chunks somebody packed are read as well, only slower.
+///
 /// # Errors
 ///
 /// As for [`read_take`](crate::read_take); [`ChannelError::Absent`] for a file without a
@@ -91,37 +99,79 @@ pub fn read_dictionary(
     bytes: &[u8],
     file_name: &str,
 ) -> Result<(Dictionary, Vec<Provenance>), ChannelError> {
-    let provenance = read_metadata(bytes, file_name)?.provenance(file_name)?;
-    let mut channel_id = None;
-    let mut dictionary = None;
-    walk(file_name, bytes, Depth::Everything, |record| {
-        match record {
-            Record::Channel(channel) if channel.topic == topic::DICTIONARY => {
-                channel_id = Some(channel.id);
-            }
-            Record::Message { header, data } if Some(header.channel_id) == channel_id => {
-                dictionary = Some(from_bytes(&data).map_err(|Unfit { expected, found }| {
-                    ChannelError::Message {
-                        file: file_name.to_owned(),
-                        topic: topic::DICTIONARY.to_owned(),
-                        message: 0,
-                        expected,
-                        found,
-                    }
-                })?);
-            }
-            _ => {}
-        }
-        Ok(())
-    })?;
-    match dictionary {
-        Some(dictionary) => Ok((dictionary, provenance)),
-        None => Err(absent_part(
+    let mut found = Found::default();
+    if walk_in_place(bytes, |record| found.visit(record)).is_none() || found.message.is_none() {
+        found = look_closely(bytes, file_name)?;
+    }
+    let Found {
+        metadata, message, ..
+    } = found;
+    let Some(message) = message else {
+        return Err(absent_part(
             bytes,
             file_name,
             format!("dictionary (topic {})", topic::DICTIONARY),
             "give a file that inhand learn wrote",
-        )),
+        ));
+    };
+    let provenance = metadata.provenance(file_name)?;
+    let dictionary = message
+        .map_err(|error| Unfit::new("an inhand.Dictionary", error))
+        .and_then(from_message);
+    let dictionary = dictionary.map_err(|Unfit { expected, found }| ChannelError::Message {
+        file: file_name.to_owned(),
+        topic: topic::DICTIONARY.to_owned(),
+        message: 0,
+        expected,
+        found,
+    })?;
+    Ok((dictionary, provenance))
+}
+
+/// What a file with a dictionary is searched for.
+#[derive(Default)]
+struct Found {
+    metadata: Metadata,
+    channel_id: Option<u16>,
+    message: Option<Result<messages::Dictionary, DecodeError>>,
+}
+
+impl Found {
+    fn visit(&mut self, record: Record<'_>) {
+        match record {
+            Record::Metadata(facts) => {
+                self.metadata.0.insert(facts.name, facts.metadata);
+            }
+            Record::Channel(channel) if channel.topic == topic::DICTIONARY => {
+                self.channel_id = Some(channel.id);
+            }
+            Record::Message { header, data }
+                if self.message.is_none() && Some(header.channel_id) == self.channel_id =>
+            {
+                self.message = Some(messages::Dictionary::decode(&*data));
+            }
+            _ => {}
+        }
+    }
+}
+
+/// Searches a file whose chunks are packed, or that is not sound. Chunks are unpacked until the
+/// dictionary is found; of what lies behind it the checksum over the whole file is compared.
+fn look_closely(bytes: &[u8], file_name: &str) -> Result<Found, ChannelError> {
+    let mut found = Found::default();
+    let walked = walk_while(file_name, bytes, |record| {
+        found.visit(record);
+        Ok(match found.message {
+            None => Depth::Everything,
+            Some(_) => Depth::Outside,
+        })
+    });
+    match walked {
+        Ok(()) => Ok(found),
+        // A look into every chunk may say more exactly where the fault lies.
+        Err(error) => Err(walk(file_name, bytes, Depth::Everything, |_| Ok(()))
+            .err()
+            .unwrap_or(error)),
     }
 }
 
@@ -230,9 +280,7 @@ impl Unfit {
     }
 }
 
-fn from_bytes(data: &[u8]) -> Result<Dictionary, Unfit> {
-    let message = messages::Dictionary::decode(data)
-        .map_err(|error| Unfit::new("an inhand.Dictionary", error))?;
+fn from_message(message: messages::Dictionary) -> Result<Dictionary, Unfit> {
     let size = |what: &str, n: u64| {
         usize::try_from(n).map_err(|_| Unfit::new(format!("{what} below 2^32"), n))
     };

@@ -20,6 +20,9 @@ const CHUNK_BYTES: u64 = 1024 * 1024;
 /// mantissas that no level can shrink.
 const ZSTD_LEVEL: u32 = 1;
 
+/// How chunks are packed where a file is kept and read as a whole.
+pub(crate) const PACKED: Option<Compression> = Some(Compression::Zstd);
+
 /// A channel of the file being written.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ChannelId(u16);
@@ -31,11 +34,14 @@ pub(crate) struct Output<'a> {
 }
 
 impl<'a> Output<'a> {
-    pub(crate) fn create(out: &'a mut dyn Write) -> Result<Self, ChannelError> {
+    pub(crate) fn create(
+        out: &'a mut dyn Write,
+        packing: Option<Compression>,
+    ) -> Result<Self, ChannelError> {
         let writer = WriteOptions::new()
             .profile("")
             .library(LIBRARY)
-            .compression(Some(Compression::Zstd))
+            .compression(packing)
             .compression_level(ZSTD_LEVEL)
             // Takes are written side by side; a pool inside each would only get in the way.
             .compression_threads(0)

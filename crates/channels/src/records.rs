@@ -5,6 +5,7 @@
 //! to its caller is here: the byte at which a file is wrong, and limits on what it may allocate.
 
 mod fault;
+mod quick;
 
 use mcap::parse_record;
 use mcap::records::{ChunkHeader, Record, op};
@@ -12,6 +13,7 @@ use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
 use crate::error::ChannelError;
 use fault::{PREFIX_BYTES, Place};
+pub(crate) use quick::walk_in_place;
 
 /// Chunks are meant to be a few MiB; any may unpack to this much.
 const ANY_CHUNK_BYTES: usize = 64 << 20;
@@ -54,6 +56,16 @@ pub(crate) fn walk(
     depth: Depth,
     mut visit: impl FnMut(Record<'_>) -> Result<(), ChannelError>,
 ) -> Result<(), ChannelError> {
+    walk_while(file, bytes, |record| visit(record).map(|()| depth))
+}
+
+/// As [`walk`], but `visit` says after each record how deep to go from there on. A chunk whose
+/// visit says [`Depth::Outside`] is not unpacked; the checksum of the data covers it all the same.
+pub(crate) fn walk_while(
+    file: &str,
+    bytes: &[u8],
+    mut visit: impl FnMut(Record<'_>) -> Result<Depth, ChannelError>,
+) -> Result<(), ChannelError> {
     let mut place = Place::start(file, bytes)?;
     let mut reader = LinearReader::new_with_options(
         LinearReaderOptions::default()
@@ -76,18 +88,20 @@ pub(crate) fn walk(
         };
         match opcode {
             op::DATA_END => in_summary = true,
-            op::FOOTER => visit(parse(&place, opcode, body)?)?,
+            op::FOOTER => {
+                visit(parse(&place, opcode, body)?)?;
+            }
             _ if in_summary => {}
             op::CHUNK => {
                 let record = parse(&place, opcode, body)?;
                 let whole = match &record {
-                    Record::Chunk { header, data } if depth == Depth::Everything => {
-                        Some((header.clone(), data.len()))
-                    }
+                    Record::Chunk { header, data } => Some((header.clone(), data.len())),
                     _ => None,
                 };
-                visit(record)?;
-                if let Some((header, packed)) = whole {
+                let depth = visit(record)?;
+                if let Some((header, packed)) = whole
+                    && depth == Depth::Everything
+                {
                     walk_chunk(&place, &header, packed, body, &mut visit)?;
                 }
             }
@@ -107,7 +121,7 @@ fn walk_chunk(
     header: &ChunkHeader,
     packed: usize,
     body: &[u8],
-    visit: &mut impl FnMut(Record<'_>) -> Result<(), ChannelError>,
+    visit: &mut impl FnMut(Record<'_>) -> Result<Depth, ChannelError>,
 ) -> Result<(), ChannelError> {
     let limit = (packed.saturating_mul(MAX_COMPRESSION_RATIO)).max(ANY_CHUNK_BYTES);
     let mut reader = LinearReader::new_with_options(

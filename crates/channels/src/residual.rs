@@ -188,7 +188,7 @@ fn primitives(
 }
 
 fn finite(what: &str, matrix: DMatrix<f64>) -> Result<DMatrix<f64>, Unfit> {
-    match matrix.iter().find(|v| !v.is_finite()) {
+    match matrix.as_slice().iter().find(|v| !v.is_finite()) {
         None => Ok(matrix),
         Some(number) => Err(Unfit::new(format!("finite numbers in the {what}"), number)),
     }

@@ -15,7 +15,7 @@ use inhand_model::{Finger, Provenance, Recording, Roles};
 use crate::error::ChannelError;
 use crate::messages;
 use crate::metadata::{MOTION, Metadata};
-use crate::output::Output;
+use crate::output::{Output, PACKED};
 use crate::take::{TakeFile, WriteSettings};
 use crate::view;
 use crate::wire::{Point, Timestamp};
@@ -51,7 +51,7 @@ pub fn write_take(
     settings: &WriteSettings,
 ) -> Result<(), ChannelError> {
     check::parts(file)?;
-    let mut output = Output::create(&mut out)?;
+    let mut output = Output::create(&mut out, PACKED)?;
     for (name, facts) in &metadata(file).0 {
         output.metadata(name, facts)?;
     }

@@ -37,11 +37,16 @@ static CHUNKED: LazyLock<[Vec<u8>; 3]> = LazyLock::new(|| {
     })
 });
 
-static DICTIONARY: LazyLock<Vec<u8>> = LazyLock::new(|| {
+/// A dictionary as it is written.
+static SOUND_DICTIONARY: LazyLock<Vec<u8>> = LazyLock::new(|| {
     let mut out = Cursor::new(Vec::new());
-    write_dictionary(&mut out, &common::dictionary(3, 10, 10.0), &[]).unwrap();
-    unchecked(out.get_ref(), |_, _| {}, |_, _| {})
+    let dictionary = common::dictionary(3, 10, 10.0);
+    write_dictionary(&mut out, &dictionary, &common::provenance()).unwrap();
+    out.into_inner()
 });
+
+static DICTIONARY: LazyLock<Vec<u8>> =
+    LazyLock::new(|| unchecked(&SOUND_DICTIONARY, |_, _| {}, |_, _| {}));
 
 /// Writes the file anew with changed metadata and messages, unchunked, without checksums.
 fn unchecked(
@@ -148,6 +153,33 @@ proptest! {
         };
         bytes[place] ^= change;
         prop_assert!(read_take(&bytes, "changed.mcap").is_err(), "byte {place}");
+        read_all(&bytes);
+    }
+
+    #[test]
+    fn one_changed_byte_of_a_dictionary_never_goes_unnoticed(
+        share in 0.0..1.0_f64,
+        change in 1..=255_u8,
+        in_summary in any::<bool>(),
+    ) {
+        let mut bytes = SOUND_DICTIONARY.clone();
+        let first = if in_summary { data_end(&bytes) } else { 0 };
+        let place = first + (share * (bytes.len() - first) as f64) as usize;
+        bytes[place] ^= change;
+        prop_assert!(read_dictionary(&bytes, "changed.mcap").is_err(), "byte {place}");
+    }
+
+    #[test]
+    fn changed_bytes_under_a_checksum_that_was_made_to_fit_never_panic(
+        changes in prop::collection::vec((0.0..0.6_f64, any::<u8>()), 1..6),
+    ) {
+        let mut bytes = SOUND_DICTIONARY.clone();
+        let end = data_end(&bytes);
+        for (share, value) in changes {
+            bytes[(share * end as f64) as usize] = value;
+        }
+        let crc = crc32fast::hash(&bytes[..end]);
+        bytes[end + 9..end + 13].copy_from_slice(&crc.to_le_bytes());
         read_all(&bytes);
     }
 
@@ -331,6 +363,19 @@ fn messages_that_break_their_promise_are_refused_with_topic_and_number() {
         error.contains("/recording/bodies, message 2: expected the time"),
         "{error}"
     );
+}
+
+#[test]
+fn dictionaries_that_somebody_packed_anew_are_read_as_well() {
+    let expected = read_dictionary(&SOUND_DICTIONARY, "d.mcap").unwrap();
+    for compression in [None, Some(Compression::Lz4), Some(Compression::Zstd)] {
+        let options = WriteOptions::new()
+            .compression(compression)
+            .chunk_size(Some(2000));
+        let bytes = rewritten(&SOUND_DICTIONARY, options, |_, _| {}, |_, _| {});
+        let read = read_dictionary(&bytes, "d.mcap").unwrap();
+        assert!(read == expected, "{compression:?}");
+    }
 }
 
 #[test]

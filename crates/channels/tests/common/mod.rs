@@ -493,8 +493,17 @@ pub(crate) fn dictionary_of(rank: usize, layout: SegmentLayout) -> Dictionary {
 
 /// A learned deviation of two primitives a finger (and the object), three demonstrations.
 pub(crate) fn residual_of(layout: SegmentLayout) -> Residual {
-    let blocks = vec![2; if layout.object { 6 } else { 5 }];
-    let (rank, ends) = (2 * blocks.len(), ends_len(layout));
+    residual_with(layout, 2, 3)
+}
+
+/// A learned deviation of so many primitives a finger (and the object).
+pub(crate) fn residual_with(
+    layout: SegmentLayout,
+    primitives_each: usize,
+    demonstrations: usize,
+) -> Residual {
+    let blocks = vec![primitives_each; if layout.object { 6 } else { 5 }];
+    let (rank, ends) = (primitives_each * blocks.len(), ends_len(layout));
     // Each primitive lives in the rows of its own part.
     let part = |row: usize| {
         if row < layout.finger_rows() {
@@ -504,7 +513,7 @@ pub(crate) fn residual_of(layout: SegmentLayout) -> Residual {
         }
     };
     let primitives = DMatrix::from_fn(layout.rows(), rank, |row, j| {
-        if part(row) == j / 2 {
+        if part(row) == j / primitives_each {
             noise(row * 31 + j)
         } else {
             0.0
@@ -522,8 +531,8 @@ pub(crate) fn residual_of(layout: SegmentLayout) -> Residual {
             layout,
             blocks,
             matrix(5, rank, ends),
-            matrix(7, ends, 3),
-            matrix(11, rank, 3),
+            matrix(7, ends, demonstrations),
+            matrix(11, rank, demonstrations),
         )
         .weighted(
             Bandwidths {

@@ -101,6 +101,37 @@ pub enum LearnError {
         /// Training segments.
         segments: usize,
     },
+    /// Nothing can be left out of learning, to see how well the rest predicts it.
+    #[error(
+        "{segments} training segments are too few to leave any out and judge ranks by them: \
+         name one rank, or give more takes"
+    )]
+    NothingLeftOut {
+        /// Training segments.
+        segments: usize,
+    },
+    /// No rank of a list can be learned without the takes that are left out.
+    #[error(
+        "rank {smallest} and above are too large: without the takes left out in turn, {segments} \
+         training segments support ranks up to {largest}; lower the ranks or the stride"
+    )]
+    NoRankFits {
+        /// Smallest rank asked for.
+        smallest: usize,
+        /// Largest rank possible.
+        largest: usize,
+        /// Training segments.
+        segments: usize,
+    },
+    /// Least squares whose numbers leave the range of floating point.
+    #[error(
+        "the least squares for the activations of {rank} primitives cannot be solved: expected \
+         segments of about a metre, found numbers too large or too small to square"
+    )]
+    NoActivations {
+        /// Number of primitives.
+        rank: usize,
+    },
     /// A segment without the object's poses, where its layout has the object.
     #[error(
         "training segment {segment} has no object pose at its ends, but its layout has the object: \

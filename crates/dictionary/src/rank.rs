@@ -2,22 +2,20 @@
 
 mod fit;
 mod held_out;
+mod learner;
 
 use std::ops::Range;
 
 use inhand_model::{
-    Demonstrated, Dictionary, DictionaryKind, Hull, OBJECT_COORDINATES, PerFinger,
-    SEGMENT_COORDINATES, SegmentLayout, Segments, VelocityBounds,
+    DictionaryKind, OBJECT_COORDINATES, SEGMENT_COORDINATES, SegmentLayout, Segments,
 };
 
-use crate::data::checked_range;
 use crate::error::LearnError;
-use crate::nmf::learn_nmf;
-use crate::pca::learn_pca;
 use crate::residual::{Fold, folds};
 use crate::settings::NmfSettings;
 use fit::{Prior, fitted, squared_errors_m2};
 use held_out::Errors;
+use learner::Learner;
 
 /// Share of a left-out segment that is hidden and predicted, in its middle.
 const HIDDEN_SHARE: f64 = 0.3;
@@ -154,13 +152,12 @@ pub fn rank_curve(
     ranks: &[usize],
     progress: &mut dyn FnMut(&RankPoint),
 ) -> Result<RankCurve, LearnError> {
-    checked_range(segments)?;
     let layout = segments.layout();
     let mut ranks = ranks.to_vec();
     ranks.sort_unstable();
     ranks.dedup();
     check(layout, &ranks)?;
-    let folds = folds(segments.origins(), layout.samples);
+    let folds = whole(folds(segments.origins(), layout.samples), segments);
     if folds.is_empty() {
         return Err(LearnError::NothingLeftOut {
             segments: segments.len(),
@@ -178,11 +175,11 @@ pub fn rank_curve(
     }
 
     let judge = Judge::new(segments, &folds);
-    let spread_m2 = squared_deviation_m2(segments);
+    let (spread_m2, numbers) = squared_deviation_m2(segments);
     let mut points = Vec::with_capacity(ranks.len());
     for rank in ranks {
         let training_rms_m = learner.learned(None, rank)?.learning.rms_m;
-        let squares_m2 = training_rms_m.powi(2) * segments.columns_m().len() as f64;
+        let squares_m2 = training_rms_m.powi(2) * numbers as f64;
         let (reconstructed, predicted) = judge.errors(&learner, rank)?;
         let point = RankPoint {
             rank,
@@ -253,125 +250,28 @@ fn check(layout: SegmentLayout, ranks: &[usize]) -> Result<(), LearnError> {
     }
 }
 
-/// Squared deviation of the segments from their mean, m².
-fn squared_deviation_m2(segments: &Segments) -> f64 {
-    let columns = segments.columns_m();
-    let mean = columns.column_mean();
-    (columns.column_iter())
-        .map(|column| (column - &mean).norm_squared())
-        .sum()
+/// Folds whose left-out segments have all their numbers; others cannot judge.
+fn whole(mut folds: Vec<Fold>, segments: &Segments) -> Vec<Fold> {
+    let complete = |segment: usize| segments.column_m(segment).iter().all(|v| v.is_finite());
+    for fold in &mut folds {
+        fold.left_out.retain(|&segment| complete(segment));
+    }
+    folds.retain(|fold| !fold.left_out.is_empty());
+    folds
 }
 
-/// Learns from all segments or from those outside of a fold.
-struct Learner<'a> {
-    segments: &'a Segments,
-    method: RankMethod<'a>,
-    folds: &'a [Fold],
-    /// Principal components of everything, then of what is outside of each fold, as many as are
-    /// wanted; none for NMF.
-    components: Vec<Dictionary>,
-}
-
-impl<'a> Learner<'a> {
-    fn new(
-        segments: &'a Segments,
-        method: RankMethod<'a>,
-        folds: &'a [Fold],
-        most: usize,
-    ) -> Result<Self, LearnError> {
-        let components = match method {
-            RankMethod::Nmf(_) => Vec::new(),
-            RankMethod::Pca => std::iter::once(components(segments, most))
-                .chain((folds.iter()).map(|fold| components(&segments.select(&fold.known), most)))
-                .collect::<Result<_, _>>()?,
-        };
-        Ok(Self {
-            segments,
-            method,
-            folds,
-            components,
-        })
+/// Squared deviation of the segments from their mean segment, m², and over how many numbers: those
+/// that are there.
+fn squared_deviation_m2(segments: &Segments) -> (f64, usize) {
+    let (mut squares_m2, mut numbers) = (0.0, 0);
+    for row in segments.columns_m().row_iter() {
+        let present = || row.iter().filter(|v| v.is_finite());
+        let count = present().count();
+        let mean_m = present().sum::<f64>() / count.max(1) as f64;
+        squares_m2 += present().map(|v| (v - mean_m).powi(2)).sum::<f64>();
+        numbers += count;
     }
-
-    /// Largest rank that can be learned outside of every fold.
-    fn largest(&self) -> usize {
-        let rows = self.segments.layout().rows();
-        let known = self.folds.iter().map(|fold| fold.known.len().min(rows));
-        match self.method {
-            RankMethod::Nmf(_) => known.min(),
-            RankMethod::Pca => self.components.iter().map(Dictionary::rank).min(),
-        }
-        .unwrap_or(0)
-    }
-
-    /// A dictionary learned outside of a fold, or from everything.
-    fn learned(&self, fold: Option<usize>, rank: usize) -> Result<Dictionary, LearnError> {
-        match self.method {
-            RankMethod::Pca => Ok(leading(&self.components[fold.map_or(0, |i| i + 1)], rank)),
-            RankMethod::Nmf(settings) => {
-                let settings = NmfSettings {
-                    rank,
-                    ..settings.clone()
-                };
-                match fold {
-                    None => learn_nmf(self.segments, unseen(), &settings),
-                    Some(fold) => {
-                        let known = self.segments.select(&self.folds[fold].known);
-                        learn_nmf(&known, unseen(), &settings)
-                    }
-                }
-            }
-        }
-    }
-}
-
-/// The first components, `most` of them or as many as the segments have.
-fn components(segments: &Segments, most: usize) -> Result<Dictionary, LearnError> {
-    match learn_pca(segments, unseen(), most) {
-        Err(LearnError::RankTooLarge { largest, .. }) if largest > 0 => {
-            // The largest rank for this many segments may still be above what their numbers have.
-            match learn_pca(segments, unseen(), largest) {
-                Err(LearnError::RankTooLarge { largest, .. }) if largest > 0 => {
-                    learn_pca(segments, unseen(), largest)
-                }
-                learned => learned,
-            }
-        }
-        learned => learned,
-    }
-}
-
-/// The dictionary of the first `rank` components of a larger one. Components are orthonormal and
-/// their activations uncorrelated, so the squared error grows by those of the ones dropped.
-fn leading(dictionary: &Dictionary, rank: usize) -> Dictionary {
-    let covariance_m2 = &dictionary.activation_covariance_m2;
-    let dropped_m2: f64 = (rank..dictionary.rank()).map(|j| covariance_m2[(j, j)]).sum();
-    let mut leading = Dictionary {
-        primitives: dictionary.primitives.columns(0, rank).into_owned(),
-        activation_mean_m: dictionary.activation_mean_m.rows(0, rank).into_owned(),
-        activation_covariance_m2: covariance_m2.view((0, 0), (rank, rank)).into_owned(),
-        ..dictionary.clone()
-    };
-    let rows = dictionary.layout.rows() as f64;
-    leading.learning.rms_m = (dictionary.learning.rms_m.powi(2) + dropped_m2 / rows).sqrt();
-    leading
-}
-
-/// In place of what the takes showed, which learning passes on without a look.
-fn unseen() -> Demonstrated {
-    let zero = [0.0; SEGMENT_COORDINATES];
-    Demonstrated {
-        hulls: PerFinger::from_fn(|_| Hull {
-            vertices_m: Vec::new(),
-            triangles: Vec::new(),
-            normals: Vec::new(),
-            offsets_m: Vec::new(),
-        }),
-        velocity: VelocityBounds {
-            min_m_s: zero,
-            max_m_s: zero,
-        },
-    }
+    (squares_m2, numbers)
 }
 
 /// Left-out segments and which of their rows are hidden.
@@ -472,7 +372,13 @@ mod tests {
 
     #[test]
     fn the_middle_is_hidden() {
-        for (samples, hidden) in [(100, 35..65), (10, 3..6), (3, 1..2), (4, 1..2), (120, 42..78)] {
+        for (samples, hidden) in [
+            (100, 35..65),
+            (10, 3..6),
+            (3, 1..2),
+            (4, 1..2),
+            (120, 42..78),
+        ] {
             assert_eq!(middle(samples), hidden, "{samples}");
         }
     }

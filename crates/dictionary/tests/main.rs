@@ -10,6 +10,7 @@ mod nmf;
 mod object;
 mod pca;
 mod projection;
+mod rank;
 mod residual;
 mod residual_bad_input;
 mod residual_data;

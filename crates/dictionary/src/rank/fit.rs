@@ -96,11 +96,17 @@ fn non_negative(
     linear: &DMatrix<f64>,
     start: &DVector<f64>,
 ) -> DMatrix<f64> {
-    let gram = Gram::new(quadratic.as_slice(), quadratic.ncols());
+    let gram = Gram::new(quadratic.as_slice(), quadratic.ncols(), 0.0);
     let mut h = DMatrix::from_fn(linear.nrows(), linear.ncols(), |j, _| start[j].max(0.0));
     let mut previous = h.clone();
     for _ in 0..MOST_SWEEPS / SWEEPS_PER_CHECK {
-        descend_all(&gram, linear.as_slice(), h.as_mut_slice(), SWEEPS_PER_CHECK);
+        descend_all(
+            &gram,
+            linear.as_slice(),
+            0.0,
+            h.as_mut_slice(),
+            SWEEPS_PER_CHECK,
+        );
         previous -= &h;
         let change = squared_norm(previous.as_slice());
         if change <= SMALLEST_CHANGE * SMALLEST_CHANGE * squared_norm(h.as_slice()) {
@@ -135,4 +141,113 @@ pub(super) fn squared_errors_m2(
             column.norm_squared()
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use inhand_model::{Learning, SegmentLayout, StopReason};
+
+    use super::*;
+    use crate::rank::learner::unseen;
+
+    const VISIBLE: [usize; 9] = [0, 1, 2, 3, 4, 10, 11, 13, 14];
+    const ALIKE: f64 = 3.0;
+
+    /// Four primitives over the 15 rows of one sample.
+    fn dictionary(kind: DictionaryKind) -> Dictionary {
+        let wave = |row: usize, j: usize| (0.3 + 0.9 * row as f64 * (j + 1) as f64).sin();
+        let free = DMatrix::from_fn(15, 4, wave);
+        let primitives = match kind {
+            DictionaryKind::Pca => free.qr().q(),
+            DictionaryKind::Nmf => free.abs(),
+        };
+        let half = DMatrix::from_fn(4, 4, |i, j| 0.01 * (1.0 + (i * 3 + j) as f64).cos());
+        Dictionary {
+            kind,
+            layout: SegmentLayout {
+                samples: 1,
+                rate_hz: 100.0,
+                object: false,
+            },
+            offset_m: DVector::from_fn(15, |row, _| 0.001 * row as f64),
+            primitives,
+            activation_mean_m: DVector::from_vec(vec![0.02, 0.01, 0.03, 0.015]),
+            activation_covariance_m2: &half * half.transpose() + DMatrix::identity(4, 4) * 1e-6,
+            covariance_shrinkage: 0.0,
+            learning: Learning {
+                segments: 10,
+                rms_m: 0.002,
+                relative_error: 0.1,
+                iterations: 0,
+                stop_reason: StopReason::ClosedForm,
+                objective_history_m2: Vec::new(),
+                seed: 0,
+                restarts: Vec::new(),
+            },
+            demonstrated: unseen(),
+            residual: None,
+            choice: None,
+        }
+    }
+
+    fn columns() -> DMatrix<f64> {
+        DMatrix::from_fn(15, 3, |row, i| 0.03 * (row as f64 * 0.7 + i as f64).sin())
+    }
+
+    #[test]
+    fn with_a_prior_components_have_their_conditional_mean() {
+        let d = dictionary(DictionaryKind::Pca);
+        let prior = Prior::Training { alike: ALIKE };
+        let found = fitted(&d, &columns(), &VISIBLE, prior).unwrap();
+        // The same from the other side, by the covariance of the visible rows.
+        let w = d.primitives.select_rows(&VISIBLE);
+        let (mean, covariance) = (&d.activation_mean_m, &d.activation_covariance_m2);
+        let noise = DMatrix::identity(9, 9) * (ALIKE * d.learning.rms_m.powi(2));
+        let gain = covariance * w.transpose();
+        let inverse = (&w * &gain + noise).try_inverse().unwrap();
+        for (i, column) in columns().column_iter().enumerate() {
+            let seen = (column - &d.offset_m).select_rows(&VISIBLE) - &w * mean;
+            let expected = mean + &gain * &inverse * seen;
+            assert!((found.column(i) - expected).amax() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn non_negative_activations_are_optimal() {
+        let d = dictionary(DictionaryKind::Nmf);
+        let w = d.primitives.select_rows(&VISIBLE);
+        for prior in [Prior::None, Prior::Training { alike: ALIKE }] {
+            let found = fitted(&d, &columns(), &VISIBLE, prior).unwrap();
+            let mut at_bound = 0;
+            for (i, column) in columns().column_iter().enumerate() {
+                let h = found.column(i);
+                let seen = (column - &d.offset_m).select_rows(&VISIBLE);
+                let mut gradient = w.transpose() * (&w * h - seen);
+                if let Prior::Training { alike } = prior {
+                    let inverse = d.activation_covariance_m2.clone().try_inverse().unwrap();
+                    let variance_m2 = alike * d.learning.rms_m.powi(2);
+                    gradient += inverse * (h - &d.activation_mean_m) * variance_m2;
+                }
+                for (h, gradient) in h.iter().zip(&gradient) {
+                    assert!(*h >= 0.0 && *gradient > -1e-7, "{h} {gradient}");
+                    assert!(*h == 0.0 || gradient.abs() < 1e-7, "{h} {gradient}");
+                    at_bound += usize::from(*h == 0.0);
+                }
+            }
+            assert!(at_bound > 0, "a bound is active");
+        }
+    }
+
+    #[test]
+    fn errors_are_those_of_the_rows_asked_for() {
+        let d = dictionary(DictionaryKind::Nmf);
+        let h = DMatrix::from_fn(4, 3, |j, i| 0.01 * (1 + i + j) as f64);
+        let hidden = [5, 6, 12];
+        let found = squared_errors_m2(&d, &h, &columns(), &hidden);
+        for (i, found) in found.iter().enumerate() {
+            let all = columns().column(i) - &d.offset_m - &d.primitives * h.column(i);
+            let expected: f64 = hidden.iter().map(|&row| all[row].powi(2)).sum();
+            assert!((found - expected).abs() < 1e-15, "{found} {expected}");
+        }
+    }
 }

@@ -64,6 +64,7 @@ mod error;
 mod missing;
 mod multiplicative;
 mod nmf;
+mod online;
 mod pca;
 mod product;
 mod projection;
@@ -88,4 +89,5 @@ pub use rank::{HeldOut, RankCurve, RankGroups, RankMethod, RankPoint, RankSugges
 pub use residual::{Fold, ResidualSettings, folds, learn_residual};
 pub use rounds::{Activations, NmfProblem, NmfState};
 pub use settings::{NmfSettings, Penalty, Precision, Start, Update};
+pub use start::draw;
 pub use sums::{Node, Sums, Tree};

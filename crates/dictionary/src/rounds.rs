@@ -299,7 +299,12 @@ impl NmfProblem {
     ) -> Result<NmfState, LearnError> {
         let rank = self.settings.rank;
         let mut primitives = state.primitives;
-        self.descend_primitives(activation_gram_m2, cross_m2, &mut primitives);
+        self.descend_primitives(
+            self.primitive_penalty(),
+            activation_gram_m2,
+            cross_m2,
+            &mut primitives,
+        );
         let mut next = NmfState {
             round: state.round + 1,
             revived: Vec::new(),
@@ -316,8 +321,10 @@ impl NmfProblem {
         self.settings.primitive_penalty.scaled(self.count)
     }
 
+    /// Descends with the primitives, which cost as much as given.
     pub(crate) fn descend_primitives(
         &self,
+        penalty: Penalty,
         activation_gram_m2: &[f64],
         cross_m2: &[f64],
         primitives: &mut [f64],
@@ -328,7 +335,7 @@ impl NmfProblem {
             sweeps,
             ..
         } = self.settings;
-        let Penalty { l1, l2 } = self.primitive_penalty();
+        let Penalty { l1, l2 } = penalty;
         match update {
             Update::Hals => {
                 let gram = Gram::new(activation_gram_m2, rank, l2);

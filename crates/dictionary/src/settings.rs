@@ -61,9 +61,14 @@ impl Penalty {
 
     /// The same for a factor of which the data has `size` numbers for each of its own.
     pub(crate) fn scaled(self, size: usize) -> Self {
+        self.weighted(size as f64)
+    }
+
+    /// The same for a size that is not whole, of columns that count in part.
+    pub(crate) fn weighted(self, size: f64) -> Self {
         Self {
-            l1: self.l1 * size as f64,
-            l2: self.l2 * size as f64,
+            l1: self.l1 * size,
+            l2: self.l2 * size,
         }
     }
 
@@ -82,6 +87,11 @@ pub enum Start {
     /// Training segments drawn without replacement: ahead before the first iteration, behind after
     /// the second.
     Segments,
+    /// One pass over the segments in small batches, each of which updates the primitives (Mairal,
+    /// Bach, Ponce and Sapiro 2010): ahead where there are more segments than passes can be afforded.
+    /// With [`max_iterations`](NmfSettings::max_iterations) 0 it is all of learning but the last
+    /// look at every segment.
+    Online,
 }
 
 impl Start {
@@ -90,6 +100,7 @@ impl Start {
         match self {
             Start::Segments => "segments",
             Start::Random => "random",
+            Start::Online => "online",
         }
     }
 }

@@ -32,6 +32,9 @@ fn uniform(random: &mut ChaCha8Rng) -> f64 {
 /// Keeps the random numbers of segments apart from those of rows.
 const SEGMENT_KEYS: u64 = 0x5345_474d_454e_5453;
 
+/// Keeps those of batches apart from both.
+const BATCH_KEYS: u64 = 0x4241_5443_4845_5321;
+
 /// Shares of a segment's activations, uniform between 0 and 2 with mean 1, without end.
 pub(crate) fn activation_shares(seed: u64, segment: usize) -> impl Iterator<Item = f64> {
     let mut random = keyed(seed ^ SEGMENT_KEYS, segment);
@@ -48,6 +51,7 @@ impl NmfProblem {
         let primitives = match self.settings.start {
             Start::Random => self.random_primitives(),
             Start::Segments => self.drawn_primitives(columns)?,
+            Start::Online => self.online_primitives(columns)?,
         };
         Ok(NmfState {
             primitives,
@@ -55,7 +59,7 @@ impl NmfProblem {
         })
     }
 
-    fn random_primitives(&self) -> Vec<f64> {
+    pub(crate) fn random_primitives(&self) -> Vec<f64> {
         let rank = self.settings.rank;
         let mut primitives = vec![0.0; rank * self.layout.rows()];
         for (row, numbers) in primitives.chunks_exact_mut(rank).enumerate() {
@@ -83,15 +87,29 @@ impl NmfProblem {
     }
 }
 
-/// `rank` of `count` segments drawn without replacement: those with the smallest random keys. A key
-/// belongs to its segment, so a draw can be made from parts of the data and merged.
-fn draw(count: usize, rank: usize, seed: u64) -> Vec<usize> {
+/// `rank` of `count` segments drawn without replacement: those with the smallest random keys, in the
+/// order of the keys. A key belongs to its segment, so a draw can be made from parts of the data and
+/// merged. All of them, in their own order, where there are no more.
+pub fn draw(count: usize, rank: usize, seed: u64) -> Vec<usize> {
+    if count <= rank {
+        return (0..count).collect();
+    }
     let mut keys: Vec<(u64, usize)> = (0..count)
         .map(|segment| (keyed(seed, segment).next_u64(), segment))
         .collect();
-    keys.sort_unstable();
+    keys.select_nth_unstable(rank);
     keys.truncate(rank);
+    keys.sort_unstable();
     keys.into_iter().map(|(_, segment)| segment).collect()
+}
+
+/// All of `count` batches in an order drawn by the seed.
+pub(crate) fn shuffled(count: usize, seed: u64) -> Vec<usize> {
+    let mut keys: Vec<(u64, usize)> = (0..count)
+        .map(|batch| (keyed(seed ^ BATCH_KEYS, batch).next_u64(), batch))
+        .collect();
+    keys.sort_unstable();
+    keys.into_iter().map(|(_, batch)| batch).collect()
 }
 
 /// One of `count` segments, drawn for the purpose with number `purpose`.

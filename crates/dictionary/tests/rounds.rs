@@ -1,8 +1,8 @@
 //! Rounds over blocks, penalties, missing numbers and single precision.
 
 use inhand_dictionary::{
-    Activations, Columns, LearnError, NmfProblem, NmfSettings, Penalty, Precision, Tree, Update,
-    learn_nmf,
+    Activations, Columns, LearnError, NmfProblem, NmfSettings, Penalty, Precision, Start, Tree,
+    Update, learn_nmf,
 };
 use inhand_model::{Dictionary, Segments};
 use nalgebra::DMatrix;
@@ -256,6 +256,31 @@ fn sparse_activations_are_what_l1_gives() {
     let (heavy_rms, heavy) = zeros(3e-5);
     assert!(plain_rms <= light_rms && light_rms < heavy_rms);
     assert!(heavy < light, "{heavy} {light}");
+}
+
+#[test]
+fn one_pass_of_many_segments_learns() {
+    let segments = segments(many());
+    let rms_m = |start, max_iterations| {
+        let settings = NmfSettings {
+            start,
+            max_iterations,
+            ..settings(13)
+        };
+        let learned = learn_nmf(&segments, demonstrated(), &settings).unwrap();
+        assert_eq!(learned.learning.iterations, max_iterations);
+        learned.learning.rms_m
+    };
+    let (nothing, one, three) = (
+        rms_m(Start::Random, 0),
+        rms_m(Start::Random, 1),
+        rms_m(Start::Random, 3),
+    );
+    // Twenty batches: ahead of a full pass or two, and full passes go on from there.
+    let online = rms_m(Start::Online, 0);
+    assert!(online < 0.5 * nothing, "{online} {nothing}");
+    assert!(online < one && online < three, "{online} {one} {three}");
+    assert!(rms_m(Start::Online, 3) < online);
 }
 
 proptest! {

@@ -6,8 +6,9 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Folder under `crates/` and the folders it may use. Kept as the table in `docs/architecture.md`.
-const EDGES: [(&str, &[&str]); 13] = [
+const EDGES: [(&str, &[&str]); 14] = [
     ("model", &[]),
+    ("matrices", &[]),
     ("trajectory", &["model"]),
     ("capture", &["model"]),
     ("channels", &["model"]),
@@ -25,6 +26,7 @@ const EDGES: [(&str, &[&str]); 13] = [
             "trajectory",
             "capture",
             "channels",
+            "matrices",
             "motion",
             "dictionary",
             "contact",
@@ -41,6 +43,7 @@ const EDGES: [(&str, &[&str]); 13] = [
             "trajectory",
             "capture",
             "channels",
+            "matrices",
             "motion",
             "dictionary",
             "contact",
@@ -54,10 +57,12 @@ const EDGES: [(&str, &[&str]); 13] = [
 ];
 
 /// A library and the one crate that knows it.
-const SOLE_USERS: [(&str, &str); 5] = [
+const SOLE_USERS: [(&str, &str); 7] = [
     ("mcap", "channels"),
     ("prost", "channels"),
     ("foxglove", "channels"),
+    ("flate2", "matrices"),
+    ("zip", "matrices"),
     ("parry3d-f64", "contact"),
     ("clarabel", "planner"),
 ];

@@ -1,0 +1,131 @@
+//! Named matrices as NumPy (`.npz`) and MATLAB (`.mat`, level 5) files and back.
+//!
+//! So that what was learned here can be used in Python and MATLAB, and the other way round. Knows
+//! nothing of what the matrices mean.
+//!
+//! ```
+//! use inhand_matrices::{Form, Variable, read, write};
+//! use nalgebra::DMatrix;
+//!
+//! let primitives = DMatrix::from_row_slice(2, 3, &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+//! for form in [Form::Npz, Form::Mat] {
+//!     let bytes = write(form, "w", &[("primitives", Variable::from(primitives.clone()))])?;
+//!     assert_eq!(read(&bytes, "w")?["primitives"], Variable::Numbers(primitives.clone()));
+//! }
+//! # Ok::<(), inhand_matrices::MatrixError>(())
+//! ```
+//!
+//! # What is read
+//!
+//! Real numbers of any type that the tools write (floats of 2 to 8 bytes, integers, truth values), in
+//! either byte order, with one or two dimensions, packed or not; they become 64-bit floats. A vector of
+//! NumPy becomes one column. Integers beyond 2^53 are refused rather than rounded. Variables that are
+//! no such matrix (text, complex and sparse numbers, cells, structures, more dimensions) do not stand
+//! in the way of the others: they are listed with what they are ([`Variable::Other`]).
+//!
+//! # What is written
+//!
+//! 64-bit floats, column by column. The same matrices give the same bytes: no time of day is written.
+
+mod error;
+mod form;
+mod mat;
+mod npz;
+mod number;
+
+use std::collections::BTreeMap;
+
+use nalgebra::{DMatrix, DVector};
+
+pub use error::MatrixError;
+pub use form::Form;
+
+/// A variable of a file.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Variable {
+    /// A matrix; a vector of NumPy is one column, a number 1 x 1.
+    Numbers(DMatrix<f64>),
+    /// Something else, in words, such as `a cell array`. Never written.
+    Other(String),
+}
+
+/// Variables by name, as a file has them.
+pub type Variables = BTreeMap<String, Variable>;
+
+impl Variable {
+    /// The matrix, if it is one.
+    pub const fn numbers(&self) -> Option<&DMatrix<f64>> {
+        match self {
+            Variable::Numbers(matrix) => Some(matrix),
+            Variable::Other(_) => None,
+        }
+    }
+}
+
+impl From<DMatrix<f64>> for Variable {
+    fn from(matrix: DMatrix<f64>) -> Self {
+        Variable::Numbers(matrix)
+    }
+}
+
+impl From<&DVector<f64>> for Variable {
+    fn from(vector: &DVector<f64>) -> Self {
+        Variable::Numbers(DMatrix::from_column_slice(
+            vector.len(),
+            1,
+            vector.as_slice(),
+        ))
+    }
+}
+
+impl From<f64> for Variable {
+    fn from(number: f64) -> Self {
+        Variable::Numbers(DMatrix::from_element(1, 1, number))
+    }
+}
+
+/// Reads the variables of a file; its content says which form it has. `file` is what errors call it.
+///
+/// # Errors
+///
+/// [`MatrixError::Form`] for other files, [`MatrixError::TooNew`] for MATLAB's `-v7.3`,
+/// [`MatrixError::Damaged`] where the bytes contradict themselves.
+pub fn read(bytes: &[u8], file: &str) -> Result<Variables, MatrixError> {
+    match Form::of_bytes(bytes) {
+        Some(Form::Npz) => npz::read(bytes, file),
+        Some(Form::Mat) => mat::read(bytes, file),
+        None => Err(form::unknown(bytes, file)),
+    }
+}
+
+/// Writes matrices as a file of this form, in the given order. `file` is what errors call it.
+///
+/// # Errors
+///
+/// [`MatrixError::Name`] for a name that MATLAB does not take, or one that comes twice;
+/// [`MatrixError::NotWritten`] for [`Variable::Other`] and for matrices too large for the form.
+pub fn write(
+    form: Form,
+    file: &str,
+    variables: &[(&str, Variable)],
+) -> Result<Vec<u8>, MatrixError> {
+    for (n, (name, _)) in variables.iter().enumerate() {
+        let again = variables[..n].iter().any(|(earlier, _)| earlier == name);
+        if again || !form::is_name(name) {
+            return Err(MatrixError::Name {
+                file: file.to_owned(),
+                name: (*name).to_owned(),
+            });
+        }
+    }
+    let matrices = (variables.iter())
+        .map(|(name, variable)| match variable {
+            Variable::Numbers(matrix) => Ok((*name, matrix)),
+            Variable::Other(what) => Err(error::not_written(file, name, what)),
+        })
+        .collect::<Result<Vec<_>, _>>()?;
+    match form {
+        Form::Npz => npz::write(file, &matrices),
+        Form::Mat => mat::write(file, &matrices),
+    }
+}

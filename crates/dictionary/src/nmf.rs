@@ -1,8 +1,6 @@
 //! Non-negative matrix factorisation of training segments in memory.
 
-use inhand_model::{
-    Demonstrated, Dictionary, DictionaryKind, Learning, Restart, Segments, StopReason,
-};
+use inhand_model::{Demonstrated, Dictionary, DictionaryKind, Learning, Restart, StopReason};
 use nalgebra::{DMatrix, DVector};
 
 use crate::block::Block;
@@ -49,7 +47,7 @@ use crate::sums::Tree;
 /// segment, a number that is not finite (or, with [`NmfSettings::may_miss`], infinite), a fingertip's
 /// coordinate that never changes, a setting out of range.
 pub fn learn_nmf(
-    segments: &Segments,
+    segments: &impl Columns,
     demonstrated: Demonstrated,
     settings: &NmfSettings,
 ) -> Result<Dictionary, LearnError> {

@@ -13,6 +13,9 @@ pub enum Update {
 }
 
 impl Update {
+    /// All of them.
+    pub const ALL: &[Self] = &[Update::Hals, Update::Multiplicative];
+
     /// Lower-case name, as in files and settings.
     pub const fn name(self) -> &'static str {
         match self {
@@ -34,6 +37,9 @@ pub enum Precision {
 }
 
 impl Precision {
+    /// All of them.
+    pub const ALL: &[Self] = &[Precision::F64, Precision::F32];
+
     /// Lower-case name, as in files and settings.
     pub const fn name(self) -> &'static str {
         match self {
@@ -95,6 +101,9 @@ pub enum Start {
 }
 
 impl Start {
+    /// All of them.
+    pub const ALL: &[Self] = &[Start::Random, Start::Segments, Start::Online];
+
     /// Lower-case name, as in files and settings.
     pub const fn name(self) -> &'static str {
         match self {

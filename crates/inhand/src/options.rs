@@ -98,9 +98,38 @@ pub(crate) struct LearnOptions {
     /// How much of a training segment may be missing between its ends, seconds [default: 0].
     #[arg(long, value_name = "SECONDS")]
     missing: Option<f64>,
+    /// Most segments that deviations are learned from; of more, some are drawn [default: 8192].
+    #[arg(long, value_name = "N")]
+    deviation_segments: Option<usize>,
+    /// Update of the factors: hals, or multiplicative for comparison with older work
+    /// [default: hals].
+    #[arg(long, value_name = "WORD")]
+    update: Option<String>,
+    /// Where primitives start: random, segments, nndsvd, or online for one pass in batches
+    /// [default: random].
+    #[arg(long, value_name = "WORD")]
+    start: Option<String>,
     /// Seed of the random start [default: 0].
     #[arg(long)]
     seed: Option<u64>,
+    /// Random starts; the best is kept, and how alike they are is told [default: 1].
+    #[arg(long, value_name = "N")]
+    restarts: Option<usize>,
+    /// Kind of numbers: f64 or f32 [default: f64].
+    #[arg(long, value_name = "WORD")]
+    precision: Option<String>,
+    /// Weight of the sum of activations; penalise primitives as well [default: 0].
+    #[arg(long, value_name = "WEIGHT")]
+    activation_l1: Option<f64>,
+    /// Weight of half the sum of their squares [default: 0].
+    #[arg(long, value_name = "WEIGHT")]
+    activation_l2: Option<f64>,
+    /// Weight of the sum of the primitives' numbers [default: 0].
+    #[arg(long, value_name = "WEIGHT")]
+    primitive_l1: Option<f64>,
+    /// Weight of half the sum of their squares [default: 0].
+    #[arg(long, value_name = "WEIGHT")]
+    primitive_l2: Option<f64>,
     /// Most iterations [default: 10].
     #[arg(long, value_name = "N")]
     max_iterations: Option<usize>,
@@ -244,6 +273,15 @@ impl LearnOptions {
         replace(&mut learn.deviation_primitives, self.deviation_primitives);
         replace(&mut learn.object, self.object_in_segments.clone());
         replace(&mut learn.seed, self.seed);
+        replace(&mut learn.deviation_segments, self.deviation_segments);
+        replace(&mut learn.update, self.update.clone());
+        replace(&mut learn.start, self.start.clone());
+        replace(&mut learn.restarts, self.restarts);
+        replace(&mut learn.precision, self.precision.clone());
+        replace(&mut learn.activation_l1, self.activation_l1);
+        replace(&mut learn.activation_l2, self.activation_l2);
+        replace(&mut learn.primitive_l1, self.primitive_l1);
+        replace(&mut learn.primitive_l2, self.primitive_l2);
         replace(&mut learn.max_iterations, self.max_iterations);
         replace(&mut learn.sweeps, self.sweeps);
         replace(&mut learn.relative_change, self.relative_change);

@@ -90,6 +90,14 @@ pub enum PipelineError {
     /// Learning failed.
     #[error("learning")]
     Learn(#[source] Box<inhand_dictionary::LearnError>),
+    /// A learning folder, or a file of one, that cannot be used.
+    #[error("{}: {message}", path.display())]
+    Learning {
+        /// The folder or file.
+        path: PathBuf,
+        /// What was expected, what was found, what to do.
+        message: String,
+    },
     /// A dictionary that does not fit the takes.
     #[error(
         "the dictionary has segments of {found}: expected {expected}; learn one from takes of this rate"

@@ -24,6 +24,7 @@
 mod demo;
 mod dictionary_file;
 mod error;
+pub mod learning;
 mod manifest;
 mod methods;
 mod output;

@@ -7,7 +7,7 @@ use std::path::Path;
 use crate::error::PipelineError;
 
 /// How the names of unfinished files begin.
-const TEMPORARY_PREFIX: &str = ".inhand-unfinished-";
+pub(crate) const TEMPORARY_PREFIX: &str = ".inhand-unfinished-";
 
 /// Removes what an interrupted run left unfinished in a folder.
 pub(crate) fn remove_unfinished(folder: &Path) {

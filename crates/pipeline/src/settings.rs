@@ -185,11 +185,30 @@ pub struct LearnSection {
     pub rank: Option<usize>,
     /// Primitives of each finger's deviation from the smooth curve, for `residual`.
     pub deviation_primitives: usize,
+    /// Most segments that deviations are learned from: more are drawn from by the seed.
+    pub deviation_segments: usize,
     /// Whether segments carry the object: `auto` (where every training take tracks it), `yes` or
     /// `no`.
     pub object: String,
+    /// Update of the factors: `hals`, or `multiplicative` for comparison with older work.
+    pub update: String,
+    /// Where primitives start: `random`, `segments`, `nndsvd`, or `online` for one pass in batches.
+    pub start: String,
     /// Seed of the random start.
     pub seed: u64,
+    /// Random starts, with seeds counted up; the best is kept.
+    pub restarts: usize,
+    /// Kind of numbers: `f64` or `f32`.
+    pub precision: String,
+    /// What activations cost: weight of their sum, on a scale that does not depend on the number of
+    /// segments or their length.
+    pub activation_l1: f64,
+    /// Weight of half the sum of their squares.
+    pub activation_l2: f64,
+    /// What primitives cost, in the same way.
+    pub primitive_l1: f64,
+    /// Weight of half the sum of their squares.
+    pub primitive_l2: f64,
     /// Most iterations.
     pub max_iterations: usize,
     /// Sweeps over each factor in an iteration.
@@ -207,8 +226,17 @@ impl Default for LearnSection {
             kind: "nmf".to_owned(),
             rank: None,
             deviation_primitives: 28,
+            deviation_segments: 8192,
             object: "auto".to_owned(),
+            update: "hals".to_owned(),
+            start: "random".to_owned(),
             seed: 0,
+            restarts: 1,
+            precision: "f64".to_owned(),
+            activation_l1: 0.0,
+            activation_l2: 0.0,
+            primitive_l1: 0.0,
+            primitive_l2: 0.0,
             max_iterations: 10,
             sweeps: 3,
             relative_change: 1e-4,

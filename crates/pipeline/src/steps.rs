@@ -20,12 +20,18 @@ use crate::take::Take;
 mod choose;
 mod generate;
 mod learn;
+mod shown;
 
+pub(crate) use choose::choice;
 pub use choose::{choose_method, learn_and_choose, settled_methods};
 use generate::velocity_bounds;
 pub use generate::{Generated, SegmentCorridors, generate, plan_settings};
 pub(crate) use generate::{Hold, corridors_of, hold_settings, plan_error, planner};
-pub use learn::{demonstrated, learn};
+pub use learn::learn;
+pub(crate) use learn::{
+    complete, drawn_demonstrations, learn_error, nmf_settings, with_deviations,
+};
+pub use shown::{Shown, demonstrated};
 
 /// Brings takes into the hand's frame and filters them, in order.
 ///
@@ -125,20 +131,34 @@ const OBJECT_KNOWN: f64 = 0.9;
 ///
 /// [`PipelineError::Settings`] where the object is asked for and a motion has none.
 pub fn carries_object(motions: &[&Motion], settings: &Settings) -> Result<bool, PipelineError> {
-    let known = |motion: &Motion| {
-        let track = motion.object.as_ref();
-        let present = track.map_or(0, |track| track.iter().flatten().count());
-        present as f64 >= OBJECT_KNOWN * motion.len() as f64
-    };
-    let without = motions.iter().find(|motion| !known(motion));
+    object_in_segments(
+        motions.iter().map(|motion| {
+            let track = motion.object.as_ref();
+            let known = track.map(|track| track.iter().flatten().count());
+            (motion.name.as_str(), known, motion.len())
+        }),
+        settings,
+    )
+}
+
+/// The same from each take's name, the samples at which its object is known (`None` where it is not
+/// tracked) and all of its samples.
+pub(crate) fn object_in_segments<'a>(
+    takes: impl Iterator<Item = (&'a str, Option<usize>, usize)>,
+    settings: &Settings,
+) -> Result<bool, PipelineError> {
+    let mut takes = takes.peekable();
+    let any = takes.peek().is_some();
+    let without = takes
+        .find(|(_, known, samples)| (known.unwrap_or(0) as f64) < OBJECT_KNOWN * *samples as f64);
     match (settings.learn.object.as_str(), without) {
         ("no", _) => Ok(false),
-        ("yes", Some(motion)) => Err(crate::settings::invalid(
+        ("yes", Some((name, ..))) => Err(crate::settings::invalid(
             "learn.object",
             "takes that track the object, or `auto`",
-            &format!("yes, but {} does not track it", motion.name),
+            &format!("yes, but {name} does not track it"),
         )),
-        (_, without) => Ok(without.is_none() && !motions.is_empty()),
+        (_, without) => Ok(without.is_none() && any),
     }
 }
 
@@ -177,7 +197,15 @@ pub fn segments(
 
 fn segment_settings(motions: &[&Motion], role: Role, settings: &Settings) -> SegmentSettings {
     let rate_hz = motions.first().map_or(1.0, |motion| motion.clock.rate_hz());
-    let layout = SegmentLayout::one_second(rate_hz);
+    cut_settings(SegmentLayout::one_second(rate_hz), role, settings)
+}
+
+/// How takes of a role are cut into segments of a layout.
+pub(crate) fn cut_settings(
+    layout: SegmentLayout,
+    role: Role,
+    settings: &Settings,
+) -> SegmentSettings {
     let stride = match (role, settings.segments.stride) {
         (Role::Test, _) | (Role::Train, 0) => layout.samples,
         (Role::Train, stride) => stride,

@@ -5,10 +5,11 @@ use std::str::FromStr;
 
 use inhand_capture::roles::{BodyChoice, RoleSettings};
 use inhand_capture::{ReadSettings, parse_length_unit, parse_rotation_order, parse_up_axis};
+use inhand_dictionary::{Precision, Start, Update};
 use inhand_model::{Finger, PerFinger, Shape};
 use inhand_motion::{Filter, GapFill, ProcessSettings};
 
-use super::Settings;
+use super::{LearnSection, Settings};
 use crate::error::PipelineError;
 use crate::methods::Method;
 
@@ -165,12 +166,7 @@ impl Settings {
         self.pad_offsets_m()?;
         positive_or_zero("segments.margin_s", self.segments.margin_s)?;
         positive_or_zero("segments.missing_s", self.segments.missing_s)?;
-        if self.learn.sweeps == 0 {
-            return Err(invalid("learn.sweeps", "at least 1", &0));
-        }
-        positive_or_zero("learn.relative_change", self.learn.relative_change)?;
-        one_of("learn.kind", &self.learn.kind, &["nmf", "pca"])?;
-        one_of("learn.object", &self.learn.object, &["auto", "yes", "no"])?;
+        self.learn.validate()?;
         one_of("plan.ends", &self.plan.ends, &["soft", "hard"])?;
         positive_or_zero("plan.velocity_factor", self.plan.velocity_factor)?;
         let plan = &self.plan;
@@ -198,17 +194,6 @@ impl Settings {
         ]) {
             if !(value.is_finite() && value > 0.0) {
                 return Err(invalid(key, "a positive number", &value));
-            }
-        }
-        for (key, value) in [
-            ("learn.rank", self.learn.rank.unwrap_or(1)),
-            (
-                "learn.deviation_primitives",
-                self.learn.deviation_primitives,
-            ),
-        ] {
-            if value == 0 {
-                return Err(invalid(key, "at least 1", &0));
             }
         }
         let twice = |method: &&Method| {
@@ -284,4 +269,66 @@ fn parsed<T>(
     text.as_ref()
         .map(|text| parse(text).ok_or_else(|| invalid(key, expected, text)))
         .transpose()
+}
+
+impl LearnSection {
+    fn validate(&self) -> Result<(), PipelineError> {
+        one_of("learn.kind", &self.kind, &["nmf", "pca"])?;
+        one_of("learn.object", &self.object, &["auto", "yes", "no"])?;
+        self.update()?;
+        self.start()?;
+        self.precision()?;
+        for (key, value) in [
+            ("learn.rank", self.rank.unwrap_or(1)),
+            ("learn.deviation_primitives", self.deviation_primitives),
+            ("learn.deviation_segments", self.deviation_segments),
+            ("learn.restarts", self.restarts),
+            ("learn.sweeps", self.sweeps),
+        ] {
+            if value == 0 {
+                return Err(invalid(key, "at least 1", &0));
+            }
+        }
+        for (key, value) in [
+            ("learn.relative_change", self.relative_change),
+            ("learn.activation_l1", self.activation_l1),
+            ("learn.activation_l2", self.activation_l2),
+            ("learn.primitive_l1", self.primitive_l1),
+            ("learn.primitive_l2", self.primitive_l2),
+        ] {
+            positive_or_zero(key, value)?;
+        }
+        Ok(())
+    }
+
+    pub(crate) fn update(&self) -> Result<Update, PipelineError> {
+        named("learn.update", &self.update, Update::ALL, Update::name)
+    }
+
+    pub(crate) fn start(&self) -> Result<Start, PipelineError> {
+        named("learn.start", &self.start, Start::ALL, Start::name)
+    }
+
+    pub(crate) fn precision(&self) -> Result<Precision, PipelineError> {
+        named(
+            "learn.precision",
+            &self.precision,
+            Precision::ALL,
+            Precision::name,
+        )
+    }
+}
+
+/// The one of `all` that has this name.
+fn named<T: Copy>(
+    key: &str,
+    found: &str,
+    all: &[T],
+    name: fn(T) -> &'static str,
+) -> Result<T, PipelineError> {
+    let one = all.iter().copied().find(|&one| name(one) == found);
+    one.ok_or_else(|| {
+        let names: Vec<_> = all.iter().map(|&one| name(one)).collect();
+        invalid(key, &format!("one of {}", names.join(", ")), &found)
+    })
 }

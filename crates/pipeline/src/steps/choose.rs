@@ -5,6 +5,7 @@ use inhand_model::{
     Demonstrated, Dictionary, Finger, MethodCandidate, MethodChoice, Segments, Trajectory,
 };
 
+use super::learn::demonstrations;
 use super::{generate, learn};
 use crate::error::PipelineError;
 use crate::methods::Method;
@@ -28,15 +29,23 @@ pub fn learn_and_choose(
     demonstrated: Demonstrated,
     settings: &Settings,
 ) -> Result<Dictionary, PipelineError> {
-    let choice = if settings.plan.methods.contains(&Method::Auto) {
-        Some(choose_method(train, &demonstrated, &Method::ALL, settings)?)
-    } else {
-        None
-    };
+    let choice = choice(&demonstrations(train, settings), &demonstrated, settings)?;
     Ok(Dictionary {
         choice,
         ..learn(train, demonstrated, settings)?
     })
+}
+
+/// How methods compare on these segments, where the settings name `auto`.
+pub(crate) fn choice(
+    demonstrations: &Segments,
+    demonstrated: &Demonstrated,
+    settings: &Settings,
+) -> Result<Option<MethodChoice>, PipelineError> {
+    let asked = settings.plan.methods.contains(&Method::Auto);
+    asked
+        .then(|| choose_method(demonstrations, demonstrated, &Method::ALL, settings))
+        .transpose()
 }
 
 /// The methods of the settings with `auto` replaced by the one that was chosen when the dictionary

@@ -1,50 +1,15 @@
 //! From training segments to a dictionary.
 
-use inhand_contact::hull;
-use inhand_dictionary::{NmfSettings, ResidualSettings, learn_nmf, learn_pca, learn_residual};
-use inhand_model::{Demonstrated, Dictionary, Finger, Motion, PerFinger, Segments};
-use inhand_trajectory::velocity;
-use rayon::prelude::*;
+use inhand_dictionary::{
+    LearnError, NmfSettings, Penalty, ResidualSettings, draw, learn_nmf, learn_pca, learn_residual,
+};
+use inhand_model::{Demonstrated, Dictionary, Segments};
 
 use crate::error::PipelineError;
 use crate::settings::Settings;
 
 /// Primitives where the settings name no number: as published.
 const RANK: usize = 200;
-
-/// What training motions show: hulls and velocity extremes.
-///
-/// # Errors
-///
-/// [`PipelineError::Hull`] where a fingertip was never seen, or does not move.
-pub fn demonstrated(motions: &[&Motion]) -> Result<Demonstrated, PipelineError> {
-    let hulls: Vec<_> = Finger::ALL
-        .into_par_iter()
-        .map(|finger| {
-            let tracks = motions.iter().map(|motion| &motion.fingertips[finger]);
-            let points: Vec<_> = tracks.flat_map(|track| track.iter().flatten()).collect();
-            hull(&points).map_err(|source| PipelineError::Hull {
-                finger,
-                source: source.into(),
-            })
-        })
-        .collect();
-    let mut hulls = hulls.into_iter();
-    let hulls = PerFinger::try_from_fn(|_| {
-        hulls
-            .next()
-            .expect("one hull was computed for each of the five fingers")
-    })?;
-    // A hull needs points, so there are neighbouring samples unless every other one is missing.
-    let velocity = velocity::extremes(motions.iter().copied()).ok_or_else(|| {
-        let message = "no two neighbouring samples are present in the training takes".to_owned();
-        PipelineError::Take {
-            path: "training takes".into(),
-            message,
-        }
-    })?;
-    Ok(Demonstrated { hulls, velocity })
-}
 
 /// Learns the dictionary, and deviations from the smooth curve beside it.
 ///
@@ -56,41 +21,106 @@ pub fn learn(
     demonstrated: Demonstrated,
     settings: &Settings,
 ) -> Result<Dictionary, PipelineError> {
+    let rank = rank(segments.len(), settings);
+    let dictionary = match settings.learn.kind.as_str() {
+        "pca" => learn_pca(&complete(segments), demonstrated, rank),
+        _ => learn_nmf(
+            segments,
+            demonstrated,
+            &nmf_settings(segments.len(), settings)?,
+        ),
+    }
+    .map_err(learn_error)?;
+    with_deviations(dictionary, &demonstrations(segments, settings), settings)
+}
+
+/// Adds deviations from the smooth curve, learned from the given segments.
+pub(crate) fn with_deviations(
+    dictionary: Dictionary,
+    demonstrations: &Segments,
+    settings: &Settings,
+) -> Result<Dictionary, PipelineError> {
     let primitives = settings.learn.deviation_primitives;
-    let (dictionary, residual) = rayon::join(
-        || match settings.learn.kind.as_str() {
-            "pca" => learn_pca(segments, demonstrated, rank(segments, settings)),
-            _ => learn_nmf(segments, demonstrated, &nmf_settings(segments, settings)),
-        },
-        || learn_residual(segments, &ResidualSettings { primitives }),
-    );
-    let failed = |source: inhand_dictionary::LearnError| PipelineError::Learn(source.into());
+    let residual = learn_residual(demonstrations, &ResidualSettings { primitives });
     Ok(Dictionary {
-        residual: Some(residual.map_err(failed)?),
-        ..dictionary.map_err(failed)?
+        residual: Some(residual.map_err(learn_error)?),
+        ..dictionary
     })
+}
+
+pub(crate) fn learn_error(source: LearnError) -> PipelineError {
+    PipelineError::Learn(source.into())
+}
+
+/// Which of `count` segments deviations are learned from, in order.
+pub(crate) fn drawn_demonstrations(count: usize, settings: &Settings) -> Vec<usize> {
+    let mut drawn = draw(
+        count,
+        settings.learn.deviation_segments,
+        settings.learn.seed,
+    );
+    drawn.sort_unstable();
+    drawn
+}
+
+/// The segments that deviations are learned from: complete ones, and not more than the settings say.
+pub(super) fn demonstrations(segments: &Segments, settings: &Settings) -> Segments {
+    let drawn = drawn_demonstrations(segments.len(), settings);
+    if drawn.len() == segments.len() {
+        return complete(segments);
+    }
+    complete(&segments.select(&drawn))
+}
+
+/// The segments that miss nothing.
+pub(crate) fn complete(segments: &Segments) -> Segments {
+    let complete: Vec<usize> = (0..segments.len())
+        .filter(|&segment| segments.is_complete(segment))
+        .collect();
+    if complete.len() == segments.len() {
+        return segments.clone();
+    }
+    let mut selected = segments.select(&complete);
+    selected.left_out = segments.left_out + segments.len() - complete.len();
+    selected
 }
 
 /// The number of primitives: as the settings say, else as published or as many as the segments
 /// support.
-fn rank(segments: &Segments, settings: &Settings) -> usize {
+fn rank(segments: usize, settings: &Settings) -> usize {
     let largest = match settings.learn.kind.as_str() {
         // Components about a mean: one less than there are segments.
-        "pca" => segments.len().saturating_sub(1),
-        _ => segments.len(),
+        "pca" => segments.saturating_sub(1),
+        _ => segments,
     };
     settings.learn.rank.unwrap_or(RANK.min(largest).max(1))
 }
 
-fn nmf_settings(segments: &Segments, settings: &Settings) -> NmfSettings {
+pub(crate) fn nmf_settings(
+    segments: usize,
+    settings: &Settings,
+) -> Result<NmfSettings, PipelineError> {
     let section = &settings.learn;
-    NmfSettings {
+    Ok(NmfSettings {
         rank: rank(segments, settings),
         seed: section.seed,
         max_iterations: section.max_iterations,
         sweeps: section.sweeps,
         relative_change: section.relative_change,
         stop_rms_m: section.stop_rms_mm.map(|mm| mm / 1000.0),
+        update: section.update()?,
+        start: section.start()?,
+        activation_penalty: Penalty {
+            l1: section.activation_l1,
+            l2: section.activation_l2,
+        },
+        primitive_penalty: Penalty {
+            l1: section.primitive_l1,
+            l2: section.primitive_l2,
+        },
+        precision: section.precision()?,
+        may_miss: settings.segments.missing_s > 0.0,
+        restarts: section.restarts,
         ..NmfSettings::default()
-    }
+    })
 }

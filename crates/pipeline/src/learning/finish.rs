@@ -1,0 +1,154 @@
+//! From a run whose rounds are done to the dictionary, and all of it in one process.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use inhand_dictionary::{LearnError, learn_nmf, learn_pca};
+use inhand_model::{Demonstrated, Dictionary, Provenance};
+
+use super::folder::LearningFolder;
+use super::rounds::{
+    Current, Progress, Shard, at_start, best_of, current, progress, read_activations, stats, update,
+};
+use super::tables::TableColumns;
+use crate::error::PipelineError;
+use crate::output;
+use crate::run::provenance;
+use crate::steps;
+
+/// Largest size of all columns that one process holds at once, bytes; beyond it they are read block
+/// by block in every round.
+const IN_MEMORY_BYTES: usize = 1 << 30;
+
+/// A dictionary that was learned, and how long it took.
+#[derive(Clone, Debug)]
+pub struct Learned {
+    /// The dictionary.
+    pub dictionary: Dictionary,
+    /// The step that made it.
+    pub provenance: Provenance,
+    /// Time for the primitives, seconds.
+    pub primitives_s: f64,
+    /// Time for deviations from the smooth curve, and the comparison of methods where that was asked
+    /// for, seconds.
+    pub deviations_s: f64,
+}
+
+/// Makes the dictionary of a run in which every start has stopped.
+///
+/// # Errors
+///
+/// [`PipelineError::Learning`] where rounds are left to do, and for files of another run.
+pub fn finish(folder: &LearningFolder) -> Result<Learned, PipelineError> {
+    let begin = Instant::now();
+    let found = progress(folder)?;
+    if !found.is_done() {
+        return Err(PipelineError::Learning {
+            path: folder.root().to_owned(),
+            message: format!(
+                "start {} of {} is in round {}: run `inhand learn stats` and `inhand learn update` \
+                 until learning stops",
+                found.start + 1,
+                found.starts,
+                found.round
+            ),
+        });
+    }
+    let starts = (0..found.starts).map(|start| at_start(folder, start));
+    let starts = starts.collect::<Result<Vec<Current>, _>>()?;
+    let best = &starts[best_of(&starts)];
+    let states: Vec<_> = (starts.iter())
+        .map(|current| (current.problem.settings.seed, &current.state))
+        .collect();
+    let restarts = best.problem.compare(&states, best.start);
+    let (_, demonstrated) = folder.read_problem(best.start)?;
+    let read = |block| {
+        read_activations(folder, best, block).map_err(|error| LearnError::Read {
+            message: error.to_string(),
+        })
+    };
+    let dictionary = (best.problem)
+        .finish(&best.state, restarts, demonstrated, read)
+        .map_err(steps::learn_error)?;
+    with_the_rest(folder, dictionary, begin.elapsed().as_secs_f64())
+}
+
+/// Runs all that is left of a run in this process. Where the columns fit into memory and no round was
+/// done, rounds are not written; the result has the same bits.
+///
+/// # Errors
+///
+/// As [`stats`], [`update`] and [`finish`].
+pub fn learn_in(
+    folder: &LearningFolder,
+    keep_rounds: bool,
+    watch: &mut dyn FnMut(&Progress),
+) -> Result<Learned, PipelineError> {
+    let plan = folder.plan();
+    let size = 8 * plan.segments * plan.layout().rows();
+    let is_nmf = plan.settings.learn.kind == "nmf";
+    if is_nmf && (keep_rounds || size > IN_MEMORY_BYTES) {
+        let begin = Instant::now();
+        while !current(folder)?.progress().is_done() {
+            stats(folder, Shard::WHOLE, &mut || ())?;
+            watch(&update(folder, &[])?.measured);
+        }
+        let rounds_s = begin.elapsed().as_secs_f64();
+        let learned = finish(folder)?;
+        return Ok(Learned {
+            primitives_s: learned.primitives_s + rounds_s,
+            ..learned
+        });
+    }
+    let begin = Instant::now();
+    let columns = TableColumns::new(folder)?;
+    let (problem, demonstrated) = folder.read_problem(0)?;
+    let dictionary = if is_nmf {
+        learn_nmf(&columns, demonstrated, &problem.settings)
+    } else {
+        let every: Vec<usize> = (0..plan.segments).collect();
+        let segments = steps::complete(&columns.segments(&every)?);
+        learn_pca(&segments, demonstrated, problem.settings.rank)
+    }
+    .map_err(steps::learn_error)?;
+    with_the_rest(folder, dictionary, begin.elapsed().as_secs_f64())
+}
+
+fn with_the_rest(
+    folder: &LearningFolder,
+    dictionary: Dictionary,
+    primitives_s: f64,
+) -> Result<Learned, PipelineError> {
+    let begin = Instant::now();
+    let settings = &folder.plan().settings;
+    let columns = TableColumns::new(folder)?;
+    let drawn = steps::drawn_demonstrations(folder.plan().segments, settings);
+    let demonstrations = steps::complete(&columns.segments(&drawn)?);
+    let demonstrated: &Demonstrated = &dictionary.demonstrated;
+    let choice = steps::choice(&demonstrations, demonstrated, settings)?;
+    let dictionary = steps::with_deviations(dictionary, &demonstrations, settings)?;
+    Ok(Learned {
+        dictionary: Dictionary {
+            choice,
+            ..dictionary
+        },
+        provenance: provenance("learn", settings, folder.plan().inputs()),
+        primitives_s,
+        deviations_s: begin.elapsed().as_secs_f64(),
+    })
+}
+
+/// Where the files of a run that nobody asked to keep go: beside the output, so that there is room.
+///
+/// # Errors
+///
+/// [`PipelineError::Io`].
+pub fn scratch_folder(output: &std::path::Path) -> Result<tempfile::TempDir, PipelineError> {
+    let parent = output.parent().filter(|p| !p.as_os_str().is_empty());
+    let parent: PathBuf = parent.unwrap_or(std::path::Path::new(".")).to_owned();
+    std::fs::create_dir_all(&parent).map_err(PipelineError::io("create folder", &parent))?;
+    tempfile::Builder::new()
+        .prefix(output::TEMPORARY_PREFIX)
+        .tempdir_in(&parent)
+        .map_err(PipelineError::io("create a folder in", &parent))
+}

@@ -1,0 +1,253 @@
+//! From takes to the tables of a learning folder, a few takes at a time.
+
+use std::path::{Path, PathBuf};
+
+use inhand_dictionary::NmfProblem;
+use inhand_model::{BodySource, Motion, SegmentLayout};
+use inhand_motion::{Cut, SegmentTable};
+use rayon::prelude::*;
+
+use super::folder::{LearningFolder, LearningPlan, PlannedTake, table_path};
+use super::rounds::write_state;
+use super::tables::{TableColumns, read_table, write_table};
+use crate::error::PipelineError;
+use crate::run::TOOL;
+use crate::settings::{Role, Settings};
+use crate::steps::{self, Shown};
+use crate::take::{self, Take};
+
+/// What is kept of a take once its table is written.
+struct Gathered {
+    file_name: String,
+    sha256: String,
+    path: PathBuf,
+    samples: usize,
+    rate_hz: f64,
+    /// Samples at which the object is known; `None` where it is not tracked.
+    object_known: Option<usize>,
+    shown: Shown,
+}
+
+/// How takes turn into motions.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Processing {
+    /// As an earlier step stored them.
+    Stored,
+    /// Each by itself.
+    Each,
+    /// All together: marker clusters have one template for the session.
+    Together,
+}
+
+/// Why another way of processing is needed.
+enum Stop {
+    Instead(Processing),
+    Failed(PipelineError),
+}
+
+impl From<PipelineError> for Stop {
+    fn from(error: PipelineError) -> Self {
+        Stop::Failed(error)
+    }
+}
+
+/// Reads takes and begins a run of learning in a folder: tables, problem, the first state. Takes with
+/// processed channels are used as they are where `reuse` says so and all have them; others are
+/// processed on the way. `seen` is told of every take that was read.
+///
+/// Memory: as many takes as there are threads, and a block of columns. Only takes whose bodies are
+/// clusters of markers are all held at once, because one template is fitted for all of them; process
+/// them first where that is too much.
+///
+/// # Errors
+///
+/// [`PipelineError`] for a take that cannot be used, takes of different rates, segments that cannot
+/// teach. The folder then holds no `learning.json`.
+pub fn init(
+    root: &Path,
+    takes: &[PathBuf],
+    settings: &Settings,
+    reuse: bool,
+    seen: &mut dyn FnMut(&Take),
+) -> Result<LearningFolder, PipelineError> {
+    settings.validate()?;
+    steps::nmf_settings(1, settings)?;
+    let mut way = if reuse {
+        Processing::Stored
+    } else {
+        Processing::Each
+    };
+    let mut told = 0;
+    let gathered = loop {
+        let mut number = 0;
+        let mut once = |take: &Take| {
+            number += 1;
+            if number > told {
+                told = number;
+                seen(take);
+            }
+        };
+        match gather(root, takes, settings, way, &mut once) {
+            Ok(gathered) => break gathered,
+            Err(Stop::Instead(other)) => way = other,
+            Err(Stop::Failed(error)) => return Err(error),
+        }
+    };
+    begin(root, &gathered, settings)
+}
+
+fn gather(
+    root: &Path,
+    paths: &[PathBuf],
+    settings: &Settings,
+    way: Processing,
+    seen: &mut dyn FnMut(&Take),
+) -> Result<Vec<Gathered>, Stop> {
+    let together = match way {
+        Processing::Together => paths.len(),
+        _ => rayon::current_num_threads(),
+    };
+    let mut gathered: Vec<Gathered> = Vec::with_capacity(paths.len());
+    for paths in paths.chunks(together.max(1)) {
+        let read: Vec<_> = paths
+            .par_iter()
+            .map(|path| take::read(path, settings))
+            .collect();
+        let takes = read.into_iter().collect::<Result<Vec<_>, _>>()?;
+        takes.iter().for_each(&mut *seen);
+        let motions = motions(&takes, settings, way)?;
+        let first = gathered.len();
+        let tables: Vec<_> = (takes.par_iter().zip(&motions).enumerate())
+            .map(|(i, (take, motion))| gather_one(root, first + i, take, motion))
+            .collect();
+        for table in tables {
+            gathered.push(table?);
+        }
+        check_rates(&gathered)?;
+    }
+    Ok(gathered)
+}
+
+fn motions(takes: &[Take], settings: &Settings, way: Processing) -> Result<Vec<Motion>, Stop> {
+    let clusters = |take: &Take| {
+        let bodies = take.roles.as_ref().map(|roles| {
+            let object = roles.object.as_ref();
+            std::iter::once(&roles.hand)
+                .chain(object)
+                .any(|body| matches!(body, BodySource::Markers(_)))
+        });
+        bodies.unwrap_or(false)
+    };
+    match way {
+        Processing::Stored => {
+            let stored = takes.iter().map(|take| take.stored_motion.clone());
+            let stored: Option<Vec<_>> = stored.collect();
+            stored.ok_or(Stop::Instead(Processing::Each))
+        }
+        Processing::Each if takes.iter().any(clusters) => Err(Stop::Instead(Processing::Together)),
+        Processing::Each | Processing::Together => Ok(steps::process_takes(takes, settings)?),
+    }
+}
+
+fn gather_one(
+    root: &Path,
+    number: usize,
+    take: &Take,
+    motion: &Motion,
+) -> Result<Gathered, PipelineError> {
+    let table = SegmentTable::of(motion);
+    write_table(&table_path(root, number), number, &table)?;
+    let object = motion.object.as_ref();
+    Ok(Gathered {
+        file_name: take.hash.name.clone(),
+        sha256: take.hash.sha256.clone(),
+        path: take.path.clone(),
+        samples: table.len(),
+        rate_hz: motion.clock.rate_hz(),
+        object_known: object.map(|track| track.iter().flatten().count()),
+        shown: Shown::of(motion),
+    })
+}
+
+fn check_rates(gathered: &[Gathered]) -> Result<(), PipelineError> {
+    let Some(first) = gathered.first() else {
+        return Ok(());
+    };
+    match (gathered.iter()).find(|take| take.rate_hz != first.rate_hz) {
+        None => Ok(()),
+        Some(other) => Err(PipelineError::Take {
+            path: other.path.clone(),
+            message: format!(
+                "the take has {} Hz, but {} has {} Hz: training takes need one rate",
+                other.rate_hz,
+                first.path.display(),
+                first.rate_hz
+            ),
+        }),
+    }
+}
+
+fn begin(
+    root: &Path,
+    gathered: &[Gathered],
+    settings: &Settings,
+) -> Result<LearningFolder, PipelineError> {
+    let rate_hz = gathered.first().map_or(1.0, |take| take.rate_hz);
+    let known =
+        (gathered.iter()).map(|take| (take.file_name.as_str(), take.object_known, take.samples));
+    let layout = SegmentLayout {
+        object: steps::object_in_segments(known, settings)?,
+        ..SegmentLayout::one_second(rate_hz)
+    };
+    let cut = Cut::new(&steps::cut_settings(layout, Role::Train, settings)).map_err(|source| {
+        PipelineError::Motion {
+            take: "training takes".to_owned(),
+            source: source.into(),
+        }
+    })?;
+    let cuts: Vec<_> = (0..gathered.len())
+        .into_par_iter()
+        .map(|i| Ok(cut.starts(&read_table(&table_path(root, i), i)?)))
+        .collect();
+    let cuts = cuts
+        .into_iter()
+        .collect::<Result<Vec<_>, PipelineError>>()?;
+    let takes = (gathered.iter().zip(&cuts)).map(|(take, cut)| PlannedTake {
+        name: take.file_name.clone(),
+        sha256: take.sha256.clone(),
+        samples: take.samples,
+        segments: cut.starts.len(),
+    });
+    let segments = cuts.iter().map(|cut| cut.starts.len()).sum();
+    let mut plan = LearningPlan {
+        format: LearningFolder::new_format(),
+        tool: TOOL.to_owned(),
+        rate_hz,
+        samples: layout.samples,
+        object: layout.object,
+        segments,
+        left_out: cuts.iter().map(|cut| cut.left_out).sum(),
+        blocks: 0,
+        takes: takes.collect(),
+        settings: settings.clone(),
+    };
+    let looked_through = LearningFolder::begin(root, plan.clone());
+    let columns = TableColumns::new(&looked_through)?;
+    let problem = NmfProblem::new(&columns, &steps::nmf_settings(segments, settings)?)
+        .map_err(steps::learn_error)?;
+    let mut shown = Shown::default();
+    for take in gathered {
+        shown.add(&take.shown);
+    }
+    let demonstrated = shown.demonstrated()?;
+
+    plan.blocks = problem.blocks();
+    let folder = LearningFolder::begin(root, plan);
+    folder.write_problem(&problem, &demonstrated)?;
+    if settings.learn.kind == "nmf" {
+        let state = problem.start(&columns).map_err(steps::learn_error)?;
+        write_state(&folder, 0, &state)?;
+    }
+    folder.commit()?;
+    Ok(folder)
+}

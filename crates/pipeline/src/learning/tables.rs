@@ -1,0 +1,210 @@
+//! Columns of segments from the tables of takes.
+
+use std::ops::Range;
+use std::path::Path;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use inhand_dictionary::{Columns, LearnError};
+use inhand_model::{Hand, Object, Pose, SegmentLayout, SegmentOrigin, Segments};
+use inhand_motion::{Cut, SegmentTable};
+use nalgebra::{DMatrix, Isometry3, Quaternion, Translation3, UnitQuaternion};
+
+use super::arrays::{self, Array, Arrays, Label};
+use super::folder::LearningFolder;
+use crate::error::PipelineError;
+use crate::settings::Role;
+use crate::steps;
+
+/// Tables are kept in memory up to this size, bytes; the last one always is.
+const CACHE_BYTES: usize = 64 << 20;
+
+/// Numbers of a pose in a table: position, then quaternion (x, y, z, w).
+const POSE_NUMBERS: usize = 7;
+
+/// Label of tables: they are written before the run has an id, which covers their takes' hashes.
+fn label(take: usize) -> Label {
+    Label {
+        kind: "table",
+        id: "0".repeat(64),
+        start: 0,
+        round: take,
+    }
+}
+
+pub(super) fn write_table(
+    path: &Path,
+    take: usize,
+    table: &SegmentTable,
+) -> Result<(), PipelineError> {
+    let mut arrays = Arrays::default();
+    let fingertips_m = table.fingertips_m().as_flattened().to_vec();
+    arrays.push_f64("fingertips_m", fingertips_m);
+    let object = table.object().iter().flat_map(|pose| {
+        let isometry = pose.isometry();
+        let [x, y, z] = isometry.translation.vector.into();
+        let [a, b, c, w] = isometry.rotation.coords.into();
+        [x, y, z, a, b, c, w]
+    });
+    arrays.push_f64("hand_from_object", object.collect());
+    arrays::write(path, &label(take), &arrays)
+}
+
+pub(super) fn read_table(path: &Path, take: usize) -> Result<SegmentTable, PipelineError> {
+    let mut arrays = arrays::read(path, &label(take))?;
+    let mut parse = || {
+        let fingertips_m = arrays.take_f64("fingertips_m")?;
+        let object = arrays.take_f64("hand_from_object")?;
+        let object = object.as_chunks::<POSE_NUMBERS>().0;
+        let poses = object.iter().map(|&[x, y, z, a, b, c, w]| {
+            // Written as it was, unit length and all: normalising again would change digits.
+            let rotation = UnitQuaternion::new_unchecked(Quaternion::new(w, a, b, c));
+            Pose::<Hand, Object>::new(Isometry3::from_parts(Translation3::new(x, y, z), rotation))
+        });
+        SegmentTable::new(fingertips_m.as_chunks().0.to_vec(), poses.collect())
+            .ok_or_else(|| "object and fingertips have different lengths".to_owned())
+    };
+    parse().map_err(LearningFolder::wrong(path))
+}
+
+/// A take as segments are cut from it.
+struct CutTake {
+    table: SegmentTable,
+    starts: Vec<usize>,
+}
+
+/// The training columns of a learning folder, read as they are asked for.
+pub(super) struct TableColumns<'a> {
+    folder: &'a LearningFolder,
+    cut: Cut,
+    /// Number of the first segment of each take, and at the end that of all.
+    firsts: Vec<usize>,
+    cache: Mutex<Vec<(usize, Arc<CutTake>)>>,
+}
+
+impl<'a> TableColumns<'a> {
+    pub(super) fn new(folder: &'a LearningFolder) -> Result<Self, PipelineError> {
+        let plan = folder.plan();
+        let settings = steps::cut_settings(plan.layout(), Role::Train, &plan.settings);
+        let cut = Cut::new(&settings).map_err(|source| PipelineError::Motion {
+            take: "training takes".to_owned(),
+            source: source.into(),
+        })?;
+        let mut firsts = vec![0];
+        for take in &plan.takes {
+            firsts.push(firsts[firsts.len() - 1] + take.segments);
+        }
+        Ok(Self {
+            folder,
+            cut,
+            firsts,
+            cache: Mutex::new(Vec::new()),
+        })
+    }
+
+    fn take(&self, take: usize) -> Result<Arc<CutTake>, PipelineError> {
+        // A panic elsewhere leaves the list as it was before or after a change.
+        let mut cache = self.cache.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, found)) = cache.iter().find(|(cached, _)| *cached == take) {
+            return Ok(found.clone());
+        }
+        let path = self.folder.table(take);
+        let table = read_table(&path, take)?;
+        let planned = &self.folder.plan().takes[take];
+        let starts = self.cut.starts(&table).starts;
+        if (table.len(), starts.len()) != (planned.samples, planned.segments) {
+            return Err(LearningFolder::wrong(&path)(format!(
+                "the table has {} samples and {} segments, `learning.json` says {} and {}: the \
+                 file is of another run; begin again",
+                table.len(),
+                starts.len(),
+                planned.samples,
+                planned.segments
+            )));
+        }
+        let bytes = |take: &CutTake| 8 * (22 * take.table.len() + take.starts.len());
+        let loaded = Arc::new(CutTake { table, starts });
+        cache.push((take, loaded.clone()));
+        while cache.len() > 1
+            && cache.iter().map(|(_, take)| bytes(take)).sum::<usize>() > CACHE_BYTES
+        {
+            cache.remove(0);
+        }
+        Ok(loaded)
+    }
+
+    /// The take of a segment.
+    fn take_of(&self, segment: usize) -> usize {
+        self.firsts.partition_point(|&first| first <= segment) - 1
+    }
+
+    /// Some of the segments with their end conditions.
+    pub(super) fn segments(&self, which: &[usize]) -> Result<Segments, PipelineError> {
+        let layout = self.layout();
+        let mut columns_m = vec![0.0; which.len() * layout.rows()];
+        let mut origins = Vec::with_capacity(which.len());
+        let mut ends = Vec::with_capacity(which.len());
+        for (&segment, column) in (which.iter()).zip(columns_m.chunks_exact_mut(layout.rows())) {
+            let take = self.take_of(segment);
+            let cut = self.take(take)?;
+            let start = cut.starts[segment - self.firsts[take]];
+            self.cut.fill(&cut.table, start, column);
+            origins.push(SegmentOrigin { take, start });
+            ends.push(self.cut.ends(&cut.table, start));
+        }
+        let columns_m = DMatrix::from_vec(layout.rows(), which.len(), columns_m);
+        let left_out = self.folder.plan().left_out;
+        Ok(Segments::new(layout, columns_m, origins, ends, left_out)
+            .expect("a column, an origin and end conditions were made for each segment"))
+    }
+}
+
+impl Columns for TableColumns<'_> {
+    fn layout(&self) -> SegmentLayout {
+        self.folder.plan().layout()
+    }
+
+    fn count(&self) -> usize {
+        self.folder.plan().segments
+    }
+
+    fn origin(&self, segment: usize) -> SegmentOrigin {
+        let take = self.take_of(segment);
+        let start = self
+            .take(take)
+            .map_or(0, |cut| cut.starts[segment - self.firsts[take]]);
+        SegmentOrigin { take, start }
+    }
+
+    fn left_out(&self) -> usize {
+        self.folder.plan().left_out
+    }
+
+    fn read(&self, segments: Range<usize>, into_m: &mut [f64]) -> Result<(), LearnError> {
+        let rows = self.layout().rows();
+        let mut take = usize::MAX;
+        let mut current: Option<Arc<CutTake>> = None;
+        for (segment, column) in segments.zip(into_m.chunks_exact_mut(rows)) {
+            let wanted = self.take_of(segment);
+            if wanted != take {
+                let message = |error: PipelineError| LearnError::Read {
+                    message: error.to_string(),
+                };
+                current = Some(self.take(wanted).map_err(message)?);
+                take = wanted;
+            }
+            if let Some(cut) = &current {
+                let start = cut.starts[segment - self.firsts[take]];
+                self.cut.fill(&cut.table, start, column);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// An array of activations.
+pub(super) fn activations_array(activations: inhand_dictionary::Activations) -> Array {
+    match activations {
+        inhand_dictionary::Activations::F64(values) => Array::F64(values),
+        inhand_dictionary::Activations::F32(values) => Array::F32(values),
+    }
+}

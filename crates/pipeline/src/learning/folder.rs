@@ -128,6 +128,38 @@ impl LearningFolder {
         })
     }
 
+    /// Checks that the run is of these takes and settings.
+    ///
+    /// # Errors
+    ///
+    /// [`PipelineError::Learning`] with what is different, [`PipelineError::Io`].
+    pub fn check_same(&self, takes: &[PathBuf], settings: &Settings) -> Result<(), PipelineError> {
+        let wrong = |what: &str| PipelineError::Learning {
+            path: plan_path(&self.root),
+            message: format!(
+                "the run was begun with {what}: remove the folder to begin again, or name another"
+            ),
+        };
+        if self.plan.settings != *settings {
+            return Err(wrong("other settings"));
+        }
+        if self.plan.takes.len() != takes.len() {
+            let found = self.plan.takes.len();
+            return Err(wrong(&format!("{found} takes, not {}", takes.len())));
+        }
+        for (planned, path) in self.plan.takes.iter().zip(takes) {
+            let bytes = std::fs::read(path).map_err(PipelineError::io("read", path))?;
+            if hex_sha256(&bytes) != planned.sha256 {
+                return Err(wrong(&format!(
+                    "another take in the place of {} ({})",
+                    path.display(),
+                    planned.name
+                )));
+            }
+        }
+        Ok(())
+    }
+
     /// Whether a run was begun here.
     pub fn exists(root: &Path) -> bool {
         plan_path(root).is_file()

@@ -1,0 +1,164 @@
+//! The steps of a run in a folder.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use anyhow::Result;
+use inhand_pipeline::check_target;
+use inhand_pipeline::learning::{self, LearningFolder, Progress, Shard};
+use serde_json::json;
+
+use super::whole::{RunOptions, round_text, write_learned};
+use crate::console::{Console, data};
+use crate::exit::{Exit, UsageError};
+use crate::options::Format;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct InitArgs {
+    /// Training takes.
+    #[arg(required = true)]
+    inputs: Vec<PathBuf>,
+    /// Folder of the run.
+    #[arg(short, long, value_name = "FOLDER")]
+    output: PathBuf,
+    /// Print the outcome as text or JSON.
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+    #[command(flatten)]
+    options: RunOptions,
+}
+
+#[derive(Debug, clap::Args)]
+pub(super) struct StatsArgs {
+    /// Folder of the run.
+    folder: PathBuf,
+    /// Which part of the blocks: I/N, from 1/N to N/N.
+    #[arg(long, value_name = "I/N", default_value = "1/1")]
+    shard: Shard,
+    /// Print the outcome as text or JSON.
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+#[derive(Debug, clap::Args)]
+pub(super) struct UpdateArgs {
+    /// Folder of the run.
+    folder: PathBuf,
+    /// Sums of all shards, where they are not in the round's folder.
+    sums: Vec<PathBuf>,
+    /// Print the outcome as text or JSON.
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+#[derive(Debug, clap::Args)]
+pub(super) struct FinishArgs {
+    /// Folder of the run.
+    folder: PathBuf,
+    /// Dictionary file.
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Print the outcome as text or JSON.
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+    /// Replace an output that is there.
+    #[arg(long)]
+    force: bool,
+}
+
+pub(super) fn init(console: &Console, args: &InitArgs) -> Result<Exit> {
+    let settings = args.options.settings()?;
+    if settings.learn.kind != "nmf" {
+        let message = "--kind pca: principal components have no rounds; learn them with \
+                       `inhand learn TAKES... -o DICTIONARY`";
+        return Err(UsageError(message.to_owned()).into());
+    }
+    if LearningFolder::exists(&args.output) {
+        let message = format!(
+            "-o {}: there is a run in it already; go on with it, or name another folder",
+            args.output.display()
+        );
+        return Err(UsageError(message).into());
+    }
+    let folder = (args.options).init(console, &args.output, &args.inputs, &settings)?;
+    let plan = folder.plan();
+    match args.format {
+        Format::Json => data(&format!(
+            "{:#}\n",
+            json!({
+                "id": folder.id(),
+                "takes": plan.takes.len(),
+                "segments": plan.segments,
+                "left_out": plan.left_out,
+                "blocks": plan.blocks,
+            })
+        ))?,
+        Format::Text => data(&format!(
+            "{} segments from {} takes, {} blocks: at most {} shards have work\n",
+            plan.segments,
+            plan.takes.len(),
+            plan.blocks,
+            plan.blocks,
+        ))?,
+    }
+    Ok(Exit::Done)
+}
+
+pub(super) fn stats(console: &Console, args: &StatsArgs) -> Result<Exit> {
+    let folder = LearningFolder::open(&args.folder)?;
+    let begin = Instant::now();
+    let mut blocks = 0;
+    let file = learning::stats(&folder, args.shard, &mut || blocks += 1)?;
+    match args.format {
+        Format::Json => data(&format!(
+            "{:#}\n",
+            json!({
+                "file": file,
+                "blocks": blocks,
+                "time_s": begin.elapsed().as_secs_f64(),
+                "peak_memory_bytes": inhand_pipeline::peak_memory_bytes(),
+            })
+        ))?,
+        Format::Text => console.say(&format!("wrote {} ({blocks} blocks)", file.display())),
+    }
+    Ok(Exit::Done)
+}
+
+pub(super) fn update(args: &UpdateArgs) -> Result<Exit> {
+    let folder = LearningFolder::open(&args.folder)?;
+    let updated = learning::update(&folder, &args.sums)?;
+    let Progress {
+        start,
+        round,
+        rms_m,
+        stop,
+        ..
+    } = updated.measured;
+    match args.format {
+        Format::Json => data(&format!(
+            "{:#}\n",
+            json!({
+                "start": start,
+                "round": round,
+                "rms_mm": rms_m.map(|rms_m| rms_m * 1000.0),
+                "stop_reason": stop.map(|stop| stop.name()),
+                "done": updated.progress.is_done(),
+            })
+        ))?,
+        Format::Text => {
+            data(&format!("{}\n", round_text(&updated.measured)))?;
+            if updated.progress.is_done() {
+                data("done: write the dictionary with `inhand learn finish`\n")?;
+            }
+        }
+    }
+    Ok(Exit::Done)
+}
+
+pub(super) fn finish(console: &Console, args: &FinishArgs) -> Result<Exit> {
+    check_target(&args.output, &[], || args.force)?;
+    let folder = LearningFolder::open(&args.folder)?;
+    let learned = learning::finish(&folder)?;
+    write_learned(console, &args.output, &learned, 0.0, args.format)?;
+    Ok(Exit::Done)
+}

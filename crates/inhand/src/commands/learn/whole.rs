@@ -1,0 +1,199 @@
+//! All of learning in one process.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use anyhow::Result;
+use inhand_pipeline::learning::{
+    self, Learned, LearningFolder, Progress, learn_in, scratch_folder,
+};
+use inhand_pipeline::{Settings, check_target, write_dictionary};
+use serde_json::{Value, json};
+
+use crate::console::{Console, data};
+use crate::exit::Exit;
+use crate::options::{Format, LearnOptions, MethodOptions, ProcessOptions, SourceOptions};
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// Training takes.
+    #[arg(required = true)]
+    inputs: Vec<PathBuf>,
+    /// Dictionary file.
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Keep rounds in this folder; a run that was killed goes on where it was.
+    #[arg(long, value_name = "FOLDER")]
+    work: Option<PathBuf>,
+    /// Print the outcome as text or JSON.
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+    #[command(flatten)]
+    options: RunOptions,
+    /// Replace an output that is there.
+    #[arg(long)]
+    force: bool,
+}
+
+/// What a run of learning depends on.
+#[derive(Debug, clap::Args)]
+pub(super) struct RunOptions {
+    #[command(flatten, next_help_heading = "Source")]
+    source: SourceOptions,
+    #[command(flatten, next_help_heading = "Processing")]
+    process: ProcessOptions,
+    #[command(flatten, next_help_heading = "Learning")]
+    learn: LearnOptions,
+    #[command(flatten)]
+    method: MethodOptions,
+}
+
+impl RunOptions {
+    pub(super) fn settings(&self) -> Result<Settings> {
+        let mut settings = self.source.effective(None)?;
+        self.process.apply(&mut settings)?;
+        self.learn.apply(&mut settings);
+        self.method.apply(&mut settings)?;
+        settings.validate()?;
+        Ok(settings)
+    }
+
+    /// Begins a run in a folder, saying what was odd about each take.
+    pub(super) fn init(
+        &self,
+        console: &Console,
+        folder: &Path,
+        takes: &[PathBuf],
+        settings: &Settings,
+    ) -> Result<LearningFolder> {
+        let reuse = !self.process.ask_for_processing();
+        Ok(learning::init(
+            folder,
+            takes,
+            settings,
+            reuse,
+            &mut |take| {
+                for finding in &take.recording.findings {
+                    console.finding(&take.hash.name, finding);
+                }
+            },
+        )?)
+    }
+}
+
+pub(super) fn run(console: &Console, args: &Args) -> Result<Exit> {
+    let settings = args.options.settings()?;
+    let inputs: Vec<_> = args.inputs.iter().map(PathBuf::as_path).collect();
+    check_target(&args.output, &inputs, || args.force)?;
+
+    let begin = Instant::now();
+    let scratch;
+    let folder = match &args.work {
+        Some(work) if LearningFolder::exists(work) => {
+            let folder = LearningFolder::open(work)?;
+            folder.check_same(&args.inputs, &settings)?;
+            console.say(&format!("going on with the run in {}", work.display()));
+            folder
+        }
+        Some(work) => args.options.init(console, work, &args.inputs, &settings)?,
+        None => {
+            scratch = scratch_folder(&args.output)?;
+            let root = scratch.path();
+            args.options.init(console, root, &args.inputs, &settings)?
+        }
+    };
+    let read_s = begin.elapsed().as_secs_f64();
+    let learned = learn_in(&folder, args.work.is_some(), &mut |progress| {
+        console.say(&round_text(progress));
+    })?;
+    write_learned(console, &args.output, &learned, read_s, args.format)?;
+    Ok(Exit::Done)
+}
+
+/// A line about a round.
+pub(super) fn round_text(progress: &Progress) -> String {
+    let start = match progress.starts {
+        1 => String::new(),
+        starts => format!("start {} of {starts}, ", progress.start + 1),
+    };
+    let error = progress.rms_m.map_or_else(
+        || "begun".to_owned(),
+        |rms_m| format!("{:.4} mm rms", rms_m * 1000.0),
+    );
+    let stop = progress.stop.map_or_else(String::new, |stop| {
+        format!(" ({})", stop.name().replace('_', " "))
+    });
+    format!("{start}round {}: {error}{stop}", progress.round)
+}
+
+/// Writes the dictionary and prints what came of learning.
+pub(super) fn write_learned(
+    console: &Console,
+    output: &Path,
+    learned: &Learned,
+    read_s: f64,
+    format: Format,
+) -> Result<()> {
+    let dictionary = &learned.dictionary;
+    write_dictionary(
+        output,
+        dictionary,
+        std::slice::from_ref(&learned.provenance),
+    )?;
+    let learning = &dictionary.learning;
+    let rms_mm = learning.rms_m * 1000.0;
+    match format {
+        Format::Json => {
+            let restarts: Vec<Value> = (learning.restarts.iter())
+                .map(|restart| {
+                    json!({
+                        "seed": restart.seed,
+                        "rms_mm": restart.rms_m * 1000.0,
+                        "matched_cosine": restart.matched_cosine,
+                    })
+                })
+                .collect();
+            let outcome = json!({
+                "rms_mm": rms_mm,
+                "relative_error": learning.relative_error,
+                "iterations": learning.iterations,
+                "stop_reason": learning.stop_reason.name(),
+                "segments": learning.segments,
+                "rank": dictionary.rank(),
+                "seed": learning.seed,
+                "restarts": restarts,
+                "timings_s": {
+                    "read": read_s,
+                    "learn": learned.primitives_s,
+                    "deviations": learned.deviations_s,
+                },
+                "peak_memory_bytes": inhand_pipeline::peak_memory_bytes(),
+            });
+            data(&format!("{outcome:#}\n"))?;
+        }
+        Format::Text => {
+            data(&format!(
+                "{} primitives from {} segments: {rms_mm:.3} mm rms after {} iterations ({})\n",
+                dictionary.rank(),
+                learning.segments,
+                learning.iterations,
+                learning.stop_reason.name().replace('_', " "),
+            ))?;
+            for restart in &learning.restarts {
+                let kept = restart.seed == learning.seed;
+                data(&format!(
+                    "  seed {}: {:.4} mm rms, {}\n",
+                    restart.seed,
+                    restart.rms_m * 1000.0,
+                    if kept {
+                        "kept".to_owned()
+                    } else {
+                        format!("mean matched cosine {:.4} with it", restart.matched_cosine)
+                    },
+                ))?;
+            }
+        }
+    }
+    console.say(&format!("wrote {}", output.display()));
+    Ok(())
+}

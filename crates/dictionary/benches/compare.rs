@@ -29,12 +29,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         ["write", path, count] => write(path, count.parse()?),
         ["learn", path, rms_mm] => learn(path, rms_mm.parse()?, 200, 1),
         ["learn", path, rms_mm, iterations] => learn(path, rms_mm.parse()?, iterations.parse()?, 1),
-        ["learn", path, rms_mm, iterations, repeats] => learn(
-            path,
-            rms_mm.parse()?,
-            iterations.parse()?,
-            repeats.parse()?,
-        ),
+        ["learn", path, rms_mm, iterations, repeats] => {
+            learn(path, rms_mm.parse()?, iterations.parse()?, repeats.parse()?)
+        }
         // As when all benches of the crate are run.
         [] => Ok(()),
         _ => Err("write FILE COUNT, or learn FILE RMS_MM [ITERATIONS [REPEATS]]".into()),

@@ -10,8 +10,9 @@ use rayon::prelude::*;
 use crate::descent::{Gram, descend};
 use crate::missing::Missing;
 use crate::multiplicative::{self, Weights};
+use crate::packed::Packed;
 use crate::product::{
-    View, chunk_gram, chunk_width, cross, dot, multiply, squared_norm, squared_residual, sum_lower,
+    View, chunk_gram, chunk_width, cross, dot, squared_norm, squared_residual, sum_lower,
 };
 use crate::real::Real;
 use crate::settings::{Penalty, Update};
@@ -36,6 +37,8 @@ pub(crate) struct Basis<T> {
     /// `W Wᵀ` of these rows (`rank` x `rank`).
     pub(crate) gram: Vec<T>,
     padded: Gram<T>,
+    /// The primitives as the product with the data reads them.
+    packed: Packed<T>,
     /// What activations cost.
     penalty: Penalty,
 }
@@ -46,11 +49,13 @@ impl<T: Real> Basis<T> {
         let rows_of: Vec<T> = rows_of.iter().map(|v| T::of(*v)).collect();
         let gram = crate::product::gram(&rows_of, rank);
         let padded = Gram::new(&gram, rank, T::of(penalty.l2));
+        let packed = Packed::new(&rows_of, rank);
         Self {
             rank,
             rows_of,
             gram,
             padded,
+            packed,
             penalty,
         }
     }
@@ -179,14 +184,7 @@ impl<T: Real> Block<T> {
             .zip(self.activations.par_chunks_mut(width * rank))
             .map(|(data, activations)| {
                 let mut linear = vec![T::ZERO; activations.len()];
-                multiply(
-                    T::ONE,
-                    View::columns(&basis.rows_of, rank),
-                    View::columns(data, rows),
-                    T::ZERO,
-                    &mut linear,
-                    rank,
-                );
+                basis.packed.times(View::columns(data, rows), &mut linear);
                 match update {
                     Update::Hals => descend(&basis.padded, &linear, l1, activations, sweeps),
                     Update::Multiplicative => {

@@ -17,6 +17,7 @@
 
 use rayon::prelude::*;
 
+use crate::lanes::{Aligned, Lanes, lanes_multiply_add, multiply_add, single};
 use crate::product::chunk_width;
 use crate::real::Real;
 
@@ -117,22 +118,17 @@ pub(crate) fn descend<T: Real>(
     {
         // Fused multiply-add belongs to the base instruction set.
         return if single::<T>() {
-            descend_tiles::<T, 4, true>(gram, linear, l1, factor, sweeps)
+            descend_tiles::<T, 4, 1, true>(gram, linear, l1, factor, sweeps)
         } else {
-            descend_tiles::<T, 2, true>(gram, linear, l1, factor, sweeps)
+            descend_tiles::<T, 2, 1, true>(gram, linear, l1, factor, sweeps)
         };
     }
     #[cfg(not(target_arch = "aarch64"))]
     if single::<T>() {
-        descend_tiles::<T, 8, false>(gram, linear, l1, factor, sweeps);
+        descend_tiles::<T, 8, 1, false>(gram, linear, l1, factor, sweeps);
     } else {
-        descend_tiles::<T, 4, false>(gram, linear, l1, factor, sweeps);
+        descend_tiles::<T, 4, 1, false>(gram, linear, l1, factor, sweeps);
     }
-}
-
-/// Whether a register holds twice as many of these numbers as of doubles.
-const fn single<T>() -> bool {
-    size_of::<T>() == size_of::<f32>()
 }
 
 /// Lanes do not change a column's numbers, so this and [`descend_fma`] agree to the bit.
@@ -140,9 +136,9 @@ const fn single<T>() -> bool {
 #[target_feature(enable = "avx512f")]
 fn descend_avx512<T: Real>(gram: &Gram<T>, linear: &[T], l1: T, factor: &mut [T], sweeps: usize) {
     if single::<T>() {
-        descend_tiles::<T, 32, true>(gram, linear, l1, factor, sweeps);
+        descend_tiles::<T, 16, 2, true>(gram, linear, l1, factor, sweeps);
     } else {
-        descend_tiles::<T, 16, true>(gram, linear, l1, factor, sweeps);
+        descend_tiles::<T, 8, 2, true>(gram, linear, l1, factor, sweeps);
     }
 }
 
@@ -150,21 +146,15 @@ fn descend_avx512<T: Real>(gram: &Gram<T>, linear: &[T], l1: T, factor: &mut [T]
 #[target_feature(enable = "avx2,fma")]
 fn descend_fma<T: Real>(gram: &Gram<T>, linear: &[T], l1: T, factor: &mut [T], sweeps: usize) {
     if single::<T>() {
-        descend_tiles::<T, 8, true>(gram, linear, l1, factor, sweeps);
+        descend_tiles::<T, 8, 1, true>(gram, linear, l1, factor, sweeps);
     } else {
-        descend_tiles::<T, 4, true>(gram, linear, l1, factor, sweeps);
+        descend_tiles::<T, 4, 1, true>(gram, linear, l1, factor, sweeps);
     }
 }
 
-/// `a * b + c`, fused where the CPU does that in one instruction.
+/// Cuts the columns into tiles of `L * V`; the last one is filled up with zeros, which stay zeros.
 #[inline(always)]
-fn multiply_add<T: Real, const FUSED: bool>(a: T, b: T, c: T) -> T {
-    if FUSED { a.mul_add(b, c) } else { a * b + c }
-}
-
-/// Cuts the columns into tiles of `L`; the last one is filled up with zeros, which stay zeros.
-#[inline(always)]
-fn descend_tiles<T: Real, const L: usize, const FUSED: bool>(
+fn descend_tiles<T: Real, const L: usize, const V: usize, const FUSED: bool>(
     gram: &Gram<T>,
     linear: &[T],
     l1: T,
@@ -172,20 +162,22 @@ fn descend_tiles<T: Real, const L: usize, const FUSED: bool>(
     sweeps: usize,
 ) {
     let rank = gram.rank;
-    let mut x = vec![[T::ZERO; L]; gram.padded];
-    let mut p = vec![[T::ZERO; L]; gram.padded];
-    for (factor, linear) in factor.chunks_mut(L * rank).zip(linear.chunks(L * rank)) {
-        load(&mut x, factor, rank);
-        load(&mut p, linear, rank);
-        for p in p.iter_mut().take(rank).flatten() {
+    let mut x = Aligned::zeros(gram.padded * L * V);
+    let mut p = Aligned::zeros(gram.padded * L * V);
+    let (x, p) = (x.lanes_mut::<L, V>(), p.lanes_mut::<L, V>());
+    let width = L * V * rank;
+    for (factor, linear) in factor.chunks_mut(width).zip(linear.chunks(width)) {
+        load(x, factor, rank);
+        load(p, linear, rank);
+        for p in p.iter_mut().take(rank).flatten().flatten() {
             *p -= l1;
         }
         for _ in 0..sweeps {
-            sweep_tile::<T, L, FUSED>(gram, &p, &mut x);
+            sweep_tile::<T, L, V, FUSED>(gram, p, x);
         }
-        for (lane, column) in factor.chunks_exact_mut(rank).enumerate() {
-            for (to, from) in column.iter_mut().zip(&x) {
-                *to = from[lane];
+        for (place, column) in factor.chunks_exact_mut(rank).enumerate() {
+            for (to, from) in column.iter_mut().zip(&*x) {
+                *to = from[place / L][place % L];
             }
         }
     }
@@ -193,15 +185,19 @@ fn descend_tiles<T: Real, const L: usize, const FUSED: bool>(
 
 /// Columns into lanes.
 #[inline(always)]
-fn load<T: Real, const L: usize>(tile: &mut [[T; L]], columns: &[T], rank: usize) {
-    for lane in 0..L {
-        if let Some(column) = columns.get(lane * rank..(lane + 1) * rank) {
+fn load<T: Real, const L: usize, const V: usize>(
+    tile: &mut [Lanes<T, L, V>],
+    columns: &[T],
+    rank: usize,
+) {
+    for place in 0..L * V {
+        if let Some(column) = columns.get(place * rank..(place + 1) * rank) {
             for (to, from) in tile.iter_mut().zip(column) {
-                to[lane] = *from;
+                to[place / L][place % L] = *from;
             }
         } else {
             for to in tile.iter_mut() {
-                to[lane] = T::ZERO;
+                to[place / L][place % L] = T::ZERO;
             }
         }
     }
@@ -209,41 +205,38 @@ fn load<T: Real, const L: usize>(tile: &mut [[T; L]], columns: &[T], rank: usize
 
 /// One sweep over all coordinates of a tile.
 #[inline(always)]
-fn sweep_tile<T: Real, const L: usize, const FUSED: bool>(
+fn sweep_tile<T: Real, const L: usize, const V: usize, const FUSED: bool>(
     gram: &Gram<T>,
-    p: &[[T; L]],
-    x: &mut [[T; L]],
+    p: &[Lanes<T, L, V>],
+    x: &mut [Lanes<T, L, V>],
 ) {
     let panels = gram.values.chunks_exact(BLOCK * gram.padded.max(1));
     for (block, panel) in panels.enumerate() {
         let first = block * BLOCK;
         // Products G x of the block's coordinates.
         let (panel, _) = panel.as_chunks::<BLOCK>();
-        let mut product = [[T::ZERO; L]; BLOCK];
+        let mut product = [[[T::ZERO; L]; V]; BLOCK];
         for (g, x) in panel.iter().zip(x.iter()) {
             for (product, g) in product.iter_mut().zip(g) {
-                for lane in 0..L {
-                    product[lane] = multiply_add::<T, FUSED>(*g, x[lane], product[lane]);
-                }
+                lanes_multiply_add::<T, L, V, FUSED>(*g, x, product);
             }
         }
         for row in 0..BLOCK {
             let j = first + row;
             let inverse = gram.inverse_diagonal[j];
-            let mut change = [T::ZERO; L];
-            for lane in 0..L {
-                let old = x[j][lane];
-                let free = multiply_add::<T, FUSED>(p[j][lane] - product[row][lane], inverse, old);
-                let new = if free > T::ZERO { free } else { T::ZERO };
-                change[lane] = new - old;
-                x[j][lane] = new;
-            }
-            let column = &panel[j];
-            for later in row + 1..BLOCK {
+            let mut change = [[T::ZERO; L]; V];
+            for v in 0..V {
                 for lane in 0..L {
-                    product[later][lane] =
-                        multiply_add::<T, FUSED>(column[later], change[lane], product[later][lane]);
+                    let old = x[j][v][lane];
+                    let gradient = p[j][v][lane] - product[row][v][lane];
+                    let free = multiply_add::<T, FUSED>(gradient, inverse, old);
+                    let new = if free > T::ZERO { free } else { T::ZERO };
+                    change[v][lane] = new - old;
+                    x[j][v][lane] = new;
                 }
+            }
+            for later in row + 1..BLOCK {
+                lanes_multiply_add::<T, L, V, FUSED>(panel[j][later], &change, &mut product[later]);
             }
         }
     }
@@ -270,15 +263,15 @@ mod tests {
             descend(&gram, &linear, 0.125, &mut factor, 5);
             factor
         };
-        let eight = run(descend_tiles::<f64, 8, true>);
+        let eight = run(descend_tiles::<f64, 8, 2, true>);
         assert_eq!(
             eight,
-            run(descend_tiles::<f64, 4, true>),
+            run(descend_tiles::<f64, 4, 1, true>),
             "AVX-512 and AVX2"
         );
-        assert_eq!(eight, run(descend_tiles::<f64, 2, true>), "NEON");
+        assert_eq!(eight, run(descend_tiles::<f64, 2, 1, true>), "NEON");
         assert!(eight.contains(&0.0));
-        for (fused, plain) in eight.iter().zip(run(descend_tiles::<f64, 4, false>)) {
+        for (fused, plain) in eight.iter().zip(run(descend_tiles::<f64, 4, 1, false>)) {
             assert!((fused - plain).abs() < 1e-14, "{fused} {plain}");
         }
     }

@@ -7,6 +7,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use crate::packed::{Packed, gram_lower};
 use crate::real::Real;
 
 /// Columns that one task handles, roughly: enough to make up for packing the other operand, few
@@ -15,10 +16,6 @@ const CHUNK_COLUMNS: usize = 192;
 
 /// Chunks come in multiples of this, so that two and four cores finish together.
 const CHUNK_MULTIPLE: usize = 4;
-
-/// Columns of a Gram matrix that are computed at once; what lies above the diagonal panel is
-/// mirrored instead of computed.
-const GRAM_PANEL: usize = 64;
 
 /// Width of the chunks into which `count` columns are cut. It depends on nothing but `count`, so
 /// that sums over chunks have the same bits whatever the number of threads.
@@ -69,6 +66,66 @@ impl<'a, T: Real> View<'a, T> {
             data: &self.data[range.start * self.row_stride..],
             rows: range.len(),
             ..self
+        }
+    }
+
+    /// Number of rows.
+    pub(crate) const fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Number of columns.
+    pub(crate) const fn column_count(&self) -> usize {
+        self.columns
+    }
+
+    /// Copies columns from number `column` on, `C` at a time, of `count` rows from number `row` on, into
+    /// strips one after the other: row after row, with zeros for columns that do not exist. Strips without any
+    /// column stay as they are.
+    #[inline(always)]
+    pub(crate) fn strips<const C: usize>(
+        &self,
+        row: usize,
+        column: usize,
+        strips: &mut [[T; C]],
+        count: usize,
+    ) {
+        let columns = self.columns - column;
+        let data = &self.data[row * self.row_stride + column * self.column_stride..];
+        if self.column_stride == 1 {
+            for (k, from) in data.chunks(self.row_stride).take(count).enumerate() {
+                let from = &from[..columns.min(strips.len() / count * C)];
+                let (whole, rest) = from.as_chunks();
+                for (to, from) in strips.iter_mut().skip(k).step_by(count).zip(whole) {
+                    *to = *from;
+                }
+                if !rest.is_empty() {
+                    let to = &mut strips[whole.len() * count + k];
+                    *to = [T::ZERO; C];
+                    to[..rest.len()].copy_from_slice(rest);
+                }
+            }
+        } else {
+            for (strip, to) in strips.chunks_exact_mut(count).enumerate() {
+                let Some(left) = columns.checked_sub(strip * C).filter(|left| *left > 0) else {
+                    break;
+                };
+                // All columns at once: their cache lines arrive together.
+                let from: [&[T]; C] = std::array::from_fn(|place| {
+                    let column = strip * C + place.min(left - 1);
+                    &data[column * self.column_stride..][..(count - 1) * self.row_stride + 1]
+                });
+                for (k, to) in to.iter_mut().enumerate() {
+                    for place in 0..C {
+                        to[place] = from[place][k * self.row_stride];
+                    }
+                }
+                if left < C {
+                    for to in to {
+                        to[left..].fill(T::ZERO);
+                    }
+                }
+            }
         }
     }
 
@@ -133,25 +190,6 @@ pub(crate) fn multiply<T: Real>(
     }
 }
 
-/// `factor * factorᵀ` of one chunk (`rank` x columns), added to nothing: the lower triangle in full
-/// panels of columns, the rest unspecified.
-fn gram_lower<T: Real>(factor: &[T], rank: usize) -> Vec<T> {
-    let mut out = vec![T::ZERO; rank * rank];
-    let view = View::columns(factor, rank);
-    for start in (0..rank).step_by(GRAM_PANEL) {
-        let end = (start + GRAM_PANEL).min(rank);
-        multiply(
-            T::ONE,
-            view.row_range(&(start..rank)),
-            view.row_range(&(start..end)).transposed(),
-            T::ZERO,
-            &mut out[start * rank + start..],
-            rank,
-        );
-    }
-    out
-}
-
 /// `factor * factorᵀ` (`rank` x `rank`) for a factor of `rank` rows, summed in chunk order.
 pub(crate) fn gram<T: Real>(factor: &[T], rank: usize) -> Vec<T> {
     let width = chunk_width(factor.len() / rank.max(1));
@@ -185,20 +223,13 @@ pub(crate) fn chunk_gram<T: Real>(factor: &[T], rank: usize) -> Vec<T> {
 /// `activations * dataᵀ` (`rank` x rows of `data`), rows of the data in parallel.
 pub(crate) fn cross<T: Real>(activations: &[T], rank: usize, data: &[T], rows: usize) -> Vec<T> {
     let mut out = vec![T::ZERO; rank * rows];
-    let (left, right) = (View::columns(activations, rank), View::columns(data, rows));
+    let (left, right) = (Packed::new(activations, rank), View::columns(data, rows));
     let width = chunk_width(rows);
     out.par_chunks_mut(width * rank)
         .enumerate()
         .for_each(|(chunk, out)| {
             let range = chunk * width..(chunk * width + out.len() / rank);
-            multiply(
-                T::ONE,
-                left,
-                right.row_range(&range).transposed(),
-                T::ZERO,
-                out,
-                rank,
-            );
+            left.times(right.row_range(&range).transposed(), out);
         });
     out
 }

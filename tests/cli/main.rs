@@ -2,6 +2,7 @@
 //! numbers are is tested below the command line.
 
 mod bad_input;
+mod export;
 mod outputs;
 mod plan;
 mod printing;

@@ -104,26 +104,26 @@ pub fn read(bytes: &[u8], file: &str) -> Result<Variables, MatrixError> {
 ///
 /// [`MatrixError::Name`] for a name that MATLAB does not take, or one that comes twice;
 /// [`MatrixError::NotWritten`] for [`Variable::Other`] and for matrices too large for the form.
-pub fn write(
+pub fn write<N: AsRef<str>>(
     form: Form,
     file: &str,
-    variables: &[(&str, Variable)],
+    variables: &[(N, Variable)],
 ) -> Result<Vec<u8>, MatrixError> {
-    for (n, (name, _)) in variables.iter().enumerate() {
-        let again = variables[..n].iter().any(|(earlier, _)| earlier == name);
+    let mut matrices: Vec<(&str, &DMatrix<f64>)> = Vec::with_capacity(variables.len());
+    for (name, variable) in variables {
+        let name = name.as_ref();
+        let again = matrices.iter().any(|&(earlier, _)| earlier == name);
         if again || !form::is_name(name) {
             return Err(MatrixError::Name {
                 file: file.to_owned(),
-                name: (*name).to_owned(),
+                name: name.to_owned(),
             });
         }
+        match variable {
+            Variable::Numbers(matrix) => matrices.push((name, matrix)),
+            Variable::Other(what) => return Err(error::not_written(file, name, what)),
+        }
     }
-    let matrices = (variables.iter())
-        .map(|(name, variable)| match variable {
-            Variable::Numbers(matrix) => Ok((*name, matrix)),
-            Variable::Other(what) => Err(error::not_written(file, name, what)),
-        })
-        .collect::<Result<Vec<_>, _>>()?;
     match form {
         Form::Npz => npz::write(file, &matrices),
         Form::Mat => mat::write(file, &matrices),

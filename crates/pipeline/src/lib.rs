@@ -26,6 +26,7 @@ mod dictionary_file;
 mod error;
 pub mod learning;
 mod manifest;
+pub mod matrices;
 mod methods;
 mod output;
 mod plan;

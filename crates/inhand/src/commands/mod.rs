@@ -3,6 +3,7 @@
 mod convert;
 mod demo;
 mod evaluate;
+mod export;
 mod generate;
 mod info;
 mod learn;
@@ -45,6 +46,8 @@ pub(crate) enum Command {
     Evaluate(evaluate::Args),
     /// An evaluation as an HTML page
     Report(report::Args),
+    /// The numbers of a dictionary as matrices for NumPy or MATLAB
+    Export(export::Args),
     /// Simulate a session of a hand that turns an object
     Simulate(simulate::Args),
     /// Print the effective settings as an inhand.toml
@@ -64,6 +67,7 @@ impl Command {
             Command::Plan(args) => plan::run(console, args),
             Command::Evaluate(args) => evaluate::run(console, args),
             Command::Report(args) => report::run(console, args),
+            Command::Export(args) => export::run(console, args),
             Command::Simulate(args) => simulate::run(console, args),
             Command::Settings(args) => settings::run(args),
         }

@@ -20,6 +20,7 @@ use crate::take::Take;
 mod choose;
 mod generate;
 mod learn;
+mod rank;
 mod shown;
 
 pub(crate) use choose::choice;
@@ -31,6 +32,7 @@ pub use learn::learn;
 pub(crate) use learn::{
     complete, drawn_demonstrations, learn_error, nmf_settings, with_deviations,
 };
+pub use rank::judge_ranks;
 pub use shown::{Shown, demonstrated};
 
 /// Brings takes into the hand's frame and filters them, in order.

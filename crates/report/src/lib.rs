@@ -6,7 +6,8 @@
 //! | [`evaluation_json`] | `evaluation.json` for scripts, by `schemas/evaluation.schema.json` |
 //! | [`text_summary`] | the table a run prints on a terminal |
 //!
-//! [`read_evaluation_json`] turns the JSON back. All are pure: same evaluation, same bytes. Lengths come in metres and leave in
+//! [`read_evaluation_json`] turns the JSON back; [`rank_figure_svg`] draws errors of dictionaries
+//! against their rank. All are pure: same evaluation, same bytes. Lengths come in metres and leave in
 //! millimetres; a number that does not exist (nothing judged, not finite) leaves as `null` or as a
 //! dash, never as zero. Text from files (names of takes, findings, settings) is escaped.
 //!
@@ -52,6 +53,7 @@ mod json;
 mod learned;
 mod number;
 mod quality;
+mod rank_figure;
 mod text;
 mod verdict;
 mod words;
@@ -59,6 +61,7 @@ mod words;
 use inhand_model::{Evaluation, Provenance};
 
 pub use error::ReportError;
+pub use rank_figure::{RankFigure, RankFigurePoint, rank_figure_svg};
 
 /// `evaluation.json`: pretty-printed, keys in a fixed order, `schema_version` first, numbers that
 /// are not finite as `null`, a newline at the end. Lengths under keys that end in `_mm` are

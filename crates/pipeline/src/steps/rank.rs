@@ -1,0 +1,29 @@
+//! How many primitives to learn.
+
+use inhand_dictionary::{RankCurve, RankMethod, RankPoint, rank_curve};
+use inhand_model::Segments;
+
+use super::{learn_error, nmf_settings};
+use crate::error::PipelineError;
+use crate::settings::Settings;
+
+/// Judges dictionaries of the given ranks, of the kind and with the settings that [`learn`](super::learn())
+/// would use, on training takes left out of learning. `progress` is called with each point as it is
+/// ready, smallest rank first.
+///
+/// # Errors
+///
+/// [`PipelineError::Learn`], [`PipelineError::Settings`].
+pub fn judge_ranks(
+    segments: &Segments,
+    settings: &Settings,
+    ranks: &[usize],
+    progress: &mut dyn FnMut(&RankPoint),
+) -> Result<RankCurve, PipelineError> {
+    let nmf = nmf_settings(segments.len(), settings)?;
+    let method = match settings.learn.kind.as_str() {
+        "pca" => RankMethod::Pca,
+        _ => RankMethod::Nmf(&nmf),
+    };
+    rank_curve(segments, method, ranks, progress).map_err(learn_error)
+}

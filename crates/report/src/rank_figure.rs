@@ -1,0 +1,320 @@
+//! Errors and explained variance against rank, as an SVG file of its own.
+
+use maud::{Markup, PreEscaped, html};
+
+use crate::figure::scale::{Scale, nice_end};
+use crate::figure::{Frame, Px, axes};
+use crate::number::{decimals, percent, to_mm};
+
+const STYLE: &str = include_str!("rank_figure.css");
+
+/// Narrow enough for a phone to show its text in full size.
+const WIDTH: f64 = 372.0;
+const HEIGHT: f64 = 530.0;
+/// Around everything: the file has no page that would keep its edges free.
+const EDGE: f64 = 12.0;
+const LEFT: f64 = 44.0;
+const RIGHT: f64 = 10.0;
+/// Frames of the two panels.
+const ERRORS: (f64, f64) = (106.0, 306.0);
+const VARIANCE: (f64, f64) = (376.0, 486.0);
+const WANTED_TICKS: usize = 6;
+const RADIUS: f64 = 2.4;
+/// Half the width of an error bar's ends.
+const CAP: f64 = 3.0;
+/// Length of a line in the legend.
+const KEY: f64 = 22.0;
+
+/// Errors of dictionaries against their rank.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RankFigure {
+    /// What was learned, such as `cube, nmf`.
+    pub title: String,
+    /// One for each rank, smallest first.
+    pub points: Vec<RankFigurePoint>,
+    /// The rank suggested.
+    pub suggested: usize,
+    /// Largest prediction error that counts as good as the smallest, metres.
+    pub limit_m: f64,
+    /// Why this rank, in a sentence.
+    pub reason: String,
+}
+
+/// Errors at one rank.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RankFigurePoint {
+    /// Number of primitives.
+    pub rank: usize,
+    /// Share of the training segments' variance that is explained, up to 1.
+    pub explained_variance: f64,
+    /// Reconstruction error of training segments, root mean square, metres.
+    pub training_m: f64,
+    /// Reconstruction error of segments left out of learning, metres.
+    pub reconstructed_m: f64,
+    /// Prediction error of segments left out of learning, metres.
+    pub predicted_m: f64,
+    /// Standard error of the prediction error, metres.
+    pub predicted_standard_error_m: Option<f64>,
+}
+
+/// One line of the upper panel.
+struct Line {
+    class: &'static str,
+    label: &'static str,
+    of: fn(&RankFigurePoint) -> f64,
+}
+
+/// Lines, the last one on top.
+const LINES: [Line; 3] = [
+    Line {
+        class: "b1",
+        label: "training segments, reconstructed",
+        of: |point| point.training_m,
+    },
+    Line {
+        class: "b0",
+        label: "left-out segments, reconstructed",
+        of: |point| point.reconstructed_m,
+    },
+    Line {
+        class: "l0",
+        label: "left-out segments, hidden middle predicted",
+        of: |point| point.predicted_m,
+    },
+];
+
+/// The figure as one SVG file that needs no other: two panels, errors in millimetres and the share of
+/// variance not explained in percent, both against rank, the suggested rank marked. Colours
+/// follow the reader's light or dark scheme; title and description say what is shown to those who do
+/// not see it. Same figure, same bytes.
+pub fn rank_figure_svg(figure: &RankFigure) -> String {
+    let ranks = || figure.points.iter().map(|point| point.rank as f64);
+    let (first, last) = (
+        ranks().fold(f64::INFINITY, f64::min),
+        ranks().fold(f64::NEG_INFINITY, f64::max),
+    );
+    let x = if first < last {
+        Scale::linear(first, last, LEFT, WIDTH - RIGHT)
+    } else {
+        // A single rank stands in the middle.
+        Scale::linear(first - 1.0, first + 1.0, LEFT, WIDTH - RIGHT)
+    };
+    let markup = html! {
+        svg.page xmlns="http://www.w3.org/2000/svg" viewBox={ (Px(-EDGE)) " " (Px(-EDGE)) " " (Px(WIDTH + 2.0 * EDGE)) " " (Px(HEIGHT + 2.0 * EDGE)) } role="img" aria-labelledby="title desc" {
+            title id="title" { "Errors against rank: " (figure.title) }
+            desc id="desc" { (description(figure)) }
+            style { (PreEscaped(STYLE)) }
+            rect.paper x=(Px(-EDGE)) y=(Px(-EDGE)) width="100%" height="100%" {}
+            text.title x="0" y="12.5" { "Errors against rank: " (figure.title) }
+            @for (place, line) in LINES.iter().rev().enumerate() {
+                @let y = 34.0 + 18.0 * place as f64;
+                g.(line.class) { path.line d={ "M0 " (Px(y - 4.0)) "h" (Px(KEY)) } {} }
+                text x=(Px(KEY + 7.0)) y=(Px(y)) { (line.label) }
+            }
+            (errors(figure, &x))
+            (variance(figure, &x))
+        }
+    };
+    format!("{}\n", markup.into_string())
+}
+
+fn errors(figure: &RankFigure, x: &Scale) -> Markup {
+    let frame = frame(ERRORS);
+    let highest = (figure.points.iter())
+        .flat_map(|point| {
+            let top = point.predicted_m + point.predicted_standard_error_m.unwrap_or(0.0);
+            [top, point.training_m, point.reconstructed_m]
+        })
+        .filter(|error_m| error_m.is_finite())
+        .fold(0.0, f64::max);
+    let top = nice_end(to_mm(highest), WANTED_TICKS);
+    let y = Scale::linear(0.0, top, frame.bottom, frame.top);
+    let at = |error_m: f64| y.at(to_mm(error_m));
+    let suggested = x.at(figure.suggested as f64);
+    let chosen = (figure.points.iter()).find(|point| point.rank == figure.suggested);
+    html! {
+        (axes::left(&frame, &y, WANTED_TICKS, "error (rms), mm"))
+        (axes::bottom(&frame, x, WANTED_TICKS, ""))
+        @if at(figure.limit_m).is_finite() {
+            line.limit x1=(Px(frame.left)) y1=(Px(at(figure.limit_m))) x2=(Px(frame.right)) y2=(Px(at(figure.limit_m))) {}
+        }
+        (mark(suggested, &frame))
+        (mark_label(suggested, &frame, figure.suggested))
+        @for line in &LINES {
+            g.(line.class) {
+                path.line d=(path(figure, x, |point| at((line.of)(point)))) {}
+                @for point in (figure.points.iter()).filter(|point| (line.of)(point).is_finite()) {
+                    circle.point cx=(Px(x.at(point.rank as f64))) cy=(Px(at((line.of)(point)))) r=(RADIUS) {
+                        title { "rank " (point.rank) ", " (line.label) ": " (decimals(to_mm((line.of)(point)), 3)) " mm" }
+                    }
+                }
+            }
+        }
+        g.l0 {
+            @for point in &figure.points {
+                @if let Some(error_m) = point.predicted_standard_error_m {
+                    (error_bar(x.at(point.rank as f64), at(point.predicted_m + error_m), at(point.predicted_m - error_m)))
+                }
+            }
+        }
+        @if let Some(point) = chosen {
+            circle.chosen cx=(Px(suggested)) cy=(Px(at(point.predicted_m))) r="6" {}
+        }
+    }
+}
+
+fn variance(figure: &RankFigure, x: &Scale) -> Markup {
+    let frame = frame(VARIANCE);
+    let left_percent = |point: &RankFigurePoint| 100.0 * (1.0 - point.explained_variance);
+    let shown = || {
+        (figure.points.iter())
+            .map(left_percent)
+            .filter(|v| v.is_finite() && *v > 0.0)
+    };
+    let low = shown().fold(f64::INFINITY, f64::min);
+    let high = shown().fold(0.0, f64::max);
+    let y = Scale::log(low, high, frame.bottom, frame.top);
+    html! {
+        (axes::left(&frame, &y, 4, "training variance not explained, %"))
+        (axes::bottom(&frame, x, WANTED_TICKS, "rank (number of primitives)"))
+        (mark(x.at(figure.suggested as f64), &frame))
+        g.plain {
+            // What is explained in full has no place on a logarithmic axis.
+            path.line d=(path(figure, x, |point| if left_percent(point) > 0.0 { y.at(left_percent(point)) } else { f64::NAN })) {}
+            @for point in (figure.points.iter()).filter(|point| left_percent(point) > 0.0) {
+                circle.point cx=(Px(x.at(point.rank as f64))) cy=(Px(y.at(left_percent(point)))) r=(RADIUS) {
+                    title { "rank " (point.rank) ": " (percent(point.explained_variance)) " % of the variance explained" }
+                }
+            }
+        }
+    }
+}
+
+fn frame((top, bottom): (f64, f64)) -> Frame {
+    Frame {
+        left: LEFT,
+        top,
+        right: WIDTH - RIGHT,
+        bottom,
+    }
+}
+
+fn mark(at: f64, frame: &Frame) -> Markup {
+    html! { line.mark x1=(Px(at)) y1=(Px(frame.top)) x2=(Px(at)) y2=(Px(frame.bottom)) {} }
+}
+
+/// The suggested rank at its mark, on the side that has room.
+fn mark_label(at: f64, frame: &Frame, rank: usize) -> Markup {
+    let (x, anchor) = if at < 0.5 * (frame.left + frame.right) {
+        (at + 6.0, "start")
+    } else {
+        (at - 6.0, "end")
+    };
+    html! { text x=(Px(x)) y=(Px(frame.top + 11.0)) text-anchor=(anchor) { "suggested: " (rank) } }
+}
+
+fn error_bar(x: f64, top: f64, bottom: f64) -> Markup {
+    html! {
+        path.bar d={ "M" (Px(x)) " " (Px(top)) "V" (Px(bottom)) "M" (Px(x - CAP)) " " (Px(top)) "h" (Px(2.0 * CAP)) "M" (Px(x - CAP)) " " (Px(bottom)) "h" (Px(2.0 * CAP)) } {}
+    }
+}
+
+/// A line through the points; one that is not finite breaks it.
+fn path(figure: &RankFigure, x: &Scale, y: impl Fn(&RankFigurePoint) -> f64) -> String {
+    let mut path = String::new();
+    let mut pen_down = false;
+    for point in &figure.points {
+        let (px, py) = (x.at(point.rank as f64), y(point));
+        if py.is_finite() {
+            path.push(if pen_down { 'L' } else { 'M' });
+            path.push_str(&format!("{} {}", Px(px), Px(py)));
+        }
+        pen_down = py.is_finite();
+    }
+    path
+}
+
+/// What the figure shows, in words.
+fn description(figure: &RankFigure) -> String {
+    let (Some(first), Some(last)) = (figure.points.first(), figure.points.last()) else {
+        return "No rank could be judged.".to_owned();
+    };
+    let from_to = |of: fn(&RankFigurePoint) -> f64| {
+        format!(
+            "from {} to {} mm",
+            decimals(to_mm(of(first)), 2),
+            decimals(to_mm(of(last)), 2)
+        )
+    };
+    let [training, reconstructed, predicted] = LINES.map(|line| from_to(line.of));
+    format!(
+        "Two line charts over ranks {} to {}. Root mean square errors: training segments \
+         reconstructed {training}, left-out segments reconstructed {reconstructed}, their hidden middle \
+         predicted {predicted}. Explained training variance: {} to {} percent. {}",
+        first.rank,
+        last.rank,
+        percent(first.explained_variance),
+        percent(last.explained_variance),
+        figure.reason
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn figure() -> RankFigure {
+        let point = |rank: usize, predicted_m: f64| RankFigurePoint {
+            rank,
+            explained_variance: 1.0 - 0.1 / rank as f64,
+            training_m: 0.01 / rank as f64,
+            reconstructed_m: 0.012 / rank as f64,
+            predicted_m,
+            predicted_standard_error_m: Some(0.000_1),
+        };
+        RankFigure {
+            title: "a < b, nmf".to_owned(),
+            points: vec![point(10, 0.002), point(20, 0.001), point(30, 0.001_2)],
+            suggested: 20,
+            limit_m: 0.001_1,
+            reason: "Rank 20 is enough.".to_owned(),
+        }
+    }
+
+    #[test]
+    fn a_file_of_its_own_that_says_what_it_shows() {
+        let svg = rank_figure_svg(&figure());
+        assert!(svg.starts_with("<svg") && svg.ends_with("</svg>\n"));
+        for part in [
+            "xmlns=\"http://www.w3.org/2000/svg\"",
+            "aria-labelledby=\"title desc\"",
+            "prefers-color-scheme: dark",
+            "a &lt; b, nmf",
+            "Rank 20 is enough.",
+            "suggested: 20",
+            "error (rms), mm",
+            "rank (number of primitives)",
+        ] {
+            assert!(svg.contains(part), "{part} in {svg}");
+        }
+        assert_eq!(svg.matches("class=\"bar\"").count(), 3);
+        assert_eq!(svg.matches("class=\"point\"").count(), 12);
+        assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
+    }
+
+    #[test]
+    fn what_does_not_exist_is_not_drawn() {
+        let mut figure = figure();
+        figure.points.truncate(1);
+        figure.points[0].predicted_standard_error_m = None;
+        figure.points[0].explained_variance = 1.0;
+        figure.points[0].training_m = f64::NAN;
+        figure.suggested = 10;
+        let svg = rank_figure_svg(&figure);
+        assert_eq!(svg.matches("class=\"bar\"").count(), 0);
+        assert_eq!(svg.matches("class=\"point\"").count(), 2);
+        assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
+        figure.points.clear();
+        assert!(rank_figure_svg(&figure).contains("No rank could be judged."));
+    }
+}

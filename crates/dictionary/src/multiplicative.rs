@@ -62,3 +62,72 @@ pub(crate) fn update<T: Real>(
             };
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use serde_json::Value;
+
+    use super::{Weights, update_all};
+    use crate::packed::Packed;
+    use crate::product::{View, cross, gram};
+
+    fn numbers(value: &Value) -> Vec<f64> {
+        match value {
+            Value::Array(values) => values.iter().flat_map(numbers).collect(),
+            other => vec![other.as_f64().unwrap()],
+        }
+    }
+
+    #[test]
+    fn penalised_updates_agree_with_scikit_learn() {
+        let text = include_str!("../tests/reference/reference.json");
+        let reference: Value = serde_json::from_str(text).unwrap();
+        let plain = &reference["multiplicative"];
+        let (rows, rank) = (20, 4);
+        let data = numbers(&plain["data"]);
+        let count = data.len() / rows;
+        let iterations = plain["iterations"].as_u64().unwrap();
+        let close = |found: &[f64], expected: &Value| {
+            let expected = numbers(expected);
+            assert_eq!(found.len(), expected.len());
+            for (found, expected) in found.iter().zip(expected) {
+                assert!((found - expected).abs() < 1e-8, "{found} {expected}");
+            }
+        };
+        let cases = reference["penalised"].as_array().unwrap();
+        assert_eq!(cases.len(), 3);
+        for case in cases {
+            let number = |name: &str| case[name].as_f64().unwrap();
+            // scikit-learn weighs a penalty by the length of what it multiplies.
+            let weights = |name: &str, length: usize| {
+                let weight = number(name) * length as f64;
+                Weights {
+                    l1: weight * number("l1_ratio"),
+                    l2: weight * (1.0 - number("l1_ratio")),
+                }
+            };
+            let of_activations = weights("alpha_activations", rows);
+            let of_primitives = weights("alpha_primitives", count);
+            let mut activations = numbers(&plain["start_activations"]);
+            let start =
+                nalgebra::DMatrix::from_vec(rows, rank, numbers(&plain["start_primitives"]));
+            let mut primitives = start.transpose().as_slice().to_vec();
+            let update_activations = |primitives: &[f64], activations: &mut [f64]| {
+                let mut linear = vec![0.0; activations.len()];
+                Packed::new(primitives, rank).times(View::columns(&data, rows), &mut linear);
+                let gram = gram(primitives, rank);
+                update_all(&gram, &linear, of_activations, activations, rank);
+            };
+            for _ in 0..iterations {
+                update_activations(&primitives, &mut activations);
+                let linear = cross(&activations, rank, &data, rows);
+                let gram = gram(&activations, rank);
+                update_all(&gram, &linear, of_primitives, &mut primitives, rank);
+            }
+            update_activations(&primitives, &mut activations);
+            let columns = nalgebra::DMatrix::from_vec(rank, rows, primitives.clone()).transpose();
+            close(columns.as_slice(), &case["primitives"]);
+            close(&activations, &case["activations"]);
+        }
+    }
+}

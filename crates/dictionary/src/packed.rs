@@ -5,8 +5,10 @@
 //! Here the factor is packed once for each half step, and of the data only what one strip of the
 //! result needs at a time.
 
+use rayon::prelude::*;
+
 use crate::lanes::{Aligned, Lanes, lanes_multiply_add, single};
-use crate::product::View;
+use crate::product::{View, chunk_width};
 use crate::real::Real;
 
 /// Terms that are summed before the result is written: a strip of the right operand this deep stays
@@ -103,6 +105,18 @@ impl<T: Real> Packed<T> {
     /// every CPU with fused multiply-add.
     pub(crate) fn times(&self, right: View<'_, T>, out: &mut [T]) {
         self.times_from(right, out, |_| 0);
+    }
+
+    /// The same, columns in parallel.
+    pub(crate) fn times_all(&self, right: View<'_, T>, out: &mut [T]) {
+        let width = chunk_width(right.column_count());
+        out.par_chunks_mut((width * self.rows).max(1))
+            .enumerate()
+            .for_each(|(chunk, out)| {
+                let first = chunk * width;
+                let columns = first..first + out.len() / self.rows;
+                self.times(right.transposed().row_range(&columns).transposed(), out);
+            });
     }
 
     /// The same, but of each strip of columns only from the panel on that holds row

@@ -118,7 +118,7 @@ fn centre(columns: &[f64], rows: usize) -> (Vec<f64>, Vec<f64>) {
 }
 
 /// Rows as columns.
-fn transpose(columns: &[f64], rows: usize) -> Vec<f64> {
+pub(crate) fn transpose(columns: &[f64], rows: usize) -> Vec<f64> {
     let count = columns.len() / rows;
     (0..rows)
         .flat_map(|row| (0..count).map(move |column| columns[column * rows + row]))

@@ -17,14 +17,14 @@ const SPREAD: f64 = 0.3;
 
 /// Random numbers of one item (a primitive, a segment, a row), the same whoever draws them and in
 /// whatever order.
-fn keyed(seed: u64, item: usize) -> ChaCha8Rng {
+pub(crate) fn keyed(seed: u64, item: usize) -> ChaCha8Rng {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     random.set_stream(item as u64);
     random
 }
 
 /// A uniform random number in (0, 1].
-fn uniform(random: &mut ChaCha8Rng) -> f64 {
+pub(crate) fn uniform(random: &mut ChaCha8Rng) -> f64 {
     // 53 bits, as many as a double has.
     ((random.next_u64() >> 11) + 1) as f64 / (1_u64 << 53) as f64
 }
@@ -52,6 +52,7 @@ impl NmfProblem {
             Start::Random => self.random_primitives(),
             Start::Segments => self.drawn_primitives(columns)?,
             Start::Online => self.online_primitives(columns)?,
+            Start::Nndsvd => self.nndsvd_primitives(columns)?,
         };
         Ok(NmfState {
             primitives,

@@ -13,6 +13,7 @@ import numpy as np
 from scipy.optimize import nnls
 from sklearn.covariance import ledoit_wolf
 from sklearn.decomposition import NMF, PCA
+from sklearn.decomposition._nmf import _initialize_nmf
 
 rng = np.random.default_rng(20230830)
 
@@ -43,6 +44,32 @@ def multiplicative():
     )
 
 
+def penalised(reference):
+    """Multiplicative updates with penalties, from the start of `multiplicative`."""
+    v, w, h = (np.array(reference[part]).T for part in ("data", "start_primitives", "start_activations"))
+    out = []
+    for alpha_primitives, alpha_activations, l1_ratio in [(0.02, 0.0, 1.0), (0.0, 0.03, 0.0), (0.01, 0.02, 0.4)]:
+
+        # Its W are our activations, its H our primitives.
+        def run(n):
+            model = NMF(h.shape[0], init="custom", solver="mu", max_iter=n, tol=0, alpha_W=alpha_activations,
+                        alpha_H=alpha_primitives, l1_ratio=l1_ratio)
+            first = model.fit_transform(v.T.copy(), W=h.T.copy(), H=w.T.copy())
+            return model.components_, first.T
+
+        n = reference["iterations"]
+        out.append(dict(alpha_primitives=alpha_primitives, alpha_activations=alpha_activations, l1_ratio=l1_ratio,
+                        primitives=run(n)[0].tolist(), activations=columns(run(n + 1)[1])))
+    return out
+
+
+def singular_start(reference):
+    v = np.array(reference["data"]).T
+    _, h = _initialize_nmf(v.T, 4, init="nndsvda", random_state=0)
+    # Rows of numbers, one for each primitive: `columns` of the primitives as rows (rank x rows).
+    return dict(data=columns(v), primitives_as_rows=columns(h))
+
+
 def shrinkage():
     out = []
     for count, rank in [(5, 9), (40, 6), (400, 3)]:
@@ -68,6 +95,7 @@ def components():
                 variances=(model.explained_variance_ * 7 / 8).tolist())
 
 
-reference = dict(multiplicative=multiplicative(), ledoit_wolf=shrinkage(), nnls=non_negative(), pca=components())
+plain = multiplicative()
+reference = dict(multiplicative=plain, penalised=penalised(plain), nndsvd=singular_start(plain), ledoit_wolf=shrinkage(), nnls=non_negative(), pca=components())
 path = pathlib.Path(__file__).with_name("reference.json")
 path.write_text(json.dumps(reference, separators=(",", ":")) + "\n")

@@ -1,0 +1,249 @@
+//! The part of `inhand learn` that chooses a rank: `--rank FROM..TO`.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context as _, Result};
+use inhand_dictionary::{HeldOut, RankCurve, RankGroups, RankPoint, RankSuggestion};
+use inhand_model::{Provenance, Segments};
+use inhand_pipeline::{Role, Settings, check_target, steps, write_text};
+use inhand_report::{RankFigure, RankFigurePoint, rank_figure_svg};
+use serde_json::{Value, json};
+
+use crate::console::Console;
+
+/// A rank that was chosen, and why.
+#[derive(Debug)]
+pub(crate) struct RankChoice {
+    curve: RankCurve,
+    suggestion: RankSuggestion,
+}
+
+/// The figure beside a dictionary: `D.rank.svg` for `D.mcap`.
+pub(crate) fn figure_path(dictionary: &Path) -> PathBuf {
+    dictionary.with_extension("rank.svg")
+}
+
+/// Refuses a figure that would replace another file, as for the dictionary.
+pub(crate) fn check_figure(dictionary: &Path, inputs: &[&Path], force: bool) -> Result<()> {
+    Ok(check_target(&figure_path(dictionary), inputs, || force)?)
+}
+
+/// The training segments, all in memory.
+pub(crate) fn segments(takes: &[PathBuf], settings: &Settings, reuse: bool) -> Result<Segments> {
+    let takes = (takes.iter())
+        .map(|take| inhand_pipeline::read(take, settings))
+        .collect::<Result<Vec<_>, _>>()?;
+    let motions = steps::motions(&takes, settings, reuse)?;
+    let motions: Vec<_> = motions.iter().collect();
+    let object = steps::carries_object(&motions, settings)?;
+    Ok(steps::segments(&motions, Role::Train, object, settings)?)
+}
+
+/// Judges the ranks on training takes left out of learning and puts the one suggested into the
+/// settings.
+pub(crate) fn choose(
+    console: &Console,
+    segments: &Segments,
+    ranks: &[usize],
+    settings: &mut Settings,
+) -> Result<RankChoice> {
+    let mut done = 0;
+    let curve = steps::judge_ranks(segments, settings, ranks, &mut |point| {
+        done += 1;
+        console.say(&format!(
+            "rank {:>4} ({done} of {}): {} mm predicted",
+            point.rank,
+            ranks.len(),
+            mm(point.predicted.rms_m),
+        ));
+    })?;
+    if !curve.too_large.is_empty() {
+        let left_out: Vec<_> = curve.too_large.iter().map(usize::to_string).collect();
+        console.say(&format!(
+            "left out: rank {}; without the {} left out in turn the segments support {} at most",
+            left_out.join(", "),
+            groups(&curve),
+            curve.largest,
+        ));
+    }
+    let suggestion = curve.suggestion().context("no rank could be judged")?;
+    settings.learn.rank = Some(suggestion.rank);
+    Ok(RankChoice { curve, suggestion })
+}
+
+impl RankChoice {
+    /// The curve as a table, then the suggestion.
+    pub(crate) fn text(&self) -> String {
+        let curve = &self.curve;
+        let mut text = format!(
+            "{} training segments; {} of {} {} left out in turn, errors in mm rms ± standard error over {}\n\n\
+             rank  explained %  training         held out        predicted\n",
+            curve.segments,
+            curve.left_out,
+            curve.groups,
+            groups(curve),
+            groups(curve),
+        );
+        for point in &curve.points {
+            // Writing to a string cannot fail.
+            let _ = writeln!(
+                text,
+                "{:>4}  {:>11.3}  {:>8}  {:>15}  {:>15}{}",
+                point.rank,
+                100.0 * point.explained_variance,
+                mm(point.training_rms_m),
+                with_error(point.reconstructed),
+                with_error(point.predicted),
+                if point.rank == self.suggestion.rank {
+                    "  <- suggested"
+                } else {
+                    ""
+                },
+            );
+        }
+        let _ = writeln!(
+            text,
+            "\npredicted: the middle {:.2} s of each left-out segment from the rest of it\n{}",
+            curve.hidden.len() as f64 / curve.rate_hz,
+            self.reason(),
+        );
+        text
+    }
+
+    /// Why this rank, in words.
+    pub(crate) fn reason(&self) -> String {
+        let s = &self.suggestion;
+        let curve = &self.curve;
+        let mut reason = format!("Rank {} is suggested: ", s.rank);
+        let error_m = (curve.points.iter())
+            .find(|point| point.rank == s.best_rank)
+            .and_then(|point| point.predicted.standard_error_m);
+        let best = format!("{} mm at rank {}", mm(s.best_m), s.best_rank);
+        reason += &match error_m {
+            _ if curve.points.len() == 1 => "no other rank was judged.".to_owned(),
+            None => format!(
+                "it predicts best, {} mm; one group of segments alone gives no standard error.",
+                mm(s.best_m)
+            ),
+            Some(error_m) if s.rank == s.best_rank => format!(
+                "it predicts best, {} mm, and every smaller one is worse by more than one standard \
+                 error ({} mm, over {} {}).",
+                mm(s.best_m),
+                mm(error_m),
+                curve.groups,
+                groups(curve),
+            ),
+            Some(error_m) => format!(
+                "the smallest whose prediction error ({} mm) is within one standard error ({} mm, over \
+                 {} {}) of the smallest ({best}). More primitives gain less than other {} would change.",
+                mm(s.predicted_m),
+                mm(error_m),
+                curve.groups,
+                groups(curve),
+                groups(curve),
+            ),
+        };
+        if s.still_falling {
+            reason += " The error is smallest at the largest rank judged: still larger ones may \
+                       predict better.";
+        }
+        if curve.groups < 4 {
+            let _ = write!(
+                reason,
+                " {} {} say little about the spread: give more takes.",
+                curve.groups,
+                groups(curve)
+            );
+        }
+        reason
+    }
+
+    /// The same as JSON, lengths in millimetres.
+    pub(crate) fn json(&self) -> Value {
+        let curve = &self.curve;
+        let millimetres = |m: f64| 1000.0 * m;
+        let point = |point: &RankPoint| {
+            json!({
+                "rank": point.rank,
+                "explained_variance": point.explained_variance,
+                "training_mm": millimetres(point.training_rms_m),
+                "held_out_mm": millimetres(point.reconstructed.rms_m),
+                "held_out_standard_error_mm": point.reconstructed.standard_error_m.map(millimetres),
+                "predicted_mm": millimetres(point.predicted.rms_m),
+                "predicted_standard_error_mm": point.predicted.standard_error_m.map(millimetres),
+            })
+        };
+        json!({
+            "suggested": self.suggestion.rank,
+            "best": self.suggestion.best_rank,
+            "limit_mm": millimetres(self.suggestion.limit_m),
+            "still_falling": self.suggestion.still_falling,
+            "reason": self.reason(),
+            "left_out_by": groups(curve),
+            "groups": curve.groups,
+            "segments": curve.segments,
+            "left_out_segments": curve.left_out,
+            "hidden_s": curve.hidden.len() as f64 / curve.rate_hz,
+            "too_large": curve.too_large,
+            "largest": curve.largest,
+            "points": curve.points.iter().map(point).collect::<Vec<_>>(),
+        })
+    }
+
+    /// Puts ranks and reason among the settings that a dictionary was made with.
+    pub(crate) fn note(&self, made: &mut Provenance) {
+        let Ok(Value::Object(mut settings)) = serde_json::from_str(&made.settings_json) else {
+            return;
+        };
+        let ranks: Vec<_> = self.curve.points.iter().map(|point| point.rank).collect();
+        let choice = json!({ "ranks": ranks, "reason": self.reason() });
+        settings.insert("rank_choice".to_owned(), choice);
+        made.settings_json = Value::Object(settings).to_string();
+    }
+
+    /// Draws the curve beside the dictionary.
+    pub(crate) fn write_figure(&self, dictionary: &Path) -> Result<PathBuf> {
+        let path = figure_path(dictionary);
+        let name = dictionary.file_stem().unwrap_or_default();
+        let figure = RankFigure {
+            title: format!("{}, {}", name.to_string_lossy(), self.curve.kind.name()),
+            points: self.curve.points.iter().map(figure_point).collect(),
+            suggested: self.suggestion.rank,
+            limit_m: self.suggestion.limit_m,
+            reason: self.reason(),
+        };
+        write_text(&path, &rank_figure_svg(&figure))?;
+        Ok(path)
+    }
+}
+
+fn figure_point(point: &RankPoint) -> RankFigurePoint {
+    RankFigurePoint {
+        rank: point.rank,
+        explained_variance: point.explained_variance,
+        training_m: point.training_rms_m,
+        reconstructed_m: point.reconstructed.rms_m,
+        predicted_m: point.predicted.rms_m,
+        predicted_standard_error_m: point.predicted.standard_error_m,
+    }
+}
+
+const fn groups(curve: &RankCurve) -> &'static str {
+    match curve.by {
+        RankGroups::Takes => "takes",
+        RankGroups::Stretches => "stretches of one take",
+    }
+}
+
+/// Millimetres with three decimals: ranks differ by hundredths.
+fn mm(metres: f64) -> String {
+    format!("{:.3}", 1000.0 * metres)
+}
+
+fn with_error(held_out: HeldOut) -> String {
+    match held_out.standard_error_m {
+        Some(error_m) => format!("{} ± {}", mm(held_out.rms_m), mm(error_m)),
+        None => mm(held_out.rms_m),
+    }
+}

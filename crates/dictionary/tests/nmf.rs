@@ -1,6 +1,6 @@
 //! Non-negative factorisation through its public face.
 
-use inhand_dictionary::{NmfSettings, Start, Update, learn_nmf};
+use inhand_dictionary::{NmfSettings, Penalty, Precision, Start, Update, learn_nmf};
 use inhand_model::{Dictionary, DictionaryKind, StopReason};
 use nalgebra::DMatrix;
 use proptest::prelude::*;
@@ -216,6 +216,23 @@ fn a_seed_repeats_and_another_differs() {
 }
 
 #[test]
+fn singular_vectors_are_a_start_ahead_of_chance() {
+    let objective = |start, seed| {
+        let limit = NmfSettings {
+            start,
+            seed,
+            max_iterations: 0,
+            ..settings(8)
+        };
+        learn(motion(10, 60), &limit).learning.objective_history_m2[0]
+    };
+    assert!(objective(Start::Nndsvd, 0) < objective(Start::Random, 0));
+    // Which directions the search begins with leaves next to no trace.
+    let (one, other) = (objective(Start::Nndsvd, 1), objective(Start::Nndsvd, 2));
+    assert!((one / other - 1.0).abs() < 0.1, "{one} {other}");
+}
+
+#[test]
 fn learning_says_why_it_stopped() {
     let reached = NmfSettings {
         stop_rms_m: Some(1e-3),
@@ -313,5 +330,69 @@ proptest! {
             ..settings(rank.min(count))
         };
         check(&learn(columns, &settings));
+    }
+
+    #[test]
+    fn nor_does_it_with_penalties_in_either_precision(
+        samples in 1_usize..4,
+        count in 2_usize..30,
+        rank in 1_usize..12,
+        seed in any::<u64>(),
+        hals in any::<bool>(),
+        single in any::<bool>(),
+        penalised in prop::bool::weighted(0.75),
+        start in prop::sample::select(Start::ALL),
+        weights in prop::collection::vec(
+            prop_oneof![2 => Just(0.0), 2 => 1e-6..1e-3, 1 => 1e-3..1.0], 4,
+        ),
+        numbers in prop::collection::vec(prop_oneof![4 => -1.0..1.0, 1 => Just(0.0)], 1400),
+    ) {
+        // Both factors have a penalty or neither.
+        let penalty = |l1: f64, l2: f64| Penalty {
+            l1: if l1 + l2 > 0.0 { l1 } else { 1e-5 },
+            l2,
+        };
+        let (of_activations, of_primitives) = if penalised {
+            (penalty(weights[0], weights[1]), penalty(weights[2], weights[3]))
+        } else {
+            Default::default()
+        };
+        let rows = 15 * samples;
+        let mut columns = DMatrix::from_fn(rows, count, |r, c| 0.1 * numbers[r + c * rows]);
+        for coordinate in 0..15 {
+            columns[(coordinate, 0)] = 0.15 + 0.1 * coordinate as f64;
+            columns[(rows - 15 + coordinate, count - 1)] -= 0.3;
+        }
+        let settings = NmfSettings {
+            seed,
+            max_iterations: 15,
+            update: if hals { Update::Hals } else { Update::Multiplicative },
+            precision: if single { Precision::F32 } else { Precision::F64 },
+            start,
+            activation_penalty: of_activations,
+            primitive_penalty: of_primitives,
+            ..settings(rank.min(count))
+        };
+        let dictionary = learn(columns.clone(), &settings);
+        dictionary.validate().unwrap();
+        let mut shifted = columns;
+        for mut column in shifted.column_iter_mut() {
+            column -= &dictionary.offset_m;
+        }
+        let data_m2 = shifted.norm_squared();
+        // Of numbers with 24 bits each, and of their products with the error.
+        let (of_objective, of_reconstruction) = if single {
+            (1e-5, 1e-6)
+        } else {
+            (OBJECTIVE_ROUNDING, RECONSTRUCTION_ROUNDING)
+        };
+        for pair in dictionary.learning.objective_history_m2.windows(2) {
+            let rounding =
+                of_objective * pair[0] + of_reconstruction * (pair[0] * data_m2).sqrt();
+            prop_assert!(
+                pair[1] <= pair[0] + rounding,
+                "the objective rose from {} to {}", pair[0], pair[1]
+            );
+        }
     }
 }

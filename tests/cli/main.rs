@@ -3,6 +3,7 @@
 
 mod bad_input;
 mod export;
+mod learn_rank;
 mod outputs;
 mod plan;
 mod printing;

@@ -5,6 +5,7 @@ mod commands;
 mod console;
 mod exit;
 mod options;
+mod rank_option;
 
 use clap::Parser;
 

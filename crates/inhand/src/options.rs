@@ -7,6 +7,7 @@ use clap::{Args, ValueEnum};
 use inhand_pipeline::{Method, Settings};
 
 use crate::exit::UsageError;
+use crate::rank_option::RankOption;
 
 /// Form of what is printed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -79,9 +80,11 @@ pub(crate) struct LearnOptions {
     /// Kind of primitives: nmf or pca [default: nmf].
     #[arg(long, value_name = "KIND")]
     kind: Option<String>,
-    /// Number of primitives [default: 200, or as many as there are segments].
-    #[arg(long)]
-    rank: Option<usize>,
+    /// Number of primitives [default: 200, or as many as there are segments]. With `learn`, also
+    /// FROM..TO (a dozen in even steps) or FROM..TO:STEP: each is judged on takes left out of
+    /// learning, and the smallest that predicts as well as any is used.
+    #[arg(long, value_name = "N|FROM..TO")]
+    rank: Option<RankOption>,
     /// Primitives of each finger's deviation from the smooth curve [default: 28].
     #[arg(long, value_name = "N")]
     deviation_primitives: Option<usize>,
@@ -263,12 +266,34 @@ impl ProcessOptions {
 }
 
 impl LearnOptions {
+    /// The ranks to choose from, where `--rank` names a range.
+    pub(crate) fn ranks(&self) -> Option<&[usize]> {
+        match &self.rank {
+            Some(RankOption::Choose(ranks)) => Some(ranks),
+            _ => None,
+        }
+    }
+
+    /// Refuses a range of ranks, for commands that do not choose one.
+    pub(crate) fn check_one_rank(&self) -> Result<(), UsageError> {
+        let ranks = self.ranks().unwrap_or_default();
+        let (Some(first), Some(last)) = (ranks.first(), ranks.last()) else {
+            return Ok(());
+        };
+        Err(UsageError(format!(
+            "--rank {first}..{last}: expected one number, such as the one that `inhand learn TAKE... \
+             --rank {first}..{last} -o DICTIONARY` suggests"
+        )))
+    }
+
     pub(crate) fn apply(&self, settings: &mut Settings) {
         replace(&mut settings.segments.stride, self.stride);
         replace(&mut settings.segments.margin_s, self.margin);
         replace(&mut settings.segments.missing_s, self.missing);
         let learn = &mut settings.learn;
-        replace_some(&mut learn.rank, &self.rank);
+        if let Some(RankOption::One(rank)) = self.rank {
+            learn.rank = Some(rank);
+        }
         replace(&mut learn.kind, self.kind.clone());
         replace(&mut learn.deviation_primitives, self.deviation_primitives);
         replace(&mut learn.object, self.object_in_segments.clone());

@@ -21,7 +21,7 @@ pub(crate) struct Args {
     #[command(subcommand)]
     step: Option<Step>,
     #[command(flatten)]
-    whole: Option<whole::Args>,
+    whole: whole::WholeArgs,
 }
 
 #[derive(Debug, Subcommand)]
@@ -37,15 +37,11 @@ enum Step {
 }
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
-    match (&args.step, &args.whole) {
-        (Some(Step::Init(args)), _) => steps::init(console, args),
-        (Some(Step::Stats(args)), _) => steps::stats(console, args),
-        (Some(Step::Update(args)), _) => steps::update(args),
-        (Some(Step::Finish(args)), _) => steps::finish(console, args),
-        (None, Some(args)) => whole::run(console, args),
-        (None, None) => Err(crate::exit::UsageError(
-            "expected takes and -o DICTIONARY, or one of init, stats, update, finish".to_owned(),
-        )
-        .into()),
+    match &args.step {
+        Some(Step::Init(args)) => steps::init(console, args),
+        Some(Step::Stats(args)) => steps::stats(console, args),
+        Some(Step::Update(args)) => steps::update(args),
+        Some(Step::Finish(args)) => steps::finish(console, args),
+        None => whole::run(console, &args.whole),
     }
 }

@@ -7,6 +7,7 @@ mod export;
 mod generate;
 mod info;
 mod learn;
+mod learn_rank;
 mod plan;
 mod process;
 mod report;

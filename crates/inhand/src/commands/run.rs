@@ -51,6 +51,7 @@ impl SessionOptions {
     pub(crate) fn settings(&self, beside: Option<&std::path::Path>) -> Result<Settings> {
         let mut settings = self.source.effective(beside)?;
         self.process.apply(&mut settings)?;
+        self.learn.check_one_rank()?;
         self.learn.apply(&mut settings);
         self.method.apply(&mut settings)?;
         self.plan.apply(&mut settings);

@@ -67,6 +67,7 @@ pub(super) struct FinishArgs {
 }
 
 pub(super) fn init(console: &Console, args: &InitArgs) -> Result<Exit> {
+    args.options.check_one_rank()?;
     let settings = args.options.settings()?;
     if settings.learn.kind != "nmf" {
         let message = "--kind pca: principal components have no rounds; learn them with \
@@ -159,6 +160,6 @@ pub(super) fn finish(console: &Console, args: &FinishArgs) -> Result<Exit> {
     check_target(&args.output, &[], || args.force)?;
     let folder = LearningFolder::open(&args.folder)?;
     let learned = learning::finish(&folder)?;
-    write_learned(console, &args.output, &learned, 0.0, args.format)?;
+    write_learned(console, &args.output, &learned, None, 0.0, args.format)?;
     Ok(Exit::Done)
 }

@@ -10,18 +10,19 @@ use inhand_pipeline::learning::{
 use inhand_pipeline::{Settings, check_target, write_dictionary};
 use serde_json::{Value, json};
 
+use crate::commands::learn_rank::{self, RankChoice};
 use crate::console::{Console, data};
-use crate::exit::Exit;
+use crate::exit::{Exit, UsageError};
 use crate::options::{Format, LearnOptions, MethodOptions, ProcessOptions, SourceOptions};
 
 #[derive(Debug, clap::Args)]
-pub(crate) struct Args {
+pub(crate) struct WholeArgs {
     /// Training takes.
     #[arg(required = true)]
     inputs: Vec<PathBuf>,
     /// Dictionary file.
-    #[arg(short, long, value_name = "FILE")]
-    output: PathBuf,
+    #[arg(short, long, value_name = "FILE", required = true)]
+    output: Option<PathBuf>,
     /// Keep rounds in this folder; a run that was killed goes on where it was.
     #[arg(long, value_name = "FOLDER")]
     work: Option<PathBuf>,
@@ -58,6 +59,11 @@ impl RunOptions {
         Ok(settings)
     }
 
+    /// Refuses a range of ranks: a run that is spread over processes has one.
+    pub(super) fn check_one_rank(&self) -> Result<()> {
+        Ok(self.learn.check_one_rank()?)
+    }
+
     /// Begins a run in a folder, saying what was odd about each take.
     pub(super) fn init(
         &self,
@@ -81,10 +87,23 @@ impl RunOptions {
     }
 }
 
-pub(super) fn run(console: &Console, args: &Args) -> Result<Exit> {
-    let settings = args.options.settings()?;
+pub(super) fn run(console: &Console, args: &WholeArgs) -> Result<Exit> {
+    // Clap asks for it; an option it has to be for the steps of a run, which have their own.
+    let Some(output) = args.output.as_deref() else {
+        return Err(UsageError("expected -o DICTIONARY".to_owned()).into());
+    };
+    let mut settings = args.options.settings()?;
     let inputs: Vec<_> = args.inputs.iter().map(PathBuf::as_path).collect();
-    check_target(&args.output, &inputs, || args.force)?;
+    check_target(output, &inputs, || args.force)?;
+    let choice = match args.options.learn.ranks() {
+        None => None,
+        Some(ranks) => {
+            learn_rank::check_figure(output, &inputs, args.force)?;
+            let reuse = !args.options.process.ask_for_processing();
+            let segments = learn_rank::segments(&args.inputs, &settings, reuse)?;
+            Some(learn_rank::choose(console, &segments, ranks, &mut settings)?)
+        }
+    };
 
     let begin = Instant::now();
     let scratch;
@@ -97,16 +116,22 @@ pub(super) fn run(console: &Console, args: &Args) -> Result<Exit> {
         }
         Some(work) => args.options.init(console, work, &args.inputs, &settings)?,
         None => {
-            scratch = scratch_folder(&args.output)?;
+            scratch = scratch_folder(output)?;
             let root = scratch.path();
             args.options.init(console, root, &args.inputs, &settings)?
         }
     };
     let read_s = begin.elapsed().as_secs_f64();
-    let learned = learn_in(&folder, args.work.is_some(), &mut |progress| {
+    let mut learned = learn_in(&folder, args.work.is_some(), &mut |progress| {
         console.say(&round_text(progress));
     })?;
-    write_learned(console, &args.output, &learned, read_s, args.format)?;
+    if let Some(choice) = &choice {
+        choice.note(&mut learned.provenance);
+        let figure = choice.write_figure(output)?;
+        console.say(&format!("wrote {}", figure.display()));
+    }
+    let choice = choice.as_ref();
+    write_learned(console, output, &learned, choice, read_s, args.format)?;
     Ok(Exit::Done)
 }
 
@@ -131,6 +156,7 @@ pub(super) fn write_learned(
     console: &Console,
     output: &Path,
     learned: &Learned,
+    choice: Option<&RankChoice>,
     read_s: f64,
     format: Format,
 ) -> Result<()> {
@@ -153,7 +179,7 @@ pub(super) fn write_learned(
                     })
                 })
                 .collect();
-            let outcome = json!({
+            let mut outcome = json!({
                 "rms_mm": rms_mm,
                 "relative_error": learning.relative_error,
                 "iterations": learning.iterations,
@@ -169,9 +195,15 @@ pub(super) fn write_learned(
                 },
                 "peak_memory_bytes": inhand_pipeline::peak_memory_bytes(),
             });
+            if let Some(choice) = choice {
+                outcome["rank_choice"] = choice.json();
+            }
             data(&format!("{outcome:#}\n"))?;
         }
         Format::Text => {
+            if let Some(choice) = choice {
+                data(&format!("{}\n", choice.text()))?;
+            }
             data(&format!(
                 "{} primitives from {} segments: {rms_mm:.3} mm rms after {} iterations ({})\n",
                 dictionary.rank(),

@@ -22,11 +22,6 @@ use crate::start;
 /// 1500 rows takes 25 MB.
 pub(crate) const BLOCK_COLUMNS: usize = 2048;
 
-/// Share of the data's squared norm below which the expanded residual
-/// `|V|² - 2 <P, H> + <G, H Hᵀ>` has lost too many digits, and the differences are formed instead.
-/// Above it, cancellation leaves about 1e-10 of relative error.
-const DIRECT_RESIDUAL_BELOW: f64 = 1e-6;
-
 /// The primitives as a half step over activations needs them.
 #[derive(Clone, Debug)]
 pub(crate) struct Basis<T> {
@@ -199,7 +194,7 @@ impl<T: Real> Block<T> {
         let guessed = self.missing.squared_norm(&self.data, rows);
         let expanded =
             self.squared_norm + guessed - 2.0 * projected + dot(&basis.gram, &activation_gram);
-        let everywhere = if expanded > DIRECT_RESIDUAL_BELOW * self.squared_norm {
+        let everywhere = if expanded > T::DIRECT_RESIDUAL_BELOW * self.squared_norm {
             expanded
         } else {
             self.residual(basis)

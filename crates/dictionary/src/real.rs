@@ -33,6 +33,12 @@ pub(crate) trait Real:
     /// 1.
     const ONE: Self;
 
+    /// Share of the data's squared norm below which the expanded residual
+    /// `|V|² - 2 <P, H> + <G, H Hᵀ>` has lost too many digits, and the differences are formed
+    /// instead. Above it, cancellation leaves about 1e-10 of relative error, of single precision
+    /// 1e-5.
+    const DIRECT_RESIDUAL_BELOW: f64;
+
     /// The nearest number of this kind.
     fn of(number: f64) -> Self;
 
@@ -73,10 +79,11 @@ pub(crate) trait Real:
 }
 
 macro_rules! real {
-    ($number:ident, $gemm:ident) => {
+    ($number:ident, $gemm:ident, $direct_residual_below:literal) => {
         impl Real for $number {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
+            const DIRECT_RESIDUAL_BELOW: f64 = $direct_residual_below;
 
             #[inline(always)]
             fn of(number: f64) -> Self {
@@ -126,5 +133,5 @@ macro_rules! real {
     };
 }
 
-real!(f64, dgemm);
-real!(f32, sgemm);
+real!(f64, dgemm, 1e-6);
+real!(f32, sgemm, 3e-2);

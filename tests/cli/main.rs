@@ -4,6 +4,7 @@
 mod bad_input;
 mod export;
 mod learn_rank;
+mod learn_runs;
 mod outputs;
 mod plan;
 mod printing;

@@ -86,7 +86,7 @@ mod tests;
 
 pub use columns::Columns;
 pub use error::{Coordinate, LearnError};
-pub use nmf::{learn_nmf, smallest_objective};
+pub use nmf::{describe_nmf, learn_nmf, smallest_objective};
 pub use pca::learn_pca;
 pub use projection::{Projection, activations};
 pub use rank::{HeldOut, RankCurve, RankGroups, RankMethod, RankPoint, RankSuggestion, rank_curve};

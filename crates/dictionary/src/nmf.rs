@@ -70,6 +70,61 @@ pub fn learn_nmf(
     })
 }
 
+/// Sweeps over the activations for primitives that stay as they are.
+const GIVEN_SWEEPS: usize = 500;
+
+/// A dictionary of primitives that were learned elsewhere (rows x rank, non-negative): activations,
+/// their mean and covariance, and the error are those of these segments. The offset (rows, metres) is
+/// what was taken off the data that they were learned from; without one it is as for [`learn_nmf`].
+///
+/// # Errors
+///
+/// As [`learn_nmf`], and [`LearnError::ColumnLength`] for primitives or an offset of another number of
+/// rows than the segments have.
+pub fn describe_nmf(
+    columns: &impl Columns,
+    demonstrated: Demonstrated,
+    settings: &NmfSettings,
+    primitives: &DMatrix<f64>,
+    offset_m: Option<&DVector<f64>>,
+) -> Result<Dictionary, LearnError> {
+    let mut problem = NmfProblem::new(
+        columns,
+        &NmfSettings {
+            rank: primitives.ncols(),
+            max_iterations: 0,
+            sweeps: GIVEN_SWEEPS,
+            restarts: 1,
+            stop_rms_m: None,
+            ..settings.clone()
+        },
+    )?;
+    let rows = problem.layout.rows();
+    let offset_rows = offset_m.map_or(rows, DVector::nrows);
+    for found in [primitives.nrows(), offset_rows] {
+        if found != rows {
+            return Err(LearnError::ColumnLength {
+                expected: rows,
+                found,
+            });
+        }
+    }
+    if let Some(offset_m) = offset_m {
+        problem.offset_m = offset_m.as_slice().to_vec();
+    }
+    let state = NmfState {
+        primitives: primitives.transpose().as_slice().to_vec(),
+        ..NmfState::default()
+    };
+    let solved = match problem.settings.precision {
+        Precision::F64 => solve_in::<f64>(&problem, state, columns)?,
+        Precision::F32 => solve_in::<f32>(&problem, state, columns)?,
+    };
+    problem.finish(&solved.state, Vec::new(), demonstrated, |block| {
+        Ok(solved.activations[block].clone())
+    })
+}
+
 /// Where the smallest last objective is; the first of equal ones.
 pub fn smallest_objective(states: &[(u64, &NmfState)]) -> usize {
     let last = |state: &NmfState| {
@@ -93,16 +148,20 @@ struct Solved {
 }
 
 fn solve(problem: &NmfProblem, columns: &impl Columns) -> Result<Solved, LearnError> {
+    let state = problem.start(columns)?;
     match problem.settings.precision {
-        Precision::F64 => solve_in::<f64>(problem, columns),
-        Precision::F32 => solve_in::<f32>(problem, columns),
+        Precision::F64 => solve_in::<f64>(problem, state, columns),
+        Precision::F32 => solve_in::<f32>(problem, state, columns),
     }
 }
 
 /// Rounds with everything in memory. The products with the data that only an update of the
 /// primitives needs are formed after it is known that there is one.
-fn solve_in<T: Stored>(problem: &NmfProblem, columns: &impl Columns) -> Result<Solved, LearnError> {
-    let mut state = problem.start(columns)?;
+fn solve_in<T: Stored>(
+    problem: &NmfProblem,
+    mut state: NmfState,
+    columns: &impl Columns,
+) -> Result<Solved, LearnError> {
     let mut blocks: Vec<Block<T>> = (0..problem.blocks())
         .map(|block| Ok(problem.shifted(problem.read_block(columns, block)?)))
         .collect::<Result<_, LearnError>>()?;

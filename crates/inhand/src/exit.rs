@@ -4,6 +4,7 @@ use std::io;
 use std::process::ExitCode;
 
 use inhand_pipeline::PipelineError;
+use inhand_pipeline::matrices::MatricesError;
 
 /// Shown under `--help`.
 pub(crate) const HELP: &str = "Exit codes: 0 done, 1 failed, 2 wrong usage, \
@@ -35,6 +36,8 @@ impl Exit {
         let usage = error.chain().any(|e| {
             e.downcast_ref::<PipelineError>()
                 .is_some_and(PipelineError::is_usage)
+                || e.downcast_ref::<MatricesError>()
+                    .is_some_and(MatricesError::is_usage)
                 || e.downcast_ref::<UsageError>().is_some()
         });
         if usage { Exit::Usage } else { Exit::Failed }

@@ -30,7 +30,7 @@ mod gather;
 mod rounds;
 mod tables;
 
-pub use finish::{Learned, finish, learn_in, scratch_folder};
+pub use finish::{Learned, finish, learn_given, learn_in, scratch_folder};
 pub use folder::{LearningFolder, LearningPlan, PlannedTake};
 pub use gather::init;
 pub use rounds::{Progress, Shard, Updated, stats, update};

@@ -20,12 +20,13 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use inhand_matrices::{Form, MatrixError, Variable, Variables};
-use inhand_model::{Dictionary, DictionaryKind, Hull, Residual, SegmentLayout};
+use inhand_model::{Dictionary, DictionaryKind, Hull, InputHash, Residual, SegmentLayout};
 use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
 
 use crate::error::PipelineError;
 use crate::output;
+use crate::take::hex_sha256;
 
 pub use given::{Given, import_primitives};
 
@@ -112,6 +113,28 @@ pub fn read_primitives(
     kind: DictionaryKind,
 ) -> Result<Given, MatricesError> {
     import_primitives(&read(path)?, &name_of(path), layout, kind)
+}
+
+/// Content of a file of matrices.
+///
+/// # Errors
+///
+/// [`MatricesError::File`].
+pub fn hash(path: &Path) -> Result<InputHash, MatricesError> {
+    let bytes = std::fs::read(path)
+        .map_err(PipelineError::io("read", path))
+        .map_err(|error| MatricesError::File(Box::new(error)))?;
+    Ok(InputHash {
+        name: name_of(path),
+        sha256: hex_sha256(&bytes),
+    })
+}
+
+impl MatricesError {
+    /// Whether the call was wrong, rather than the data: exit code 2.
+    pub const fn is_usage(&self) -> bool {
+        matches!(self, MatricesError::Extension { .. })
+    }
 }
 
 fn name_of(path: &Path) -> String {

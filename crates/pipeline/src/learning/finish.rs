@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use inhand_dictionary::{LearnError, learn_nmf, learn_pca};
-use inhand_model::{Demonstrated, Dictionary, Provenance};
+use inhand_dictionary::{LearnError, describe_nmf, learn_nmf, learn_pca};
+use inhand_model::{Demonstrated, Dictionary, InputHash, Provenance};
 
 use super::folder::LearningFolder;
 use super::rounds::{
@@ -12,6 +12,7 @@ use super::rounds::{
 };
 use super::tables::TableColumns;
 use crate::error::PipelineError;
+use crate::matrices::Given;
 use crate::output;
 use crate::run::provenance;
 use crate::steps;
@@ -112,6 +113,33 @@ pub fn learn_in(
     }
     .map_err(steps::learn_error)?;
     with_the_rest(folder, dictionary, begin.elapsed().as_secs_f64())
+}
+
+/// A dictionary of primitives that were learned elsewhere, described by the takes of a folder.
+/// `source` is the file they came from.
+///
+/// # Errors
+///
+/// [`PipelineError::Learn`] for primitives that do not fit the segments.
+pub fn learn_given(
+    folder: &LearningFolder,
+    given: &Given,
+    source: InputHash,
+) -> Result<Learned, PipelineError> {
+    let begin = Instant::now();
+    let columns = TableColumns::new(folder)?;
+    let (problem, demonstrated) = folder.read_problem(0)?;
+    let dictionary = describe_nmf(
+        &columns,
+        demonstrated,
+        &problem.settings,
+        &given.primitives,
+        given.offset_m.as_ref(),
+    )
+    .map_err(steps::learn_error)?;
+    let mut learned = with_the_rest(folder, dictionary, begin.elapsed().as_secs_f64())?;
+    learned.provenance.inputs.push(source);
+    Ok(learned)
 }
 
 fn with_the_rest(

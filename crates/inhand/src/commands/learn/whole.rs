@@ -4,10 +4,11 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::Result;
+use inhand_model::DictionaryKind;
 use inhand_pipeline::learning::{
-    self, Learned, LearningFolder, Progress, learn_in, scratch_folder,
+    self, Learned, LearningFolder, Progress, learn_given, learn_in, scratch_folder,
 };
-use inhand_pipeline::{Settings, check_target, write_dictionary};
+use inhand_pipeline::{Settings, check_target, matrices, write_dictionary};
 use serde_json::{Value, json};
 
 use crate::commands::learn_rank::{self, RankChoice};
@@ -26,6 +27,10 @@ pub(crate) struct WholeArgs {
     /// Keep rounds in this folder; a run that was killed goes on where it was.
     #[arg(long, value_name = "FOLDER")]
     work: Option<PathBuf>,
+    /// Take the primitives of a .npz or .mat file as they are (`primitives` or `W`, or scikit-learn's
+    /// `components_`; with `offset_m` where the data was shifted), and learn the rest.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["work", "rank", "restarts"])]
+    primitives: Option<PathBuf>,
     /// Print the outcome as text or JSON.
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -101,7 +106,12 @@ pub(super) fn run(console: &Console, args: &WholeArgs) -> Result<Exit> {
             learn_rank::check_figure(output, &inputs, args.force)?;
             let reuse = !args.options.process.ask_for_processing();
             let segments = learn_rank::segments(&args.inputs, &settings, reuse)?;
-            Some(learn_rank::choose(console, &segments, ranks, &mut settings)?)
+            Some(learn_rank::choose(
+                console,
+                &segments,
+                ranks,
+                &mut settings,
+            )?)
         }
     };
 
@@ -122,9 +132,12 @@ pub(super) fn run(console: &Console, args: &WholeArgs) -> Result<Exit> {
         }
     };
     let read_s = begin.elapsed().as_secs_f64();
-    let mut learned = learn_in(&folder, args.work.is_some(), &mut |progress| {
-        console.say(&round_text(progress));
-    })?;
+    let mut learned = match &args.primitives {
+        Some(file) => given(&folder, file)?,
+        None => learn_in(&folder, args.work.is_some(), &mut |progress| {
+            console.say(&round_text(progress));
+        })?,
+    };
     if let Some(choice) = &choice {
         choice.note(&mut learned.provenance);
         let figure = choice.write_figure(output)?;
@@ -133,6 +146,17 @@ pub(super) fn run(console: &Console, args: &WholeArgs) -> Result<Exit> {
     let choice = choice.as_ref();
     write_learned(console, output, &learned, choice, read_s, args.format)?;
     Ok(Exit::Done)
+}
+
+/// A dictionary of primitives from a file of matrices.
+fn given(folder: &LearningFolder, file: &Path) -> Result<Learned> {
+    let plan = folder.plan();
+    if plan.settings.learn.kind != "nmf" {
+        let message = "--primitives: expected --kind nmf; components about a mean are learned here";
+        return Err(UsageError(message.to_owned()).into());
+    }
+    let given = matrices::read_primitives(file, plan.layout(), DictionaryKind::Nmf)?;
+    Ok(learn_given(folder, &given, matrices::hash(file)?)?)
 }
 
 /// A line about a round.

@@ -1,9 +1,11 @@
 //! Principal components of training segments.
 
-use inhand_model::{Demonstrated, Dictionary, DictionaryKind, Learning, Segments, StopReason};
+use inhand_model::{Demonstrated, Dictionary, DictionaryKind, Learning, StopReason};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-use crate::data::{check_rank, checked_range};
+use crate::block::BLOCK_COLUMNS;
+use crate::columns::Columns;
+use crate::data::{check_rank, survey};
 use crate::error::LearnError;
 use crate::product::{View, add, chunk_width, gram, multiply, squared_norm, squared_residual};
 use rayon::prelude::*;
@@ -20,7 +22,8 @@ const SMALLEST_VARIANCE: f64 = 1e-13;
 /// largest variance first, each with its largest number positive. Activations have zero mean and a
 /// diagonal covariance (denominator n), the variances of the components, which needs no shrinkage.
 ///
-/// Cost: `rows * n * m` for the products and about `9 m³` for the eigenvectors, `m = min(rows, n)`.
+/// Cost: `rows * n * m` for the products and about `9 m³` for the eigenvectors, `m = min(rows, n)`;
+/// memory for a block of columns and `m²` numbers. Columns are read four times.
 ///
 /// # Errors
 ///
@@ -28,56 +31,53 @@ const SMALLEST_VARIANCE: f64 = 1e-13;
 /// have (at most one less than their number), a number that is not finite, a fingertip's coordinate
 /// that never changes.
 pub fn learn_pca(
-    segments: &Segments,
+    columns: &impl Columns,
     demonstrated: Demonstrated,
     rank: usize,
 ) -> Result<Dictionary, LearnError> {
-    checked_range(segments)?;
-    let layout = segments.layout();
-    let (rows, count) = (layout.rows(), segments.len());
+    survey(columns, false)?;
+    let layout = columns.layout();
+    let (rows, count) = (layout.rows(), columns.count());
     check_rank(rank, (count - 1).min(rows), count, rows, "pca")?;
 
-    let (mean, centred) = centre(segments.columns_m().as_slice(), rows);
-    let eigen = if count <= rows {
-        let transposed = transpose(&centred, rows);
-        SymmetricEigen::new(DMatrix::from_vec(count, count, gram(&transposed, count)))
-    } else {
-        SymmetricEigen::new(DMatrix::from_vec(rows, rows, gram(&centred, rows)))
-    };
-    let mut order: Vec<usize> = (0..eigen.eigenvalues.len()).collect();
-    order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
-    let largest = order
-        .iter()
-        .take_while(|i| {
-            eigen.eigenvalues[**i] > SMALLEST_VARIANCE * eigen.eigenvalues[order[0]].max(0.0)
-        })
+    let centred = Centred::new(columns)?;
+    let (values, vectors) = centred.eigen()?;
+    let mut order: Vec<usize> = (0..values.len()).collect();
+    order.sort_by(|a, b| values[*b].total_cmp(&values[*a]));
+    let smallest = SMALLEST_VARIANCE * values[order[0]].max(0.0);
+    let largest = (order.iter())
+        .take_while(|i| values[**i] > smallest)
         .count();
     check_rank(rank, largest.min(count - 1), count, rows, "pca")?;
     order.truncate(rank);
 
-    let mut components = components(&eigen.eigenvectors, &order, &centred, rows, count);
+    let chosen: Vec<f64> = (order.iter())
+        .flat_map(|i| vectors.column(*i).iter().copied().collect::<Vec<_>>())
+        .collect();
+    let mut components = centred.components(chosen)?;
     orthonormalise(&mut components, rows);
     point_up(&mut components, rows);
 
     // Activations and the error are measured, not read off the eigenvalues.
     let basis = transpose(&components, rows);
-    let activations = project(&basis, &centred, rows, rank);
-    let residual = squared_residual(&centred, rows, &basis, &activations, rank);
-    let total = squared_norm(&centred);
-    let variances = (0..rank).map(|j| {
-        let sum: f64 = activations
-            .iter()
-            .skip(j)
-            .step_by(rank)
-            .map(|h| h * h)
-            .sum();
-        sum / count as f64
-    });
+    let mut squares = vec![0.0; rank];
+    let (mut residual, mut total) = (0.0, 0.0);
+    centred.each_block(|block| {
+        let activations = project(&basis, block, rows, rank);
+        residual += squared_residual(block, rows, &basis, &activations, rank);
+        total += squared_norm(block);
+        for column in activations.chunks_exact(rank) {
+            for (square, h) in squares.iter_mut().zip(column) {
+                *square += h * h;
+            }
+        }
+    })?;
+    let variances = squares.into_iter().map(|square| square / count as f64);
     let covariance = DMatrix::from_diagonal(&DVector::from_iterator(rank, variances));
     Ok(Dictionary {
         kind: DictionaryKind::Pca,
         layout,
-        offset_m: DVector::from_vec(mean),
+        offset_m: DVector::from_vec(centred.mean),
         primitives: DMatrix::from_vec(rows, rank, components),
         activation_mean_m: DVector::zeros(rank),
         activation_covariance_m2: covariance,
@@ -98,23 +98,96 @@ pub fn learn_pca(
     })
 }
 
-/// Mean column, and the columns without it.
-fn centre(columns: &[f64], rows: usize) -> (Vec<f64>, Vec<f64>) {
-    let count = columns.len() / rows;
-    let mut mean = vec![0.0; rows];
-    for column in columns.chunks_exact(rows) {
-        add(&mut mean, column);
+/// Columns less their mean, read block by block.
+struct Centred<'a, C> {
+    columns: &'a C,
+    rows: usize,
+    mean: Vec<f64>,
+}
+
+impl<'a, C: Columns> Centred<'a, C> {
+    fn new(columns: &'a C) -> Result<Self, LearnError> {
+        let rows = columns.layout().rows();
+        let mut centred = Self {
+            columns,
+            rows,
+            mean: vec![0.0; rows],
+        };
+        let mut sum = vec![0.0; rows];
+        centred.each_block(|block| {
+            for column in block.chunks_exact(rows) {
+                add(&mut sum, column);
+            }
+        })?;
+        centred.mean = sum
+            .into_iter()
+            .map(|v| v / columns.count() as f64)
+            .collect();
+        Ok(centred)
     }
-    for v in &mut mean {
-        *v /= count as f64;
-    }
-    let mut centred = columns.to_vec();
-    for column in centred.chunks_exact_mut(rows) {
-        for (v, mean) in column.iter_mut().zip(&mean) {
-            *v -= mean;
+
+    /// Shows every block of columns, in order.
+    fn each_block(&self, mut see: impl FnMut(&[f64])) -> Result<(), LearnError> {
+        let count = self.columns.count();
+        for first in (0..count).step_by(BLOCK_COLUMNS) {
+            let last = (first + BLOCK_COLUMNS).min(count);
+            let mut block = vec![0.0; (last - first) * self.rows];
+            self.columns.read(first..last, &mut block)?;
+            for column in block.chunks_exact_mut(self.rows) {
+                for (v, mean) in column.iter_mut().zip(&self.mean) {
+                    *v -= mean;
+                }
+            }
+            see(&block);
         }
+        Ok(())
     }
-    (mean, centred)
+
+    /// Whether there are more rows than columns, so that `Xᵀ X` is the smaller matrix. Then everything
+    /// is one block.
+    fn is_tall(&self) -> bool {
+        self.columns.count() <= self.rows.min(BLOCK_COLUMNS)
+    }
+
+    /// Eigenvalues and eigenvectors of the smaller of `Xᵀ X` and `X Xᵀ`.
+    fn eigen(&self) -> Result<(DVector<f64>, DMatrix<f64>), LearnError> {
+        let size = if self.is_tall() {
+            self.columns.count()
+        } else {
+            self.rows
+        };
+        let mut products = vec![0.0; size * size];
+        self.each_block(|block| {
+            if self.is_tall() {
+                add(&mut products, &gram(&transpose(block, self.rows), size));
+            } else {
+                add(&mut products, &gram(block, size));
+            }
+        })?;
+        let eigen = SymmetricEigen::new(DMatrix::from_vec(size, size, products));
+        Ok((eigen.eigenvalues, eigen.eigenvectors))
+    }
+
+    /// Eigenvectors as directions in the space of segments (rows x rank), without scale.
+    fn components(&self, vectors: Vec<f64>) -> Result<Vec<f64>, LearnError> {
+        if !self.is_tall() {
+            return Ok(vectors);
+        }
+        // Eigenvectors v of Xᵀ X: the components are X v.
+        let count = self.columns.count();
+        let mut components = vec![0.0; self.rows * vectors.len() / count];
+        self.each_block(|block| {
+            multiply(
+                1.0,
+                View::columns(block, self.rows),
+                View::columns(&vectors, count),
+                0.0,
+                &mut components,
+                self.rows,
+            );
+        })?;
+        Ok(components)
+    }
 }
 
 /// Rows as columns.
@@ -123,34 +196,6 @@ pub(crate) fn transpose(columns: &[f64], rows: usize) -> Vec<f64> {
     (0..rows)
         .flat_map(|row| (0..count).map(move |column| columns[column * rows + row]))
         .collect()
-}
-
-/// The chosen eigenvectors as directions in the space of segments (rows x rank), without scale.
-fn components(
-    vectors: &DMatrix<f64>,
-    order: &[usize],
-    centred: &[f64],
-    rows: usize,
-    count: usize,
-) -> Vec<f64> {
-    let chosen: Vec<f64> = order
-        .iter()
-        .flat_map(|i| vectors.column(*i).iter().copied().collect::<Vec<_>>())
-        .collect();
-    if vectors.nrows() == rows && count > rows {
-        return chosen;
-    }
-    // Eigenvectors v of Xᵀ X: the components are X v.
-    let mut components = vec![0.0; rows * order.len()];
-    multiply(
-        1.0,
-        View::columns(centred, rows),
-        View::columns(&chosen, count),
-        0.0,
-        &mut components,
-        rows,
-    );
-    components
 }
 
 /// Modified Gram-Schmidt, twice: orthonormal to rounding even for components of small variance.

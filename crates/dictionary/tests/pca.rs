@@ -46,8 +46,8 @@ fn agrees_with_scikit_learn() {
 
 #[test]
 fn agrees_with_the_singular_values_on_both_sides() {
-    // More rows than columns, and more columns than rows.
-    for (samples, count, rank) in [(4, 25, 6), (1, 80, 6)] {
+    // More rows than columns, more columns than rows, more columns than a block.
+    for (samples, count, rank) in [(4, 25, 6), (1, 80, 6), (1, 2100, 6)] {
         let columns = motion(samples, count);
         let dictionary = learn(columns.clone(), rank);
         dictionary.validate().unwrap();

@@ -107,9 +107,7 @@ pub fn learn_in(
     let dictionary = if is_nmf {
         learn_nmf(&columns, demonstrated, &problem.settings)
     } else {
-        let every: Vec<usize> = (0..plan.segments).collect();
-        let segments = steps::complete(&columns.segments(&every)?);
-        learn_pca(&segments, demonstrated, problem.settings.rank)
+        learn_pca(&columns, demonstrated, problem.settings.rank)
     }
     .map_err(steps::learn_error)?;
     with_the_rest(folder, dictionary, begin.elapsed().as_secs_f64())

@@ -167,6 +167,13 @@ impl Settings {
         positive_or_zero("segments.margin_s", self.segments.margin_s)?;
         positive_or_zero("segments.missing_s", self.segments.missing_s)?;
         self.learn.validate()?;
+        if self.learn.kind == "pca" && self.segments.missing_s > 0.0 {
+            return Err(invalid(
+                "segments.missing_s",
+                "0 with learn.kind = \"pca\", which needs complete segments",
+                &self.segments.missing_s,
+            ));
+        }
         one_of("plan.ends", &self.plan.ends, &["soft", "hard"])?;
         positive_or_zero("plan.velocity_factor", self.plan.velocity_factor)?;
         let plan = &self.plan;

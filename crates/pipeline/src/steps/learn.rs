@@ -23,7 +23,7 @@ pub fn learn(
 ) -> Result<Dictionary, PipelineError> {
     let rank = rank(segments.len(), settings);
     let dictionary = match settings.learn.kind.as_str() {
-        "pca" => learn_pca(&complete(segments), demonstrated, rank),
+        "pca" => learn_pca(segments, demonstrated, rank),
         _ => learn_nmf(
             segments,
             demonstrated,

@@ -103,7 +103,7 @@ fn rounds(
     rows: usize,
     primitives: Vec<f64>,
     activations: Vec<f64>,
-    settings: NmfSettings,
+    settings: &NmfSettings,
 ) -> (NmfState, Vec<f64>) {
     let count = v.len() / rows;
     let problem = NmfProblem {
@@ -113,7 +113,7 @@ fn rounds(
         offset_m: vec![0.0; 30],
         settings: NmfSettings {
             rank: primitives.len() / rows,
-            ..settings
+            ..settings.clone()
         },
     };
     let mut block = Block::new(v.to_vec(), rows);
@@ -249,7 +249,7 @@ fn multiplicative_updates_agree_with_scikit_learn() {
         rows,
         start_w.as_slice().to_vec(),
         numbers(&r["start_activations"]),
-        settings(iterations, Update::Multiplicative),
+        &settings(iterations, Update::Multiplicative),
     );
     assert_eq!(state.stop, Some(StopReason::IterationLimit));
     assert_eq!(state.primitives.len(), rank * rows);
@@ -269,7 +269,7 @@ fn hals_agrees_with_the_plain_iteration() {
         rows,
         start_w.clone(),
         start_h.clone(),
-        settings(5, Update::Hals),
+        &settings(5, Update::Hals),
     );
 
     let v = matrix(&v, rows);
@@ -326,7 +326,7 @@ fn a_primitive_that_died_is_put_to_use_again() {
         h[1] = 0.0;
     }
     let v = random(rows * count, 1);
-    let (state, activations) = rounds(&v, rows, start, activations, settings(10, Update::Hals));
+    let (state, activations) = rounds(&v, rows, start, activations, &settings(10, Update::Hals));
     for (j, square) in column_squares(&state.primitives, rank).iter().enumerate() {
         assert!(*square > 1e-3, "{j}: {square}");
         assert!(activations.iter().skip(j).step_by(rank).any(|h| *h > 0.0));

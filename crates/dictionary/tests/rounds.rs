@@ -45,11 +45,12 @@ fn in_shards(segments: &Segments, settings: &NmfSettings, shards: usize) -> Dict
         let mut all = Tree::default();
         for shard in 0..shards {
             let mut part = Tree::default();
-            for block in shard * blocks / shards..(shard + 1) * blocks / shards {
+            let mine = shard * blocks / shards..(shard + 1) * blocks / shards;
+            for (block, activations) in mine.clone().zip(&mut activations[mine]) {
                 let columns_m = problem.read_block(segments, block).unwrap();
-                let previous = activations[block].take();
+                let previous = activations.take();
                 let (sums, next) = problem.sums(&state, block, columns_m, previous).unwrap();
-                activations[block] = Some(next);
+                *activations = Some(next);
                 part.push_block(block, sums).unwrap();
             }
             for node in part.into_nodes() {

@@ -27,7 +27,7 @@ pub(crate) struct Args {
 #[derive(Debug, Subcommand)]
 enum Step {
     /// Begin a run in a folder: read the takes, write where the primitives start
-    Init(steps::InitArgs),
+    Init(Box<steps::InitArgs>),
     /// Do a shard's part of a round
     Stats(steps::StatsArgs),
     /// Add up what the shards found, and go on to the next round

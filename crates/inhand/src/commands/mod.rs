@@ -28,7 +28,7 @@ use crate::exit::{Exit, UsageError};
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     /// Everything for a session: one MCAP per take, dictionary, evaluation and report
-    Run(run::Args),
+    Run(Box<run::Args>),
     /// Simulate a session and run everything on it
     Demo(demo::Args),
     /// Print what is in an MCAP file
@@ -38,7 +38,7 @@ pub(crate) enum Command {
     /// Takes into the hand's frame: gaps, filter
     Process(process::Args),
     /// Learn a dictionary of motion primitives from takes
-    Learn(learn::Args),
+    Learn(Box<learn::Args>),
     /// Generate trajectories between the ends of a take's segments
     Generate(generate::Args),
     /// Plan one motion from a start to a goal

@@ -104,9 +104,9 @@ pub(super) fn write(path: &Path, label: &Label, arrays: &Arrays) -> Result<(), P
         bytes.push(name.len() as u8);
         bytes.extend_from_slice(name.as_bytes());
         match array {
-            Array::F64(values) => append(&mut bytes, 0, values, |v| v.to_le_bytes()),
-            Array::F32(values) => append(&mut bytes, 1, values, |v| v.to_le_bytes()),
-            Array::U64(values) => append(&mut bytes, 2, values, |v| v.to_le_bytes()),
+            Array::F64(values) => append(&mut bytes, 0, values, f64::to_le_bytes),
+            Array::F32(values) => append(&mut bytes, 1, values, f32::to_le_bytes),
+            Array::U64(values) => append(&mut bytes, 2, values, u64::to_le_bytes),
         }
     }
     let checksum = Sha256::digest(&bytes);

@@ -246,7 +246,7 @@ impl Source<'_> {
             let rows = self.layout.rows();
             let one_for_all = offset.len() == 1;
             let is_vector = offset.nrows() == 1 || offset.ncols() == 1;
-            if !one_for_all && !(is_vector && offset.len() == rows) {
+            if !(one_for_all || is_vector && offset.len() == rows) {
                 let expected = format!("one number or {rows}");
                 let found = format!("{} x {}", offset.nrows(), offset.ncols());
                 let hint = "save the offset of each row of the primitives";

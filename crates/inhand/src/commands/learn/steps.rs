@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::Result;
+use inhand_model::StopReason;
 use inhand_pipeline::check_target;
 use inhand_pipeline::learning::{self, LearningFolder, Progress, Shard};
 use serde_json::json;
@@ -142,7 +143,7 @@ pub(super) fn update(args: &UpdateArgs) -> Result<Exit> {
                 "start": start,
                 "round": round,
                 "rms_mm": rms_m.map(|rms_m| rms_m * 1000.0),
-                "stop_reason": stop.map(|stop| stop.name()),
+                "stop_reason": stop.map(StopReason::name),
                 "done": updated.progress.is_done(),
             })
         ))?,

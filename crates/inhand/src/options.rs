@@ -101,7 +101,7 @@ pub(crate) struct LearnOptions {
     /// How much of a training segment may be missing between its ends, seconds [default: 0].
     #[arg(long, value_name = "SECONDS")]
     missing: Option<f64>,
-    /// Most segments that deviations are learned from; of more, some are drawn [default: 8192].
+    /// Most segments that deviations are learned from; of more, some are drawn [default: 4096].
     #[arg(long, value_name = "N")]
     deviation_segments: Option<usize>,
     /// Update of the factors: hals, or multiplicative for comparison with older work

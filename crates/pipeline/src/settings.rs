@@ -226,7 +226,7 @@ impl Default for LearnSection {
             kind: "nmf".to_owned(),
             rank: None,
             deviation_primitives: 28,
-            deviation_segments: 8192,
+            deviation_segments: 4096,
             object: "auto".to_owned(),
             update: "hals".to_owned(),
             start: "random".to_owned(),

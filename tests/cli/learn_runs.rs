@@ -108,6 +108,17 @@ fn restarts_keep_the_best_and_shards_agree_on_it() {
         let cosine = restart["matched_cosine"].as_f64().expect("a number");
         assert!((0.5..=1.0).contains(&cosine), "{cosine}");
     }
+    let info = bench.ok(&["info", "one.mcap", "--format", "json"]);
+    let info: serde_json::Value = serde_json::from_str(&info).expect("JSON");
+    assert_eq!(info["dictionary"]["rank"], 8);
+    assert_eq!(info["dictionary"]["seed"], printed["seed"]);
+    assert_eq!(info["dictionary"]["inputs"][1]["name"], "cube_train_02.csv");
+    let text = bench.ok(&["info", "one.mcap"]);
+    assert!(
+        text.contains("8 primitives (nmf) from 2186 segments"),
+        "{text}"
+    );
+    assert_eq!(text.matches("mean matched cosine").count(), 3);
     init(&bench, "run", &options);
     assert_eq!(rounds(&bench, "run", 2), 9);
     bench.ok(&["learn", "finish", "run", "-o", "run.mcap"]);

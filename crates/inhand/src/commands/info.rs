@@ -5,9 +5,10 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result};
 use inhand_channels::{FileInfo, info};
-use inhand_model::Finger;
+use inhand_model::{Dictionary, Finger, Provenance};
 use serde_json::{Value, json};
 
+use crate::commands::info_dictionary;
 use crate::console::{Console, data};
 use crate::exit::Exit;
 use crate::options::Format;
@@ -27,9 +28,19 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let shown = args.file.display().to_string();
     let bytes = std::fs::read(&args.file).with_context(|| format!("cannot read {shown}"))?;
     let info = info(&bytes, &shown)?;
+    let has_dictionary = (info.channels.iter()).any(|c| c.topic == "/dictionary/model");
+    let dictionary = has_dictionary
+        .then(|| inhand_channels::read_dictionary(&bytes, &shown))
+        .and_then(Result::ok);
     data(&match args.format {
-        Format::Text => text(&info),
-        Format::Json => format!("{:#}\n", to_json(&info)),
+        Format::Text => text(&info, dictionary.as_ref()),
+        Format::Json => {
+            let mut json = to_json(&info);
+            if let Some((dictionary, made)) = &dictionary {
+                json["dictionary"] = info_dictionary::to_json(dictionary, made);
+            }
+            format!("{json:#}\n")
+        }
     })?;
     if let Some(problem) = &info.problem {
         console.say(&format!(
@@ -40,9 +51,13 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     Ok(Exit::Done)
 }
 
-fn text(info: &FileInfo) -> String {
+fn text(info: &FileInfo, dictionary: Option<&(Dictionary, Vec<Provenance>)>) -> String {
     let mut out = String::new();
     lines(info, &mut out).expect("writing to a string cannot fail");
+    if let Some((dictionary, made)) = dictionary {
+        info_dictionary::lines(dictionary, made, &mut out)
+            .expect("writing to a string cannot fail");
+    }
     out
 }
 

@@ -6,6 +6,7 @@ mod evaluate;
 mod export;
 mod generate;
 mod info;
+mod info_dictionary;
 mod learn;
 mod learn_rank;
 mod plan;

@@ -164,15 +164,17 @@ fn a_run_that_was_killed_goes_on() {
     assert!(bench.bytes(sums) == bytes);
     bench.ok(&["learn", "update", "cut"]);
 
+    let changed = ["--stride", "1", "--rank", "7", "--max-iterations", "2"];
     let other = [
         &["learn"],
         &TAKES[..],
-        &["-o", "e.mcap", "--work", "work", "--rank", "7"],
+        &["-o", "e.mcap", "--work", "work"],
+        &changed,
     ];
     refused(
         &bench,
         &other.concat(),
-        &["learning.json", "other settings"],
+        &["learning.json", "another value of setting learn.rank"],
     );
     let swapped = [TAKES[1], TAKES[0]];
     let other = [
@@ -337,6 +339,89 @@ fn primitives_from_elsewhere_make_the_same_dictionary() {
     .concat();
     refused(&bench, &wrong, &["cube_train_01.csv"]);
     assert!(!bench.path("p.mcap").exists());
+}
+
+#[test]
+fn primitives_without_their_offset_are_refused() {
+    let bench = Bench::csv();
+    learn(&bench, "own.mcap", &["--rank", "12", "--stride", "10"]);
+    bench.ok(&["export", "own.mcap", "-o", "own.npz"]);
+    let mut own = inhand_matrices::read(&bench.bytes("own.npz"), "own.npz").expect("matrices");
+    let mut refuse = |offset_m: Option<f64>, words: &[&str]| {
+        own.retain(|name, _| name == "primitives");
+        if let Some(offset_m) = offset_m {
+            let one = nalgebra::DMatrix::from_element(1, 1, offset_m);
+            own.insert(
+                "offset_m".to_owned(),
+                inhand_matrices::Variable::Numbers(one),
+            );
+        }
+        let list: Vec<_> = own.clone().into_iter().collect();
+        let form = inhand_matrices::Form::Npz;
+        let bytes = inhand_matrices::write(form, "w.npz", &list).expect("matrices can be written");
+        bench.write("w.npz", bytes);
+        let args = [
+            &["learn"],
+            &TAKES[..],
+            &["-o", "p.mcap", "--primitives", "w.npz"],
+        ];
+        refused(&bench, &args.concat(), words);
+        assert!(!bench.path("p.mcap").exists());
+    };
+    refuse(None, &["w.npz", "offset_m"]);
+    refuse(
+        Some(1.0),
+        &["offset of row 0 is 1 m", "data above the offset"],
+    );
+}
+
+#[test]
+fn a_start_that_was_not_begun_is_begun() {
+    let bench = Bench::csv();
+    let options = [&MANY[..], &["--restarts", "2"]].concat();
+    learn(&bench, "one.mcap", &options);
+    init(&bench, "work", &options);
+    let first = || {
+        for round in 0..3 {
+            bench.ok(&["learn", "stats", "work"]);
+            bench.ok(&["learn", "update", "work"]);
+            assert!(bench.path("work/start-001").exists() == (round == 2));
+        }
+    };
+    first();
+    // As if killed between the end of one start and the beginning of the next.
+    std::fs::remove_dir_all(bench.path("work/start-001")).expect("it is there");
+    refused(&bench, &["learn", "stats", "work"], &["learn update"]);
+    learn(
+        &bench,
+        "d.mcap",
+        &[&options[..], &["--work", "work"]].concat(),
+    );
+    assert!(bench.bytes("one.mcap") == bench.bytes("d.mcap"));
+}
+
+#[test]
+fn options_that_do_not_go_together_are_refused_at_once() {
+    let bench = Bench::csv();
+    let learn = |options: &[&str], words: &[&str]| {
+        let args = [&["learn"], &TAKES[..], &["-o", "d.mcap"], options].concat();
+        refused(&bench, &args, words);
+        assert!(!bench.path("d.mcap").exists());
+        assert!(!bench.path("work").exists());
+    };
+    learn(
+        &["--kind", "pca", "--restarts", "2"],
+        &["learn.restarts", "exact"],
+    );
+    learn(
+        &["--kind", "pca", "--work", "work"],
+        &["--work", "no rounds"],
+    );
+    learn(&["--rank", "5..9", "--work", "work"], &["single --rank"]);
+    learn(&["--primitives", "none.npz"], &["none.npz"]);
+    learn(&["--stop-rms-mm", "0"], &["learn.stop_rms_m"]);
+    let heavy = ["--activation-l1", "1", "--primitive-l1", "1", "--rank", "5"];
+    learn(&heavy, &["every activation is zero", "lower them"]);
 }
 
 #[test]

@@ -128,7 +128,7 @@ impl<T: Real> Block<T> {
         let scale = squared_norm(&sum);
         let fit = |column: &[T]| {
             if scale > 0.0 {
-                dot(column, &sum) / scale
+                (dot(column, &sum) / scale).max(0.0)
             } else {
                 0.0
             }

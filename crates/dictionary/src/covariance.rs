@@ -26,6 +26,10 @@ const SMALLEST_SHRINKAGE: f64 = 1e-9;
 /// equal, as for a single segment. A millionth of the size of the activations as standard deviation.
 const VARIANCE_OF_EQUAL_VECTORS: f64 = 1e-12;
 
+/// Variance where even the mean is zero, m²: a nanometre, small beside any motion, large enough for
+/// its inverse.
+const SMALLEST_VARIANCE_M2: f64 = 1e-18;
+
 /// Mean and covariance (denominator n) of vectors given in blocks (each `rank` x its count), summed
 /// in block order.
 ///
@@ -73,7 +77,7 @@ fn shrunk(scatter: Scatter, rank: usize) -> Moments {
     let identity = if scale > 0.0 {
         scale
     } else {
-        VARIANCE_OF_EQUAL_VECTORS * mean.norm_squared() / rank as f64 + f64::MIN_POSITIVE
+        VARIANCE_OF_EQUAL_VECTORS * mean.norm_squared() / rank as f64 + SMALLEST_VARIANCE_M2
     };
     let mut covariance = DMatrix::from_vec(rank, rank, scatter.covariance);
     covariance *= 1.0 - shrinkage;

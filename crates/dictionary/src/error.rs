@@ -198,6 +198,26 @@ pub enum LearnError {
         /// The one that is not.
         other: &'static str,
     },
+    /// Penalties under which nothing is the best factorisation.
+    #[error(
+        "the penalties are so heavy that every activation is zero: lower them (weights from 1e-7 to \
+         1e-5 change a hand's dictionary without emptying it)"
+    )]
+    PenaltyOfEverything,
+    /// An offset that leaves data below zero.
+    #[error(
+        "the offset of row {row} is {offset_m} m, but a training segment has {found_m} m there: \
+         non-negative primitives need data above the offset; give the offset that the primitives \
+         were learned with, and takes like those they were learned from"
+    )]
+    OffsetAboveData {
+        /// The row of a segment.
+        row: usize,
+        /// The offset, metres.
+        offset_m: f64,
+        /// A number of the data, metres.
+        found_m: f64,
+    },
     /// Training columns that cannot be had.
     #[error("training segments cannot be read: {message}")]
     Read {

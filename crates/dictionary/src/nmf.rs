@@ -1,5 +1,7 @@
 //! Non-negative matrix factorisation of training segments in memory.
 
+use std::borrow::Borrow;
+
 use inhand_model::{Demonstrated, Dictionary, DictionaryKind, Learning, Restart, StopReason};
 use nalgebra::{DMatrix, DVector};
 
@@ -9,7 +11,7 @@ use crate::covariance::moments_of;
 use crate::error::LearnError;
 use crate::real::Real;
 use crate::rounds::{Activations, NmfProblem, NmfState, Stored, column_squares, fit_sums};
-use crate::settings::{NmfSettings, Precision};
+use crate::settings::{NmfSettings, Precision, Update};
 use crate::stability::matched_cosine;
 use crate::sums::Tree;
 
@@ -75,23 +77,27 @@ const GIVEN_SWEEPS: usize = 500;
 
 /// A dictionary of primitives that were learned elsewhere (rows x rank, non-negative): activations,
 /// their mean and covariance, and the error are those of these segments. The offset (rows, metres) is
-/// what was taken off the data that they were learned from; without one it is as for [`learn_nmf`].
+/// what was taken off the data that they were learned from.
+///
+/// Activations are found by HALS whatever the settings say, block by block, three times over: memory
+/// does not depend on the number of segments.
 ///
 /// # Errors
 ///
-/// As [`learn_nmf`], and [`LearnError::ColumnLength`] for primitives or an offset of another number of
-/// rows than the segments have.
+/// As [`learn_nmf`]; [`LearnError::ColumnLength`] for primitives or an offset of another number of
+/// rows than the segments have; [`LearnError::OffsetAboveData`].
 pub fn describe_nmf(
     columns: &impl Columns,
     demonstrated: Demonstrated,
     settings: &NmfSettings,
     primitives: &DMatrix<f64>,
-    offset_m: Option<&DVector<f64>>,
+    offset_m: &DVector<f64>,
 ) -> Result<Dictionary, LearnError> {
     let mut problem = NmfProblem::new(
         columns,
         &NmfSettings {
             rank: primitives.ncols(),
+            update: Update::Hals,
             max_iterations: 0,
             sweeps: GIVEN_SWEEPS,
             restarts: 1,
@@ -100,8 +106,7 @@ pub fn describe_nmf(
         },
     )?;
     let rows = problem.layout.rows();
-    let offset_rows = offset_m.map_or(rows, DVector::nrows);
-    for found in [primitives.nrows(), offset_rows] {
+    for found in [primitives.nrows(), offset_m.nrows()] {
         if found != rows {
             return Err(LearnError::ColumnLength {
                 expected: rows,
@@ -109,30 +114,49 @@ pub fn describe_nmf(
             });
         }
     }
-    if let Some(offset_m) = offset_m {
-        problem.offset_m = offset_m.as_slice().to_vec();
+    for block in 0..problem.blocks() {
+        let columns_m = problem.read_block(columns, block)?;
+        for (i, v) in columns_m.iter().enumerate() {
+            let row = i % rows;
+            if *v < offset_m[row] - GIVEN_SLACK_M {
+                return Err(LearnError::OffsetAboveData {
+                    row,
+                    offset_m: offset_m[row],
+                    found_m: *v,
+                });
+            }
+        }
     }
-    let state = NmfState {
+    problem.offset_m = offset_m.as_slice().to_vec();
+    let mut state = NmfState {
         primitives: primitives.transpose().as_slice().to_vec(),
         ..NmfState::default()
     };
-    let solved = match problem.settings.precision {
-        Precision::F64 => solve_in::<f64>(&problem, state, columns)?,
-        Precision::F32 => solve_in::<f32>(&problem, state, columns)?,
+    let block = |state: &NmfState, block: usize| {
+        problem.sums(state, block, problem.read_block(columns, block)?, None)
     };
-    problem.finish(&solved.state, Vec::new(), demonstrated, |block| {
-        Ok(solved.activations[block].clone())
+    let mut sums = Tree::default();
+    for number in 0..problem.blocks() {
+        sums.push_block(number, block(&state, number)?.0)?;
+    }
+    let before = state.clone();
+    problem.measure(&mut state, &sums.root(problem.blocks())?);
+    problem.finish(&state, Vec::new(), demonstrated, |number| {
+        Ok(block(&before, number)?.1)
     })
 }
 
+/// How far data may lie below a given offset, metres: rounding of what other tools wrote.
+const GIVEN_SLACK_M: f64 = 1e-6;
+
 /// Where the smallest last objective is; the first of equal ones.
-pub fn smallest_objective(states: &[(u64, &NmfState)]) -> usize {
-    let last = |state: &NmfState| {
-        let last = state.objective_history_m2.last().copied();
+pub fn smallest_objective<S: Borrow<NmfState>>(states: &[(u64, S)]) -> usize {
+    let last = |state: &S| {
+        let last = state.borrow().objective_history_m2.last().copied();
         last.unwrap_or(f64::INFINITY)
     };
     (1..states.len()).fold(0, |best, i| {
-        if last(states[i].1) < last(states[best].1) {
+        if last(&states[i].1) < last(&states[best].1) {
             i
         } else {
             best
@@ -209,13 +233,14 @@ pub(crate) fn iterate<T: Real>(
 
 impl NmfProblem {
     /// How each of several starts ended, against the one at `best`; none for a single start.
-    pub fn compare(&self, states: &[(u64, &NmfState)], best: usize) -> Vec<Restart> {
+    pub fn compare<S: Borrow<NmfState>>(&self, states: &[(u64, S)], best: usize) -> Vec<Restart> {
         if states.len() < 2 {
             return Vec::new();
         }
-        let kept = self.primitives(states[best].1);
+        let kept = self.primitives(states[best].1.borrow());
         (states.iter().enumerate())
-            .map(|(i, (seed, state))| Restart {
+            .map(|(i, (seed, state))| (i, seed, state.borrow()))
+            .map(|(i, seed, state)| Restart {
                 seed: *seed,
                 rms_m: self.rms_m(state),
                 objective_m2: state
@@ -246,6 +271,9 @@ impl NmfProblem {
         mut activations: impl FnMut(usize) -> Result<Activations, LearnError>,
     ) -> Result<Dictionary, LearnError> {
         let rank = self.settings.rank;
+        if state.squared_residual_m2 >= state.squared_norm_m2 {
+            return Err(LearnError::PenaltyOfEverything);
+        }
         let lengths: Vec<f64> = (column_squares(&state.primitives, rank).iter())
             .map(|square| square.sqrt())
             .collect();
@@ -309,7 +337,11 @@ impl NmfProblem {
 
 impl NmfSettings {
     /// Checks the numbers that do not depend on data.
-    pub(crate) fn check(&self) -> Result<(), LearnError> {
+    ///
+    /// # Errors
+    ///
+    /// [`LearnError::Setting`], [`LearnError::PenaltyOfOneFactor`].
+    pub fn check(&self) -> Result<(), LearnError> {
         let length = "a length of at least 0 m";
         let weight = "a weight of 0 or more";
         let at_least_0 = |value: f64| (0.0..f64::INFINITY).contains(&value);

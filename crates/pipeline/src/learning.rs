@@ -21,16 +21,17 @@
 //! by anything that starts processes. Files carry the id of the run, start and round, and a checksum.
 //!
 //! In reading order: `folder` (names, `learning.json`), `gather` (takes to tables), `tables` (columns
-//! from tables), `arrays` (the files), `rounds`, `finish`.
+//! from tables), `arrays` (the files), `stored` (states, sums and activations in them), `rounds`, `finish`.
 
 mod arrays;
 mod finish;
 mod folder;
 mod gather;
 mod rounds;
+mod stored;
 mod tables;
 
 pub use finish::{Learned, finish, learn_given, learn_in, scratch_folder};
 pub use folder::{LearningFolder, LearningPlan, PlannedTake};
 pub use gather::init;
-pub use rounds::{Progress, Shard, Updated, stats, update};
+pub use rounds::{Progress, Shard, Updated, begin_rounds, stats, update};

@@ -35,6 +35,22 @@ pub fn write_atomic(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<File>) -> Result<(), PipelineError>,
 ) -> Result<(), PipelineError> {
+    write_renamed(path, false, write)
+}
+
+/// The same for a file that must outlast a crash of the machine.
+pub(crate) fn write_durable(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<File>) -> Result<(), PipelineError>,
+) -> Result<(), PipelineError> {
+    write_renamed(path, true, write)
+}
+
+fn write_renamed(
+    path: &Path,
+    durable: bool,
+    write: impl FnOnce(&mut BufWriter<File>) -> Result<(), PipelineError>,
+) -> Result<(), PipelineError> {
     let folder = path
         .parent()
         .filter(|p| !p.as_os_str().is_empty())
@@ -48,6 +64,13 @@ pub fn write_atomic(
     let mut out = BufWriter::with_capacity(1 << 20, file);
     write(&mut out)?;
     out.flush().map_err(PipelineError::io("write", path))?;
+    if durable {
+        // What is read by other processes, or by a later call after a crash, has to be on the disk
+        // before its name is; and some network file systems say only now that there is no room.
+        out.get_ref()
+            .sync_all()
+            .map_err(PipelineError::io("write", path))?;
+    }
     drop(out);
     // Temporary files are private to their owner; a result is an ordinary file.
     set_ordinary_permissions(&temporary_path)?;

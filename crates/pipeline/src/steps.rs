@@ -30,7 +30,7 @@ pub use generate::{Generated, SegmentCorridors, generate, plan_settings};
 pub(crate) use generate::{Hold, corridors_of, hold_settings, plan_error, planner};
 pub use learn::learn;
 pub(crate) use learn::{
-    complete, drawn_demonstrations, learn_error, nmf_settings, with_deviations,
+    complete, drawn_demonstrations, learn_error, nmf_settings, nmf_settings_of, with_deviations,
 };
 pub use rank::judge_ranks;
 pub use shown::{Shown, demonstrated};

@@ -10,7 +10,8 @@ use crate::console::Console;
 use crate::exit::Exit;
 
 /// Learns a dictionary of motion primitives. Takes with processed channels are used as they are,
-/// others are processed on the way. Memory does not grow with the number of segments.
+/// others are processed on the way. Memory does not grow with the number of segments, except for
+/// ranges of ranks.
 ///
 /// A run can also be spread over processes or machines that share a folder: `learn init` once, then
 /// `learn stats` for every shard and `learn update` until it says that learning has stopped, then

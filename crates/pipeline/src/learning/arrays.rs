@@ -110,11 +110,17 @@ pub(super) fn write(path: &Path, label: &Label, arrays: &Arrays) -> Result<(), P
         }
     }
     let checksum = Sha256::digest(&bytes);
-    output::write_atomic(path, |out| {
+    // Tables are written again by the next `init`; all else a run cannot do without.
+    let write = |out: &mut std::io::BufWriter<std::fs::File>| {
         out.write_all(&bytes)
             .and_then(|()| out.write_all(&checksum))
             .map_err(PipelineError::io("write", path))
-    })
+    };
+    if label.kind == "table" {
+        output::write_atomic(path, write)
+    } else {
+        output::write_durable(path, write)
+    }
 }
 
 fn append<T: Copy, const N: usize>(
@@ -146,8 +152,8 @@ pub(super) fn read(path: &Path, expected: &Label) -> Result<Arrays, PipelineErro
 
 fn parse(bytes: &[u8], expected: &Label) -> Result<Arrays, String> {
     let damaged = || {
-        "the file is damaged or cut off (its checksum does not fit): remove it, and run the step \
-         that wrote it again"
+        "the file is damaged or cut off (its checksum does not fit): sums are written again by \
+         `inhand learn stats` once they are removed; anything else means to begin the run again"
             .to_owned()
     };
     if bytes.first_chunk() != Some(MAGIC) {

@@ -8,8 +8,9 @@ use inhand_model::{Demonstrated, Dictionary, InputHash, Provenance};
 
 use super::folder::LearningFolder;
 use super::rounds::{
-    Current, Progress, Shard, at_start, best_of, current, progress, read_activations, stats, update,
+    Current, Progress, Shard, at_start, begin_rounds, best_of, current, progress, stats, update,
 };
+use super::stored::read_activations;
 use super::tables::TableColumns;
 use crate::error::PipelineError;
 use crate::matrices::Given;
@@ -90,8 +91,16 @@ pub fn learn_in(
     let is_nmf = plan.settings.learn.kind == "nmf";
     if is_nmf && (keep_rounds || size > IN_MEMORY_BYTES) {
         let begin = Instant::now();
-        while !current(folder)?.progress().is_done() {
-            stats(folder, Shard::WHOLE, &mut || ())?;
+        begin_rounds(folder)?;
+        loop {
+            let reached = current(folder)?.progress();
+            if reached.is_done() {
+                break;
+            }
+            // A start that has stopped has no sums left to form: the update begins the next one.
+            if reached.stop.is_none() {
+                stats(folder, Shard::WHOLE, &mut || ())?;
+            }
             watch(&update(folder, &[])?.measured);
         }
         let rounds_s = begin.elapsed().as_secs_f64();
@@ -127,12 +136,18 @@ pub fn learn_given(
     let begin = Instant::now();
     let columns = TableColumns::new(folder)?;
     let (problem, demonstrated) = folder.read_problem(0)?;
+    let offset_m = given.offset_m.as_ref().ok_or_else(|| PipelineError::Learning {
+        path: source.name.clone().into(),
+        message: "expected `offset_m` beside the primitives: what was taken off each row of the data \
+                  before factorising, metres (a single 0 where nothing was)"
+            .to_owned(),
+    })?;
     let dictionary = describe_nmf(
         &columns,
         demonstrated,
         &problem.settings,
         &given.primitives,
-        given.offset_m.as_ref(),
+        offset_m,
     )
     .map_err(steps::learn_error)?;
     let mut learned = with_the_rest(folder, dictionary, begin.elapsed().as_secs_f64())?;

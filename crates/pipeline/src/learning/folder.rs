@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use inhand_dictionary::NmfProblem;
 use inhand_model::{Demonstrated, Hull, InputHash, PerFinger, SegmentLayout, VelocityBounds};
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use super::arrays::{self, Arrays, Label};
 use crate::error::PipelineError;
@@ -140,8 +141,8 @@ impl LearningFolder {
                 "the run was begun with {what}: remove the folder to begin again, or name another"
             ),
         };
-        if self.plan.settings != *settings {
-            return Err(wrong("other settings"));
+        if let Some(key) = first_difference(&self.plan.settings, settings) {
+            return Err(wrong(&format!("another value of setting {key}")));
         }
         if self.plan.takes.len() != takes.len() {
             let found = self.plan.takes.len();
@@ -306,6 +307,27 @@ impl LearningFolder {
         };
         parse().map_err(Self::wrong(&path))
     }
+}
+
+/// Name of the first setting that differs.
+fn first_difference(a: &Settings, b: &Settings) -> Option<String> {
+    fn walk(a: &Value, b: &Value, key: &str) -> Option<String> {
+        if a == b {
+            return None;
+        }
+        let (Value::Object(of_a), Value::Object(of_b)) = (a, b) else {
+            return Some(key.to_owned());
+        };
+        let names = of_a.keys().chain(of_b.keys());
+        names.into_iter().find_map(|name| {
+            let of = |map: &serde_json::Map<String, Value>| map.get(name).cloned();
+            let [a, b] = [of(of_a), of(of_b)].map(Option::unwrap_or_default);
+            let dot = if key.is_empty() { "" } else { "." };
+            walk(&a, &b, &format!("{key}{dot}{name}"))
+        })
+    }
+    let value = |settings| serde_json::to_value(settings).unwrap_or_default();
+    walk(&value(a), &value(b), "")
 }
 
 fn plan_path(root: &Path) -> PathBuf {

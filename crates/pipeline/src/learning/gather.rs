@@ -8,7 +8,6 @@ use inhand_motion::{Cut, SegmentTable};
 use rayon::prelude::*;
 
 use super::folder::{LearningFolder, LearningPlan, PlannedTake, table_path};
-use super::rounds::write_state;
 use super::tables::{TableColumns, read_table, write_table};
 use crate::error::PipelineError;
 use crate::run::TOOL;
@@ -244,10 +243,6 @@ fn begin(
     plan.blocks = problem.blocks();
     let folder = LearningFolder::begin(root, plan);
     folder.write_problem(&problem, &demonstrated)?;
-    if settings.learn.kind == "nmf" {
-        let state = problem.start(&columns).map_err(steps::learn_error)?;
-        write_state(&folder, 0, &state)?;
-    }
     folder.commit()?;
     Ok(folder)
 }

@@ -3,14 +3,20 @@
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use inhand_dictionary::{Activations, NmfProblem, NmfState, Node, Sums, Tree, smallest_objective};
+use inhand_dictionary::{NmfProblem, NmfState, Sums, Tree, smallest_objective};
 use inhand_model::StopReason;
 
-use super::arrays::{self, Array, Arrays};
+use super::arrays;
 use super::folder::LearningFolder;
-use super::tables::{TableColumns, activations_array};
+use super::stored::{
+    read_activations, read_state, sums_arrays, sums_nodes, write_activations, write_state,
+};
+use super::tables::TableColumns;
 use crate::error::PipelineError;
 use crate::steps::learn_error;
+
+/// Most parts of the work; more have nothing to do.
+const MOST_SHARDS: usize = 1_000_000;
 
 /// One of several equal parts of the work: `I/N`, from `1/N` to `N/N`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,7 +50,7 @@ impl FromStr for Shard {
             index.trim().parse().map_err(|_| wrong())?,
             of.trim().parse().map_err(|_| wrong())?,
         );
-        if index == 0 || index > of {
+        if index == 0 || index > of || of > MOST_SHARDS {
             return Err(wrong());
         }
         Ok(Self {
@@ -105,6 +111,26 @@ impl Current {
     }
 }
 
+/// Writes where the primitives of the first start begin, unless that was done.
+///
+/// # Errors
+///
+/// [`PipelineError`] for a folder that cannot be used or written.
+pub fn begin_rounds(folder: &LearningFolder) -> Result<(), PipelineError> {
+    refuse_pca(folder)?;
+    if latest_round(folder, 0).is_some() {
+        return Ok(());
+    }
+    begin_start(folder, 0)
+}
+
+fn begin_start(folder: &LearningFolder, start: usize) -> Result<(), PipelineError> {
+    let (problem, _) = folder.read_problem(start)?;
+    let columns = TableColumns::new(folder)?;
+    let state = problem.start(&columns).map_err(learn_error)?;
+    write_state(folder, start, &state)
+}
+
 /// Where a run is.
 ///
 /// # Errors
@@ -148,89 +174,18 @@ fn refuse_pca(folder: &LearningFolder) -> Result<(), PipelineError> {
 }
 
 fn latest_round(folder: &LearningFolder, start: usize) -> Option<usize> {
-    let entries = std::fs::read_dir(folder.start(start)).ok()?;
-    entries
-        .flatten()
-        .filter_map(|entry| {
-            let name = entry.file_name();
-            let round = name.to_str()?.strip_prefix("round-")?.parse().ok()?;
-            folder.state(start, round).is_file().then_some(round)
-        })
+    rounds(folder, start)
+        .filter(|&round| folder.state(start, round).is_file())
         .max()
 }
 
-/// The activations of a block are those of its last half step: of the round before, except after the
-/// round in which learning stopped.
-fn round_of_activations(state: &NmfState) -> usize {
-    match state.stop {
-        Some(_) => state.round,
-        None => state.round.saturating_sub(1),
-    }
-}
-
-pub(super) fn write_state(
-    folder: &LearningFolder,
-    start: usize,
-    state: &NmfState,
-) -> Result<(), PipelineError> {
-    let mut arrays = Arrays::default();
-    arrays.push_f64("primitives", state.primitives.clone());
-    arrays.push_u64("revived", state.revived.iter().copied());
-    arrays.push_f64("objective_history_m2", state.objective_history_m2.clone());
-    arrays.push_f64("squared_norm_m2", vec![state.squared_norm_m2]);
-    arrays.push_f64("squared_residual_m2", vec![state.squared_residual_m2]);
-    let stop = state
-        .stop
-        .and_then(|stop| STOPS.iter().position(|s| *s == stop));
-    arrays.push_u64("stop", stop);
-    let path = folder.state(start, state.round);
-    arrays::write(&path, &folder.label("state", start, state.round), &arrays)
-}
-
-/// Reasons to stop by their number in files.
-const STOPS: [StopReason; 3] = [
-    StopReason::Converged,
-    StopReason::TargetReached,
-    StopReason::IterationLimit,
-];
-
-fn read_state(
-    folder: &LearningFolder,
-    problem: &NmfProblem,
-    start: usize,
-    round: usize,
-) -> Result<NmfState, PipelineError> {
-    let path = folder.state(start, round);
-    let mut arrays = arrays::read(&path, &folder.label("state", start, round))?;
-    let mut parse = || {
-        let primitives = arrays.take_f64("primitives")?;
-        let expected = problem.settings.rank * problem.layout.rows();
-        if primitives.len() != expected {
-            let found = primitives.len();
-            return Err(format!(
-                "primitives have {found} numbers, expected {expected}"
-            ));
-        }
-        let revived = arrays.take_u64("revived")?;
-        if revived.iter().any(|&j| j >= problem.settings.rank) {
-            return Err("a primitive that is not there was revived".to_owned());
-        }
-        let stop = match arrays.take_u64("stop")?.as_slice() {
-            [] => None,
-            [number] => Some(*STOPS.get(*number).ok_or("an unknown reason to stop")?),
-            _ => return Err("more than one reason to stop".to_owned()),
-        };
-        Ok(NmfState {
-            round,
-            primitives,
-            revived,
-            objective_history_m2: arrays.take_f64("objective_history_m2")?,
-            squared_norm_m2: arrays.take_number("squared_norm_m2")?,
-            squared_residual_m2: arrays.take_number("squared_residual_m2")?,
-            stop,
-        })
-    };
-    parse().map_err(LearningFolder::wrong(&path))
+/// Rounds of a start that have a folder.
+fn rounds(folder: &LearningFolder, start: usize) -> impl Iterator<Item = usize> {
+    let entries = std::fs::read_dir(folder.start(start));
+    (entries.into_iter().flatten().flatten()).filter_map(|entry| {
+        let name = entry.file_name();
+        name.to_str()?.strip_prefix("round-")?.parse().ok()
+    })
 }
 
 /// Does a shard's part of the round that the run is in, and returns the file of its sums. `tick` is
@@ -262,8 +217,12 @@ pub fn stats(
         .round(current.start, current.state.round)
         .join(shard.file_name());
     let blocks = shard.blocks(current.problem.blocks());
-    if path.is_file() && arrays::read(&path, &label).is_ok() {
-        // An earlier call got this far; its activations were written before.
+    let all_there = || {
+        let activations = |block| folder.activations(current.start, current.state.round, block);
+        blocks.clone().all(|block| activations(block).is_file())
+    };
+    if path.is_file() && arrays::read(&path, &label).is_ok() && all_there() {
+        // An earlier call got this far.
         blocks.for_each(|_| tick());
         return Ok(path);
     }
@@ -314,38 +273,6 @@ fn shard_sums(
     Ok(tree)
 }
 
-fn write_activations(
-    folder: &LearningFolder,
-    current: &Current,
-    block: usize,
-    activations: Activations,
-) -> Result<(), PipelineError> {
-    let round = current.state.round;
-    let mut arrays = Arrays::default();
-    arrays.push("activations_m", activations_array(activations));
-    let label = folder.label("activations", current.start, round);
-    let path = folder.activations(current.start, round, block);
-    arrays::write(&path, &label, &arrays)
-}
-
-/// The activations that a block had last.
-pub(super) fn read_activations(
-    folder: &LearningFolder,
-    current: &Current,
-    block: usize,
-) -> Result<Activations, PipelineError> {
-    let round = round_of_activations(&current.state);
-    let path = folder.activations(current.start, round, block);
-    let mut arrays = arrays::read(&path, &folder.label("activations", current.start, round))?;
-    match arrays.take("activations_m") {
-        Ok(Array::F64(values)) => Ok(Activations::F64(values)),
-        Ok(Array::F32(values)) => Ok(Activations::F32(values)),
-        _ => Err(LearningFolder::wrong(&path)(
-            "there are no activations in it".to_owned(),
-        )),
-    }
-}
-
 /// Adds the sums of all shards, measures the round and writes the state of the next one; where
 /// learning stops, marks the round as the last of its start and begins the next start. Sums are those
 /// in the round's folder, or the given files.
@@ -376,9 +303,9 @@ pub fn update(folder: &LearningFolder, sums: &[PathBuf]) -> Result<Updated, Pipe
         round,
         ..current.progress()
     };
-    // What the round read is needed no more.
-    if let Some(read) = round.checked_sub(1) {
-        remove(&folder.round(current.start, read))?;
+    // What the round read is needed no more, nor what a killed update left behind.
+    for older in rounds(folder, current.start).filter(|&older| older < round) {
+        remove(&folder.round(current.start, older))?;
     }
     if current.state.stop.is_some() {
         begin_next(folder, &current)?;
@@ -394,10 +321,7 @@ fn begin_next(folder: &LearningFolder, stopped: &Current) -> Result<(), Pipeline
     keep_best(folder, stopped.start)?;
     let next = stopped.start + 1;
     if next < stopped.problem.settings.restarts {
-        let (problem, _) = folder.read_problem(next)?;
-        let columns = TableColumns::new(folder)?;
-        let state = problem.start(&columns).map_err(learn_error)?;
-        write_state(folder, next, &state)?;
+        begin_start(folder, next)?;
     }
     Ok(())
 }
@@ -445,6 +369,15 @@ fn total(
     } else {
         given.to_vec()
     };
+    if files.is_empty() {
+        return Err(PipelineError::Learning {
+            path: round,
+            message: format!(
+                "there are no sums of round {} yet: run `inhand learn stats` for every shard",
+                current.state.round
+            ),
+        });
+    }
     let label = folder.label("sums", current.start, current.state.round);
     let mut nodes = Vec::new();
     for path in &files {
@@ -481,6 +414,9 @@ fn total(
 }
 
 fn sums_files(round: &Path) -> Result<Vec<PathBuf>, PipelineError> {
+    if !round.is_dir() {
+        return Ok(Vec::new());
+    }
     let entries = std::fs::read_dir(round).map_err(PipelineError::io("read", round))?;
     let mut files: Vec<_> = entries
         .flatten()
@@ -489,61 +425,4 @@ fn sums_files(round: &Path) -> Result<Vec<PathBuf>, PipelineError> {
         .collect();
     files.sort();
     Ok(files)
-}
-
-fn sums_arrays(nodes: Vec<Node>) -> Arrays {
-    let mut arrays = Arrays::default();
-    arrays.push_u64("level", nodes.iter().map(|node| node.level as usize));
-    arrays.push_u64("index", nodes.iter().map(|node| node.index));
-    for (i, node) in nodes.into_iter().enumerate() {
-        let sums = node.sum;
-        arrays.push_u64(&format!("{i}.count"), [sums.count]);
-        let numbers = vec![
-            sums.squared_norm_m2,
-            sums.squared_residual_m2,
-            sums.activation_sum_m,
-        ];
-        arrays.push_f64(&format!("{i}.numbers"), numbers);
-        arrays.push_f64(&format!("{i}.activation_gram_m2"), sums.activation_gram_m2);
-        arrays.push_f64(&format!("{i}.cross_m2"), sums.cross_m2);
-    }
-    arrays
-}
-
-fn sums_nodes(mut arrays: Arrays, problem: &NmfProblem) -> Result<Vec<Node>, String> {
-    let (rank, rows) = (problem.settings.rank, problem.layout.rows());
-    let levels = arrays.take_u64("level")?;
-    let indices = arrays.take_u64("index")?;
-    let wrong = || "sums of a wrong size".to_owned();
-    if levels.len() != indices.len() || levels.iter().any(|level| *level > 40) {
-        return Err(wrong());
-    }
-    let nodes = levels.into_iter().zip(indices).enumerate();
-    nodes
-        .map(|(i, (level, index))| {
-            let numbers = arrays.take_f64(&format!("{i}.numbers"))?;
-            let counts = arrays.take_u64(&format!("{i}.count"))?;
-            let activation_gram_m2 = arrays.take_f64(&format!("{i}.activation_gram_m2"))?;
-            let cross_m2 = arrays.take_f64(&format!("{i}.cross_m2"))?;
-            let ([count], &[norm, residual, sum]) = (counts.as_slice(), numbers.as_slice()) else {
-                return Err(wrong());
-            };
-            let sizes = (activation_gram_m2.len(), cross_m2.len());
-            if sizes != (rank * rank, rank * rows) || index >= problem.blocks() {
-                return Err(wrong());
-            }
-            Ok(Node {
-                level: level as u32,
-                index,
-                sum: Sums {
-                    count: *count,
-                    squared_norm_m2: norm,
-                    squared_residual_m2: residual,
-                    activation_sum_m: sum,
-                    activation_gram_m2,
-                    cross_m2,
-                },
-            })
-        })
-        .collect()
 }

@@ -9,7 +9,7 @@ use inhand_model::{Hand, Object, Pose, SegmentLayout, SegmentOrigin, Segments};
 use inhand_motion::{Cut, SegmentTable};
 use nalgebra::{DMatrix, Isometry3, Quaternion, Translation3, UnitQuaternion};
 
-use super::arrays::{self, Array, Arrays, Label};
+use super::arrays::{self, Arrays, Label};
 use super::folder::LearningFolder;
 use crate::error::PipelineError;
 use crate::settings::Role;
@@ -198,13 +198,5 @@ impl Columns for TableColumns<'_> {
             }
         }
         Ok(())
-    }
-}
-
-/// An array of activations.
-pub(super) fn activations_array(activations: inhand_dictionary::Activations) -> Array {
-    match activations {
-        inhand_dictionary::Activations::F64(values) => Array::F64(values),
-        inhand_dictionary::Activations::F32(values) => Array::F32(values),
     }
 }

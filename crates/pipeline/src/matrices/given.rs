@@ -30,18 +30,14 @@ pub struct Given {
     pub primitives: DMatrix<f64>,
     /// Offset of each row, metres, where the file has one.
     pub offset_m: Option<DVector<f64>>,
-    /// Activations of the segments that they were learned from (rank x n), metres, to go with the
-    /// unit-length primitives, where the file has them.
-    pub activations_m: Option<DMatrix<f64>>,
 }
 
 /// Takes primitives from the variables of a file.
 ///
 /// They are `primitives` or `W` (rows x rank), or `components_`, as scikit-learn has them after
 /// `fit(segments)` (rank x rows). Rows are those of the layout. Beside them there may be an offset
-/// (`offset_m`, `offset` or scikit-learn's `mean_`: a number for each row, or one for all) and
-/// activations (`activations`, or `H` beside `W`: rank x n). Columns are scaled to unit length and
-/// activations with them, so that their product stays what it was.
+/// (`offset_m`, `offset` or scikit-learn's `mean_`: a number for each row, or one for all). Columns are
+/// scaled to unit length. Activations are not taken: they are those of other segments.
 ///
 /// # Errors
 ///
@@ -62,7 +58,6 @@ pub fn import_primitives(
     };
     let (name, mut primitives) = source.primitives()?;
     let offset_m = source.offset_m()?;
-    let mut activations_m = source.activations(name, primitives.ncols())?;
     for (i, mut primitive) in primitives.column_iter_mut().enumerate() {
         let length = primitive.norm();
         // Below the smallest normal number dividing by it would not give unit length.
@@ -75,14 +70,10 @@ pub fn import_primitives(
             ));
         }
         primitive /= length;
-        if let Some(activations) = &mut activations_m {
-            activations.row_mut(i).scale_mut(length);
-        }
     }
     Ok(Given {
         primitives,
         offset_m,
-        activations_m,
     })
 }
 
@@ -267,34 +258,6 @@ impl Source<'_> {
             }));
         }
         Ok(None)
-    }
-
-    fn activations(
-        &self,
-        primitives: &str,
-        rank: usize,
-    ) -> Result<Option<DMatrix<f64>>, MatricesError> {
-        let name = match primitives {
-            "W" if !self.variables.contains_key("activations") => "H",
-            _ => "activations",
-        };
-        let Some(activations) = self.matrix(name)? else {
-            return Ok(None);
-        };
-        if activations.nrows() != rank {
-            return Err(self.error(
-                name,
-                format!("{rank} x n numbers, a row for each primitive"),
-                format!("{} x {}", activations.nrows(), activations.ncols()),
-                if activations.ncols() == rank {
-                    "it looks transposed: save its transpose"
-                } else {
-                    "leave it out: activations can be found again"
-                },
-            ));
-        }
-        self.not_negative(name, activations)?;
-        Ok(Some(activations.clone()))
     }
 }
 

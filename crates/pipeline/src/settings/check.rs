@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use inhand_capture::roles::{BodyChoice, RoleSettings};
 use inhand_capture::{ReadSettings, parse_length_unit, parse_rotation_order, parse_up_axis};
-use inhand_dictionary::{Precision, Start, Update};
+use inhand_dictionary::{LearnError, Precision, Start, Update};
 use inhand_model::{Finger, PerFinger, Shape};
 use inhand_motion::{Filter, GapFill, ProcessSettings};
 
@@ -305,7 +305,43 @@ impl LearnSection {
         ] {
             positive_or_zero(key, value)?;
         }
-        Ok(())
+        if self.kind == "pca" {
+            return self.validate_pca();
+        }
+        crate::steps::nmf_settings_of(self)?
+            .check()
+            .map_err(|error| match error {
+                LearnError::Setting {
+                    name,
+                    expected,
+                    found,
+                } => invalid(&format!("learn.{name}"), expected, &found),
+                other => crate::steps::learn_error(other),
+            })
+    }
+
+    /// Principal components are exact: what says how to iterate has no meaning for them.
+    fn validate_pca(&self) -> Result<(), PipelineError> {
+        let plain = Self::default();
+        let given = [
+            ("learn.update", self.update != plain.update),
+            ("learn.start", self.start != plain.start),
+            ("learn.precision", self.precision != plain.precision),
+            ("learn.restarts", self.restarts != plain.restarts),
+            ("learn.stop_rms_mm", self.stop_rms_mm.is_some()),
+            ("learn.activation_l1", self.activation_l1 != 0.0),
+            ("learn.activation_l2", self.activation_l2 != 0.0),
+            ("learn.primitive_l1", self.primitive_l1 != 0.0),
+            ("learn.primitive_l2", self.primitive_l2 != 0.0),
+        ];
+        match given.into_iter().find(|(_, given)| *given) {
+            None => Ok(()),
+            Some((key, _)) => Err(invalid(
+                key,
+                "nothing with learn.kind = \"pca\", which is exact",
+                &"a value",
+            )),
+        }
     }
 
     pub(crate) fn update(&self) -> Result<Update, PipelineError> {

@@ -6,7 +6,7 @@ use inhand_dictionary::{
 use inhand_model::{Demonstrated, Dictionary, Segments};
 
 use crate::error::PipelineError;
-use crate::settings::Settings;
+use crate::settings::{LearnSection, Settings};
 
 /// Primitives where the settings name no number: as published.
 const RANK: usize = 200;
@@ -100,9 +100,16 @@ pub(crate) fn nmf_settings(
     segments: usize,
     settings: &Settings,
 ) -> Result<NmfSettings, PipelineError> {
-    let section = &settings.learn;
     Ok(NmfSettings {
         rank: rank(segments, settings),
+        may_miss: settings.segments.missing_s > 0.0,
+        ..nmf_settings_of(&settings.learn)?
+    })
+}
+
+/// What does not depend on the segments.
+pub(crate) fn nmf_settings_of(section: &LearnSection) -> Result<NmfSettings, PipelineError> {
+    Ok(NmfSettings {
         seed: section.seed,
         max_iterations: section.max_iterations,
         sweeps: section.sweeps,
@@ -119,7 +126,6 @@ pub(crate) fn nmf_settings(
             l2: section.primitive_l2,
         },
         precision: section.precision()?,
-        may_miss: settings.segments.missing_s > 0.0,
         restarts: section.restarts,
         ..NmfSettings::default()
     })

@@ -83,6 +83,7 @@ pub(super) fn init(console: &Console, args: &InitArgs) -> Result<Exit> {
         return Err(UsageError(message).into());
     }
     let folder = (args.options).init(console, &args.output, &args.inputs, &settings)?;
+    learning::begin_rounds(&folder)?;
     let plan = folder.plan();
     match args.format {
         Format::Json => data(&format!(

@@ -28,7 +28,7 @@ pub(crate) struct WholeArgs {
     #[arg(long, value_name = "FOLDER")]
     work: Option<PathBuf>,
     /// Take the primitives of a .npz or .mat file as they are (`primitives` or `W`, or scikit-learn's
-    /// `components_`; with `offset_m` where the data was shifted), and learn the rest.
+    /// `components_`; with `offset_m`, what the data was shifted by), and learn the rest.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["work", "rank", "restarts"])]
     primitives: Option<PathBuf>,
     /// Print the outcome as text or JSON.
@@ -100,6 +100,7 @@ pub(super) fn run(console: &Console, args: &WholeArgs) -> Result<Exit> {
     let mut settings = args.options.settings()?;
     let inputs: Vec<_> = args.inputs.iter().map(PathBuf::as_path).collect();
     check_target(output, &inputs, || args.force)?;
+    check_together(args, &mut settings)?;
     let choice = match args.options.learn.ranks() {
         None => None,
         Some(ranks) => {
@@ -148,13 +149,33 @@ pub(super) fn run(console: &Console, args: &WholeArgs) -> Result<Exit> {
     Ok(Exit::Done)
 }
 
+/// Refuses what does not go together before anything takes long.
+fn check_together(args: &WholeArgs, settings: &mut Settings) -> Result<()> {
+    let refuse = |message: &str| Err(UsageError(message.to_owned()).into());
+    let is_pca = settings.learn.kind == "pca";
+    if args.work.is_some() && is_pca {
+        return refuse("--work: principal components have no rounds to keep; leave it out");
+    }
+    if args.work.is_some() && args.options.learn.ranks().is_some() {
+        return refuse("--work: expected a single --rank; choose one first, without --work");
+    }
+    let Some(file) = &args.primitives else {
+        return Ok(());
+    };
+    if is_pca {
+        return refuse(
+            "--primitives: expected --kind nmf; components about a mean are learned here",
+        );
+    }
+    // The file says how many there are. What it holds is checked against the takes' rate later.
+    settings.learn.rank = None;
+    matrices::read(file)?;
+    Ok(())
+}
+
 /// A dictionary of primitives from a file of matrices.
 fn given(folder: &LearningFolder, file: &Path) -> Result<Learned> {
     let plan = folder.plan();
-    if plan.settings.learn.kind != "nmf" {
-        let message = "--primitives: expected --kind nmf; components about a mean are learned here";
-        return Err(UsageError(message.to_owned()).into());
-    }
     let given = matrices::read_primitives(file, plan.layout(), DictionaryKind::Nmf)?;
     Ok(learn_given(folder, &given, matrices::hash(file)?)?)
 }

@@ -271,7 +271,9 @@ impl NmfProblem {
         mut activations: impl FnMut(usize) -> Result<Activations, LearnError>,
     ) -> Result<Dictionary, LearnError> {
         let rank = self.settings.rank;
-        if state.squared_residual_m2 >= state.squared_norm_m2 {
+        if !self.settings.activation_penalty.is_none()
+            && state.squared_residual_m2 >= state.squared_norm_m2
+        {
             return Err(LearnError::PenaltyOfEverything);
         }
         let lengths: Vec<f64> = (column_squares(&state.primitives, rank).iter())

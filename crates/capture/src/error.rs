@@ -10,8 +10,9 @@ use thiserror::Error;
 pub enum CaptureError {
     /// The bytes are of no format that is read here.
     #[error(
-        "{file}: not a capture file: expected Motive CSV (starts with \"Format Version,\") or \
-         Qualisys TSV (starts with \"NO_OF_FRAMES\"), found {found}"
+        "{file}: not a capture file: expected Motive CSV (starts with \"Format Version,\"), \
+         Qualisys TSV (starts with \"NO_OF_FRAMES\") or TRC (starts with \"PathFileType\"), found \
+         {found}"
     )]
     UnknownFormat {
         /// The file.
@@ -90,12 +91,14 @@ pub enum CaptureError {
     },
     /// The file does not say in which unit its lengths are.
     #[error(
-        "{file}: the header has no \"Length Units\": say it with --units \
+        "{file}: the header has no \"{key}\": say it with --units \
          (metres, centimetres, millimetres, inches, feet)"
     )]
     NoUnits {
         /// The file.
         file: String,
+        /// The key that would state it.
+        key: &'static str,
     },
     /// The file does not say in which order its Euler angles apply.
     #[error(

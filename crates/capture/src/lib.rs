@@ -1,4 +1,4 @@
-//! Vendor motion-capture files to recordings and back: Motive CSV, Qualisys TSV.
+//! Vendor motion-capture files to recordings and back: Motive CSV, Qualisys TSV, TRC.
 //!
 //! A reader turns bytes into a [`Recording`]: metres, unit quaternions, an even clock, a status on
 //! every sample. What is odd but usable becomes a [`Finding`](inhand_model::Finding) on the
@@ -35,6 +35,7 @@
 //!
 //! * [`motive`]: reads Motive CSV 1.21 and later, writes 1.23.
 //! * [`qualisys`]: reads TSV files of Qualisys Track Manager.
+//! * [`trc`]: reads TRC files, as Cortex, Motive and OpenSim write them.
 //! * [`roles`]: which body or marker cluster is the hand, the object, which marker is which finger.
 
 mod assembly;
@@ -46,21 +47,23 @@ mod settings;
 mod start_time;
 mod table;
 mod text;
+pub mod trc;
 
 pub use error::CaptureError;
 pub use settings::{ReadSettings, parse_length_unit, parse_rotation_order, parse_up_axis};
 
 use inhand_model::Recording;
 
-/// Reads a vendor file, whichever it is: its first bytes tell Motive CSV from Qualisys TSV.
+/// Reads a vendor file, whichever it is: its first bytes tell Motive CSV, Qualisys TSV and TRC
+/// apart.
 ///
 /// `file_name` is what messages call the file; its stem is the take's name where the file states
 /// none.
 ///
 /// # Errors
 ///
-/// [`CaptureError`] where the file is neither, is damaged, or leaves open what `settings` do not
-/// say.
+/// [`CaptureError`] where the file is none of them, is damaged, or leaves open what `settings` do
+/// not say.
 pub fn read(
     bytes: &[u8],
     file_name: &str,
@@ -69,16 +72,20 @@ pub fn read(
     let text = text::without_byte_order_mark(bytes, file_name)?;
     if qualisys::looks_like(text) {
         qualisys::read(bytes, file_name, settings)
+    } else if trc::looks_like(text) {
+        trc::read(bytes, file_name, settings)
     } else {
         // Also the place that says why a file of another kind is refused.
         motive::read(bytes, file_name, settings)
     }
 }
 
-/// Whether a path names a file that [`read`] may be able to read, by its extension `.csv` or
-/// `.tsv`.
+/// Whether a path names a file that [`read`] may be able to read, by its extension `.csv`,
+/// `.tsv` or `.trc`.
 pub fn looks_like_capture_file(path_name: &str) -> bool {
     path_name.rsplit_once('.').is_some_and(|(_, extension)| {
-        extension.eq_ignore_ascii_case("csv") || extension.eq_ignore_ascii_case("tsv")
+        ["csv", "tsv", "trc"]
+            .iter()
+            .any(|known| extension.eq_ignore_ascii_case(known))
     })
 }

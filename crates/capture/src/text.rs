@@ -94,6 +94,13 @@ pub(crate) fn stem(file_name: &str) -> &str {
     }
 }
 
+/// Whether a marker is named as Motive names those it cannot tell: `Unlabeled:108` or
+/// `Unlabeled 1036`.
+pub(crate) fn is_unlabelled(name: &str) -> bool {
+    let name = name.to_ascii_lowercase();
+    name.starts_with("unlabeled") || name.starts_with("unlabelled")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -8,4 +8,5 @@ mod suite {
     mod roles;
     mod round_trip;
     mod text;
+    mod trc;
 }

@@ -13,12 +13,15 @@ const LEFT_OUT_PER_ROW: u64 = 10;
 /// still reads, and no small file asks for memory without bound.
 const LEFT_OUT_SAMPLES: u64 = 100_000;
 
-/// Some versions of Motive round the time column to a millisecond. Both the row's time and the
-/// first row's carry half of that at most.
-const TIME_ROUNDED_TO_MS_S: f64 = 1e-3;
+/// Steps to which software rounds the time column: some versions of Motive write milliseconds, TRC
+/// files three to six decimals. Both the row's time and the first row's carry half a step at most.
+const TIME_STEPS_S: [f64; 4] = [1e-3, 1e-4, 1e-5, 1e-6];
 
-/// Half of the sixth decimal for the row's time and for the first row's, and a margin.
-const TIME_SIX_DECIMALS_S: f64 = 2e-6;
+/// How far from a multiple of its step a rounded time may come out, in single precision included.
+const TIME_ON_STEP_S: f64 = 1e-7;
+
+/// What a time column may be off beyond its rounding.
+const TIME_MARGIN_S: f64 = 1e-6;
 
 /// Relative precision of a time kept in single precision before it was printed.
 const TIME_SINGLE_PRECISION: f64 = 1.2e-7;
@@ -121,7 +124,8 @@ impl<'a> Grid<'a> {
 pub(super) struct TimeCheck {
     rate_hz: f64,
     first_time_s: Option<(f64, i64)>,
-    whole_milliseconds: bool,
+    /// Index of the coarsest of [`TIME_STEPS_S`] that all times so far are multiples of.
+    step: usize,
     worst_s: f64,
     worst: Option<(usize, f64, f64)>,
 }
@@ -131,7 +135,7 @@ impl TimeCheck {
         Self {
             rate_hz,
             first_time_s: None,
-            whole_milliseconds: true,
+            step: 0,
             worst_s: 0.0,
             worst: None,
         }
@@ -145,8 +149,11 @@ impl TimeCheck {
             let frame = rows.frames.get(k).copied();
             let frame =
                 frame.unwrap_or(grid.first_frame + (grid.rows as i64) - (rows.len() - k) as i64);
-            let millis = time_s * 1e3;
-            self.whole_milliseconds &= (millis - millis.round()).abs() < 1e-4;
+            while self.step + 1 < TIME_STEPS_S.len()
+                && !is_multiple(time_s, TIME_STEPS_S[self.step])
+            {
+                self.step += 1;
+            }
             let (first_s, first_frame) = *self.first_time_s.get_or_insert((time_s, frame));
             let expected_s = first_s + (frame - first_frame) as f64 / self.rate_hz;
             let off_s = (time_s - expected_s).abs() - TIME_SINGLE_PRECISION * time_s.abs();
@@ -158,11 +165,7 @@ impl TimeCheck {
     }
 
     pub(super) fn finding(&self) -> Option<Finding> {
-        let rounding_s = if self.whole_milliseconds {
-            TIME_ROUNDED_TO_MS_S + TIME_SIX_DECIMALS_S
-        } else {
-            TIME_SIX_DECIMALS_S
-        };
+        let rounding_s = TIME_STEPS_S[self.step] + TIME_MARGIN_S;
         let (line, found_s, expected_s) = self.worst.filter(|_| self.worst_s > rounding_s)?;
         Some(Finding::warning(
             format!("line {line}"),
@@ -174,4 +177,9 @@ impl TimeCheck {
             ),
         ))
     }
+}
+
+fn is_multiple(time_s: f64, step_s: f64) -> bool {
+    let steps = time_s / step_s;
+    (steps - steps.round()).abs() * step_s < TIME_ON_STEP_S
 }

@@ -8,6 +8,7 @@ use super::header::Header;
 use crate::assembly::{Entity, RotationColumns};
 use crate::error::CaptureError;
 use crate::table::Column;
+use crate::text;
 
 /// Columns named in the finding about those not read; the rest is counted.
 const NAMED_UNREAD: usize = 4;
@@ -197,7 +198,7 @@ impl Candidate<'_> {
             };
             let kind = match self.of {
                 Type::FittedMarker => MarkerKind::RigidBodyMarker,
-                _ if is_unlabelled(self.name) => MarkerKind::Unlabelled,
+                _ if text::is_unlabelled(self.name) => MarkerKind::Unlabelled,
                 _ => MarkerKind::Labelled,
             };
             let marker = Entity::Marker {
@@ -296,12 +297,6 @@ impl Candidate<'_> {
             found: format!("only {}", names.join(", ")),
         }
     }
-}
-
-/// Both spellings that Motive uses: `Unlabeled:108` and `Unlabeled 1036`.
-fn is_unlabelled(name: &str) -> bool {
-    let name = name.to_ascii_lowercase();
-    name.starts_with("unlabeled") || name.starts_with("unlabelled")
 }
 
 /// For each column its place among the values of a row.

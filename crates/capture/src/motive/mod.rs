@@ -89,6 +89,7 @@ pub fn read(
         None => {
             return Err(CaptureError::NoUnits {
                 file: file_name.to_owned(),
+                key: "Length Units",
             });
         }
     };

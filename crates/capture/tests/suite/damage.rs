@@ -41,6 +41,13 @@ fn qualisys() -> Vec<u8> {
         .to_vec()
 }
 
+fn trc() -> Vec<u8> {
+    b"PathFileType\t4\t(X/Y/Z)\ta.trc\nDataRate\tNumFrames\tNumMarkers\tUnits\n100\t2\t2\tmm\n\
+      Frame#\tTime\ta_tip\t\t\tb\n\t\tX1\tY1\tZ1\tX2\tY2\tZ2\n\n\
+      1\t0.0\t1\t2\t3\t4\t5\t6\n2\t0.01\t1\t2\t3\t\t\t\n"
+        .to_vec()
+}
+
 /// Reads, and where that works resolves roles: all that matters is that both return.
 fn survives(bytes: &[u8]) {
     if let Ok(recording) = inhand_capture::read(bytes, "a.csv", &ReadSettings::default()) {
@@ -56,13 +63,13 @@ proptest! {
 
     #[test]
     fn pieces_put_in_taken_out_and_doubled(
-        of_motive in any::<bool>(),
+        whole in prop::sample::select(vec![motive(), qualisys(), trc()]),
         changes in prop::collection::vec(
             (any::<prop::sample::Index>(), 0_usize..12, 0..PIECES.len()),
             1..6,
         ),
     ) {
-        let mut bytes = if of_motive { motive() } else { qualisys() };
+        let mut bytes = whole;
         for (at, remove, piece) in changes {
             let at = at.index(bytes.len() + 1).min(bytes.len());
             let end = (at + remove).min(bytes.len());
@@ -73,7 +80,13 @@ proptest! {
 
     #[test]
     fn noise_behind_a_true_beginning(
-        start in prop::sample::select(vec![&b""[..], b"Format Version,1.23\n", b"FREQUENCY\t100\n"]),
+        start in prop::sample::select(vec![
+            &b""[..],
+            b"Format Version,1.23\n",
+            b"FREQUENCY\t100\n",
+            b"PathFileType\t4\nDataRate\tUnits\n100\tm\n",
+            b"PathFileType\t4\nDataRate\tUnits\n100\tm\nFrame#\tTime\n",
+        ]),
         noise in prop::collection::vec(any::<u8>(), 0..400),
     ) {
         survives(&[start, &noise].concat());
@@ -82,7 +95,7 @@ proptest! {
 
 #[test]
 fn every_cut() {
-    for whole in [motive(), qualisys()] {
+    for whole in [motive(), qualisys(), trc()] {
         for end in 0..=whole.len() {
             survives(&whole[..end]);
         }
@@ -91,7 +104,7 @@ fn every_cut() {
 
 #[test]
 fn every_byte_changed() {
-    for whole in [motive(), qualisys()] {
+    for whole in [motive(), qualisys(), trc()] {
         for at in 0..whole.len() {
             let mut bytes = whole.clone();
             for byte in [0, b',', b'\t', b'"', b'\n', 0x80, b'9', b'X'] {

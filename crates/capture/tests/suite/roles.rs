@@ -358,6 +358,7 @@ fn extensions() {
         ("a.csv", true),
         ("b/Take 2023.01.CSV", true),
         ("a.tsv", true),
+        ("a.trc", true),
         ("a.mcap", false),
         ("csv", false),
         ("", false),

@@ -15,8 +15,8 @@ use crate::console::Console;
 use crate::exit::{Exit, UsageError};
 use crate::options::{OutputOptions, SourceOptions};
 
-/// Converts takes (Motive CSV, Qualisys TSV) to MCAP recordings; with an output that ends in .csv,
-/// a recording to Motive CSV 1.23. Any take converts, whether or not it has a hand in it.
+/// Converts takes (Motive CSV, Qualisys TSV, TRC) to MCAP recordings; with an output that ends in
+/// .csv, a recording to Motive CSV 1.23. Any take converts, whether or not it has a hand in it.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Takes.

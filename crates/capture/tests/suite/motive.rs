@@ -474,6 +474,11 @@ fn damaged_headers_are_refused() {
         ("text", "a,b,c\n1,2,3\n".to_owned(), "found \"a,b,c\""),
         ("tabs", text.replace(',', "\t"), "not a capture file"),
         (
+            "C3D",
+            "\u{2}P\u{c}\0".to_owned(),
+            "take.csv: a C3D file is not read yet: export the take as CSV, TSV or TRC",
+        ),
+        (
             "rows only",
             lines[7..].concat(),
             "found \"0,0,0,0,0,1,1,2,3,4,5,6\"",

@@ -105,6 +105,7 @@ pub fn read(
         delimiter: b'\t',
         columns: layout.columns,
         labels: layout.labels,
+        may_end_after: None,
     };
     let entities = layout
         .marker_names

@@ -47,6 +47,8 @@ pub(crate) struct Table<'a> {
     pub(crate) columns: Vec<Column>,
     /// What each column is called in messages.
     pub(crate) labels: Vec<String>,
+    /// A row may end behind this many cells: all values behind them are then blank.
+    pub(crate) may_end_after: Option<usize>,
 }
 
 /// Consecutive rows as numbers.
@@ -223,11 +225,16 @@ impl Table<'_> {
             };
             if end == line.len() {
                 let found = index + 1;
-                return if found < required {
-                    Err(Problem::TooFewCells { found })
-                } else {
-                    Ok(())
-                };
+                if found >= required {
+                    return Ok(());
+                }
+                if self.may_end_after != Some(found) {
+                    return Err(Problem::TooFewCells { found });
+                }
+                let rest = self.columns[found..].iter();
+                let blank = rest.filter(|&&column| column == Column::Value).count();
+                rows.values.extend(std::iter::repeat_n(f64::NAN, blank));
+                return Ok(());
             }
             at = end + 1;
         }
@@ -355,6 +362,7 @@ mod tests {
             delimiter: b',',
             columns: columns.to_vec(),
             labels: (0..columns.len()).map(|k| format!("c{k}")).collect(),
+            may_end_after: None,
         }
     }
 

@@ -141,6 +141,7 @@ pub fn read(
         delimiter: b',',
         columns: layout.columns,
         labels: layout.labels,
+        may_end_after: None,
     };
     let declared_rows = header
         .fact("Total Exported Frames")

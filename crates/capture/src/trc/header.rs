@@ -83,13 +83,18 @@ pub(super) struct Header {
 impl Header {
     pub(super) fn parse(lines: &mut Lines<'_>) -> Result<Self, CaptureError> {
         let first = lines.cells(MAGIC)?;
-        let version = first.get(1).copied().unwrap_or_default();
-        let order = first.get(2).copied().unwrap_or_default();
+        // Some scripts put spaces here and tabs everywhere else.
+        let mut words = first
+            .iter()
+            .flat_map(|cell| cell.split_whitespace())
+            .skip(1);
+        let version = words.next().unwrap_or_default();
+        let order = words.next().unwrap_or_default();
         if !order.is_empty() && !order.eq_ignore_ascii_case("(X/Y/Z)") {
             return Err(CaptureError::UnsupportedFormat {
                 file: lines.file.to_owned(),
                 found: format!(
-                    "a TRC file with coordinates \"{}\" (line 1, column 3)",
+                    "a TRC file with coordinates \"{}\" (line 1)",
                     text::excerpt(order.as_bytes())
                 ),
                 hint: "export it with coordinates (X/Y/Z)",
@@ -97,7 +102,7 @@ impl Header {
         }
         let mut facts = BTreeMap::from([(
             MAGIC.to_owned(),
-            first.get(1..).unwrap_or_default().join(" "),
+            first.join(" ").split_off(MAGIC.len()).trim().to_owned(),
         )]);
         let keys = lines.cells("a line of keys (DataRate, CameraRate, NumFrames, ...)")?;
         if !keys.contains(&"DataRate") {
@@ -170,8 +175,9 @@ impl Header {
     }
 
     pub(super) fn version_finding(&self) -> Option<Finding> {
-        (self.version != "4").then(|| {
-            Finding::warning(
+        // Both are laid out the same.
+        (!["3", "4"].contains(&self.version.as_str())).then(|| {
+            Finding::info(
                 MAGIC,
                 format!(
                     "expected type 4, found \"{}\": read as type 4",

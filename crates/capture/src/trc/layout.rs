@@ -6,7 +6,7 @@ use crate::table::Column;
 use crate::text;
 
 /// Columns of `Frame#` and `Time`.
-const LEADING_COLUMNS: usize = 2;
+pub(super) const LEADING_COLUMNS: usize = 2;
 
 /// What the columns hold, what messages call them, and the markers in their order.
 pub(super) struct Layout {

@@ -22,7 +22,7 @@
 //! * **Lengths** are in `Units` and become metres.
 //! * **Time** of a sample is `(frame - first frame) / DataRate`. The time column is a check and no
 //!   more. The file states no start time.
-//! * **Missing** samples are blank cells, `nan`, or, as programs without a notion of missing write
+//! * **Missing** samples are blank cells, a row that ends behind its time, `nan`, or, as programs without a notion of missing write
 //!   them, a marker exactly at the origin in all three coordinates, which is counted in a finding.
 //! * **Axes** are not stated: Y is up, as Motive and OpenSim have it, unless the user says
 //!   otherwise, as for most exports of Cortex.
@@ -33,7 +33,7 @@ mod layout;
 use inhand_model::{Clock, Finding, LengthUnit, MarkerKind, Recording, Source, UpAxis};
 
 use self::header::{Header, Lines};
-use self::layout::Layout;
+use self::layout::{LEADING_COLUMNS, Layout};
 use crate::assembly::{self, Entity, Take};
 use crate::error::CaptureError;
 use crate::settings::ReadSettings;
@@ -114,6 +114,8 @@ pub fn read(
         delimiter: b'\t',
         columns: layout.columns,
         labels: layout.labels,
+        // Cortex ends a row there before the first marker is seen.
+        may_end_after: Some(LEADING_COLUMNS),
     };
     let entities = (layout.marker_names.into_iter().enumerate())
         .map(|(m, name)| Entity::Marker {

@@ -119,6 +119,12 @@ fn what_programs_write_differently() {
             TRC.replace("0.00833\t\t\t\t", "0.00833\tnan\tNaN\t-nan\t"),
         ),
         (
+            "spaces in the first line",
+            TRC.replacen("Type\t4\t(X/Y/Z)\t", "Type  4  (X/Y/Z) ", 1),
+        ),
+        ("type 3", TRC.replace("Type\t4", "Type\t3")),
+        ("two carriage returns", TRC.replace("Z2\r", "Z2\r\r")),
+        (
             "keys in another order",
             TRC.replace("DataRate\tCameraRate", "CameraRate\tDataRate")
                 .replace("120.00\t240.00", "240.00\t120.00"),
@@ -133,6 +139,24 @@ fn what_programs_write_differently() {
             "{what}: {:?}",
             findings(&recording)
         );
+    }
+}
+
+#[test]
+fn a_row_that_ends_behind_its_time_has_no_marker() {
+    let text = TRC.replace("0.00000\t1000\t2000\t-3\t4\t5\t6", "0.00000");
+    let recording = read(&text).unwrap();
+    assert_eq!(recording.len(), 3);
+    for (marker, expected) in recording.markers.iter().zip(read(TRC).unwrap().markers) {
+        assert_eq!(marker.track.get(0), None);
+        assert_eq!(marker.track.get(2), expected.track.get(2));
+    }
+    // With fewer cells, or some but not all, it is cut.
+    for (cut, found) in [("1\r", 1), ("1\t0.00000\t1000\r", 3)] {
+        let text = text.replace("1\t0.00000\r", cut);
+        let error = read(&text).unwrap_err();
+        let expected = format!("line 7: expected 8 cells, found {found}: the row is cut off");
+        assert!(error.contains(&expected), "{error}");
     }
 }
 
@@ -205,8 +229,8 @@ fn what_does_not_add_up_is_a_finding() {
         ),
         (
             "type",
-            TRC.replace("Type\t4", "Type\t3"),
-            "PathFileType: expected type 4, found \"3\"",
+            TRC.replace("Type\t4", "Type\t5"),
+            "PathFileType: expected type 4, found \"5\"",
         ),
     ] {
         assert_ne!(text, TRC, "{what}");
@@ -247,7 +271,7 @@ fn what_is_refused() {
         (
             "other coordinates",
             TRC.replace("(X/Y/Z)", "(X/Z/Y)"),
-            "a TRC file with coordinates \"(X/Z/Y)\" (line 1, column 3) is not read yet: export \
+            "a TRC file with coordinates \"(X/Z/Y)\" (line 1) is not read yet: export \
              it with coordinates (X/Y/Z)",
         ),
         (

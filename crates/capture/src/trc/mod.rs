@@ -22,8 +22,9 @@
 //! * **Lengths** are in `Units` and become metres.
 //! * **Time** of a sample is `(frame - first frame) / DataRate`. The time column is a check and no
 //!   more. The file states no start time.
-//! * **Missing** samples are blank cells, a row that ends behind its time, `nan`, or, as programs without a notion of missing write
-//!   them, a marker exactly at the origin in all three coordinates, which is counted in a finding.
+//! * **Missing** samples are blank cells, a row that ends behind its time, `nan`, or, as programs
+//!   without a notion of missing write them, a marker exactly at the origin in all three
+//!   coordinates, which is counted in a finding.
 //! * **Axes** are not stated: Y is up, as Motive and OpenSim have it, unless the user says
 //!   otherwise, as for most exports of Cortex.
 

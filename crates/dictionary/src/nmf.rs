@@ -54,21 +54,23 @@ pub fn learn_nmf(
     settings: &NmfSettings,
 ) -> Result<Dictionary, LearnError> {
     let mut problem = NmfProblem::new(segments, settings)?;
-    let mut learned = Vec::with_capacity(settings.restarts);
+    let mut states = Vec::with_capacity(settings.restarts);
+    let mut activations = Vec::new();
     for restart in 0..settings.restarts {
         problem.settings.seed = settings.seed.wrapping_add(restart as u64);
-        let result = solve(&problem, segments)?;
-        learned.push((problem.settings.seed, result));
+        let solved = solve(&problem, segments)?;
+        states.push((problem.settings.seed, solved.state));
+        // They take room: those of the best start so far are kept.
+        if smallest_objective(&states) == restart {
+            activations = solved.activations;
+        }
     }
-    let states: Vec<_> = (learned.iter())
-        .map(|(seed, solved)| (*seed, &solved.state))
-        .collect();
     let best = smallest_objective(&states);
     let restarts = problem.compare(&states, best);
-    let (seed, solved) = learned.swap_remove(best);
-    problem.settings.seed = seed;
-    problem.finish(&solved.state, restarts, demonstrated, |block| {
-        Ok(solved.activations[block].clone())
+    let (seed, state) = &states[best];
+    problem.settings.seed = *seed;
+    problem.finish(state, restarts, demonstrated, |block| {
+        Ok(activations[block].clone())
     })
 }
 
@@ -128,22 +130,18 @@ pub fn describe_nmf(
         }
     }
     problem.offset_m = offset_m.as_slice().to_vec();
-    let mut state = NmfState {
+    let given = NmfState {
         primitives: primitives.transpose().as_slice().to_vec(),
         ..NmfState::default()
     };
-    let block = |state: &NmfState, block: usize| {
-        problem.sums(state, block, problem.read_block(columns, block)?, None)
-    };
+    let fit = |block: usize| problem.sums(&given, block, problem.read_block(columns, block)?, None);
     let mut sums = Tree::default();
-    for number in 0..problem.blocks() {
-        sums.push_block(number, block(&state, number)?.0)?;
+    for block in 0..problem.blocks() {
+        sums.push_block(block, fit(block)?.0)?;
     }
-    let before = state.clone();
+    let mut state = given.clone();
     problem.measure(&mut state, &sums.root(problem.blocks())?);
-    problem.finish(&state, Vec::new(), demonstrated, |number| {
-        Ok(block(&before, number)?.1)
-    })
+    problem.finish(&state, Vec::new(), demonstrated, |block| Ok(fit(block)?.1))
 }
 
 /// How far data may lie below a given offset, metres: rounding of what other tools wrote.

@@ -56,6 +56,7 @@
 //! messages lie in time order; every schema carries
 //! its complete descriptors. The same nouns give the same bytes.
 
+mod annotations;
 mod colour;
 mod dictionary;
 mod error;
@@ -73,6 +74,7 @@ mod view;
 mod wire;
 mod write;
 
+pub use annotations::read_annotations;
 pub use colour::{FINGER_COLOURS, Rgb, finger_hex};
 pub use dictionary::{read_dictionary, write_dictionary};
 pub use error::ChannelError;

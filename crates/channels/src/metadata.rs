@@ -7,6 +7,8 @@
 //! | `inhand.roles` | `hand`, `object`, `thumb` ... `little` |
 //! | `inhand.motion` | `name` |
 //! | `inhand.object` | `shape` |
+//! | `inhand.annotations` | `keys` (JSON): labels of events in the order in which tables show them |
+//! | `inhand.about` | what people say about the whole take, such as `subject`, `object`, `task` |
 //! | `inhand.provenance.<n>` | `tool`, `step`, `settings`, `inputs` (JSON); n counts the steps from 1 |
 
 use std::collections::BTreeMap;
@@ -30,6 +32,10 @@ pub(crate) const HEADER: &str = "inhand.header";
 pub(crate) const ROLES: &str = "inhand.roles";
 pub(crate) const MOTION: &str = "inhand.motion";
 pub(crate) const OBJECT: &str = "inhand.object";
+/// How tables of annotations are laid out.
+pub(crate) const ANNOTATIONS: &str = "inhand.annotations";
+/// What people say about the whole take.
+pub(crate) const ABOUT: &str = "inhand.about";
 const PROVENANCE: &str = "inhand.provenance.";
 
 /// Facts of a recording that are no samples.
@@ -233,6 +239,16 @@ impl Metadata {
                 record.text(finger.name()).map(str::to_owned)
             })?,
         }))
+    }
+
+    /// Keys of labels in the order in which tables show them, where the file states it.
+    pub(crate) fn annotation_keys(&self, file: &str) -> Result<Option<Vec<String>>, ChannelError> {
+        (self.record(file, ANNOTATIONS))
+            .map(|record| {
+                let text = record.text("keys")?;
+                serde_json::from_str(text).map_err(|_| record.error("keys", "a JSON list of texts"))
+            })
+            .transpose()
     }
 
     pub(crate) fn motion_name(&self, file: &str) -> Result<Option<String>, ChannelError> {

@@ -5,9 +5,10 @@ mod generated;
 
 use std::collections::BTreeMap;
 
-use inhand_model::{Finding, Hand, Motion, Object, PerFinger, Recording, World};
+use inhand_model::{Annotations, Finding, Hand, Motion, Object, PerFinger, Recording, World};
 use mcap::records::Record;
 
+use crate::annotations::EventReader;
 use crate::error::ChannelError;
 use crate::info::info;
 use crate::metadata::{Metadata, RECORDING, RecordingFacts};
@@ -38,21 +39,26 @@ pub fn read_take(bytes: &[u8], file_name: &str) -> Result<ReadTake, ChannelError
     let motion_name = metadata.motion_name(file_name)?;
     let mut parts = Parts::new(&facts, motion_name.is_some());
     let mut channels: BTreeMap<u16, Part> = BTreeMap::new();
-    walk(file_name, bytes, Depth::Everything, |record| match record {
-        Record::Channel(channel) => {
-            if let Some(part) = Part::of(&channel.topic) {
-                parts.channel(part);
-                channels.insert(channel.id, part);
+    let mut events = EventReader::default();
+    walk(file_name, bytes, Depth::Everything, |record| {
+        events.record(&record, file_name)?;
+        match record {
+            Record::Channel(channel) => {
+                if let Some(part) = Part::of(&channel.topic) {
+                    parts.channel(part);
+                    channels.insert(channel.id, part);
+                }
+                Ok(())
             }
-            Ok(())
+            Record::Message { header, data } => match channels.get(&header.channel_id) {
+                Some(&part) => parts.message(part, header.log_time, &data, file_name, &facts),
+                None => Ok(()),
+            },
+            _ => Ok(()),
         }
-        Record::Message { header, data } => match channels.get(&header.channel_id) {
-            Some(&part) => parts.message(part, header.log_time, &data, file_name, &facts),
-            None => Ok(()),
-        },
-        _ => Ok(()),
     })?;
-    parts.into_take(facts, &metadata, motion_name, file_name)
+    let annotations = events.finish(&metadata, file_name)?;
+    parts.into_take(facts, &metadata, motion_name, annotations, file_name)
 }
 
 /// The metadata records of any MCAP file.
@@ -204,6 +210,7 @@ impl Parts {
         facts: RecordingFacts,
         metadata: &Metadata,
         motion_name: Option<String>,
+        annotations: Annotations,
         file: &str,
     ) -> Result<ReadTake, ChannelError> {
         let samples = facts.samples;
@@ -262,6 +269,7 @@ impl Parts {
             recording,
             roles: metadata.roles(file)?,
             motion,
+            annotations,
             provenance: metadata.provenance(file)?,
         })
     }

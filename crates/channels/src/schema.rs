@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use foxglove::Encode;
-use foxglove::messages::{FrameTransforms, Log, PointCloud, SceneUpdate};
+use foxglove::messages::{Event, FrameTransforms, Log, PointCloud, SceneUpdate};
 use prost::Message;
 
 use crate::messages;
@@ -61,7 +61,7 @@ macro_rules! viewers {
     )*};
 }
 
-viewers!(FrameTransforms, Log, PointCloud, SceneUpdate);
+viewers!(Event, FrameTransforms, Log, PointCloud, SceneUpdate);
 
 /// A `FileDescriptorSet` whose files stay bytes.
 #[derive(Clone, PartialEq, Message)]

@@ -1,6 +1,8 @@
 //! What goes into a take's file and what comes out of it.
 
-use inhand_model::{Motion, PerFinger, Plan, Provenance, Recording, Roles, Shape, Trajectory};
+use inhand_model::{
+    Annotations, Motion, PerFinger, Plan, Provenance, Recording, Roles, Shape, Trajectory,
+};
 
 /// Everything about a take that goes into one file; each part but the recording is optional.
 #[derive(Clone, Debug)]
@@ -18,6 +20,8 @@ pub struct TakeFile<'a> {
     pub evaluated: &'a [EvaluatedMethod<'a>],
     /// The object's shape, drawn in the frame `object`.
     pub object_shape: Option<Shape>,
+    /// Events on the take's time line and facts about it.
+    pub annotations: Option<&'a Annotations>,
     /// What made the nouns, first step first.
     pub provenance: &'a [Provenance],
 }
@@ -32,6 +36,7 @@ impl<'a> TakeFile<'a> {
             generated: &[],
             evaluated: &[],
             object_shape: None,
+            annotations: None,
             provenance: &[],
         }
     }
@@ -123,6 +128,8 @@ pub struct ReadTake {
     pub roles: Option<Roles>,
     /// The take in the hand's frame, bit for bit as it was written.
     pub motion: Option<Motion>,
+    /// Events on the take's time line and facts about it.
+    pub annotations: Annotations,
     /// What made the file, first step first.
     pub provenance: Vec<Provenance>,
 }

@@ -2,6 +2,7 @@
 
 use crate::error::ChannelError;
 
+pub(crate) const ANNOTATIONS: &str = "/annotations";
 pub(crate) const RECORDING_FINGERTIPS: &str = "/recording/fingertips";
 pub(crate) const RECORDING_BODIES: &str = "/recording/bodies";
 pub(crate) const RECORDING_MARKERS: &str = "/recording/markers";

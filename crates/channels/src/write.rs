@@ -12,6 +12,7 @@ use std::io::Write;
 
 use inhand_model::{Finger, Provenance, Recording, Roles};
 
+use crate::annotations::Events;
 use crate::error::ChannelError;
 use crate::messages;
 use crate::metadata::{MOTION, Metadata};
@@ -29,6 +30,11 @@ pub(crate) trait Stream {
         unix_nanos: u64,
         output: &mut Output,
     ) -> Result<(), ChannelError>;
+
+    /// Writes what is left to say after the last sample.
+    fn finish(&mut self, _output: &mut Output) -> Result<(), ChannelError> {
+        Ok(())
+    }
 }
 
 /// All streams of a file, in the order in which they speak at one instant.
@@ -57,6 +63,11 @@ pub fn write_take(
     }
 
     let mut streams = Streams::new();
+    if let Some(annotations) = file.annotations
+        && !annotations.events.is_empty()
+    {
+        streams.push(Box::new(Events::new(annotations, &mut output)?));
+    }
     recorded::add(file, &mut output, &mut streams)?;
     if let Some(motion) = file.motion {
         processed::add(motion, &mut output, &mut streams)?;
@@ -74,6 +85,10 @@ pub fn write_take(
             stream.sample(k, unix_nanos, &mut output)?;
         }
     }
+    for stream in &mut streams {
+        stream.finish(&mut output)?;
+    }
+    drop(streams);
     output.finish()
 }
 
@@ -108,6 +123,9 @@ fn metadata(file: &TakeFile) -> Metadata {
     }
     if let Some(shape) = file.object_shape {
         metadata.add_shape(shape);
+    }
+    if let Some(annotations) = file.annotations {
+        metadata.add_annotations(annotations);
     }
     metadata.add_provenance(file.provenance);
     metadata

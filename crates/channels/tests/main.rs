@@ -7,6 +7,8 @@
 
 mod common;
 
+/// Events on the time line.
+mod annotations;
 /// Bytes that are no sound file, or none of ours: refused with the place, never a panic.
 mod damaged;
 /// Records and chunks whose lengths lie.

@@ -22,6 +22,7 @@
 //! # let _ = hand_from_object;
 //! ```
 
+mod annotations;
 mod clock;
 mod dictionary;
 mod evaluation;
@@ -40,6 +41,7 @@ mod shape;
 mod track;
 mod trajectory;
 
+pub use annotations::{Annotations, Event, Label, LabelError, PLAIN_LABEL, Selection};
 pub use clock::{Clock, ClockError, StartTime};
 pub use dictionary::{
     Demonstrated, Dictionary, DictionaryError, DictionaryKind, Hull, Learning, Restart, StopReason,

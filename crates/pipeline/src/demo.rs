@@ -113,13 +113,8 @@ fn write_simulated(
         }),
         TakeFormat::Mcap => {
             let file = TakeFile {
-                recording: &take.recording,
-                roles: None,
-                motion: None,
-                generated: &[],
-                evaluated: &[],
-                object_shape: None,
                 provenance: std::slice::from_ref(provenance),
+                ..TakeFile::new(&take.recording)
             };
             take_file::write_parts(path, &file, false)
         }

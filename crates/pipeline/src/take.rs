@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use inhand_capture::roles::{RoleSettings, resolve};
 use inhand_channels::ReadTake;
 use inhand_model::{
-    BodySource, Finger, InputHash, Motion, PointTrack, Provenance, Recording, Roles, World,
+    Annotations, BodySource, Finger, InputHash, Motion, PointTrack, Provenance, Recording, Roles,
+    World,
 };
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
@@ -27,6 +28,8 @@ pub struct Take {
     pub roles: Result<Roles, String>,
     /// Content of the file.
     pub hash: InputHash,
+    /// Events on its time line and facts about it.
+    pub annotations: Annotations,
     /// Steps that made the file, first to last; empty for a vendor file.
     pub provenance: Vec<Provenance>,
     /// Motion that an earlier step stored in the file.
@@ -69,6 +72,7 @@ pub fn read(path: &Path, settings: &Settings) -> Result<Take, PipelineError> {
                     recording,
                     roles: None,
                     motion: None,
+                    annotations: Annotations::default(),
                     provenance: Vec::new(),
                 })
             }
@@ -78,6 +82,7 @@ pub fn read(path: &Path, settings: &Settings) -> Result<Take, PipelineError> {
         recording,
         roles,
         motion,
+        annotations,
         provenance,
     } = parsed?;
     // Roles that an earlier step found stay, unless this call says otherwise.
@@ -96,6 +101,7 @@ pub fn read(path: &Path, settings: &Settings) -> Result<Take, PipelineError> {
         recording,
         roles,
         hash,
+        annotations,
         provenance,
         stored_motion: motion,
     })

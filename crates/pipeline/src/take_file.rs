@@ -86,6 +86,7 @@ pub fn write(path: &Path, contents: &TakeContents<'_>, view: bool) -> Result<(),
         generated: &generated,
         evaluated: &evaluated,
         object_shape: contents.shape,
+        annotations: Some(&contents.take.annotations),
         provenance: &provenance,
     };
     write_parts(path, &file, view)

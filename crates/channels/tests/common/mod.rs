@@ -381,6 +381,7 @@ pub(crate) fn take_file<'a>(
         generated,
         evaluated,
         object_shape: Some(Shape::Cuboid { edges_m: [0.05; 3] }),
+        annotations: None,
         provenance: &take.provenance,
     }
 }

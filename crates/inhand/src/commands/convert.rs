@@ -59,13 +59,11 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
             let mut chain = take.provenance.clone();
             chain.push(provenance("convert", &settings, [take.hash.clone()]));
             let file = TakeFile {
-                recording: &take.recording,
                 roles: take.roles.as_ref().ok(),
-                motion: None,
-                generated: &[],
-                evaluated: &[],
                 object_shape: settings.shape()?,
+                annotations: Some(&take.annotations),
                 provenance: &chain,
+                ..TakeFile::new(&take.recording)
             };
             write_take_parts(target, &file, !args.writing.no_view)?;
         }

@@ -1,0 +1,267 @@
+//! Events as viewers show them on their time line, `foxglove.Event`, and back from any file.
+
+use std::collections::BTreeMap;
+
+use foxglove::messages::{Event as EventMessage, KeyValuePair};
+use inhand_model::{Annotations, Event};
+use mcap::records::Record;
+use prost::Message;
+use serde_json::Value;
+
+use crate::error::ChannelError;
+use crate::metadata::{ABOUT, ANNOTATIONS, Metadata};
+use crate::output::{ChannelId, Output};
+use crate::records::{Depth, walk};
+use crate::topic;
+use crate::wire::viewer_time;
+use crate::write::Stream;
+
+/// Name of the schema that events have, whoever wrote them.
+const SCHEMA: &str = "foxglove.Event";
+
+/// The message of an event; labels come in the order of `keys`.
+fn message(event: &Event, keys: &[&str]) -> EventMessage {
+    let pair = |&key: &&str| {
+        let value = event.labels.get(key)?.clone();
+        let key = key.to_owned();
+        Some(KeyValuePair { key, value })
+    };
+    EventMessage {
+        start_time: Some(viewer_time(event.start_unix_nanos)),
+        end_time: Some(viewer_time(event.end_unix_nanos)),
+        metadata: keys.iter().filter_map(pair).collect(),
+    }
+}
+
+/// Writes each event when it begins; its sequence number is its place among those given.
+pub(crate) struct Events<'a> {
+    channel: ChannelId,
+    events: &'a [Event],
+    keys: Vec<&'a str>,
+    /// Places of events that are not written yet, latest start first.
+    waiting: Vec<usize>,
+}
+
+impl<'a> Events<'a> {
+    pub(crate) fn new(
+        annotations: &'a Annotations,
+        output: &mut Output,
+    ) -> Result<Self, ChannelError> {
+        let events = &annotations.events;
+        let mut waiting: Vec<usize> = (0..events.len()).collect();
+        waiting.sort_by_key(|&n| std::cmp::Reverse((events[n].start_unix_nanos, n)));
+        Ok(Self {
+            channel: output.channel::<EventMessage>(topic::ANNOTATIONS, None)?,
+            events,
+            keys: annotations.all_keys(),
+            waiting,
+        })
+    }
+
+    fn write_next(&mut self, output: &mut Output) -> Result<(), ChannelError> {
+        let Some(n) = self.waiting.pop() else {
+            return Ok(());
+        };
+        let event = &self.events[n];
+        let message = message(event, &self.keys);
+        output.message(self.channel, n, event.start_unix_nanos, &message)
+    }
+}
+
+impl Stream for Events<'_> {
+    fn sample(
+        &mut self,
+        _k: usize,
+        unix_nanos: u64,
+        output: &mut Output,
+    ) -> Result<(), ChannelError> {
+        while let Some(&n) = self.waiting.last()
+            && self.events[n].start_unix_nanos <= unix_nanos
+        {
+            self.write_next(output)?;
+        }
+        Ok(())
+    }
+
+    fn finish(&mut self, output: &mut Output) -> Result<(), ChannelError> {
+        while !self.waiting.is_empty() {
+            self.write_next(output)?;
+        }
+        Ok(())
+    }
+}
+
+/// Events and facts that any MCAP file holds: messages of the schema `foxglove.Event` (protobuf or
+/// JSON) on any topic, in the order of their sequence numbers, and the metadata records
+/// `inhand.annotations` and `inhand.about`.
+///
+/// # Errors
+///
+/// As [`read_take`](crate::read_take) for bytes that are no sound MCAP file;
+/// [`ChannelError::Message`] for an event that cannot be read or that ends before it starts.
+pub fn read_annotations(bytes: &[u8], file_name: &str) -> Result<Annotations, ChannelError> {
+    let mut reader = EventReader::default();
+    let mut metadata = Metadata::default();
+    walk(file_name, bytes, Depth::Everything, |record| {
+        if let Record::Metadata(facts) = &record {
+            (metadata.0).insert(facts.name.clone(), facts.metadata.clone());
+        }
+        reader.record(&record, file_name)
+    })?;
+    reader.finish(&metadata, file_name)
+}
+
+/// A channel of events.
+struct EventChannel {
+    topic: String,
+    json: bool,
+    read: usize,
+}
+
+/// Collects events from the records of a file.
+#[derive(Default)]
+pub(crate) struct EventReader {
+    /// Whether a schema is that of events.
+    schemas: BTreeMap<u16, bool>,
+    channels: BTreeMap<u16, EventChannel>,
+    /// With the channel and the sequence number, which say where an event belongs.
+    events: Vec<(u16, u32, Event)>,
+    keys: Vec<String>,
+}
+
+impl EventReader {
+    pub(crate) fn record(&mut self, record: &Record<'_>, file: &str) -> Result<(), ChannelError> {
+        match record {
+            Record::Schema { header, .. } => {
+                self.schemas.insert(header.id, header.name == SCHEMA);
+            }
+            Record::Channel(channel) => {
+                let is_event = self.schemas.get(&channel.schema_id) == Some(&true);
+                let json = channel.message_encoding == "json";
+                if is_event && (json || channel.message_encoding == "protobuf") {
+                    self.channels
+                        .entry(channel.id)
+                        .or_insert_with(|| EventChannel {
+                            topic: channel.topic.clone(),
+                            json,
+                            read: 0,
+                        });
+                }
+            }
+            Record::Message { header, data } => {
+                if let Some(channel) = self.channels.get_mut(&header.channel_id) {
+                    let (event, keys) = channel.event(data, file)?;
+                    for key in keys {
+                        if !self.keys.contains(&key) {
+                            self.keys.push(key);
+                        }
+                    }
+                    (self.events).push((header.channel_id, header.sequence, event));
+                }
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    pub(crate) fn finish(
+        mut self,
+        metadata: &Metadata,
+        file: &str,
+    ) -> Result<Annotations, ChannelError> {
+        // Stable: events of writers that do not count stay in the order of the file.
+        self.events.sort_by_key(|(channel, n, _)| (*channel, *n));
+        Ok(Annotations {
+            events: self.events.into_iter().map(|(.., event)| event).collect(),
+            keys: metadata.annotation_keys(file)?.unwrap_or(self.keys),
+            about: metadata.0.get(ABOUT).cloned().unwrap_or_default(),
+        })
+    }
+}
+
+impl EventChannel {
+    /// The event of a message, and the keys of its labels in their order.
+    fn event(&mut self, data: &[u8], file: &str) -> Result<(Event, Vec<String>), ChannelError> {
+        let number = self.read;
+        self.read += 1;
+        let error = |expected: &str, found: String| ChannelError::Message {
+            file: file.to_owned(),
+            topic: self.topic.clone(),
+            message: number,
+            expected: expected.to_owned(),
+            found,
+        };
+        let parts = if self.json {
+            from_json(data).ok_or_else(|| {
+                let expected = "JSON with start_time, end_time and metadata of foxglove.Event";
+                error(expected, format!("{} bytes that are not", data.len()))
+            })?
+        } else {
+            let message = EventMessage::decode(data).map_err(|source| {
+                error(
+                    &format!("{} bytes of protobuf", data.len()),
+                    source.to_string(),
+                )
+            })?;
+            let time = |time: Option<foxglove::messages::Timestamp>| {
+                time.map_or(0, |t| {
+                    u64::from(t.sec()) * 1_000_000_000 + u64::from(t.nsec())
+                })
+            };
+            let pairs = message.metadata.into_iter().map(|p| (p.key, p.value));
+            (
+                time(message.start_time),
+                time(message.end_time),
+                pairs.collect(),
+            )
+        };
+        let (start_unix_nanos, end_unix_nanos, pairs): (u64, u64, Vec<(String, String)>) = parts;
+        if end_unix_nanos < start_unix_nanos {
+            return Err(error(
+                "an event that does not end before it starts",
+                format!("from {start_unix_nanos} ns to {end_unix_nanos} ns"),
+            ));
+        }
+        let pairs = || pairs.iter().filter(|(_, value)| !value.is_empty());
+        let event = Event {
+            start_unix_nanos,
+            end_unix_nanos,
+            labels: pairs().cloned().collect(),
+        };
+        Ok((event, pairs().map(|(key, _)| key.clone()).collect()))
+    }
+}
+
+type JsonEvent = (u64, u64, Vec<(String, String)>);
+
+fn from_json(data: &[u8]) -> Option<JsonEvent> {
+    let value: Value = serde_json::from_slice(data).ok()?;
+    let time = |key: &str| {
+        let time = value.get(key)?;
+        let sec = time.get("sec")?.as_u64()?;
+        let nsec = time.get("nsec").or_else(|| time.get("nanosec"))?.as_u64()?;
+        sec.checked_mul(1_000_000_000)?.checked_add(nsec)
+    };
+    let pair = |pair: &Value| {
+        let text = |key| Some(pair.get(key)?.as_str()?.to_owned());
+        Some((text("key")?, text("value")?))
+    };
+    let pairs = match value.get("metadata") {
+        None => Vec::new(),
+        Some(list) => list.as_array()?.iter().map(pair).collect::<Option<_>>()?,
+    };
+    Some((time("start_time")?, time("end_time")?, pairs))
+}
+
+impl Metadata {
+    /// Facts about annotations, where there are any.
+    pub(crate) fn add_annotations(&mut self, annotations: &Annotations) {
+        if !annotations.events.is_empty() {
+            let keys = Value::from(annotations.all_keys()).to_string();
+            self.add_fact(ANNOTATIONS, "keys", keys);
+        }
+        if !annotations.about.is_empty() {
+            self.0.insert(ABOUT.to_owned(), annotations.about.clone());
+        }
+    }
+}

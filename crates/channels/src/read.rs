@@ -245,6 +245,7 @@ impl Parts {
                     fingertips: PerFinger::new(fingertips.tracks),
                     object: self.object.map(|object| object.track),
                     hand: self.hand.track,
+                    selected: None,
                 })
             }
             _ => None,

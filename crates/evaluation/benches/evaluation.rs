@@ -57,6 +57,7 @@ impl Session {
             }),
             object: Some(PoseTrack::from_measured(object)),
             hand: PoseTrack::from_measured((0..count).map(|_| Some(Pose::identity()))),
+            selected: None,
         };
         let layout = SegmentLayout::one_second(100.0);
         let numbers: Vec<f64> = (0..count)

@@ -30,6 +30,7 @@
 //! #     fingertips: PerFinger::from_fn(|f| PointTrack::from_measured([Some(tip(f)); 2])),
 //! #     object: Some(PoseTrack::from_measured([Some(Pose::new(Isometry3::translation(0.1, 0.0, 0.0))); 2])),
 //! #     hand: PoseTrack::from_measured([Some(Pose::identity()); 2]),
+//! #     selected: None,
 //! # };
 //! # let layout = SegmentLayout::one_second(2.0);
 //! # let column = Finger::ALL.map(|f| tip(f).to_array()).concat().repeat(2);

@@ -45,6 +45,18 @@ pub(crate) struct SourceOptions {
     finger: Vec<String>,
 }
 
+/// Which stretches of takes are used.
+#[derive(Clone, Debug, Default, Args)]
+pub(crate) struct SelectOptions {
+    /// Use only stretches of events with this label, such as task=rotate, or slip (short for
+    /// label=slip); repeat for any of several.
+    #[arg(long, value_name = "LABEL")]
+    event: Vec<String>,
+    /// Leave out stretches of events with this label; repeat for several.
+    #[arg(long, value_name = "LABEL")]
+    without: Vec<String>,
+}
+
 /// How takes are processed.
 #[derive(Clone, Debug, Default, PartialEq, Args)]
 pub(crate) struct ProcessOptions {
@@ -235,6 +247,19 @@ impl SourceOptions {
             let (finger, marker) = key_value("--finger", pair)?;
             settings.fingers.insert(finger, marker);
         }
+        Ok(())
+    }
+}
+
+impl SelectOptions {
+    pub(crate) fn apply(&self, settings: &mut Settings) -> Result<()> {
+        if !self.event.is_empty() {
+            settings.select.with.clone_from(&self.event);
+        }
+        if !self.without.is_empty() {
+            settings.select.without.clone_from(&self.without);
+        }
+        settings.selection()?;
         Ok(())
     }
 }

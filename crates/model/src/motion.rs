@@ -1,5 +1,8 @@
 //! A take in the hand's frame, cleaned.
 
+use std::borrow::Cow;
+use std::ops::Range;
+
 use crate::clock::Clock;
 use crate::finger::{Finger, PerFinger};
 use crate::frame::{Hand, Object, World};
@@ -18,6 +21,8 @@ pub struct Motion {
     pub object: Option<PoseTrack<Hand, Object>>,
     /// The hand itself (`world_from_hand`), as measured and gap-filled, not filtered.
     pub hand: PoseTrack<World, Hand>,
+    /// Samples that segments may be cut from, in order and not touching each other; `None` for all.
+    pub selected: Option<Vec<Range<usize>>>,
 }
 
 impl Motion {
@@ -29,6 +34,29 @@ impl Motion {
     /// Whether the take has no sample.
     pub fn is_empty(&self) -> bool {
         self.hand.is_empty()
+    }
+
+    /// The motion with what is not selected missing: for what is learned from samples and not from
+    /// segments.
+    pub fn selected_only(&self) -> Cow<'_, Motion> {
+        let Some(selected) = &self.selected else {
+            return Cow::Borrowed(self);
+        };
+        let mut motion = self.clone();
+        let mut next = selected.iter().peekable();
+        for k in 0..self.len() {
+            while next.next_if(|range| range.end <= k).is_some() {}
+            if next.peek().is_some_and(|range| range.start <= k) {
+                continue;
+            }
+            for finger in Finger::ALL {
+                motion.fingertips[finger].set(k, None, Status::Missing);
+            }
+            if let Some(object) = &mut motion.object {
+                object.set(k, None, Status::Missing);
+            }
+        }
+        Cow::Owned(motion)
     }
 
     /// The least that is known of any fingertip at sample `k`.

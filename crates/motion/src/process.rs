@@ -92,6 +92,7 @@ pub fn to_hand_frame(
         fingertips,
         object,
         hand,
+        selected: None,
     })
 }
 
@@ -114,6 +115,7 @@ pub fn smooth(motion: &Motion, filter: Filter) -> Result<Motion, MotionError> {
         fingertips,
         object,
         hand: motion.hand.clone(),
+        selected: motion.selected.clone(),
     })
 }
 

@@ -31,6 +31,9 @@ use crate::table::SegmentTable;
 /// stretch, and a segment may miss as many samples in all, but not its first or last one, nor those
 /// its end velocities are taken from. What is missing is NaN in its column.
 ///
+/// Where a motion says which samples are [`selected`](Motion::selected), segments lie inside those,
+/// all of a segment inside one stretch of them; margins may lie outside.
+///
 /// Origins count takes in the order of `motions`. `left_out` counts what the takes would have given
 /// without gaps, less what they give. Cost: one copy of 15 N numbers a segment, and with the object
 /// an arc tangent a sample.
@@ -163,17 +166,31 @@ impl Cut {
 
     /// Where segments of a take start.
     pub fn starts(&self, table: &SegmentTable) -> Starts {
+        let stretches = self.stretches(table);
         let mut starts = Vec::new();
-        for stretch in self.stretches(table) {
-            starts.extend((self.within(&stretch)).filter(|&start| self.can_teach(table, start)));
+        for usable in self.usable(table.len(), table.selected()) {
+            for stretch in &stretches {
+                let stretch = stretch.start.max(usable.start)..stretch.end.min(usable.end);
+                starts.extend(
+                    self.within(&stretch)
+                        .filter(|&start| self.can_teach(table, start)),
+                );
+            }
         }
         // A stretch starts its own grid, so with a stride beyond a segment's length a gap can even
         // make room for more.
-        let whole = self.within(&(0..table.len())).count();
+        let whole = self.without_gaps(table.len(), table.selected());
         Starts {
             left_out: whole.saturating_sub(starts.len()),
             starts,
         }
+    }
+
+    /// Segments that a take of `len` samples, of which these are selected, would give if nothing were
+    /// missing.
+    pub fn without_gaps(&self, len: usize, selected: Option<&[Range<usize>]>) -> usize {
+        let usable = self.usable(len, selected);
+        usable.iter().map(|range| self.within(range).count()).sum()
     }
 
     /// Fills a column (15 N numbers, with the object 21 N) with the segment that starts at a sample.
@@ -192,6 +209,20 @@ impl Cut {
     /// If the take ends before the segment and its margin.
     pub fn ends(&self, table: &SegmentTable, start: usize) -> EndConditions {
         table.ends(self.layout, self.margin, start)
+    }
+
+    /// Where segments with their margins may lie. Margins may reach beyond what is selected: they only
+    /// tell how fast a segment begins and ends.
+    fn usable(&self, len: usize, selected: Option<&[Range<usize>]>) -> Vec<Range<usize>> {
+        let Some(selected) = selected else {
+            return std::iter::once(0..len).collect();
+        };
+        (selected.iter())
+            .map(|range| {
+                let end = range.end.saturating_add(self.margin).min(len);
+                range.start.saturating_sub(self.margin)..end
+            })
+            .collect()
     }
 
     /// Stretches between gaps that are too long to be bridged.

@@ -1,5 +1,7 @@
 //! What segments are cut from: a take without its names and clocks.
 
+use std::ops::Range;
+
 use inhand_model::{
     Configuration, EndConditions, Finger, Hand, Motion, Object, ObjectEnds, Pose,
     SEGMENT_COORDINATES, SegmentLayout,
@@ -15,6 +17,8 @@ pub struct SegmentTable {
     fingertips_m: Vec<Configuration>,
     /// Poses of the object, NaN where missing; empty where it is not tracked.
     object: Vec<Pose<Hand, Object>>,
+    /// Samples that segments may be cut from; `None` for all.
+    selected: Option<Vec<Range<usize>>>,
 }
 
 impl SegmentTable {
@@ -36,14 +40,28 @@ impl SegmentTable {
         Self {
             fingertips_m,
             object,
+            selected: motion.selected.clone(),
         }
     }
 
     /// A table from its parts; `object` has as many poses as there are configurations, or none.
-    pub fn new(fingertips_m: Vec<Configuration>, object: Vec<Pose<Hand, Object>>) -> Option<Self> {
-        (object.is_empty() || object.len() == fingertips_m.len()).then_some(Self {
+    /// What is selected lies inside them, in order and not touching.
+    pub fn new(
+        fingertips_m: Vec<Configuration>,
+        object: Vec<Pose<Hand, Object>>,
+        selected: Option<Vec<Range<usize>>>,
+    ) -> Option<Self> {
+        let in_order = selected
+            .iter()
+            .flatten()
+            .is_sorted_by(|a, b| a.end < b.start);
+        let inside = (selected.iter().flatten())
+            .all(|range| range.start < range.end && range.end <= fingertips_m.len());
+        let lengths = object.is_empty() || object.len() == fingertips_m.len();
+        (lengths && in_order && inside).then_some(Self {
             fingertips_m,
             object,
+            selected,
         })
     }
 
@@ -65,6 +83,11 @@ impl SegmentTable {
     /// Poses of the object, NaN where missing; empty where it is not tracked.
     pub fn object(&self) -> &[Pose<Hand, Object>] {
         &self.object
+    }
+
+    /// Samples that segments may be cut from; `None` for all.
+    pub fn selected(&self) -> Option<&[Range<usize>]> {
+        self.selected.as_deref()
     }
 
     /// Whether all five fingertips are there at a sample.

@@ -135,6 +135,11 @@ pub fn run(
         });
     }
 
+    for role in [Role::Train, Role::Test] {
+        let of_role = takes.iter().zip(&session.takes);
+        let of_role = of_role.filter(|(_, entry)| entry.role == role);
+        steps::used(of_role.map(|(take, _)| take), settings)?;
+    }
     let in_hand = timer.time("hand_frame", || steps::motions_in_hand(&takes, settings))?;
     let motions = timer.time("filter", || steps::smooth_motions(&in_hand, settings))?;
     drop(in_hand);

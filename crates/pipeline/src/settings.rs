@@ -31,6 +31,9 @@ pub struct Settings {
     pub object: ObjectSettings,
     /// Gaps and filter.
     pub process: ProcessSection,
+    /// Which events of takes segments come from.
+    #[serde(skip_serializing_if = "SelectSection::is_everything")]
+    pub select: SelectSection,
     /// How takes are cut.
     pub segments: SegmentSection,
     /// The dictionary.
@@ -42,6 +45,23 @@ pub struct Settings {
     /// Takes with their roles; empty for a folder with `train/` and `test/`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub takes: Vec<TakeEntry>,
+}
+
+/// Which stretches of takes are used, by their events. A label is written `task=rotate`, or as a word
+/// such as `slip`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SelectSection {
+    /// Only stretches of events with one of these labels; everything where there is none.
+    pub with: Vec<String>,
+    /// But no stretch of an event with one of these labels.
+    pub without: Vec<String>,
+}
+
+impl SelectSection {
+    fn is_everything(&self) -> bool {
+        self.with.is_empty() && self.without.is_empty()
+    }
 }
 
 /// A take and what it is for.

@@ -9,7 +9,7 @@ use inhand_model::{
     Motion, Plan, Roles, SegmentLayout, Segments, SessionFacts, TakeFacts, TakeQuality,
 };
 use inhand_motion::{
-    SegmentSettings, Templates, cut_segments, fit_templates, smooth, to_hand_frame,
+    Cut, SegmentSettings, Templates, cut_segments, fit_templates, smooth, to_hand_frame,
 };
 use rayon::prelude::*;
 
@@ -21,6 +21,7 @@ mod choose;
 mod generate;
 mod learn;
 mod rank;
+mod select;
 mod shown;
 
 pub(crate) use choose::choice;
@@ -33,6 +34,8 @@ pub(crate) use learn::{
     complete, drawn_demonstrations, learn_error, nmf_settings, nmf_settings_of, with_deviations,
 };
 pub use rank::judge_ranks;
+pub(crate) use select::{Tally, select};
+pub use select::{Used, used};
 pub use shown::{Shown, demonstrated};
 
 /// Brings takes into the hand's frame and filters them, in order.
@@ -66,7 +69,9 @@ pub fn motions_in_hand(takes: &[Take], settings: &Settings) -> Result<Vec<Motion
             })
         })
         .collect();
-    motions.into_iter().collect()
+    let mut motions = motions.into_iter().collect::<Result<Vec<_>, _>>()?;
+    select(&mut motions, takes, settings)?;
+    Ok(motions)
 }
 
 /// Filters motions, in order.
@@ -108,7 +113,13 @@ pub fn motions(
         .iter()
         .map(|take| take.stored_motion.clone())
         .collect();
-    stored.map_or_else(|| process_takes(takes, settings), Ok)
+    match stored {
+        Some(mut motions) => {
+            select(&mut motions, takes, settings)?;
+            Ok(motions)
+        }
+        None => process_takes(takes, settings),
+    }
 }
 
 fn templates(takes: &[Take], roles: &[&Roles]) -> Result<Templates, PipelineError> {
@@ -339,7 +350,7 @@ pub fn session_facts(
     let facts = |role: Role, segments: &Segments| -> Vec<TakeFacts> {
         let of_role: Vec<_> = takes.iter().filter(|take| take.role == role).collect();
         let motions: Vec<_> = of_role.iter().map(|take| take.motion).collect();
-        let cut = segment_settings(&motions, role, settings);
+        let cut = Cut::new(&segment_settings(&motions, role, settings)).ok();
         (of_role.iter().enumerate())
             .map(|(index, result)| {
                 let found = segments
@@ -348,12 +359,15 @@ pub fn session_facts(
                     .filter(|o| o.take == index)
                     .count();
                 let samples = result.motion.len();
+                let selected = result.motion.selected.as_deref();
                 TakeFacts {
                     name: result.take.name.clone(),
                     samples,
                     duration_s: samples as f64 / result.motion.clock.rate_hz(),
                     segments: found,
-                    left_out: segments_without_gaps(samples, &cut).saturating_sub(found),
+                    left_out: (cut.as_ref())
+                        .map_or(0, |cut| cut.without_gaps(samples, selected))
+                        .saturating_sub(found),
                 }
             })
             .collect()
@@ -366,13 +380,6 @@ pub fn session_facts(
         train: train.map_or_else(Vec::new, |train| facts(Role::Train, train)),
         test: facts(Role::Test, test),
     }
-}
-
-fn segments_without_gaps(samples: usize, cut: &SegmentSettings) -> usize {
-    let margin = (cut.margin_s * cut.layout.rate_hz).round() as usize;
-    samples
-        .checked_sub(cut.layout.samples + 2 * margin)
-        .map_or(0, |room| room / cut.stride.max(1) + 1)
 }
 
 /// What each take's data is worth.

@@ -1,12 +1,14 @@
 //! Judging motion that an earlier step stored in takes.
 
 use inhand_channels::ReadMethod;
-use inhand_model::{Evaluation, Plan, SegmentLayout, Segments, Trajectory};
+use inhand_model::{
+    Dictionary, Evaluation, Motion, Plan, SegmentLayout, SegmentOrigin, Segments, Trajectory,
+};
 
 use crate::dictionary_file::DictionaryFile;
 use crate::error::PipelineError;
 use crate::methods::Method;
-use crate::settings::{Role, Settings};
+use crate::settings::{Role, SelectSection, Settings};
 use crate::steps::{self, Generated, TakeResult};
 use crate::take::Take;
 
@@ -26,10 +28,10 @@ pub fn evaluate_stored(
         check_dictionary(take, dictionary)?;
     }
     let dictionary = &dictionary.dictionary;
-    let motions = steps::motions(takes, settings, reuse_motion)?;
+    steps::used(takes, settings)?;
+    let mut motions = steps::motions(takes, settings, reuse_motion)?;
+    let test = stored_segments(takes, &mut motions, dictionary, settings)?;
     let motion_refs: Vec<_> = motions.iter().collect();
-    let object = steps::segments_object(dictionary, &motion_refs, settings)?;
-    let test = steps::segments(&motion_refs, Role::Test, object, settings)?;
     let mut generated = stored_methods(takes, &test)?;
     for generated in &mut generated {
         if let Some(plans) = &generated.plans {
@@ -63,6 +65,57 @@ pub fn evaluate_stored(
         methods,
         steps::quality(&results)?,
     ))
+}
+
+/// The segments that trajectories were generated for, as far as they lie in what is selected now.
+fn stored_segments(
+    takes: &[Take],
+    motions: &mut [Motion],
+    dictionary: &Dictionary,
+    settings: &Settings,
+) -> Result<Segments, PipelineError> {
+    // Segments begin where events that were selected begin, so those of the earlier step count.
+    let mut judged = Vec::with_capacity(motions.len());
+    for (take, motion) in takes.iter().zip(motions.iter_mut()) {
+        let earlier = Settings {
+            select: earlier_selection(take),
+            ..Settings::default()
+        };
+        judged.push(motion.selected.take());
+        steps::select(
+            std::slice::from_mut(motion),
+            std::slice::from_ref(take),
+            &earlier,
+        )?;
+    }
+    let motion_refs: Vec<_> = motions.iter().collect();
+    let object = steps::segments_object(dictionary, &motion_refs, settings)?;
+    let generated = steps::segments(&motion_refs, Role::Test, object, settings)?;
+    let samples = generated.layout().samples;
+    let inside = |origin: &SegmentOrigin| {
+        let end = origin.start + samples;
+        let ranges = judged[origin.take].as_ref();
+        ranges.is_none_or(|r| r.iter().any(|r| r.start <= origin.start && end <= r.end))
+    };
+    let kept: Vec<usize> = (generated.origins().iter().enumerate())
+        .filter(|(_, origin)| inside(origin))
+        .map(|(segment, _)| segment)
+        .collect();
+    for (motion, judged) in motions.iter_mut().zip(judged) {
+        motion.selected = judged;
+    }
+    Ok(generated.select(&kept))
+}
+
+/// What was selected when a take's motion was generated.
+fn earlier_selection(take: &Take) -> SelectSection {
+    let generated =
+        (take.provenance.iter().rev()).find(|step| step.step == "generate" || step.step == "run");
+    let settings = generated.and_then(|step| {
+        let settings: serde_json::Value = serde_json::from_str(&step.settings_json).ok()?;
+        serde_json::from_value(settings.get("select")?.clone()).ok()
+    });
+    settings.unwrap_or_default()
 }
 
 /// A take whose motion was generated with another dictionary cannot be judged by this one.

@@ -224,6 +224,7 @@ pub(crate) fn take(samples: usize, rate_hz: f64) -> Take {
         fingertips,
         object: Some(object),
         hand,
+        selected: None,
     };
 
     let layout = SegmentLayout::one_second(rate_hz);

@@ -129,6 +129,7 @@ pub(crate) fn motion(
         }),
         object: object.map(|object| PoseTrack::from_measured(object.iter().copied())),
         hand: PoseTrack::from_measured(tips.iter().map(|_| Some(Pose::identity()))),
+        selected: None,
     }
 }
 

@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use anyhow::Result;
 use inhand_pipeline::{check_target, evaluate_stored, provenance, write_text};
 
-use crate::commands::read_takes;
+use crate::commands::{read_takes, say_used};
 use crate::console::{Console, data};
 use crate::exit::Exit;
-use crate::options::{EvaluateOptions, Format, ProcessOptions, SourceOptions};
+use crate::options::{EvaluateOptions, Format, ProcessOptions, SelectOptions, SourceOptions};
 
 /// Compares the generated motion in takes with the recorded one and writes evaluation.json.
 #[derive(Debug, clap::Args)]
@@ -27,6 +27,8 @@ pub(crate) struct Args {
     format: Format,
     #[command(flatten, next_help_heading = "Source")]
     source: SourceOptions,
+    #[command(flatten, next_help_heading = "Events")]
+    select: SelectOptions,
     #[command(flatten, next_help_heading = "Processing")]
     process: ProcessOptions,
     /// Velocity bounds: training extremes times this [default: 1.1].
@@ -41,6 +43,7 @@ pub(crate) struct Args {
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let mut settings = args.source.effective(None)?;
+    args.select.apply(&mut settings)?;
     args.process.apply(&mut settings)?;
     if let Some(factor) = args.velocity_factor {
         settings.plan.velocity_factor = factor;
@@ -52,6 +55,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     check_target(&args.output, &inputs, || args.force)?;
     let dictionary = inhand_pipeline::read_dictionary(&args.dictionary)?;
     let takes = read_takes(console, &args.inputs, &settings)?;
+    say_used(console, &takes, &settings)?;
     let evaluation = evaluate_stored(
         &takes,
         &dictionary,

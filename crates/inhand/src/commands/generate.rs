@@ -5,10 +5,12 @@ use std::path::PathBuf;
 use anyhow::Result;
 use inhand_pipeline::{GeneratedMotion, Role, TakeContents, provenance, steps, write_take};
 
-use crate::commands::{check_take_target, read_takes, targets};
+use crate::commands::{check_take_target, read_takes, say_used, targets};
 use crate::console::Console;
 use crate::exit::Exit;
-use crate::options::{MethodOptions, OutputOptions, PlanOptions, ProcessOptions, SourceOptions};
+use crate::options::{
+    MethodOptions, OutputOptions, PlanOptions, ProcessOptions, SelectOptions, SourceOptions,
+};
 
 /// Cuts takes into segments and generates a trajectory for each by every method; adds the
 /// generated channels.
@@ -25,6 +27,8 @@ pub(crate) struct Args {
     output: PathBuf,
     #[command(flatten, next_help_heading = "Source")]
     source: SourceOptions,
+    #[command(flatten, next_help_heading = "Events")]
+    select: SelectOptions,
     #[command(flatten, next_help_heading = "Processing")]
     process: ProcessOptions,
     #[command(flatten, next_help_heading = "Generation")]
@@ -37,6 +41,7 @@ pub(crate) struct Args {
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let mut settings = args.source.effective(None)?;
+    args.select.apply(&mut settings)?;
     args.process.apply(&mut settings)?;
     args.method.apply(&mut settings)?;
     args.plan.apply(&mut settings);
@@ -50,6 +55,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     for (take, target) in takes.iter().zip(&targets) {
         check_take_target(target, &inputs, take, args.writing.force)?;
     }
+    say_used(console, &takes, &settings)?;
     let motions = steps::motions(&takes, &settings, !args.process.ask_for_processing())?;
     let mut failed = 0;
     for ((take, motion), target) in takes.iter().zip(&motions).zip(&targets) {

@@ -34,6 +34,7 @@ pub(crate) fn segments(takes: &[PathBuf], settings: &Settings, reuse: bool) -> R
     let takes = (takes.iter())
         .map(|take| inhand_pipeline::read(take, settings))
         .collect::<Result<Vec<_>, _>>()?;
+    steps::used(&takes, settings)?;
     let motions = steps::motions(&takes, settings, reuse)?;
     let motions: Vec<_> = motions.iter().collect();
     let object = steps::carries_object(&motions, settings)?;

@@ -135,3 +135,14 @@ fn read_takes(console: &Console, paths: &[PathBuf], settings: &Settings) -> Resu
     }
     Ok(takes)
 }
+
+/// Says how much of takes the events that were asked for leave to use.
+fn say_used(console: &Console, takes: &[Take], settings: &Settings) -> Result<()> {
+    if let Some(used) = inhand_pipeline::steps::used(takes, settings)? {
+        console.say(&format!(
+            "events   {:.1} of {:.1} s are used ({} events)",
+            used.used_s, used.whole_s, used.events
+        ));
+    }
+    Ok(())
+}

@@ -9,7 +9,7 @@ use crate::console::{Console, data};
 use crate::exit::Exit;
 use crate::options::{
     EvaluateOptions, Format, LearnOptions, MethodOptions, OutputOptions, PlanOptions,
-    ProcessOptions, SourceOptions,
+    ProcessOptions, SelectOptions, SourceOptions,
 };
 
 /// Runs a session: takes in; recordings, dictionary, evaluation.json and report.html out.
@@ -34,6 +34,8 @@ pub(crate) struct Args {
 pub(crate) struct SessionOptions {
     #[command(flatten, next_help_heading = "Source")]
     source: SourceOptions,
+    #[command(flatten, next_help_heading = "Events")]
+    select: SelectOptions,
     #[command(flatten, next_help_heading = "Processing")]
     process: ProcessOptions,
     #[command(flatten, next_help_heading = "Learning")]
@@ -50,6 +52,7 @@ impl SessionOptions {
     /// Settings file, if any, with these options on top.
     pub(crate) fn settings(&self, beside: Option<&std::path::Path>) -> Result<Settings> {
         let mut settings = self.source.effective(beside)?;
+        self.select.apply(&mut settings)?;
         self.process.apply(&mut settings)?;
         self.learn.check_one_rank()?;
         self.learn.apply(&mut settings);

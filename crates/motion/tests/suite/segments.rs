@@ -197,3 +197,41 @@ fn settings_out_of_range_are_refused() {
         assert!(cut_segments(&[&take], &settings).unwrap().len() <= 1);
     }
 }
+
+#[test]
+fn segments_lie_inside_what_is_selected() {
+    let mut take = motion(400, |k| k != 150);
+    let starts = |take: &Motion| {
+        let segments = cut_segments(&[take], &settings(20, 10, 0.03)).unwrap();
+        let starts: Vec<usize> = segments.origins().iter().map(|o| o.start).collect();
+        (starts, segments.left_out)
+    };
+    // Margins may reach out of a stretch, at the take's own ends they need room inside.
+    take.selected = Some(vec![0..45, 100..141]);
+    assert_eq!(starts(&take), (vec![3, 13, 23, 100, 110, 120], 0));
+    // A gap inside a stretch costs what would lie over it: the grid begins anew behind it.
+    take.selected = Some(vec![130..191]);
+    assert_eq!(starts(&take), (vec![154, 164], 3));
+    take.selected = Some(vec![50..69, 300..320]);
+    assert_eq!(starts(&take), (vec![300], 0));
+    take.selected = Some(Vec::new());
+    assert_eq!(starts(&take), (Vec::new(), 0));
+}
+
+proptest! {
+    #[test]
+    fn everything_selected_is_as_nothing_said(
+        len in 30_usize..200,
+        hole in 0_usize..200,
+        stride in 1_usize..30,
+    ) {
+        let mut take = motion(len, |k| k != hole);
+        let of = |take: &Motion| {
+            let segments = cut_segments(&[take], &settings(20, stride, 0.03)).unwrap();
+            (segments.origins().to_vec(), segments.left_out)
+        };
+        let all = of(&take);
+        take.selected = Some(std::iter::once(0..len).collect());
+        prop_assert_eq!(of(&take), all);
+    }
+}

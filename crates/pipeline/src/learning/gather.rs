@@ -107,6 +107,7 @@ fn gather(
         _ => rayon::current_num_threads(),
     };
     let mut gathered: Vec<Gathered> = Vec::with_capacity(paths.len());
+    let mut used = steps::Tally::new(settings)?;
     for paths in paths.chunks(together.max(1)) {
         let read: Vec<_> = paths
             .par_iter()
@@ -114,6 +115,7 @@ fn gather(
             .collect();
         let takes = read.into_iter().collect::<Result<Vec<_>, _>>()?;
         takes.iter().for_each(&mut *seen);
+        takes.iter().for_each(|take| used.add(take));
         let motions = motions(&takes, settings, way)?;
         let first = gathered.len();
         let tables: Vec<_> = (takes.par_iter().zip(&motions).enumerate())
@@ -124,6 +126,7 @@ fn gather(
         }
         check_rates(&gathered)?;
     }
+    used.finish()?;
     Ok(gathered)
 }
 
@@ -141,7 +144,9 @@ fn motions(takes: &[Take], settings: &Settings, way: Processing) -> Result<Vec<M
         Processing::Stored => {
             let stored = takes.iter().map(|take| take.stored_motion.clone());
             let stored: Option<Vec<_>> = stored.collect();
-            stored.ok_or(Stop::Instead(Processing::Each))
+            let mut stored = stored.ok_or(Stop::Instead(Processing::Each))?;
+            steps::select(&mut stored, takes, settings)?;
+            Ok(stored)
         }
         Processing::Each if takes.iter().any(clusters) => Err(Stop::Instead(Processing::Together)),
         Processing::Each | Processing::Together => Ok(steps::process_takes(takes, settings)?),

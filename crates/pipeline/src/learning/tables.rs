@@ -46,6 +46,14 @@ pub(super) fn write_table(
         [x, y, z, a, b, c, w]
     });
     arrays.push_f64("hand_from_object", object.collect());
+    // Numbers of samples are whole and far below 2^53. A take of which nothing is selected has one
+    // empty range.
+    let selected = table.selected().map_or_else(Vec::new, |selected| {
+        let ends = selected.iter().flat_map(|range| [range.start, range.end]);
+        let ends: Vec<f64> = ends.map(|k| k as f64).collect();
+        if ends.is_empty() { vec![0.0; 2] } else { ends }
+    });
+    arrays.push_f64("selected", selected);
     arrays::write(path, &label(take), &arrays)
 }
 
@@ -54,14 +62,24 @@ pub(super) fn read_table(path: &Path, take: usize) -> Result<SegmentTable, Pipel
     let mut parse = || {
         let fingertips_m = arrays.take_f64("fingertips_m")?;
         let object = arrays.take_f64("hand_from_object")?;
+        let selected = arrays.take_f64("selected")?;
+        let selected = (!selected.is_empty()).then(|| {
+            let ranges = selected.as_chunks::<2>().0.iter();
+            let ranges = ranges.map(|&[start, end]| start as usize..end as usize);
+            ranges.filter(|range| !range.is_empty()).collect()
+        });
         let object = object.as_chunks::<POSE_NUMBERS>().0;
         let poses = object.iter().map(|&[x, y, z, a, b, c, w]| {
             // Written as it was, unit length and all: normalising again would change digits.
             let rotation = UnitQuaternion::new_unchecked(Quaternion::new(w, a, b, c));
             Pose::<Hand, Object>::new(Isometry3::from_parts(Translation3::new(x, y, z), rotation))
         });
-        SegmentTable::new(fingertips_m.as_chunks().0.to_vec(), poses.collect())
-            .ok_or_else(|| "object and fingertips have different lengths".to_owned())
+        SegmentTable::new(
+            fingertips_m.as_chunks().0.to_vec(),
+            poses.collect(),
+            selected,
+        )
+        .ok_or_else(|| "object, fingertips and selected samples do not go together".to_owned())
     };
     parse().map_err(LearningFolder::wrong(path))
 }

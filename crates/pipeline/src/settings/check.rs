@@ -6,7 +6,7 @@ use std::str::FromStr;
 use inhand_capture::roles::{BodyChoice, RoleSettings};
 use inhand_capture::{ReadSettings, parse_length_unit, parse_rotation_order, parse_up_axis};
 use inhand_dictionary::{LearnError, Precision, Start, Update};
-use inhand_model::{Finger, PerFinger, Shape};
+use inhand_model::{Finger, PerFinger, Selection, Shape};
 use inhand_motion::{Filter, GapFill, ProcessSettings};
 
 use super::{LearnSection, Settings};
@@ -84,6 +84,25 @@ impl Settings {
             },
             fingers: PerFinger::from_fn(|finger| self.fingers.get(finger.name()).cloned()),
             no_object,
+        })
+    }
+
+    /// Which stretches of takes are used.
+    ///
+    /// # Errors
+    ///
+    /// [`PipelineError::Settings`] for a text that is no label.
+    pub fn selection(&self) -> Result<Selection, PipelineError> {
+        let labels = |key, texts: &[String]| {
+            let parse = |text: &String| {
+                text.parse()
+                    .map_err(|_| invalid(key, "KEY=VALUE, or a word", text))
+            };
+            texts.iter().map(parse).collect::<Result<Vec<_>, _>>()
+        };
+        Ok(Selection {
+            with: labels("select.with", &self.select.with)?,
+            without: labels("select.without", &self.select.without)?,
         })
     }
 

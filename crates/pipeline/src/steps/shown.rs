@@ -30,8 +30,10 @@ impl Default for Shown {
 }
 
 impl Shown {
-    /// What one motion shows: the corners of its hulls and its velocity extremes.
+    /// What the selected samples of a motion show: the corners of its hulls and its velocity
+    /// extremes.
     pub fn of(motion: &Motion) -> Self {
+        let motion = motion.selected_only();
         let corners = Finger::ALL.map(|finger| {
             let track = &motion.fingertips[finger];
             let points: Vec<_> = track.iter().flatten().collect();
@@ -46,7 +48,7 @@ impl Shown {
         let mut corners = corners.into_iter();
         Self {
             corners: PerFinger::from_fn(|_| corners.next().unwrap_or_default()),
-            velocity: velocity::extremes([motion]).unwrap_or(Self::default().velocity),
+            velocity: velocity::extremes([motion.as_ref()]).unwrap_or(Self::default().velocity),
         }
     }
 

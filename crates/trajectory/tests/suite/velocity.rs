@@ -18,6 +18,7 @@ fn motion(rate_hz: f64, x_m: &[Option<f64>]) -> Motion {
         fingertips: PerFinger::from_fn(|_| track.clone()),
         object: None,
         hand: Track::missing(x_m.len()),
+        selected: None,
     }
 }
 

@@ -14,7 +14,9 @@ use serde_json::{Value, json};
 use crate::commands::learn_rank::{self, RankChoice};
 use crate::console::{Console, data};
 use crate::exit::{Exit, UsageError};
-use crate::options::{Format, LearnOptions, MethodOptions, ProcessOptions, SourceOptions};
+use crate::options::{
+    Format, LearnOptions, MethodOptions, ProcessOptions, SelectOptions, SourceOptions,
+};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct WholeArgs {
@@ -46,6 +48,8 @@ pub(crate) struct WholeArgs {
 pub(super) struct RunOptions {
     #[command(flatten, next_help_heading = "Source")]
     source: SourceOptions,
+    #[command(flatten, next_help_heading = "Events")]
+    select: SelectOptions,
     #[command(flatten, next_help_heading = "Processing")]
     process: ProcessOptions,
     #[command(flatten, next_help_heading = "Learning")]
@@ -57,6 +61,7 @@ pub(super) struct RunOptions {
 impl RunOptions {
     pub(super) fn settings(&self) -> Result<Settings> {
         let mut settings = self.source.effective(None)?;
+        self.select.apply(&mut settings)?;
         self.process.apply(&mut settings)?;
         self.learn.apply(&mut settings);
         self.method.apply(&mut settings)?;

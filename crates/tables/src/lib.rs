@@ -1,0 +1,63 @@
+//! Recordings, motions and events as tables that other tools read: CSV (wide and tidy), Parquet,
+//! Motion-BIDS; and events and wide CSV back.
+//!
+//! Units stand in the names of columns (`_m`, `_s`), a missing sample has blank cells, and every
+//! entity has a `status` (`measured`, `filled`, `missing`). Numbers have as many digits as it takes
+//! to read them back unchanged.
+//!
+//! ```
+//! use inhand_model::{
+//!     Clock, LengthUnit, Marker, MarkerKind, PointTrack, Position, Recording, Source, StartTime,
+//!     UpAxis,
+//! };
+//! use inhand_tables::{recording_entities, wide, write_csv};
+//!
+//! let thumb = Marker {
+//!     name: "Thumb".to_owned(),
+//!     id: String::new(),
+//!     kind: MarkerKind::Labelled,
+//!     track: PointTrack::from_measured([Some(Position::new(0.1, 0.2, 0.3)), None]),
+//!     quality: None,
+//! };
+//! let source = Source {
+//!     format: "an example".to_owned(),
+//!     length_unit: LengthUnit::Metres,
+//!     up_axis: UpAxis::Y,
+//!     rotation: None,
+//!     header: Default::default(),
+//! };
+//! let clock = Clock::new(0, StartTime::Unknown, 100.0)?;
+//! let take = Recording::new("a".into(), clock, source, 2, vec![thumb], vec![])?;
+//! let mut csv = Vec::new();
+//! write_csv(&wide(&recording_entities(&take), clock, 2), &mut csv)?;
+//! assert_eq!(
+//!     String::from_utf8(csv)?,
+//!     "time_s,Thumb.x_m,Thumb.y_m,Thumb.z_m,Thumb.status\n\
+//!      0,0.1,0.2,0.3,measured\n\
+//!      0.01,,,,missing\n"
+//! );
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! * [`wide`], [`tidy`]: a recording or motion as a [`Table`]; [`write_csv`], [`write_parquet`].
+//! * [`facts_json`], [`read_wide_csv`]: what columns cannot hold, and a wide table as a recording.
+//! * [`events`]: events of a take as CSV and back.
+//! * [`bids`]: a take as files of a BIDS dataset.
+
+pub mod bids;
+mod csv_file;
+mod entity;
+mod error;
+pub mod events;
+mod facts;
+mod parquet_file;
+mod table;
+mod wide_csv;
+
+pub use csv_file::write_csv;
+pub use entity::{Entity, motion_entities, recording_entities};
+pub use error::TableError;
+pub use facts::facts_json;
+pub use parquet_file::write_parquet;
+pub use table::{Column, Table, Values, tidy, wide};
+pub use wide_csv::{WideSettings, looks_like_wide_csv, read_wide_csv};

@@ -11,3 +11,4 @@ mod printing;
 mod run;
 mod steps;
 mod support;
+mod tables;

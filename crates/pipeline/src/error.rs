@@ -79,6 +79,14 @@ pub enum PipelineError {
         /// Where in it, and why.
         source: Box<inhand_channels::ChannelError>,
     },
+    /// A table that cannot be read or written.
+    #[error("{}", path.display())]
+    Table {
+        /// The file.
+        path: PathBuf,
+        /// Where in it, and why.
+        source: Box<inhand_tables::TableError>,
+    },
     /// Processing failed.
     #[error("processing {take}")]
     Motion {

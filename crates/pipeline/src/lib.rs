@@ -36,6 +36,7 @@ mod settings;
 mod state;
 pub mod steps;
 mod stored;
+pub mod tables;
 mod take;
 mod take_file;
 
@@ -50,7 +51,7 @@ pub use run::{Event, RunFiles, RunOptions, RunResult, TOOL, provenance, run};
 pub use session::{SETTINGS_FILE, Session, SessionTake, is_take, list_takes, locate};
 pub use settings::{
     BodySettings, EvaluateSection, LearnSection, ObjectSettings, PlanSection, ProcessSection, Role,
-    SegmentSection, Settings, SourceSettings, TakeEntry,
+    SegmentSection, SelectSection, Settings, SourceSettings, TakeEntry,
 };
 pub use state::{State, StateRole, read_state};
 pub use stored::evaluate_stored;

@@ -8,12 +8,14 @@ use inhand_model::{
     Annotations, BodySource, Finger, InputHash, Motion, PointTrack, Provenance, Recording, Roles,
     World,
 };
+use inhand_tables::WideSettings;
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
 use crate::error::PipelineError;
 use crate::session::{Session, SessionTake};
 use crate::settings::{Role, Settings};
+use crate::tables::{facts_path, table_error};
 
 /// A take in memory.
 #[derive(Clone, Debug)]
@@ -48,9 +50,14 @@ pub fn read(path: &Path, settings: &Settings) -> Result<Take, PipelineError> {
         .map(|n| n.to_string_lossy().into_owned())
         .unwrap_or_default();
     let role_settings = settings.role_settings()?;
+    // What a table cannot hold stands beside it, and counts as part of it.
+    let facts = table_facts(path, &bytes)?;
     // Hashing takes as long as parsing: do both at once.
     let (sha256, parsed) = rayon::join(
-        || hex_sha256(&bytes),
+        || match &facts {
+            Some(facts) => hex_sha256(&[bytes.as_slice(), facts].concat()),
+            None => hex_sha256(&bytes),
+        },
         || -> Result<_, PipelineError> {
             if inhand_channels::is_mcap(&bytes) {
                 let take = inhand_channels::read_take(&bytes, &file_name).map_err(|source| {
@@ -60,6 +67,14 @@ pub fn read(path: &Path, settings: &Settings) -> Result<Take, PipelineError> {
                     }
                 })?;
                 Ok(take)
+            } else if inhand_tables::looks_like_wide_csv(&bytes) {
+                let settings = WideSettings {
+                    up_axis: settings.read_settings()?.up_axis,
+                };
+                let recording =
+                    inhand_tables::read_wide_csv(&bytes, &file_name, facts.as_deref(), settings)
+                        .map_err(table_error(path))?;
+                Ok(vendor_take(recording))
             } else {
                 let recording =
                     inhand_capture::read(&bytes, &file_name, &settings.read_settings()?).map_err(
@@ -68,13 +83,7 @@ pub fn read(path: &Path, settings: &Settings) -> Result<Take, PipelineError> {
                             source: source.into(),
                         },
                     )?;
-                Ok(ReadTake {
-                    recording,
-                    roles: None,
-                    motion: None,
-                    annotations: Annotations::default(),
-                    provenance: Vec::new(),
-                })
+                Ok(vendor_take(recording))
             }
         },
     );
@@ -105,6 +114,28 @@ pub fn read(path: &Path, settings: &Settings) -> Result<Take, PipelineError> {
         provenance,
         stored_motion: motion,
     })
+}
+
+/// The facts beside a wide table, where there are any.
+fn table_facts(path: &Path, bytes: &[u8]) -> Result<Option<Vec<u8>>, PipelineError> {
+    let facts = facts_path(path);
+    if !inhand_tables::looks_like_wide_csv(bytes) || !facts.exists() {
+        return Ok(None);
+    }
+    std::fs::read(&facts)
+        .map(Some)
+        .map_err(PipelineError::io("read", &facts))
+}
+
+/// A take of which there is nothing but what was measured.
+fn vendor_take(recording: Recording) -> ReadTake {
+    ReadTake {
+        recording,
+        roles: None,
+        motion: None,
+        annotations: Annotations::default(),
+        provenance: Vec::new(),
+    }
 }
 
 impl Take {

@@ -1,61 +1,98 @@
-//! `inhand export FILE -o MATRICES`.
+//! `inhand export FILE -o OUTPUT`.
+
+mod dictionary;
+mod take;
 
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use inhand_pipeline::matrices::{self, Matrices};
-use inhand_pipeline::{check_target, read_dictionary};
-use serde_json::json;
+use inhand_pipeline::tables::{Form, Layout, What};
 
-use crate::console::{Console, data};
+use crate::console::Console;
 use crate::exit::{Exit, UsageError};
-use crate::options::Format;
+use crate::options::{Format, SourceOptions};
 
-/// Writes the numbers of a dictionary as named matrices for NumPy (.npz) or MATLAB (.mat): metres,
-/// seconds, columns as they are planned with.
+/// Writes a take as a table (.csv, .parquet) or into a BIDS dataset (--bids), or the numbers of a
+/// dictionary as named matrices for NumPy (.npz) or MATLAB (.mat). Metres and seconds everywhere.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// A dictionary.
+    /// A take of any format, or a dictionary.
     input: PathBuf,
-    /// File of matrices; .npz or .mat says its form.
-    #[arg(short, long, value_name = "FILE")]
+    /// Output; its extension says the form: .csv or .parquet for a take, .npz or .mat for a
+    /// dictionary. With --bids, the folder of the dataset.
+    #[arg(short, long, value_name = "PATH")]
     output: PathBuf,
-    /// Print the outcome as text or JSON.
+    /// How a table is laid out: wide has a row for each sample, tidy one for each sample of each
+    /// marker and body. A wide .csv can be read as a take again, with the .csv.json beside it.
+    #[arg(long, value_enum, default_value_t)]
+    layout: LayoutOption,
+    /// What of a take: recorded are markers and bodies as measured, processed are fingertips and
+    /// object in the hand's frame.
+    #[arg(long, value_enum, default_value_t)]
+    what: WhatOption,
+    /// Write the take into a BIDS dataset as sub=LABEL,task=LABEL, and where wanted ses=LABEL,
+    /// run=NUMBER, tracksys=LABEL. Without sub and task, those that `annotate about` stored.
+    #[arg(long, value_name = "KEY=LABEL,...", num_args = 0..=1, default_missing_value = "",
+          conflicts_with_all = ["layout", "what"])]
+    bids: Option<String>,
+    #[command(flatten, next_help_heading = "Source")]
+    source: SourceOptions,
+    /// Print what the matrices of a dictionary are as text or JSON.
     #[arg(long, value_enum, default_value_t)]
     format: Format,
-    /// Replace an output that is there.
+    /// Replace outputs that are there.
     #[arg(long)]
     force: bool,
 }
 
-pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
-    matrices::form_of(&args.output).map_err(|error| UsageError(format!("-o {error}")))?;
-    check_target(&args.output, &[&args.input], || args.force)?;
-    let matrices = matrices_of(&args.input)?;
-    matrices::write(&args.output, &matrices)?;
-    let shapes: Vec<_> = (matrices.iter())
-        .filter_map(|(name, variable)| Some((name, variable.numbers()?.shape())))
-        .collect();
-    match args.format {
-        Format::Json => {
-            let sizes: serde_json::Map<_, _> = (shapes.iter())
-                .map(|&(name, (rows, columns))| (name.clone(), json!([rows, columns])))
-                .collect();
-            data(&format!("{:#}\n", json!({ "matrices": sizes })))?;
-        }
-        Format::Text => {
-            let lines: String = (shapes.iter())
-                .map(|(name, (rows, columns))| format!("{name:<36} {rows} x {columns}\n"))
-                .collect();
-            data(&lines)?;
-        }
-    }
-    console.say(&format!("wrote {}", args.output.display()));
-    Ok(Exit::Done)
+#[derive(Clone, Copy, Debug, Default, clap::ValueEnum)]
+enum LayoutOption {
+    #[default]
+    Wide,
+    Tidy,
 }
 
-/// What there is to export in a file.
-fn matrices_of(input: &Path) -> Result<Matrices> {
-    let file = read_dictionary(input)?;
-    Ok(matrices::export_dictionary(&file.dictionary))
+#[derive(Clone, Copy, Debug, Default, clap::ValueEnum)]
+enum WhatOption {
+    #[default]
+    Recorded,
+    Processed,
+}
+
+pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
+    if let Some(names) = &args.bids {
+        return take::to_bids(console, args, names);
+    }
+    match Form::of(&args.output) {
+        Some(form) => take::to_table(console, args, form),
+        None if is_matrices(&args.output) => dictionary::run(console, args),
+        None => Err(UsageError(format!(
+            "-o {}: expected .csv or .parquet for a take, .npz or .mat for a dictionary, or --bids \
+             with the folder of a dataset; `inhand convert` writes .trc, .c3d and Motive's .csv",
+            args.output.display()
+        ))
+        .into()),
+    }
+}
+
+fn is_matrices(path: &Path) -> bool {
+    inhand_pipeline::matrices::form_of(path).is_ok()
+}
+
+impl From<LayoutOption> for Layout {
+    fn from(option: LayoutOption) -> Self {
+        match option {
+            LayoutOption::Wide => Layout::Wide,
+            LayoutOption::Tidy => Layout::Tidy,
+        }
+    }
+}
+
+impl From<WhatOption> for What {
+    fn from(option: WhatOption) -> Self {
+        match option {
+            WhatOption::Recorded => What::Recorded,
+            WhatOption::Processed => What::Processed,
+        }
+    }
 }

@@ -48,7 +48,7 @@ pub(crate) enum Command {
     Evaluate(evaluate::Args),
     /// An evaluation as an HTML page
     Report(report::Args),
-    /// The numbers of a dictionary as matrices for NumPy or MATLAB
+    /// A take as CSV, Parquet or BIDS, or a dictionary as matrices for NumPy or MATLAB
     Export(export::Args),
     /// Simulate a session of a hand that turns an object
     Simulate(simulate::Args),

@@ -1,0 +1,181 @@
+//! Takes as tables for other tools.
+
+use std::path::{Path, PathBuf};
+
+use inhand_channels::Metadata;
+use inhand_tables::bids::{self, BidsNames};
+use inhand_tables::{
+    Entity, TableError, facts_json, motion_entities, recording_entities, tidy, wide, write_csv,
+    write_parquet,
+};
+
+use crate::error::PipelineError;
+use crate::output::{write_atomic, write_text};
+use crate::take::Take;
+
+/// What of a take goes into a table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum What {
+    /// Markers and bodies as measured, in `world`.
+    Recorded,
+    /// Fingertips and object in the frame `hand`, as `process` stored them.
+    Processed,
+}
+
+/// How a table is laid out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Layout {
+    /// A row for each sample, columns for each entity.
+    Wide,
+    /// A row for each sample of each entity.
+    Tidy,
+}
+
+/// The kind of file that a table becomes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// Text.
+    Csv,
+    /// Parquet.
+    Parquet,
+}
+
+impl Form {
+    /// The form that a file's extension names.
+    pub fn of(path: &Path) -> Option<Self> {
+        let extension = path.extension()?.to_str()?.to_ascii_lowercase();
+        match extension.as_str() {
+            "csv" => Some(Form::Csv),
+            "parquet" => Some(Form::Parquet),
+            _ => None,
+        }
+    }
+}
+
+/// The file of facts beside a wide table of a recording: `<table>.json`.
+pub fn facts_path(table: &Path) -> PathBuf {
+    let mut path = table.as_os_str().to_owned();
+    path.push(".json");
+    path.into()
+}
+
+/// Whether a table has facts beside it: those of a wide CSV are needed to read it as a take again.
+pub const fn has_facts(what: What, layout: Layout, form: Form) -> bool {
+    matches!(
+        (what, layout, form),
+        (What::Recorded, Layout::Wide, Form::Csv)
+    )
+}
+
+/// Writes a take as a table, with its facts beside it where [`has_facts`] says so.
+///
+/// # Errors
+///
+/// [`PipelineError::Take`] where nothing is stored of what is asked for,
+/// [`PipelineError::Table`], [`PipelineError::Io`].
+pub fn write_table(
+    path: &Path,
+    take: &Take,
+    what: What,
+    layout: Layout,
+    form: Form,
+) -> Result<(), PipelineError> {
+    let entities = entities(take, what)?;
+    let (clock, samples) = (take.recording.clock, take.recording.len());
+    let table = match layout {
+        Layout::Wide => wide(&entities, clock, samples),
+        Layout::Tidy => tidy(&entities, clock, samples),
+    };
+    write_atomic(path, |out| {
+        match form {
+            Form::Csv => write_csv(&table, out),
+            Form::Parquet => {
+                let about = [("inhand.recording", facts_json(&take.recording))];
+                write_parquet(&table, &about, out)
+            }
+        }
+        .map_err(table_error(path))
+    })?;
+    if has_facts(what, layout, form) {
+        write_text(&facts_path(path), &facts_json(&take.recording))?;
+    }
+    Ok(())
+}
+
+fn entities(take: &Take, what: What) -> Result<Vec<Entity<'_>>, PipelineError> {
+    match what {
+        What::Recorded => Ok(recording_entities(&take.recording)),
+        What::Processed => match &take.stored_motion {
+            Some(motion) => Ok(motion_entities(motion)),
+            None => Err(take.error(
+                "no processed motion is stored in it: `inhand process` writes it".to_owned(),
+            )),
+        },
+    }
+}
+
+/// The files that [`write_bids`] writes of a take, in the dataset `folder`; those of the dataset as a
+/// whole only where they are not there yet.
+///
+/// # Errors
+///
+/// [`PipelineError::Table`] for names that BIDS does not take.
+pub fn bids_paths(
+    folder: &Path,
+    take: &Take,
+    names: &BidsNames,
+) -> Result<Vec<PathBuf>, PipelineError> {
+    let files = bids::files(&take.recording, &take.annotations, names);
+    let files = files.map_err(table_error(folder))?;
+    let paths = files.iter().map(|file| (file, folder.join(&file.path)));
+    let new = paths.filter(|(file, path)| !(file.of_dataset && path.exists()));
+    Ok(new.map(|(_, path)| path).collect())
+}
+
+/// Writes a take into a BIDS dataset.
+///
+/// # Errors
+///
+/// [`PipelineError::Table`], [`PipelineError::Io`].
+pub fn write_bids(folder: &Path, take: &Take, names: &BidsNames) -> Result<(), PipelineError> {
+    let new = bids_paths(folder, take, names)?;
+    let files = bids::files(&take.recording, &take.annotations, names);
+    for file in files.map_err(table_error(folder))? {
+        let path = folder.join(&file.path);
+        if new.contains(&path) {
+            write_atomic(&path, |out| file.write(out).map_err(table_error(&path)))?;
+        }
+    }
+    Ok(())
+}
+
+pub(crate) fn table_error(path: &Path) -> impl Fn(TableError) -> PipelineError + '_ {
+    |source| PipelineError::Table {
+        path: path.to_owned(),
+        source: source.into(),
+    }
+}
+
+/// When a file's time line starts, nanoseconds since 1970: with the take where it holds one, else
+/// with its first message.
+///
+/// # Errors
+///
+/// [`PipelineError::Channels`] for bytes that are no sound MCAP file.
+pub fn start_unix_nanos(path: &Path, bytes: &[u8]) -> Result<u64, PipelineError> {
+    let name = path.display().to_string();
+    let wrong = |source: inhand_channels::ChannelError| PipelineError::Channels {
+        path: path.to_owned(),
+        source: source.into(),
+    };
+    let Metadata(records) = inhand_channels::read_metadata(bytes, &name).map_err(wrong)?;
+    let stated = (records.get("inhand.recording"))
+        .and_then(|facts| facts.get("start_unix_nanos")?.parse().ok());
+    match stated {
+        Some(start) => Ok(start),
+        None => {
+            let info = inhand_channels::info(bytes, &name).map_err(wrong)?;
+            Ok(info.first_unix_nanos().unwrap_or_default())
+        }
+    }
+}

@@ -1,16 +1,17 @@
 //! Events as viewers show them on their time line, `foxglove.Event`, and back from any file.
 
 use std::collections::BTreeMap;
+use std::io::Write;
 
 use foxglove::messages::{Event as EventMessage, KeyValuePair};
-use inhand_model::{Annotations, Event};
+use inhand_model::{Annotations, Event, Provenance};
 use mcap::records::Record;
 use prost::Message;
 use serde_json::Value;
 
 use crate::error::ChannelError;
 use crate::metadata::{ABOUT, ANNOTATIONS, Metadata};
-use crate::output::{ChannelId, Output};
+use crate::output::{ChannelId, Output, PACKED};
 use crate::records::{Depth, walk};
 use crate::topic;
 use crate::wire::viewer_time;
@@ -100,7 +101,27 @@ impl Stream for Events<'_> {
 /// As [`read_take`](crate::read_take) for bytes that are no sound MCAP file;
 /// [`ChannelError::Message`] for an event that cannot be read or that ends before it starts.
 pub fn read_annotations(bytes: &[u8], file_name: &str) -> Result<Annotations, ChannelError> {
-    let mut reader = EventReader::default();
+    read_with(bytes, file_name, EventReader::default())
+}
+
+/// As [`read_annotations`], of the topic `/annotations` alone: what inhand itself may change.
+///
+/// # Errors
+///
+/// As [`read_annotations`].
+pub fn read_own_annotations(bytes: &[u8], file_name: &str) -> Result<Annotations, ChannelError> {
+    let reader = EventReader {
+        own_alone: true,
+        ..EventReader::default()
+    };
+    read_with(bytes, file_name, reader)
+}
+
+fn read_with(
+    bytes: &[u8],
+    file_name: &str,
+    mut reader: EventReader,
+) -> Result<Annotations, ChannelError> {
     let mut metadata = Metadata::default();
     walk(file_name, bytes, Depth::Everything, |record| {
         if let Record::Metadata(facts) = &record {
@@ -121,6 +142,8 @@ struct EventChannel {
 /// Collects events from the records of a file.
 #[derive(Default)]
 pub(crate) struct EventReader {
+    /// Whether events of other topics are left alone.
+    own_alone: bool,
     /// Whether a schema is that of events.
     schemas: BTreeMap<u16, bool>,
     channels: BTreeMap<u16, EventChannel>,
@@ -138,7 +161,8 @@ impl EventReader {
             Record::Channel(channel) => {
                 let is_event = self.schemas.get(&channel.schema_id) == Some(&true);
                 let json = channel.message_encoding == "json";
-                if is_event && (json || channel.message_encoding == "protobuf") {
+                let wanted = !self.own_alone || channel.topic == topic::ANNOTATIONS;
+                if is_event && wanted && (json || channel.message_encoding == "protobuf") {
                     self.channels
                         .entry(channel.id)
                         .or_insert_with(|| EventChannel {
@@ -251,6 +275,39 @@ fn from_json(data: &[u8]) -> Option<JsonEvent> {
         Some(list) => list.as_array()?.iter().map(pair).collect::<Option<_>>()?,
     };
     Some((time("start_time")?, time("end_time")?, pairs))
+}
+
+/// A file that holds events alone, to be joined with another one.
+///
+/// `profile` is what the file says of the kind of its content: that of the other one.
+///
+/// # Errors
+///
+/// [`ChannelError::Write`] when writing fails.
+pub fn write_annotations(
+    mut out: impl Write,
+    annotations: &Annotations,
+    profile: &str,
+) -> Result<(), ChannelError> {
+    let mut output = Output::create_of(&mut out, PACKED, profile)?;
+    let mut events = Events::new(annotations, &mut output)?;
+    events.finish(&mut output)?;
+    drop(events);
+    output.finish()
+}
+
+/// The metadata records that annotations need beside their events: name and pairs.
+pub fn annotation_records(annotations: &Annotations) -> Metadata {
+    let mut metadata = Metadata::default();
+    metadata.add_annotations(annotations);
+    metadata
+}
+
+/// The metadata record of one more step that made a file.
+pub fn provenance_record(steps_before: usize, step: &Provenance) -> Metadata {
+    let mut metadata = Metadata::default();
+    metadata.add_step(steps_before + 1, step);
+    metadata
 }
 
 impl Metadata {

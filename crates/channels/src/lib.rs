@@ -74,7 +74,10 @@ mod view;
 mod wire;
 mod write;
 
-pub use annotations::read_annotations;
+pub use annotations::{
+    annotation_records, provenance_record, read_annotations, read_own_annotations,
+    write_annotations,
+};
 pub use colour::{FINGER_COLOURS, Rgb, finger_hex};
 pub use dictionary::{read_dictionary, write_dictionary};
 pub use error::ChannelError;

@@ -131,6 +131,13 @@ impl Metadata {
 
     pub(crate) fn add_provenance(&mut self, provenance: &[Provenance]) {
         for (n, step) in (1..).zip(provenance) {
+            self.add_step(n, step);
+        }
+    }
+
+    /// The record of step `n`, counted from 1.
+    pub(crate) fn add_step(&mut self, n: usize, step: &Provenance) {
+        {
             let inputs: Vec<Value> = (step.inputs.iter())
                 .map(|input| json!({"name": input.name, "sha256": input.sha256}))
                 .collect();

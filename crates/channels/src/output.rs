@@ -38,8 +38,17 @@ impl<'a> Output<'a> {
         out: &'a mut dyn Write,
         packing: Option<Compression>,
     ) -> Result<Self, ChannelError> {
+        Self::create_of(out, packing, "")
+    }
+
+    /// A file that states what kind of content it has.
+    pub(crate) fn create_of(
+        out: &'a mut dyn Write,
+        packing: Option<Compression>,
+        profile: &str,
+    ) -> Result<Self, ChannelError> {
         let writer = WriteOptions::new()
-            .profile("")
+            .profile(profile)
             .library(LIBRARY)
             .compression(packing)
             .compression_level(ZSTD_LEVEL)

@@ -83,12 +83,12 @@ fn info_reads_every_recording_of_others() {
 }
 
 /// The one file of the corpus whose writer never finished.
-fn is_damaged(file: &Path) -> bool {
+pub(crate) fn is_damaged(file: &Path) -> bool {
     file.file_name()
         .is_some_and(|name| name == "chunk_not_closed.mcap")
 }
 
-fn mcap_files(folder: &Path) -> Vec<PathBuf> {
+pub(crate) fn mcap_files(folder: &Path) -> Vec<PathBuf> {
     let mut files = Vec::new();
     for entry in std::fs::read_dir(folder).expect("folders of the corpus can be read") {
         let path = entry.expect("folders of the corpus can be read").path();

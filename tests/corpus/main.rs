@@ -1,6 +1,7 @@
 //! Real and simulated recordings that are not part of this repository: the folder named by
 //! `INHAND_CORPUS`. Without it every test here says so and checks nothing.
 
+mod containers;
 mod files;
 mod sessions;
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::io::Write;
 
 use foxglove::messages::{Event as EventMessage, KeyValuePair};
-use inhand_model::{Annotations, Event, Provenance};
+use inhand_model::{Annotations, Event};
 use mcap::records::Record;
 use prost::Message;
 use serde_json::Value;
@@ -300,13 +300,6 @@ pub fn write_annotations(
 pub fn annotation_records(annotations: &Annotations) -> Metadata {
     let mut metadata = Metadata::default();
     metadata.add_annotations(annotations);
-    metadata
-}
-
-/// The metadata record of one more step that made a file.
-pub fn provenance_record(steps_before: usize, step: &Provenance) -> Metadata {
-    let mut metadata = Metadata::default();
-    metadata.add_step(steps_before + 1, step);
     metadata
 }
 

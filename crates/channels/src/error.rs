@@ -19,7 +19,7 @@ pub enum ChannelError {
     },
     /// The file ends too early.
     #[error(
-        "{file}: the file is cut off: {record} at byte {offset} needs {expected} bytes, {found} are left; copy the file again or record it anew (`mcap recover` saves what is complete)"
+        "{file}: the file is cut off: {record} at byte {offset} needs {expected} bytes, {found} are left; copy the file again or record it anew (`inhand recover` saves what is complete)"
     )]
     Truncated {
         /// File that was read.
@@ -35,7 +35,7 @@ pub enum ChannelError {
     },
     /// Bytes that contradict the format or their checksum.
     #[error(
-        "{file}: damaged at byte {offset} ({record}): expected {expected}, found {found}; copy the file again (`mcap doctor` lists every fault)"
+        "{file}: damaged at byte {offset} ({record}): expected {expected}, found {found}; copy the file again (`inhand recover` saves what is sound)"
     )]
     Damaged {
         /// File that was read.
@@ -100,6 +100,12 @@ pub enum ChannelError {
         expected: String,
         /// What was given.
         found: String,
+    },
+    /// The file could not be read for another reason.
+    #[error(transparent)]
+    Container {
+        /// Why.
+        source: Box<inhand_container::ContainerError>,
     },
     /// The file could not be written.
     #[error("writing MCAP failed")]

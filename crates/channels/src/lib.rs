@@ -58,6 +58,7 @@
 
 mod annotations;
 mod colour;
+mod cut;
 mod dictionary;
 mod error;
 mod info;
@@ -75,18 +76,19 @@ mod wire;
 mod write;
 
 pub use annotations::{
-    annotation_records, provenance_record, read_annotations, read_own_annotations,
+    annotation_records, read_annotations, read_own_annotations,
     write_annotations,
 };
 pub use colour::{FINGER_COLOURS, Rgb, finger_hex};
+pub use cut::{TakeCut, cut_take, is_of_whole_take, latch};
 pub use dictionary::{read_dictionary, write_dictionary};
 pub use error::ChannelError;
 pub use info::{
     AttachmentInfo, ChannelInfo, ChunkInfo, FileInfo, FingerInfo, FingertipsInfo, FrameInfo, info,
 };
+pub use inhand_container::is_mcap;
 pub use metadata::Metadata;
 pub use read::{ReadMethod, read_generated, read_metadata, read_take};
-pub use records::is_mcap;
 pub use take::{
     ContactSample, EvaluatedMethod, EvaluatedSample, GeneratedMethod, GeneratedSegment, ReadTake,
     TakeFile, UnsolvedPlan, WriteSettings,

@@ -129,15 +129,25 @@ impl Metadata {
         self.add_fact(OBJECT, "shape", shape.to_string());
     }
 
-    pub(crate) fn add_provenance(&mut self, provenance: &[Provenance]) {
-        for (n, step) in (1..).zip(provenance) {
-            self.add_step(n, step);
-        }
+    /// The record of a step after those that are here.
+    #[must_use]
+    pub fn next_provenance(&self, step: &Provenance) -> Self {
+        let numbers = self
+            .0
+            .keys()
+            .filter_map(|name| name.strip_prefix(PROVENANCE)?.parse().ok());
+        let last: u64 = numbers.max().unwrap_or_default();
+        let mut record = Self::default();
+        record.add_steps(last.saturating_add(1), std::slice::from_ref(step));
+        record
     }
 
-    /// The record of step `n`, counted from 1.
-    pub(crate) fn add_step(&mut self, n: usize, step: &Provenance) {
-        {
+    pub(crate) fn add_provenance(&mut self, provenance: &[Provenance]) {
+        self.add_steps(1, provenance);
+    }
+
+    fn add_steps(&mut self, first: u64, provenance: &[Provenance]) {
+        for (n, step) in (first..).zip(provenance) {
             let inputs: Vec<Value> = (step.inputs.iter())
                 .map(|input| json!({"name": input.name, "sha256": input.sha256}))
                 .collect();

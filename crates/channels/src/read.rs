@@ -21,6 +21,10 @@ use decode::{
     BodyTracks, Channel, Counter, FingertipTracks, MarkerTracks, PoseFromBodies, finding,
 };
 
+/// How far the time of a message may be from that of its sample. Both are rounded to nanoseconds, and a
+/// cut counts them from another sample; samples are much farther apart.
+pub(crate) const TIME_TOLERANCE_NANOS: u64 = 1000;
+
 /// Reads a take that [`write_take`](crate::write_take) wrote.
 ///
 /// Only channels that a recording or motion is made of are decoded; all chunks are unpacked and

@@ -87,6 +87,14 @@ pub enum PipelineError {
         /// Where in it, and why.
         source: Box<inhand_tables::TableError>,
     },
+    /// An MCAP file whose records cannot be copied.
+    #[error("{}", path.display())]
+    Container {
+        /// The file.
+        path: PathBuf,
+        /// Where in it, and why.
+        source: Box<inhand_container::ContainerError>,
+    },
     /// Processing failed.
     #[error("processing {take}")]
     Motion {

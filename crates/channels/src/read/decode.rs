@@ -64,7 +64,7 @@ impl Channel<'_> {
             ));
         }
         let time = self.clock.unix_nanos(read.0);
-        if self.log_time != time {
+        if self.log_time.abs_diff(time) > super::TIME_TOLERANCE_NANOS {
             return Err(self.error(
                 read,
                 format!("the time of sample {}, {time} ns", read.0),

@@ -1,16 +1,20 @@
 //! One file a command.
 
 mod convert;
+mod cut;
 mod demo;
 mod evaluate;
 mod export;
+mod filter;
 mod generate;
 mod info;
 mod info_dictionary;
 mod learn;
 mod learn_rank;
+mod merge;
 mod plan;
 mod process;
+mod recover;
 mod report;
 mod run;
 mod settings;
@@ -50,6 +54,14 @@ pub(crate) enum Command {
     Report(report::Args),
     /// A take as CSV, Parquet or BIDS, or a dictionary as matrices for NumPy or MATLAB
     Export(export::Args),
+    /// A stretch of time of any MCAP file
+    Cut(cut::Args),
+    /// Some topics of any MCAP file, or another compression
+    Filter(filter::Args),
+    /// Several MCAP files as one, by time
+    Merge(merge::Args),
+    /// Save what is sound of a damaged MCAP file
+    Recover(recover::Args),
     /// Simulate a session of a hand that turns an object
     Simulate(simulate::Args),
     /// Print the effective settings as an inhand.toml
@@ -70,6 +82,10 @@ impl Command {
             Command::Evaluate(args) => evaluate::run(console, args),
             Command::Report(args) => report::run(console, args),
             Command::Export(args) => export::run(console, args),
+            Command::Cut(args) => cut::run(console, args),
+            Command::Filter(args) => filter::run(console, args),
+            Command::Merge(args) => merge::run(console, args),
+            Command::Recover(args) => recover::run(console, args),
             Command::Simulate(args) => simulate::run(console, args),
             Command::Settings(args) => settings::run(args),
         }

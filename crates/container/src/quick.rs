@@ -3,19 +3,15 @@
 use mcap::parse_record;
 use mcap::records::{Record, op};
 
-use super::fault::PREFIX_BYTES;
-
-/// Bytes of a footer's body that the checksum of the summary covers: where the summary and its
-/// offsets start.
-const FOOTER_COVERED_BYTES: usize = 16;
+use crate::format::{FOOTER_COVERED_BYTES, PREFIX_BYTES, Records};
 
 /// Calls `visit` for the schemas, channels, messages, chunks (before what they hold) and metadata of
 /// the file, in the order in which they lie there. Only chunks that are not packed are looked into.
 ///
-/// `None` for files that have to be looked at more closely by [`walk`](super::walk), which says what
+/// `None` for files that have to be looked at more closely by [`walk`](crate::walk), which says what
 /// is wrong with one: those without a checksum over all their data or whose checksums differ, and
 /// whatever does not parse.
-pub(crate) fn walk_in_place<'a>(bytes: &'a [u8], mut visit: impl FnMut(Record<'a>)) -> Option<()> {
+pub fn walk_in_place<'a>(bytes: &'a [u8], mut visit: impl FnMut(Record<'a>)) -> Option<()> {
     let body = (bytes.strip_prefix(mcap::MAGIC)?).strip_suffix(mcap::MAGIC)?;
     let data_end = check_sums(bytes, body)?;
     for record in Records(&body[..data_end]) {
@@ -83,34 +79,5 @@ fn parse_of_interest(opcode: u8, fields: &[u8]) -> Option<Record<'_>> {
     match opcode {
         op::DATA_END | op::FOOTER => parse_record(opcode, fields).ok(),
         _ => None,
-    }
-}
-
-/// Opcodes and bodies of the records that follow each other in these bytes; ends after `None`, where
-/// one does not fit.
-struct Records<'a>(&'a [u8]);
-
-impl<'a> Iterator for Records<'a> {
-    type Item = Option<(u8, &'a [u8])>;
-
-    fn next(&mut self) -> Option<Self::Item> {
-        if self.0.is_empty() {
-            return None;
-        }
-        let record = self.split();
-        if record.is_none() {
-            self.0 = &[];
-        }
-        Some(record)
-    }
-}
-
-impl<'a> Records<'a> {
-    fn split(&mut self) -> Option<(u8, &'a [u8])> {
-        let (&[opcode, ref length @ ..], rest) = self.0.split_first_chunk::<PREFIX_BYTES>()?;
-        let length = usize::try_from(u64::from_le_bytes(*length)).ok()?;
-        let (body, rest) = rest.split_at_checked(length)?;
-        self.0 = rest;
-        Some((opcode, body))
     }
 }

@@ -1,0 +1,130 @@
+//! What becomes of a take when its file is cut.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use inhand_container::{ChannelFacts, Interval, Latch, MetadataRecord};
+use inhand_model::Provenance;
+
+use crate::error::ChannelError;
+use crate::metadata::{Metadata, RECORDING};
+use crate::read::TIME_TOLERANCE_NANOS;
+use crate::topic;
+
+/// A stretch of a take as a take of its own.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TakeCut {
+    /// Samples that stay.
+    pub samples: Range<usize>,
+    /// Whether these are all.
+    pub whole: bool,
+    /// Log times of the messages that stay.
+    pub keep: Interval,
+    /// What metadata records say instead, by name.
+    pub replace: BTreeMap<String, BTreeMap<String, String>>,
+    /// Metadata records to add.
+    pub add: Vec<MetadataRecord>,
+}
+
+/// What to change in the file of a take so that its samples in `stretches` are a take again: the
+/// number of samples and the start. `made` is added to what made the take. `None` for a file that is
+/// no take.
+///
+/// The samples nearest to the ends of the stretch count, as in [`inhand_model::Clock::nearest_sample`].
+/// Nothing changes where all samples stay.
+///
+/// # Errors
+///
+/// [`ChannelError::Mismatch`] for stretches without a sample, and for several stretches with others
+/// between them, which no single take can hold; [`ChannelError::Metadata`].
+pub fn cut_take(
+    metadata: &Metadata,
+    file_name: &str,
+    stretches: &[Interval],
+    made: &Provenance,
+) -> Result<Option<TakeCut>, ChannelError> {
+    let Some(facts) = metadata.recording(file_name)? else {
+        return Ok(None);
+    };
+    let (clock, len) = (facts.clock, facts.samples);
+    let start = clock.start_unix_nanos();
+    let nearest = |unix_nanos: u64| {
+        let since_start = unix_nanos.saturating_sub(start) as f64 * 1e-9;
+        clock.nearest_sample(since_start).min(len)
+    };
+    let mut ranges: Vec<Range<usize>> = (stretches.iter())
+        .map(|stretch| {
+            let end = stretch.to_unix_nanos().map_or(len, nearest);
+            nearest(stretch.from_unix_nanos())..end
+        })
+        .filter(|range| !range.is_empty())
+        .collect();
+    ranges.sort_by_key(|range| range.start);
+    let mut joined: Vec<Range<usize>> = Vec::new();
+    for range in ranges {
+        match joined.last_mut() {
+            Some(last) if range.start <= last.end => last.end = last.end.max(range.end),
+            _ => joined.push(range),
+        }
+    }
+    let samples = match &joined[..] {
+        [samples] => samples.clone(),
+        // A take without samples has all of them in any stretch.
+        [] if len == 0 => 0..0,
+        _ => {
+            return Err(ChannelError::mismatch(
+                format!("{file_name}: what is kept of the take"),
+                format!("one stretch of its {len} samples ({} s)", clock.time_s(len)),
+                match joined.len() {
+                    0 => "none of them".to_owned(),
+                    n => format!("{n} stretches with others between them; cut each into a file"),
+                },
+            ));
+        }
+    };
+    let whole = samples == (0..len);
+    let mut cut = TakeCut {
+        samples: samples.clone(),
+        whole,
+        keep: Interval::ALL,
+        replace: BTreeMap::new(),
+        add: Vec::new(),
+    };
+    if whole {
+        return Ok(Some(cut));
+    }
+    // Times of samples may be off by the rounding of earlier cuts.
+    let edge = |k: usize| clock.unix_nanos(k).saturating_sub(TIME_TOLERANCE_NANOS);
+    let from = if samples.start == 0 {
+        0
+    } else {
+        edge(samples.start)
+    };
+    cut.keep = Interval::new(from, (samples.end < len).then(|| edge(samples.end)));
+    let mut recording = metadata.0.get(RECORDING).cloned().unwrap_or_default();
+    recording.insert("samples".to_owned(), samples.len().to_string());
+    let start = clock.starting_at(samples.start).start_unix_nanos();
+    recording.insert("start_unix_nanos".to_owned(), start.to_string());
+    cut.replace.insert(RECORDING.to_owned(), recording);
+    cut.add = (metadata.next_provenance(made).0.into_iter())
+        .map(|(name, facts)| MetadataRecord { name, facts })
+        .collect();
+    Ok(Some(cut))
+}
+
+/// Which messages of a take hold beyond their instant: as [`inhand_container::latch`], and what is said
+/// once for the whole take.
+pub fn latch(channel: &ChannelFacts) -> Option<Latch> {
+    match &*channel.topic {
+        topic::RECORDING_FINDINGS => Some(Latch::All),
+        topic::VIEW_OBJECT | topic::VIEW_OBJECT_EDGES => Some(Latch::Last),
+        _ => inhand_container::latch(channel),
+    }
+}
+
+/// Whether a channel counts samples from the start of the whole take, so that it says nothing of a
+/// stretch of it: generated trajectories and how they were judged.
+pub fn is_of_whole_take(channel: &ChannelFacts) -> bool {
+    let parts = ["/generated/", "/evaluation/", "/view/generated/"];
+    parts.iter().any(|part| channel.topic.starts_with(part))
+}

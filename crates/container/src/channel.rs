@@ -1,0 +1,75 @@
+//! What a channel is, for those who choose among channels.
+
+use std::collections::BTreeMap;
+
+use mcap::records::Record;
+
+/// A channel as its records describe it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct ChannelFacts {
+    /// Identifier in the file.
+    pub id: u16,
+    /// Topic.
+    pub topic: String,
+    /// Name of the schema; `None` for a channel without one.
+    pub schema: Option<String>,
+    /// How messages are written, such as `protobuf`, `json`, `cdr`.
+    pub message_encoding: String,
+    /// What the writer says about the channel.
+    pub metadata: BTreeMap<String, String>,
+}
+
+/// Which messages of a channel hold beyond the instant at which they were sent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Latch {
+    /// The last one: each replaces the one before.
+    Last,
+    /// All of them, each adds to what was said before; of ones with equal content
+    /// the latest counts.
+    All,
+}
+
+/// Which messages of a channel hold on, by the conventions of ROS and Foxglove: all on a topic that
+/// ends in `/tf_static`, and the last on a channel that its publisher declared transient local.
+///
+/// Where a cut starts later, these are moved to its start, since viewers would lack them otherwise.
+pub fn latch(channel: &ChannelFacts) -> Option<Latch> {
+    if channel.topic.rsplit('/').next() == Some("tf_static") {
+        return Some(Latch::All);
+    }
+    // YAML, by number in older recorders and by name in newer ones.
+    let qos = channel.metadata.get("offered_qos_profiles")?;
+    let transient = qos.lines().any(|line| {
+        let setting = line.trim_start_matches(['-', ' ']);
+        let value = setting.strip_prefix("durability:").map(str::trim);
+        matches!(value, Some("1" | "transient_local"))
+    });
+    transient.then_some(Latch::Last)
+}
+
+/// Schemas and channels of a file as far as they are known.
+#[derive(Default)]
+pub(crate) struct Definitions {
+    schemas: BTreeMap<u16, String>,
+}
+
+impl Definitions {
+    /// Learns a schema, or gives what a channel is.
+    pub(crate) fn add(&mut self, record: Record<'_>) -> Option<ChannelFacts> {
+        match record {
+            Record::Schema { header, .. } => {
+                self.schemas.insert(header.id, header.name);
+                None
+            }
+            Record::Channel(channel) => Some(ChannelFacts {
+                id: channel.id,
+                topic: channel.topic,
+                schema: self.schemas.get(&channel.schema_id).cloned(),
+                message_encoding: channel.message_encoding,
+                metadata: channel.metadata,
+            }),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,33 @@
+//! The records of any MCAP file as bytes, whoever wrote it: read, cut, filtered, merged, recovered.
+mod attachment;
+mod channel;
+mod chunk;
+mod error;
+mod fault;
+mod format;
+mod index;
+mod interval;
+mod merge;
+mod overview;
+mod quick;
+mod recover;
+mod select;
+mod source;
+mod verify;
+mod walk;
+mod writer;
+
+pub use channel::{ChannelFacts, Latch, latch};
+pub use chunk::Packing;
+pub use error::ContainerError;
+pub use index::Written;
+pub use interval::Interval;
+pub use mcap::records::Record;
+pub use merge::{Merge, Merged, merge};
+pub use overview::{MetadataRecord, metadata, metadata_of, span};
+pub use quick::walk_in_place;
+pub use recover::{Loss, Recovered, recover};
+pub use select::{Selected, Selection, select};
+pub use source::Source;
+pub use verify::verify;
+pub use walk::{Depth, is_mcap, walk, walk_while};

@@ -1,0 +1,115 @@
+//! What was saved and what was lost.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::index::Written;
+
+/// Most losses that are listed one by one.
+const MOST_LISTED: usize = 1000;
+
+/// Bytes of a file that could not be used.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Loss {
+    /// Where they start.
+    pub offset: u64,
+    /// How many they are.
+    pub bytes: u64,
+    /// What they were.
+    pub what: String,
+    /// Log times of the messages in them, as far as the file states them.
+    pub span: Option<(u64, u64)>,
+}
+
+/// What was saved of a file.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Recovered {
+    /// What the output holds.
+    pub written: Written,
+    /// What could not be used, in the file's order; the first thousand.
+    pub losses: Vec<Loss>,
+    /// Losses that are not listed.
+    pub losses_unlisted: u64,
+    /// Bytes of all losses.
+    pub lost_bytes: u64,
+    /// Messages that were left out since nothing says of which channel they are, by channel id.
+    pub without_channel: BTreeMap<u16, u64>,
+    /// Topics whose schema is lost; they are written without one.
+    pub without_schema: BTreeSet<String>,
+    /// Schemas and channels that contradict an earlier one of the same id, and were left out.
+    pub contradictions: u64,
+    /// Messages that the file's own summary counts.
+    pub stated_messages: Option<u64>,
+    /// Whether the file ends before its data do, or its writer never finished it.
+    pub unfinished: bool,
+    /// Whether the checksum over all data does not hold though every record looks sound: something
+    /// outside chunks has other bytes than were written.
+    pub unchecked: bool,
+    /// Parts that say nothing new and were made anew.
+    pub repaired: BTreeSet<String>,
+}
+
+impl Recovered {
+    /// Whether the output holds less than what was once written, or may hold something else.
+    pub fn is_lossy(&self) -> bool {
+        !self.losses.is_empty()
+            || !self.without_channel.is_empty()
+            || !self.without_schema.is_empty()
+            || self.contradictions > 0
+            || self.unfinished
+            || self.unchecked
+            || self
+                .stated_messages
+                .is_some_and(|stated| stated > self.written.messages)
+    }
+}
+
+/// A report being written.
+#[derive(Default)]
+pub(super) struct Report(Recovered);
+
+impl Report {
+    pub(super) fn lose(&mut self, loss: Loss) {
+        self.0.lost_bytes += loss.bytes;
+        if self.0.losses.len() < MOST_LISTED {
+            self.0.losses.push(loss);
+        } else {
+            self.0.losses_unlisted += 1;
+        }
+    }
+
+    pub(super) fn has_losses(&self) -> bool {
+        !self.0.losses.is_empty()
+    }
+
+    pub(super) fn unfinished(&mut self) {
+        self.0.unfinished = true;
+    }
+
+    pub(super) fn repaired(&mut self, what: &str) {
+        self.0.repaired.insert(what.to_owned());
+    }
+
+    pub(super) fn unchecked(&mut self) {
+        self.0.unchecked = true;
+    }
+
+    pub(super) fn contradiction(&mut self) {
+        self.0.contradictions += 1;
+    }
+
+    pub(super) fn without_channel(&mut self, channel: u16) {
+        *self.0.without_channel.entry(channel).or_default() += 1;
+    }
+
+    pub(super) fn without_schema(&mut self, topic: &str) {
+        self.0.without_schema.insert(topic.to_owned());
+    }
+
+    pub(super) fn finish(mut self, written: Written, stated_messages: Option<u64>) -> Recovered {
+        self.0.written = written;
+        self.0.stated_messages = stated_messages;
+        self.0
+    }
+}

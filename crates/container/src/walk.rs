@@ -1,0 +1,150 @@
+//! Every record of a file in turn, parsed.
+
+use std::io::{Cursor, Read, Seek};
+
+use mcap::parse_record;
+use mcap::records::{Record, op};
+
+use crate::chunk::{Extent, limit, unpack};
+use crate::error::ContainerError;
+use crate::fault::Place;
+use crate::format::{ChunkFacts, Records};
+use crate::source::Source;
+
+/// Which records a walk looks at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Depth {
+    /// Those outside chunks: quick, since nothing is unpacked.
+    Outside,
+    /// All of them.
+    Everything,
+}
+
+/// Whether the bytes start as an MCAP file does.
+///
+/// ```
+/// assert!(inhand_container::is_mcap(b"\x89MCAP0\r\n..."));
+/// assert!(!inhand_container::is_mcap(b"Format Version,1.23"));
+/// ```
+pub fn is_mcap(bytes: &[u8]) -> bool {
+    bytes.starts_with(mcap::MAGIC)
+}
+
+/// Calls `visit` for the header, schemas, channels, messages, chunks (before what they hold),
+/// metadata, attachments and the footer of the file, in the order in which they lie there.
+///
+/// Checksums of chunks are compared before their messages are visited, those of the data and the
+/// summary at their ends. The summary itself is left out: it repeats and points into the file.
+///
+/// # Errors
+///
+/// [`ContainerError::NotMcap`], [`ContainerError::Truncated`], [`ContainerError::Damaged`] as what
+/// `E` makes of them, and what `visit` returns.
+pub fn walk<E: From<ContainerError>>(
+    file: &str,
+    bytes: &[u8],
+    depth: Depth,
+    mut visit: impl FnMut(Record<'_>) -> Result<(), E>,
+) -> Result<(), E> {
+    walk_while(file, bytes, |record| visit(record).map(|()| depth))
+}
+
+/// As [`walk`], but `visit` says after each record how deep to go from there on. A chunk whose
+/// visit says [`Depth::Outside`] is not unpacked; the checksum of the data covers it all the same.
+///
+/// # Errors
+///
+/// As for [`walk`].
+pub fn walk_while<E: From<ContainerError>>(
+    file: &str,
+    bytes: &[u8],
+    visit: impl FnMut(Record<'_>) -> Result<Depth, E>,
+) -> Result<(), E> {
+    walk_source(&mut Source::open(file, Cursor::new(bytes))?, visit)
+}
+
+/// As [`walk_while`] for a file of any size; it is read from where the source stands.
+pub(crate) fn walk_source<E: From<ContainerError>, R: Read + Seek>(
+    source: &mut Source<R>,
+    mut visit: impl FnMut(Record<'_>) -> Result<Depth, E>,
+) -> Result<(), E> {
+    let mut in_summary = false;
+    let (mut body, mut records) = (Vec::new(), Vec::new());
+    while let Some(head) = source.next_head()? {
+        source.body(head, &mut body)?;
+        let place = source.place(head.offset);
+        match head.opcode {
+            op::DATA_END => in_summary = true,
+            op::FOOTER => {
+                visit(parse(place, head.opcode, &body)?)?;
+            }
+            _ if in_summary => {}
+            op::CHUNK => {
+                let depth = visit(parse(place, head.opcode, &body)?)?;
+                if depth == Depth::Everything {
+                    walk_chunk(place, &body, &mut records, &mut visit)?;
+                }
+            }
+            op::HEADER | op::SCHEMA | op::CHANNEL | op::MESSAGE | op::METADATA | op::ATTACHMENT => {
+                visit(parse(place, head.opcode, &body)?)?;
+            }
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+/// Visits what a chunk holds, up to where it is damaged.
+fn walk_chunk<E: From<ContainerError>>(
+    place: Place,
+    body: &[u8],
+    records: &mut Vec<u8>,
+    visit: &mut impl FnMut(Record<'_>) -> Result<Depth, E>,
+) -> Result<(), E> {
+    let facts = chunk_facts(place, body)?;
+    let unpacked = unpack(&facts, body, Extent::Whole, records);
+    for (opcode, data) in Records(records).flatten() {
+        if matches!(opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE) {
+            visit(parse(place, opcode, data)?)?;
+        }
+    }
+    Ok(unpacked.map_err(|error| chunk_fault(place, &facts, body, error))?)
+}
+
+pub(crate) fn chunk_facts(place: Place, body: &[u8]) -> Result<ChunkFacts, ContainerError> {
+    parse(place, op::CHUNK, body)?;
+    ChunkFacts::of(body).ok_or_else(|| place.short(op::CHUNK))
+}
+
+pub(crate) fn chunk_fault(
+    place: Place,
+    facts: &ChunkFacts,
+    body: &[u8],
+    error: mcap::McapError,
+) -> ContainerError {
+    let packed = body.len().saturating_sub(facts.header_bytes());
+    place.chunk_fault(facts, limit(packed), error)
+}
+
+/// Takes a record apart; an attachment's checksum is compared.
+pub(crate) fn parse<'a>(
+    place: Place,
+    opcode: u8,
+    body: &'a [u8],
+) -> Result<Record<'a>, ContainerError> {
+    if opcode == op::ATTACHMENT && !has_room_for_crc(body) {
+        return Err(place.short(opcode));
+    }
+    parse_record(opcode, body).map_err(|error| place.damaged(opcode, error))
+}
+
+/// Whether an attachment is long enough for what has to be in it, which mcap takes for granted.
+fn has_room_for_crc(body: &[u8]) -> bool {
+    let text_end = |start: usize| {
+        let length = body.get(start..)?.first_chunk()?;
+        (start + 4).checked_add(usize::try_from(u32::from_le_bytes(*length)).ok()?)
+    };
+    // Log time and create time, name, media type, length of the data, CRC.
+    let end = text_end(16).and_then(text_end);
+    end.is_some_and(|end| body.len() >= end.saturating_add(8 + 4))
+}

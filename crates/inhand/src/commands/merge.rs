@@ -1,0 +1,79 @@
+//! `inhand merge FILE FILE... -o OUT`.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Result;
+use inhand_pipeline::{check_target, containers};
+use serde_json::json;
+
+use crate::commands::cut::seconds;
+use crate::console::{Console, data};
+use crate::exit::{Exit, UsageError};
+use crate::options::Format;
+
+/// Writes MCAP files of any origin as one, by the log time of their messages.
+///
+/// Channels with equal topic, schema, encoding and metadata become one. Metadata records that several
+/// files have word for word are written once.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// Two or more MCAP files.
+    #[arg(required = true, num_args = 2..)]
+    inputs: Vec<PathBuf>,
+    /// Keep the channels of both where files have a topic with different schemas, and where both hold
+    /// a take; the result is then no take.
+    #[arg(long)]
+    keep_both: bool,
+    /// Output file.
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Print the outcome as text or JSON.
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+    /// Replace an output that is there.
+    #[arg(long)]
+    force: bool,
+}
+
+pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
+    let inputs: Vec<&Path> = args.inputs.iter().map(PathBuf::as_path).collect();
+    for (n, input) in inputs.iter().enumerate() {
+        if inputs[..n].contains(input) {
+            let message = format!("{} is named twice", input.display());
+            return Err(UsageError(message).into());
+        }
+    }
+    check_target(&args.output, &inputs, || args.force)?;
+    let merged = containers::merge(&inputs, &args.output, args.keep_both)?;
+    let written = &merged.written;
+    data(&match args.format {
+        Format::Text => {
+            let mut lines = format!(
+                "messages  {} in {} channels over {:.3} s\n",
+                written.messages,
+                written.channels,
+                seconds(written.span),
+            );
+            for topic in &merged.joined {
+                lines.push_str(&format!("joined    {topic}\n"));
+            }
+            for topic in &merged.side_by_side {
+                lines.push_str(&format!("two kinds {topic}\n"));
+            }
+            lines
+        }
+        Format::Json => format!(
+            "{:#}\n",
+            json!({
+                "messages": written.messages,
+                "channels": written.channels,
+                "joined": merged.joined,
+                "side_by_side": merged.side_by_side,
+                "metadata_once": merged.metadata_once,
+                "bytes": written.bytes,
+            })
+        ),
+    })?;
+    console.say(&format!("wrote {}", args.output.display()));
+    Ok(Exit::Done)
+}

@@ -1,0 +1,147 @@
+//! `inhand recover FILE -o OUT`.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use inhand_container::{Loss, Recovered};
+use inhand_pipeline::{check_target, containers};
+use serde_json::{Value, json};
+
+use crate::console::{Console, data};
+use crate::exit::Exit;
+use crate::options::Format;
+
+/// Losses that are printed; the rest are counted.
+const MOST_PRINTED: usize = 20;
+
+/// Writes what is sound of an MCAP file that is cut off, damaged or was never finished, and says what
+/// is lost. The output is read back, with every checksum, before it is kept.
+///
+/// Exits 3 when something is lost, 0 when nothing is.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// A damaged MCAP file.
+    input: PathBuf,
+    /// Output file.
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Print the outcome as text or JSON.
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+    /// Replace an output that is there.
+    #[arg(long)]
+    force: bool,
+}
+
+pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
+    check_target(&args.output, &[&args.input], || args.force)?;
+    let recovered = containers::recover(&args.input, &args.output)?;
+    data(&match args.format {
+        Format::Text => text(&recovered),
+        Format::Json => format!("{:#}\n", as_json(&recovered)),
+    })?;
+    console.say(&format!(
+        "wrote {}, and read it back",
+        args.output.display()
+    ));
+    Ok(if recovered.is_lossy() {
+        Exit::Lossy
+    } else {
+        Exit::Done
+    })
+}
+
+fn text(recovered: &Recovered) -> String {
+    let written = &recovered.written;
+    let of = (recovered.stated_messages).map_or_else(String::new, |stated| format!(" of {stated}"));
+    let mut lines = vec![format!(
+        "saved     {}{of} messages in {} channels, {} metadata records, {} attachments",
+        written.messages, written.channels, written.metadata, written.attachments,
+    )];
+    for loss in recovered.losses.iter().take(MOST_PRINTED) {
+        lines.push(format!("lost      {}", in_words(loss)));
+    }
+    let unlisted =
+        recovered.losses.len().saturating_sub(MOST_PRINTED) as u64 + recovered.losses_unlisted;
+    if unlisted > 0 {
+        lines.push(format!("lost      {unlisted} more stretches"));
+    }
+    if recovered.lost_bytes > 0 {
+        lines.push(format!("lost      {} bytes in all", recovered.lost_bytes));
+    }
+    for (channel, messages) in &recovered.without_channel {
+        lines.push(format!(
+            "lost      {messages} messages of channel {channel}, whose topic is lost"
+        ));
+    }
+    for topic in &recovered.without_schema {
+        lines.push(format!(
+            "lost      the schema of {topic}; its messages are kept"
+        ));
+    }
+    if recovered.contradictions > 0 {
+        let count = recovered.contradictions;
+        lines.push(format!(
+            "lost      {count} schemas or channels that contradict others"
+        ));
+    }
+    if recovered.unfinished {
+        lines.push("lost      whatever came after: the file has no end".to_owned());
+    }
+    if recovered.unchecked {
+        lines.push(
+            "warning   the checksum over all data differs: something outside chunks has changed"
+                .to_owned(),
+        );
+    }
+    for part in &recovered.repaired {
+        lines.push(format!("repaired  {part}"));
+    }
+    if !recovered.is_lossy() {
+        lines.push("nothing is lost".to_owned());
+    }
+    lines.join("\n") + "\n"
+}
+
+fn in_words(loss: &Loss) -> String {
+    let span = loss.span.map_or_else(String::new, |(start, end)| {
+        let s = |unix_nanos: u64| unix_nanos as f64 / 1e9;
+        format!(", log times {:.3} to {:.3} s", s(start), s(end))
+    });
+    format!(
+        "byte {}: {}, {} bytes{span}",
+        loss.offset, loss.what, loss.bytes
+    )
+}
+
+fn as_json(recovered: &Recovered) -> Value {
+    let losses: Vec<_> = (recovered.losses.iter())
+        .map(|loss| {
+            json!({
+                "offset": loss.offset,
+                "bytes": loss.bytes,
+                "what": loss.what,
+                "first_unix_nanos": loss.span.map(|(start, _)| start),
+                "last_unix_nanos": loss.span.map(|(_, end)| end),
+            })
+        })
+        .collect();
+    let written = &recovered.written;
+    json!({
+        "lossy": recovered.is_lossy(),
+        "messages": written.messages,
+        "stated_messages": recovered.stated_messages,
+        "channels": written.channels,
+        "metadata": written.metadata,
+        "attachments": written.attachments,
+        "lost_bytes": recovered.lost_bytes,
+        "losses": losses,
+        "losses_unlisted": recovered.losses_unlisted,
+        "messages_without_channel": recovered.without_channel.values().sum::<u64>(),
+        "topics_without_schema": recovered.without_schema,
+        "contradictions": recovered.contradictions,
+        "unfinished": recovered.unfinished,
+        "checksum_of_data_differs": recovered.unchecked,
+        "repaired": recovered.repaired,
+    })
+}

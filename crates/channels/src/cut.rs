@@ -116,7 +116,8 @@ pub fn cut_take(
 /// once for the whole take.
 pub fn latch(channel: &ChannelFacts) -> Option<Latch> {
     match &*channel.topic {
-        topic::RECORDING_FINDINGS => Some(Latch::All),
+        // An event from before a stretch may reach into it.
+        topic::RECORDING_FINDINGS | topic::ANNOTATIONS => Some(Latch::All),
         topic::VIEW_OBJECT | topic::VIEW_OBJECT_EDGES => Some(Latch::Last),
         _ => inhand_container::latch(channel),
     }

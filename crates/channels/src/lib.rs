@@ -76,8 +76,7 @@ mod wire;
 mod write;
 
 pub use annotations::{
-    annotation_records, read_annotations, read_own_annotations,
-    write_annotations,
+    annotation_records, read_annotations, read_own_annotations, write_annotations,
 };
 pub use colour::{FINGER_COLOURS, Rgb, finger_hex};
 pub use cut::{TakeCut, cut_take, is_of_whole_take, latch};

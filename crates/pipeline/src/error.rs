@@ -79,6 +79,14 @@ pub enum PipelineError {
         /// Where in it, and why.
         source: Box<inhand_channels::ChannelError>,
     },
+    /// Events that cannot be written, or a file that cannot hold any.
+    #[error("{}: {message}", path.display())]
+    Annotate {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong, and what to do.
+        message: String,
+    },
     /// A table that cannot be read or written.
     #[error("{}", path.display())]
     Table {

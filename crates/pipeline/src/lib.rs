@@ -21,6 +21,7 @@
 //! # Ok::<(), inhand_pipeline::PipelineError>(())
 //! ```
 
+pub mod annotate;
 pub mod containers;
 mod demo;
 mod dictionary_file;

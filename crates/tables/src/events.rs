@@ -45,6 +45,30 @@ pub fn write(
     Ok(writer.flush()?)
 }
 
+/// An instant in seconds after another, exact to the nanosecond.
+pub fn seconds_after(unix_nanos: u64, start_unix_nanos: u64) -> String {
+    seconds(i128::from(unix_nanos) - i128::from(start_unix_nanos))
+}
+
+/// An instant as people write it: seconds after `start_unix_nanos`, or a time with its zone
+/// (RFC 3339). `None` where it is neither, or not between 1970 and 2554.
+///
+/// ```
+/// use inhand_tables::events::parse_instant;
+///
+/// assert_eq!(parse_instant("1.5", 1_000), Some(1_500_001_000));
+/// assert_eq!(parse_instant("1970-01-01T00:00:02Z", 1_000), Some(2_000_000_000));
+/// assert_eq!(parse_instant("soon", 0), None);
+/// ```
+pub fn parse_instant(text: &str, start_unix_nanos: u64) -> Option<u64> {
+    let text = text.trim();
+    let nanos = match parse_seconds(text.strip_suffix('s').unwrap_or(text)) {
+        Some(nanos) => i128::from(start_unix_nanos) + nanos,
+        None => text.parse::<jiff::Timestamp>().ok()?.as_nanosecond(),
+    };
+    u64::try_from(nanos).ok()
+}
+
 /// Nanoseconds as seconds, without digits that say nothing.
 pub(crate) fn seconds(nanos: i128) -> String {
     let sign = if nanos < 0 { "-" } else { "" };

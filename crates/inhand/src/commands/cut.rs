@@ -1,10 +1,12 @@
 //! `inhand cut FILE --from TIME --to TIME -o OUT`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use inhand_pipeline::check_target;
+use inhand_container::Interval;
+use inhand_model::{Label, Selection};
 use inhand_pipeline::containers::{self, Cut, Instant};
+use inhand_pipeline::{annotate, check_target};
 use serde_json::json;
 
 use crate::console::{Console, data};
@@ -26,8 +28,15 @@ pub(crate) struct Args {
     /// Where it ends, which is not part of it: a time as --from [default: the end].
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     to: Option<String>,
-    /// Output file.
-    #[arg(short, long, value_name = "FILE")]
+    /// Keep only stretches of events with this label, such as task=rotate, or slip (short for
+    /// label=slip); repeat for any of several.
+    #[arg(long, value_name = "LABEL")]
+    event: Vec<String>,
+    /// Leave out stretches of events with this label; repeat for several.
+    #[arg(long, value_name = "LABEL")]
+    without: Vec<String>,
+    /// Output file; with --event or --without also a folder, for a file of each stretch.
+    #[arg(short, long, value_name = "PATH")]
     output: PathBuf,
     /// Print the outcome as text or JSON.
     #[arg(long, value_enum, default_value_t)]
@@ -38,20 +47,90 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
-    check_target(&args.output, &[&args.input], || args.force)?;
     let from = args.from.as_deref().map(|text| instant("--from", text));
     let to = args.to.as_deref().map(|text| instant("--to", text));
     let keep = containers::interval(&args.input, from.transpose()?, to.transpose()?)?;
-    let cut = containers::cut(&args.input, &args.output, &[keep])?;
-    data(&match args.format {
-        Format::Text => text(&cut),
-        Format::Json => format!("{:#}\n", as_json(&cut)),
-    })?;
-    if cut.selected.written.messages == 0 {
-        console.say("warning  no message lies in that stretch");
+    let stretches = match args.event.is_empty() && args.without.is_empty() {
+        true => vec![keep],
+        false => by_events(args, keep)?,
+    };
+    let outputs = outputs(args, stretches)?;
+    for (output, _) in &outputs {
+        check_target(output, &[&args.input], || args.force)?;
     }
-    console.say(&format!("wrote {}", args.output.display()));
+    let mut cuts = Vec::with_capacity(outputs.len());
+    for (output, stretches) in &outputs {
+        cuts.push(containers::cut(&args.input, output, stretches)?);
+    }
+    match args.format {
+        Format::Text => data(&cuts.iter().map(text).collect::<String>())?,
+        Format::Json => {
+            let cuts: Vec<_> = cuts.iter().map(as_json).collect();
+            match &cuts[..] {
+                [cut] => data(&format!("{cut:#}\n"))?,
+                _ => data(&format!("{:#}\n", json!(cuts)))?,
+            }
+        }
+    }
+    for ((output, _), cut) in outputs.iter().zip(&cuts) {
+        if cut.selected.written.messages == 0 {
+            console.say("warning  no message lies in that stretch");
+        }
+        console.say(&format!("wrote {}", output.display()));
+    }
     Ok(Exit::Done)
+}
+
+/// The stretches of events, as far as they lie in `keep`.
+fn by_events(args: &Args, keep: Interval) -> Result<Vec<Interval>> {
+    let labels = |flag: &str, texts: &[String]| {
+        let parse = |text: &String| text.parse().map_err(|e| UsageError(format!("{flag}: {e}")));
+        texts.iter().map(parse).collect::<Result<Vec<Label>, _>>()
+    };
+    let selection = Selection {
+        with: labels("--event", &args.event)?,
+        without: labels("--without", &args.without)?,
+    };
+    let annotated = annotate::read(&args.input)?;
+    let events = annotated.own.events.iter().chain(&annotated.others);
+    let events: Vec<_> = events.cloned().collect();
+    let to = keep.to_unix_nanos().unwrap_or(u64::MAX);
+    let stretches: Vec<_> = (selection.intervals(&events).into_iter())
+        .map(|time| time.start.max(keep.from_unix_nanos())..time.end.min(to))
+        .filter(|time| !time.is_empty())
+        .map(|time| Interval::new(time.start, (time.end < u64::MAX).then_some(time.end)))
+        .collect();
+    if stretches.is_empty() {
+        let message = format!(
+            "no stretch is left: {} has {} events, which `inhand annotate list` prints",
+            args.input.display(),
+            events.len()
+        );
+        return Err(UsageError(message).into());
+    }
+    Ok(stretches)
+}
+
+/// What goes into which file: everything into a file, or each stretch into one of its own in a folder.
+fn outputs(args: &Args, stretches: Vec<Interval>) -> Result<Vec<(PathBuf, Vec<Interval>)>> {
+    let by_event = !(args.event.is_empty() && args.without.is_empty());
+    let is_file = |path: &Path| {
+        path.extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("mcap"))
+    };
+    if !by_event || is_file(&args.output) && !args.output.is_dir() {
+        return Ok(vec![(args.output.clone(), stretches)]);
+    }
+    let stem = args.input.file_stem().unwrap_or(args.input.as_os_str());
+    let stem = stem.to_string_lossy();
+    let digits = stretches.len().to_string().len().max(2);
+    Ok((1..)
+        .zip(stretches)
+        .map(|(n, stretch)| {
+            let name = format!("{stem}_{n:0digits$}.mcap");
+            (args.output.join(name), vec![stretch])
+        })
+        .collect())
 }
 
 /// Seconds, or a time with its zone.

@@ -1,5 +1,6 @@
 //! One file a command.
 
+mod annotate;
 mod convert;
 mod cut;
 mod demo;
@@ -42,6 +43,8 @@ pub(crate) enum Command {
     Convert(convert::Args),
     /// Takes into the hand's frame: gaps, filter
     Process(process::Args),
+    /// Events on a file's time line: add, import, list, edit, export
+    Annotate(annotate::Args),
     /// Learn a dictionary of motion primitives from takes
     Learn(Box<learn::Args>),
     /// Generate trajectories between the ends of a take's segments
@@ -76,6 +79,7 @@ impl Command {
             Command::Info(args) => info::run(console, args),
             Command::Convert(args) => convert::run(console, args),
             Command::Process(args) => process::run(console, args),
+            Command::Annotate(args) => annotate::run(console, args),
             Command::Learn(args) => learn::run(console, args),
             Command::Generate(args) => generate::run(console, args),
             Command::Plan(args) => plan::run(console, args),

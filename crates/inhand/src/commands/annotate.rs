@@ -1,0 +1,172 @@
+//! `inhand annotate VERB FILE`.
+
+mod change;
+mod show;
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+
+use crate::console::Console;
+use crate::exit::Exit;
+use crate::options::Format;
+
+/// Events on the time line of an MCAP file of any origin, as `foxglove.Event` messages that viewers
+/// show; everything else in the file stays byte for byte. Other commands select data by them
+/// (--event, --without).
+#[derive(Debug, clap::Args)]
+#[command(args_conflicts_with_subcommands = true)]
+pub(crate) struct Args {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum Verb {
+    /// Add an event
+    Add(AddArgs),
+    /// Add the events of a CSV file
+    Import(ImportArgs),
+    /// Change one event
+    Edit(EditArgs),
+    /// Take events out
+    Remove(RemoveArgs),
+    /// State facts about the whole take: subject, object, task, ...
+    About(AboutArgs),
+    /// Print events and facts
+    List(ListArgs),
+    /// Write events as CSV
+    Export(ExportArgs),
+}
+
+/// Where the changed file goes.
+#[derive(Debug, clap::Args)]
+struct Target {
+    /// Output file.
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Refuse labels that are not in this vocabulary: a TOML file with a line for each key, such as
+    /// task = ["rotate", "lift"], or note = "any".
+    #[arg(long, value_name = "FILE")]
+    vocabulary: Option<PathBuf>,
+    /// Replace an output that is there.
+    #[arg(long)]
+    force: bool,
+}
+
+/// Adds an event: `--at 63.4..63.6 --label slip --label finger=index`.
+#[derive(Debug, clap::Args)]
+struct AddArgs {
+    /// An MCAP file.
+    file: PathBuf,
+    /// From when to when, both included, or one instant: seconds after the file's start, or times
+    /// such as 2026-11-03T10:12:00Z.
+    #[arg(long, value_name = "FROM..TO", allow_hyphen_values = true)]
+    at: String,
+    /// A label as KEY=VALUE, or a word (short for label=WORD); repeat for more.
+    #[arg(long, value_name = "LABEL", required = true)]
+    label: Vec<String>,
+    #[command(flatten)]
+    target: Target,
+}
+
+/// Adds the events of a CSV file. Its first columns are start_s and end_s, seconds after the file's
+/// start (or start_time and end_time, or BIDS's onset and duration); every other column is a label.
+#[derive(Debug, clap::Args)]
+struct ImportArgs {
+    /// An MCAP file.
+    file: PathBuf,
+    /// Events.
+    csv: PathBuf,
+    /// Take the events that are there out first.
+    #[arg(long)]
+    replace: bool,
+    #[command(flatten)]
+    target: Target,
+}
+
+/// Changes one event.
+#[derive(Debug, clap::Args)]
+struct EditArgs {
+    /// An MCAP file.
+    file: PathBuf,
+    /// Number of the event, as `annotate list` prints it.
+    #[arg(long, value_name = "N")]
+    event: usize,
+    /// Its new times, as for `add`.
+    #[arg(long, value_name = "FROM..TO", allow_hyphen_values = true)]
+    at: Option<String>,
+    /// A label to set; repeat for more.
+    #[arg(long, value_name = "LABEL")]
+    label: Vec<String>,
+    /// Key of a label to take off; repeat for more.
+    #[arg(long, value_name = "KEY")]
+    remove_label: Vec<String>,
+    #[command(flatten)]
+    target: Target,
+}
+
+/// Takes events out, by number or by label.
+#[derive(Debug, clap::Args)]
+struct RemoveArgs {
+    /// An MCAP file.
+    file: PathBuf,
+    /// Number of an event, as `annotate list` prints it; repeat for more.
+    #[arg(long, value_name = "N", required_unless_present = "label")]
+    event: Vec<usize>,
+    /// Every event with this label; repeat for any of several.
+    #[arg(long, value_name = "LABEL")]
+    label: Vec<String>,
+    #[command(flatten)]
+    target: Target,
+}
+
+/// States facts about the whole take.
+#[derive(Debug, clap::Args)]
+struct AboutArgs {
+    /// An MCAP file.
+    file: PathBuf,
+    /// A fact, such as subject=s01; repeat for more.
+    #[arg(long, value_name = "KEY=VALUE", required_unless_present = "unset")]
+    set: Vec<String>,
+    /// Key of a fact to take out; repeat for more.
+    #[arg(long, value_name = "KEY")]
+    unset: Vec<String>,
+    #[command(flatten)]
+    target: Target,
+}
+
+/// Prints events and facts.
+#[derive(Debug, clap::Args)]
+struct ListArgs {
+    /// An MCAP file.
+    file: PathBuf,
+    /// Print as text or JSON.
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+/// Writes events as CSV that `annotate import` reads again.
+#[derive(Debug, clap::Args)]
+struct ExportArgs {
+    /// An MCAP file.
+    file: PathBuf,
+    /// CSV file; without it the CSV is printed.
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Replace an output that is there.
+    #[arg(long)]
+    force: bool,
+}
+
+pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
+    match &args.verb {
+        Verb::Add(args) => change::add(console, args),
+        Verb::Import(args) => change::import(console, args),
+        Verb::Edit(args) => change::edit(console, args),
+        Verb::Remove(args) => change::remove(console, args),
+        Verb::About(args) => change::about(console, args),
+        Verb::List(args) => show::list(args),
+        Verb::Export(args) => show::export(console, args),
+    }
+}

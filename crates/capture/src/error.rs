@@ -133,6 +133,19 @@ pub enum CaptureError {
         /// What the file says.
         stated: String,
     },
+    /// A line of which no end is in sight.
+    #[error(
+        "{file}, line {line}: expected lines of at most {limit_bytes} bytes, found a longer one: is \
+         it a binary file, or did it lose its line ends?"
+    )]
+    LineTooLong {
+        /// The file.
+        file: String,
+        /// The line.
+        line: usize,
+        /// The longest line that is read.
+        limit_bytes: usize,
+    },
     /// A row with fewer cells than the header promises.
     #[error("{file}, line {line}: expected {expected} cells, found {found}: the row is cut off")]
     TooFewCells {
@@ -213,7 +226,7 @@ pub enum CaptureError {
         /// Frames left out so far.
         left_out: u64,
         /// Rows of the file, at most.
-        rows: usize,
+        rows: u64,
         /// Frames that may be left out.
         limit: u64,
     },
@@ -238,6 +251,14 @@ pub enum CaptureError {
         file: String,
         /// Why.
         source: RecordingError,
+    },
+    /// The input cannot be read.
+    #[error("{file}: cannot read on: {source}")]
+    Read {
+        /// The file.
+        file: String,
+        /// Why.
+        source: std::io::Error,
     },
     /// The output cannot be written.
     #[error("cannot write Motive CSV: {source}")]

@@ -39,7 +39,9 @@
 //! * [`roles`]: which body or marker cluster is the hand, the object, which marker is which finger.
 
 mod assembly;
+mod blocks;
 mod error;
+mod lines;
 pub mod motive;
 pub mod qualisys;
 pub mod roles;
@@ -49,8 +51,10 @@ mod table;
 mod text;
 pub mod trc;
 
+pub use blocks::{Blocks, has_even_rows};
 pub use error::CaptureError;
 pub use settings::{ReadSettings, parse_length_unit, parse_rotation_order, parse_up_axis};
+pub use table::Extent;
 
 use inhand_model::Recording;
 

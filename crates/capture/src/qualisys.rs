@@ -19,11 +19,11 @@ use std::collections::BTreeMap;
 
 use inhand_model::{Clock, Finding, LengthUnit, MarkerKind, Recording, Source, StartTime, UpAxis};
 
-use crate::assembly::{self, Entity, Take};
+use crate::assembly::{Entity, Opened, Take};
 use crate::error::CaptureError;
 use crate::settings::{ReadSettings, stated_or_given};
 use crate::table::{Column, Table};
-use crate::{start_time, text};
+use crate::{blocks, start_time, text};
 
 /// Keys with which a header may start.
 const KEYS: [&[u8]; 6] = [
@@ -58,7 +58,15 @@ pub fn read(
     file_name: &str,
     settings: &ReadSettings,
 ) -> Result<Recording, CaptureError> {
-    let bytes = text::without_byte_order_mark(bytes, file_name)?;
+    blocks::read_whole(open, bytes, file_name, settings)
+}
+
+/// Reads the header, from the beginning of a file without byte-order mark.
+pub(crate) fn open(
+    bytes: &[u8],
+    file_name: &str,
+    settings: &ReadSettings,
+) -> Result<Opened, CaptureError> {
     if !looks_like(bytes) {
         return Err(CaptureError::UnknownFormat {
             file: file_name.to_owned(),
@@ -99,9 +107,7 @@ pub fn read(
 
     let layout = header.layout(bytes, file_name)?;
     let table = Table {
-        file: file_name,
-        data: &bytes[header.data_start..],
-        first_line: header.first_data_line,
+        file: file_name.to_owned(),
         delimiter: b'\t',
         columns: layout.columns,
         labels: layout.labels,
@@ -125,9 +131,11 @@ pub fn read(
         .collect();
     let declared = header.fact("NO_OF_FRAMES").and_then(|n| n.parse().ok());
     let version = header.fact("FILE_VERSION").unwrap_or_default();
-    assembly::assemble(
-        &table,
-        Take {
+    Ok(Opened {
+        table,
+        data_start: header.data_start,
+        first_data_line: header.first_data_line,
+        take: Take {
             name: text::stem(file_name).to_owned(),
             clock,
             source: Source {
@@ -142,7 +150,7 @@ pub fn read(
             declared_rows: declared.map(|count| ("NO_OF_FRAMES", count)),
             findings,
         },
-    )
+    })
 }
 
 /// Columns that may stand before those of the markers.

@@ -1,21 +1,18 @@
 //! Rows of numbers: the part of a vendor file below its header.
 //!
-//! The rows are parsed in blocks of a fixed size, several at a time, and handed on in order, so
-//! that the result does not depend on the number of threads and memory holds one batch of rows
-//! beside what is made of them.
+//! The lines are parsed in pieces of a fixed size, several at a time, and handed on in order, so
+//! that the result does not depend on the number of threads.
 
 use memchr::memchr;
 use rayon::prelude::*;
 
 use crate::error::CaptureError;
+use crate::lines::Run;
 use crate::text::{count_lines, excerpt};
 
 /// Bytes of a block: a few hundred rows, large against the cost of handing it to a thread, small
 /// against its cache.
 const BLOCK_BYTES: usize = 128 * 1024;
-
-/// Blocks parsed before their rows are handed on.
-const BATCH_BLOCKS: usize = 8;
 
 /// Largest frame number; every integer up to it is exact as f64.
 const MAX_FRAME: f64 = 9_007_199_254_740_992.0;
@@ -33,14 +30,36 @@ pub(crate) enum Column {
     Skip,
 }
 
-/// Text rows and what their columns mean.
-pub(crate) struct Table<'a> {
+/// How long a text file is, or the part of it below its header.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Extent {
+    /// Bytes.
+    pub bytes: u64,
+    /// Line ends.
+    pub line_ends: u64,
+}
+
+impl Extent {
+    /// Adds the next bytes of the file.
+    pub fn add(&mut self, bytes: &[u8]) {
+        self.bytes += bytes.len() as u64;
+        self.line_ends += count_lines(bytes) as u64;
+    }
+
+    /// What is left below a header of so many bytes and lines.
+    pub(crate) fn below(self, bytes: usize, line_ends: usize) -> Self {
+        Self {
+            bytes: self.bytes.saturating_sub(bytes as u64),
+            line_ends: self.line_ends.saturating_sub(line_ends as u64),
+        }
+    }
+}
+
+/// What the columns of text rows mean.
+#[derive(Debug)]
+pub(crate) struct Table {
     /// Name of the file, for messages.
-    pub(crate) file: &'a str,
-    /// The rows.
-    pub(crate) data: &'a [u8],
-    /// Line of the file on which they start.
-    pub(crate) first_line: usize,
+    pub(crate) file: String,
     /// Byte between cells.
     pub(crate) delimiter: u8,
     /// One entry for each column of the header.
@@ -98,7 +117,7 @@ enum Problem {
     },
 }
 
-impl Table<'_> {
+impl Table {
     /// Number of [`Column::Value`] columns.
     pub(crate) fn values(&self) -> usize {
         self.columns
@@ -107,11 +126,10 @@ impl Table<'_> {
             .count()
     }
 
-    /// An upper bound for the number of rows that costs no parsing: no row is shorter than its
-    /// delimiters, so this stays in proportion to the file even where that is all line ends.
-    pub(crate) fn rows_at_most(&self) -> usize {
-        let by_lines = count_lines(self.data) + 1;
-        by_lines.min(self.data.len() / self.required_cells().max(1) + 1)
+    /// An upper bound for the number of rows in so much text: no row is shorter than its
+    /// delimiters, so this stays in proportion to the text even where that is all line ends.
+    pub(crate) fn rows_at_most(&self, extent: Extent) -> u64 {
+        (extent.line_ends + 1).min(extent.bytes / self.required_cells().max(1) as u64 + 1)
     }
 
     /// Cells that every row must have: up to the last column that is read.
@@ -122,44 +140,30 @@ impl Table<'_> {
             .map_or(0, |last| last + 1)
     }
 
-    /// Parses all rows and hands them on in order, a batch of blocks at a time.
+    /// Parses whole lines, in pieces that are handed on in order.
     ///
     /// # Errors
     ///
-    /// The first error of the file, in its order, whichever thread meets one first; or the first
-    /// error of `consume`.
-    pub(crate) fn for_each_batch(
-        &self,
-        mut consume: impl FnMut(&[Rows]) -> Result<(), CaptureError>,
-    ) -> Result<(), CaptureError> {
-        let mut blocks = blocks(self.data);
-        let mut line = self.first_line;
-        loop {
-            let batch: Vec<&[u8]> = blocks.by_ref().take(BATCH_BLOCKS).collect();
-            if batch.is_empty() {
-                return Ok(());
-            }
-            let parsed: Vec<_> = batch
-                .par_iter()
-                .map(|block| (self.parse_block(block), count_lines(block)))
-                .collect();
-            let mut rows = Vec::with_capacity(parsed.len());
-            for (result, lines) in parsed {
-                match result {
-                    Ok(mut block) => {
-                        block.first_line = line;
-                        rows.push(block);
-                    }
-                    Err(error) => {
-                        // Rows before the damaged one may hold an earlier error.
-                        consume(&rows)?;
-                        return Err(self.error(line, error));
-                    }
+    /// Beside the rows before it, the first error, whichever thread meets one first.
+    pub(crate) fn parse(&self, run: &Run<'_>) -> (Vec<Rows>, Result<(), CaptureError>) {
+        let pieces: Vec<&[u8]> = blocks(run.bytes).collect();
+        let parsed: Vec<_> = pieces
+            .par_iter()
+            .map(|block| (self.parse_block(block), count_lines(block)))
+            .collect();
+        let mut line = run.first_line;
+        let mut pieces = Vec::with_capacity(parsed.len());
+        for (result, lines) in parsed {
+            match result {
+                Ok(mut rows) => {
+                    rows.first_line = line;
+                    pieces.push(rows);
                 }
-                line += lines;
+                Err(error) => return (pieces, Err(self.error(line, error))),
             }
-            consume(&rows)?;
+            line += lines;
         }
+        (pieces, Ok(()))
     }
 
     fn parse_block(&self, block: &[u8]) -> Result<Rows, RowError> {
@@ -250,7 +254,7 @@ impl Table<'_> {
     }
 
     fn error(&self, first_line: usize, error: RowError) -> CaptureError {
-        let file = self.file.to_owned();
+        let file = self.file.clone();
         let line = first_line + error.line_offset;
         match error.problem {
             Problem::TooFewCells { found } => CaptureError::TooFewCells {
@@ -354,11 +358,9 @@ fn frame(number: f64) -> Option<i64> {
 mod tests {
     use super::*;
 
-    fn table<'a>(data: &'a [u8], columns: &[Column]) -> Table<'a> {
+    fn table(columns: &[Column]) -> Table {
         Table {
-            file: "a.csv",
-            data,
-            first_line: 8,
+            file: "a.csv".to_owned(),
             delimiter: b',',
             columns: columns.to_vec(),
             labels: (0..columns.len()).map(|k| format!("c{k}")).collect(),
@@ -377,15 +379,16 @@ mod tests {
     fn parse(data: &[u8]) -> Result<(Vec<i64>, Vec<f64>), String> {
         let mut frames = Vec::new();
         let mut values = Vec::new();
-        table(data, &COLUMNS)
-            .for_each_batch(|batch| {
-                for rows in batch {
-                    frames.extend_from_slice(&rows.frames);
-                    values.extend_from_slice(&rows.values);
-                }
-                Ok(())
-            })
-            .map_err(|e| e.to_string())?;
+        let run = Run {
+            bytes: data,
+            first_line: 8,
+        };
+        let (pieces, result) = table(&COLUMNS).parse(&run);
+        result.map_err(|e| e.to_string())?;
+        for rows in pieces {
+            frames.extend_from_slice(&rows.frames);
+            values.extend_from_slice(&rows.values);
+        }
         Ok((frames, values))
     }
 
@@ -483,7 +486,12 @@ mod tests {
 
     #[test]
     fn the_bound_on_rows_holds_and_stays_small() {
-        assert_eq!(table(&[b'\n'; 1000], &COLUMNS).rows_at_most(), 201);
-        assert_eq!(table(b"0,0,,1,2\n1,0,,1,2", &COLUMNS).rows_at_most(), 2);
+        let bound = |bytes: &[u8]| {
+            let mut extent = Extent::default();
+            extent.add(bytes);
+            table(&COLUMNS).rows_at_most(extent)
+        };
+        assert_eq!(bound(&[b'\n'; 1000]), 201);
+        assert_eq!(bound(b"0,0,,1,2\n1,0,,1,2"), 2);
     }
 }

@@ -5,6 +5,9 @@ use crate::error::CaptureError;
 /// Longest excerpt of a file in a message, characters: enough for any cell, short of a screen line.
 const EXCERPT_CHARS: usize = 40;
 
+/// What some programs put before UTF-8 text.
+pub(crate) const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
+
 /// The bytes after a UTF-8 byte-order mark, if there is one.
 ///
 /// # Errors
@@ -22,7 +25,7 @@ pub(crate) fn without_byte_order_mark<'a>(
             hint: "save it as UTF-8",
         });
     }
-    Ok(bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes))
+    Ok(bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes))
 }
 
 /// A header, which must be UTF-8 without NUL bytes. `first_line` is the line it starts on.

@@ -27,9 +27,9 @@ const TIME_MARGIN_S: f64 = 1e-6;
 const TIME_SINGLE_PRECISION: f64 = 1.2e-7;
 
 /// Rows on the even grid of frames.
-pub(super) struct Grid<'a> {
-    file: &'a str,
-    rows_at_most: usize,
+pub(super) struct Grid {
+    file: String,
+    rows_at_most: u64,
     limit: u64,
     pub(super) rows: u64,
     pub(super) samples: usize,
@@ -40,11 +40,11 @@ pub(super) struct Grid<'a> {
     first_jump: Option<(usize, i64, i64)>,
 }
 
-impl<'a> Grid<'a> {
-    pub(super) fn new(file: &'a str, rows_at_most: usize, entities: usize) -> Self {
-        let by_rows = LEFT_OUT_PER_ROW.saturating_mul(rows_at_most as u64);
+impl Grid {
+    pub(super) fn new(file: &str, rows_at_most: u64, entities: usize) -> Self {
+        let by_rows = LEFT_OUT_PER_ROW.saturating_mul(rows_at_most);
         Self {
-            file,
+            file: file.to_owned(),
             rows_at_most,
             limit: by_rows.max(LEFT_OUT_SAMPLES / entities.max(1) as u64),
             rows: 0,
@@ -81,7 +81,7 @@ impl<'a> Grid<'a> {
         let step = frame - previous;
         if step < 1 {
             return Err(CaptureError::FrameOrder {
-                file: self.file.to_owned(),
+                file: self.file.clone(),
                 line,
                 previous,
                 found: frame,
@@ -96,7 +96,7 @@ impl<'a> Grid<'a> {
         match usize::try_from(gap) {
             Ok(gap) if self.left_out <= self.limit => Ok(gap),
             _ => Err(CaptureError::FrameJump {
-                file: self.file.to_owned(),
+                file: self.file.clone(),
                 line,
                 previous,
                 found: frame,
@@ -141,7 +141,7 @@ impl TimeCheck {
         }
     }
 
-    pub(super) fn look_at(&mut self, rows: &Rows, grid: &Grid<'_>) {
+    pub(super) fn look_at(&mut self, rows: &Rows, grid: &Grid) {
         for (k, &time_s) in rows.times_s.iter().enumerate() {
             if time_s.is_nan() {
                 continue;

@@ -4,13 +4,18 @@ mod frames;
 mod rotation;
 mod series;
 
+use std::collections::VecDeque;
+use std::io::Read;
+use std::ops::Range;
+
 use inhand_model::{BodyKind, Clock, Finding, MarkerKind, Recording, Source};
 use rayon::prelude::*;
 
 use self::frames::{Grid, TimeCheck};
 use self::series::{Scale, Series, Tracked};
 use crate::error::CaptureError;
-use crate::table::Table;
+use crate::lines::Lines;
+use crate::table::{Extent, Rows, Table};
 
 /// Where a body's rotation stands among the values of a row.
 #[derive(Clone, Copy, Debug)]
@@ -56,79 +61,218 @@ pub(crate) struct Take {
     pub(crate) findings: Vec<Finding>,
 }
 
-/// Reads the rows of `table` into the entities of `take`.
-///
-/// # Errors
-///
-/// [`CaptureError`] where a row is damaged, frame numbers do not rise or leave out too much, or
-/// there is no row at all.
-pub(crate) fn assemble(table: &Table<'_>, take: Take) -> Result<Recording, CaptureError> {
-    let rows_at_most = table.rows_at_most();
-    let width = table.values();
-    let scale = Scale::of(take.source.length_unit);
-    let zero_is_missing = take.zero_is_missing;
-    let mut series: Vec<Series> = take
-        .entities
-        .into_iter()
-        .map(|entity| Series::new(entity, rows_at_most, zero_is_missing))
-        .collect();
-    let mut grid = Grid::new(table.file, rows_at_most, series.len());
-    let mut times = TimeCheck::new(take.clock.rate_hz());
+/// What a header says: of its columns, of its take, and where the rows start.
+#[derive(Debug)]
+pub(crate) struct Opened {
+    pub(crate) table: Table,
+    pub(crate) take: Take,
+    /// Bytes above the first row.
+    pub(crate) data_start: usize,
+    /// Line of the first row, from 1.
+    pub(crate) first_data_line: usize,
+}
 
-    table.for_each_batch(|batch| {
-        let mut gaps = Vec::with_capacity(batch.len());
-        for rows in batch {
-            gaps.push(grid.place(rows)?);
-            times.look_at(rows, &grid);
+/// A take while its rows come in.
+pub(crate) struct Assembly<R> {
+    lines: Lines<R>,
+    table: Table,
+    /// Values of a row.
+    width: usize,
+    scale: Scale,
+    name: String,
+    clock: Clock,
+    source: Source,
+    declared_rows: Option<(&'static str, u64)>,
+    header_findings: Vec<Finding>,
+    series: Vec<Series>,
+    grid: Grid,
+    times: TimeCheck,
+    /// Rows that have their place, but are not in the series yet.
+    pending: VecDeque<Placed>,
+    next: Next,
+    /// Samples in the series.
+    samples: usize,
+    /// Samples taken out of the series.
+    taken: usize,
+}
+
+/// Rows and how many frames are left out before each.
+struct Placed {
+    rows: Rows,
+    gaps: Vec<usize>,
+}
+
+/// The first sample that is not in the series yet.
+#[derive(Clone, Copy, Default)]
+struct Next {
+    /// Row of the first pending piece.
+    row: usize,
+    /// Samples left out before that row that are in the series.
+    gap_done: usize,
+}
+
+/// Samples left out, then rows without a gap between them.
+struct Step {
+    piece: usize,
+    gap: usize,
+    rows: Range<usize>,
+}
+
+impl<R: Read> Assembly<R> {
+    /// `lines` go on behind the header. `extent` is that of the whole file; the tracks get room for as
+    /// many samples as it can hold if `whole`.
+    pub(crate) fn new(lines: Lines<R>, opened: Opened, extent: Extent, whole: bool) -> Self {
+        let Opened { table, take, .. } = opened;
+        let below = extent.below(opened.data_start, opened.first_data_line - 1);
+        let rows_at_most = table.rows_at_most(below);
+        let capacity = if whole { rows_at_most as usize } else { 0 };
+        let series: Vec<Series> = (take.entities.into_iter())
+            .map(|entity| Series::new(entity, capacity, take.zero_is_missing))
+            .collect();
+        Self {
+            width: table.values(),
+            scale: Scale::of(take.source.length_unit),
+            grid: Grid::new(&table.file, rows_at_most, series.len()),
+            times: TimeCheck::new(take.clock.rate_hz()),
+            lines,
+            table,
+            name: take.name,
+            clock: take.clock,
+            source: take.source,
+            declared_rows: take.declared_rows,
+            header_findings: take.findings,
+            series,
+            pending: VecDeque::new(),
+            next: Next::default(),
+            samples: 0,
+            taken: 0,
         }
-        series.par_iter_mut().for_each(|series| {
-            for (rows, gaps) in batch.iter().zip(&gaps) {
-                series.push(rows, gaps, width, scale);
+    }
+
+    /// Puts more rows into the series, up to `at_most` samples; false at the end of the file.
+    ///
+    /// # Errors
+    ///
+    /// [`CaptureError`] where a row is damaged, frame numbers do not rise or leave out too much, or
+    /// there is no row at all.
+    pub(crate) fn advance(&mut self, at_most: usize) -> Result<bool, CaptureError> {
+        while self.pending.is_empty() {
+            let Some(run) = self.lines.next_run()? else {
+                if self.grid.rows == 0 {
+                    return Err(CaptureError::NoSamples {
+                        file: self.table.file.clone(),
+                    });
+                }
+                return Ok(false);
+            };
+            let (pieces, result) = self.table.parse(&run);
+            for rows in pieces {
+                // Rows before a damaged one may hold an earlier error.
+                let gaps = self.grid.place(&rows)?;
+                self.times.look_at(&rows, &self.grid);
+                if rows.len() > 0 {
+                    self.pending.push_back(Placed { rows, gaps });
+                }
+            }
+            result?;
+        }
+        let steps = self.plan(at_most);
+        let (pending, width, scale) = (&self.pending, self.width, self.scale);
+        self.series.par_iter_mut().for_each(|series| {
+            for step in &steps {
+                series.push_missing(step.gap);
+                let rows = &pending[step.piece].rows;
+                series.push(rows, step.rows.clone(), width, scale);
             }
         });
-        Ok(())
-    })?;
-
-    if grid.rows == 0 {
-        return Err(CaptureError::NoSamples {
-            file: table.file.to_owned(),
-        });
-    }
-    let mut findings = take.findings;
-    if let Some((key, declared)) = take.declared_rows
-        && declared != grid.rows
-    {
-        findings.push(Finding::warning(
-            key,
-            format!(
-                "the header promises {declared} rows, found {}: read what is there; the file was \
-                 cut or edited after the export",
-                grid.rows
-            ),
-        ));
-    }
-    findings.extend(grid.finding());
-    findings.extend(times.finding());
-    let (mut markers, mut bodies) = (Vec::new(), Vec::new());
-    for series in series {
-        findings.extend(series.findings());
-        match series.track {
-            Tracked::Marker(marker) => markers.push(marker),
-            Tracked::Body(body) => bodies.push(body),
+        let added = steps.iter().map(|step| step.gap + step.rows.len());
+        self.samples += added.sum::<usize>();
+        let finished = |placed: &Placed, next: Next| next.row == placed.gaps.len();
+        if let Some(last) = steps.last() {
+            self.pending.drain(..last.piece);
         }
+        if (self.pending.front()).is_some_and(|placed| finished(placed, self.next)) {
+            self.pending.pop_front();
+            self.next = Next::default();
+        }
+        Ok(true)
     }
-    let mut recording = Recording::new(
-        take.name,
-        take.clock,
-        take.source,
-        grid.samples,
-        markers,
-        bodies,
-    )
-    .map_err(|source| CaptureError::Recording {
-        file: table.file.to_owned(),
-        source,
-    })?;
-    recording.findings = findings;
-    Ok(recording)
+
+    /// The next samples, at most so many, and moves on behind them.
+    fn plan(&mut self, at_most: usize) -> Vec<Step> {
+        let mut steps = Vec::new();
+        let mut left = at_most;
+        for (piece, Placed { gaps, .. }) in self.pending.iter().enumerate() {
+            if piece > 0 {
+                if left == 0 {
+                    break;
+                }
+                self.next = Next::default();
+            }
+            while self.next.row < gaps.len() && left > 0 {
+                let first = self.next.row;
+                let gap = (gaps[first] - self.next.gap_done).min(left);
+                left -= gap;
+                self.next.gap_done += gap;
+                let mut rows = first..first;
+                if self.next.gap_done == gaps[first] && left > 0 {
+                    let more = gaps[first + 1..].iter().take(left - 1);
+                    let more = more.take_while(|&&gap| gap == 0).count();
+                    rows.end += 1 + more;
+                    left -= rows.len();
+                    self.next = Next {
+                        row: rows.end,
+                        gap_done: 0,
+                    };
+                }
+                steps.push(Step { piece, gap, rows });
+            }
+        }
+        steps
+    }
+
+    /// Takes the samples out of the series, as a take of its own without findings.
+    pub(crate) fn take_block(&mut self) -> Result<Recording, CaptureError> {
+        let (mut markers, mut bodies) = (Vec::new(), Vec::new());
+        for series in &mut self.series {
+            match series.take() {
+                Tracked::Marker(marker) => markers.push(marker),
+                Tracked::Body(body) => bodies.push(body),
+            }
+        }
+        let block = Recording::new(
+            self.name.clone(),
+            self.clock.starting_at(self.taken),
+            self.source.clone(),
+            self.samples,
+            markers,
+            bodies,
+        );
+        self.taken += std::mem::take(&mut self.samples);
+        block.map_err(|source| CaptureError::Recording {
+            file: self.table.file.clone(),
+            source,
+        })
+    }
+
+    /// What was odd so far.
+    pub(crate) fn findings(&self) -> Vec<Finding> {
+        let mut findings = self.header_findings.clone();
+        if let Some((key, declared)) = self.declared_rows
+            && declared != self.grid.rows
+        {
+            findings.push(Finding::warning(
+                key,
+                format!(
+                    "the header promises {declared} rows, found {}: read what is there; the file \
+                     was cut or edited after the export",
+                    self.grid.rows
+                ),
+            ));
+        }
+        findings.extend(self.grid.finding());
+        findings.extend(self.times.finding());
+        findings.extend(self.series.iter().flat_map(Series::findings));
+        findings
+    }
 }

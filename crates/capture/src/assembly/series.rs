@@ -1,5 +1,7 @@
 //! One marker or body while its rows come in.
 
+use std::ops::Range;
+
 use inhand_model::{
     Body, Finding, LengthUnit, Marker, PointTrack, Pose, PoseTrack, Position, Status, TrackedBody,
     World,
@@ -132,9 +134,28 @@ impl Series {
         }
     }
 
-    /// Appends the rows of a block, each after the samples left out before it.
-    pub(super) fn push(&mut self, rows: &Rows, gaps: &[usize], width: usize, scale: Scale) {
-        for (k, &gap) in gaps.iter().enumerate() {
+    /// Appends samples that the file leaves out.
+    pub(super) fn push_missing(&mut self, samples: usize) {
+        let nothing = || std::iter::repeat_n(f64::NAN, samples);
+        match &mut self.track {
+            Tracked::Marker(marker) => {
+                for _ in 0..samples {
+                    marker.track.push(None, Status::Missing);
+                }
+                marker.quality.iter_mut().for_each(|q| q.extend(nothing()));
+            }
+            Tracked::Body(body) => {
+                for _ in 0..samples {
+                    body.track.push(None, Status::Missing);
+                }
+                (body.marker_error_m.iter_mut()).for_each(|e| e.extend(nothing()));
+            }
+        }
+    }
+
+    /// Appends some rows, of `width` values each.
+    pub(super) fn push(&mut self, rows: &Rows, range: Range<usize>, width: usize, scale: Scale) {
+        for k in range {
             let values = &rows.values[k * width..][..width];
             match (&mut self.track, self.slots) {
                 (
@@ -156,11 +177,10 @@ impl Series {
                     } else if coords.iter().any(|c| c.is_finite()) {
                         self.partial.note(rows.line(k));
                     }
-                    for _ in 0..gap {
-                        marker.track.push(None, Status::Missing);
-                    }
                     marker.track.push(sample, Status::Measured);
-                    append(&mut marker.quality, quality, values, gap, |quality| quality);
+                    if let (Some(series), Some(slot)) = (&mut marker.quality, quality) {
+                        series.push(values[slot]);
+                    }
                 }
                 (
                     Tracked::Body(body),
@@ -182,17 +202,10 @@ impl Series {
                             None
                         }
                     };
-                    for _ in 0..gap {
-                        body.track.push(None, Status::Missing);
-                    }
                     body.track.push(sample, Status::Measured);
-                    append(
-                        &mut body.marker_error_m,
-                        marker_error,
-                        values,
-                        gap,
-                        |error| scale.metres(error),
-                    );
+                    if let (Some(series), Some(slot)) = (&mut body.marker_error_m, marker_error) {
+                        series.push(scale.metres(values[slot]));
+                    }
                 }
                 // `Series::new` makes both of the same kind.
                 _ => {}
@@ -200,7 +213,39 @@ impl Series {
         }
     }
 
-    pub(super) fn findings(&self) -> impl Iterator<Item = Finding> {
+    /// The samples so far; the series goes on behind them.
+    pub(super) fn take(&mut self) -> Tracked {
+        let emptied = |series: &mut Option<Vec<f64>>| {
+            let room = series
+                .as_ref()
+                .map(|values| Vec::with_capacity(values.len()));
+            std::mem::replace(series, room)
+        };
+        match &mut self.track {
+            Tracked::Marker(marker) => {
+                let room = PointTrack::with_capacity(marker.track.len());
+                Tracked::Marker(Marker {
+                    name: marker.name.clone(),
+                    id: marker.id.clone(),
+                    kind: marker.kind,
+                    track: std::mem::replace(&mut marker.track, room),
+                    quality: emptied(&mut marker.quality),
+                })
+            }
+            Tracked::Body(body) => {
+                let room = PoseTrack::with_capacity(body.track.len());
+                Tracked::Body(TrackedBody {
+                    name: body.name.clone(),
+                    id: body.id.clone(),
+                    kind: body.kind,
+                    track: std::mem::replace(&mut body.track, room),
+                    marker_error_m: emptied(&mut body.marker_error_m),
+                })
+            }
+        }
+    }
+
+    pub(super) fn findings(&self) -> impl Iterator<Item = Finding> + use<> {
         let entity = match &self.track {
             Tracked::Marker(marker) => format!("marker \"{}\"", marker.name),
             Tracked::Body(body) => format!("body \"{}\"", body.name),
@@ -221,20 +266,6 @@ impl Series {
                 ),
             )
         })
-    }
-}
-
-/// Appends a quality value, and NaN for each sample left out before it.
-fn append(
-    series: &mut Option<Vec<f64>>,
-    slot: Option<usize>,
-    values: &[f64],
-    gap: usize,
-    convert: impl Fn(f64) -> f64,
-) {
-    if let (Some(series), Some(slot)) = (series, slot) {
-        series.extend(std::iter::repeat_n(f64::NAN, gap));
-        series.push(convert(values[slot]));
     }
 }
 

@@ -133,8 +133,12 @@ pub(super) fn parse(bytes: &[u8], file: &str) -> Result<Header, CaptureError> {
     }
 }
 
+pub(super) fn looks_like(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"Format Version,") || bytes.starts_with(b"\"Format Version\",")
+}
+
 fn refuse_other_formats(bytes: &[u8], file: &str) -> Result<(), CaptureError> {
-    if bytes.starts_with(b"Format Version,") || bytes.starts_with(b"\"Format Version\",") {
+    if looks_like(bytes) {
         return Ok(());
     }
     if ROW_TYPES.iter().any(|kind| bytes.starts_with(kind)) {

@@ -48,13 +48,13 @@ pub use write::write;
 use inhand_model::{Clock, Finding, LengthUnit, Recording, RotationOrder, Source, UpAxis};
 
 use self::header::Header;
-use crate::assembly::{self, Take};
+use crate::assembly::{Opened, Take};
 use crate::error::CaptureError;
 use crate::settings::{
     ReadSettings, parse_length_unit, parse_rotation_order, parse_up_axis, stated_or_given,
 };
 use crate::table::Table;
-use crate::{start_time, text};
+use crate::{blocks, start_time, text};
 
 /// Key under which [`write`] states an up axis other than Motive's own default.
 const UP_AXIS_KEY: &str = "Up Axis";
@@ -70,7 +70,20 @@ pub fn read(
     file_name: &str,
     settings: &ReadSettings,
 ) -> Result<Recording, CaptureError> {
-    let bytes = text::without_byte_order_mark(bytes, file_name)?;
+    blocks::read_whole(open, bytes, file_name, settings)
+}
+
+/// Whether the bytes start as the format from 1.2 on does.
+pub(crate) fn looks_like(bytes: &[u8]) -> bool {
+    header::looks_like(bytes)
+}
+
+/// Reads the header, from the beginning of a file without byte-order mark.
+pub(crate) fn open(
+    bytes: &[u8],
+    file_name: &str,
+    settings: &ReadSettings,
+) -> Result<Opened, CaptureError> {
     let header = header::parse(bytes, file_name)?;
     let rotation_order = rotation_order(&header, file_name, settings)?;
     let length_unit = length_unit(&header, file_name, settings)?;
@@ -135,9 +148,7 @@ pub fn read(
     .to_owned();
 
     let table = Table {
-        file: file_name,
-        data: &bytes[header.data_start..],
-        first_line: header.first_data_line,
+        file: file_name.to_owned(),
         delimiter: b',',
         columns: layout.columns,
         labels: layout.labels,
@@ -146,9 +157,11 @@ pub fn read(
     let declared_rows = header
         .fact("Total Exported Frames")
         .and_then(|count| Some(("Total Exported Frames", count.parse().ok()?)));
-    assembly::assemble(
-        &table,
-        Take {
+    Ok(Opened {
+        table,
+        data_start: header.data_start,
+        first_data_line: header.first_data_line,
+        take: Take {
             name,
             clock,
             source: Source {
@@ -163,7 +176,7 @@ pub fn read(
             declared_rows,
             findings,
         },
-    )
+    })
 }
 
 fn rotation_order(

@@ -35,11 +35,11 @@ use inhand_model::{Clock, Finding, LengthUnit, MarkerKind, Recording, Source, Up
 
 use self::header::{Header, Lines};
 use self::layout::{LEADING_COLUMNS, Layout};
-use crate::assembly::{self, Entity, Take};
+use crate::assembly::{Entity, Opened, Take};
 use crate::error::CaptureError;
 use crate::settings::ReadSettings;
 use crate::table::Table;
-use crate::{start_time, text};
+use crate::{blocks, start_time, text};
 
 /// How every file starts.
 const MAGIC: &str = "PathFileType";
@@ -62,7 +62,15 @@ pub fn read(
     file_name: &str,
     settings: &ReadSettings,
 ) -> Result<Recording, CaptureError> {
-    let bytes = text::without_byte_order_mark(bytes, file_name)?;
+    blocks::read_whole(open, bytes, file_name, settings)
+}
+
+/// Reads the header, from the beginning of a file without byte-order mark.
+pub(crate) fn open(
+    bytes: &[u8],
+    file_name: &str,
+    settings: &ReadSettings,
+) -> Result<Opened, CaptureError> {
     if !looks_like(bytes) {
         return Err(CaptureError::UnknownFormat {
             file: file_name.to_owned(),
@@ -109,9 +117,7 @@ pub fn read(
     }
 
     let table = Table {
-        file: file_name,
-        data: lines.rest(),
-        first_line: lines.number + 1,
+        file: file_name.to_owned(),
         delimiter: b'\t',
         columns: layout.columns,
         labels: layout.labels,
@@ -131,9 +137,11 @@ pub fn read(
             quality: None,
         })
         .collect();
-    assembly::assemble(
-        &table,
-        Take {
+    Ok(Opened {
+        table,
+        data_start: bytes.len() - lines.rest().len(),
+        first_data_line: lines.number + 1,
+        take: Take {
             name: text::stem(file_name).to_owned(),
             clock,
             source: Source {
@@ -148,5 +156,5 @@ pub fn read(
             declared_rows: declared_rows.map(|count| ("NumFrames", count)),
             findings,
         },
-    )
+    })
 }

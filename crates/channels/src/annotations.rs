@@ -15,7 +15,7 @@ use crate::output::{ChannelId, Output, PACKED};
 use crate::records::{Depth, walk};
 use crate::topic;
 use crate::wire::viewer_time;
-use crate::write::Stream;
+use crate::write::{Instant, Stream};
 
 /// Name of the schema that events have, whoever wrote them.
 const SCHEMA: &str = "foxglove.Event";
@@ -70,12 +70,8 @@ impl<'a> Events<'a> {
 }
 
 impl Stream for Events<'_> {
-    fn sample(
-        &mut self,
-        _k: usize,
-        unix_nanos: u64,
-        output: &mut Output,
-    ) -> Result<(), ChannelError> {
+    fn sample(&mut self, at: &Instant<'_>, output: &mut Output) -> Result<(), ChannelError> {
+        let unix_nanos = at.unix_nanos;
         while let Some(&n) = self.waiting.last()
             && self.events[n].start_unix_nanos <= unix_nanos
         {

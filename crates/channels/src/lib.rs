@@ -64,6 +64,7 @@ mod error;
 mod info;
 mod messages;
 mod metadata;
+mod outline;
 mod output;
 mod read;
 mod records;
@@ -87,9 +88,11 @@ pub use info::{
 };
 pub use inhand_container::is_mcap;
 pub use metadata::Metadata;
+pub use outline::Outline;
 pub use read::{ReadMethod, read_generated, read_metadata, read_take};
+pub use records::read_leading_metadata;
 pub use take::{
     ContactSample, EvaluatedMethod, EvaluatedSample, GeneratedMethod, GeneratedSegment, ReadTake,
     TakeFile, UnsolvedPlan, WriteSettings,
 };
-pub use write::{write_recording, write_take};
+pub use write::{TakeWriter, write_recording, write_take};

@@ -63,7 +63,8 @@ pub(crate) struct BodyFacts {
 }
 
 impl Metadata {
-    pub(crate) fn add_recording(&mut self, recording: &Recording) {
+    /// Facts of a recording that has, or will have, so many samples.
+    pub(crate) fn add_recording(&mut self, recording: &Recording, samples: usize) {
         let Recording { clock, source, .. } = recording;
         let markers: Vec<Value> = (recording.markers.iter())
             .map(|marker| {
@@ -88,7 +89,7 @@ impl Metadata {
         let mut facts = BTreeMap::from(
             [
                 ("name", recording.name.clone()),
-                ("samples", recording.len().to_string()),
+                ("samples", samples.to_string()),
                 // The shortest text that reads back as the same number.
                 ("rate_hz", clock.rate_hz().to_string()),
                 ("start_unix_nanos", clock.start_unix_nanos().to_string()),
@@ -274,7 +275,12 @@ impl Metadata {
             .transpose()
     }
 
-    pub(crate) fn provenance(&self, file: &str) -> Result<Vec<Provenance>, ChannelError> {
+    /// The steps that made the file, first to last; `file` is what messages call it.
+    ///
+    /// # Errors
+    ///
+    /// [`ChannelError::Metadata`] for a record of a step that is not as this crate writes it.
+    pub fn provenance(&self, file: &str) -> Result<Vec<Provenance>, ChannelError> {
         let mut steps: Vec<(u64, &str)> = (self.0.keys())
             .filter_map(|name| {
                 let n = name.strip_prefix(PROVENANCE)?.parse().ok()?;

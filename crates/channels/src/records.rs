@@ -1,9 +1,12 @@
 //! The records of an MCAP file, with what is wrong with one as an error of this crate.
 
+mod leading;
+
 use inhand_container::{ContainerError, Record};
 pub(crate) use inhand_container::{Depth, is_mcap, walk_in_place};
 
 use crate::error::ChannelError;
+pub use leading::read_leading_metadata;
 
 /// As [`inhand_container::walk`].
 pub(crate) fn walk(

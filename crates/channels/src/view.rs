@@ -18,10 +18,11 @@ mod transforms;
 
 pub(crate) use dictionary::DictionaryView;
 
-use inhand_model::{Finger, Frame, Hand, MarkerKind, Object, Recording, World};
+use inhand_model::{Finger, Frame, Hand, MarkerKind, Object, World};
 
 use crate::colour::{FINGER_COLOURS, Rgb};
 use crate::error::ChannelError;
+use crate::outline::Outline;
 use crate::output::{ChannelId, Output};
 use crate::take::TakeFile;
 use crate::topic::{self, MethodTopics};
@@ -30,7 +31,7 @@ use crate::view::entities::FingertipScene;
 use crate::view::tips::{
     Contacts, FingertipCloud, GeneratedTips, ProcessedTips, RecordedTips, Tips,
 };
-use crate::write::{Stream, Streams};
+use crate::write::{Instant, Stream, Streams, marker_indices};
 use foxglove::messages::PointCloud;
 
 /// Views show at most this many instants a second: more than a screen needs only costs space.
@@ -45,13 +46,15 @@ pub(crate) fn stride(rate_hz: f64) -> usize {
 
 pub(crate) fn add_take<'a>(
     file: &TakeFile<'a>,
+    outline: &Outline,
     output: &mut Output,
     streams: &mut Streams<'a>,
 ) -> Result<(), ChannelError> {
     let recording = file.recording;
-    let stride = stride(recording.clock.rate_hz());
+    let rate_hz = recording.clock.rate_hz();
+    let stride = stride(rate_hz);
     let start = recording.clock.unix_nanos(0);
-    let tree = transforms::add(file, stride, output, streams)?;
+    let tree = transforms::add(file, outline, stride, output, streams)?;
 
     if !recording.markers.is_empty() {
         streams.push(Box::new(MarkerCloud::new(file, stride, output)?));
@@ -61,7 +64,6 @@ pub(crate) fn add_take<'a>(
         streams.push(Box::new(BodyCloud {
             channel,
             stride,
-            recording,
             cloud: Cloud::new(World::NAME, "body"),
         }));
     }
@@ -77,17 +79,19 @@ pub(crate) fn add_take<'a>(
             (topic::VIEW_FINGERTIPS, topic::VIEW_FINGERTIPS_SCENE),
             Hand::NAME,
             (tips, contacts("recorded")),
-            (stride, recording),
+            (stride, rate_hz),
             output,
             streams,
         )?;
     } else if let Some(roles) = file.roles {
-        let tips = RecordedTips::new(recording, roles);
+        let tips = RecordedTips {
+            markers: marker_indices(recording, roles),
+        };
         add_tips(
             (topic::VIEW_FINGERTIPS, topic::VIEW_FINGERTIPS_SCENE),
             World::NAME,
             (tips, contacts("recorded")),
-            (stride, recording),
+            (stride, rate_hz),
             output,
             streams,
         )?;
@@ -98,7 +102,7 @@ pub(crate) fn add_take<'a>(
             (&topics.view_fingertips, &topics.view_scene),
             Hand::NAME,
             (GeneratedTips::new(method.segments), contacts(method.name)),
-            (stride, recording),
+            (stride, rate_hz),
             output,
             streams,
         )?;
@@ -114,7 +118,7 @@ fn add_tips<'a>(
     (cloud_topic, scene_topic): (&str, &str),
     frame: &'static str,
     (tips, contacts): (impl Tips + Clone + 'a, Option<Contacts<'a>>),
-    (stride, recording): (usize, &'a Recording),
+    (stride, rate_hz): (usize, f64),
     output: &mut Output,
     streams: &mut Streams<'a>,
 ) -> Result<(), ChannelError> {
@@ -127,7 +131,7 @@ fn add_tips<'a>(
     streams.push(Box::new(FingertipScene::new(
         output.channel::<foxglove::messages::SceneUpdate>(scene_topic, Some(frame))?,
         frame,
-        (stride, recording.clock.rate_hz()),
+        (stride, rate_hz),
         tips,
         contacts,
     )));
@@ -138,16 +142,15 @@ const LABELLED: Rgb = [0xF0, 0xE4, 0x42];
 const OF_BODY: Rgb = [0x00, 0x72, 0xB2];
 const UNLABELLED: Rgb = [0x99, 0x99, 0x99];
 
-struct MarkerCloud<'a> {
+struct MarkerCloud {
     channel: ChannelId,
     stride: usize,
-    recording: &'a Recording,
     colours: Vec<Rgb>,
     cloud: Cloud,
 }
 
-impl<'a> MarkerCloud<'a> {
-    fn new(file: &TakeFile<'a>, stride: usize, output: &mut Output) -> Result<Self, ChannelError> {
+impl MarkerCloud {
+    fn new(file: &TakeFile<'_>, stride: usize, output: &mut Output) -> Result<Self, ChannelError> {
         let colours = (file.recording.markers.iter())
             .map(|marker| {
                 let finger = Finger::ALL.into_iter().find(|&finger| {
@@ -167,26 +170,21 @@ impl<'a> MarkerCloud<'a> {
         Ok(Self {
             channel: output.channel::<PointCloud>(topic::VIEW_MARKERS, Some(World::NAME))?,
             stride,
-            recording: file.recording,
             colours,
             cloud: Cloud::new(World::NAME, "marker"),
         })
     }
 }
 
-impl Stream for MarkerCloud<'_> {
-    fn sample(
-        &mut self,
-        k: usize,
-        unix_nanos: u64,
-        output: &mut Output,
-    ) -> Result<(), ChannelError> {
+impl Stream for MarkerCloud {
+    fn sample(&mut self, at: &Instant<'_>, output: &mut Output) -> Result<(), ChannelError> {
+        let &Instant { k, unix_nanos, .. } = at;
         if !k.is_multiple_of(self.stride) {
             return Ok(());
         }
         self.cloud.clear();
-        for (n, (marker, &colour)) in self.recording.markers.iter().zip(&self.colours).enumerate() {
-            if let Some(position) = marker.track.get(k) {
+        for (n, (marker, &colour)) in at.block.markers.iter().zip(&self.colours).enumerate() {
+            if let Some(position) = marker.track.get(at.row) {
                 self.cloud.push(position.to_array(), n, colour);
             }
         }
@@ -194,26 +192,21 @@ impl Stream for MarkerCloud<'_> {
     }
 }
 
-struct BodyCloud<'a> {
+struct BodyCloud {
     channel: ChannelId,
     stride: usize,
-    recording: &'a Recording,
     cloud: Cloud,
 }
 
-impl Stream for BodyCloud<'_> {
-    fn sample(
-        &mut self,
-        k: usize,
-        unix_nanos: u64,
-        output: &mut Output,
-    ) -> Result<(), ChannelError> {
+impl Stream for BodyCloud {
+    fn sample(&mut self, at: &Instant<'_>, output: &mut Output) -> Result<(), ChannelError> {
+        let &Instant { k, unix_nanos, .. } = at;
         if !k.is_multiple_of(self.stride) {
             return Ok(());
         }
         self.cloud.clear();
-        for (n, body) in self.recording.bodies.iter().enumerate() {
-            if let Some(pose) = body.track.get(k) {
+        for (n, body) in at.block.bodies.iter().enumerate() {
+            if let Some(pose) = body.track.get(at.row) {
                 self.cloud.push(pose.origin().to_array(), n, OF_BODY);
             }
         }

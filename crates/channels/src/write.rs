@@ -7,29 +7,38 @@ mod processed;
 mod recorded;
 
 pub(crate) use generated::by_start;
+pub(crate) use recorded::marker_indices;
 
 use std::io::Write;
 
-use inhand_model::{Finger, Provenance, Recording, Roles};
+use inhand_model::{Clock, Finger, Provenance, Recording, Roles};
 
 use crate::annotations::Events;
 use crate::error::ChannelError;
 use crate::messages;
 use crate::metadata::{MOTION, Metadata};
+use crate::outline::Outline;
 use crate::output::{Output, PACKED};
 use crate::take::{TakeFile, WriteSettings};
 use crate::view;
 use crate::wire::{Point, Timestamp};
 
+/// A sample of the take, and where in a block of the recording it stands.
+pub(crate) struct Instant<'a> {
+    /// Number of the sample in the take.
+    pub(crate) k: usize,
+    /// Its time.
+    pub(crate) unix_nanos: u64,
+    /// Consecutive samples of the take, this one among them.
+    pub(crate) block: &'a Recording,
+    /// Number of the sample in the block.
+    pub(crate) row: usize,
+}
+
 /// Messages of one channel, or of a few that belong together.
 pub(crate) trait Stream {
-    /// Writes what there is to say at sample `k` of the take.
-    fn sample(
-        &mut self,
-        k: usize,
-        unix_nanos: u64,
-        output: &mut Output,
-    ) -> Result<(), ChannelError>;
+    /// Writes what there is to say at a sample of the take.
+    fn sample(&mut self, at: &Instant<'_>, output: &mut Output) -> Result<(), ChannelError>;
 
     /// Writes what is left to say after the last sample.
     fn finish(&mut self, _output: &mut Output) -> Result<(), ChannelError> {
@@ -56,40 +65,128 @@ pub fn write_take(
     file: &TakeFile,
     settings: &WriteSettings,
 ) -> Result<(), ChannelError> {
-    check::parts(file)?;
-    let mut output = Output::create(&mut out, PACKED)?;
-    for (name, facts) in &metadata(file).0 {
-        output.metadata(name, facts)?;
-    }
+    let mut writer = TakeWriter::begin(&mut out, file, &Outline::of(file.recording), settings)?;
+    writer.append(file.recording)?;
+    writer.finish()
+}
 
-    let mut streams = Streams::new();
-    if let Some(annotations) = file.annotations
-        && !annotations.events.is_empty()
-    {
-        streams.push(Box::new(Events::new(annotations, &mut output)?));
-    }
-    recorded::add(file, &mut output, &mut streams)?;
-    if let Some(motion) = file.motion {
-        processed::add(motion, &mut output, &mut streams)?;
-    }
-    generated::add(file.generated, &mut output, &mut streams)?;
-    evaluated::add(file.evaluated, &mut output, &mut streams)?;
-    if settings.view {
-        view::add_take(file, &mut output, &mut streams)?;
-    }
+/// Writes a take whose samples come block by block: the same bytes as [`write_take`] with all of
+/// them at once.
+///
+/// ```
+/// # use inhand_channels::*;
+/// # fn convert(recording: &inhand_model::Recording) -> Result<Vec<u8>, ChannelError> {
+/// let blocks = || (0..recording.len()).step_by(1000).map(|k| recording.slice(k..k + 1000));
+/// let mut outline = Outline::default();
+/// for block in blocks() {
+///     outline.add(&block);
+/// }
+/// let outline = outline.with_findings(recording.findings.clone());
+///
+/// let header = recording.slice(0..0);
+/// let mut bytes = Vec::new();
+/// let settings = WriteSettings::default();
+/// let mut writer = TakeWriter::begin(&mut bytes, &TakeFile::new(&header), &outline, &settings)?;
+/// for block in blocks() {
+///     writer.append(&block)?;
+/// }
+/// writer.finish()?;
+/// # Ok(bytes)
+/// # }
+/// ```
+pub struct TakeWriter<'a> {
+    output: Output<'a>,
+    streams: Streams<'a>,
+    clock: Clock,
+    expected: usize,
+    written: usize,
+}
 
-    let recording = file.recording;
-    for k in 0..recording.len() {
-        let unix_nanos = recording.clock.unix_nanos(k);
-        for stream in &mut streams {
-            stream.sample(k, unix_nanos, &mut output)?;
+impl<'a> TakeWriter<'a> {
+    /// Writes what stands before the first sample. Of `file.recording` only that is looked at
+    /// which holds for the whole take: its name, clock, source, markers and bodies.
+    ///
+    /// # Errors
+    ///
+    /// As for [`write_take`].
+    pub fn begin(
+        out: &'a mut dyn Write,
+        file: &TakeFile<'a>,
+        outline: &Outline,
+        settings: &WriteSettings,
+    ) -> Result<Self, ChannelError> {
+        check::parts(file, outline.samples)?;
+        let mut output = Output::create(out, PACKED)?;
+        for (name, facts) in &metadata(file, outline.samples).0 {
+            output.metadata(name, facts)?;
         }
+
+        let mut streams = Streams::new();
+        if let Some(annotations) = file.annotations
+            && !annotations.events.is_empty()
+        {
+            streams.push(Box::new(Events::new(annotations, &mut output)?));
+        }
+        recorded::add(file, outline, &mut output, &mut streams)?;
+        if let Some(motion) = file.motion {
+            processed::add(motion, &mut output, &mut streams)?;
+        }
+        generated::add(file.generated, &mut output, &mut streams)?;
+        evaluated::add(file.evaluated, &mut output, &mut streams)?;
+        if settings.view {
+            view::add_take(file, outline, &mut output, &mut streams)?;
+        }
+        Ok(Self {
+            output,
+            streams,
+            clock: file.recording.clock,
+            expected: outline.samples,
+            written: 0,
+        })
     }
-    for stream in &mut streams {
-        stream.finish(&mut output)?;
+
+    /// Writes the samples that follow those so far.
+    ///
+    /// # Errors
+    ///
+    /// [`ChannelError::Write`].
+    pub fn append(&mut self, block: &Recording) -> Result<(), ChannelError> {
+        for row in 0..block.len() {
+            let k = self.written + row;
+            let at = Instant {
+                k,
+                unix_nanos: self.clock.unix_nanos(k),
+                block,
+                row,
+            };
+            for stream in &mut self.streams {
+                stream.sample(&at, &mut self.output)?;
+            }
+        }
+        self.written += block.len();
+        Ok(())
     }
-    drop(streams);
-    output.finish()
+
+    /// Writes what stands behind the last sample.
+    ///
+    /// # Errors
+    ///
+    /// [`ChannelError::Mismatch`] for another number of samples than the outline has;
+    /// [`ChannelError::Write`].
+    pub fn finish(mut self) -> Result<(), ChannelError> {
+        if self.written != self.expected {
+            return Err(ChannelError::mismatch(
+                "samples of the take",
+                self.expected,
+                self.written,
+            ));
+        }
+        for stream in &mut self.streams {
+            stream.finish(&mut self.output)?;
+        }
+        drop(self.streams);
+        self.output.finish()
+    }
 }
 
 /// Writes a recording alone, as `convert` does; see [`write_take`].
@@ -112,9 +209,9 @@ pub fn write_recording(
     write_take(out, &file, settings)
 }
 
-fn metadata(file: &TakeFile) -> Metadata {
+fn metadata(file: &TakeFile, samples: usize) -> Metadata {
     let mut metadata = Metadata::default();
-    metadata.add_recording(file.recording);
+    metadata.add_recording(file.recording, samples);
     if let Some(roles) = file.roles {
         metadata.add_roles(roles);
     }

@@ -3,14 +3,14 @@
 use std::io::Cursor;
 
 use inhand_channels::{
-    ChannelError, EvaluatedMethod, GeneratedMethod, GeneratedSegment, TakeFile, UnsolvedPlan,
-    WriteSettings, read_dictionary, read_generated, read_metadata, read_take, write_dictionary,
-    write_recording, write_take,
+    ChannelError, EvaluatedMethod, GeneratedMethod, GeneratedSegment, Outline, TakeFile,
+    TakeWriter, UnsolvedPlan, WriteSettings, read_dictionary, read_generated,
+    read_leading_metadata, read_metadata, read_take, write_dictionary, write_recording, write_take,
 };
 use inhand_model::{
     BodySource, Clock, DictionaryKind, Finger, Frame, LengthUnit, Motion, Plan, PlanStatus,
-    PoseTrack, Position, Recording, Roles, RotationOrder, Sample, SegmentLayout, Source, StartTime,
-    Status, Track, UpAxis,
+    PoseTrack, Position, Recording, Roles, RotationOrder, Sample, SegmentLayout, Shape, Source,
+    StartTime, Status, Track, UpAxis,
 };
 
 use nalgebra::DVector;
@@ -211,6 +211,78 @@ fn takes_without_entities_or_samples_come_back() {
     let read = read_take(&written(&file, true), "no_samples.mcap").unwrap();
     assert_same_recording(&read.recording, &recording);
     assert_same_motion(&read.motion.unwrap(), &motion);
+}
+
+#[test]
+fn blocks_give_the_bytes_of_the_whole() {
+    for rate_hz in [30.0, 120.0] {
+        let take = common::take(450, rate_hz);
+        let segments = common::segments(&take);
+        let generated = [GeneratedMethod {
+            name: "prior",
+            segments: &segments,
+            unsolved: &[],
+        }];
+        let evaluated = common::evaluated(&["recorded", "prior"], &take);
+        let mut recording = take.recording.clone();
+        // Seen by the views once, in the middle of a block, at a sample that no block starts with.
+        let object = recording.bodies.len() - 1;
+        for k in (0..recording.len()).filter(|&k| k != 6 * 41) {
+            recording.bodies[object].track.set(k, None, Status::Missing);
+        }
+        let header = recording.slice(0..0);
+        for motion in [None, Some(&take.motion)] {
+            let file = |recording| TakeFile {
+                roles: Some(&take.roles),
+                motion,
+                generated: &generated,
+                evaluated: &evaluated,
+                object_shape: Some(Shape::Cuboid { edges_m: [0.05; 3] }),
+                provenance: &take.provenance,
+                ..TakeFile::new(recording)
+            };
+            for length in [1, 7, 100, 449, 450] {
+                let blocks = || {
+                    let starts = (0..recording.len()).step_by(length);
+                    starts.map(|k| recording.slice(k..k + length))
+                };
+                let mut outline = Outline::default();
+                blocks().for_each(|block| outline.add(&block));
+                let outline = outline.with_findings(recording.findings.clone());
+                let mut out = Vec::new();
+                let settings = WriteSettings::default();
+                let mut writer =
+                    TakeWriter::begin(&mut out, &file(&header), &outline, &settings).unwrap();
+                blocks().for_each(|block| writer.append(&block).unwrap());
+                writer.finish().unwrap();
+                assert!(
+                    out == written(&file(&recording), true),
+                    "blocks of {length}"
+                );
+                let metadata = read_leading_metadata(&out[..]).unwrap();
+                assert_eq!(metadata.provenance("").unwrap(), take.provenance);
+                for cut in (0..2000).step_by(13) {
+                    read_leading_metadata(&out[..cut]).unwrap();
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_take_that_ends_early_is_no_file() {
+    let take = common::take(40, 30.0);
+    let mut out = Vec::new();
+    let file = TakeFile::new(&take.recording);
+    let outline = Outline::of(&take.recording);
+    let mut writer =
+        TakeWriter::begin(&mut out, &file, &outline, &WriteSettings::default()).unwrap();
+    writer.append(&take.recording.slice(0..39)).unwrap();
+    let error = writer.finish().unwrap_err().to_string();
+    assert!(
+        error.contains("expected 40") && error.contains("39"),
+        "{error}"
+    );
 }
 
 #[test]

@@ -13,7 +13,7 @@ use crate::colour::{FINGER_COLOURS, Rgb};
 use crate::error::ChannelError;
 use crate::output::{ChannelId, Output};
 use crate::wire::viewer_time;
-use crate::write::Stream;
+use crate::write::{Instant, Stream};
 
 /// Diameter of a fingertip, metres: about that of a marker, so that neighbours stay apart.
 const SPHERE_M: f64 = 0.008;
@@ -120,18 +120,14 @@ impl<'a, T: Tips> FingertipScene<'a, T> {
 }
 
 impl<T: Tips> Stream for FingertipScene<'_, T> {
-    fn sample(
-        &mut self,
-        k: usize,
-        unix_nanos: u64,
-        output: &mut Output,
-    ) -> Result<(), ChannelError> {
+    fn sample(&mut self, at: &Instant<'_>, output: &mut Output) -> Result<(), ChannelError> {
+        let &Instant { k, unix_nanos, .. } = at;
         if !k.is_multiple_of(self.stride) {
             return Ok(());
         }
         let mut scene = entity(self.frame, "fingertips", unix_nanos);
         for finger in Finger::ALL {
-            let Some(position_m) = self.tips.position_m(k, finger) else {
+            let Some(position_m) = self.tips.position_m(at, finger) else {
                 // A trail never bridges a gap.
                 self.trails[finger].clear();
                 continue;

@@ -1,36 +1,30 @@
 //! Fingertips from wherever they are known, and their point cloud.
 
-use inhand_model::{Finger, Marker, Motion, PerFinger, Recording, Roles};
+use inhand_model::{Finger, Motion, PerFinger};
 
 use super::cloud::Cloud;
 use crate::colour::FINGER_COLOURS;
 use crate::error::ChannelError;
 use crate::output::{ChannelId, Output};
 use crate::take::{ContactSample, EvaluatedSample, GeneratedSegment};
-use crate::write::{Stream, by_start};
+use crate::write::{Instant, Stream, by_start};
 
 /// Where fingertips are at each sample of a take, metres, in one frame.
 pub(crate) trait Tips {
-    fn position_m(&self, k: usize, finger: Finger) -> Option<[f64; 3]>;
+    fn position_m(&self, at: &Instant<'_>, finger: Finger) -> Option<[f64; 3]>;
 }
 
 /// As measured, frame `world`.
 #[derive(Clone)]
-pub(crate) struct RecordedTips<'a> {
-    markers: PerFinger<Option<&'a Marker>>,
+pub(crate) struct RecordedTips {
+    /// Which of the take's markers.
+    pub(crate) markers: PerFinger<Option<usize>>,
 }
 
-impl<'a> RecordedTips<'a> {
-    pub(crate) fn new(recording: &'a Recording, roles: &Roles) -> Self {
-        Self {
-            markers: roles.fingers.each_ref().map(|name| recording.marker(name)),
-        }
-    }
-}
-
-impl Tips for RecordedTips<'_> {
-    fn position_m(&self, k: usize, finger: Finger) -> Option<[f64; 3]> {
-        Some(self.markers[finger]?.track.get(k)?.to_array())
+impl Tips for RecordedTips {
+    fn position_m(&self, at: &Instant<'_>, finger: Finger) -> Option<[f64; 3]> {
+        let marker = at.block.markers.get(self.markers[finger]?)?;
+        Some(marker.track.get(at.row)?.to_array())
     }
 }
 
@@ -41,8 +35,8 @@ pub(crate) struct ProcessedTips<'a> {
 }
 
 impl Tips for ProcessedTips<'_> {
-    fn position_m(&self, k: usize, finger: Finger) -> Option<[f64; 3]> {
-        Some(self.motion.fingertips[finger].get(k)?.to_array())
+    fn position_m(&self, at: &Instant<'_>, finger: Finger) -> Option<[f64; 3]> {
+        Some(self.motion.fingertips[finger].get(at.k)?.to_array())
     }
 }
 
@@ -61,7 +55,8 @@ impl<'a> GeneratedTips<'a> {
 }
 
 impl Tips for GeneratedTips<'_> {
-    fn position_m(&self, k: usize, finger: Finger) -> Option<[f64; 3]> {
+    fn position_m(&self, at: &Instant<'_>, finger: Finger) -> Option<[f64; 3]> {
+        let k = at.k;
         let started = self.segments.partition_point(|s| s.start_sample <= k);
         let segment = self.segments[..started].last()?;
         let t = k - segment.start_sample;
@@ -113,18 +108,14 @@ impl<T: Tips> FingertipCloud<T> {
 }
 
 impl<T: Tips> Stream for FingertipCloud<T> {
-    fn sample(
-        &mut self,
-        k: usize,
-        unix_nanos: u64,
-        output: &mut Output,
-    ) -> Result<(), ChannelError> {
+    fn sample(&mut self, at: &Instant<'_>, output: &mut Output) -> Result<(), ChannelError> {
+        let &Instant { k, unix_nanos, .. } = at;
         if !k.is_multiple_of(self.stride) {
             return Ok(());
         }
         self.cloud.clear();
         for finger in Finger::ALL {
-            if let Some(position_m) = self.tips.position_m(k, finger) {
+            if let Some(position_m) = self.tips.position_m(at, finger) {
                 (self.cloud).push(position_m, finger.index(), FINGER_COLOURS[finger]);
             }
         }

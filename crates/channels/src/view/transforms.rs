@@ -2,16 +2,17 @@
 
 use foxglove::messages::{FrameTransform, FrameTransforms, Quaternion, Vector3};
 use inhand_model::{
-    Body, BodySource, Frame, Hand, Motion, Object, Pose, PoseTrack, Recording, Roles, World,
+    BodySource, Frame, Hand, Motion, Object, Pose, PoseTrack, Recording, Roles, World,
 };
 use nalgebra::{Isometry3, UnitQuaternion};
 
 use crate::error::ChannelError;
+use crate::outline::Outline;
 use crate::output::{ChannelId, Output};
 use crate::take::TakeFile;
 use crate::topic;
 use crate::wire::viewer_time;
-use crate::write::{Stream, Streams};
+use crate::write::{Instant, Stream, Streams};
 
 /// Root of every tree: z points up.
 pub(crate) const UPRIGHT: &str = "upright";
@@ -39,6 +40,7 @@ pub(crate) fn write_static(
 
 pub(crate) fn add<'a>(
     file: &TakeFile<'a>,
+    outline: &Outline,
     stride: usize,
     output: &mut Output,
     streams: &mut Streams<'a>,
@@ -54,11 +56,7 @@ pub(crate) fn add<'a>(
     // A frame that no message would place must not be in the tree; the object hangs under the hand
     // only if the hand does.
     let edges: Vec<Edge> = (edges.into_iter())
-        .filter(|edge| {
-            (0..recording.len())
-                .step_by(stride)
-                .any(|k| edge.at(k).is_some())
-        })
+        .filter(|edge| edge.is_shown(outline, stride))
         .collect();
     let recorded = file.motion.is_some()
         || file.roles.is_some()
@@ -105,9 +103,11 @@ fn motion_edges(motion: &Motion) -> Vec<Edge<'_>> {
 }
 
 /// Before processing, hand and object are where their rigid bodies are.
-fn role_edges<'a>(recording: &'a Recording, roles: &Roles) -> Vec<Edge<'a>> {
+fn role_edges<'a>(recording: &Recording, roles: &Roles) -> Vec<Edge<'a>> {
     let body = |source: &BodySource| match source {
-        BodySource::RigidBody(name) => recording.body(name),
+        BodySource::RigidBody(name) => {
+            (recording.bodies.iter()).position(|body| body.name == *name)
+        }
         BodySource::Markers(_) => None,
     };
     let hand = body(&roles.hand).map(|body| (Hand::NAME, body));
@@ -116,7 +116,7 @@ fn role_edges<'a>(recording: &'a Recording, roles: &Roles) -> Vec<Edge<'a>> {
         .map(|(child, body)| Edge {
             parent: World::NAME,
             child,
-            pose: PoseSource::Body(&body.track),
+            pose: PoseSource::Body(body),
         })
         .collect()
 }
@@ -124,7 +124,8 @@ fn role_edges<'a>(recording: &'a Recording, roles: &Roles) -> Vec<Edge<'a>> {
 enum PoseSource<'a> {
     Hand(&'a PoseTrack<World, Hand>),
     Object(&'a PoseTrack<Hand, Object>, &'a PoseTrack<World, Hand>),
-    Body(&'a PoseTrack<World, Body>),
+    /// Which of the take's bodies.
+    Body(usize),
 }
 
 struct Edge<'a> {
@@ -134,15 +135,40 @@ struct Edge<'a> {
 }
 
 impl Edge<'_> {
-    /// The pose of the child seen from the parent at sample `k`.
-    fn at(&self, k: usize) -> Option<Isometry3<f64>> {
+    /// The pose of the child seen from the parent.
+    fn at(&self, at: &Instant<'_>) -> Option<Isometry3<f64>> {
+        match self.pose {
+            PoseSource::Body(n) => at
+                .block
+                .bodies
+                .get(n)?
+                .track
+                .get(at.row)
+                .map(Pose::isometry),
+            _ => self.of_motion(at.k),
+        }
+    }
+
+    /// The pose at sample `k`, where it is one of the motion's.
+    fn of_motion(&self, k: usize) -> Option<Isometry3<f64>> {
         match self.pose {
             PoseSource::Hand(track) => track.get(k).map(Pose::isometry),
             PoseSource::Object(track, hand) => {
                 let pose = track.get(k).map(Pose::isometry);
                 pose.filter(|_| hand.status(k).is_present())
             }
-            PoseSource::Body(track) => track.get(k).map(Pose::isometry),
+            PoseSource::Body(_) => None,
+        }
+    }
+
+    /// Whether any sample that views show has the pose.
+    fn is_shown(&self, outline: &Outline, stride: usize) -> bool {
+        match self.pose {
+            PoseSource::Body(n) => outline.shown_bodies.get(n).is_some_and(|&shown| shown),
+            _ => {
+                let mut samples = (0..outline.samples).step_by(stride);
+                samples.any(|k| self.of_motion(k).is_some())
+            }
         }
     }
 }
@@ -154,17 +180,13 @@ struct Transforms<'a> {
 }
 
 impl Stream for Transforms<'_> {
-    fn sample(
-        &mut self,
-        k: usize,
-        unix_nanos: u64,
-        output: &mut Output,
-    ) -> Result<(), ChannelError> {
+    fn sample(&mut self, at: &Instant<'_>, output: &mut Output) -> Result<(), ChannelError> {
+        let &Instant { k, unix_nanos, .. } = at;
         if !k.is_multiple_of(self.stride) {
             return Ok(());
         }
         let transforms: Vec<_> = (self.edges.iter())
-            .filter_map(|edge| Some(transform(edge.parent, edge.child, edge.at(k)?, unix_nanos)))
+            .filter_map(|edge| Some(transform(edge.parent, edge.child, edge.at(at)?, unix_nanos)))
             .collect();
         if transforms.is_empty() {
             return Ok(());

@@ -7,9 +7,8 @@ use crate::error::ChannelError;
 use crate::take::{GeneratedSegment, TakeFile};
 use crate::topic::MethodTopics;
 
-pub(super) fn parts(file: &TakeFile) -> Result<(), ChannelError> {
+pub(super) fn parts(file: &TakeFile, samples: usize) -> Result<(), ChannelError> {
     let recording = file.recording;
-    let samples = recording.len();
     if let Some(motion) = file.motion {
         let lengths = [motion.hand.len()]
             .into_iter()

@@ -2,7 +2,7 @@
 
 use inhand_model::Finger;
 
-use super::{Stream, Streams};
+use super::{Instant, Stream, Streams};
 use crate::error::ChannelError;
 use crate::messages;
 use crate::output::{ChannelId, Output};
@@ -43,12 +43,8 @@ struct Judged<'a> {
 }
 
 impl Stream for Judged<'_> {
-    fn sample(
-        &mut self,
-        k: usize,
-        unix_nanos: u64,
-        output: &mut Output,
-    ) -> Result<(), ChannelError> {
+    fn sample(&mut self, at: &Instant<'_>, output: &mut Output) -> Result<(), ChannelError> {
+        let &Instant { k, unix_nanos, .. } = at;
         let timestamp = Some(Timestamp::from_unix_nanos(unix_nanos));
         while let Some(judged) = self.samples.get(self.next)
             && judged.sample == k

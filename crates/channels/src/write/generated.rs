@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use inhand_model::{ConstraintFamily, Plan, Status};
 
-use super::{Stream, Streams, fingertip, fingertips};
+use super::{Instant, Stream, Streams, fingertip, fingertips};
 use crate::error::ChannelError;
 use crate::messages;
 use crate::output::{ChannelId, Output};
@@ -61,12 +61,8 @@ struct Trajectories<'a> {
 }
 
 impl Stream for Trajectories<'_> {
-    fn sample(
-        &mut self,
-        k: usize,
-        unix_nanos: u64,
-        output: &mut Output,
-    ) -> Result<(), ChannelError> {
+    fn sample(&mut self, at: &Instant<'_>, output: &mut Output) -> Result<(), ChannelError> {
+        let &Instant { k, unix_nanos, .. } = at;
         while let Some(segment) = self.segments.get(self.running.end)
             && segment.start_sample <= k
         {
@@ -106,12 +102,8 @@ struct Unsolved<'a> {
 }
 
 impl Stream for Unsolved<'_> {
-    fn sample(
-        &mut self,
-        k: usize,
-        unix_nanos: u64,
-        output: &mut Output,
-    ) -> Result<(), ChannelError> {
+    fn sample(&mut self, at: &Instant<'_>, output: &mut Output) -> Result<(), ChannelError> {
+        let &Instant { k, unix_nanos, .. } = at;
         while let Some(unsolved) = self.plans.get(self.next)
             && unsolved.start_sample <= k
         {

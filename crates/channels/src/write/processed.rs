@@ -2,7 +2,7 @@
 
 use inhand_model::{Frame, Hand, Motion, Object, Pose, PoseTrack, Position, World};
 
-use super::{Stream, Streams, fingertip, fingertips};
+use super::{Instant, Stream, Streams, fingertip, fingertips};
 use crate::error::ChannelError;
 use crate::messages;
 use crate::output::{ChannelId, Output};
@@ -35,12 +35,8 @@ struct Fingertips<'a> {
 }
 
 impl Stream for Fingertips<'_> {
-    fn sample(
-        &mut self,
-        k: usize,
-        unix_nanos: u64,
-        output: &mut Output,
-    ) -> Result<(), ChannelError> {
+    fn sample(&mut self, at: &Instant<'_>, output: &mut Output) -> Result<(), ChannelError> {
+        let &Instant { k, unix_nanos, .. } = at;
         let message = fingertips(unix_nanos, |finger| {
             let track = &self.motion.fingertips[finger];
             fingertip(track.get(k).map(Position::to_array), track.status(k))
@@ -73,12 +69,8 @@ impl<'a, To: Frame, From: Frame> OnePose<'a, To, From> {
 }
 
 impl<To: Frame, From: Frame> Stream for OnePose<'_, To, From> {
-    fn sample(
-        &mut self,
-        k: usize,
-        unix_nanos: u64,
-        output: &mut Output,
-    ) -> Result<(), ChannelError> {
+    fn sample(&mut self, at: &Instant<'_>, output: &mut Output) -> Result<(), ChannelError> {
+        let &Instant { k, unix_nanos, .. } = at;
         self.message.timestamp = Some(Timestamp::from_unix_nanos(unix_nanos));
         let pose: Option<Pose<To, From>> = self.track.get(k);
         for body in &mut self.message.bodies {

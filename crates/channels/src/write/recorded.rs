@@ -1,11 +1,12 @@
 //! What was measured: markers, bodies, fingertips, findings.
 
 use foxglove::messages::{Log, log};
-use inhand_model::{Finding, Marker, PerFinger, Position, Recording, Severity, Status};
+use inhand_model::{Finding, PerFinger, Position, Recording, Roles, Severity, Status};
 
-use super::{Stream, Streams, fingertip, fingertips};
+use super::{Instant, Stream, Streams, fingertip, fingertips};
 use crate::error::ChannelError;
 use crate::messages;
+use crate::outline::Outline;
 use crate::output::{ChannelId, Output};
 use crate::take::TakeFile;
 use crate::topic;
@@ -13,10 +14,11 @@ use crate::wire::{Point, Quaternion, Timestamp, viewer_time};
 
 const WORLD: Option<&str> = Some("world");
 
-pub(super) fn add<'a>(
-    file: &TakeFile<'a>,
+pub(super) fn add(
+    file: &TakeFile<'_>,
+    outline: &Outline,
     output: &mut Output,
-    streams: &mut Streams<'a>,
+    streams: &mut Streams<'_>,
 ) -> Result<(), ChannelError> {
     let recording = file.recording;
     if !recording.markers.is_empty() {
@@ -28,13 +30,13 @@ pub(super) fn add<'a>(
     if let Some(roles) = file.roles {
         streams.push(Box::new(Fingertips {
             channel: output.channel::<messages::Fingertips>(topic::RECORDING_FINGERTIPS, WORLD)?,
-            markers: roles.fingers.each_ref().map(|name| recording.marker(name)),
+            markers: marker_indices(recording, roles),
         }));
     }
-    if !recording.findings.is_empty() {
+    if !outline.findings.is_empty() {
         let channel = output.channel::<Log>(topic::RECORDING_FINDINGS, None)?;
         let unix_nanos = recording.clock.unix_nanos(0);
-        for (n, finding) in recording.findings.iter().enumerate() {
+        for (n, finding) in outline.findings.iter().enumerate() {
             output.message(channel, n, unix_nanos, &log_message(finding, unix_nanos))?;
         }
     }
@@ -56,6 +58,14 @@ fn log_message(finding: &Finding, unix_nanos: u64) -> Log {
     }
 }
 
+/// Which of the take's markers is on which fingertip.
+pub(crate) fn marker_indices(recording: &Recording, roles: &Roles) -> PerFinger<Option<usize>> {
+    roles.fingers.each_ref().map(|name| {
+        let named = recording.marker(name)?;
+        (recording.markers.iter()).position(|marker| std::ptr::eq(marker, named))
+    })
+}
+
 /// NaN stands for "not there" in memory; in a message the field is absent.
 fn present(series: Option<&Vec<f64>>, k: usize) -> Option<f64> {
     series
@@ -63,15 +73,14 @@ fn present(series: Option<&Vec<f64>>, k: usize) -> Option<f64> {
         .filter(|value| !value.is_nan())
 }
 
-struct Markers<'a> {
+struct Markers {
     channel: ChannelId,
-    recording: &'a Recording,
     /// Reused for every sample: the names stay.
     message: messages::Markers,
 }
 
-impl<'a> Markers<'a> {
-    fn new(recording: &'a Recording, output: &mut Output) -> Result<Self, ChannelError> {
+impl Markers {
+    fn new(recording: &Recording, output: &mut Output) -> Result<Self, ChannelError> {
         let markers = (recording.markers.iter())
             .map(|marker| messages::Marker {
                 name: marker.name.clone(),
@@ -81,7 +90,6 @@ impl<'a> Markers<'a> {
             .collect();
         Ok(Self {
             channel: output.channel::<messages::Markers>(topic::RECORDING_MARKERS, WORLD)?,
-            recording,
             message: messages::Markers {
                 timestamp: None,
                 markers,
@@ -90,31 +98,26 @@ impl<'a> Markers<'a> {
     }
 }
 
-impl Stream for Markers<'_> {
-    fn sample(
-        &mut self,
-        k: usize,
-        unix_nanos: u64,
-        output: &mut Output,
-    ) -> Result<(), ChannelError> {
+impl Stream for Markers {
+    fn sample(&mut self, at: &Instant<'_>, output: &mut Output) -> Result<(), ChannelError> {
+        let &Instant { k, unix_nanos, .. } = at;
         self.message.timestamp = Some(Timestamp::from_unix_nanos(unix_nanos));
-        for (message, marker) in self.message.markers.iter_mut().zip(&self.recording.markers) {
-            message.position_m = marker.track.get(k).map(|p| Point::from(p.to_array()));
-            message.status = messages::Status::from(marker.track.status(k)).into();
-            message.quality = present(marker.quality.as_ref(), k);
+        for (message, marker) in self.message.markers.iter_mut().zip(&at.block.markers) {
+            message.position_m = marker.track.get(at.row).map(|p| Point::from(p.to_array()));
+            message.status = messages::Status::from(marker.track.status(at.row)).into();
+            message.quality = present(marker.quality.as_ref(), at.row);
         }
         output.message(self.channel, k, unix_nanos, &self.message)
     }
 }
 
-struct Bodies<'a> {
+struct Bodies {
     channel: ChannelId,
-    recording: &'a Recording,
     message: messages::Bodies,
 }
 
-impl<'a> Bodies<'a> {
-    fn new(recording: &'a Recording, output: &mut Output) -> Result<Self, ChannelError> {
+impl Bodies {
+    fn new(recording: &Recording, output: &mut Output) -> Result<Self, ChannelError> {
         let bodies = (recording.bodies.iter())
             .map(|body| messages::Body {
                 name: body.name.clone(),
@@ -123,7 +126,6 @@ impl<'a> Bodies<'a> {
             .collect();
         Ok(Self {
             channel: output.channel::<messages::Bodies>(topic::RECORDING_BODIES, WORLD)?,
-            recording,
             message: messages::Bodies {
                 timestamp: None,
                 bodies,
@@ -132,43 +134,37 @@ impl<'a> Bodies<'a> {
     }
 }
 
-impl Stream for Bodies<'_> {
-    fn sample(
-        &mut self,
-        k: usize,
-        unix_nanos: u64,
-        output: &mut Output,
-    ) -> Result<(), ChannelError> {
+impl Stream for Bodies {
+    fn sample(&mut self, at: &Instant<'_>, output: &mut Output) -> Result<(), ChannelError> {
+        let &Instant { k, unix_nanos, .. } = at;
         self.message.timestamp = Some(Timestamp::from_unix_nanos(unix_nanos));
-        for (message, body) in self.message.bodies.iter_mut().zip(&self.recording.bodies) {
-            let pose = body.track.get(k);
+        for (message, body) in self.message.bodies.iter_mut().zip(&at.block.bodies) {
+            let pose = body.track.get(at.row);
             message.position_m = pose.map(|pose| Point::from(pose.origin().to_array()));
             message.orientation = pose.map(|pose| Quaternion::from(pose.quaternion_xyzw()));
-            message.status = messages::Status::from(body.track.status(k)).into();
-            message.marker_error_m = present(body.marker_error_m.as_ref(), k);
+            message.status = messages::Status::from(body.track.status(at.row)).into();
+            message.marker_error_m = present(body.marker_error_m.as_ref(), at.row);
         }
         output.message(self.channel, k, unix_nanos, &self.message)
     }
 }
 
-struct Fingertips<'a> {
+struct Fingertips {
     channel: ChannelId,
-    markers: PerFinger<Option<&'a Marker>>,
+    markers: PerFinger<Option<usize>>,
 }
 
-impl Stream for Fingertips<'_> {
-    fn sample(
-        &mut self,
-        k: usize,
-        unix_nanos: u64,
-        output: &mut Output,
-    ) -> Result<(), ChannelError> {
-        let message = fingertips(unix_nanos, |finger| match self.markers[finger] {
-            Some(marker) => fingertip(
-                marker.track.get(k).map(Position::to_array),
-                marker.track.status(k),
-            ),
-            None => fingertip(None, Status::Missing),
+impl Stream for Fingertips {
+    fn sample(&mut self, at: &Instant<'_>, output: &mut Output) -> Result<(), ChannelError> {
+        let &Instant { k, unix_nanos, .. } = at;
+        let message = fingertips(unix_nanos, |finger| {
+            match self.markers[finger].and_then(|n| at.block.markers.get(n)) {
+                Some(marker) => fingertip(
+                    marker.track.get(at.row).map(Position::to_array),
+                    marker.track.status(at.row),
+                ),
+                None => fingertip(None, Status::Missing),
+            }
         });
         output.message(self.channel, k, unix_nanos, &message)
     }

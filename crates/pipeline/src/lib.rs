@@ -23,10 +23,12 @@
 
 pub mod annotate;
 pub mod containers;
+mod coverage;
 mod demo;
 mod dictionary_file;
 mod error;
 pub mod learning;
+mod long_take;
 mod manifest;
 pub mod matrices;
 mod methods;
@@ -42,9 +44,11 @@ pub mod tables;
 mod take;
 mod take_file;
 
+pub use coverage::{Coverage, Presence};
 pub use demo::{DEMO_SESSION, TakeFormat, simulate_session};
 pub use dictionary_file::{DictionaryFile, read as read_dictionary, write as write_dictionary};
 pub use error::PipelineError;
+pub use long_take::{LongTake, LongTakeFacts};
 pub use manifest::{PlanMs, RunJson, peak_memory_bytes};
 pub use methods::Method;
 pub use output::{check_target, write_atomic, write_text};

@@ -4,13 +4,13 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use inhand_channels::TakeFile;
-use inhand_model::{BodySource, Finger, PerFinger, Recording, Roles};
-use inhand_pipeline::check_target;
+use inhand_model::{BodySource, Finger, InputHash, PerFinger, Recording, Roles};
 use inhand_pipeline::{
-    PipelineError, Take, describe_source, provenance, write_atomic, write_take_parts,
+    Coverage, LongTake, LongTakeFacts, PipelineError, Settings, Take, check_target,
+    describe_source, provenance, write_atomic, write_take_parts,
 };
 
-use crate::commands::{check_take_target, read_takes, targets};
+use crate::commands::{check_take_target, say_findings, targets};
 use crate::console::Console;
 use crate::exit::{Exit, UsageError};
 use crate::options::{OutputOptions, SourceOptions};
@@ -31,6 +31,14 @@ pub(crate) struct Args {
     writing: OutputOptions,
 }
 
+/// A take as far as its length allows.
+enum Input {
+    /// On disk; its samples are read again to be written.
+    Long(LongTake),
+    /// In memory.
+    Whole(Take),
+}
+
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let settings = args.source.effective(None)?;
     let to_csv = args
@@ -43,34 +51,92 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     }
     let targets = targets(&args.inputs, &args.output, "mcap")?;
     let inputs: Vec<_> = args.inputs.iter().map(PathBuf::as_path).collect();
-    let takes = read_takes(console, &args.inputs, &settings)?;
+    let mut takes = Vec::with_capacity(inputs.len());
+    for path in &inputs {
+        let take = Input::read(path, &settings, to_csv)?;
+        say_findings(console, take.hash(), take.header());
+        takes.push(take);
+    }
     for (take, target) in takes.iter().zip(&targets) {
         if to_csv {
             check_target(target, &inputs, || args.writing.force)?;
         } else {
-            check_take_target(target, &inputs, take, args.writing.force)?;
+            check_take_target(target, &inputs, take.hash(), args.writing.force)?;
         }
     }
     for (take, target) in takes.iter().zip(&targets) {
-        describe(console, take);
-        if to_csv {
-            write_csv(target, &take.recording)?;
-        } else {
-            let mut chain = take.provenance.clone();
-            chain.push(provenance("convert", &settings, [take.hash.clone()]));
-            let file = TakeFile {
-                roles: take.roles.as_ref().ok(),
-                object_shape: settings.shape()?,
-                annotations: Some(&take.annotations),
-                provenance: &chain,
-                ..TakeFile::new(&take.recording)
-            };
-            write_take_parts(target, &file, !args.writing.no_view)?;
+        take.describe(console);
+        match take {
+            Input::Whole(take) if to_csv => write_csv(target, &take.recording)?,
+            _ => take.write(target, &settings, !args.writing.no_view)?,
         }
         let megabytes = std::fs::metadata(target)?.len() as f64 / 1e6;
         console.say(&format!("wrote {} ({megabytes:.1} MB)", target.display()));
     }
     Ok(Exit::Done)
+}
+
+impl Input {
+    fn read(path: &Path, settings: &Settings, whole: bool) -> Result<Self> {
+        if !whole && let Some(take) = LongTake::open(path, settings)? {
+            return Ok(Input::Long(take));
+        }
+        Ok(Input::Whole(inhand_pipeline::read(path, settings)?))
+    }
+
+    fn hash(&self) -> &InputHash {
+        match self {
+            Input::Long(take) => &take.hash,
+            Input::Whole(take) => &take.hash,
+        }
+    }
+
+    /// What holds for the whole take.
+    fn header(&self) -> &Recording {
+        match self {
+            Input::Long(take) => &take.header,
+            Input::Whole(take) => &take.recording,
+        }
+    }
+
+    fn write(&self, target: &Path, settings: &Settings, view: bool) -> Result<()> {
+        let made = provenance("convert", settings, [self.hash().clone()]);
+        let object_shape = settings.shape()?;
+        match self {
+            Input::Long(take) => take.write(
+                target,
+                LongTakeFacts {
+                    provenance: &[made],
+                    object_shape,
+                    view,
+                },
+            )?,
+            Input::Whole(take) => {
+                let mut chain = take.provenance.clone();
+                chain.push(made);
+                let file = TakeFile {
+                    roles: take.roles.as_ref().ok(),
+                    object_shape,
+                    annotations: Some(&take.annotations),
+                    provenance: &chain,
+                    ..TakeFile::new(&take.recording)
+                };
+                write_take_parts(target, &file, view)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Says what a take holds: the lines a person checks before going on.
+    fn describe(&self, console: &Console) {
+        match self {
+            Input::Long(take) => describe(console, &take.header, &take.coverage, &take.roles),
+            Input::Whole(take) => {
+                let coverage = Coverage::of(&take.recording);
+                describe(console, &take.recording, &coverage, &take.roles);
+            }
+        }
+    }
 }
 
 fn write_csv(target: &Path, recording: &Recording) -> Result<()> {
@@ -82,23 +148,26 @@ fn write_csv(target: &Path, recording: &Recording) -> Result<()> {
     })?)
 }
 
-/// Says what a take holds: the lines a person checks before going on.
-fn describe(console: &Console, take: &Take) {
-    let recording = &take.recording;
-    let source = &recording.source;
+fn describe(
+    console: &Console,
+    header: &Recording,
+    coverage: &Coverage,
+    roles: &Result<Roles, String>,
+) {
+    let source = &header.source;
     let rotation = source
         .rotation
         .map_or_else(|| "no rotations".to_owned(), |order| order.to_string());
     console.say(&format!(
         "{}, {} Hz, {} frames, {}, {rotation}, {} up",
         source.format,
-        recording.clock.rate_hz(),
-        recording.len(),
+        header.clock.rate_hz(),
+        coverage.samples,
         source.length_unit.name(),
         source.up_axis.name().to_uppercase(),
     ));
-    match &take.roles {
-        Ok(roles) => describe_roles(console, recording, roles),
+    match roles {
+        Ok(roles) => describe_roles(console, header, coverage, roles),
         Err(message) => {
             console
                 .say("the roles of hand, object and fingers cannot all be told; the recording is");
@@ -108,17 +177,19 @@ fn describe(console: &Console, take: &Take) {
     }
 }
 
-fn describe_roles(console: &Console, recording: &Recording, roles: &Roles) {
-    let body = |name: &str, source: &BodySource| {
+fn describe_roles(console: &Console, header: &Recording, coverage: &Coverage, roles: &Roles) {
+    let samples = coverage.samples.max(1) as f64;
+    let body = |role: &str, source: &BodySource| {
         let tracked = match source {
-            BodySource::RigidBody(body) => recording.body(body).map(|body| {
-                let counts = body.track.counts();
-                counts.measured as f64 / recording.len().max(1) as f64
-            }),
+            BodySource::RigidBody(name) => {
+                let bodies = header.bodies.iter().zip(&coverage.bodies);
+                let mut named = bodies.filter(|(body, _)| body.name == *name);
+                (named.next()).map(|(_, presence)| presence.measured as f64 / samples)
+            }
             BodySource::Markers(_) => None,
         };
         let share = tracked.map_or_else(String::new, |t| format!("  {:.1} % tracked", t * 100.0));
-        console.say(&format!("{name:<8} {}{share}", describe_source(source)));
+        console.say(&format!("{role:<8} {}{share}", describe_source(source)));
     };
     body("hand", &roles.hand);
     match &roles.object {
@@ -131,24 +202,25 @@ fn describe_roles(console: &Console, recording: &Recording, roles: &Roles) {
         .map(|(finger, marker)| format!("{finger} \"{marker}\""))
         .collect();
     console.say(&format!("fingers  {}", names.join(" · ")));
-    let gaps = gaps(recording, &roles.fingers);
+    let gaps = gaps(header, coverage, &roles.fingers);
     console.say(&format!(
         "gaps     {}",
         if gaps.is_empty() { "none" } else { &gaps }
     ));
 }
 
-fn gaps(recording: &Recording, fingers: &PerFinger<String>) -> String {
+fn gaps(header: &Recording, coverage: &Coverage, fingers: &PerFinger<String>) -> String {
     let of_finger = |finger: Finger| {
-        let marker = recording.marker(&fingers[finger])?;
-        let gaps = marker.track.gaps();
-        let missing: usize = gaps.iter().map(ExactSizeIterator::len).sum();
-        let longest = gaps.iter().map(ExactSizeIterator::len).max()?;
-        Some(format!(
-            "{finger} {:.1} % (longest {:.2} s)",
-            100.0 * missing as f64 / recording.len() as f64,
-            recording.clock.time_s(longest)
-        ))
+        let named = header.marker(&fingers[finger])?;
+        let mut markers = header.markers.iter().zip(&coverage.markers);
+        let (_, presence) = markers.find(|(marker, _)| std::ptr::eq(*marker, named))?;
+        (presence.missing > 0).then(|| {
+            format!(
+                "{finger} {:.1} % (longest {:.2} s)",
+                100.0 * presence.missing as f64 / coverage.samples as f64,
+                header.clock.time_s(presence.longest_gap)
+            )
+        })
     };
     Finger::ALL
         .into_iter()

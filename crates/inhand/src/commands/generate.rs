@@ -53,7 +53,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let methods = steps::settled_methods(&dictionary.dictionary, &settings)?;
     let takes = read_takes(console, &args.inputs, &settings)?;
     for (take, target) in takes.iter().zip(&targets) {
-        check_take_target(target, &inputs, take, args.writing.force)?;
+        check_take_target(target, &inputs, &take.hash, args.writing.force)?;
     }
     say_used(console, &takes, &settings)?;
     let motions = steps::motions(&takes, &settings, !args.process.ask_for_processing())?;

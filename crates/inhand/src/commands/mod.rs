@@ -21,10 +21,13 @@ mod run;
 mod settings;
 mod simulate;
 
+use std::fs::File;
+use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::Subcommand;
+use inhand_model::{InputHash, Recording};
 use inhand_pipeline::{Settings, Take, check_target};
 
 use crate::console::Console;
@@ -127,17 +130,14 @@ fn targets(inputs: &[PathBuf], output: &Path, extension: &str) -> Result<Vec<Pat
     Ok(targets)
 }
 
-/// Refuses outputs that are inputs, or that exist and were not made from the same takes.
-fn check_take_target(target: &Path, inputs: &[&Path], take: &Take, force: bool) -> Result<()> {
+/// Refuses outputs that are inputs, or that exist and were not made from the same take.
+fn check_take_target(target: &Path, inputs: &[&Path], take: &InputHash, force: bool) -> Result<()> {
     let from_same = || {
-        let Ok(bytes) = std::fs::read(target) else {
-            return false;
-        };
-        inhand_channels::read_take(&bytes, "").is_ok_and(|earlier| {
-            earlier
-                .provenance
-                .last()
-                .is_some_and(|made| made.inputs.contains(&take.hash))
+        let earlier = File::open(target)
+            .and_then(|file| inhand_channels::read_leading_metadata(BufReader::new(file)));
+        earlier.is_ok_and(|metadata| {
+            let steps = metadata.provenance("").unwrap_or_default();
+            steps.last().is_some_and(|made| made.inputs.contains(take))
         })
     };
     Ok(check_target(target, inputs, || force || from_same())?)
@@ -148,9 +148,7 @@ fn read_takes(console: &Console, paths: &[PathBuf], settings: &Settings) -> Resu
     let mut takes = Vec::with_capacity(paths.len());
     for path in paths {
         let take = inhand_pipeline::read(path, settings)?;
-        for finding in &take.recording.findings {
-            console.finding(&take.hash.name, finding);
-        }
+        say_findings(console, &take.hash, &take.recording);
         takes.push(take);
     }
     Ok(takes)
@@ -165,4 +163,10 @@ fn say_used(console: &Console, takes: &[Take], settings: &Settings) -> Result<()
         ));
     }
     Ok(())
+}
+
+fn say_findings(console: &Console, take: &InputHash, recording: &Recording) {
+    for finding in &recording.findings {
+        console.finding(&take.name, finding);
+    }
 }

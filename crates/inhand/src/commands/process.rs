@@ -37,7 +37,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let inputs: Vec<_> = args.inputs.iter().map(PathBuf::as_path).collect();
     let takes = read_takes(console, &args.inputs, &settings)?;
     for (take, target) in takes.iter().zip(&targets) {
-        check_take_target(target, &inputs, take, args.writing.force)?;
+        check_take_target(target, &inputs, &take.hash, args.writing.force)?;
     }
     let motions = steps::process_takes(&takes, &settings)?;
     for ((take, motion), target) in takes.iter().zip(&motions).zip(&targets) {

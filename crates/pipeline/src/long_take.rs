@@ -1,0 +1,218 @@
+//! Vendor files of any length to MCAP: read and written block by block.
+//!
+//! The start of a recording's file says what holds for all of it: how many samples there are, what
+//! was odd, where its source's bytes are. So a file is read three times: for its hash and length,
+//! for what it holds, and to be written. What memory holds is a few blocks of some thousand samples.
+
+use std::fs::File;
+use std::io::{self, Read, Seek};
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::sync_channel;
+
+use inhand_capture::roles::resolve;
+use inhand_capture::{Blocks, CaptureError, Extent, ReadSettings, has_even_rows};
+use inhand_channels::{Outline, TakeFile, TakeWriter, WriteSettings};
+use inhand_model::{InputHash, Provenance, Recording, Roles, Shape};
+use sha2::{Digest, Sha256};
+
+use crate::coverage::Coverage;
+use crate::error::PipelineError;
+use crate::output::write_atomic;
+use crate::settings::Settings;
+use crate::take::hex;
+
+/// Bytes read at a time where nothing is parsed.
+const READ_BYTES: usize = 1 << 20;
+
+/// Enough of a file to tell what it is.
+const BEGINNING_BYTES: u64 = 64;
+
+/// Blocks that are read ahead of the one that is being written.
+const BLOCKS_AHEAD: usize = 2;
+
+/// A vendor file that was read once, without keeping its samples.
+#[derive(Debug)]
+pub struct LongTake {
+    /// The file.
+    pub path: PathBuf,
+    /// The take without any sample; its findings are those of the whole file.
+    pub header: Recording,
+    /// How much of its markers and bodies is there.
+    pub coverage: Coverage,
+    /// Which entity has which role, or why that cannot be told.
+    pub roles: Result<Roles, String>,
+    /// Content of the file.
+    pub hash: InputHash,
+    outline: Outline,
+    extent: Extent,
+    settings: ReadSettings,
+}
+
+/// What is known of a take beside its samples.
+#[derive(Clone, Copy, Debug)]
+pub struct LongTakeFacts<'a> {
+    /// What made the file, first step first.
+    pub provenance: &'a [Provenance],
+    /// Shape of the object.
+    pub object_shape: Option<Shape>,
+    /// Whether to add channels that viewers draw.
+    pub view: bool,
+}
+
+impl LongTake {
+    /// Reads a file once; `None` where it is none that can be read block by block, or no file on
+    /// disk that can be read again.
+    ///
+    /// # Errors
+    ///
+    /// As for [`read`](crate::read).
+    pub fn open(path: &Path, settings: &Settings) -> Result<Option<Self>, PipelineError> {
+        let io = |error| PipelineError::io("read", path)(error);
+        let mut file = File::open(path).map_err(io)?;
+        if !file.metadata().map_err(io)?.is_file() {
+            return Ok(None);
+        }
+        let mut beginning = Vec::new();
+        (file
+            .by_ref()
+            .take(BEGINNING_BYTES)
+            .read_to_end(&mut beginning))
+        .map_err(io)?;
+        if !has_even_rows(&beginning) {
+            return Ok(None);
+        }
+        file.rewind().map_err(io)?;
+        let (extent, sha256) = measure(&mut file).map_err(io)?;
+        file.rewind().map_err(io)?;
+
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let hash = InputHash {
+            name: name.into_owned(),
+            sha256,
+        };
+        let read_settings = settings.read_settings()?;
+        let capture = capture_error(path);
+        let mut blocks =
+            Blocks::open(&mut file, extent, &hash.name, &read_settings).map_err(&capture)?;
+        let (mut outline, mut coverage) = (Outline::default(), Coverage::default());
+        while let Some(block) = blocks.next_block().map_err(&capture)? {
+            outline.add(&block);
+            coverage.add(&block);
+        }
+        let mut header = blocks.header().clone();
+        header.findings = blocks.findings();
+        let roles = resolve(&header, &settings.role_settings()?);
+        Ok(Some(Self {
+            path: path.to_owned(),
+            outline: outline.with_findings(header.findings.clone()),
+            header,
+            coverage,
+            roles: roles.map_err(|error| error.to_string()),
+            hash,
+            extent,
+            settings: read_settings,
+        }))
+    }
+
+    /// Writes the take as MCAP: the same bytes as if it had been read whole.
+    ///
+    /// # Errors
+    ///
+    /// [`PipelineError`]; then no file appears. One is that the file has changed since it was
+    /// opened.
+    pub fn write(&self, target: &Path, facts: LongTakeFacts<'_>) -> Result<(), PipelineError> {
+        write_atomic(target, |out| {
+            let channels = |source: inhand_channels::ChannelError| PipelineError::Channels {
+                path: target.to_owned(),
+                source: source.into(),
+            };
+            let file = TakeFile {
+                roles: self.roles.as_ref().ok(),
+                object_shape: facts.object_shape,
+                provenance: facts.provenance,
+                ..TakeFile::new(&self.header)
+            };
+            let settings = WriteSettings { view: facts.view };
+            let mut writer =
+                TakeWriter::begin(out, &file, &self.outline, &settings).map_err(channels)?;
+            std::thread::scope(|scope| {
+                // Rows are parsed while those before them are written.
+                let (sender, receiver) = sync_channel(BLOCKS_AHEAD);
+                let reader = scope.spawn(move || self.blocks(|block| sender.send(block).is_ok()));
+                let written = receiver.iter().try_for_each(|block| writer.append(&block));
+                // A reader that still has blocks stops when nobody takes them.
+                drop(receiver);
+                let read = reader
+                    .join()
+                    .unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+                read?;
+                written.map_err(channels)
+            })?;
+            writer.finish().map_err(channels)
+        })
+    }
+
+    /// Reads the file again and hands on its blocks, as long as they are taken.
+    fn blocks(&self, mut take: impl FnMut(Recording) -> bool) -> Result<(), PipelineError> {
+        let io = |error| PipelineError::io("read", &self.path)(error);
+        let mut file = Hashed {
+            input: File::open(&self.path).map_err(io)?,
+            hash: Sha256::new(),
+        };
+        let capture = capture_error(&self.path);
+        let mut blocks = Blocks::open(&mut file, self.extent, &self.hash.name, &self.settings)
+            .map_err(&capture)?;
+        while let Some(block) = blocks.next_block().map_err(&capture)? {
+            if !take(block) {
+                return Ok(());
+            }
+        }
+        if hex(&file.hash.finalize()) == self.hash.sha256 {
+            Ok(())
+        } else {
+            Err(PipelineError::Take {
+                path: self.path.clone(),
+                message: "the file changed while it was read: convert it again when it is complete"
+                    .to_owned(),
+            })
+        }
+    }
+}
+
+fn capture_error(path: &Path) -> impl Fn(CaptureError) -> PipelineError {
+    |source| PipelineError::Capture {
+        path: path.to_owned(),
+        source: source.into(),
+    }
+}
+
+/// Length and hash of a file.
+fn measure(file: &mut File) -> io::Result<(Extent, String)> {
+    let (mut extent, mut hash) = (Extent::default(), Sha256::new());
+    let mut buffer = vec![0; READ_BYTES];
+    loop {
+        match file.read(&mut buffer) {
+            Ok(0) => return Ok((extent, hex(&hash.finalize()))),
+            Ok(read) => {
+                extent.add(&buffer[..read]);
+                hash.update(&buffer[..read]);
+            }
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            Err(error) => return Err(error),
+        }
+    }
+}
+
+/// A file that is hashed as it is read.
+struct Hashed {
+    input: File,
+    hash: Sha256,
+}
+
+impl Read for Hashed {
+    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+        let read = self.input.read(out)?;
+        self.hash.update(&out[..read]);
+        Ok(read)
+    }
+}

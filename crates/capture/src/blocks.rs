@@ -4,7 +4,7 @@ use std::io::Read;
 
 use inhand_model::{Finding, Recording};
 
-use crate::assembly::{Assembly, Opened};
+use crate::assembly::{Assembly, Opened, Text};
 use crate::error::CaptureError;
 use crate::lines::Lines;
 use crate::settings::ReadSettings;
@@ -55,7 +55,7 @@ pub fn has_even_rows(beginning: &[u8]) -> bool {
 /// # Ok::<(), inhand_capture::CaptureError>(())
 /// ```
 pub struct Blocks<R> {
-    assembly: Assembly<R>,
+    assembly: Assembly<Text<R>>,
     header: Recording,
 }
 
@@ -80,7 +80,7 @@ impl<R: Read> Blocks<R> {
             Ok(opened)
         })?;
         lines.skip_head(opened.data_start, opened.first_data_line);
-        let mut assembly = Assembly::new(lines, opened, extent, false);
+        let mut assembly = Assembly::of_text(lines, opened, extent, false);
         let header = assembly.take_block()?;
         Ok(Self { assembly, header })
     }
@@ -132,9 +132,6 @@ pub(crate) fn read_whole(
     extent.add(text);
     let mut lines = Lines::new(&text[opened.data_start..], file_name);
     lines.skip_head(0, opened.first_data_line);
-    let mut assembly = Assembly::new(lines, opened, extent, true);
-    while assembly.advance(usize::MAX)? {}
-    let mut recording = assembly.take_block()?;
-    recording.findings = assembly.findings();
-    Ok(recording)
+    let mut assembly = Assembly::of_text(lines, opened, extent, true);
+    assembly.read_whole()
 }

@@ -86,6 +86,17 @@ pub(crate) struct Rows {
 }
 
 impl Rows {
+    /// Rows of values with their frames and lines.
+    pub(crate) fn new(frames: Vec<i64>, lines: Vec<usize>, values: Vec<f64>) -> Self {
+        Self {
+            frames,
+            times_s: Vec::new(),
+            values,
+            line_offsets: lines,
+            first_line: 0,
+        }
+    }
+
     /// Number of rows.
     pub(crate) fn len(&self) -> usize {
         self.line_offsets.len()
@@ -304,6 +315,13 @@ fn cell_end(line: &[u8], at: usize, delimiter: u8) -> usize {
     memchr(delimiter, &line[at..]).map_or(line.len(), |length| at + length)
 }
 
+/// The number that a cell holds, NaN where it is blank or says that it is none; `None` for any
+/// other text, and for infinity.
+pub(crate) fn cell_number(cell: &[u8]) -> Option<f64> {
+    // No cell holds a line end.
+    number(cell, 0, b'\n').map(|(number, _)| number)
+}
+
 /// The number in the cell that starts at `at`, NaN where it is blank or says that it is none, and
 /// where the cell ends. `None` for any other text, and for infinity.
 #[inline]
@@ -350,7 +368,8 @@ fn unusual_number(line: &[u8], at: usize, delimiter: u8) -> Option<(f64, usize)>
     Some((number, end))
 }
 
-fn frame(number: f64) -> Option<i64> {
+/// A frame number, where it is a whole one.
+pub(crate) fn frame(number: f64) -> Option<i64> {
     (number.fract() == 0.0 && number.abs() <= MAX_FRAME).then_some(number as i64)
 }
 

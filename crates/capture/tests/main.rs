@@ -2,11 +2,13 @@
 
 mod suite {
     //! `text` makes vendor files; the others hold one kind of check each.
+    mod blocks;
     mod damage;
     mod motive;
     mod qualisys;
     mod roles;
     mod round_trip;
+    mod row_typed;
     mod text;
     mod trc;
 }

@@ -72,10 +72,32 @@ pub(crate) struct Opened {
     pub(crate) first_data_line: usize,
 }
 
+/// Where rows of numbers come from.
+pub(crate) trait Pieces {
+    /// The next rows, and what is wrong behind them; `None` at the end.
+    fn next(&mut self) -> Result<Option<Parsed>, CaptureError>;
+}
+
+/// Consecutive rows, and what is wrong with the one that follows them.
+pub(crate) type Parsed = (Vec<Rows>, Result<(), CaptureError>);
+
+/// Rows of one kind below a header.
+pub(crate) struct Text<R> {
+    pub(crate) lines: Lines<R>,
+    pub(crate) table: Table,
+}
+
+impl<R: Read> Pieces for Text<R> {
+    fn next(&mut self) -> Result<Option<Parsed>, CaptureError> {
+        let run = self.lines.next_run()?;
+        Ok(run.map(|run| self.table.parse(&run)))
+    }
+}
+
 /// A take while its rows come in.
-pub(crate) struct Assembly<R> {
-    lines: Lines<R>,
-    table: Table,
+pub(crate) struct Assembly<P> {
+    pieces: P,
+    file: String,
     /// Values of a row.
     width: usize,
     scale: Scale,
@@ -118,24 +140,47 @@ struct Step {
     rows: Range<usize>,
 }
 
-impl<R: Read> Assembly<R> {
-    /// `lines` go on behind the header. `extent` is that of the whole file; the tracks get room for as
-    /// many samples as it can hold if `whole`.
-    pub(crate) fn new(lines: Lines<R>, opened: Opened, extent: Extent, whole: bool) -> Self {
+impl<R: Read> Assembly<Text<R>> {
+    /// `lines` go on behind the header. `extent` is that of the whole file; the tracks get room for
+    /// as many samples as it can hold if `whole`.
+    pub(crate) fn of_text(lines: Lines<R>, opened: Opened, extent: Extent, whole: bool) -> Self {
         let Opened { table, take, .. } = opened;
         let below = extent.below(opened.data_start, opened.first_data_line - 1);
         let rows_at_most = table.rows_at_most(below);
-        let capacity = if whole { rows_at_most as usize } else { 0 };
+        let file = table.file.clone();
+        let width = table.values();
+        let capacity = if whole { rows_at_most } else { 0 };
+        Self::new(
+            Text { lines, table },
+            &file,
+            take,
+            width,
+            rows_at_most,
+            capacity,
+        )
+    }
+}
+
+impl<P: Pieces> Assembly<P> {
+    /// A take of rows of `width` values; its tracks get room for `capacity` samples.
+    pub(crate) fn new(
+        pieces: P,
+        file: &str,
+        take: Take,
+        width: usize,
+        rows_at_most: u64,
+        capacity: u64,
+    ) -> Self {
         let series: Vec<Series> = (take.entities.into_iter())
-            .map(|entity| Series::new(entity, capacity, take.zero_is_missing))
+            .map(|entity| Series::new(entity, capacity as usize, take.zero_is_missing))
             .collect();
         Self {
-            width: table.values(),
+            pieces,
+            file: file.to_owned(),
+            width,
             scale: Scale::of(take.source.length_unit),
-            grid: Grid::new(&table.file, rows_at_most, series.len()),
+            grid: Grid::new(file, rows_at_most, series.len()),
             times: TimeCheck::new(take.clock.rate_hz()),
-            lines,
-            table,
             name: take.name,
             clock: take.clock,
             source: take.source,
@@ -157,15 +202,14 @@ impl<R: Read> Assembly<R> {
     /// there is no row at all.
     pub(crate) fn advance(&mut self, at_most: usize) -> Result<bool, CaptureError> {
         while self.pending.is_empty() {
-            let Some(run) = self.lines.next_run()? else {
+            let Some((pieces, result)) = self.pieces.next()? else {
                 if self.grid.rows == 0 {
                     return Err(CaptureError::NoSamples {
-                        file: self.table.file.clone(),
+                        file: self.file.clone(),
                     });
                 }
                 return Ok(false);
             };
-            let (pieces, result) = self.table.parse(&run);
             for rows in pieces {
                 // Rows before a damaged one may hold an earlier error.
                 let gaps = self.grid.place(&rows)?;
@@ -250,9 +294,17 @@ impl<R: Read> Assembly<R> {
         );
         self.taken += std::mem::take(&mut self.samples);
         block.map_err(|source| CaptureError::Recording {
-            file: self.table.file.clone(),
+            file: self.file.clone(),
             source,
         })
+    }
+
+    /// The whole take.
+    pub(crate) fn read_whole(&mut self) -> Result<Recording, CaptureError> {
+        while self.advance(usize::MAX)? {}
+        let mut recording = self.take_block()?;
+        recording.findings = self.findings();
+        Ok(recording)
     }
 
     /// What was odd so far.

@@ -13,17 +13,6 @@ const MAX_HEADER_BYTES: usize = 16 << 20;
 /// Most rows looked at for the axis labels; Motive writes six or seven.
 const MAX_HEADER_ROWS: usize = 16;
 
-/// Row types of the format before 1.2, each first on its line.
-const ROW_TYPES: [&[u8]; 7] = [
-    b"comment,",
-    b"info,",
-    b"frame,",
-    b"rigidbody,",
-    b"trackable,",
-    b"righthanded",
-    b"lefthanded",
-];
-
 /// What stands above the rows of data.
 #[derive(Debug, Default)]
 pub(super) struct Header {
@@ -140,14 +129,6 @@ pub(super) fn looks_like(bytes: &[u8]) -> bool {
 fn refuse_other_formats(bytes: &[u8], file: &str) -> Result<(), CaptureError> {
     if looks_like(bytes) {
         return Ok(());
-    }
-    if ROW_TYPES.iter().any(|kind| bytes.starts_with(kind)) {
-        return Err(CaptureError::UnsupportedFormat {
-            file: file.to_owned(),
-            found: "the row-typed CSV format before 1.2 (Tracking Tools, first versions of Motive)"
-                .to_owned(),
-            hint: "open the take in a later Motive and export it as CSV again",
-        });
     }
     if is_c3d(bytes) {
         return Err(CaptureError::UnsupportedFormat {

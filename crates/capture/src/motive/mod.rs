@@ -41,6 +41,7 @@
 
 mod header;
 mod layout;
+mod row_typed;
 mod write;
 
 pub use write::write;
@@ -70,6 +71,10 @@ pub fn read(
     file_name: &str,
     settings: &ReadSettings,
 ) -> Result<Recording, CaptureError> {
+    let text = text::without_byte_order_mark(bytes, file_name)?;
+    if row_typed::looks_like(text) {
+        return row_typed::read(text, file_name, settings);
+    }
     blocks::read_whole(open, bytes, file_name, settings)
 }
 

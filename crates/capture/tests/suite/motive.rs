@@ -486,7 +486,7 @@ fn damaged_headers_are_refused() {
         (
             "row-typed",
             "comment,\"OptiTrack Export Data\"\n".to_owned(),
-            "row-typed CSV format before 1.2",
+            "followed by no samples",
         ),
         (
             "cut in the header",

@@ -1,0 +1,342 @@
+//! The lines of a row-typed file.
+
+use memchr::memchr;
+
+use crate::error::CaptureError;
+use crate::lines::MAX_LINE_BYTES;
+use crate::table::{cell_number, frame};
+use crate::text::{self, excerpt};
+
+/// What a line says.
+pub(super) enum Row<'a> {
+    /// A comment, or nothing.
+    Nothing,
+    LeftHanded,
+    Info {
+        key: &'a str,
+        value: &'a str,
+    },
+    Definition(Definition<'a>),
+    Frame(FrameLine<'a>),
+    Body(BodyLine<'a>),
+}
+
+/// A body as defined above the frames.
+pub(super) struct Definition<'a> {
+    pub(super) name: &'a str,
+    pub(super) id: &'a str,
+    /// Markers that it has.
+    pub(super) markers: usize,
+}
+
+/// What was seen at one frame.
+pub(super) struct FrameLine<'a> {
+    pub(super) number: i64,
+    /// NaN where blank.
+    pub(super) time_s: f64,
+    pub(super) bodies: Vec<TrackedBody<'a>>,
+    pub(super) markers: Vec<SeenMarker<'a>>,
+}
+
+pub(super) struct TrackedBody<'a> {
+    pub(super) id: &'a str,
+    /// Position and quaternion, x, y, z, w last.
+    pub(super) pose: [f64; 7],
+}
+
+pub(super) struct SeenMarker<'a> {
+    pub(super) position: [f64; 3],
+    pub(super) id: &'a str,
+    /// Empty in version 1.
+    pub(super) name: &'a str,
+}
+
+/// More about a body at one frame.
+pub(super) struct BodyLine<'a> {
+    pub(super) frame: i64,
+    pub(super) id: &'a str,
+    /// Whether the pose is that of this frame.
+    pub(super) tracked: bool,
+    /// Where the fit places its markers.
+    pub(super) fitted: Vec<[f64; 3]>,
+    /// Where they were seen, NaN where not.
+    pub(super) seen: Vec<[f64; 3]>,
+    pub(super) quality: Vec<f64>,
+}
+
+/// The lines of a file in memory.
+pub(super) struct Lines<'a> {
+    file: &'a str,
+    rest: &'a [u8],
+    number: usize,
+    /// Whether a frame was passed: from there on rows of bodies are no definitions.
+    in_frames: bool,
+}
+
+impl<'a> Lines<'a> {
+    pub(super) fn new(bytes: &'a [u8], file: &'a str) -> Self {
+        Self {
+            file,
+            rest: bytes,
+            number: 0,
+            in_frames: false,
+        }
+    }
+
+    /// The next line and its number; `None` at the end.
+    pub(super) fn next_row(&mut self) -> Result<Option<(usize, Row<'a>)>, CaptureError> {
+        if self.rest.is_empty() {
+            return Ok(None);
+        }
+        self.number += 1;
+        let end = memchr(b'\n', self.rest).unwrap_or(self.rest.len());
+        if end > MAX_LINE_BYTES {
+            return Err(CaptureError::LineTooLong {
+                file: self.file.to_owned(),
+                line: self.number,
+                limit_bytes: MAX_LINE_BYTES,
+            });
+        }
+        let line = &self.rest[..end];
+        self.rest = self.rest.get(end + 1..).unwrap_or_default();
+        let row = self.row(line.strip_suffix(b"\r").unwrap_or(line))?;
+        Ok(Some((self.number, row)))
+    }
+
+    fn row(&mut self, line: &'a [u8]) -> Result<Row<'a>, CaptureError> {
+        let mut cells = Cells {
+            file: self.file,
+            line: self.number,
+            rest: Some(line),
+            column: 0,
+        };
+        let kind = cells.bytes("a row type")?;
+        match kind.trim_ascii().to_ascii_lowercase().as_slice() {
+            b"" | b"comment" | b"righthanded" => Ok(Row::Nothing),
+            b"lefthanded" => Ok(Row::LeftHanded),
+            b"info" => Ok(Row::Info {
+                key: cells.text("a key")?,
+                value: cells.text("a value")?,
+            }),
+            b"frame" => {
+                self.in_frames = true;
+                cells.frame_line().map(Row::Frame)
+            }
+            b"rigidbody" | b"trackable" if self.in_frames => cells.body_line().map(Row::Body),
+            b"rigidbody" | b"trackable" => cells.definition().map(Row::Definition),
+            _ => Err(cells.error(
+                "comment, info, rigidbody, trackable, frame, righthanded or lefthanded",
+                kind,
+            )),
+        }
+    }
+}
+
+/// The cells of a line, taken one after the other.
+struct Cells<'a> {
+    file: &'a str,
+    line: usize,
+    /// What follows; `None` behind the last cell.
+    rest: Option<&'a [u8]>,
+    /// Cells taken.
+    column: usize,
+}
+
+impl<'a> Cells<'a> {
+    fn definition(&mut self) -> Result<Definition<'a>, CaptureError> {
+        let name = self.text("a name")?;
+        let id = self.text("an ID")?;
+        let markers = self.count("a count of markers")?;
+        self.expect_more(markers, 3)?;
+        Ok(Definition { name, id, markers })
+    }
+
+    fn frame_line(&mut self) -> Result<FrameLine<'a>, CaptureError> {
+        let number = self.frame_number()?;
+        let time_s = self.number("a time in seconds")?;
+        let bodies = self.count("a count of bodies")?;
+        self.expect_more(bodies, 11)?;
+        let bodies = (0..bodies).map(|_| {
+            let id = self.text("the ID of a body")?;
+            let pose = self.numbers()?;
+            // Yaw, pitch and roll say the same again.
+            self.numbers::<3>()?;
+            Ok(TrackedBody { id, pose })
+        });
+        let bodies = bodies.collect::<Result<_, CaptureError>>()?;
+        let markers = self.count("a count of markers")?;
+        let named = self.expect_each(markers, [4, 5])? == 5;
+        let markers = (0..markers).map(|_| {
+            Ok(SeenMarker {
+                position: self.numbers()?,
+                id: self.text("the ID of a marker")?,
+                name: if named { self.text("a name")? } else { "" },
+            })
+        });
+        Ok(FrameLine {
+            number,
+            time_s,
+            bodies,
+            markers: markers.collect::<Result<_, CaptureError>>()?,
+        })
+    }
+
+    fn body_line(&mut self) -> Result<BodyLine<'a>, CaptureError> {
+        let frame = self.frame_number()?;
+        self.number("a time in seconds")?;
+        self.text("a name")?;
+        let id = self.text("an ID")?;
+        let tracked = self.number("frames since the body was tracked")? == 0.0;
+        let markers = self.count("a count of markers")?;
+        // Eight or nine cells for each marker, then the mean error, if it is there.
+        let left = self.left();
+        let left = left - usize::from(markers > 0 && left % markers == 1 % markers);
+        let with_ids = markers > 0 && left == 9 * markers;
+        if !with_ids {
+            self.expect_more(markers, 8)?;
+        }
+        let mut fitted = Vec::new();
+        for _ in 0..markers {
+            fitted.push(self.numbers()?);
+            if with_ids {
+                self.text("the ID of a marker")?;
+            }
+        }
+        let seen = (0..markers)
+            .map(|_| self.numbers())
+            .collect::<Result<_, _>>()?;
+        for _ in 0..markers {
+            self.number("1 or 0")?;
+        }
+        let quality = (0..markers).map(|_| self.number("a quality"));
+        Ok(BodyLine {
+            frame,
+            id,
+            tracked,
+            fitted,
+            seen,
+            quality: quality.collect::<Result<_, _>>()?,
+        })
+    }
+
+    fn bytes(&mut self, expected: &'static str) -> Result<&'a [u8], CaptureError> {
+        let Some(rest) = self.rest else {
+            return Err(CaptureError::Cell {
+                file: self.file.to_owned(),
+                line: self.line,
+                column: self.column + 1,
+                entity: "the row is cut off".to_owned(),
+                expected,
+                found: String::new(),
+            });
+        };
+        self.column += 1;
+        // A quoted cell may hold commas.
+        let quoted = rest
+            .strip_prefix(b"\"")
+            .and_then(|inner| memchr(b'"', inner).map(|end| (&inner[..end], &inner[end + 1..])));
+        if let Some((cell, behind)) = quoted
+            && behind.first().is_none_or(|&byte| byte == b',')
+        {
+            self.rest = behind.get(1..);
+            return Ok(cell);
+        }
+        match memchr(b',', rest) {
+            Some(end) => {
+                self.rest = Some(&rest[end + 1..]);
+                Ok(&rest[..end])
+            }
+            None => {
+                self.rest = None;
+                Ok(rest)
+            }
+        }
+    }
+
+    fn text(&mut self, expected: &'static str) -> Result<&'a str, CaptureError> {
+        let cell = self.bytes(expected)?;
+        text::header_text(cell, self.line, self.file).map(str::trim)
+    }
+
+    fn number(&mut self, expected: &'static str) -> Result<f64, CaptureError> {
+        let cell = self.bytes(expected)?;
+        cell_number(cell).ok_or_else(|| self.error(expected, cell))
+    }
+
+    fn numbers<const N: usize>(&mut self) -> Result<[f64; N], CaptureError> {
+        let mut numbers = [f64::NAN; N];
+        for number in &mut numbers {
+            *number = self.number("a number")?;
+        }
+        Ok(numbers)
+    }
+
+    fn frame_number(&mut self) -> Result<i64, CaptureError> {
+        const EXPECTED: &str = "a frame number";
+        let cell = self.bytes(EXPECTED)?;
+        cell_number(cell)
+            .and_then(frame)
+            .ok_or_else(|| self.error(EXPECTED, cell))
+    }
+
+    fn count(&mut self, expected: &'static str) -> Result<usize, CaptureError> {
+        let cell = self.bytes(expected)?;
+        let count = std::str::from_utf8(cell).ok();
+        count
+            .and_then(|count| count.trim().parse().ok())
+            .ok_or_else(|| self.error(expected, cell))
+    }
+
+    /// Cells that are left.
+    fn left(&self) -> usize {
+        let rest = self.rest.map(<[u8]>::trim_ascii_end);
+        rest.map_or(0, |rest| memchr::memchr_iter(b',', rest).count() + 1)
+    }
+
+    /// Whether `count` things of `each` cells can follow: a count may be anything.
+    fn expect_more(&self, count: usize, each: usize) -> Result<(), CaptureError> {
+        let left = self.left();
+        if count <= left / each {
+            return Ok(());
+        }
+        Err(CaptureError::TooFewCells {
+            file: self.file.to_owned(),
+            line: self.line,
+            expected: count.saturating_mul(each).saturating_add(self.column),
+            found: self.column + left,
+        })
+    }
+
+    /// Which of two numbers of cells the `count` things that end the line have each.
+    fn expect_each(&self, count: usize, each: [usize; 2]) -> Result<usize, CaptureError> {
+        let left = self.left();
+        let fits = each
+            .into_iter()
+            .find(|each| count.checked_mul(*each) == Some(left));
+        match fits {
+            Some(each) => Ok(each),
+            None if count == 0 => Ok(each[0]),
+            None => {
+                self.expect_more(count, each[0])?;
+                Err(CaptureError::TooManyCells {
+                    file: self.file.to_owned(),
+                    line: self.line,
+                    column: self.column + count * each[0] + 1,
+                    expected: self.column + count * each[0],
+                    found: excerpt(self.rest.unwrap_or_default()),
+                })
+            }
+        }
+    }
+
+    fn error(&self, expected: &'static str, cell: &[u8]) -> CaptureError {
+        CaptureError::Cell {
+            file: self.file.to_owned(),
+            line: self.line,
+            column: self.column,
+            entity: "row-typed format".to_owned(),
+            expected,
+            found: excerpt(cell),
+        }
+    }
+}

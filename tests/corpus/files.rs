@@ -1,68 +1,8 @@
-//! Single files: each opens, or is refused with a reason that is right.
+//! Single recordings of others.
 
 use std::path::{Path, PathBuf};
 
-use crate::{corpus, inhand, ok, stderr, text};
-
-/// Motive exports that must convert: file, options, frames.
-const MOTIVE: [(&str, &[&str], u64); 6] = [
-    ("v1.21_cmuphyscomp.csv", &[], 250),
-    (
-        "v1.22_euler_rigid-body-motion.csv",
-        &["--units", "cm", "--rotation-order", "XYZ"],
-        227,
-    ),
-    ("v1.23_gaps_aolab.csv", &[], 23480),
-    ("v1.23_markers_mm_360hz_ha5dzs.csv", &[], 1353),
-    ("v1.23_empty_ha5dzs.csv", &[], 1353),
-    ("v1.23_quality_parse_optitrack_csv.csv", &[], 499),
-];
-
-/// Motive exports that cannot be read, and words of the reason.
-const REFUSED: [(&str, &[&str]); 3] = [
-    ("v1_olin.csv", &["v1"]),
-    ("v1.1_olin.csv", &["v1"]),
-    ("v1.22_euler_rigid-body-motion.csv", &["--units"]),
-];
-
-#[test]
-fn motive_exports_convert() {
-    let Some(corpus) = corpus() else { return };
-    let folder = tempfile::tempdir().unwrap();
-    for (file, options, frames) in MOTIVE {
-        let input = corpus.join("real/motive").join(file);
-        let output = folder.path().join(file).with_extension("mcap");
-        ok(&[&["convert", text(&input), "-o", text(&output)], options].concat());
-        let info: serde_json::Value =
-            serde_json::from_str(&ok(&["info", text(&output), "--format", "json"])).unwrap();
-        let samples = &info["metadata"]["inhand.recording"]["samples"];
-        assert_eq!(
-            samples.as_str(),
-            Some(frames.to_string().as_str()),
-            "{file}"
-        );
-    }
-}
-
-#[test]
-fn what_cannot_be_read_says_why() {
-    let Some(corpus) = corpus() else { return };
-    let folder = tempfile::tempdir().unwrap();
-    let target = folder.path().join("out.mcap");
-    for (file, words) in REFUSED {
-        let input = corpus.join("real/motive").join(file);
-        let output = inhand(&["convert", text(&input), "-o", text(&target)]);
-        assert!(matches!(output.status.code(), Some(1 | 2)), "{file}");
-        for word in words {
-            assert!(
-                stderr(&output).contains(word),
-                "{file}: {}",
-                stderr(&output)
-            );
-        }
-        assert!(!target.exists(), "{file}: nothing is written");
-    }
-}
+use crate::{corpus, inhand, stderr, text};
 
 #[test]
 fn info_reads_every_recording_of_others() {

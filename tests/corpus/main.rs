@@ -3,6 +3,7 @@
 
 mod containers;
 mod files;
+mod real;
 mod sessions;
 
 use std::io::Write as _;

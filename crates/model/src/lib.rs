@@ -23,6 +23,7 @@
 //! ```
 
 mod annotations;
+mod change;
 mod clock;
 mod dictionary;
 mod evaluation;
@@ -42,6 +43,7 @@ mod track;
 mod trajectory;
 
 pub use annotations::{Annotations, Event, Label, LabelError, PLAIN_LABEL, Selection};
+pub use change::{Change, ChangeKind};
 pub use clock::{Clock, ClockError, StartTime};
 pub use dictionary::{
     Demonstrated, Dictionary, DictionaryError, DictionaryKind, Hull, Learning, Restart, StopReason,

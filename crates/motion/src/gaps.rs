@@ -17,8 +17,9 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use crate::settings::GapFill;
 
-/// Fills gaps of at most `max_samples` in positions.
-pub(crate) fn fill_points<F: Frame>(track: &mut PointTrack<F>, max_samples: usize, fill: GapFill) {
+/// Fills gaps of at most `max_samples` in positions: by the polynomial through the samples beside a
+/// gap, two on each side for [`GapFill::Cubic`], one for [`GapFill::Linear`].
+pub fn fill_points<F: Frame>(track: &mut PointTrack<F>, max_samples: usize, fill: GapFill) {
     fill_track(track, max_samples, fill, |values, polynomial, k| {
         let terms = polynomial.weights(k);
         Position::from_coords(
@@ -29,8 +30,9 @@ pub(crate) fn fill_points<F: Frame>(track: &mut PointTrack<F>, max_samples: usiz
     });
 }
 
-/// Fills gaps of at most `max_samples` in poses.
-pub(crate) fn fill_poses<To: Frame, From: Frame>(
+/// Fills gaps of at most `max_samples` in poses, as [`fill_points`] does; orientations as rotation
+/// vectors from the sample before the gap, so that the line is slerp.
+pub fn fill_poses<To: Frame, From: Frame>(
     track: &mut PoseTrack<To, From>,
     max_samples: usize,
     fill: GapFill,

@@ -91,6 +91,7 @@ mod stretches;
 
 pub use body::fitted_bodies;
 pub use error::MotionError;
+pub use gaps::{fill_points, fill_poses};
 pub use process::{process, smooth, to_hand_frame};
 pub use segments::{Cut, Starts, cut_segments};
 pub use settings::{Filter, GapFill, ProcessSettings, SegmentSettings};

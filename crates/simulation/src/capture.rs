@@ -147,7 +147,7 @@ fn sorted_choice(n: usize, count: usize, random: &mut Random) -> Vec<usize> {
     chosen
 }
 
-fn marker(name: String, kind: MarkerKind, track: PointTrack<World>) -> Marker {
+pub(crate) fn marker(name: String, kind: MarkerKind, track: PointTrack<World>) -> Marker {
     Marker {
         id: entity_id(&name),
         name,
@@ -174,7 +174,7 @@ fn entity_id(name: &str) -> String {
 /// Gauss-Newton from a near start: with arms `a_i` from the centroid and measured arms `b_i`, a
 /// rotation by `J⁻¹ Σ a_i x Rᵀ b_i` in the body's frame, `J = Σ (|a_i|² I - a_i a_iᵀ)`, until it
 /// vanishes, which is where the gradient does. `J` does not change, so a step is one product.
-struct Fit {
+pub(crate) struct Fit {
     centroid: Vector3<f64>,
     arms: [Vector3<f64>; 3],
     inertia_inverse: Matrix3<f64>,
@@ -184,7 +184,7 @@ impl Fit {
     /// # Panics
     ///
     /// If the template's markers lie on a line.
-    fn new<F: Frame>(template: &[Position<F>; 3]) -> Self {
+    pub(crate) fn new<F: Frame>(template: &[Position<F>; 3]) -> Self {
         let centroid = template.iter().map(|m| m.coords_m()).sum::<Vector3<f64>>() / 3.0;
         let arms = template.map(|m| m.coords_m() - centroid);
         let inertia: Matrix3<f64> = (arms.iter())
@@ -199,7 +199,7 @@ impl Fit {
         }
     }
 
-    fn pose(&self, seen: &[Vector3<f64>; 3], near: Isometry3<f64>) -> Isometry3<f64> {
+    pub(crate) fn pose(&self, seen: &[Vector3<f64>; 3], near: Isometry3<f64>) -> Isometry3<f64> {
         let seen_centroid = (seen[0] + seen[1] + seen[2]) / 3.0;
         let mut rotation = near.rotation;
         for _ in 0..MAX_FIT_STEPS {

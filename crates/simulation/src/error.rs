@@ -57,6 +57,20 @@ pub enum SimulationError {
         /// Samples of the take.
         samples: usize,
     },
+    /// The faults asked for do not fit into the take beside each other.
+    #[error(
+        "no place was found for {kind} number {number} of {wanted} in {samples} samples: ask for fewer faults or a longer take"
+    )]
+    Crowded {
+        /// Kind of the fault.
+        kind: &'static str,
+        /// Which of them, from 1.
+        number: usize,
+        /// How many were asked for.
+        wanted: usize,
+        /// Samples of the take.
+        samples: usize,
+    },
     /// The sample rate makes no clock.
     #[error(transparent)]
     Clock(#[from] ClockError),

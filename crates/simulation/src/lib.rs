@@ -9,6 +9,9 @@
 //! 3. a *capture*: marker noise, least-squares fits of the rigid bodies to their noisy markers,
 //!    quaternions that flip their sign, gaps; shaped like a Motive recording.
 //!
+//! [`simulate_faulty`] plants what goes wrong in real captures on top (swapped labels, flipped bodies,
+//! spikes, lost labels) and says where.
+//!
 //! Fingertips touch exactly: without noise a fingertip in contact lies on the surface, and while
 //! it touches it does not move in the object's frame (no rolling, no slipping). The same settings
 //! and seed give the same take bit by bit, whatever the number of threads.
@@ -44,11 +47,14 @@ mod surface;
 mod capture;
 mod hand_motion;
 
+mod faults;
+
 mod curves;
 mod error;
 mod random;
 
 pub use error::SimulationError;
+pub use faults::{Fault, FaultKind, FaultSettings, FaultyTake, simulate_faulty};
 pub use session::{SessionSettings, SimulatedSession, session};
 pub use settings::{GapSettings, TakeSettings};
 pub use take::{SimulatedTake, Truth, simulate};

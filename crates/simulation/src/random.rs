@@ -24,6 +24,8 @@ pub(crate) enum Purpose {
     Fingertip(Finger),
     /// Gaps of a fingertip marker.
     Gaps(Finger),
+    /// Faults of one kind, by its number.
+    Faults(u64),
     /// The seed of a take of a session.
     Take(u64),
 }
@@ -39,6 +41,7 @@ impl Purpose {
             Purpose::ObjectMarkers => 4,
             Purpose::Fingertip(finger) => 0x10 + finger.index() as u64,
             Purpose::Gaps(finger) => 0x20 + finger.index() as u64,
+            Purpose::Faults(kind) => 0x30 + kind,
             Purpose::Take(take) => 0x100 + take,
         }
     }
@@ -142,6 +145,8 @@ mod tests {
             Purpose::HandMotion,
             Purpose::HandMarkers,
             Purpose::ObjectMarkers,
+            Purpose::Faults(0),
+            Purpose::Faults(5),
             Purpose::Take(0),
             Purpose::Take(1),
         ];

@@ -156,7 +156,7 @@ fn object_markers(solid: &Solid) -> [Position<Object>; 3] {
     OBJECT_MARKERS.map(|(x, y, above_m)| Position::new(x * half.x, y * half.y, half.z + above_m))
 }
 
-const fn marker_name(finger: Finger) -> &'static str {
+pub(crate) const fn marker_name(finger: Finger) -> &'static str {
     match finger {
         Finger::Thumb => "Thumb",
         Finger::Index => "Index",

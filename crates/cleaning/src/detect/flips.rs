@@ -1,0 +1,199 @@
+//! Bodies that jump to a wrong solution and back.
+//!
+//! A wrong solution is a fixed turn away from the right one, in the body's own frame: while a body
+//! is wrong it goes on moving, but the turn by which it went is the turn by which it comes back. Both
+//! jumps are turns that no motion of the take explains.
+
+use std::ops::Range;
+
+use inhand_model::{Recording, Track, TrackedBody};
+use nalgebra::{Isometry3, Translation3};
+
+use super::{Flip, FlipRepair};
+use crate::statistics::{median, quantile};
+
+/// Turns below this between two samples are never called jumps, radians (25 degrees): at 100 Hz a
+/// hand or a thing in its fingers would turn at 2500 degrees a second, faster than either can (a wrist
+/// reaches about 1500). Wrong solutions of bodies that can be told apart at all are larger.
+const LEAST_JUMP_RAD: f64 = 0.436;
+/// Beyond that, a jump turns this many times faster than the fast motion of the take (its 99th
+/// percentile), over the time in which the body was not seen.
+const TIMES_FAST: f64 = 3.0;
+/// How well the way back has to match the way there, radians (20 degrees).
+const MATCH_RAD: f64 = 0.35;
+/// Longest time that a wrong solution lasts, seconds; what jumps and stays is another body, or the
+/// jump itself was wrong.
+const LONGEST_S: f64 = 10.0;
+/// Samples over which the motion before a jump is carried on, and over which it comes back.
+const CARRIED_SAMPLES: usize = 4;
+/// Longest time over which a body is carried on by its velocity, seconds.
+const CARRIED_S: f64 = 0.1;
+
+/// A turn that is no motion, from one present sample to the next.
+#[derive(Clone, Copy, Debug)]
+struct Jump {
+    from: usize,
+    to: usize,
+    /// From the body after to the body as it was carried on from before: `before_from_after`.
+    turn: Isometry3<f64>,
+    /// How many times the least jump.
+    score: f64,
+}
+
+/// Bodies of a recording that jump to a wrong pose, and what it would take to turn them back.
+///
+/// Linear in the samples. A body that jumps and does not come back by the same turn within ten seconds
+/// is found as well, with [`FlipRepair::Remove`] over the shorter side of the jump if that is shorter
+/// than those ten seconds.
+pub fn flips(recording: &Recording) -> Vec<Flip> {
+    let rate_hz = recording.clock.rate_hz();
+    let mut found: Vec<Flip> = (recording.bodies.iter().enumerate())
+        .flat_map(|(index, body)| flips_of(index, body, rate_hz))
+        .collect();
+    found.sort_by_key(|flip| (flip.samples.start, flip.body));
+    found
+}
+
+fn flips_of(index: usize, body: &TrackedBody, rate_hz: f64) -> Vec<Flip> {
+    let jumps = jumps_of(body, rate_hz);
+    let longest = (LONGEST_S * rate_hz) as usize;
+    let make = |samples: Range<usize>, first: &Jump, repair| Flip {
+        body: index,
+        name: body.name.clone(),
+        turn_rad: first.turn.rotation.angle(),
+        error_ratio: error_ratio(body, &samples),
+        score: first.score,
+        samples,
+        repair,
+    };
+    let mut flips = Vec::new();
+    let mut next = 0;
+    while next < jumps.len() {
+        let first = &jumps[next];
+        match way_back(&jumps[next..], longest) {
+            Some(turns) => {
+                // Between the jumps the body is wrong by the turns so far.
+                for (pair, turn) in jumps[next..].windows(2).zip(&turns) {
+                    flips.push(make(pair[0].to..pair[1].from + 1, first, FlipRepair::TurnBack(*turn)));
+                }
+                next += turns.len() + 1;
+            }
+            None => {
+                let until = jumps.get(next + 1).map_or(body.track.len(), |jump| jump.from + 1);
+                let since = next.checked_sub(1).map_or(0, |before| jumps[before].to);
+                let (after, before) = (first.to..until, since..first.from + 1);
+                let shorter = if before.len() < after.len() { before } else { after };
+                if shorter.len() <= longest {
+                    flips.push(make(shorter, first, FlipRepair::Remove));
+                }
+                next += 1;
+            }
+        }
+    }
+    flips
+}
+
+/// Jumps of a body by more than its motion explains.
+fn jumps_of(body: &TrackedBody, rate_hz: f64) -> Vec<Jump> {
+    let present: Vec<usize> = (0..body.track.len())
+        .filter(|&k| body.track.get(k).is_some())
+        .collect();
+    let turn_of = |from: usize, to: usize| {
+        let pose = |k: usize| body.track.values()[k].isometry();
+        pose(from).rotation.angle_to(&pose(to).rotation)
+    };
+    let mut turns: Vec<f64> = (present.windows(2))
+        .filter(|pair| pair[1] == pair[0] + 1)
+        .map(|pair| turn_of(pair[0], pair[1]))
+        .collect();
+    let fast_rad = quantile(&mut turns, 0.99);
+    (present.windows(2))
+        .filter_map(|pair| {
+            let (from, to) = (pair[0], pair[1]);
+            let unseen = (to - from - 1) as f64;
+            let least = LEAST_JUMP_RAD + TIMES_FAST * fast_rad.min(LEAST_JUMP_RAD) * unseen;
+            let score = turn_of(from, to) / least;
+            (score >= 1.0).then(|| Jump {
+                from,
+                to,
+                turn: carried_on(body, from, to, rate_hz).inverse()
+                    * carried_back(body, to),
+                score,
+            })
+        })
+        .collect()
+}
+
+/// Where the body would be at sample `to` by its motion before `from`.
+fn carried_on(body: &TrackedBody, from: usize, to: usize, rate_hz: f64) -> Isometry3<f64> {
+    let last = body.track.values()[from].isometry();
+    let run = (1..CARRIED_SAMPLES)
+        .take_while(|&back| from.checked_sub(back).is_some_and(|k| body.track.get(k).is_some()))
+        .last();
+    let earlier = run.map(|back| (back, body.track.values()[from - back].isometry()));
+    let Some((back, earlier)) = earlier.filter(|(_, e)| {
+        e.rotation.angle_to(&last.rotation) < LEAST_JUMP_RAD
+    }) else {
+        return last;
+    };
+    let steps = ((to - from) as f64).min(CARRIED_S * rate_hz) / back as f64;
+    let turn = (last.rotation * earlier.rotation.inverse()).scaled_axis() * steps;
+    let moved = (last.translation.vector - earlier.translation.vector) * steps;
+    Isometry3::from_parts(
+        Translation3::from(last.translation.vector + moved),
+        nalgebra::UnitQuaternion::from_scaled_axis(turn) * last.rotation,
+    )
+}
+
+/// The pose at the first sample after a jump.
+fn carried_back(body: &TrackedBody, to: usize) -> Isometry3<f64> {
+    body.track.values()[to].isometry()
+}
+
+/// The turns that a body is wrong by from each jump to the next until it is back, if it comes back by
+/// the way it went: at most a few jumps later, and before `longest` samples are over.
+fn way_back(jumps: &[Jump], longest: usize) -> Option<Vec<Isometry3<f64>>> {
+    const MOST_JUMPS: usize = 4;
+    let first = jumps.first()?;
+    let mut turns = vec![first.turn];
+    for jump in jumps.iter().take(MOST_JUMPS).skip(1) {
+        if jump.to > first.to + longest {
+            return None;
+        }
+        let wrong = *turns.last()?;
+        let left = wrong * jump.turn;
+        if left.rotation.angle() < MATCH_RAD {
+            // Both jumps tell the same turn, each with the noise of its samples.
+            let back = jump.turn.inverse();
+            let middle = Isometry3::from_parts(
+                Translation3::from((wrong.translation.vector + back.translation.vector) / 2.0),
+                wrong.rotation.slerp(&back.rotation, 0.5),
+            );
+            *turns.last_mut()? = middle;
+            return Some(turns);
+        }
+        turns.push(left);
+    }
+    None
+}
+
+fn error_ratio(body: &TrackedBody, samples: &Range<usize>) -> Option<f64> {
+    let errors = body.marker_error_m.as_ref()?;
+    let mut usual: Vec<f64> = errors.iter().copied().filter(|e| e.is_finite()).collect();
+    let mut here: Vec<f64> = (errors[samples.clone()].iter().copied())
+        .filter(|e| e.is_finite())
+        .collect();
+    let usual_m = median(&mut usual);
+    (usual_m > 0.0 && !here.is_empty()).then(|| median(&mut here) / usual_m)
+}
+
+/// Takes the wrong turn out of each sample.
+pub(crate) fn turn_back(body: &mut TrackedBody, flip: &Flip, turn: &Isometry3<f64>) {
+    let track = &mut body.track;
+    let back = turn.inverse();
+    for k in flip.samples.clone() {
+        let turned = track.get(k).map(|pose| inhand_model::Pose::new(pose.isometry() * back));
+        let status = Track::status(track, k);
+        track.set(k, turned, status);
+    }
+}

@@ -1,0 +1,245 @@
+//! Samples that are off their way and come back to it.
+//!
+//! A run of one to three samples is a spike where the curve through the samples on both sides passes
+//! all of them by far while it goes through its own samples closely. Fast motion is told from a
+//! spike by that: a fingertip in motion bends the curve on both sides too. Labels that change places
+//! do not come back within three samples.
+//!
+//! Beside a gap there is one side only. There a run is a spike where it breaks away from the line of
+//! the side that is there.
+
+use std::ops::Range;
+
+use inhand_model::{Marker, MarkerKind, PointTrack, Position, Recording, World};
+use nalgebra::{Matrix3, Vector3};
+use rayon::prelude::*;
+
+use super::Spike;
+use crate::continuity::{end_after, end_before};
+use crate::statistics::median;
+
+/// Most samples of a spike. A wrong reconstruction lasts a frame or a few; what stays longer is a
+/// label on something else.
+const MAX_SAMPLES: usize = 3;
+/// Samples on each side that the curve goes through.
+const SIDE: usize = 3;
+/// Least distance that is called a spike, metres: ten times the jitter of a good system, and more
+/// than the curve misses by in the fastest turns of a fingertip (some 6 m/s² over 45 ms).
+const LEAST_M: f64 = 0.003;
+/// Beside a gap: the line of four samples is carried on by one more.
+const LEAST_BESIDE_GAP_M: f64 = 0.0035;
+/// A spike is this many times farther off than samples usually are, over half a second about it.
+const TIMES_USUAL: f64 = 8.0;
+/// How much nearer the curve goes to its own samples than to the spike.
+const TIMES_OWN: f64 = 3.0;
+/// Samples on each side that say what is usual.
+const ABOUT: usize = 25;
+
+/// Spikes of all labelled markers, in the world: a hand that is flipped does not matter. Linear in
+/// the samples.
+pub fn spikes(recording: &Recording) -> Vec<Spike> {
+    let labelled = (recording.markers.par_iter().enumerate())
+        .filter(|(_, marker)| marker.kind == MarkerKind::Labelled);
+    let mut found: Vec<Spike> = labelled
+        .flat_map_iter(|(index, marker)| spikes_of(index, marker, &spikes_in(&marker.track, true)))
+        .collect();
+    found.sort_by_key(|spike| (spike.samples.start, spike.marker));
+    found
+}
+
+fn spikes_of(index: usize, marker: &Marker, runs: &[Run]) -> Vec<Spike> {
+    let spike = |run: &Run| Spike {
+        marker: index,
+        name: marker.name.clone(),
+        samples: run.samples.clone(),
+        off_m: run.off_m,
+        score: run.score,
+    };
+    runs.iter().map(spike).collect()
+}
+
+/// A spike of one marker.
+#[derive(Clone, Debug)]
+pub(crate) struct Run {
+    pub(crate) samples: Range<usize>,
+    off_m: f64,
+    score: f64,
+}
+
+/// Spikes of one track, in order, none overlapping another; those beside gaps only if wanted.
+pub(crate) fn spikes_in(track: &PointTrack<World>, beside_gaps: bool) -> Vec<Run> {
+    let usual = Usual::of(track);
+    let mut candidates = Vec::new();
+    for start in 0..track.len() {
+        // Nothing is off where the sample goes on from the one before, which is nearly everywhere.
+        if !usual.suspicious(start) {
+            continue;
+        }
+        for len in 1..=MAX_SAMPLES {
+            let samples = start..start + len;
+            if samples.end > track.len() {
+                break;
+            }
+            candidates.extend(between(track, &samples, &usual));
+        }
+    }
+    if beside_gaps {
+        candidates.extend(at_gaps(track, &usual));
+    }
+    // The farthest off for its threshold first; of equal ones the shorter.
+    candidates.sort_by(|a, b| {
+        b.score.total_cmp(&a.score).then(a.samples.len().cmp(&b.samples.len()))
+    });
+    let mut runs: Vec<Run> = Vec::new();
+    for run in candidates {
+        let apart = |other: &Run| {
+            run.samples.end < other.samples.start || other.samples.end < run.samples.start
+        };
+        if runs.iter().all(apart) {
+            runs.push(run);
+        }
+    }
+    runs.sort_by_key(|run| run.samples.start);
+    runs
+}
+
+/// How far samples usually are from the line through their neighbours.
+struct Usual {
+    /// Distance of each sample from the line through the two before or after, whichever is nearer.
+    off_m: Vec<f64>,
+}
+
+impl Usual {
+    fn of(track: &PointTrack<World>) -> Self {
+        let at = |k: usize| track.get(k).map(Position::coords_m);
+        let off_m = (0..track.len()).map(|k| {
+            let here = at(k);
+            let from = |a: Option<Vector3<f64>>, b: Option<Vector3<f64>>| {
+                Some((here? - (a? * 2.0 - b?)).norm())
+            };
+            let before = (k >= 2).then(|| from(at(k - 1), at(k - 2))).flatten();
+            let after = from(at(k + 1), at(k + 2));
+            match (before, after) {
+                (Some(a), Some(b)) => a.max(b),
+                (Some(a), None) | (None, Some(a)) => a,
+                (None, None) => f64::NAN,
+            }
+        });
+        Self {
+            off_m: off_m.collect(),
+        }
+    }
+
+    fn suspicious(&self, k: usize) -> bool {
+        self.off_m[k] > 0.5 * LEAST_M
+    }
+
+    /// Median over half a second about the run.
+    fn about(&self, samples: &Range<usize>) -> f64 {
+        let from = samples.start.saturating_sub(ABOUT);
+        let to = (samples.end + ABOUT).min(self.off_m.len());
+        let mut near: Vec<f64> = (self.off_m[from..to].iter().copied())
+            .filter(|off| off.is_finite())
+            .collect();
+        median(&mut near)
+    }
+}
+
+/// The run as a spike between samples on both sides.
+fn between(track: &PointTrack<World>, samples: &Range<usize>, usual: &Usual) -> Option<Run> {
+    let at = |k: usize| track.get(k).map(Position::coords_m);
+    let middle = 0.5 * (samples.start + samples.end - 1) as f64;
+    let mut side: Vec<(f64, Vector3<f64>)> = Vec::with_capacity(2 * SIDE);
+    let before = (1..=SIDE).map_while(|back| samples.start.checked_sub(back).and_then(|k| Some((k, at(k)?))));
+    side.extend(before.map(|(k, p)| (k as f64 - middle, p)));
+    let count_before = side.len();
+    let after = (samples.end..samples.end + SIDE).map_while(|k| Some((k, at(k)?)));
+    side.extend(after.map(|(k, p)| (k as f64 - middle, p)));
+    let count_after = side.len() - count_before;
+    if count_before < 2 || count_after < 2 {
+        return None;
+    }
+    let curve = Parabola::through(&side)?;
+    let own_m = (side.iter())
+        .map(|(t, p)| (curve.at(*t) - p).norm())
+        .fold(0.0, f64::max);
+    let (mut least_m, mut most_m) = (f64::INFINITY, 0.0_f64);
+    for k in samples.clone() {
+        let off_m = (curve.at(k as f64 - middle) - at(k)?).norm();
+        least_m = least_m.min(off_m);
+        most_m = most_m.max(off_m);
+    }
+    let threshold_m = LEAST_M
+        .max(TIMES_USUAL * usual.about(samples))
+        .max(TIMES_OWN * own_m);
+    (least_m >= threshold_m).then(|| Run {
+        samples: samples.clone(),
+        off_m: most_m,
+        score: least_m / threshold_m,
+    })
+}
+
+/// Runs between a gap and a break.
+fn at_gaps(track: &PointTrack<World>, usual: &Usual) -> Vec<Run> {
+    let mut runs = Vec::new();
+    for gap in track.gaps() {
+        for len in 1..=MAX_SAMPLES {
+            if gap.end + len < track.len() {
+                runs.extend(before_line(track, gap.end..gap.end + len, usual));
+            }
+            if gap.start > len {
+                runs.extend(after_line(track, gap.start - len..gap.start, usual));
+            }
+        }
+    }
+    runs
+}
+
+/// A run after a gap, before a line that it breaks away from.
+fn before_line(track: &PointTrack<World>, samples: Range<usize>, usual: &Usual) -> Option<Run> {
+    let line = end_after(track, samples.end)?;
+    let here = track.get(samples.end - 1)?.coords_m();
+    let expected = line.position_m - line.velocity()?;
+    let present = samples.clone().all(|k| track.get(k).is_some());
+    present.then(|| broken(samples, (here - expected).norm(), usual)).flatten()
+}
+
+/// A run before a gap, after a line that it breaks away from.
+fn after_line(track: &PointTrack<World>, samples: Range<usize>, usual: &Usual) -> Option<Run> {
+    let line = end_before(track, samples.start.checked_sub(1)?)?;
+    let here = track.get(samples.start)?.coords_m();
+    let expected = line.position_m + line.velocity()?;
+    let present = samples.clone().all(|k| track.get(k).is_some());
+    present.then(|| broken(samples, (here - expected).norm(), usual)).flatten()
+}
+
+fn broken(samples: Range<usize>, off_m: f64, usual: &Usual) -> Option<Run> {
+    let threshold_m = LEAST_BESIDE_GAP_M.max(TIMES_USUAL * usual.about(&samples));
+    (off_m >= threshold_m).then(|| Run {
+        samples,
+        off_m,
+        score: off_m / threshold_m,
+    })
+}
+
+/// A parabola of least squares, in samples from a middle.
+struct Parabola([Vector3<f64>; 3]);
+
+impl Parabola {
+    /// `None` for fewer than three different times.
+    fn through(points: &[(f64, Vector3<f64>)]) -> Option<Self> {
+        let mut normal = Matrix3::zeros();
+        let mut right = Matrix3::zeros();
+        for (t, p) in points {
+            let powers = Vector3::new(1.0, *t, t * t);
+            normal += powers * powers.transpose();
+            right += powers * p.transpose();
+        }
+        let solved = normal.try_inverse()? * right;
+        Some(Self([0, 1, 2].map(|row| solved.row(row).transpose())))
+    }
+
+    fn at(&self, t: f64) -> Vector3<f64> {
+        self.0[0] + (self.0[1] + self.0[2] * t) * t
+    }
+}

@@ -1,0 +1,365 @@
+//! Fingertip labels that change places.
+//!
+//! Which finger each label is on is a hidden state: an order of the five, of 120. It may change,
+//! by two labels at a time, only where something happens to a label: a jump, or a gap. Two kinds of
+//! evidence weigh the states, both in nats and both measured against what is usual in the take:
+//!
+//! * **motion**: exchanging two labels at an instant joins the motion before of each with the motion
+//!   after of the other. The cost of those joints stands against that of going on as labelled
+//!   (`continuity`);
+//! * **geometry**: each finger keeps to its part of the hand's frame. A label that lies where another
+//!   finger usually is costs for as long as it does.
+//!
+//! The likeliest sequence of states is found by dynamic programming (Viterbi 1967). Motion alone
+//! could not tell on which side of a jump the labels are right, nor geometry alone where a short swap
+//! begins; together they need no thresholds but the price of a change.
+//!
+//! Spikes are set aside before, so that no label is judged by one.
+
+use inhand_model::{Finger, Hand, PerFinger, PointTrack, Recording, Roles, Status};
+use rayon::prelude::*;
+
+use super::Swap;
+use super::spikes::spikes_in;
+use crate::continuity::{UsualJumps, end_after, end_before};
+use crate::error::CleaningError;
+use crate::geometry::{Geometry, INDEPENDENT_S};
+use crate::lookup::{hand_poses, in_hand, tips};
+use crate::repair;
+
+/// What a change of two labels costs, nats: a change is as rare as one in some thousand places where
+/// it might be.
+const CHANGE_NATS: f64 = 8.0;
+/// A jump of this many times the usual, and of this many metres, is a place for a change; two
+/// fingertips are never as near as that.
+const JUMP_RATIO: f64 = 3.0;
+const JUMP_M: f64 = 0.003;
+/// What it costs to begin with labels on wrong fingers, nats.
+const WRONG_START_NATS: f64 = 6.0;
+
+/// Fingertip labels that look exchanged, with flips of the hand's body set aside.
+///
+/// Cost: linear in the samples, and some thousand operations for each gap and jump.
+///
+/// # Errors
+///
+/// [`CleaningError::NotInTake`], [`CleaningError::Hand`].
+pub fn swaps(recording: &Recording, roles: &Roles) -> Result<Vec<Swap>, CleaningError> {
+    let mut steady = recording.clone();
+    repair::flips(&mut steady, &super::flips(recording));
+    swaps_of_steady_bodies(&steady, roles)
+}
+
+pub(crate) fn swaps_of_steady_bodies(
+    recording: &Recording,
+    roles: &Roles,
+) -> Result<Vec<Swap>, CleaningError> {
+    let hand = hand_poses(recording, roles)?;
+    let tips = tips(recording, roles)?;
+    let labels: Vec<PointTrack<Hand>> = (tips.as_array().par_iter())
+        .map(|&marker| {
+            let track = &recording.markers[marker].track;
+            let mut label = in_hand(&hand, track);
+            for k in spikes_in(track, true).into_iter().flat_map(|run| run.samples) {
+                label.set(k, None, Status::Missing);
+            }
+            label
+        })
+        .collect();
+    let search = Search::new(&labels, recording.clock.rate_hz());
+    Ok(search.swaps())
+}
+
+/// Which finger each label is on, by index.
+type Order = [u8; Finger::COUNT];
+
+struct Search<'a> {
+    labels: &'a [PointTrack<Hand>],
+    usual: UsualJumps,
+    /// Samples at which something happens to a label, ascending.
+    events: Vec<usize>,
+    /// For each label and finger, what it costs that the one lies where the other does, summed up to
+    /// each event, and to the end of the take.
+    geometry: Vec<[[f64; Finger::COUNT]; Finger::COUNT]>,
+    orders: Vec<Order>,
+    /// For each order and pair of labels, the order with the two exchanged.
+    exchanged: Vec<[usize; PAIRS.len()]>,
+}
+
+const PAIRS: [(usize, usize); 10] = [
+    (0, 1),
+    (0, 2),
+    (0, 3),
+    (0, 4),
+    (1, 2),
+    (1, 3),
+    (1, 4),
+    (2, 3),
+    (2, 4),
+    (3, 4),
+];
+
+impl<'a> Search<'a> {
+    fn new(labels: &'a [PointTrack<Hand>], rate_hz: f64) -> Self {
+        let tracks: Vec<_> = labels.iter().collect();
+        let usual = UsualJumps::measured(&tracks, rate_hz);
+        let events = events(labels, &usual);
+        let places = Geometry::of(&PerFinger::from_fn(|finger| &labels[finger.index()]));
+        let geometry = summed(labels, &places, &events, rate_hz);
+        let orders = orders();
+        let exchanged = (orders.iter())
+            .map(|order| {
+                PAIRS.map(|(a, b)| {
+                    let mut other = *order;
+                    other.swap(a, b);
+                    orders.iter().position(|o| *o == other).unwrap_or(0)
+                })
+            })
+            .collect();
+        Self {
+            labels,
+            usual,
+            events,
+            geometry,
+            orders,
+            exchanged,
+        }
+    }
+
+    fn swaps(&self) -> Vec<Swap> {
+        let (path, gains) = self.likeliest();
+        let end = self.labels.first().map_or(0, PointTrack::len);
+        let bounds: Vec<usize> = [0]
+            .into_iter()
+            .chain(self.events.iter().copied())
+            .chain([end])
+            .collect();
+        let mut swaps: Vec<Swap> = Vec::new();
+        for (i, &state) in path.iter().enumerate() {
+            let samples = bounds[i]..bounds[i + 1];
+            for cycle in cycles(&self.orders[state]) {
+                let score = gains[i];
+                // The same cycle a stretch before goes on.
+                match (swaps.iter_mut()).find(|s| s.samples.end == samples.start && s.fingers == cycle)
+                {
+                    Some(swap) => {
+                        swap.samples.end = samples.end;
+                        swap.score += score;
+                    }
+                    None => swaps.push(Swap {
+                        fingers: cycle,
+                        samples: samples.clone(),
+                        score,
+                    }),
+                }
+            }
+        }
+        swaps.retain(|swap| !swap.samples.is_empty());
+        swaps
+    }
+
+    /// The likeliest order before, between and after the events, and by how much each stretch is likelier
+    /// than as labelled: its geometry, and the changes at its start.
+    fn likeliest(&self) -> (Vec<usize>, Vec<f64>) {
+        let count = self.orders.len();
+        let mut costs: Vec<f64> = (0..count)
+            .map(|s| if s == 0 { 0.0 } else { WRONG_START_NATS })
+            .collect();
+        let mut came_from: Vec<Vec<u8>> = Vec::with_capacity(self.events.len());
+        /// Among ways to come, that of no change.
+        const STAYED: u8 = PAIRS.len() as u8;
+        let mut changes = Vec::with_capacity(self.events.len());
+        for (i, &event) in self.events.iter().enumerate() {
+            for (state, cost) in costs.iter_mut().enumerate() {
+                *cost += self.place_cost(state, i);
+            }
+            let change = PAIRS.map(|(a, b)| self.change_cost(a, b, event));
+            let mut next = costs.clone();
+            let mut from = vec![STAYED; count];
+            for state in 0..count {
+                for (pair, change) in change.iter().enumerate() {
+                    let cost = costs[self.exchanged[state][pair]] + change;
+                    if cost < next[state] {
+                        next[state] = cost;
+                        from[state] = pair as u8;
+                    }
+                }
+            }
+            costs = next;
+            came_from.push(from);
+            changes.push(change);
+        }
+        let last = self.events.len();
+        for (state, cost) in costs.iter_mut().enumerate() {
+            *cost += self.place_cost(state, last);
+        }
+        let best = (0..count).min_by(|&a, &b| costs[a].total_cmp(&costs[b]));
+        let mut path = vec![best.unwrap_or(0); last + 1];
+        let mut gains = vec![0.0; last + 1];
+        for i in (0..last).rev() {
+            let state = path[i + 1];
+            let pair = came_from[i][state];
+            if pair == STAYED {
+                path[i] = state;
+            } else {
+                path[i] = self.exchanged[state][usize::from(pair)];
+                let gain = -changes[i][usize::from(pair)];
+                // A change belongs to the stretches that it opens and closes.
+                for stretch in [i, i + 1] {
+                    if path[stretch] != 0 {
+                        gains[stretch] += gain;
+                    }
+                }
+            }
+        }
+        for (i, gain) in gains.iter_mut().enumerate() {
+            if path[i] != 0 {
+                *gain += self.place_cost(0, i) - self.place_cost(path[i], i);
+            }
+        }
+        (path, gains)
+    }
+
+    /// What the places of the labels cost in stretch `i` (before event `i`) if they are on these fingers.
+    fn place_cost(&self, state: usize, i: usize) -> f64 {
+        let order = &self.orders[state];
+        (0..Finger::COUNT)
+            .map(|label| {
+                let finger = usize::from(order[label]);
+                let until = self.geometry[i + 1][label][finger];
+                until - self.geometry[i][label][finger]
+            })
+            .sum()
+    }
+
+    /// What it costs to exchange two labels at `event`, against leaving them.
+    fn change_cost(&self, a: usize, b: usize, event: usize) -> f64 {
+        let before = |label: usize| {
+            let track = &self.labels[label];
+            let last = (0..event).rev().find(|&k| track.get(k).is_some())?;
+            end_before(track, last)
+        };
+        let after = |label: usize| {
+            let track = &self.labels[label];
+            let next = (event..track.len()).find(|&k| track.get(k).is_some())?;
+            end_after(track, next)
+        };
+        let ends = (|| Some((before(a)?, after(a)?, before(b)?, after(b)?)))();
+        // A label that is never seen again, or was never seen, says nothing.
+        ends.map_or(CHANGE_NATS, |(a_before, a_after, b_before, b_after)| {
+            let cost = |before, after| self.usual.cost(before, after);
+            let crossed = cost(&a_before, &b_after) + cost(&b_before, &a_after);
+            let kept = cost(&a_before, &a_after) + cost(&b_before, &b_after);
+            crossed - kept + CHANGE_NATS
+        })
+    }
+}
+
+/// Samples at which a label jumps, and the first and last of every gap.
+fn events(labels: &[PointTrack<Hand>], usual: &UsualJumps) -> Vec<usize> {
+    let mut events = Vec::new();
+    for label in labels {
+        for gap in label.gaps() {
+            events.extend([gap.start, gap.end]);
+        }
+        for k in 1..label.len() {
+            let (Some(before), Some(after)) = (label.get(k - 1), label.get(k)) else {
+                continue;
+            };
+            // Cheap first: nearly all samples are near the one before.
+            if before.distance_m(after) < JUMP_M {
+                continue;
+            }
+            let ends = end_before(label, k - 1).zip(end_after(label, k));
+            if ends.is_some_and(|(before, after)| usual.ratio(&before, &after) >= JUMP_RATIO) {
+                events.push(k);
+            }
+        }
+    }
+    let len = labels.first().map_or(0, PointTrack::len);
+    events.retain(|&k| k > 0 && k < len);
+    events.sort_unstable();
+    events.dedup();
+    events
+}
+
+/// Cost of each label as each finger, summed up to the start, each event and the end.
+fn summed(
+    labels: &[PointTrack<Hand>],
+    places: &Geometry,
+    events: &[usize],
+    rate_hz: f64,
+) -> Vec<[[f64; Finger::COUNT]; Finger::COUNT]> {
+    // Samples nearer than this in time say the same.
+    let weight = 1.0 / (INDEPENDENT_S * rate_hz).max(1.0);
+    let len = labels.first().map_or(0, PointTrack::len);
+    let mut sums = Vec::with_capacity(events.len() + 2);
+    let mut sum = [[0.0; Finger::COUNT]; Finger::COUNT];
+    sums.push(sum);
+    let mut from = 0;
+    for until in events.iter().copied().chain([len]) {
+        for k in from..until {
+            for (label, track) in labels.iter().enumerate() {
+                let Some(at) = track.get(k) else { continue };
+                for finger in Finger::ALL {
+                    sum[label][finger.index()] += weight * places.cost(finger, at);
+                }
+            }
+        }
+        sums.push(sum);
+        from = until;
+    }
+    sums
+}
+
+/// Every order of five, that of the labels' own fingers first.
+fn orders() -> Vec<Order> {
+    let mut orders: Vec<Order> = vec![[0, 1, 2, 3, 4]];
+    let mut next = 0;
+    while next < orders.len() {
+        for (a, b) in PAIRS {
+            let mut other = orders[next];
+            other.swap(a, b);
+            if !orders.contains(&other) {
+                orders.push(other);
+            }
+        }
+        next += 1;
+    }
+    orders
+}
+
+/// The cycles of an order that move fingers, each from its first finger.
+fn cycles(order: &Order) -> Vec<Vec<Finger>> {
+    let mut seen = [false; Finger::COUNT];
+    let mut cycles = Vec::new();
+    for first in 0..Finger::COUNT {
+        let mut cycle = Vec::new();
+        let mut at = first;
+        while !seen[at] {
+            seen[at] = true;
+            cycle.push(Finger::ALL[at]);
+            at = usize::from(order[at]);
+        }
+        if cycle.len() > 1 {
+            cycles.push(cycle);
+        }
+    }
+    cycles
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn there_are_120_orders_and_cycles_read_labels_first() {
+        let all = orders();
+        assert_eq!((all.len(), all[0]), (120, [0, 1, 2, 3, 4]));
+        assert!(cycles(&all[0]).is_empty());
+        // Label index is on middle, label middle on ring, label ring on index.
+        let cycle = cycles(&[0, 2, 3, 1, 4]);
+        assert_eq!(cycle, [[Finger::Index, Finger::Middle, Finger::Ring]]);
+        assert_eq!(cycles(&[1, 0, 2, 4, 3]).len(), 2);
+    }
+}

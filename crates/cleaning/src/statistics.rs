@@ -1,0 +1,42 @@
+//! Robust statistics: a tenth of wrong samples must not move them.
+
+/// A quantile of values that need no order, 0 for none: the value at `share` of the way.
+pub(crate) fn quantile(values: &mut [f64], share: f64) -> f64 {
+    if values.is_empty() {
+        return 0.0;
+    }
+    let at = (share * (values.len() - 1) as f64).round() as usize;
+    let (_, value, _) = values.select_nth_unstable_by(at, f64::total_cmp);
+    *value
+}
+
+/// The median, 0 for no value.
+pub(crate) fn median(values: &mut [f64]) -> f64 {
+    quantile(values, 0.5)
+}
+
+/// Median and the standard deviation that normal values of the same median distance would have.
+pub(crate) fn median_and_deviation(values: &mut [f64]) -> (f64, f64) {
+    /// Of a normal distribution, the standard deviation is this times the median distance.
+    const NORMAL: f64 = 1.4826;
+    let middle = median(values);
+    for value in &mut *values {
+        *value = (*value - middle).abs();
+    }
+    (middle, NORMAL * median(values))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn outliers_do_not_matter() {
+        let mut values = [3.0, 1.0, 2.0, 1e9, 0.0];
+        assert_eq!(median(&mut values), 2.0);
+        let (middle, deviation) = median_and_deviation(&mut [1.0, 2.0, 3.0, 4.0, 1e9]);
+        assert_eq!(middle, 3.0);
+        assert!((deviation - 1.4826).abs() < 1e-12);
+        assert_eq!(median(&mut []), 0.0);
+    }
+}

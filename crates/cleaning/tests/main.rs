@@ -1,0 +1,4 @@
+//! Cleaning against takes whose faults are known.
+
+mod common;
+mod mark;

@@ -135,8 +135,7 @@ impl Suspects {
 pub fn all(recording: &Recording, roles: &Roles) -> Result<Suspects, CleaningError> {
     let found_flips = flips(recording);
     let mut state = recording.clone();
-    repair::flips(&mut state, &found_flips);
-    let found_swaps = swaps::swaps_of_steady_bodies(&state, roles)?;
+    let found_swaps = swaps(&state, roles)?;
     repair::swaps(&mut state, roles, &found_swaps)?;
     let mut found_spikes = spikes(&state);
     repair::spikes(&mut state, &found_spikes);

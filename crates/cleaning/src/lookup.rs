@@ -6,6 +6,7 @@ use inhand_model::{
 };
 use inhand_motion::{GapFill, fill_poses, fit_templates, fitted_bodies};
 
+use crate::detect::flips::without_flips;
 use crate::error::CleaningError;
 
 /// Longest time over which the hand's pose is guessed where it is missing, seconds: what is found
@@ -42,7 +43,8 @@ pub(crate) fn finger_of(tips: &PerFinger<usize>, marker: usize) -> Option<Finger
     Finger::ALL.into_iter().find(|&f| tips[f] == marker)
 }
 
-/// The hand's pose at every sample; short gaps are filled by a line.
+/// The hand's pose at every sample, turned back where its body is flipped; short gaps are filled by a
+/// line.
 pub(crate) fn hand_poses(
     recording: &Recording,
     roles: &Roles,
@@ -69,7 +71,7 @@ fn body_poses(
     match source {
         BodySource::RigidBody(name) => {
             let body = recording.body(name).ok_or_else(|| missing("rigid body", name))?;
-            Ok(body.track.map(in_role))
+            Ok(without_flips(body, recording.clock.rate_hz()).map(in_role))
         }
         BodySource::Markers(names) => {
             // The hand alone: an object that no template fits must not stand in the way.

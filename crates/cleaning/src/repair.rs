@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use inhand_model::{Change, ChangeKind, Frame, PointTrack, Recording, Roles, Status};
 
-use crate::detect::flips::turn_back;
+use crate::detect::flips::undo;
 use crate::detect::{Flip, FlipRepair, Spike, Swap, Unlabelled};
 use crate::error::CleaningError;
 use crate::lookup::tips;
@@ -17,21 +17,15 @@ pub fn flips(recording: &mut Recording, flips: &[Flip]) -> Vec<Change> {
     let mut changes = Vec::new();
     for flip in flips {
         let body = &mut recording.bodies[flip.body];
+        undo(&mut body.track, flip);
         let (kind, done) = match &flip.repair {
-            FlipRepair::TurnBack(turn) => {
-                turn_back(body, flip, turn);
-                (ChangeKind::TurnedBack, "turned back")
-            }
-            FlipRepair::Remove => {
-                for k in flip.samples.clone() {
-                    body.track.set(k, None, Status::Missing);
-                    if let Some(error_m) = &mut body.marker_error_m {
-                        error_m[k] = f64::NAN;
-                    }
-                }
-                (ChangeKind::Removed, "taken away")
-            }
+            FlipRepair::TurnBack(_) => (ChangeKind::TurnedBack, "turned back"),
+            FlipRepair::Remove => (ChangeKind::Removed, "taken away"),
         };
+        // The error was that of the wrong solution.
+        if let Some(error_m) = &mut body.marker_error_m {
+            error_m[flip.samples.clone()].fill(f64::NAN);
+        }
         changes.push(Change {
             kind,
             entity: flip.name.clone(),

@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use inhand_model::{Recording, Track, TrackedBody};
+use inhand_model::{Body, Pose, PoseTrack, Recording, TrackedBody, World};
 use nalgebra::{Isometry3, Translation3};
 
 use super::{Flip, FlipRepair};
@@ -24,7 +24,7 @@ const MATCH_RAD: f64 = 0.35;
 /// Longest time that a wrong solution lasts, seconds; what jumps and stays is another body, or the
 /// jump itself was wrong.
 const LONGEST_S: f64 = 10.0;
-/// Samples over which the motion before a jump is carried on, and over which it comes back.
+/// Samples from which the motion before a jump is carried on.
 const CARRIED_SAMPLES: usize = 4;
 /// Longest time over which a body is carried on by its velocity, seconds.
 const CARRIED_S: f64 = 0.1;
@@ -117,7 +117,7 @@ fn jumps_of(body: &TrackedBody, rate_hz: f64) -> Vec<Jump> {
                 from,
                 to,
                 turn: carried_on(body, from, to, rate_hz).inverse()
-                    * carried_back(body, to),
+                    * body.track.values()[to].isometry(),
                 score,
             })
         })
@@ -143,11 +143,6 @@ fn carried_on(body: &TrackedBody, from: usize, to: usize, rate_hz: f64) -> Isome
         Translation3::from(last.translation.vector + moved),
         nalgebra::UnitQuaternion::from_scaled_axis(turn) * last.rotation,
     )
-}
-
-/// The pose at the first sample after a jump.
-fn carried_back(body: &TrackedBody, to: usize) -> Isometry3<f64> {
-    body.track.values()[to].isometry()
 }
 
 /// The turns that a body is wrong by from each jump to the next until it is back, if it comes back by
@@ -187,13 +182,25 @@ fn error_ratio(body: &TrackedBody, samples: &Range<usize>) -> Option<f64> {
     (usual_m > 0.0 && !here.is_empty()).then(|| median(&mut here) / usual_m)
 }
 
-/// Takes the wrong turn out of each sample.
-pub(crate) fn turn_back(body: &mut TrackedBody, flip: &Flip, turn: &Isometry3<f64>) {
-    let track = &mut body.track;
-    let back = turn.inverse();
+/// The poses of a body with its flips undone, or missing where that is not possible.
+pub(crate) fn without_flips(body: &TrackedBody, rate_hz: f64) -> PoseTrack<World, Body> {
+    let mut track = body.track.clone();
+    for flip in flips_of(0, body, rate_hz) {
+        undo(&mut track, &flip);
+    }
+    track
+}
+
+/// Does to a body's poses what a flip suggests.
+pub(crate) fn undo(track: &mut PoseTrack<World, Body>, flip: &Flip) {
     for k in flip.samples.clone() {
-        let turned = track.get(k).map(|pose| inhand_model::Pose::new(pose.isometry() * back));
-        let status = Track::status(track, k);
+        let turned = match &flip.repair {
+            FlipRepair::TurnBack(turn) => {
+                (track.get(k)).map(|pose| Pose::new(pose.isometry() * turn.inverse()))
+            }
+            FlipRepair::Remove => None,
+        };
+        let status = track.status(k);
         track.set(k, turned, status);
     }
 }

@@ -25,7 +25,6 @@ use crate::continuity::{UsualJumps, end_after, end_before};
 use crate::error::CleaningError;
 use crate::geometry::{Geometry, INDEPENDENT_S};
 use crate::lookup::{hand_poses, in_hand, tips};
-use crate::repair;
 
 /// What a change of two labels costs, nats: a change is as rare as one in some thousand places where
 /// it might be.
@@ -45,22 +44,13 @@ const WRONG_START_NATS: f64 = 6.0;
 ///
 /// [`CleaningError::NotInTake`], [`CleaningError::Hand`].
 pub fn swaps(recording: &Recording, roles: &Roles) -> Result<Vec<Swap>, CleaningError> {
-    let mut steady = recording.clone();
-    repair::flips(&mut steady, &super::flips(recording));
-    swaps_of_steady_bodies(&steady, roles)
-}
-
-pub(crate) fn swaps_of_steady_bodies(
-    recording: &Recording,
-    roles: &Roles,
-) -> Result<Vec<Swap>, CleaningError> {
     let hand = hand_poses(recording, roles)?;
     let tips = tips(recording, roles)?;
     let labels: Vec<PointTrack<Hand>> = (tips.as_array().par_iter())
         .map(|&marker| {
             let track = &recording.markers[marker].track;
             let mut label = in_hand(&hand, track);
-            for k in spikes_in(track, true).into_iter().flat_map(|run| run.samples) {
+            for k in spikes_in(track, false).into_iter().flat_map(|run| run.samples) {
                 label.set(k, None, Status::Missing);
             }
             label
@@ -78,6 +68,8 @@ struct Search<'a> {
     usual: UsualJumps,
     /// Samples at which something happens to a label, ascending.
     events: Vec<usize>,
+    /// For each event and label, where it was last seen before and where it is seen next.
+    joints: Vec<[Option<(usize, usize)>; Finger::COUNT]>,
     /// For each label and finger, what it costs that the one lies where the other does, summed up to
     /// each event, and to the end of the take.
     geometry: Vec<[[f64; Finger::COUNT]; Finger::COUNT]>,
@@ -117,6 +109,7 @@ impl<'a> Search<'a> {
             })
             .collect();
         Self {
+            joints: joints(labels, &events),
             labels,
             usual,
             events,
@@ -169,11 +162,20 @@ impl<'a> Search<'a> {
         /// Among ways to come, that of no change.
         const STAYED: u8 = PAIRS.len() as u8;
         let mut changes = Vec::with_capacity(self.events.len());
-        for (i, &event) in self.events.iter().enumerate() {
+        let mut joints_before = [None; PAIRS.len()];
+        for i in 0..self.events.len() {
             for (state, cost) in costs.iter_mut().enumerate() {
                 *cost += self.place_cost(state, i);
             }
-            let change = PAIRS.map(|(a, b)| self.change_cost(a, b, event));
+            let seen = &self.joints[i];
+            let joints = PAIRS.map(|(a, b)| Some([seen[a]?, seen[b]?]));
+            let change: [f64; PAIRS.len()] = std::array::from_fn(|pair| {
+                // Between two events at which neither label was seen, one change is as good as the
+                // other, and two would count the same joints twice.
+                let same = i > 0 && joints[pair] == joints_before[pair];
+                if same { f64::INFINITY } else { self.change_cost(PAIRS[pair], joints[pair]) }
+            });
+            joints_before = joints;
             let mut next = costs.clone();
             let mut from = vec![STAYED; count];
             for state in 0..count {
@@ -232,21 +234,16 @@ impl<'a> Search<'a> {
             .sum()
     }
 
-    /// What it costs to exchange two labels at `event`, against leaving them.
-    fn change_cost(&self, a: usize, b: usize, event: usize) -> f64 {
-        let before = |label: usize| {
+    /// What it costs to exchange two labels between where both were last and are next seen, against
+    /// leaving them.
+    fn change_cost(&self, (a, b): (usize, usize), joints: Option<[(usize, usize); 2]>) -> f64 {
+        let ends = |label: usize, (last, next): (usize, usize)| {
             let track = &self.labels[label];
-            let last = (0..event).rev().find(|&k| track.get(k).is_some())?;
-            end_before(track, last)
+            end_before(track, last).zip(end_after(track, next))
         };
-        let after = |label: usize| {
-            let track = &self.labels[label];
-            let next = (event..track.len()).find(|&k| track.get(k).is_some())?;
-            end_after(track, next)
-        };
-        let ends = (|| Some((before(a)?, after(a)?, before(b)?, after(b)?)))();
+        let both = joints.and_then(|[of_a, of_b]| ends(a, of_a).zip(ends(b, of_b)));
         // A label that is never seen again, or was never seen, says nothing.
-        ends.map_or(CHANGE_NATS, |(a_before, a_after, b_before, b_after)| {
+        both.map_or(CHANGE_NATS, |((a_before, a_after), (b_before, b_after))| {
             let cost = |before, after| self.usual.cost(before, after);
             let crossed = cost(&a_before, &b_after) + cost(&b_before, &a_after);
             let kept = cost(&a_before, &a_after) + cost(&b_before, &b_after);
@@ -281,6 +278,23 @@ fn events(labels: &[PointTrack<Hand>], usual: &UsualJumps) -> Vec<usize> {
     events.sort_unstable();
     events.dedup();
     events
+}
+
+/// Where each label was last seen before each event, and where it is seen next.
+fn joints(
+    labels: &[PointTrack<Hand>],
+    events: &[usize],
+) -> Vec<[Option<(usize, usize)>; Finger::COUNT]> {
+    let mut joints = vec![[None; Finger::COUNT]; events.len()];
+    for (label, track) in labels.iter().enumerate() {
+        let present: Vec<usize> = (0..track.len()).filter(|&k| track.get(k).is_some()).collect();
+        for (joint, event) in joints.iter_mut().zip(events) {
+            let next = present.partition_point(|k| k < event);
+            let last = next.checked_sub(1).map(|last| present[last]);
+            joint[label] = last.zip(present.get(next).copied());
+        }
+    }
+    joints
 }
 
 /// Cost of each label as each finger, summed up to the start, each event and the end.

@@ -1,0 +1,203 @@
+//! Filling gaps of markers.
+//!
+//! A gap is a run of missing samples with a present one on either side; what is missing at the start
+//! or end of a take stays so. Every gap up to a limit is filled by one method, and every sample so made is
+//! [`Status::Filled`]. Filled samples never support the filling of another gap of the same marker.
+//!
+//! Fingertips are filled in the frame of the hand wherever the hand is known all through the gap:
+//! while a fingertip is hidden the hand goes on moving, which is known, and only the motion within the
+//! hand has to be guessed. Other markers are filled in the world.
+
+mod cluster;
+mod cubic;
+mod neighbours;
+
+use std::ops::Range;
+
+use inhand_model::{
+    Change, ChangeKind, Finger, Frame, Hand, MarkerKind, PerFinger, PointTrack, PoseTrack, Position,
+    Recording, Roles, Status, World,
+};
+use inhand_motion::GapFill;
+
+use crate::error::CleaningError;
+use crate::lookup::{finger_of, hand_poses, in_hand, tips};
+
+/// How gaps are filled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FillMethod {
+    /// The straight line from the sample before to the sample after.
+    Linear,
+    /// The cubic that leaves and arrives with the velocities of the motion on both sides, each taken
+    /// from up to five samples.
+    Cubic,
+    /// Where the other markers of the same rigid cluster say it is: markers of the clusters that roles
+    /// name, and of rigid bodies. Three others at least, or the body's pose, are needed all through the
+    /// gap; other markers stay as they are.
+    Cluster,
+    /// Where the other fingertips say it is, by a regression on their motion in the hand before and
+    /// after the gap; joined to both sides. For fingertips; other markers stay as they are.
+    Neighbours,
+}
+
+impl FillMethod {
+    /// Lower-case name, as in settings.
+    pub const fn name(self) -> &'static str {
+        match self {
+            FillMethod::Linear => "linear",
+            FillMethod::Cubic => "cubic",
+            FillMethod::Cluster => "cluster",
+            FillMethod::Neighbours => "neighbours",
+        }
+    }
+}
+
+/// What is filled and how.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FillSettings {
+    /// How gaps are filled.
+    pub method: FillMethod,
+    /// Longest gap that is filled, seconds.
+    pub limit_s: f64,
+}
+
+impl FillSettings {
+    /// Missing samples in the longest gap that is filled.
+    fn limit_samples(&self, rate_hz: f64) -> Result<usize, CleaningError> {
+        if !(self.limit_s.is_finite() && self.limit_s >= 0.0) {
+            return Err(CleaningError::Setting {
+                setting: "fill limit",
+                found: format!("{} s", self.limit_s),
+                expected: "a time in seconds, 0 or more",
+            });
+        }
+        // A whole number of samples must not be lost to rounding: 0.29 s * 100 Hz is 28.999...96.
+        const SLACK_SAMPLES: f64 = 1e-6;
+        Ok((self.limit_s * rate_hz + SLACK_SAMPLES) as usize)
+    }
+}
+
+/// Fills gaps of the labelled markers, and by [`FillMethod::Cluster`] those of rigid bodies' markers.
+///
+/// # Errors
+///
+/// [`CleaningError::Setting`], [`CleaningError::NotInTake`], [`CleaningError::Hand`].
+pub fn fill(
+    recording: &mut Recording,
+    roles: &Roles,
+    settings: &FillSettings,
+) -> Result<Vec<Change>, CleaningError> {
+    let limit = settings.limit_samples(recording.clock.rate_hz())?;
+    let tips = tips(recording, roles)?;
+    let filled = match settings.method {
+        FillMethod::Linear | FillMethod::Cubic => {
+            along_its_way(recording, roles, &tips, settings.method, limit)?
+        }
+        FillMethod::Cluster => cluster::from_clusters(recording, roles, limit),
+        FillMethod::Neighbours => {
+            let hand = hand_poses(recording, roles)?;
+            neighbours::from_neighbours(recording, &hand, &tips, limit)
+        }
+    };
+    let mut changes = Vec::new();
+    for Filled { marker, gap, values } in filled {
+        let target = &mut recording.markers[marker];
+        for (k, value) in gap.clone().zip(values) {
+            target.track.set(k, Some(value), Status::Filled);
+        }
+        changes.push(Change {
+            kind: ChangeKind::Filled,
+            entity: target.name.clone(),
+            message: format!(
+                "{} missing sample{} filled ({})",
+                gap.len(),
+                if gap.len() == 1 { "" } else { "s" },
+                settings.method.name()
+            ),
+            samples: gap,
+        });
+    }
+    changes.sort_by(|a, b| (a.samples.start, &a.entity).cmp(&(b.samples.start, &b.entity)));
+    Ok(changes)
+}
+
+/// Values for one gap of one marker.
+struct Filled {
+    marker: usize,
+    gap: Range<usize>,
+    values: Vec<Position<World>>,
+}
+
+/// Gaps up to the limit with present samples on both sides.
+fn inner_gaps<F: Frame>(track: &PointTrack<F>, limit: usize) -> impl Iterator<Item = Range<usize>> {
+    let len = track.len();
+    (track.gaps().into_iter())
+        .filter(move |gap| gap.start > 0 && gap.end < len && gap.len() <= limit)
+}
+
+fn along_its_way(
+    recording: &Recording,
+    roles: &Roles,
+    tips: &PerFinger<usize>,
+    method: FillMethod,
+    limit: usize,
+) -> Result<Vec<Filled>, CleaningError> {
+    let hand = hand_poses(recording, roles)?;
+    let mut filled = Vec::new();
+    for (marker, source) in recording.markers.iter().enumerate() {
+        if source.kind != MarkerKind::Labelled {
+            continue;
+        }
+        let in_the_hand = finger_of(tips, marker).map(|_: Finger| in_hand(&hand, &source.track));
+        for gap in inner_gaps(&source.track, limit) {
+            let known = |k: usize| hand.get(k).is_some();
+            let by_hand = in_the_hand.as_ref().filter(|_| (gap.start - 1..=gap.end).all(known));
+            let values = match by_hand {
+                Some(track) => (one_gap(track, &gap, method).into_iter().zip(gap.clone()))
+                    .filter_map(|(at, k)| Some(hand.get(k)? * at))
+                    .collect(),
+                None => one_gap(&source.track, &gap, method),
+            };
+            filled.push(Filled { marker, gap, values });
+        }
+    }
+    Ok(filled)
+}
+
+fn one_gap<F: Frame>(
+    track: &PointTrack<F>,
+    gap: &Range<usize>,
+    method: FillMethod,
+) -> Vec<Position<F>> {
+    if method == FillMethod::Cubic {
+        return cubic::across(track, gap);
+    }
+    let mut piece = track.slice(gap.start - 1..gap.end + 1);
+    inhand_motion::fill_points(&mut piece, gap.len(), GapFill::Linear);
+    piece.values()[1..=gap.len()].to_vec()
+}
+
+/// Adds to a guess at every sample of a gap what it is off by on both sides, in proportion.
+fn join<F: Frame>(
+    gap: &Range<usize>,
+    off_before: nalgebra::Vector3<f64>,
+    off_after: nalgebra::Vector3<f64>,
+    guess: impl Fn(usize) -> nalgebra::Vector3<f64>,
+) -> Vec<Position<F>> {
+    let steps = (gap.len() + 1) as f64;
+    gap.clone()
+        .map(|k| {
+            let part = (k + 1 - gap.start) as f64 / steps;
+            Position::from_coords(guess(k) + off_before * (1.0 - part) + off_after * part)
+        })
+        .collect()
+}
+
+/// A track in the hand's frame back in the world.
+fn to_world(
+    hand: &PoseTrack<World, Hand>,
+    gap: &Range<usize>,
+    values: Vec<Position<Hand>>,
+) -> Option<Vec<Position<World>>> {
+    (gap.clone().zip(values)).map(|(k, at)| Some(hand.get(k)? * at)).collect()
+}

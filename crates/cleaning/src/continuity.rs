@@ -25,6 +25,8 @@ pub(crate) struct End {
     pub(crate) position_m: Vector3<f64>,
     /// Metres a sample; `None` where too few neighbours are there.
     velocity: Option<Vector3<f64>>,
+    /// How far the samples that the velocity is from are off their line at most, metres.
+    misfit_m: f64,
 }
 
 /// The end of a stretch at sample `k`, looking back at what was before.
@@ -47,18 +49,21 @@ fn end(k: usize, run: impl Iterator<Item = (f64, Vector3<f64>)>) -> Option<End> 
     let run: Vec<_> = run.collect();
     let &(_, position_m) = run.first()?;
     // The line of least squares needs three samples, lest noise pass for motion.
-    let velocity = (run.len() >= 3).then(|| {
+    let line = (run.len() >= 3).then(|| {
         let n = run.len() as f64;
         let time = run.iter().map(|(t, _)| t).sum::<f64>() / n;
         let mean = run.iter().map(|(_, p)| p).sum::<Vector3<f64>>() / n;
         let spread: f64 = run.iter().map(|(t, _)| (t - time).powi(2)).sum();
         let moved: Vector3<f64> = run.iter().map(|(t, p)| (p - mean) * (t - time)).sum();
-        moved / spread
+        let velocity = moved / spread;
+        let misfits = (run.iter()).map(|(t, p)| (p - mean - velocity * (t - time)).norm());
+        (velocity, misfits.fold(0.0, f64::max))
     });
     Some(End {
         at: k,
         position_m,
-        velocity,
+        velocity: line.map(|(velocity, _)| velocity),
+        misfit_m: line.map_or(0.0, |(_, misfit_m)| misfit_m),
     })
 }
 
@@ -143,5 +148,10 @@ impl End {
     /// Metres a sample, where enough neighbours are there.
     pub(crate) const fn velocity(&self) -> Option<Vector3<f64>> {
         self.velocity
+    }
+
+    /// How far the samples that the velocity is from are off their line at most, metres.
+    pub(crate) const fn misfit_m(&self) -> f64 {
+        self.misfit_m
     }
 }

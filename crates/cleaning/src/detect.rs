@@ -4,6 +4,7 @@
 //! hand moves all fingers in its frame; then swaps; spikes in what swaps leave; then what unlabelled
 //! markers could be, beside fingertips that are known.
 
+mod excursions;
 pub(crate) mod flips;
 pub(crate) mod spikes;
 pub(crate) mod swaps;

@@ -5,6 +5,7 @@
 //! * **swap**: two fingertip labels change places for 50 ms to 2 s. Seven of ten pairs are
 //!   neighbours; of four places drawn the one is taken where the two are nearest. At three of ten ends
 //!   one label or both are lost for 10 to 120 ms about the change, as when fingers hide each other.
+//!   A swap of which no sample remains is none.
 //! * **flip**: a body's pose takes a wrong solution for 50 ms to 1.5 s: four of ten times a turn by
 //!   90° or 180° about an own axis through the markers, with the marker error up to three times as
 //!   large and an offset of up to 2 mm; otherwise the fit of the markers in a wrong order, with the

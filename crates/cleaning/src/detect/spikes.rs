@@ -10,12 +10,12 @@
 
 use std::ops::Range;
 
-use inhand_model::{Marker, MarkerKind, PointTrack, Position, Recording, World};
+use inhand_model::{Marker, MarkerKind, PointTrack, Position, Recording, Status, World};
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
 use super::Spike;
-use crate::continuity::{end_after, end_before};
+use crate::continuity::{End, end_after, end_before};
 use crate::statistics::median;
 
 /// Most samples of a spike. A wrong reconstruction lasts a frame or a few; what stays longer is a
@@ -32,6 +32,9 @@ const LEAST_BESIDE_GAP_M: f64 = 0.0035;
 const TIMES_USUAL: f64 = 8.0;
 /// How much nearer the curve goes to its own samples than to the spike.
 const TIMES_OWN: f64 = 3.0;
+/// How much farther off than the line's own samples: a line through a spike misses its samples by a
+/// third of the spike.
+const TIMES_LINE: f64 = 5.0;
 /// Samples on each side that say what is usual.
 const ABOUT: usize = 25;
 
@@ -69,24 +72,46 @@ pub(crate) struct Run {
 /// Spikes of one track, in order, none overlapping another; those beside gaps only if wanted.
 pub(crate) fn spikes_in(track: &PointTrack<World>, beside_gaps: bool) -> Vec<Run> {
     let usual = Usual::of(track);
+    let mut runs = all_between(track, 2, &usual);
+    if beside_gaps {
+        // A line through a spike would be none: those found before are set aside each time. Where a
+        // single sample is left before a gap, the run is a spike if that sample is not.
+        let gaps = track.gaps();
+        let mut rest = without(track.clone(), &runs);
+        let at_gaps = best_of(at_gaps(&rest, &gaps, &usual));
+        rest = without(rest, &at_gaps);
+        runs.extend(at_gaps);
+        runs.extend(all_between(&rest, 1, &usual));
+        runs = best_of(runs);
+    }
+    runs.sort_by_key(|run| run.samples.start);
+    runs
+}
+
+/// Runs that the curve through both sides passes, with this many samples on each side at least.
+fn all_between(track: &PointTrack<World>, least_side: usize, usual: &Usual) -> Vec<Run> {
     let mut candidates = Vec::new();
     for start in 0..track.len() {
         // Nothing is off where the sample goes on from the one before, which is nearly everywhere.
         if !usual.suspicious(start) {
             continue;
         }
-        for len in 1..=MAX_SAMPLES {
-            let samples = start..start + len;
-            if samples.end > track.len() {
-                break;
-            }
-            candidates.extend(between(track, &samples, &usual));
+        for len in 1..=MAX_SAMPLES.min(track.len() - start) {
+            candidates.extend(between(track, &(start..start + len), least_side, usual));
         }
     }
-    if beside_gaps {
-        candidates.extend(at_gaps(track, &usual));
+    best_of(candidates)
+}
+
+fn without(mut track: PointTrack<World>, runs: &[Run]) -> PointTrack<World> {
+    for k in runs.iter().flat_map(|run| run.samples.clone()) {
+        track.set(k, None, Status::Missing);
     }
-    // The farthest off for its threshold first; of equal ones the shorter.
+    track
+}
+
+/// The farthest off for their thresholds, none touching another; of equal ones the shorter.
+fn best_of(mut candidates: Vec<Run>) -> Vec<Run> {
     candidates.sort_by(|a, b| {
         b.score.total_cmp(&a.score).then(a.samples.len().cmp(&b.samples.len()))
     });
@@ -99,7 +124,6 @@ pub(crate) fn spikes_in(track: &PointTrack<World>, beside_gaps: bool) -> Vec<Run
             runs.push(run);
         }
     }
-    runs.sort_by_key(|run| run.samples.start);
     runs
 }
 
@@ -146,7 +170,12 @@ impl Usual {
 }
 
 /// The run as a spike between samples on both sides.
-fn between(track: &PointTrack<World>, samples: &Range<usize>, usual: &Usual) -> Option<Run> {
+fn between(
+    track: &PointTrack<World>,
+    samples: &Range<usize>,
+    least_side: usize,
+    usual: &Usual,
+) -> Option<Run> {
     let at = |k: usize| track.get(k).map(Position::coords_m);
     let middle = 0.5 * (samples.start + samples.end - 1) as f64;
     let mut side: Vec<(f64, Vector3<f64>)> = Vec::with_capacity(2 * SIDE);
@@ -156,7 +185,7 @@ fn between(track: &PointTrack<World>, samples: &Range<usize>, usual: &Usual) -> 
     let after = (samples.end..samples.end + SIDE).map_while(|k| Some((k, at(k)?)));
     side.extend(after.map(|(k, p)| (k as f64 - middle, p)));
     let count_after = side.len() - count_before;
-    if count_before < 2 || count_after < 2 {
+    if count_before.min(count_after) < least_side || side.len() < 4 {
         return None;
     }
     let curve = Parabola::through(&side)?;
@@ -180,9 +209,9 @@ fn between(track: &PointTrack<World>, samples: &Range<usize>, usual: &Usual) -> 
 }
 
 /// Runs between a gap and a break.
-fn at_gaps(track: &PointTrack<World>, usual: &Usual) -> Vec<Run> {
+fn at_gaps(track: &PointTrack<World>, gaps: &[Range<usize>], usual: &Usual) -> Vec<Run> {
     let mut runs = Vec::new();
-    for gap in track.gaps() {
+    for gap in gaps {
         for len in 1..=MAX_SAMPLES {
             if gap.end + len < track.len() {
                 runs.extend(before_line(track, gap.end..gap.end + len, usual));
@@ -201,7 +230,7 @@ fn before_line(track: &PointTrack<World>, samples: Range<usize>, usual: &Usual) 
     let here = track.get(samples.end - 1)?.coords_m();
     let expected = line.position_m - line.velocity()?;
     let present = samples.clone().all(|k| track.get(k).is_some());
-    present.then(|| broken(samples, (here - expected).norm(), usual)).flatten()
+    present.then(|| broken(samples, (here - expected).norm(), &line, usual)).flatten()
 }
 
 /// A run before a gap, after a line that it breaks away from.
@@ -210,11 +239,13 @@ fn after_line(track: &PointTrack<World>, samples: Range<usize>, usual: &Usual) -
     let here = track.get(samples.start)?.coords_m();
     let expected = line.position_m + line.velocity()?;
     let present = samples.clone().all(|k| track.get(k).is_some());
-    present.then(|| broken(samples, (here - expected).norm(), usual)).flatten()
+    present.then(|| broken(samples, (here - expected).norm(), &line, usual)).flatten()
 }
 
-fn broken(samples: Range<usize>, off_m: f64, usual: &Usual) -> Option<Run> {
-    let threshold_m = LEAST_BESIDE_GAP_M.max(TIMES_USUAL * usual.about(&samples));
+fn broken(samples: Range<usize>, off_m: f64, line: &End, usual: &Usual) -> Option<Run> {
+    let threshold_m = LEAST_BESIDE_GAP_M
+        .max(TIMES_USUAL * usual.about(&samples))
+        .max(TIMES_LINE * line.misfit_m());
     (off_m >= threshold_m).then(|| Run {
         samples,
         off_m,

@@ -20,6 +20,7 @@ use inhand_model::{Finger, Hand, PerFinger, PointTrack, Recording, Roles, Status
 use rayon::prelude::*;
 
 use super::Swap;
+use super::excursions::Visits;
 use super::spikes::spikes_in;
 use crate::continuity::{UsualJumps, end_after, end_before};
 use crate::error::CleaningError;
@@ -33,6 +34,8 @@ const CHANGE_NATS: f64 = 8.0;
 /// fingertips are never as near as that.
 const JUMP_RATIO: f64 = 3.0;
 const JUMP_M: f64 = 0.003;
+/// Longest time that a label is looked for on another finger within one gap, seconds.
+const LONGEST_VISIT_S: f64 = 2.5;
 /// What it costs to begin with labels on wrong fingers, nats.
 const WRONG_START_NATS: f64 = 6.0;
 
@@ -56,8 +59,13 @@ pub fn swaps(recording: &Recording, roles: &Roles) -> Result<Vec<Swap>, Cleaning
             label
         })
         .collect();
-    let search = Search::new(&labels, recording.clock.rate_hz());
-    Ok(search.swaps())
+    let rate_hz = recording.clock.rate_hz();
+    let search = Search::new(&labels, rate_hz);
+    let mut swaps = search.swaps();
+    let visits = search.visits(&swaps, rate_hz);
+    swaps.extend(visits);
+    swaps.sort_by(|a, b| (a.samples.start, &a.fingers).cmp(&(b.samples.start, &b.fingers)));
+    Ok(swaps)
 }
 
 /// Which finger each label is on, by index.
@@ -149,6 +157,41 @@ impl<'a> Search<'a> {
         }
         swaps.retain(|swap| !swap.samples.is_empty());
         swaps
+    }
+
+    /// Swaps that begin and end in one gap of a label, in what these swaps leave.
+    fn visits(&self, swaps: &[Swap], rate_hz: f64) -> Vec<Swap> {
+        let mut labels = self.labels.to_vec();
+        for swap in swaps {
+            let pieces: Vec<Vec<_>> = (swap.fingers.iter())
+                .map(|label| {
+                    let track = &labels[label.index()];
+                    (swap.samples.clone()).map(|k| (track.get(k), track.status(k))).collect()
+                })
+                .collect();
+            for (i, piece) in pieces.into_iter().enumerate() {
+                let finger = swap.fingers[(i + 1) % swap.fingers.len()].index();
+                for (k, (value, status)) in swap.samples.clone().zip(piece) {
+                    labels[finger].set(k, value, status);
+                }
+            }
+        }
+        let breaks: Vec<_> = labels.iter().map(|label| jumps(label, &self.usual)).collect();
+        let visits = Visits {
+            usual: &self.usual,
+            longest: (LONGEST_VISIT_S * rate_hz) as usize,
+            change_nats: CHANGE_NATS,
+        };
+        let mut found = visits.find(&labels, &breaks);
+        // Within another swap of the same labels a visit would have to be told in terms of that one.
+        found.retain(|visit| {
+            swaps.iter().all(|swap| {
+                swap.samples.end <= visit.samples.start
+                    || visit.samples.end <= swap.samples.start
+                    || swap.fingers.iter().all(|finger| !visit.fingers.contains(finger))
+            })
+        });
+        found
     }
 
     /// The likeliest order before, between and after the events, and by how much each stretch is likelier
@@ -259,25 +302,27 @@ fn events(labels: &[PointTrack<Hand>], usual: &UsualJumps) -> Vec<usize> {
         for gap in label.gaps() {
             events.extend([gap.start, gap.end]);
         }
-        for k in 1..label.len() {
-            let (Some(before), Some(after)) = (label.get(k - 1), label.get(k)) else {
-                continue;
-            };
-            // Cheap first: nearly all samples are near the one before.
-            if before.distance_m(after) < JUMP_M {
-                continue;
-            }
-            let ends = end_before(label, k - 1).zip(end_after(label, k));
-            if ends.is_some_and(|(before, after)| usual.ratio(&before, &after) >= JUMP_RATIO) {
-                events.push(k);
-            }
-        }
+        events.extend(jumps(label, usual));
     }
     let len = labels.first().map_or(0, PointTrack::len);
     events.retain(|&k| k > 0 && k < len);
     events.sort_unstable();
     events.dedup();
     events
+}
+
+/// Samples at which a label jumps from the sample before.
+fn jumps(label: &PointTrack<Hand>, usual: &UsualJumps) -> Vec<usize> {
+    (1..label.len())
+        .filter(|&k| {
+            // Cheap first: nearly all samples are near the one before.
+            let near = (label.get(k - 1).zip(label.get(k)))
+                .is_none_or(|(before, after)| before.distance_m(after) < JUMP_M);
+            !near
+                && (end_before(label, k - 1).zip(end_after(label, k)))
+                    .is_some_and(|(before, after)| usual.ratio(&before, &after) >= JUMP_RATIO)
+        })
+        .collect()
 }
 
 /// Where each label was last seen before each event, and where it is seen next.

@@ -145,11 +145,13 @@ fn tally(
             tally.found += 1;
         } else if std::env::var_os("INHAND_SHOW").is_some() {
             println!("missed {:?} {:?}", fault.about, fault.samples);
+            SHOW.with(|s| s.borrow_mut().push((fault.about.clone(), fault.samples.clone())));
         }
     }
     for (finding, _) in found.iter().zip(&used).filter(|(_, used)| !**used) {
         if std::env::var_os("INHAND_SHOW").is_some() {
             println!("false {:?} {:?}", finding.about, finding.samples);
+            SHOW.with(|s| s.borrow_mut().push((finding.about.clone(), finding.samples.clone())));
         }
     }
     tally.false_alarms = used.iter().filter(|used| !**used).count();
@@ -167,3 +169,5 @@ pub(crate) fn near<'a>(take: &'a FaultyTake, samples: &Range<usize>) -> Vec<&'a 
 pub(crate) fn minutes(recording: &Recording) -> f64 {
     recording.clock.time_s(recording.len()) / 60.0
 }
+
+thread_local!{ pub(crate) static SHOW: std::cell::RefCell<Vec<(Vec<String>, Range<usize>)>> = Default::default(); }

@@ -19,6 +19,12 @@ fn show() {
         let suspects = detect::all(&take.recording, &roles(true)).unwrap();
         println!("seed {seed}");
         let tallies = compare(&take, &suspects);
+        for (about, samples) in crate::common::SHOW.with(|s| std::mem::take(&mut *s.borrow_mut())) {
+            println!("  -> {about:?} {samples:?}");
+            for f in crate::common::near(&take, &samples) { if f.entities.iter().any(|e| about.contains(e)) { println!("       {} {:?} {:?} {}", f.kind.name(), f.entities, f.samples, if let inhand_simulation::FaultKind::Spike{off_m,..}=f.kind {off_m*1e3} else {0.0}); } }
+            if about.len() == 2 { let t = |i: usize, k: usize| { let fi = Finger::ALL.into_iter().find(|&f| label(f) == about[i]).unwrap(); take.clean.truth.fingertips[fi][k] }; println!("       apart {:.1} {:.1}", t(0, samples.start).distance_m(t(1, samples.start))*1e3, t(0, samples.end).distance_m(t(1, samples.end))*1e3); }
+            for s in suspects.swaps.iter().filter(|s| s.samples.start < samples.end + 10 && samples.start < s.samples.end+10) { println!("       found {s} {:?} {}", s.samples, s.score); }
+        }
         all += minutes(&take.recording);
         sum.swaps.add(tallies.swaps);
         sum.flips.add(tallies.flips);

@@ -215,6 +215,16 @@ impl Planting<'_> {
                 samples,
             }));
         }
+        // Labels that were lost all the while were not seen in wrong places.
+        let markers = &self.recording.markers;
+        self.faults.retain(|fault| {
+            fault.kind != FaultKind::Swap
+                || fault.samples.clone().any(|k| {
+                    (markers.iter())
+                        .filter(|marker| fault.entities.contains(&marker.name))
+                        .any(|marker| marker.track.get(k).is_some())
+                })
+        });
         Ok(())
     }
 

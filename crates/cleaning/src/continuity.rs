@@ -31,7 +31,8 @@ pub(crate) struct End {
 
 /// The end of a stretch at sample `k`, looking back at what was before.
 pub(crate) fn end_before<F: Frame>(track: &PointTrack<F>, k: usize) -> Option<End> {
-    let run = (0..VELOCITY_SAMPLES).map_while(|back| Some((-(back as f64), at(track, k.checked_sub(back)?)?)));
+    let run = (0..VELOCITY_SAMPLES)
+        .map_while(|back| Some((-(back as f64), at(track, k.checked_sub(back)?)?)));
     end(k, run)
 }
 
@@ -77,9 +78,13 @@ pub(crate) fn jump_m(before: &End, after: &End, rate_hz: f64) -> f64 {
     let led = |velocity: Option<Vector3<f64>>| {
         velocity.map_or(f64::INFINITY, |v| (gap - v * lasts).norm())
     };
-    let both = (before.velocity.zip(after.velocity))
-        .map_or(f64::INFINITY, |(a, b)| (gap - (a + b) * (0.5 * lasts)).norm());
-    gap.norm().min(led(before.velocity)).min(led(after.velocity)).min(both)
+    let both = (before.velocity.zip(after.velocity)).map_or(f64::INFINITY, |(a, b)| {
+        (gap - (a + b) * (0.5 * lasts)).norm()
+    });
+    gap.norm()
+        .min(led(before.velocity))
+        .min(led(after.velocity))
+        .min(both)
 }
 
 /// What jumps are usual over boundaries of each length, from the take itself.
@@ -101,10 +106,13 @@ impl UsualJumps {
             let mut jumps: Vec<f64> = tracks
                 .iter()
                 .flat_map(|track| {
-                    (0..track.len().saturating_sub(steps)).step_by(stride).filter_map(move |k| {
-                        let (before, after) = (end_before(track, k)?, end_after(track, k + steps)?);
-                        Some(jump_m(&before, &after, rate_hz))
-                    })
+                    (0..track.len().saturating_sub(steps))
+                        .step_by(stride)
+                        .filter_map(move |k| {
+                            let (before, after) =
+                                (end_before(track, k)?, end_after(track, k + steps)?);
+                            Some(jump_m(&before, &after, rate_hz))
+                        })
                 })
                 .collect();
             floor_m = median(&mut jumps).max(floor_m);

@@ -174,7 +174,11 @@ impl fmt::Display for Spike {
         let samples = self.samples.len();
         let plural = if samples == 1 { "" } else { "s" };
         let off_mm = self.off_m * 1e3;
-        write!(f, "{} is {off_mm:.1} mm off its way for {samples} sample{plural}", self.name)
+        write!(
+            f,
+            "{} is {off_mm:.1} mm off its way for {samples} sample{plural}",
+            self.name
+        )
     }
 }
 

@@ -15,8 +15,8 @@ mod neighbours;
 use std::ops::Range;
 
 use inhand_model::{
-    Change, ChangeKind, Finger, Frame, Hand, MarkerKind, PerFinger, PointTrack, PoseTrack, Position,
-    Recording, Roles, Status, World,
+    Change, ChangeKind, Finger, Frame, Hand, MarkerKind, PerFinger, PointTrack, PoseTrack,
+    Position, Recording, Roles, Status, World,
 };
 use inhand_motion::GapFill;
 
@@ -100,7 +100,12 @@ pub fn fill(
         }
     };
     let mut changes = Vec::new();
-    for Filled { marker, gap, values } in filled {
+    for Filled {
+        marker,
+        gap,
+        values,
+    } in filled
+    {
         let target = &mut recording.markers[marker];
         for (k, value) in gap.clone().zip(values) {
             target.track.set(k, Some(value), Status::Filled);
@@ -151,14 +156,20 @@ fn along_its_way(
         let in_the_hand = finger_of(tips, marker).map(|_: Finger| in_hand(&hand, &source.track));
         for gap in inner_gaps(&source.track, limit) {
             let known = |k: usize| hand.get(k).is_some();
-            let by_hand = in_the_hand.as_ref().filter(|_| (gap.start - 1..=gap.end).all(known));
+            let by_hand = in_the_hand
+                .as_ref()
+                .filter(|_| (gap.start - 1..=gap.end).all(known));
             let values = match by_hand {
                 Some(track) => (one_gap(track, &gap, method).into_iter().zip(gap.clone()))
                     .filter_map(|(at, k)| Some(hand.get(k)? * at))
                     .collect(),
                 None => one_gap(&source.track, &gap, method),
             };
-            filled.push(Filled { marker, gap, values });
+            filled.push(Filled {
+                marker,
+                gap,
+                values,
+            });
         }
     }
     Ok(filled)
@@ -199,5 +210,7 @@ fn to_world(
     gap: &Range<usize>,
     values: Vec<Position<Hand>>,
 ) -> Option<Vec<Position<World>>> {
-    (gap.clone().zip(values)).map(|(k, at)| Some(hand.get(k)? * at)).collect()
+    (gap.clone().zip(values))
+        .map(|(k, at)| Some(hand.get(k)? * at))
+        .collect()
 }

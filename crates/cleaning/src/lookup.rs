@@ -70,7 +70,9 @@ fn body_poses(
     };
     match source {
         BodySource::RigidBody(name) => {
-            let body = recording.body(name).ok_or_else(|| missing("rigid body", name))?;
+            let body = recording
+                .body(name)
+                .ok_or_else(|| missing("rigid body", name))?;
             Ok(without_flips(body, recording.clock.rate_hz()).map(in_role))
         }
         BodySource::Markers(names) => {
@@ -81,7 +83,8 @@ fn body_poses(
             };
             let templates = fit_templates([(recording, &hand)])?;
             let bodies = fitted_bodies(recording, &hand, &templates)?;
-            let body = (bodies.first()).ok_or_else(|| missing("marker cluster", &names.join(", ")))?;
+            let body =
+                (bodies.first()).ok_or_else(|| missing("marker cluster", &names.join(", ")))?;
             Ok(body.track.map(in_role))
         }
     }

@@ -13,8 +13,8 @@
 //!   is on the side of the finger that faces what it holds. Only where the object is tracked.
 
 use inhand_model::{
-    BodySource, Change, ChangeKind, Finger, PerFinger, PointTrack, Pose, Position, Recording, Roles,
-    World,
+    BodySource, Change, ChangeKind, Finger, PerFinger, PointTrack, Pose, Position, Recording,
+    Roles, World,
 };
 use inhand_motion::{fit_templates, fitted_bodies};
 use nalgebra::Vector3;
@@ -69,10 +69,14 @@ pub fn to_pads(
     };
     let mut changes = Vec::new();
     for finger in Finger::ALL {
-        let Some(offset) = offsets[finger] else { continue };
+        let Some(offset) = offsets[finger] else {
+            continue;
+        };
         let marker = &mut recording.markers[tips[finger]];
         for k in 0..marker.track.len() {
-            let Some(at) = marker.track.get(k) else { continue };
+            let Some(at) = marker.track.get(k) else {
+                continue;
+            };
             let frame = hand.get(k);
             let (moved, frame_status) = match offset {
                 PadOffset::InHand { offset_m } => {
@@ -81,7 +85,10 @@ pub fn to_pads(
                 }
                 PadOffset::AlongFinger { from_m, beyond_m } => {
                     let from = frame.map(|f| (f * Position::from(from_m)).coords_m());
-                    (from.and_then(|from| along(from, at.coords_m(), beyond_m)), hand.status(k))
+                    (
+                        from.and_then(|from| along(from, at.coords_m(), beyond_m)),
+                        hand.status(k),
+                    )
                 }
                 PadOffset::TowardsObject { distance_m } => {
                     let centre = centres.get(k).map(Position::coords_m);
@@ -156,8 +163,15 @@ impl PadOffset {
 
     fn in_words(&self) -> String {
         match self {
-            PadOffset::InHand { offset_m: [x, y, z] } => {
-                format!("by ({:.1}, {:.1}, {:.1}) mm in the hand's axes", x * 1e3, y * 1e3, z * 1e3)
+            PadOffset::InHand {
+                offset_m: [x, y, z],
+            } => {
+                format!(
+                    "by ({:.1}, {:.1}, {:.1}) mm in the hand's axes",
+                    x * 1e3,
+                    y * 1e3,
+                    z * 1e3
+                )
             }
             PadOffset::AlongFinger { beyond_m, .. } => {
                 format!("by {:.1} mm along the finger", beyond_m * 1e3)

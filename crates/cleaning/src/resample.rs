@@ -16,7 +16,8 @@
 //! errors are interpolated by a line.
 
 use inhand_model::{
-    Change, ChangeKind, Clock, Frame, PointTrack, Pose, PoseTrack, Position, Recording, Sample, Status, Track,
+    Change, ChangeKind, Clock, Frame, PointTrack, Pose, PoseTrack, Position, Recording, Sample,
+    Status, Track,
 };
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
@@ -56,12 +57,20 @@ pub fn resample(
     if count > MAX_SAMPLES {
         return Err(wrong(format!("{rate_hz} Hz, which makes {count} samples")));
     }
-    let samples = if recording.is_empty() { 0 } else { count as usize };
+    let samples = if recording.is_empty() {
+        0
+    } else {
+        count as usize
+    };
     let grid = Grid {
         samples,
         step: from_hz / rate_hz,
     };
-    let clock = Clock::new(recording.clock.start_unix_nanos(), recording.clock.start_time(), rate_hz)?;
+    let clock = Clock::new(
+        recording.clock.start_unix_nanos(),
+        recording.clock.start_time(),
+        rate_hz,
+    )?;
     let series = |values: &Option<Vec<f64>>| values.as_ref().map(|values| grid.numbers(values));
     let markers = (recording.markers.iter())
         .map(|marker| inhand_model::Marker {
@@ -193,9 +202,20 @@ impl Grid {
         let time = instant.before as f64 + instant.part;
         let (from, to) = ((time - reach).ceil() as i64, (time + reach).floor() as i64);
         let (first, last) = (instant.first as i64, instant.last as i64);
+        // The samples do not lie evenly about the instant. What the weights would shift a steady motion
+        // by is taken out with the window's own first moment, which leaves the filter as it is otherwise.
+        let (mut moment, mut spread) = (0.0, 0.0);
+        for off in (from..=to).map(|k| k as f64 - time) {
+            let (window, sinc) = self.weight(off);
+            moment += window * sinc * off;
+            spread += window * off * off;
+        }
+        let tilt = if spread > 0.0 { moment / spread } else { 0.0 };
         let (mut sum, mut weights) = (Vector3::zeros(), 0.0);
         for k in from..=to {
-            let weight = self.weight(k as f64 - time);
+            let off = k as f64 - time;
+            let (window, sinc) = self.weight(off);
+            let weight = window * (sinc - tilt * off);
             // Through the end: as far on the other side of it in value as in time.
             let value = if k < first {
                 at(first as usize) * 2.0 - at((2 * first - k).min(last) as usize)
@@ -210,12 +230,12 @@ impl Grid {
         sum / weights
     }
 
-    /// Weight of a sample `off` old samples from the instant.
-    fn weight(&self, off: f64) -> f64 {
+    /// Window and sinc at a sample `off` old samples from the instant; their product is its weight.
+    fn weight(&self, off: f64) -> (f64, f64) {
         use std::f64::consts::PI;
         let window = 0.5 * (1.0 + (PI * off / (REACH * self.step)).cos());
         let x = PI * CUT_OFF * off / self.step;
-        window * if x.abs() < 1e-12 { 1.0 } else { x.sin() / x }
+        (window, if x.abs() < 1e-12 { 1.0 } else { x.sin() / x })
     }
 
     fn numbers(&self, values: &[f64]) -> Vec<f64> {

@@ -111,7 +111,12 @@ impl TakeSettings {
     }
 }
 
-pub(crate) fn in_range(setting: &'static str, found: f64, min: f64, max: f64) -> Result<(), SimulationError> {
+pub(crate) fn in_range(
+    setting: &'static str,
+    found: f64,
+    min: f64,
+    max: f64,
+) -> Result<(), SimulationError> {
     // A range contains no NaN.
     if (min..=max).contains(&found) {
         Ok(())

@@ -29,9 +29,7 @@ impl Visits<'_> {
             for stretch in pieces(track, &breaks[visitor], self.longest) {
                 let best = (0..labels.len())
                     .filter(|&other| other != visitor)
-                    .filter_map(|other| {
-                        Some((self.gain(track, &labels[other], &stretch)?, other))
-                    })
+                    .filter_map(|other| Some((self.gain(track, &labels[other], &stretch)?, other)))
                     .max_by(|(a, _), (b, _)| a.total_cmp(b));
                 let Some((score, other)) = best.filter(|(gain, _)| *gain > 0.0) else {
                     continue;
@@ -68,12 +66,10 @@ impl Visits<'_> {
         let first = end_after(visitor, stretch.start)?;
         let last = end_before(visitor, stretch.end - 1)?;
         let cost = |before, after| self.usual.cost(before, after);
-        let kept = cost(&own_before, &first)
-            + cost(&last, &own_after)
-            + cost(&other_before, &other_after);
-        let visiting = cost(&other_before, &first)
-            + cost(&last, &other_after)
-            + cost(&own_before, &own_after);
+        let kept =
+            cost(&own_before, &first) + cost(&last, &own_after) + cost(&other_before, &other_after);
+        let visiting =
+            cost(&other_before, &first) + cost(&last, &other_after) + cost(&own_before, &own_after);
         Some(kept - visiting - 2.0 * self.change_nats)
     }
 }

@@ -74,15 +74,25 @@ fn flips_of(index: usize, body: &TrackedBody, rate_hz: f64) -> Vec<Flip> {
             Some(turns) => {
                 // Between the jumps the body is wrong by the turns so far.
                 for (pair, turn) in jumps[next..].windows(2).zip(&turns) {
-                    flips.push(make(pair[0].to..pair[1].from + 1, first, FlipRepair::TurnBack(*turn)));
+                    flips.push(make(
+                        pair[0].to..pair[1].from + 1,
+                        first,
+                        FlipRepair::TurnBack(*turn),
+                    ));
                 }
                 next += turns.len() + 1;
             }
             None => {
-                let until = jumps.get(next + 1).map_or(body.track.len(), |jump| jump.from + 1);
+                let until = jumps
+                    .get(next + 1)
+                    .map_or(body.track.len(), |jump| jump.from + 1);
                 let since = next.checked_sub(1).map_or(0, |before| jumps[before].to);
                 let (after, before) = (first.to..until, since..first.from + 1);
-                let shorter = if before.len() < after.len() { before } else { after };
+                let shorter = if before.len() < after.len() {
+                    before
+                } else {
+                    after
+                };
                 if shorter.len() <= longest {
                     flips.push(make(shorter, first, FlipRepair::Remove));
                 }
@@ -128,12 +138,15 @@ fn jumps_of(body: &TrackedBody, rate_hz: f64) -> Vec<Jump> {
 fn carried_on(body: &TrackedBody, from: usize, to: usize, rate_hz: f64) -> Isometry3<f64> {
     let last = body.track.values()[from].isometry();
     let run = (1..CARRIED_SAMPLES)
-        .take_while(|&back| from.checked_sub(back).is_some_and(|k| body.track.get(k).is_some()))
+        .take_while(|&back| {
+            from.checked_sub(back)
+                .is_some_and(|k| body.track.get(k).is_some())
+        })
         .last();
     let earlier = run.map(|back| (back, body.track.values()[from - back].isometry()));
-    let Some((back, earlier)) = earlier.filter(|(_, e)| {
-        e.rotation.angle_to(&last.rotation) < LEAST_JUMP_RAD
-    }) else {
+    let Some((back, earlier)) =
+        earlier.filter(|(_, e)| e.rotation.angle_to(&last.rotation) < LEAST_JUMP_RAD)
+    else {
         return last;
     };
     let steps = ((to - from) as f64).min(CARRIED_S * rate_hz) / back as f64;

@@ -28,10 +28,12 @@ const SIDE: usize = 3;
 const LEAST_M: f64 = 0.003;
 /// Beside a gap: the line of four samples is carried on by one more.
 const LEAST_BESIDE_GAP_M: f64 = 0.0035;
-/// A spike is this many times farther off than samples usually are, over half a second about it.
-const TIMES_USUAL: f64 = 8.0;
-/// How much nearer the curve goes to its own samples than to the spike.
-const TIMES_OWN: f64 = 3.0;
+/// A spike is this many times farther off than samples usually are from the line through their neighbours,
+/// over half a second about it: some twenty times the jitter of a still marker, and fast motion raises it.
+const TIMES_USUAL: f64 = 4.0;
+/// How much nearer the curve goes to its own samples than to the spike: a curve that climbs a step from one
+/// level to another is off its own samples by a third of what it misses the first one by.
+const TIMES_OWN: f64 = 5.0;
 /// How much farther off than the line's own samples: a line through a spike misses its samples by a
 /// third of the spike.
 const TIMES_LINE: f64 = 5.0;
@@ -113,7 +115,9 @@ fn without(mut track: PointTrack<World>, runs: &[Run]) -> PointTrack<World> {
 /// The farthest off for their thresholds, none touching another; of equal ones the shorter.
 fn best_of(mut candidates: Vec<Run>) -> Vec<Run> {
     candidates.sort_by(|a, b| {
-        b.score.total_cmp(&a.score).then(a.samples.len().cmp(&b.samples.len()))
+        b.score
+            .total_cmp(&a.score)
+            .then(a.samples.len().cmp(&b.samples.len()))
     });
     let mut runs: Vec<Run> = Vec::new();
     for run in candidates {
@@ -179,7 +183,12 @@ fn between(
     let at = |k: usize| track.get(k).map(Position::coords_m);
     let middle = 0.5 * (samples.start + samples.end - 1) as f64;
     let mut side: Vec<(f64, Vector3<f64>)> = Vec::with_capacity(2 * SIDE);
-    let before = (1..=SIDE).map_while(|back| samples.start.checked_sub(back).and_then(|k| Some((k, at(k)?))));
+    let before = (1..=SIDE).map_while(|back| {
+        samples
+            .start
+            .checked_sub(back)
+            .and_then(|k| Some((k, at(k)?)))
+    });
     side.extend(before.map(|(k, p)| (k as f64 - middle, p)));
     let count_before = side.len();
     let after = (samples.end..samples.end + SIDE).map_while(|k| Some((k, at(k)?)));
@@ -230,7 +239,9 @@ fn before_line(track: &PointTrack<World>, samples: Range<usize>, usual: &Usual) 
     let here = track.get(samples.end - 1)?.coords_m();
     let expected = line.position_m - line.velocity()?;
     let present = samples.clone().all(|k| track.get(k).is_some());
-    present.then(|| broken(samples, (here - expected).norm(), &line, usual)).flatten()
+    present
+        .then(|| broken(samples, (here - expected).norm(), &line, usual))
+        .flatten()
 }
 
 /// A run before a gap, after a line that it breaks away from.
@@ -239,7 +250,9 @@ fn after_line(track: &PointTrack<World>, samples: Range<usize>, usual: &Usual) -
     let here = track.get(samples.start)?.coords_m();
     let expected = line.position_m + line.velocity()?;
     let present = samples.clone().all(|k| track.get(k).is_some());
-    present.then(|| broken(samples, (here - expected).norm(), &line, usual)).flatten()
+    present
+        .then(|| broken(samples, (here - expected).norm(), &line, usual))
+        .flatten()
 }
 
 fn broken(samples: Range<usize>, off_m: f64, line: &End, usual: &Usual) -> Option<Run> {

@@ -53,7 +53,10 @@ pub fn swaps(recording: &Recording, roles: &Roles) -> Result<Vec<Swap>, Cleaning
         .map(|&marker| {
             let track = &recording.markers[marker].track;
             let mut label = in_hand(&hand, track);
-            for k in spikes_in(track, false).into_iter().flat_map(|run| run.samples) {
+            for k in spikes_in(track, false)
+                .into_iter()
+                .flat_map(|run| run.samples)
+            {
                 label.set(k, None, Status::Missing);
             }
             label
@@ -141,7 +144,8 @@ impl<'a> Search<'a> {
             for cycle in cycles(&self.orders[state]) {
                 let score = gains[i];
                 // The same cycle a stretch before goes on.
-                match (swaps.iter_mut()).find(|s| s.samples.end == samples.start && s.fingers == cycle)
+                match (swaps.iter_mut())
+                    .find(|s| s.samples.end == samples.start && s.fingers == cycle)
                 {
                     Some(swap) => {
                         swap.samples.end = samples.end;
@@ -166,7 +170,9 @@ impl<'a> Search<'a> {
             let pieces: Vec<Vec<_>> = (swap.fingers.iter())
                 .map(|label| {
                     let track = &labels[label.index()];
-                    (swap.samples.clone()).map(|k| (track.get(k), track.status(k))).collect()
+                    (swap.samples.clone())
+                        .map(|k| (track.get(k), track.status(k)))
+                        .collect()
                 })
                 .collect();
             for (i, piece) in pieces.into_iter().enumerate() {
@@ -176,7 +182,10 @@ impl<'a> Search<'a> {
                 }
             }
         }
-        let breaks: Vec<_> = labels.iter().map(|label| jumps(label, &self.usual)).collect();
+        let breaks: Vec<_> = labels
+            .iter()
+            .map(|label| jumps(label, &self.usual))
+            .collect();
         let visits = Visits {
             usual: &self.usual,
             longest: (LONGEST_VISIT_S * rate_hz) as usize,
@@ -188,7 +197,10 @@ impl<'a> Search<'a> {
             swaps.iter().all(|swap| {
                 swap.samples.end <= visit.samples.start
                     || visit.samples.end <= swap.samples.start
-                    || swap.fingers.iter().all(|finger| !visit.fingers.contains(finger))
+                    || swap
+                        .fingers
+                        .iter()
+                        .all(|finger| !visit.fingers.contains(finger))
             })
         });
         found
@@ -216,7 +228,11 @@ impl<'a> Search<'a> {
                 // Between two events at which neither label was seen, one change is as good as the
                 // other, and two would count the same joints twice.
                 let same = i > 0 && joints[pair] == joints_before[pair];
-                if same { f64::INFINITY } else { self.change_cost(PAIRS[pair], joints[pair]) }
+                if same {
+                    f64::INFINITY
+                } else {
+                    self.change_cost(PAIRS[pair], joints[pair])
+                }
             });
             joints_before = joints;
             let mut next = costs.clone();
@@ -332,7 +348,9 @@ fn joints(
 ) -> Vec<[Option<(usize, usize)>; Finger::COUNT]> {
     let mut joints = vec![[None; Finger::COUNT]; events.len()];
     for (label, track) in labels.iter().enumerate() {
-        let present: Vec<usize> = (0..track.len()).filter(|&k| track.get(k).is_some()).collect();
+        let present: Vec<usize> = (0..track.len())
+            .filter(|&k| track.get(k).is_some())
+            .collect();
         for (joint, event) in joints.iter_mut().zip(events) {
             let next = present.partition_point(|k| k < event);
             let last = next.checked_sub(1).map(|last| present[last]);

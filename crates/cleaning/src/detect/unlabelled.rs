@@ -61,7 +61,12 @@ pub(crate) fn unlabelled_of_clean_tips(
         let source = &recording.markers[marker];
         let piece = in_hand(&hand, &source.track.slice_as_track(&samples));
         let best = (Finger::ALL.into_iter())
-            .filter_map(|finger| Some((search.fit(&fingers[finger], finger, &piece, &samples)?, finger)))
+            .filter_map(|finger| {
+                Some((
+                    search.fit(&fingers[finger], finger, &piece, &samples)?,
+                    finger,
+                ))
+            })
             .min_by(|(a, _), (b, _)| a.ratio.total_cmp(&b.ratio));
         let Some((fit, finger)) = best else { continue };
         repair::take_over(&mut fingers[finger], &piece, &samples);
@@ -149,13 +154,22 @@ impl Search {
         let near = (NEAR_S * self.rate_hz).round() as usize;
         let first = samples.clone().find(|&k| piece.get(k).is_some())?;
         let last = samples.clone().rev().find(|&k| piece.get(k).is_some())?;
-        let before = (first.saturating_sub(near)..first).rev().find(|&k| finger_track.get(k).is_some());
+        let before = (first.saturating_sub(near)..first)
+            .rev()
+            .find(|&k| finger_track.get(k).is_some());
         let after = (last + 1..(last + 1 + near).min(finger_track.len()))
             .find(|&k| finger_track.get(k).is_some());
-        let start = before.and_then(|k| Some((end_before(finger_track, k)?, end_after(piece, first)?)));
+        let start =
+            before.and_then(|k| Some((end_before(finger_track, k)?, end_after(piece, first)?)));
         let end = after.and_then(|k| Some((end_before(piece, last)?, end_after(finger_track, k)?)));
-        let fits: Vec<Fit> = [start, end].into_iter().flatten().map(|ends| self.joint(&ends)).collect();
-        let all_fit = fits.iter().all(|fit| fit.ratio <= FITS_RATIO && fit.jump_m <= FITS_M);
+        let fits: Vec<Fit> = [start, end]
+            .into_iter()
+            .flatten()
+            .map(|ends| self.joint(&ends))
+            .collect();
+        let all_fit = fits
+            .iter()
+            .all(|fit| fit.ratio <= FITS_RATIO && fit.jump_m <= FITS_M);
         if fits.is_empty() || !all_fit {
             return None;
         }

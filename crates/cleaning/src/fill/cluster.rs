@@ -16,12 +16,19 @@ use crate::statistics::median;
 /// begin with the body's and a colon (or `_`, as older exports have it).
 pub(super) fn from_clusters(recording: &Recording, roles: &Roles, limit: usize) -> Vec<Filled> {
     let mut filled = Vec::new();
-    for source in [Some(&roles.hand), roles.object.as_ref()].into_iter().flatten() {
+    for source in [Some(&roles.hand), roles.object.as_ref()]
+        .into_iter()
+        .flatten()
+    {
         if let BodySource::Markers(names) = source {
             for name in names {
                 let others: Vec<String> = names.iter().filter(|o| *o != name).cloned().collect();
-                let Some(marker) = marker_index(recording, name) else { continue };
-                let Some(poses) = fitted(recording, roles, &others) else { continue };
+                let Some(marker) = marker_index(recording, name) else {
+                    continue;
+                };
+                let Some(poses) = fitted(recording, roles, &others) else {
+                    continue;
+                };
                 filled.extend(by_poses(recording, marker, &poses, limit));
             }
         }
@@ -40,7 +47,11 @@ pub(super) fn from_clusters(recording: &Recording, roles: &Roles, limit: usize) 
 
 /// The pose of a cluster without the marker that is wanted. `None` where the others are fewer than three
 /// or lie on a line.
-fn fitted(recording: &Recording, roles: &Roles, names: &[String]) -> Option<PoseTrack<World, Body>> {
+fn fitted(
+    recording: &Recording,
+    roles: &Roles,
+    names: &[String],
+) -> Option<PoseTrack<World, Body>> {
     let others = Roles {
         hand: BodySource::Markers(names.to_vec()),
         object: None,
@@ -71,18 +82,28 @@ fn by_poses(
         median(&mut seen.map(|at| at.coords_m()[axis]).collect::<Vec<f64>>())
     };
     let place = Position::<Body>::new(axis(0), axis(1), axis(2));
-    let placed = |k: usize| poses.get(k).map(|pose: Pose<World, Body>| (pose * place).coords_m());
+    let placed = |k: usize| {
+        poses
+            .get(k)
+            .map(|pose: Pose<World, Body>| (pose * place).coords_m())
+    };
     gaps.into_iter()
         .filter_map(|gap| {
             let guesses: Vec<Vector3<f64>> = gap.clone().map(placed).collect::<Option<_>>()?;
             // The body may be missing beside the gap; then there is nothing to join to.
             let off = |k: usize| {
                 let here = track.get(k).map(Position::coords_m);
-                placed(k).zip(here).map_or(Vector3::zeros(), |(guess, here)| here - guess)
+                placed(k)
+                    .zip(here)
+                    .map_or(Vector3::zeros(), |(guess, here)| here - guess)
             };
             let (before, after) = (off(gap.start - 1), off(gap.end));
             let values = join(&gap, before, after, |k| guesses[k - gap.start]);
-            Some(Filled { marker, gap, values })
+            Some(Filled {
+                marker,
+                gap,
+                values,
+            })
         })
         .collect()
 }

@@ -36,7 +36,11 @@ pub(super) fn from_neighbours(
         for gap in inner_gaps(&recording.markers[marker].track, limit) {
             let values = (one_gap(&tracks, own, &gap, about))
                 .and_then(|values| to_world(hand, &gap, values));
-            filled.extend(values.map(|values| Filled { marker, gap, values }));
+            filled.extend(values.map(|values| Filled {
+                marker,
+                gap,
+                values,
+            }));
         }
     }
     filled
@@ -51,9 +55,7 @@ fn one_gap(
     let around = gap.start - 1..gap.end + 1;
     // Fingers that are seen all through the gap and beside it.
     let others: Vec<&PointTrack<Hand>> = (tracks.iter().enumerate())
-        .filter(|(finger, track)| {
-            *finger != own && around.clone().all(|k| track.get(k).is_some())
-        })
+        .filter(|(finger, track)| *finger != own && around.clone().all(|k| track.get(k).is_some()))
         .map(|(_, track)| track)
         .collect();
     if others.is_empty() {
@@ -93,9 +95,11 @@ impl Regression {
     fn of(samples: &[(Vec<f64>, Vector3<f64>)]) -> Option<Self> {
         let n = samples.len() as f64;
         let width = samples.first()?.0.len();
-        let means = samples.iter().fold(DVector::zeros(width), |sum, (inputs, _)| {
-            sum + DVector::from_column_slice(inputs) / n
-        });
+        let means = samples
+            .iter()
+            .fold(DVector::zeros(width), |sum, (inputs, _)| {
+                sum + DVector::from_column_slice(inputs) / n
+            });
         let mean = samples.iter().map(|(_, at)| at).sum::<Vector3<f64>>() / n;
         let mut squares = DMatrix::identity(width, width) * (RIDGE_M2 * n);
         let mut products = DMatrix::zeros(width, 3);

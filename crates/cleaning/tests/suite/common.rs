@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use inhand_cleaning::detect::Suspects;
 use inhand_model::{BodySource, Finger, PerFinger, Recording, Roles};
-use inhand_simulation::{Fault, FaultKind, FaultSettings, FaultyTake, TakeSettings, simulate_faulty};
+use inhand_simulation::{Fault, FaultSettings, FaultyTake, TakeSettings, simulate_faulty};
 
 /// Simulated takes name their markers after the fingers.
 pub(crate) fn roles(object: bool) -> Roles {
@@ -44,6 +44,7 @@ impl Tally {
     }
 }
 
+/// Tallies of each kind.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Tallies {
     pub(crate) swaps: Tally,
@@ -74,10 +75,14 @@ pub(crate) fn compare(take: &FaultyTake, suspects: &Suspects) -> Tallies {
     };
     let recording = &take.recording;
     let tip_seen = |name: &String, k: usize| {
-        recording.marker(name).is_some_and(|marker| marker.track.get(k).is_some())
+        recording
+            .marker(name)
+            .is_some_and(|marker| marker.track.get(k).is_some())
     };
     let body_seen = |name: &String, k: usize| {
-        recording.body(name).is_some_and(|body| body.track.get(k).is_some())
+        recording
+            .body(name)
+            .is_some_and(|body| body.track.get(k).is_some())
     };
     let swaps: Vec<_> = (suspects.swaps.iter())
         .map(|swap| Stretch {
@@ -143,31 +148,28 @@ fn tally(
         if let Some(i) = hit {
             used[i] = true;
             tally.found += 1;
-        } else if std::env::var_os("INHAND_SHOW").is_some() {
-            println!("missed {:?} {:?}", fault.about, fault.samples);
-            SHOW.with(|s| s.borrow_mut().push((fault.about.clone(), fault.samples.clone())));
-        }
-    }
-    for (finding, _) in found.iter().zip(&used).filter(|(_, used)| !**used) {
-        if std::env::var_os("INHAND_SHOW").is_some() {
-            println!("false {:?} {:?}", finding.about, finding.samples);
-            SHOW.with(|s| s.borrow_mut().push((finding.about.clone(), finding.samples.clone())));
         }
     }
     tally.false_alarms = used.iter().filter(|used| !**used).count();
     tally
 }
 
-/// Every fault of a kind that overlaps these samples, for reading.
-pub(crate) fn near<'a>(take: &'a FaultyTake, samples: &Range<usize>) -> Vec<&'a Fault> {
-    (take.faults.iter())
-        .filter(|fault| fault.samples.start < samples.end + 10 && samples.start < fault.samples.end + 10)
-        .filter(|fault| fault.kind != FaultKind::Ghost)
-        .collect()
-}
-
 pub(crate) fn minutes(recording: &Recording) -> f64 {
     recording.clock.time_s(recording.len()) / 60.0
 }
 
-thread_local!{ pub(crate) static SHOW: std::cell::RefCell<Vec<(Vec<String>, Range<usize>)>> = Default::default(); }
+impl Tallies {
+    pub(crate) fn add(&mut self, other: &Tallies) {
+        self.swaps.add(other.swaps);
+        self.flips.add(other.flips);
+        self.spikes.add(other.spikes);
+        self.unlabelled.add(other.unlabelled);
+    }
+
+    pub(crate) fn false_alarms(&self) -> usize {
+        [self.swaps, self.flips, self.spikes, self.unlabelled]
+            .iter()
+            .map(|tally| tally.false_alarms)
+            .sum()
+    }
+}

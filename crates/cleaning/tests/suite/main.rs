@@ -1,4 +1,8 @@
-//! Cleaning against takes whose faults are known.
+//! Cleaning against takes whose faults are known, closed forms, and bad input.
 
+mod bad_input;
 mod common;
+mod fill;
 mod mark;
+mod repaired;
+mod resample;

@@ -156,7 +156,8 @@ fn draw_wrong(template: &[Position<Body>; 3], random: &mut Random) -> WrongPose 
         triad(&seen) * triad(&template.map(Position::coords_m)).inverse(),
     );
     let fitted = Fit::new(template).pose(&seen, near);
-    let off = (template.iter().zip(&seen)).map(|(m, seen)| ((fitted * m.point()).coords - seen).norm());
+    let off =
+        (template.iter().zip(&seen)).map(|(m, seen)| ((fitted * m.point()).coords - seen).norm());
     WrongPose {
         true_from_recorded: fitted,
         error: WrongError::Metres(off.sum::<f64>() / 3.0),

@@ -207,7 +207,11 @@ impl Planting<'_> {
                         && gap.start < fault.samples.end
                 })
             };
-            let own: Vec<_> = track.gaps().into_iter().filter(|g| !unlabelled(g)).collect();
+            let own: Vec<_> = track
+                .gaps()
+                .into_iter()
+                .filter(|g| !unlabelled(g))
+                .collect();
             let entities = self.names(&[finger]);
             self.faults.extend(own.into_iter().map(|samples| Fault {
                 kind: FaultKind::Gap,
@@ -341,5 +345,8 @@ fn draw_pair(random: &mut Random) -> [Finger; 2] {
 }
 
 fn unit(random: &mut Random) -> Vector3<f64> {
-    random.normal3(1.0).try_normalize(0.0).unwrap_or(Vector3::x())
+    random
+        .normal3(1.0)
+        .try_normalize(0.0)
+        .unwrap_or(Vector3::x())
 }

@@ -1,5 +1,6 @@
 //! What must hold for every simulated take, whatever its seed.
 
+mod faults;
 mod refusals;
 mod reproducibility;
 mod truth;

@@ -67,6 +67,11 @@ pub(crate) struct Step {
 }
 
 impl Step {
+    /// Ends the step without a word.
+    pub(crate) fn clear(self) {
+        self.bar.finish_and_clear();
+    }
+
     /// Ends the step and says how long it took.
     pub(crate) fn done(self, console: &Console, line: &str, elapsed: Duration) {
         self.bar.finish_and_clear();

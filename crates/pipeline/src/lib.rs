@@ -24,6 +24,7 @@
 pub mod annotate;
 pub mod containers;
 mod coverage;
+mod check;
 mod demo;
 mod dictionary_file;
 mod error;
@@ -45,6 +46,7 @@ mod take;
 mod take_file;
 
 pub use coverage::{Coverage, Presence};
+pub use check::check_take;
 pub use demo::{DEMO_SESSION, TakeFormat, simulate_session};
 pub use dictionary_file::{DictionaryFile, read as read_dictionary, write as write_dictionary};
 pub use error::PipelineError;

@@ -1,6 +1,7 @@
 //! One file a command.
 
 mod annotate;
+mod check;
 mod convert;
 mod cut;
 mod demo;
@@ -42,6 +43,8 @@ pub(crate) enum Command {
     Demo(demo::Args),
     /// Print what is in an MCAP file
     Info(info::Args),
+    /// Look at what takes tell of themselves: gaps, bodies, units, axes
+    Check(check::Args),
     /// Vendor takes to MCAP recordings, or a recording to Motive CSV
     Convert(convert::Args),
     /// Takes into the hand's frame: gaps, filter
@@ -80,6 +83,7 @@ impl Command {
             Command::Run(args) => run::run(console, args),
             Command::Demo(args) => demo::run(console, args),
             Command::Info(args) => info::run(console, args),
+            Command::Check(args) => check::run(console, args),
             Command::Convert(args) => convert::run(console, args),
             Command::Process(args) => process::run(console, args),
             Command::Annotate(args) => annotate::run(console, args),

@@ -21,6 +21,9 @@ const JUMP_SHARE: f64 = 0.7;
 /// Smallest turn between two samples that counts as a jump, radians: 20 degrees.
 const MIN_JUMP_RAD: f64 = 0.35;
 
+/// Turn from which a jump is another solution of the fit and not its jitter, radians: 60 degrees.
+const FLIP_RAD: f64 = 1.05;
+
 /// Markers that a shape needs.
 pub(crate) const MIN_MARKERS: usize = 3;
 
@@ -311,6 +314,10 @@ fn orientation(
                 times(&clock, &jumps),
                 worst.to_degrees()
             ))
-            .advice("the body was fitted the wrong way round: see it in a viewer, cleaning can turn it back"),
+            .advice(if worst >= FLIP_RAD {
+                "the body was fitted the wrong way round: see it in a viewer"
+            } else {
+                "its fit jitters, as with hidden markers: see it in a viewer"
+            }),
     )
 }

@@ -74,7 +74,7 @@ pub fn check(
 fn unusable(why: &str) -> CheckResult {
     CheckResult::new("roles", Level::Fail, "")
         .expected("a hand whose pose can be told")
-        .found(why.lines().next().unwrap_or_default())
+        .found(origin::what_and_what_there_is(why))
         .advice("name another body or other markers with --hand and --object-body")
 }
 

@@ -124,13 +124,13 @@ fn of_entity(
     Some(
         base(Level::Warn, &open)
             .found(format!(
-                "{} longer than {max_gap_s:.2} s ({}) {stays} open; {} of the take is missing, {} at a stretch",
+                "{} longer than {max_gap_s:.2} s ({}) {stays} open; {} missing in all, longest {:.2} s",
                 count(open.len(), ["gap", "gaps"]),
                 times(&clock, &open),
                 percent(share),
-                format_args!("{:.2} s", clock.time_s(longest)),
+                clock.time_s(longest),
             ))
-            .advice("no segment crosses them: fill them in the capture software or live with fewer segments"),
+            .advice("no segment crosses an open gap: fill them in the capture software, or live with fewer segments"),
     )
 }
 

@@ -41,7 +41,7 @@ pub(crate) fn findings(recording: &Recording) -> Vec<CheckResult> {
     recording.findings.iter().map(result).collect()
 }
 
-fn finding_id(finding: &Finding) -> &'static str {
+pub(crate) fn finding_id(finding: &Finding) -> &'static str {
     let known = FINDINGS
         .iter()
         .find(|(words, _)| finding.message.contains(words));
@@ -93,6 +93,21 @@ pub(crate) fn duplicate_names(recording: &Recording, parts: &Parts<'_>) -> Optio
 pub(crate) fn roles_open(why: &str) -> CheckResult {
     CheckResult::new("roles", Level::Fail, "")
         .expected("a hand and a marker on each of five fingertips")
-        .found(why.lines().next().unwrap_or_default())
+        .found(what_and_what_there_is(why))
         .advice("say who is who with --finger FINGER=MARKER and --hand NAME, or in inhand.toml")
+}
+
+/// The first line of a message, and what the take has, cut where it gets long.
+pub(crate) fn what_and_what_there_is(why: &str) -> String {
+    const LONG: usize = 160;
+    let mut lines = why.lines().map(str::trim);
+    let first = lines.next().unwrap_or_default().to_owned();
+    let Some(second) = lines.next().filter(|line| !line.starts_with("say it")) else {
+        return first;
+    };
+    let mut cut: String = second.chars().take(LONG).collect();
+    if cut.len() < second.len() {
+        cut.push_str(" ...");
+    }
+    format!("{first}; {cut}")
 }

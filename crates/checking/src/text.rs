@@ -31,14 +31,14 @@ fn one(take: &Checked, out: &mut String) -> std::fmt::Result {
         Ok(checkup) => checkup,
         Err(why) => return writeln!(out, "fail  {}: {}", printable(&take.file), indented(why)),
     };
-    for result in checkup.results.iter().filter(|r| r.level > Level::Ok) {
-        if result.id == "segments" {
-            continue; // Said in the last line.
-        }
-        let level = result.level.name();
-        writeln!(out, "{level:<INDENT$}{}", line(result))?;
-        if !result.advice.is_empty() {
-            writeln!(out, "{:INDENT$}-> {}", "", result.advice)?;
+    // The segments are said in the last line.
+    let odd = (checkup.results.iter()).filter(|r| r.level > Level::Ok && r.id != "segments");
+    let odd: Vec<_> = odd.collect();
+    for (k, result) in odd.iter().enumerate() {
+        writeln!(out, "{:<INDENT$}{}", result.level.name(), line(result))?;
+        let said_next = (odd.get(k + 1)).is_some_and(|next| next.advice == result.advice);
+        if !result.advice.is_empty() && !said_next {
+            writeln!(out, "{:INDENT$}-> {}", "", printable(&result.advice))?;
         }
     }
     good(checkup, out)?;
@@ -54,15 +54,26 @@ fn line(result: &CheckResult) -> String {
     format!("{}: {found}", printable(&result.entity))
 }
 
-/// What is all right, in as few lines as it takes.
+/// What is all right, one entity after the other, in as few lines as it takes.
 fn good(checkup: &Checkup, out: &mut String) -> std::fmt::Result {
+    let mut groups: Vec<(&str, Vec<String>)> = Vec::new();
+    for result in (checkup.results.iter()).filter(|r| r.level == Level::Ok && r.id != "segments") {
+        let found = printable(&result.found);
+        match groups
+            .iter_mut()
+            .find(|(entity, _)| *entity == result.entity)
+        {
+            Some((_, all)) => all.push(found),
+            None => groups.push((&result.entity, vec![found])),
+        }
+    }
     let mut width = 0;
-    let good = checkup
-        .results
-        .iter()
-        .filter(|r| r.level == Level::Ok && r.id != "segments");
-    for result in good {
-        let text = line(result);
+    for (entity, found) in groups {
+        let text = if entity.is_empty() {
+            found.join(" · ")
+        } else {
+            format!("{}: {}", printable(entity), found.join(", "))
+        };
         let long = text.chars().count();
         if width == 0 {
             write!(out, "{:<INDENT$}{text}", Level::Ok.name())?;
@@ -145,7 +156,8 @@ fn listed(take: &Checked, out: &mut String) -> std::fmt::Result {
         |s| format!("{}/{}", s.usable, s.possible),
     );
     writeln!(out, "{:>7.0}  {segments:>9}  {file}", checkup.score())?;
-    let reasons = checkup.results.iter().filter(|r| r.level >= Level::Warn);
+    // How many segments are left stands in the line above.
+    let reasons = (checkup.results.iter()).filter(|r| r.level >= Level::Warn && r.id != "segments");
     let n = reasons.clone().count();
     for result in reasons.take(REASONS) {
         writeln!(

@@ -5,12 +5,16 @@ use std::ops::Range;
 use inhand_model::Recording;
 
 use crate::checkup::{CheckResult, Level};
+use crate::origin::finding_id;
 use crate::settings::CheckSettings;
 use crate::words::{count, names, percent, times};
 
 /// Share of repeated frames from which the rate itself is in doubt: a file exported at twice the
 /// rate of its data repeats every other frame.
 const RATE_IN_DOUBT: f64 = 0.2;
+
+/// Fewest steps between frames that say something about the rate.
+const MIN_STEPS: usize = 20;
 
 /// Shortest run of equal samples that counts as frozen, whatever the rate.
 const MIN_FROZEN_SAMPLES: usize = 5;
@@ -38,7 +42,7 @@ pub(crate) fn rate(recording: &Recording) -> Vec<CheckResult> {
                 .number("capture_hz", capture_hz, 1),
         );
     }
-    if frames > 0 && share >= RATE_IN_DOUBT {
+    if steps >= MIN_STEPS && share >= RATE_IN_DOUBT {
         let changes_hz = stated_hz * (1.0 - share);
         results.push(
             base(Level::Warn)
@@ -68,8 +72,10 @@ pub(crate) fn rate(recording: &Recording) -> Vec<CheckResult> {
                 .number("repeated_frames", frames as f64, steps),
         );
     }
+    let jumped = (recording.findings.iter()).any(|f| finding_id(f) == "frame-jumps");
+    let jumps = if jumped { "" } else { ", no jumps" };
     results.push(base(Level::Ok).expected("as stated").found(format!(
-        "rate {stated_hz:.2} Hz, {n} samples, {:.2} s",
+        "rate {stated_hz:.2} Hz{jumps}, {n} samples ({:.2} s)",
         clock.time_s(n)
     )));
     results

@@ -46,8 +46,10 @@ pub(crate) fn up_axis(recording: &Recording, parts: &Parts<'_>) -> Option<CheckR
     };
     let why = if rests.is_empty() {
         "the object never lies still while the hand moves"
+    } else if found.is_empty() {
+        "the object lies still but is never lifted from there, or lies at different heights"
     } else {
-        "where the object lies still fits more than one direction, or none"
+        "from where the object lies still it goes one way along more than one axis"
     };
     let [(axis, sign, lift_m)] = found[..] else {
         return Some(base(Level::Info).found(format!("no evidence on which axis is up: {why}")));

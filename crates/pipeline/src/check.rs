@@ -1,6 +1,5 @@
 //! Checking takes, one at a time in memory.
 
-use std::error::Error as _;
 use std::path::Path;
 
 use inhand_checking::{CheckSettings, Checked, Suspicion, check};
@@ -24,7 +23,7 @@ pub fn check_take(path: &Path, settings: &Settings) -> Result<Checked, PipelineE
             Ok(check(&take.recording, roles, &suspicions, &limits))
         }
         Err(error) if error.is_usage() => return Err(error),
-        Err(error) => Err(reason(&error)),
+        Err(error) => Err(reason(&error, path)),
     };
     Ok(Checked {
         file: path.display().to_string(),
@@ -47,25 +46,25 @@ fn suspicions(_take: &Take) -> Vec<Suspicion> {
     Vec::new()
 }
 
-/// The causes of an error without the file's name, which stands beside it.
-fn reason(error: &PipelineError) -> String {
-    let mut reason = match (error, error.source()) {
-        // The outermost says no more than the file.
-        (PipelineError::Capture { .. } | PipelineError::Channels { .. }, Some(source)) => {
-            source.to_string()
-        }
-        _ => error.to_string(),
+/// An error and its causes without the file's name, which stands beside them.
+fn reason(error: &PipelineError, path: &Path) -> String {
+    let file = path.display().to_string();
+    let name = (path.file_name().unwrap_or_default())
+        .to_string_lossy()
+        .into_owned();
+    let short = |text: &str| {
+        let rest = [&file, &name]
+            .into_iter()
+            .find_map(|name| text.strip_prefix(name.as_str()));
+        let rest = rest.unwrap_or(text);
+        rest.strip_prefix(": ").unwrap_or(rest).to_owned()
     };
-    let mut cause = match error {
-        PipelineError::Capture { .. } | PipelineError::Channels { .. } => {
-            error.source().and_then(|source| source.source())
-        }
-        _ => error.source(),
-    };
-    while let Some(next) = cause {
-        reason.push_str(": ");
-        reason.push_str(&next.to_string());
-        cause = next.source();
+    let mut causes = Vec::new();
+    let mut next: Option<&dyn std::error::Error> = Some(error);
+    while let Some(cause) = next {
+        causes.push(short(&cause.to_string()));
+        next = cause.source();
     }
-    reason
+    causes.retain(|cause| !cause.is_empty());
+    causes.join(": ")
 }

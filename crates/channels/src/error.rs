@@ -63,6 +63,20 @@ pub enum ChannelError {
         /// What is there.
         found: String,
     },
+    /// A recording of others leaves open what its messages mean.
+    #[error("{file}: {topic}: expected {expected}, found {found}; {hint}")]
+    Unclear {
+        /// File that was read.
+        file: String,
+        /// Topic of the messages.
+        topic: String,
+        /// What would be clear.
+        expected: String,
+        /// What is there.
+        found: String,
+        /// What to do.
+        hint: String,
+    },
     /// A metadata record does not say what it should.
     #[error(
         "{file}: metadata record \"{record}\", key \"{key}\": expected {expected}, found {found}"

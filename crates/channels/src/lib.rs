@@ -61,6 +61,7 @@ mod colour;
 mod cut;
 mod dictionary;
 mod error;
+mod foreign;
 mod info;
 mod messages;
 mod metadata;
@@ -83,6 +84,7 @@ pub use colour::{FINGER_COLOURS, Rgb, finger_hex};
 pub use cut::{TakeCut, cut_take, is_of_whole_take, latch};
 pub use dictionary::{read_dictionary, write_dictionary};
 pub use error::ChannelError;
+pub use foreign::{ForeignSettings, TopicUse, TopicUseError, read_any_take, read_foreign};
 pub use info::{
     AttachmentInfo, ChannelInfo, ChunkInfo, FileInfo, FingerInfo, FingertipsInfo, FrameInfo, info,
 };

@@ -34,6 +34,10 @@ pub(crate) struct SourceOptions {
     /// Axis that points up, where a file does not state it: y or z.
     #[arg(long, value_name = "AXIS")]
     up: Option<String>,
+    /// What a topic of an MCAP recording of others is: TOPIC=body:Hand, TOPIC=marker:Thumb or
+    /// TOPIC=ignore; repeat for each topic whose name does not say it.
+    #[arg(long, value_name = "TOPIC=WORD")]
+    topic: Vec<String>,
     /// The hand: a rigid body, or three or more marker names separated by commas.
     #[arg(long, value_name = "NAME[,NAME...]")]
     hand: Option<String>,
@@ -241,6 +245,12 @@ impl SourceOptions {
         replace_some(&mut settings.source.units, &self.units);
         replace_some(&mut settings.source.rotation_order, &self.rotation_order);
         replace_some(&mut settings.source.up, &self.up);
+        for pair in &self.topic {
+            let (topic, usage) = (pair.rsplit_once('='))
+                .ok_or_else(|| UsageError(format!("--topic {pair}: expected TOPIC=WORD")))?;
+            let (topic, usage) = (topic.trim().to_owned(), usage.trim().to_owned());
+            settings.topics.insert(topic, usage);
+        }
         replace_some(&mut settings.roles.hand, &self.hand);
         replace_some(&mut settings.roles.object, &self.object_body);
         for pair in &self.finger {

@@ -23,6 +23,10 @@ pub struct Settings {
     pub allow_shared_takes: bool,
     /// What source files leave open.
     pub source: SourceSettings,
+    /// What topics of MCAP recordings of others are, by topic or `topic#name`: `ignore`, `body`,
+    /// `marker`, `body:Hand`, `marker:Thumb,Index` (names by place in the message).
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub topics: BTreeMap<String, String>,
     /// Which tracked thing is the hand, the object.
     pub roles: BodySettings,
     /// Which marker is on which finger, by finger name.
@@ -113,6 +117,9 @@ pub struct SourceSettings {
     /// Which axis points up, where a file does not state it: y or z.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub up: Option<String>,
+    /// Samples per second of an MCAP recording of others, where its stamps do not prove a rate.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rate_hz: Option<f64>,
 }
 
 /// Which tracked thing is the hand, the object.

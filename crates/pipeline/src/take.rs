@@ -60,13 +60,13 @@ pub fn read(path: &Path, settings: &Settings) -> Result<Take, PipelineError> {
         },
         || -> Result<_, PipelineError> {
             if inhand_channels::is_mcap(&bytes) {
-                let take = inhand_channels::read_take(&bytes, &file_name).map_err(|source| {
+                let settings = settings.foreign_settings()?;
+                inhand_channels::read_any_take(&bytes, &file_name, &settings).map_err(|source| {
                     PipelineError::Channels {
                         path: path.to_owned(),
                         source: source.into(),
                     }
-                })?;
-                Ok(take)
+                })
             } else if inhand_tables::looks_like_wide_csv(&bytes) {
                 let settings = WideSettings {
                     up_axis: settings.read_settings()?.up_axis,

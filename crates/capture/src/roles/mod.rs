@@ -106,6 +106,17 @@ impl FromStr for BodyChoice {
     }
 }
 
+/// Whether a name alone says that its marker is on a fingertip.
+///
+/// ```
+/// use inhand_capture::roles::is_fingertip_name;
+///
+/// assert!(is_fingertip_name("thumb_tip") && !is_fingertip_name("index_knuckle"));
+/// ```
+pub fn is_fingertip_name(name: &str) -> bool {
+    words::fingertip(name).is_some()
+}
+
 /// The roles of a take's bodies and markers: what the user says, completed by name.
 ///
 /// # Errors

@@ -3,8 +3,9 @@
 use std::path::Path;
 use std::str::FromStr;
 
-use inhand_capture::roles::{BodyChoice, RoleSettings};
+use inhand_capture::roles::{BodyChoice, RoleSettings, is_fingertip_name};
 use inhand_capture::{ReadSettings, parse_length_unit, parse_rotation_order, parse_up_axis};
+use inhand_channels::ForeignSettings;
 use inhand_dictionary::{LearnError, Precision, Start, Update};
 use inhand_model::{Finger, PerFinger, Selection, Shape};
 use inhand_motion::{Filter, GapFill, ProcessSettings};
@@ -57,6 +58,40 @@ impl Settings {
                 "quaternion or three axes such as XYZ",
             )?,
             up_axis: parsed("up", &source.up, parse_up_axis, "y or z")?,
+        })
+    }
+
+    /// What the reader of MCAP recordings of others needs.
+    ///
+    /// # Errors
+    ///
+    /// [`PipelineError::Settings`] for a word that says nothing about a topic, and as
+    /// [`Settings::read_settings`].
+    pub fn foreign_settings(&self) -> Result<ForeignSettings, PipelineError> {
+        let ReadSettings {
+            length_unit,
+            up_axis,
+            ..
+        } = self.read_settings()?;
+        if let Some(rate_hz) = self.source.rate_hz
+            && !(rate_hz.is_finite() && rate_hz > 0.0)
+        {
+            return Err(invalid("source.rate_hz", "a positive number", &rate_hz));
+        }
+        let parse = |(topic, text): (&String, &String)| match text.parse() {
+            Ok(usage) => Ok((topic.clone(), usage)),
+            Err(_) => Err(invalid(
+                &format!("topics.\"{topic}\""),
+                "ignore, body, marker, body:NAME or marker:NAME[,NAME...]",
+                &format!("\"{text}\""),
+            )),
+        };
+        Ok(ForeignSettings {
+            topics: self.topics.iter().map(parse).collect::<Result<_, _>>()?,
+            length_unit,
+            up_axis,
+            rate_hz: self.source.rate_hz,
+            is_point: is_fingertip_name,
         })
     }
 
@@ -178,7 +213,7 @@ impl Settings {
     ///
     /// [`PipelineError::Settings`] for the first one that cannot be used.
     pub fn validate(&self) -> Result<(), PipelineError> {
-        self.read_settings()?;
+        self.foreign_settings()?;
         self.role_settings()?;
         self.shape()?;
         self.process_settings()?;

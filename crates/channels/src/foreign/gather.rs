@@ -1,0 +1,420 @@
+//! Messages as they come in, sorted into series: one for each marker, body and transform.
+
+use std::collections::BTreeMap;
+
+use super::format::Format;
+use super::reading::{Fault, Item, Kind, Label, Reading};
+use super::topics::{ForeignSettings, TopicUse, name_of_topic};
+use crate::error::ChannelError;
+
+/// Markers, bodies and transforms of a file at most: names that never come twice are no names.
+const MAX_SERIES: usize = 10_000;
+
+/// Samples that are kept at most for each byte of the file, beside [`FREE_SAMPLES`]: more than any
+/// packing of motion has, and a bound on memory for a file made to unpack without end.
+const SAMPLES_PER_BYTE: usize = 4;
+const FREE_SAMPLES: usize = 1 << 20;
+
+/// A cloud with more points than this is a scan and no set of markers, unless the user says so.
+const MAX_CLOUD_MARKERS: usize = 512;
+
+/// When the messages of a stream were taken, sent and written down, nanoseconds since 1970.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Times {
+    pub(super) stamp: Vec<u64>,
+    pub(super) publish: Vec<u64>,
+    pub(super) log: Vec<u64>,
+}
+
+/// A topic that is read, and what was found on it.
+#[derive(Debug)]
+pub(super) struct Topic {
+    pub(super) name: String,
+    pub(super) schema: String,
+    pub(super) encoding: String,
+    pub(super) format: Format,
+    pub(super) setting: Option<TopicUse>,
+    /// Whether the user named the topic, or one thing on it.
+    pub(super) named: bool,
+    pub(super) channels: usize,
+    pub(super) messages: usize,
+    pub(super) unreadable: usize,
+    pub(super) first_fault: Option<(usize, Fault)>,
+    pub(super) unnamed: usize,
+    pub(super) points_of_a_scan: Option<usize>,
+    is_static: bool,
+    stream: Option<usize>,
+    streams: BTreeMap<String, usize>,
+    /// By name or number; things of one name in a message follow each other.
+    series: BTreeMap<String, Vec<Option<usize>>>,
+}
+
+impl Topic {
+    /// How much the topic says about the take, 0 most: what users name themselves, then by its
+    /// messages.
+    pub(super) fn rank(&self) -> u8 {
+        if self.named {
+            0
+        } else {
+            self.format.rank() + 1
+        }
+    }
+}
+
+/// What a series becomes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum As {
+    /// As its kind, name and rotations suggest.
+    Suggested,
+    Body,
+    Marker,
+}
+
+/// A marker, body or transform over the messages that hold it.
+#[derive(Debug)]
+pub(super) struct Series {
+    pub(super) topic: usize,
+    pub(super) stream: usize,
+    pub(super) name: String,
+    /// Its name in the source, where `name` may be what the user calls it.
+    pub(super) source_name: String,
+    pub(super) id: String,
+    pub(super) has_name: bool,
+    pub(super) kind: Kind,
+    pub(super) becomes: As,
+    /// Frame of the first message.
+    pub(super) frame: String,
+    pub(super) other_frames: usize,
+    /// Numbers of the messages in the stream.
+    pub(super) message: Vec<u32>,
+    pub(super) position: Vec<[f64; 3]>,
+    pub(super) rotation: Vec<[f64; 4]>,
+}
+
+/// A transform that holds all the time.
+#[derive(Clone, Debug)]
+pub(super) struct Static {
+    pub(super) parent: String,
+    pub(super) position: [f64; 3],
+    pub(super) rotation: [f64; 4],
+}
+
+/// Everything that the messages of a file say.
+pub(super) struct Gathered<'a> {
+    file: &'a str,
+    settings: &'a ForeignSettings,
+    samples_left: usize,
+    pub(super) topics: Vec<Topic>,
+    pub(super) streams: Vec<Times>,
+    pub(super) series: Vec<Series>,
+    pub(super) statics: BTreeMap<String, Static>,
+}
+
+impl<'a> Gathered<'a> {
+    pub(super) fn new(file: &'a str, bytes: usize, settings: &'a ForeignSettings) -> Self {
+        Self {
+            file,
+            settings,
+            samples_left: FREE_SAMPLES.saturating_add(bytes.saturating_mul(SAMPLES_PER_BYTE)),
+            topics: Vec::new(),
+            streams: Vec::new(),
+            series: Vec::new(),
+            statics: BTreeMap::new(),
+        }
+    }
+
+    /// The topic of a channel; `None` where it is ignored. Channels of one topic and type are one.
+    pub(super) fn topic(
+        &mut self,
+        name: &str,
+        schema: &str,
+        encoding: &str,
+        format: Format,
+    ) -> Option<usize> {
+        let setting = self.settings.topics.get(name).cloned();
+        let prefix = format!("{name}#");
+        let parts = (self.settings.topics.iter()).filter(|(key, _)| key.starts_with(&prefix));
+        let part_used = parts.clone().any(|(_, part)| *part != TopicUse::Ignore);
+        if setting == Some(TopicUse::Ignore) && !part_used {
+            return None;
+        }
+        let same = |topic: &Topic| topic.name == name && topic.format == format;
+        if let Some(known) = self.topics.iter().position(same) {
+            self.topics[known].channels += 1;
+            return Some(known);
+        }
+        self.topics.push(Topic {
+            name: name.to_owned(),
+            schema: schema.to_owned(),
+            encoding: encoding.to_owned(),
+            format,
+            named: part_used || setting.is_some(),
+            setting,
+            channels: 1,
+            messages: 0,
+            unreadable: 0,
+            first_fault: None,
+            unnamed: 0,
+            points_of_a_scan: None,
+            is_static: name.ends_with("tf_static"),
+            stream: None,
+            streams: BTreeMap::new(),
+            series: BTreeMap::new(),
+        });
+        Some(self.topics.len() - 1)
+    }
+
+    /// Takes in a message of a topic, written at `log` and sent at `publish`.
+    pub(super) fn message(
+        &mut self,
+        topic: usize,
+        log: u64,
+        publish: u64,
+        data: &[u8],
+    ) -> Result<(), ChannelError> {
+        let number = self.topics[topic].messages;
+        self.topics[topic].messages += 1;
+        let readings = match self.topics[topic].format.read(data) {
+            Ok(readings) => readings,
+            Err(fault) => {
+                self.topics[topic].unreadable += 1;
+                self.topics[topic]
+                    .first_fault
+                    .get_or_insert((number, fault));
+                return Ok(());
+            }
+        };
+        for reading in readings {
+            self.reading(topic, log, publish, reading)?;
+        }
+        Ok(())
+    }
+
+    fn reading(
+        &mut self,
+        topic: usize,
+        log: u64,
+        publish: u64,
+        reading: Reading<'_>,
+    ) -> Result<(), ChannelError> {
+        let points = reading.items.len();
+        let of = &mut self.topics[topic];
+        if of.format.is_cloud() && of.setting.is_none() && points > MAX_CLOUD_MARKERS {
+            of.points_of_a_scan = of.points_of_a_scan.max(Some(points));
+            return Ok(());
+        }
+        self.samples_left = self.samples_left.checked_sub(points).ok_or_else(|| {
+            self.unclear(
+                topic,
+                "as many samples as fit the size of the file".to_owned(),
+                "more: the file unpacks to far more than motion capture does".to_owned(),
+                "set this topic to \"ignore\" under [topics]",
+            )
+        })?;
+        let stream = self.stream(topic, &reading);
+        let times = &mut self.streams[stream];
+        // A message number fits: there are fewer of them than bytes that a file of 4 GB unpacks to.
+        let message = u32::try_from(times.stamp.len()).unwrap_or(u32::MAX);
+        times.stamp.push(reading.stamp_nanos);
+        times.publish.push(publish);
+        times.log.push(log);
+        for item in reading.items {
+            if self.topics[topic].is_static {
+                self.static_transform(&reading.frame, &item);
+                continue;
+            }
+            let Some(series) = self.series(topic, stream, message, &reading.frame, &item)? else {
+                continue;
+            };
+            let series = &mut self.series[series];
+            if series.frame != reading.frame {
+                series.other_frames += 1;
+                if series.kind == Kind::Transform {
+                    continue; // Its numbers mean something else in another frame.
+                }
+            }
+            series.message.push(message);
+            series.position.push(item.position);
+            series.rotation.push(item.rotation);
+        }
+        Ok(())
+    }
+
+    /// Messages of a topic share their times; transforms come one by one and have their own.
+    fn stream(&mut self, topic: usize, reading: &Reading<'_>) -> usize {
+        let next = self.streams.len();
+        let topic = &mut self.topics[topic];
+        let stream = match &reading.items[..] {
+            [
+                Item {
+                    kind: Kind::Transform,
+                    label: Label::Name(child, _),
+                    ..
+                },
+            ] => match topic.streams.get(child.as_ref()) {
+                Some(&known) => known,
+                None => *topic
+                    .streams
+                    .entry(child.as_ref().to_owned())
+                    .or_insert(next),
+            },
+            _ => *topic.stream.get_or_insert(next),
+        };
+        if stream == next {
+            self.streams.push(Times::default());
+        }
+        stream
+    }
+
+    fn static_transform(&mut self, parent: &str, item: &Item<'_>) {
+        if let Label::Name(child, _) = &item.label
+            && self.statics.len() < MAX_SERIES
+        {
+            let held = Static {
+                parent: parent.to_owned(),
+                position: item.position,
+                rotation: item.rotation,
+            };
+            self.statics.insert(child.as_ref().to_owned(), held);
+        }
+    }
+
+    /// The series that an item of a message belongs to; `None` where it is ignored.
+    fn series(
+        &mut self,
+        topic: usize,
+        stream: usize,
+        message: u32,
+        frame: &str,
+        item: &Item<'_>,
+    ) -> Result<Option<usize>, ChannelError> {
+        let number;
+        let key = match &item.label {
+            Label::Topic => "",
+            Label::Name(name, _) => name.as_ref(),
+            Label::Number(n) => {
+                number = n.to_string();
+                &number
+            }
+            Label::Place(place) => {
+                number = place.to_string();
+                &number
+            }
+        };
+        if let Some(known) = self.topics[topic].series.get(key) {
+            for &series in known {
+                // One that this message has had already is another thing of the same name.
+                match series {
+                    Some(series) if self.series[series].message.last() == Some(&message) => {}
+                    known => return Ok(known),
+                }
+            }
+        }
+        let made = self.new_series(topic, stream, key, frame, item)?;
+        self.topics[topic]
+            .series
+            .entry(key.to_owned())
+            .or_default()
+            .push(made);
+        Ok(made)
+    }
+
+    fn new_series(
+        &mut self,
+        topic: usize,
+        stream: usize,
+        key: &str,
+        frame: &str,
+        item: &Item<'_>,
+    ) -> Result<Option<usize>, ChannelError> {
+        if self.series.len() >= MAX_SERIES {
+            let more = "more: names that change from message to message name nothing";
+            return Err(self.unclear(
+                topic,
+                format!("at most {MAX_SERIES} markers and bodies"),
+                more.to_owned(),
+                "set this topic to \"ignore\" under [topics]",
+            ));
+        }
+        let of = &mut self.topics[topic];
+        let part = self.settings.topics.get(&format!("{}#{key}", of.name));
+        let place = match item.label {
+            Label::Topic => Some(0),
+            Label::Place(place) => Some(place),
+            Label::Number(number) => usize::try_from(number).ok(),
+            Label::Name(..) => None,
+        };
+        let given = match (part, &of.setting) {
+            (Some(part), _) => Some((part, part.name(0))),
+            (None, Some(whole)) if whole.names() == 0 => Some((whole, None)),
+            (None, Some(whole)) => match place {
+                Some(place) => Some((whole, whole.name(place))),
+                None => {
+                    let found = format!("things with names of their own, such as \"{key}\"");
+                    let hint = format!("set \"{}#{key}\" instead", of.name);
+                    return Err(self.unclear(
+                        topic,
+                        "one thing, or things without names, to give a name to".to_owned(),
+                        found,
+                        &hint,
+                    ));
+                }
+            },
+            (None, None) => None,
+        };
+        let becomes = match given {
+            Some((TopicUse::Ignore, _)) => return Ok(None),
+            // There are names, and this is beyond the last one.
+            Some((usage, None)) if usage.names() > 0 => {
+                of.unnamed += 1;
+                return Ok(None);
+            }
+            Some((TopicUse::Body(_), _)) => As::Body,
+            Some((TopicUse::Marker(_), _)) => As::Marker,
+            None => As::Suggested,
+        };
+        let given_name = given.and_then(|(_, name)| name);
+        let own = match &item.label {
+            Label::Topic => name_of_topic(&of.name),
+            Label::Name(name, _) => name.as_ref().to_owned(),
+            Label::Number(_) | Label::Place(_) => key.to_owned(),
+        };
+        let id = match &item.label {
+            Label::Name(_, Some(number)) | Label::Number(number) => number.to_string(),
+            _ => String::new(),
+        };
+        let has_name = given.is_some() || matches!(item.label, Label::Topic | Label::Name(..));
+        self.series.push(Series {
+            topic,
+            stream,
+            name: given_name.map_or_else(|| own.clone(), str::to_owned),
+            source_name: own,
+            id,
+            has_name,
+            kind: item.kind,
+            becomes,
+            frame: frame.to_owned(),
+            other_frames: 0,
+            message: Vec::new(),
+            position: Vec::new(),
+            rotation: Vec::new(),
+        });
+        Ok(Some(self.series.len() - 1))
+    }
+
+    pub(super) fn unclear(
+        &self,
+        topic: usize,
+        expected: String,
+        found: String,
+        hint: &str,
+    ) -> ChannelError {
+        ChannelError::Unclear {
+            file: self.file.to_owned(),
+            topic: self.topics[topic].name.clone(),
+            expected,
+            found,
+            hint: hint.to_owned(),
+        }
+    }
+}

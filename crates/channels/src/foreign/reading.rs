@@ -1,0 +1,93 @@
+//! What one message of others says, whatever its encoding.
+
+use std::borrow::Cow;
+use std::fmt;
+
+/// Most markers, bodies or transforms in one message: more are no motion capture.
+pub(super) const MAX_ITEMS: usize = 10_000;
+
+/// Why a message cannot be used.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Fault {
+    pub(super) expected: String,
+    pub(super) found: String,
+}
+
+impl Fault {
+    pub(super) fn new(expected: impl Into<String>, found: impl Into<String>) -> Self {
+        Self {
+            expected: expected.into(),
+            found: found.into(),
+        }
+    }
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "expected {}, found {}", self.expected, self.found)
+    }
+}
+
+/// By what a message tells one of its items from the others.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Label<'a> {
+    /// By nothing: it is the only one of its topic.
+    Topic,
+    /// By a name, and a number where it has one too.
+    Name(Cow<'a, str>, Option<i64>),
+    /// By a number that the source gives it.
+    Number(i64),
+    /// By its place in the message.
+    Place(usize),
+}
+
+/// What kind of thing an item is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// A point.
+    Marker,
+    /// A point of a rigid body.
+    BodyMarker,
+    /// A pose with an orientation.
+    Pose,
+    /// A pose in a frame that may move itself.
+    Transform,
+}
+
+/// A point or pose, in the unit of the source.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Item<'a> {
+    pub(super) label: Label<'a>,
+    pub(super) kind: Kind,
+    pub(super) position: [f64; 3],
+    /// x, y, z, w; all zero where there is none.
+    pub(super) rotation: [f64; 4],
+}
+
+/// Items of one instant in one frame.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Reading<'a> {
+    /// Nanoseconds since 1970-01-01 UTC as the message states them; 0 where it states none.
+    pub(super) stamp_nanos: u64,
+    pub(super) frame: Cow<'a, str>,
+    pub(super) items: Vec<Item<'a>>,
+}
+
+impl<'a> Reading<'a> {
+    /// One item at one instant.
+    pub(super) fn one(stamp_nanos: u64, frame: Cow<'a, str>, item: Item<'a>) -> Self {
+        Self {
+            stamp_nanos,
+            frame,
+            items: vec![item],
+        }
+    }
+}
+
+/// Seconds and nanoseconds as nanoseconds; 0 for times before 1970.
+pub(super) fn nanos(seconds: i64, nanos: i64) -> u64 {
+    let seconds = u64::try_from(seconds).unwrap_or(0);
+    seconds
+        .saturating_mul(1_000_000_000)
+        .saturating_add(u64::try_from(nanos).unwrap_or(0))
+}

@@ -1,0 +1,383 @@
+//! Which clock the messages of a file go by, the take's rate, and its samples.
+
+use std::collections::BTreeSet;
+
+use inhand_model::{Clock, Finding, StartTime};
+
+use super::gather::{Gathered, Times};
+use super::pace::{Grid, Pace, median, seconds};
+use super::topics::ForeignSettings;
+use crate::error::ChannelError;
+
+/// A stamp whose distance to its log time is this far from that of the others is no stamp: the zero
+/// of a first message, the clock of another computer.
+const STRAY_STAMP_S: f64 = 60.0;
+
+/// Streams whose rates differ by less than this share go by one clock.
+const SAME_RATE: f64 = 0.02;
+
+/// Samples that jumps of the stamps may leave out, for each one that there is, beside
+/// [`FREE_GAPS`]: a bound on memory.
+const LEFT_OUT_PER_SAMPLE: u64 = 10;
+const FREE_GAPS: u64 = 1 << 20;
+
+/// Stamps before this, the year 2001, are seconds since a simulation or computer started.
+const CALENDAR_NANOS: u64 = 978_307_200_000_000_000;
+
+/// Where the time of a message is taken from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum TimeSource {
+    Stamp,
+    Publish,
+    Log,
+}
+
+/// The samples of a take, and how messages find theirs.
+pub(super) struct Timing {
+    pub(super) clock: Clock,
+    pub(super) samples: usize,
+    pub(super) grid: Grid,
+    source: TimeSource,
+    /// From stamps to log times, seconds: least, median and most.
+    latency_s: Option<[f64; 3]>,
+    pub(super) findings: Vec<Finding>,
+}
+
+/// A stream that the clock may be taken from.
+struct Candidate {
+    stream: usize,
+    series: usize,
+    pace: Pace,
+}
+
+impl Timing {
+    /// The clock that the most telling messages go by.
+    pub(super) fn of(
+        gathered: &Gathered<'_>,
+        used: &[usize],
+        settings: &ForeignSettings,
+    ) -> Result<Self, ChannelError> {
+        let rank = |series: usize| gathered.topics[gathered.series[series].topic].rank();
+        let ranks: BTreeSet<u8> = used.iter().map(|&series| rank(series)).collect();
+        for wanted in ranks {
+            let series = used
+                .iter()
+                .copied()
+                .filter(|&series| rank(series) == wanted);
+            let mut streams: Vec<usize> = series.map(|s| gathered.series[s].stream).collect();
+            streams.sort_unstable();
+            let source = source(gathered, &streams);
+            let candidates = candidates(gathered, &streams, source, settings);
+            if let Some(reference) = most_series(candidates) {
+                return Self::from_streams(gathered, &reference, source, used.len(), settings);
+            }
+        }
+        let topic = used
+            .first()
+            .map_or(0, |&series| gathered.series[series].topic);
+        Err(gathered.unclear(
+            topic,
+            "at least two messages at different times".to_owned(),
+            format!("{} messages at one time", gathered.topics[topic].messages),
+            "a take has to hold motion over time",
+        ))
+    }
+
+    fn from_streams(
+        gathered: &Gathered<'_>,
+        reference: &[Candidate],
+        source: TimeSource,
+        series: usize,
+        settings: &ForeignSettings,
+    ) -> Result<Self, ChannelError> {
+        let messages = |c: &&Candidate| gathered.streams[c.stream].log.len();
+        // The first of those with most messages.
+        let best = reference.iter().rev().max_by_key(messages);
+        let Some(&Candidate { stream, pace, .. }) = best else {
+            return Err(gathered.unclear(0, "messages".to_owned(), "none".to_owned(), ""));
+        };
+        let topic = topic_of(gathered, stream);
+        let rate_hz = rate(gathered, topic, pace, settings)?;
+        let latency_s = match source {
+            TimeSource::Stamp => latency(gathered, reference),
+            TimeSource::Publish | TimeSource::Log => None,
+        };
+        let mut times: Vec<u64> = (reference.iter())
+            .flat_map(|c| capture_times(&gathered.streams[c.stream], source, None))
+            .flatten()
+            .collect();
+        times.sort_unstable();
+        let unclear = |found: String| {
+            gathered.unclear(
+                topic,
+                "stamps that follow each other".to_owned(),
+                found,
+                "cut the recording into takes, or set this topic to \"ignore\" under [topics]",
+            )
+        };
+        let grid = Grid::of(&times, pace.period_s).ok_or_else(|| unclear("none".to_owned()))?;
+        let stored: usize = gathered.series.iter().map(|s| s.message.len()).sum();
+        let limit = LEFT_OUT_PER_SAMPLE
+            .saturating_mul(stored as u64)
+            .saturating_add(FREE_GAPS);
+        let samples = usize::try_from(grid.len()).ok();
+        let samples = samples.filter(|&n| (n as u64).saturating_mul(series as u64) <= limit);
+        let Some(samples) = samples else {
+            return Err(unclear(format!(
+                "jumps: {} samples from the first stamp to the last, {} of them with a stamp",
+                grid.len(),
+                grid.stamped()
+            )));
+        };
+        let start_nanos = grid.start_nanos();
+        let start_time = if start_nanos >= CALENDAR_NANOS {
+            StartTime::Stated
+        } else {
+            StartTime::Unknown
+        };
+        let clock = Clock::new(start_nanos, start_time, rate_hz)
+            .map_err(|error| unclear(error.to_string()))?;
+        let mut timing = Self {
+            clock,
+            samples,
+            grid,
+            source,
+            latency_s,
+            findings: Vec::new(),
+        };
+        timing.tell(gathered, topic, pace, settings);
+        Ok(timing)
+    }
+
+    /// When the messages of a stream were taken; `None` for those whose stamps mean nothing.
+    pub(super) fn times(&self, stream: &Times) -> Vec<Option<u64>> {
+        capture_times(stream, self.source, self.latency_s)
+    }
+
+    /// Says which clock was used and how it was told.
+    fn tell(
+        &mut self,
+        gathered: &Gathered<'_>,
+        topic: usize,
+        pace: Pace,
+        settings: &ForeignSettings,
+    ) {
+        let place = gathered.topics[topic].name.clone();
+        let (measured, rate_hz) = (pace.rate_hz(), self.clock.rate_hz());
+        let numbers = format!(
+            "{measured:.4} Hz measured (± {:.4}), jitter {:.2} ms",
+            pace.rate_error_hz(),
+            pace.jitter_s * 1e3
+        );
+        self.findings.push(if let Some(given) = settings.rate_hz {
+            let message = format!("{given} Hz as set: {numbers}");
+            if (measured / given - 1.0).abs() > SAME_RATE {
+                Finding::warning(place.clone(), message)
+            } else {
+                Finding::info(place.clone(), message)
+            }
+        } else if pace.device_rate_hz().is_some() {
+            let message = format!("{rate_hz} Hz: {numbers}, which singles it out");
+            Finding::info(place.clone(), message)
+        } else {
+            let message = format!(
+                "the rate stays as measured, {numbers}: it singles out no rate that devices have; \
+                 source.rate_hz sets it"
+            );
+            Finding::warning(place.clone(), message)
+        });
+        self.findings.push(match (self.source, self.latency_s) {
+            (TimeSource::Stamp, Some([least, middle, most])) => Finding::info(
+                place,
+                format!(
+                    "times are capture times, the stamps of the messages; they were logged {:.1} to \
+                     {:.1} ms later (median {:.1} ms)",
+                    least * 1e3,
+                    most * 1e3,
+                    middle * 1e3
+                ),
+            ),
+            (TimeSource::Publish, _) => Finding::warning(
+                place,
+                "the messages carry no stamps that tell them apart: times are when they were \
+                 sent, which is later than capture by an unknown delay",
+            ),
+            _ => Finding::warning(
+                place,
+                "the messages carry no stamps that tell them apart: times are when they were \
+                 logged, which is later than capture by an unknown delay that varies",
+            ),
+        });
+        let left_out = self.grid.len() - self.grid.stamped();
+        if left_out > 0 {
+            self.findings.push(Finding::warning(
+                gathered.topics[topic].name.clone(),
+                format!(
+                    "{left_out} of {} frames are in no message: taken as missing samples",
+                    self.grid.len()
+                ),
+            ));
+        }
+    }
+}
+
+fn topic_of(gathered: &Gathered<'_>, stream: usize) -> usize {
+    let series = gathered
+        .series
+        .iter()
+        .find(|series| series.stream == stream);
+    series.map_or(0, |series| series.topic)
+}
+
+/// The rate as set, as stamps single it out, or as measured.
+fn rate(
+    gathered: &Gathered<'_>,
+    topic: usize,
+    pace: Pace,
+    settings: &ForeignSettings,
+) -> Result<f64, ChannelError> {
+    if let Some(rate_hz) = settings.rate_hz {
+        return Ok(rate_hz);
+    }
+    if !pace.is_proven() {
+        return Err(gathered.unclear(
+            topic,
+            "stamps at an even rate".to_owned(),
+            format!(
+                "stamps about {:.3} ms apart that lie {:.3} ms off an even clock",
+                pace.period_s * 1e3,
+                pace.jitter_s * 1e3
+            ),
+            "set source.rate_hz, or set this topic to \"ignore\" under [topics]",
+        ));
+    }
+    Ok(pace.device_rate_hz().unwrap_or(pace.rate_hz()))
+}
+
+/// The stamps, where those of most series tell their messages apart; else when messages were sent,
+/// where that differs from when they were logged.
+fn source(gathered: &Gathered<'_>, streams: &[usize]) -> TimeSource {
+    let share = |usable: &dyn Fn(&Times) -> bool| {
+        let usable = streams.iter().filter(|&&s| usable(&gathered.streams[s]));
+        2 * usable.count() > streams.len()
+    };
+    if share(&|times| tell_apart(&times.stamp)) {
+        TimeSource::Stamp
+    } else if share(&|times| times.publish != times.log && tell_apart(&times.publish)) {
+        TimeSource::Publish
+    } else {
+        TimeSource::Log
+    }
+}
+
+/// Whether at least half of the times are there and differ from each other.
+fn tell_apart(times: &[u64]) -> bool {
+    let mut present: Vec<u64> = times.iter().copied().filter(|&time| time > 0).collect();
+    present.sort_unstable();
+    present.dedup();
+    2 * present.len() >= times.len()
+}
+
+fn candidates(
+    gathered: &Gathered<'_>,
+    streams: &[usize],
+    source: TimeSource,
+    settings: &ForeignSettings,
+) -> Vec<Candidate> {
+    let mut candidates: Vec<Candidate> = Vec::new();
+    for &stream in streams {
+        if let Some(known) = candidates.last_mut().filter(|known| known.stream == stream) {
+            known.series += 1;
+            continue;
+        }
+        let times = capture_times(&gathered.streams[stream], source, None);
+        let mut times: Vec<u64> = times.into_iter().flatten().collect();
+        times.sort_unstable();
+        times.dedup();
+        let base = times.first().copied().unwrap_or(0);
+        let times_s: Vec<f64> = times.iter().map(|&time| seconds(base, time)).collect();
+        if let Some(pace) = Pace::of(&times_s, settings.rate_hz.map(|rate_hz| 1.0 / rate_hz)) {
+            candidates.push(Candidate {
+                stream,
+                series: 1,
+                pace,
+            });
+        }
+    }
+    candidates
+}
+
+/// The streams of the rate at which most markers and bodies come; of two the higher.
+fn most_series(mut candidates: Vec<Candidate>) -> Option<Vec<Candidate>> {
+    candidates.sort_by(|a, b| b.pace.rate_hz().total_cmp(&a.pace.rate_hz()));
+    let mut best: Option<(usize, f64)> = None;
+    for (k, candidate) in candidates.iter().enumerate() {
+        let rate_hz = candidate.pace.rate_hz();
+        let alike = (candidates[k..].iter()).filter(|other| same_rate(other, rate_hz));
+        let series = alike.map(|other| other.series).sum();
+        if best.is_none_or(|(most, _)| series > most) {
+            best = Some((series, rate_hz));
+        }
+    }
+    let (_, rate_hz) = best?;
+    candidates.retain(|candidate| same_rate(candidate, rate_hz));
+    candidates.sort_by_key(|candidate| candidate.stream);
+    Some(candidates)
+}
+
+/// Whether a rate is that one, or less by no more than the tolerance.
+fn same_rate(candidate: &Candidate, rate_hz: f64) -> bool {
+    let share = 1.0 - candidate.pace.rate_hz() / rate_hz;
+    (0.0..SAME_RATE).contains(&share)
+}
+
+/// From stamps to log times in seconds: least, median, most.
+fn latency(gathered: &Gathered<'_>, reference: &[Candidate]) -> Option<[f64; 3]> {
+    let all = reference.iter().flat_map(|candidate| {
+        let stream = &gathered.streams[candidate.stream];
+        let times = capture_times(stream, TimeSource::Stamp, None);
+        let late = |(time, log): (Option<u64>, &u64)| Some(seconds(time?, *log));
+        times
+            .into_iter()
+            .zip(&stream.log)
+            .filter_map(late)
+            .collect::<Vec<_>>()
+    });
+    let all: Vec<f64> = all.collect();
+    let least = all.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = all.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    Some([least, median(all)?, most])
+}
+
+/// When messages were taken. Stamps that are not there, or far from where the others of the stream
+/// lie beside their log times, are none; a stream without stamps beside others that have them goes
+/// by its log times, less the delay of the others.
+fn capture_times(
+    times: &Times,
+    source: TimeSource,
+    latency_s: Option<[f64; 3]>,
+) -> Vec<Option<u64>> {
+    match source {
+        TimeSource::Publish => times.publish.iter().copied().map(Some).collect(),
+        TimeSource::Log => times.log.iter().copied().map(Some).collect(),
+        TimeSource::Stamp if !tell_apart(&times.stamp) => {
+            let Some([_, middle_s, _]) = latency_s else {
+                return vec![None; times.log.len()];
+            };
+            let delay = (middle_s * 1e9).round() as i64;
+            let captured = |log: &u64| Some(log.saturating_add_signed(-delay));
+            times.log.iter().map(captured).collect()
+        }
+        TimeSource::Stamp => {
+            let both = || times.stamp.iter().zip(&times.log);
+            let late = |(&stamp, &log): (&u64, &u64)| (stamp > 0).then(|| seconds(stamp, log));
+            let middle_s = median(both().filter_map(late).collect()).unwrap_or(0.0);
+            let stray = |late_s: f64| (late_s - middle_s).abs() > STRAY_STAMP_S;
+            let captured = |(stamp, log)| match late((stamp, log)) {
+                Some(late_s) if !stray(late_s) => Some(*stamp),
+                _ => None,
+            };
+            both().map(captured).collect()
+        }
+    }
+}

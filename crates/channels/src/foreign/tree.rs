@@ -1,0 +1,104 @@
+//! Transforms of frames in frames that move themselves.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
+
+use super::gather::{Gathered, Static};
+use super::reading::Kind;
+
+/// A quaternion whose length is further from 1 than this is no rotation.
+const QUATERNION_LENGTH_TOLERANCE: f64 = 1e-2;
+
+/// Squared length up to which a quaternion counts as normalised already and is kept bit by bit.
+const NORMALISED: f64 = 4.0 * f64::EPSILON;
+
+/// Frames above each other at most.
+const MAX_DEPTH: usize = 64;
+
+/// A rotation from x, y, z, w, unless their length is nowhere near 1. Its sign is kept.
+pub(super) fn unit_quaternion([x, y, z, w]: [f64; 4]) -> Option<UnitQuaternion<f64>> {
+    let quaternion = Quaternion::new(w, x, y, z);
+    let squared = quaternion.norm_squared();
+    if (squared - 1.0).abs() <= NORMALISED {
+        return Some(UnitQuaternion::new_unchecked(quaternion));
+    }
+    let length = squared.sqrt();
+    ((length - 1.0).abs() <= QUATERNION_LENGTH_TOLERANCE)
+        .then(|| UnitQuaternion::new_unchecked(quaternion / length))
+}
+
+/// A rigid transform from what a message says, in the unit of the source.
+pub(super) fn isometry(position: [f64; 3], rotation: [f64; 4]) -> Option<Isometry3<f64>> {
+    let finite = position.iter().all(|c| c.is_finite());
+    let rotation = unit_quaternion(rotation).filter(|_| finite)?;
+    Some(Isometry3::from_parts(
+        Translation3::from(position),
+        rotation,
+    ))
+}
+
+/// What lies between a frame and the one above it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Link {
+    /// A series, by its place in the list of those used.
+    Moving(usize),
+    /// The same all the time.
+    Fixed(Isometry3<f64>),
+}
+
+/// The links above each transform among the used series, next one first, up to the highest frame
+/// that moves: what lies above that is where the capture volume stands. Also the frame at the top.
+///
+/// `None` for series that are no transforms, and for frames that go round in a circle.
+pub(super) fn links_above(
+    gathered: &Gathered<'_>,
+    used: &[usize],
+) -> Vec<Option<(Vec<Link>, String)>> {
+    let mut moving: BTreeMap<&str, usize> = BTreeMap::new();
+    for (at, &index) in used.iter().enumerate() {
+        let series = &gathered.series[index];
+        if series.kind == Kind::Transform {
+            moving.entry(&series.source_name).or_insert(at);
+        }
+    }
+    let above = |at: usize| {
+        let series = &gathered.series[used[at]];
+        (series.kind == Kind::Transform)
+            .then(|| climb(gathered, used, &moving, &series.frame))
+            .flatten()
+    };
+    (0..used.len()).map(above).collect()
+}
+
+fn climb(
+    gathered: &Gathered<'_>,
+    used: &[usize],
+    moving: &BTreeMap<&str, usize>,
+    parent: &str,
+) -> Option<(Vec<Link>, String)> {
+    let mut links = Vec::new();
+    let mut frame = parent;
+    // The highest moving link so far, and the frame that it stands in.
+    let (mut kept, mut top) = (0, parent);
+    let mut seen = BTreeSet::new();
+    while links.len() < MAX_DEPTH && seen.insert(frame) {
+        if let Some(&at) = moving.get(frame) {
+            links.push(Link::Moving(at));
+            frame = &gathered.series[used[at]].frame;
+            (kept, top) = (links.len(), frame);
+        } else if let Some(Static {
+            parent,
+            position,
+            rotation,
+        }) = gathered.statics.get(frame)
+        {
+            links.push(Link::Fixed(isometry(*position, *rotation)?));
+            frame = parent;
+        } else {
+            links.truncate(kept);
+            return Some((links, top.to_owned()));
+        }
+    }
+    None
+}

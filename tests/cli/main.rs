@@ -2,6 +2,7 @@
 //! numbers are is tested below the command line.
 
 mod bad_input;
+mod bags;
 mod export;
 mod learn_rank;
 mod learn_runs;

@@ -4,6 +4,7 @@
 mod containers;
 mod files;
 mod real;
+mod ros2;
 mod sessions;
 
 use std::io::Write as _;

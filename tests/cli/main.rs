@@ -1,6 +1,7 @@
 //! The command line: exit codes, what is printed where, what is written and what is not. What the
 //! numbers are is tested below the command line.
 
+mod annotate;
 mod bad_input;
 mod bags;
 mod export;

@@ -4,7 +4,7 @@ use inhand_model::{Recording, Sample, Status, Track};
 
 use crate::support::{Bench, stderr};
 
-const TAKE: &str = "session/test/cube_test_99.csv";
+const TAKE: &str = "session/test/cube_test_01.csv";
 
 fn recording(bench: &Bench, name: &str) -> Recording {
     inhand_channels::read_take(&bench.bytes(name), name)

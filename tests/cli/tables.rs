@@ -57,7 +57,7 @@ fn a_take_goes_to_a_table_and_back_unchanged() {
 
     // Exporting again gives the same bytes, and asks before it replaces anything.
     let refused = bench.inhand(&["export", "b.mcap", "-o", "wide.csv"]);
-    assert_eq!(refused.status.code(), Some(1), "{}", stderr(&refused));
+    assert_eq!(refused.status.code(), Some(2), "{}", stderr(&refused));
     assert!(stderr(&refused).contains("--force"));
     let before = (bench.bytes("wide.csv"), bench.bytes("wide.csv.json"));
     bench.ok(&["export", "b.mcap", "-o", "wide.csv", "--force"]);
@@ -110,7 +110,7 @@ fn a_take_joins_a_bids_dataset() {
     assert!(bench.path("bids/sub-02/ses-a/motion").is_dir());
 
     for (names, code, expected) in [
-        ("sub=01,task=rotate", 1, "--force"),
+        ("sub=01,task=rotate", 2, "--force"),
         ("task=rotate", 2, "expected sub=LABEL"),
         ("sub=0_1,task=rotate", 1, "letters and digits"),
         ("subject=01", 2, "expected sub, ses"),

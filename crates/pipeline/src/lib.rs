@@ -22,9 +22,9 @@
 //! ```
 
 pub mod annotate;
+mod check;
 pub mod containers;
 mod coverage;
-mod check;
 mod demo;
 mod dictionary_file;
 mod error;
@@ -45,8 +45,8 @@ pub mod tables;
 mod take;
 mod take_file;
 
-pub use coverage::{Coverage, Presence};
 pub use check::check_take;
+pub use coverage::{Coverage, Presence};
 pub use demo::{DEMO_SESSION, TakeFormat, simulate_session};
 pub use dictionary_file::{DictionaryFile, read as read_dictionary, write as write_dictionary};
 pub use error::PipelineError;

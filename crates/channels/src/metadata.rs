@@ -262,6 +262,7 @@ impl Metadata {
     /// Keys of labels in the order in which tables show them, where the file states it.
     pub(crate) fn annotation_keys(&self, file: &str) -> Result<Option<Vec<String>>, ChannelError> {
         (self.record(file, ANNOTATIONS))
+            .filter(|record| record.facts.contains_key("keys"))
             .map(|record| {
                 let text = record.text("keys")?;
                 serde_json::from_str(text).map_err(|_| record.error("keys", "a JSON list of texts"))

@@ -2,11 +2,12 @@
 //! stays as it is.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::Path;
 
 use inhand_channels::Metadata;
 use inhand_container::{ChannelFacts, MetadataRecord, Selection};
-use inhand_model::{Annotations, Event, InputHash, Label, Provenance};
+use inhand_model::{Annotations, Clock, Event, InputHash, Label, Provenance, StartTime};
 use serde_json::json;
 
 use crate::containers::{self, sha256};
@@ -30,6 +31,34 @@ pub struct Annotated {
     /// What kind of content the file says it has.
     profile: String,
     metadata: Metadata,
+}
+
+impl Annotated {
+    /// The stretches of the file that are selected, nanoseconds since 1970, end exclusive. Of a take
+    /// they begin and end with samples, those at both ends of an event included.
+    pub fn stretches(&self, selection: &inhand_model::Selection) -> Vec<Range<u64>> {
+        let events: Vec<Event> = self
+            .own
+            .events
+            .iter()
+            .chain(&self.others)
+            .cloned()
+            .collect();
+        let Some((clock, samples)) = self.take() else {
+            return selection.intervals(&events);
+        };
+        (selection.samples(&events, clock, samples).into_iter())
+            .map(|range| clock.unix_nanos(range.start)..clock.unix_nanos(range.end))
+            .collect()
+    }
+
+    /// Clock and samples of the take that the file holds.
+    fn take(&self) -> Option<(Clock, usize)> {
+        let facts = self.metadata.0.get("inhand.recording")?;
+        let rate_hz = facts.get("rate_hz")?.parse().ok()?;
+        let clock = Clock::new(self.start_unix_nanos, StartTime::Unknown, rate_hz).ok()?;
+        Some((clock, facts.get("samples")?.parse().ok()?))
+    }
 }
 
 /// Reads the events of a file.

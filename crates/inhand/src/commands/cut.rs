@@ -92,10 +92,8 @@ fn by_events(args: &Args, keep: Interval) -> Result<Vec<Interval>> {
         without: labels("--without", &args.without)?,
     };
     let annotated = annotate::read(&args.input)?;
-    let events = annotated.own.events.iter().chain(&annotated.others);
-    let events: Vec<_> = events.cloned().collect();
     let to = keep.to_unix_nanos().unwrap_or(u64::MAX);
-    let stretches: Vec<_> = (selection.intervals(&events).into_iter())
+    let stretches: Vec<_> = (annotated.stretches(&selection).into_iter())
         .map(|time| time.start.max(keep.from_unix_nanos())..time.end.min(to))
         .filter(|time| !time.is_empty())
         .map(|time| Interval::new(time.start, (time.end < u64::MAX).then_some(time.end)))
@@ -104,7 +102,7 @@ fn by_events(args: &Args, keep: Interval) -> Result<Vec<Interval>> {
         let message = format!(
             "no stretch is left: {} has {} events, which `inhand annotate list` prints",
             args.input.display(),
-            events.len()
+            annotated.own.events.len() + annotated.others.len()
         );
         return Err(UsageError(message).into());
     }

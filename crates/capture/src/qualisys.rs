@@ -19,7 +19,7 @@ use std::collections::BTreeMap;
 
 use inhand_model::{Clock, Finding, LengthUnit, MarkerKind, Recording, Source, StartTime, UpAxis};
 
-use crate::assembly::{Entity, Opened, Take};
+use crate::assembly::{self, Entity, Opened, Take};
 use crate::error::CaptureError;
 use crate::settings::{ReadSettings, stated_or_given};
 use crate::table::{Column, Table};
@@ -129,7 +129,8 @@ pub(crate) fn open(
             quality: None,
         })
         .collect();
-    let declared = header.fact("NO_OF_FRAMES").and_then(|n| n.parse().ok());
+    const ROWS: &str = "NO_OF_FRAMES";
+    let declared_rows = assembly::declared_rows(ROWS, header.fact(ROWS), &mut findings);
     let version = header.fact("FILE_VERSION").unwrap_or_default();
     Ok(Opened {
         table,
@@ -147,7 +148,7 @@ pub(crate) fn open(
             },
             entities,
             zero_is_missing: true,
-            declared_rows: declared.map(|count| ("NO_OF_FRAMES", count)),
+            declared_rows,
             findings,
         },
     })

@@ -330,6 +330,11 @@ fn number(line: &[u8], at: usize, delimiter: u8) -> Option<(f64, usize)> {
     if cell.first().is_none_or(|&byte| byte == delimiter) {
         return Some((f64::NAN, at));
     }
+    if let Some((number, length)) = plain_decimal(cell)
+        && cell.get(length).is_none_or(|&byte| byte == delimiter)
+    {
+        return Some((number, at + length));
+    }
     if let Ok((number, length)) = fast_float2::parse_partial::<f64, _>(cell)
         && number.is_finite()
         && cell.get(length).is_none_or(|&byte| byte == delimiter)
@@ -337,6 +342,46 @@ fn number(line: &[u8], at: usize, delimiter: u8) -> Option<(f64, usize)> {
         return Some((number, at + length));
     }
     unusual_number(line, at, delimiter)
+}
+
+/// Most digits of a plain decimal: their number is below 2^53, and so exact as f64.
+const PLAIN_DIGITS: usize = 15;
+
+/// Powers of ten that are exact as f64.
+const POWERS_OF_TEN: [f64; PLAIN_DIGITS + 1] = [
+    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
+];
+
+/// A number of a few digits without exponent, as nearly all cells are, and its length. The
+/// quotient of two exact numbers is the f64 nearest to the decimal, as any parser has to give it.
+#[inline]
+fn plain_decimal(cell: &[u8]) -> Option<(f64, usize)> {
+    let negative = cell.first() == Some(&b'-');
+    let mut at = usize::from(negative);
+    let mut digits = 0_u64;
+    let mut take_digits = |from: usize| {
+        let mut end = from;
+        while let Some(digit) = cell.get(end).map(|byte| byte.wrapping_sub(b'0'))
+            && digit < 10
+        {
+            // What wraps has too many digits.
+            digits = digits.wrapping_mul(10).wrapping_add(u64::from(digit));
+            end += 1;
+        }
+        end - from
+    };
+    let whole = take_digits(at);
+    at += whole;
+    let mut decimals = 0;
+    if cell.get(at) == Some(&b'.') {
+        decimals = take_digits(at + 1);
+        at += 1 + decimals;
+    }
+    if !(1..=PLAIN_DIGITS).contains(&(whole + decimals)) {
+        return None;
+    }
+    let number = digits as f64 / POWERS_OF_TEN[decimals];
+    Some((if negative { -number } else { number }, at))
 }
 
 /// Cells with spaces or quotes around them, and the spellings of "not a number".
@@ -438,6 +483,31 @@ mod tests {
         ] {
             let row = format!("0,0,x,{cell},1\n");
             assert!(parse(row.as_bytes()).unwrap().1[0].is_nan(), "{cell}");
+        }
+    }
+
+    #[test]
+    fn plain_decimals_are_the_nearest_numbers() {
+        let mut x = 1_u64;
+        for k in 0..20_000 {
+            x = x.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            let digits = (x >> 11) % 10_u64.pow(1 + k % 17);
+            let decimals = (k % 13) as usize;
+            let text = format!("{digits:0width$}", width = decimals + 1);
+            let (whole, fraction) = text.split_at(text.len() - decimals);
+            for sign in ["", "-"] {
+                let text = format!("{sign}{whole}.{fraction}");
+                let expected: f64 = text.parse().unwrap();
+                let (found, end) = number(text.as_bytes(), 0, b',').unwrap();
+                assert_eq!(
+                    (found.to_bits(), end),
+                    (expected.to_bits(), text.len()),
+                    "{text}"
+                );
+            }
+        }
+        for none in ["", "-", ".", "-.", "+1", "e5", "1234567890123456"] {
+            assert_eq!(plain_decimal(none.as_bytes()), None, "{none}");
         }
     }
 

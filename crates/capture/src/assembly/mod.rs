@@ -16,6 +16,7 @@ use self::series::{Scale, Series, Tracked};
 use crate::error::CaptureError;
 use crate::lines::Lines;
 use crate::table::{Extent, Rows, Table};
+use crate::text::excerpt;
 
 /// Where a body's rotation stands among the values of a row.
 #[derive(Clone, Copy, Debug)]
@@ -59,6 +60,26 @@ pub(crate) struct Take {
     /// How many rows the header promises, and under which key.
     pub(crate) declared_rows: Option<(&'static str, u64)>,
     pub(crate) findings: Vec<Finding>,
+}
+
+/// How many rows a header promises. Nothing depends on it, so text that is no count is a finding.
+pub(crate) fn declared_rows(
+    key: &'static str,
+    text: Option<&str>,
+    findings: &mut Vec<Finding>,
+) -> Option<(&'static str, u64)> {
+    let text = text.filter(|text| !text.is_empty())?;
+    let count = text.parse().ok();
+    if count.is_none() {
+        findings.push(Finding::warning(
+            key,
+            format!(
+                "expected a count, found \"{}\": counted what is there",
+                excerpt(text.as_bytes())
+            ),
+        ));
+    }
+    count.map(|count| (key, count))
 }
 
 /// What a header says: of its columns, of its take, and where the rows start.

@@ -19,6 +19,7 @@ pub(super) struct Layout {
     pub(super) labels: Vec<String>,
     pub(super) entities: Vec<Entity>,
     pub(super) has_bones: bool,
+    pub(super) has_fitted_markers: bool,
     /// How rotations are written; `None` where there are none.
     pub(super) rotation: Option<RotationOrder>,
     pub(super) findings: Vec<Finding>,
@@ -164,6 +165,9 @@ pub(super) fn resolve(
         has_bones: candidates
             .iter()
             .any(|candidate| candidate.of == Type::Bone),
+        has_fitted_markers: candidates
+            .iter()
+            .any(|candidate| candidate.of == Type::FittedMarker),
         columns,
         entities: Vec::with_capacity(candidates.len()),
         rotation: None,

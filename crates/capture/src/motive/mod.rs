@@ -49,7 +49,7 @@ pub use write::write;
 use inhand_model::{Clock, Finding, LengthUnit, Recording, RotationOrder, Source, UpAxis};
 
 use self::header::Header;
-use crate::assembly::{Opened, Take};
+use crate::assembly::{self, Opened, Take};
 use crate::error::CaptureError;
 use crate::settings::{
     ReadSettings, parse_length_unit, parse_rotation_order, parse_up_axis, stated_or_given,
@@ -132,11 +132,31 @@ pub(crate) fn open(
             format!("{version} is none of 1.21 to 1.25: read as its header rows say"),
         ));
     }
-    if layout.has_bones && header.is_fact("Coordinate Space", "Local") {
-        findings.push(Finding::warning(
-            "Coordinate Space",
-            "Local: poses of bones are relative to their parent bone, not to the world",
-        ));
+    if header.is_fact("Coordinate Space", "Local") {
+        let local = [
+            (
+                layout.has_bones,
+                "poses of bones are relative to their parent bone",
+            ),
+            (
+                layout.has_fitted_markers,
+                "positions of rigid-body markers may be relative to their body",
+            ),
+        ];
+        let local: Vec<_> = local
+            .iter()
+            .filter(|(has, _)| *has)
+            .map(|(_, what)| *what)
+            .collect();
+        if !local.is_empty() {
+            findings.push(Finding::warning(
+                "Coordinate Space",
+                format!(
+                    "Local: {}, not to the world: kept as they are",
+                    local.join(", ")
+                ),
+            ));
+        }
     }
     let start = start_time::parse("Capture Start Time", header.fact("Capture Start Time"));
     findings.extend(start.finding);
@@ -159,9 +179,8 @@ pub(crate) fn open(
         labels: layout.labels,
         may_end_after: None,
     };
-    let declared_rows = header
-        .fact("Total Exported Frames")
-        .and_then(|count| Some(("Total Exported Frames", count.parse().ok()?)));
+    const ROWS: &str = "Total Exported Frames";
+    let declared_rows = assembly::declared_rows(ROWS, header.fact(ROWS), &mut findings);
     Ok(Opened {
         table,
         data_start: header.data_start,

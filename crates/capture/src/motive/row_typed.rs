@@ -33,7 +33,7 @@ use inhand_model::{Clock, Finding, LengthUnit, Recording, RotationOrder, Source,
 use self::entities::Entities;
 use self::instants::Instants;
 use self::layout::Layout;
-use crate::assembly::{Assembly, Parsed, Pieces, Take};
+use crate::assembly::{self, Assembly, Parsed, Pieces, Take};
 use crate::error::CaptureError;
 use crate::settings::{ReadSettings, stated_or_given};
 use crate::table::Rows;
@@ -113,7 +113,8 @@ pub(super) fn read(
     findings.extend(entities.findings());
     findings.extend(lost);
     let version = prelude.facts.get("version").map_or("1", String::as_str);
-    let declared_rows = prelude.facts.get("framecount");
+    let declared_rows = prelude.facts.get("framecount").map(String::as_str);
+    let declared_rows = assembly::declared_rows("framecount", declared_rows, &mut findings);
     let take = Take {
         name: text::stem(file).to_owned(),
         clock,
@@ -126,7 +127,7 @@ pub(super) fn read(
         },
         entities: layout.entities(&entities),
         zero_is_missing: false,
-        declared_rows: declared_rows.and_then(|count| Some(("framecount", count.parse().ok()?))),
+        declared_rows,
         findings,
     };
     let (width, frames) = (layout.width, entities.frames);

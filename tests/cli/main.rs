@@ -4,6 +4,7 @@
 mod annotate;
 mod bad_input;
 mod bags;
+mod convert;
 mod export;
 mod learn_rank;
 mod learn_runs;

@@ -3,7 +3,8 @@
 //! A reader turns bytes into a [`Recording`]: metres, unit quaternions, an even clock, a status on
 //! every sample. What is odd but usable becomes a [`Finding`](inhand_model::Finding) on the
 //! recording; what cannot be used is a [`CaptureError`] that says where, what was expected, what
-//! was found and what to do. Nothing here opens a file.
+//! was found and what to do. Nothing here opens a file. [`read()`] takes a file in memory, [`Blocks`]
+//! one of any length.
 //!
 //! ```
 //! use inhand_capture::{ReadSettings, roles};
@@ -33,7 +34,7 @@
 //! # Ok::<(), inhand_capture::CaptureError>(())
 //! ```
 //!
-//! * [`motive`]: reads Motive CSV 1.21 and later, writes 1.23.
+//! * [`motive`]: reads Motive CSV, the row-typed versions 1 and 1.1 as well, writes 1.23.
 //! * [`qualisys`]: reads TSV files of Qualisys Track Manager.
 //! * [`trc`]: reads TRC files, as Cortex, Motive and OpenSim write them.
 //! * [`roles`]: which body or marker cluster is the hand, the object, which marker is which finger.

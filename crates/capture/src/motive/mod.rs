@@ -1,4 +1,5 @@
-//! Motive CSV (OptiTrack), format versions 1.21 and later: reads them, writes 1.23.
+//! Motive CSV (OptiTrack), format versions 1.21 and later: reads them, writes 1.23. The row-typed
+//! versions 1 and 1.1 are read too; how is told in the module `row_typed`.
 //!
 //! A file is a line of facts as key and value in turn, a blank line, rows of types, names, IDs (and
 //! parents, from 1.25), a row of `Rotation` and `Position`, a row of axes, and one row for each

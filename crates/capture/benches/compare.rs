@@ -4,7 +4,7 @@
 //!     cargo bench -p inhand-capture --bench compare -- make take.csv SECONDS
 //!
 //! `read` prints a line of JSON for each repeat. `make` writes a take at 120 Hz with 60 columns:
-//! frame, time, two bodies, and markers for the rest.
+//! frame, time, two bodies with their errors, and fourteen markers.
 
 use std::error::Error;
 use std::fs::File;
@@ -14,7 +14,7 @@ use std::time::Instant;
 use inhand_capture::{Blocks, Extent, ReadSettings};
 
 const RATE_HZ: usize = 120;
-/// Two bodies of seven columns and markers of three: 58 beside frame and time, with one to spare.
+/// Bodies have eight columns, markers three.
 const BODIES: usize = 2;
 const MARKERS: usize = 14;
 
@@ -87,6 +87,12 @@ fn make(path: &str, seconds: usize) -> Result<(), Box<dyn Error>> {
     for body in 0..BODIES {
         add("Rigid Body", format!("Body {body}"), "Rotation", "XYZW");
         add("Rigid Body", format!("Body {body}"), "Position", "XYZ");
+        add(
+            "Rigid Body",
+            format!("Body {body}"),
+            "Mean Marker Error",
+            " ",
+        );
     }
     for marker in 0..MARKERS {
         add("Marker", format!("Marker {marker}"), "Position", "XYZ");
@@ -112,6 +118,7 @@ fn make(path: &str, seconds: usize) -> Result<(), Box<dyn Error>> {
             let half = (0.05 * t).sin();
             match (column[2].as_str(), column[3].as_str()) {
                 _ if gap => write!(out, ",")?,
+                ("Mean Marker Error", _) => write!(out, ",{:.6}", 2e-4 + 1e-4 * half)?,
                 ("Rotation", "W") => write!(out, ",{:.6}", half.cos())?,
                 ("Rotation", _) => write!(out, ",{:.6}", half.sin() / 3_f64.sqrt())?,
                 _ => write!(out, ",{:.6}", (0.3 * t + c as f64).sin())?,

@@ -209,6 +209,11 @@ fn a_sound_file_loses_nothing_when_it_is_recovered() {
     let Some(files) = sound_files() else { return };
     for (file, bytes) in &files {
         let (out, recovered) = recovered(bytes).expect("a sound file can be recovered");
+        if text(file).ends_with("zstd_chunk_with_padding.mcap") {
+            // A chunk alone: nothing says of which channel its messages are.
+            assert_eq!(recovered.without_channel.values().sum::<u64>(), 12);
+            continue;
+        }
         assert!(!recovered.is_lossy(), "{}: {recovered:#?}", file.display());
         assert!(records(&out) == records(bytes), "{}", file.display());
     }
@@ -272,20 +277,16 @@ fn a_changed_byte_never_changes_what_is_recovered() {
     }
 }
 
-/// Whether a byte lies in a record outside chunks that is kept: header, schema, channel, message or
-/// metadata.
+/// Whether a byte of the data lies outside chunks.
 fn outside_chunks(bytes: &[u8]) -> impl Fn(usize) -> bool + use<> {
     let mut ranges = Vec::new();
     let mut offset = 8;
     while let Some(&[opcode, ref length @ ..]) = bytes[offset..].first_chunk::<9>() {
         let end = offset + 9 + u64::from_le_bytes(*length) as usize;
-        if matches!(
-            opcode,
-            op::HEADER | op::SCHEMA | op::CHANNEL | op::MESSAGE | op::METADATA
-        ) {
+        if !matches!(opcode, op::CHUNK | op::DATA_END) {
             ranges.push(offset..end);
         }
-        if opcode == op::FOOTER {
+        if opcode == op::DATA_END {
             break;
         }
         offset = end;

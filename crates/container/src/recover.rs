@@ -49,7 +49,7 @@ pub fn recover<R: Read + Seek, W: Write>(
     let mut source = Source::unchecked(file, input)?;
     let overview = Overview::read(&mut source)?;
     let (header, start) = header(&mut source)?;
-    let keeper = Keeper::create(out, &header.unwrap_or_else(|| vec![0; 8]), overview)?;
+    let keeper = Keeper::create(out, header.as_deref().unwrap_or(&[0; 8]), overview)?;
     let mut recovery = Recovery {
         scan: Scan::new(source),
         keeper,
@@ -57,7 +57,7 @@ pub fn recover<R: Read + Seek, W: Write>(
         records: Vec::new(),
         after_data: false,
     };
-    if start > mcap::MAGIC.len() as u64 || !recovery.starts_well()? {
+    if header.is_none() || !recovery.starts_well()? {
         recovery.report.repaired("the start of the file");
     }
     let mut offset = start;
@@ -175,17 +175,24 @@ impl<R: Read + Seek, W: Write> Recovery<R, W> {
             .read_at(head.body(), head.bytes, &mut body)?;
         let place = self.scan.source.place(head.offset);
         let known = matches!(head.opcode, op::HEADER..=op::DATA_END);
-        if (known && parse(place, head.opcode, &body).is_err())
-            || !self.scan.may_start(head.end())?
-        {
+        if known && parse(place, head.opcode, &body).is_err() {
             return Ok(None);
+        }
+        // Where nothing follows, either its length is wrong or what comes after it is damaged.
+        if !self.scan.may_start(head.end())? {
+            let channels = self.keeper.channel_ids();
+            let next = self.scan.next_record(head.offset + 1, &channels)?;
+            if next.is_some_and(|next| next < head.end()) {
+                return Ok(None);
+            }
         }
         match head.opcode {
             op::DATA_END => {
                 self.after_data = true;
                 self.check_data(head, &body)?;
             }
-            op::SCHEMA | op::CHANNEL if self.after_data => {}
+            // The summary repeats them; others know what to do with private records of theirs there.
+            op::SCHEMA | op::CHANNEL | 0x10.. if self.after_data => {}
             op::HEADER
             | op::FOOTER
             | op::MESSAGE_INDEX

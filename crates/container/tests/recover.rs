@@ -1,0 +1,280 @@
+//! What can be saved, and nothing else.
+
+use std::collections::BTreeMap;
+use std::io::Cursor;
+
+use inhand_container::{ContainerError, Recovered, recover};
+use mcap::records::op;
+use proptest::prelude::*;
+
+use crate::support::{PLAIN, Sent, Shape, check, file, messages, records, sent, shapes};
+
+fn saved(bytes: &[u8]) -> (Vec<u8>, Recovered) {
+    let mut out = Vec::new();
+    let recovered = recover("damaged.mcap", Cursor::new(bytes), &mut out).unwrap();
+    check(&out, &recovered.written);
+    (out, recovered)
+}
+
+fn counted(records: Vec<String>) -> BTreeMap<String, usize> {
+    let mut counts = BTreeMap::new();
+    for record in records {
+        *counts.entry(record).or_default() += 1;
+    }
+    counts
+}
+
+/// Where the records of a file start, with their opcodes.
+fn places(bytes: &[u8]) -> Vec<(usize, u8)> {
+    let (mut places, mut offset) = (Vec::new(), 8);
+    while let Some(&[opcode, ref length @ ..]) = bytes[offset..].first_chunk::<9>() {
+        places.push((offset, opcode));
+        if opcode == op::FOOTER {
+            break;
+        }
+        offset += 9 + u64::from_le_bytes(*length) as usize;
+    }
+    places
+}
+
+fn many() -> Vec<Sent> {
+    (0..100).map(|k| ((k % 4) as u16, k * 10)).collect()
+}
+
+fn chunks(bytes: &[u8]) -> Vec<usize> {
+    let places = places(bytes).into_iter();
+    places
+        .filter(|(_, opcode)| *opcode == op::CHUNK)
+        .map(|(place, _)| place)
+        .collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(80) })]
+
+    #[test]
+    fn a_sound_file_loses_nothing(shape in shapes(), messages in messages()) {
+        let bytes = file(&shape, &messages);
+        let (out, recovered) = saved(&bytes);
+        prop_assert!(!recovered.is_lossy(), "{recovered:#?}");
+        prop_assert_eq!(records(&out), records(&bytes));
+    }
+
+    #[test]
+    fn a_cut_file_gives_the_messages_before_the_cut(
+        shape in shapes(),
+        messages in messages(),
+        share in 0.0..1.0_f64,
+    ) {
+        let bytes = file(&shape, &messages);
+        let end = 40 + (share * (bytes.len() - 40) as f64) as usize;
+        let (out, recovered) = saved(&bytes[..end]);
+        let (all, kept) = (sent(&bytes), sent(&out));
+        prop_assert_eq!(&all[..kept.len()], &kept[..]);
+        prop_assert!(recovered.is_lossy() || !recovered.repaired.is_empty());
+        // Not packed, every whole message before the cut is there.
+        if shape.compression.is_none() || !shape.chunks {
+            let whole = all.iter().enumerate().take_while(|(n, _)| {
+                let content = crate::support::content(*n);
+                bytes[..end].windows(content.len()).any(|window| window == content)
+            });
+            prop_assert!(kept.len() + 1 >= whole.count());
+        }
+    }
+
+    #[test]
+    fn changed_bytes_in_chunks_are_never_passed_on(
+        messages in messages(),
+        mut shape in shapes(),
+        changes in prop::collection::vec((0.0..1.0_f64, 1..=255_u8), 1..4),
+    ) {
+        shape.sums = true;
+        shape.chunks = true;
+        let mut bytes = file(&shape, &messages);
+        let original = counted(records(&bytes));
+        let ranges: Vec<_> = chunks(&bytes).into_iter()
+            .map(|at| {
+                let length = u64::from_le_bytes(bytes[at + 1..at + 9].try_into().unwrap());
+                at..at + 9 + length as usize
+            })
+            .collect();
+        for (share, change) in changes {
+            let range = &ranges[(share * ranges.len() as f64) as usize];
+            let inside = (share * ranges.len() as f64).fract();
+            let place = range.start + (inside * range.len() as f64) as usize;
+            bytes[place] ^= change;
+        }
+        let (out, _) = saved(&bytes);
+        for (record, count) in counted(records(&out)) {
+            // A schema that is lost leaves its channels without one.
+            let found = original.get(&record).copied().unwrap_or(0);
+            prop_assert!(found >= count || record.contains("schema_id: 0"), "{record}");
+        }
+    }
+
+    #[test]
+    fn anything_at_all_is_survived(bytes in prop::collection::vec(any::<u8>(), 0..400), keep in 0..200_usize) {
+        let mut hostile = file(&PLAIN, &[(1, 1)]);
+        hostile.truncate(keep);
+        hostile.extend(bytes);
+        let mut out = Vec::new();
+        if let Ok(recovered) = recover("x", Cursor::new(&hostile), &mut out) {
+            check(&out, &recovered.written);
+        }
+    }
+}
+
+#[test]
+fn a_chunk_whose_checksum_differs_is_left_out_alone() {
+    let mut bytes = file(&PLAIN, &many());
+    let chunks = chunks(&bytes);
+    bytes[chunks[3] + 200] ^= 1;
+    let (out, recovered) = saved(&bytes);
+    assert_eq!(recovered.losses.len(), 1);
+    assert_eq!(recovered.losses[0].offset, chunks[3] as u64);
+    assert!(recovered.losses[0].span.is_some() && recovered.is_lossy());
+    let stated = recovered.stated_messages.unwrap();
+    assert_eq!(stated, 100);
+    assert!((80..100).contains(&recovered.written.messages));
+    assert_eq!(sent(&out).len() as u64, recovered.written.messages);
+    assert!(!recovered.unfinished && recovered.lost_bytes > 0);
+}
+
+#[test]
+fn definitions_of_a_lost_chunk_come_from_the_summary() {
+    let mut bytes = file(&PLAIN, &many());
+    let first = chunks(&bytes)[0];
+    bytes[first + 100] ^= 1;
+    let (out, recovered) = saved(&bytes);
+    assert!(recovered.without_channel.is_empty() && recovered.without_schema.is_empty());
+    assert!(recovered.written.messages > 80 && sent(&out).len() > 80);
+    // Without a summary nobody knows what the messages are.
+    let shape = Shape {
+        summary: false,
+        ..PLAIN
+    };
+    let mut bytes = file(&shape, &many());
+    let first = chunks(&bytes)[0];
+    bytes[first + 100] ^= 1;
+    let (out, recovered) = saved(&bytes);
+    assert!(sent(&out).is_empty());
+    assert_eq!(recovered.without_channel.len(), 4);
+    assert!(recovered.without_channel.values().sum::<u64>() > 80);
+}
+
+#[test]
+fn garbage_between_records_is_skipped() {
+    for compression in [None, Some(mcap::Compression::Zstd)] {
+        let shape = Shape {
+            compression,
+            ..PLAIN
+        };
+        let sound = file(&shape, &many());
+        let at = chunks(&sound)[4];
+        let mut bytes = sound.clone();
+        let garbage: Vec<u8> = (0..333_u32).map(|k| (k * k % 239) as u8).collect();
+        bytes.splice(at..at, garbage.iter().copied());
+        let (out, recovered) = saved(&bytes);
+        assert_eq!(sent(&out), sent(&sound));
+        assert_eq!(recovered.lost_bytes, 333);
+        assert_eq!(recovered.losses[0].offset, at as u64);
+        assert_eq!(records(&out), records(&sound));
+    }
+}
+
+#[test]
+fn a_wrong_length_costs_nothing_where_the_chunk_knows_better() {
+    for length in [0, 50, 400, 1 << 20, 1 << 40, u64::MAX] {
+        for compression in [None, Some(mcap::Compression::Lz4)] {
+            let sound = file(
+                &Shape {
+                    compression,
+                    ..PLAIN
+                },
+                &many(),
+            );
+            let at = chunks(&sound)[2];
+            let mut bytes = sound.clone();
+            bytes[at + 1..at + 9].copy_from_slice(&length.to_le_bytes());
+            let (out, recovered) = saved(&bytes);
+            assert_eq!(sent(&out), sent(&sound), "length {length}: {recovered:#?}");
+        }
+    }
+}
+
+#[test]
+fn a_writer_that_died_leaves_what_it_had_written() {
+    let sound = file(&PLAIN, &many());
+    let at = *chunks(&sound).last().unwrap();
+    // As mcap's writer leaves a chunk that it has not closed.
+    let mut bytes = sound[..at + 500].to_vec();
+    bytes[at + 1..at + 9].copy_from_slice(&[0xff; 8]);
+    bytes[at + 9..at + 9 + 16].copy_from_slice(&[0; 16]);
+    bytes[at + 25..at + 25 + 12].copy_from_slice(&[0xff; 12]);
+    bytes[at + 41..at + 49].copy_from_slice(&[0xff; 8]);
+    let (out, recovered) = saved(&bytes);
+    assert!(recovered.unfinished && recovered.is_lossy());
+    let (kept, all) = (sent(&out), sent(&sound));
+    assert_eq!(kept[..], all[..kept.len()]);
+    assert!(kept.len() > 90, "{}", kept.len());
+}
+
+#[test]
+fn a_damaged_summary_is_made_anew() {
+    let sound = file(&PLAIN, &many());
+    let (end, _) = places(&sound)
+        .into_iter()
+        .find(|(_, opcode)| *opcode == op::DATA_END)
+        .unwrap();
+    for place in [end + 20, end + 60, sound.len() - 20, sound.len() - 3] {
+        let mut bytes = sound.clone();
+        bytes[place] ^= 0xff;
+        let (out, recovered) = saved(&bytes);
+        assert_eq!(records(&out), records(&sound), "byte {place}");
+        assert!(!recovered.is_lossy(), "byte {place}: {recovered:#?}");
+    }
+}
+
+#[test]
+fn a_damaged_start_costs_no_message() {
+    let sound = file(&PLAIN, &many());
+    for place in [0, 3, 8, 10, 20] {
+        let mut bytes = sound.clone();
+        bytes[place] ^= 0x55;
+        let (out, _) = saved(&bytes);
+        assert_eq!(sent(&out), sent(&sound), "byte {place}");
+    }
+}
+
+#[test]
+fn changed_bytes_outside_chunks_are_told() {
+    let shape = Shape {
+        chunks: false,
+        ..PLAIN
+    };
+    let mut bytes = file(&shape, &many());
+    let last = bytes.iter().rposition(|&byte| byte == op::MESSAGE).unwrap();
+    let content = crate::support::content(50);
+    let at = bytes
+        .windows(content.len())
+        .position(|window| window == content)
+        .unwrap();
+    assert!(at < last);
+    bytes[at + 5] ^= 1;
+    let (out, recovered) = saved(&bytes);
+    assert_eq!(sent(&out).len(), 100);
+    assert!(recovered.unchecked && recovered.is_lossy());
+}
+
+#[test]
+fn what_is_no_such_file_is_refused() {
+    for bytes in [
+        &b""[..],
+        b"Format Version,1.23",
+        &[0; 5000],
+        b"\x89PNG\r\n\x1a\n and so on",
+    ] {
+        let error = recover("x.csv", Cursor::new(bytes), std::io::sink()).unwrap_err();
+        assert!(matches!(error, ContainerError::NotMcap { .. }), "{error}");
+    }
+}

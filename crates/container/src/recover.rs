@@ -35,7 +35,7 @@ const SUMMED_BYTES: u64 = 1 << 20;
 /// needed are taken from the summary, if there is one. Summary and indexes are made anew.
 ///
 /// Bytes outside chunks have no checksum of their own: a message there that still looks like one is
-/// kept, and [`Recovered::unchecked`] says that the checksum over all data does not hold.
+/// kept, and [`Recovered::unchecked`] says that nothing vouches for it.
 ///
 /// # Errors
 ///
@@ -61,6 +61,16 @@ pub fn recover<R: Read + Seek, W: Write>(
         recovery.report.repaired("the start of the file");
     }
     let mut offset = start;
+    if header.is_none()
+        && let Some(first) = recovery.scan.head(start)?
+        && recovery.scan.fits(first)
+        && recovery.scan.may_start(first.end())?
+    {
+        // Whatever it calls itself now, it is where the header was.
+        let what = "a damaged header".to_owned();
+        recovery.lose(start, first.end() - start, what, None);
+        offset = first.end();
+    }
     while let Some(next) = recovery.step(offset)? {
         offset = next;
     }
@@ -174,7 +184,11 @@ impl<R: Read + Seek, W: Write> Recovery<R, W> {
             .source
             .read_at(head.body(), head.bytes, &mut body)?;
         let place = self.scan.source.place(head.offset);
+        // Kinds that nobody knows are more likely to be damage.
         let known = matches!(head.opcode, op::HEADER..=op::DATA_END);
+        if !known && head.opcode < 0x80 {
+            return Ok(None);
+        }
         if known && parse(place, head.opcode, &body).is_err() {
             return Ok(None);
         }
@@ -201,7 +215,13 @@ impl<R: Read + Seek, W: Write> Recovery<R, W> {
             | op::METADATA_INDEX
             | op::STATISTICS
             | op::SUMMARY_OFFSET => {}
-            opcode => self.keeper.alone(opcode, &body, &mut self.report)?,
+            opcode => {
+                if self.report.has_losses() {
+                    // It may come from a chunk whose checksum was lost.
+                    self.report.unchecked();
+                }
+                self.keeper.alone(opcode, &body, &mut self.report)?;
+            }
         }
         Ok(Some(head.end()))
     }

@@ -104,7 +104,11 @@ proptest! {
             let place = range.start + (inside * range.len() as f64) as usize;
             bytes[place] ^= change;
         }
-        let (out, _) = saved(&bytes);
+        let (out, recovered) = saved(&bytes);
+        if recovered.unchecked {
+            // The head of a chunk was hit: its records lie bare, and it is told.
+            return Ok(());
+        }
         for (record, count) in counted(records(&out)) {
             // A schema that is lost leaves its channels without one.
             let found = original.get(&record).copied().unwrap_or(0);

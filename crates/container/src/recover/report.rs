@@ -43,8 +43,8 @@ pub struct Recovered {
     pub stated_messages: Option<u64>,
     /// Whether the file ends before its data do, or its writer never finished it.
     pub unfinished: bool,
-    /// Whether the checksum over all data does not hold though every record looks sound: something
-    /// outside chunks has other bytes than were written.
+    /// Whether records outside chunks may hold other bytes than were written: the checksum over all
+    /// data does not hold though every record looks sound, or they were found behind damage.
     pub unchecked: bool,
     /// Parts that say nothing new and were made anew.
     pub repaired: BTreeSet<String>,

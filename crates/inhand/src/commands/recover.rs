@@ -90,7 +90,7 @@ fn text(recovered: &Recovered) -> String {
     }
     if recovered.unchecked {
         lines.push(
-            "warning   the checksum over all data differs: something outside chunks has changed"
+            "warning   no checksum vouches for the records that lie outside chunks"
                 .to_owned(),
         );
     }
@@ -141,7 +141,7 @@ fn as_json(recovered: &Recovered) -> Value {
         "topics_without_schema": recovered.without_schema,
         "contradictions": recovered.contradictions,
         "unfinished": recovered.unfinished,
-        "checksum_of_data_differs": recovered.unchecked,
+        "unchecked_records": recovered.unchecked,
         "repaired": recovered.repaired,
     })
 }

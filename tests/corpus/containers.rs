@@ -288,13 +288,17 @@ fn states_data_sum(bytes: &[u8]) -> bool {
         .any(|record| matches!(record, Ok(Record::DataEnd(end)) if end.data_section_crc != 0))
 }
 
-/// Whether a byte of the data lies outside chunks.
+/// Whether a byte of the data is in no chunk with a checksum.
 fn outside_chunks(bytes: &[u8]) -> impl Fn(usize) -> bool + use<> {
     let mut ranges = Vec::new();
     let mut offset = 8;
     while let Some(&[opcode, ref length @ ..]) = bytes[offset..].first_chunk::<9>() {
         let end = offset + 9 + u64::from_le_bytes(*length) as usize;
-        if !matches!(opcode, op::CHUNK | op::DATA_END) {
+        // That a chunk is one is in no checksum of its own; some writers make none at all.
+        let sum = offset + 9 + 24..offset + 9 + 28;
+        if opcode == op::CHUNK && bytes[sum] != [0; 4] {
+            ranges.push(offset..offset + 1);
+        } else if opcode != op::DATA_END {
             ranges.push(offset..end);
         }
         if opcode == op::DATA_END {

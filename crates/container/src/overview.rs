@@ -35,42 +35,12 @@ impl Overview {
     /// The summary of a file; empty where it has none or one that is not sound. The source then
     /// stands at its first record.
     pub(crate) fn read<R: Read + Seek>(source: &mut Source<R>) -> Result<Self, ContainerError> {
-        let overview = Self::of(source)?.unwrap_or_default();
+        let end = End::read(source)?;
         source.rewind()?;
-        Ok(overview)
-    }
-
-    fn of<R: Read + Seek>(source: &mut Source<R>) -> Result<Option<Self>, ContainerError> {
-        let end = (FOOTER_BYTES + mcap::MAGIC.len()) as u64;
-        let Some(footer_offset) = source.bytes().checked_sub(end) else {
-            return Ok(None);
-        };
-        let mut footer = Vec::new();
-        source.read_at(footer_offset, end, &mut footer)?;
-        let Some(footer) = footer.strip_suffix(mcap::MAGIC) else {
-            return Ok(None);
-        };
-        let (Some((&[opcode, ..], body)), Some(&covered)) = (
-            footer.split_first_chunk::<PREFIX_BYTES>(),
-            footer.first_chunk::<{ PREFIX_BYTES + FOOTER_COVERED_BYTES }>(),
-        ) else {
-            return Ok(None);
-        };
-        let Ok(Record::Footer(footer)) = mcap::parse_record(opcode, body) else {
-            return Ok(None);
-        };
-        if footer.summary_start == 0 || footer.summary_start > footer_offset {
-            return Ok(None);
-        }
-        let mut summary = Vec::new();
-        let length = footer_offset - footer.summary_start;
-        source.read_at(footer.summary_start, length, &mut summary)?;
-        summary.extend_from_slice(&covered);
-        if footer.summary_crc != 0 && footer.summary_crc != crc32fast::hash(&summary) {
-            return Ok(None);
-        }
-        summary.truncate(summary.len() - covered.len());
-        Ok(Self::parse(&summary))
+        Ok(match end {
+            Some(End::Summary(overview)) => overview,
+            _ => Self::default(),
+        })
     }
 
     fn parse(summary: &[u8]) -> Option<Self> {
@@ -102,6 +72,57 @@ impl Overview {
                 && counted.chunk_count as usize == overview.chunks.len();
         }
         Some(overview)
+    }
+}
+
+/// How a file ends that ends as one should.
+pub(crate) enum End {
+    /// By a footer alone.
+    Bare,
+    /// By a summary that is damaged.
+    Damaged,
+    /// By a sound summary.
+    Summary(Overview),
+}
+
+impl End {
+    /// `None` for a file without a footer at its end.
+    pub(crate) fn read<R: Read + Seek>(
+        source: &mut Source<R>,
+    ) -> Result<Option<Self>, ContainerError> {
+        let end = (FOOTER_BYTES + mcap::MAGIC.len()) as u64;
+        let Some(footer_offset) = source.bytes().checked_sub(end) else {
+            return Ok(None);
+        };
+        let mut footer = Vec::new();
+        source.read_at(footer_offset, end, &mut footer)?;
+        let Some(footer) = footer.strip_suffix(mcap::MAGIC) else {
+            return Ok(None);
+        };
+        let (Some((&[opcode, ..], body)), Some(&covered)) = (
+            footer.split_first_chunk::<PREFIX_BYTES>(),
+            footer.first_chunk::<{ PREFIX_BYTES + FOOTER_COVERED_BYTES }>(),
+        ) else {
+            return Ok(None);
+        };
+        let Ok(Record::Footer(footer)) = mcap::parse_record(opcode, body) else {
+            return Ok(None);
+        };
+        if footer.summary_start == 0 {
+            return Ok(Some(End::Bare));
+        }
+        let Some(length) = footer_offset.checked_sub(footer.summary_start) else {
+            return Ok(Some(End::Damaged));
+        };
+        let mut summary = Vec::new();
+        source.read_at(footer.summary_start, length, &mut summary)?;
+        summary.extend_from_slice(&covered);
+        if footer.summary_crc != 0 && footer.summary_crc != crc32fast::hash(&summary) {
+            return Ok(Some(End::Damaged));
+        }
+        summary.truncate(summary.len() - covered.len());
+        let overview = Overview::parse(&summary);
+        Ok(Some(overview.map_or(End::Damaged, End::Summary)))
     }
 }
 

@@ -12,7 +12,7 @@ use crate::attachment::{attachment_facts, check_attachment, pass_attachment};
 use crate::chunk::{Extent, unpack};
 use crate::error::ContainerError;
 use crate::format::{ChunkFacts, PREFIX_BYTES, Records, name_of};
-use crate::overview::{CHUNK_START_BYTES, Overview};
+use crate::overview::{CHUNK_START_BYTES, End, Overview};
 use crate::source::{Head, Source};
 use crate::walk::parse;
 use keeper::Keeper;
@@ -120,6 +120,9 @@ impl<R: Read + Seek, W: Write> Recovery<R, W> {
 
     /// Deals with what starts at this byte; gives where to go on, `None` at the end.
     fn step(&mut self, offset: u64) -> Result<Option<u64>, ContainerError> {
+        if self.after_data && offset == self.scan.source.bytes() {
+            return Ok(None);
+        }
         let Some(head) = self.scan.head(offset)? else {
             let left = self.scan.source.bytes().saturating_sub(offset);
             if left > 0 {
@@ -203,7 +206,12 @@ impl<R: Read + Seek, W: Write> Recovery<R, W> {
         match head.opcode {
             op::DATA_END => {
                 self.after_data = true;
-                self.check_data(head, &body)?;
+                if !self.report.has_losses() {
+                    // All data are there; what follows repeats them.
+                    self.check_data(head, &body)?;
+                    self.check_summary()?;
+                    return Ok(Some(self.scan.source.bytes()));
+                }
             }
             // The summary repeats them; others know what to do with private records of theirs there.
             op::SCHEMA | op::CHANNEL | 0x10.. if self.after_data => {}
@@ -226,10 +234,10 @@ impl<R: Read + Seek, W: Write> Recovery<R, W> {
         Ok(Some(head.end()))
     }
 
-    /// Compares the checksum of all data, where nothing of it is known to be wrong.
+    /// Compares the checksum of all data.
     fn check_data(&mut self, head: Head, body: &[u8]) -> Result<(), ContainerError> {
         let stated = body.first_chunk().map_or(0, |sum| u32::from_le_bytes(*sum));
-        if stated == 0 || self.report.has_losses() {
+        if stated == 0 {
             return Ok(());
         }
         let (mut sum, mut offset, mut piece) = (crc32fast::Hasher::new(), 0, Vec::new());
@@ -241,6 +249,16 @@ impl<R: Read + Seek, W: Write> Recovery<R, W> {
         }
         if sum.finalize() != stated {
             self.report.unchecked();
+        }
+        Ok(())
+    }
+
+    /// Says what behind the data has to be made anew.
+    fn check_summary(&mut self) -> Result<(), ContainerError> {
+        match End::read(&mut self.scan.source)? {
+            None => self.report.repaired("the end of the file"),
+            Some(End::Damaged) => self.report.repaired("the summary"),
+            Some(End::Bare | End::Summary(_)) => {}
         }
         Ok(())
     }

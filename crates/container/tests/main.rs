@@ -4,4 +4,3 @@ mod merge;
 mod recover;
 mod select;
 mod support;
-mod tmp_corpus;

@@ -90,8 +90,7 @@ fn text(recovered: &Recovered) -> String {
     }
     if recovered.unchecked {
         lines.push(
-            "warning   no checksum vouches for the records that lie outside chunks"
-                .to_owned(),
+            "warning   no checksum vouches for the records that lie outside chunks".to_owned(),
         );
     }
     for part in &recovered.repaired {

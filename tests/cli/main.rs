@@ -5,6 +5,7 @@ mod annotate;
 mod bad_input;
 mod bags;
 mod convert;
+mod containers;
 mod export;
 mod learn_rank;
 mod learn_runs;

@@ -9,6 +9,8 @@ mod common;
 
 /// Events on the time line.
 mod annotations;
+/// A stretch of a file.
+mod cut;
 /// Bytes that are no sound file, or none of ours: refused with the place, never a panic.
 mod damaged;
 /// Recordings of others.

@@ -48,7 +48,7 @@ fn series_bits(series: Option<&Vec<f64>>) -> Option<Vec<u64>> {
     series.map(|values| values.iter().map(|value| value.to_bits()).collect())
 }
 
-fn assert_same_recording(found: &Recording, expected: &Recording) {
+pub(crate) fn assert_same_recording(found: &Recording, expected: &Recording) {
     assert_eq!(found.name, expected.name);
     assert_eq!(found.clock, expected.clock);
     assert_eq!(found.source, expected.source);

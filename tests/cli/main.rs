@@ -6,6 +6,7 @@ mod bad_input;
 mod bags;
 mod convert;
 mod containers;
+mod check;
 mod export;
 mod learn_rank;
 mod learn_runs;

@@ -5,9 +5,9 @@ use std::process::{Command, Stdio};
 
 use crate::support::{Bench, SMALL};
 
-const COMMANDS: [&str; 11] = [
-    "run", "demo", "info", "convert", "process", "learn", "generate", "evaluate", "report",
-    "simulate", "settings",
+const COMMANDS: [&str; 12] = [
+    "check", "run", "demo", "info", "convert", "process", "learn", "generate", "evaluate",
+    "report", "simulate", "settings",
 ];
 
 #[test]

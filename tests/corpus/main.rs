@@ -2,6 +2,7 @@
 //! `INHAND_CORPUS`. Without it every test here says so and checks nothing.
 
 mod containers;
+mod check;
 mod files;
 mod real;
 mod ros2;

@@ -15,6 +15,9 @@ const MAX_MARKERS: usize = 12;
 /// Stretches that a take is divided into to tell drift from noise.
 const BLOCKS: usize = 10;
 
+/// A drift counts from this many times what distances vary by within a tenth of the take.
+const DRIFT_OVER_NOISE: f64 = 2.0;
+
 /// Share of a drift that one step has to make up to be called a jump.
 const JUMP_SHARE: f64 = 0.7;
 
@@ -210,8 +213,31 @@ struct Pair {
     p95_m: f64,
     /// Range of the median distances of blocks.
     drift_m: f64,
-    /// Median distance of each block that has samples, with its middle sample.
-    blocks: Vec<(usize, f64)>,
+    /// 95th percentile of the deviation within a block, in the middle of all blocks: what goes to and
+    /// fro is no drift.
+    noise_m: f64,
+    blocks: Vec<Block>,
+}
+
+/// A tenth of a take.
+struct Block {
+    /// Its middle sample.
+    middle: usize,
+    median_m: f64,
+    /// 95th percentile of the deviation from the block's median.
+    p95_m: f64,
+}
+
+impl Block {
+    fn of(distances: &[(usize, f64)]) -> Self {
+        let median_m = Sorted::of(distances.iter().map(|&(_, d)| d)).median();
+        let off = distances.iter().map(|&(_, d)| (d - median_m).abs());
+        Self {
+            middle: distances[distances.len() / 2].0,
+            median_m,
+            p95_m: Sorted::of(off).quantile(0.95),
+        }
+    }
 }
 
 impl Pair {
@@ -226,40 +252,33 @@ impl Pair {
         }
         let off = Sorted::of(distances.iter().map(|&(_, d)| (d - median_m).abs()));
         let per_block = distances.len().div_ceil(BLOCKS).max(1);
-        let blocks: Vec<_> = (distances.chunks(per_block))
-            // A median of a few samples is noise.
+        // A median of a few samples is noise.
+        let blocks = (distances.chunks(per_block))
             .filter(|block| 2 * block.len() >= per_block && block.len() >= 5)
-            .map(|block| {
-                (
-                    block[block.len() / 2].0,
-                    Sorted::of(block.iter().map(|&(_, d)| d)).median(),
-                )
-            })
-            .collect();
-        let low = blocks.iter().map(|&(_, d)| d).fold(f64::INFINITY, f64::min);
-        let high = blocks
-            .iter()
-            .map(|&(_, d)| d)
-            .fold(f64::NEG_INFINITY, f64::max);
+            .map(Block::of);
+        let blocks: Vec<_> = blocks.collect();
+        let medians = || blocks.iter().map(|block| block.median_m);
+        let low = medians().fold(f64::INFINITY, f64::min);
+        let high = medians().fold(f64::NEG_INFINITY, f64::max);
+        let noise_m = Sorted::of(blocks.iter().map(|block| block.p95_m)).median();
         Some(Self {
             names: format!("{} - {}", a.name, b.name),
             n: sorted.len(),
             median_m,
             p95_m: off.quantile(0.95),
             drift_m: if blocks.len() > 1 { high - low } else { 0.0 },
+            noise_m,
             blocks,
         })
     }
 
     /// When most of the drift happens at once.
     fn jump(&self, clock: &inhand_model::Clock) -> Option<f64> {
-        let step = |pair: &[(usize, f64)]| (pair[1].1 - pair[0].1).abs();
-        let largest = self
-            .blocks
-            .windows(2)
-            .max_by(|a, b| step(a).total_cmp(&step(b)))?;
+        let step = |pair: &[Block]| (pair[1].median_m - pair[0].median_m).abs();
+        let largest = (self.blocks.windows(2)).max_by(|a, b| step(a).total_cmp(&step(b)))?;
+        let middle_s = |block: &Block| clock.time_s(block.middle);
         (step(largest) >= JUMP_SHARE * self.drift_m)
-            .then(|| 0.5 * (clock.time_s(largest[0].0) + clock.time_s(largest[1].0)))
+            .then(|| 0.5 * (middle_s(&largest[0]) + middle_s(&largest[1])))
     }
 }
 

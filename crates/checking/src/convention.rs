@@ -31,6 +31,11 @@ const TOLERANCE_M: f64 = 1.5e-3;
 /// Another reading has to be this many times better to be believed.
 const BETTER: f64 = 4.0;
 
+/// Readings whose markers wander this many times the least, and this much more in metres, are as good.
+const AS_GOOD: f64 = 1.5;
+/// See [`AS_GOOD`].
+const AS_GOOD_M: f64 = 1e-4;
+
 /// Turn that a body has to make before its rotations are proven, radians: 15 degrees.
 const MIN_TURN_RAD: f64 = 0.26;
 
@@ -82,9 +87,18 @@ fn of_body(recording: &Recording, body: &TrackedBody) -> Option<CheckResult> {
         });
     }
     let readings = readings(recording.source.rotation);
-    let better = (readings.iter())
+    let tried: Vec<_> = (readings.iter())
         .map(|reading| (seen.wander_m(reading, recording.source.rotation), reading))
-        .find(|&(wander_m, _)| wander_m <= tolerance_m && BETTER * wander_m <= stated);
+        .collect();
+    let best_m = tried
+        .iter()
+        .map(|&(wander_m, _)| wander_m)
+        .fold(f64::INFINITY, f64::min);
+    // Of readings that are as good as each other, the likeliest, which is the first.
+    let as_good_m = AS_GOOD * best_m + AS_GOOD_M;
+    let better = (tried.into_iter())
+        .find(|&(wander_m, _)| wander_m <= as_good_m)
+        .filter(|&(wander_m, _)| wander_m <= tolerance_m && BETTER * wander_m <= stated);
     let Some((wander_m, reading)) = better else {
         return Some(
             base(Level::Warn)
@@ -335,7 +349,7 @@ mod tests {
         for order in EULER_ORDERS {
             for angles_rad in [[0.3, -0.7, 1.1], [-2.0, 0.4, 0.9], [0.1, 1.2, -3.0]] {
                 // The middle angle of each order within a quarter turn.
-                let mut angles_rad = angles_rad;
+                let mut angles_rad: [f64; 3] = angles_rad;
                 let middle = usize::from(order[1]);
                 angles_rad[middle] = angles_rad[middle].sin();
                 let found = angles(compose(angles_rad, order), order);

@@ -20,6 +20,9 @@ const MIN_FINGERS: usize = 3;
 /// Farthest that the fingertips of one hand come apart, and nearest that five of them stay, metres.
 const SPREAD_M: [f64; 2] = [0.01, 0.28];
 
+/// How many times further than the finger in the middle one has to be to be another marker.
+const FAR: f64 = 2.0;
+
 /// Farthest that coordinates lie from the origin of any capture volume, metres.
 const VOLUME_M: f64 = 100.0;
 
@@ -38,9 +41,11 @@ pub(crate) fn hand_size(
     motion: &Motion,
     settings: &CheckSettings,
 ) -> Vec<CheckResult> {
+    let far = misplaced(motion, settings);
     let (mut reach, mut spread) = (Vec::new(), Vec::new());
     for k in 0..motion.len() {
         let tips: Vec<_> = (Finger::ALL.into_iter())
+            .filter(|finger| !far.iter().any(|(other, ..)| other == finger))
             .filter_map(|finger| motion.fingertips[finger].get(k))
             .map(|tip| tip.coords_m())
             .collect();
@@ -48,9 +53,7 @@ pub(crate) fn hand_size(
             continue;
         }
         reach.push(tips.iter().map(|tip| tip.norm()).fold(0.0, f64::max));
-        let apart = tips
-            .iter()
-            .flat_map(|a| tips.iter().map(move |b| (a - b).norm()));
+        let apart = (tips.iter()).flat_map(|a| tips.iter().map(move |b| (a - b).norm()));
         spread.push(apart.fold(0.0, f64::max));
     }
     let n = reach.len();
@@ -83,7 +86,7 @@ pub(crate) fn hand_size(
         stated.name(),
         length(reach_m)
     ))];
-    results.extend(misplaced(motion, settings));
+    results.extend(finger_place(&far, settings));
     if !(SPREAD_M[0]..=SPREAD_M[1]).contains(&spread_m) {
         results.push(
             CheckResult::new("finger-spread", Level::Warn, "")
@@ -146,27 +149,34 @@ const fn symbol(unit: LengthUnit) -> &'static str {
     }
 }
 
-/// Single fingers that are too far from a hand that has the right size otherwise.
-fn misplaced(motion: &Motion, settings: &CheckSettings) -> Option<CheckResult> {
-    let far: Vec<_> = (Finger::ALL.into_iter())
-        .filter_map(|finger| {
+/// Single fingers that are too far from a hand whose other fingers are not, with their distance in
+/// the middle of the take and how many samples it rests on. In a wrong unit all of them are.
+fn misplaced(motion: &Motion, settings: &CheckSettings) -> Vec<(Finger, f64, usize)> {
+    let distances: Vec<_> = (Finger::ALL.into_iter())
+        .map(|finger| {
             let tips = motion.fingertips[finger].iter().flatten();
             let distances = Sorted::of(tips.map(|tip| tip.coords_m().norm()));
-            let median = distances.median();
-            (median > settings.hand_reach_m[1]).then_some((finger, median, distances.len()))
+            (finger, distances.median(), distances.len())
         })
         .collect();
+    let typical_m = Sorted::of(distances.iter().map(|&(_, median, _)| median)).median();
+    let limit_m = settings.hand_reach_m[1].max(FAR * typical_m);
+    let far = distances
+        .into_iter()
+        .filter(|&(_, median, _)| median > limit_m);
+    far.collect()
+}
+
+fn finger_place(far: &[(Finger, f64, usize)], settings: &CheckSettings) -> Option<CheckResult> {
     let &(_, worst_m, n) = far.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let limit = length(settings.hand_reach_m[1]);
     Some(
         CheckResult::new(
             "finger-place",
             Level::Warn,
             names(far.iter().map(|(f, ..)| f.name())),
         )
-        .expected(format!(
-            "at most {} from the back of the hand",
-            length(settings.hand_reach_m[1])
-        ))
+        .expected(format!("at most {limit} from the back of the hand"))
         .found(format!("{} from the back of the hand", length(worst_m)))
         .advice("another marker may be meant: --finger FINGER=MARKER")
         .number("distance_mm", 1e3 * worst_m, n),

@@ -160,9 +160,9 @@ pub(crate) fn rigidity(
             .number("drift_mm", 1e3 * drifting.drift_m, drifting.n)
             .number("largest_distance_mm", 1e3 * largest(&pairs), n)
     };
-    let moved = settings
-        .drift_m
-        .max(settings.rigid_share * drifting.median_m);
+    let moved = (settings.drift_m)
+        .max(settings.rigid_share * drifting.median_m)
+        .max(DRIFT_OVER_NOISE * drifting.noise_m);
     if drifting.drift_m > moved {
         let how = match drifting.jump(&recording.clock) {
             Some(at_s) => format!("jumps by {} near {at_s:.1} s", length(drifting.drift_m)),

@@ -21,21 +21,21 @@ pub(crate) fn gaps(
     };
     let mut results = Vec::new();
     let mut complete = 0;
-    let mut add = |name: &str, gaps: Vec<Range<usize>>| {
+    let mut add = |name: &str, gaps: &[Range<usize>]| {
         let result = of_entity(recording, name, gaps, &limit);
         complete += usize::from(result.is_none());
         results.extend(result);
     };
     if parts.is_known() {
         for (finger, track) in &parts.fingertips {
-            add(finger.name(), track.gaps());
+            add(finger.name(), &track.gaps());
         }
         for (role, track) in parts.bodies() {
-            add(role, track.gaps());
+            add(role, &track.gaps());
         }
     } else {
         for body in &recording.bodies {
-            add(&body.name, body.track.gaps());
+            add(&body.name, &body.track.gaps());
         }
     }
     let looked_at = results.len() + complete;
@@ -67,7 +67,7 @@ struct Limit<'a> {
 fn of_entity(
     recording: &Recording,
     name: &str,
-    gaps: Vec<Range<usize>>,
+    gaps: &[Range<usize>],
     limit: &Limit<'_>,
 ) -> Option<CheckResult> {
     let (clock, n) = (recording.clock, recording.len());
@@ -113,7 +113,7 @@ fn of_entity(
         );
     }
     if open.is_empty() {
-        return Some(base(Level::Info, &gaps).found(format!(
+        return Some(base(Level::Info, gaps).found(format!(
             "{}, {} of the take, the longest {:.2} s: short enough to be filled",
             count(gaps.len(), ["gap", "gaps"]),
             percent(share),

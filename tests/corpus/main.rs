@@ -3,6 +3,7 @@
 
 mod containers;
 mod check;
+mod c3d;
 mod files;
 mod real;
 mod ros2;

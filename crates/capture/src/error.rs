@@ -11,8 +11,8 @@ pub enum CaptureError {
     /// The bytes are of no format that is read here.
     #[error(
         "{file}: not a capture file: expected Motive CSV (starts with \"Format Version,\"), \
-         Qualisys TSV (starts with \"NO_OF_FRAMES\") or TRC (starts with \"PathFileType\"), found \
-         {found}"
+         Qualisys TSV (starts with \"NO_OF_FRAMES\"), TRC (starts with \"PathFileType\") or C3D, \
+         found {found}"
     )]
     UnknownFormat {
         /// The file.
@@ -230,6 +230,23 @@ pub enum CaptureError {
         /// Frames that may be left out.
         limit: u64,
     },
+    /// Bytes of a binary file that do not make sense.
+    #[error(
+        "{file}: not a sound {format} file: at byte {offset} expected {expected}, found {found}; \
+         copy the file again or export the take anew"
+    )]
+    Binary {
+        /// The file.
+        file: String,
+        /// What kind of file it is.
+        format: &'static str,
+        /// The byte, counted from 0.
+        offset: usize,
+        /// What belongs there.
+        expected: String,
+        /// What is there.
+        found: String,
+    },
     /// A header without any row of data.
     #[error("{file}: the header is followed by no samples: was the export interrupted?")]
     NoSamples {
@@ -257,6 +274,28 @@ pub enum CaptureError {
     Read {
         /// The file.
         file: String,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// A recording with more than a format can count.
+    #[error(
+        "{format} holds at most {most} {what}, the recording has {found}: write another format"
+    )]
+    TooLarge {
+        /// The format.
+        format: &'static str,
+        /// Of what there is too much.
+        what: &'static str,
+        /// What the format can count.
+        most: usize,
+        /// What there is.
+        found: usize,
+    },
+    /// The output cannot be written.
+    #[error("cannot write {format}: {source}")]
+    Output {
+        /// What kind of file it is.
+        format: &'static str,
         /// Why.
         source: std::io::Error,
     },

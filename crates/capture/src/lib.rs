@@ -1,4 +1,5 @@
-//! Vendor motion-capture files to recordings and back: Motive CSV, Qualisys TSV, TRC.
+//! Vendor motion-capture files to recordings and back: Motive CSV, Qualisys TSV, TRC,
+//! C3D.
 //!
 //! A reader turns bytes into a [`Recording`]: metres, unit quaternions, an even clock, a status on
 //! every sample. What is odd but usable becomes a [`Finding`](inhand_model::Finding) on the
@@ -36,11 +37,13 @@
 //!
 //! * [`motive`]: reads Motive CSV, the row-typed versions 1 and 1.1 as well, writes 1.23.
 //! * [`qualisys`]: reads TSV files of Qualisys Track Manager.
-//! * [`trc`]: reads TRC files, as Cortex, Motive and OpenSim write them.
+//! * [`trc`]: reads TRC files, as Cortex, Motive and OpenSim write them, and writes them.
+//! * [`c3d`]: reads C3D files of any processor, and writes them.
 //! * [`roles`]: which body or marker cluster is the hand, the object, which marker is which finger.
 
 mod assembly;
 mod blocks;
+pub mod c3d;
 mod error;
 mod lines;
 pub mod motive;
@@ -59,8 +62,8 @@ pub use table::Extent;
 
 use inhand_model::Recording;
 
-/// Reads a vendor file, whichever it is: its first bytes tell Motive CSV, Qualisys TSV and TRC
-/// apart.
+/// Reads a vendor file, whichever it is: its first bytes tell Motive CSV, Qualisys TSV, TRC and
+/// C3D apart.
 ///
 /// `file_name` is what messages call the file; its stem is the take's name where the file states
 /// none.
@@ -74,6 +77,9 @@ pub fn read(
     file_name: &str,
     settings: &ReadSettings,
 ) -> Result<Recording, CaptureError> {
+    if c3d::looks_like(bytes) {
+        return c3d::read(bytes, file_name, settings);
+    }
     let text = text::without_byte_order_mark(bytes, file_name)?;
     if qualisys::looks_like(text) {
         qualisys::read(bytes, file_name, settings)
@@ -86,10 +92,10 @@ pub fn read(
 }
 
 /// Whether a path names a file that [`read`] may be able to read, by its extension `.csv`,
-/// `.tsv` or `.trc`.
+/// `.tsv`, `.trc` or `.c3d`.
 pub fn looks_like_capture_file(path_name: &str) -> bool {
     path_name.rsplit_once('.').is_some_and(|(_, extension)| {
-        ["csv", "tsv", "trc"]
+        ["csv", "tsv", "trc", "c3d"]
             .iter()
             .any(|known| extension.eq_ignore_ascii_case(known))
     })

@@ -3,6 +3,7 @@
 mod suite {
     //! `text` makes vendor files; the others hold one kind of check each.
     mod blocks;
+    mod c3d;
     mod damage;
     mod motive;
     mod qualisys;
@@ -11,4 +12,5 @@ mod suite {
     mod row_typed;
     mod text;
     mod trc;
+    mod trc_write;
 }

@@ -77,7 +77,7 @@ pub fn list_takes(folder: &Path, settings: &Settings) -> Result<Session, Pipelin
     for role in [Role::Train, Role::Test] {
         if !takes.iter().any(|take| take.role == role) {
             let message = format!(
-                "no {role} take: expected .csv, .tsv, .trc or .mcap files in {role}/, or an \
+                "no {role} take: expected .csv, .tsv, .trc, .c3d or .mcap files in {role}/, or an \
                  {SETTINGS_FILE} that lists takes with their roles",
                 role = role.name()
             );

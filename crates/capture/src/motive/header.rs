@@ -130,23 +130,10 @@ fn refuse_other_formats(bytes: &[u8], file: &str) -> Result<(), CaptureError> {
     if looks_like(bytes) {
         return Ok(());
     }
-    if is_c3d(bytes) {
-        return Err(CaptureError::UnsupportedFormat {
-            file: file.to_owned(),
-            found: "a C3D file".to_owned(),
-            hint: "export the take as CSV, TSV or TRC from the capture software",
-        });
-    }
     Err(CaptureError::UnknownFormat {
         file: file.to_owned(),
         found: text::beginning(bytes),
     })
-}
-
-/// Whether the bytes start as a C3D file does: the block of its parameters, which is the second or
-/// one soon after it, then the key 0x50. No text starts with such a control character.
-fn is_c3d(bytes: &[u8]) -> bool {
-    matches!(bytes, [2..=8, 0x50, ..])
 }
 
 fn no_axes(file: &str, bytes: &[u8], end: usize) -> CaptureError {

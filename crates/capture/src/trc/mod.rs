@@ -30,6 +30,7 @@
 
 mod header;
 mod layout;
+mod write;
 
 use inhand_model::{Clock, Finding, LengthUnit, MarkerKind, Recording, Source, UpAxis};
 
@@ -40,6 +41,8 @@ use crate::error::CaptureError;
 use crate::settings::ReadSettings;
 use crate::table::Table;
 use crate::{blocks, start_time, text};
+
+pub use self::write::write;
 
 /// How every file starts.
 const MAGIC: &str = "PathFileType";

@@ -476,7 +476,7 @@ fn damaged_headers_are_refused() {
         (
             "C3D",
             "\u{2}P\u{c}\0".to_owned(),
-            "take.csv: a C3D file is not read yet: export the take as CSV, TSV or TRC",
+            "take.csv: not a sound C3D file: at byte 512",
         ),
         (
             "rows only",

@@ -15,8 +15,9 @@ use crate::console::Console;
 use crate::exit::{Exit, UsageError};
 use crate::options::{OutputOptions, SourceOptions};
 
-/// Converts takes (Motive CSV, Qualisys TSV, TRC) to MCAP recordings; with an output that ends in
-/// .csv, a recording to Motive CSV 1.23. Any take converts, whether or not it has a hand in it.
+/// Converts takes (Motive CSV, Qualisys TSV, TRC, C3D, ROS 2 bags and other MCAP recordings) to MCAP
+/// recordings; with an output that ends in .csv, .trc or .c3d, a recording to Motive CSV 1.23, TRC or
+/// C3D. Any take converts, whether or not it has a hand in it.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Takes.
@@ -41,24 +42,21 @@ enum Input {
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let settings = args.source.effective(None)?;
-    let to_csv = args
-        .output
-        .extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("csv"));
-    if to_csv && args.inputs.len() > 1 {
-        let message = "-o names one .csv file: expected one input, or a folder for several";
+    let vendor = VendorFormat::of(&args.output);
+    if vendor.is_some() && args.inputs.len() > 1 {
+        let message = "-o names one file: expected one input, or a folder for several";
         return Err(UsageError(message.to_owned()).into());
     }
     let targets = targets(&args.inputs, &args.output, "mcap")?;
     let inputs: Vec<_> = args.inputs.iter().map(PathBuf::as_path).collect();
     let mut takes = Vec::with_capacity(inputs.len());
     for path in &inputs {
-        let take = Input::read(path, &settings, to_csv)?;
+        let take = Input::read(path, &settings, vendor.is_some())?;
         say_findings(console, take.hash(), take.header());
         takes.push(take);
     }
     for (take, target) in takes.iter().zip(&targets) {
-        if to_csv {
+        if vendor.is_some() {
             check_target(target, &inputs, || args.writing.force)?;
         } else {
             check_take_target(target, &inputs, take.hash(), args.writing.force)?;
@@ -66,8 +64,8 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     }
     for (take, target) in takes.iter().zip(&targets) {
         take.describe(console);
-        match take {
-            Input::Whole(take) if to_csv => write_csv(target, &take.recording)?,
+        match (take, vendor) {
+            (Input::Whole(take), Some(format)) => write_vendor(console, target, format, take)?,
             _ => take.write(target, &settings, !args.writing.no_view)?,
         }
         let megabytes = std::fs::metadata(target)?.len() as f64 / 1e6;
@@ -139,13 +137,55 @@ impl Input {
     }
 }
 
-fn write_csv(target: &Path, recording: &Recording) -> Result<()> {
-    Ok(write_atomic(target, |out| {
-        inhand_capture::motive::write(recording, out).map_err(|source| PipelineError::Capture {
-            path: target.to_owned(),
-            source: source.into(),
+/// Formats of capture software that are written.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum VendorFormat {
+    Csv,
+    Trc,
+    C3d,
+}
+
+impl VendorFormat {
+    /// The format that a file's extension asks for.
+    fn of(path: &Path) -> Option<Self> {
+        let extension = path.extension()?.to_str()?.to_ascii_lowercase();
+        Some(match extension.as_str() {
+            "csv" => VendorFormat::Csv,
+            "trc" => VendorFormat::Trc,
+            "c3d" => VendorFormat::C3d,
+            _ => return None,
         })
-    })?)
+    }
+
+    fn write(self, target: &Path, recording: &Recording) -> Result<()> {
+        Ok(write_atomic(target, |out| {
+            let written = match self {
+                VendorFormat::Csv => inhand_capture::motive::write(recording, out),
+                VendorFormat::Trc => inhand_capture::trc::write(recording, out),
+                VendorFormat::C3d => inhand_capture::c3d::write(recording, out),
+            };
+            written.map_err(|source| PipelineError::Capture {
+                path: target.to_owned(),
+                source: source.into(),
+            })
+        })?)
+    }
+}
+
+fn write_vendor(
+    console: &Console,
+    target: &Path,
+    format: VendorFormat,
+    take: &Take,
+) -> Result<()> {
+    format.write(target, &take.recording)?;
+    let bodies = take.recording.bodies.len();
+    if format != VendorFormat::Csv && bodies > 0 {
+        console.say(&format!(
+            "{bodies} bodies are left out: the format holds markers alone"
+        ));
+    }
+    Ok(())
 }
 
 fn describe(

@@ -1,0 +1,205 @@
+//! C3D files: marker positions as most capture software and laboratories exchange them.
+//!
+//! Blocks of 512 bytes: a header, parameters in groups, then for each frame its points, followed by
+//! analog samples, which are passed over.
+//!
+//! # Conventions
+//!
+//! * **Numbers** are those of Intel, DEC (VAX) or MIPS processors, points are integers times
+//!   `POINT:SCALE` or, where that is negative, floating point.
+//! * **Header and parameters** say some things twice. Where they disagree the parameter counts, as
+//!   the format has it, and a finding says so. What the size of the file disproves does not count.
+//! * **Frames** beyond 65535 are counted by `TRIAL:ACTUAL_START_FIELD` and `ACTUAL_END_FIELD`.
+//! * **Time** of a sample is `frame / POINT:RATE`. The file states no start time.
+//! * **Lengths** are in `POINT:UNITS` and become metres.
+//! * **Up** is `POINT:Y_SCREEN`, where it is Y or Z; else Z, unless the user says otherwise.
+//! * **Missing** samples have a negative residual, are no numbers or, as programs without a notion of
+//!   missing write them, lie exactly at the origin, which is counted in a finding.
+
+mod number;
+mod parameters;
+mod points;
+mod write;
+
+use inhand_model::{Clock, Finding, LengthUnit, Marker, MarkerKind, Recording, Source, UpAxis};
+
+use self::parameters::Parameters;
+use self::points::Layout;
+pub use self::write::write;
+use crate::error::CaptureError;
+use crate::settings::{ReadSettings, parse_length_unit, stated_or_given};
+use crate::{start_time, text};
+
+/// Bytes of a block.
+const BLOCK_BYTES: usize = 512;
+
+/// Second byte of every file.
+const KEY: u8 = 0x50;
+
+/// Whether the bytes start as a C3D file does: the block of its parameters, which is the second or
+/// one soon after it, then the key 0x50. No text starts with such a control character.
+pub(crate) fn looks_like(bytes: &[u8]) -> bool {
+    matches!(bytes, [2..=8, KEY, ..])
+}
+
+/// Reads a C3D file.
+///
+/// # Errors
+///
+/// [`CaptureError`] where it is no such file, is cut before its first frame, or leaves open what
+/// `settings` do not say.
+pub fn read(
+    bytes: &[u8],
+    file_name: &str,
+    settings: &ReadSettings,
+) -> Result<Recording, CaptureError> {
+    let parameters = Parameters::read(bytes, file_name)?;
+    let start = start_time::parse("", None);
+    let mut findings: Vec<Finding> = start.finding.into_iter().collect();
+    let layout = Layout::of(&parameters, bytes, file_name, &mut findings)?;
+    let clock = Clock::new(
+        start.unix_nanos,
+        start.known,
+        rate_hz(&parameters, &mut findings),
+    )
+    .map_err(|source| CaptureError::Clock {
+        file: file_name.to_owned(),
+        source,
+    })?;
+    let length_unit = length_unit(&parameters, file_name, settings)?;
+    let up_axis = up_axis(&parameters, file_name, settings, &mut findings)?;
+    let tracks = layout.tracks(bytes, length_unit, &mut findings);
+    let markers = markers(&parameters, tracks, &mut findings);
+    let mut header = parameters.facts();
+    header.insert(
+        "processor".to_owned(),
+        parameters.processor.name().to_owned(),
+    );
+    let mut recording = Recording::new(
+        text::stem(file_name).to_owned(),
+        clock,
+        Source {
+            format: "C3D".to_owned(),
+            length_unit,
+            up_axis,
+            rotation: None,
+            header,
+        },
+        layout.frames,
+        markers,
+        Vec::new(),
+    )
+    .map_err(|source| CaptureError::Recording {
+        file: file_name.to_owned(),
+        source,
+    })?;
+    recording.findings = findings;
+    Ok(recording)
+}
+
+/// An error about bytes that do not make sense.
+fn damaged(file: &str, offset: usize, expected: String, found: String) -> CaptureError {
+    CaptureError::Binary {
+        file: file.to_owned(),
+        format: "C3D",
+        offset,
+        expected,
+        found,
+    }
+}
+
+/// Says that header and parameter disagree, and which one counts.
+fn disagree(what: &str, header: f64, parameter: f64, counts: &str) -> Finding {
+    Finding::warning(
+        what,
+        format!("the header says {header}, the parameter {parameter}: {counts} counts"),
+    )
+}
+
+fn rate_hz(parameters: &Parameters, findings: &mut Vec<Finding>) -> f64 {
+    let header = f64::from(parameters.header.rate_hz);
+    match parameters.number("POINT", "RATE") {
+        Some(rate_hz) if rate_hz.is_finite() && rate_hz > 0.0 => {
+            if (rate_hz - header).abs() > 1e-4 * rate_hz {
+                findings.push(disagree("POINT:RATE", header, rate_hz, "the parameter"));
+            }
+            rate_hz
+        }
+        _ => header,
+    }
+}
+
+fn length_unit(
+    parameters: &Parameters,
+    file: &str,
+    settings: &ReadSettings,
+) -> Result<LengthUnit, CaptureError> {
+    let stated = parameters
+        .text("POINT", "UNITS")
+        .and_then(parse_length_unit);
+    let name = |unit: LengthUnit| unit.name().to_owned();
+    stated_or_given(file, "--units", stated, settings.length_unit, name)?.ok_or_else(|| {
+        CaptureError::NoUnits {
+            file: file.to_owned(),
+            key: "POINT:UNITS",
+        }
+    })
+}
+
+fn up_axis(
+    parameters: &Parameters,
+    file: &str,
+    settings: &ReadSettings,
+    findings: &mut Vec<Finding>,
+) -> Result<UpAxis, CaptureError> {
+    let stated = match parameters.text("POINT", "Y_SCREEN") {
+        Some("+Z" | "Z") => Some(UpAxis::Z),
+        Some("+Y" | "Y") => Some(UpAxis::Y),
+        Some(other) if !other.is_empty() => {
+            findings.push(Finding::warning(
+                "POINT:Y_SCREEN",
+                format!("expected +Y or +Z, found {other:?}: Z is taken to point up"),
+            ));
+            None
+        }
+        _ => None,
+    };
+    let name = |axis: UpAxis| axis.name().to_owned();
+    let given = settings.up_axis;
+    Ok(stated_or_given(file, "--up", stated, given, name)?.unwrap_or(UpAxis::Z))
+}
+
+fn markers(
+    parameters: &Parameters,
+    tracks: Vec<inhand_model::PointTrack<inhand_model::World>>,
+    findings: &mut Vec<Finding>,
+) -> Vec<Marker> {
+    let labels = parameters.texts("POINT", "LABELS");
+    if labels.len() < tracks.len() {
+        findings.push(Finding::warning(
+            "POINT:LABELS",
+            format!(
+                "{} labels for {} points: the others stay unlabelled",
+                labels.len(),
+                tracks.len()
+            ),
+        ));
+    }
+    let named = |(k, track)| {
+        let label = labels.get(k).map_or("", String::as_str);
+        // Vicon writes a star before the number of a marker that it cannot name.
+        let unlabelled = label.is_empty() || label.starts_with('*') || text::is_unlabelled(label);
+        Marker {
+            name: label.to_owned(),
+            id: String::new(),
+            kind: if unlabelled {
+                MarkerKind::Unlabelled
+            } else {
+                MarkerKind::Labelled
+            },
+            track,
+            quality: None,
+        }
+    };
+    tracks.into_iter().enumerate().map(named).collect()
+}

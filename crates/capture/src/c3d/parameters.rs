@@ -1,0 +1,333 @@
+//! The header block and the parameters.
+
+use std::collections::BTreeMap;
+
+use super::number::Processor;
+use super::{BLOCK_BYTES, KEY, damaged};
+use crate::error::CaptureError;
+
+/// Deepest array of a parameter.
+const MAX_DIMENSIONS: usize = 7;
+
+/// What the first block says.
+#[derive(Clone, Debug)]
+pub(super) struct Header {
+    pub(super) points: u16,
+    pub(super) analog_per_frame: u16,
+    pub(super) first_frame: u16,
+    pub(super) last_frame: u16,
+    pub(super) scale: f32,
+    pub(super) data_block: u16,
+    pub(super) analog_samples: u16,
+    pub(super) rate_hz: f32,
+}
+
+/// A parameter's values.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Values {
+    Texts(Vec<String>),
+    Bytes(Vec<i8>),
+    Integers(Vec<i16>),
+    Reals(Vec<f32>),
+}
+
+/// Header and parameters of a file.
+#[derive(Debug)]
+pub(super) struct Parameters {
+    pub(super) processor: Processor,
+    pub(super) header: Header,
+    /// By group and name, upper case.
+    values: BTreeMap<(String, String), Values>,
+}
+
+/// Reads bytes of a file one after the other.
+struct Reader<'a> {
+    file: &'a str,
+    bytes: &'a [u8],
+    at: usize,
+}
+
+impl<'a> Reader<'a> {
+    fn take(&mut self, length: usize) -> Result<&'a [u8], CaptureError> {
+        let rest = self.bytes.get(self.at..).unwrap_or_default();
+        let Some((taken, _)) = rest.split_at_checked(length) else {
+            return Err(damaged(
+                self.file,
+                self.at,
+                format!("{length} bytes of a parameter"),
+                format!("{} bytes to the end of the file", rest.len()),
+            ));
+        };
+        self.at += length;
+        Ok(taken)
+    }
+
+    fn array<const N: usize>(&mut self) -> Result<[u8; N], CaptureError> {
+        let mut array = [0; N];
+        array.copy_from_slice(self.take(N)?);
+        Ok(array)
+    }
+
+    fn i8(&mut self) -> Result<i8, CaptureError> {
+        Ok(i8::from_le_bytes(self.array()?))
+    }
+}
+
+impl Parameters {
+    /// Reads them from the beginning of a file.
+    pub(super) fn read(bytes: &[u8], file: &str) -> Result<Self, CaptureError> {
+        let start = match bytes {
+            [block @ 1.., KEY, ..] => (usize::from(*block) - 1) * BLOCK_BYTES,
+            _ => {
+                return Err(damaged(
+                    file,
+                    0,
+                    "the number of a block and the key 0x50".to_owned(),
+                    crate::text::beginning(bytes),
+                ));
+            }
+        };
+        let mut reader = Reader {
+            file,
+            bytes,
+            at: start,
+        };
+        let [_, _, _, code] = reader.array()?;
+        let Some(processor) = Processor::of(code) else {
+            return Err(damaged(
+                file,
+                start + 3,
+                "the processor: 84 (Intel), 85 (DEC) or 86 (MIPS)".to_owned(),
+                code.to_string(),
+            ));
+        };
+        let header = header(bytes, processor, file)?;
+        Ok(Self {
+            processor,
+            header,
+            values: values(&mut reader, processor)?,
+        })
+    }
+
+    fn get(&self, group: &str, name: &str) -> Option<&Values> {
+        self.values.get(&(group.to_owned(), name.to_owned()))
+    }
+
+    /// A number, the first of an array; integers without their sign, as counts beyond 32767 are
+    /// stored.
+    pub(super) fn number(&self, group: &str, name: &str) -> Option<f64> {
+        match self.get(group, name)? {
+            Values::Texts(_) => None,
+            Values::Bytes(values) => values.first().map(|&v| f64::from(v.cast_unsigned())),
+            Values::Integers(values) => values.first().map(|&v| f64::from(v.cast_unsigned())),
+            Values::Reals(values) => values.first().map(|&v| f64::from(v)),
+        }
+    }
+
+    /// A count in two words, the less significant one first, or in one number.
+    pub(super) fn long(&self, group: &str, name: &str) -> Option<u64> {
+        match self.get(group, name)? {
+            Values::Integers(words) if words.len() >= 2 => {
+                let [low, high] = [words[0], words[1]].map(|word| u64::from(word.cast_unsigned()));
+                Some(high << 16 | low)
+            }
+            _ => {
+                let number = self.number(group, name)?;
+                (number >= 0.0).then_some(number as u64)
+            }
+        }
+    }
+
+    /// The first text.
+    pub(super) fn text(&self, group: &str, name: &str) -> Option<&str> {
+        match self.get(group, name)? {
+            Values::Texts(texts) => texts.first().map(String::as_str),
+            _ => None,
+        }
+    }
+
+    /// All texts of a parameter and of those that go on where it had to end: `LABELS`, `LABELS2`,
+    /// `LABELS3`, ...
+    pub(super) fn texts(&self, group: &str, name: &str) -> Vec<String> {
+        let mut all = Vec::new();
+        let mut next = name.to_owned();
+        for number in 2.. {
+            let Some(Values::Texts(texts)) = self.get(group, &next) else {
+                break;
+            };
+            all.extend(texts.iter().cloned());
+            next = format!("{name}{number}");
+        }
+        all
+    }
+
+    /// Texts and single numbers by `GROUP:NAME`, but for the lists of names.
+    pub(super) fn facts(&self) -> BTreeMap<String, String> {
+        let single = |((group, name), values): (&(String, String), &Values)| {
+            let text = match values {
+                Values::Texts(texts) => match &texts[..] {
+                    [text] if !text.is_empty() => text.clone(),
+                    _ => return None,
+                },
+                Values::Bytes(values) => one(values)?.to_string(),
+                Values::Integers(values) => one(values)?.cast_unsigned().to_string(),
+                Values::Reals(values) => one(values)?.to_string(),
+            };
+            Some((format!("{group}:{name}"), text))
+        };
+        self.values.iter().filter_map(single).collect()
+    }
+}
+
+fn one<T: Copy>(values: &[T]) -> Option<T> {
+    match values {
+        [value] => Some(*value),
+        _ => None,
+    }
+}
+
+fn header(bytes: &[u8], processor: Processor, file: &str) -> Result<Header, CaptureError> {
+    let Some(block) = bytes.get(..BLOCK_BYTES) else {
+        return Err(damaged(
+            file,
+            0,
+            format!("a header of {BLOCK_BYTES} bytes"),
+            format!("{} bytes", bytes.len()),
+        ));
+    };
+    // Words count from 1, as in the description of the format.
+    let word = |number: usize| processor.u16([block[2 * number - 2], block[2 * number - 1]]);
+    let real = |number: usize| {
+        let at = 2 * number - 2;
+        processor.f32([block[at], block[at + 1], block[at + 2], block[at + 3]])
+    };
+    Ok(Header {
+        points: word(2),
+        analog_per_frame: word(3),
+        first_frame: word(4),
+        last_frame: word(5),
+        scale: real(7),
+        data_block: word(9),
+        analog_samples: word(10),
+        rate_hz: real(11),
+    })
+}
+
+/// Parameters by group and name. Records lie one after the other: length of the name, number of the
+/// group (negative for the record of a group itself), name, way to the next record, content.
+fn values(
+    reader: &mut Reader<'_>,
+    processor: Processor,
+) -> Result<BTreeMap<(String, String), Values>, CaptureError> {
+    let mut groups: BTreeMap<i8, String> = BTreeMap::new();
+    let mut parameters: Vec<(i8, String, Values)> = Vec::new();
+    loop {
+        // A file may end with its parameters, or fill the rest of their blocks with zeros.
+        if reader.at >= reader.bytes.len() {
+            break;
+        }
+        let name_length = usize::from(reader.i8()?.unsigned_abs());
+        if name_length == 0 {
+            break;
+        }
+        let group = reader.i8()?;
+        let name = String::from_utf8_lossy(reader.take(name_length)?)
+            .trim()
+            .to_uppercase();
+        let way_from = reader.at;
+        let way = processor.u16(reader.array()?);
+        if group < 0 {
+            groups.insert(group, name);
+        } else {
+            let values = content(reader, processor, &name)?;
+            parameters.push((group, name, values));
+        }
+        if way == 0 {
+            break;
+        }
+        let next = way_from + usize::from(way);
+        if next < way_from + 2 {
+            return Err(damaged(
+                reader.file,
+                way_from,
+                "the way to the next parameter".to_owned(),
+                way.to_string(),
+            ));
+        }
+        reader.at = next;
+    }
+    let named = parameters.into_iter().filter_map(|(group, name, values)| {
+        let group = groups.get(&group.checked_neg()?)?;
+        Some(((group.clone(), name), values))
+    });
+    Ok(named.collect())
+}
+
+fn content(
+    reader: &mut Reader<'_>,
+    processor: Processor,
+    name: &str,
+) -> Result<Values, CaptureError> {
+    let at = reader.at;
+    let kind = reader.i8()?;
+    let dimensions = usize::from(reader.i8()?.unsigned_abs());
+    if dimensions > MAX_DIMENSIONS {
+        return Err(damaged(
+            reader.file,
+            at + 1,
+            format!("at most {MAX_DIMENSIONS} dimensions of parameter {name}"),
+            dimensions.to_string(),
+        ));
+    }
+    let sizes: Vec<usize> = reader
+        .take(dimensions)?
+        .iter()
+        .map(|&n| usize::from(n))
+        .collect();
+    // At most 255^7, which a usize of 64 bits holds; the bytes have to be there anyway.
+    let count = sizes.iter().try_fold(1_usize, |all, &n| all.checked_mul(n));
+    let width = match kind {
+        -1 | 1 => 1,
+        2 => 2,
+        4 => 4,
+        _ => {
+            return Err(damaged(
+                reader.file,
+                at,
+                format!("the type of parameter {name}: -1, 1, 2 or 4"),
+                kind.to_string(),
+            ));
+        }
+    };
+    let bytes = count
+        .and_then(|count| count.checked_mul(width))
+        .unwrap_or(usize::MAX);
+    let content = reader.take(bytes)?;
+    Ok(match kind {
+        -1 => {
+            let length = sizes.first().copied().unwrap_or(1).max(1);
+            let texts = content.chunks(length);
+            Values::Texts(texts.map(text).collect())
+        }
+        1 => Values::Bytes(content.iter().map(|b| b.cast_signed()).collect()),
+        2 => {
+            let words = content.chunks_exact(2);
+            Values::Integers(words.map(|b| processor.i16([b[0], b[1]])).collect())
+        }
+        _ => {
+            let words = content.chunks_exact(4);
+            Values::Reals(
+                words
+                    .map(|b| processor.f32([b[0], b[1], b[2], b[3]]))
+                    .collect(),
+            )
+        }
+    })
+}
+
+/// A text of fixed length, filled up with blanks or NUL.
+fn text(bytes: &[u8]) -> String {
+    let text = String::from_utf8_lossy(bytes);
+    text.trim_matches(|c: char| c.is_whitespace() || c == '\0')
+        .to_owned()
+}

@@ -1,0 +1,265 @@
+//! Markers as C3D.
+
+use std::io::Write;
+
+use inhand_model::{Recording, UpAxis};
+
+use super::{BLOCK_BYTES, KEY};
+use crate::error::CaptureError;
+
+/// Points at most: what a word can count.
+const MAX_POINTS: usize = 65535;
+/// Blocks of parameters at most: what a byte can count.
+const MAX_PARAMETER_BLOCKS: usize = 255;
+/// Texts of an array at most: what a byte can count.
+const MAX_TEXTS: usize = 255;
+/// Bytes of an array at most, so that the way to the next parameter is a positive word.
+const MAX_ARRAY_BYTES: usize = 32_000;
+/// Intel, as a file names it.
+const INTEL: u8 = 84;
+/// The block of the parameters.
+const PARAMETER_BLOCK: u8 = 2;
+/// Bytes of points gathered before they are handed to the writer.
+const FLUSH_BYTES: usize = 64 * 1024;
+
+/// Writes the markers of a recording as C3D: Intel, floating point, millimetres, residual -1 where a
+/// sample is missing.
+///
+/// Coordinates keep the seven digits of single precision. What the format cannot hold is lost:
+/// bodies, qualities, the mark on filled samples, the start time, findings.
+///
+/// # Errors
+///
+/// [`CaptureError::TooLarge`] for more markers than the format can count, [`CaptureError::Output`]
+/// where `out` fails.
+pub fn write(recording: &Recording, out: &mut impl Write) -> Result<(), CaptureError> {
+    let points = recording.markers.len();
+    if points > MAX_POINTS {
+        return Err(too_large("markers", MAX_POINTS, points));
+    }
+    let parameters = parameters(recording);
+    let blocks = (parameters.len() + 4).div_ceil(BLOCK_BYTES);
+    if blocks > MAX_PARAMETER_BLOCKS {
+        return Err(too_large(
+            "bytes of marker names",
+            MAX_PARAMETER_BLOCKS * BLOCK_BYTES,
+            blocks * BLOCK_BYTES,
+        ));
+    }
+    let fail = |source| CaptureError::Output {
+        format: "C3D",
+        source,
+    };
+    let data_block = usize::from(PARAMETER_BLOCK) + blocks;
+    let mut buffer = header(recording, data_block as u16);
+    // Reserved, reserved, blocks, processor.
+    buffer.extend([1, KEY, blocks as u8, INTEL]);
+    buffer.extend(parameters);
+    buffer.resize((data_block - 1) * BLOCK_BYTES, 0);
+    patch_data_start(&mut buffer, data_block as u16);
+    for k in 0..recording.len() {
+        for marker in &recording.markers {
+            let numbers = match marker.track.get(k) {
+                Some(position) => {
+                    let [x, y, z] = position.to_array().map(|c| (c * 1000.0) as f32);
+                    [x, y, z, 0.0]
+                }
+                None => [0.0, 0.0, 0.0, -1.0],
+            };
+            buffer.extend(numbers.iter().flat_map(|n| n.to_le_bytes()));
+        }
+        if buffer.len() >= FLUSH_BYTES {
+            out.write_all(&buffer).map_err(fail)?;
+            buffer.clear();
+        }
+    }
+    out.write_all(&buffer).map_err(fail)?;
+    // Files end with a whole block.
+    let data = recording.len() * points * 16;
+    let rest = data.next_multiple_of(BLOCK_BYTES) - data;
+    out.write_all(&vec![0; rest]).map_err(fail)?;
+    out.flush().map_err(fail)
+}
+
+fn too_large(what: &'static str, most: usize, found: usize) -> CaptureError {
+    CaptureError::TooLarge {
+        format: "C3D",
+        what,
+        most,
+        found,
+    }
+}
+
+/// A count as a word; one that does not fit is full.
+fn word(count: usize) -> u16 {
+    u16::try_from(count).unwrap_or(u16::MAX)
+}
+
+/// The first block.
+fn header(recording: &Recording, data_block: u16) -> Vec<u8> {
+    let mut block = vec![PARAMETER_BLOCK, KEY];
+    let words = [
+        word(recording.markers.len()),
+        0,
+        1,
+        word(recording.len()),
+        // The longest gap that was filled.
+        0,
+    ];
+    block.extend(words.iter().flat_map(|word| word.to_le_bytes()));
+    block.extend((-1.0_f32).to_le_bytes());
+    block.extend(data_block.to_le_bytes());
+    block.extend(0_u16.to_le_bytes());
+    block.extend((recording.clock.rate_hz() as f32).to_le_bytes());
+    block.resize(BLOCK_BYTES, 0);
+    block
+}
+
+/// A parameter's content.
+enum Content<'a> {
+    Word(u16),
+    /// A count in two words, the less significant one first.
+    Long(u32),
+    Real(f32),
+    Reals(usize),
+    Words(usize),
+    Text(&'a str),
+    Texts(&'a [&'a str]),
+}
+
+/// Where a parameter of one word with the block of the data lies is known only when all lengths are:
+/// it is written as this and found again.
+const DATA_START: (&str, u16) = ("DATA_START", 0xABCD);
+
+fn parameters(recording: &Recording) -> Vec<u8> {
+    let names: Vec<&str> = recording.markers.iter().map(|m| m.name.as_str()).collect();
+    let (x_screen, y_screen) = match recording.source.up_axis {
+        UpAxis::Y => ("+X", "+Y"),
+        UpAxis::Z => ("+X", "+Z"),
+    };
+    let frames = recording.len();
+    let mut bytes = Vec::new();
+    let mut group = Group::start(&mut bytes, 1, "POINT");
+    group.add("USED", &Content::Word(word(names.len())));
+    group.add("SCALE", &Content::Real(-1.0));
+    group.add("RATE", &Content::Real(recording.clock.rate_hz() as f32));
+    group.add(DATA_START.0, &Content::Word(DATA_START.1));
+    group.add("FRAMES", &Content::Word(word(frames)));
+    group.add("UNITS", &Content::Text("mm"));
+    group.add("X_SCREEN", &Content::Text(x_screen));
+    group.add("Y_SCREEN", &Content::Text(y_screen));
+    group.add_texts("LABELS", &names);
+    group.add_texts("DESCRIPTIONS", &vec![""; names.len()]);
+    let mut group = Group::start(&mut bytes, 2, "ANALOG");
+    group.add("USED", &Content::Word(0));
+    group.add("LABELS", &Content::Texts(&[]));
+    group.add("DESCRIPTIONS", &Content::Texts(&[]));
+    group.add("GEN_SCALE", &Content::Real(1.0));
+    group.add("SCALE", &Content::Reals(0));
+    group.add("OFFSET", &Content::Words(0));
+    group.add("UNITS", &Content::Texts(&[]));
+    group.add("RATE", &Content::Real(recording.clock.rate_hz() as f32));
+    let mut group = Group::start(&mut bytes, 3, "FORCE_PLATFORM");
+    group.add("USED", &Content::Word(0));
+    let mut group = Group::start(&mut bytes, 4, "TRIAL");
+    group.add("ACTUAL_START_FIELD", &Content::Long(1));
+    let last = u32::try_from(frames).unwrap_or(u32::MAX);
+    group.add("ACTUAL_END_FIELD", &Content::Long(last));
+    let mut group = Group::start(&mut bytes, 5, "MANUFACTURER");
+    group.add("SOFTWARE", &Content::Text("inhand"));
+    // The record behind the last one has no name.
+    bytes.extend([0, 0]);
+    bytes
+}
+
+/// Writes where the data starts into the parameter that says it.
+fn patch_data_start(buffer: &mut [u8], data_block: u16) {
+    let name = DATA_START.0.as_bytes();
+    // Name, way to the next parameter, type, number of dimensions, word.
+    let found = buffer.windows(name.len() + 6).position(|window| {
+        window.starts_with(name) && window.ends_with(&DATA_START.1.to_le_bytes())
+    });
+    if let Some(at) = found {
+        let at = at + name.len() + 4;
+        buffer[at..at + 2].copy_from_slice(&data_block.to_le_bytes());
+    }
+}
+
+/// A group while its parameters are added.
+struct Group<'a> {
+    bytes: &'a mut Vec<u8>,
+    number: u8,
+}
+
+impl<'a> Group<'a> {
+    fn start(bytes: &'a mut Vec<u8>, number: u8, name: &str) -> Self {
+        bytes.push(name.len() as u8);
+        bytes.push(number.wrapping_neg());
+        bytes.extend(name.as_bytes());
+        // To the next record: this word and the length of no description.
+        bytes.extend([3, 0, 0]);
+        Self { bytes, number }
+    }
+
+    fn add(&mut self, name: &str, content: &Content<'_>) {
+        let (kind, sizes, values): (i8, Vec<u8>, Vec<u8>) = match content {
+            Content::Word(word) => (2, vec![], word.to_le_bytes().to_vec()),
+            // Two words, least significant first, are the bytes of one number.
+            Content::Long(count) => (2, vec![2], count.to_le_bytes().to_vec()),
+            Content::Real(real) => (4, vec![], real.to_le_bytes().to_vec()),
+            Content::Reals(count) => (4, vec![*count as u8], vec![0; 4 * count]),
+            Content::Words(count) => (2, vec![*count as u8], vec![0; 2 * count]),
+            Content::Text(text) => (-1, vec![text.len() as u8], text.as_bytes().to_vec()),
+            Content::Texts(texts) => {
+                let length = text_bytes(texts);
+                let filled = texts.iter().flat_map(|text| {
+                    let fill = length.saturating_sub(text.len());
+                    text.bytes().chain(std::iter::repeat_n(b' ', fill))
+                });
+                (-1, vec![length as u8, texts.len() as u8], filled.collect())
+            }
+        };
+        self.bytes.push(name.len() as u8);
+        self.bytes.push(self.number);
+        self.bytes.extend(name.as_bytes());
+        // To the next record: this word, type, dimensions, values, the length of no description.
+        let way = 2 + 2 + sizes.len() + values.len() + 1;
+        self.bytes.extend((way as u16).to_le_bytes());
+        self.bytes.extend(kind.to_le_bytes());
+        self.bytes.push(sizes.len() as u8);
+        self.bytes.extend(sizes);
+        self.bytes.extend(values);
+        self.bytes.push(0);
+    }
+
+    /// Texts in as many parameters as it takes: `LABELS`, `LABELS2`, ...
+    fn add_texts(&mut self, name: &str, texts: &[&str]) {
+        let texts: Vec<&str> = texts.iter().map(|text| shortened(text)).collect();
+        let each = text_bytes(&texts).max(1);
+        let chunks = texts.chunks(MAX_TEXTS.min(MAX_ARRAY_BYTES / each).max(1));
+        if texts.is_empty() {
+            self.add(name, &Content::Texts(&[]));
+        }
+        for (k, chunk) in chunks.enumerate() {
+            let name = match k {
+                0 => name.to_owned(),
+                _ => format!("{name}{}", k + 1),
+            };
+            self.add(&name, &Content::Texts(chunk));
+        }
+    }
+}
+
+/// Bytes of the longest text.
+fn text_bytes(texts: &[&str]) -> usize {
+    texts.iter().map(|text| text.len()).max().unwrap_or(0)
+}
+
+/// As much of a text as a byte can count.
+fn shortened(text: &str) -> &str {
+    let mut end = text.len().min(MAX_TEXTS);
+    while !text.is_char_boundary(end) {
+        end -= 1;
+    }
+    &text[..end]
+}

@@ -46,7 +46,8 @@ pub(super) struct Timing {
 /// A stream that the clock may be taken from.
 struct Candidate {
     stream: usize,
-    series: usize,
+    /// Values of all its series.
+    values: usize,
     pace: Pace,
 }
 
@@ -68,7 +69,7 @@ impl Timing {
             streams.sort_unstable();
             let source = source(gathered, &streams);
             let candidates = candidates(gathered, &streams, source, settings);
-            if let Some(reference) = most_series(candidates) {
+            if let Some(reference) = most_values(candidates) {
                 return Self::from_streams(gathered, &reference, source, used.len(), settings);
             }
         }
@@ -286,8 +287,9 @@ fn candidates(
 ) -> Vec<Candidate> {
     let mut candidates: Vec<Candidate> = Vec::new();
     for &stream in streams {
+        let messages = gathered.streams[stream].log.len();
         if let Some(known) = candidates.last_mut().filter(|known| known.stream == stream) {
-            known.series += 1;
+            known.values += messages;
             continue;
         }
         let times = capture_times(&gathered.streams[stream], source, None);
@@ -299,7 +301,7 @@ fn candidates(
         if let Some(pace) = Pace::of(&times_s, settings.rate_hz.map(|rate_hz| 1.0 / rate_hz)) {
             candidates.push(Candidate {
                 stream,
-                series: 1,
+                values: messages,
                 pace,
             });
         }
@@ -307,16 +309,16 @@ fn candidates(
     candidates
 }
 
-/// The streams of the rate at which most markers and bodies come; of two the higher.
-fn most_series(mut candidates: Vec<Candidate>) -> Option<Vec<Candidate>> {
+/// The streams of the rate at which most values come; of two the higher.
+fn most_values(mut candidates: Vec<Candidate>) -> Option<Vec<Candidate>> {
     candidates.sort_by(|a, b| b.pace.rate_hz().total_cmp(&a.pace.rate_hz()));
     let mut best: Option<(usize, f64)> = None;
     for (k, candidate) in candidates.iter().enumerate() {
         let rate_hz = candidate.pace.rate_hz();
         let alike = (candidates[k..].iter()).filter(|other| same_rate(other, rate_hz));
-        let series = alike.map(|other| other.series).sum();
-        if best.is_none_or(|(most, _)| series > most) {
-            best = Some((series, rate_hz));
+        let values = alike.map(|other| other.values).sum();
+        if best.is_none_or(|(most, _)| values > most) {
+            best = Some((values, rate_hz));
         }
     }
     let (_, rate_hz) = best?;

@@ -6,12 +6,12 @@ use inhand_model::StartTime;
 use super::bag::{self, Bag};
 use super::{START, assert_found, at, findings, marker, read, read_with, refusal, stamp};
 
-/// A recording of one marker whose x is the number of its sample, from samples with their stamps
+/// A recording of one marker whose x is the number of its sample in millimetres, from samples with their stamps
 /// and the times at which they were logged and sent.
 fn of(messages: impl IntoIterator<Item = (u64, u64, u64, u64)>) -> Vec<u8> {
     let mut bag = Bag::new();
     for (k, stamp, log, sent) in messages {
-        let message = bag::markers(true, stamp, &[("Thumb", [k as f64, 1.0, 2.0])]);
+        let message = bag::markers(true, stamp, &[("Thumb", [k as f64 / 1e3, 1.0, 2.0])]);
         bag.add_by(0, "/markers", bag::MARKERS, [log, sent], &message);
     }
     bag.end()
@@ -54,7 +54,7 @@ fn jitter_drops_repetitions_and_back_steps_keep_samples_in_their_places() {
     assert_eq!((recording.clock.rate_hz(), recording.len()), (120.0, 600));
     let thumb = marker(&recording, "Thumb");
     for k in (0..600).filter(|k| !(100..103).contains(k)) {
-        assert_eq!(at(thumb, k), Some([k as f64, 1.0, 2.0]), "sample {k}");
+        assert_eq!(at(thumb, k), Some([k as f64 / 1e3, 1.0, 2.0]), "sample {k}");
     }
     assert_eq!(thumb.track.gaps(), vec![100..103]);
     assert_found(&recording, "3 of 600 frames are in no message");
@@ -80,7 +80,7 @@ fn without_stamps_sending_or_logging_stands_in() {
     assert_found(&recording, "times are when they were logged");
     assert_eq!(
         at(marker(&recording, "Thumb"), 299),
-        Some([299.0, 1.0, 2.0])
+        Some([0.299, 1.0, 2.0])
     );
 }
 
@@ -97,7 +97,10 @@ fn stray_stamps_are_left_out_and_the_others_kept() {
     assert_eq!(recording.len(), 99);
     assert_eq!(recording.clock.start_unix_nanos(), stamp(1));
     let thumb = marker(&recording, "Thumb");
-    assert_eq!((at(thumb, 0), at(thumb, 6)), (Some([1.0, 1.0, 2.0]), None));
+    assert_eq!(
+        (at(thumb, 0), at(thumb, 6)),
+        (Some([0.001, 1.0, 2.0]), None)
+    );
     assert_found(
         &recording,
         "2 messages have no stamp, or one far from those of the others",

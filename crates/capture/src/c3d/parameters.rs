@@ -77,7 +77,7 @@ impl Parameters {
     /// Reads them from the beginning of a file.
     pub(super) fn read(bytes: &[u8], file: &str) -> Result<Self, CaptureError> {
         let start = match bytes {
-            [block @ 1.., KEY, ..] => (usize::from(*block) - 1) * BLOCK_BYTES,
+            &[block @ 1..=u8::MAX, KEY, ..] => (usize::from(block) - 1) * BLOCK_BYTES,
             _ => {
                 return Err(damaged(
                     file,

@@ -15,17 +15,18 @@ struct Numbers {
     floats: bool,
 }
 
-const ALL: [Numbers; 6] = {
-    let numbers = |processor, floats| Numbers { processor, floats };
-    [
-        numbers(84, false),
-        numbers(84, true),
-        numbers(85, false),
-        numbers(85, true),
-        numbers(86, false),
-        numbers(86, true),
-    ]
-};
+const fn numbers(processor: u8, floats: bool) -> Numbers {
+    Numbers { processor, floats }
+}
+
+const ALL: [Numbers; 6] = [
+    numbers(84, false),
+    numbers(84, true),
+    numbers(85, false),
+    numbers(85, true),
+    numbers(86, false),
+    numbers(86, true),
+];
 
 impl Numbers {
     fn word(self, value: i32) -> Vec<u8> {

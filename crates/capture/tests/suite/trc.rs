@@ -374,7 +374,7 @@ fn what_is_refused() {
     assert!(
         error
             .to_string()
-            .contains("or TRC (starts with \"PathFileType\"), found")
+            .contains("TRC (starts with \"PathFileType\") or C3D, found")
     );
 }
 

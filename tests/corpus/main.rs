@@ -4,6 +4,7 @@
 mod containers;
 mod check;
 mod c3d;
+mod containers;
 mod files;
 mod real;
 mod ros2;

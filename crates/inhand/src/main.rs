@@ -15,7 +15,7 @@ use crate::exit::Exit;
 
 /// From motion-capture takes of a hand to judged, viewable in-hand manipulation trajectories.
 ///
-/// A session is a folder with train/ and test/ takes: Motive CSV, Qualisys TSV, TRC or MCAP.
+/// A session is a folder with train/ and test/ takes: Motive CSV, Qualisys TSV, TRC, C3D or MCAP.
 /// `inhand run SESSION -o OUT` does everything; `inhand demo` shows it on a simulated session.
 #[derive(Debug, Parser)]
 #[command(name = "inhand", version, max_term_width = 100, after_help = exit::HELP)]

@@ -15,6 +15,10 @@ const MAX_SERIES: usize = 10_000;
 const SAMPLES_PER_BYTE: usize = 4;
 const FREE_SAMPLES: usize = 1 << 20;
 
+/// Things of one name in a message at most, and bytes of a name.
+const MAX_NAMESAKES: usize = 100;
+const MAX_NAME_BYTES: usize = 1000;
+
 /// A cloud with more points than this is a scan and no set of markers, unless the user says so.
 const MAX_CLOUD_MARKERS: usize = 512;
 
@@ -203,14 +207,17 @@ impl<'a> Gathered<'a> {
             of.points_of_a_scan = of.points_of_a_scan.max(Some(points));
             return Ok(());
         }
-        self.samples_left = self.samples_left.checked_sub(points).ok_or_else(|| {
-            self.unclear(
-                topic,
-                "as many samples as fit the size of the file".to_owned(),
-                "more: the file unpacks to far more than motion capture does".to_owned(),
-                "set this topic to \"ignore\" under [topics]",
-            )
-        })?;
+        self.samples_left = self
+            .samples_left
+            .checked_sub(points.max(1))
+            .ok_or_else(|| {
+                self.unclear(
+                    topic,
+                    "as many samples as fit the size of the file".to_owned(),
+                    "more: the file unpacks to far more than motion capture does".to_owned(),
+                    "set this topic to \"ignore\" under [topics]",
+                )
+            })?;
         let stream = self.stream(topic, &reading);
         let times = &mut self.streams[stream];
         // A message number fits: there are fewer of them than bytes that a file of 4 GB unpacks to.
@@ -269,6 +276,7 @@ impl<'a> Gathered<'a> {
     fn static_transform(&mut self, parent: &str, item: &Item<'_>) {
         if let Label::Name(child, _) = &item.label
             && self.statics.len() < MAX_SERIES
+            && child.len() + parent.len() <= MAX_NAME_BYTES
         {
             let held = Static {
                 parent: parent.to_owned(),
@@ -309,6 +317,18 @@ impl<'a> Gathered<'a> {
                     known => return Ok(known),
                 }
             }
+        }
+        let namesakes = (self.topics[topic].series.get(key)).map_or(0, Vec::len);
+        if namesakes >= MAX_NAMESAKES || key.len() > MAX_NAME_BYTES {
+            return Err(self.unclear(
+                topic,
+                format!(
+                    "names of at most {MAX_NAME_BYTES} bytes, each for at most {MAX_NAMESAKES} \
+                     things in a message"
+                ),
+                format!("one of {} bytes for {} things", key.len(), namesakes + 1),
+                "set this topic to \"ignore\" under [topics]",
+            ));
         }
         let made = self.new_series(topic, stream, key, frame, item)?;
         self.topics[topic]

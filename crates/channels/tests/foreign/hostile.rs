@@ -159,6 +159,27 @@ fn names_that_change_all_the_time_are_refused() {
 }
 
 #[test]
+fn names_that_name_nothing_are_refused() {
+    let long = "x".repeat(1001);
+    for seen in [
+        vec![("tip", [1.0; 3]); 101],
+        vec![(long.as_str(), [1.0; 3])],
+    ] {
+        let mut bag = Bag::new();
+        for k in 0..3 {
+            bag.add(
+                "/markers",
+                bag::MARKERS,
+                stamp(k),
+                &bag::markers(true, stamp(k), &seen),
+            );
+        }
+        let error = refusal(&bag.end(), &ForeignSettings::default());
+        assert!(error.contains("names of at most 1000 bytes"), "{error}");
+    }
+}
+
+#[test]
 fn two_programs_on_one_topic_are_told() {
     let mut bag = Bag::new();
     for k in 0..50 {

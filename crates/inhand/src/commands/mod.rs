@@ -46,6 +46,7 @@ pub(crate) enum Command {
     /// Look at what takes tell of themselves: gaps, bodies, units, axes
     Check(check::Args),
     /// Vendor takes to MCAP recordings, or a recording to Motive CSV
+    /// Takes to MCAP recordings, or a recording to Motive CSV, TRC or C3D
     Convert(convert::Args),
     /// Takes into the hand's frame: gaps, filter
     Process(process::Args),

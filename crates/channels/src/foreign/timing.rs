@@ -371,13 +371,13 @@ fn capture_times(
             times.log.iter().map(captured).collect()
         }
         TimeSource::Stamp => {
+            // A zero is a stamp where a clock starts with it, and stray elsewhere.
             let both = || times.stamp.iter().zip(&times.log);
-            let late = |(&stamp, &log): (&u64, &u64)| (stamp > 0).then(|| seconds(stamp, log));
-            let middle_s = median(both().filter_map(late).collect()).unwrap_or(0.0);
-            let stray = |late_s: f64| (late_s - middle_s).abs() > STRAY_STAMP_S;
-            let captured = |(stamp, log)| match late((stamp, log)) {
-                Some(late_s) if !stray(late_s) => Some(*stamp),
-                _ => None,
+            let late = |(&stamp, &log): (&u64, &u64)| seconds(stamp, log);
+            let middle_s = median(both().map(late).collect()).unwrap_or(0.0);
+            let captured = |(stamp, log)| {
+                let stray = (late((stamp, log)) - middle_s).abs() > STRAY_STAMP_S;
+                (!stray).then_some(*stamp)
             };
             both().map(captured).collect()
         }

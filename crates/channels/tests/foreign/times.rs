@@ -112,10 +112,9 @@ fn simulated_time_starts_anywhere() {
     let recording = read(&of(
         (0..100).map(|k| (k, k * 10_000_000, START + k * 10_000_000, 0))
     ));
-    // The first stamp is zero, which is none.
-    assert_eq!(recording.len(), 99);
+    assert_eq!(recording.len(), 100);
     assert_eq!(recording.clock.start_time(), StartTime::Unknown);
-    assert_eq!(recording.clock.start_unix_nanos(), 10_000_000);
+    assert_eq!(recording.clock.start_unix_nanos(), 0);
 }
 
 #[test]

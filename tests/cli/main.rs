@@ -4,9 +4,9 @@
 mod annotate;
 mod bad_input;
 mod bags;
-mod convert;
-mod containers;
 mod check;
+mod containers;
+mod convert;
 mod export;
 mod learn_rank;
 mod learn_runs;

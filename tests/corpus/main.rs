@@ -1,9 +1,9 @@
 //! Real and simulated recordings that are not part of this repository: the folder named by
 //! `INHAND_CORPUS`. Without it every test here says so and checks nothing.
 
-mod containers;
-mod check;
 mod c3d;
+mod check;
+mod containers;
 mod containers;
 mod files;
 mod real;

@@ -172,12 +172,7 @@ impl VendorFormat {
     }
 }
 
-fn write_vendor(
-    console: &Console,
-    target: &Path,
-    format: VendorFormat,
-    take: &Take,
-) -> Result<()> {
+fn write_vendor(console: &Console, target: &Path, format: VendorFormat, take: &Take) -> Result<()> {
     format.write(target, &take.recording)?;
     let bodies = take.recording.bodies.len();
     if format != VendorFormat::Csv && bodies > 0 {

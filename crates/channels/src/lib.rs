@@ -94,7 +94,7 @@ pub use outline::Outline;
 pub use read::{ReadMethod, read_generated, read_metadata, read_take};
 pub use records::read_leading_metadata;
 pub use take::{
-    ContactSample, EvaluatedMethod, EvaluatedSample, GeneratedMethod, GeneratedSegment, ReadTake,
-    TakeFile, UnsolvedPlan, WriteSettings,
+    CleanedTake, ContactSample, EvaluatedMethod, EvaluatedSample, GeneratedMethod,
+    GeneratedSegment, ReadCleaned, ReadTake, TakeFile, UnsolvedPlan, WriteSettings,
 };
 pub use write::{TakeWriter, write_recording, write_take};

@@ -3,6 +3,7 @@
 //! | record | keys |
 //! | --- | --- |
 //! | `inhand.recording` | `name`, `samples`, `rate_hz`, `start_unix_nanos`, `start_time`, `length_unit` (always metres), `frame`, `source_format`, `source_length_unit`, `source_up_axis`, `source_rotation`, `markers`, `bodies` (JSON) |
+//! | `inhand.cleaned` | as `inhand.recording`, of the recording after cleaning |
 //! | `inhand.header` | every other fact of the source's header, verbatim |
 //! | `inhand.roles` | `hand`, `object`, `thumb` ... `little` |
 //! | `inhand.motion` | `name` |
@@ -28,6 +29,7 @@ use crate::error::ChannelError;
 pub struct Metadata(pub BTreeMap<String, BTreeMap<String, String>>);
 
 pub(crate) const RECORDING: &str = "inhand.recording";
+pub(crate) const CLEANED: &str = "inhand.cleaned";
 pub(crate) const HEADER: &str = "inhand.header";
 pub(crate) const ROLES: &str = "inhand.roles";
 pub(crate) const MOTION: &str = "inhand.motion";
@@ -65,6 +67,15 @@ pub(crate) struct BodyFacts {
 impl Metadata {
     /// Facts of a recording that has, or will have, so many samples.
     pub(crate) fn add_recording(&mut self, recording: &Recording, samples: usize) {
+        self.add_recording_as(RECORDING, recording, samples);
+        (self.0).insert(HEADER.to_owned(), recording.source.header.clone());
+    }
+
+    pub(crate) fn add_cleaned(&mut self, cleaned: &Recording) {
+        self.add_recording_as(CLEANED, cleaned, cleaned.len());
+    }
+
+    fn add_recording_as(&mut self, record: &str, recording: &Recording, samples: usize) {
         let Recording { clock, source, .. } = recording;
         let markers: Vec<Value> = (recording.markers.iter())
             .map(|marker| {
@@ -107,8 +118,7 @@ impl Metadata {
         if let Some(rotation) = source.rotation {
             facts.insert("source_rotation".to_owned(), rotation.to_string());
         }
-        self.0.insert(RECORDING.to_owned(), facts);
-        self.0.insert(HEADER.to_owned(), source.header.clone());
+        self.0.insert(record.to_owned(), facts);
     }
 
     pub(crate) fn add_roles(&mut self, roles: &Roles) {
@@ -166,7 +176,20 @@ impl Metadata {
 
     /// The facts of the recording; `None` where the file holds none.
     pub(crate) fn recording(&self, file: &str) -> Result<Option<RecordingFacts>, ChannelError> {
-        let Some(record) = self.record(file, RECORDING) else {
+        self.recording_as(file, RECORDING)
+    }
+
+    /// The facts of the cleaned recording; `None` where the file holds none.
+    pub(crate) fn cleaned(&self, file: &str) -> Result<Option<RecordingFacts>, ChannelError> {
+        self.recording_as(file, CLEANED)
+    }
+
+    fn recording_as(
+        &self,
+        file: &str,
+        record: &str,
+    ) -> Result<Option<RecordingFacts>, ChannelError> {
+        let Some(record) = self.record(file, record) else {
             return Ok(None);
         };
         let rate_hz: f64 = record.parsed("rate_hz", "a number of samples per second")?;

@@ -1,5 +1,6 @@
 //! A take's nouns from its file.
 
+mod cleaned;
 mod decode;
 mod generated;
 
@@ -17,6 +18,7 @@ use crate::take::ReadTake;
 use crate::topic;
 pub use generated::{ReadMethod, read_generated};
 
+use cleaned::{CleanedPart, CleanedParts};
 use decode::{
     BodyTracks, Channel, Counter, FingertipTracks, MarkerTracks, PoseFromBodies, finding,
 };
@@ -41,7 +43,8 @@ pub fn read_take(bytes: &[u8], file_name: &str) -> Result<ReadTake, ChannelError
         return Err(absent(bytes, file_name));
     };
     let motion_name = metadata.motion_name(file_name)?;
-    let mut parts = Parts::new(&facts, motion_name.is_some());
+    let cleaned = metadata.cleaned(file_name)?.map(CleanedParts::new);
+    let mut parts = Parts::new(&facts, motion_name.is_some(), cleaned);
     let mut channels: BTreeMap<u16, Part> = BTreeMap::new();
     let mut events = EventReader::default();
     walk(file_name, bytes, Depth::Everything, |record| {
@@ -55,7 +58,10 @@ pub fn read_take(bytes: &[u8], file_name: &str) -> Result<ReadTake, ChannelError
                 Ok(())
             }
             Record::Message { header, data } => match channels.get(&header.channel_id) {
-                Some(&part) => parts.message(part, header.log_time, &data, file_name, &facts),
+                Some(&part) => {
+                    let at = (header.log_time, header.sequence);
+                    parts.message(part, at, &data, file_name, &facts)
+                }
                 None => Ok(()),
             },
             _ => Ok(()),
@@ -124,6 +130,7 @@ enum Part {
     Fingertips,
     Object,
     Hand,
+    Cleaned(CleanedPart),
 }
 
 impl Part {
@@ -135,6 +142,9 @@ impl Part {
             topic::PROCESSED_FINGERTIPS => Part::Fingertips,
             topic::PROCESSED_OBJECT => Part::Object,
             topic::PROCESSED_HAND => Part::Hand,
+            topic::CLEANED_MARKERS => Part::Cleaned(CleanedPart::Markers),
+            topic::CLEANED_BODIES => Part::Cleaned(CleanedPart::Bodies),
+            topic::CLEANED_CHANGES => Part::Cleaned(CleanedPart::Changes),
             _ => return None,
         })
     }
@@ -149,10 +159,11 @@ struct Parts {
     fingertips: Option<FingertipTracks>,
     object: Option<PoseFromBodies<Hand, Object>>,
     hand: PoseFromBodies<World, Hand>,
+    cleaned: Option<CleanedParts>,
 }
 
 impl Parts {
-    fn new(facts: &RecordingFacts, motion: bool) -> Self {
+    fn new(facts: &RecordingFacts, motion: bool, cleaned: Option<CleanedParts>) -> Self {
         Self {
             markers: MarkerTracks::new(&facts.markers),
             bodies: BodyTracks::new(&facts.bodies),
@@ -161,6 +172,7 @@ impl Parts {
             fingertips: motion.then(FingertipTracks::default),
             object: None,
             hand: PoseFromBodies::default(),
+            cleaned,
         }
     }
 
@@ -174,17 +186,23 @@ impl Parts {
     fn message(
         &mut self,
         part: Part,
-        log_time: u64,
+        at: (u64, u32),
         data: &[u8],
         file: &str,
         facts: &RecordingFacts,
     ) -> Result<(), ChannelError> {
+        // The motion is of the cleaned recording where there is one.
+        let used = match part {
+            Part::Fingertips | Part::Object | Part::Hand => self.used(facts),
+            _ => facts,
+        };
+        let (clock, samples) = (used.clock, used.samples);
         let channel = |topic| Channel {
             file,
             topic,
-            clock: facts.clock,
-            samples: facts.samples,
-            log_time,
+            clock,
+            samples,
+            log_time: at.0,
         };
         match part {
             Part::Markers => {
@@ -206,7 +224,17 @@ impl Parts {
             Part::Object => (self.object.get_or_insert_default())
                 .message(&channel(topic::PROCESSED_OBJECT), data),
             Part::Hand => self.hand.message(&channel(topic::PROCESSED_HAND), data),
+            Part::Cleaned(part) => match &mut self.cleaned {
+                Some(cleaned) => cleaned.message(part, at, data, file, facts.samples),
+                None => Ok(()),
+            },
         }
+    }
+
+    fn used<'a>(&'a self, facts: &'a RecordingFacts) -> &'a RecordingFacts {
+        self.cleaned
+            .as_ref()
+            .map_or(facts, |cleaned| &cleaned.facts)
     }
 
     fn into_take(
@@ -217,8 +245,9 @@ impl Parts {
         annotations: Annotations,
         file: &str,
     ) -> Result<ReadTake, ChannelError> {
+        let (clock, of_motion) = (self.used(&facts).clock, self.used(&facts).samples);
         let samples = facts.samples;
-        let complete = |topic: &str, found: usize| {
+        let complete = |topic: &str, samples: usize, found: usize| {
             if found == samples {
                 return Ok(());
             }
@@ -231,21 +260,21 @@ impl Parts {
             })
         };
         if !facts.markers.is_empty() {
-            complete(topic::RECORDING_MARKERS, self.markers.read.0)?;
+            complete(topic::RECORDING_MARKERS, samples, self.markers.read.0)?;
         }
         if !facts.bodies.is_empty() {
-            complete(topic::RECORDING_BODIES, self.bodies.read.0)?;
+            complete(topic::RECORDING_BODIES, samples, self.bodies.read.0)?;
         }
         let motion = match (motion_name, self.fingertips) {
             (Some(name), Some(fingertips)) => {
-                complete(topic::PROCESSED_FINGERTIPS, fingertips.read.0)?;
-                complete(topic::PROCESSED_HAND, self.hand.read.0)?;
+                complete(topic::PROCESSED_FINGERTIPS, of_motion, fingertips.read.0)?;
+                complete(topic::PROCESSED_HAND, of_motion, self.hand.read.0)?;
                 if let Some(object) = &self.object {
-                    complete(topic::PROCESSED_OBJECT, object.read.0)?;
+                    complete(topic::PROCESSED_OBJECT, of_motion, object.read.0)?;
                 }
                 Some(Motion {
                     name,
-                    clock: facts.clock,
+                    clock,
                     fingertips: PerFinger::new(fingertips.tracks),
                     object: self.object.map(|object| object.track),
                     hand: self.hand.track,
@@ -270,8 +299,12 @@ impl Parts {
             found: error.to_string(),
         })?;
         recording.findings = self.findings;
+        let cleaned = (self.cleaned)
+            .map(|cleaned| cleaned.into_cleaned(&recording.findings, file))
+            .transpose()?;
         Ok(ReadTake {
             recording,
+            cleaned,
             roles: metadata.roles(file)?,
             motion,
             annotations,

@@ -40,6 +40,7 @@ ours! {
     Fingertips in "fingertips";
     Bodies in "bodies";
     Markers in "markers";
+    Change in "change";
     Plan in "plan";
     FingerErrors in "finger_errors";
     Contacts in "contacts";

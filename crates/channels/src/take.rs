@@ -1,7 +1,7 @@
 //! What goes into a take's file and what comes out of it.
 
 use inhand_model::{
-    Annotations, Motion, PerFinger, Plan, Provenance, Recording, Roles, Shape, Trajectory,
+    Annotations, Change, Motion, PerFinger, Plan, Provenance, Recording, Roles, Shape, Trajectory,
 };
 
 /// Everything about a take that goes into one file; each part but the recording is optional.
@@ -9,9 +9,13 @@ use inhand_model::{
 pub struct TakeFile<'a> {
     /// What was measured.
     pub recording: &'a Recording,
+    /// The recording after cleaning, where it was cleaned: later steps use it, and everything but what
+    /// was measured follows its clock.
+    pub cleaned: Option<CleanedTake<'a>>,
     /// Which tracked thing is the hand, the object, a finger.
     pub roles: Option<&'a Roles>,
-    /// The take in the hand's frame, cleaned; of the recording's clock and length.
+    /// The take in the hand's frame; of the clock and length of the recording, or of the cleaned one
+    /// where there is one.
     pub motion: Option<&'a Motion>,
     /// Trajectories by method. Viewers show the first method beside the recorded motion.
     pub generated: &'a [GeneratedMethod<'a>],
@@ -31,6 +35,7 @@ impl<'a> TakeFile<'a> {
     pub const fn new(recording: &'a Recording) -> Self {
         Self {
             recording,
+            cleaned: None,
             roles: None,
             motion: None,
             generated: &[],
@@ -40,6 +45,21 @@ impl<'a> TakeFile<'a> {
             provenance: &[],
         }
     }
+
+    /// The recording that later steps use: the cleaned one where there is one.
+    pub fn used(&self) -> &'a Recording {
+        self.cleaned
+            .map_or(self.recording, |cleaned| cleaned.recording)
+    }
+}
+
+/// A recording after cleaning.
+#[derive(Clone, Copy, Debug)]
+pub struct CleanedTake<'a> {
+    /// The recording; its rate may be another one.
+    pub recording: &'a Recording,
+    /// What was changed, in the order of the steps; samples are those of the recording as measured.
+    pub changes: &'a [Change],
 }
 
 /// What one method generated for a take.
@@ -124,6 +144,8 @@ impl Default for WriteSettings {
 pub struct ReadTake {
     /// What was measured, bit for bit as it was written.
     pub recording: Recording,
+    /// The recording after cleaning, where the file holds one.
+    pub cleaned: Option<ReadCleaned>,
     /// Which tracked thing is the hand, the object, a finger.
     pub roles: Option<Roles>,
     /// The take in the hand's frame, bit for bit as it was written.
@@ -132,4 +154,13 @@ pub struct ReadTake {
     pub annotations: Annotations,
     /// What made the file, first step first.
     pub provenance: Vec<Provenance>,
+}
+
+/// A cleaned recording of a file.
+#[derive(Clone, Debug)]
+pub struct ReadCleaned {
+    /// The recording, bit for bit as it was written.
+    pub recording: Recording,
+    /// What was changed, in the order of the steps; samples are those of the recording as measured.
+    pub changes: Vec<Change>,
 }

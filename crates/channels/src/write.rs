@@ -1,6 +1,7 @@
 //! A take's nouns as channels, sample by sample, so that messages lie in the file in time order.
 
 mod check;
+mod cleaned;
 mod evaluated;
 mod generated;
 mod processed;
@@ -65,8 +66,10 @@ pub fn write_take(
     file: &TakeFile,
     settings: &WriteSettings,
 ) -> Result<(), ChannelError> {
-    let mut writer = TakeWriter::begin(&mut out, file, &Outline::of(file.recording), settings)?;
-    writer.append(file.recording)?;
+    let used = file.used();
+    let outline = Outline::of(used).with_findings(file.recording.findings.clone());
+    let mut writer = TakeWriter::begin(&mut out, file, &outline, settings)?;
+    writer.append(used)?;
     writer.finish()
 }
 
@@ -104,7 +107,8 @@ pub struct TakeWriter<'a> {
 
 impl<'a> TakeWriter<'a> {
     /// Writes what stands before the first sample. Of `file.recording` only that is looked at
-    /// which holds for the whole take: its name, clock, source, markers and bodies.
+    /// which holds for the whole take: its name, clock, source, markers and bodies. Where the take was
+    /// cleaned, both recordings are there whole, and the blocks are those of the cleaned one.
     ///
     /// # Errors
     ///
@@ -127,19 +131,32 @@ impl<'a> TakeWriter<'a> {
         {
             streams.push(Box::new(Events::new(annotations, &mut output)?));
         }
-        recorded::add(file, outline, &mut output, &mut streams)?;
+        match &file.cleaned {
+            None => recorded::add(file, outline, &mut output, &mut streams)?,
+            Some(cleaned) => {
+                // The rest of the file follows the clock of the cleaned recording.
+                let mut measured = Streams::new();
+                recorded::add(file, outline, &mut output, &mut measured)?;
+                streams.push(Box::new(cleaned::AtOwnTimes::new(file.recording, measured)));
+                cleaned::add(cleaned, file.recording.clock, &mut output, &mut streams)?;
+            }
+        }
         if let Some(motion) = file.motion {
             processed::add(motion, &mut output, &mut streams)?;
         }
         generated::add(file.generated, &mut output, &mut streams)?;
         evaluated::add(file.evaluated, &mut output, &mut streams)?;
         if settings.view {
-            view::add_take(file, outline, &mut output, &mut streams)?;
+            let seen = TakeFile {
+                recording: file.used(),
+                ..file.clone()
+            };
+            view::add_take(&seen, outline, &mut output, &mut streams)?;
         }
         Ok(Self {
             output,
             streams,
-            clock: file.recording.clock,
+            clock: file.used().clock,
             expected: outline.samples,
             written: 0,
         })
@@ -211,7 +228,11 @@ pub fn write_recording(
 
 fn metadata(file: &TakeFile, samples: usize) -> Metadata {
     let mut metadata = Metadata::default();
-    metadata.add_recording(file.recording, samples);
+    let measured = file.cleaned.map_or(samples, |_| file.recording.len());
+    metadata.add_recording(file.recording, measured);
+    if let Some(cleaned) = &file.cleaned {
+        metadata.add_cleaned(cleaned.recording);
+    }
     if let Some(roles) = file.roles {
         metadata.add_roles(roles);
     }

@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 
 use inhand_channels::TakeFile;
 use inhand_model::Provenance;
-use inhand_simulation::{SessionSettings, SimulatedTake, session};
+use inhand_simulation::{FaultKind, SessionSettings, SimulatedTake, session};
 use rayon::prelude::*;
+use serde_json::json;
 
 use crate::error::PipelineError;
 use crate::output;
@@ -59,9 +60,51 @@ pub fn simulate_session(
         .map(|(path, take)| write_simulated(path, take, format, &provenance))
         .collect();
     written.into_iter().collect::<Result<(), _>>()?;
+    for (path, take) in &files {
+        if simulated.faults.is_some() {
+            let truth = path.with_extension("truth.json");
+            output::write_text(&truth, &faults_json(take))?;
+        }
+    }
     let text = format!("[object]\nshape = \"{}\"\n", simulated.shape);
     output::write_text(&settings_path, &text)?;
     Ok(files.into_iter().map(|(path, _)| path).collect())
+}
+
+/// Where planted faults are, for whoever judges what a search finds. Samples count from 0, `last` is
+/// the last one that is wrong; lengths are metres, rotations quaternions x, y, z, w.
+fn faults_json(take: &SimulatedTake) -> String {
+    let faults: Vec<_> = (take.faults.iter())
+        .map(|fault| {
+            let mut entry = json!({
+                "kind": fault.kind.name(),
+                "entities": fault.entities,
+                "first": fault.samples.start,
+                "last": fault.samples.end.saturating_sub(1),
+            });
+            match &fault.kind {
+                FaultKind::Spike { off_m, was_m } => {
+                    entry["off_m"] = json!(off_m);
+                    entry["was_m"] = json!(was_m);
+                }
+                FaultKind::Flip { true_from_recorded } => {
+                    let translation: [f64; 3] = true_from_recorded.translation.vector.into();
+                    let rotation: [f64; 4] = true_from_recorded.rotation.coords.into();
+                    entry["true_from_recorded"] =
+                        json!({ "translation_m": translation, "rotation_xyzw": rotation });
+                }
+                _ => {}
+            }
+            entry
+        })
+        .collect();
+    let truth = json!({
+        "take": take.recording.name,
+        "samples": take.recording.len(),
+        "rate_hz": take.recording.clock.rate_hz(),
+        "faults": faults,
+    });
+    format!("{truth:#}\n")
 }
 
 /// Takes of another session in the same folders would become part of this one.

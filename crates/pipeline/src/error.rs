@@ -71,6 +71,14 @@ pub enum PipelineError {
         /// Where in it, and why.
         source: Box<inhand_capture::CaptureError>,
     },
+    /// A take that could not be cleaned.
+    #[error("{}", path.display())]
+    Cleaning {
+        /// Its file.
+        path: PathBuf,
+        /// Why not.
+        source: Box<inhand_cleaning::CleaningError>,
+    },
     /// An MCAP file that cannot be read or written.
     #[error("{}", path.display())]
     Channels {

@@ -23,6 +23,7 @@
 
 pub mod annotate;
 mod check;
+mod clean;
 pub mod containers;
 mod coverage;
 mod demo;
@@ -46,6 +47,7 @@ mod take;
 mod take_file;
 
 pub use check::check_take;
+pub use clean::{clean_take, write_cleaned};
 pub use coverage::{Coverage, Presence};
 pub use demo::{DEMO_SESSION, TakeFormat, simulate_session};
 pub use dictionary_file::{DictionaryFile, read as read_dictionary, write as write_dictionary};
@@ -58,12 +60,12 @@ pub use plan::{PlanRequest, Planned, plan_motion, write_plan};
 pub use run::{Event, RunFiles, RunOptions, RunResult, TOOL, provenance, run};
 pub use session::{SETTINGS_FILE, Session, SessionTake, is_take, list_takes, locate};
 pub use settings::{
-    BodySettings, EvaluateSection, LearnSection, ObjectSettings, PlanSection, ProcessSection, Role,
-    SegmentSection, SelectSection, Settings, SourceSettings, TakeEntry,
+    BodySettings, CleanSection, EvaluateSection, LearnSection, ObjectSettings, PlanSection,
+    ProcessSection, Role, SegmentSection, SelectSection, Settings, SourceSettings, TakeEntry,
 };
 pub use state::{State, StateRole, read_state};
 pub use stored::evaluate_stored;
-pub use take::{Take, describe_source, read, read_session};
+pub use take::{Cleaning, Take, describe_source, read, read_session};
 pub use take_file::{
     GeneratedMotion, TakeContents, write as write_take, write_parts as write_take_parts,
 };

@@ -8,8 +8,10 @@ use serde::{Deserialize, Serialize};
 use crate::methods::Method;
 
 mod check;
+mod clean;
 
 pub(crate) use check::invalid;
+pub use clean::CleanSection;
 
 /// Settings of a session, as `inhand.toml` holds them. Lengths are metres unless the name says
 /// otherwise.
@@ -33,6 +35,8 @@ pub struct Settings {
     pub fingers: BTreeMap<String, String>,
     /// The manipulated object.
     pub object: ObjectSettings,
+    /// How takes are cleaned before anything else; by default not at all.
+    pub clean: CleanSection,
     /// Gaps and filter.
     pub process: ProcessSection,
     /// Which events of takes segments come from.

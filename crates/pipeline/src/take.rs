@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use inhand_capture::roles::{RoleSettings, resolve};
-use inhand_channels::ReadTake;
+use inhand_channels::{CleanedTake, ReadCleaned, ReadTake};
 use inhand_model::{
-    Annotations, BodySource, Finger, InputHash, Motion, PointTrack, Provenance, Recording, Roles,
-    World,
+    Annotations, BodySource, Change, Finger, InputHash, Motion, PointTrack, Provenance, Recording,
+    Roles, World,
 };
 use inhand_tables::WideSettings;
 use rayon::prelude::*;
@@ -24,8 +24,10 @@ pub struct Take {
     pub path: PathBuf,
     /// Name of its output.
     pub name: String,
-    /// What was measured.
+    /// What is used of it: what was measured, or that after cleaning where it was cleaned.
     pub recording: Recording,
+    /// What was measured, where `recording` is cleaned, and what was changed.
+    pub cleaning: Option<Cleaning>,
     /// Which entity has which role; `None` where it cannot be told.
     pub roles: Result<Roles, String>,
     /// Content of the file.
@@ -38,7 +40,17 @@ pub struct Take {
     pub stored_motion: Option<Motion>,
 }
 
-/// Reads a take, whatever its format. Roles are told where that is possible.
+/// Where a cleaned recording comes from.
+#[derive(Clone, Debug)]
+pub struct Cleaning {
+    /// What was measured.
+    pub measured: Recording,
+    /// What was changed, in the order of the steps; samples are those of `measured`.
+    pub changes: Vec<Change>,
+}
+
+/// Reads a take, whatever its format; cleaned where it was stored so, or where the settings' table
+/// `[clean]` names steps. Roles are told where that is possible.
 ///
 /// # Errors
 ///
@@ -89,6 +101,7 @@ pub fn read(path: &Path, settings: &Settings) -> Result<Take, PipelineError> {
     );
     let ReadTake {
         recording,
+        cleaned,
         roles,
         motion,
         annotations,
@@ -104,16 +117,31 @@ pub fn read(path: &Path, settings: &Settings) -> Result<Take, PipelineError> {
         sha256,
     };
     let name = crate::session::stem(path);
-    Ok(Take {
+    let (recording, cleaning) = match cleaned {
+        None => (recording, None),
+        Some(ReadCleaned {
+            recording: cleaned,
+            changes,
+        }) => {
+            let measured = recording;
+            (cleaned, Some(Cleaning { measured, changes }))
+        }
+    };
+    let take = Take {
         path: path.to_owned(),
         name,
         recording,
+        cleaning,
         roles,
         hash,
         annotations,
         provenance,
         stored_motion: motion,
-    })
+    };
+    match settings.clean.steps()? {
+        None => Ok(take),
+        Some(steps) => crate::clean::cleaned(&take, &steps),
+    }
 }
 
 /// The facts beside a wide table, where there are any.
@@ -131,6 +159,7 @@ fn table_facts(path: &Path, bytes: &[u8]) -> Result<Option<Vec<u8>>, PipelineErr
 fn vendor_take(recording: Recording) -> ReadTake {
     ReadTake {
         recording,
+        cleaned: None,
         roles: None,
         motion: None,
         annotations: Annotations::default(),
@@ -139,6 +168,19 @@ fn vendor_take(recording: Recording) -> ReadTake {
 }
 
 impl Take {
+    /// What was measured, whether it was cleaned or not.
+    pub fn measured(&self) -> &Recording {
+        (self.cleaning.as_ref()).map_or(&self.recording, |cleaning| &cleaning.measured)
+    }
+
+    /// The cleaned recording as it goes into a file.
+    pub fn cleaned(&self) -> Option<CleanedTake<'_>> {
+        self.cleaning.as_ref().map(|cleaning| CleanedTake {
+            recording: &self.recording,
+            changes: &cleaning.changes,
+        })
+    }
+
     /// The roles, or an error that says which one cannot be told.
     ///
     /// # Errors
@@ -198,8 +240,25 @@ fn read_entry(entry: &SessionTake, settings: &Settings) -> Result<Take, Pipeline
         )));
     }
     take.recording = take.recording.slice(from..to);
+    if let Some(cleaning) = &mut take.cleaning {
+        cleaning.keep(clock.time_s(from), clock.time_s(to.min(len)));
+    }
     take.stored_motion = None; // It belongs to the whole take.
     Ok(take)
+}
+
+impl Cleaning {
+    /// Keeps what lies in this stretch of time, seconds after the first sample.
+    fn keep(&mut self, from_s: f64, to_s: f64) {
+        let clock = self.measured.clock;
+        let kept = clock.nearest_sample(from_s)..clock.nearest_sample(to_s);
+        self.measured = self.measured.slice(kept.clone());
+        for change in &mut self.changes {
+            let within = |k: usize| k.clamp(kept.start, kept.end) - kept.start;
+            change.samples = within(change.samples.start)..within(change.samples.end);
+        }
+        self.changes.retain(|change| !change.samples.is_empty());
+    }
 }
 
 fn check_rates(takes: &[Take]) -> Result<(), PipelineError> {

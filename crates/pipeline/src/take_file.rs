@@ -80,7 +80,8 @@ pub fn write(path: &Path, contents: &TakeContents<'_>, view: bool) -> Result<(),
     let mut provenance = contents.take.provenance.clone();
     provenance.push(contents.made.clone());
     let file = TakeFile {
-        recording: &contents.take.recording,
+        recording: contents.take.measured(),
+        cleaned: contents.take.cleaned(),
         roles: Some(contents.take.roles()?),
         motion: Some(contents.motion),
         generated: &generated,

@@ -149,6 +149,22 @@ pub struct FaultyTake {
     pub faults: Vec<Fault>,
 }
 
+impl FaultyTake {
+    /// The take as it was captured with its faults; the truth's gaps are those of that recording.
+    #[must_use]
+    pub fn into_take(self) -> SimulatedTake {
+        let mut truth = self.clean.truth;
+        truth.gaps = PerFinger::from_fn(|finger| {
+            (self.recording.marker(marker_name(finger))).map_or_else(Vec::new, |m| m.track.gaps())
+        });
+        SimulatedTake {
+            recording: self.recording,
+            truth,
+            faults: self.faults,
+        }
+    }
+}
+
 /// Simulates a take and plants faults. Gaps of the take's own settings are not used: those of
 /// `faults` are. The same settings and seed give the same bits.
 ///

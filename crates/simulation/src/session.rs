@@ -4,6 +4,7 @@ use inhand_model::Shape;
 use rayon::prelude::*;
 
 use crate::error::SimulationError;
+use crate::faults::{FaultSettings, simulate_faulty};
 use crate::random::{Purpose, Random};
 use crate::settings::{GapSettings, TakeSettings};
 use crate::take::{SimulatedTake, simulate};
@@ -28,6 +29,8 @@ pub struct SessionSettings {
     pub noise_m: f64,
     /// Gaps in the fingertip markers of every take, if any.
     pub gaps: Option<GapSettings>,
+    /// Faults planted into every take, if any; their gaps take the place of `gaps`.
+    pub faults: Option<FaultSettings>,
     /// Whether the object is tracked in the takes for learning; in those for testing it is.
     pub track_object_in_training: bool,
 }
@@ -44,6 +47,7 @@ impl SessionSettings {
             rate_hz: 100.0,
             noise_m: 1e-4,
             gaps: None,
+            faults: None,
             track_object_in_training: false,
         }
     }
@@ -109,7 +113,10 @@ pub fn session(settings: &SessionSettings, seed: u64) -> Result<SimulatedSession
         .chain(plan("test", settings.test_takes, 1000, true))
         .collect();
     let simulated: Vec<_> = (takes.par_iter())
-        .map(|(take, take_seed)| simulate(take, *take_seed))
+        .map(|(take, take_seed)| match &settings.faults {
+            None => simulate(take, *take_seed),
+            Some(faults) => Ok(simulate_faulty(take, faults, *take_seed)?.into_take()),
+        })
         .collect();
     // In order, so that the first error is the same whatever the number of threads.
     let mut train = simulated.into_iter().collect::<Result<Vec<_>, _>>()?;

@@ -11,6 +11,7 @@ use inhand_model::{
 use crate::capture::{CapturedBody, capture_body, capture_marker, draw_gaps};
 use crate::choreography::{Choreography, choreograph};
 use crate::error::SimulationError;
+use crate::faults::Fault;
 use crate::hand_motion::HandMotion;
 use crate::random::{Purpose, Random};
 use crate::settings::TakeSettings;
@@ -34,6 +35,8 @@ pub struct SimulatedTake {
     pub recording: Recording,
     /// What was there.
     pub truth: Truth,
+    /// Faults that were planted into the recording, in order of time.
+    pub faults: Vec<Fault>,
 }
 
 /// What is true of a simulated take, at every sample.
@@ -113,7 +116,11 @@ pub fn simulate(settings: &TakeSettings, seed: u64) -> Result<SimulatedTake, Sim
     let source = source(settings, seed);
     let name = settings.name.clone();
     let recording = Recording::new(name, clock, source, samples, markers, bodies)?;
-    Ok(SimulatedTake { recording, truth })
+    Ok(SimulatedTake {
+        recording,
+        truth,
+        faults: Vec::new(),
+    })
 }
 
 fn truth(

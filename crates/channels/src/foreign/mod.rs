@@ -83,6 +83,7 @@ pub fn read_any_take(
         return read_take(bytes, file_name);
     }
     Ok(ReadTake {
+        cleaned: None,
         recording: read_foreign(bytes, file_name, settings)?,
         roles: None,
         motion: None,

@@ -66,6 +66,32 @@ pub struct Bodies {
     #[prost(message, repeated, tag = "2")]
     pub bodies: ::prost::alloc::vec::Vec<Body>,
 }
+/// One change to the samples of a marker or body; what was measured stays in the channels of the
+/// recording.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct Change {
+    /// Time of the first sample changed.
+    #[prost(message, optional, tag = "1")]
+    pub timestamp: ::core::option::Option<crate::wire::Timestamp>,
+    /// Time of the last sample changed.
+    #[prost(message, optional, tag = "2")]
+    pub end: ::core::option::Option<crate::wire::Timestamp>,
+    /// What was done: swapped, turned_back, removed, stitched, filled, resampled or moved.
+    #[prost(string, tag = "3")]
+    pub kind: ::prost::alloc::string::String,
+    /// Names of the markers or the body, separated by commas.
+    #[prost(string, tag = "4")]
+    pub entity: ::prost::alloc::string::String,
+    /// First sample changed, of the recording as measured.
+    #[prost(uint64, tag = "5")]
+    pub first_sample: u64,
+    /// Samples changed from there on, one after the other.
+    #[prost(uint64, tag = "6")]
+    pub samples: u64,
+    /// What was found and what was done about it.
+    #[prost(string, tag = "7")]
+    pub message: ::prost::alloc::string::String,
+}
 /// Distance of each fingertip to the object's surface, and whether that counts as contact.
 #[derive(Clone, Copy, PartialEq, ::prost::Message)]
 pub struct Contacts {

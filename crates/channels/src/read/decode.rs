@@ -30,7 +30,7 @@ pub(super) struct Channel<'a> {
 }
 
 impl Channel<'_> {
-    fn error(&self, read: Counter, expected: String, found: String) -> ChannelError {
+    pub(super) fn error(&self, read: Counter, expected: String, found: String) -> ChannelError {
         ChannelError::Message {
             file: self.file.to_owned(),
             topic: self.topic.to_owned(),
@@ -40,7 +40,11 @@ impl Channel<'_> {
         }
     }
 
-    fn decode<M: Message + Default>(&self, read: Counter, data: &[u8]) -> Result<M, ChannelError> {
+    pub(super) fn decode<M: Message + Default>(
+        &self,
+        read: Counter,
+        data: &[u8],
+    ) -> Result<M, ChannelError> {
         M::decode(data).map_err(|error| {
             self.error(
                 read,

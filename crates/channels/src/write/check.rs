@@ -8,7 +8,7 @@ use crate::take::{GeneratedSegment, TakeFile};
 use crate::topic::MethodTopics;
 
 pub(super) fn parts(file: &TakeFile, samples: usize) -> Result<(), ChannelError> {
-    let recording = file.recording;
+    let recording = file.used();
     if let Some(motion) = file.motion {
         let lengths = [motion.hand.len()]
             .into_iter()

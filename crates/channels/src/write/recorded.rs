@@ -22,10 +22,18 @@ pub(super) fn add(
 ) -> Result<(), ChannelError> {
     let recording = file.recording;
     if !recording.markers.is_empty() {
-        streams.push(Box::new(Markers::new(recording, output)?));
+        streams.push(Box::new(Markers::new(
+            recording,
+            topic::RECORDING_MARKERS,
+            output,
+        )?));
     }
     if !recording.bodies.is_empty() {
-        streams.push(Box::new(Bodies::new(recording, output)?));
+        streams.push(Box::new(Bodies::new(
+            recording,
+            topic::RECORDING_BODIES,
+            output,
+        )?));
     }
     if let Some(roles) = file.roles {
         streams.push(Box::new(Fingertips {
@@ -73,14 +81,18 @@ fn present(series: Option<&Vec<f64>>, k: usize) -> Option<f64> {
         .filter(|value| !value.is_nan())
 }
 
-struct Markers {
+pub(super) struct Markers {
     channel: ChannelId,
     /// Reused for every sample: the names stay.
     message: messages::Markers,
 }
 
 impl Markers {
-    fn new(recording: &Recording, output: &mut Output) -> Result<Self, ChannelError> {
+    pub(super) fn new(
+        recording: &Recording,
+        topic: &str,
+        output: &mut Output,
+    ) -> Result<Self, ChannelError> {
         let markers = (recording.markers.iter())
             .map(|marker| messages::Marker {
                 name: marker.name.clone(),
@@ -89,7 +101,7 @@ impl Markers {
             })
             .collect();
         Ok(Self {
-            channel: output.channel::<messages::Markers>(topic::RECORDING_MARKERS, WORLD)?,
+            channel: output.channel::<messages::Markers>(topic, WORLD)?,
             message: messages::Markers {
                 timestamp: None,
                 markers,
@@ -111,13 +123,17 @@ impl Stream for Markers {
     }
 }
 
-struct Bodies {
+pub(super) struct Bodies {
     channel: ChannelId,
     message: messages::Bodies,
 }
 
 impl Bodies {
-    fn new(recording: &Recording, output: &mut Output) -> Result<Self, ChannelError> {
+    pub(super) fn new(
+        recording: &Recording,
+        topic: &str,
+        output: &mut Output,
+    ) -> Result<Self, ChannelError> {
         let bodies = (recording.bodies.iter())
             .map(|body| messages::Body {
                 name: body.name.clone(),
@@ -125,7 +141,7 @@ impl Bodies {
             })
             .collect();
         Ok(Self {
-            channel: output.channel::<messages::Bodies>(topic::RECORDING_BODIES, WORLD)?,
+            channel: output.channel::<messages::Bodies>(topic, WORLD)?,
             message: messages::Bodies {
                 timestamp: None,
                 bodies,

@@ -117,7 +117,8 @@ impl Input {
                     object_shape,
                     annotations: Some(&take.annotations),
                     provenance: &chain,
-                    ..TakeFile::new(&take.recording)
+                    cleaned: take.cleaned(),
+                    ..TakeFile::new(take.measured())
                 };
                 write_take_parts(target, &file, view)?;
             }

@@ -2,6 +2,7 @@
 
 mod annotate;
 mod check;
+mod clean;
 mod convert;
 mod cut;
 mod demo;
@@ -48,6 +49,8 @@ pub(crate) enum Command {
     /// Vendor takes to MCAP recordings, or a recording to Motive CSV
     /// Takes to MCAP recordings, or a recording to Motive CSV, TRC or C3D
     Convert(convert::Args),
+    /// What looks wrong in takes, and cleaned takes: swaps, flips, spikes, gaps
+    Clean(Box<clean::Args>),
     /// Takes into the hand's frame: gaps, filter
     Process(process::Args),
     /// Events on a file's time line: add, import, list, edit, export
@@ -86,6 +89,7 @@ impl Command {
             Command::Info(args) => info::run(console, args),
             Command::Check(args) => check::run(console, args),
             Command::Convert(args) => convert::run(console, args),
+            Command::Clean(args) => clean::run(console, args),
             Command::Process(args) => process::run(console, args),
             Command::Annotate(args) => annotate::run(console, args),
             Command::Learn(args) => learn::run(console, args),

@@ -6,7 +6,7 @@ use anyhow::Result;
 use clap::ValueEnum;
 use inhand_model::Shape;
 use inhand_pipeline::{TakeFormat, simulate_session};
-use inhand_simulation::{GapSettings, SessionSettings};
+use inhand_simulation::{FaultSettings, GapSettings, SessionSettings};
 
 use crate::console::{Console, data};
 use crate::exit::Exit;
@@ -38,6 +38,10 @@ pub(crate) struct Args {
     /// Share of fingertip samples lost in gaps.
     #[arg(long, default_value_t = 0.0, value_name = "SHARE")]
     gaps: f64,
+    /// Plant what goes wrong in captures: 2 % gaps, and a minute 10 swapped labels, 5 flipped bodies,
+    /// 20 spikes, 3 lost labels; where is written beside each take as TAKE.truth.json.
+    #[arg(long, conflicts_with = "gaps")]
+    faults: bool,
     /// Track the object in the training takes too.
     #[arg(long)]
     track_object: bool,
@@ -66,6 +70,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     settings.duration_s = args.duration;
     settings.rate_hz = args.rate;
     settings.gaps = (args.gaps != 0.0).then(|| GapSettings::with_share(args.gaps));
+    settings.faults = args.faults.then(FaultSettings::bad_session);
     let format = match args.format {
         Format::Csv => TakeFormat::MotiveCsv,
         Format::Mcap => TakeFormat::Mcap,

@@ -216,6 +216,7 @@ impl Settings {
         self.foreign_settings()?;
         self.role_settings()?;
         self.shape()?;
+        self.clean.steps()?;
         self.process_settings()?;
         self.pad_offsets_m()?;
         positive_or_zero("segments.margin_s", self.segments.margin_s)?;

@@ -1,0 +1,255 @@
+//! `inhand clean TAKE... [-o OUTPUT]`.
+
+use std::ops::Range;
+use std::path::PathBuf;
+
+use anyhow::{Context, Result};
+use clap::ValueEnum;
+use inhand_cleaning::detect::{self, Suspects};
+use inhand_model::{Change, ChangeKind, Clock, Finger};
+use inhand_pipeline::{CleanSection, Settings, Take, clean_take, provenance, write_cleaned};
+
+use crate::commands::{check_take_target, read_takes, targets};
+use crate::console::{Console, data};
+use crate::exit::{Exit, UsageError};
+use crate::options::{OutputOptions, SourceOptions};
+
+/// Lists what looks wrong in takes: swapped fingertips, flipped bodies, spikes, lost fingertips among
+/// unlabelled markers. With steps and -o, repairs what they name and writes cleaned takes; what was
+/// measured stays in them beside the cleaned recording, and every change is listed.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// Takes.
+    #[arg(required = true)]
+    inputs: Vec<PathBuf>,
+    /// Output file; a folder for several inputs. Without steps nothing is written.
+    #[arg(short, long, value_name = "PATH")]
+    output: Option<PathBuf>,
+    #[command(flatten, next_help_heading = "Steps, taken in this order")]
+    steps: StepOptions,
+    #[command(flatten, next_help_heading = "Source")]
+    source: SourceOptions,
+    #[command(flatten)]
+    writing: OutputOptions,
+}
+
+/// The steps of cleaning.
+#[derive(Clone, Debug, Default, clap::Args)]
+struct StepOptions {
+    /// Turn flipped bodies back.
+    #[arg(long)]
+    flips: bool,
+    /// Exchange swapped fingertips back.
+    #[arg(long)]
+    swaps: bool,
+    /// Take spikes away.
+    #[arg(long)]
+    spikes: bool,
+    /// Give unlabelled pieces to the fingertips that they are.
+    #[arg(long)]
+    stitch: bool,
+    /// All four repairs.
+    #[arg(long)]
+    repair: bool,
+    /// Fill gaps.
+    #[arg(long, value_enum, value_name = "METHOD")]
+    fill: Option<Fill>,
+    /// Longest gap that is filled, seconds [default: 0.1].
+    #[arg(long, value_name = "SECONDS", requires = "fill")]
+    fill_limit: Option<f64>,
+    /// Move a fingertip from its marker to its pad, in the axes of the hand's body, millimetres;
+    /// repeat for each finger.
+    #[arg(long, value_name = "FINGER=X,Y,Z", allow_hyphen_values = true)]
+    pad_mm: Vec<String>,
+    /// New rate; motion that it cannot show is filtered out before.
+    #[arg(long, value_name = "HZ")]
+    resample: Option<f64>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Fill {
+    /// The straight line.
+    Linear,
+    /// The cubic that goes on with the motion on both sides.
+    Cubic,
+    /// From the other markers of the same rigid cluster.
+    Cluster,
+    /// From the other fingertips.
+    Neighbours,
+}
+
+pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
+    let mut settings = args.source.effective(None)?;
+    args.steps.apply(&mut settings.clean)?;
+    settings.validate()?;
+    let steps = settings.clean.steps()?;
+    // Takes are read as they were measured; the steps are taken here.
+    let as_measured = Settings {
+        clean: CleanSection::default(),
+        ..settings.clone()
+    };
+    let Some(steps) = steps else {
+        if args.output.is_some() {
+            let message = "-o writes cleaned takes: say which steps to take, such as --repair or \
+                           --swaps --fill cubic";
+            return Err(UsageError(message.to_owned()).into());
+        }
+        let takes = read_takes(console, &args.inputs, &as_measured)?;
+        let mut text = String::new();
+        for take in &takes {
+            text.push_str(&suggestions(take)?);
+        }
+        data(&text)?;
+        return Ok(Exit::Done);
+    };
+    let Some(output) = &args.output else {
+        let message = "steps change takes: name the output with -o, or leave the steps out to see \
+                       what looks wrong";
+        return Err(UsageError(message.to_owned()).into());
+    };
+    let targets = targets(&args.inputs, output, "mcap")?;
+    let inputs: Vec<_> = args.inputs.iter().map(PathBuf::as_path).collect();
+    let takes = read_takes(console, &args.inputs, &as_measured)?;
+    for (take, target) in takes.iter().zip(&targets) {
+        check_take_target(target, &inputs, &take.hash, args.writing.force)?;
+    }
+    for (take, target) in takes.iter().zip(&targets) {
+        let cleaned = clean_take(take, &steps)?;
+        let made = provenance("clean", &settings, [take.hash.clone()]);
+        let view = !args.writing.no_view;
+        write_cleaned(target, take, &cleaned, &made, settings.shape()?, view)?;
+        data(&listed(&cleaned.changes, take.measured().clock))?;
+        console.say(&format!(
+            "wrote {} ({})",
+            target.display(),
+            counted(&cleaned.changes)
+        ));
+    }
+    Ok(Exit::Done)
+}
+
+impl StepOptions {
+    fn apply(&self, clean: &mut CleanSection) -> Result<()> {
+        clean.flips |= self.flips || self.repair;
+        clean.swaps |= self.swaps || self.repair;
+        clean.spikes |= self.spikes || self.repair;
+        clean.stitch |= self.stitch || self.repair;
+        if let Some(method) = self.fill {
+            let word = match method {
+                Fill::Linear => "linear",
+                Fill::Cubic => "cubic",
+                Fill::Cluster => "cluster",
+                Fill::Neighbours => "neighbours",
+            };
+            word.clone_into(&mut clean.fill);
+        }
+        if let Some(limit_s) = self.fill_limit {
+            clean.fill_limit_s = limit_s;
+        }
+        if self.resample.is_some() {
+            clean.resample_hz = self.resample;
+        }
+        for pair in &self.pad_mm {
+            let (finger, offset_mm) = pad(pair)?;
+            clean.pad_mm.insert(finger.name().to_owned(), offset_mm);
+        }
+        Ok(())
+    }
+}
+
+fn pad(pair: &str) -> Result<(Finger, [f64; 3])> {
+    let parsed = pair.split_once('=').and_then(|(finger, numbers)| {
+        let numbers: Vec<f64> =
+            (numbers.split(',').map(|n| n.trim().parse().ok())).collect::<Option<_>>()?;
+        Some((finger.trim().parse().ok()?, numbers.try_into().ok()?))
+    });
+    let message = || {
+        UsageError(format!(
+            "--pad-mm {pair}: expected FINGER=X,Y,Z, such as index=0,0,8"
+        ))
+    };
+    Ok(parsed.ok_or_else(message)?)
+}
+
+/// What looks wrong in a take, in order of time, and which steps would repair it.
+fn suggestions(take: &Take) -> Result<String> {
+    let recording = take.measured();
+    let suspects =
+        detect::all(recording, take.roles()?).with_context(|| take.path.display().to_string())?;
+    let Suspects {
+        flips,
+        swaps,
+        spikes,
+        unlabelled,
+    } = &suspects;
+    let mut lines: Vec<(Range<usize>, &str, String)> = Vec::with_capacity(suspects.len());
+    lines.extend(
+        flips
+            .iter()
+            .map(|f| (f.samples.clone(), "--flips", f.to_string())),
+    );
+    lines.extend(
+        swaps
+            .iter()
+            .map(|s| (s.samples.clone(), "--swaps", s.to_string())),
+    );
+    lines.extend(
+        spikes
+            .iter()
+            .map(|s| (s.samples.clone(), "--spikes", s.to_string())),
+    );
+    lines.extend(
+        unlabelled
+            .iter()
+            .map(|u| (u.samples.clone(), "--stitch", u.to_string())),
+    );
+    lines.sort_by(|a, b| (a.0.start, a.1, &a.2).cmp(&(b.0.start, b.1, &b.2)));
+    let mut text = format!(
+        "{}: {} swaps, {} flips, {} spikes, {} lost fingertips\n",
+        take.path.display(),
+        swaps.len(),
+        flips.len(),
+        spikes.len(),
+        unlabelled.len()
+    );
+    for (samples, step, what) in lines {
+        text.push_str(&format!(
+            "{}  {step:<8}  {what}\n",
+            when(&samples, recording.clock)
+        ));
+    }
+    Ok(text)
+}
+
+fn listed(changes: &[Change], clock: Clock) -> String {
+    (changes.iter())
+        .map(|change| format!("{}  {change}\n", when(&change.samples, clock)))
+        .collect()
+}
+
+/// From the first sample to the end of the last, seconds after the take's start.
+fn when(samples: &Range<usize>, clock: Clock) -> String {
+    format!(
+        "{:9.3} .. {:9.3} s",
+        clock.time_s(samples.start),
+        clock.time_s(samples.end)
+    )
+}
+
+fn counted(changes: &[Change]) -> String {
+    let counts: Vec<String> = (ChangeKind::ALL.into_iter())
+        .map(|kind| {
+            (
+                kind,
+                changes.iter().filter(|change| change.kind == kind).count(),
+            )
+        })
+        .filter(|(_, count)| *count > 0)
+        .map(|(kind, count)| format!("{count} {}", kind.name().replace('_', " ")))
+        .collect();
+    if counts.is_empty() {
+        "nothing to change was found".to_owned()
+    } else {
+        counts.join(", ")
+    }
+}

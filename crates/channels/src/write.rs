@@ -137,8 +137,9 @@ impl<'a> TakeWriter<'a> {
                 // The rest of the file follows the clock of the cleaned recording.
                 let mut measured = Streams::new();
                 recorded::add(file, outline, &mut output, &mut measured)?;
+                cleaned::add_changes(cleaned, file.recording.clock, &mut output, &mut measured)?;
                 streams.push(Box::new(cleaned::AtOwnTimes::new(file.recording, measured)));
-                cleaned::add(cleaned, file.recording.clock, &mut output, &mut streams)?;
+                cleaned::add(cleaned, &mut output, &mut streams)?;
             }
         }
         if let Some(motion) = file.motion {

@@ -509,3 +509,75 @@ fn parts_of_different_takes_are_refused() {
         assert!(error.contains(says), "{error}");
     }
 }
+
+#[test]
+fn a_cleaned_recording_comes_back_beside_the_measured_one() {
+    use inhand_channels::CleanedTake;
+    use inhand_model::{Change, ChangeKind, Clock, Marker, Recording};
+
+    let take = common::take(40, 100.0);
+    let raw = &take.recording;
+    // At half the rate, so that the two do not share a clock.
+    let clock = Clock::new(raw.clock.start_unix_nanos(), raw.clock.start_time(), 50.0).unwrap();
+    let markers: Vec<Marker> = (raw.markers.iter())
+        .map(|marker| Marker {
+            track: inhand_model::Track::from_measured((0..20).map(|k| marker.track.get(2 * k))),
+            quality: None,
+            ..marker.clone()
+        })
+        .collect();
+    let recording = Recording::new(
+        raw.name.clone(),
+        clock,
+        raw.source.clone(),
+        20,
+        markers,
+        vec![],
+    )
+    .unwrap();
+    let change = |kind, samples: std::ops::Range<usize>| Change {
+        kind,
+        entity: "Thumb".to_owned(),
+        samples,
+        message: format!("what {} did", ChangeKind::name(kind)),
+    };
+    // In the order of the steps, which is not that of time.
+    let changes = [
+        change(ChangeKind::Swapped, 30..35),
+        change(ChangeKind::Removed, 3..4),
+        change(ChangeKind::Resampled, 0..40),
+    ];
+    let file = TakeFile {
+        cleaned: Some(CleanedTake {
+            recording: &recording,
+            changes: &changes,
+        }),
+        ..TakeFile::new(raw)
+    };
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    inhand_channels::write_take(&mut bytes, &file, &Default::default()).unwrap();
+    let bytes = bytes.into_inner();
+    let read = inhand_channels::read_take(&bytes, "a.mcap").unwrap();
+    let same = |a: &Recording, b: &Recording| {
+        assert_eq!(
+            (a.clock, a.len(), a.markers.len()),
+            (b.clock, b.len(), b.markers.len())
+        );
+        for (a, b) in a.markers.iter().zip(&b.markers) {
+            assert!(a.track.iter().eq(b.track.iter()), "{}", a.name);
+        }
+    };
+    same(&read.recording, raw);
+    let cleaned = read.cleaned.unwrap();
+    same(&cleaned.recording, &recording);
+    assert_eq!(cleaned.changes, changes);
+
+    // Messages lie in the file in time order, whichever clock they follow.
+    let mut last = 0;
+    for message in mcap::MessageStream::new(&bytes).unwrap() {
+        let time = message.unwrap().log_time;
+        assert!(time >= last, "{time} after {last}");
+        last = time;
+    }
+    assert!(inhand_channels::read_take(&bytes[..bytes.len() - 300], "cut.mcap").is_err());
+}

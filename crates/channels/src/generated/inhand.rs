@@ -68,7 +68,7 @@ pub struct Bodies {
 }
 /// One change to the samples of a marker or body; what was measured stays in the channels of the
 /// recording.
-#[derive(Clone, PartialEq, ::prost::Message)]
+#[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
 pub struct Change {
     /// Time of the first sample changed.
     #[prost(message, optional, tag = "1")]

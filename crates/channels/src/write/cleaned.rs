@@ -11,11 +11,9 @@ use crate::take::CleanedTake;
 use crate::topic;
 use crate::wire::Timestamp;
 
-/// Adds the channels of the cleaned recording, whose clock the file's samples follow. `measured` is the
-/// clock that changes count samples by.
+/// Adds the channels of the cleaned recording, whose clock the file's samples follow.
 pub(super) fn add<'a>(
     cleaned: &CleanedTake<'a>,
-    measured: Clock,
     output: &mut Output,
     streams: &mut Streams<'a>,
 ) -> Result<(), ChannelError> {
@@ -28,6 +26,16 @@ pub(super) fn add<'a>(
         let topic = topic::CLEANED_BODIES;
         streams.push(Box::new(Bodies::new(recording, topic, output)?));
     }
+    Ok(())
+}
+
+/// Adds the changes, to streams that follow the clock `measured`, by which they count samples.
+pub(super) fn add_changes<'a>(
+    cleaned: &CleanedTake<'a>,
+    measured: Clock,
+    output: &mut Output,
+    streams: &mut Streams<'a>,
+) -> Result<(), ChannelError> {
     if !cleaned.changes.is_empty() {
         let mut changes: Vec<(usize, &Change)> = cleaned.changes.iter().enumerate().collect();
         // By time; `sequence` keeps the order of the steps.

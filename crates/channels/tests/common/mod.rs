@@ -376,6 +376,7 @@ pub(crate) fn take_file<'a>(
     evaluated: &'a [EvaluatedMethod<'a>],
 ) -> TakeFile<'a> {
     TakeFile {
+        cleaned: None,
         recording: &take.recording,
         roles: Some(&take.roles),
         motion: Some(&take.motion),

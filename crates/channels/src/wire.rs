@@ -9,7 +9,7 @@ use prost::encoding::{DecodeContext, WireType, double, skip_field};
 use prost::{DecodeError, Message};
 
 /// `google.protobuf.Timestamp`.
-#[derive(Clone, Copy, PartialEq, Eq, Message)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Message)]
 pub(crate) struct Timestamp {
     /// Seconds since 1970-01-01 UTC.
     #[prost(int64, tag = "1")]

@@ -73,11 +73,12 @@ pub(crate) enum Extent {
     Start,
 }
 
+/// No chunk may unpack to more than this.
+const MOST_CHUNK_BYTES: usize = (1 << 31) - 1;
+
 /// How many bytes a chunk of this packed size may unpack to.
 pub(crate) fn limit(packed: usize) -> usize {
-    packed
-        .saturating_mul(MAX_COMPRESSION_RATIO)
-        .max(ANY_CHUNK_BYTES)
+    (packed.saturating_mul(MAX_COMPRESSION_RATIO)).clamp(ANY_CHUNK_BYTES, MOST_CHUNK_BYTES)
 }
 
 /// Unpacks what a chunk holds, given the body of its record. `records` are whole records, after an

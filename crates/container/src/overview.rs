@@ -16,6 +16,9 @@ use crate::walk::parse;
 /// What a chunk's header may take, with the name of its compression.
 pub(crate) const CHUNK_START_BYTES: u64 = 256;
 
+/// Bytes that a summary may have; one of a file of a terabyte has fewer.
+const MOST_SUMMARY_BYTES: u64 = 256 << 20;
+
 /// What the summary at the end of a file says.
 #[derive(Default)]
 pub(crate) struct Overview {
@@ -111,7 +114,8 @@ impl End {
         if footer.summary_start == 0 {
             return Ok(Some(End::Bare));
         }
-        let Some(length) = footer_offset.checked_sub(footer.summary_start) else {
+        let length = footer_offset.checked_sub(footer.summary_start);
+        let Some(length) = length.filter(|&length| length <= MOST_SUMMARY_BYTES) else {
             return Ok(Some(End::Damaged));
         };
         let mut summary = Vec::new();

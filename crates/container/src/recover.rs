@@ -13,15 +13,12 @@ use crate::chunk::{Extent, unpack};
 use crate::error::ContainerError;
 use crate::format::{ChunkFacts, PREFIX_BYTES, Records, name_of};
 use crate::overview::{CHUNK_START_BYTES, End, Overview};
-use crate::source::{Head, Source};
+use crate::source::{Head, MOST_RECORD_BYTES, Source};
 use crate::walk::parse;
 use keeper::Keeper;
 use report::Report;
 pub use report::{Loss, Recovered};
 use scan::Scan;
-
-/// Most bytes of a chunk without an end that are looked into.
-const MOST_OPEN_CHUNK_BYTES: u64 = 1 << 30;
 
 /// Bytes that are summed at once.
 const SUMMED_BYTES: u64 = 1 << 20;
@@ -136,6 +133,7 @@ impl<R: Read + Seek, W: Write> Recovery<R, W> {
             op::FOOTER if self.scan.is_end(head)? => return Ok(None),
             _ if !self.scan.fits(head) => None,
             op::ATTACHMENT => self.attachment(head)?,
+            _ if head.bytes > MOST_RECORD_BYTES => None,
             _ => self.record(head)?,
         };
         if next.is_some() {
@@ -297,7 +295,7 @@ impl<R: Read + Seek, W: Write> Recovery<R, W> {
             return Ok(None);
         };
         let header_bytes = facts.header_bytes() as u64;
-        let room = left - header_bytes.min(left);
+        let room = (left - header_bytes.min(left)).min(MOST_RECORD_BYTES);
         // The record and the chunk's header both say how long it is; either may be wrong.
         let by_record = head
             .bytes
@@ -311,7 +309,7 @@ impl<R: Read + Seek, W: Write> Recovery<R, W> {
         }
         let span = (facts.end != 0 && facts.end >= facts.start).then_some((facts.start, facts.end));
         if by_header.is_none() && by_record.is_none() {
-            self.open_chunk(head, &facts, room.min(MOST_OPEN_CHUNK_BYTES), span)?;
+            self.open_chunk(head, &facts, room, span)?;
             return Ok(Some(self.scan.source.bytes()));
         }
         let ends = [by_record, by_header].into_iter().flatten();

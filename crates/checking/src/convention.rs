@@ -154,7 +154,7 @@ impl Seen {
                 poses.iter().map(at).collect()
             })
             .collect();
-        let radii = offsets.iter().flatten().flatten().map(|o| o.norm());
+        let radii = offsets.iter().flatten().flatten().map(Vector3::norm);
         let radius_m = Sorted::of(radii).median();
         let rotations: Vec<_> = poses.iter().map(|(_, pose)| pose.rotation).collect();
         let first = rotations[0];

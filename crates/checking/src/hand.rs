@@ -47,12 +47,12 @@ pub(crate) fn hand_size(
         let tips: Vec<_> = (Finger::ALL.into_iter())
             .filter(|finger| !far.iter().any(|(other, ..)| other == finger))
             .filter_map(|finger| motion.fingertips[finger].get(k))
-            .map(|tip| tip.coords_m())
+            .map(inhand_model::Position::coords_m)
             .collect();
         if tips.len() < MIN_FINGERS {
             continue;
         }
-        reach.push(tips.iter().map(|tip| tip.norm()).fold(0.0, f64::max));
+        reach.push(tips.iter().map(nalgebra::Vector3::norm).fold(0.0, f64::max));
         let apart = (tips.iter()).flat_map(|a| tips.iter().map(move |b| (a - b).norm()));
         spread.push(apart.fold(0.0, f64::max));
     }

@@ -11,10 +11,16 @@
 //!
 //! ```
 //! use inhand_checking::{CheckSettings, Level, check};
+//! use inhand_model::{BodySource, PerFinger, Roles};
 //! use inhand_simulation::{TakeSettings, simulate};
 //!
 //! let take = simulate(&TakeSettings { duration_s: 5.0, ..TakeSettings::cube("take") }, 7)?;
-//! let checkup = check(&take.recording, Ok(&take.roles), &[], &CheckSettings::default());
+//! let roles = Roles {
+//!     hand: BodySource::RigidBody("Hand".into()),
+//!     object: None,
+//!     fingers: PerFinger::from_fn(|f| ["Thumb", "Index", "Middle", "Ring", "Little"][f.index()].into()),
+//! };
+//! let checkup = check(&take.recording, Ok(&roles), &[], &CheckSettings::default());
 //! assert!(checkup.level() <= Level::Info, "{:?}", checkup.results);
 //! let units = checkup.result("units").ok_or("hand and fingers are there")?;
 //! assert!(units.found.starts_with("metres agree with a hand of"));

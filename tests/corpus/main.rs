@@ -5,6 +5,8 @@ mod c3d;
 mod check;
 mod containers;
 mod containers;
+mod check;
+mod containers;
 mod files;
 mod real;
 mod ros2;

@@ -123,13 +123,11 @@ pub fn read_foreign(
             Record::Channel(channel) => {
                 let schema = schemas.get(&channel.schema_id).map_or("", String::as_str);
                 let encoding = &channel.message_encoding;
-                if !channels.contains_key(&channel.id) {
-                    let format = Format::of(schema, encoding);
-                    let topic = format.and_then(|format| {
-                        gathered.topic(&channel.topic, schema, encoding, format)
-                    });
-                    channels.insert(channel.id, topic);
-                }
+                // A channel may be repeated in every chunk.
+                channels.entry(channel.id).or_insert_with(|| {
+                    let format = Format::of(schema, encoding)?;
+                    gathered.topic(&channel.topic, schema, encoding, format)
+                });
             }
             Record::Message { header, data } => {
                 if let Some(&Some(topic)) = channels.get(&header.channel_id) {
@@ -145,20 +143,20 @@ pub fn read_foreign(
         return Err(nothing_to_read(&gathered, bytes, file_name));
     }
     let timing = Timing::of(&gathered, &used, settings)?;
-    recording(&gathered, &used, timing, profile, file_name, settings)
+    recording(&gathered, &used, &timing, profile, file_name, settings)
 }
 
 fn recording(
     gathered: &Gathered<'_>,
     used: &[usize],
-    timing: Timing,
+    timing: &Timing,
     mut header: BTreeMap<String, String>,
     file_name: &str,
     settings: &ForeignSettings,
 ) -> Result<Recording, ChannelError> {
     let mut findings = unread(gathered, settings);
     findings.extend(timing.findings.iter().cloned());
-    let (placed, of_times) = place::place(gathered, used, &timing);
+    let (placed, of_times) = place::place(gathered, used, timing);
     findings.extend(of_times);
     let mut entities = assemble::entities(gathered, used, &placed, timing.samples, settings);
     world::tell_apart(gathered, &mut entities);

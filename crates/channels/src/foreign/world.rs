@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use inhand_model::{Finding, Marker, TrackedBody};
+use inhand_model::{Finding, Marker, Pose, TrackedBody};
 
 use super::assemble::Entities;
 use super::gather::Gathered;
@@ -143,7 +143,7 @@ pub(super) fn units_and_axes(entities: &Entities, settings: &ForeignSettings) ->
     let mut findings = Vec::new();
     if settings.length_unit.is_none() {
         let bodies = (entities.bodies.iter())
-            .flat_map(|(_, body)| body.track.iter().flatten().map(|pose| pose.origin()));
+            .flat_map(|(_, body)| body.track.iter().flatten().map(Pose::origin));
         let markers = entities
             .markers
             .iter()

@@ -7,7 +7,7 @@ mod times;
 mod topics;
 
 use inhand_channels::{ForeignSettings, read_foreign};
-use inhand_model::{Marker, Recording, TrackedBody};
+use inhand_model::{Marker, Position, Recording, TrackedBody};
 
 /// Start of the takes here, nanoseconds since 1970.
 const START: u64 = 1_700_000_000_000_000_000;
@@ -67,7 +67,7 @@ fn body<'a>(recording: &'a Recording, name: &str) -> &'a TrackedBody {
 }
 
 fn at(marker: &Marker, k: usize) -> Option<[f64; 3]> {
-    marker.track.get(k).map(|position| position.to_array())
+    marker.track.get(k).map(Position::to_array)
 }
 
 /// The findings, one a line.

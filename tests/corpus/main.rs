@@ -3,9 +3,9 @@
 
 mod c3d;
 mod check;
-mod containers;
-mod containers;
 mod check;
+mod containers;
+mod containers;
 mod containers;
 mod files;
 mod real;

@@ -73,9 +73,9 @@ pub enum ChannelError {
         /// What would be clear.
         expected: String,
         /// What is there.
-        found: String,
+        found: Box<str>,
         /// What to do.
-        hint: String,
+        hint: Box<str>,
     },
     /// A metadata record does not say what it should.
     #[error(

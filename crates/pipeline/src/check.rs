@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use inhand_checking::{CheckSettings, Checked, Suspicion, check};
+use inhand_checking::{CheckSettings, Checked, Suspicion, SuspicionKind, check};
+use inhand_cleaning::detect::{Suspects, all, flips, spikes};
 
 use crate::error::PipelineError;
 use crate::settings::Settings;
@@ -41,9 +42,50 @@ fn check_settings(settings: &Settings) -> Result<CheckSettings, PipelineError> {
     })
 }
 
-/// What detectors suspect.
-fn suspicions(_take: &Take) -> Vec<Suspicion> {
-    Vec::new()
+/// What detectors suspect. Without roles, what needs none.
+fn suspicions(take: &Take) -> Vec<Suspicion> {
+    let without_roles = || Suspects {
+        flips: flips(&take.recording),
+        spikes: spikes(&take.recording),
+        ..Suspects::default()
+    };
+    let found = match &take.roles {
+        // Roles whose hand has no pose are said by the check itself.
+        Ok(roles) => all(&take.recording, roles).unwrap_or_else(|_| without_roles()),
+        Err(_) => without_roles(),
+    };
+    let flips = found.flips.iter().map(|flip| Suspicion {
+        kind: SuspicionKind::Flip,
+        entity: flip.name.clone(),
+        samples: flip.samples.clone(),
+        score: flip.score,
+        message: flip.to_string(),
+    });
+    let swaps = found.swaps.iter().map(|swap| Suspicion {
+        kind: SuspicionKind::Swap,
+        entity: (swap.fingers.iter())
+            .map(|finger| finger.name())
+            .collect::<Vec<_>>()
+            .join(" and "),
+        samples: swap.samples.clone(),
+        score: swap.score,
+        message: swap.to_string(),
+    });
+    let spikes = found.spikes.iter().map(|spike| Suspicion {
+        kind: SuspicionKind::Spike,
+        entity: spike.name.clone(),
+        samples: spike.samples.clone(),
+        score: spike.score,
+        message: spike.to_string(),
+    });
+    let unlabelled = found.unlabelled.iter().map(|piece| Suspicion {
+        kind: SuspicionKind::Unlabelled,
+        entity: piece.finger.name().to_owned(),
+        samples: piece.samples.clone(),
+        score: piece.score,
+        message: piece.to_string(),
+    });
+    (flips.chain(swaps).chain(spikes).chain(unlabelled)).collect()
 }
 
 /// An error and its causes without the file's name, which stands beside them.

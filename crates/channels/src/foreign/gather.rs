@@ -433,8 +433,8 @@ impl<'a> Gathered<'a> {
             file: self.file.to_owned(),
             topic: self.topics[topic].name.clone(),
             expected,
-            found,
-            hint: hint.to_owned(),
+            found: found.into(),
+            hint: hint.into(),
         }
     }
 }

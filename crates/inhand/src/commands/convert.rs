@@ -35,9 +35,9 @@ pub(crate) struct Args {
 /// A take as far as its length allows.
 enum Input {
     /// On disk; its samples are read again to be written.
-    Long(LongTake),
+    Long(Box<LongTake>),
     /// In memory.
-    Whole(Take),
+    Whole(Box<Take>),
 }
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
@@ -77,9 +77,10 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
 impl Input {
     fn read(path: &Path, settings: &Settings, whole: bool) -> Result<Self> {
         if !whole && let Some(take) = LongTake::open(path, settings)? {
-            return Ok(Input::Long(take));
+            return Ok(Input::Long(Box::new(take)));
         }
-        Ok(Input::Whole(inhand_pipeline::read(path, settings)?))
+        let take = inhand_pipeline::read(path, settings)?;
+        Ok(Input::Whole(Box::new(take)))
     }
 
     fn hash(&self) -> &InputHash {

@@ -210,7 +210,7 @@ fn segments_lie_inside_what_is_selected() {
     take.selected = Some(vec![0..45, 100..141]);
     assert_eq!(starts(&take), (vec![3, 13, 23, 100, 110, 120], 0));
     // A gap inside a stretch costs what would lie over it: the grid begins anew behind it.
-    take.selected = Some(vec![130..191]);
+    take.selected = Some(std::iter::once(130..191).collect());
     assert_eq!(starts(&take), (vec![154, 164], 3));
     take.selected = Some(vec![50..69, 300..320]);
     assert_eq!(starts(&take), (vec![300], 0));

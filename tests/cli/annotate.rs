@@ -234,7 +234,7 @@ fn learning_and_judging_use_what_is_selected() {
     );
 
     let refused = bench.inhand(&["learn", "u.mcap", "-o", "x.mcap", "--event", "task=rotat"]);
-    assert_eq!(refused.status.code(), Some(1));
+    assert_eq!(refused.status.code(), Some(2));
     assert!(
         stderr(&refused).contains("task=rotate"),
         "{}",

@@ -168,7 +168,14 @@ fn topics_are_chosen_as_with_the_mcap_tool() {
         "-o",
         "a.mcap",
     ]);
-    assert_eq!(topics("a.mcap"), ["/recording/markers"]);
+    assert_eq!(
+        topics("a.mcap"),
+        [
+            "/recording/markers",
+            "/recording/fingertips",
+            "/recording/findings"
+        ]
+    );
     // Whole topics are meant.
     let none = bench.inhand(&["filter", "take.mcap", "-y", "/record", "-o", "b.mcap"]);
     assert!(

@@ -67,7 +67,7 @@ fn what_cannot_be_exported_is_refused() {
     refused(
         &["export", "d.mcap", "-o", "d.csv"],
         2,
-        "ends in .npz or .mat",
+        "is a dictionary: expected -o to end in .npz or .mat",
     );
     bench.write("d.npz", "somebody's");
     refused(&["export", "d.mcap", "-o", "d.npz"], 2, "--force");

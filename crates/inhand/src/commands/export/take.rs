@@ -52,7 +52,15 @@ pub(super) fn to_bids(console: &Console, args: &Args, names: &str) -> Result<Exi
 
 fn take(console: &Console, args: &Args) -> Result<Take> {
     let settings = args.source.effective(None)?;
-    let takes = read_takes(console, std::slice::from_ref(&args.input), &settings)?;
+    let takes = read_takes(console, std::slice::from_ref(&args.input), &settings);
+    if takes.is_err() && inhand_pipeline::read_dictionary(&args.input).is_ok() {
+        let message = format!(
+            "{} is a dictionary: expected -o to end in .npz or .mat",
+            args.input.display()
+        );
+        return Err(UsageError(message).into());
+    }
+    let takes = takes?;
     // One path was given, so one take was read.
     takes
         .into_iter()

@@ -5,6 +5,7 @@ mod annotate;
 mod bad_input;
 mod bags;
 mod check;
+mod clean;
 mod containers;
 mod convert;
 mod export;

@@ -42,9 +42,10 @@ pub fn check(
         parts.has_marker(name)
     }));
     results.extend(origin::duplicate_names(recording, &parts));
+    // What would be a wrong number comes before what is only missing.
+    results.extend(suspected(&recording.clock, suspicions));
     results.extend(gaps::gaps(recording, &parts, settings));
     results.extend(bodies::bodies(recording, &parts, settings));
-    results.extend(suspected(&recording.clock, suspicions));
     without_flips_said_twice(&mut results, suspicions);
     results.extend(convention::convention(recording));
     results.extend(up::up_axis(recording, &parts));

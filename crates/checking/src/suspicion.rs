@@ -98,7 +98,7 @@ fn result(clock: &Clock, group: &[&Suspicion]) -> Option<CheckResult> {
             .at(clock, &ranges)
             .expected("none")
             .found(found)
-            .advice("look at it in a viewer; cleaning repairs what is sure")
+            .advice("look at it in a viewer; `inhand clean` lists and repairs it")
             .number("count", group.len() as f64, clock_samples(&ranges))
             .number(
                 "largest_score",

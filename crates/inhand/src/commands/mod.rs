@@ -46,7 +46,6 @@ pub(crate) enum Command {
     Info(info::Args),
     /// Look at what takes tell of themselves: gaps, bodies, units, axes
     Check(check::Args),
-    /// Vendor takes to MCAP recordings, or a recording to Motive CSV
     /// Takes to MCAP recordings, or a recording to Motive CSV, TRC or C3D
     Convert(convert::Args),
     /// What looks wrong in takes, and cleaned takes: swaps, flips, spikes, gaps

@@ -272,6 +272,41 @@ fn what_is_saved_of_a_cut_file_reads_back() {
     );
     let saved = inhand_channels::info(&bench.bytes("saved.mcap"), "saved").expect("it is sound");
     assert!(saved.problem.is_none() && saved.has_summary && saved.messages > 100);
+
+    // What is left of a take is a take: the samples that are there are as they were.
+    let (whole, saved) = (take(&bench, "take.mcap"), take(&bench, "saved.mcap"));
+    let n = saved.recording.len();
+    assert!((300..1200).contains(&n), "{n} samples");
+    let tracks = |recording: &inhand_model::Recording| -> Vec<String> {
+        let markers = recording.markers.iter();
+        markers
+            .map(|marker| format!("{:?}", marker.track))
+            .collect()
+    };
+    assert_eq!(
+        tracks(&saved.recording),
+        tracks(&whole.recording.slice(0..n))
+    );
+    bench.ok(&["process", "saved.mcap", "-o", "processed.mcap"]);
+
+    // A chunk in the middle is lost: its samples are missing, those behind it are not.
+    let mut damaged = sound.clone();
+    let middle = sound.len() / 2;
+    damaged[middle..middle + 64].fill(0xaa);
+    bench.write("damaged.mcap", &damaged);
+    let output = bench.inhand(&["recover", "damaged.mcap", "-o", "rest.mcap"]);
+    assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
+    let rest = take(&bench, "rest.mcap").recording;
+    assert_eq!(rest.len(), 1200);
+    let lost = rest.markers[0].track.counts().missing;
+    assert!(lost > 0 && lost < 1000, "{lost} samples are missing");
+    for (found, expected) in rest.markers[0]
+        .track
+        .iter()
+        .zip(whole.recording.markers[0].track.iter())
+    {
+        assert!(found.is_none() || found == expected);
+    }
     refused(
         &bench,
         &["recover", "session/inhand.toml", "-o", "x.mcap"],

@@ -8,6 +8,7 @@
 //! | `inhand.roles` | `hand`, `object`, `thumb` ... `little` |
 //! | `inhand.motion` | `name` |
 //! | `inhand.object` | `shape` |
+//! | `inhand.recovered` | `lost_bytes`, `messages`: the file was damaged, and samples may have no message |
 //! | `inhand.annotations` | `keys` (JSON): labels of events in the order in which tables show them |
 //! | `inhand.about` | what people say about the whole take, such as `subject`, `object`, `task` |
 //! | `inhand.provenance.<n>` | `tool`, `step`, `settings`, `inputs` (JSON); n counts the steps from 1 |
@@ -33,6 +34,8 @@ pub(crate) const CLEANED: &str = "inhand.cleaned";
 pub(crate) const HEADER: &str = "inhand.header";
 pub(crate) const ROLES: &str = "inhand.roles";
 pub(crate) const MOTION: &str = "inhand.motion";
+/// What `recover` says of a file that it saved a part of.
+pub(crate) const RECOVERED: &str = "inhand.recovered";
 pub(crate) const OBJECT: &str = "inhand.object";
 /// How tables of annotations are laid out.
 pub(crate) const ANNOTATIONS: &str = "inhand.annotations";
@@ -45,6 +48,8 @@ pub(crate) struct RecordingFacts {
     pub(crate) name: String,
     pub(crate) clock: Clock,
     pub(crate) samples: usize,
+    /// Whether messages of some samples may be lost: those are missing then.
+    pub(crate) lossy: bool,
     pub(crate) source: Source,
     pub(crate) markers: Vec<MarkerFacts>,
     pub(crate) bodies: Vec<BodyFacts>,
@@ -256,6 +261,7 @@ impl Metadata {
             name: record.text("name")?.to_owned(),
             clock,
             samples: record.parsed("samples", "a whole number")?,
+            lossy: self.0.contains_key(RECOVERED),
             source,
             markers,
             bodies,

@@ -202,6 +202,7 @@ impl Parts {
             topic,
             clock,
             samples,
+            lossy: facts.lossy,
             log_time: at.0,
         };
         match part {
@@ -231,6 +232,35 @@ impl Parts {
         }
     }
 
+    /// Ends a take, some of whose messages may be lost, with its last message.
+    fn end_where_messages_do(&mut self, facts: &mut RecordingFacts) {
+        let fingertips = self.fingertips.as_ref().map_or(0, |tips| tips.read.0);
+        let object = self.object.as_ref().map_or(0, |object| object.read.0);
+        let of_motion = fingertips.max(object).max(self.hand.read.0);
+        let measured = self.markers.read.0.max(self.bodies.read.0);
+        facts.samples = match &self.cleaned {
+            None => measured.max(of_motion),
+            Some(_) => measured,
+        };
+        let used = match &mut self.cleaned {
+            None => facts.samples,
+            Some(cleaned) => {
+                let samples = cleaned.reached().max(of_motion);
+                cleaned.end_at(samples);
+                samples
+            }
+        };
+        self.markers.miss(facts.samples - self.markers.read.0);
+        self.bodies.miss(facts.samples - self.bodies.read.0);
+        if let Some(fingertips) = &mut self.fingertips {
+            fingertips.miss(used - fingertips.read.0);
+            self.hand.miss(used - self.hand.read.0);
+        }
+        if let Some(object) = &mut self.object {
+            object.miss(used - object.read.0);
+        }
+    }
+
     fn used<'a>(&'a self, facts: &'a RecordingFacts) -> &'a RecordingFacts {
         self.cleaned
             .as_ref()
@@ -238,13 +268,16 @@ impl Parts {
     }
 
     fn into_take(
-        self,
-        facts: RecordingFacts,
+        mut self,
+        mut facts: RecordingFacts,
         metadata: &Metadata,
         motion_name: Option<String>,
         annotations: Annotations,
         file: &str,
     ) -> Result<ReadTake, ChannelError> {
+        if facts.lossy {
+            self.end_where_messages_do(&mut facts);
+        }
         let (clock, of_motion) = (self.used(&facts).clock, self.used(&facts).samples);
         let samples = facts.samples;
         let complete = |topic: &str, samples: usize, found: usize| {

@@ -7,7 +7,7 @@ mod take;
 pub(crate) use take::sha256;
 
 use std::fs::File;
-use std::io::{BufReader, Write as _};
+use std::io::{BufReader, BufWriter, Write as _};
 use std::ops::Range;
 use std::path::Path;
 
@@ -247,7 +247,25 @@ pub fn merge(inputs: &[&Path], output: &Path, keep_both: bool) -> Result<Merged,
     Ok(merged)
 }
 
-/// Writes what can be saved of a damaged file, and reads it back before it is an output.
+/// What a take of which something was lost has to say, so that samples without messages count as
+/// missing when it is read.
+fn recovered_take(metadata: &Metadata, recovered: &Recovered) -> Option<MetadataRecord> {
+    let is_take = metadata.0.contains_key(RECORDING);
+    (is_take && recovered.is_lossy()).then(|| MetadataRecord {
+        name: "inhand.recovered".to_owned(),
+        facts: [
+            ("lost_bytes".to_owned(), recovered.lost_bytes.to_string()),
+            (
+                "messages".to_owned(),
+                recovered.written.messages.to_string(),
+            ),
+        ]
+        .into(),
+    })
+}
+
+/// Writes what can be saved of a damaged file, and reads it back before it is an output. What is left of
+/// a take is a take: it ends with its last message, and samples whose messages are lost are missing.
 ///
 /// # Errors
 ///
@@ -256,10 +274,28 @@ pub fn merge(inputs: &[&Path], output: &Path, keep_both: bool) -> Result<Merged,
 pub fn recover(input: &Path, output: &Path) -> Result<Recovered, PipelineError> {
     let file = File::open(input).map_err(PipelineError::io("read", input))?;
     let reader = BufReader::with_capacity(1 << 16, file);
-    let mut recovered = Recovered::default();
+    let folder = output
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
+    let scratch = tempfile::Builder::new()
+        .prefix(".inhand-unfinished-")
+        .tempfile_in(folder.unwrap_or(Path::new(".")))
+        .map_err(PipelineError::io("write", output))?;
+    let mut saved = BufWriter::with_capacity(1 << 20, scratch.as_file());
+    let mut recovered =
+        inhand_container::recover(&name_of(input), reader, &mut saved).map_err(container(input))?;
+    saved.flush().map_err(PipelineError::io("write", output))?;
+    drop(saved);
+    let mut saved = open(scratch.path())?;
+    let add = recovered_take(&metadata(&mut saved, output)?, &recovered);
+    let with_record = Selection {
+        add: add.into_iter().collect(),
+        ..Selection::default()
+    };
     write_atomic(output, |out| {
-        recovered = inhand_container::recover(&name_of(input), reader, &mut *out)
-            .map_err(container(input))?;
+        let selected = inhand_container::select(&mut saved, &mut *out, &with_record)
+            .map_err(container(output))?;
+        recovered.written = selected.written;
         out.flush().map_err(PipelineError::io("write", output))?;
         let written = out.get_ref().try_clone();
         let written = written.map_err(PipelineError::io("read", output))?;

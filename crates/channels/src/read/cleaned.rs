@@ -51,6 +51,7 @@ impl CleanedParts {
             topic,
             clock: self.facts.clock,
             samples: self.facts.samples,
+            lossy: self.facts.lossy,
             log_time,
         };
         match part {
@@ -93,6 +94,18 @@ impl CleanedParts {
                 Ok(())
             }
         }
+    }
+
+    /// Samples up to the last one that has a message.
+    pub(super) fn reached(&self) -> usize {
+        self.markers.read.0.max(self.bodies.read.0)
+    }
+
+    /// Ends the recording, some of whose messages may be lost, after so many samples.
+    pub(super) fn end_at(&mut self, samples: usize) {
+        self.facts.samples = samples;
+        self.markers.miss(samples - self.markers.read.0);
+        self.bodies.miss(samples - self.bodies.read.0);
     }
 
     pub(super) fn into_cleaned(

@@ -26,6 +26,8 @@ pub(super) struct Channel<'a> {
     pub(super) topic: &'static str,
     pub(super) clock: Clock,
     pub(super) samples: usize,
+    /// Whether messages of some samples may be lost.
+    pub(super) lossy: bool,
     pub(super) log_time: u64,
 }
 
@@ -52,6 +54,23 @@ impl Channel<'_> {
                 error.to_string(),
             )
         })
+    }
+
+    /// Samples before this message's own whose messages are lost. Nothing else than the length that the
+    /// take states bounds them, so what a damaged file may claim is limited.
+    fn lost_before(&self, read: Counter) -> usize {
+        if !self.lossy {
+            return 0;
+        }
+        let since_start = self.log_time.saturating_sub(self.clock.start_unix_nanos());
+        let sample = self.clock.nearest_sample(since_start as f64 / 1e9);
+        let off = self.clock.unix_nanos(sample).abs_diff(self.log_time);
+        let fits = off <= super::TIME_TOLERANCE_NANOS && sample < self.samples.min(MOST_LOSSY);
+        if fits {
+            sample.saturating_sub(read.0)
+        } else {
+            0
+        }
     }
 
     /// The next message is that of the next sample.
@@ -161,6 +180,9 @@ impl Channel<'_> {
     }
 }
 
+/// Longest take of which samples may be lost: three days at 100 Hz would be 26 million.
+const MOST_LOSSY: usize = 1 << 24;
+
 /// A track with the source's own number for each sample, where it has one.
 type WithSeries<T> = (Track<T>, Option<Vec<f64>>);
 
@@ -223,6 +245,7 @@ impl MarkerTracks {
         markers: &[MarkerFacts],
         data: &[u8],
     ) -> Result<(), ChannelError> {
+        self.miss(channel.lost_before(self.read));
         let message: MarkerSamples = channel.next_sample(self.read, data)?;
         channel.count(self.read, markers.len(), message.markers.len())?;
         for ((track, quality), marker) in self.tracks.iter_mut().zip(&message.markers) {
@@ -233,6 +256,19 @@ impl MarkerTracks {
         }
         self.read.0 += 1;
         Ok(())
+    }
+
+    /// Samples without a message.
+    pub(super) fn miss(&mut self, samples: usize) {
+        for _ in 0..samples {
+            for (track, quality) in &mut self.tracks {
+                track.push(None, Status::Missing);
+                quality
+                    .iter_mut()
+                    .for_each(|quality| quality.push(f64::NAN));
+            }
+        }
+        self.read.0 += samples;
     }
 
     pub(super) fn into_markers(self, facts: Vec<MarkerFacts>) -> Vec<Marker> {
@@ -270,6 +306,7 @@ impl BodyTracks {
         bodies: &[BodyFacts],
         data: &[u8],
     ) -> Result<(), ChannelError> {
+        self.miss(channel.lost_before(self.read));
         let message: BodySamples = channel.next_sample(self.read, data)?;
         channel.count(self.read, bodies.len(), message.bodies.len())?;
         for ((track, error_m), body) in self.tracks.iter_mut().zip(&message.bodies) {
@@ -280,6 +317,19 @@ impl BodyTracks {
         }
         self.read.0 += 1;
         Ok(())
+    }
+
+    /// Samples without a message.
+    pub(super) fn miss(&mut self, samples: usize) {
+        for _ in 0..samples {
+            for (track, error_m) in &mut self.tracks {
+                track.push(None, Status::Missing);
+                error_m
+                    .iter_mut()
+                    .for_each(|error_m| error_m.push(f64::NAN));
+            }
+        }
+        self.read.0 += samples;
     }
 
     pub(super) fn into_bodies(self, facts: Vec<BodyFacts>) -> Vec<TrackedBody> {
@@ -311,7 +361,16 @@ impl Default for FingertipTracks {
 }
 
 impl FingertipTracks {
+    /// Samples without a message.
+    pub(super) fn miss(&mut self, samples: usize) {
+        for track in &mut self.tracks {
+            (0..samples).for_each(|_| track.push(None, Status::Missing));
+        }
+        self.read.0 += samples;
+    }
+
     pub(super) fn message(&mut self, channel: &Channel, data: &[u8]) -> Result<(), ChannelError> {
+        self.miss(channel.lost_before(self.read));
         let message: messages::Fingertips = channel.next_sample(self.read, data)?;
         let tips = [
             message.thumb,
@@ -345,7 +404,14 @@ impl<To: Frame, From: Frame> Default for PoseFromBodies<To, From> {
 }
 
 impl<To: Frame, From: Frame> PoseFromBodies<To, From> {
+    /// Samples without a message.
+    pub(super) fn miss(&mut self, samples: usize) {
+        (0..samples).for_each(|_| self.track.push(None, Status::Missing));
+        self.read.0 += samples;
+    }
+
     pub(super) fn message(&mut self, channel: &Channel, data: &[u8]) -> Result<(), ChannelError> {
+        self.miss(channel.lost_before(self.read));
         let message: BodySamples = channel.next_sample(self.read, data)?;
         channel.count(self.read, 1, message.bodies.len())?;
         for body in &message.bodies {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::io::Write;
 
 use foxglove::messages::{Event as EventMessage, KeyValuePair};
-use inhand_model::{Annotations, Event};
+use inhand_model::{Annotations, Event, Finding};
 use mcap::records::Record;
 use prost::Message;
 use serde_json::Value;
@@ -146,9 +146,18 @@ pub(crate) struct EventReader {
     /// With the channel and the sequence number, which say where an event belongs.
     events: Vec<(u16, u32, Event)>,
     keys: Vec<String>,
+    /// Events of others that cannot be read; the first of each topic is said.
+    unread: Vec<Finding>,
 }
 
 impl EventReader {
+    /// What was odd about events of others, a topic at a time.
+    pub(crate) fn findings(&mut self) -> Vec<Finding> {
+        let mut unread = std::mem::take(&mut self.unread);
+        unread.dedup_by(|later, first| later.place == first.place);
+        unread
+    }
+
     pub(crate) fn record(&mut self, record: &Record<'_>, file: &str) -> Result<(), ChannelError> {
         match record {
             Record::Schema { header, .. } => {
@@ -170,7 +179,18 @@ impl EventReader {
             }
             Record::Message { header, data } => {
                 if let Some(channel) = self.channels.get_mut(&header.channel_id) {
-                    let (event, keys) = channel.event(data, file)?;
+                    let (event, keys) = match channel.event(data, file) {
+                        Ok(read) => read,
+                        Err(error) if channel.topic == topic::ANNOTATIONS => return Err(error),
+                        // What another tool means is its own: a take is not lost for it.
+                        Err(error) => {
+                            self.unread.push(Finding::warning(
+                                channel.topic.clone(),
+                                format!("an event that cannot be read is left out: {error}"),
+                            ));
+                            return Ok(());
+                        }
+                    };
                     for key in keys {
                         if !self.keys.contains(&key) {
                             self.keys.push(key);
@@ -231,7 +251,8 @@ impl EventChannel {
             let pairs = message.metadata.into_iter().map(|p| (p.key, p.value));
             (
                 time(message.start_time),
-                time(message.end_time),
+                // Without an end it is an instant.
+                time(message.end_time.or(message.start_time)),
                 pairs.collect(),
             )
         };
@@ -270,7 +291,12 @@ fn from_json(data: &[u8]) -> Option<JsonEvent> {
         None => Vec::new(),
         Some(list) => list.as_array()?.iter().map(pair).collect::<Option<_>>()?,
     };
-    Some((time("start_time")?, time("end_time")?, pairs))
+    // Without an end it is an instant.
+    let end = match value.get("end_time") {
+        None => time("start_time")?,
+        Some(_) => time("end_time")?,
+    };
+    Some((time("start_time")?, end, pairs))
 }
 
 /// A file that holds events alone, to be joined with another one.

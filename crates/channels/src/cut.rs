@@ -7,7 +7,7 @@ use inhand_container::{ChannelFacts, Interval, Latch, MetadataRecord};
 use inhand_model::Provenance;
 
 use crate::error::ChannelError;
-use crate::metadata::{Metadata, RECORDING};
+use crate::metadata::{CLEANED, Metadata, RECORDING};
 use crate::read::TIME_TOLERANCE_NANOS;
 use crate::topic;
 
@@ -106,6 +106,20 @@ pub fn cut_take(
     let start = clock.starting_at(samples.start).start_unix_nanos();
     recording.insert("start_unix_nanos".to_owned(), start.to_string());
     cut.replace.insert(RECORDING.to_owned(), recording);
+    if let (Some(cleaned), Some(facts)) = (metadata.cleaned(file_name)?, metadata.0.get(CLEANED)) {
+        // Its clock may be another one: of its samples those with a message in the stretch stay.
+        let first_from = |unix_nanos: u64| {
+            let times = (0..cleaned.samples).map(|k| cleaned.clock.unix_nanos(k));
+            times.take_while(|&time| time < unix_nanos).count()
+        };
+        let first = first_from(cut.keep.from_unix_nanos());
+        let end = cut.keep.to_unix_nanos().map_or(cleaned.samples, first_from);
+        let mut facts = facts.clone();
+        facts.insert("samples".to_owned(), (end - first.min(end)).to_string());
+        let start = cleaned.clock.starting_at(first).start_unix_nanos();
+        facts.insert("start_unix_nanos".to_owned(), start.to_string());
+        cut.replace.insert(CLEANED.to_owned(), facts);
+    }
     cut.add = (metadata.next_provenance(made).0.into_iter())
         .map(|(name, facts)| MetadataRecord { name, facts })
         .collect();
@@ -116,16 +130,20 @@ pub fn cut_take(
 /// once for the whole take.
 pub fn latch(channel: &ChannelFacts) -> Option<Latch> {
     match &*channel.topic {
-        // An event from before a stretch may reach into it.
-        topic::RECORDING_FINDINGS | topic::ANNOTATIONS => Some(Latch::All),
+        topic::RECORDING_FINDINGS => Some(Latch::All),
         topic::VIEW_OBJECT | topic::VIEW_OBJECT_EDGES => Some(Latch::Last),
         _ => inhand_container::latch(channel),
     }
 }
 
 /// Whether a channel counts samples from the start of the whole take, so that it says nothing of a
-/// stretch of it: generated trajectories and how they were judged.
+/// stretch of it: generated trajectories and how they were judged, what cleaning changed.
 pub fn is_of_whole_take(channel: &ChannelFacts) -> bool {
-    let parts = ["/generated/", "/evaluation/", "/view/generated/"];
+    let parts = [
+        "/generated/",
+        "/evaluation/",
+        "/view/generated/",
+        topic::CLEANED_CHANGES,
+    ];
     parts.iter().any(|part| channel.topic.starts_with(part))
 }

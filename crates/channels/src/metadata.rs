@@ -41,7 +41,7 @@ pub(crate) const OBJECT: &str = "inhand.object";
 pub(crate) const ANNOTATIONS: &str = "inhand.annotations";
 /// What people say about the whole take.
 pub(crate) const ABOUT: &str = "inhand.about";
-const PROVENANCE: &str = "inhand.provenance.";
+pub(crate) const PROVENANCE: &str = "inhand.provenance.";
 
 /// Facts of a recording that are no samples.
 pub(crate) struct RecordingFacts {

@@ -67,6 +67,7 @@ pub fn read_take(bytes: &[u8], file_name: &str) -> Result<ReadTake, ChannelError
             _ => Ok(()),
         }
     })?;
+    parts.findings.extend(events.findings());
     let annotations = events.finish(&metadata, file_name)?;
     parts.into_take(facts, &metadata, motion_name, annotations, file_name)
 }

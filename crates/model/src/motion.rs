@@ -21,7 +21,7 @@ pub struct Motion {
     pub object: Option<PoseTrack<Hand, Object>>,
     /// The hand itself (`world_from_hand`), as measured and gap-filled, not filtered.
     pub hand: PoseTrack<World, Hand>,
-    /// Samples that segments may be cut from, in order and not touching each other; `None` for all.
+    /// Samples that segments may be cut from, in order; `None` for all.
     pub selected: Option<Vec<Range<usize>>>,
 }
 

@@ -45,7 +45,7 @@ impl SegmentTable {
     }
 
     /// A table from its parts; `object` has as many poses as there are configurations, or none.
-    /// What is selected lies inside them, in order and not touching.
+    /// What is selected lies inside them, in order.
     pub fn new(
         fingertips_m: Vec<Configuration>,
         object: Vec<Pose<Hand, Object>>,
@@ -54,7 +54,7 @@ impl SegmentTable {
         let in_order = selected
             .iter()
             .flatten()
-            .is_sorted_by(|a, b| a.end < b.start);
+            .is_sorted_by(|a, b| a.end <= b.start);
         let inside = (selected.iter().flatten())
             .all(|range| range.start < range.end && range.end <= fingertips_m.len());
         let lengths = object.is_empty() || object.len() == fingertips_m.len();

@@ -30,6 +30,8 @@ pub struct Annotated {
     pub others: Vec<Event>,
     /// What kind of content the file says it has.
     profile: String,
+    /// What the file says wrote it.
+    library: String,
     metadata: Metadata,
 }
 
@@ -50,6 +52,14 @@ impl Annotated {
         (selection.samples(&events, clock, samples).into_iter())
             .map(|range| clock.unix_nanos(range.start)..clock.unix_nanos(range.end))
             .collect()
+    }
+
+    /// Whether no part of an event lies in the take that the file holds.
+    pub fn is_outside(&self, event: &Event) -> bool {
+        self.take().is_some_and(|(clock, samples)| {
+            event.end_unix_nanos < clock.start_unix_nanos()
+                || event.start_unix_nanos >= clock.unix_nanos(samples)
+        })
     }
 
     /// Clock and samples of the take that the file holds.
@@ -99,6 +109,7 @@ pub fn read(path: &Path) -> Result<Annotated, PipelineError> {
         own,
         others,
         profile: info.profile,
+        library: info.library,
         metadata,
     })
 }
@@ -130,8 +141,19 @@ pub fn write(
     annotations: &Annotations,
 ) -> Result<(), PipelineError> {
     check_times(input, annotations)?;
-    let records = inhand_channels::annotation_records(annotations).0;
     let made = provenance(input, annotations)?;
+    put(input, output, annotated, annotations, Some(&made))
+}
+
+/// As [`write`], with a step of the file's making to add or none.
+pub(crate) fn put(
+    input: &Path,
+    output: &Path,
+    annotated: &Annotated,
+    annotations: &Annotations,
+    made: Option<&Provenance>,
+) -> Result<(), PipelineError> {
+    let records = inhand_channels::annotation_records(annotations).0;
     let known = &annotated.metadata.0;
     let is_known = |name: &String| known.contains_key(name);
     let mut replace: BTreeMap<_, _> = records.clone();
@@ -143,9 +165,9 @@ pub fn write(
         }
     }
     let new = records.into_iter().filter(|(name, _)| !is_known(name));
-    let steps = annotated.metadata.next_provenance(&made).0;
+    let steps = made.map(|made| annotated.metadata.next_provenance(made).0);
     let add = new
-        .chain(steps)
+        .chain(steps.unwrap_or_default())
         .map(|(name, facts)| MetadataRecord { name, facts });
     let not_own = |channel: &ChannelFacts| channel.topic != TOPIC;
     let without_events = Selection {
@@ -177,7 +199,7 @@ pub fn write(
             }
         })
     })?;
-    containers::merge(&[&rest, &events], output, false)?;
+    containers::merge_as(&annotated.library, &[&rest, &events], output, false)?;
     Ok(())
 }
 

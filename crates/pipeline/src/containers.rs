@@ -16,7 +16,9 @@ use inhand_container::{
     ChannelFacts, ContainerError, Interval, Merge, Merged, MetadataRecord, Packing, Recovered,
     Selected, Selection, Source,
 };
+use inhand_model::{Annotations, Event};
 
+use crate::annotate;
 use crate::error::PipelineError;
 use crate::output::write_atomic;
 use crate::run::TOOL;
@@ -122,9 +124,9 @@ pub fn interval(
     let to = to.map(|instant| unix_nanos("to", instant)).transpose()?;
     if to.is_some_and(|to| to <= from) {
         return Err(PipelineError::Settings {
-            key: "to".to_owned(),
-            expected: "a time after \"from\"".to_owned(),
-            found: "one that is not".to_owned(),
+            key: "--to".to_owned(),
+            expected: "a time after --from".to_owned(),
+            found: "an earlier one".to_owned(),
         });
     }
     Ok(Interval::new(from, to))
@@ -161,10 +163,52 @@ pub fn cut(input: &Path, output: &Path, stretches: &[Interval]) -> Result<Cut, P
             ..Selection::default()
         },
     };
+    let kept = &selection.keep;
+    let reaching = events_into(input, &metadata, kept)?;
+    let selected = match reaching {
+        None => select(&mut source, input, output, &selection)?,
+        Some(events) => {
+            let folder = output
+                .parent()
+                .filter(|folder| !folder.as_os_str().is_empty());
+            let scratch = tempfile::Builder::new()
+                .prefix(".inhand-unfinished-")
+                .tempdir_in(folder.unwrap_or(Path::new(".")))
+                .map_err(PipelineError::io("write", output))?;
+            let cut = scratch.path().join("cut.mcap");
+            let selected = select(&mut source, input, &cut, &selection)?;
+            annotate::put(&cut, output, &annotate::read(&cut)?, &events, None)?;
+            selected
+        }
+    };
     Ok(Cut {
-        selected: select(&mut source, input, output, &selection)?,
+        selected,
         samples: take.map(|take| take.samples),
     })
+}
+
+/// The events that lie in any of the stretches, if some of them begin before: their messages then lie
+/// outside. `None` where messages tell it all.
+fn events_into(
+    input: &Path,
+    metadata: &Metadata,
+    stretches: &[Interval],
+) -> Result<Option<Annotations>, PipelineError> {
+    if !metadata.0.contains_key("inhand.annotations") {
+        return Ok(None);
+    }
+    let mut annotations = annotate::read(input)?.own;
+    let meets = |event: &Event, stretch: &Interval| {
+        event.end_unix_nanos >= stretch.from_unix_nanos()
+            && (stretch.to_unix_nanos()).is_none_or(|to| event.start_unix_nanos < to)
+    };
+    (annotations.events).retain(|event| stretches.iter().any(|stretch| meets(event, stretch)));
+    let begins_inside = |event: &Event| {
+        let start = event.start_unix_nanos;
+        stretches.iter().any(|stretch| stretch.contains(start))
+    };
+    let all_inside = annotations.events.iter().all(begins_inside);
+    Ok((!all_inside).then_some(annotations))
 }
 
 /// Writes what `selection` keeps of a file, byte for byte.
@@ -204,6 +248,16 @@ fn select(
 /// [`PipelineError::Take`] for several takes, [`PipelineError::Container`] for topics with different
 /// schemas, both only without `keep_both`; what reading and writing can find.
 pub fn merge(inputs: &[&Path], output: &Path, keep_both: bool) -> Result<Merged, PipelineError> {
+    merge_as(TOOL, inputs, output, keep_both)
+}
+
+/// As [`merge`], with what the output says wrote it.
+pub(crate) fn merge_as(
+    library: &str,
+    inputs: &[&Path],
+    output: &Path,
+    keep_both: bool,
+) -> Result<Merged, PipelineError> {
     let mut sources = Vec::with_capacity(inputs.len());
     let mut takes = Vec::new();
     for &input in inputs {
@@ -233,7 +287,7 @@ pub fn merge(inputs: &[&Path], output: &Path, keep_both: bool) -> Result<Merged,
         _ => record,
     };
     let settings = Merge {
-        library: TOOL,
+        library,
         keep_both,
         metadata: &rename,
         packing: Packing::Zstd,

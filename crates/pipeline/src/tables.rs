@@ -16,8 +16,10 @@ use crate::take::Take;
 /// What of a take goes into a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum What {
-    /// Markers and bodies as measured, in `world`.
+    /// Markers and bodies in `world`, after cleaning where the take was cleaned.
     Recorded,
+    /// Markers and bodies in `world` as measured.
+    Measured,
     /// Fingertips and object in the frame `hand`, as `process` stored them.
     Processed,
 }
@@ -63,7 +65,7 @@ pub fn facts_path(table: &Path) -> PathBuf {
 pub const fn has_facts(what: What, layout: Layout, form: Form) -> bool {
     matches!(
         (what, layout, form),
-        (What::Recorded, Layout::Wide, Form::Csv)
+        (What::Recorded | What::Measured, Layout::Wide, Form::Csv)
     )
 }
 
@@ -81,7 +83,11 @@ pub fn write_table(
     form: Form,
 ) -> Result<(), PipelineError> {
     let entities = entities(take, what)?;
-    let (clock, samples) = (take.recording.clock, take.recording.len());
+    let recording = match what {
+        What::Measured => take.measured(),
+        What::Recorded | What::Processed => &take.recording,
+    };
+    let (clock, samples) = (recording.clock, recording.len());
     let table = match layout {
         Layout::Wide => wide(&entities, clock, samples),
         Layout::Tidy => tidy(&entities, clock, samples),
@@ -90,14 +96,14 @@ pub fn write_table(
         match form {
             Form::Csv => write_csv(&table, out),
             Form::Parquet => {
-                let about = [("inhand.recording", facts_json(&take.recording))];
+                let about = [("inhand.recording", facts_json(recording))];
                 write_parquet(&table, &about, out)
             }
         }
         .map_err(table_error(path))
     })?;
     if has_facts(what, layout, form) {
-        write_text(&facts_path(path), &facts_json(&take.recording))?;
+        write_text(&facts_path(path), &facts_json(recording))?;
     }
     Ok(())
 }
@@ -105,6 +111,7 @@ pub fn write_table(
 fn entities(take: &Take, what: What) -> Result<Vec<Entity<'_>>, PipelineError> {
     match what {
         What::Recorded => Ok(recording_entities(&take.recording)),
+        What::Measured => Ok(recording_entities(take.measured())),
         What::Processed => match &take.stored_motion {
             Some(motion) => Ok(motion_entities(motion)),
             None => Err(take.error(
@@ -139,6 +146,11 @@ pub fn bids_paths(
 /// [`PipelineError::Table`], [`PipelineError::Io`].
 pub fn write_bids(folder: &Path, take: &Take, names: &BidsNames) -> Result<(), PipelineError> {
     let new = bids_paths(folder, take, names)?;
+    // Events of another take of these names must not stay beside this one.
+    let events = folder.join(bids::events_path(names));
+    if take.annotations.events.is_empty() && events.exists() {
+        std::fs::remove_file(&events).map_err(PipelineError::io("remove", &events))?;
+    }
     let files = bids::files(&take.recording, &take.annotations, names);
     for file in files.map_err(table_error(folder))? {
         let path = folder.join(&file.path);

@@ -181,6 +181,13 @@ pub fn files<'a>(
     Ok(files)
 }
 
+/// Where the events of a take belong, relative to the dataset.
+pub fn events_path(names: &BidsNames) -> PathBuf {
+    names
+        .folder()
+        .join(format!("{}_events.tsv", names.prefix(false)))
+}
+
 /// Entities of a take with their names and whether any of their samples is filled.
 fn entities(recording: &Recording) -> Vec<(Entity<'_>, String, bool)> {
     let entities = recording_entities(recording);

@@ -16,6 +16,9 @@ use crate::error::{TableError, line_of, shown};
 
 const NANOS_PER_SECOND: i128 = 1_000_000_000;
 
+/// Digits before the decimal point; more seconds than any clock counts.
+const MOST_DIGITS: usize = 15;
+
 /// Writes events in their order, times in seconds after `start_unix_nanos`.
 ///
 /// # Errors
@@ -109,14 +112,17 @@ pub fn read(bytes: &[u8], file: &str, start_unix_nanos: u64) -> Result<Annotatio
     };
     check_keys(file, &annotations.keys)?;
     let mut row = csv::StringRecord::new();
+    let mut last = 0;
     while (reader.read_record(&mut row)).map_err(|error| TableError::csv(file, bytes, &error))? {
+        last = row.position().map_or(0, csv::Position::byte);
         let (start, end) = columns.times(file, bytes, &row, start_unix_nanos)?;
         let pairs = labels
             .iter()
             .zip(&annotations.keys)
             .filter_map(|(&column, key)| {
                 let value = row.get(column)?;
-                let absent = value.trim().is_empty() || value == "n/a";
+                let absent =
+                    value.trim().is_empty() || columns.kind == Kind::Onset && value == "n/a";
                 (!absent).then(|| (key.clone(), value.to_owned()))
             });
         let labels: BTreeMap<String, String> = pairs.collect();
@@ -126,7 +132,34 @@ pub fn read(bytes: &[u8], file: &str, start_unix_nanos: u64) -> Result<Annotatio
             labels,
         });
     }
+    check_quotes(file, bytes, last, &row)?;
     Ok(annotations)
+}
+
+/// A quote that is opened and not closed takes in all lines behind it.
+fn check_quotes(
+    file: &str,
+    bytes: &[u8],
+    last: u64,
+    row: &csv::StringRecord,
+) -> Result<(), TableError> {
+    let start = usize::try_from(last).unwrap_or(usize::MAX).min(bytes.len());
+    let quotes = bytes[start..].iter().filter(|&&byte| byte == b'"').count();
+    let Some(column) = row.iter().position(|cell| cell.contains('\n')) else {
+        return Ok(());
+    };
+    if quotes % 2 == 0 {
+        return Ok(());
+    }
+    Err(TableError::Csv {
+        file: file.to_owned(),
+        line: row.position().map_or(0, |place| line_of(bytes, place)),
+        message: format!(
+            "column {}: expected a quote that is closed, found {}",
+            column + 1,
+            shown(row.get(column).unwrap_or_default())
+        ),
+    })
 }
 
 fn check_keys(file: &str, keys: &[String]) -> Result<(), TableError> {
@@ -271,6 +304,9 @@ pub fn parse_seconds(text: &str) -> Option<i128> {
         let number: f64 = text.parse().ok()?;
         let nanos = (number * 1e9).round();
         return (nanos.abs() < 1e27).then_some(nanos as i128);
+    }
+    if whole.len() > MOST_DIGITS {
+        return None;
     }
     let whole: i128 = if whole.is_empty() {
         0

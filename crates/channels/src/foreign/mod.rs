@@ -56,7 +56,7 @@ use self::timing::Timing;
 pub use self::topics::{ForeignSettings, TopicUse, TopicUseError};
 use crate::annotations::read_annotations;
 use crate::error::ChannelError;
-use crate::metadata::{ABOUT, ANNOTATIONS, RECORDING};
+use crate::metadata::{ABOUT, ANNOTATIONS, PROVENANCE, RECORDING};
 use crate::read::{absent_part, read_metadata, read_take};
 use crate::records::{Depth, walk};
 use crate::take::ReadTake;
@@ -77,7 +77,7 @@ pub fn read_any_take(
 ) -> Result<ReadTake, ChannelError> {
     let metadata = read_metadata(bytes, file_name)?;
     // Files of others may have been annotated.
-    let added = |name: &str| [ANNOTATIONS, ABOUT].contains(&name);
+    let added = |name: &str| [ANNOTATIONS, ABOUT].contains(&name) || name.starts_with(PROVENANCE);
     let own = |name: &String| name.starts_with(OWN_METADATA) && !added(name);
     if metadata.0.keys().any(own) {
         return read_take(bytes, file_name);
@@ -88,7 +88,7 @@ pub fn read_any_take(
         roles: None,
         motion: None,
         annotations: read_annotations(bytes, file_name)?,
-        provenance: Vec::new(),
+        provenance: metadata.provenance(file_name)?,
     })
 }
 

@@ -21,7 +21,8 @@ use crate::options::Format;
 pub(crate) struct Args {
     /// An MCAP file.
     input: PathBuf,
-    /// Where it starts: seconds since the file's first message, or a UTC time such as
+    /// Where it starts: seconds since the take's first sample (of another file: its first message), or
+    /// a UTC time such as
     /// 2024-05-06T12:00:00Z [default: the start].
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     from: Option<String>,
@@ -35,7 +36,8 @@ pub(crate) struct Args {
     /// Leave out stretches of events with this label; repeat for several.
     #[arg(long, value_name = "LABEL")]
     without: Vec<String>,
-    /// Output file; with --event or --without also a folder, for a file of each stretch.
+    /// Output file; with --event or --without a name that does not end in .mcap is a folder, for a
+    /// file of each stretch.
     #[arg(short, long, value_name = "PATH")]
     output: PathBuf,
     /// Print the outcome as text or JSON.

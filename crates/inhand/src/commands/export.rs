@@ -26,8 +26,8 @@ pub(crate) struct Args {
     /// marker and body. A wide .csv can be read as a take again, with the .csv.json beside it.
     #[arg(long, value_enum, default_value_t)]
     layout: LayoutOption,
-    /// What of a take: recorded are markers and bodies as measured, processed are fingertips and
-    /// object in the hand's frame.
+    /// What of a take: recorded are markers and bodies, after cleaning where the take was cleaned;
+    /// measured are those before cleaning; processed are fingertips and object in the hand's frame.
     #[arg(long, value_enum, default_value_t)]
     what: WhatOption,
     /// Write the take into a BIDS dataset as sub=LABEL,task=LABEL, and where wanted ses=LABEL,
@@ -56,11 +56,19 @@ enum LayoutOption {
 enum WhatOption {
     #[default]
     Recorded,
+    Measured,
     Processed,
 }
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     if let Some(names) = &args.bids {
+        if Form::of(&args.output).is_some() || is_matrices(&args.output) {
+            let message = format!(
+                "-o {}: expected the folder of a BIDS dataset with --bids",
+                args.output.display()
+            );
+            return Err(UsageError(message).into());
+        }
         return take::to_bids(console, args, names);
     }
     match Form::of(&args.output) {
@@ -92,6 +100,7 @@ impl From<WhatOption> for What {
     fn from(option: WhatOption) -> Self {
         match option {
             WhatOption::Recorded => What::Recorded,
+            WhatOption::Measured => What::Measured,
             WhatOption::Processed => What::Processed,
         }
     }

@@ -38,7 +38,11 @@ pub(crate) struct Args {
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let inputs: Vec<&Path> = args.inputs.iter().map(PathBuf::as_path).collect();
     for (n, input) in inputs.iter().enumerate() {
-        if inputs[..n].contains(input) {
+        let same = |other: &&Path| match (other.canonicalize(), input.canonicalize()) {
+            (Ok(a), Ok(b)) => a == b,
+            _ => other == input,
+        };
+        if inputs[..n].iter().any(same) {
             let message = format!("{} is named twice", input.display());
             return Err(UsageError(message).into());
         }

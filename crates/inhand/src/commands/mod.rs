@@ -52,7 +52,7 @@ pub(crate) enum Command {
     Clean(Box<clean::Args>),
     /// Takes into the hand's frame: gaps, filter
     Process(process::Args),
-    /// Events on a file's time line: add, import, list, edit, export
+    /// Events on a file's time line: add, import, list, edit, remove, export; facts about a take
     Annotate(annotate::Args),
     /// Learn a dictionary of motion primitives from takes
     Learn(Box<learn::Args>),

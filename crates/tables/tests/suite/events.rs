@@ -85,6 +85,14 @@ fn what_cannot_be_read_is_refused_with_its_place() {
             "expected a time such as",
         ),
         ("start_s\n\n", ""),
+        (
+            "start_s,end_s,label\n0,1,a\n1,2,\"oops\n3,4,b\n5,6,c\n",
+            "line 3: column 3: expected a quote that is closed",
+        ),
+        (
+            "start_s,end_s\n170141183460469231731687303715.9,2\n",
+            "expected a number of seconds",
+        ),
     ];
     for (csv, expected) in cases {
         match read(csv.as_bytes(), "a.csv", START) {

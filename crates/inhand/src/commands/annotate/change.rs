@@ -6,7 +6,7 @@ use anyhow::Result;
 use inhand_model::{Annotations, Event, Label};
 use inhand_pipeline::annotate::{self, Annotated, Vocabulary};
 use inhand_pipeline::check_target;
-use inhand_tables::events::parse_instant;
+use inhand_tables::events::{parse_instant, seconds_after};
 
 use super::{AboutArgs, AddArgs, EditArgs, ImportArgs, RemoveArgs, Target};
 use crate::console::Console;
@@ -16,6 +16,7 @@ pub(super) fn add(console: &Console, args: &AddArgs) -> Result<Exit> {
     change(
         console,
         &args.file,
+        &[],
         &args.target,
         |annotated, annotations| {
             let (start_unix_nanos, end_unix_nanos) = stretch(&args.at, annotated.start_unix_nanos)?;
@@ -35,6 +36,7 @@ pub(super) fn import(console: &Console, args: &ImportArgs) -> Result<Exit> {
     change(
         console,
         &args.file,
+        &[&args.csv],
         &args.target,
         |annotated, annotations| {
             let given = annotate::read_csv(&args.csv, annotated)?;
@@ -51,7 +53,7 @@ pub(super) fn import(console: &Console, args: &ImportArgs) -> Result<Exit> {
                 annotations.keys.extend(new);
                 annotations.events.extend(given.events);
             }
-            Ok(format!("{count} events added"))
+            Ok(counted(count, "event added", "events added"))
         },
     )
 }
@@ -64,6 +66,7 @@ pub(super) fn edit(console: &Console, args: &EditArgs) -> Result<Exit> {
     change(
         console,
         &args.file,
+        &[],
         &args.target,
         |annotated, annotations| {
             check_number(args.event, annotations)?;
@@ -89,7 +92,7 @@ pub(super) fn edit(console: &Console, args: &EditArgs) -> Result<Exit> {
 }
 
 pub(super) fn remove(console: &Console, args: &RemoveArgs) -> Result<Exit> {
-    change(console, &args.file, &args.target, |_, annotations| {
+    change(console, &args.file, &[], &args.target, |_, annotations| {
         for &number in &args.event {
             check_number(number, annotations)?;
         }
@@ -100,15 +103,13 @@ pub(super) fn remove(console: &Console, args: &RemoveArgs) -> Result<Exit> {
             number += 1;
             !args.event.contains(&number) && !labels.iter().any(|label| event.has(label))
         });
-        Ok(format!(
-            "{} events taken out",
-            before - annotations.events.len()
-        ))
+        let taken = before - annotations.events.len();
+        Ok(counted(taken, "event taken out", "events taken out"))
     })
 }
 
 pub(super) fn about(console: &Console, args: &AboutArgs) -> Result<Exit> {
-    change(console, &args.file, &args.target, |_, annotations| {
+    change(console, &args.file, &[], &args.target, |_, annotations| {
         for fact in &args.set {
             let (key, value) = fact.split_once('=').unwrap_or((fact, ""));
             let (key, value) = (key.trim(), value.trim());
@@ -124,7 +125,8 @@ pub(super) fn about(console: &Console, args: &AboutArgs) -> Result<Exit> {
                 return Err(UsageError(message).into());
             }
         }
-        Ok(format!("{} facts stated", annotations.about.len()))
+        let stated = annotations.about.len();
+        Ok(counted(stated, "fact stated", "facts stated"))
     })
 }
 
@@ -132,10 +134,15 @@ pub(super) fn about(console: &Console, args: &AboutArgs) -> Result<Exit> {
 fn change(
     console: &Console,
     file: &Path,
+    also_read: &[&Path],
     target: &Target,
     change: impl FnOnce(&Annotated, &mut Annotations) -> Result<String>,
 ) -> Result<Exit> {
-    check_target(&target.output, &[file], || target.force)?;
+    let inputs: Vec<&Path> = (also_read.iter().copied())
+        .chain(target.vocabulary.as_deref())
+        .chain([file])
+        .collect();
+    check_target(&target.output, &inputs, || target.force)?;
     let annotated = annotate::read(file)?;
     let mut annotations = annotated.own.clone();
     let done = change(&annotated, &mut annotations)?;
@@ -143,6 +150,16 @@ fn change(
         Vocabulary::read(vocabulary)?.check(file, &annotations.events)?;
     }
     annotate::write(file, &target.output, &annotated, &annotations)?;
+    for event in annotations
+        .events
+        .iter()
+        .filter(|event| annotated.is_outside(event))
+    {
+        let start = seconds_after(event.start_unix_nanos, annotated.start_unix_nanos);
+        console.say(&format!(
+            "warning  the event at {start} s lies outside the take"
+        ));
+    }
     console.say(&format!("wrote {} ({done})", target.output.display()));
     Ok(Exit::Done)
 }
@@ -188,4 +205,8 @@ fn check_number(number: usize, annotations: &Annotations) -> Result<(), UsageErr
         0 => format!("--event {number}: the file has no event on /annotations"),
         _ => format!("--event {number}: expected 1 to {count}, as `annotate list` numbers them"),
     }))
+}
+
+fn counted(count: usize, one: &str, many: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { many })
 }

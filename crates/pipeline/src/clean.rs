@@ -10,18 +10,34 @@ use crate::error::PipelineError;
 use crate::take::{Cleaning, Take};
 use crate::take_file;
 
-/// Cleans what was measured of a take; what an earlier cleaning made of it is not used.
+/// Cleans a take. What was cleaned before is cleaned on, and its changes come first in the list.
 ///
 /// # Errors
 ///
 /// [`PipelineError::Cleaning`], and [`PipelineError::Take`] where roles cannot be told.
 pub fn clean_take(take: &Take, steps: &CleanSettings) -> Result<Cleaned, PipelineError> {
-    inhand_cleaning::clean(take.measured(), take.roles()?, steps).map_err(|source| {
-        PipelineError::Cleaning {
-            path: take.path.clone(),
-            source: source.into(),
+    let mut cleaned =
+        inhand_cleaning::clean(&take.recording, take.roles()?, steps).map_err(|source| {
+            PipelineError::Cleaning {
+                path: take.path.clone(),
+                source: source.into(),
+            }
+        })?;
+    if let Some(earlier) = &take.cleaning {
+        // Changes count the samples of what was measured.
+        let (from, to) = (take.recording.clock, earlier.measured.clock);
+        let measured = |k: usize| {
+            to.nearest_sample(from.time_s(k))
+                .min(earlier.measured.len())
+        };
+        for change in &mut cleaned.changes {
+            change.samples = measured(change.samples.start)..measured(change.samples.end);
         }
-    })
+        cleaned
+            .changes
+            .splice(0..0, earlier.changes.iter().cloned());
+    }
+    Ok(cleaned)
 }
 
 /// The take with its cleaned recording in use. A motion that was stored belongs to another recording

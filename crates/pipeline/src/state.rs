@@ -186,7 +186,7 @@ fn from_take(
     (role, reuse): (StateRole, bool),
     settings: &Settings,
 ) -> Result<State, PipelineError> {
-    let take = take::read(path, settings)?;
+    let take = take::read_clean(path, settings)?;
     let motions = steps::motions(std::slice::from_ref(&take), settings, reuse)?;
     let motion = (motions.first()).expect("as many motions as takes were given");
     let rate_hz = motion.clock.rate_hz();

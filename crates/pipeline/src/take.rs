@@ -127,7 +127,7 @@ pub fn read(path: &Path, settings: &Settings) -> Result<Take, PipelineError> {
             (cleaned, Some(Cleaning { measured, changes }))
         }
     };
-    let take = Take {
+    Ok(Take {
         path: path.to_owned(),
         name,
         recording,
@@ -137,10 +137,20 @@ pub fn read(path: &Path, settings: &Settings) -> Result<Take, PipelineError> {
         annotations,
         provenance,
         stored_motion: motion,
-    };
+    })
+}
+
+/// As [`read`], cleaned by the steps that the settings name. A take that was cleaned before stays as it
+/// is: what a person did by hand stands.
+///
+/// # Errors
+///
+/// As [`read`]; [`PipelineError::Cleaning`], and [`PipelineError::Take`] where roles cannot be told.
+pub fn read_clean(path: &Path, settings: &Settings) -> Result<Take, PipelineError> {
+    let take = read(path, settings)?;
     match settings.clean.steps()? {
-        None => Ok(take),
-        Some(steps) => crate::clean::cleaned(&take, &steps),
+        Some(steps) if take.cleaning.is_none() => crate::clean::cleaned(&take, &steps),
+        _ => Ok(take),
     }
 }
 
@@ -224,7 +234,7 @@ pub fn read_session(session: &Session, settings: &Settings) -> Result<Vec<Take>,
 }
 
 fn read_entry(entry: &SessionTake, settings: &Settings) -> Result<Take, PipelineError> {
-    let mut take = read(&entry.path, settings)?;
+    let mut take = read_clean(&entry.path, settings)?;
     take.name.clone_from(&entry.name);
     if entry.from_s.is_none() && entry.to_s.is_none() {
         return Ok(take);

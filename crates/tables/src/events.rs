@@ -4,7 +4,7 @@
 //! the nanosecond; every other column is a label, its heading the key and a blank cell no label.
 //! Reading also takes `start_time` and `end_time` (RFC 3339 with a zone, or nanoseconds since 1970)
 //! and BIDS's `onset` and `duration`, in any place, and a blank or `n/a` end as that of the start.
-//! What [`write`] makes comes back from [`read`] as it was, to the byte.
+//! What [`write`](fn@write) makes comes back from [`read`] as it was, to the byte.
 
 use std::collections::BTreeMap;
 use std::io::Write;

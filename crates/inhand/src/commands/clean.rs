@@ -80,15 +80,18 @@ enum Fill {
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let mut settings = args.source.effective(None)?;
+    let mut asked = CleanSection::default();
+    args.steps.apply(&mut asked)?;
     args.steps.apply(&mut settings.clean)?;
     settings.validate()?;
     let steps = settings.clean.steps()?;
-    // Takes are read as they were measured; the steps are taken here.
+    // Takes are read as they are; the steps are taken here.
     let as_measured = Settings {
         clean: CleanSection::default(),
         ..settings.clone()
     };
-    let Some(steps) = steps else {
+    let only_look = args.output.is_none() && asked == CleanSection::default();
+    let Some(steps) = steps.filter(|_| !only_look) else {
         if args.output.is_some() {
             let message = "-o writes cleaned takes: say which steps to take, such as --repair or \
                            --swaps --fill cubic";
@@ -112,6 +115,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let takes = read_takes(console, &args.inputs, &as_measured)?;
     for (take, target) in takes.iter().zip(&targets) {
         check_take_target(target, &inputs, &take.hash, args.writing.force)?;
+        take.roles()?;
     }
     for (take, target) in takes.iter().zip(&targets) {
         let cleaned = clean_take(take, &steps)?;
@@ -173,9 +177,18 @@ fn pad(pair: &str) -> Result<(Finger, [f64; 3])> {
 
 /// What looks wrong in a take, in order of time, and which steps would repair it.
 fn suggestions(take: &Take) -> Result<String> {
-    let recording = take.measured();
-    let suspects =
-        detect::all(recording, take.roles()?).with_context(|| take.path.display().to_string())?;
+    let recording = &take.recording;
+    let suspects = match &take.roles {
+        Ok(roles) => {
+            detect::all(recording, roles).with_context(|| take.path.display().to_string())?
+        }
+        // Which fingers they are does not matter for these.
+        Err(_) => Suspects {
+            flips: detect::flips(recording),
+            spikes: detect::spikes(recording),
+            ..Suspects::default()
+        },
+    };
     let Suspects {
         flips,
         swaps,

@@ -155,7 +155,7 @@ fn check_take_target(target: &Path, inputs: &[&Path], take: &InputHash, force: b
 fn read_takes(console: &Console, paths: &[PathBuf], settings: &Settings) -> Result<Vec<Take>> {
     let mut takes = Vec::with_capacity(paths.len());
     for path in paths {
-        let take = inhand_pipeline::read(path, settings)?;
+        let take = inhand_pipeline::read_clean(path, settings)?;
         say_findings(console, &take.hash, &take.recording);
         takes.push(take);
     }

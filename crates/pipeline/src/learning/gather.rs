@@ -111,7 +111,7 @@ fn gather(
     for paths in paths.chunks(together.max(1)) {
         let read: Vec<_> = paths
             .par_iter()
-            .map(|path| take::read(path, settings))
+            .map(|path| take::read_clean(path, settings))
             .collect();
         let takes = read.into_iter().collect::<Result<Vec<_>, _>>()?;
         takes.iter().for_each(&mut *seen);

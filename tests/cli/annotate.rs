@@ -356,3 +356,41 @@ fn what_cannot_be_annotated_is_refused() {
     ]);
     assert!(stderr(&same).contains("the output is also an input"));
 }
+
+#[test]
+fn events_that_reach_into_a_stretch_stay_with_it() {
+    let bench = labelled();
+    // From 4 s to 6 s: rotate began before, slip lies inside, lift comes after.
+    bench.ok(&["cut", "b.mcap", "--from", "4", "--to", "6", "-o", "c.mcap"]);
+    let take = inhand_channels::read_take(&bench.bytes("c.mcap"), "c.mcap").expect("a take");
+    assert_eq!(take.recording.len(), 200);
+    let labels: Vec<_> = (take.annotations.events.iter())
+        .map(|event| event.labels.values().next().map(String::as_str))
+        .collect();
+    assert_eq!(labels.len(), 2, "{labels:?}");
+    assert!(labels.contains(&Some("slip")), "{labels:?}");
+    // After the last of them nothing is left.
+    bench.ok(&["cut", "b.mcap", "--from", "10", "-o", "d.mcap"]);
+    let listed = bench.ok(&["annotate", "list", "d.mcap"]);
+    assert!(listed.contains("no events"), "{listed}");
+}
+
+#[test]
+fn learning_leaves_out_what_lies_between_two_samples() {
+    let bench = labelled();
+    bench.ok(&["convert", "session/train/cube_train_01.csv", "-o", "t.mcap"]);
+    let add = [
+        "annotate", "add", "t.mcap", "--at", "7.0051", "--label", "slip",
+    ];
+    bench.ok(&[&add[..], &["-o", "u.mcap"]].concat());
+    let small = [
+        "--rank",
+        "2",
+        "--max-iterations",
+        "3",
+        "--deviation-primitives",
+        "2",
+    ];
+    let learn = ["learn", "u.mcap", "-o", "d.mcap", "--without", "slip"];
+    bench.ok(&[&learn[..], &small].concat());
+}

@@ -133,3 +133,31 @@ fn steps_that_make_no_sense_are_refused() {
         assert!(!bench.path("x.mcap").exists());
     }
 }
+
+#[test]
+fn a_cut_of_a_cleaned_take_is_one_and_cleaning_goes_on() {
+    let bench = faulty();
+    bench.ok(&["clean", TAKE, "--repair", "--fill", "cubic", "-o", "a.mcap"]);
+    let read = |name: &str| {
+        inhand_channels::read_take(&bench.bytes(name), name).expect("a take was written")
+    };
+    let changes = |name: &str| read(name).cleaned.expect("it is cleaned").changes.len();
+    bench.ok(&["clean", "a.mcap", "--resample", "50", "-o", "b.mcap"]);
+    assert!(
+        changes("b.mcap") > changes("a.mcap"),
+        "what was cleaned before stays"
+    );
+    for name in ["a.mcap", "b.mcap"] {
+        bench.ok(&[
+            "cut", name, "--from", "10", "--to", "20", "-o", "c.mcap", "--force",
+        ]);
+        let (whole, cut) = (read(name), read("c.mcap"));
+        assert_eq!(cut.recording.len(), 1000);
+        let whole = whole.cleaned.expect("it is cleaned").recording;
+        let cut = cut.cleaned.expect("it is cleaned").recording;
+        let rate_hz = whole.clock.rate_hz() as usize;
+        let of = |recording: &inhand_model::Recording| format!("{:?}", recording.markers[0].track);
+        assert_eq!(of(&cut), of(&whole.slice(10 * rate_hz..20 * rate_hz)));
+        bench.ok(&["process", "c.mcap", "-o", "p.mcap", "--force"]);
+    }
+}

@@ -97,7 +97,7 @@ fn a_take_without_annotations_has_no_channel_for_them() {
 }
 
 /// A file with one channel of `foxglove.Event` as another tool may write it.
-fn foreign(encoding: &str, messages: &[&[u8]]) -> Vec<u8> {
+fn foreign(topic: &str, encoding: &str, messages: &[&[u8]]) -> Vec<u8> {
     let mut out = Cursor::new(Vec::new());
     let mut writer = mcap::Writer::new(&mut out).unwrap();
     let schema_encoding = if encoding == "json" {
@@ -109,7 +109,7 @@ fn foreign(encoding: &str, messages: &[&[u8]]) -> Vec<u8> {
         .add_schema("foxglove.Event", schema_encoding, b"{}")
         .unwrap();
     let channel = writer
-        .add_channel(schema, "/labels", encoding, &BTreeMap::new())
+        .add_channel(schema, topic, encoding, &BTreeMap::new())
         .unwrap();
     for data in messages {
         let header = MessageHeader {
@@ -130,7 +130,8 @@ fn events_of_other_tools_are_read_from_any_topic() {
     let first = br#"{"start_time":{"sec":3,"nsec":4},"end_time":{"sec":5,"nsec":0},
         "metadata":[{"key":"z","value":"1"},{"key":"a","value":"2"},{"key":"empty","value":""}]}"#;
     let second = br#"{"start_time":{"sec":1,"nanosec":0},"end_time":{"sec":1,"nanosec":0}}"#;
-    let annotations = read_annotations(&foreign("json", &[first, second]), "a.mcap").unwrap();
+    let annotations =
+        read_annotations(&foreign("/labels", "json", &[first, second]), "a.mcap").unwrap();
     assert_eq!(
         annotations.events,
         [
@@ -160,10 +161,14 @@ fn events_that_are_none_are_refused_with_their_place() {
             "json" => vec![good, bad],
             _ => vec![b"", bad],
         };
-        let error = read_annotations(&foreign(encoding, &messages), "a.mcap").unwrap_err();
+        let error =
+            read_annotations(&foreign("/annotations", encoding, &messages), "a.mcap").unwrap_err();
         let ChannelError::Message { topic, message, .. } = &error else {
             panic!("{error}");
         };
-        assert_eq!((topic.as_str(), *message), ("/labels", 1), "{error}");
+        assert_eq!((topic.as_str(), *message), ("/annotations", 1), "{error}");
+        // What another tool means is its own: its good events count, the others are left out.
+        let others = read_annotations(&foreign("/labels", encoding, &messages), "a.mcap").unwrap();
+        assert_eq!(others.events.len(), 1);
     }
 }

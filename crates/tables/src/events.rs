@@ -112,9 +112,9 @@ pub fn read(bytes: &[u8], file: &str, start_unix_nanos: u64) -> Result<Annotatio
     };
     check_keys(file, &annotations.keys)?;
     let mut row = csv::StringRecord::new();
-    let mut last = 0;
+    let mut last = None;
     while (reader.read_record(&mut row)).map_err(|error| TableError::csv(file, bytes, &error))? {
-        last = row.position().map_or(0, csv::Position::byte);
+        last = row.position().cloned().zip(open_cell(&row));
         let (start, end) = columns.times(file, bytes, &row, start_unix_nanos)?;
         let pairs = labels
             .iter()
@@ -132,32 +132,40 @@ pub fn read(bytes: &[u8], file: &str, start_unix_nanos: u64) -> Result<Annotatio
             labels,
         });
     }
-    check_quotes(file, bytes, last, &row)?;
+    if let Some((place, (column, cell))) = last {
+        check_quotes(file, bytes, &place, column, &cell)?;
+    }
     Ok(annotations)
 }
 
-/// A quote that is opened and not closed takes in all lines behind it.
+/// The first cell of a row that goes on over lines, and its column.
+fn open_cell(row: &csv::StringRecord) -> Option<(usize, String)> {
+    let column = row.iter().position(|cell| cell.contains('\n'))?;
+    Some((column, row[column].to_owned()))
+}
+
+/// A quote that is opened and not closed takes in all lines behind it, so it can only be in the last row.
 fn check_quotes(
     file: &str,
     bytes: &[u8],
-    last: u64,
-    row: &csv::StringRecord,
+    last: &csv::Position,
+    column: usize,
+    cell: &str,
 ) -> Result<(), TableError> {
-    let start = usize::try_from(last).unwrap_or(usize::MAX).min(bytes.len());
+    let start = usize::try_from(last.byte())
+        .unwrap_or(usize::MAX)
+        .min(bytes.len());
     let quotes = bytes[start..].iter().filter(|&&byte| byte == b'"').count();
-    let Some(column) = row.iter().position(|cell| cell.contains('\n')) else {
-        return Ok(());
-    };
     if quotes % 2 == 0 {
         return Ok(());
     }
     Err(TableError::Csv {
         file: file.to_owned(),
-        line: row.position().map_or(0, |place| line_of(bytes, place)),
+        line: line_of(bytes, last),
         message: format!(
             "column {}: expected a quote that is closed, found {}",
             column + 1,
-            shown(row.get(column).unwrap_or_default())
+            shown(cell)
         ),
     })
 }

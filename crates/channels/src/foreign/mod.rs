@@ -77,9 +77,13 @@ pub fn read_any_take(
 ) -> Result<ReadTake, ChannelError> {
     let metadata = read_metadata(bytes, file_name)?;
     // Files of others may have been annotated.
-    let added = |name: &str| [ANNOTATIONS, ABOUT].contains(&name) || name.starts_with(PROVENANCE);
-    let own = |name: &String| name.starts_with(OWN_METADATA) && !added(name);
-    if metadata.0.keys().any(own) {
+    let added = |name: &str, facts: &BTreeMap<String, String>| {
+        let step = facts.get("step").map(String::as_str);
+        [ANNOTATIONS, ABOUT].contains(&name)
+            || name.starts_with(PROVENANCE) && step == Some("annotate")
+    };
+    let mut records = metadata.0.iter();
+    if records.any(|(name, facts)| name.starts_with(OWN_METADATA) && !added(name, facts)) {
         return read_take(bytes, file_name);
     }
     Ok(ReadTake {

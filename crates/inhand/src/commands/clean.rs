@@ -62,7 +62,7 @@ struct StepOptions {
     #[arg(long, value_name = "FINGER=X,Y,Z", allow_hyphen_values = true)]
     pad_mm: Vec<String>,
     /// New rate; motion that it cannot show is filtered out before.
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, value_name = "HZ", allow_hyphen_values = true)]
     resample: Option<f64>,
 }
 

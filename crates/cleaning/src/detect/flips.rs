@@ -12,18 +12,29 @@ use nalgebra::{Isometry3, Translation3};
 use super::{Flip, FlipRepair};
 use crate::statistics::{median, quantile};
 
-/// Turns below this between two samples are never called jumps, radians (25 degrees): at 100 Hz a
-/// hand or a thing in its fingers would turn at 2500 degrees a second, faster than either can (a wrist
-/// reaches about 1500). Wrong solutions of bodies that can be told apart at all are larger.
+/// Turns below this between two samples are never called jumps, radians (25 degrees). Wrong solutions
+/// of bodies that can be told apart at all are larger.
 const LEAST_JUMP_RAD: f64 = 0.436;
-/// Beyond that, a jump turns this many times faster than the fast motion of the take (its 99th
-/// percentile), over the time in which the body was not seen.
-const TIMES_FAST: f64 = 3.0;
+/// Nor are turns slower than this, radians a second (2500 degrees): a wrist reaches about 1500, and a
+/// thing in its fingers little more.
+const FASTEST_RAD_S: f64 = 44.0;
+/// Beyond both, a jump turns this many times farther than the fast motion of the take (its 99th
+/// percentile).
+const TIMES_FAST: f64 = 2.0;
+/// Longest time without the body over which a turn is still a jump, seconds. Fingers turn a thing by a
+/// quarter in little more, and then nothing tells which pose is wrong.
+const LONGEST_UNSEEN_S: f64 = 0.1;
+/// How fast a body may turn while it is not seen, radians a second (600 degrees).
+const UNSEEN_RAD_S: f64 = 10.5;
 /// How well the way back has to match the way there, radians (20 degrees).
 const MATCH_RAD: f64 = 0.35;
 /// Longest time that a wrong solution lasts, seconds; what jumps and stays is another body, or the
 /// jump itself was wrong.
 const LONGEST_S: f64 = 10.0;
+/// Longest stretch that is taken away for a jump alone, seconds.
+const SHORT_S: f64 = 1.0;
+/// A marker error of this many times the take's median says that a pose is wrong.
+const WRONG_ERROR_RATIO: f64 = 2.0;
 /// Samples from which the motion before a jump is carried on.
 const CARRIED_SAMPLES: usize = 4;
 /// Longest time over which a body is carried on by its velocity, seconds.
@@ -42,9 +53,10 @@ struct Jump {
 
 /// Bodies of a recording that jump to a wrong pose, and what it would take to turn them back.
 ///
-/// Linear in the samples. A body that jumps and does not come back by the same turn within ten seconds
-/// is found as well, with [`FlipRepair::Remove`] over the shorter side of the jump if that is shorter
-/// than those ten seconds.
+/// Linear in the samples. Turns while a body is not seen for more than a tenth of a second are left
+/// alone, for it may have been turned. A body that jumps and does not come back by the same turn within ten seconds
+/// is found, with [`FlipRepair::Remove`], where one side of the jump lasts a second at most or has a
+/// marker error that says that it is wrong.
 pub fn flips(recording: &Recording) -> Vec<Flip> {
     let rate_hz = recording.clock.rate_hz();
     let mut found: Vec<Flip> = (recording.bodies.iter().enumerate())
@@ -55,7 +67,26 @@ pub fn flips(recording: &Recording) -> Vec<Flip> {
 }
 
 fn flips_of(index: usize, body: &TrackedBody, rate_hz: f64) -> Vec<Flip> {
+    let seen = seen_stretches(body, rate_hz);
     let jumps = jumps_of(body, rate_hz);
+    let mut flips = Vec::new();
+    for stretch in seen {
+        let from = jumps.partition_point(|jump| jump.from < stretch.start);
+        let to = jumps.partition_point(|jump| jump.from < stretch.end);
+        flips_within(index, body, rate_hz, &stretch, &jumps[from..to], &mut flips);
+    }
+    flips
+}
+
+/// Flips within a stretch that is seen without a long gap, from its jumps.
+fn flips_within(
+    index: usize,
+    body: &TrackedBody,
+    rate_hz: f64,
+    stretch: &Range<usize>,
+    jumps: &[Jump],
+    flips: &mut Vec<Flip>,
+) {
     let longest = (LONGEST_S * rate_hz) as usize;
     let make = |samples: Range<usize>, first: &Jump, repair| Flip {
         body: index,
@@ -66,7 +97,6 @@ fn flips_of(index: usize, body: &TrackedBody, rate_hz: f64) -> Vec<Flip> {
         samples,
         repair,
     };
-    let mut flips = Vec::new();
     let mut next = 0;
     while next < jumps.len() {
         let first = &jumps[next];
@@ -83,27 +113,65 @@ fn flips_of(index: usize, body: &TrackedBody, rate_hz: f64) -> Vec<Flip> {
                 next += turns.len() + 1;
             }
             None => {
-                let until = jumps
-                    .get(next + 1)
-                    .map_or(body.track.len(), |jump| jump.from + 1);
-                let since = next.checked_sub(1).map_or(0, |before| jumps[before].to);
-                let (after, before) = (first.to..until, since..first.from + 1);
-                let shorter = if before.len() < after.len() {
-                    before
-                } else {
-                    after
-                };
-                if shorter.len() <= longest {
-                    flips.push(make(shorter, first, FlipRepair::Remove));
-                }
+                let until = (jumps.get(next + 1)).map_or(stretch.end, |jump| jump.from + 1);
+                let since = (next.checked_sub(1)).map_or(stretch.start, |before| jumps[before].to);
+                let sides = [since..first.from + 1, first.to..until];
+                let wrong = wrong_side(body, sides, rate_hz);
+                flips.extend(wrong.map(|samples| make(samples, first, FlipRepair::Remove)));
                 next += 1;
             }
         }
     }
-    flips
 }
 
-/// Jumps of a body by more than its motion explains.
+/// Which side of a jump without a way back is wrong, if that can be said: the shorter one where it is
+/// short and the error of the other does not say otherwise, or one whose error says so.
+fn wrong_side(
+    body: &TrackedBody,
+    mut sides: [Range<usize>; 2],
+    rate_hz: f64,
+) -> Option<Range<usize>> {
+    sides.sort_by_key(ExactSizeIterator::len);
+    let [shorter, longer] = sides;
+    let says_wrong = |side: &Range<usize>| {
+        side.len() as f64 <= LONGEST_S * rate_hz
+            && error_ratio(body, side).is_some_and(|ratio| ratio >= WRONG_ERROR_RATIO)
+    };
+    if says_wrong(&shorter) {
+        return Some(shorter);
+    }
+    if says_wrong(&longer) {
+        return Some(longer);
+    }
+    (shorter.len() as f64 <= SHORT_S * rate_hz).then_some(shorter)
+}
+
+/// Stretches between gaps over which a turn says nothing, from the first present sample to one after the
+/// last.
+fn seen_stretches(body: &TrackedBody, rate_hz: f64) -> Vec<Range<usize>> {
+    let mut stretches: Vec<Range<usize>> = Vec::new();
+    for k in (0..body.track.len()).filter(|&k| body.track.get(k).is_some()) {
+        match stretches.last_mut() {
+            Some(last) if bridges(k - last.end, rate_hz) => last.end = k + 1,
+            _ => stretches.push(k..k + 1),
+        }
+    }
+    stretches
+}
+
+/// Whether a turn over that many missing samples can be called a jump.
+fn bridges(unseen: usize, rate_hz: f64) -> bool {
+    /// A whole number of samples must not be lost to rounding.
+    const SLACK_SAMPLES: f64 = 1e-6;
+    unseen as f64 <= LONGEST_UNSEEN_S * rate_hz + SLACK_SAMPLES
+}
+
+/// The least turn from one sample to the next that no body makes, radians.
+fn least_turn_rad(rate_hz: f64) -> f64 {
+    LEAST_JUMP_RAD.max(FASTEST_RAD_S / rate_hz)
+}
+
+/// Jumps of a body by more than its motion explains, in order.
 fn jumps_of(body: &TrackedBody, rate_hz: f64) -> Vec<Jump> {
     let present: Vec<usize> = (0..body.track.len())
         .filter(|&k| body.track.get(k).is_some())
@@ -116,13 +184,17 @@ fn jumps_of(body: &TrackedBody, rate_hz: f64) -> Vec<Jump> {
         .filter(|pair| pair[1] == pair[0] + 1)
         .map(|pair| turn_of(pair[0], pair[1]))
         .collect();
-    let fast_rad = quantile(&mut turns, 0.99);
+    let least_rad = least_turn_rad(rate_hz);
+    // A body that is wrong at every other sample must not hide its own jumps.
+    let fast_rad = quantile(&mut turns, 0.99).min(least_rad);
+    let base_rad = least_rad.max(TIMES_FAST * fast_rad);
+    let unseen_rad = (UNSEEN_RAD_S / rate_hz).max(TIMES_FAST * fast_rad);
     (present.windows(2))
+        .filter(|pair| bridges(pair[1] - pair[0] - 1, rate_hz))
         .filter_map(|pair| {
             let (from, to) = (pair[0], pair[1]);
             let unseen = (to - from - 1) as f64;
-            let least = LEAST_JUMP_RAD + TIMES_FAST * fast_rad.min(LEAST_JUMP_RAD) * unseen;
-            let score = turn_of(from, to) / least;
+            let score = turn_of(from, to) / (base_rad + unseen_rad * unseen);
             (score >= 1.0).then(|| Jump {
                 from,
                 to,
@@ -132,6 +204,12 @@ fn jumps_of(body: &TrackedBody, rate_hz: f64) -> Vec<Jump> {
             })
         })
         .collect()
+}
+
+/// From the sample before to the sample after each jump of a body, in order.
+pub(crate) fn breaks(body: &TrackedBody, rate_hz: f64) -> Vec<Range<usize>> {
+    let jumps = jumps_of(body, rate_hz);
+    jumps.iter().map(|jump| jump.from..jump.to).collect()
 }
 
 /// Where the body would be at sample `to` by its motion before `from`.
@@ -145,7 +223,7 @@ fn carried_on(body: &TrackedBody, from: usize, to: usize, rate_hz: f64) -> Isome
         .last();
     let earlier = run.map(|back| (back, body.track.values()[from - back].isometry()));
     let Some((back, earlier)) =
-        earlier.filter(|(_, e)| e.rotation.angle_to(&last.rotation) < LEAST_JUMP_RAD)
+        earlier.filter(|(_, e)| e.rotation.angle_to(&last.rotation) < least_turn_rad(rate_hz))
     else {
         return last;
     };

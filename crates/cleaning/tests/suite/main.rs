@@ -3,6 +3,7 @@
 mod bad_input;
 mod common;
 mod fill;
+mod flips;
 mod mark;
 mod repaired;
 mod resample;

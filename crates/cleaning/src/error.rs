@@ -35,6 +35,22 @@ pub enum CleaningError {
     /// The hand's pose could not be fitted to its markers.
     #[error(transparent)]
     Hand(#[from] MotionError),
+    /// Too few markers of a cluster say where another one is.
+    #[error(
+        "take \"{take}\": marker \"{marker}\" of the cluster \"{cluster}\" has {found} others that are \
+         no fingertip, and 3 are needed to fill it by the cluster: name more markers, or fill by another \
+         method"
+    )]
+    TooFewMarkers {
+        /// The take.
+        take: String,
+        /// The marker with a gap.
+        marker: String,
+        /// The markers that make the cluster.
+        cluster: String,
+        /// How many others there are.
+        found: usize,
+    },
     /// The new rate makes no clock.
     #[error(transparent)]
     Clock(#[from] ClockError),

@@ -6,7 +6,8 @@
 //!
 //! Fingertips are filled in the frame of the hand wherever the hand is known all through the gap:
 //! while a fingertip is hidden the hand goes on moving, which is known, and only the motion within the
-//! hand has to be guessed. Other markers are filled in the world.
+//! hand has to be guessed. Other markers are filled in the world. The hand is taken as recorded; where
+//! it jumps within the gap its frame is of no use.
 
 mod cluster;
 mod cubic;
@@ -21,7 +22,7 @@ use inhand_model::{
 use inhand_motion::GapFill;
 
 use crate::error::CleaningError;
-use crate::lookup::{finger_of, hand_poses, in_hand, tips};
+use crate::lookup::{Flips, finger_of, hand_breaks, hand_poses, in_hand, tips};
 
 /// How gaps are filled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,7 +82,8 @@ impl FillSettings {
 ///
 /// # Errors
 ///
-/// [`CleaningError::Setting`], [`CleaningError::NotInTake`], [`CleaningError::Hand`].
+/// [`CleaningError::Setting`], [`CleaningError::NotInTake`], [`CleaningError::Hand`];
+/// [`CleaningError::TooFewMarkers`] where a cluster with a gap has too few others.
 pub fn fill(
     recording: &mut Recording,
     roles: &Roles,
@@ -93,10 +95,13 @@ pub fn fill(
         FillMethod::Linear | FillMethod::Cubic => {
             along_its_way(recording, roles, &tips, settings.method, limit)?
         }
-        FillMethod::Cluster => cluster::from_clusters(recording, roles, limit),
+        FillMethod::Cluster => cluster::from_clusters(recording, roles, &tips, limit)?,
         FillMethod::Neighbours => {
-            let hand = hand_poses(recording, roles)?;
-            neighbours::from_neighbours(recording, &hand, &tips, limit)
+            let hand = hand_poses(recording, roles, Flips::Kept)?;
+            let mut filled = neighbours::from_neighbours(recording, &hand, &tips, limit);
+            let breaks = hand_breaks(recording, roles);
+            filled.retain(|filled| !crosses(&filled.gap, &breaks));
+            filled
         }
     };
     let mut changes = Vec::new();
@@ -140,6 +145,11 @@ fn inner_gaps<F: Frame>(track: &PointTrack<F>, limit: usize) -> impl Iterator<It
         .filter(move |gap| gap.start > 0 && gap.end < len && gap.len() <= limit)
 }
 
+/// Whether the hand jumps somewhere from the sample before a gap to the sample after.
+fn crosses(gap: &Range<usize>, breaks: &[Range<usize>]) -> bool {
+    (breaks.iter()).any(|jump| jump.start < gap.end && gap.start <= jump.end)
+}
+
 fn along_its_way(
     recording: &Recording,
     roles: &Roles,
@@ -147,7 +157,8 @@ fn along_its_way(
     method: FillMethod,
     limit: usize,
 ) -> Result<Vec<Filled>, CleaningError> {
-    let hand = hand_poses(recording, roles)?;
+    let hand = hand_poses(recording, roles, Flips::Kept)?;
+    let breaks = hand_breaks(recording, roles);
     let mut filled = Vec::new();
     for (marker, source) in recording.markers.iter().enumerate() {
         if source.kind != MarkerKind::Labelled {
@@ -158,7 +169,7 @@ fn along_its_way(
             let known = |k: usize| hand.get(k).is_some();
             let by_hand = in_the_hand
                 .as_ref()
-                .filter(|_| (gap.start - 1..=gap.end).all(known));
+                .filter(|_| (gap.start - 1..=gap.end).all(known) && !crosses(&gap, &breaks));
             let values = match by_hand {
                 Some(track) => (one_gap(track, &gap, method).into_iter().zip(gap.clone()))
                     .filter_map(|(at, k)| Some(hand.get(k)? * at))

@@ -6,7 +6,7 @@ use inhand_model::{
 };
 use inhand_motion::{GapFill, fill_poses, fit_templates, fitted_bodies};
 
-use crate::detect::flips::without_flips;
+use crate::detect::flips::{breaks, without_flips};
 use crate::error::CleaningError;
 
 /// Longest time over which the hand's pose is guessed where it is missing, seconds: what is found
@@ -43,16 +43,35 @@ pub(crate) fn finger_of(tips: &PerFinger<usize>, marker: usize) -> Option<Finger
     Finger::ALL.into_iter().find(|&f| tips[f] == marker)
 }
 
-/// The hand's pose at every sample, turned back where its body is flipped; short gaps are filled by a
-/// line.
+/// Whether a body that jumps to a wrong pose is taken as it is or as it should be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Flips {
+    /// As recorded: for steps that write what they compute, and were not asked to undo flips.
+    Kept,
+    /// Turned back, or missing: for looking at fingertips in the hand.
+    SetAside,
+}
+
+/// The hand's pose at every sample; short gaps are filled by a line.
 pub(crate) fn hand_poses(
     recording: &Recording,
     roles: &Roles,
+    flips: Flips,
 ) -> Result<PoseTrack<World, Hand>, CleaningError> {
-    let mut track = body_poses(recording, roles, &roles.hand, "hand")?;
+    let mut track = body_poses(recording, roles, &roles.hand, "hand", flips)?;
     let max_gap = (HAND_GAP_S * recording.clock.rate_hz()).round() as usize;
     fill_poses(&mut track, max_gap, GapFill::Linear);
     Ok(track)
+}
+
+/// Where the recorded hand jumps, from the sample before to the sample after: its frame carries nothing
+/// across.
+pub(crate) fn hand_breaks(recording: &Recording, roles: &Roles) -> Vec<std::ops::Range<usize>> {
+    match &roles.hand {
+        BodySource::RigidBody(name) => (recording.body(name))
+            .map_or_else(Vec::new, |body| breaks(body, recording.clock.rate_hz())),
+        BodySource::Markers(_) => Vec::new(),
+    }
 }
 
 fn body_poses(
@@ -60,6 +79,7 @@ fn body_poses(
     roles: &Roles,
     source: &BodySource,
     role: &str,
+    flips: Flips,
 ) -> Result<PoseTrack<World, Hand>, CleaningError> {
     let in_role = |pose: Pose<World, Body>| Pose::new(pose.isometry());
     let missing = |kind, name: &str| CleaningError::NotInTake {
@@ -73,7 +93,10 @@ fn body_poses(
             let body = recording
                 .body(name)
                 .ok_or_else(|| missing("rigid body", name))?;
-            Ok(without_flips(body, recording.clock.rate_hz()).map(in_role))
+            Ok(match flips {
+                Flips::Kept => body.track.map(in_role),
+                Flips::SetAside => without_flips(body, recording.clock.rate_hz()).map(in_role),
+            })
         }
         BodySource::Markers(names) => {
             // The hand alone: an object that no template fits must not stand in the way.

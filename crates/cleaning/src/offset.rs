@@ -12,6 +12,8 @@
 //! * an offset from the marker towards the centre of the object ([`PadOffset::TowardsObject`]): the pad
 //!   is on the side of the finger that faces what it holds. Only where the object is tracked.
 
+use std::ops::Range;
+
 use inhand_model::{
     BodySource, Change, ChangeKind, Finger, PerFinger, PointTrack, Pose, Position, Recording,
     Roles, World,
@@ -20,7 +22,7 @@ use inhand_motion::{fit_templates, fitted_bodies};
 use nalgebra::Vector3;
 
 use crate::error::CleaningError;
-use crate::lookup::{hand_poses, tips};
+use crate::lookup::{Flips, hand_poses, tips};
 
 /// Where the pad of a finger is from its marker.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,8 +46,9 @@ pub enum PadOffset {
     },
 }
 
-/// Moves the markers of fingers to their pads. Where the frame that the offset needs is missing, so is
-/// the pad.
+/// Moves the markers of fingers to their pads, with the poses as they are recorded. Where the frame
+/// that the offset needs is missing the pad is not known: the sample is missing then, and the range is
+/// told as a change of its own ([`ChangeKind::Removed`]).
 ///
 /// # Errors
 ///
@@ -60,7 +63,7 @@ pub fn to_pads(
         offset.check()?;
     }
     let tips = tips(recording, roles)?;
-    let hand = hand_poses(recording, roles)?;
+    let hand = hand_poses(recording, roles, Flips::Kept)?;
     let wants_object = |offset: &PadOffset| matches!(offset, PadOffset::TowardsObject { .. });
     let centres = if offsets.as_array().iter().flatten().any(wants_object) {
         object_centres(recording, roles)?
@@ -73,6 +76,7 @@ pub fn to_pads(
             continue;
         };
         let marker = &mut recording.markers[tips[finger]];
+        let mut lost: Vec<Range<usize>> = Vec::new();
         for k in 0..marker.track.len() {
             let Some(at) = marker.track.get(k) else {
                 continue;
@@ -98,6 +102,15 @@ pub fn to_pads(
             };
             let status = marker.track.status(k).and(frame_status);
             let pad = moved.map(|moved| Position::from_coords(at.coords_m() + moved));
+            if pad.is_none() {
+                match lost.last_mut() {
+                    Some(last) if last.end == k => last.end = k + 1,
+                    _ => lost.push(k..k + 1),
+                }
+                if let Some(quality) = &mut marker.quality {
+                    quality[k] = f64::NAN;
+                }
+            }
             marker.track.set(k, pad, status);
         }
         changes.push(Change {
@@ -106,6 +119,15 @@ pub fn to_pads(
             samples: 0..marker.track.len(),
             message: format!("moved to the pad of the {finger}: {}", offset.in_words()),
         });
+        changes.extend(lost.into_iter().map(|samples| Change {
+            kind: ChangeKind::Removed,
+            entity: marker.name.clone(),
+            message: format!(
+                "no {} is known there to place the pad of the {finger} by: taken away",
+                offset.frame_in_words()
+            ),
+            samples,
+        }));
     }
     Ok(changes)
 }
@@ -159,6 +181,14 @@ impl PadOffset {
             found: format!("{numbers:?} m"),
             expected: "lengths of a finger at most, metres",
         })
+    }
+
+    const fn frame_in_words(&self) -> &'static str {
+        match self {
+            PadOffset::InHand { .. } => "pose of the hand",
+            PadOffset::AlongFinger { .. } => "direction of the finger in the hand",
+            PadOffset::TowardsObject { .. } => "direction to the object",
+        }
     }
 
     fn in_words(&self) -> String {

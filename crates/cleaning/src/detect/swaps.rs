@@ -25,7 +25,7 @@ use super::spikes::spikes_in;
 use crate::continuity::{UsualJumps, end_after, end_before};
 use crate::error::CleaningError;
 use crate::geometry::{Geometry, INDEPENDENT_S};
-use crate::lookup::{hand_poses, in_hand, tips};
+use crate::lookup::{Flips, hand_poses, in_hand, tips};
 
 /// What a change of two labels costs, nats: a change is as rare as one in some thousand places where
 /// it might be.
@@ -47,7 +47,7 @@ const WRONG_START_NATS: f64 = 6.0;
 ///
 /// [`CleaningError::NotInTake`], [`CleaningError::Hand`].
 pub fn swaps(recording: &Recording, roles: &Roles) -> Result<Vec<Swap>, CleaningError> {
-    let hand = hand_poses(recording, roles)?;
+    let hand = hand_poses(recording, roles, Flips::SetAside)?;
     let tips = tips(recording, roles)?;
     let labels: Vec<PointTrack<Hand>> = (tips.as_array().par_iter())
         .map(|&marker| {

@@ -13,7 +13,7 @@ use super::Unlabelled;
 use crate::continuity::{End, UsualJumps, end_after, end_before, jump_m};
 use crate::error::CleaningError;
 use crate::geometry::Geometry;
-use crate::lookup::{hand_poses, in_hand, tips};
+use crate::lookup::{Flips, hand_poses, in_hand, tips};
 use crate::repair;
 
 /// An end of a piece says whose it is if the finger was seen within this time of it, seconds.
@@ -47,7 +47,7 @@ pub(crate) fn unlabelled_of_clean_tips(
     if pieces.is_empty() {
         return Ok(Vec::new());
     }
-    let hand = hand_poses(recording, roles)?;
+    let hand = hand_poses(recording, roles, Flips::SetAside)?;
     let tips = tips(recording, roles)?;
     let mut fingers = PerFinger::from_fn(|f| in_hand(&hand, &recording.markers[tips[f]].track));
     let rate_hz = recording.clock.rate_hz();

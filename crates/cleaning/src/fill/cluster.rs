@@ -3,63 +3,109 @@
 use std::ops::Range;
 
 use inhand_model::{
-    Body, BodySource, MarkerKind, Pose, PoseTrack, Position, Recording, Roles, Status, World,
+    Body, BodySource, MarkerKind, PerFinger, Pose, PoseTrack, Position, Recording, Roles, Status,
+    World,
 };
 use inhand_motion::{fit_templates, fitted_bodies};
 use nalgebra::Vector3;
 
 use super::{Filled, inner_gaps, join};
-use crate::lookup::marker_index;
+use crate::error::CleaningError;
+use crate::lookup::{finger_of, marker_index};
 use crate::statistics::median;
 
+/// Fewest other markers that say how a cluster is turned.
+const LEAST_OTHERS: usize = 3;
+
 /// Fills gaps of markers of clusters: those that roles name, and those of rigid bodies, whose names
-/// begin with the body's and a colon (or `_`, as older exports have it).
-pub(super) fn from_clusters(recording: &Recording, roles: &Roles, limit: usize) -> Vec<Filled> {
+/// begin with the body's and a colon, or `_` and a number, as older exports have it. Fingertips belong
+/// to no cluster, whatever they are called: they move in the hand.
+pub(super) fn from_clusters(
+    recording: &Recording,
+    roles: &Roles,
+    tips: &PerFinger<usize>,
+    limit: usize,
+) -> Result<Vec<Filled>, CleaningError> {
     let mut filled = Vec::new();
-    for source in [Some(&roles.hand), roles.object.as_ref()]
-        .into_iter()
-        .flatten()
-    {
+    let sources = [Some(&roles.hand), roles.object.as_ref()];
+    for source in sources.into_iter().flatten() {
         if let BodySource::Markers(names) = source {
-            for name in names {
-                let others: Vec<String> = names.iter().filter(|o| *o != name).cloned().collect();
-                let Some(marker) = marker_index(recording, name) else {
-                    continue;
-                };
-                let Some(poses) = fitted(recording, roles, &others) else {
-                    continue;
-                };
-                filled.extend(by_poses(recording, marker, &poses, limit));
-            }
+            filled.extend(from_role(recording, roles, tips, names, limit)?);
         }
     }
     for body in &recording.bodies {
         for (marker, source) in recording.markers.iter().enumerate() {
-            let rest = source.name.strip_prefix(&body.name);
-            let of_body = rest.is_some_and(|rest| rest.starts_with([':', '_']));
-            if of_body && source.kind != MarkerKind::Unlabelled {
+            if belongs_to(&body.name, &source.name)
+                && source.kind != MarkerKind::Unlabelled
+                && finger_of(tips, marker).is_none()
+            {
                 filled.extend(by_poses(recording, marker, &body.track, limit));
             }
         }
     }
-    filled
+    Ok(filled)
 }
 
-/// The pose of a cluster without the marker that is wanted. `None` where the others are fewer than three
-/// or lie on a line.
+/// Gaps of the markers that a role names, each by the others.
+fn from_role(
+    recording: &Recording,
+    roles: &Roles,
+    tips: &PerFinger<usize>,
+    names: &[String],
+    limit: usize,
+) -> Result<Vec<Filled>, CleaningError> {
+    let cluster: Vec<(&String, usize)> = (names.iter())
+        .filter_map(|name| Some((name, marker_index(recording, name)?)))
+        .filter(|&(_, marker)| finger_of(tips, marker).is_none())
+        .collect();
+    let mut filled = Vec::new();
+    for &(name, marker) in &cluster {
+        let track = &recording.markers[marker].track;
+        if inner_gaps(track, limit).next().is_none() {
+            continue;
+        }
+        let others: Vec<String> = (cluster.iter().map(|(other, _)| *other))
+            .filter(|other| *other != name)
+            .cloned()
+            .collect();
+        if others.len() < LEAST_OTHERS {
+            return Err(CleaningError::TooFewMarkers {
+                take: recording.name.clone(),
+                marker: name.clone(),
+                cluster: names.join(", "),
+                found: others.len(),
+            });
+        }
+        if let Some(poses) = fitted(recording, roles, others)? {
+            filled.extend(by_poses(recording, marker, &poses, limit));
+        }
+    }
+    Ok(filled)
+}
+
+/// Whether a marker is called after a body: `Body:...` or `Body_1`, but not `Body_Thumb`.
+fn belongs_to(body: &str, marker: &str) -> bool {
+    let Some(rest) = marker.strip_prefix(body) else {
+        return false;
+    };
+    let number = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
+    rest.starts_with(':') || rest.strip_prefix('_').is_some_and(number)
+}
+
+/// The pose of a cluster without the marker that is wanted.
 fn fitted(
     recording: &Recording,
     roles: &Roles,
-    names: &[String],
-) -> Option<PoseTrack<World, Body>> {
+    others: Vec<String>,
+) -> Result<Option<PoseTrack<World, Body>>, CleaningError> {
     let others = Roles {
-        hand: BodySource::Markers(names.to_vec()),
+        hand: BodySource::Markers(others),
         object: None,
         ..roles.clone()
     };
-    let templates = fit_templates([(recording, &others)]).ok()?;
-    let bodies = fitted_bodies(recording, &others, &templates).ok()?;
-    Some(bodies.into_iter().next()?.track)
+    let templates = fit_templates([(recording, &others)])?;
+    let bodies = fitted_bodies(recording, &others, &templates)?;
+    Ok(bodies.into_iter().next().map(|body| body.track))
 }
 
 fn by_poses(

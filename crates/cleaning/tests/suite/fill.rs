@@ -1,6 +1,6 @@
 //! Closed forms of filling, and of pads.
 
-use inhand_cleaning::{FillMethod, FillSettings, PadOffset, fill, to_pads};
+use inhand_cleaning::{CleaningError, FillMethod, FillSettings, PadOffset, fill, to_pads};
 use inhand_model::{
     BodyKind, BodySource, ChangeKind, Clock, Finger, LengthUnit, Marker, MarkerKind, PerFinger,
     Pose, Position, Recording, Roles, Source, StartTime, Status, Track, TrackedBody, UpAxis, World,
@@ -254,6 +254,140 @@ fn pads_are_where_they_are_said_to_be() {
     let marker_m = Vector3::from(place);
     let expected = marker_m - marker_m.normalize() * 0.006;
     assert!((of(&take, 20).coords - expected).norm() < 1e-12);
+}
+
+#[test]
+fn fingertips_and_other_names_are_no_part_of_a_cluster() {
+    let on_hand = |at: [f64; 3]| move |s: f64| (hand_at(s) * nalgebra::Point3::from(at)).into();
+    let mut given = take(120, |f, s| [0.02 * f.index() as f64, 0.1 + 0.05 * s, 0.0]);
+    given.markers[0].name = "Hand_Thumb".into();
+    given.markers[1].name = "Hand:Index".into();
+    given.markers.push(marker(
+        "Hand_1",
+        MarkerKind::Labelled,
+        120,
+        on_hand([0.01, 0.0, 0.02]),
+    ));
+    given
+        .markers
+        .push(marker("Hand_watch", MarkerKind::Labelled, 120, |s| {
+            [s, 0.0, 0.0]
+        }));
+    let named = Roles {
+        fingers: PerFinger::from_fn(|f| match f {
+            Finger::Thumb => "Hand_Thumb".to_owned(),
+            Finger::Index => "Hand:Index".to_owned(),
+            other => label(other),
+        }),
+        ..roles(false)
+    };
+    for name in ["Hand_Thumb", "Hand:Index", "Hand_1", "Hand_watch"] {
+        hide(&mut given, name, 50..55);
+    }
+    let changes = fill(&mut given, &named, &settings(FillMethod::Cluster)).expect("it fills");
+    let filled: Vec<&str> = changes.iter().map(|c| c.entity.as_str()).collect();
+    assert_eq!(filled, ["Hand_1"]);
+}
+
+#[test]
+fn a_cluster_with_too_few_others_is_refused() {
+    let on_hand = |at: [f64; 3]| move |s: f64| (hand_at(s) * nalgebra::Point3::from(at)).into();
+    let mut given = take(120, |f, _| [0.02 * f.index() as f64, 0.1, 0.0]);
+    for (name, at) in [
+        ("a", [0.0, 0.0, 0.0]),
+        ("b", [0.04, 0.0, 0.0]),
+        ("c", [0.0, 0.05, 0.0]),
+    ] {
+        given
+            .markers
+            .push(marker(name, MarkerKind::Labelled, 120, on_hand(at)));
+    }
+    // The thumb is named as well, and does not count.
+    let roles = Roles {
+        object: Some(BodySource::Markers(
+            ["a", "b", "c", "Thumb"].map(String::from).into(),
+        )),
+        ..roles(false)
+    };
+    let cluster = settings(FillMethod::Cluster);
+    let nothing = fill(&mut given, &roles, &cluster).expect("there is no gap");
+    assert!(nothing.is_empty());
+    hide(&mut given, "b", 70..80);
+    let error = fill(&mut given, &roles, &cluster).expect_err("two others are left");
+    let expected = CleaningError::TooFewMarkers {
+        take: "test".into(),
+        marker: "b".into(),
+        cluster: "a, b, c, Thumb".into(),
+        found: 2,
+    };
+    assert_eq!(error, expected);
+}
+
+/// A take whose hand is recorded in a wrong pose, a quarter turn away, over the samples.
+fn with_flipped_hand(mut given: Recording, wrong: std::ops::Range<usize>) -> Recording {
+    let quarter = Isometry3::rotation(Vector3::x() * std::f64::consts::FRAC_PI_2);
+    for k in wrong {
+        let pose = (given.bodies[0].track.get(k)).map(|p| Pose::new(p.isometry() * quarter));
+        given.bodies[0].track.set(k, pose, Status::Measured);
+    }
+    given
+}
+
+#[test]
+fn steps_that_do_not_undo_flips_take_the_hand_as_recorded() {
+    let offset_m = [0.001, -0.002, 0.008];
+    let mut given = with_flipped_hand(take(200, |_, _| [0.02, 0.09, 0.01]), 80..120);
+    assert_eq!(inhand_cleaning::detect::flips(&given).len(), 1);
+    let before = given.clone();
+    let offsets = PerFinger::from_fn(|_| Some(PadOffset::InHand { offset_m }));
+    to_pads(&mut given, &roles(false), &offsets).expect("it moves");
+    for k in [50, 100] {
+        let at = |r: &Recording| r.markers[0].track.get(k).expect("it is there").coords_m();
+        let turned =
+            given.bodies[0].track.values()[k].isometry().rotation * Vector3::from(offset_m);
+        assert!((at(&given) - at(&before) - turned).norm() < 1e-12, "{k}");
+    }
+    // A gap across the jump is filled in the world: the jump must not throw the fingertip about.
+    for method in [FillMethod::Linear, FillMethod::Cubic] {
+        let mut given = with_flipped_hand(take(200, |_, _| [0.02, 0.09, 0.01]), 80..120);
+        let truth = hide(&mut given, "Ring", 78..83);
+        fill(&mut given, &roles(false), &settings(method)).expect("it fills");
+        assert!(most_off(&given, "Ring", 78, &truth) < 1e-3, "{method:?}");
+    }
+}
+
+#[test]
+fn pads_without_a_pose_of_the_hand_are_told() {
+    let mut given = take(100, |_, _| [0.02, 0.09, 0.01]);
+    (40..70).for_each(|k| given.bodies[0].track.set(k, None, Status::Missing));
+    hide(&mut given, "Index", 50..55);
+    let offsets = PerFinger::from_fn(|f| {
+        (f == Finger::Index).then_some(PadOffset::InHand {
+            offset_m: [0.0, 0.0, 0.008],
+        })
+    });
+    let changes = to_pads(&mut given, &roles(false), &offsets).expect("it moves");
+    let told: Vec<_> = (changes.iter())
+        .map(|c| (c.kind, c.entity.as_str(), c.samples.clone()))
+        .collect();
+    // What was missing before is not lost here.
+    assert_eq!(
+        told,
+        [
+            (ChangeKind::Moved, "Index", 0..100),
+            (ChangeKind::Removed, "Index", 40..50),
+            (ChangeKind::Removed, "Index", 55..70),
+        ]
+    );
+    assert!(
+        changes[1].message.contains("pose of the hand"),
+        "{}",
+        changes[1].message
+    );
+    assert_eq!(
+        given.marker("Index").expect("it is there").track.gaps(),
+        [40..70]
+    );
 }
 
 proptest! {

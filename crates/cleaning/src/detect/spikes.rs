@@ -6,8 +6,10 @@
 //! do not come back within three samples.
 //!
 //! Beside a gap there is one side only. There a run is a spike where it breaks away from the line of
-//! the side that is there.
+//! the side that is there; only beside gaps longer than a spike, for shorter ones are what spikes leave
+//! that were taken away.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use inhand_model::{Marker, MarkerKind, PointTrack, Position, Recording, Status, World};
@@ -78,7 +80,9 @@ pub(crate) fn spikes_in(track: &PointTrack<World>, beside_gaps: bool) -> Vec<Run
     if beside_gaps {
         // A line through a spike would be none: those found before are set aside each time. Where a
         // single sample is left before a gap, the run is a spike if that sample is not.
-        let gaps = track.gaps();
+        // A gap no longer than a spike may be one that was taken away: there is nothing to find twice.
+        let mut gaps = track.gaps();
+        gaps.retain(|gap| gap.len() > MAX_SAMPLES);
         let mut rest = without(track.clone(), &runs);
         let at_gaps = best_of(at_gaps(&rest, &gaps, &usual));
         rest = without(rest, &at_gaps);
@@ -112,23 +116,26 @@ fn without(mut track: PointTrack<World>, runs: &[Run]) -> PointTrack<World> {
     track
 }
 
-/// The farthest off for their thresholds, none touching another; of equal ones the shorter.
+/// The farthest off for their thresholds, none touching another, in order; of equal ones the shorter.
 fn best_of(mut candidates: Vec<Run>) -> Vec<Run> {
     candidates.sort_by(|a, b| {
         b.score
             .total_cmp(&a.score)
             .then(a.samples.len().cmp(&b.samples.len()))
     });
-    let mut runs: Vec<Run> = Vec::new();
+    // Those taken lie apart, so that only the nearest on either side can touch another.
+    let mut runs: BTreeMap<usize, Run> = BTreeMap::new();
     for run in candidates {
-        let apart = |other: &Run| {
-            run.samples.end < other.samples.start || other.samples.end < run.samples.start
-        };
-        if runs.iter().all(apart) {
-            runs.push(run);
+        let Range { start, end } = run.samples;
+        let before = runs.range(..start).next_back();
+        let after = runs.range(start..).next();
+        let apart = before.is_none_or(|(_, other)| other.samples.end < start)
+            && after.is_none_or(|(_, other)| end < other.samples.start);
+        if apart {
+            runs.insert(start, run);
         }
     }
-    runs
+    runs.into_values().collect()
 }
 
 /// How far samples usually are from the line through their neighbours.

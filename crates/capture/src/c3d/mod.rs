@@ -10,9 +10,10 @@
 //! * **Header and parameters** say some things twice. Where they disagree the parameter counts, as
 //!   the format has it, and a finding says so. What the size of the file disproves does not count.
 //! * **Frames** beyond 65535 are counted by `TRIAL:ACTUAL_START_FIELD` and `ACTUAL_END_FIELD`.
-//! * **Time** of a sample is `frame / POINT:RATE`. The file states no start time.
+//! * **Time** of a sample is `(frame - first frame) / POINT:RATE`: the first one is at 0 s whatever
+//!   its number, and a finding says so where that is beyond 1. The file states no start time.
 //! * **Lengths** are in `POINT:UNITS` and become metres.
-//! * **Up** is `POINT:Y_SCREEN`, where it is Y or Z; else Z, unless the user says otherwise.
+//! * **Up** is `POINT:Y_SCREEN`, where it is Y or Z; else Z with a finding, unless the user says it.
 //! * **Missing** samples have a negative residual, are no numbers or, as programs without a notion of
 //!   missing write them, lie exactly at the origin, which is counted in a finding.
 
@@ -57,6 +58,7 @@ pub fn read(
     let start = start_time::parse("", None);
     let mut findings: Vec<Finding> = start.finding.into_iter().collect();
     let layout = Layout::of(&parameters, bytes, file_name, &mut findings)?;
+    findings.extend(points::first_frame(&parameters, file_name)?);
     let clock = Clock::new(
         start.unix_nanos,
         start.known,
@@ -158,7 +160,7 @@ fn up_axis(
         Some(other) if !other.is_empty() => {
             findings.push(Finding::warning(
                 "POINT:Y_SCREEN",
-                format!("expected +Y or +Z, found {other:?}: Z is taken to point up"),
+                format!("expected +Y or +Z, found {other:?}"),
             ));
             None
         }
@@ -166,7 +168,14 @@ fn up_axis(
     };
     let name = |axis: UpAxis| axis.name().to_owned();
     let given = settings.up_axis;
-    Ok(stated_or_given(file, "--up", stated, given, name)?.unwrap_or(UpAxis::Z))
+    let up_axis = stated_or_given(file, "--up", stated, given, name)?;
+    if up_axis.is_none() {
+        findings.push(Finding::info(
+            "POINT:Y_SCREEN",
+            "the file does not say which axis points up: z is assumed; --up y or --up z says it",
+        ));
+    }
+    Ok(up_axis.unwrap_or(UpAxis::Z))
 }
 
 fn markers(

@@ -31,13 +31,16 @@ pub(super) enum Values {
     Reals(Vec<f32>),
 }
 
+/// Values and the byte where they are described, by group and name.
+type ByName = BTreeMap<(String, String), (usize, Values)>;
+
 /// Header and parameters of a file.
 #[derive(Debug)]
 pub(super) struct Parameters {
     pub(super) processor: Processor,
     pub(super) header: Header,
     /// By group and name, upper case.
-    values: BTreeMap<(String, String), Values>,
+    values: ByName,
 }
 
 /// Reads bytes of a file one after the other.
@@ -110,7 +113,8 @@ impl Parameters {
     }
 
     fn get(&self, group: &str, name: &str) -> Option<&Values> {
-        self.values.get(&(group.to_owned(), name.to_owned()))
+        let (_, values) = self.values.get(&(group.to_owned(), name.to_owned()))?;
+        Some(values)
     }
 
     /// A number, the first of an array; integers without their sign, as counts beyond 32767 are
@@ -124,17 +128,42 @@ impl Parameters {
         }
     }
 
+    /// A count of `most` at most, in one number of any type. Parameters of floating point can say
+    /// anything, and what no file can mean is refused before anything is computed with it.
+    pub(super) fn count(
+        &self,
+        file: &str,
+        (group, name): (&str, &str),
+        most: u32,
+    ) -> Result<Option<u64>, CaptureError> {
+        let Some(number) = self.number(group, name) else {
+            return Ok(None);
+        };
+        // No comparison holds for a number that is none.
+        if (0.0..=f64::from(most)).contains(&number) {
+            return Ok(Some(number as u64));
+        }
+        let place = self.values.get(&(group.to_owned(), name.to_owned()));
+        Err(damaged(
+            file,
+            place.map_or(0, |(at, _)| *at),
+            format!("a count from 0 to {most} as {group}:{name}"),
+            format!("{number}: export the file again, or correct the parameter"),
+        ))
+    }
+
     /// A count in two words, the less significant one first, or in one number.
-    pub(super) fn long(&self, group: &str, name: &str) -> Option<u64> {
-        match self.get(group, name)? {
-            Values::Integers(words) if words.len() >= 2 => {
+    pub(super) fn long(
+        &self,
+        file: &str,
+        (group, name): (&str, &str),
+    ) -> Result<Option<u64>, CaptureError> {
+        match self.get(group, name) {
+            Some(Values::Integers(words)) if words.len() >= 2 => {
                 let [low, high] = [words[0], words[1]].map(|word| u64::from(word.cast_unsigned()));
-                Some(high << 16 | low)
+                Ok(Some(high << 16 | low))
             }
-            _ => {
-                let number = self.number(group, name)?;
-                (number >= 0.0).then_some(number as u64)
-            }
+            _ => self.count(file, (group, name), u32::MAX),
         }
     }
 
@@ -163,7 +192,7 @@ impl Parameters {
 
     /// Texts and single numbers by `GROUP:NAME`, but for the lists of names.
     pub(super) fn facts(&self) -> BTreeMap<String, String> {
-        let single = |((group, name), values): (&(String, String), &Values)| {
+        let single = |((group, name), (_, values)): (&(String, String), &(usize, Values))| {
             let text = match values {
                 Values::Texts(texts) => match &texts[..] {
                     [text] if !text.is_empty() => text.clone(),
@@ -215,12 +244,9 @@ fn header(bytes: &[u8], processor: Processor, file: &str) -> Result<Header, Capt
 
 /// Parameters by group and name. Records lie one after the other: length of the name, number of the
 /// group (negative for the record of a group itself), name, way to the next record, content.
-fn values(
-    reader: &mut Reader<'_>,
-    processor: Processor,
-) -> Result<BTreeMap<(String, String), Values>, CaptureError> {
+fn values(reader: &mut Reader<'_>, processor: Processor) -> Result<ByName, CaptureError> {
     let mut groups: BTreeMap<i8, String> = BTreeMap::new();
-    let mut parameters: Vec<(i8, String, Values)> = Vec::new();
+    let mut parameters: Vec<(i8, String, (usize, Values))> = Vec::new();
     loop {
         // A file may end with its parameters, or fill the rest of their blocks with zeros.
         if reader.at >= reader.bytes.len() {
@@ -239,8 +265,9 @@ fn values(
         if group < 0 {
             groups.insert(group, name);
         } else {
+            let at = reader.at;
             let values = content(reader, processor, &name)?;
-            parameters.push((group, name, values));
+            parameters.push((group, name, (at, values)));
         }
         if way == 0 {
             break;

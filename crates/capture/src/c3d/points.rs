@@ -13,6 +13,12 @@ const NUMBERS: usize = 4;
 /// A count that a word cannot hold is written as this.
 const FULL_WORD: u64 = 65535;
 
+/// Points, analog channels and blocks at most: what a word can count.
+const MOST: u32 = 65535;
+
+/// The number of the first frame in its trial.
+const START: (&str, &str) = ("TRIAL", "ACTUAL_START_FIELD");
+
 /// The frames of a file.
 #[derive(Debug)]
 pub(super) struct Layout {
@@ -34,21 +40,23 @@ impl Layout {
         findings: &mut Vec<Finding>,
     ) -> Result<Self, CaptureError> {
         let header = &parameters.header;
-        let mut number = |name: &str, from_header: f64, usable: fn(f64) -> bool| match parameters
-            .number("POINT", name)
-            .filter(|&value| usable(value))
-        {
+        let mut preferred = |name: &str, from_header: f64, parameter: Option<f64>| match parameter {
             Some(value) if value != from_header => {
                 let place = format!("POINT:{name}");
                 findings.push(disagree(&place, from_header, value, "the parameter"));
                 value
             }
-            Some(value) => value,
-            None => from_header,
+            _ => from_header,
         };
-        let points = number("USED", header.points.into(), |n| n >= 0.0) as usize;
-        let scale = number("SCALE", header.scale.into(), |n| n.is_finite() && n != 0.0);
-        let block = number("DATA_START", header.data_block.into(), |n| n >= 1.0) as usize;
+        let count = |name: &str| parameters.count(file, ("POINT", name), MOST);
+        let used = count("USED")?.map(|points| points as f64);
+        let points = preferred("USED", header.points.into(), used) as usize;
+        let scale = parameters.number("POINT", "SCALE");
+        let scale = scale.filter(|scale| scale.is_finite() && *scale != 0.0);
+        let scale = preferred("SCALE", header.scale.into(), scale);
+        let block = count("DATA_START")?.filter(|&block| block > 0);
+        let block = block.map(|block| block as f64);
+        let block = preferred("DATA_START", header.data_block.into(), block) as usize;
         if points == 0 {
             return Err(damaged(
                 file,
@@ -62,7 +70,7 @@ impl Layout {
             let expected = "a scale of points other than zero".to_owned();
             return Err(damaged(file, 12, expected, found));
         }
-        let start = block.saturating_sub(1) * BLOCK_BYTES;
+        let start = block.saturating_sub(1).saturating_mul(BLOCK_BYTES);
         let Some(data) = bytes.get(start..).filter(|_| block > 0) else {
             return Err(damaged(
                 file,
@@ -74,13 +82,17 @@ impl Layout {
                 format!("block {block}"),
             ));
         };
-        let width = if scale < 0.0 { 4 } else { 2 };
-        let bytes_of = |analog: usize| (NUMBERS * points + analog) * width;
-        let declared = declared_frames(parameters, findings);
-        let analog = analog_numbers(parameters, |analog| {
-            (declared as u128) * (bytes_of(analog) as u128) <= data.len() as u128
-        });
-        let frame_bytes = bytes_of(analog);
+        let width: u64 = if scale < 0.0 { 4 } else { 2 };
+        let bytes_of = |analog: u64| {
+            let numbers = ((NUMBERS * points) as u64).saturating_add(analog);
+            numbers.saturating_mul(width)
+        };
+        let declared = declared_frames(parameters, file, findings)?;
+        let analog = analog_numbers(parameters, file, |analog| {
+            declared.saturating_mul(bytes_of(analog)) <= data.len() as u64
+        })?;
+        // A frame that no memory holds is longer than the file.
+        let frame_bytes = usize::try_from(bytes_of(analog)).unwrap_or(usize::MAX);
         let held = data.len() / frame_bytes;
         let frames = usize::try_from(declared).unwrap_or(usize::MAX).min(held);
         if frames == 0 {
@@ -175,20 +187,22 @@ fn metres(length: f64, unit: LengthUnit) -> f64 {
 
 /// Frames by what counts them best: the trial's ends, where a word could not hold the count, then
 /// the parameter, then the header.
-fn declared_frames(parameters: &Parameters, findings: &mut Vec<Finding>) -> u64 {
+fn declared_frames(
+    parameters: &Parameters,
+    file: &str,
+    findings: &mut Vec<Finding>,
+) -> Result<u64, CaptureError> {
     let header = &parameters.header;
     let from_header = (u64::from(header.last_frame) + 1).saturating_sub(header.first_frame.into());
-    let parameter = parameters
-        .long("POINT", "FRAMES")
-        .filter(|&frames| frames > 0);
+    let parameter = (parameters.long(file, ("POINT", "FRAMES"))?).filter(|&frames| frames > 0);
     let trial = parameters
-        .long("TRIAL", "ACTUAL_END_FIELD")
-        .zip(parameters.long("TRIAL", "ACTUAL_START_FIELD"))
-        .map(|(end, start)| (end + 1).saturating_sub(start))
+        .long(file, ("TRIAL", "ACTUAL_END_FIELD"))?
+        .zip(parameters.long(file, START)?)
+        .map(|(end, start)| end.saturating_add(1).saturating_sub(start))
         .filter(|&frames| frames > 0);
     let word_is_full = parameter.is_none_or(|frames| frames == FULL_WORD)
         || u64::from(header.last_frame) == FULL_WORD;
-    match (trial, parameter) {
+    Ok(match (trial, parameter) {
         (Some(trial), _) if word_is_full => trial,
         (_, Some(parameter)) => {
             if parameter != from_header {
@@ -198,18 +212,37 @@ fn declared_frames(parameters: &Parameters, findings: &mut Vec<Finding>) -> u64 
             parameter
         }
         (_, None) => from_header,
-    }
+    })
+}
+
+/// Says so where a file starts behind frame 1 of its trial: samples here start at 0 s.
+pub(super) fn first_frame(
+    parameters: &Parameters,
+    file: &str,
+) -> Result<Option<Finding>, CaptureError> {
+    let from_header = u64::from(parameters.header.first_frame);
+    let first = parameters.long(file, START)?.unwrap_or(from_header);
+    Ok((first > 1).then(|| {
+        Finding::info(
+            "TRIAL:ACTUAL_START_FIELD",
+            format!("the first frame is number {first} of its trial: it is at 0 s here"),
+        )
+    }))
 }
 
 /// Analog numbers in a frame: by the parameters, unless the file is too short for them.
-fn analog_numbers(parameters: &Parameters, fits: impl Fn(usize) -> bool) -> usize {
+fn analog_numbers(
+    parameters: &Parameters,
+    file: &str,
+    fits: impl Fn(u64) -> bool,
+) -> Result<u64, CaptureError> {
     let header = &parameters.header;
-    let from_header = usize::from(header.analog_per_frame);
-    let samples = usize::from(header.analog_samples);
-    let used = parameters.number("ANALOG", "USED");
-    let by_parameters = used.map(|used| used as usize * samples);
-    match by_parameters {
+    let from_header = u64::from(header.analog_per_frame);
+    let samples = u64::from(header.analog_samples);
+    let used = parameters.count(file, ("ANALOG", "USED"), MOST)?;
+    let by_parameters = used.map(|used| used.saturating_mul(samples));
+    Ok(match by_parameters {
         Some(analog) if fits(analog) || !fits(from_header) => analog,
         _ => from_header,
-    }
+    })
 }

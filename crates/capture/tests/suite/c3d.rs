@@ -230,6 +230,10 @@ fn the_up_axis_is_that_of_the_screen() {
     let up = |file: ByHand| file.read().source.up_axis;
     let file = || ByHand::new(ALL[1]);
     assert_eq!(up(file()), UpAxis::Z);
+    let assumed = "z is assumed; --up";
+    assert!(has_finding(&file().read(), assumed));
+    let stated = file().with("POINT:Y_SCREEN", text("+Z")).read();
+    assert!(!has_finding(&stated, assumed));
     assert_eq!(up(file().with("POINT:Y_SCREEN", text("+Y"))), UpAxis::Y);
     assert_eq!(up(file().with("POINT:Y_SCREEN", text("+Z"))), UpAxis::Z);
     let odd = file().with("POINT:Y_SCREEN", text("-X")).read();
@@ -322,6 +326,54 @@ fn files_that_are_none_say_where() {
     let array = [0xFF, 7, 255, 255, 255, 255, 255, 255, 255].to_vec();
     let absurd = ByHand::new(ALL[0]).with("POINT:LABELS", array);
     assert!(refusal(&absurd.bytes()).contains("bytes of a parameter"));
+}
+
+#[test]
+fn counts_that_no_file_can_mean_are_refused() {
+    let names = [
+        "POINT:USED",
+        "POINT:DATA_START",
+        "POINT:FRAMES",
+        "TRIAL:ACTUAL_START_FIELD",
+        "TRIAL:ACTUAL_END_FIELD",
+        "ANALOG:USED",
+    ];
+    let values = [
+        2_f32.powi(62),
+        2_f32.powi(63),
+        1e30,
+        -1.0,
+        f32::NAN,
+        f32::INFINITY,
+    ];
+    let intel = ALL[1];
+    for name in names {
+        for value in values {
+            let content = [vec![4, 0], intel.real(value)].concat();
+            let bytes = ByHand::new(intel).with(name, content).bytes();
+            let refused = c3d::read(&bytes, "a.c3d", &ReadSettings::default());
+            let error = refused.expect_err(name).to_string();
+            assert!(error.contains(&format!("as {name}")), "{value}: {error}");
+        }
+    }
+    // What a word can count is a matter of the file's size.
+    let real = |value| [vec![4, 0], intel.real(value)].concat();
+    let analog = ByHand::new(intel).with("ANALOG:USED", real(65535.0));
+    assert_eq!(analog.read().len(), 2);
+    let used = ByHand::new(intel).with("POINT:USED", real(2.0));
+    assert_eq!(used.read().markers.len(), 2);
+    let analog_alone = ByHand::new(intel).with("POINT:USED", real(65536.0)).bytes();
+    assert!(c3d::read(&analog_alone, "a.c3d", &ReadSettings::default()).is_err());
+}
+
+#[test]
+fn a_first_frame_beyond_one_is_told() {
+    let file = ByHand::new(ALL[0]);
+    assert!(!has_finding(&file.read(), "first frame"));
+    let start = file.word(25);
+    let recording = file.with("TRIAL:ACTUAL_START_FIELD", start).read();
+    assert!(has_finding(&recording, "the first frame is number 25"));
+    assert_eq!((recording.len(), recording.clock.time_s(0)), (2, 0.0));
 }
 
 fn recording(names: &[String], values: &[Vec<Option<[f64; 3]>>], up_axis: UpAxis) -> Recording {

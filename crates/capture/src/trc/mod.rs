@@ -25,8 +25,8 @@
 //! * **Missing** samples are blank cells, a row that ends behind its time, `nan`, or, as programs
 //!   without a notion of missing write them, a marker exactly at the origin in all three
 //!   coordinates, which is counted in a finding.
-//! * **Axes** are not stated: Y is up, as Motive and OpenSim have it, unless the user says
-//!   otherwise, as for most exports of Cortex.
+//! * **Axes** are not stated: Y is up, as Motive and OpenSim have it, with a finding, unless the user
+//!   says it, as for most exports of Cortex. What is written is turned so that Y is up.
 
 mod header;
 mod layout;
@@ -105,6 +105,12 @@ pub(crate) fn open(
 
     let mut findings: Vec<Finding> = start.finding.into_iter().collect();
     findings.extend(header.version_finding());
+    if settings.up_axis.is_none() {
+        findings.push(Finding::info(
+            "",
+            "TRC does not say which axis points up: y is assumed; --up y or --up z says it",
+        ));
+    }
     let declared_rows = header.count("NumFrames", &mut findings);
     if let Some(declared) = header.count("NumMarkers", &mut findings)
         && declared != layout.marker_names.len() as u64

@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use inhand_model::{Position, Recording};
+use inhand_model::{Position, Recording, UpAxis, World};
 
 use super::MAGIC;
 use crate::error::CaptureError;
@@ -12,8 +12,11 @@ const FLUSH_BYTES: usize = 64 * 1024;
 
 /// Writes the markers of a recording as TRC: metres, frames from 1, blank cells for missing samples.
 ///
+/// Y is up, which readers take for granted because the format cannot say it: a recording whose Z is
+/// up is turned by a quarter about X, (x, y, z) becomes (x, z, -y), which changes no digit.
+///
 /// Numbers have as many digits as it takes to read them back unchanged. What the format cannot hold
-/// is lost: bodies, qualities, the mark on filled samples, the start time, the up axis, findings.
+/// is lost: bodies, qualities, the mark on filled samples, the start time, findings.
 ///
 /// # Errors
 ///
@@ -28,10 +31,11 @@ pub fn write(recording: &Recording, out: &mut impl Write) -> Result<(), CaptureE
 fn rows(recording: &Recording, out: &mut impl Write) -> io::Result<()> {
     let mut buffer = Vec::with_capacity(FLUSH_BYTES + 4096);
     header(recording, &mut buffer)?;
+    let up_axis = recording.source.up_axis;
     for k in 0..recording.len() {
         write!(buffer, "{}\t{:.6}", k + 1, recording.clock.time_s(k))?;
         for marker in &recording.markers {
-            match marker.track.get(k).map(Position::to_array) {
+            match marker.track.get(k).map(|position| y_up(position, up_axis)) {
                 Some([x, y, z]) => write!(buffer, "\t{x}\t{y}\t{z}")?,
                 None => buffer.extend_from_slice(b"\t\t\t"),
             }
@@ -44,6 +48,15 @@ fn rows(recording: &Recording, out: &mut impl Write) -> io::Result<()> {
     }
     out.write_all(&buffer)?;
     out.flush()
+}
+
+/// Coordinates with Y up: the inverse of [`UpAxis::upright_from_world`] for Y, exactly.
+fn y_up(position: Position<World>, up_axis: UpAxis) -> [f64; 3] {
+    let [x, y, z] = position.to_array();
+    match up_axis {
+        UpAxis::Y => [x, y, z],
+        UpAxis::Z => [x, z, -y],
+    }
 }
 
 fn header(recording: &Recording, out: &mut Vec<u8>) -> io::Result<()> {

@@ -18,6 +18,8 @@ const TRC: &str = "PathFileType\t4\t(X/Y/Z)\tC:\\takes\\one.trc\r\n\
     3\t0.01667\t110.763\t 8 \t9\t4\t\t6\t\r\n";
 
 const NO_START: &str = "the file states no start time: the take starts at 1970-01-01";
+const UP_ASSUMED: &str =
+    "TRC does not say which axis points up: y is assumed; --up y or --up z says it";
 
 fn read_with(text: &str, settings: &ReadSettings) -> Result<Recording, String> {
     inhand_capture::read(text.as_bytes(), "dir/take 1.trc", settings).map_err(|e| e.to_string())
@@ -75,6 +77,7 @@ fn everything_in_a_file() {
         findings(&recording),
         [
             NO_START,
+            UP_ASSUMED,
             "marker \"Unlabeled 7\": some of its cells are blank in 1 rows, first on line 9: \
              taken as missing",
             "marker \"Unlabeled 7\": it is exactly at the origin in 1 rows, first on line 8: \
@@ -135,7 +138,7 @@ fn what_programs_write_differently() {
         assert_same_tracks(&recording, &expected, what);
         assert_eq!(
             findings(&recording).len(),
-            3,
+            4,
             "{what}: {:?}",
             findings(&recording)
         );
@@ -236,7 +239,7 @@ fn what_does_not_add_up_is_a_finding() {
         assert_ne!(text, TRC, "{what}");
         let recording = read(&text).unwrap_or_else(|e| panic!("{what}: {e}"));
         let findings = findings(&recording);
-        assert_eq!(findings.len(), 4, "{what}: {findings:?}");
+        assert_eq!(findings.len(), 5, "{what}: {findings:?}");
         assert!(
             findings.iter().any(|f| f.starts_with(expected)),
             "{what}: {findings:?}"
@@ -257,7 +260,7 @@ fn time_columns_are_held_to_their_own_rounding() {
             "PathFileType\t4\t(X/Y/Z)\ta\nDataRate\tUnits\n120\tm\n\
              Frame#\tTime\tA\n\t\tX1\tY1\tZ1\n{rows}"
         );
-        findings(&read(&text).unwrap()).len() - 1
+        findings(&read(&text).unwrap()).len() - 2
     };
     for (decimals, rounding_s) in [(3, 1e-3), (4, 1e-4), (5, 1e-5), (6, 1e-6)] {
         assert_eq!(take(decimals, 0.0), 0, "{decimals} decimals");
@@ -386,7 +389,7 @@ fn a_take_without_markers_has_its_rows() {
     )
     .unwrap();
     assert_eq!((recording.len(), recording.markers.len()), (2, 0));
-    assert_eq!(findings(&recording), [NO_START]);
+    assert_eq!(findings(&recording), [NO_START, UP_ASSUMED]);
 }
 
 /// A file in metres, every coordinate in as many digits as it has.
@@ -425,7 +428,7 @@ proptest! {
     ) {
         let recording = read(&write(&tracks, rows)).unwrap();
         prop_assert_eq!(recording.len(), rows);
-        prop_assert_eq!(findings(&recording), [NO_START]);
+        prop_assert_eq!(findings(&recording), [NO_START, UP_ASSUMED]);
         prop_assert_eq!(recording.markers.len(), tracks.len());
         for (m, (marker, track)) in recording.markers.iter().zip(&tracks).enumerate() {
             prop_assert_eq!(&marker.name, &format!("M {}", m + 1));

@@ -55,6 +55,29 @@ fn a_file_as_others_expect_it() {
     assert_eq!(text.split("\r\n").collect::<Vec<_>>(), expected);
 }
 
+#[test]
+fn a_recording_with_z_up_is_turned_so_that_y_is() {
+    let values = [vec![Some([0.25, 1.5, -2.0]), None]];
+    let mut z_up = recording(&["Thumb"], &values, 100.0);
+    z_up.source.up_axis = UpAxis::Z;
+    let found = trc::read(written(&z_up).as_bytes(), "a.trc", &ReadSettings::default());
+    let found = found.expect("the file is sound");
+    assert_eq!(found.source.up_axis, UpAxis::Y);
+    let assumed = |r: &Recording| r.findings.iter().any(|f| f.to_string().contains("--up"));
+    assert!(assumed(&found), "{:?}", found.findings);
+    // Upright, it is where it was.
+    let turned = found.markers[0].track.get(0).expect("seen").to_array();
+    assert_eq!(turned, [0.25, -2.0, -1.5]);
+    let upright = found.source.up_axis.upright_from_world() * nalgebra::Vector3::from(turned);
+    assert!((upright - nalgebra::Vector3::new(0.25, 1.5, -2.0)).norm() < 1e-12);
+    let told = ReadSettings {
+        up_axis: Some(UpAxis::Y),
+        ..ReadSettings::default()
+    };
+    let told = trc::read(written(&z_up).as_bytes(), "a.trc", &told).expect("the file is sound");
+    assert!(!assumed(&told));
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 

@@ -17,7 +17,7 @@ use crate::options::SourceOptions;
 /// Changes nothing. Exits with 3 where --fail-on is met.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// Takes: Motive CSV, Qualisys TSV, TRC or MCAP.
+    /// Takes: Motive CSV, Qualisys TSV, TRC, C3D, ROS 2 bags and other MCAP recordings.
     #[arg(required = true, value_name = "TAKE")]
     inputs: Vec<PathBuf>,
     /// Print as text, JSON (schemas/check.schema.json) or Markdown.

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use inhand_channels::TakeFile;
 use inhand_model::{BodySource, Finger, InputHash, PerFinger, Recording, Roles};
 use inhand_pipeline::{
@@ -18,6 +18,9 @@ use crate::options::{OutputOptions, SourceOptions};
 /// Converts takes (Motive CSV, Qualisys TSV, TRC, C3D, ROS 2 bags and other MCAP recordings) to MCAP
 /// recordings; with an output that ends in .csv, .trc or .c3d, a recording to Motive CSV 1.23, TRC or
 /// C3D. Any take converts, whether or not it has a hand in it.
+///
+/// TRC and C3D hold markers alone: a take without any is refused, and where rigid bodies are left out
+/// the exit code is 3. TRC is written with Y up, turned where Z is.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Takes.
@@ -62,16 +65,26 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
             check_take_target(target, &inputs, take.hash(), args.writing.force)?;
         }
     }
+    if let Some(format) = vendor {
+        for (take, path) in takes.iter().zip(&inputs) {
+            format.check(path, take.header())?;
+        }
+    }
+    let mut exit = Exit::Done;
     for (take, target) in takes.iter().zip(&targets) {
         take.describe(console);
         match (take, vendor) {
-            (Input::Whole(take), Some(format)) => write_vendor(console, target, format, take)?,
+            (Input::Whole(take), Some(format)) => {
+                if write_vendor(console, target, format, take)? > 0 {
+                    exit = Exit::Lossy;
+                }
+            }
             _ => take.write(target, &settings, !args.writing.no_view)?,
         }
         let megabytes = std::fs::metadata(target)?.len() as f64 / 1e6;
         console.say(&format!("wrote {} ({megabytes:.1} MB)", target.display()));
     }
-    Ok(Exit::Done)
+    Ok(exit)
 }
 
 impl Input {
@@ -159,6 +172,24 @@ impl VendorFormat {
         })
     }
 
+    /// Whether it holds rigid bodies; all hold markers.
+    fn holds_bodies(self) -> bool {
+        self == VendorFormat::Csv
+    }
+
+    /// Refuses a take of which nothing would be left.
+    fn check(self, input: &Path, recording: &Recording) -> Result<()> {
+        if self.holds_bodies() || !recording.markers.is_empty() {
+            return Ok(());
+        }
+        bail!(
+            "{}: expected markers, which are all that TRC and C3D hold, found none beside {}: \
+             nothing is written; -o x.csv or -o x.mcap keeps bodies",
+            input.display(),
+            bodies(recording.bodies.len()),
+        )
+    }
+
     fn write(self, target: &Path, recording: &Recording) -> Result<()> {
         Ok(write_atomic(target, |out| {
             let written = match self {
@@ -174,15 +205,34 @@ impl VendorFormat {
     }
 }
 
-fn write_vendor(console: &Console, target: &Path, format: VendorFormat, take: &Take) -> Result<()> {
+/// Writes a take and says how many bodies are left out of it.
+fn write_vendor(
+    console: &Console,
+    target: &Path,
+    format: VendorFormat,
+    take: &Take,
+) -> Result<usize> {
     format.write(target, &take.recording)?;
-    let bodies = take.recording.bodies.len();
-    if format != VendorFormat::Csv && bodies > 0 {
+    let left_out = if format.holds_bodies() {
+        0
+    } else {
+        take.recording.bodies.len()
+    };
+    if left_out > 0 {
+        let is = if left_out == 1 { "is" } else { "are" };
         console.say(&format!(
-            "{bodies} bodies are left out: the format holds markers alone"
+            "{} {is} left out: the format holds markers alone",
+            bodies(left_out)
         ));
     }
-    Ok(())
+    Ok(left_out)
+}
+
+fn bodies(count: usize) -> String {
+    match count {
+        1 => "1 body".to_owned(),
+        _ => format!("{count} bodies"),
+    }
 }
 
 fn describe(

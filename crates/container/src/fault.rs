@@ -95,6 +95,9 @@ impl Place<'_> {
                 "compression by zstd, lz4 or none".to_owned(),
                 format!("\"{name}\""),
             ),
+            McapError::UnexpectedEof => {
+                ("all its fields".to_owned(), "a shorter record".to_owned())
+            }
             McapError::Parse(error) => (
                 "fields as the format has them".to_owned(),
                 error.root_cause().to_string(),

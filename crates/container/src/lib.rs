@@ -40,6 +40,7 @@ mod channel;
 mod chunk;
 mod error;
 mod fault;
+mod fields;
 mod format;
 mod index;
 mod interval;

@@ -51,7 +51,7 @@ impl Overview {
         let mut counted = None;
         for record in Records(summary) {
             let (opcode, body) = record?;
-            match mcap::parse_record(opcode, body).ok()? {
+            match crate::fields::parse_record(opcode, body).ok()? {
                 Record::Schema { header, .. } => {
                     overview.schemas.insert(header.id, body.to_vec());
                 }
@@ -108,7 +108,7 @@ impl End {
         ) else {
             return Ok(None);
         };
-        let Ok(Record::Footer(footer)) = mcap::parse_record(opcode, body) else {
+        let Ok(Record::Footer(footer)) = crate::fields::parse_record(opcode, body) else {
             return Ok(None);
         };
         if footer.summary_start == 0 {
@@ -141,7 +141,7 @@ pub struct MetadataRecord {
 
 impl MetadataRecord {
     pub(crate) fn parse(body: &[u8]) -> Option<Self> {
-        match mcap::parse_record(op::METADATA, body).ok()? {
+        match crate::fields::parse_record(op::METADATA, body).ok()? {
             Record::Metadata(record) => Some(Self {
                 name: record.name,
                 facts: record.metadata,

@@ -1,8 +1,8 @@
 //! The records of a sound file in place: nothing is copied, nothing is unpacked.
 
-use mcap::parse_record;
 use mcap::records::{Record, op};
 
+use crate::fields::parse_record;
 use crate::format::{FOOTER_COVERED_BYTES, PREFIX_BYTES, Records};
 
 /// Calls `visit` for the schemas, channels, messages, chunks (before what they hold) and metadata of

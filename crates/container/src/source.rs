@@ -187,7 +187,7 @@ impl<R: Read + Seek> Source<R> {
             file: &self.file,
             offset: head.offset,
         };
-        let record = mcap::parse_record(head.opcode, &body)
+        let record = crate::fields::parse_record(head.opcode, &body)
             .map_err(|error| place.damaged(head.opcode, error))?;
         match (record, sum, self.part) {
             (Record::DataEnd(end), Some(sum), Part::Data) if end.data_section_crc != 0 => {

@@ -2,12 +2,12 @@
 
 use std::io::{Cursor, Read, Seek};
 
-use mcap::parse_record;
 use mcap::records::{Record, op};
 
 use crate::chunk::{Extent, limit, unpack};
 use crate::error::ContainerError;
 use crate::fault::Place;
+use crate::fields::parse_record;
 use crate::format::{ChunkFacts, Records};
 use crate::source::Source;
 
@@ -132,19 +132,5 @@ pub(crate) fn parse<'a>(
     opcode: u8,
     body: &'a [u8],
 ) -> Result<Record<'a>, ContainerError> {
-    if opcode == op::ATTACHMENT && !has_room_for_crc(body) {
-        return Err(place.short(opcode));
-    }
     parse_record(opcode, body).map_err(|error| place.damaged(opcode, error))
-}
-
-/// Whether an attachment is long enough for what has to be in it, which mcap takes for granted.
-fn has_room_for_crc(body: &[u8]) -> bool {
-    let text_end = |start: usize| {
-        let length = body.get(start..)?.first_chunk()?;
-        (start + 4).checked_add(usize::try_from(u32::from_le_bytes(*length)).ok()?)
-    };
-    // Log time and create time, name, media type, length of the data, CRC.
-    let end = text_end(16).and_then(text_end);
-    end.is_some_and(|end| body.len() >= end.saturating_add(8 + 4))
 }

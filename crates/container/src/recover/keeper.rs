@@ -143,7 +143,8 @@ impl<W: Write> Keeper<W> {
     }
 
     fn schema(&mut self, body: &[u8], kept: &mut Vec<u8>, report: &mut Report) {
-        let Ok(Record::Schema { header, .. }) = mcap::parse_record(op::SCHEMA, body) else {
+        let Ok(Record::Schema { header, .. }) = crate::fields::parse_record(op::SCHEMA, body)
+        else {
             return report.contradiction();
         };
         match self.schemas.get(&header.id) {
@@ -156,9 +157,10 @@ impl<W: Write> Keeper<W> {
     }
 
     fn channel(&mut self, body: &[u8], kept: &mut Vec<u8>, report: &mut Report) {
-        let (Ok(Record::Channel(channel)), Some(schema)) =
-            (mcap::parse_record(op::CHANNEL, body), schema_of(body))
-        else {
+        let (Ok(Record::Channel(channel)), Some(schema)) = (
+            crate::fields::parse_record(op::CHANNEL, body),
+            schema_of(body),
+        ) else {
             return report.contradiction();
         };
         if schema != 0

@@ -6,8 +6,7 @@
 //! do not come back within three samples.
 //!
 //! Beside a gap there is one side only. There a run is a spike where it breaks away from the line of
-//! the side that is there; only beside gaps longer than a spike, for shorter ones are what spikes leave
-//! that were taken away.
+//! the side that is there.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -80,9 +79,7 @@ pub(crate) fn spikes_in(track: &PointTrack<World>, beside_gaps: bool) -> Vec<Run
     if beside_gaps {
         // A line through a spike would be none: those found before are set aside each time. Where a
         // single sample is left before a gap, the run is a spike if that sample is not.
-        // A gap no longer than a spike may be one that was taken away: there is nothing to find twice.
-        let mut gaps = track.gaps();
-        gaps.retain(|gap| gap.len() > MAX_SAMPLES);
+        let gaps = track.gaps();
         let mut rest = without(track.clone(), &runs);
         let at_gaps = best_of(at_gaps(&rest, &gaps, &usual));
         rest = without(rest, &at_gaps);

@@ -2,7 +2,7 @@
 
 use inhand_cleaning::{CleanSettings, clean, detect};
 use inhand_model::{ChangeKind, Finger, Position, Recording, Status};
-use inhand_simulation::TakeSettings;
+use inhand_simulation::{FaultKind, TakeSettings};
 
 use crate::common::{faulty, label, roles};
 
@@ -140,4 +140,38 @@ fn what_was_repaired_is_not_found_again() {
     let left = detect::all(&cleaned.recording, &roles(true)).expect("roles are in the take");
     assert!(left.flips.is_empty() && left.swaps.is_empty(), "{left:?}");
     assert!(left.spikes.len() <= 2, "{left:?}");
+}
+
+#[test]
+fn holes_that_spikes_leave_are_no_reason_for_new_ones() {
+    let (mut first, mut second) = (0, 0);
+    for seed in 351..355 {
+        let take = faulty(&TakeSettings::cube("cube"), seed);
+        let mut recording = take.clean.recording.clone();
+        // Spikes alone, where the faults have them, each to one side.
+        for fault in &take.faults {
+            if !matches!(fault.kind, FaultKind::Spike { .. }) {
+                continue;
+            }
+            let marker = (recording
+                .markers
+                .iter_mut()
+                .find(|m| m.name == fault.entities[0]))
+            .expect("it is in the take");
+            for k in fault.samples.clone() {
+                let off_m = nalgebra::Vector3::new(0.01, -0.008, 0.0);
+                let off = marker
+                    .track
+                    .get(k)
+                    .map(|at| Position::from_coords(at.coords_m() + off_m));
+                marker.track.set(k, off, Status::Measured);
+            }
+        }
+        let found = detect::spikes(&recording);
+        first += found.len();
+        inhand_cleaning::repair::spikes(&mut recording, &found);
+        second += detect::spikes(&recording).len();
+    }
+    assert!(first > 100, "{first}");
+    assert_eq!(second, 0, "of {first}");
 }

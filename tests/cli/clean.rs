@@ -115,7 +115,7 @@ fn steps_that_make_no_sense_are_refused() {
     for (args, code, expected) in [
         (&["--repair"][..], 2, "-o"),
         (&["--fill", "magic", "-o", "x.mcap"], 2, "neighbours"),
-        (&["--resample", "-5", "-o", "x.mcap"], 2, "resample"),
+        (&["--resample", "-5", "-o", "x.mcap"], 1, "1 to 10000 Hz"),
         (&["--pad-mm", "toe=1,2,3", "-o", "x.mcap"], 2, "thumb"),
     ] {
         let refused = bench.inhand(&[&["clean", TAKE], args].concat());

@@ -116,7 +116,7 @@ fn steps_that_make_no_sense_are_refused() {
         (&["--repair"][..], 2, "-o"),
         (&["--fill", "magic", "-o", "x.mcap"], 2, "neighbours"),
         (&["--resample", "-5", "-o", "x.mcap"], 1, "1 to 10000 Hz"),
-        (&["--pad-mm", "toe=1,2,3", "-o", "x.mcap"], 2, "thumb"),
+        (&["--pad-mm", "toe=1,2,3", "-o", "x.mcap"], 2, "index=0,0,8"),
     ] {
         let refused = bench.inhand(&[&["clean", TAKE], args].concat());
         assert_eq!(

@@ -33,7 +33,17 @@ const REAL: [(&str, &[&str], &[&str]); 9] = [
     (
         "hand/recording.tsv",
         &["--object-body", "pillow"],
-        &["gaps thumb", "gaps middle", "gaps ring", "segments"],
+        &[
+            "spikes ring_middle",
+            "spikes ring_tip",
+            "spikes middle_middle",
+            "spikes middle_tip",
+            "spikes index_tip",
+            "gaps thumb",
+            "gaps middle",
+            "gaps ring",
+            "segments",
+        ],
     ),
     // No hand in any of the others.
     ("motive/v1.21_cmuphyscomp.csv", &[], &["roles"]),
@@ -47,13 +57,18 @@ const REAL: [(&str, &[&str], &[&str]); 9] = [
     (
         "motive/v1.23_gaps_aolab.csv",
         &[],
-        &["roles", "gaps RigidBody", "orientation RigidBody"],
+        &[
+            "roles",
+            "flips RigidBody",
+            "gaps RigidBody",
+            "orientation RigidBody",
+        ],
     ),
     ("motive/v1.23_markers_mm_360hz_ha5dzs.csv", &[], &["roles"]),
     (
         "motive/v1.23_quality_parse_optitrack_csv.csv",
         &[],
-        &["roles"],
+        &["roles", "spikes ernesto_body:Marker2"],
     ),
     // Cut by hand to two equal rows, half a second apart.
     (

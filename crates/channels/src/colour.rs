@@ -15,6 +15,31 @@ pub const FINGER_COLOURS: PerFinger<Rgb> = PerFinger::new([
     [0xCC, 0x79, 0xA7],
 ]);
 
+/// Colours of generated motion, by the place of the method among those of a file. None is a finger's, so
+/// that planned and recorded fingertips are never mistaken for each other; they differ in lightness as
+/// well as in hue, and all of them stand out from a dark as from a light background.
+pub const METHOD_COLOURS: [Rgb; 7] = [
+    [0xF0, 0xE4, 0x42],
+    [0xA6, 0x6C, 0xFF],
+    [0x9E, 0x9E, 0x9E],
+    [0x2F, 0x6B, 0xD8],
+    [0xA0, 0x6A, 0x3C],
+    [0xA8, 0xC8, 0x2E],
+    [0xE8, 0x3E, 0x5C],
+];
+
+/// Colour of the method at this place; after the last one they repeat.
+///
+/// ```
+/// use inhand_channels::{METHOD_COLOURS, method_colour};
+///
+/// assert_eq!(method_colour(0), METHOD_COLOURS[0]);
+/// assert_eq!(method_colour(METHOD_COLOURS.len()), METHOD_COLOURS[0]);
+/// ```
+pub const fn method_colour(place: usize) -> Rgb {
+    METHOD_COLOURS[place % METHOD_COLOURS.len()]
+}
+
 /// A finger's colour as `#RRGGBB`.
 ///
 /// ```

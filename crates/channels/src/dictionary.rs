@@ -22,7 +22,7 @@ use crate::records::{Depth, walk, walk_in_place, walk_while};
 use crate::residual;
 use crate::topic;
 use crate::view::DictionaryView;
-use crate::wire::Point;
+use crate::wire::{Point, Timestamp};
 use crate::write::{fingertip, fingertips};
 
 /// A dictionary has no time of its own: its file starts at the epoch.
@@ -64,9 +64,13 @@ pub fn write_dictionary(
     let primitives =
         output.channel::<messages::Fingertips>(topic::DICTIONARY_PRIMITIVES, Some(Hand::NAME))?;
     output.message(model, 0, START_UNIX_NANOS, &to_message(dictionary))?;
+    let profile =
+        output.channel::<messages::Profile>(topic::DICTIONARY_PROFILE, Some(Hand::NAME))?;
     let mut view = DictionaryView::new(dictionary, START_UNIX_NANOS, &mut output)?;
 
     let layout = dictionary.layout;
+    // The object's rows come behind those of the fingertips.
+    let rows = layout.samples * SEGMENT_COORDINATES;
     let mean = &dictionary.offset_m + &dictionary.primitives * &dictionary.activation_mean_m;
     for (i, primitive) in dictionary.primitives.column_iter().enumerate() {
         let variance_m2 = dictionary.activation_covariance_m2[(i, i)];
@@ -80,10 +84,42 @@ pub fn write_dictionary(
                 fingertip(Some(position_m(finger)), Status::Measured)
             });
             output.message(primitives, k, unix_nanos, &message)?;
+            let message = departure(&played, &mean, (i, t), unix_nanos);
+            output.message(profile, k, unix_nanos, &message)?;
+            if t == 0 {
+                let paths = (&played.as_slice()[..rows], &mean.as_slice()[..rows]);
+                view.begin((i, k), unix_nanos, paths, &mut output)?;
+            }
             view.sample(k, unix_nanos, PerFinger::from_fn(position_m), &mut output)?;
         }
     }
     output.finish()
+}
+
+/// How far primitive `i` moves each fingertip at sample `t` of its second.
+fn departure(
+    played: &DVector<f64>,
+    mean: &DVector<f64>,
+    (i, t): (usize, usize),
+    unix_nanos: u64,
+) -> messages::Profile {
+    let distance_m = |finger| {
+        let square = |axis| {
+            let row = SegmentLayout::row(t, finger, axis);
+            (played[row] - mean[row]).powi(2)
+        };
+        (square(0) + square(1) + square(2)).sqrt()
+    };
+    messages::Profile {
+        timestamp: Some(Timestamp::from_unix_nanos(unix_nanos)),
+        // A dictionary has far fewer primitives than 32 bits count.
+        primitive: i as u32,
+        thumb_m: distance_m(Finger::Thumb),
+        index_m: distance_m(Finger::Index),
+        middle_m: distance_m(Finger::Middle),
+        ring_m: distance_m(Finger::Ring),
+        little_m: distance_m(Finger::Little),
+    }
 }
 
 /// Reads a dictionary that [`write_dictionary`] wrote, with what made it.

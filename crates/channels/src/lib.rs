@@ -80,7 +80,7 @@ mod write;
 pub use annotations::{
     annotation_records, read_annotations, read_own_annotations, write_annotations,
 };
-pub use colour::{FINGER_COLOURS, Rgb, finger_hex};
+pub use colour::{FINGER_COLOURS, METHOD_COLOURS, Rgb, finger_hex, method_colour};
 pub use cut::{TakeCut, cut_take, is_of_whole_take, latch};
 pub use dictionary::{read_dictionary, write_dictionary};
 pub use error::ChannelError;
@@ -95,6 +95,6 @@ pub use read::{ReadMethod, read_generated, read_metadata, read_take};
 pub use records::read_leading_metadata;
 pub use take::{
     CleanedTake, ContactSample, EvaluatedMethod, EvaluatedSample, GeneratedMethod,
-    GeneratedSegment, ReadCleaned, ReadTake, TakeFile, UnsolvedPlan, WriteSettings,
+    GeneratedSegment, RECORDED, ReadCleaned, ReadTake, TakeFile, UnsolvedPlan, WriteSettings,
 };
 pub use write::{TakeWriter, write_recording, write_take};

@@ -44,6 +44,7 @@ ours! {
     Plan in "plan";
     FingerErrors in "finger_errors";
     Contacts in "contacts";
+    Profile in "profile";
     Dictionary in "dictionary";
 }
 

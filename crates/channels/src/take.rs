@@ -1,7 +1,8 @@
 //! What goes into a take's file and what comes out of it.
 
 use inhand_model::{
-    Annotations, Change, Motion, PerFinger, Plan, Provenance, Recording, Roles, Shape, Trajectory,
+    Annotations, Change, Hull, Motion, PerFinger, Plan, Provenance, Recording, Roles, Shape,
+    Trajectory,
 };
 
 /// Everything about a take that goes into one file; each part but the recording is optional.
@@ -17,13 +18,16 @@ pub struct TakeFile<'a> {
     /// The take in the hand's frame; of the clock and length of the recording, or of the cleaned one
     /// where there is one.
     pub motion: Option<&'a Motion>,
-    /// Trajectories by method. Viewers show the first method beside the recorded motion.
+    /// Trajectories by method. Viewers show each in a colour of its own beside the recorded motion, the
+    /// first one with trails.
     pub generated: &'a [GeneratedMethod<'a>],
-    /// How trajectories compare with the recorded motion, by method. An entry named `recorded`
+    /// How trajectories compare with the recorded motion, by method. An entry named [`RECORDED`]
     /// says which recorded fingertips touch the object; viewers light them up.
     pub evaluated: &'a [EvaluatedMethod<'a>],
     /// The object's shape, drawn in the frame `object`.
     pub object_shape: Option<Shape>,
+    /// Where each fingertip has been in training, frame `hand`: viewers draw the outlines.
+    pub hulls: Option<&'a PerFinger<Hull>>,
     /// Events on the take's time line and facts about it.
     pub annotations: Option<&'a Annotations>,
     /// What made the nouns, first step first.
@@ -41,6 +45,7 @@ impl<'a> TakeFile<'a> {
             generated: &[],
             evaluated: &[],
             object_shape: None,
+            hulls: None,
             annotations: None,
             provenance: &[],
         }
@@ -95,6 +100,9 @@ pub struct GeneratedSegment<'a> {
     pub plan: Option<&'a Plan>,
 }
 
+/// Name of the recorded motion among methods: it has contacts and no error.
+pub const RECORDED: &str = "recorded";
+
 /// How one method compares with the recorded motion.
 #[derive(Clone, Debug)]
 pub struct EvaluatedMethod<'a> {
@@ -109,8 +117,8 @@ pub struct EvaluatedMethod<'a> {
 pub struct EvaluatedSample {
     /// Sample of the take.
     pub sample: usize,
-    /// Distance between planned and recorded fingertip, metres.
-    pub error_m: PerFinger<f64>,
+    /// Distance between planned and recorded fingertip, metres; `None` for the recorded motion itself.
+    pub error_m: Option<PerFinger<f64>>,
     /// Contacts, where the object's pose and shape are known.
     pub contact: Option<ContactSample>,
 }

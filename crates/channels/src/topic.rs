@@ -22,6 +22,15 @@ pub(crate) const VIEW_BODIES: &str = "/view/bodies";
 pub(crate) const VIEW_FINGERTIPS: &str = "/view/fingertips";
 pub(crate) const VIEW_FINGERTIPS_SCENE: &str = "/view/fingertips_scene";
 pub(crate) const VIEW_OBJECT: &str = "/view/object";
+pub(crate) const VIEW_FINGERTIP_BALLS: &str = "/view/fingertip_balls";
+pub(crate) const VIEW_CONTACTS: &str = "/view/contacts";
+pub(crate) const VIEW_OBJECT_SURFACE: &str = "/view/object_surface";
+pub(crate) const VIEW_TAKE_HULLS: &str = "/view/hulls";
+pub(crate) const VIEW_LOG: &str = "/view/log";
+pub(crate) const DICTIONARY_PROFILE: &str = "/dictionary/profile";
+pub(crate) const VIEW_PRIMITIVES_SCENE: &str = "/view/dictionary/primitives_scene";
+pub(crate) const VIEW_PATH_POINTS: &str = "/view/dictionary/path_points";
+pub(crate) const VIEW_PATHS: &str = "/view/dictionary/paths";
 pub(crate) const VIEW_OBJECT_EDGES: &str = "/view/object_edges";
 pub(crate) const VIEW_PRIMITIVES: &str = "/view/dictionary/primitives";
 pub(crate) const VIEW_HULLS: &str = "/view/dictionary/hulls";
@@ -34,6 +43,7 @@ pub(crate) struct MethodTopics {
     pub(crate) contact: String,
     pub(crate) view_fingertips: String,
     pub(crate) view_scene: String,
+    pub(crate) view_contacts: String,
 }
 
 impl MethodTopics {
@@ -54,6 +64,7 @@ impl MethodTopics {
             contact: format!("/evaluation/{name}/contact"),
             view_fingertips: format!("/view/generated/{name}/fingertips"),
             view_scene: format!("/view/generated/{name}/fingertips_scene"),
+            view_contacts: format!("/view/generated/{name}/contacts"),
         })
     }
 }

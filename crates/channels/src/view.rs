@@ -12,30 +12,36 @@
 mod cloud;
 mod dictionary;
 mod entities;
+mod hulls;
+mod log;
 mod solid;
 mod tips;
 mod transforms;
 
 pub(crate) use dictionary::DictionaryView;
 
-use inhand_model::{Finger, Frame, Hand, MarkerKind, Object, World};
+use inhand_model::{Clock, Finger, Frame, Hand, MarkerKind, Object, World};
 
-use crate::colour::{FINGER_COLOURS, Rgb};
+use crate::colour::{FINGER_COLOURS, Rgb, method_colour};
 use crate::error::ChannelError;
 use crate::outline::Outline;
 use crate::output::{ChannelId, Output};
-use crate::take::TakeFile;
+use crate::take::{RECORDED, TakeFile};
 use crate::topic::{self, MethodTopics};
 use crate::view::cloud::Cloud;
-use crate::view::entities::FingertipScene;
+use crate::view::entities::{FingertipScene, Look};
 use crate::view::tips::{
-    Contacts, FingertipCloud, GeneratedTips, ProcessedTips, RecordedTips, Tips,
+    BallCloud, ContactCloud, Contacts, FingertipCloud, GeneratedTips, Paint, ProcessedTips,
+    RecordedTips, Tips,
 };
 use crate::write::{Instant, Stream, Streams, marker_indices};
-use foxglove::messages::PointCloud;
+use foxglove::messages::{PointCloud, SceneUpdate};
 
 /// Views show at most this many instants a second: more than a screen needs only costs space.
 const MAX_RATE_HZ: f64 = 50.0;
+
+/// Scenes show at most this many instants a second: a scene is ten times the size of a cloud.
+const MAX_SCENE_RATE_HZ: f64 = 25.0;
 
 /// Every how many samples views show one.
 pub(crate) fn stride(rate_hz: f64) -> usize {
@@ -44,8 +50,19 @@ pub(crate) fn stride(rate_hz: f64) -> usize {
     ((rate_hz / MAX_RATE_HZ - 1e-3).ceil() as usize).max(1)
 }
 
+/// Every how many samples scenes show one: a multiple of [`stride`], so that all views speak of the same
+/// instants.
+pub(crate) fn scene_stride(rate_hz: f64) -> usize {
+    let stride = stride(rate_hz);
+    let view_hz = rate_hz / stride as f64;
+    stride * ((view_hz / MAX_SCENE_RATE_HZ - 1e-3).ceil() as usize).max(1)
+}
+
+/// Adds the views of a take. `file.recording` is the one that is drawn; `measured` is the clock that
+/// changes by cleaning are counted by.
 pub(crate) fn add_take<'a>(
     file: &TakeFile<'a>,
+    measured: Clock,
     outline: &Outline,
     output: &mut Output,
     streams: &mut Streams<'a>,
@@ -73,69 +90,126 @@ pub(crate) fn add_take<'a>(
             .find(|evaluated| evaluated.name == method)
             .map(|evaluated| Contacts::new(&evaluated.samples))
     };
+    let mut views = TipViews {
+        stride,
+        rate_hz,
+        output,
+        streams,
+    };
+    let recorded = TipTopics {
+        cloud: topic::VIEW_FINGERTIPS,
+        scene: Some(topic::VIEW_FINGERTIPS_SCENE),
+        balls: Some(topic::VIEW_FINGERTIP_BALLS),
+        contacts: Some(topic::VIEW_CONTACTS),
+    };
     if let Some(motion) = file.motion.filter(|_| tree.hand) {
-        let tips = ProcessedTips { motion };
-        add_tips(
-            (topic::VIEW_FINGERTIPS, topic::VIEW_FINGERTIPS_SCENE),
-            Hand::NAME,
-            (tips, contacts("recorded")),
-            (stride, rate_hz),
-            output,
-            streams,
+        let look = in_hand(Paint::Fingers, true);
+        views.add(
+            &recorded,
+            look,
+            ProcessedTips { motion },
+            contacts(RECORDED),
         )?;
     } else if let Some(roles) = file.roles {
-        let tips = RecordedTips {
-            markers: marker_indices(recording, roles),
+        let markers = marker_indices(recording, roles);
+        let look = Look {
+            frame: World::NAME,
+            paint: Paint::Fingers,
+            links: false,
         };
-        add_tips(
-            (topic::VIEW_FINGERTIPS, topic::VIEW_FINGERTIPS_SCENE),
-            World::NAME,
-            (tips, contacts("recorded")),
-            (stride, rate_hz),
-            output,
-            streams,
+        views.add(
+            &recorded,
+            look,
+            RecordedTips { markers },
+            contacts(RECORDED),
         )?;
     }
-    if let Some(method) = file.generated.first().filter(|_| tree.hand) {
+    for (place, method) in file.generated.iter().enumerate().filter(|_| tree.hand) {
         let topics = MethodTopics::new(method.name)?;
-        add_tips(
-            (&topics.view_fingertips, &topics.view_scene),
-            Hand::NAME,
-            (GeneratedTips::new(method.segments), contacts(method.name)),
-            (stride, rate_hz),
-            output,
-            streams,
-        )?;
+        let generated = TipTopics {
+            cloud: &topics.view_fingertips,
+            // Scenes of all methods on top of each other would show none.
+            scene: (place == 0).then_some(&topics.view_scene),
+            balls: None,
+            contacts: (place == 0).then_some(&topics.view_contacts),
+        };
+        // Planned motion alone needs telling apart from nothing: its fingers show which is which.
+        let alone = file.motion.is_none() && file.roles.is_none() && place == 0;
+        let look = if alone {
+            in_hand(Paint::Fingers, true)
+        } else {
+            in_hand(Paint::One(method_colour(place)), false)
+        };
+        let tips = GeneratedTips::new(method.segments);
+        views.add(&generated, look, tips, contacts(method.name))?;
+    }
+    if let Some(hulls) = file.hulls.filter(|_| tree.hand) {
+        hulls::write_outlines(hulls, start, output)?;
     }
     if let Some(shape) = file.object_shape.filter(|_| tree.object) {
         solid::write(shape, Object::NAME, start, output)?;
     }
-    Ok(())
+    log::add(file, measured, output, streams)
 }
 
-/// A cloud and a scene of one set of fingertips.
-fn add_tips<'a>(
-    (cloud_topic, scene_topic): (&str, &str),
-    frame: &'static str,
-    (tips, contacts): (impl Tips + Clone + 'a, Option<Contacts<'a>>),
-    (stride, rate_hz): (usize, f64),
-    output: &mut Output,
-    streams: &mut Streams<'a>,
-) -> Result<(), ChannelError> {
-    streams.push(Box::new(FingertipCloud::new(
-        output.channel::<PointCloud>(cloud_topic, Some(frame))?,
-        frame,
-        stride,
-        tips.clone(),
-    )));
-    streams.push(Box::new(FingertipScene::new(
-        output.channel::<foxglove::messages::SceneUpdate>(scene_topic, Some(frame))?,
-        frame,
-        (stride, rate_hz),
-        tips,
-        contacts,
-    )));
-    Ok(())
+const fn in_hand(paint: Paint, links: bool) -> Look {
+    Look {
+        frame: Hand::NAME,
+        paint,
+        links,
+    }
+}
+
+/// Where views of one set of fingertips go.
+struct TipTopics<'t> {
+    cloud: &'t str,
+    scene: Option<&'t str>,
+    balls: Option<&'t str>,
+    contacts: Option<&'t str>,
+}
+
+/// Adds views of fingertips.
+struct TipViews<'s, 'o, 'a> {
+    stride: usize,
+    rate_hz: f64,
+    output: &'s mut Output<'o>,
+    streams: &'s mut Streams<'a>,
+}
+
+impl<'a> TipViews<'_, '_, 'a> {
+    /// A cloud, a scene, and a cloud of those in contact where that is known.
+    fn add(
+        &mut self,
+        topics: &TipTopics<'_>,
+        look: Look,
+        tips: impl Tips + Clone + 'a,
+        contacts: Option<Contacts<'a>>,
+    ) -> Result<(), ChannelError> {
+        let frame = look.frame;
+        let channel = self
+            .output
+            .channel::<PointCloud>(topics.cloud, Some(frame))?;
+        let cloud = FingertipCloud::new(channel, frame, self.stride, look.paint, tips.clone());
+        self.streams.push(Box::new(cloud));
+        let scene_stride = scene_stride(self.rate_hz);
+        if let Some(topic) = topics.balls {
+            let channel = self.output.channel::<PointCloud>(topic, Some(frame))?;
+            let balls = BallCloud::new(channel, frame, scene_stride, look.paint, tips.clone());
+            self.streams.push(Box::new(balls));
+        }
+        let known = contacts.clone().filter(|contacts| !contacts.is_empty());
+        if let (Some(topic), Some(contacts)) = (topics.contacts, known) {
+            let channel = self.output.channel::<PointCloud>(topic, Some(frame))?;
+            let cloud = ContactCloud::new(channel, frame, scene_stride, tips.clone(), contacts);
+            self.streams.push(Box::new(cloud));
+        }
+        if let Some(topic) = topics.scene {
+            let channel = self.output.channel::<SceneUpdate>(topic, Some(frame))?;
+            let scene = FingertipScene::new(channel, look, self.rate_hz, tips, contacts);
+            self.streams.push(Box::new(scene));
+        }
+        Ok(())
+    }
 }
 
 const LABELLED: Rgb = [0xF0, 0xE4, 0x42];

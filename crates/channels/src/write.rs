@@ -152,7 +152,13 @@ impl<'a> TakeWriter<'a> {
                 recording: file.used(),
                 ..file.clone()
             };
-            view::add_take(&seen, outline, &mut output, &mut streams)?;
+            view::add_take(
+                &seen,
+                file.recording.clock,
+                outline,
+                &mut output,
+                &mut streams,
+            )?;
         }
         Ok(Self {
             output,

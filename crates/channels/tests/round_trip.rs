@@ -8,12 +8,11 @@ use inhand_channels::{
     read_leading_metadata, read_metadata, read_take, write_dictionary, write_recording, write_take,
 };
 use inhand_model::{
-    BodySource, Clock, DictionaryKind, Finger, Frame, LengthUnit, Motion, Plan, PlanStatus,
+    BodySource, Clock, DictionaryKind, Finger, Frame, LengthUnit, Motion, Plan,
     PoseTrack, Position, Recording, Roles, RotationOrder, Sample, SegmentLayout, Shape, Source,
     StartTime, Status, Track, UpAxis,
 };
 
-use nalgebra::DVector;
 
 use crate::common;
 
@@ -320,14 +319,7 @@ fn trajectories_and_plans_come_back() {
         })
         .collect();
     // A plan without a motion says why.
-    let infeasible = Plan {
-        status: PlanStatus::Infeasible,
-        trajectory: None,
-        object: Vec::new(),
-        activations_m: DVector::zeros(0),
-        objective: f64::INFINITY,
-        ..take.trajectories[0].2.clone()
-    };
+    let infeasible = common::infeasible(&take);
     let unsolved = [UnsolvedPlan {
         start_sample: 1,
         samples: 120,

@@ -2,8 +2,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use foxglove::messages::{FrameTransforms, PointCloud, SceneUpdate};
-use inhand_channels::{FINGER_COLOURS, TakeFile, info};
+use foxglove::messages::{FrameTransforms, Log, Point3, PointCloud, SceneUpdate};
+use inhand_channels::{
+    FINGER_COLOURS, GeneratedMethod, TakeFile, UnsolvedPlan, info, method_colour, write_dictionary,
+};
 use inhand_model::{Finger, PointTrack, PoseTrack, Recording, Shape, UpAxis};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use prost::Message;
@@ -58,7 +60,11 @@ fn frames_drawn(messages: &BTreeMap<String, Vec<(u64, Vec<u8>)>>) -> BTreeSet<St
         .filter(|(topic, _)| topic.starts_with("/view/"))
     {
         // The two schemas differ in their fields; a topic has one of them.
-        if topic.ends_with("scene") || topic.ends_with("object") {
+        if topic == "/view/log" {
+            continue;
+        }
+        let scenes = ["scene", "object", "hulls", "paths"];
+        if scenes.iter().any(|end| topic.ends_with(end)) {
             for update in decoded::<SceneUpdate>(messages) {
                 frames.extend(update.entities.into_iter().map(|entity| entity.frame_id));
             }
@@ -99,7 +105,11 @@ fn the_tree_holds_what_is_drawn_and_no_more() {
     let take = common::take(300, 100.0);
     let segments = common::segments(&take);
     let generated = common::generated(&["prior"], &segments);
-    let full = common::take_file(&take, &generated, &[]);
+    let hulls = common::dictionary(3, 10, 10.0).demonstrated.hulls;
+    let full = TakeFile {
+        hulls: Some(&hulls),
+        ..common::take_file(&take, &generated, &[])
+    };
     assert_connected(&written(&full, true), &["hand", "object", "world"]);
 
     // Recorded bodies alone, and nothing known at all.
@@ -245,10 +255,18 @@ fn scenes_light_up_contacts_and_leave_trails() {
     let bytes = written(&common::take_file(&take, &generated, &evaluated), true);
     let messages = messages(&bytes);
     let topic = "/view/generated/prior/fingertips_scene";
+    let balls = decoded::<PointCloud>(&messages["/view/generated/prior/contacts"]);
     let (mut lit, mut dim) = (0, 0);
-    for ((unix_nanos, _), update) in messages[topic]
+    let times = messages[topic].iter().map(|(unix_nanos, _)| unix_nanos);
+    assert!(
+        times.eq(messages["/view/generated/prior/contacts"]
+            .iter()
+            .map(|(at, _)| at))
+    );
+    for (((unix_nanos, _), update), ball) in messages[topic]
         .iter()
         .zip(decoded::<SceneUpdate>(&messages[topic]))
+        .zip(&balls)
     {
         let k = take
             .recording
@@ -264,18 +282,35 @@ fn scenes_light_up_contacts_and_leave_trails() {
             continue;
         };
         assert_eq!(spheres.len(), Finger::COUNT);
+        let shown: BTreeSet<u32> = points(ball).iter().map(|(_, finger, _)| *finger).collect();
+        let mut lights = update.entities[1].spheres.iter();
         for (finger, &touches) in contact.in_contact.iter() {
-            let alpha = spheres[finger.index()].color.as_ref().unwrap().a;
-            assert_eq!(alpha >= 1.0, touches);
-            *(if touches { &mut lit } else { &mut dim }) += 1;
+            let sphere = &spheres[finger.index()];
+            // As large as a marker, in the colour of the method, which no finger has.
+            assert_eq!(sphere.size.unwrap().x, 0.005);
+            let colour = sphere.color.unwrap();
+            let rgb = [colour.r, colour.g, colour.b].map(|c| (c * 255.0).round() as u8);
+            assert_eq!(rgb, method_colour(0));
+            assert_eq!(shown.contains(&(finger.index() as u32)), touches);
+            if touches {
+                assert_eq!(lights.next().unwrap().pose, sphere.pose);
+                lit += 1;
+            } else {
+                dim += 1;
+            }
         }
+        assert!(lights.next().is_none());
     }
     assert!(lit > 0 && dim > 0);
     let last = decoded::<SceneUpdate>(&messages["/view/fingertips_scene"])
         .pop()
         .unwrap();
-    let trail = &last.entities[0].lines[0].points;
+    let lines = &last.entities[0].lines;
+    let link = &lines[0].points;
+    assert_eq!((link.len(), link[0]), (2, Point3::default()));
+    let trail = &lines[1].points;
     assert!((5..15).contains(&trail.len()), "{}", trail.len());
+    assert_eq!(trail.last(), link.last());
 }
 
 #[test]
@@ -324,12 +359,8 @@ fn views_are_decimated_and_stay_small() {
         let take = common::take(1500, rate_hz);
         let file = common::take_file(&take, &[], &[]);
         let (with, without) = (written(&file, true), written(&file, false));
-        assert!(
-            with.len() < 3 * without.len(),
-            "{} {}",
-            with.len(),
-            without.len()
-        );
+        let views = with.len() - without.len();
+        assert!(views < 2 * without.len(), "{views} {}", without.len());
         let info = info(&with, "take.mcap").unwrap();
         for channel in info.channels.iter().filter(|c| c.messages > 1) {
             let found = channel.rate_hz().unwrap_or(0.0);
@@ -344,4 +375,108 @@ fn views_are_decimated_and_stay_small() {
         let drawn = |topic: &str| topic.starts_with("/view") || topic.starts_with("/tf");
         assert!(!plain.channels.iter().any(|channel| drawn(&channel.topic)));
     }
+}
+
+#[test]
+fn every_method_is_drawn_in_a_colour_of_its_own_and_the_first_with_trails() {
+    let take = common::take(250, 100.0);
+    let segments = common::segments(&take);
+    let generated = common::generated(&["prior", "hold", "line"], &segments);
+    let messages = messages(&written(&common::take_file(&take, &generated, &[]), true));
+    for (place, name) in ["prior", "hold", "line"].into_iter().enumerate() {
+        let clouds =
+            decoded::<PointCloud>(&messages[&format!("/view/generated/{name}/fingertips")]);
+        let colours: BTreeSet<[u8; 4]> = (clouds.iter().flat_map(points))
+            .map(|(_, _, rgba)| rgba)
+            .collect();
+        let [red, green, blue] = method_colour(place);
+        assert_eq!(colours, BTreeSet::from([[red, green, blue, 255]]));
+        let scene = format!("/view/generated/{name}/fingertips_scene");
+        assert_eq!(messages.contains_key(&scene), place == 0);
+        // Nothing is judged here, so nothing is known of contacts.
+        assert!(!messages.contains_key(&format!("/view/generated/{name}/contacts")));
+    }
+}
+
+#[test]
+fn hulls_are_outlined_once_each_edge_once() {
+    let take = common::take(50, 100.0);
+    let dictionary = common::dictionary(3, 10, 10.0);
+    let hulls = &dictionary.demonstrated.hulls;
+    let file = TakeFile {
+        hulls: Some(hulls),
+        ..common::take_file(&take, &[], &[])
+    };
+    let updates = decoded::<SceneUpdate>(&messages(&written(&file, true))["/view/hulls"]);
+    assert_eq!(updates.len(), 1);
+    for ((finger, hull), entity) in hulls.iter().zip(&updates[0].entities) {
+        assert_eq!(entity.id, finger.name());
+        let line = &entity.lines[0];
+        assert_eq!(line.points.len(), hull.vertices_m.len());
+        // Euler's formula, and two indices an edge.
+        assert_eq!(line.indices.len(), 2 * (hull.triangles.len() * 3 / 2));
+    }
+}
+
+#[test]
+fn plans_without_a_motion_are_told_where_it_would_be() {
+    let take = common::take(250, 100.0);
+    let plan = common::infeasible(&take);
+    let unsolved = [UnsolvedPlan {
+        start_sample: 100,
+        samples: 100,
+        plan: &plan,
+    }];
+    let generated = [GeneratedMethod {
+        name: "prior",
+        segments: &[],
+        unsolved: &unsolved,
+    }];
+    let messages = messages(&written(&common::take_file(&take, &generated, &[]), true));
+    let (at, _) = messages["/view/log"][0];
+    assert_eq!(at, take.recording.clock.unix_nanos(100));
+    let log = &decoded::<Log>(&messages["/view/log"])[0];
+    assert_eq!(log.name, "prior");
+    assert!(log.message.starts_with("no trajectory"), "{}", log.message);
+}
+
+#[test]
+fn a_dictionary_plays_with_the_path_and_profile_of_each_primitive() {
+    let dictionary = common::dictionary(3, 30, 30.0);
+    let mut out = Vec::new();
+    write_dictionary(&mut out, &dictionary, &[]).unwrap();
+    assert_connected(&out, &["hand"]);
+    let messages = messages(&out);
+    let second = 1_000_000_000;
+    for topic in ["/view/dictionary/paths", "/view/dictionary/path_points"] {
+        let times: Vec<u64> = messages[topic].iter().map(|(at, _)| *at).collect();
+        assert_eq!(times, [0, second, 2 * second], "{topic}");
+    }
+    let paths = decoded::<SceneUpdate>(&messages["/view/dictionary/paths"]);
+    let scenes = decoded::<SceneUpdate>(&messages["/view/dictionary/primitives_scene"]);
+    assert_eq!(paths[2].entities[0].texts[0].text, "primitive 2");
+    for finger in Finger::ALL {
+        let lines = &paths[0].entities[0].lines;
+        let (mean, played) = (&lines[2 * finger.index()], &lines[2 * finger.index() + 1]);
+        assert_eq!((mean.points.len(), played.points.len()), (30, 30));
+        // The path begins where the fingertip does.
+        let start = played.points[0];
+        let tip = scenes[0].entities[0].spheres[finger.index()].pose.unwrap();
+        let tip = tip.position.unwrap();
+        assert_eq!([start.x, start.y, start.z], [tip.x, tip.y, tip.z]);
+    }
+    // The profile is the distance between the two paths.
+    let profile = &messages["/dictionary/profile"];
+    assert_eq!(profile.len(), 3 * 30);
+    let thumb_m = profile_thumb_m(&profile[30 + 7].1);
+    let lines = &paths[1].entities[0].lines;
+    let (a, b) = (lines[0].points[7], lines[1].points[7]);
+    let expected = ((a.x - b.x).powi(2) + (a.y - b.y).powi(2) + (a.z - b.z).powi(2)).sqrt();
+    assert!(expected > 0.0 && (thumb_m - expected).abs() < 1e-15);
+}
+
+/// Field 3 of an `inhand.Profile`, by the wire format: key 0x19, eight bytes, little end first.
+fn profile_thumb_m(message: &[u8]) -> f64 {
+    let at = message.iter().position(|&byte| byte == 0x19).unwrap();
+    f64::from_le_bytes(message[at + 1..at + 9].try_into().unwrap())
 }

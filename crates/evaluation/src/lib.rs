@@ -79,11 +79,13 @@ mod corridors;
 mod input;
 mod instants;
 mod method;
+mod motion_contacts;
 mod object;
 mod quality;
 mod recorded;
 
 pub use input::{Corridors, EvaluationSettings, MethodResult, ObjectPoses, TestData};
 pub use method::{Rows, evaluate_method};
+pub use motion_contacts::{SampleContacts, motion_contacts};
 pub use quality::recording_quality;
 pub use recorded::{Recorded, recorded};

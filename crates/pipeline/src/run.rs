@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use inhand_evaluation::Rows;
-use inhand_model::{Evaluation, InputHash, Motion, Provenance, Segments};
+use inhand_model::{Evaluation, Hull, InputHash, Motion, PerFinger, Provenance, Segments};
 use rayon::prelude::*;
 
 use crate::dictionary_file;
@@ -213,8 +213,8 @@ pub fn run(
         write_takes(
             &results,
             &test,
-            &generated,
-            &rows,
+            (&generated, &rows),
+            &dictionary.demonstrated.hulls,
             &provenance,
             options,
             &files,
@@ -344,13 +344,12 @@ fn learned_by(results: &[TakeResult<'_>], settings: &Settings) -> Provenance {
 fn write_takes(
     results: &[TakeResult<'_>],
     test: &Segments,
-    generated: &[Generated],
-    rows: &[Rows],
+    (generated, rows): (&[Generated], &[Rows]),
+    hulls: &PerFinger<Hull>,
     provenance: &Provenance,
     options: &RunOptions,
     files: &RunFiles,
 ) -> Result<(), PipelineError> {
-    let shape = options.settings.shape()?;
     // Segments count takes among the test takes, results among all takes.
     let mut tests = 0..;
     let indices: Vec<_> = (results.iter())
@@ -363,13 +362,14 @@ fn write_takes(
                 take,
                 generated,
                 rows,
+                hulls,
             });
             let contents = TakeContents {
                 take: result.take,
                 motion: result.motion,
                 generated: motion,
                 made: provenance,
-                shape,
+                settings: &options.settings,
             };
             take_file::write(path, &contents, options.view)
         })

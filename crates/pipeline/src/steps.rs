@@ -18,6 +18,7 @@ use crate::settings::{Role, Settings};
 use crate::take::Take;
 
 mod choose;
+mod contacts;
 mod generate;
 mod learn;
 mod rank;
@@ -26,6 +27,8 @@ mod shown;
 
 pub(crate) use choose::choice;
 pub use choose::{choose_method, learn_and_choose, settled_methods};
+pub use contacts::contacts;
+use contacts::evaluation_settings;
 use generate::velocity_bounds;
 pub use generate::{Generated, SegmentCorridors, generate, plan_settings};
 pub(crate) use generate::{Hold, corridors_of, hold_settings, plan_error, planner};
@@ -260,12 +263,7 @@ pub fn measure_recorded<'a>(
         velocity_bounds: velocity_bounds(dictionary, settings),
         shape: settings.shape()?,
     };
-    let settings = EvaluationSettings {
-        tau_m: settings.evaluate.tau_mm / 1000.0,
-        collision_limit_m: settings.evaluate.collision_mm / 1000.0,
-        finger_offsets_m: settings.pad_offsets_m()?,
-        ..EvaluationSettings::paper()
-    };
+    let settings = evaluation_settings(settings)?;
     let recorded = recorded(&data, &settings);
     Ok(Comparison {
         data,

@@ -3,15 +3,16 @@
 use std::path::Path;
 
 use inhand_channels::{
-    ContactSample, EvaluatedMethod, EvaluatedSample, GeneratedMethod, GeneratedSegment, TakeFile,
-    UnsolvedPlan, WriteSettings,
+    ContactSample, EvaluatedMethod, EvaluatedSample, GeneratedMethod, GeneratedSegment, RECORDED,
+    TakeFile, UnsolvedPlan, WriteSettings,
 };
-use inhand_evaluation::Rows;
-use inhand_model::{Finger, Motion, PerFinger, Provenance, Segments, Shape};
+use inhand_evaluation::{Rows, SampleContacts};
+use inhand_model::{Hull, Motion, PerFinger, Provenance, Segments};
 
 use crate::error::PipelineError;
 use crate::output;
-use crate::steps::Generated;
+use crate::settings::Settings;
+use crate::steps::{self, Generated};
 use crate::take::Take;
 
 /// Everything that was made of a take.
@@ -25,8 +26,8 @@ pub struct TakeContents<'a> {
     pub generated: Option<GeneratedMotion<'a>>,
     /// The step that made it all.
     pub made: &'a Provenance,
-    /// Shape of the object.
-    pub shape: Option<Shape>,
+    /// What was set: the shape of the object, and what counts as contact.
+    pub settings: &'a Settings,
 }
 
 /// What was generated for one take.
@@ -40,6 +41,8 @@ pub struct GeneratedMotion<'a> {
     pub generated: &'a [Generated],
     /// Errors and distances of each method; empty before an evaluation.
     pub rows: &'a [Rows],
+    /// Where each fingertip has been in training.
+    pub hulls: &'a PerFinger<Hull>,
 }
 
 /// Writes the file of a take: what was recorded, processed, generated and evaluated.
@@ -69,14 +72,14 @@ pub fn write(path: &Path, contents: &TakeContents<'_>, view: bool) -> Result<(),
             unsolved,
         })
         .collect();
-    let evaluated: Vec<_> = (motion.iter())
-        .flat_map(|motion| {
-            methods.iter().zip(rows).map(|(g, rows)| EvaluatedMethod {
-                name: g.method.name(),
-                samples: motion.evaluated_samples(rows, &of_take),
-            })
+    let recorded = recorded_contacts(contents)?;
+    let of_methods = (motion.iter()).flat_map(|motion| {
+        methods.iter().zip(rows).map(|(g, rows)| EvaluatedMethod {
+            name: g.method.name(),
+            samples: motion.evaluated_samples(rows, &of_take),
         })
-        .collect();
+    });
+    let evaluated: Vec<_> = recorded.into_iter().chain(of_methods).collect();
     let mut provenance = contents.take.provenance.clone();
     provenance.push(contents.made.clone());
     let file = TakeFile {
@@ -86,7 +89,8 @@ pub fn write(path: &Path, contents: &TakeContents<'_>, view: bool) -> Result<(),
         motion: Some(contents.motion),
         generated: &generated,
         evaluated: &evaluated,
-        object_shape: contents.shape,
+        object_shape: contents.settings.shape()?,
+        hulls: motion.map(|motion| motion.hulls),
         annotations: Some(&contents.take.annotations),
         provenance: &provenance,
     };
@@ -157,11 +161,35 @@ impl<'a> GeneratedMotion<'a> {
         (instants.filter(|&(_, row)| finite(&rows.error_m[row])))
             .map(|(sample, row)| EvaluatedSample {
                 sample,
-                error_m: rows.error_m[row],
+                error_m: Some(rows.error_m[row]),
                 contact: contact_sample(rows, row),
             })
             .collect()
     }
+}
+
+/// Which recorded fingertips touch the object, where its shape and pose are known.
+fn recorded_contacts(
+    contents: &TakeContents<'_>,
+) -> Result<Option<EvaluatedMethod<'static>>, PipelineError> {
+    let contacts = steps::contacts(contents.motion, contents.settings)?;
+    let samples: Vec<_> = (contacts.iter().enumerate())
+        .filter_map(|(sample, contact)| {
+            let SampleContacts {
+                distance_m,
+                in_contact,
+            } = (*contact)?;
+            Some(EvaluatedSample {
+                sample,
+                error_m: None,
+                contact: Some(counted(distance_m, in_contact)),
+            })
+        })
+        .collect();
+    Ok((!samples.is_empty()).then_some(EvaluatedMethod {
+        name: RECORDED,
+        samples,
+    }))
 }
 
 fn contact_sample(rows: &Rows, row: usize) -> Option<ContactSample> {
@@ -174,13 +202,14 @@ fn contact_sample(rows: &Rows, row: usize) -> Option<ContactSample> {
     {
         return None; // The object is missing at this instant.
     }
-    let count = Finger::ALL
-        .into_iter()
-        .filter(|&finger| in_contact[finger])
-        .count();
-    Some(ContactSample {
+    Some(counted(distance_m, in_contact))
+}
+
+fn counted(distance_m: PerFinger<f64>, in_contact: PerFinger<bool>) -> ContactSample {
+    let touching = in_contact.as_array().iter().filter(|&&touches| touches);
+    ContactSample {
         distance_m,
         in_contact,
-        count,
-    })
+        count: touching.count(),
+    }
 }

@@ -98,7 +98,7 @@ pub struct Contacts {
     /// Time of the sample.
     #[prost(message, optional, tag = "1")]
     pub timestamp: ::core::option::Option<crate::wire::Timestamp>,
-    /// Distance to the object's surface, metres.
+    /// Signed distance to the object's surface, metres, negative inside; NaN where the fingertip is missing.
     #[prost(double, tag = "2")]
     pub thumb_distance_m: f64,
     #[prost(double, tag = "3")]
@@ -120,7 +120,7 @@ pub struct Contacts {
     pub ring_in_contact: bool,
     #[prost(bool, tag = "11")]
     pub little_in_contact: bool,
-    /// Fingers in contact; three or more can hold an object.
+    /// Fingers in contact, of those whose distance is known; three or more can hold an object.
     #[prost(uint32, tag = "12")]
     pub count: u32,
 }
@@ -720,4 +720,26 @@ impl ConstraintFamily {
             _ => None,
         }
     }
+}
+/// The primitive that plays at one instant: distance of each fingertip from where the mean motion has it,
+/// metres.
+#[derive(Clone, Copy, PartialEq, ::prost::Message)]
+pub struct Profile {
+    /// Time of the sample.
+    #[prost(message, optional, tag = "1")]
+    pub timestamp: ::core::option::Option<crate::wire::Timestamp>,
+    /// Which primitive plays, counted from 0.
+    #[prost(uint32, tag = "2")]
+    pub primitive: u32,
+    /// One plottable number per finger.
+    #[prost(double, tag = "3")]
+    pub thumb_m: f64,
+    #[prost(double, tag = "4")]
+    pub index_m: f64,
+    #[prost(double, tag = "5")]
+    pub middle_m: f64,
+    #[prost(double, tag = "6")]
+    pub ring_m: f64,
+    #[prost(double, tag = "7")]
+    pub little_m: f64,
 }

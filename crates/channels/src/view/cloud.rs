@@ -59,9 +59,69 @@ impl Cloud {
         self.data.extend_from_slice(&[red, green, blue, u8::MAX]);
     }
 
+    /// Adds a ball: points on a sphere, which have a size in the scene where a single point has one on the
+    /// screen.
+    pub(crate) fn push_ball(
+        &mut self,
+        centre_m: [f64; 3],
+        diameter_m: f64,
+        number: usize,
+        colour: Rgb,
+    ) {
+        for direction in ball_directions() {
+            let on_sphere = |axis: usize| centre_m[axis] + diameter_m / 2.0 * direction[axis];
+            self.push([0, 1, 2].map(on_sphere), number, colour);
+        }
+    }
+
     pub(crate) fn message(&mut self, unix_nanos: u64) -> &PointCloud {
         self.message.timestamp = Some(viewer_time(unix_nanos));
         self.message.data = self.data.clone().into();
         &self.message
+    }
+}
+
+/// Towards the faces and the corners of a cube: 14 unit vectors.
+fn ball_directions() -> impl Iterator<Item = [f64; 3]> {
+    let faces = (0..3).flat_map(|axis| {
+        [-1.0, 1.0].map(|sign| {
+            let mut direction = [0.0; 3];
+            direction[axis] = sign;
+            direction
+        })
+    });
+    let corner_axis = 1.0 / 3.0_f64.sqrt();
+    let corners = (0..8).map(move |corner| {
+        [0, 1, 2].map(|axis| {
+            if corner >> axis & 1 == 0 {
+                -corner_axis
+            } else {
+                corner_axis
+            }
+        })
+    });
+    faces.chain(corners)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ball_is_round_about_its_centre() {
+        let directions: Vec<_> = ball_directions().collect();
+        assert_eq!(directions.len(), 14);
+        let mut sum = [0.0; 3];
+        for direction in &directions {
+            assert!((direction.iter().map(|c| c * c).sum::<f64>() - 1.0).abs() < 1e-15);
+            for axis in 0..3 {
+                sum[axis] += direction[axis];
+            }
+        }
+        assert!(sum.iter().all(|c| c.abs() < 1e-15));
+
+        let mut cloud = Cloud::new("hand", "finger");
+        cloud.push_ball([1.0, 2.0, 3.0], 0.01, 4, [1, 2, 3]);
+        assert_eq!(cloud.data.len(), 14 * POINT_BYTES as usize);
     }
 }

@@ -1,24 +1,36 @@
-//! What viewers draw of a dictionary: the primitive that plays, and where fingertips have been.
+//! What viewers draw of a dictionary: the primitive that plays, its paths beside those of the mean motion,
+//! and where fingertips have been.
 
-use foxglove::messages::{Point3, PointCloud, SceneUpdate, TriangleListPrimitive};
-use inhand_model::{Dictionary, Finger, Frame, Hand, Hull, PerFinger};
+use foxglove::messages::{Point3, PointCloud, SceneEntity, SceneUpdate, TextPrimitive};
+use inhand_model::{
+    Dictionary, Finger, Frame, Hand, PerFinger, SEGMENT_COORDINATES, SegmentLayout,
+};
 use nalgebra::UnitQuaternion;
 
 use super::cloud::Cloud;
-use super::entities::{colour, entity, identity};
-use super::{stride, transforms};
-use crate::colour::FINGER_COLOURS;
+use super::entities::{TRAIL_M, colour, entity, pose, sphere, strip};
+use super::{hulls, scene_stride, stride, transforms};
+use crate::colour::{FINGER_COLOURS, Rgb};
 use crate::error::ChannelError;
 use crate::output::{ChannelId, Output};
 use crate::topic;
 
-/// Hulls enclose each other and the fingertips.
-const HULL_ALPHA: f64 = 0.2;
+/// Colour and opacity of the mean motion.
+const MEAN: (Rgb, f64) = ([0x99, 0x99, 0x99], 0.6);
+/// Opacity of the paths of a primitive.
+const PATH_ALPHA: f64 = 0.9;
+/// Height of the number of the primitive, metres, and where it stands above the hand.
+const TEXT_M: f64 = 0.008;
+const TEXT_AT_M: [f64; 3] = [0.0, 0.0, 0.05];
 
-/// The point cloud of the primitive that plays.
+/// The views of primitives, which play one after the other.
 pub(crate) struct DictionaryView {
-    channel: ChannelId,
+    cloud_channel: ChannelId,
+    scene_channel: ChannelId,
+    paths_channel: ChannelId,
+    points_channel: ChannelId,
     stride: usize,
+    scene_stride: usize,
     cloud: Cloud,
 }
 
@@ -31,21 +43,65 @@ impl DictionaryView {
         output: &mut Output,
     ) -> Result<Self, ChannelError> {
         transforms::write_static(Hand::NAME, UnitQuaternion::identity(), unix_nanos, output)?;
-        let mut hulls = entity(Hand::NAME, "hulls", unix_nanos);
-        hulls.triangles = (dictionary.demonstrated.hulls.iter())
-            .map(|(finger, hull)| triangles(finger, hull))
-            .collect();
-        let update = SceneUpdate {
-            deletions: Vec::new(),
-            entities: vec![hulls],
-        };
-        let channel = output.channel::<SceneUpdate>(topic::VIEW_HULLS, Some(Hand::NAME))?;
-        output.message(channel, 0, unix_nanos, &update)?;
+        hulls::write_filled(&dictionary.demonstrated.hulls, unix_nanos, output)?;
+        let hand = Some(Hand::NAME);
+        let rate_hz = dictionary.layout.rate_hz;
         Ok(Self {
-            channel: output.channel::<PointCloud>(topic::VIEW_PRIMITIVES, Some(Hand::NAME))?,
-            stride: stride(dictionary.layout.rate_hz),
+            cloud_channel: output.channel::<PointCloud>(topic::VIEW_PRIMITIVES, hand)?,
+            scene_channel: output.channel::<SceneUpdate>(topic::VIEW_PRIMITIVES_SCENE, hand)?,
+            paths_channel: output.channel::<SceneUpdate>(topic::VIEW_PATHS, hand)?,
+            points_channel: output.channel::<PointCloud>(topic::VIEW_PATH_POINTS, hand)?,
+            stride: stride(rate_hz),
+            scene_stride: scene_stride(rate_hz),
             cloud: Cloud::new(Hand::NAME, "finger"),
         })
+    }
+
+    /// The whole second of a primitive, when it begins: the path of each fingertip and, in grey, the one
+    /// it has in the mean motion. `played` and `mean` have 15 N numbers (t, finger, axis), metres.
+    pub(crate) fn begin(
+        &mut self,
+        (primitive, k): (usize, usize),
+        unix_nanos: u64,
+        (played, mean): (&[f64], &[f64]),
+        output: &mut Output,
+    ) -> Result<(), ChannelError> {
+        let mut paths = entity(Hand::NAME, "paths", unix_nanos);
+        self.cloud.clear();
+        for finger in Finger::ALL {
+            let own = (FINGER_COLOURS[finger], PATH_ALPHA);
+            for (values_m, look, thickness_m) in
+                [(mean, MEAN, TRAIL_M / 2.0), (played, own, TRAIL_M)]
+            {
+                let path = self.path(values_m, finger);
+                for &Point3 { x, y, z } in &path {
+                    self.cloud.push([x, y, z], finger.index(), look.0);
+                }
+                paths.lines.push(strip(path, thickness_m, look));
+            }
+        }
+        paths.texts.push(TextPrimitive {
+            pose: Some(pose(TEXT_AT_M)),
+            billboard: true,
+            font_size: TEXT_M,
+            scale_invariant: false,
+            color: Some(colour(MEAN.0, 1.0)),
+            text: format!("primitive {primitive}"),
+        });
+        output.message(self.paths_channel, k, unix_nanos, &update(paths))?;
+        // For viewers that draw no scenes.
+        let points = self.cloud.message(unix_nanos);
+        output.message(self.points_channel, k, unix_nanos, points)
+    }
+
+    fn path(&self, values_m: &[f64], finger: Finger) -> Vec<Point3> {
+        (0..values_m.len() / SEGMENT_COORDINATES)
+            .step_by(self.stride)
+            .map(|t| {
+                let [x, y, z] = [0, 1, 2].map(|axis| values_m[SegmentLayout::row(t, finger, axis)]);
+                Point3 { x, y, z }
+            })
+            .collect()
     }
 
     pub(crate) fn sample(
@@ -55,25 +111,29 @@ impl DictionaryView {
         positions_m: PerFinger<[f64; 3]>,
         output: &mut Output,
     ) -> Result<(), ChannelError> {
-        if !k.is_multiple_of(self.stride) {
-            return Ok(());
+        if k.is_multiple_of(self.stride) {
+            self.cloud.clear();
+            for (finger, &position_m) in positions_m.iter() {
+                (self.cloud).push(position_m, finger.index(), FINGER_COLOURS[finger]);
+            }
+            let message = self.cloud.message(unix_nanos);
+            output.message(self.cloud_channel, k, unix_nanos, message)?;
         }
-        self.cloud.clear();
-        for (finger, &position_m) in positions_m.iter() {
-            (self.cloud).push(position_m, finger.index(), FINGER_COLOURS[finger]);
+        if k.is_multiple_of(self.scene_stride) {
+            let mut tips = entity(Hand::NAME, "fingertips", unix_nanos);
+            for (finger, &position_m) in positions_m.iter() {
+                tips.spheres
+                    .push(sphere(position_m, FINGER_COLOURS[finger]));
+            }
+            output.message(self.scene_channel, k, unix_nanos, &update(tips))?;
         }
-        output.message(self.channel, k, unix_nanos, self.cloud.message(unix_nanos))
+        Ok(())
     }
 }
 
-fn triangles(finger: Finger, hull: &Hull) -> TriangleListPrimitive {
-    TriangleListPrimitive {
-        pose: Some(identity()),
-        points: (hull.vertices_m.iter())
-            .map(|&[x, y, z]| Point3 { x, y, z })
-            .collect(),
-        color: Some(colour(FINGER_COLOURS[finger], HULL_ALPHA)),
-        indices: hull.triangles.concat(),
-        ..TriangleListPrimitive::default()
+fn update(entity: SceneEntity) -> SceneUpdate {
+    SceneUpdate {
+        deletions: Vec::new(),
+        entities: vec![entity],
     }
 }

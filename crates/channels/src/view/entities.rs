@@ -1,36 +1,39 @@
-//! Fingertips as spheres with short trails.
+//! Fingertips as spheres with short trails, tied to the hand.
 
 use std::collections::VecDeque;
 
 use foxglove::messages::{
     Color, LinePrimitive, Point3, Pose, Quaternion, SceneEntity, SceneUpdate, SpherePrimitive,
-    Vector3,
+    Vector3, line_primitive,
 };
 use inhand_model::{Finger, PerFinger};
 
-use super::tips::{Contacts, Tips};
-use crate::colour::{FINGER_COLOURS, Rgb};
+use super::scene_stride;
+use super::tips::{Contacts, Paint, Tips};
+use crate::colour::Rgb;
 use crate::error::ChannelError;
 use crate::output::{ChannelId, Output};
 use crate::wire::viewer_time;
 use crate::write::{Instant, Stream};
 
 /// Diameter of a fingertip, metres: about that of a marker, so that neighbours stay apart.
-const SPHERE_M: f64 = 0.008;
-/// Diameter of a fingertip that touches the object, metres.
-const CONTACT_SPHERE_M: f64 = 0.012;
-/// Opacity of a fingertip of which contact is not known.
-const PLAIN_ALPHA: f64 = 0.8;
-/// Opacity of a fingertip off the object, so that those on it stand out.
-const OFF_ALPHA: f64 = 0.35;
+pub(crate) const SPHERE_M: f64 = 0.005;
+/// Diameter of the light around a fingertip that touches the object, metres.
+pub(crate) const CONTACT_SPHERE_M: f64 = 0.012;
+/// What lights up, and how much of the fingertip it lets through.
+pub(crate) const CONTACT: Rgb = [0xFF, 0xFF, 0xFF];
+const CONTACT_ALPHA: f64 = 0.4;
+/// Opacity of a trail.
+const TRAIL_ALPHA: f64 = 0.8;
 /// Length of a trail, seconds.
 const TRAIL_S: f64 = 0.4;
 /// Time between the points of a trail, seconds.
 const TRAIL_STEP_S: f64 = 0.04;
 /// Thickness of a trail, metres.
-const TRAIL_M: f64 = 0.001;
-/// Scenes show at most this many instants a second: a scene is ten times the size of a cloud.
-const MAX_RATE_HZ: f64 = 25.0;
+pub(crate) const TRAIL_M: f64 = 0.001;
+/// Thickness and opacity of the line from the hand to a fingertip.
+const LINK_M: f64 = 0.0006;
+const LINK_ALPHA: f64 = 0.5;
 
 pub(crate) fn identity() -> Pose {
     pose([0.0; 3])
@@ -68,9 +71,49 @@ pub(crate) fn entity(frame: &str, id: &str, unix_nanos: u64) -> SceneEntity {
     }
 }
 
+/// A sphere of a fingertip's size.
+pub(crate) fn sphere(position_m: [f64; 3], colour_of_tip: Rgb) -> SpherePrimitive {
+    SpherePrimitive {
+        pose: Some(pose(position_m)),
+        size: Some(size([SPHERE_M; 3])),
+        color: Some(colour(colour_of_tip, 1.0)),
+    }
+}
+
+/// A line through all points.
+pub(crate) fn strip(
+    points: Vec<Point3>,
+    thickness_m: f64,
+    (rgb, alpha): (Rgb, f64),
+) -> LinePrimitive {
+    LinePrimitive {
+        r#type: line_primitive::Type::LineStrip.into(),
+        pose: Some(identity()),
+        thickness: thickness_m,
+        points,
+        color: Some(colour(rgb, alpha)),
+        ..LinePrimitive::default()
+    }
+}
+
+/// The line from the hand's origin to a fingertip: which finger of which hand it is shows at once.
+pub(crate) fn link([x, y, z]: [f64; 3], rgb: Rgb) -> LinePrimitive {
+    let ends = vec![Point3::default(), Point3 { x, y, z }];
+    strip(ends, LINK_M, (rgb, LINK_ALPHA))
+}
+
+/// How fingertips of one motion look.
+#[derive(Clone, Copy)]
+pub(crate) struct Look {
+    pub(crate) frame: &'static str,
+    pub(crate) paint: Paint,
+    /// Whether lines tie fingertips to the origin of the frame, which is then that of the hand.
+    pub(crate) links: bool,
+}
+
 pub(crate) struct FingertipScene<'a, T> {
     channel: ChannelId,
-    frame: &'static str,
+    look: Look,
     stride: usize,
     trail_step: usize,
     trail_points: usize,
@@ -82,19 +125,17 @@ pub(crate) struct FingertipScene<'a, T> {
 impl<'a, T: Tips> FingertipScene<'a, T> {
     pub(crate) fn new(
         channel: ChannelId,
-        frame: &'static str,
-        (view_stride, rate_hz): (usize, f64),
+        look: Look,
+        rate_hz: f64,
         tips: T,
         contacts: Option<Contacts<'a>>,
     ) -> Self {
-        // A multiple of the other views' stride, so that all speak of the same instants.
-        let view_hz = rate_hz / view_stride as f64;
-        let stride = view_stride * ((view_hz / MAX_RATE_HZ - 1e-3).ceil() as usize).max(1);
+        let stride = scene_stride(rate_hz);
         let trail_step =
             ((TRAIL_STEP_S * rate_hz / stride as f64).round() as usize).max(1) * stride;
         Self {
             channel,
-            frame,
+            look,
             stride,
             trail_step,
             trail_points: (TRAIL_S * rate_hz / trail_step as f64).round() as usize,
@@ -104,18 +145,14 @@ impl<'a, T: Tips> FingertipScene<'a, T> {
         }
     }
 
-    fn sphere(&self, k: usize, finger: Finger, position_m: [f64; 3]) -> SpherePrimitive {
-        let contact = (self.contacts.as_ref()).and_then(|contacts| contacts.in_contact(k, finger));
-        let (diameter_m, alpha) = match contact {
-            Some(true) => (CONTACT_SPHERE_M, 1.0),
-            Some(false) => (SPHERE_M, OFF_ALPHA),
-            None => (SPHERE_M, PLAIN_ALPHA),
-        };
-        SpherePrimitive {
+    /// The light around a fingertip that touches the object.
+    fn contact(&self, k: usize, finger: Finger, position_m: [f64; 3]) -> Option<SpherePrimitive> {
+        let touches = (self.contacts.as_ref())?.in_contact(k, finger)?;
+        touches.then(|| SpherePrimitive {
             pose: Some(pose(position_m)),
-            size: Some(size([diameter_m; 3])),
-            color: Some(colour(FINGER_COLOURS[finger], alpha)),
-        }
+            size: Some(size([CONTACT_SPHERE_M; 3])),
+            color: Some(colour(CONTACT, CONTACT_ALPHA)),
+        })
     }
 }
 
@@ -125,26 +162,27 @@ impl<T: Tips> Stream for FingertipScene<'_, T> {
         if !k.is_multiple_of(self.stride) {
             return Ok(());
         }
-        let mut scene = entity(self.frame, "fingertips", unix_nanos);
+        let frame = self.look.frame;
+        let mut scene = entity(frame, "fingertips", unix_nanos);
+        let mut lights = entity(frame, "contacts", unix_nanos);
         for finger in Finger::ALL {
             let Some(position_m) = self.tips.position_m(at, finger) else {
                 // A trail never bridges a gap.
                 self.trails[finger].clear();
                 continue;
             };
-            scene.spheres.push(self.sphere(k, finger, position_m));
+            let rgb = self.look.paint.of(finger);
+            scene.spheres.push(sphere(position_m, rgb));
+            (lights.spheres).extend(self.contact(k, finger, position_m));
+            if self.look.links {
+                scene.lines.push(link(position_m, rgb));
+            }
             let [x, y, z] = position_m;
             let trail = &mut self.trails[finger];
             let mut points: Vec<Point3> = trail.iter().copied().collect();
             points.push(Point3 { x, y, z });
             if points.len() > 1 {
-                scene.lines.push(LinePrimitive {
-                    pose: Some(identity()),
-                    thickness: TRAIL_M,
-                    points,
-                    color: Some(colour(FINGER_COLOURS[finger], PLAIN_ALPHA)),
-                    ..LinePrimitive::default()
-                });
+                scene.lines.push(strip(points, TRAIL_M, (rgb, TRAIL_ALPHA)));
             }
             if k.is_multiple_of(self.trail_step) {
                 if trail.len() >= self.trail_points {
@@ -155,7 +193,7 @@ impl<T: Tips> Stream for FingertipScene<'_, T> {
         }
         let update = SceneUpdate {
             deletions: Vec::new(),
-            entities: vec![scene],
+            entities: vec![scene, lights],
         };
         output.message(self.channel, k, unix_nanos, &update)
     }

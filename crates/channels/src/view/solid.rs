@@ -1,4 +1,5 @@
-//! The object: its solid for viewers that draw scenes, its edges as points for those that do not.
+//! The object: its solid for viewers that draw scenes, its edges and surface as points for those that do
+//! not.
 
 use std::f64::consts::TAU;
 
@@ -13,10 +14,16 @@ use crate::output::Output;
 use crate::topic;
 
 const OBJECT: Rgb = [0xBB, 0xBB, 0xBB];
+/// Points of the surface stay behind fingertips.
+const SURFACE: Rgb = [0x66, 0x66, 0x66];
 /// Fingers behind the object stay visible.
 const OBJECT_ALPHA: f64 = 0.5;
 /// Points along an edge of a box, or around a quarter of a circle.
 const EDGE_POINTS: usize = 12;
+/// Distance between points of the surface, metres.
+const GRID_M: f64 = 0.01;
+/// Most steps of the grid along one direction.
+const MOST_STEPS: usize = 40;
 
 /// Sends the object once, at the start, on topics of its own: it moves with its frame.
 pub(crate) fn write(
@@ -56,7 +63,77 @@ pub(crate) fn write(
         cloud.push(point, edge, OBJECT);
     }
     let channel = output.channel::<PointCloud>(topic::VIEW_OBJECT_EDGES, Some(frame))?;
+    output.message(channel, 0, unix_nanos, cloud.message(unix_nanos))?;
+
+    let mut cloud = Cloud::new(frame, "face");
+    for (face, point) in surface_points_m(shape) {
+        cloud.push(point, face, SURFACE);
+    }
+    let channel = output.channel::<PointCloud>(topic::VIEW_OBJECT_SURFACE, Some(frame))?;
     output.message(channel, 0, unix_nanos, cloud.message(unix_nanos))
+}
+
+/// Points of a grid on every face, metres, each with the number of its face: of a box six, of a cylinder
+/// its side, bottom and top.
+fn surface_points_m(shape: Shape) -> Vec<(usize, [f64; 3])> {
+    match shape {
+        Shape::Cuboid { edges_m } => (0..6)
+            .flat_map(|face| grid_on_box_face(edges_m, face))
+            .collect(),
+        Shape::Cylinder {
+            diameter_m,
+            height_m,
+        } => {
+            let radius_m = diameter_m / 2.0;
+            let rows = steps(height_m);
+            let side = (0..=rows).flat_map(|row| {
+                let z = height_m * (row as f64 / rows as f64 - 0.5);
+                ring(radius_m).map(move |[x, y]| (0, [x, y, z]))
+            });
+            let rings = steps(radius_m);
+            let ends = (0..2).flat_map(|end| {
+                let z = height_m * (end as f64 - 0.5);
+                (0..rings).flat_map(move |n| {
+                    ring(radius_m * n as f64 / rings as f64).map(move |[x, y]| (1 + end, [x, y, z]))
+                })
+            });
+            side.chain(ends).collect()
+        }
+    }
+}
+
+/// Steps of the grid along a length: about [`GRID_M`] each, few enough for any object.
+fn steps(length_m: f64) -> usize {
+    ((length_m / GRID_M).round() as usize).clamp(1, MOST_STEPS)
+}
+
+/// Two faces across each axis, with a grid over the other two.
+fn grid_on_box_face(edges_m: [f64; 3], face: usize) -> impl Iterator<Item = (usize, [f64; 3])> {
+    let axis = face / 2;
+    let (first, second) = ((axis + 1) % 3, (axis + 2) % 3);
+    let (across, along) = (steps(edges_m[first]), steps(edges_m[second]));
+    (0..=across).flat_map(move |a| {
+        (0..=along).map(move |b| {
+            let mut point = [0.0; 3];
+            point[axis] = edges_m[axis] * [-0.5, 0.5][face % 2];
+            point[first] = edges_m[first] * (a as f64 / across as f64 - 0.5);
+            point[second] = edges_m[second] * (b as f64 / along as f64 - 0.5);
+            (face, point)
+        })
+    })
+}
+
+/// Points around a circle; its centre where it has no radius.
+fn ring(radius_m: f64) -> impl Iterator<Item = [f64; 2]> {
+    let count = if radius_m > 0.0 {
+        steps(TAU * radius_m).max(6)
+    } else {
+        1
+    };
+    (0..count).map(move |n| {
+        let (sin, cos) = (TAU * n as f64 / count as f64).sin_cos();
+        [radius_m * cos, radius_m * sin]
+    })
 }
 
 /// Points along the edges, metres, each with the number of its edge.
@@ -120,6 +197,35 @@ mod tests {
         starts.sort_unstable();
         starts.dedup();
         assert_eq!(starts.len(), 12);
+    }
+
+    #[test]
+    fn surface_points_lie_on_their_faces_a_grid_step_apart() {
+        let edges_m = [0.04, 0.05, 0.06];
+        let points = surface_points_m(Shape::Cuboid { edges_m });
+        assert_eq!(points.len(), 2 * (6 * 7 + 7 * 5 + 5 * 6));
+        for (face, point) in points {
+            let axis = face / 2;
+            let expected = edges_m[axis] * [-0.5, 0.5][face % 2];
+            assert!((point[axis] - expected).abs() < 1e-15);
+            assert!((0..3).all(|axis| point[axis].abs() <= edges_m[axis] / 2.0 + 1e-15));
+        }
+        let round = Shape::Cylinder {
+            diameter_m: 0.05,
+            height_m: 0.08,
+        };
+        for (face, [x, y, z]) in surface_points_m(round) {
+            let radius = x.hypot(y);
+            match face {
+                0 => assert!((radius - 0.025).abs() < 1e-12 && z.abs() <= 0.04 + 1e-15),
+                _ => assert!(radius < 0.025 && (z - [-0.04, 0.04][face - 1]).abs() < 1e-15),
+            }
+        }
+        // A wall is no reason for a million points.
+        let wall = Shape::Cuboid {
+            edges_m: [100.0, 100.0, 100.0],
+        };
+        assert_eq!(surface_points_m(wall).len(), 6 * 41 * 41);
     }
 
     #[test]

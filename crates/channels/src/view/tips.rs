@@ -1,9 +1,10 @@
-//! Fingertips from wherever they are known, and their point cloud.
+//! Fingertips from wherever they are known, and their point clouds.
 
 use inhand_model::{Finger, Motion, PerFinger};
 
 use super::cloud::Cloud;
-use crate::colour::FINGER_COLOURS;
+use super::entities::{CONTACT as TOUCHING, CONTACT_SPHERE_M, SPHERE_M};
+use crate::colour::{FINGER_COLOURS, Rgb};
 use crate::error::ChannelError;
 use crate::output::{ChannelId, Output};
 use crate::take::{ContactSample, EvaluatedSample, GeneratedSegment};
@@ -66,6 +67,7 @@ impl Tips for GeneratedTips<'_> {
 }
 
 /// Contacts by sample.
+#[derive(Clone)]
 pub(crate) struct Contacts<'a> {
     samples: Vec<(usize, &'a ContactSample)>,
 }
@@ -79,6 +81,11 @@ impl<'a> Contacts<'a> {
         Self { samples }
     }
 
+    /// Whether nothing is known at any sample.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.samples.is_empty()
+    }
+
     /// Whether the finger touches the object; `None` where nobody knows.
     pub(crate) fn in_contact(&self, k: usize, finger: Finger) -> Option<bool> {
         let n = (self.samples)
@@ -88,19 +95,45 @@ impl<'a> Contacts<'a> {
     }
 }
 
-/// Fingertips as points, numbered from the thumb, each in its finger's colour.
+/// What a fingertip's colour says.
+#[derive(Clone, Copy)]
+pub(crate) enum Paint {
+    /// Which finger it is.
+    Fingers,
+    /// Whose motion it is.
+    One(Rgb),
+}
+
+impl Paint {
+    pub(crate) fn of(self, finger: Finger) -> Rgb {
+        match self {
+            Paint::Fingers => FINGER_COLOURS[finger],
+            Paint::One(colour) => colour,
+        }
+    }
+}
+
+/// Fingertips as points, numbered from the thumb.
 pub(crate) struct FingertipCloud<T> {
     channel: ChannelId,
     stride: usize,
+    paint: Paint,
     tips: T,
     cloud: Cloud,
 }
 
 impl<T: Tips> FingertipCloud<T> {
-    pub(crate) fn new(channel: ChannelId, frame: &str, stride: usize, tips: T) -> Self {
+    pub(crate) fn new(
+        channel: ChannelId,
+        frame: &str,
+        stride: usize,
+        paint: Paint,
+        tips: T,
+    ) -> Self {
         Self {
             channel,
             stride,
+            paint,
             tips,
             cloud: Cloud::new(frame, "finger"),
         }
@@ -116,7 +149,97 @@ impl<T: Tips> Stream for FingertipCloud<T> {
         self.cloud.clear();
         for finger in Finger::ALL {
             if let Some(position_m) = self.tips.position_m(at, finger) {
-                (self.cloud).push(position_m, finger.index(), FINGER_COLOURS[finger]);
+                (self.cloud).push(position_m, finger.index(), self.paint.of(finger));
+            }
+        }
+        output.message(self.channel, k, unix_nanos, self.cloud.message(unix_nanos))
+    }
+}
+
+/// Fingertips as balls of their size, numbered from the thumb: for viewers that draw no scenes.
+pub(crate) struct BallCloud<T> {
+    channel: ChannelId,
+    stride: usize,
+    paint: Paint,
+    tips: T,
+    cloud: Cloud,
+}
+
+impl<T: Tips> BallCloud<T> {
+    pub(crate) fn new(
+        channel: ChannelId,
+        frame: &str,
+        stride: usize,
+        paint: Paint,
+        tips: T,
+    ) -> Self {
+        Self {
+            channel,
+            stride,
+            paint,
+            tips,
+            cloud: Cloud::new(frame, "finger"),
+        }
+    }
+}
+
+impl<T: Tips> Stream for BallCloud<T> {
+    fn sample(&mut self, at: &Instant<'_>, output: &mut Output) -> Result<(), ChannelError> {
+        let &Instant { k, unix_nanos, .. } = at;
+        if !k.is_multiple_of(self.stride) {
+            return Ok(());
+        }
+        self.cloud.clear();
+        for finger in Finger::ALL {
+            if let Some(position_m) = self.tips.position_m(at, finger) {
+                let (number, colour) = (finger.index(), self.paint.of(finger));
+                (self.cloud).push_ball(position_m, SPHERE_M, number, colour);
+            }
+        }
+        output.message(self.channel, k, unix_nanos, self.cloud.message(unix_nanos))
+    }
+}
+
+/// The fingertips that touch the object: balls around them, numbered from the thumb.
+pub(crate) struct ContactCloud<'a, T> {
+    channel: ChannelId,
+    stride: usize,
+    tips: T,
+    contacts: Contacts<'a>,
+    cloud: Cloud,
+}
+
+impl<'a, T: Tips> ContactCloud<'a, T> {
+    pub(crate) fn new(
+        channel: ChannelId,
+        frame: &str,
+        stride: usize,
+        tips: T,
+        contacts: Contacts<'a>,
+    ) -> Self {
+        Self {
+            channel,
+            stride,
+            tips,
+            contacts,
+            cloud: Cloud::new(frame, "finger"),
+        }
+    }
+}
+
+impl<T: Tips> Stream for ContactCloud<'_, T> {
+    fn sample(&mut self, at: &Instant<'_>, output: &mut Output) -> Result<(), ChannelError> {
+        let &Instant { k, unix_nanos, .. } = at;
+        if !k.is_multiple_of(self.stride) {
+            return Ok(());
+        }
+        self.cloud.clear();
+        for finger in Finger::ALL {
+            if let Some(true) = self.contacts.in_contact(k, finger)
+                && let Some(position_m) = self.tips.position_m(at, finger)
+            {
+                let number = finger.index();
+                (self.cloud).push_ball(position_m, CONTACT_SPHERE_M, number, TOUCHING);
             }
         }
         output.message(self.channel, k, unix_nanos, self.cloud.message(unix_nanos))

@@ -17,7 +17,11 @@ pub(super) fn add<'a>(
 ) -> Result<(), ChannelError> {
     for method in methods {
         let topics = MethodTopics::new(method.name)?;
-        let errors = output.channel::<messages::FingerErrors>(&topics.error, Some("hand"))?;
+        let errors = if method.samples.iter().any(|judged| judged.error_m.is_some()) {
+            Some(output.channel::<messages::FingerErrors>(&topics.error, Some("hand"))?)
+        } else {
+            None
+        };
         let contacts = if method.samples.iter().any(|judged| judged.contact.is_some()) {
             Some(output.channel::<messages::Contacts>(&topics.contact, Some("hand"))?)
         } else {
@@ -36,7 +40,7 @@ pub(super) fn add<'a>(
 }
 
 struct Judged<'a> {
-    errors: ChannelId,
+    errors: Option<ChannelId>,
     contacts: Option<ChannelId>,
     samples: Vec<&'a EvaluatedSample>,
     next: usize,
@@ -50,15 +54,17 @@ impl Stream for Judged<'_> {
             && judged.sample == k
         {
             self.next += 1;
-            let message = messages::FingerErrors {
-                timestamp,
-                thumb_m: judged.error_m[Finger::Thumb],
-                index_m: judged.error_m[Finger::Index],
-                middle_m: judged.error_m[Finger::Middle],
-                ring_m: judged.error_m[Finger::Ring],
-                little_m: judged.error_m[Finger::Little],
-            };
-            output.message(self.errors, k, unix_nanos, &message)?;
+            if let (Some(channel), Some(error_m)) = (self.errors, &judged.error_m) {
+                let message = messages::FingerErrors {
+                    timestamp,
+                    thumb_m: error_m[Finger::Thumb],
+                    index_m: error_m[Finger::Index],
+                    middle_m: error_m[Finger::Middle],
+                    ring_m: error_m[Finger::Ring],
+                    little_m: error_m[Finger::Little],
+                };
+                output.message(channel, k, unix_nanos, &message)?;
+            }
             if let (Some(channel), Some(contact)) = (self.contacts, &judged.contact) {
                 let message = messages::Contacts {
                     timestamp,

@@ -350,7 +350,9 @@ pub(crate) fn evaluated<'a>(names: &[&'a str], take: &Take) -> Vec<EvaluatedMeth
         let in_contact = distance_m.map(|d| d <= 5e-3);
         EvaluatedSample {
             sample,
-            error_m: PerFinger::from_fn(|f| 1e-3 * noise(sample * 8 + f.index()).abs()),
+            error_m: Some(PerFinger::from_fn(|f| {
+                1e-3 * noise(sample * 8 + f.index()).abs()
+            })),
             contact: Some(ContactSample {
                 distance_m,
                 in_contact,
@@ -370,6 +372,18 @@ pub(crate) fn evaluated<'a>(names: &[&'a str], take: &Take) -> Vec<EvaluatedMeth
 }
 
 /// The whole take as one file's content.
+/// A plan that found no motion.
+pub(crate) fn infeasible(take: &Take) -> Plan {
+    Plan {
+        status: PlanStatus::Infeasible,
+        trajectory: None,
+        object: Vec::new(),
+        activations_m: DVector::zeros(0),
+        objective: f64::INFINITY,
+        ..take.trajectories[0].2.clone()
+    }
+}
+
 pub(crate) fn take_file<'a>(
     take: &'a Take,
     generated: &'a [GeneratedMethod<'a>],
@@ -383,6 +397,7 @@ pub(crate) fn take_file<'a>(
         generated,
         evaluated,
         object_shape: Some(Shape::Cuboid { edges_m: [0.05; 3] }),
+        hulls: None,
         annotations: None,
         provenance: &take.provenance,
     }

@@ -1,9 +1,9 @@
 //! What is not there is left out and counted, never guessed and never a panic.
 
-use inhand_evaluation::{MethodResult, evaluate_method};
+use inhand_evaluation::{EvaluationSettings, MethodResult, evaluate_method, motion_contacts};
 use inhand_model::{
     Certificate, ConstraintFamily, Finger, PerFamily, PerFinger, Plan, PlanChecks, PlanStatus,
-    SegmentLayout, Trajectory,
+    SegmentLayout, Shape, Status, Track, Trajectory,
 };
 use nalgebra::DVector;
 
@@ -210,4 +210,34 @@ fn plans_are_counted_by_how_they_ended() {
     ]);
     assert!(unknown.worst_kkt_residual.is_nan() || unknown.worst_kkt_residual > 0.0);
     assert_eq!(facts(&[]).solved, 0);
+}
+
+#[test]
+fn a_whole_take_has_contacts_where_object_and_a_fingertip_are() {
+    let mut session = session();
+    let shape: Shape = "cube:0.05".parse().unwrap();
+    session.motions[0].fingertips[Finger::Index] = Track::missing(14);
+    for finger in Finger::ALL {
+        session.motions[0].fingertips[finger].set(9, None, Status::Missing);
+    }
+    let contacts = motion_contacts(&session.motions[0], &shape, &EvaluationSettings::paper());
+    assert_eq!(contacts.len(), 14);
+    for (k, contact) in contacts.into_iter().enumerate() {
+        let Some(contact) = contact else {
+            assert!((3..=5).contains(&k) || k == 9, "sample {k}");
+            continue;
+        };
+        let expected_m = [0.001, f64::NAN, 0.003, 0.004, 0.020];
+        for (finger, expected_m) in Finger::ALL.into_iter().zip(expected_m) {
+            let found_m = contact.distance_m[finger];
+            let equal = (found_m - expected_m).abs() < 1e-12;
+            assert!(equal || (found_m.is_nan() && expected_m.is_nan()));
+            // tau is 5 mm; what is missing touches nothing.
+            assert_eq!(contact.in_contact[finger], expected_m <= 0.005);
+        }
+    }
+    // Without an object nothing is known.
+    session.motions[0].object = None;
+    let settings = EvaluationSettings::paper();
+    assert!(motion_contacts(&session.motions[0], &shape, &settings).is_empty());
 }

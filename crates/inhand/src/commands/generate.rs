@@ -74,9 +74,10 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
                 take: 0,
                 generated: &generated,
                 rows: &[],
+                hulls: &dictionary.dictionary.demonstrated.hulls,
             }),
             made: &made,
-            shape: settings.shape()?,
+            settings: &settings,
         };
         write_take(target, &contents, !args.writing.no_view)?;
         let lost = generated

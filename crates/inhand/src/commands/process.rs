@@ -42,13 +42,12 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let motions = steps::process_takes(&takes, &settings)?;
     for ((take, motion), target) in takes.iter().zip(&motions).zip(&targets) {
         let made = provenance("process", &settings, [take.hash.clone()]);
-        let shape = settings.shape()?;
         let contents = TakeContents {
             take,
             motion,
             generated: None,
             made: &made,
-            shape,
+            settings: &settings,
         };
         write_take(target, &contents, !args.writing.no_view)?;
         let of = |count: fn(&inhand_model::TrackCounts) -> usize| -> usize {

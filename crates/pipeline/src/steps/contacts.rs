@@ -1,0 +1,34 @@
+//! What counts as contact, and what touches in a recorded motion.
+
+use inhand_evaluation::{EvaluationSettings, SampleContacts, motion_contacts};
+use inhand_model::Motion;
+
+use crate::error::PipelineError;
+use crate::settings::Settings;
+
+/// The limits that motion is judged by.
+pub(super) fn evaluation_settings(
+    settings: &Settings,
+) -> Result<EvaluationSettings, PipelineError> {
+    Ok(EvaluationSettings {
+        tau_m: settings.evaluate.tau_mm / 1000.0,
+        collision_limit_m: settings.evaluate.collision_mm / 1000.0,
+        finger_offsets_m: settings.pad_offsets_m()?,
+        ..EvaluationSettings::paper()
+    })
+}
+
+/// What touches at each sample of a motion; no sample where the object's shape or pose is not known.
+///
+/// # Errors
+///
+/// [`PipelineError::Settings`].
+pub fn contacts(
+    motion: &Motion,
+    settings: &Settings,
+) -> Result<Vec<Option<SampleContacts>>, PipelineError> {
+    Ok(match settings.shape()? {
+        Some(shape) => motion_contacts(motion, &shape, &evaluation_settings(settings)?),
+        None => Vec::new(),
+    })
+}

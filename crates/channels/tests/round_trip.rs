@@ -8,11 +8,10 @@ use inhand_channels::{
     read_leading_metadata, read_metadata, read_take, write_dictionary, write_recording, write_take,
 };
 use inhand_model::{
-    BodySource, Clock, DictionaryKind, Finger, Frame, LengthUnit, Motion, Plan,
-    PoseTrack, Position, Recording, Roles, RotationOrder, Sample, SegmentLayout, Shape, Source,
-    StartTime, Status, Track, UpAxis,
+    BodySource, Clock, DictionaryKind, Finger, Frame, LengthUnit, Motion, Plan, PoseTrack,
+    Position, Recording, Roles, RotationOrder, Sample, SegmentLayout, Shape, Source, StartTime,
+    Status, Track, UpAxis,
 };
-
 
 use crate::common;
 

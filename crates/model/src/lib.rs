@@ -37,6 +37,7 @@ mod provenance;
 mod recording;
 mod residual;
 mod roles;
+mod rows;
 mod segments;
 mod shape;
 mod track;
@@ -69,6 +70,7 @@ pub use recording::{
 };
 pub use residual::{Calibration, Residual, Validation, ends_len, smooth_basis};
 pub use roles::{BodySource, Roles};
+pub use rows::{EvaluationRows, MethodRows};
 pub use segments::{
     Configuration, EndConditions, OBJECT_COORDINATES, ObjectEnds, ROTATION_LEVER_M,
     SEGMENT_COORDINATES, SegmentLayout, SegmentOrigin, Segments, SegmentsError,

@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use inhand_evaluation::Rows;
-use inhand_model::{Evaluation, Hull, InputHash, Motion, PerFinger, Provenance, Segments};
+use inhand_model::{
+    Evaluation, EvaluationRows, Hull, InputHash, Motion, PerFinger, Provenance, Segments,
+};
 use rayon::prelude::*;
 
 use crate::dictionary_file;
@@ -15,6 +17,7 @@ use crate::output;
 use crate::session::{self, Session, SessionTake};
 use crate::settings::{Role, Settings};
 use crate::steps::{self, Generated, TakeResult};
+use crate::tables;
 use crate::take;
 use crate::take_file::{self, GeneratedMotion, TakeContents};
 
@@ -69,6 +72,8 @@ pub struct RunFiles {
     pub dictionary: PathBuf,
     /// The evaluation.
     pub evaluation: PathBuf,
+    /// Every instant behind the evaluation, as a table.
+    pub rows: PathBuf,
     /// The report.
     pub report: PathBuf,
     /// Times, memory, threads.
@@ -85,6 +90,7 @@ impl RunFiles {
             takes: takes.collect(),
             dictionary: folder.join("dictionary.mcap"),
             evaluation: folder.join("evaluation.json"),
+            rows: folder.join("rows.parquet"),
             report: folder.join("report.html"),
             run: folder.join(manifest::RUN_FILE),
         }
@@ -92,7 +98,7 @@ impl RunFiles {
 
     /// The files that depend on inputs and settings alone.
     fn reproducible(&self) -> Vec<&Path> {
-        let rest = [&self.dictionary, &self.evaluation, &self.report];
+        let rest = [&self.dictionary, &self.evaluation, &self.rows, &self.report];
         self.takes
             .iter()
             .chain(rest)
@@ -220,7 +226,10 @@ pub fn run(
             &files,
         )
     })?;
-    timer.time("report", || write_reports(&evaluation, &provenance, &files))?;
+    let rows = steps::evaluation_rows(&comparison, &generated, rows);
+    timer.time("report", || {
+        write_reports(&evaluation, &rows, &provenance, &files)
+    })?;
     let mut timings_s = timer.timings_s;
     timings_s.insert("total".to_owned(), begin.elapsed().as_secs_f64());
     manifest::write_run_json(
@@ -379,14 +388,21 @@ fn write_takes(
 
 fn write_reports(
     evaluation: &Evaluation,
+    rows: &EvaluationRows,
     provenance: &Provenance,
     files: &RunFiles,
 ) -> Result<(), PipelineError> {
     let chain = std::slice::from_ref(provenance);
-    let (json, html) = rayon::join(
-        || inhand_report::evaluation_json(evaluation, chain),
-        || inhand_report::html(evaluation, chain),
+    let (table, (json, html)) = rayon::join(
+        || tables::write_rows(&files.rows, &evaluation.session.name, rows),
+        || {
+            rayon::join(
+                || inhand_report::evaluation_json(evaluation, chain),
+                || inhand_report::html(evaluation, chain),
+            )
+        },
     );
+    table?;
     output::write_text(&files.evaluation, &json?)?;
     output::write_text(&files.report, &html?)
 }

@@ -22,6 +22,7 @@ mod contacts;
 mod generate;
 mod learn;
 mod rank;
+mod rows;
 mod select;
 mod shown;
 
@@ -37,6 +38,7 @@ pub(crate) use learn::{
     complete, drawn_demonstrations, learn_error, nmf_settings, nmf_settings_of, with_deviations,
 };
 pub use rank::judge_ranks;
+pub use rows::evaluation_rows;
 pub(crate) use select::{Tally, select};
 pub use select::{Used, used};
 pub use shown::{Shown, demonstrated};

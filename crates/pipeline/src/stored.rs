@@ -2,7 +2,8 @@
 
 use inhand_channels::ReadMethod;
 use inhand_model::{
-    Dictionary, Evaluation, Motion, Plan, SegmentLayout, SegmentOrigin, Segments, Trajectory,
+    Dictionary, Evaluation, EvaluationRows, Motion, Plan, SegmentLayout, SegmentOrigin, Segments,
+    Trajectory,
 };
 
 use crate::dictionary_file::DictionaryFile;
@@ -12,7 +13,8 @@ use crate::settings::{Role, SelectSection, Settings};
 use crate::steps::{self, Generated, TakeResult};
 use crate::take::Take;
 
-/// Compares the trajectories stored in takes with the motion recorded there.
+/// Compares the trajectories stored in takes with the motion recorded there; the rows are what the
+/// evaluation is made of.
 ///
 /// # Errors
 ///
@@ -23,7 +25,7 @@ pub fn evaluate_stored(
     dictionary: &DictionaryFile,
     settings: &Settings,
     reuse_motion: bool,
-) -> Result<Evaluation, PipelineError> {
+) -> Result<(Evaluation, EvaluationRows), PipelineError> {
     for take in takes {
         check_dictionary(take, dictionary)?;
     }
@@ -40,10 +42,11 @@ pub fn evaluate_stored(
         }
     }
     let comparison = steps::measure_recorded(&test, &motion_refs, dictionary, settings)?;
-    let methods = generated
+    let (methods, rows) = generated
         .iter()
-        .map(|g| steps::evaluate(&comparison, g).0)
-        .collect();
+        .map(|g| steps::evaluate(&comparison, g))
+        .unzip();
+    let rows = steps::evaluation_rows(&comparison, &generated, rows);
     let results: Vec<_> = (takes.iter().zip(&motions))
         .map(|(take, motion)| TakeResult {
             take,
@@ -58,13 +61,14 @@ pub fn evaluate_stored(
             .collect::<Vec<_>>()
             .join(", ")
     });
-    Ok(steps::assemble(
+    let evaluation = steps::assemble(
         steps::session_facts(&name, &results, None, &test, settings),
         dictionary.choice.clone(),
         steps::dictionary_facts(dictionary, settings),
         methods,
         steps::quality(&results)?,
-    ))
+    );
+    Ok((evaluation, rows))
 }
 
 /// The segments that trajectories were generated for, as far as they lie in what is selected now.

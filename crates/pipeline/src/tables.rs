@@ -3,10 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use inhand_channels::Metadata;
+use inhand_model::EvaluationRows;
 use inhand_tables::bids::{self, BidsNames};
 use inhand_tables::{
-    Entity, TableError, facts_json, motion_entities, recording_entities, tidy, wide, write_csv,
-    write_parquet,
+    Entity, TableError, evaluation_rows, facts_json, motion_entities, recording_entities, tidy,
+    wide, write_csv, write_parquet,
 };
 
 use crate::error::PipelineError;
@@ -106,6 +107,23 @@ pub fn write_table(
         write_text(&facts_path(path), &facts_json(recording))?;
     }
     Ok(())
+}
+
+/// Writes every judged instant of an evaluation as a table, in the form that the extension names; Parquet
+/// where it names none.
+///
+/// # Errors
+///
+/// [`PipelineError::Table`], [`PipelineError::Io`].
+pub fn write_rows(path: &Path, session: &str, rows: &EvaluationRows) -> Result<(), PipelineError> {
+    let table = evaluation_rows(session, rows);
+    write_atomic(path, |out| {
+        match Form::of(path) {
+            Some(Form::Csv) => write_csv(&table, out),
+            Some(Form::Parquet) | None => write_parquet(&table, &[], out),
+        }
+        .map_err(table_error(path))
+    })
 }
 
 fn entities(take: &Take, what: What) -> Result<Vec<Entity<'_>>, PipelineError> {

@@ -41,6 +41,7 @@
 //!
 //! * [`wide`], [`tidy`]: a recording or motion as a [`Table`]; [`write_csv`], [`write_parquet`].
 //! * [`facts_json`], [`read_wide_csv`]: what columns cannot hold, and a wide table as a recording.
+//! * [`evaluation_rows`]: every instant behind an evaluation.
 //! * [`events`]: events of a take as CSV and back.
 //! * [`bids`]: a take as files of a BIDS dataset.
 
@@ -51,6 +52,7 @@ mod error;
 pub mod events;
 mod facts;
 mod parquet_file;
+mod rows;
 mod table;
 mod wide_csv;
 
@@ -59,5 +61,6 @@ pub use entity::{Entity, motion_entities, recording_entities};
 pub use error::TableError;
 pub use facts::facts_json;
 pub use parquet_file::write_parquet;
+pub use rows::evaluation_rows;
 pub use table::{Column, Table, Values, tidy, wide};
 pub use wide_csv::{WideSettings, looks_like_wide_csv, read_wide_csv};

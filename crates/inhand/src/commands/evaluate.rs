@@ -1,13 +1,14 @@
 //! `inhand evaluate --dictionary D TAKE... -o EVALUATION`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Result;
+use inhand_pipeline::tables::{Form, write_rows};
 use inhand_pipeline::{check_target, evaluate_stored, provenance, write_text};
 
 use crate::commands::{read_takes, say_used};
 use crate::console::{Console, data};
-use crate::exit::Exit;
+use crate::exit::{Exit, UsageError};
 use crate::options::{EvaluateOptions, Format, ProcessOptions, SelectOptions, SourceOptions};
 
 /// Compares the generated motion in takes with the recorded one and writes evaluation.json.
@@ -22,6 +23,9 @@ pub(crate) struct Args {
     /// evaluation.json to write.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
+    /// Every judged instant behind it as a table: .parquet or .csv.
+    #[arg(long, value_name = "FILE")]
+    rows: Option<PathBuf>,
     /// Print the table as text, or evaluation.json.
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -52,11 +56,19 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     settings.validate()?;
     let mut inputs: Vec<_> = args.inputs.iter().map(PathBuf::as_path).collect();
     inputs.push(&args.dictionary);
-    check_target(&args.output, &inputs, || args.force)?;
+    for target in [Some(&args.output), args.rows.as_ref()]
+        .into_iter()
+        .flatten()
+    {
+        check_target(target, &inputs, || args.force)?;
+    }
+    if let Some(path) = &args.rows {
+        check_rows(path, &args.output)?;
+    }
     let dictionary = inhand_pipeline::read_dictionary(&args.dictionary)?;
     let takes = read_takes(console, &args.inputs, &settings)?;
     say_used(console, &takes, &settings)?;
-    let evaluation = evaluate_stored(
+    let (evaluation, rows) = evaluate_stored(
         &takes,
         &dictionary,
         &settings,
@@ -72,10 +84,29 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     chain.push(made);
     let text = inhand_report::evaluation_json(&evaluation, &chain)?;
     write_text(&args.output, &text)?;
+    if let Some(path) = &args.rows {
+        write_rows(path, &evaluation.session.name, &rows)?;
+    }
     match args.format {
         Format::Json => data(&text)?,
         Format::Text => data(&format!("{}\n", inhand_report::text_summary(&evaluation)))?,
     }
     console.say(&format!("wrote {}", args.output.display()));
     Ok(Exit::Done)
+}
+
+/// Refuses a table of no known form, or in the place of the evaluation.
+fn check_rows(path: &Path, evaluation: &Path) -> Result<()> {
+    if Form::of(path).is_none() {
+        let message = format!(
+            "--rows {}: expected a file that ends in .parquet or .csv",
+            path.display()
+        );
+        return Err(UsageError(message).into());
+    }
+    if path == evaluation {
+        let message = format!("--rows and -o both name {}", path.display());
+        return Err(UsageError(message).into());
+    }
+    Ok(())
 }

@@ -2,13 +2,14 @@
 
 use crate::support::{Bench, without_provenance};
 
-const RESULTS: [&str; 7] = [
+const RESULTS: [&str; 8] = [
     "cube_test_01.mcap",
     "cube_train_01.mcap",
     "cube_train_02.mcap",
     "dictionary.mcap",
     "evaluation.json",
     "report.html",
+    "rows.parquet",
     "run.json",
 ];
 
@@ -182,7 +183,12 @@ fn an_interrupted_run_is_taken_up() {
     run["manifest"]["key"] = "".into();
     run["manifest"]["outputs"] = serde_json::json!({});
     bench.write("out/run.json", run.to_string());
-    for lost in ["report.html", "evaluation.json", "cube_test_01.mcap"] {
+    for lost in [
+        "report.html",
+        "evaluation.json",
+        "rows.parquet",
+        "cube_test_01.mcap",
+    ] {
         std::fs::remove_file(bench.path(&format!("out/{lost}"))).unwrap();
     }
     bench.run("out", &[]);

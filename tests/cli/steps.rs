@@ -51,10 +51,14 @@ fn single_steps_give_the_numbers_of_a_run() {
             "d.mcap",
             "-o",
             "evaluation.json",
+            "--rows",
+            "rows.csv",
         ],
         &cube[..],
     ]
     .concat());
+    let rows = String::from_utf8(bench.bytes("rows.csv")).expect("a table is text");
+    rows_give_the_numbers(&rows, &bench.json("evaluation.json"));
     bench.ok(&["report", "evaluation.json", "-o", "report.html"]);
 
     bench.run("out", &[]);
@@ -69,6 +73,82 @@ fn single_steps_give_the_numbers_of_a_run() {
             .unwrap()
             .contains("hermite")
     );
+}
+
+/// What an evaluation says of each method and finger, computed anew from the exported rows.
+fn rows_give_the_numbers(csv: &str, evaluation: &serde_json::Value) {
+    let mut lines = csv.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let headings = lines.next().expect("a table has headings");
+    let column = |name: &str| {
+        let place = headings.iter().position(|heading| *heading == name);
+        place.unwrap_or_else(|| panic!("no column {name} in {headings:?}"))
+    };
+    let rows: Vec<_> = lines.collect();
+    let mut compared = 0;
+    for method in evaluation["methods"].as_array().expect("methods") {
+        let name = method["name"].as_str().expect("a name");
+        let of_method = || rows.iter().filter(|row| row[column("method")] == name);
+        for finger in ["thumb", "index", "middle", "ring", "little"] {
+            let (error, filled) = (
+                column(&format!("{finger}.error_m")),
+                column(&format!("{finger}.filled")),
+            );
+            let mut errors_mm: Vec<f64> = (of_method().filter(|row| !row[error].is_empty()))
+                .map(|row| row[error].parse::<f64>().expect("a number") * 1000.0)
+                .collect();
+            errors_mm.sort_by(f64::total_cmp);
+            let stated = &method["error_mm"][finger];
+            assert_eq!(stated["n"], errors_mm.len());
+            let filled = of_method().filter(|row| row[filled] == "1").count();
+            assert_eq!(stated["n_filled"], filled);
+            for (key, q) in [("p5", 0.05), ("p50", 0.5), ("p75", 0.75), ("max", 1.0)] {
+                // Type 7: linear between the order statistics around q (n - 1).
+                let place = q * (errors_mm.len() - 1) as f64;
+                let (low, high) = (place.floor() as usize, place.ceil() as usize);
+                let share = place - place.floor();
+                let expected = errors_mm[low] * (1.0 - share) + errors_mm[high] * share;
+                let found = stated[key].as_f64().expect("a number");
+                assert!((found - expected).abs() < 1e-9, "{name} {finger} {key}");
+                compared += 1;
+            }
+            let contact = |kind: &str| {
+                let place = column(&format!("{finger}.{kind}"));
+                let touching = of_method().filter(|row| {
+                    row[place]
+                        .parse::<f64>()
+                        .is_ok_and(|d| d.abs() <= 0.005 + 1e-12)
+                });
+                touching.count() as f64 / of_method().count() as f64
+            };
+            for (kind, key) in [
+                ("distance_m", "by_finger"),
+                ("recorded_distance_m", "recorded_by_finger"),
+            ] {
+                let found = method["contact"][key][finger].as_f64().expect("a share");
+                assert!(
+                    (found - contact(kind)).abs() < 1e-12,
+                    "{name} {finger} {key}"
+                );
+            }
+        }
+    }
+    assert_eq!(compared, 7 * 5 * 4);
+}
+
+#[test]
+fn rows_need_a_form_and_a_place_of_their_own() {
+    let bench = Bench::empty();
+    bench.write("d.mcap", "");
+    for (rows, said) in [
+        ("rows.txt", "expected a file that ends in .parquet or .csv"),
+        ("e.csv", "--rows and -o both name e.csv"),
+    ] {
+        let output = bench.inhand(&[
+            "evaluate", "x", "-d", "d.mcap", "-o", "e.csv", "--rows", rows,
+        ]);
+        assert_eq!(output.status.code(), Some(2));
+        assert!(crate::support::stderr(&output).contains(said));
+    }
 }
 
 #[test]

@@ -11,14 +11,14 @@ use bag::Bag;
 /// The simulated test take.
 const TAKE: &str = "session/test/cube_test_01.csv";
 
-fn recorded(bench: &Bench) -> Recording {
+pub(crate) fn recorded(bench: &Bench) -> Recording {
     let bytes = bench.bytes(TAKE);
     inhand_capture::read(&bytes, "take.csv", &ReadSettings::default()).expect("the take is read")
 }
 
 /// The take as a motion-capture driver sends it: what is missing is left out, messages are logged
 /// 2 to 12 ms after their stamps.
-fn as_mocap4r2(recording: &Recording) -> Vec<u8> {
+pub(crate) fn as_mocap4r2(recording: &Recording) -> Vec<u8> {
     let mut bag = Bag::new();
     let markers = bag.channel("/markers", "mocap4r2_msgs/msg/Markers");
     let bodies = bag.channel("/rigid_bodies", "mocap4r2_msgs/msg/RigidBodies");

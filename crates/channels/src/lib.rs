@@ -67,6 +67,7 @@ mod messages;
 mod metadata;
 mod outline;
 mod output;
+mod overlay;
 mod read;
 mod records;
 mod residual;
@@ -91,10 +92,15 @@ pub use info::{
 pub use inhand_container::is_mcap;
 pub use metadata::Metadata;
 pub use outline::Outline;
-pub use read::{ReadMethod, read_generated, read_metadata, read_take};
+pub use overlay::{
+    MAX_LAYERS, OverlayFile, OverlayLayer, OverlayObject, layer_colour, write_overlay,
+};
+pub use read::{
+    ReadEvaluated, ReadMethod, read_evaluated, read_generated, read_metadata, read_take,
+};
 pub use records::read_leading_metadata;
 pub use take::{
     CleanedTake, ContactSample, EvaluatedMethod, EvaluatedSample, GeneratedMethod,
     GeneratedSegment, RECORDED, ReadCleaned, ReadTake, TakeFile, UnsolvedPlan, WriteSettings,
 };
-pub use write::{TakeWriter, write_recording, write_take};
+pub use write::{TakeWriter, ViewsFor, view_channels, write_recording, write_take, write_views};

@@ -189,6 +189,28 @@ impl Metadata {
         self.recording_as(file, CLEANED)
     }
 
+    /// The facts of the recording that everything made of the take follows: the cleaned one where there
+    /// is one.
+    pub(crate) fn used_recording(
+        &self,
+        file: &str,
+    ) -> Result<Option<RecordingFacts>, ChannelError> {
+        let measured = self.recording(file)?;
+        Ok(self.cleaned(file)?.or(measured))
+    }
+
+    /// The object's shape, where the file states it.
+    ///
+    /// # Errors
+    ///
+    /// [`ChannelError::Metadata`] for a text that is no shape.
+    pub fn shape(&self, file: &str) -> Result<Option<Shape>, ChannelError> {
+        (self.record(file, OBJECT))
+            .filter(|record| record.facts.contains_key("shape"))
+            .map(|record| record.parsed("shape", "a shape such as cube:0.05"))
+            .transpose()
+    }
+
     fn recording_as(
         &self,
         file: &str,

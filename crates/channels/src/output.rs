@@ -31,6 +31,7 @@ pub(crate) struct ChannelId(u16);
 pub(crate) struct Output<'a> {
     writer: Writer<NoSeek<&'a mut dyn Write>>,
     buffer: Vec<u8>,
+    rename: fn(&str) -> &str,
 }
 
 impl<'a> Output<'a> {
@@ -62,7 +63,13 @@ impl<'a> Output<'a> {
         Ok(Self {
             writer,
             buffer: Vec::with_capacity(64 * 1024),
+            rename: |topic| topic,
         })
+    }
+
+    /// Gives channels that are added from now on other topics.
+    pub(crate) fn rename_topics(&mut self, rename: fn(&str) -> &str) {
+        self.rename = rename;
     }
 
     pub(crate) fn metadata(
@@ -91,7 +98,7 @@ impl<'a> Output<'a> {
             .map(|frame| ("frame".to_owned(), (*frame).to_owned()))
             .collect();
         (self.writer)
-            .add_channel(schema_id, topic, "protobuf", &metadata)
+            .add_channel(schema_id, (self.rename)(topic), "protobuf", &metadata)
             .map(ChannelId)
             .map_err(ChannelError::write)
     }

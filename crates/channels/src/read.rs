@@ -2,6 +2,7 @@
 
 mod cleaned;
 mod decode;
+mod evaluated;
 mod generated;
 
 use std::collections::BTreeMap;
@@ -16,6 +17,7 @@ use crate::metadata::{Metadata, RECORDING, RecordingFacts};
 use crate::records::{Depth, walk};
 use crate::take::ReadTake;
 use crate::topic;
+pub use evaluated::{ReadEvaluated, read_evaluated};
 pub use generated::{ReadMethod, read_generated};
 
 use cleaned::{CleanedPart, CleanedParts};

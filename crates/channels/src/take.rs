@@ -113,7 +113,7 @@ pub struct EvaluatedMethod<'a> {
 }
 
 /// One judged instant.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EvaluatedSample {
     /// Sample of the take.
     pub sample: usize,
@@ -124,7 +124,7 @@ pub struct EvaluatedSample {
 }
 
 /// Contacts with the object at one instant.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactSample {
     /// Distance of each fingertip to the object's surface, metres.
     pub distance_m: PerFinger<f64>,

@@ -17,6 +17,13 @@ pub(crate) const DICTIONARY: &str = "/dictionary/model";
 pub(crate) const DICTIONARY_PRIMITIVES: &str = "/dictionary/primitives";
 pub(crate) const TF: &str = "/tf";
 pub(crate) const TF_STATIC: &str = "/tf_static";
+/// What all topics that only viewers need begin with.
+pub(crate) const VIEW: &str = "/view/";
+/// Where the tree of frames lies in files of others, which may have one of their own.
+pub(crate) const VIEW_TF: &str = "/view/tf";
+pub(crate) const VIEW_TF_STATIC: &str = "/view/tf_static";
+/// Places the frames of others under ours.
+pub(crate) const VIEW_FRAMES: &str = "/view/frames";
 pub(crate) const VIEW_MARKERS: &str = "/view/markers";
 pub(crate) const VIEW_BODIES: &str = "/view/bodies";
 pub(crate) const VIEW_FINGERTIPS: &str = "/view/fingertips";
@@ -35,6 +42,51 @@ pub(crate) const VIEW_OBJECT_EDGES: &str = "/view/object_edges";
 pub(crate) const VIEW_PRIMITIVES: &str = "/view/dictionary/primitives";
 pub(crate) const VIEW_HULLS: &str = "/view/dictionary/hulls";
 
+pub(crate) const VIEW_LEGEND: &str = "/view/overlay/legend";
+
+/// Topics of one layer of several that lie over each other.
+pub(crate) struct LayerTopics {
+    pub(crate) fingertips: String,
+    pub(crate) distance: String,
+    pub(crate) view_fingertips: String,
+    pub(crate) view_scene: String,
+    pub(crate) tf: String,
+    pub(crate) object: String,
+    pub(crate) object_edges: String,
+}
+
+impl LayerTopics {
+    /// Topics of the layer, unless its name would break them.
+    pub(crate) fn new(name: &str) -> Result<Self, ChannelError> {
+        check_name("name of a layer", name)?;
+        Ok(Self {
+            fingertips: format!("/overlay/{name}/fingertips"),
+            distance: format!("/overlay/{name}/distance"),
+            view_fingertips: format!("/view/overlay/{name}/fingertips"),
+            view_scene: format!("/view/overlay/{name}/fingertips_scene"),
+            tf: format!("/view/overlay/{name}/tf"),
+            object: format!("/view/overlay/{name}/object"),
+            object_edges: format!("/view/overlay/{name}/object_edges"),
+        })
+    }
+}
+
+/// Whether a topic can have this name as a part.
+pub(crate) fn fits_topic(c: char) -> bool {
+    c.is_ascii_alphanumeric() || c == '_' || c == '-'
+}
+
+fn check_name(what: &str, name: &str) -> Result<(), ChannelError> {
+    if name.is_empty() || !name.chars().all(fits_topic) {
+        return Err(ChannelError::mismatch(
+            what,
+            "letters, digits, '_' and '-', as it becomes part of a topic",
+            format!("\"{name}\""),
+        ));
+    }
+    Ok(())
+}
+
 /// Topics of one method.
 pub(crate) struct MethodTopics {
     pub(crate) fingertips: String,
@@ -49,14 +101,7 @@ pub(crate) struct MethodTopics {
 impl MethodTopics {
     /// Topics of the method, unless its name would break them.
     pub(crate) fn new(name: &str) -> Result<Self, ChannelError> {
-        let fits = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
-        if name.is_empty() || !name.chars().all(fits) {
-            return Err(ChannelError::mismatch(
-                "name of a method",
-                "letters, digits, '_' and '-', as it becomes part of a topic",
-                format!("\"{name}\""),
-            ));
-        }
+        check_name("name of a method", name)?;
         Ok(Self {
             fingertips: format!("/generated/{name}/fingertips"),
             plan: format!("/generated/{name}/plan"),

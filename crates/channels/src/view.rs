@@ -14,6 +14,7 @@ mod dictionary;
 mod entities;
 mod hulls;
 mod log;
+pub(crate) mod overlay;
 mod solid;
 mod tips;
 mod transforms;

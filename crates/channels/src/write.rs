@@ -6,9 +6,11 @@ mod evaluated;
 mod generated;
 mod processed;
 mod recorded;
+mod views;
 
 pub(crate) use generated::by_start;
 pub(crate) use recorded::marker_indices;
+pub use views::{ViewsFor, view_channels, write_views};
 
 use std::io::Write;
 

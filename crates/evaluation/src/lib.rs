@@ -81,6 +81,7 @@ mod instants;
 mod method;
 mod motion_contacts;
 mod object;
+pub mod overlay;
 mod quality;
 mod recorded;
 

@@ -24,7 +24,7 @@ use crate::output::write_atomic;
 use crate::run::TOOL;
 
 /// The metadata record that makes a file a take.
-const RECORDING: &str = "inhand.recording";
+pub(crate) const RECORDING: &str = "inhand.recording";
 
 /// An instant as a person says it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,12 +58,12 @@ pub fn open(path: &Path) -> Result<FileSource, PipelineError> {
     Source::open(&name_of(path), reader).map_err(container(path))
 }
 
-fn name_of(path: &Path) -> String {
+pub(crate) fn name_of(path: &Path) -> String {
     let name = path.file_name().unwrap_or(path.as_os_str());
     name.to_string_lossy().into_owned()
 }
 
-fn container(path: &Path) -> impl Fn(ContainerError) -> PipelineError {
+pub(crate) fn container(path: &Path) -> impl Fn(ContainerError) -> PipelineError {
     let path = path.to_owned();
     move |source| PipelineError::Container {
         path: path.clone(),

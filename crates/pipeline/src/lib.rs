@@ -35,6 +35,7 @@ mod manifest;
 pub mod matrices;
 mod methods;
 mod output;
+pub mod overlay;
 mod plan;
 mod run;
 mod session;
@@ -45,6 +46,7 @@ mod stored;
 pub mod tables;
 mod take;
 mod take_file;
+mod view;
 
 pub use check::check_take;
 pub use clean::{clean_take, write_cleaned};
@@ -69,3 +71,4 @@ pub use take::{Cleaning, Take, describe_source, read, read_clean, read_session};
 pub use take_file::{
     GeneratedMotion, TakeContents, write as write_take, write_parts as write_take_parts,
 };
+pub use view::{Viewed, ViewedKind, add_views};

@@ -313,7 +313,7 @@ fn check_disjoint(session: &Session, takes: &[Take]) -> Result<(), PipelineError
 }
 
 /// Whether two takes are one file, or come from one by steps that each read a single file.
-fn same_source(a: &Take, b: &Take) -> bool {
+pub(crate) fn same_source(a: &Take, b: &Take) -> bool {
     let sources = |take: &Take| -> Vec<String> {
         let steps = take.provenance.iter().filter(|step| step.inputs.len() == 1);
         let inputs = steps.map(|step| step.inputs[0].sha256.clone());
@@ -325,7 +325,7 @@ fn same_source(a: &Take, b: &Take) -> bool {
 
 /// Whether most samples of a fingertip are equal to the last digit: the same take, however it was
 /// stored or touched since.
-fn same_motion(a: &Take, b: &Take) -> bool {
+pub(crate) fn same_motion(a: &Take, b: &Take) -> bool {
     let (Some(a), Some(b)) = (thumb(a), thumb(b)) else {
         return false;
     };

@@ -56,13 +56,16 @@ use self::timing::Timing;
 pub use self::topics::{ForeignSettings, TopicUse, TopicUseError};
 use crate::annotations::read_annotations;
 use crate::error::ChannelError;
-use crate::metadata::{ABOUT, ANNOTATIONS, PROVENANCE, RECORDING};
+use crate::metadata::{ABOUT, ANNOTATIONS, Metadata, PROVENANCE, RECORDING};
 use crate::read::{absent_part, read_metadata, read_take};
 use crate::records::{Depth, walk};
 use crate::take::ReadTake;
+use crate::topic;
 
 /// Start of the names of our own metadata records.
 const OWN_METADATA: &str = "inhand.";
+/// The step that adds views to a file.
+const VIEW_STEP: &str = "view";
 
 /// Reads a take from any MCAP file: one of our own as [`read_take`] does, one of others as
 /// [`read_foreign`] does.
@@ -76,11 +79,11 @@ pub fn read_any_take(
     settings: &ForeignSettings,
 ) -> Result<ReadTake, ChannelError> {
     let metadata = read_metadata(bytes, file_name)?;
-    // Files of others may have been annotated.
+    // Files of others may have been annotated, or have been given views.
     let added = |name: &str, facts: &BTreeMap<String, String>| {
-        let step = facts.get("step").map(String::as_str);
+        let step = facts.get("step").map_or("", String::as_str);
         [ANNOTATIONS, ABOUT].contains(&name)
-            || name.starts_with(PROVENANCE) && step == Some("annotate")
+            || name.starts_with(PROVENANCE) && ["annotate", VIEW_STEP].contains(&step)
     };
     let mut records = metadata.0.iter();
     if records.any(|(name, facts)| name.starts_with(OWN_METADATA) && !added(name, facts)) {
@@ -110,6 +113,22 @@ pub fn read_foreign(
     file_name: &str,
     settings: &ForeignSettings,
 ) -> Result<Recording, ChannelError> {
+    let (gathered, profile) = gather(bytes, file_name, settings)?;
+    let used = world::used(&gathered);
+    if used.is_empty() {
+        return Err(nothing_to_read(&gathered, bytes, file_name));
+    }
+    let timing = Timing::of(&gathered, &used, settings)?;
+    recording(&gathered, &used, &timing, profile, file_name, settings)
+}
+
+/// Everything that can be read, and the facts of the file's header.
+fn gather<'a>(
+    bytes: &[u8],
+    file_name: &'a str,
+    settings: &'a ForeignSettings,
+) -> Result<(Gathered<'a>, BTreeMap<String, String>), ChannelError> {
+    let viewed = was_given_views(&read_metadata(bytes, file_name)?);
     let mut gathered = Gathered::new(file_name, bytes.len(), settings);
     let mut profile = BTreeMap::new();
     let mut schemas: BTreeMap<u16, String> = BTreeMap::new();
@@ -129,6 +148,9 @@ pub fn read_foreign(
                 let encoding = &channel.message_encoding;
                 // A channel may be repeated in every chunk.
                 channels.entry(channel.id).or_insert_with(|| {
+                    if viewed && channel.topic.starts_with(topic::VIEW) {
+                        return None;
+                    }
                     let format = Format::of(schema, encoding)?;
                     gathered.topic(&channel.topic, schema, encoding, format)
                 });
@@ -142,12 +164,28 @@ pub fn read_foreign(
         }
         Ok(())
     })?;
-    let used = world::used(&gathered);
-    if used.is_empty() {
-        return Err(nothing_to_read(&gathered, bytes, file_name));
-    }
-    let timing = Timing::of(&gathered, &used, settings)?;
-    recording(&gathered, &used, &timing, profile, file_name, settings)
+    Ok((gathered, profile))
+}
+
+/// Whether the views in a file of others are ours.
+pub(crate) fn was_given_views(metadata: &Metadata) -> bool {
+    (metadata.0.iter()).any(|(name, facts)| {
+        name.starts_with(PROVENANCE) && facts.get("step").is_some_and(|step| step == VIEW_STEP)
+    })
+}
+
+/// The frames that a recording of others stands in, all of which [`read_foreign`] takes for the world.
+///
+/// # Errors
+///
+/// As for [`read_foreign`], where the bytes are no sound MCAP file.
+pub(crate) fn world_frames(
+    bytes: &[u8],
+    file_name: &str,
+    settings: &ForeignSettings,
+) -> Result<BTreeSet<String>, ChannelError> {
+    let (gathered, _) = gather(bytes, file_name, settings)?;
+    Ok(world::top_frames(&gathered, &world::used(&gathered)))
 }
 
 fn recording(

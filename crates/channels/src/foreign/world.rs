@@ -111,8 +111,8 @@ fn most_telling(topics: &BTreeSet<(u8, usize)>) -> Vec<usize> {
     best.map(|&(_, topic)| topic).collect()
 }
 
-/// Whether everything stands in one frame, as is taken for granted.
-pub(super) fn frames(gathered: &Gathered<'_>, used: &[usize]) -> Option<Finding> {
+/// The frames in which coordinates stand.
+pub(super) fn top_frames(gathered: &Gathered<'_>, used: &[usize]) -> BTreeSet<String> {
     let chains = links_above(gathered, used);
     let frames: BTreeSet<&str> = (used.iter().zip(&chains))
         .filter_map(|(&series, chain)| {
@@ -124,6 +124,12 @@ pub(super) fn frames(gathered: &Gathered<'_>, used: &[usize]) -> Option<Finding>
             }
         })
         .collect();
+    frames.into_iter().map(str::to_owned).collect()
+}
+
+/// Whether everything stands in one frame, as is taken for granted.
+pub(super) fn frames(gathered: &Gathered<'_>, used: &[usize]) -> Option<Finding> {
+    let frames = top_frames(gathered, used);
     (frames.len() > 1).then(|| {
         let frames: Vec<String> = (frames.iter().take(8))
             .map(|f| format!("\"{f}\""))

@@ -36,7 +36,7 @@ pub struct ReadMethod {
 /// As for [`read_take`](crate::read_take).
 pub fn read_generated(bytes: &[u8], file_name: &str) -> Result<Vec<ReadMethod>, ChannelError> {
     let metadata = read_metadata(bytes, file_name)?;
-    let Some(facts) = metadata.recording(file_name)? else {
+    let Some(facts) = metadata.used_recording(file_name)? else {
         return Err(super::absent(bytes, file_name));
     };
     let mut methods: Vec<ReadMethod> = Vec::new();

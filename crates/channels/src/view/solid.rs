@@ -137,7 +137,7 @@ fn ring(radius_m: f64) -> impl Iterator<Item = [f64; 2]> {
 }
 
 /// Points along the edges, metres, each with the number of its edge.
-fn edge_points_m(shape: Shape) -> Vec<(usize, [f64; 3])> {
+pub(super) fn edge_points_m(shape: Shape) -> Vec<(usize, [f64; 3])> {
     match shape {
         Shape::Cuboid { edges_m } => (0..12)
             .flat_map(|edge| {

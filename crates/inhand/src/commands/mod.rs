@@ -15,6 +15,7 @@ mod info_dictionary;
 mod learn;
 mod learn_rank;
 mod merge;
+mod overlay;
 mod plan;
 mod process;
 mod recover;
@@ -22,6 +23,7 @@ mod report;
 mod run;
 mod settings;
 mod simulate;
+mod view;
 
 use std::fs::File;
 use std::io::BufReader;
@@ -66,6 +68,10 @@ pub(crate) enum Command {
     Report(report::Args),
     /// A take as CSV, Parquet or BIDS, or a dictionary as matrices for NumPy or MATLAB
     Export(export::Args),
+    /// Add what viewers draw to files that lack it
+    View(view::Args),
+    /// Takes or methods over each other in one file, each in its colour
+    Overlay(overlay::Args),
     /// A stretch of time of any MCAP file
     Cut(cut::Args),
     /// Some topics of any MCAP file, or another compression
@@ -97,6 +103,8 @@ impl Command {
             Command::Evaluate(args) => evaluate::run(console, args),
             Command::Report(args) => report::run(console, args),
             Command::Export(args) => export::run(console, args),
+            Command::View(args) => view::run(console, args),
+            Command::Overlay(args) => overlay::run(console, args),
             Command::Cut(args) => cut::run(console, args),
             Command::Filter(args) => filter::run(console, args),
             Command::Merge(args) => merge::run(console, args),

@@ -1,0 +1,147 @@
+//! How methods compare with what was recorded, as it lies in a take's file.
+
+use std::collections::BTreeMap;
+
+use inhand_model::{Clock, PerFinger};
+use mcap::records::Record;
+use prost::Message;
+
+use super::read_metadata;
+use crate::error::ChannelError;
+use crate::messages;
+use crate::records::{Depth, walk};
+use crate::take::{ContactSample, EvaluatedSample};
+
+/// How one method compares with the recorded motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReadEvaluated {
+    /// Name of the method.
+    pub name: String,
+    /// The instants that were judged, by time. Where a file says which fingers touch the object and
+    /// nothing of errors, those are NaN.
+    pub samples: Vec<EvaluatedSample>,
+}
+
+/// Reads errors and contacts of a take's methods, in the order of the file's channels.
+///
+/// # Errors
+///
+/// As for [`read_take`](crate::read_take).
+pub fn read_evaluated(bytes: &[u8], file_name: &str) -> Result<Vec<ReadEvaluated>, ChannelError> {
+    let metadata = read_metadata(bytes, file_name)?;
+    let Some(facts) = metadata.used_recording(file_name)? else {
+        return Err(super::absent(bytes, file_name));
+    };
+    let mut methods: Vec<(String, BTreeMap<usize, EvaluatedSample>)> = Vec::new();
+    let mut channels: BTreeMap<u16, (usize, Part, String)> = BTreeMap::new();
+    walk(file_name, bytes, Depth::Everything, |record| match record {
+        Record::Channel(channel) => {
+            if let Some((name, part)) = method_of(&channel.topic) {
+                let known = methods.iter().position(|(method, _)| method == name);
+                let index = known.unwrap_or_else(|| {
+                    methods.push((name.to_owned(), BTreeMap::new()));
+                    methods.len() - 1
+                });
+                channels.insert(channel.id, (index, part, channel.topic));
+            }
+            Ok(())
+        }
+        Record::Message { header, data } => {
+            let Some((index, part, topic)) = channels.get(&header.channel_id) else {
+                return Ok(());
+            };
+            let sample = sample_at(facts.clock, header.log_time);
+            let wrong = |expected: &str, found: String| ChannelError::Message {
+                file: file_name.to_owned(),
+                topic: topic.clone(),
+                message: sample,
+                expected: expected.to_owned(),
+                found,
+            };
+            if facts.clock.unix_nanos(sample).abs_diff(header.log_time)
+                > super::TIME_TOLERANCE_NANOS
+                || sample >= facts.samples
+            {
+                let found = format!("{} ns", header.log_time);
+                return Err(wrong("the time of a sample of the take", found));
+            }
+            let protobuf = |error: prost::DecodeError| wrong("protobuf", error.to_string());
+            let judged = (methods[*index].1)
+                .entry(sample)
+                .or_insert(EvaluatedSample {
+                    sample,
+                    error_m: PerFinger::new([f64::NAN; 5]),
+                    contact: None,
+                });
+            match part {
+                Part::Error => {
+                    judged.error_m =
+                        errors(&messages::FingerErrors::decode(&*data).map_err(protobuf)?);
+                }
+                Part::Contact => {
+                    let message = messages::Contacts::decode(&*data).map_err(protobuf)?;
+                    judged.contact = Some(contact(&message));
+                }
+            }
+            Ok(())
+        }
+        _ => Ok(()),
+    })?;
+    Ok((methods.into_iter())
+        .map(|(name, samples)| ReadEvaluated {
+            name,
+            samples: samples.into_values().collect(),
+        })
+        .collect())
+}
+
+#[derive(Clone, Copy)]
+enum Part {
+    Error,
+    Contact,
+}
+
+/// Name and part of a topic: `/evaluation/<name>/error` or `.../contact`.
+fn method_of(topic: &str) -> Option<(&str, Part)> {
+    let (name, part) = topic.strip_prefix("/evaluation/")?.split_once('/')?;
+    match part {
+        "error" => Some((name, Part::Error)),
+        "contact" => Some((name, Part::Contact)),
+        _ => None,
+    }
+}
+
+fn sample_at(clock: Clock, log_time: u64) -> usize {
+    let since_start = log_time.saturating_sub(clock.start_unix_nanos());
+    clock.nearest_sample(since_start as f64 / 1e9)
+}
+
+fn errors(message: &messages::FingerErrors) -> PerFinger<f64> {
+    PerFinger::new([
+        message.thumb_m,
+        message.index_m,
+        message.middle_m,
+        message.ring_m,
+        message.little_m,
+    ])
+}
+
+fn contact(message: &messages::Contacts) -> ContactSample {
+    ContactSample {
+        distance_m: PerFinger::new([
+            message.thumb_distance_m,
+            message.index_distance_m,
+            message.middle_distance_m,
+            message.ring_distance_m,
+            message.little_distance_m,
+        ]),
+        in_contact: PerFinger::new([
+            message.thumb_in_contact,
+            message.index_in_contact,
+            message.middle_in_contact,
+            message.ring_in_contact,
+            message.little_in_contact,
+        ]),
+        count: message.count as usize,
+    }
+}

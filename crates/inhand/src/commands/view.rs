@@ -1,0 +1,63 @@
+//! `inhand view FILE... -o OUTPUT`.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Result;
+use inhand_pipeline::{ViewedKind, add_views, check_target};
+
+use crate::commands::targets;
+use crate::console::Console;
+use crate::exit::Exit;
+use crate::options::SourceOptions;
+
+/// Adds the channels that viewers draw without set-up to takes, dictionaries and recordings of others
+/// with motion capture in them: a tree of frames, fingertips with trails, the object, what was
+/// generated. Earlier views are replaced; everything else stays byte for byte.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// MCAP files.
+    #[arg(required = true, value_name = "FILE")]
+    inputs: Vec<PathBuf>,
+    /// Output file; a folder for several inputs.
+    #[arg(short, long, value_name = "PATH")]
+    output: PathBuf,
+    /// The object's shape, where a file does not state it: cube:0.05, box:0.04x0.05x0.06 or
+    /// cylinder:0.05x0.07 (metres).
+    #[arg(long, value_name = "SHAPE")]
+    object: Option<String>,
+    #[command(flatten, next_help_heading = "Source")]
+    source: SourceOptions,
+    /// Replace an output that is there.
+    #[arg(long)]
+    force: bool,
+}
+
+pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
+    let mut settings = args.source.effective(None)?;
+    if args.object.is_some() {
+        settings.object.shape.clone_from(&args.object);
+    }
+    settings.validate()?;
+    let targets = targets(&args.inputs, &args.output, "mcap")?;
+    let inputs: Vec<&Path> = args.inputs.iter().map(PathBuf::as_path).collect();
+    for target in &targets {
+        check_target(target, &inputs, || args.force)?;
+    }
+    for (input, target) in inputs.iter().zip(&targets) {
+        let viewed = add_views(input, target, &settings)?;
+        for finding in &viewed.findings {
+            console.finding(&input.display().to_string(), finding);
+        }
+        let had = match (viewed.kind, viewed.replaced) {
+            (_, 0) => String::new(),
+            (ViewedKind::Dictionary, _) => ", which dictionaries always have".to_owned(),
+            (_, replaced) => format!(" in place of {replaced}"),
+        };
+        console.say(&format!(
+            "wrote {} ({} messages for viewers{had})",
+            target.display(),
+            viewed.messages
+        ));
+    }
+    Ok(Exit::Done)
+}

@@ -1,0 +1,277 @@
+//! What is put over each other: takes, their names, their time lines.
+
+use std::path::Path;
+
+use inhand_channels::ReadMethod;
+use inhand_evaluation::overlay::offsets_nanos;
+use inhand_model::{Event, Label, Shape, StartTime};
+
+use super::{Align, OverlayMethods, OverlayOptions};
+use crate::error::PipelineError;
+use crate::session::stem;
+use crate::settings::Settings;
+use crate::take::{Take, same_motion, same_source};
+
+/// Topic of a dictionary's own message.
+const DICTIONARY: &str = "/dictionary/model";
+
+/// A take and what else is shown of its file.
+pub(super) struct Input {
+    pub(super) name: String,
+    pub(super) take: Take,
+    pub(super) methods: Vec<ReadMethod>,
+    pub(super) shape: Option<Shape>,
+}
+
+/// Where each time line lies.
+pub(super) struct Placed {
+    pub(super) align: String,
+    pub(super) offsets: Vec<i128>,
+}
+
+pub(super) fn read(
+    options: &OverlayOptions,
+    settings: &Settings,
+) -> Result<Vec<Input>, PipelineError> {
+    let paths = &options.inputs;
+    let wrong = |key: &str, expected: &str, found: String| PipelineError::Settings {
+        key: key.to_owned(),
+        expected: expected.to_owned(),
+        found,
+    };
+    if paths.is_empty() || paths.len() == 1 && options.methods == OverlayMethods::None {
+        let expected = "two or more, or one with --methods";
+        return Err(wrong("takes", expected, paths.len().to_string()));
+    }
+    for (n, path) in paths.iter().enumerate() {
+        let same = |other: &std::path::PathBuf| match (other.canonicalize(), path.canonicalize()) {
+            (Ok(a), Ok(b)) => a == b,
+            _ => other == path,
+        };
+        if paths[..n].iter().any(same) {
+            let found = format!("{} twice", path.display());
+            return Err(wrong("takes", "each file once", found));
+        }
+    }
+    if options.names.len() > paths.len() {
+        let expected = format!("at most one for each of {} takes", paths.len());
+        return Err(wrong("name", &expected, options.names.len().to_string()));
+    }
+    let names = names(paths.iter().map(AsRef::as_ref), &options.names);
+    for (n, name) in names.iter().enumerate() {
+        let fits = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+        if name.is_empty() || !name.chars().all(fits) || names[..n].contains(name) {
+            let expected = "letters, digits, '_' and '-', another for each take";
+            return Err(wrong("name", expected, format!("\"{name}\"")));
+        }
+    }
+    (paths.iter().zip(names))
+        .map(|(path, name)| read_one(path, name, options, settings))
+        .collect()
+}
+
+fn read_one(
+    path: &Path,
+    name: String,
+    options: &OverlayOptions,
+    settings: &Settings,
+) -> Result<Input, PipelineError> {
+    let bytes = std::fs::read(path).map_err(PipelineError::io("read", path))?;
+    let refuse = |message: &str| PipelineError::Take {
+        path: path.to_owned(),
+        message: message.to_owned(),
+    };
+    let channels = |source: inhand_channels::ChannelError| PipelineError::Channels {
+        path: path.to_owned(),
+        source: source.into(),
+    };
+    let mut shape = settings.shape()?;
+    let mut methods = Vec::new();
+    if inhand_channels::is_mcap(&bytes) {
+        let file = path.display().to_string();
+        let info = inhand_channels::info(&bytes, &file).map_err(channels)?;
+        if info.channels.iter().any(|c| c.topic == DICTIONARY) {
+            return Err(refuse("a dictionary: takes are put over each other"));
+        }
+        if shape.is_none() {
+            shape = info.metadata.shape(&file).map_err(channels)?;
+        }
+        let generated = info
+            .channels
+            .iter()
+            .any(|c| c.topic.starts_with("/generated/"));
+        if generated && options.methods != OverlayMethods::None {
+            methods = inhand_channels::read_generated(&bytes, &file).map_err(channels)?;
+        }
+    }
+    drop(bytes);
+    let take = crate::take::read(path, settings)?;
+    if take.recording.is_empty() {
+        return Err(refuse("no samples: there is nothing to compare"));
+    }
+    Ok(Input {
+        name,
+        take,
+        methods,
+        shape,
+    })
+}
+
+/// Names from files that fit into topics, each another: with the folder in front where files have the
+/// same name, and a number behind where that does not help.
+fn names<'a>(paths: impl Iterator<Item = &'a Path>, given: &[String]) -> Vec<String> {
+    let paths: Vec<&Path> = paths.collect();
+    let fits = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+    let safe = |text: String| text.replace(|c| !fits(c), "_");
+    let stems: Vec<String> = paths.iter().map(|path| safe(stem(path))).collect();
+    let mut names: Vec<String> = Vec::with_capacity(paths.len());
+    for (n, path) in paths.iter().enumerate() {
+        if let Some(name) = given.get(n) {
+            names.push(name.clone());
+            continue;
+        }
+        let shared = stems.iter().filter(|&stem| *stem == stems[n]).count() > 1;
+        let folder = path.parent().and_then(Path::file_name).filter(|_| shared);
+        let name = match folder {
+            Some(folder) => format!("{}_{}", safe(folder.to_string_lossy().into()), stems[n]),
+            None => stems[n].clone(),
+        };
+        let numbered = (2..).map(|number| format!("{name}_{number}"));
+        let free = std::iter::once(name.clone())
+            .chain(numbered)
+            .find(|name| !names.contains(name));
+        names.push(free.unwrap_or(name));
+    }
+    names
+}
+
+/// Where time lines lie, and whether any of them meets that of the first.
+pub(super) fn align(
+    inputs: &[Input],
+    align: &Align,
+    notes: &mut Vec<String>,
+) -> Result<Placed, PipelineError> {
+    let starts: Vec<u64> = (inputs.iter())
+        .map(|input| input.take.recording.clock.start_unix_nanos())
+        .collect();
+    let (word, anchors) = match align {
+        Align::Start => ("start".to_owned(), starts.clone()),
+        Align::Clock => ("clock".to_owned(), vec![0; inputs.len()]),
+        Align::Event(label) => {
+            let anchors = inputs.iter().map(|input| anchor(input, label));
+            (format!("event {label}"), anchors.collect::<Result<_, _>>()?)
+        }
+        Align::Auto if of_one_time(inputs) => ("clock".to_owned(), vec![0; inputs.len()]),
+        Align::Auto => ("start".to_owned(), starts.clone()),
+    };
+    let offsets = offsets_nanos(&starts, &anchors);
+    check_overlap(inputs, &offsets, &word)?;
+    notes.push(match (align, &*word) {
+        (Align::Auto, "clock") if inputs.len() == 1 => "by the clock: one take".to_owned(),
+        (Align::Auto, "clock") => "by the clock: one take, or takes of one time".to_owned(),
+        (Align::Auto, _) => "by the start: takes of different times".to_owned(),
+        _ => format!("by the {word}"),
+    });
+    for (input, &offset) in inputs
+        .iter()
+        .zip(&offsets)
+        .filter(|(_, offset)| **offset != 0)
+    {
+        notes.push(format!(
+            "{} is moved by {:+.6} s",
+            input.name,
+            offset as f64 * 1e-9
+        ));
+    }
+    Ok(Placed {
+        align: word,
+        offsets,
+    })
+}
+
+/// Whether times of all files tell where they lie to each other.
+fn of_one_time(inputs: &[Input]) -> bool {
+    let Some((first, others)) = inputs.split_first() else {
+        return true;
+    };
+    let stated = |input: &Input| input.take.recording.clock.start_time() != StartTime::Unknown;
+    others.iter().all(|other| {
+        let overlap = stated(first) && stated(other) && meets(first, 0, other, 0);
+        overlap || same_source(&first.take, &other.take) || same_motion(&first.take, &other.take)
+    })
+}
+
+/// First and last sample on a moved time line.
+fn span(input: &Input, offset: i128) -> (i128, i128) {
+    let recording = &input.take.recording;
+    let at = |k: usize| i128::from(recording.clock.unix_nanos(k)) + offset;
+    (at(0), at(recording.len().saturating_sub(1)))
+}
+
+fn meets(a: &Input, offset_a: i128, b: &Input, offset_b: i128) -> bool {
+    let (a, b) = (span(a, offset_a), span(b, offset_b));
+    a.0 <= b.1 && b.0 <= a.1
+}
+
+fn check_overlap(inputs: &[Input], offsets: &[i128], word: &str) -> Result<(), PipelineError> {
+    let first = &inputs[0];
+    let apart = (inputs.iter().zip(offsets))
+        .find(|(input, offset)| !meets(first, offsets[0], input, **offset));
+    let Some((input, _)) = apart else {
+        return Ok(());
+    };
+    Err(input.take.error(format!(
+        "by the {word} no part of it lies at the time of {}: --align start lets both begin together",
+        first.take.path.display()
+    )))
+}
+
+/// When the first event with this label starts.
+fn anchor(input: &Input, label: &Label) -> Result<u64, PipelineError> {
+    let events = &input.take.annotations.events;
+    let with = events.iter().filter(|event| event.has(label));
+    let start = with.map(|event| event.start_unix_nanos).min();
+    start.ok_or_else(|| {
+        let labels = |event: &Event| -> Vec<String> {
+            let labels = event.labels.iter();
+            labels
+                .map(|(key, value)| Label::new(key, value).to_string())
+                .collect()
+        };
+        let mut known: Vec<String> = events.iter().flat_map(labels).collect();
+        known.sort();
+        known.dedup();
+        let known = match known.len() {
+            0 => "it has no events (`inhand annotate` adds them)".to_owned(),
+            _ => format!("its events are {}", known.join(", ")),
+        };
+        input
+            .take
+            .error(format!("no event {label} to align by: {known}"))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_those_of_files_and_each_another() {
+        let paths = [
+            "run1/take.mcap",
+            "run2/take.mcap",
+            "b/grasp 3.mcap",
+            "run1/take.tsv",
+        ];
+        let given = |names: &[&str]| names.iter().map(|&n| n.to_owned()).collect::<Vec<_>>();
+        let of = |given: &[String]| names(paths.iter().map(Path::new), given);
+        assert_eq!(
+            of(&[]),
+            ["run1_take", "run2_take", "grasp_3", "run1_take_2"]
+        );
+        assert_eq!(
+            of(&given(&["fast", "slow"])),
+            ["fast", "slow", "grasp_3", "run1_take"]
+        );
+    }
+}

@@ -1,0 +1,359 @@
+//! View channels for files that are there already.
+
+use std::path::Path;
+
+use inhand_channels::{
+    EvaluatedMethod, GeneratedMethod, GeneratedSegment, ReadMethod, TakeFile, ViewsFor,
+};
+use inhand_container::{ChannelFacts, Merge, MetadataRecord, Packing, Selected, Selection};
+use inhand_model::{
+    Clock, Configuration, Finding, InputHash, Plan, Provenance, SegmentLayout, Shape, Trajectory,
+};
+
+use crate::containers::{self, container};
+use crate::error::PipelineError;
+use crate::output::{TEMPORARY_PREFIX, write_atomic};
+use crate::settings::Settings;
+use crate::take::{Take, hex_sha256};
+
+/// Topic of a dictionary's own message.
+const DICTIONARY: &str = "/dictionary/model";
+
+/// What kind of file was given views.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ViewedKind {
+    /// A take of ours.
+    Take,
+    /// A recording of others.
+    Foreign,
+    /// A dictionary.
+    Dictionary,
+}
+
+/// What was done to a file.
+#[derive(Clone, Debug)]
+pub struct Viewed {
+    /// What kind of file it is.
+    pub kind: ViewedKind,
+    /// Messages of earlier views that were taken out.
+    pub replaced: u64,
+    /// Messages for viewers that the output has.
+    pub messages: u64,
+    /// What was odd about the file.
+    pub findings: Vec<Finding>,
+}
+
+/// Writes `input` with the channels that viewers draw: those that the step which made it would have
+/// written. Views of an earlier version are taken out first; every other record stays byte for byte.
+/// A step `view` is added to the provenance.
+///
+/// Memory is taken for the file's bytes and for the take in them.
+///
+/// # Errors
+///
+/// [`PipelineError::Take`] for a file that is no MCAP; [`PipelineError::Channels`] for one without
+/// motion that can be read; what reading and writing can find.
+pub fn add_views(
+    input: &Path,
+    output: &Path,
+    settings: &Settings,
+) -> Result<Viewed, PipelineError> {
+    let bytes = std::fs::read(input).map_err(PipelineError::io("read", input))?;
+    if !inhand_channels::is_mcap(&bytes) {
+        return Err(PipelineError::Take {
+            path: input.to_owned(),
+            message:
+                "not an MCAP file: views are channels of one; `inhand convert` makes one of a \
+                      take, with views"
+                    .to_owned(),
+        });
+    }
+    let folder = (output.parent()).filter(|folder| !folder.as_os_str().is_empty());
+    let scratch = tempfile::Builder::new()
+        .prefix(TEMPORARY_PREFIX)
+        .tempdir_in(folder.unwrap_or(Path::new(".")))
+        .map_err(PipelineError::io("write", output))?;
+    let [rest, views] = ["rest.mcap", "views.mcap"].map(|name| scratch.path().join(name));
+    let file = File::of(input, &bytes)?;
+    let kind = file.kind;
+    let findings = file.write_views(&views, scratch.path(), settings)?;
+    let made = crate::run::provenance("view", settings, [file.hash.clone()]);
+    let facts = (file.library.clone(), file.packing());
+    let kept = file.write_rest(&rest, &made)?;
+    // Both parts are on disk and are joined chunk by chunk.
+    drop(bytes);
+    let all = join([&rest, &views], output, facts)?;
+    Ok(Viewed {
+        kind,
+        replaced: kept.left_out,
+        messages: all.saturating_sub(kept.written.messages),
+        findings,
+    })
+}
+
+/// The file as it is.
+struct File<'a> {
+    path: &'a Path,
+    bytes: &'a [u8],
+    name: String,
+    hash: InputHash,
+    kind: ViewedKind,
+    profile: String,
+    library: String,
+    metadata: inhand_channels::Metadata,
+}
+
+impl<'a> File<'a> {
+    fn of(path: &'a Path, bytes: &'a [u8]) -> Result<Self, PipelineError> {
+        let name = containers::name_of(path);
+        let info = inhand_channels::info(bytes, &name).map_err(channels(path))?;
+        if let Some(problem) = info.problem {
+            return Err(channels(path)(problem));
+        }
+        let kind = if info.metadata.0.contains_key(containers::RECORDING) {
+            ViewedKind::Take
+        } else if info.channels.iter().any(|c| c.topic == DICTIONARY) {
+            ViewedKind::Dictionary
+        } else {
+            ViewedKind::Foreign
+        };
+        let hash = InputHash {
+            name: name.clone(),
+            sha256: hex_sha256(bytes),
+        };
+        Ok(Self {
+            path,
+            bytes,
+            name,
+            hash,
+            kind,
+            profile: info.profile,
+            library: info.library,
+            metadata: info.metadata,
+        })
+    }
+
+    /// Dictionaries are kept unpacked, so that they load at once.
+    fn packing(&self) -> Packing {
+        match self.kind {
+            ViewedKind::Dictionary => Packing::None,
+            ViewedKind::Take | ViewedKind::Foreign => Packing::Zstd,
+        }
+    }
+
+    /// Which channels only show what others hold.
+    fn is_view(&self) -> impl Fn(&ChannelFacts) -> bool + use<> {
+        let dictionary = self.kind == ViewedKind::Dictionary;
+        inhand_channels::view_channels(&self.metadata, dictionary)
+    }
+
+    /// The file without views.
+    fn write_rest(&self, path: &Path, made: &Provenance) -> Result<Selected, PipelineError> {
+        let is_view = self.is_view();
+        let stays = |channel: &ChannelFacts| !is_view(channel);
+        let step = self.metadata.next_provenance(made).0.into_iter();
+        let selection = Selection {
+            channels: Some(&stays),
+            add: step
+                .map(|(name, facts)| MetadataRecord { name, facts })
+                .collect(),
+            ..Selection::default()
+        };
+        containers::filter(self.path, path, &selection)
+    }
+
+    /// The views alone.
+    fn write_views(
+        &self,
+        path: &Path,
+        scratch: &Path,
+        settings: &Settings,
+    ) -> Result<Vec<Finding>, PipelineError> {
+        match self.kind {
+            ViewedKind::Dictionary => self.write_dictionary_views(path, scratch).map(|()| vec![]),
+            ViewedKind::Take | ViewedKind::Foreign => self.write_take_views(path, settings),
+        }
+    }
+
+    fn write_dictionary_views(&self, path: &Path, scratch: &Path) -> Result<(), PipelineError> {
+        let (dictionary, _) = inhand_channels::read_dictionary(self.bytes, &self.name)
+            .map_err(channels(self.path))?;
+        // A dictionary's file is small, and is its views for the greater part.
+        let whole = scratch.join("dictionary.mcap");
+        crate::dictionary_file::write(&whole, &dictionary, &[])?;
+        let is_view = self.is_view();
+        let views = Selection {
+            channels: Some(&is_view),
+            metadata: false,
+            ..Selection::default()
+        };
+        containers::filter(&whole, path, &views)?;
+        Ok(())
+    }
+
+    fn write_take_views(
+        &self,
+        path: &Path,
+        settings: &Settings,
+    ) -> Result<Vec<Finding>, PipelineError> {
+        let take = crate::take::read(self.path, settings)?;
+        let parts = StoredParts::read(self, &take, settings)?;
+        let foreign = settings.foreign_settings()?;
+        let views_for =
+            ViewsFor::file(self.bytes, &self.name, &foreign).map_err(channels(self.path))?;
+        let segments = parts.generated_segments();
+        let generated: Vec<_> = (parts.generated.iter().zip(&segments))
+            .map(|((name, _), segments)| GeneratedMethod {
+                name,
+                segments,
+                unsolved: &[],
+            })
+            .collect();
+        let file = TakeFile {
+            cleaned: take.cleaned(),
+            roles: take.roles.as_ref().ok(),
+            motion: take.stored_motion.as_ref(),
+            generated: &generated,
+            evaluated: &parts.evaluated(),
+            object_shape: parts.shape,
+            ..TakeFile::new(take.measured())
+        };
+        write_atomic(path, |out| {
+            inhand_channels::write_views(out, &file, &views_for, &self.profile)
+                .map_err(channels(self.path))
+        })?;
+        Ok(match self.kind {
+            // What was odd about the source of a take of ours is in it.
+            ViewedKind::Foreign => take.measured().findings.clone(),
+            ViewedKind::Take | ViewedKind::Dictionary => Vec::new(),
+        })
+    }
+}
+
+fn channels(path: &Path) -> impl Fn(inhand_channels::ChannelError) -> PipelineError {
+    let path = path.to_owned();
+    move |source| PipelineError::Channels {
+        path: path.clone(),
+        source: source.into(),
+    }
+}
+
+/// A stored trajectory, or a piece of one, with its start.
+struct StoredSegment {
+    start_sample: usize,
+    trajectory: Trajectory,
+    plan: Option<Plan>,
+}
+
+/// What the file of a take holds beside the take.
+struct StoredParts {
+    generated: Vec<(String, Vec<StoredSegment>)>,
+    evaluated: Vec<inhand_channels::ReadEvaluated>,
+    shape: Option<Shape>,
+}
+
+impl StoredParts {
+    fn read(file: &File<'_>, take: &Take, settings: &Settings) -> Result<Self, PipelineError> {
+        let wrong = channels(file.path);
+        let mut parts = Self {
+            generated: Vec::new(),
+            evaluated: Vec::new(),
+            shape: settings.shape()?,
+        };
+        if file.kind != ViewedKind::Take {
+            return Ok(parts);
+        }
+        if parts.shape.is_none() {
+            parts.shape = file.metadata.shape(&file.name).map_err(&wrong)?;
+        }
+        let clock = take.recording.clock;
+        parts.generated = (inhand_channels::read_generated(file.bytes, &file.name)
+            .map_err(&wrong)?)
+        .into_iter()
+        .map(|method| (method.name.clone(), stored_segments(method, clock)))
+        .collect();
+        parts.evaluated =
+            inhand_channels::read_evaluated(file.bytes, &file.name).map_err(&wrong)?;
+        Ok(parts)
+    }
+
+    fn generated_segments(&self) -> Vec<Vec<GeneratedSegment<'_>>> {
+        (self.generated.iter())
+            .map(|(_, segments)| {
+                (segments.iter())
+                    .map(|stored| GeneratedSegment {
+                        start_sample: stored.start_sample,
+                        trajectory: &stored.trajectory,
+                        plan: stored.plan.as_ref(),
+                    })
+                    .collect()
+            })
+            .collect()
+    }
+
+    fn evaluated(&self) -> Vec<EvaluatedMethod<'_>> {
+        (self.evaluated.iter())
+            .map(|method| EvaluatedMethod {
+                name: &method.name,
+                samples: method.samples.clone(),
+            })
+            .collect()
+    }
+}
+
+/// The trajectories of a method as far as files tell: unbroken motion, which ends where a plan starts.
+fn stored_segments(mut method: ReadMethod, clock: Clock) -> Vec<StoredSegment> {
+    let mut segments = Vec::new();
+    let mut piece: Option<(usize, Vec<Configuration>)> = None;
+    for (&k, &configuration) in &method.configurations_m {
+        let goes_on = |(start, values): &(usize, Vec<Configuration>)| start + values.len() == k;
+        match &mut piece {
+            Some(piece) if goes_on(piece) && !method.plans.contains_key(&k) => {
+                piece.1.push(configuration);
+            }
+            _ => {
+                segments.extend(piece.replace((k, vec![configuration])));
+            }
+        }
+    }
+    segments.extend(piece);
+    (segments.into_iter())
+        .filter_map(|(start_sample, values)| {
+            let layout = SegmentLayout {
+                samples: values.len(),
+                rate_hz: clock.rate_hz(),
+                object: false,
+            };
+            Some(StoredSegment {
+                start_sample,
+                // The reader has seen to it that all numbers are there and finite.
+                trajectory: Trajectory::new(layout, values.concat()).ok()?,
+                plan: method.plans.remove(&start_sample),
+            })
+        })
+        .collect()
+}
+
+/// Both parts as one file; gives its messages.
+fn join(
+    parts: [&Path; 2],
+    output: &Path,
+    (library, packing): (String, Packing),
+) -> Result<u64, PipelineError> {
+    let [rest, views] = parts;
+    let mut sources = [containers::open(rest)?, containers::open(views)?];
+    let settings = Merge {
+        library: &library,
+        keep_both: false,
+        metadata: &|_, record| record,
+        packing,
+    };
+    let mut messages = 0;
+    write_atomic(output, |out| {
+        let merged =
+            inhand_container::merge(&mut sources, out, &settings).map_err(container(output))?;
+        messages = merged.written.messages;
+        Ok(())
+    })?;
+    Ok(messages)
+}

@@ -69,9 +69,11 @@ pub fn add_views(
         });
     }
     let folder = (output.parent()).filter(|folder| !folder.as_os_str().is_empty());
+    let folder = folder.unwrap_or(Path::new("."));
+    std::fs::create_dir_all(folder).map_err(PipelineError::io("create folder", folder))?;
     let scratch = tempfile::Builder::new()
         .prefix(TEMPORARY_PREFIX)
-        .tempdir_in(folder.unwrap_or(Path::new(".")))
+        .tempdir_in(folder)
         .map_err(PipelineError::io("write", output))?;
     let [rest, views] = ["rest.mcap", "views.mcap"].map(|name| scratch.path().join(name));
     let file = File::of(input, &bytes)?;

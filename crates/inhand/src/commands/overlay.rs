@@ -129,12 +129,12 @@ fn text(overlaid: &Overlaid) -> String {
     for layer in &overlaid.layers {
         let method = layer.method.as_deref().unwrap_or("recorded");
         lines.push_str(&format!(
-            "{:<width$}  {}  {method} motion of {}, {} samples at {:.6} Hz\n",
+            "{:<width$}  {}  {method} motion of {}, {} samples at {} Hz\n",
             layer.name,
             hex(layer.colour),
             layer.file,
             layer.samples,
-            layer.rate_hz
+            (layer.rate_hz * 1e3).round() / 1e3
         ));
     }
     let Some(first) = overlaid.layers.first() else {

@@ -40,7 +40,14 @@ fn messages(bench: &Bench, name: &str) -> BTreeMap<String, Vec<Message>> {
 
 /// The file with its views, without them, and without them but with views added.
 fn same_views(bench: &Bench, with: &str, without: &str) -> BTreeMap<String, Vec<Message>> {
-    bench.ok(&["view", without, "-o", "viewed.mcap", "--force"]);
+    let dictionary = ["--dictionary", "with/dictionary.mcap"];
+    let dictionary = &dictionary[..if bench.path(dictionary[1]).exists() {
+        2
+    } else {
+        0
+    }];
+    let view = ["view", without, "-o", "viewed.mcap", "--force"];
+    bench.ok(&[&view[..], dictionary].concat());
     let [with, without, viewed] = [with, without, "viewed.mcap"].map(|name| messages(bench, name));
     assert!(with.len() > without.len() + 1, "{:?}", with.keys());
     for (topic, messages) in &with {
@@ -90,7 +97,12 @@ fn the_output_of_a_run_gets_its_methods_and_contacts_back() {
     assert!(views.keys().filter(scenes).count() >= 2);
 
     // Views that are there are replaced, and the rest stays as it was.
-    bench.ok(&["view", "viewed.mcap", "-o", "again.mcap"]);
+    let dictionary = ["--dictionary", "with/dictionary.mcap"];
+    bench.ok(&[
+        &["view", "viewed.mcap", "-o", "again.mcap"][..],
+        &dictionary,
+    ]
+    .concat());
     assert!(messages(&bench, "again.mcap") == messages(&bench, "viewed.mcap"));
 
     // Later steps read the file as before.

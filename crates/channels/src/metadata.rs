@@ -11,6 +11,7 @@
 //! | `inhand.recovered` | `lost_bytes`, `messages`: the file was damaged, and samples may have no message |
 //! | `inhand.annotations` | `keys` (JSON): labels of events in the order in which tables show them |
 //! | `inhand.about` | what people say about the whole take, such as `subject`, `object`, `task` |
+//! | `inhand.overlay` | `frame`, `align`, `layers` (JSON): motions over each other, which is no take |
 //! | `inhand.provenance.<n>` | `tool`, `step`, `settings`, `inputs` (JSON); n counts the steps from 1 |
 
 use std::collections::BTreeMap;

@@ -153,9 +153,9 @@ pub fn write_overlay<F: Frame>(
     }
     view::add(file, &mut output, &mut sources)?;
     loop {
-        let times = sources.iter().enumerate().filter_map(|(n, (k, source))| {
-            (*k < source.samples()).then(|| (source.clock().unix_nanos(*k), n))
-        });
+        let times = (sources.iter().enumerate())
+            .filter(|(_, (k, source))| *k < source.samples())
+            .map(|(n, (k, source))| (source.clock().unix_nanos(*k), n));
         let Some((unix_nanos, n)) = times.min() else {
             break;
         };

@@ -1,20 +1,20 @@
 //! View channels for files that are there already.
 
+mod stored;
+
 use std::path::Path;
 
-use inhand_channels::{
-    EvaluatedMethod, GeneratedMethod, GeneratedSegment, ReadMethod, TakeFile, ViewsFor,
-};
+use inhand_channels::{GeneratedMethod, TakeFile, ViewsFor};
 use inhand_container::{ChannelFacts, Merge, MetadataRecord, Packing, Selected, Selection};
-use inhand_model::{
-    Clock, Configuration, Finding, InputHash, Plan, Provenance, SegmentLayout, Shape, Trajectory,
-};
+use inhand_model::{Finding, Hull, InputHash, PerFinger, Provenance};
 
+use self::stored::StoredParts;
 use crate::containers::{self, container};
+use crate::dictionary_file::DictionaryFile;
 use crate::error::PipelineError;
 use crate::output::{TEMPORARY_PREFIX, write_atomic};
 use crate::settings::Settings;
-use crate::take::{Take, hex_sha256};
+use crate::take::hex_sha256;
 
 /// Topic of a dictionary's own message.
 const DICTIONARY: &str = "/dictionary/model";
@@ -45,7 +45,8 @@ pub struct Viewed {
 
 /// Writes `input` with the channels that viewers draw: those that the step which made it would have
 /// written. Views of an earlier version are taken out first; every other record stays byte for byte.
-/// A step `view` is added to the provenance.
+/// A step `view` is added to the provenance. Where fingertips have been in training is drawn if the
+/// `dictionary` is given that was learned there.
 ///
 /// Memory is taken for the file's bytes and for the take in them.
 ///
@@ -56,6 +57,7 @@ pub struct Viewed {
 pub fn add_views(
     input: &Path,
     output: &Path,
+    dictionary: Option<&DictionaryFile>,
     settings: &Settings,
 ) -> Result<Viewed, PipelineError> {
     let bytes = std::fs::read(input).map_err(PipelineError::io("read", input))?;
@@ -78,8 +80,17 @@ pub fn add_views(
     let [rest, views] = ["rest.mcap", "views.mcap"].map(|name| scratch.path().join(name));
     let file = File::of(input, &bytes)?;
     let kind = file.kind;
-    let findings = file.write_views(&views, scratch.path(), settings)?;
-    let made = crate::run::provenance("view", settings, [file.hash.clone()]);
+    let hulls = dictionary.map(|dictionary| &dictionary.dictionary.demonstrated.hulls);
+    let findings = match kind {
+        ViewedKind::Dictionary => {
+            file.write_dictionary_views(&views, scratch.path())?;
+            Vec::new()
+        }
+        ViewedKind::Take | ViewedKind::Foreign => file.write_take_views(&views, hulls, settings)?,
+    };
+    let of_dictionary = dictionary.map(|dictionary| dictionary.hash.clone());
+    let inputs = std::iter::once(file.hash.clone()).chain(of_dictionary);
+    let made = crate::run::provenance("view", settings, inputs);
     let facts = (file.library.clone(), file.packing());
     let kept = file.write_rest(&rest, &made)?;
     // Both parts are on disk and are joined chunk by chunk.
@@ -164,19 +175,7 @@ impl<'a> File<'a> {
         containers::filter(self.path, path, &selection)
     }
 
-    /// The views alone.
-    fn write_views(
-        &self,
-        path: &Path,
-        scratch: &Path,
-        settings: &Settings,
-    ) -> Result<Vec<Finding>, PipelineError> {
-        match self.kind {
-            ViewedKind::Dictionary => self.write_dictionary_views(path, scratch).map(|()| vec![]),
-            ViewedKind::Take | ViewedKind::Foreign => self.write_take_views(path, settings),
-        }
-    }
-
+    /// The views of a dictionary alone.
     fn write_dictionary_views(&self, path: &Path, scratch: &Path) -> Result<(), PipelineError> {
         let (dictionary, _) = inhand_channels::read_dictionary(self.bytes, &self.name)
             .map_err(channels(self.path))?;
@@ -193,22 +192,31 @@ impl<'a> File<'a> {
         Ok(())
     }
 
+    /// The views of a take alone; gives what was odd about a recording of others.
     fn write_take_views(
         &self,
         path: &Path,
+        hulls: Option<&PerFinger<Hull>>,
         settings: &Settings,
     ) -> Result<Vec<Finding>, PipelineError> {
         let take = crate::take::read(self.path, settings)?;
-        let parts = StoredParts::read(self, &take, settings)?;
+        let parts = match self.kind {
+            ViewedKind::Take => {
+                let clock = take.recording.clock;
+                let wrong = channels(self.path);
+                StoredParts::read(self.bytes, &self.name, &self.metadata, clock, wrong)?
+            }
+            ViewedKind::Foreign | ViewedKind::Dictionary => StoredParts::default(),
+        };
         let foreign = settings.foreign_settings()?;
         let views_for =
             ViewsFor::file(self.bytes, &self.name, &foreign).map_err(channels(self.path))?;
-        let segments = parts.generated_segments();
-        let generated: Vec<_> = (parts.generated.iter().zip(&segments))
-            .map(|((name, _), segments)| GeneratedMethod {
-                name,
+        let (segments, unsolved) = (parts.segments(), parts.unsolved());
+        let generated: Vec<_> = (parts.generated.iter().zip(&segments).zip(&unsolved))
+            .map(|((method, segments), unsolved)| GeneratedMethod {
+                name: &method.name,
                 segments,
-                unsolved: &[],
+                unsolved,
             })
             .collect();
         let file = TakeFile {
@@ -217,7 +225,8 @@ impl<'a> File<'a> {
             motion: take.stored_motion.as_ref(),
             generated: &generated,
             evaluated: &parts.evaluated(),
-            object_shape: parts.shape,
+            object_shape: settings.shape()?.or(parts.shape),
+            hulls,
             ..TakeFile::new(take.measured())
         };
         write_atomic(path, |out| {
@@ -238,102 +247,6 @@ fn channels(path: &Path) -> impl Fn(inhand_channels::ChannelError) -> PipelineEr
         path: path.clone(),
         source: source.into(),
     }
-}
-
-/// A stored trajectory, or a piece of one, with its start.
-struct StoredSegment {
-    start_sample: usize,
-    trajectory: Trajectory,
-    plan: Option<Plan>,
-}
-
-/// What the file of a take holds beside the take.
-struct StoredParts {
-    generated: Vec<(String, Vec<StoredSegment>)>,
-    evaluated: Vec<inhand_channels::ReadEvaluated>,
-    shape: Option<Shape>,
-}
-
-impl StoredParts {
-    fn read(file: &File<'_>, take: &Take, settings: &Settings) -> Result<Self, PipelineError> {
-        let wrong = channels(file.path);
-        let mut parts = Self {
-            generated: Vec::new(),
-            evaluated: Vec::new(),
-            shape: settings.shape()?,
-        };
-        if file.kind != ViewedKind::Take {
-            return Ok(parts);
-        }
-        if parts.shape.is_none() {
-            parts.shape = file.metadata.shape(&file.name).map_err(&wrong)?;
-        }
-        let clock = take.recording.clock;
-        parts.generated = (inhand_channels::read_generated(file.bytes, &file.name)
-            .map_err(&wrong)?)
-        .into_iter()
-        .map(|method| (method.name.clone(), stored_segments(method, clock)))
-        .collect();
-        parts.evaluated =
-            inhand_channels::read_evaluated(file.bytes, &file.name).map_err(&wrong)?;
-        Ok(parts)
-    }
-
-    fn generated_segments(&self) -> Vec<Vec<GeneratedSegment<'_>>> {
-        (self.generated.iter())
-            .map(|(_, segments)| {
-                (segments.iter())
-                    .map(|stored| GeneratedSegment {
-                        start_sample: stored.start_sample,
-                        trajectory: &stored.trajectory,
-                        plan: stored.plan.as_ref(),
-                    })
-                    .collect()
-            })
-            .collect()
-    }
-
-    fn evaluated(&self) -> Vec<EvaluatedMethod<'_>> {
-        (self.evaluated.iter())
-            .map(|method| EvaluatedMethod {
-                name: &method.name,
-                samples: method.samples.clone(),
-            })
-            .collect()
-    }
-}
-
-/// The trajectories of a method as far as files tell: unbroken motion, which ends where a plan starts.
-fn stored_segments(mut method: ReadMethod, clock: Clock) -> Vec<StoredSegment> {
-    let mut segments = Vec::new();
-    let mut piece: Option<(usize, Vec<Configuration>)> = None;
-    for (&k, &configuration) in &method.configurations_m {
-        let goes_on = |(start, values): &(usize, Vec<Configuration>)| start + values.len() == k;
-        match &mut piece {
-            Some(piece) if goes_on(piece) && !method.plans.contains_key(&k) => {
-                piece.1.push(configuration);
-            }
-            _ => {
-                segments.extend(piece.replace((k, vec![configuration])));
-            }
-        }
-    }
-    segments.extend(piece);
-    (segments.into_iter())
-        .filter_map(|(start_sample, values)| {
-            let layout = SegmentLayout {
-                samples: values.len(),
-                rate_hz: clock.rate_hz(),
-                object: false,
-            };
-            Some(StoredSegment {
-                start_sample,
-                // The reader has seen to it that all numbers are there and finite.
-                trajectory: Trajectory::new(layout, values.concat()).ok()?,
-                plan: method.plans.remove(&start_sample),
-            })
-        })
-        .collect()
 }
 
 /// Both parts as one file; gives its messages.

@@ -17,8 +17,7 @@ use crate::take::{ContactSample, EvaluatedSample};
 pub struct ReadEvaluated {
     /// Name of the method.
     pub name: String,
-    /// The instants that were judged, by time. Where a file says which fingers touch the object and
-    /// nothing of errors, those are NaN.
+    /// The instants that were judged, by time.
     pub samples: Vec<EvaluatedSample>,
 }
 
@@ -70,13 +69,13 @@ pub fn read_evaluated(bytes: &[u8], file_name: &str) -> Result<Vec<ReadEvaluated
                 .entry(sample)
                 .or_insert(EvaluatedSample {
                     sample,
-                    error_m: PerFinger::new([f64::NAN; 5]),
+                    error_m: None,
                     contact: None,
                 });
             match part {
                 Part::Error => {
-                    judged.error_m =
-                        errors(&messages::FingerErrors::decode(&*data).map_err(protobuf)?);
+                    let message = messages::FingerErrors::decode(&*data).map_err(protobuf)?;
+                    judged.error_m = Some(errors(&message));
                 }
                 Part::Contact => {
                     let message = messages::Contacts::decode(&*data).map_err(protobuf)?;

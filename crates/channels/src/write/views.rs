@@ -97,7 +97,13 @@ pub fn write_views(
         ..file.clone()
     };
     let mut streams = Streams::new();
-    view::add_take(&seen, &outline, &mut output, &mut streams)?;
+    view::add_take(
+        &seen,
+        file.recording.clock,
+        &outline,
+        &mut output,
+        &mut streams,
+    )?;
     let mut writer = TakeWriter {
         output,
         streams,

@@ -25,6 +25,9 @@ pub(crate) struct Args {
     /// cylinder:0.05x0.07 (metres).
     #[arg(long, value_name = "SHAPE")]
     object: Option<String>,
+    /// The dictionary that generated motion comes from: where fingertips have been in training is drawn.
+    #[arg(long, value_name = "FILE")]
+    dictionary: Option<PathBuf>,
     #[command(flatten, next_help_heading = "Source")]
     source: SourceOptions,
     /// Replace an output that is there.
@@ -40,11 +43,16 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     settings.validate()?;
     let targets = targets(&args.inputs, &args.output, "mcap")?;
     let inputs: Vec<&Path> = args.inputs.iter().map(PathBuf::as_path).collect();
+    let read: Vec<&Path> = (inputs.iter().copied())
+        .chain(args.dictionary.as_deref())
+        .collect();
     for target in &targets {
-        check_target(target, &inputs, || args.force)?;
+        check_target(target, &read, || args.force)?;
     }
+    let dictionary = (args.dictionary.as_deref()).map(inhand_pipeline::read_dictionary);
+    let dictionary = dictionary.transpose()?;
     for (input, target) in inputs.iter().zip(&targets) {
-        let viewed = add_views(input, target, &settings)?;
+        let viewed = add_views(input, target, dictionary.as_ref(), &settings)?;
         for finding in &viewed.findings {
             console.finding(&input.display().to_string(), finding);
         }

@@ -114,6 +114,7 @@ fn methods_of_a_run_are_as_far_from_the_recording_as_its_evaluation_says() {
         "/overlay/prior/distance",
         "/view/overlay/legend",
         "/view/overlay/hermite/fingertips",
+        "/view/overlay/hermite/fingertip_balls",
         "/view/overlay/hermite/fingertips_scene",
     ] {
         assert!(topics.iter().any(|t| t == topic), "{topic}: {topics:?}");

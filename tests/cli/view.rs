@@ -117,6 +117,25 @@ fn the_output_of_a_run_gets_its_methods_and_contacts_back() {
 }
 
 #[test]
+fn plans_that_found_no_motion_are_listed_again() {
+    let bench = Bench::csv();
+    let slow = [
+        "--methods",
+        "prior",
+        "--ends",
+        "hard",
+        "--velocity-m-s",
+        "0.02",
+    ];
+    bench.run("with", &slow);
+    bench.run("without", &[&slow[..], &["--no-view"]].concat());
+    let [with, without] = ["with", "without"].map(|folder| format!("{folder}/cube_test_01.mcap"));
+    let views = same_views(&bench, &with, &without);
+    assert!(!views["/view/log"].is_empty());
+    assert_eq!(views["/view/hulls"].len(), 1);
+}
+
+#[test]
 fn a_dictionary_gets_back_what_was_filtered_out() {
     let bench = Bench::csv();
     bench.run("run", &[]);

@@ -1,0 +1,121 @@
+//! The objects of motions over each other: that of the first as everywhere, others in their layer's colour.
+
+use foxglove::messages::{
+    CubePrimitive, CylinderPrimitive, FrameTransforms, PointCloud, SceneUpdate,
+};
+use inhand_model::{Clock, Frame, Object, Pose, Shape};
+
+use super::{Sources, is_shown};
+use crate::colour::Rgb;
+use crate::error::ChannelError;
+use crate::output::{ChannelId, Output};
+use crate::overlay::{OverlayFile, OverlayObject, Source, layer_colour};
+use crate::topic::LayerTopics;
+use crate::view::cloud::Cloud;
+use crate::view::entities::{colour, entity, identity, size};
+use crate::view::{solid, stride, transforms};
+
+/// What lies behind an object stays visible.
+const OBJECT_ALPHA: f64 = 0.3;
+
+/// The frame and solid of an object.
+pub(super) fn add<'a, F: Frame>(
+    file: &OverlayFile<'a, F>,
+    object: &OverlayObject<'a, F>,
+    (start, first_is_placed): (u64, bool),
+    output: &mut Output<'_>,
+    sources: &mut Sources<'a>,
+) -> Result<(), ChannelError> {
+    if object.layer == 0 {
+        if let Some(shape) = object.shape.filter(|_| first_is_placed) {
+            solid::write(shape, Object::NAME, start, output)?;
+        }
+        return Ok(());
+    }
+    let Some(layer) =
+        (file.layers.get(object.layer)).filter(|_| is_shown(object.track, object.clock))
+    else {
+        return Ok(());
+    };
+    let topics = LayerTopics::new(layer.name)?;
+    let frame = format!("{}_{}", Object::NAME, layer.name);
+    let colour = layer_colour(object.layer);
+    sources.push((
+        0,
+        Box::new(OtherObject {
+            // A topic of its own: in one with others, a viewer that jumps would see the last alone.
+            channel: output.channel::<FrameTransforms>(&topics.tf, None)?,
+            frame: frame.clone(),
+            object: *object,
+        }),
+    ));
+    let Some(shape) = object.shape else {
+        return Ok(());
+    };
+    let channel = output.channel::<SceneUpdate>(&topics.object, Some(&frame))?;
+    output.message(channel, 0, start, &scene_of(shape, &frame, colour, start))?;
+    let channel = output.channel::<PointCloud>(&topics.object_edges, Some(&frame))?;
+    let mut cloud = Cloud::new(&frame, "edge");
+    for (edge, point) in solid::edge_points_m(shape) {
+        cloud.push(point, edge, colour);
+    }
+    output.message(channel, 0, start, cloud.message(start))
+}
+
+struct OtherObject<'a, F: Frame> {
+    channel: ChannelId,
+    frame: String,
+    object: OverlayObject<'a, F>,
+}
+
+impl<F: Frame> Source for OtherObject<'_, F> {
+    fn clock(&self) -> Clock {
+        self.object.clock
+    }
+
+    fn samples(&self) -> usize {
+        self.object.track.len()
+    }
+
+    fn sample(
+        &mut self,
+        k: usize,
+        unix_nanos: u64,
+        output: &mut Output<'_>,
+    ) -> Result<(), ChannelError> {
+        let shown = k.is_multiple_of(stride(self.object.clock.rate_hz()));
+        let Some(pose) = self.object.track.get(k).filter(|_| shown) else {
+            return Ok(());
+        };
+        let transform =
+            transforms::transform(F::NAME, &self.frame, Pose::isometry(pose), unix_nanos);
+        let transforms = vec![transform];
+        output.message(self.channel, k, unix_nanos, &FrameTransforms { transforms })
+    }
+}
+
+fn scene_of(shape: Shape, frame: &str, rgb: Rgb, unix_nanos: u64) -> SceneUpdate {
+    let mut solid = entity(frame, frame, unix_nanos);
+    let (pose, color) = (Some(identity()), Some(colour(rgb, OBJECT_ALPHA)));
+    match shape {
+        Shape::Cuboid { edges_m } => solid.cubes.push(CubePrimitive {
+            pose,
+            size: Some(size(edges_m)),
+            color,
+        }),
+        Shape::Cylinder {
+            diameter_m,
+            height_m,
+        } => solid.cylinders.push(CylinderPrimitive {
+            pose,
+            size: Some(size([diameter_m, diameter_m, height_m])),
+            bottom_scale: 1.0,
+            top_scale: 1.0,
+            color,
+        }),
+    }
+    SceneUpdate {
+        deletions: Vec::new(),
+        entities: vec![solid],
+    }
+}

@@ -1,0 +1,258 @@
+//! Fingertips of one of several motions, in its colour.
+
+use std::collections::VecDeque;
+
+use foxglove::messages::packed_element_field::NumericType;
+use foxglove::messages::{
+    LinePrimitive, PackedElementField, Point3, PointCloud, SceneUpdate, SpherePrimitive,
+};
+use inhand_model::{Clock, Finger, Frame, PerFinger, Position};
+
+use super::Sources;
+use crate::colour::Rgb;
+use crate::error::ChannelError;
+use crate::output::{ChannelId, Output};
+use crate::overlay::{OverlayLayer, Source, layer_colour, samples_of};
+use crate::topic::LayerTopics;
+use crate::view::cloud::Cloud;
+use crate::view::entities::{colour, entity, identity, pose, size};
+use crate::view::{scene_stride, stride};
+use crate::wire::viewer_time;
+
+/// Diameter of a fingertip, metres: layers that nearly agree are seen side by side.
+const SPHERE_M: f64 = 0.005;
+/// Length of a trail, seconds.
+const TRAIL_S: f64 = 0.4;
+/// Time between the points of a trail, seconds.
+const TRAIL_STEP_S: f64 = 0.04;
+/// Thickness of a trail, metres.
+const TRAIL_M: f64 = 0.001;
+
+/// Adds the views of the layer with this number.
+pub(super) fn add<'a, F: Frame>(
+    number: usize,
+    layer: &OverlayLayer<'a, F>,
+    output: &mut Output<'_>,
+    sources: &mut Sources<'a>,
+) -> Result<(), ChannelError> {
+    let topics = LayerTopics::new(layer.name)?;
+    let (rate_hz, frame) = (layer.clock.rate_hz(), Some(F::NAME));
+    let (layer, colour) = (layer.clone(), layer_colour(number));
+    sources.push((
+        0,
+        Box::new(LayerCloud {
+            channel: output.channel::<PointCloud>(&topics.view_fingertips, frame)?,
+            stride: stride(rate_hz),
+            number,
+            layer: layer.clone(),
+        }),
+    ));
+    let stride = scene_stride(rate_hz);
+    sources.push((
+        0,
+        Box::new(LayerBalls {
+            channel: output.channel::<PointCloud>(&topics.view_balls, frame)?,
+            stride,
+            colour,
+            layer: layer.clone(),
+            cloud: Cloud::new(F::NAME, "finger"),
+        }),
+    ));
+    let steps = (TRAIL_STEP_S * rate_hz / stride as f64).round() as usize;
+    let trail_step = steps.max(1) * stride;
+    sources.push((
+        0,
+        Box::new(LayerScene {
+            channel: output.channel::<SceneUpdate>(&topics.view_scene, frame)?,
+            stride,
+            trail_step,
+            trail_points: (TRAIL_S * rate_hz / trail_step as f64).round() as usize,
+            colour,
+            layer,
+            trails: PerFinger::default(),
+        }),
+    ));
+    Ok(())
+}
+
+/// Points of one colour with the numbers of their finger and layer.
+fn cloud(
+    frame: &str,
+    layer: usize,
+    points: impl Iterator<Item = ([f64; 3], usize)>,
+    unix_nanos: u64,
+) -> PointCloud {
+    let field = |name: &str, offset, numeric_type: NumericType| PackedElementField {
+        name: name.to_owned(),
+        offset,
+        r#type: numeric_type.into(),
+    };
+    let fields = vec![
+        field("x", 0, NumericType::Float32),
+        field("y", 4, NumericType::Float32),
+        field("z", 8, NumericType::Float32),
+        field("finger", 12, NumericType::Uint32),
+        field("layer", 16, NumericType::Uint32),
+        field("red", 20, NumericType::Uint8),
+        field("green", 21, NumericType::Uint8),
+        field("blue", 22, NumericType::Uint8),
+        field("alpha", 23, NumericType::Uint8),
+    ];
+    let [red, green, blue] = layer_colour(layer);
+    let mut data = Vec::new();
+    for (at, number) in points {
+        for coordinate in at {
+            data.extend_from_slice(&(coordinate as f32).to_le_bytes());
+        }
+        data.extend_from_slice(&(number as u32).to_le_bytes());
+        data.extend_from_slice(&(layer as u32).to_le_bytes());
+        data.extend_from_slice(&[red, green, blue, u8::MAX]);
+    }
+    PointCloud {
+        timestamp: Some(viewer_time(unix_nanos)),
+        frame_id: frame.to_owned(),
+        pose: Some(identity()),
+        point_stride: 24,
+        fields,
+        data: data.into(),
+    }
+}
+
+struct LayerCloud<'a, F: Frame> {
+    channel: ChannelId,
+    stride: usize,
+    number: usize,
+    layer: OverlayLayer<'a, F>,
+}
+
+impl<F: Frame> Source for LayerCloud<'_, F> {
+    fn clock(&self) -> Clock {
+        self.layer.clock
+    }
+
+    fn samples(&self) -> usize {
+        samples_of(self.layer.tips)
+    }
+
+    fn sample(
+        &mut self,
+        k: usize,
+        unix_nanos: u64,
+        output: &mut Output<'_>,
+    ) -> Result<(), ChannelError> {
+        if !k.is_multiple_of(self.stride) {
+            return Ok(());
+        }
+        let points = (Finger::ALL.into_iter()).filter_map(|finger| {
+            let position = self.layer.tips[finger].get(k)?;
+            Some((position.to_array(), finger.index()))
+        });
+        let cloud = cloud(F::NAME, self.number, points, unix_nanos);
+        output.message(self.channel, k, unix_nanos, &cloud)
+    }
+}
+
+/// Balls of points, for viewers that draw no scenes.
+struct LayerBalls<'a, F: Frame> {
+    channel: ChannelId,
+    stride: usize,
+    colour: Rgb,
+    layer: OverlayLayer<'a, F>,
+    cloud: Cloud,
+}
+
+impl<F: Frame> Source for LayerBalls<'_, F> {
+    fn clock(&self) -> Clock {
+        self.layer.clock
+    }
+
+    fn samples(&self) -> usize {
+        samples_of(self.layer.tips)
+    }
+
+    fn sample(
+        &mut self,
+        k: usize,
+        unix_nanos: u64,
+        output: &mut Output<'_>,
+    ) -> Result<(), ChannelError> {
+        if !k.is_multiple_of(self.stride) {
+            return Ok(());
+        }
+        self.cloud.clear();
+        for finger in Finger::ALL {
+            if let Some(position) = self.layer.tips[finger].get(k) {
+                let (at, number) = (position.to_array(), finger.index());
+                self.cloud.push_ball(at, SPHERE_M, number, self.colour);
+            }
+        }
+        output.message(self.channel, k, unix_nanos, self.cloud.message(unix_nanos))
+    }
+}
+
+struct LayerScene<'a, F: Frame> {
+    channel: ChannelId,
+    stride: usize,
+    trail_step: usize,
+    trail_points: usize,
+    colour: Rgb,
+    layer: OverlayLayer<'a, F>,
+    trails: PerFinger<VecDeque<Point3>>,
+}
+
+impl<F: Frame> Source for LayerScene<'_, F> {
+    fn clock(&self) -> Clock {
+        self.layer.clock
+    }
+
+    fn samples(&self) -> usize {
+        samples_of(self.layer.tips)
+    }
+
+    fn sample(
+        &mut self,
+        k: usize,
+        unix_nanos: u64,
+        output: &mut Output<'_>,
+    ) -> Result<(), ChannelError> {
+        if !k.is_multiple_of(self.stride) {
+            return Ok(());
+        }
+        let mut scene = entity(F::NAME, self.layer.name, unix_nanos);
+        for finger in Finger::ALL {
+            let Some([x, y, z]) = self.layer.tips[finger].get(k).map(Position::to_array) else {
+                // A trail never bridges a gap.
+                self.trails[finger].clear();
+                continue;
+            };
+            scene.spheres.push(SpherePrimitive {
+                pose: Some(pose([x, y, z])),
+                size: Some(size([SPHERE_M; 3])),
+                color: Some(colour(self.colour, 1.0)),
+            });
+            let trail = &mut self.trails[finger];
+            let mut points: Vec<Point3> = trail.iter().copied().collect();
+            points.push(Point3 { x, y, z });
+            if points.len() > 1 {
+                scene.lines.push(LinePrimitive {
+                    pose: Some(identity()),
+                    thickness: TRAIL_M,
+                    points,
+                    color: Some(colour(self.colour, 0.8)),
+                    ..LinePrimitive::default()
+                });
+            }
+            if k.is_multiple_of(self.trail_step) {
+                if trail.len() >= self.trail_points {
+                    trail.pop_front();
+                }
+                trail.push_back(Point3 { x, y, z });
+            }
+        }
+        let update = SceneUpdate {
+            deletions: Vec::new(),
+            entities: vec![scene],
+        };
+        output.message(self.channel, k, unix_nanos, &update)
+    }
+}

@@ -33,7 +33,8 @@
 //! ```
 //!
 //! Time is log time, nanoseconds since 1970-01-01 UTC. [`walk`] visits records parsed, [`recover`] saves
-//! what is sound of a damaged file, and [`verify`] reads a file back with every checksum.
+//! what is sound of a damaged file, and [`verify`] reads a file back with every checksum. A [`Timeline`]
+//! gives messages by log time from any instant on.
 
 mod attachment;
 mod channel;
@@ -50,6 +51,7 @@ mod quick;
 mod recover;
 mod select;
 mod source;
+mod timeline;
 mod verify;
 mod walk;
 mod writer;
@@ -66,5 +68,6 @@ pub use quick::walk_in_place;
 pub use recover::{Loss, Recovered, recover};
 pub use select::{Selected, Selection, select};
 pub use source::Source;
+pub use timeline::{KeptMessage, SchemaFacts, TimedMessage, Timeline, TimelineChannel};
 pub use verify::verify;
 pub use walk::{Depth, is_mcap, walk, walk_while};

@@ -19,6 +19,18 @@ pub(crate) const CHUNK_START_BYTES: u64 = 256;
 /// Bytes that a summary may have; one of a file of a terabyte has fewer.
 const MOST_SUMMARY_BYTES: u64 = 256 << 20;
 
+/// A chunk as the summary lists it.
+pub(crate) struct ListedChunk {
+    /// Channels with messages in it; none where it has no message index.
+    pub(crate) channels: Vec<u16>,
+    /// Log times from first to last.
+    pub(crate) span: (u64, u64),
+    /// Size of the record with its prefix.
+    pub(crate) bytes: u64,
+    /// Size of the message indexes behind it.
+    pub(crate) index_bytes: u64,
+}
+
 /// What the summary at the end of a file says.
 #[derive(Default)]
 pub(crate) struct Overview {
@@ -26,8 +38,8 @@ pub(crate) struct Overview {
     pub(crate) schemas: BTreeMap<u16, Vec<u8>>,
     /// Bodies of channel records by id.
     pub(crate) channels: BTreeMap<u16, Vec<u8>>,
-    /// Channels with messages in the chunk that starts at a byte.
-    pub(crate) chunks: BTreeMap<u64, Vec<u16>>,
+    /// The chunk that starts at a byte.
+    pub(crate) chunks: BTreeMap<u64, ListedChunk>,
     /// Messages and their log times from first to last.
     pub(crate) messages: Option<(u64, Option<(u64, u64)>)>,
     /// Whether all schemas, channels and chunks of the file are listed.
@@ -59,8 +71,13 @@ impl Overview {
                     overview.channels.insert(channel.id, body.to_vec());
                 }
                 Record::ChunkIndex(index) => {
-                    let channels = index.message_index_offsets.into_keys().collect();
-                    overview.chunks.insert(index.chunk_start_offset, channels);
+                    let listed = ListedChunk {
+                        channels: index.message_index_offsets.into_keys().collect(),
+                        span: (index.message_start_time, index.message_end_time),
+                        bytes: index.chunk_length,
+                        index_bytes: index.message_index_length,
+                    };
+                    overview.chunks.insert(index.chunk_start_offset, listed);
                 }
                 Record::Statistics(statistics) => counted = Some(statistics),
                 _ => {}

@@ -365,7 +365,7 @@ impl<W: Write> Copy<'_, W> {
         let mut start = Vec::new();
         source.read_at(head.body(), head.bytes.min(CHUNK_START_BYTES), &mut start)?;
         source.back_to(head)?;
-        let (Some(facts), Some(channels)) = (
+        let (Some(facts), Some(listed)) = (
             ChunkFacts::of(&start),
             self.overview.chunks.get(&head.offset),
         ) else {
@@ -373,13 +373,13 @@ impl<W: Write> Copy<'_, W> {
         };
         let used =
             (self.selection.keep.iter()).any(|stretch| stretch.meets(facts.start, facts.end));
-        let latched = channels.iter().any(|id| {
+        let latched = listed.channels.iter().any(|id| {
             self.channels
                 .get(id)
                 .is_none_or(|fate| fate.latch.is_some())
         });
         // Without a single channel it may be that its writer made no message indexes.
-        let skips = !used && !latched && !channels.is_empty();
+        let skips = !used && !latched && !listed.channels.is_empty();
         if skips && let Some(packing) = Packing::of(&facts.compression) {
             self.writer
                 .set_packing(self.selection.packing.unwrap_or(packing));

@@ -9,3 +9,4 @@ mod merge;
 mod recover;
 mod select;
 mod support;
+mod timeline;

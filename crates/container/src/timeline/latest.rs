@@ -1,0 +1,155 @@
+//! What holds at an instant: the message that each channel sent last before it.
+
+use std::cmp::Reverse;
+use std::collections::btree_map::Entry as Place;
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::{Read, Seek};
+
+use crate::channel::{Latch, latch};
+use crate::error::ContainerError;
+use crate::format::MESSAGE_HEADER_BYTES;
+use crate::timeline::{KeptMessage, Timeline};
+
+/// Most different messages of channels on which each adds to those before; of more, those that lie
+/// first in the file count.
+const MOST_LASTING: usize = 4096;
+
+/// The best that was found of a channel.
+struct Found {
+    log_time: u64,
+    block: usize,
+    message: KeptMessage,
+}
+
+impl<R: Read + Seek> Timeline<R> {
+    /// What holds just before an instant, in the order of log time: of each channel the last message
+    /// that is earlier, of those that hold on together ([`Latch::All`]) all different ones.
+    ///
+    /// Where the next messages are read from does not change.
+    ///
+    /// # Errors
+    ///
+    /// As for [`next_time`](Self::next_time).
+    pub fn latest_before(&mut self, log_time: u64) -> Result<Vec<KeptMessage>, ContainerError> {
+        let Some(last) = log_time.checked_sub(1) else {
+            return Ok(Vec::new());
+        };
+        let adding: BTreeSet<u16> = (self.channels.values())
+            .filter(|channel| latch(&channel.facts) == Some(Latch::All))
+            .map(|channel| channel.facts.id)
+            .collect();
+        let mut kept = self.lasting(&adding)?;
+        kept.retain(|message| message.log_time <= last);
+        kept.extend(self.last_of_each(&adding, last)?);
+        // Stable: of equal times those that hold on come first.
+        kept.sort_by_key(|message| message.log_time);
+        Ok(kept)
+    }
+
+    /// The last message up to `last` of each channel but those in `without`.
+    fn last_of_each(
+        &mut self,
+        without: &BTreeSet<u16>,
+        last: u64,
+    ) -> Result<Vec<KeptMessage>, ContainerError> {
+        let mut found: BTreeMap<u16, Found> = BTreeMap::new();
+        // Whatever a block holds that counts is at most as late as this.
+        let reach = |end: u64| end.min(last);
+        let mut candidates: Vec<usize> = (0..self.blocks.len())
+            .filter(|&block| self.blocks[block].span.0 <= last)
+            .collect();
+        candidates.sort_by_key(|&block| Reverse((reach(self.blocks[block].span.1), block)));
+        for block in candidates {
+            let reach = reach(self.blocks[block].span.1);
+            let open = (self.blocks[block].channels.difference(without)).any(|channel| {
+                (found.get(channel)).is_none_or(|best| (best.log_time, best.block) < (reach, block))
+            });
+            if !open {
+                continue;
+            }
+            let records = self.records(block)?;
+            let mut newest = BTreeMap::new();
+            for entry in self.entries(block, &records)? {
+                if entry.log_time > last || without.contains(&entry.channel) {
+                    continue;
+                }
+                match newest.entry(entry.channel) {
+                    Place::Vacant(place) => {
+                        place.insert(entry);
+                    }
+                    Place::Occupied(mut place) => {
+                        if place.get().log_time <= entry.log_time {
+                            place.insert(entry);
+                        }
+                    }
+                }
+            }
+            for (channel, entry) in newest {
+                let better = (found.get(&channel))
+                    .is_none_or(|best| (best.log_time, best.block) < (entry.log_time, block));
+                if better {
+                    let message = kept(channel, entry.log_time, &records[entry.body]);
+                    let log_time = entry.log_time;
+                    found.insert(
+                        channel,
+                        Found {
+                            log_time,
+                            block,
+                            message,
+                        },
+                    );
+                }
+            }
+        }
+        Ok(found.into_values().map(|found| found.message).collect())
+    }
+
+    /// All different messages of these channels, the first of equal ones. They are looked for once, in
+    /// the whole file.
+    fn lasting(&mut self, channels: &BTreeSet<u16>) -> Result<Vec<KeptMessage>, ContainerError> {
+        if let Some(lasting) = &self.lasting {
+            return Ok(lasting.clone());
+        }
+        let mut seen: BTreeMap<(u16, Vec<u8>), u64> = BTreeMap::new();
+        for block in 0..self.blocks.len() {
+            if self.blocks[block].channels.is_disjoint(channels) {
+                continue;
+            }
+            let records = self.records(block)?;
+            let entries = self.entries(block, &records)?;
+            for entry in (entries.into_iter()).filter(|entry| channels.contains(&entry.channel)) {
+                let message = kept(entry.channel, entry.log_time, &records[entry.body]);
+                let room = seen.len() < MOST_LASTING;
+                match seen.entry((entry.channel, message.data)) {
+                    Place::Occupied(mut time) => {
+                        *time.get_mut() = entry.log_time.min(*time.get());
+                    }
+                    Place::Vacant(place) if room => {
+                        place.insert(entry.log_time);
+                    }
+                    Place::Vacant(_) => {}
+                }
+            }
+        }
+        let lasting: Vec<_> = (seen.into_iter())
+            .map(|((channel, data), log_time)| KeptMessage {
+                channel,
+                log_time,
+                data,
+            })
+            .collect();
+        self.lasting = Some(lasting.clone());
+        Ok(lasting)
+    }
+}
+
+fn kept(channel: u16, log_time: u64, body: &[u8]) -> KeptMessage {
+    KeptMessage {
+        channel,
+        log_time,
+        data: body
+            .get(MESSAGE_HEADER_BYTES..)
+            .unwrap_or_default()
+            .to_vec(),
+    }
+}

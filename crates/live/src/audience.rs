@@ -1,0 +1,264 @@
+//! All viewers that are connected, and what each of them wants.
+
+use std::collections::BTreeMap;
+
+use crate::outbox::Pushed;
+use crate::protocol::{Level, PlaybackState, Subprotocol, message_head, status, time};
+use crate::viewer::Viewer;
+
+/// Subscriptions that one viewer may have.
+const MOST_SUBSCRIPTIONS: usize = 1 << 16;
+
+/// Everyone who is connected.
+#[derive(Default)]
+pub(crate) struct Audience {
+    guests: BTreeMap<u64, Guest>,
+    /// Messages that were put into outboxes.
+    pub(crate) sent: u64,
+    /// Messages that were not, since viewers read too slowly.
+    pub(crate) missed: u64,
+    /// Viewers that have been there.
+    pub(crate) came: u64,
+}
+
+struct Guest {
+    viewer: Viewer,
+    /// Subscriptions of each channel.
+    subscriptions: BTreeMap<u64, Vec<u32>>,
+    /// Whether playback states mean something to it.
+    controls: bool,
+    /// Messages that it did not get since it was last told so.
+    missed: u64,
+}
+
+impl Audience {
+    pub(crate) fn len(&self) -> usize {
+        self.guests.len()
+    }
+
+    /// Whether anyone wants any messages.
+    pub(crate) fn is_watching(&self) -> bool {
+        (self.guests.values()).any(|guest| !guest.subscriptions.is_empty())
+    }
+
+    pub(crate) fn arrive(&mut self, viewer: Viewer, greeting: &[String]) {
+        for text in greeting {
+            viewer.outbox.text(text);
+        }
+        viewer.outbox.wake();
+        let guest = Guest {
+            controls: viewer.subprotocol == Subprotocol::Sdk,
+            viewer,
+            subscriptions: BTreeMap::new(),
+            missed: 0,
+        };
+        self.came += 1;
+        self.guests.insert(guest.viewer.number, guest);
+    }
+
+    /// Who leaves, if it was there.
+    pub(crate) fn leave(&mut self, number: u64) -> Option<Viewer> {
+        self.guests.remove(&number).map(|guest| guest.viewer)
+    }
+
+    /// Adds a subscription; an error is for the viewer.
+    pub(crate) fn subscribe(
+        &mut self,
+        number: u64,
+        subscription: u32,
+        channel: u64,
+    ) -> Result<(), String> {
+        let Some(guest) = self.guests.get_mut(&number) else {
+            return Ok(());
+        };
+        let mut all = guest.subscriptions.values().flatten();
+        if all.any(|&other| other == subscription) {
+            return Err(format!("subscription {subscription} is there already"));
+        }
+        if guest.subscriptions.values().flatten().count() >= MOST_SUBSCRIPTIONS {
+            return Err(format!("more than {MOST_SUBSCRIPTIONS} subscriptions"));
+        }
+        guest
+            .subscriptions
+            .entry(channel)
+            .or_default()
+            .push(subscription);
+        Ok(())
+    }
+
+    pub(crate) fn unsubscribe(&mut self, number: u64, subscriptions: &[u32]) {
+        if let Some(guest) = self.guests.get_mut(&number) {
+            guest.subscriptions.retain(|_, ids| {
+                ids.retain(|id| !subscriptions.contains(id));
+                !ids.is_empty()
+            });
+        }
+    }
+
+    /// Tells a viewer of something that it should not have said.
+    pub(crate) fn warn(&self, number: u64, what: &str) {
+        if let Some(guest) = self.guests.get(&number) {
+            guest.viewer.outbox.text(&status(Level::Warning, what));
+            guest.viewer.outbox.wake();
+        }
+    }
+
+    /// Tells all viewers why there is an end.
+    pub(crate) fn fail(&self, what: &str) {
+        for guest in self.guests.values() {
+            guest.viewer.outbox.text(&status(Level::Error, what));
+        }
+    }
+
+    /// Remembers that a viewer knows what a playback state is.
+    pub(crate) fn knows_playback(&mut self, number: u64) {
+        if let Some(guest) = self.guests.get_mut(&number) {
+            guest.controls = true;
+        }
+    }
+
+    /// Tells how playing stands; to `asker` as the answer to its request.
+    pub(crate) fn state(&self, state: PlaybackState, asker: Option<(u64, &str)>) {
+        let others = state.to_bytes("");
+        for (&number, guest) in self.guests.iter().filter(|(_, guest)| guest.controls) {
+            match asker.filter(|&(asker, _)| asker == number) {
+                Some((_, request)) => guest.viewer.outbox.binary(&[&state.to_bytes(request)]),
+                None => guest.viewer.outbox.binary(&[&others]),
+            };
+        }
+    }
+
+    pub(crate) fn time(&self, log_time: u64) {
+        let bytes = time(log_time);
+        for guest in self.guests.values().filter(|guest| guest.missed == 0) {
+            guest.viewer.outbox.binary(&[&bytes]);
+        }
+    }
+
+    /// Sends a message to all who subscribed to its channel.
+    pub(crate) fn message(&mut self, channel: u64, log_time: u64, data: &[u8]) {
+        for guest in self.guests.values_mut() {
+            let (sent, missed) = guest.message(channel, log_time, data);
+            self.sent += sent;
+            self.missed += missed;
+        }
+    }
+
+    /// Tells a viewer that has just come how playing stands.
+    pub(crate) fn introduce(&self, number: u64, state: PlaybackState) {
+        if let Some(guest) = self.guests.get(&number).filter(|guest| guest.controls) {
+            guest.viewer.outbox.binary(&[&state.to_bytes("")]);
+        }
+    }
+
+    /// Sends what holds to one viewer: the time, then messages as far as it wants them.
+    pub(crate) fn hold<'a>(
+        &mut self,
+        number: u64,
+        now: u64,
+        messages: impl IntoIterator<Item = (u64, u64, &'a [u8])>,
+    ) {
+        let Some(guest) = self.guests.get_mut(&number) else {
+            return;
+        };
+        if guest.missed == 0 {
+            guest.viewer.outbox.binary(&[&time(now)]);
+        }
+        for (channel, log_time, data) in messages {
+            let (sent, missed) = guest.message(channel, log_time, data);
+            self.sent += sent;
+            self.missed += missed;
+        }
+        guest.viewer.outbox.wake();
+    }
+
+    /// Sends what holds on channels to new subscriptions of one viewer, after the time.
+    pub(crate) fn catch_up(
+        &mut self,
+        number: u64,
+        new: &[(u64, u32)],
+        now: u64,
+        messages: &[(u64, u64, &[u8])],
+    ) {
+        let Some(guest) = self.guests.get_mut(&number) else {
+            return;
+        };
+        if guest.missed == 0 {
+            guest.viewer.outbox.binary(&[&time(now)]);
+        }
+        for &(channel, log_time, data) in messages {
+            for &(_, subscription) in new.iter().filter(|(wanted, _)| *wanted == channel) {
+                match push(
+                    &guest.viewer,
+                    &mut guest.missed,
+                    subscription,
+                    log_time,
+                    data,
+                ) {
+                    true => self.sent += 1,
+                    false => self.missed += 1,
+                }
+            }
+        }
+        guest.viewer.outbox.wake();
+    }
+
+    /// Those who were behind and have read all that there was since; they are told, and can go on.
+    pub(crate) fn caught_up(&mut self, state: PlaybackState) -> Vec<(Viewer, u64)> {
+        let mut caught_up = Vec::new();
+        for guest in self.guests.values_mut() {
+            if guest.missed > 0 && guest.viewer.outbox.is_empty() {
+                let missed = std::mem::take(&mut guest.missed);
+                let what = format!("read too slowly: {missed} messages were left out");
+                guest.viewer.outbox.text(&status(Level::Warning, &what));
+                if guest.controls {
+                    guest.viewer.outbox.binary(&[&state.to_bytes("")]);
+                }
+                caught_up.push((guest.viewer.clone(), missed));
+            }
+        }
+        caught_up
+    }
+
+    /// Whether anyone is behind.
+    pub(crate) fn is_anyone_behind(&self) -> bool {
+        self.guests.values().any(|guest| guest.missed > 0)
+    }
+
+    /// What was put into outboxes goes out.
+    pub(crate) fn wake(&self) {
+        for guest in self.guests.values() {
+            guest.viewer.outbox.wake();
+        }
+    }
+
+    /// Says goodbye to everyone, after what is still to be sent.
+    pub(crate) fn close(&self) {
+        for guest in self.guests.values() {
+            guest.viewer.outbox.close();
+        }
+    }
+}
+
+impl Guest {
+    /// How many messages were sent, and how many were not.
+    fn message(&mut self, channel: u64, log_time: u64, data: &[u8]) -> (u64, u64) {
+        let (mut sent, mut missed) = (0, 0);
+        for &subscription in self.subscriptions.get(&channel).into_iter().flatten() {
+            match push(&self.viewer, &mut self.missed, subscription, log_time, data) {
+                true => sent += 1,
+                false => missed += 1,
+            }
+        }
+        (sent, missed)
+    }
+}
+
+/// Whether a message found room. A viewer that is behind gets nothing in between: it goes on from where
+/// playing stands when it has read all.
+fn push(viewer: &Viewer, missed: &mut u64, subscription: u32, log_time: u64, data: &[u8]) -> bool {
+    let head = message_head(subscription, log_time);
+    let sent = *missed == 0 && viewer.outbox.binary(&[&head, data]) == Pushed::Waits;
+    *missed += u64::from(!sent);
+    sent
+}

@@ -1,0 +1,69 @@
+//! When time may pass: as soon as someone watches.
+
+use std::time::Duration;
+
+/// How long a viewer may take, after the first topic, to ask for the others.
+const SETTLE: Duration = Duration::from_millis(250);
+
+/// Open while someone watches, or always.
+pub(crate) struct Gate {
+    always: bool,
+    /// Since when someone watches.
+    since: Option<Duration>,
+}
+
+impl Gate {
+    pub(crate) fn new(always: bool) -> Self {
+        Self {
+            always,
+            since: None,
+        }
+    }
+
+    /// Whether someone watches now.
+    pub(crate) fn watch(&mut self, now: Duration, watching: bool) {
+        self.since = match (watching, self.since) {
+            (true, None) => Some(now),
+            (true, since) => since,
+            (false, _) => None,
+        };
+    }
+
+    pub(crate) fn is_open(&self, now: Duration) -> bool {
+        self.always || self.since.is_some_and(|since| now >= since + SETTLE)
+    }
+
+    /// How long until it opens; `None` where it is open or nobody watches.
+    pub(crate) fn opens_in(&self, now: Duration) -> Option<Duration> {
+        let since = self.since.filter(|_| !self.is_open(now))?;
+        Some((since + SETTLE).saturating_sub(now))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ms(n: u64) -> Duration {
+        Duration::from_millis(n)
+    }
+
+    #[test]
+    fn it_opens_a_moment_after_the_first_one_watches_and_shuts_after_the_last() {
+        let mut gate = Gate::new(false);
+        assert_eq!((gate.is_open(ms(9)), gate.opens_in(ms(9))), (false, None));
+        gate.watch(ms(10), true);
+        gate.watch(ms(110), true);
+        assert_eq!(
+            (gate.is_open(ms(110)), gate.opens_in(ms(110))),
+            (false, Some(ms(150)))
+        );
+        assert_eq!(
+            (gate.is_open(ms(260)), gate.opens_in(ms(260))),
+            (true, None)
+        );
+        gate.watch(ms(300), false);
+        assert!(!gate.is_open(ms(900)));
+        assert!(Gate::new(true).is_open(ms(0)));
+    }
+}

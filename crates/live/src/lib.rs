@@ -1,0 +1,31 @@
+//! Plays a recording to viewers over the Foxglove WebSocket protocol: play, pause, seek, speed.
+//!
+//! A [`Server`] serves any MCAP file, whoever wrote it: messages go to viewers byte for byte, at the pace
+//! at which they were recorded. It speaks `foxglove.sdk.v1` (Foxglove, with playback control) and the
+//! older `foxglove.websocket.v1` (Lichtblick; there the time that goes back tells of a seek).
+//!
+//! One thread reads the file and keeps the time; each viewer has a thread that listens to it and one that
+//! sends to it. Everything for a viewer goes through one bounded queue: what comes after a seek cannot
+//! overtake what came before it, and a viewer that reads too slowly misses messages, is told so, and
+//! holds up nobody.
+
+mod audience;
+mod clock;
+mod control;
+mod door;
+mod error;
+mod gate;
+mod held;
+mod notice;
+mod offer;
+mod outbox;
+mod player;
+mod protocol;
+mod server;
+mod viewer;
+
+pub use clock::{Clock, FASTEST, SLOWEST};
+pub use control::{Control, Controls};
+pub use error::LiveError;
+pub use notice::{Farewell, Mode, Notice, Progress};
+pub use server::{Played, Repeat, Server, Settings};

@@ -1,0 +1,104 @@
+//! What there is to tell a person while a recording is played.
+
+use std::fmt;
+use std::net::SocketAddr;
+
+/// How a viewer left.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Farewell {
+    /// As one should.
+    Closed,
+    /// Without a word; what the system says of it.
+    Vanished(String),
+    /// It read nothing for so long that it was disconnected.
+    Stalled,
+}
+
+impl fmt::Display for Farewell {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Farewell::Closed => f.write_str("left"),
+            Farewell::Vanished(why) => write!(f, "vanished ({why})"),
+            Farewell::Stalled => f.write_str("was disconnected: it read nothing for 10 s"),
+        }
+    }
+}
+
+/// Something to tell.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Notice {
+    /// A viewer has connected.
+    Arrived {
+        /// Where it is.
+        viewer: SocketAddr,
+    },
+    /// A viewer is no longer there.
+    Left {
+        /// Where it was.
+        viewer: SocketAddr,
+        /// How.
+        how: Farewell,
+    },
+    /// A viewer read too slowly, did not get some messages, and goes on from here.
+    Missed {
+        /// Where it is.
+        viewer: SocketAddr,
+        /// Messages that it did not get.
+        messages: u64,
+    },
+    /// Someone connected who does not speak the protocol.
+    Strange {
+        /// Where it is.
+        viewer: SocketAddr,
+    },
+    /// There are too many viewers for one more.
+    Full {
+        /// Where it is.
+        viewer: SocketAddr,
+        /// How many there are.
+        viewers: usize,
+    },
+    /// A topic cannot be offered.
+    LeftOut {
+        /// Its name.
+        topic: String,
+        /// Why.
+        why: String,
+    },
+    /// The end is reached.
+    Ended,
+    /// How playing stands; comes a few times a second, and at every change.
+    Progress(Progress),
+}
+
+/// How playing stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Progress {
+    /// Seconds since the first message.
+    pub at_s: f64,
+    /// Seconds from the first to the last message.
+    pub duration_s: f64,
+    /// Seconds of the recording a second.
+    pub speed: f64,
+    /// What is going on.
+    pub mode: Mode,
+    /// How many viewers are connected.
+    pub viewers: usize,
+}
+
+/// What is going on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Mode {
+    /// Time passes.
+    Playing,
+    /// Time stands because someone wanted so.
+    Paused,
+    /// Time stands because nobody watches.
+    Waiting,
+    /// Time stands at the end.
+    Ended,
+}

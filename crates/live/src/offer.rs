@@ -1,0 +1,71 @@
+//! The channels of a file as viewers are offered them.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use inhand_container::{Latch, TimelineChannel, latch};
+
+use crate::protocol::{advertise, check_schema};
+
+/// What viewers can subscribe to.
+#[derive(Default)]
+pub(crate) struct Offer {
+    /// By number; channels that differ in nothing that a viewer sees are one.
+    channels: BTreeMap<u64, TimelineChannel>,
+    /// Numbers of the channels of the file.
+    numbers: BTreeMap<u16, u64>,
+    /// Topics that cannot be offered, and why.
+    pub(crate) left_out: Vec<(String, &'static str)>,
+}
+
+impl Offer {
+    pub(crate) fn of<'a>(channels: impl IntoIterator<Item = &'a TimelineChannel>) -> Self {
+        let mut offer = Self::default();
+        for channel in channels {
+            if let Err(why) = check_schema(channel) {
+                offer.left_out.push((channel.facts.topic.clone(), why));
+                continue;
+            }
+            let same = |other: &TimelineChannel| {
+                other.facts.topic == channel.facts.topic
+                    && other.facts.message_encoding == channel.facts.message_encoding
+                    && other.schema == channel.schema
+            };
+            let known = (offer.channels.iter()).find(|(_, other)| same(other));
+            let number = match known {
+                Some((&number, _)) => number,
+                None => {
+                    let number = offer.channels.len() as u64 + 1;
+                    offer.channels.insert(number, channel.clone());
+                    number
+                }
+            };
+            offer.numbers.insert(channel.facts.id, number);
+        }
+        offer
+    }
+
+    /// The number of a channel of the file.
+    pub(crate) fn number(&self, channel: u16) -> Option<u64> {
+        self.numbers.get(&channel).copied()
+    }
+
+    pub(crate) fn has(&self, number: u64) -> bool {
+        self.channels.contains_key(&number)
+    }
+
+    /// Those on which each message adds to those before.
+    pub(crate) fn adding(&self) -> BTreeSet<u64> {
+        (self.channels.iter())
+            .filter(|(_, channel)| latch(&channel.facts) == Some(Latch::All))
+            .map(|(&number, _)| number)
+            .collect()
+    }
+
+    pub(crate) fn advertise(&self) -> String {
+        advertise(
+            self.channels
+                .iter()
+                .map(|(&number, channel)| (number, channel)),
+        )
+    }
+}

@@ -1,0 +1,413 @@
+//! Playing: the one thread that reads the file, keeps the time and fills the outboxes.
+
+use std::io::{Read, Seek};
+use std::net::SocketAddr;
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::time::{Duration, Instant};
+
+use inhand_container::Timeline;
+
+use crate::audience::Audience;
+use crate::clock::Clock;
+use crate::control::{Control, faster, slower};
+use crate::error::LiveError;
+use crate::gate::Gate;
+use crate::held::Held;
+use crate::notice::{Farewell, Mode, Notice, Progress};
+use crate::offer::Offer;
+use crate::protocol::{PlaybackRequest, PlaybackState, Request, Status};
+use crate::server::Repeat;
+use crate::viewer::Viewer;
+
+/// Messages are sent at most so often, those due in between together.
+const TICK: Duration = Duration::from_millis(4);
+
+/// How often viewers are told the time where there are no messages.
+const HEARTBEAT: Duration = Duration::from_millis(50);
+
+/// How often there is a [`Notice::Progress`].
+const PROGRESS: Duration = Duration::from_millis(200);
+
+/// Messages that are sent before anyone else is listened to.
+const BATCH: usize = 2000;
+
+/// What the player is told.
+pub(crate) enum Command {
+    Arrived(Viewer),
+    Asked(u64, Request),
+    Misunderstood(u64, String),
+    Gone(u64, Farewell),
+    Strange(SocketAddr),
+    Full(SocketAddr, usize),
+    Control(Control),
+}
+
+/// Whether playing goes on.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Goes {
+    On,
+    Ends,
+}
+
+pub(crate) struct Player<R, N> {
+    pub(crate) timeline: Timeline<R>,
+    pub(crate) offer: Offer,
+    pub(crate) span: (u64, u64),
+    pub(crate) greeting: Vec<String>,
+    pub(crate) clock: Clock,
+    pub(crate) gate: Gate,
+    pub(crate) held: Held,
+    pub(crate) repeat: Repeat,
+    /// Whether time should pass as soon as someone watches.
+    pub(crate) wanted: bool,
+    pub(crate) ended: bool,
+    /// The time that viewers were told last.
+    pub(crate) shown: u64,
+    pub(crate) audience: Audience,
+    pub(crate) notify: N,
+    pub(crate) times: Times,
+}
+
+/// When things were done last.
+#[derive(Default)]
+pub(crate) struct Times {
+    sent: Duration,
+    progress: Option<(Duration, Mode, f64)>,
+}
+
+impl<R: Read + Seek, N: FnMut(Notice)> Player<R, N> {
+    /// Plays until there is an end or someone wants one.
+    pub(crate) fn play(&mut self, commands: &Receiver<Command>) -> Result<(), LiveError> {
+        let begun = Instant::now();
+        loop {
+            let now = begun.elapsed();
+            let Some(wait) = self.turn(now)? else {
+                return Ok(());
+            };
+            let mut next = match commands.recv_timeout(wait) {
+                Ok(command) => Some(command),
+                Err(RecvTimeoutError::Timeout) => None,
+                Err(RecvTimeoutError::Disconnected) => return Ok(()),
+            };
+            // Not for ever: messages must come in time however much is said.
+            for _ in 0..BATCH {
+                let Some(command) = next.take() else {
+                    break;
+                };
+                if self.obey(command, begun.elapsed())? == Goes::Ends {
+                    return Ok(());
+                }
+                next = commands.try_recv().ok();
+            }
+            if let Some(command) = next
+                && self.obey(command, begun.elapsed())? == Goes::Ends
+            {
+                return Ok(());
+            }
+        }
+    }
+
+    /// Says goodbye to all viewers and waits until they have read what was sent, but not for long.
+    pub(crate) fn farewell(&mut self, commands: &Receiver<Command>, patience: Duration) {
+        self.audience.close();
+        let until = Instant::now() + patience;
+        while self.audience.len() > 0 {
+            let left = until.saturating_duration_since(Instant::now());
+            match commands.recv_timeout(left) {
+                Ok(Command::Gone(number, how)) => self.gone(number, how),
+                // Too late: it is closed like the others.
+                Ok(Command::Arrived(viewer)) => viewer.outbox.close(),
+                Ok(_) => {}
+                Err(_) => return,
+            }
+        }
+    }
+
+    /// Does what is due; how long there is nothing else to do, or `None` at the end.
+    fn turn(&mut self, now: Duration) -> Result<Option<Duration>, LiveError> {
+        self.gate.watch(now, self.audience.is_watching());
+        let open = self.gate.is_open(now);
+        match (self.wanted && open, self.clock.is_playing()) {
+            (true, false) => self.clock.play(now),
+            (false, true) => self.clock.pause(now),
+            _ => {}
+        }
+        let more = open && self.deliver(now)?;
+        if open && !more && self.wanted && self.clock.is_at_end(now) {
+            if self.repeat == Repeat::Finish {
+                return Ok(None);
+            }
+            self.end(now)?;
+        }
+        self.help_up(now);
+        self.report(now);
+        if more {
+            return Ok(Some(Duration::ZERO));
+        }
+        let mut wait = PROGRESS;
+        if let Some(next) = self.gate.opens_in(now) {
+            wait = wait.min(next);
+        }
+        if self.clock.is_playing() {
+            let due = match self.timeline.next_time()? {
+                Some(time) => self.clock.until(now, time),
+                None => self.clock.until(now, self.span.1),
+            };
+            wait = wait.min(due.unwrap_or(HEARTBEAT).max(TICK)).min(HEARTBEAT);
+        } else if self.audience.is_anyone_behind() {
+            wait = wait.min(HEARTBEAT);
+        }
+        Ok(Some(wait))
+    }
+
+    /// Sends what is due; whether there is more than goes at once.
+    fn deliver(&mut self, now: Duration) -> Result<bool, LiveError> {
+        let position = self.clock.at(now);
+        let mut room = BATCH;
+        let more = loop {
+            let due = self.timeline.next_time()?;
+            if due.is_none_or(|due| due > position) {
+                break false;
+            }
+            if room == 0 {
+                break true;
+            }
+            room -= 1;
+            let Some(message) = self.timeline.next_message()? else {
+                break false;
+            };
+            if message.log_time > self.shown {
+                self.shown = message.log_time;
+                self.audience.time(self.shown);
+            }
+            if let Some(number) = self.offer.number(message.channel) {
+                (self.audience).message(number, message.log_time, message.data);
+                self.held.take(number, message.log_time, message.data);
+            }
+        };
+        if room < BATCH {
+            self.times.sent = now;
+        } else if position > self.shown && now.saturating_sub(self.times.sent) >= HEARTBEAT {
+            self.times.sent = now;
+            self.shown = position;
+            self.audience.time(position);
+        }
+        if self.times.sent == now {
+            self.audience.wake();
+        }
+        Ok(more)
+    }
+
+    /// What happens at the end of the file.
+    fn end(&mut self, now: Duration) -> Result<(), LiveError> {
+        // A recording of one instant would be sent again and again without a pause.
+        if self.repeat == Repeat::Always && self.span.0 < self.span.1 {
+            self.jump(now, self.span.0)?;
+            self.announce(now, true, None);
+        } else {
+            self.wanted = false;
+            self.ended = true;
+            self.clock.pause(now);
+            self.announce(now, false, None);
+            (self.notify)(Notice::Ended);
+        }
+        Ok(())
+    }
+
+    /// Viewers that read too slowly go on from here.
+    fn help_up(&mut self, now: Duration) {
+        if !self.audience.is_anyone_behind() {
+            return;
+        }
+        let state = self.state(now, false);
+        for (viewer, messages) in self.audience.caught_up(state) {
+            (self.audience).hold(viewer.number, self.shown, self.held.all());
+            let viewer = viewer.address;
+            (self.notify)(Notice::Missed { viewer, messages });
+        }
+    }
+
+    /// Does what it was told.
+    fn obey(&mut self, command: Command, now: Duration) -> Result<Goes, LiveError> {
+        match command {
+            Command::Arrived(viewer) => self.arrived(now, viewer),
+            Command::Asked(number, request) => self.answer(now, number, request)?,
+            Command::Misunderstood(number, why) => self.audience.warn(number, &why),
+            Command::Gone(number, how) => self.gone(number, how),
+            Command::Strange(viewer) => (self.notify)(Notice::Strange { viewer }),
+            Command::Full(viewer, viewers) => (self.notify)(Notice::Full { viewer, viewers }),
+            Command::Control(Control::Stop) => return Ok(Goes::Ends),
+            Command::Control(control) => self.control(now, control)?,
+        }
+        Ok(Goes::On)
+    }
+
+    fn arrived(&mut self, now: Duration, viewer: Viewer) {
+        let address = viewer.address;
+        let number = viewer.number;
+        self.audience.arrive(viewer, &self.greeting);
+        self.audience.introduce(number, self.state(now, false));
+        self.audience.hold(number, self.shown, []);
+        (self.notify)(Notice::Arrived { viewer: address });
+    }
+
+    fn gone(&mut self, number: u64, how: Farewell) {
+        if let Some(viewer) = self.audience.leave(number) {
+            let viewer = viewer.address;
+            (self.notify)(Notice::Left { viewer, how });
+        }
+    }
+
+    fn answer(&mut self, now: Duration, number: u64, request: Request) -> Result<(), LiveError> {
+        match request {
+            Request::Subscribe(wanted) => self.subscribe(number, &wanted),
+            Request::Unsubscribe(subscriptions) => {
+                self.audience.unsubscribe(number, &subscriptions);
+            }
+            Request::Playback(request) => self.playback(now, number, &request)?,
+        }
+        Ok(())
+    }
+
+    fn subscribe(&mut self, number: u64, wanted: &[(u32, u64)]) {
+        let mut new = Vec::new();
+        for &(subscription, channel) in wanted {
+            let done = match self.offer.has(channel) {
+                true => self.audience.subscribe(number, subscription, channel),
+                false => Err(format!("there is no channel {channel}")),
+            };
+            match done {
+                Ok(()) => new.push((channel, subscription)),
+                Err(why) => self.audience.warn(number, &why),
+            }
+        }
+        self.audience
+            .catch_up(number, &new, self.shown, &self.held.all());
+    }
+
+    fn playback(
+        &mut self,
+        now: Duration,
+        number: u64,
+        request: &PlaybackRequest,
+    ) -> Result<(), LiveError> {
+        self.audience.knows_playback(number);
+        if request.speed > 0.0 {
+            self.clock.set_speed(now, request.speed);
+        }
+        let anew = (request.play && self.ended).then_some(self.span.0);
+        let sought = request.seek.or(anew);
+        if let Some(time) = sought {
+            self.jump(now, time)?;
+        }
+        self.want(now, request.play);
+        self.announce(now, sought.is_some(), Some((number, &request.id)));
+        Ok(())
+    }
+
+    fn control(&mut self, now: Duration, control: Control) -> Result<(), LiveError> {
+        let after = |from: u64, seconds: f64| {
+            let nanos = seconds * 1e9;
+            match nanos < 0.0 {
+                true => from.saturating_sub(-nanos as u64),
+                false => from.saturating_add(nanos as u64),
+            }
+        };
+        let mut sought = None;
+        match control {
+            Control::Toggle => {
+                sought = self.ended.then_some(self.span.0);
+                self.want(now, !self.wanted);
+            }
+            Control::SeekTo(seconds) => sought = Some(after(self.span.0, seconds)),
+            Control::SeekBy(seconds) => sought = Some(after(self.clock.at(now), seconds)),
+            Control::Faster => self.clock.set_speed(now, faster(self.clock.speed())),
+            Control::Slower => self.clock.set_speed(now, slower(self.clock.speed())),
+            Control::Stop => {}
+        }
+        if let Some(time) = sought {
+            // Who seeks away from the end wants to see what is there.
+            self.wanted |= self.ended;
+            self.jump(now, time)?;
+        }
+        self.announce(now, sought.is_some(), None);
+        Ok(())
+    }
+
+    /// Lets time pass from now on, or stand.
+    fn want(&mut self, now: Duration, wanted: bool) {
+        self.wanted = wanted;
+        if !wanted {
+            self.clock.pause(now);
+        }
+    }
+
+    /// Goes to a log time.
+    pub(crate) fn jump(&mut self, now: Duration, log_time: u64) -> Result<(), LiveError> {
+        self.clock.seek(now, log_time);
+        let log_time = self.clock.at(now);
+        self.timeline.seek(log_time);
+        self.held.clear();
+        for message in self.timeline.latest_before(log_time)? {
+            if let Some(number) = self.offer.number(message.channel) {
+                (self.held).take(number, message.log_time, &message.data);
+            }
+        }
+        self.shown = log_time;
+        self.ended = false;
+        Ok(())
+    }
+
+    /// Tells viewers how playing stands; after a seek also what holds there.
+    fn announce(&mut self, now: Duration, did_seek: bool, asker: Option<(u64, &str)>) {
+        self.audience.state(self.state(now, did_seek), asker);
+        if did_seek {
+            self.audience.time(self.shown);
+            for (channel, log_time, data) in self.held.all() {
+                self.audience.message(channel, log_time, data);
+            }
+        }
+        self.audience.wake();
+    }
+
+    fn state(&self, now: Duration, did_seek: bool) -> PlaybackState {
+        PlaybackState {
+            status: match (self.ended, self.wanted) {
+                (true, _) => Status::Ended,
+                (false, true) => Status::Playing,
+                (false, false) => Status::Paused,
+            },
+            log_time: self.clock.at(now),
+            speed: self.clock.speed(),
+            did_seek,
+        }
+    }
+
+    /// Tells how playing stands, now and then and when it changes.
+    fn report(&mut self, now: Duration) {
+        let mode = match (self.ended, self.wanted) {
+            (true, _) => Mode::Ended,
+            (false, false) => Mode::Paused,
+            (false, true) if self.gate.is_open(now) => Mode::Playing,
+            (false, true) => Mode::Waiting,
+        };
+        let speed = self.clock.speed();
+        let due = self
+            .times
+            .progress
+            .is_none_or(|(then, other, other_speed)| {
+                now.saturating_sub(then) >= PROGRESS || (other, other_speed) != (mode, speed)
+            });
+        if due {
+            self.times.progress = Some((now, mode, speed));
+            let seconds = |time: u64| time.saturating_sub(self.span.0) as f64 / 1e9;
+            (self.notify)(Notice::Progress(Progress {
+                at_s: seconds(self.clock.at(now)),
+                duration_s: seconds(self.span.1),
+                speed,
+                mode,
+                viewers: self.audience.len(),
+            }));
+        }
+    }
+}

@@ -1,0 +1,250 @@
+//! A recording that viewers can connect to.
+
+use std::io::{Read, Seek};
+use std::net::{SocketAddr, TcpListener};
+use std::sync::mpsc::{self, Receiver, SyncSender};
+use std::time::{Duration, SystemTime};
+
+use inhand_container::Timeline;
+
+use crate::audience::Audience;
+use crate::clock::{Clock, FASTEST, SLOWEST};
+use crate::control::Controls;
+use crate::door::{Door, bind};
+use crate::error::LiveError;
+use crate::gate::Gate;
+use crate::held::Held;
+use crate::notice::Notice;
+use crate::offer::Offer;
+use crate::player::{Command, Player, Times};
+use crate::protocol::server_info;
+
+/// Commands that may wait; viewers that say more wait themselves.
+const WAITING: usize = 256;
+
+/// How long viewers may take to read the rest when playing is stopped, and when it ends by itself.
+const STOPPED: Duration = Duration::from_secs(1);
+const FINISHED: Duration = Duration::from_secs(30);
+
+/// What happens at the end.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Repeat {
+    /// Time stands there, and viewers can go back.
+    #[default]
+    Stay,
+    /// It goes on from the start.
+    Always,
+    /// The server ends, after all viewers have read everything.
+    Finish,
+}
+
+/// How a recording is served.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Address to listen at, such as `127.0.0.1`.
+    pub host: String,
+    /// Port; 0 for any that is free.
+    pub port: u16,
+    /// What viewers call it.
+    pub name: String,
+    /// Seconds of the recording a second.
+    pub speed: f64,
+    /// Where playing starts, seconds since the first message.
+    pub start_s: f64,
+    /// Whether time stands at first.
+    pub paused: bool,
+    /// Whether time passes while nobody watches.
+    pub unattended: bool,
+    /// What happens at the end.
+    pub repeat: Repeat,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            host: "127.0.0.1".to_owned(),
+            port: 8765,
+            name: String::new(),
+            speed: 1.0,
+            start_s: 0.0,
+            paused: false,
+            unattended: false,
+            repeat: Repeat::Stay,
+        }
+    }
+}
+
+/// What was done.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Played {
+    /// Viewers that connected.
+    pub viewers: u64,
+    /// Messages that were sent, to all viewers together.
+    pub sent: u64,
+    /// Messages that viewers did not get because they read too slowly.
+    pub missed: u64,
+}
+
+/// A recording that viewers can connect to.
+///
+/// ```no_run
+/// use std::fs::File;
+/// use std::io::BufReader;
+///
+/// use inhand_container::{Source, Timeline};
+/// use inhand_live::{Server, Settings};
+///
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let file = BufReader::new(File::open("take.mcap")?);
+/// let timeline = Timeline::open(Source::open("take.mcap", file)?)?;
+/// let server = Server::open(timeline, &Settings::default())?;
+/// println!("ws://{}", server.address());
+/// server.run(|_notice| {})?;
+/// # Ok(())
+/// # }
+/// ```
+pub struct Server<R> {
+    timeline: Timeline<R>,
+    span: (u64, u64),
+    settings: Settings,
+    listener: TcpListener,
+    address: SocketAddr,
+    sender: SyncSender<Command>,
+    commands: Receiver<Command>,
+}
+
+impl<R: Read + Seek> Server<R> {
+    /// Takes the port. Viewers that connect are served when it runs.
+    ///
+    /// # Errors
+    ///
+    /// [`LiveError::Empty`], [`LiveError::Speed`], [`LiveError::Start`], [`LiveError::PortInUse`],
+    /// [`LiveError::Bind`].
+    pub fn open(timeline: Timeline<R>, settings: &Settings) -> Result<Self, LiveError> {
+        let file = || timeline.file().to_owned();
+        let Some(span) = timeline.span() else {
+            return Err(LiveError::Empty {
+                file: file(),
+                channels: timeline.channels().count(),
+            });
+        };
+        if !(SLOWEST..=FASTEST).contains(&settings.speed) {
+            return Err(LiveError::Speed {
+                found: settings.speed,
+                slowest: SLOWEST,
+                fastest: FASTEST,
+            });
+        }
+        let duration_s = span.1.saturating_sub(span.0) as f64 / 1e9;
+        if !(0.0..=duration_s).contains(&settings.start_s) {
+            return Err(LiveError::Start {
+                file: file(),
+                found: settings.start_s,
+                duration_s,
+            });
+        }
+        let listener = bind(&settings.host, settings.port)?;
+        let address = listener.local_addr().map_err(|source| LiveError::Bind {
+            host: settings.host.clone(),
+            port: settings.port,
+            source,
+        })?;
+        let (sender, commands) = mpsc::sync_channel(WAITING);
+        Ok(Self {
+            timeline,
+            span,
+            settings: settings.clone(),
+            listener,
+            address,
+            sender,
+            commands,
+        })
+    }
+
+    /// Where viewers connect to.
+    pub fn address(&self) -> SocketAddr {
+        self.address
+    }
+
+    /// Controls playing from other threads.
+    pub fn controls(&self) -> Controls {
+        Controls::new(self.sender.clone())
+    }
+
+    /// Plays until someone wants an end, or there is one. `notify` is called from this thread and should
+    /// not take long.
+    ///
+    /// # Errors
+    ///
+    /// [`LiveError::File`] where the file is damaged or changes while it is played,
+    /// [`LiveError::Thread`].
+    pub fn run(self, notify: impl FnMut(Notice)) -> Result<Played, LiveError> {
+        let (settings, span) = (self.settings, self.span);
+        let offer = Offer::of(self.timeline.channels());
+        let start = span
+            .0
+            .saturating_add((settings.start_s * 1e9).round() as u64);
+        let mut clock = Clock::new(span);
+        clock.set_speed(Duration::ZERO, settings.speed);
+        let mut player = Player {
+            greeting: vec![
+                server_info(&settings.name, &session(), span),
+                offer.advertise(),
+            ],
+            held: Held::new(offer.adding()),
+            timeline: self.timeline,
+            offer,
+            span,
+            clock,
+            gate: Gate::new(settings.unattended),
+            repeat: settings.repeat,
+            wanted: !settings.paused,
+            ended: false,
+            shown: span.0,
+            audience: Audience::default(),
+            notify,
+            times: Times::default(),
+        };
+        for (topic, why) in std::mem::take(&mut player.offer.left_out) {
+            let why = why.to_owned();
+            (player.notify)(Notice::LeftOut { topic, why });
+        }
+        player.jump(Duration::ZERO, start)?;
+        let door = Door::open(self.listener, self.address, self.sender)?;
+        let result = player.play(&self.commands);
+        if let Err(error) = &result {
+            player.audience.fail(&error.to_string());
+        }
+        let patience = match settings.repeat {
+            Repeat::Finish if result.is_ok() => FINISHED,
+            _ => STOPPED,
+        };
+        player.farewell(&self.commands, patience);
+        // Threads that still want to say something must not wait for an ear.
+        drop(self.commands);
+        door.shut();
+        result.map(|()| Played {
+            viewers: player.audience.came,
+            sent: player.audience.sent,
+            missed: player.audience.missed,
+        })
+    }
+}
+
+/// Tells this server from one that was here before, so that viewers that reconnect begin anew.
+fn session() -> String {
+    let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
+    let nanos = since.map_or(0, |since| since.as_nanos());
+    format!("{nanos}-{}", std::process::id())
+}
+
+impl<R> std::fmt::Debug for Server<R> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Server")
+            .field("address", &self.address)
+            .field("settings", &self.settings)
+            .finish_non_exhaustive()
+    }
+}

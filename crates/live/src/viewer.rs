@@ -1,0 +1,201 @@
+//! One connection: a thread that listens to a viewer and one that sends to it.
+
+use std::io::{self, Read, Write};
+use std::net::{Shutdown, SocketAddr, TcpStream};
+use std::sync::Arc;
+use std::sync::mpsc::SyncSender;
+use std::thread;
+use std::time::Duration;
+
+use tungstenite::handshake::server::{ErrorResponse, Request as Handshake, Response};
+use tungstenite::http::{HeaderValue, StatusCode};
+use tungstenite::protocol::WebSocketConfig;
+use tungstenite::{Error, Message, WebSocket, accept_hdr_with_config};
+
+use crate::notice::Farewell;
+use crate::outbox::Outbox;
+use crate::player::Command;
+use crate::protocol::{Subprotocol, parse_bytes, parse_text};
+
+/// How long a viewer may take to say what it is.
+const HANDSHAKE: Duration = Duration::from_secs(5);
+
+/// How long a viewer may read nothing while there is something to read.
+const STALL: Duration = Duration::from_secs(10);
+
+/// Bytes of the longest message that a viewer may send: subscriptions to thousands of channels.
+const MOST_MESSAGE_BYTES: usize = 1 << 20;
+
+const PROTOCOLS: &str = "Sec-WebSocket-Protocol";
+
+/// Someone who is connected.
+#[derive(Clone)]
+pub(crate) struct Viewer {
+    pub(crate) number: u64,
+    pub(crate) address: SocketAddr,
+    pub(crate) subprotocol: Subprotocol,
+    pub(crate) outbox: Arc<Outbox>,
+}
+
+/// Serves one connection until it ends.
+pub(crate) fn serve(
+    number: u64,
+    address: SocketAddr,
+    socket: TcpStream,
+    player: &SyncSender<Command>,
+) {
+    let Some((socket, subprotocol)) = greet(socket) else {
+        // Whoever it was did not ask for what is offered here, and was told so.
+        let _ = player.send(Command::Strange(address));
+        return;
+    };
+    let viewer = Viewer {
+        number,
+        address,
+        subprotocol,
+        outbox: Arc::clone(&socket.get_ref().outbox),
+    };
+    let outbox = Arc::clone(&viewer.outbox);
+    let how = match (socket.get_ref().socket.try_clone()).and_then(|to| sender(to, &outbox)) {
+        Ok(sender) => {
+            let how = match player.send(Command::Arrived(viewer)) {
+                Ok(()) => listen(number, socket, player),
+                // The player has stopped.
+                Err(_) => Farewell::Closed,
+            };
+            match how {
+                Farewell::Closed => outbox.finish(),
+                _ => outbox.abandon(),
+            }
+            match sender.join() {
+                Ok(Err(stalled)) => stalled,
+                _ => how,
+            }
+        }
+        Err(error) => Farewell::Vanished(error.to_string()),
+    };
+    let _ = player.send(Command::Gone(number, how));
+}
+
+/// Agrees on a protocol.
+fn greet(socket: TcpStream) -> Option<(WebSocket<Wire>, Subprotocol)> {
+    socket.set_nodelay(true).ok()?;
+    socket.set_read_timeout(Some(HANDSHAKE)).ok()?;
+    socket.set_write_timeout(Some(STALL)).ok()?;
+    let mut chosen = None;
+    let config = WebSocketConfig::default()
+        .read_buffer_size(16 << 10)
+        .max_message_size(Some(MOST_MESSAGE_BYTES))
+        .max_frame_size(Some(MOST_MESSAGE_BYTES));
+    let wire = Wire {
+        socket,
+        outbox: Arc::default(),
+        through_outbox: false,
+    };
+    #[expect(
+        clippy::result_large_err,
+        reason = "the callback's type is tungstenite's"
+    )]
+    let answer = |request: &Handshake, mut response: Response| {
+        let offered = (request.headers().get_all(PROTOCOLS).iter())
+            .flat_map(|header| header.to_str().unwrap_or_default().split(','));
+        chosen = Subprotocol::choose(offered);
+        let Some(chosen) = chosen else {
+            return Err(refusal());
+        };
+        (response.headers_mut()).insert(PROTOCOLS, HeaderValue::from_static(chosen.name()));
+        Ok(response)
+    };
+    let mut websocket = accept_hdr_with_config(wire, answer, Some(config)).ok()?;
+    websocket.get_ref().socket.set_read_timeout(None).ok()?;
+    websocket.get_mut().through_outbox = true;
+    chosen.map(|chosen| (websocket, chosen))
+}
+
+/// Tells browsers and programs that speak something else what this is.
+fn refusal() -> ErrorResponse {
+    let text = "This is a recording for Foxglove and Lichtblick: open a Foxglove WebSocket connection.\n\
+                Expected the subprotocol foxglove.websocket.v1 or foxglove.sdk.v1.\n";
+    let mut response = ErrorResponse::new(Some(text.to_owned()));
+    *response.status_mut() = StatusCode::BAD_REQUEST;
+    response
+}
+
+/// Passes what a viewer says on to the player until it leaves.
+fn listen(number: u64, mut socket: WebSocket<Wire>, player: &SyncSender<Command>) -> Farewell {
+    loop {
+        let said = match socket.read() {
+            Ok(Message::Text(text)) => parse_text(text.as_str()),
+            Ok(Message::Binary(bytes)) => parse_bytes(&bytes),
+            Ok(_) => continue,
+            Err(Error::ConnectionClosed | Error::AlreadyClosed) => return Farewell::Closed,
+            Err(Error::Io(error)) => return Farewell::Vanished(error.to_string()),
+            Err(error) => return Farewell::Vanished(error.to_string()),
+        };
+        let command = match said {
+            Ok(request) => Command::Asked(number, request),
+            Err(why) => Command::Misunderstood(number, why),
+        };
+        if player.send(command).is_err() {
+            return Farewell::Closed;
+        }
+    }
+}
+
+type Sender = thread::JoinHandle<Result<(), Farewell>>;
+
+/// Sends what comes into an outbox until nothing more comes; then the connection ends.
+fn sender(mut socket: TcpStream, outbox: &Arc<Outbox>) -> io::Result<Sender> {
+    let outbox = Arc::clone(outbox);
+    thread::Builder::new()
+        .name("viewer's sender".to_owned())
+        .spawn(move || {
+            let mut bytes = Vec::new();
+            let mut ended = Ok(());
+            while outbox.take(&mut bytes) {
+                if let Err(error) = socket.write_all(&bytes) {
+                    outbox.abandon();
+                    use io::ErrorKind::{TimedOut, WouldBlock};
+                    ended = Err(match error.kind() {
+                        TimedOut | WouldBlock => Farewell::Stalled,
+                        _ => Farewell::Vanished(error.to_string()),
+                    });
+                    // Wakes the listening thread.
+                    let _ = socket.shutdown(Shutdown::Both);
+                    break;
+                }
+            }
+            let _ = socket.shutdown(Shutdown::Write);
+            ended
+        })
+}
+
+/// A socket of which only the handshake writes itself: all else goes through the outbox, so that two
+/// threads cannot write into each other's frames.
+struct Wire {
+    socket: TcpStream,
+    outbox: Arc<Outbox>,
+    through_outbox: bool,
+}
+
+impl Read for Wire {
+    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        self.socket.read(bytes)
+    }
+}
+
+impl Write for Wire {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if self.through_outbox {
+            // tungstenite gives whole frames, and a vector takes all of them.
+            self.outbox.raw(bytes);
+            Ok(bytes.len())
+        } else {
+            self.socket.write(bytes)
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.socket.flush()
+    }
+}

@@ -14,6 +14,7 @@ mod learn_runs;
 mod outputs;
 mod overlay;
 mod plan;
+mod play;
 mod printing;
 mod run;
 mod steps;

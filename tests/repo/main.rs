@@ -6,7 +6,7 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Folder under `crates/` and the folders it may use. Kept as the table in `docs/architecture.md`.
-const EDGES: [(&str, &[&str]); 18] = [
+const EDGES: [(&str, &[&str]); 19] = [
     ("model", &[]),
     ("matrices", &[]),
     ("trajectory", &["model"]),
@@ -23,6 +23,7 @@ const EDGES: [(&str, &[&str]); 18] = [
     ("evaluation", &["model", "trajectory", "contact"]),
     ("report", &["model"]),
     ("simulation", &["model", "contact"]),
+    ("live", &["container"]),
     (
         "pipeline",
         &[
@@ -63,6 +64,7 @@ const EDGES: [(&str, &[&str]); 18] = [
             "evaluation",
             "report",
             "simulation",
+            "live",
             "pipeline",
         ],
     ),
@@ -70,7 +72,7 @@ const EDGES: [(&str, &[&str]); 18] = [
 
 /// A library and the crates that know it: one, but for the container format, which one crate copies
 /// and the other fills.
-const USERS: [(&str, &[&str]); 11] = [
+const USERS: [(&str, &[&str]); 14] = [
     ("mcap", &["channels", "container"]),
     ("lz4", &["container"]),
     ("zstd", &["container"]),
@@ -82,6 +84,9 @@ const USERS: [(&str, &[&str]); 11] = [
     ("zip", &["matrices"]),
     ("parry3d-f64", &["contact"]),
     ("clarabel", &["planner"]),
+    ("tungstenite", &["live"]),
+    ("ctrlc", &["inhand"]),
+    ("rustix", &["inhand"]),
 ];
 
 /// Normal dependencies of each workspace crate, by folder.

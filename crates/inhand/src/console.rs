@@ -17,6 +17,11 @@ impl Console {
         Self { quiet }
     }
 
+    /// Whether only results and errors are wanted.
+    pub(crate) fn is_quiet(&self) -> bool {
+        self.quiet
+    }
+
     /// A line about what was done.
     pub(crate) fn say(&self, line: &str) {
         if !self.quiet {

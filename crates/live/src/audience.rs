@@ -225,6 +225,11 @@ impl Audience {
         self.guests.values().any(|guest| guest.missed > 0)
     }
 
+    /// Whether nothing waits in any outbox.
+    pub(crate) fn is_all_sent(&self) -> bool {
+        (self.guests.values()).all(|guest| guest.viewer.outbox.is_empty())
+    }
+
     /// What was put into outboxes goes out.
     pub(crate) fn wake(&self) {
         for guest in self.guests.values() {

@@ -28,6 +28,9 @@ const HEARTBEAT: Duration = Duration::from_millis(50);
 /// How often there is a [`Notice::Progress`].
 const PROGRESS: Duration = Duration::from_millis(200);
 
+/// How long viewers may take to say goodbye.
+pub(crate) const GOODBYE: Duration = Duration::from_secs(1);
+
 /// Messages that are sent before anyone else is listened to.
 const BATCH: usize = 2000;
 
@@ -42,11 +45,13 @@ pub(crate) enum Command {
     Control(Control),
 }
 
-/// Whether playing goes on.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Goes {
-    On,
-    Ends,
+/// How playing came to an end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Ending {
+    /// By the end of the file.
+    Finished,
+    /// Because someone wanted so.
+    Stopped,
 }
 
 pub(crate) struct Player<R, N> {
@@ -77,48 +82,53 @@ pub(crate) struct Times {
 
 impl<R: Read + Seek, N: FnMut(Notice)> Player<R, N> {
     /// Plays until there is an end or someone wants one.
-    pub(crate) fn play(&mut self, commands: &Receiver<Command>) -> Result<(), LiveError> {
+    pub(crate) fn play(&mut self, commands: &Receiver<Command>) -> Result<Ending, LiveError> {
         let begun = Instant::now();
         loop {
             let now = begun.elapsed();
             let Some(wait) = self.turn(now)? else {
-                return Ok(());
+                return Ok(Ending::Finished);
             };
             let mut next = match commands.recv_timeout(wait) {
                 Ok(command) => Some(command),
                 Err(RecvTimeoutError::Timeout) => None,
-                Err(RecvTimeoutError::Disconnected) => return Ok(()),
+                Err(RecvTimeoutError::Disconnected) => return Ok(Ending::Stopped),
             };
             // Not for ever: messages must come in time however much is said.
-            for _ in 0..BATCH {
-                let Some(command) = next.take() else {
-                    break;
-                };
-                if self.obey(command, begun.elapsed())? == Goes::Ends {
-                    return Ok(());
+            let mut room = BATCH;
+            while let Some(command) = next {
+                if matches!(command, Command::Control(Control::Stop)) {
+                    return Ok(Ending::Stopped);
                 }
-                next = commands.try_recv().ok();
-            }
-            if let Some(command) = next
-                && self.obey(command, begun.elapsed())? == Goes::Ends
-            {
-                return Ok(());
+                self.obey(command, begun.elapsed())?;
+                room -= 1;
+                next = (room > 0).then(|| commands.try_recv().ok()).flatten();
             }
         }
     }
 
-    /// Says goodbye to all viewers and waits until they have read what was sent, but not for long.
+    /// Says goodbye to all viewers. Waits until they have read what was sent, but not longer than
+    /// `patience`, and then a moment for their goodbye.
     pub(crate) fn farewell(&mut self, commands: &Receiver<Command>, patience: Duration) {
         self.audience.close();
-        let until = Instant::now() + patience;
+        let mut until = Instant::now() + patience;
+        let mut sent = false;
         while self.audience.len() > 0 {
+            if !sent && self.audience.is_all_sent() {
+                sent = true;
+                until = until.min(Instant::now() + GOODBYE);
+            }
             let left = until.saturating_duration_since(Instant::now());
-            match commands.recv_timeout(left) {
+            if left.is_zero() {
+                return;
+            }
+            match commands.recv_timeout(left.min(HEARTBEAT)) {
                 Ok(Command::Gone(number, how)) => self.gone(number, how),
                 // Too late: it is closed like the others.
                 Ok(Command::Arrived(viewer)) => viewer.outbox.close(),
-                Ok(_) => {}
-                Err(_) => return,
+                Ok(Command::Control(Control::Stop)) => until = until.min(Instant::now() + GOODBYE),
+                Ok(_) | Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => return,
             }
         }
     }
@@ -228,7 +238,7 @@ impl<R: Read + Seek, N: FnMut(Notice)> Player<R, N> {
     }
 
     /// Does what it was told.
-    fn obey(&mut self, command: Command, now: Duration) -> Result<Goes, LiveError> {
+    fn obey(&mut self, command: Command, now: Duration) -> Result<(), LiveError> {
         match command {
             Command::Arrived(viewer) => self.arrived(now, viewer),
             Command::Asked(number, request) => self.answer(now, number, request)?,
@@ -236,10 +246,9 @@ impl<R: Read + Seek, N: FnMut(Notice)> Player<R, N> {
             Command::Gone(number, how) => self.gone(number, how),
             Command::Strange(viewer) => (self.notify)(Notice::Strange { viewer }),
             Command::Full(viewer, viewers) => (self.notify)(Notice::Full { viewer, viewers }),
-            Command::Control(Control::Stop) => return Ok(Goes::Ends),
             Command::Control(control) => self.control(now, control)?,
         }
-        Ok(Goes::On)
+        Ok(())
     }
 
     fn arrived(&mut self, now: Duration, viewer: Viewer) {

@@ -16,14 +16,13 @@ use crate::gate::Gate;
 use crate::held::Held;
 use crate::notice::Notice;
 use crate::offer::Offer;
-use crate::player::{Command, Player, Times};
+use crate::player::{Command, Ending, GOODBYE, Player, Times};
 use crate::protocol::server_info;
 
 /// Commands that may wait; viewers that say more wait themselves.
 const WAITING: usize = 256;
 
-/// How long viewers may take to read the rest when playing is stopped, and when it ends by itself.
-const STOPPED: Duration = Duration::from_secs(1);
+/// How long viewers may take to read the rest of a recording that has ended.
 const FINISHED: Duration = Duration::from_secs(30);
 
 /// What happens at the end.
@@ -217,15 +216,15 @@ impl<R: Read + Seek> Server<R> {
         if let Err(error) = &result {
             player.audience.fail(&error.to_string());
         }
-        let patience = match settings.repeat {
-            Repeat::Finish if result.is_ok() => FINISHED,
-            _ => STOPPED,
+        let patience = match result {
+            Ok(Ending::Finished) => FINISHED,
+            _ => GOODBYE,
         };
         player.farewell(&self.commands, patience);
         // Threads that still want to say something must not wait for an ear.
         drop(self.commands);
         door.shut();
-        result.map(|()| Played {
+        result.map(|_| Played {
             viewers: player.audience.came,
             sent: player.audience.sent,
             missed: player.audience.missed,

@@ -112,6 +112,8 @@ impl Client {
             Message::Text(text) => Said::Json(serde_json::from_str(text.as_str()).unwrap()),
             Message::Binary(bytes) => self.parse(&bytes),
             Message::Close(frame) => {
+                // Answers it.
+                let _ = self.socket.flush();
                 Said::Close(frame.map(|CloseFrame { code, .. }| u16::from(code)))
             }
             other => panic!("{other:?}"),

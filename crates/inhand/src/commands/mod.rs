@@ -17,6 +17,7 @@ mod learn_rank;
 mod merge;
 mod overlay;
 mod plan;
+mod play;
 mod process;
 mod recover;
 mod report;
@@ -80,6 +81,8 @@ pub(crate) enum Command {
     Merge(merge::Args),
     /// Save what is sound of a damaged MCAP file
     Recover(recover::Args),
+    /// Play an MCAP file live to Foxglove or Lichtblick
+    Play(play::Args),
     /// Simulate a session of a hand that turns an object
     Simulate(simulate::Args),
     /// Print the effective settings as an inhand.toml
@@ -109,6 +112,7 @@ impl Command {
             Command::Filter(args) => filter::run(console, args),
             Command::Merge(args) => merge::run(console, args),
             Command::Recover(args) => recover::run(console, args),
+            Command::Play(args) => play::run(console, args),
             Command::Simulate(args) => simulate::run(console, args),
             Command::Settings(args) => settings::run(args),
         }

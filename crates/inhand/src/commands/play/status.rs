@@ -1,0 +1,100 @@
+//! What is said while a recording is played: lines about viewers, and on a terminal a line that changes.
+
+use std::io::{self, IsTerminal};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use inhand_live::{Mode, Notice, Progress};
+
+use crate::console::Console;
+
+/// Lines on stderr.
+pub(super) struct Status<'a> {
+    console: &'a Console,
+    bar: ProgressBar,
+    keys: bool,
+}
+
+impl<'a> Status<'a> {
+    /// `keys`: whether keys are read, so that they can be told.
+    pub(super) fn new(console: &'a Console, keys: bool) -> Self {
+        let shown = !console.is_quiet() && io::stderr().is_terminal();
+        let bar = match shown {
+            true => ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr()),
+            false => ProgressBar::hidden(),
+        };
+        let style = ProgressStyle::with_template("{msg}");
+        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()));
+        Self { console, bar, keys }
+    }
+
+    pub(super) fn tell(&mut self, notice: &Notice) {
+        if let Notice::Progress(now) = notice {
+            self.bar.set_message(line(now, self.keys));
+        } else if let Some(line) = words(notice) {
+            self.bar.suspend(|| self.console.say(&line));
+        }
+    }
+}
+
+impl Drop for Status<'_> {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+fn words(notice: &Notice) -> Option<String> {
+    Some(match notice {
+        Notice::Arrived { viewer } => format!("viewer   {viewer} has come"),
+        Notice::Left { viewer, how } => format!("viewer   {viewer} {how}"),
+        Notice::Missed { viewer, messages } => {
+            format!("warning  {viewer} reads too slowly: {messages} messages were left out for it")
+        }
+        Notice::Strange { viewer } => format!(
+            "warning  {viewer} connected, but not as a Foxglove WebSocket viewer; it was told how"
+        ),
+        Notice::Full { viewer, viewers } => {
+            format!("warning  {viewer} was turned away: there are {viewers} connections already")
+        }
+        Notice::LeftOut { topic, why } => format!("warning  {topic} is left out: {why}"),
+        Notice::Ended => "end      of the recording; viewers can go back".to_owned(),
+        _ => return None,
+    })
+}
+
+fn line(now: &Progress, keys: bool) -> String {
+    let mode = match now.mode {
+        Mode::Playing => "playing",
+        Mode::Paused => "paused",
+        Mode::Waiting => "waiting for a viewer",
+        _ => "at the end",
+    };
+    let help = match keys {
+        true => "  [space, arrows, 0, q]",
+        false => "",
+    };
+    let viewers = match now.viewers {
+        1 => "1 viewer".to_owned(),
+        viewers => format!("{viewers} viewers"),
+    };
+    let (at, of) = (clock(now.at_s), clock(now.duration_s));
+    format!("{at} of {of}  x{}  {viewers}  {mode}{help}", now.speed)
+}
+
+/// Minutes and seconds to the tenth, cut off.
+fn clock(seconds: f64) -> String {
+    let tenths = (seconds * 10.0) as u64;
+    format!("{}:{:02}.{}", tenths / 600, tenths / 10 % 60, tenths % 10)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_minutes_and_seconds() {
+        assert_eq!(clock(0.0), "0:00.0");
+        assert_eq!(clock(59.99), "0:59.9");
+        assert_eq!(clock(600.05), "10:00.0");
+        assert_eq!(clock(6001.25), "100:01.2");
+    }
+}

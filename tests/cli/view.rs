@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use inhand_container::{Depth, Record, walk};
 
 use crate::bags::{as_mocap4r2, recorded};
-use crate::support::{Bench, stderr};
+use crate::support::{Bench, SMALL, stderr};
 
 /// Log time, publish time, sequence and data.
 type Message = (u64, u64, u32, Vec<u8>);
@@ -127,8 +127,11 @@ fn plans_that_found_no_motion_are_listed_again() {
         "--velocity-m-s",
         "0.02",
     ];
-    bench.run("with", &slow);
-    bench.run("without", &[&slow[..], &["--no-view"]].concat());
+    for (folder, view) in [("with", None), ("without", Some("--no-view"))] {
+        let run = [&["run", "session", "-o", folder][..], &SMALL, &slow].concat();
+        let output = bench.inhand(&run.into_iter().chain(view).collect::<Vec<_>>());
+        assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
+    }
     let [with, without] = ["with", "without"].map(|folder| format!("{folder}/cube_test_01.mcap"));
     let views = same_views(&bench, &with, &without);
     assert!(!views["/view/log"].is_empty());

@@ -69,8 +69,22 @@ impl Cloud {
         colour: Rgb,
     ) {
         for direction in ball_directions() {
-            let on_sphere = |axis: usize| centre_m[axis] + diameter_m / 2.0 * direction[axis];
-            self.push([0, 1, 2].map(on_sphere), number, colour);
+            let point = on_sphere(centre_m, diameter_m, direction);
+            self.push(point, number, colour);
+        }
+    }
+
+    /// Adds what is left of a ball where there is less room: six of its points.
+    pub(crate) fn push_star(
+        &mut self,
+        centre_m: [f64; 3],
+        diameter_m: f64,
+        number: usize,
+        colour: Rgb,
+    ) {
+        for direction in face_directions() {
+            let point = on_sphere(centre_m, diameter_m, direction);
+            self.push(point, number, colour);
         }
     }
 
@@ -81,15 +95,23 @@ impl Cloud {
     }
 }
 
-/// Towards the faces and the corners of a cube: 14 unit vectors.
-fn ball_directions() -> impl Iterator<Item = [f64; 3]> {
-    let faces = (0..3).flat_map(|axis| {
+fn on_sphere(centre_m: [f64; 3], diameter_m: f64, direction: [f64; 3]) -> [f64; 3] {
+    [0, 1, 2].map(|axis: usize| centre_m[axis] + diameter_m / 2.0 * direction[axis])
+}
+
+/// Towards the faces of a cube: 6 unit vectors.
+fn face_directions() -> impl Iterator<Item = [f64; 3]> {
+    (0..3).flat_map(|axis| {
         [-1.0, 1.0].map(|sign| {
             let mut direction = [0.0; 3];
             direction[axis] = sign;
             direction
         })
-    });
+    })
+}
+
+/// Towards the faces and the corners of a cube: 14 unit vectors.
+fn ball_directions() -> impl Iterator<Item = [f64; 3]> {
     let corner_axis = 1.0 / 3.0_f64.sqrt();
     let corners = (0..8).map(move |corner| {
         [0, 1, 2].map(|axis| {
@@ -100,7 +122,7 @@ fn ball_directions() -> impl Iterator<Item = [f64; 3]> {
             }
         })
     });
-    faces.chain(corners)
+    face_directions().chain(corners)
 }
 
 #[cfg(test)]

@@ -1,11 +1,13 @@
 //! Fingertips of one of several motions, in its colour.
+//!
+//! There is little data in such a file, and views may not outgrow it: clouds and spheres come as often as
+//! scenes of takes do, balls half as often, and trails, most of a scene's bytes, on a topic of their own with
+//! each of their points.
 
 use std::collections::VecDeque;
 
 use foxglove::messages::packed_element_field::NumericType;
-use foxglove::messages::{
-    LinePrimitive, PackedElementField, Point3, PointCloud, SceneUpdate, SpherePrimitive,
-};
+use foxglove::messages::{PackedElementField, Point3, PointCloud, SceneEntity, SceneUpdate};
 use inhand_model::{Clock, Finger, Frame, PerFinger, Position};
 
 use super::Sources;
@@ -15,18 +17,16 @@ use crate::output::{ChannelId, Output};
 use crate::overlay::{OverlayLayer, Source, layer_colour, samples_of};
 use crate::topic::LayerTopics;
 use crate::view::cloud::Cloud;
-use crate::view::entities::{colour, entity, identity, pose, size};
-use crate::view::{scene_stride, stride};
+use crate::view::entities::{SPHERE_M, TRAIL_M, entity, identity, sphere, strip};
+use crate::view::scene_stride;
 use crate::wire::viewer_time;
 
-/// Diameter of a fingertip, metres: layers that nearly agree are seen side by side.
-const SPHERE_M: f64 = 0.005;
-/// Length of a trail, seconds.
-const TRAIL_S: f64 = 0.4;
+/// Points of a trail; with the time between them, trails are a good half second long.
+const TRAIL_POINTS: usize = 4;
 /// Time between the points of a trail, seconds.
-const TRAIL_STEP_S: f64 = 0.04;
-/// Thickness of a trail, metres.
-const TRAIL_M: f64 = 0.001;
+const TRAIL_STEP_S: f64 = 0.16;
+/// Opacity of a trail.
+const TRAIL_ALPHA: f64 = 0.8;
 
 /// Adds the views of the layer with this number.
 pub(super) fn add<'a, F: Frame>(
@@ -38,35 +38,41 @@ pub(super) fn add<'a, F: Frame>(
     let topics = LayerTopics::new(layer.name)?;
     let (rate_hz, frame) = (layer.clock.rate_hz(), Some(F::NAME));
     let (layer, colour) = (layer.clone(), layer_colour(number));
+    let stride = scene_stride(rate_hz);
     sources.push((
         0,
         Box::new(LayerCloud {
             channel: output.channel::<PointCloud>(&topics.view_fingertips, frame)?,
-            stride: stride(rate_hz),
+            stride,
             number,
             layer: layer.clone(),
         }),
     ));
-    let stride = scene_stride(rate_hz);
     sources.push((
         0,
         Box::new(LayerBalls {
             channel: output.channel::<PointCloud>(&topics.view_balls, frame)?,
-            stride,
+            stride: 2 * stride,
             colour,
             layer: layer.clone(),
             cloud: Cloud::new(F::NAME, "finger"),
         }),
     ));
-    let steps = (TRAIL_STEP_S * rate_hz / stride as f64).round() as usize;
-    let trail_step = steps.max(1) * stride;
     sources.push((
         0,
         Box::new(LayerScene {
             channel: output.channel::<SceneUpdate>(&topics.view_scene, frame)?,
             stride,
-            trail_step,
-            trail_points: (TRAIL_S * rate_hz / trail_step as f64).round() as usize,
+            colour,
+            layer: layer.clone(),
+        }),
+    ));
+    let steps = (TRAIL_STEP_S * rate_hz / stride as f64).round() as usize;
+    sources.push((
+        0,
+        Box::new(LayerTrails {
+            channel: output.channel::<SceneUpdate>(&topics.view_trails, frame)?,
+            stride: steps.max(1) * stride,
             colour,
             layer,
             trails: PerFinger::default(),
@@ -183,21 +189,19 @@ impl<F: Frame> Source for LayerBalls<'_, F> {
         for finger in Finger::ALL {
             if let Some(position) = self.layer.tips[finger].get(k) {
                 let (at, number) = (position.to_array(), finger.index());
-                self.cloud.push_ball(at, SPHERE_M, number, self.colour);
+                self.cloud.push_star(at, SPHERE_M, number, self.colour);
             }
         }
         output.message(self.channel, k, unix_nanos, self.cloud.message(unix_nanos))
     }
 }
 
+/// Fingertips as spheres.
 struct LayerScene<'a, F: Frame> {
     channel: ChannelId,
     stride: usize,
-    trail_step: usize,
-    trail_points: usize,
     colour: Rgb,
     layer: OverlayLayer<'a, F>,
-    trails: PerFinger<VecDeque<Point3>>,
 }
 
 impl<F: Frame> Source for LayerScene<'_, F> {
@@ -219,40 +223,71 @@ impl<F: Frame> Source for LayerScene<'_, F> {
             return Ok(());
         }
         let mut scene = entity(F::NAME, self.layer.name, unix_nanos);
+        let tips = (Finger::ALL.into_iter()).filter_map(|finger| self.layer.tips[finger].get(k));
+        scene.spheres = tips
+            .map(|tip| sphere(tip.to_array(), self.colour))
+            .collect();
+        output.message(self.channel, k, unix_nanos, &update(scene))
+    }
+}
+
+/// Where fingertips were a moment ago; a trail moves on when it gets a new point.
+struct LayerTrails<'a, F: Frame> {
+    channel: ChannelId,
+    stride: usize,
+    colour: Rgb,
+    layer: OverlayLayer<'a, F>,
+    trails: PerFinger<VecDeque<Point3>>,
+}
+
+impl<F: Frame> Source for LayerTrails<'_, F> {
+    fn clock(&self) -> Clock {
+        self.layer.clock
+    }
+
+    fn samples(&self) -> usize {
+        samples_of(self.layer.tips)
+    }
+
+    fn sample(
+        &mut self,
+        k: usize,
+        unix_nanos: u64,
+        output: &mut Output<'_>,
+    ) -> Result<(), ChannelError> {
+        // A trail never bridges a gap, however short.
         for finger in Finger::ALL {
-            let Some([x, y, z]) = self.layer.tips[finger].get(k).map(Position::to_array) else {
-                // A trail never bridges a gap.
+            if self.layer.tips[finger].get(k).is_none() {
                 self.trails[finger].clear();
-                continue;
-            };
-            scene.spheres.push(SpherePrimitive {
-                pose: Some(pose([x, y, z])),
-                size: Some(size([SPHERE_M; 3])),
-                color: Some(colour(self.colour, 1.0)),
-            });
-            let trail = &mut self.trails[finger];
-            let mut points: Vec<Point3> = trail.iter().copied().collect();
-            points.push(Point3 { x, y, z });
-            if points.len() > 1 {
-                scene.lines.push(LinePrimitive {
-                    pose: Some(identity()),
-                    thickness: TRAIL_M,
-                    points,
-                    color: Some(colour(self.colour, 0.8)),
-                    ..LinePrimitive::default()
-                });
-            }
-            if k.is_multiple_of(self.trail_step) {
-                if trail.len() >= self.trail_points {
-                    trail.pop_front();
-                }
-                trail.push_back(Point3 { x, y, z });
             }
         }
-        let update = SceneUpdate {
-            deletions: Vec::new(),
-            entities: vec![scene],
-        };
-        output.message(self.channel, k, unix_nanos, &update)
+        if !k.is_multiple_of(self.stride) {
+            return Ok(());
+        }
+        let mut scene = entity(F::NAME, self.layer.name, unix_nanos);
+        for finger in Finger::ALL {
+            let Some(tip) = self.layer.tips[finger].get(k).map(Position::to_array) else {
+                continue;
+            };
+            let [x, y, z] = tip;
+            let trail = &mut self.trails[finger];
+            if trail.len() >= TRAIL_POINTS {
+                trail.pop_front();
+            }
+            trail.push_back(Point3 { x, y, z });
+            if trail.len() > 1 {
+                let points = trail.iter().copied().collect();
+                let line = strip(points, TRAIL_M, (self.colour, TRAIL_ALPHA));
+                scene.lines.push(line);
+            }
+        }
+        output.message(self.channel, k, unix_nanos, &update(scene))
+    }
+}
+
+fn update(entity: SceneEntity) -> SceneUpdate {
+    SceneUpdate {
+        deletions: Vec::new(),
+        entities: vec![entity],
     }
 }

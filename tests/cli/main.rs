@@ -9,6 +9,7 @@ mod clean;
 mod containers;
 mod convert;
 mod export;
+mod layout;
 mod learn_rank;
 mod learn_runs;
 mod outputs;

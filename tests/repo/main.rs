@@ -6,7 +6,7 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Folder under `crates/` and the folders it may use. Kept as the table in `docs/architecture.md`.
-const EDGES: [(&str, &[&str]); 19] = [
+const EDGES: [(&str, &[&str]); 20] = [
     ("model", &[]),
     ("matrices", &[]),
     ("trajectory", &["model"]),
@@ -24,6 +24,7 @@ const EDGES: [(&str, &[&str]); 19] = [
     ("report", &["model"]),
     ("simulation", &["model", "contact"]),
     ("live", &["container"]),
+    ("viewing", &["model", "channels"]),
     (
         "pipeline",
         &[
@@ -65,6 +66,7 @@ const EDGES: [(&str, &[&str]); 19] = [
             "report",
             "simulation",
             "live",
+            "viewing",
             "pipeline",
         ],
     ),

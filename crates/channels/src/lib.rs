@@ -65,6 +65,7 @@ mod foreign;
 mod info;
 mod messages;
 mod metadata;
+mod opening;
 mod outline;
 mod output;
 mod overlay;
@@ -72,6 +73,7 @@ mod read;
 mod records;
 mod residual;
 mod schema;
+mod shown;
 mod take;
 mod topic;
 mod view;
@@ -91,6 +93,7 @@ pub use info::{
 };
 pub use inhand_container::is_mcap;
 pub use metadata::Metadata;
+pub use opening::{Opening, Seen, opening};
 pub use outline::Outline;
 pub use overlay::{
     MAX_LAYERS, OverlayFile, OverlayLayer, OverlayObject, layer_colour, write_overlay,
@@ -99,6 +102,7 @@ pub use read::{
     ReadEvaluated, ReadMethod, read_evaluated, read_generated, read_metadata, read_take,
 };
 pub use records::read_leading_metadata;
+pub use shown::{Shown, Whose, take_topics};
 pub use take::{
     CleanedTake, ContactSample, EvaluatedMethod, EvaluatedSample, GeneratedMethod,
     GeneratedSegment, RECORDED, ReadCleaned, ReadTake, TakeFile, UnsolvedPlan, WriteSettings,

@@ -20,6 +20,7 @@ mod tips;
 mod transforms;
 
 pub(crate) use dictionary::DictionaryView;
+pub(crate) use transforms::UPRIGHT;
 
 use inhand_model::{Clock, Finger, Frame, Hand, MarkerKind, Object, World};
 

@@ -5,13 +5,14 @@ use std::io::{Cursor, Read, Seek};
 
 use mcap::records::{Record, op};
 
+use crate::channel::{ChannelFacts, Definitions};
 use crate::error::ContainerError;
 use crate::format::{
     ChunkFacts, FOOTER_BYTES, FOOTER_COVERED_BYTES, MessageFacts, PREFIX_BYTES, Records, id_of,
 };
 use crate::index::spanned;
 use crate::source::Source;
-use crate::walk::parse;
+use crate::walk::{Depth, parse, walk_source};
 
 /// What a chunk's header may take, with the name of its compression.
 pub(crate) const CHUNK_START_BYTES: u64 = 256;
@@ -245,6 +246,42 @@ pub fn span<R: Read + Seek>(source: &mut Source<R>) -> Result<Option<(u64, u64)>
     }
     source.rewind()?;
     Ok(span)
+}
+
+/// The channels of a file by id: as its summary lists them, else as its records define them, for which
+/// the file is read to its end.
+///
+/// # Errors
+///
+/// [`ContainerError::Truncated`] and [`ContainerError::Damaged`] for files without a sound summary
+/// whose records do not follow each other, [`ContainerError::Read`].
+pub fn channels<R: Read + Seek>(
+    source: &mut Source<R>,
+) -> Result<Vec<ChannelFacts>, ContainerError> {
+    let overview = Overview::read(source)?;
+    let mut definitions = Definitions::default();
+    let mut found = BTreeMap::new();
+    let mut add = |record: Record<'_>| {
+        if let Some(channel) = definitions.add(record) {
+            found.entry(channel.id).or_insert(channel);
+        }
+    };
+    if overview.complete {
+        let place = source.place(0);
+        for body in overview.schemas.values() {
+            add(parse(place, op::SCHEMA, body)?);
+        }
+        for body in overview.channels.values() {
+            add(parse(place, op::CHANNEL, body)?);
+        }
+    } else {
+        walk_source(source, |record| {
+            add(record);
+            Ok::<_, ContainerError>(Depth::Everything)
+        })?;
+        source.rewind()?;
+    }
+    Ok(found.into_values().collect())
 }
 
 /// The metadata records of a file in memory; see [`metadata`].

@@ -63,8 +63,13 @@ pub fn walk_while<E: From<ContainerError>>(
     walk_source(&mut Source::open(file, Cursor::new(bytes))?, visit)
 }
 
-/// As [`walk_while`] for a file of any size; it is read from where the source stands.
-pub(crate) fn walk_source<E: From<ContainerError>, R: Read + Seek>(
+/// As [`walk_while`] for a file of any size; it is read from where the source stands. Whoever has seen
+/// enough ends the walk by an error of their own.
+///
+/// # Errors
+///
+/// As for [`walk`].
+pub fn walk_source<E: From<ContainerError>, R: Read + Seek>(
     source: &mut Source<R>,
     mut visit: impl FnMut(Record<'_>) -> Result<Depth, E>,
 ) -> Result<(), E> {

@@ -12,6 +12,7 @@ mod filter;
 mod generate;
 mod info;
 mod info_dictionary;
+mod layout;
 mod learn;
 mod learn_rank;
 mod merge;
@@ -83,6 +84,8 @@ pub(crate) enum Command {
     Recover(recover::Args),
     /// Play an MCAP file live to Foxglove or Lichtblick
     Play(play::Args),
+    /// A layout for Foxglove and Lichtblick: the hand, the object, plots
+    Layout(layout::Args),
     /// Simulate a session of a hand that turns an object
     Simulate(simulate::Args),
     /// Print the effective settings as an inhand.toml
@@ -113,6 +116,7 @@ impl Command {
             Command::Merge(args) => merge::run(console, args),
             Command::Recover(args) => recover::run(console, args),
             Command::Play(args) => play::run(console, args),
+            Command::Layout(args) => layout::run(console, args),
             Command::Simulate(args) => simulate::run(console, args),
             Command::Settings(args) => settings::run(args),
         }

@@ -1,0 +1,125 @@
+//! What there is to show.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use inhand_channels::{Opening, Seen, Shown, Whose};
+
+/// A channel, as far as layouts need it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Topic {
+    /// Its name.
+    pub name: String,
+    /// The schema of its messages, where it is known.
+    pub schema: Option<String>,
+}
+
+/// What one or several files have to show.
+#[derive(Clone, Debug, Default)]
+pub struct Content {
+    topics: Vec<Topic>,
+    frames: BTreeSet<String>,
+    seen: BTreeMap<String, Seen>,
+}
+
+impl Content {
+    /// Topics with the frame that each is in, where one is known.
+    pub fn of_topics<'a>(topics: impl IntoIterator<Item = (String, Option<&'a str>)>) -> Self {
+        let mut content = Self::default();
+        for (name, frame) in topics {
+            content.add_topic(Topic { name, schema: None });
+            content.frames.extend(frame.map(str::to_owned));
+        }
+        content
+    }
+
+    /// Adds what a file has. Of what several files have, such as the place of a hand, that of the
+    /// first holds.
+    pub fn add(&mut self, opening: Opening) {
+        for channel in opening.channels {
+            self.add_topic(Topic {
+                name: channel.topic,
+                schema: channel.schema,
+            });
+        }
+        self.frames.extend(opening.frames);
+        for (frame, seen) in opening.seen {
+            self.seen.entry(frame).or_insert(seen);
+        }
+    }
+
+    fn add_topic(&mut self, topic: Topic) {
+        if self.topics.iter().all(|known| known.name != topic.name) {
+            self.topics.push(topic);
+        }
+    }
+
+    /// Whether any topic is one that inhand writes.
+    pub fn is_ours(&self) -> bool {
+        self.shown().next().is_some()
+    }
+
+    /// Topics in the order of the files.
+    pub fn topics(&self) -> &[Topic] {
+        &self.topics
+    }
+
+    pub(crate) fn has_frame(&self, frame: &str) -> bool {
+        self.frames.contains(frame)
+    }
+
+    pub(crate) fn seen(&self, frame: &str) -> Option<Seen> {
+        self.seen.get(frame).copied()
+    }
+
+    /// Our topics and what they show.
+    pub(crate) fn shown(&self) -> impl Iterator<Item = (&str, Shown<'_>)> {
+        (self.topics.iter())
+            .filter_map(|topic| Some((topic.name.as_str(), Shown::of(&topic.name)?)))
+    }
+
+    /// The first topic that shows this.
+    pub(crate) fn find(&self, wanted: Shown<'_>) -> Option<&str> {
+        self.find_map(|shown| (shown == wanted).then_some(()))
+            .map(|(topic, ())| topic)
+    }
+
+    /// The first topic of which `choose` makes something.
+    pub(crate) fn find_map<'a, T>(
+        &'a self,
+        choose: impl Fn(Shown<'a>) -> Option<T>,
+    ) -> Option<(&'a str, T)> {
+        self.shown()
+            .find_map(|(topic, shown)| Some((topic, choose(shown)?)))
+    }
+
+    /// The method whose motion is shown beside the recorded one: the first.
+    pub(crate) fn method(&self) -> Option<&str> {
+        let of = |shown| match shown {
+            Shown::Tips(Whose::Method(name))
+            | Shown::TipScene(Whose::Method(name))
+            | Shown::Positions(Whose::Method(name))
+            | Shown::Error(name) => Some(name),
+            _ => None,
+        };
+        self.find_map(of).map(|(_, name)| name)
+    }
+
+    /// What there is, in words, for errors.
+    pub(crate) fn describe(&self) -> String {
+        const MOST: usize = 5;
+        if self.topics.is_empty() {
+            return "no channel at all".to_owned();
+        }
+        let names: Vec<_> = (self.topics.iter().take(MOST))
+            .map(|topic| topic.name.as_str())
+            .collect();
+        let more = self.topics.len() - names.len();
+        let and = if more > 0 {
+            format!(" and {more} more")
+        } else {
+            String::new()
+        };
+        format!("only {}{and}", names.join(", "))
+    }
+}

@@ -1,9 +1,10 @@
-//! Smooth curves through end conditions, velocities and quantiles.
+//! Smooth curves through end conditions, and the numbers that motions are compared by.
 //!
 //! * [`curves`]: what motion looks like when nothing is learned. Every method is judged beside
 //!   these four.
 //! * [`velocity`]: velocities between neighbouring samples, of a trajectory or over takes.
 //! * [`quantiles`]: quantiles and summaries of a distribution.
+//! * [`bootstrap`]: intervals of statistics over clusters of rows, paired differences.
 //!
 //! ```
 //! use inhand_model::{EndConditions, SegmentLayout};
@@ -28,6 +29,10 @@
 //! assert!((speed.p5 - 0.1).abs() < 1e-12 && (speed.p95 - 0.1).abs() < 1e-12);
 //! ```
 
+pub mod bootstrap;
 pub mod curves;
+mod error;
 pub mod quantiles;
 pub mod velocity;
+
+pub use error::BootstrapError;

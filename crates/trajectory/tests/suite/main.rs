@@ -2,6 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
+mod bootstrap;
 mod curves;
 mod quantiles;
 mod velocity;

@@ -1,0 +1,177 @@
+//! Rows in clusters, sorted once.
+
+use crate::bootstrap::Measure;
+use crate::error::BootstrapError;
+
+/// Rows are counted in blocks of at least this many: shorter ones would not make the walk through a
+/// block much faster than the search for it.
+const BLOCK_ROWS: usize = 64;
+
+/// Rows in clusters, sorted together, with what is needed to find quantiles of any number of copies of
+/// each cluster without copying a row.
+///
+/// Beside each sorted row stands its cluster, and beside every block of rows how many rows of each
+/// cluster come before it. The row at place `k` of the multiset in which cluster `c` occurs `times[c]`
+/// times is then found by halving over the blocks, where the count before a block is the product of
+/// `times` with the block's counts, and by a walk through one block. Blocks have as many rows as there are
+/// clusters (64 at least), so that the counts need no more memory than the rows.
+#[derive(Clone, Debug)]
+pub struct ClusteredRows {
+    sorted: Vec<f64>,
+    /// Of each sorted row.
+    cluster: Vec<u32>,
+    block_rows: usize,
+    /// (blocks x clusters) rows of each cluster before each block.
+    before: Vec<u32>,
+    /// Of each cluster.
+    sizes: Vec<usize>,
+    sums: Vec<f64>,
+    sums_of_squares: Vec<f64>,
+}
+
+/// # Errors
+///
+/// [`BootstrapError::NotFinite`], [`BootstrapError::TooMany`].
+pub(crate) fn check(clusters: &[impl AsRef<[f64]>]) -> Result<(), BootstrapError> {
+    for (cluster, rows) in clusters.iter().enumerate() {
+        if let Some(row) = rows.as_ref().iter().position(|value| !value.is_finite()) {
+            let found = rows.as_ref()[row];
+            return Err(BootstrapError::NotFinite {
+                cluster,
+                row,
+                found,
+            });
+        }
+    }
+    let n: usize = clusters.iter().map(|rows| rows.as_ref().len()).sum();
+    let (found, limit) = (n.max(clusters.len()), u32::MAX as usize);
+    if found > limit {
+        return Err(BootstrapError::TooMany { found, limit });
+    }
+    Ok(())
+}
+
+impl ClusteredRows {
+    /// Sorts the rows of all clusters. A cluster may have no rows; it is drawn as any other.
+    ///
+    /// # Errors
+    ///
+    /// [`BootstrapError::NotFinite`] for a row that is no number, [`BootstrapError::TooMany`] for more
+    /// than 2^32 - 1 rows.
+    pub fn new(clusters: &[impl AsRef<[f64]>]) -> Result<Self, BootstrapError> {
+        check(clusters)?;
+        let mut rows: Vec<(f64, u32)> = (clusters.iter().zip(0..))
+            .flat_map(|(rows, cluster)| rows.as_ref().iter().map(move |&value| (value, cluster)))
+            .collect();
+        rows.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let (sorted, cluster): (Vec<f64>, Vec<u32>) = rows.into_iter().unzip();
+
+        let block_rows = clusters.len().max(BLOCK_ROWS);
+        let mut before = Vec::with_capacity(sorted.len().div_ceil(block_rows) * clusters.len());
+        let mut seen = vec![0_u32; clusters.len()];
+        for block in cluster.chunks(block_rows) {
+            before.extend_from_slice(&seen);
+            for &cluster in block {
+                seen[cluster as usize] += 1;
+            }
+        }
+        let sums = |of: fn(f64) -> f64| -> Vec<f64> {
+            (clusters.iter())
+                .map(|rows| rows.as_ref().iter().map(|&value| of(value)).sum())
+                .collect()
+        };
+        Ok(Self {
+            sorted,
+            cluster,
+            block_rows,
+            before,
+            sizes: clusters.iter().map(|rows| rows.as_ref().len()).collect(),
+            sums: sums(|value| value),
+            sums_of_squares: sums(|value| value * value),
+        })
+    }
+
+    /// Rows of each cluster.
+    pub fn sizes(&self) -> &[usize] {
+        &self.sizes
+    }
+
+    /// All rows, ascending.
+    pub fn sorted(&self) -> &[f64] {
+        &self.sorted
+    }
+
+    /// Each measure of the rows with cluster `c` taken `times[c]` times; NaN without rows.
+    pub(crate) fn measure(&self, times: &[u32], measures: &[Measure], found: &mut [f64]) {
+        let n: u64 = (times.iter().zip(&self.sizes))
+            .map(|(&times, &size)| u64::from(times) * size as u64)
+            .sum();
+        let weighted = |sums: &[f64]| -> f64 {
+            (times.iter().zip(sums))
+                .map(|(&times, sum)| f64::from(times) * sum)
+                .sum()
+        };
+        for (measure, found) in measures.iter().zip(found) {
+            *found = match *measure {
+                _ if n == 0 => f64::NAN,
+                Measure::Mean => weighted(&self.sums) / n as f64,
+                Measure::Rmse => (weighted(&self.sums_of_squares) / n as f64).sqrt(),
+                Measure::Quantile(q) => self.quantile(times, n, q),
+            };
+        }
+    }
+
+    /// Type 7 among `n` rows, by the very operations of [`quantile`](crate::quantiles::quantile).
+    fn quantile(&self, times: &[u32], n: u64, q: f64) -> f64 {
+        let h = (n - 1) as f64 * q;
+        let below = h as u64;
+        let share = h - below as f64;
+        let (mut row, through) = self.find(times, below);
+        let low = self.sorted[row];
+        if share == 0.0 {
+            return low;
+        }
+        // A share is left, so `below` is not the last place; the row at the next one is another copy
+        // of this row or the next that occurs.
+        if below + 1 >= through {
+            row += 1;
+            while times[self.cluster[row] as usize] == 0 {
+                row += 1;
+            }
+        }
+        low + share * (self.sorted[row] - low)
+    }
+
+    /// The sorted row at place `k`, and how many rows there are up to it and with it, copies
+    /// counted. There are more than `k` rows.
+    fn find(&self, times: &[u32], k: u64) -> (usize, u64) {
+        let clusters = times.len();
+        let count_before = |block: usize| -> u64 {
+            (self.before[block * clusters..][..clusters]
+                .iter()
+                .zip(times))
+            .map(|(&rows, &times)| u64::from(rows) * u64::from(times))
+            .sum()
+        };
+        // The last block that starts at place k or before; none comes before the first.
+        let (mut low, mut high) = (0, self.sorted.len().div_ceil(self.block_rows));
+        let mut through = 0;
+        while high - low > 1 {
+            let middle = low.midpoint(high);
+            let before = count_before(middle);
+            if before <= k {
+                (low, through) = (middle, before);
+            } else {
+                high = middle;
+            }
+        }
+        let mut row = low * self.block_rows;
+        loop {
+            through += u64::from(times[self.cluster[row] as usize]);
+            if through > k {
+                return (row, through);
+            }
+            row += 1;
+        }
+    }
+}

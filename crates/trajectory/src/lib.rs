@@ -5,6 +5,8 @@
 //! * [`velocity`]: velocities between neighbouring samples, of a trajectory or over takes.
 //! * [`quantiles`]: quantiles and summaries of a distribution.
 //! * [`bootstrap`]: intervals of statistics over clusters of rows, paired differences.
+//! * [`smoothness`]: path length, speed, spectral arc length, dimensionless jerk.
+//! * [`warping`]: time-warped distance of two motions, the nearest of many.
 //!
 //! ```
 //! use inhand_model::{EndConditions, SegmentLayout};
@@ -33,6 +35,8 @@ pub mod bootstrap;
 pub mod curves;
 mod error;
 pub mod quantiles;
+pub mod smoothness;
 pub mod velocity;
+pub mod warping;
 
 pub use error::BootstrapError;

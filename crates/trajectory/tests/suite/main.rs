@@ -5,13 +5,20 @@
 mod bootstrap;
 mod curves;
 mod quantiles;
+mod smoothness;
 mod velocity;
+mod warping;
 
 use serde_json::Value;
 
 /// Values recorded from `reference/make.py`.
 fn reference() -> Value {
     serde_json::from_str(include_str!("../reference/trajectory.json")).unwrap()
+}
+
+/// Values recorded from `reference/make_motion.py`.
+fn motion_reference() -> Value {
+    serde_json::from_str(include_str!("../reference/motion.json")).unwrap()
 }
 
 fn number(value: &Value) -> f64 {

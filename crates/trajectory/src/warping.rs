@@ -1,0 +1,213 @@
+//! Dynamic time warping: how far two motions are apart when they need not keep the same pace.
+//!
+//! The symmetric form of H. Sakoe and S. Chiba, *Dynamic programming algorithm optimization for spoken
+//! word recognition*, IEEE Trans. ASSP 26(1), 1978 (table I, symmetric, P = 0). With `d(i, j)` the
+//! Euclidean distance of sample i of one motion and sample j of the other, N and M samples:
+//!
+//! ```text
+//! g(0, 0) = 2 d(0, 0)
+//! g(i, j) = min( g(i-1, j) + d(i, j),  g(i-1, j-1) + 2 d(i, j),  g(i, j-1) + d(i, j) )
+//! D       = g(N-1, M-1) / (N + M)
+//! ```
+//!
+//! Every path from corner to corner has weight N + M in all, so that `D` is a weighted mean distance
+//! along the path, in metres, that does not grow with length, and the smallest sum is also the smallest
+//! mean. With weight 1 for every step (as in tslearn) neither holds: dividing that sum by the length of its path
+//! gives the mean along a path which was not chosen for its mean. Distances are not squared.
+//! Weights belong to the pair that a step leads to, so that both motions backwards can differ a little.
+//!
+//! A sample is an array of `D` coordinates in metres: 3 for one fingertip ([`fingertip`]), 15 for a
+//! configuration ([`configurations`]), where `d` is the root of the summed squares over the fingers.
+
+use inhand_model::{Configuration, Finger, SegmentLayout, Trajectory};
+
+/// A lower bound is a sum of as many terms as the distance but in another order; only one this much
+/// beyond, relatively, rules a candidate out. Rounding of sums of 1e5 terms stays below.
+const BOUND_ROUNDING: f64 = 1e-9;
+
+/// Which of several motions is nearest, and how near.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nearest {
+    /// Its place among the candidates; the first of those equally near.
+    pub index: usize,
+    /// Its [`distance_m`], metres.
+    pub distance_m: f64,
+}
+
+/// All configurations of a trajectory, in order.
+pub fn configurations(trajectory: &Trajectory) -> Vec<Configuration> {
+    let samples = trajectory.layout().samples;
+    (0..samples)
+        .map(|t| trajectory.configuration_m(t))
+        .collect()
+}
+
+/// The path of one fingertip of a trajectory.
+pub fn fingertip(trajectory: &Trajectory, finger: Finger) -> Vec<[f64; 3]> {
+    (0..trajectory.layout().samples)
+        .map(|t| {
+            let row = SegmentLayout::row(t, finger, 0);
+            std::array::from_fn(|axis| trajectory.values_m()[row + axis])
+        })
+        .collect()
+}
+
+/// Normalised time-warped distance `D` of two motions, metres (see the [module](self)).
+///
+/// With a `band` (samples; Sakoe and Chiba's adjustment window) only pairs with `|i - j| <= band` are
+/// matched: band 0 compares sample by sample.
+///
+/// `None` if one of them is empty, a coordinate is not finite, or they differ in length by more than the
+/// band, so that no path stays in it. Time O(N M), memory O(M).
+///
+/// ```
+/// use inhand_trajectory::warping::distance_m;
+///
+/// // The same way, the second with a pause: no distance once time is warped.
+/// let steady = [[0.00], [0.01], [0.02], [0.03]];
+/// let paused = [[0.00], [0.01], [0.01], [0.01], [0.02], [0.03]];
+/// assert_eq!(distance_m(&steady, &paused, None), Some(0.0));
+/// // 1 mm aside throughout is 1 mm.
+/// let aside = steady.map(|[x]| [x, 0.001]);
+/// let steady = steady.map(|[x]| [x, 0.0]);
+/// assert!((distance_m(&steady, &aside, None).unwrap() - 0.001).abs() < 1e-15);
+/// ```
+pub fn distance_m<const D: usize>(
+    a: &[[f64; D]],
+    b: &[[f64; D]],
+    band: Option<usize>,
+) -> Option<f64> {
+    if !are_sound(a) || !are_sound(b) {
+        return None;
+    }
+    sum_up_to(a, b, band, f64::INFINITY).map(|sum| sum / (a.len() + b.len()) as f64)
+}
+
+/// The candidate nearest to `query` by [`distance_m`], with the same result as computing all of them.
+///
+/// Candidates that have no distance to the query are passed over; `None` if all are. Most candidates are
+/// ruled out early: by a lower bound (after E. Keogh and C. A. Ratanamahatana, *Exact indexing of dynamic
+/// time warping*, Knowl. Inf. Syst. 7, 2005), and by leaving a comparison once no path through it can be as
+/// short as the best one.
+///
+/// The bound: split the weight 2 of a diagonal step into 1 for the new row and 1 for the new column. Then
+/// each sample of either motion is charged once with its distance to some sample of the other inside the band, which is at
+/// least its distance to the box around all samples of the other inside the band.
+pub fn nearest<'a, const D: usize>(
+    query: &[[f64; D]],
+    candidates: impl IntoIterator<Item = &'a [[f64; D]]>,
+    band: Option<usize>,
+) -> Option<Nearest> {
+    if !are_sound(query) {
+        return None;
+    }
+    let mut bounded: Vec<(f64, usize, &[[f64; D]])> = (candidates.into_iter().enumerate())
+        .filter(|(_, candidate)| {
+            are_sound(candidate)
+                && band.is_none_or(|band| query.len().abs_diff(candidate.len()) <= band)
+        })
+        .map(|(index, candidate)| {
+            let bound = to_boxes(query, candidate, band) + to_boxes(candidate, query, band);
+            (
+                bound / (query.len() + candidate.len()) as f64,
+                index,
+                candidate,
+            )
+        })
+        .collect();
+    bounded.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+
+    let mut best: Option<Nearest> = None;
+    for (bound_m, index, candidate) in bounded {
+        let best_m = best.map_or(f64::INFINITY, |best| best.distance_m);
+        if bound_m > best_m * (1.0 + BOUND_ROUNDING) {
+            break;
+        }
+        let weight = (query.len() + candidate.len()) as f64;
+        // Rounded up, so that multiplying by the weight cannot rule out an equal.
+        let limit = best_m * weight * (1.0 + BOUND_ROUNDING);
+        let Some(sum) = sum_up_to(query, candidate, band, limit) else {
+            continue;
+        };
+        let distance_m = sum / weight;
+        let is_first = best.is_none_or(|best| index < best.index);
+        if distance_m < best_m || (distance_m == best_m && is_first) {
+            best = Some(Nearest { index, distance_m });
+        }
+    }
+    best
+}
+
+fn are_sound<const D: usize>(samples: &[[f64; D]]) -> bool {
+    !samples.is_empty() && samples.iter().flatten().all(|x| x.is_finite())
+}
+
+fn between_m<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
+    let squares: f64 = a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum();
+    squares.sqrt()
+}
+
+/// Samples of the other motion that sample `i` may be matched with.
+fn window(i: usize, other: usize, band: Option<usize>) -> std::ops::Range<usize> {
+    let Some(band) = band else { return 0..other };
+    let end = i.saturating_add(band).saturating_add(1).min(other);
+    i.saturating_sub(band).min(end)..end
+}
+
+/// The least weighted sum `g(N-1, M-1)`; `None` if every path is longer than `limit`, or there is none.
+fn sum_up_to<const D: usize>(
+    a: &[[f64; D]],
+    b: &[[f64; D]],
+    band: Option<usize>,
+    limit: f64,
+) -> Option<f64> {
+    let mut before = vec![f64::INFINITY; b.len()];
+    let mut now = before.clone();
+    for (i, sample) in a.iter().enumerate() {
+        now.fill(f64::INFINITY);
+        let mut least = f64::INFINITY;
+        for j in window(i, b.len(), band) {
+            let step = between_m(sample, &b[j]);
+            let diagonal = match (i, j) {
+                (0, 0) => 0.0,
+                (0, _) | (_, 0) => f64::INFINITY,
+                _ => before[j - 1],
+            };
+            let left = if j > 0 { now[j - 1] } else { f64::INFINITY };
+            now[j] = (diagonal + 2.0 * step)
+                .min(before[j] + step)
+                .min(left + step);
+            least = least.min(now[j]);
+        }
+        // Sums only grow along a path, and every path goes through this row.
+        if least > limit {
+            return None;
+        }
+        std::mem::swap(&mut before, &mut now);
+    }
+    (before.last().copied()).filter(|&sum| sum.is_finite() && sum <= limit)
+}
+
+/// Sum over the samples of `a` of their distance to the box around the samples of `b` that each may be
+/// matched with, metres.
+fn to_boxes<const D: usize>(a: &[[f64; D]], b: &[[f64; D]], band: Option<usize>) -> f64 {
+    let whole = band.is_none().then(|| around(b));
+    (a.iter().enumerate())
+        .map(|(i, sample)| {
+            let (low, high) = whole.unwrap_or_else(|| around(&b[window(i, b.len(), band)]));
+            let nearest = std::array::from_fn(|k| sample[k].max(low[k]).min(high[k]));
+            between_m(sample, &nearest)
+        })
+        .sum()
+}
+
+/// Smallest and largest coordinates of samples.
+fn around<const D: usize>(samples: &[[f64; D]]) -> ([f64; D], [f64; D]) {
+    let start = ([f64::INFINITY; D], [f64::NEG_INFINITY; D]);
+    samples.iter().fold(start, |(low, high), sample| {
+        (
+            std::array::from_fn(|k| low[k].min(sample[k])),
+            std::array::from_fn(|k| high[k].max(sample[k])),
+        )
+    })
+}

@@ -1,8 +1,8 @@
-//! Why points have no hull.
+//! Why points have no hull, or contacts no phases.
 
 use thiserror::Error;
 
-/// Why a convex hull cannot be made.
+/// Why a convex hull cannot be made, or contacts cannot be judged.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ContactError {
@@ -63,5 +63,25 @@ pub enum ContactError {
         triangles: usize,
         /// Farthest distance of a point outside the surface, metres; NaN if there is no surface.
         outside_m: f64,
+    },
+    /// Samples per second that are not a positive number.
+    #[error("contacts at {found_hz} Hz: expected a positive number of samples per second")]
+    Rate {
+        /// What was given, Hz.
+        found_hz: f64,
+    },
+    /// A duration that is negative or not finite.
+    #[error("{name} is {found_s} s: expected 0 or more")]
+    Duration {
+        /// Name of the setting.
+        name: &'static str,
+        /// What was given, seconds.
+        found_s: f64,
+    },
+    /// A grasp of no finger or of more than a hand has.
+    #[error("a grasp of {found} fingers: expected min_fingers from 1 to 5")]
+    MinFingers {
+        /// What was given.
+        found: usize,
     },
 }

@@ -11,6 +11,10 @@
 //!   in the training takes, [`inside`] and [`hull_distance_m`] say whether and how far a planned
 //!   position is in it, [`HullProbe`] the same for whole trajectories.
 //!
+//! And of what touches over time: [`events`] finds makes, breaks, durations and states of contact,
+//! [`slip`] how pads move over the object meanwhile, [`phases`] in-grasp manipulation, finger gaiting and
+//! regrasps.
+//!
 //! Signs are the same everywhere: negative inside, 0 on the surface, positive outside. Lengths are
 //! metres.
 //!
@@ -37,11 +41,16 @@
 //! ```
 
 mod error;
+pub mod events;
+mod finger_set;
 mod hull;
 mod pair;
+pub mod phases;
+pub mod slip;
 mod surface;
 
 pub use error::ContactError;
+pub use finger_set::FingerSet;
 pub use hull::{HullProbe, hull, hull_distance_m, inside};
 pub use pair::nearest_pair_m;
 pub use surface::{FingerOffsets, surface_distance_m};

@@ -80,6 +80,34 @@ fn projected_distance_m(solid: &impl PointQuery, p: Vector) -> f64 {
     }
 }
 
+/// The point of the surface nearest to `p`; `None` for a coordinate that is not finite. One of those equally
+/// near.
+pub(crate) fn surface_point(shape: &Shape, p: Position<Object>) -> Option<Position<Object>> {
+    if !p.is_finite() {
+        return None;
+    }
+    let [x, y, z] = p.to_array();
+    match *shape {
+        Shape::Cuboid { edges_m } => {
+            let cuboid = Cuboid::new(Vector::from(edges_m) / 2.0);
+            let q = cuboid
+                .project_local_point(Vector::new(x, y, z), false)
+                .point;
+            Some(Position::new(q.x, q.y, q.z))
+        }
+        Shape::Cylinder {
+            diameter_m,
+            height_m,
+        } => {
+            let cylinder = Cylinder::new(height_m / 2.0, diameter_m / 2.0);
+            let mirrored = along_parry_cylinder(height_m, [x, y, z]);
+            let q = cylinder.project_local_point(mirrored, false).point;
+            // Back from the mirror image, and the axes back by one place.
+            Some(Position::new(q.z, q.x, q.y.copysign(z)))
+        }
+    }
+}
+
 /// How far the pad of each finger reaches beyond its marker towards the object, metres.
 ///
 /// A marker sits on the nail side: its distance to the object is that of the pad plus the thickness
@@ -137,6 +165,30 @@ mod tests {
         check(CYLINDER, [0.018, -0.024, 0.01], 0.005); // radius 30 mm
         check(CYLINDER, [0.0168, 0.0224, 0.044], 0.005); // radius 28 mm, 4 mm above the rim
         check(CYLINDER, [0.015, 0.02, 0.04], 0.0); // on the rim
+    }
+
+    /// The nearest point is on the surface and as far as the distance says, on the side of the point.
+    #[test]
+    fn nearest_points_lie_on_the_surface() {
+        let steps = || (-6..=6).map(|k| f64::from(k) * 0.009 + 0.0007);
+        for shape in [BOX, CYLINDER] {
+            for (x, y, z) in
+                steps().flat_map(|x| steps().flat_map(move |y| steps().map(move |z| (x, y, z))))
+            {
+                let p = Position::new(x, y, z);
+                let q = surface_point(&shape, p).expect("the point is finite");
+                assert!(surface_distance_m(&shape, q).abs() < 1e-15, "{shape} {p:?}");
+                let distance_m = surface_distance_m(&shape, p).abs();
+                assert!(
+                    (q.distance_m(p) - distance_m).abs() < 1e-15,
+                    "{shape} {p:?} {q:?}"
+                );
+            }
+            assert_eq!(
+                surface_point(&shape, Position::new(0.0, f64::NAN, 0.0)),
+                None
+            );
+        }
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod closed_form;
+mod events;
 mod properties;
 mod reference;
 mod surface;

@@ -1,10 +1,10 @@
 //! Makes, breaks and durations of contacts, and the states of contact they add up to.
 //!
-//! A [`ContactSeries`] says at every sample and of every finger whether it touches the object, or that this is
-//! not known. What is not known is never guessed: a missing sample ends a contact without counting as a break,
-//! and a contact that goes on after it does not count as a make. Such contacts, and those that are there at
-//! the first or last sample, are *censored*: they lasted at least as long as was seen, and their duration is
-//! kept apart from those seen from make to break.
+//! A [`ContactSeries`] says at every sample and of every finger whether it touches the object, or that
+//! this is not known. What is not known is never guessed: a missing sample ends a contact without
+//! counting as a break, and a contact that goes on after it does not count as a make. Such contacts, and
+//! those that are there at the first or last sample, are *censored*: they lasted at least as long as was
+//! seen, and their duration is kept apart from those seen from make to break.
 //!
 //! A sample stands for one period: a contact over n samples lasts n / rate.
 //!

@@ -3,11 +3,11 @@
 //! Manipulation within the hand is told apart by what contacts do:
 //!
 //! * **In-grasp manipulation**: the object moves while the same fingers keep their contacts
-//!   (B. Sundaralingam and T. Hermans, *Geometric in-hand regrasp planning: alternating optimization of finger gaits and
-//!   in-grasp manipulation*, arXiv 1804.04292).
-//! * **Finger gaiting**: a finger lifts and sets down again, mostly elsewhere, while the others hold (J. Hong,
-//!   G. Lafferriere, B. Mishra, X. Tan, *Fine manipulation with multifinger hands*, ICRA 1990; L. Han, J. C. Trinkle,
-//!   *Dextrous manipulation by rolling and finger gaiting*, ICRA 1998).
+//!   (B. Sundaralingam and T. Hermans, *Geometric in-hand regrasp planning: alternating optimization of
+//!   finger gaits and in-grasp manipulation*, arXiv 1804.04292).
+//! * **Finger gaiting**: a finger lifts and sets down again, mostly elsewhere, while the others hold
+//!   (J. Hong, G. Lafferriere, B. Mishra and X. Tan, *Fine manipulation with multifinger hands*, ICRA
+//!   1990; L. Han and J. C. Trinkle, *Dextrous manipulation by rolling and finger gaiting*, ICRA 1998).
 //! * **Regrasp**: the grasp is given up, fewer fingers than a grasp needs touch, and taken again.
 //!
 //! What needs a definition in numbers is in [`PhaseSettings`]; there are no defaults.
@@ -25,7 +25,8 @@ use crate::finger_set::FingerSet;
 pub struct PhaseSettings {
     /// Fingers that hold at least: 3 for a stable grasp in arXiv 2308.15153, 2 in arXiv 2406.04950.
     pub min_fingers: usize,
-    /// Contacts, and lifts, that last less are no changes ([`ContactSeries::debounced`]), seconds; 0 for none.
+    /// Contacts, and lifts, that last less are no changes ([`ContactSeries::debounced`]), seconds; with 0
+    /// every change counts.
     pub min_duration_s: f64,
     /// A finger that stays off longer has left the grasp: setting down again later is no gait, seconds.
     pub max_lift_s: f64,

@@ -142,8 +142,8 @@ pub fn jerks_m_s3<F: Frame>(path: &[Position<F>], rate_hz: f64) -> Option<Vec<f6
     usable.then_some(jerks)
 }
 
-/// Spectral arc length of a speed profile (SPARC, equation 9 of the paper), no unit, below 0: minus the length of the
-/// curve of normalised magnitude over normalised frequency,
+/// Spectral arc length of a speed profile (SPARC), no unit, below 0: minus the length of the curve of
+/// normalised magnitude over normalised frequency,
 ///
 /// `- sum sqrt(((f(k+1) - f(k)) / (f(last) - f(0)))² + (M(k+1) - M(k))²)`,
 ///
@@ -192,7 +192,7 @@ pub fn spectral_arc_length(speeds_m_s: &[f64], rate_hz: f64, settings: ArcSettin
     Some(-length)
 }
 
-/// Log dimensionless jerk of a speed profile (LDLJ-V, equation 7 of the paper), no unit:
+/// Log dimensionless jerk of a speed profile (LDLJ-V), no unit:
 ///
 /// `- ln( T³ / v_peak² * sum ((v(k+1) - 2 v(k) + v(k-1)) rate²)² / rate )`,  `T = N / rate`
 ///

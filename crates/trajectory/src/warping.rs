@@ -12,8 +12,8 @@
 //!
 //! Every path from corner to corner has weight N + M in all, so that `D` is a weighted mean distance
 //! along the path, in metres, that does not grow with length, and the smallest sum is also the smallest
-//! mean. With weight 1 for every step (as in tslearn) neither holds: dividing that sum by the length of its path
-//! gives the mean along a path which was not chosen for its mean. Distances are not squared.
+//! mean. With weight 1 for every step (as in tslearn) neither holds: dividing that sum by the length of
+//! its path gives the mean along a path which was not chosen for its mean. Distances are not squared.
 //! Weights belong to the pair that a step leads to, so that both motions backwards can differ a little.
 //!
 //! A sample is an array of `D` coordinates in metres: 3 for one fingertip ([`fingertip`]), 15 for a
@@ -91,8 +91,8 @@ pub fn distance_m<const D: usize>(
 /// short as the best one.
 ///
 /// The bound: split the weight 2 of a diagonal step into 1 for the new row and 1 for the new column. Then
-/// each sample of either motion is charged once with its distance to some sample of the other inside the band, which is at
-/// least its distance to the box around all samples of the other inside the band.
+/// each sample of either motion is charged once with its distance to some sample of the other inside the
+/// band, which is at least its distance to the box around all of those.
 pub fn nearest<'a, const D: usize>(
     query: &[[f64; D]],
     candidates: impl IntoIterator<Item = &'a [[f64; D]]>,

@@ -3,8 +3,10 @@
 mod bad_input;
 mod closed_form;
 mod events;
+mod phases;
 mod properties;
 mod reference;
+mod slip;
 mod surface;
 
 use inhand_model::{Hand, Hull, Position};

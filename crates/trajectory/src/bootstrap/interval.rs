@@ -85,7 +85,7 @@ fn standard_deviation(values: &[f64]) -> Option<f64> {
     Some((squares / (n - 1.0)).sqrt())
 }
 
-/// The shares of the draws between which the BCa interval lies (Efron 1987, equations 2.3 and 6.6):
+/// The shares of the draws between which the BCa interval lies (Efron 1987):
 /// `Phi(z0 + (z0 + z) / (1 - a (z0 + z)))` for the normal quantiles `z` of both tails. Bias `z0` is the
 /// normal quantile of the share of draws below the value, half of those equal to it counted; the
 /// acceleration `a` comes from the values with one cluster left out.

@@ -124,6 +124,26 @@ fn missing_samples_end_contacts_but_break_none() {
     assert!(empty.finger(Finger::Thumb).contacts.is_empty() && empty.states().is_empty());
 }
 
+/// The duration of a state is known where both its ends were seen.
+#[test]
+fn states_at_ends_and_gaps_are_not_complete() {
+    let runs = series(["0011?0101"; 5], 100.0).state_table().runs;
+    let found: Vec<_> = (runs.iter())
+        .map(|run| (run.samples.clone(), run.state.len(), run.is_complete))
+        .collect();
+    assert_eq!(
+        found,
+        [
+            (0..2, 0, false),
+            (2..4, 5, false),
+            (5..6, 0, false),
+            (6..7, 5, true),
+            (7..8, 0, true),
+            (8..9, 5, false),
+        ]
+    );
+}
+
 /// A switch is debounced: what does not stay is not there, from the left.
 #[test]
 fn chatter_is_no_contact() {

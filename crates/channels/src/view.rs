@@ -9,6 +9,7 @@
 //! only the last message of each topic. What holds for the whole take is sent once, on topics of
 //! its own.
 
+mod axes;
 mod cloud;
 mod dictionary;
 mod entities;
@@ -118,6 +119,7 @@ pub(crate) fn add_take<'a>(
             frame: World::NAME,
             paint: Paint::Fingers,
             links: false,
+            shells: false,
         };
         views.add(
             &recorded,
@@ -148,8 +150,10 @@ pub(crate) fn add_take<'a>(
     if let Some(hulls) = file.hulls.filter(|_| tree.hand) {
         hulls::write_outlines(hulls, start, output)?;
     }
-    if let Some(shape) = file.object_shape.filter(|_| tree.object) {
-        solid::write(shape, Object::NAME, start, output)?;
+    match file.object_shape {
+        Some(shape) if tree.object => solid::write(shape, Object::NAME, start, output)?,
+        None if tree.object => axes::write(Object::NAME, start, output)?,
+        _ => {}
     }
     log::add(file, measured, output, streams)
 }
@@ -159,6 +163,7 @@ const fn in_hand(paint: Paint, links: bool) -> Look {
         frame: Hand::NAME,
         paint,
         links,
+        shells: matches!(paint, Paint::One(_)),
     }
 }
 

@@ -286,8 +286,8 @@ fn scenes_light_up_contacts_and_leave_trails() {
         let mut lights = update.entities[1].spheres.iter();
         for (finger, &touches) in contact.in_contact.iter() {
             let sphere = &spheres[finger.index()];
-            // As large as a marker, in the colour of the method, which no finger has.
-            assert_eq!(sphere.size.unwrap().x, 0.005);
+            // A shell in the colour of the method, which no finger has.
+            assert_eq!(sphere.size.unwrap().x, 0.007);
             let colour = sphere.color.unwrap();
             let rgb = [colour.r, colour.g, colour.b].map(|c| (c * 255.0).round() as u8);
             assert_eq!(rgb, method_colour(0));
@@ -305,6 +305,7 @@ fn scenes_light_up_contacts_and_leave_trails() {
     let last = decoded::<SceneUpdate>(&messages["/view/fingertips_scene"])
         .pop()
         .unwrap();
+    assert_eq!(last.entities[0].spheres[0].size.unwrap().x, 0.005);
     let lines = &last.entities[0].lines;
     let link = &lines[0].points;
     assert_eq!((link.len(), link[0]), (2, Point3::default()));
@@ -351,6 +352,29 @@ fn the_object_is_sent_once_on_topics_of_its_own() {
             }
         }
     }
+}
+
+#[test]
+fn an_object_of_unknown_shape_shows_its_axes() {
+    let take = common::take(50, 100.0);
+    let file = TakeFile {
+        object_shape: None,
+        ..common::take_file(&take, &[], &[])
+    };
+    let bytes = written(&file, true);
+    assert_connected(&bytes, &["hand", "object", "world"]);
+    let messages = messages(&bytes);
+    let axes = &decoded::<SceneUpdate>(&messages["/view/object"])[0].entities[0];
+    for (axis, line) in axes.lines.iter().enumerate() {
+        let [from, to] = line.points[..] else {
+            panic!("an axis has two ends");
+        };
+        assert_eq!(from, Point3::default());
+        let along = [to.x, to.y, to.z];
+        assert!(along[axis] > 0.0 && along.iter().sum::<f64>() == along[axis]);
+    }
+    assert_eq!(axes.lines.len(), 3);
+    assert!(messages.contains_key("/view/object_edges"));
 }
 
 #[test]

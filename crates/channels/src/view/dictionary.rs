@@ -8,7 +8,7 @@ use inhand_model::{
 use nalgebra::UnitQuaternion;
 
 use super::cloud::Cloud;
-use super::entities::{TRAIL_M, colour, entity, pose, sphere, strip};
+use super::entities::{TRAIL_M, ball, colour, entity, pose, strip};
 use super::{hulls, scene_stride, stride, transforms};
 use crate::colour::{FINGER_COLOURS, Rgb};
 use crate::error::ChannelError;
@@ -19,6 +19,8 @@ use crate::topic;
 const MEAN: (Rgb, f64) = ([0x99, 0x99, 0x99], 0.6);
 /// Opacity of the paths of a primitive.
 const PATH_ALPHA: f64 = 0.9;
+/// Diameter of a fingertip, metres: less than most primitives move it.
+const TIP_M: f64 = 0.003;
 /// Height of the number of the primitive, metres, and where it stands above the hand.
 const TEXT_M: f64 = 0.008;
 const TEXT_AT_M: [f64; 3] = [0.0, 0.0, 0.05];
@@ -123,7 +125,7 @@ impl DictionaryView {
             let mut tips = entity(Hand::NAME, "fingertips", unix_nanos);
             for (finger, &position_m) in positions_m.iter() {
                 tips.spheres
-                    .push(sphere(position_m, FINGER_COLOURS[finger]));
+                    .push(ball(position_m, TIP_M, (FINGER_COLOURS[finger], 1.0)));
             }
             output.message(self.scene_channel, k, unix_nanos, &update(tips))?;
         }

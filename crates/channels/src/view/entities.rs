@@ -18,11 +18,13 @@ use crate::write::{Instant, Stream};
 
 /// Diameter of a fingertip, metres: about that of a marker, so that neighbours stay apart.
 pub(crate) const SPHERE_M: f64 = 0.005;
+/// Diameter and opacity of a fingertip that is drawn as a shell, metres.
+const SHELL_M: f64 = 0.007;
+const SHELL_ALPHA: f64 = 0.45;
 /// Diameter of the light around a fingertip that touches the object, metres.
 pub(crate) const CONTACT_SPHERE_M: f64 = 0.012;
-/// What lights up, and how much of the fingertip it lets through.
-pub(crate) const CONTACT: Rgb = [0xFF, 0xFF, 0xFF];
-const CONTACT_ALPHA: f64 = 0.4;
+/// How bright it is: in the fingertip's own colour, which stays to be seen.
+const CONTACT_ALPHA: f64 = 0.35;
 /// Opacity of a trail.
 const TRAIL_ALPHA: f64 = 0.8;
 /// Length of a trail, seconds.
@@ -72,11 +74,20 @@ pub(crate) fn entity(frame: &str, id: &str, unix_nanos: u64) -> SceneEntity {
 }
 
 /// A sphere of a fingertip's size.
-pub(crate) fn sphere(position_m: [f64; 3], colour_of_tip: Rgb) -> SpherePrimitive {
+pub(crate) fn sphere(position_m: [f64; 3], rgb: Rgb) -> SpherePrimitive {
+    ball(position_m, SPHERE_M, (rgb, 1.0))
+}
+
+/// A sphere.
+pub(crate) fn ball(
+    position_m: [f64; 3],
+    diameter_m: f64,
+    (rgb, alpha): (Rgb, f64),
+) -> SpherePrimitive {
     SpherePrimitive {
         pose: Some(pose(position_m)),
-        size: Some(size([SPHERE_M; 3])),
-        color: Some(colour(colour_of_tip, 1.0)),
+        size: Some(size([diameter_m; 3])),
+        color: Some(colour(rgb, alpha)),
     }
 }
 
@@ -109,6 +120,9 @@ pub(crate) struct Look {
     pub(crate) paint: Paint,
     /// Whether lines tie fingertips to the origin of the frame, which is then that of the hand.
     pub(crate) links: bool,
+    /// Whether fingertips are shells that show what they lie around: planned ones are often within a
+    /// fraction of a millimetre of the recorded ones.
+    pub(crate) shells: bool,
 }
 
 pub(crate) struct FingertipScene<'a, T> {
@@ -148,11 +162,8 @@ impl<'a, T: Tips> FingertipScene<'a, T> {
     /// The light around a fingertip that touches the object.
     fn contact(&self, k: usize, finger: Finger, position_m: [f64; 3]) -> Option<SpherePrimitive> {
         let touches = (self.contacts.as_ref())?.in_contact(k, finger)?;
-        touches.then(|| SpherePrimitive {
-            pose: Some(pose(position_m)),
-            size: Some(size([CONTACT_SPHERE_M; 3])),
-            color: Some(colour(CONTACT, CONTACT_ALPHA)),
-        })
+        let light = (self.look.paint.of(finger), CONTACT_ALPHA);
+        touches.then(|| ball(position_m, CONTACT_SPHERE_M, light))
     }
 }
 
@@ -172,7 +183,11 @@ impl<T: Tips> Stream for FingertipScene<'_, T> {
                 continue;
             };
             let rgb = self.look.paint.of(finger);
-            scene.spheres.push(sphere(position_m, rgb));
+            scene.spheres.push(if self.look.shells {
+                ball(position_m, SHELL_M, (rgb, SHELL_ALPHA))
+            } else {
+                sphere(position_m, rgb)
+            });
             (lights.spheres).extend(self.contact(k, finger, position_m));
             if self.look.links {
                 scene.lines.push(link(position_m, rgb));

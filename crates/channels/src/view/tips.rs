@@ -3,7 +3,7 @@
 use inhand_model::{Finger, Motion, PerFinger};
 
 use super::cloud::Cloud;
-use super::entities::{CONTACT as TOUCHING, CONTACT_SPHERE_M, SPHERE_M};
+use super::entities::{CONTACT_SPHERE_M, SPHERE_M};
 use crate::colour::{FINGER_COLOURS, Rgb};
 use crate::error::ChannelError;
 use crate::output::{ChannelId, Output};
@@ -199,6 +199,9 @@ impl<T: Tips> Stream for BallCloud<T> {
         output.message(self.channel, k, unix_nanos, self.cloud.message(unix_nanos))
     }
 }
+
+/// What touches, as points: brighter than any finger.
+const TOUCHING: Rgb = [0xFF, 0xFF, 0xFF];
 
 /// The fingertips that touch the object: balls around them, numbered from the thumb.
 pub(crate) struct ContactCloud<'a, T> {

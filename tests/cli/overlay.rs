@@ -1,8 +1,9 @@
 //! Takes and methods over each other.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use inhand_channels::TakeFile;
+use inhand_container::{ContainerError, Depth, Record, walk};
 use inhand_model::{Finger, PointTrack};
 use serde_json::Value;
 
@@ -67,6 +68,31 @@ fn refused(bench: &Bench, args: &[&str], code: i32, expected: &str) {
     assert!(!bench.path("no.mcap").exists());
 }
 
+/// Bytes of messages that are there for viewers, and of all others.
+fn view_bytes(bytes: &[u8]) -> (usize, usize) {
+    let (mut views, mut data) = (0, 0);
+    let mut topics = BTreeMap::new();
+    walk("o.mcap", bytes, Depth::Everything, |record| {
+        match record {
+            Record::Channel(channel) => {
+                topics.insert(channel.id, channel.topic);
+            }
+            Record::Message {
+                header,
+                data: message,
+            } => {
+                let topic = &topics[&header.channel_id];
+                let drawn = topic.starts_with("/view/") || topic.starts_with("/tf");
+                *(if drawn { &mut views } else { &mut data }) += message.len();
+            }
+            _ => {}
+        }
+        Ok::<(), ContainerError>(())
+    })
+    .expect("the output is sound");
+    (views, data)
+}
+
 /// Two processed takes, and a stretch of the first.
 fn processed() -> Bench {
     let bench = Bench::csv();
@@ -124,6 +150,9 @@ fn methods_of_a_run_are_as_far_from_the_recording_as_its_evaluation_says() {
         .map(|layer| layer["colour"].to_string())
         .collect();
     assert_eq!(colours.len(), 3);
+
+    let (views, data) = view_bytes(&bench.bytes("o.mcap"));
+    assert!(views <= 2 * data, "{views} bytes of views, {data} of data");
 
     // Another setting on the same take: what was recorded is shown once.
     bench.run("other", &["--sigma-mm", "2"]);

@@ -14,13 +14,13 @@ use crate::content::Content;
 const UPRIGHT: &str = "upright";
 
 /// Least distance from fingertips around an object, metres.
-const FINGERTIPS_M: f64 = 0.26;
+const FINGERTIPS_M: f64 = 0.18;
 /// Distance from a hand whose frame is on its back, metres: fingertips are a hand's breadth away.
 const HAND_M: f64 = 0.5;
 /// Least distance from fingertips that move about in the room, metres.
 const ROOM_M: f64 = 0.5;
 /// Distance in radii of what is looked at, and the most of it, metres.
-const RADII: f64 = 3.5;
+const RADII: f64 = 3.0;
 const MOST_M: f64 = 10.0;
 
 /// Frame that a view follows, and what it looks at there.

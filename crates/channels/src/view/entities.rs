@@ -20,7 +20,7 @@ use crate::write::{Instant, Stream};
 pub(crate) const SPHERE_M: f64 = 0.005;
 /// Diameter and opacity of a fingertip that is drawn as a shell, metres.
 const SHELL_M: f64 = 0.007;
-const SHELL_ALPHA: f64 = 0.45;
+const SHELL_ALPHA: f64 = 0.25;
 /// Diameter of the light around a fingertip that touches the object, metres.
 pub(crate) const CONTACT_SPHERE_M: f64 = 0.012;
 /// How bright it is: in the fingertip's own colour, which stays to be seen.
@@ -162,6 +162,8 @@ impl<'a, T: Tips> FingertipScene<'a, T> {
     /// The light around a fingertip that touches the object.
     fn contact(&self, k: usize, finger: Finger, position_m: [f64; 3]) -> Option<SpherePrimitive> {
         let touches = (self.contacts.as_ref())?.in_contact(k, finger)?;
+        // Lights of a plan would outshine what was recorded.
+        let touches = touches && !self.look.shells;
         let light = (self.look.paint.of(finger), CONTACT_ALPHA);
         touches.then(|| ball(position_m, CONTACT_SPHERE_M, light))
     }

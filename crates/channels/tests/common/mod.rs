@@ -371,7 +371,6 @@ pub(crate) fn evaluated<'a>(names: &[&'a str], take: &Take) -> Vec<EvaluatedMeth
     names.iter().map(method).collect()
 }
 
-/// The whole take as one file's content.
 /// A plan that found no motion.
 pub(crate) fn infeasible(take: &Take) -> Plan {
     Plan {
@@ -384,6 +383,7 @@ pub(crate) fn infeasible(take: &Take) -> Plan {
     }
 }
 
+/// The whole take as one file's content.
 pub(crate) fn take_file<'a>(
     take: &'a Take,
     generated: &'a [GeneratedMethod<'a>],

@@ -21,9 +21,9 @@ const MEAN: (Rgb, f64) = ([0x99, 0x99, 0x99], 0.6);
 const PATH_ALPHA: f64 = 0.9;
 /// Diameter of a fingertip, metres: less than most primitives move it.
 const TIP_M: f64 = 0.003;
-/// Height of the number of the primitive, metres, and where it stands above the hand.
-const TEXT_M: f64 = 0.008;
-const TEXT_AT_M: [f64; 3] = [0.0, 0.0, 0.05];
+/// Height of the number of the primitive, metres, and how far above the fingertips it stands.
+const TEXT_M: f64 = 0.005;
+const TEXT_ABOVE_M: f64 = 0.03;
 
 /// The views of primitives, which play one after the other.
 pub(crate) struct DictionaryView {
@@ -83,7 +83,7 @@ impl DictionaryView {
             }
         }
         paths.texts.push(TextPrimitive {
-            pose: Some(pose(TEXT_AT_M)),
+            pose: Some(pose(above(mean))),
             billboard: true,
             font_size: TEXT_M,
             scale_invariant: false,
@@ -138,4 +138,13 @@ fn update(entity: SceneEntity) -> SceneUpdate {
         deletions: Vec::new(),
         entities: vec![entity],
     }
+}
+
+/// Above the middle of the fingertips of the first instant, metres; from numbers (t, finger, axis).
+fn above(values_m: &[f64]) -> [f64; 3] {
+    let middle = [0, 1, 2].map(|axis| {
+        let tips = Finger::ALL.map(|finger| values_m[SegmentLayout::row(0, finger, axis)]);
+        tips.iter().sum::<f64>() / Finger::COUNT as f64
+    });
+    [middle[0], middle[1], middle[2] + TEXT_ABOVE_M]
 }

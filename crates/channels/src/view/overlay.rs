@@ -4,22 +4,22 @@ mod objects;
 mod tips;
 
 use foxglove::messages::{FrameTransforms, SceneUpdate, TextPrimitive};
-use inhand_model::{Clock, Frame, Hand, Object, Pose, PoseTrack, World};
+use inhand_model::{Clock, Finger, Frame, Hand, Object, Pose, PoseTrack, World};
 use nalgebra::UnitQuaternion;
 
 use super::entities::{colour, entity, pose};
 use super::{stride, transforms};
 use crate::error::ChannelError;
 use crate::output::{ChannelId, Output};
-use crate::overlay::{OverlayFile, OverlayLayer, Source, layer_colour};
+use crate::overlay::{OverlayFile, OverlayLayer, Source, layer_colour, samples_of};
 use crate::topic;
 
 /// Height of the letters of the legend, metres.
-const LETTER_M: f64 = 0.008;
-/// Where the legend begins, metres: beside the hand.
-const LEGEND_M: [f64; 3] = [0.0, 0.0, 0.15];
+const LETTER_M: f64 = 0.005;
+/// How far above the fingertips the last line of the legend stands, metres.
+const LEGEND_ABOVE_M: f64 = 0.035;
 /// From line to line of the legend, metres.
-const LEGEND_LINE_M: f64 = 0.011;
+const LEGEND_LINE_M: f64 = 0.007;
 
 /// Where a file's sources are added, each with the sample at which it begins.
 type Sources<'a> = Vec<(usize, Box<dyn Source + 'a>)>;
@@ -136,10 +136,11 @@ fn legend<F: Frame>(
     output: &mut Output<'_>,
 ) -> Result<(), ChannelError> {
     let mut legend = entity(frame, "legend", unix_nanos);
-    let [x, y, z] = LEGEND_M;
+    let [x, y, z] = layers.first().map_or([0.0; 3], first_seen_m);
+    let top_m = z + LEGEND_ABOVE_M + LEGEND_LINE_M * layers.len() as f64;
     for (n, layer) in layers.iter().enumerate() {
         legend.texts.push(TextPrimitive {
-            pose: Some(pose([x, y, z - n as f64 * LEGEND_LINE_M])),
+            pose: Some(pose([x, y, top_m - n as f64 * LEGEND_LINE_M])),
             billboard: true,
             font_size: LETTER_M,
             scale_invariant: false,
@@ -153,4 +154,19 @@ fn legend<F: Frame>(
     };
     let channel = output.channel::<SceneUpdate>(topic::VIEW_LEGEND, Some(frame))?;
     output.message(channel, 0, unix_nanos, &update)
+}
+
+/// The middle of the fingertips where they are first seen, metres; the origin where they never are.
+fn first_seen_m<F: Frame>(layer: &OverlayLayer<'_, F>) -> [f64; 3] {
+    let at = |k: usize| -> Vec<[f64; 3]> {
+        (Finger::ALL.into_iter())
+            .filter_map(|finger| Some(layer.tips[finger].get(k)?.to_array()))
+            .collect()
+    };
+    let seen = (0..samples_of(layer.tips))
+        .map(at)
+        .find(|tips| !tips.is_empty());
+    seen.map_or([0.0; 3], |tips| {
+        [0, 1, 2].map(|axis| tips.iter().map(|tip| tip[axis]).sum::<f64>() / tips.len() as f64)
+    })
 }

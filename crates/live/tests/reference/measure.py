@@ -84,7 +84,7 @@ def main():
     expected = defaultdict(list)
     with open(file, "rb") as stream:
         end = int(first + seconds * speed * 10**9)
-        for _, channel, message in make_reader(stream).iter_messages(end_time=end):
+        for _, channel, message in make_reader(stream).iter_messages(ending_before=end):
             digest = hashlib.sha256(message.data).digest()
             expected[channel.topic].append((message.log_time, digest))
     missing = 0

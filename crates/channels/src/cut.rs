@@ -9,6 +9,7 @@ use inhand_model::Provenance;
 use crate::error::ChannelError;
 use crate::metadata::{CLEANED, Metadata, RECORDING};
 use crate::read::TIME_TOLERANCE_NANOS;
+use crate::take::RECORDED;
 use crate::topic;
 
 /// A stretch of a take as a take of its own.
@@ -131,9 +132,28 @@ pub fn cut_take(
 pub fn latch(channel: &ChannelFacts) -> Option<Latch> {
     match &*channel.topic {
         topic::RECORDING_FINDINGS => Some(Latch::All),
-        topic::VIEW_OBJECT | topic::VIEW_OBJECT_EDGES => Some(Latch::Last),
+        // The tree of views beside a tree of others.
+        topic::VIEW_TF_STATIC | topic::VIEW_FRAMES => Some(Latch::All),
+        topic if is_sent_once(topic) => Some(Latch::Last),
         _ => inhand_container::latch(channel),
     }
+}
+
+/// Views that one message says for the whole file.
+fn is_sent_once(topic: &str) -> bool {
+    let of_file = [
+        topic::VIEW_OBJECT,
+        topic::VIEW_OBJECT_EDGES,
+        topic::VIEW_OBJECT_SURFACE,
+        topic::VIEW_TAKE_HULLS,
+        topic::VIEW_HULLS,
+        topic::VIEW_LEGEND,
+    ];
+    let of_layer = |topic: &str| {
+        let leaf = topic.strip_prefix("/view/overlay/");
+        leaf.is_some_and(|leaf| leaf.ends_with("/object") || leaf.ends_with("/object_edges"))
+    };
+    of_file.contains(&topic) || of_layer(topic)
 }
 
 /// Whether a channel counts samples from the start of the whole take, so that it says nothing of a
@@ -145,5 +165,7 @@ pub fn is_of_whole_take(channel: &ChannelFacts) -> bool {
         "/view/generated/",
         topic::CLEANED_CHANGES,
     ];
-    parts.iter().any(|part| channel.topic.starts_with(part))
+    // What touched in the recording is said of each instant alone.
+    let recorded = format!("/evaluation/{RECORDED}/contact");
+    channel.topic != recorded && parts.iter().any(|part| channel.topic.starts_with(part))
 }

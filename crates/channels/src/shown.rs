@@ -112,6 +112,9 @@ impl<'a> Shown<'a> {
                 };
                 match leaf {
                     "fingertips" => Shown::Tips(whose),
+                    "fingertip_balls" => Shown::Points,
+                    "object_edges" => Shown::Edges,
+                    "object" => Shown::Solid,
                     "fingertips_scene" => Shown::TipScene(whose),
                     "contacts" => Shown::Touching(whose),
                     "hulls" => Shown::Hulls(whose),

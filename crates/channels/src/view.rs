@@ -21,7 +21,7 @@ mod tips;
 mod transforms;
 
 pub(crate) use dictionary::DictionaryView;
-pub(crate) use transforms::UPRIGHT;
+pub(crate) use transforms::{UPRIGHT, transform};
 
 use inhand_model::{Clock, Finger, Frame, Hand, MarkerKind, Object, World};
 

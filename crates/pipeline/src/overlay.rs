@@ -17,6 +17,24 @@ use crate::error::PipelineError;
 use crate::output::write_atomic;
 use crate::settings::Settings;
 
+/// Worlds with other axes up are no place to compare in.
+fn refuse_other_axes(inputs: &[Input]) -> Result<(), PipelineError> {
+    let up = |input: &Input| input.take.recording.source.up_axis;
+    let Some(first) = inputs.first() else {
+        return Ok(());
+    };
+    match inputs.iter().find(|input| up(input) != up(first)) {
+        None => Ok(()),
+        Some(other) => Err(other.take.error(format!(
+            "its {} axis points up, and that of {} {}: process both (`inhand process`), so that they \
+             are compared in the frame of the hand",
+            up(other).name(),
+            first.take.path.display(),
+            up(first).name(),
+        ))),
+    }
+}
+
 /// Which generated motion is shown beside what was recorded.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum OverlayMethods {
@@ -119,6 +137,7 @@ pub fn overlay(
                  where hands do not coincide",
                 input.take.path.display()
             ));
+            refuse_other_axes(&inputs)?;
             write::<World>(options, &inputs, placed, output, settings, notes)
         }
     }

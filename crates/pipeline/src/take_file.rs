@@ -72,7 +72,7 @@ pub fn write(path: &Path, contents: &TakeContents<'_>, view: bool) -> Result<(),
             unsolved,
         })
         .collect();
-    let recorded = recorded_contacts(contents)?;
+    let recorded = recorded_contacts(contents.motion, contents.settings)?;
     let of_methods = (motion.iter()).flat_map(|motion| {
         methods.iter().zip(rows).map(|(g, rows)| EvaluatedMethod {
             name: g.method.name(),
@@ -169,10 +169,11 @@ impl<'a> GeneratedMotion<'a> {
 }
 
 /// Which recorded fingertips touch the object, where its shape and pose are known.
-fn recorded_contacts(
-    contents: &TakeContents<'_>,
+pub(crate) fn recorded_contacts(
+    motion: &Motion,
+    settings: &Settings,
 ) -> Result<Option<EvaluatedMethod<'static>>, PipelineError> {
-    let contacts = steps::contacts(contents.motion, contents.settings)?;
+    let contacts = steps::contacts(motion, settings)?;
     let samples: Vec<_> = (contacts.iter().enumerate())
         .filter_map(|(sample, contact)| {
             let SampleContacts {

@@ -15,6 +15,7 @@ use crate::error::PipelineError;
 use crate::output::{TEMPORARY_PREFIX, write_atomic};
 use crate::settings::Settings;
 use crate::take::hex_sha256;
+use crate::take_file::recorded_contacts;
 
 /// Topic of a dictionary's own message.
 const DICTIONARY: &str = "/dictionary/model";
@@ -219,13 +220,18 @@ impl<'a> File<'a> {
                 unsolved,
             })
             .collect();
+        let mut evaluated = parts.evaluated();
+        // Nobody could say what touches an object whose shape was not known.
+        if let (None, Some(motion)) = (parts.shape, &take.stored_motion) {
+            evaluated.extend(recorded_contacts(motion, settings)?);
+        }
         let file = TakeFile {
             cleaned: take.cleaned(),
             roles: take.roles.as_ref().ok(),
             motion: take.stored_motion.as_ref(),
             generated: &generated,
-            evaluated: &parts.evaluated(),
-            object_shape: settings.shape()?.or(parts.shape),
+            evaluated: &evaluated,
+            object_shape: parts.shape.or(settings.shape()?),
             hulls,
             ..TakeFile::new(take.measured())
         };

@@ -61,7 +61,7 @@ fn of_ours(content: &Content, topic: &Topic, shown: Shown<'_>) -> Option<Value> 
             let visible = first(whose) && !has(Shown::TipScene(whose));
             (Drawn::Points(TIP_PX), visible)
         }
-        // Spheres in contact are larger and opaque.
+        // Scenes have lights around what touches.
         Shown::Touching(whose) => {
             let visible = first(whose) && !has(Shown::TipScene(whose));
             (Drawn::Points(TOUCHING_PX), visible)

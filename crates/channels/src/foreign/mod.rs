@@ -49,6 +49,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use inhand_model::{Finding, LengthUnit, Recording, RotationOrder, Source, UpAxis};
 use mcap::records::Record;
+use nalgebra::Isometry3;
 
 use self::format::Format;
 use self::gather::Gathered;
@@ -174,7 +175,9 @@ pub(crate) fn was_given_views(metadata: &Metadata) -> bool {
     })
 }
 
-/// The frames that a recording of others stands in, all of which [`read_foreign`] takes for the world.
+/// Where the trees of frames stand that a recording of others lies in, by their roots: `world_from_root`.
+/// Frames that coordinates stand in are all taken for the world by [`read_foreign`]; a root is there where
+/// the first of its frames coincides with the world. Trees whose roots move against it have no place.
 ///
 /// # Errors
 ///
@@ -183,9 +186,15 @@ pub(crate) fn world_frames(
     bytes: &[u8],
     file_name: &str,
     settings: &ForeignSettings,
-) -> Result<BTreeSet<String>, ChannelError> {
+) -> Result<BTreeMap<String, Isometry3<f64>>, ChannelError> {
     let (gathered, _) = gather(bytes, file_name, settings)?;
-    Ok(world::top_frames(&gathered, &world::used(&gathered)))
+    let mut roots = BTreeMap::new();
+    for frame in world::top_frames(&gathered, &world::used(&gathered)) {
+        if let Some((root, frame_from_root)) = tree::root_of(&gathered, &frame) {
+            roots.entry(root).or_insert(frame_from_root);
+        }
+    }
+    Ok(roots)
 }
 
 fn recording(

@@ -71,6 +71,28 @@ pub(super) fn links_above(
     (0..used.len()).map(above).collect()
 }
 
+/// Where the root of a frame's tree stands, seen from the frame: `frame_from_root` over the static
+/// transforms above it. `None` where a transform above it moves, or they go round in a circle.
+pub(super) fn root_of(gathered: &Gathered<'_>, frame: &str) -> Option<(String, Isometry3<f64>)> {
+    let moves = |frame: &str| {
+        (gathered.series.iter())
+            .any(|series| series.kind == Kind::Transform && series.source_name == frame)
+    };
+    let mut root = frame.to_owned();
+    let mut root_from_frame = Isometry3::identity();
+    for _ in 0..MAX_DEPTH {
+        if moves(&root) {
+            return None;
+        }
+        let Some(above) = gathered.statics.get(&root) else {
+            return Some((root, root_from_frame.inverse()));
+        };
+        root_from_frame = isometry(above.position, above.rotation)? * root_from_frame;
+        root.clone_from(&above.parent);
+    }
+    None
+}
+
 fn climb(
     gathered: &Gathered<'_>,
     used: &[usize],

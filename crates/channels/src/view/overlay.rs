@@ -35,8 +35,18 @@ pub(crate) fn add<'a, F: Frame>(
         .unwrap_or_default();
     let placed = place_first(file, start, output, sources)?;
     legend(file.layers, F::NAME, start, output)?;
+    let end = (file.layers.iter())
+        .filter_map(|layer| {
+            Some(
+                layer
+                    .clock
+                    .unix_nanos(samples_of(layer.tips).checked_sub(1)?),
+            )
+        })
+        .max()
+        .unwrap_or(start);
     for (n, layer) in file.layers.iter().enumerate() {
-        tips::add(n, layer, output, sources)?;
+        tips::add(n, layer, end, output, sources)?;
     }
     for object in file.objects {
         objects::add(file, object, (start, placed), output, sources)?;
@@ -70,7 +80,7 @@ fn place_first<'a, F: Frame>(
         Box::new(FirstFrames::<F> {
             channel: output.channel::<FrameTransforms>(topic::TF, None)?,
             clock,
-            stride: stride(clock.rate_hz()),
+            stride: tree_stride(clock.rate_hz()),
             hand: hand.map(|(_, track)| track),
             object: first.map(|object| object.track),
         }),
@@ -78,9 +88,15 @@ fn place_first<'a, F: Frame>(
     Ok(first.is_some())
 }
 
+/// Every how many samples frames are placed: every second at most, so that views of slow takes do not
+/// outgrow the data.
+fn tree_stride(rate_hz: f64) -> usize {
+    stride(rate_hz).max(2)
+}
+
 /// Whether any sample that views show has the pose.
 fn is_shown<To: Frame, From: Frame>(track: &PoseTrack<To, From>, clock: Clock) -> bool {
-    let mut samples = (0..track.len()).step_by(stride(clock.rate_hz()));
+    let mut samples = (0..track.len()).step_by(tree_stride(clock.rate_hz()));
     samples.any(|k| track.status(k).is_present())
 }
 

@@ -196,7 +196,7 @@ impl Stream for Transforms<'_> {
 }
 
 /// The pose of `child` seen from `parent`: takes coordinates in the child to the parent.
-pub(super) fn transform(
+pub(crate) fn transform(
     parent: &str,
     child: &str,
     parent_from_child: Isometry3<f64>,

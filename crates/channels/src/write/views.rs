@@ -1,11 +1,12 @@
 //! The views of a take alone, for a file that has the rest.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::io::Write;
 
-use foxglove::messages::{FrameTransform, FrameTransforms, Quaternion, Vector3};
+use foxglove::messages::FrameTransforms;
 use inhand_container::ChannelFacts;
 use inhand_model::{Frame, World};
+use nalgebra::Isometry3;
 
 use super::{Streams, TakeWriter, check};
 use crate::error::ChannelError;
@@ -16,20 +17,19 @@ use crate::output::{Output, PACKED};
 use crate::read::read_metadata;
 use crate::take::TakeFile;
 use crate::topic;
-use crate::view;
-use crate::wire::viewer_time;
+use crate::view::{self, UPRIGHT, transform};
 
 /// Whose file the views of a take are for.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub enum ViewsFor {
     /// A take of ours: the tree of frames lies on `/tf` and `/tf_static`.
     #[default]
     Take,
     /// A recording of others, which may have a tree of frames of its own: ours lies on `/view/tf` and
-    /// `/view/tf_static`, and the frames of theirs that coordinates stand in are placed at its `world`.
+    /// `/view/tf_static`, and the roots of their trees are placed in its `world`.
     Foreign {
-        /// Those frames.
-        frames: BTreeSet<String>,
+        /// Where the roots stand: `world_from_root`, metres.
+        roots: BTreeMap<String, Isometry3<f64>>,
     },
 }
 
@@ -47,8 +47,8 @@ impl ViewsFor {
         if is_take(&read_metadata(bytes, file_name)?) {
             return Ok(ViewsFor::Take);
         }
-        let frames = world_frames(bytes, file_name, settings)?;
-        Ok(ViewsFor::Foreign { frames })
+        let roots = world_frames(bytes, file_name, settings)?;
+        Ok(ViewsFor::Foreign { roots })
     }
 }
 
@@ -88,9 +88,9 @@ pub fn write_views(
     let outline = Outline::of(used);
     check::parts(file, outline.samples)?;
     let mut output = Output::create_of(&mut out, PACKED, profile)?;
-    if let ViewsFor::Foreign { frames } = views_for {
+    if let ViewsFor::Foreign { roots } = views_for {
         output.rename_topics(beside_others);
-        place_frames(frames, used.clock.unix_nanos(0), &mut output)?;
+        place_roots(roots, used.clock.unix_nanos(0), &mut output)?;
     }
     let seen = TakeFile {
         recording: used,
@@ -123,25 +123,17 @@ fn beside_others(ours: &str) -> &str {
     }
 }
 
-/// Hangs frames of others at ours: a viewer shows nothing of what no tree connects.
-fn place_frames(
-    frames: &BTreeSet<String>,
+/// Hangs trees of others at ours: a viewer shows nothing of what no tree connects.
+fn place_roots(
+    roots: &BTreeMap<String, Isometry3<f64>>,
     unix_nanos: u64,
     output: &mut Output,
 ) -> Result<(), ChannelError> {
-    // A frame without a name is no frame, and ours needs no place in itself.
-    let named = |frame: &&String| !frame.is_empty() && *frame != World::NAME;
-    let transforms: Vec<_> = (frames.iter().filter(named))
-        .map(|frame| FrameTransform {
-            timestamp: Some(viewer_time(unix_nanos)),
-            parent_frame_id: World::NAME.to_owned(),
-            child_frame_id: frame.clone(),
-            translation: Some(Vector3::default()),
-            rotation: Some(Quaternion {
-                w: 1.0,
-                ..Quaternion::default()
-            }),
-        })
+    // A frame without a name is no frame, and ours has its place already.
+    let ours = [World::NAME, UPRIGHT];
+    let named = |root: &str| !root.is_empty() && !ours.contains(&root);
+    let transforms: Vec<_> = (roots.iter().filter(|(root, _)| named(root)))
+        .map(|(root, &world_from_root)| transform(World::NAME, root, world_from_root, unix_nanos))
         .collect();
     if transforms.is_empty() {
         return Ok(());

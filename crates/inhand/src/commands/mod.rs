@@ -39,7 +39,7 @@ use inhand_pipeline::{Settings, Take, check_target};
 use crate::console::Console;
 use crate::exit::{Exit, UsageError};
 
-/// What to do.
+/// What to do. Where a variant says nothing, the first line of its arguments does, and `--help` the rest.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     /// Everything for a session: one MCAP per take, dictionary, evaluation and report
@@ -70,9 +70,7 @@ pub(crate) enum Command {
     Report(report::Args),
     /// A take as CSV, Parquet or BIDS, or a dictionary as matrices for NumPy or MATLAB
     Export(export::Args),
-    /// Add what viewers draw to files that lack it
     View(view::Args),
-    /// Takes or methods over each other in one file, each in its colour
     Overlay(overlay::Args),
     /// A stretch of time of any MCAP file
     Cut(cut::Args),
@@ -82,9 +80,7 @@ pub(crate) enum Command {
     Merge(merge::Args),
     /// Save what is sound of a damaged MCAP file
     Recover(recover::Args),
-    /// Play an MCAP file live to Foxglove or Lichtblick
     Play(play::Args),
-    /// A layout for Foxglove and Lichtblick: the hand, the object, plots
     Layout(layout::Args),
     /// Simulate a session of a hand that turns an object
     Simulate(simulate::Args),

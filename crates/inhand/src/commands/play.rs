@@ -17,7 +17,9 @@ use crate::commands::play::status::Status;
 use crate::console::{Console, data};
 use crate::exit::{Exit, UsageError};
 
-/// Plays an MCAP file of any origin live to Foxglove and Lichtblick, as many viewers as you like.
+/// Play an MCAP file live to Foxglove or Lichtblick
+///
+/// Any MCAP file, to as many viewers as you like.
 ///
 /// Open a "Foxglove WebSocket" connection to the address that is printed. Playing starts when the first
 /// viewer shows something. Foxglove has its own play bar; for other viewers, and for all of them

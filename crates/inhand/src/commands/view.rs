@@ -10,8 +10,10 @@ use crate::console::Console;
 use crate::exit::Exit;
 use crate::options::SourceOptions;
 
-/// Adds the channels that viewers draw without set-up to takes, dictionaries and recordings of others
-/// with motion capture in them: a tree of frames, fingertips with trails, the object, what was
+/// Add what viewers draw to files that lack it
+///
+/// Takes, dictionaries and recordings of others with motion capture in them get the channels that viewers
+/// draw without set-up: a tree of frames, fingertips with trails, the object, what was
 /// generated. Earlier views are replaced; everything else stays byte for byte.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {

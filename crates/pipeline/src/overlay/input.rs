@@ -85,7 +85,7 @@ fn read_one(
         path: path.to_owned(),
         source: source.into(),
     };
-    let mut shape = settings.shape()?;
+    let mut stated = None;
     let mut methods = Vec::new();
     if inhand_channels::is_mcap(&bytes) {
         let file = path.display().to_string();
@@ -93,9 +93,7 @@ fn read_one(
         if info.channels.iter().any(|c| c.topic == DICTIONARY) {
             return Err(refuse("a dictionary: takes are put over each other"));
         }
-        if shape.is_none() {
-            shape = info.metadata.shape(&file).map_err(channels)?;
-        }
+        stated = info.metadata.shape(&file).map_err(channels)?;
         let generated = info
             .channels
             .iter()
@@ -113,7 +111,11 @@ fn read_one(
         name,
         take,
         methods,
-        shape,
+        // What a file says of its object counts more than what is said of all of them.
+        shape: match stated {
+            Some(shape) => Some(shape),
+            None => settings.shape()?,
+        },
     })
 }
 

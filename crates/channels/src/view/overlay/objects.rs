@@ -5,7 +5,7 @@ use foxglove::messages::{
 };
 use inhand_model::{Clock, Frame, Object, Pose, Shape};
 
-use super::{Sources, is_shown};
+use super::{Sources, is_shown, tree_stride};
 use crate::colour::Rgb;
 use crate::error::ChannelError;
 use crate::output::{ChannelId, Output};
@@ -13,7 +13,7 @@ use crate::overlay::{OverlayFile, OverlayObject, Source, layer_colour};
 use crate::topic::LayerTopics;
 use crate::view::cloud::Cloud;
 use crate::view::entities::{colour, entity, identity, size};
-use crate::view::{solid, stride, transforms};
+use crate::view::{solid, transforms};
 
 /// What lies behind an object stays visible.
 const OBJECT_ALPHA: f64 = 0.3;
@@ -83,7 +83,7 @@ impl<F: Frame> Source for OtherObject<'_, F> {
         unix_nanos: u64,
         output: &mut Output<'_>,
     ) -> Result<(), ChannelError> {
-        let shown = k.is_multiple_of(stride(self.object.clock.rate_hz()));
+        let shown = k.is_multiple_of(tree_stride(self.object.clock.rate_hz()));
         let Some(pose) = self.object.track.get(k).filter(|_| shown) else {
             return Ok(());
         };

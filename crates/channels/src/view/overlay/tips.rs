@@ -1,7 +1,7 @@
 //! Fingertips of one of several motions, in its colour.
 //!
-//! There is little data in such a file, and views may not outgrow it: clouds and spheres come as often as
-//! scenes of takes do, balls half as often, and trails, most of a scene's bytes, on a topic of their own with
+//! There is little data in such a file, and views may not outgrow it: spheres come as often as scenes of
+//! takes do, clouds and balls half as often, and trails, most of a scene's bytes, on a topic of their own with
 //! each of their points.
 
 use std::collections::VecDeque;
@@ -21,6 +21,8 @@ use crate::view::entities::{SPHERE_M, TRAIL_M, entity, identity, sphere, strip};
 use crate::view::scene_stride;
 use crate::wire::viewer_time;
 
+/// Scenes show every fourth sample at most, so that slow takes keep the limit too.
+const LEAST_STRIDE: usize = 4;
 /// Points of a trail; with the time between them, trails are a good half second long.
 const TRAIL_POINTS: usize = 4;
 /// Time between the points of a trail, seconds.
@@ -28,22 +30,36 @@ const TRAIL_STEP_S: f64 = 0.16;
 /// Opacity of a trail.
 const TRAIL_ALPHA: f64 = 0.8;
 
-/// Adds the views of the layer with this number.
+/// Adds the views of the layer with this number, in a file that ends at `end_unix_nanos`.
 pub(super) fn add<'a, F: Frame>(
     number: usize,
     layer: &OverlayLayer<'a, F>,
+    end_unix_nanos: u64,
     output: &mut Output<'_>,
     sources: &mut Sources<'a>,
 ) -> Result<(), ChannelError> {
     let topics = LayerTopics::new(layer.name)?;
     let (rate_hz, frame) = (layer.clock.rate_hz(), Some(F::NAME));
     let (layer, colour) = (layer.clone(), layer_colour(number));
-    let stride = scene_stride(rate_hz);
+    let stride = scene_stride(rate_hz).max(LEAST_STRIDE);
+    // A layer that ends before others has an empty message behind its last sample: it would stand still
+    // beside them otherwise.
+    let len = samples_of(layer.tips);
+    let clock = layer.clock;
+    let shown = |stride: usize| {
+        let behind = len.next_multiple_of(stride);
+        if clock.unix_nanos(behind) <= end_unix_nanos {
+            behind + 1
+        } else {
+            len
+        }
+    };
     sources.push((
         0,
         Box::new(LayerCloud {
             channel: output.channel::<PointCloud>(&topics.view_fingertips, frame)?,
-            stride,
+            stride: 2 * stride,
+            samples: shown(2 * stride),
             number,
             layer: layer.clone(),
         }),
@@ -53,6 +69,7 @@ pub(super) fn add<'a, F: Frame>(
         Box::new(LayerBalls {
             channel: output.channel::<PointCloud>(&topics.view_balls, frame)?,
             stride: 2 * stride,
+            samples: shown(2 * stride),
             colour,
             layer: layer.clone(),
             cloud: Cloud::new(F::NAME, "finger"),
@@ -63,6 +80,7 @@ pub(super) fn add<'a, F: Frame>(
         Box::new(LayerScene {
             channel: output.channel::<SceneUpdate>(&topics.view_scene, frame)?,
             stride,
+            samples: shown(stride),
             colour,
             layer: layer.clone(),
         }),
@@ -72,7 +90,8 @@ pub(super) fn add<'a, F: Frame>(
         0,
         Box::new(LayerTrails {
             channel: output.channel::<SceneUpdate>(&topics.view_trails, frame)?,
-            stride: steps.max(1) * stride,
+            stride: steps.max(4) * stride,
+            samples: shown(steps.max(4) * stride),
             colour,
             layer,
             trails: PerFinger::default(),
@@ -127,6 +146,7 @@ fn cloud(
 struct LayerCloud<'a, F: Frame> {
     channel: ChannelId,
     stride: usize,
+    samples: usize,
     number: usize,
     layer: OverlayLayer<'a, F>,
 }
@@ -137,7 +157,7 @@ impl<F: Frame> Source for LayerCloud<'_, F> {
     }
 
     fn samples(&self) -> usize {
-        samples_of(self.layer.tips)
+        self.samples
     }
 
     fn sample(
@@ -162,6 +182,7 @@ impl<F: Frame> Source for LayerCloud<'_, F> {
 struct LayerBalls<'a, F: Frame> {
     channel: ChannelId,
     stride: usize,
+    samples: usize,
     colour: Rgb,
     layer: OverlayLayer<'a, F>,
     cloud: Cloud,
@@ -173,7 +194,7 @@ impl<F: Frame> Source for LayerBalls<'_, F> {
     }
 
     fn samples(&self) -> usize {
-        samples_of(self.layer.tips)
+        self.samples
     }
 
     fn sample(
@@ -200,6 +221,7 @@ impl<F: Frame> Source for LayerBalls<'_, F> {
 struct LayerScene<'a, F: Frame> {
     channel: ChannelId,
     stride: usize,
+    samples: usize,
     colour: Rgb,
     layer: OverlayLayer<'a, F>,
 }
@@ -210,7 +232,7 @@ impl<F: Frame> Source for LayerScene<'_, F> {
     }
 
     fn samples(&self) -> usize {
-        samples_of(self.layer.tips)
+        self.samples
     }
 
     fn sample(
@@ -235,6 +257,7 @@ impl<F: Frame> Source for LayerScene<'_, F> {
 struct LayerTrails<'a, F: Frame> {
     channel: ChannelId,
     stride: usize,
+    samples: usize,
     colour: Rgb,
     layer: OverlayLayer<'a, F>,
     trails: PerFinger<VecDeque<Point3>>,
@@ -246,7 +269,7 @@ impl<F: Frame> Source for LayerTrails<'_, F> {
     }
 
     fn samples(&self) -> usize {
-        samples_of(self.layer.tips)
+        self.samples
     }
 
     fn sample(

@@ -159,6 +159,10 @@ fn is_sent_once(topic: &str) -> bool {
 /// Whether a channel counts samples from the start of the whole take, so that it says nothing of a
 /// stretch of it: generated trajectories and how they were judged, what cleaning changed.
 pub fn is_of_whole_take(channel: &ChannelFacts) -> bool {
+    counts_from_start(&channel.topic)
+}
+
+fn counts_from_start(topic: &str) -> bool {
     let parts = [
         "/generated/",
         "/evaluation/",
@@ -167,5 +171,44 @@ pub fn is_of_whole_take(channel: &ChannelFacts) -> bool {
     ];
     // What touched in the recording is said of each instant alone.
     let recorded = format!("/evaluation/{RECORDED}/contact");
-    channel.topic != recorded && parts.iter().any(|part| channel.topic.starts_with(part))
+    topic != recorded && parts.iter().any(|part| topic.starts_with(part))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_sent_once_is_there_after_a_cut() {
+        for topic in [
+            "/view/object",
+            "/view/object_surface",
+            "/view/hulls",
+            "/view/dictionary/hulls",
+            "/view/overlay/legend",
+            "/view/overlay/prior/object",
+            "/view/overlay/prior/object_edges",
+        ] {
+            assert!(is_sent_once(topic), "{topic}");
+        }
+        for topic in [
+            "/view/fingertips",
+            "/view/overlay/prior/fingertips",
+            "/view/overlay/prior/tf",
+        ] {
+            assert!(!is_sent_once(topic), "{topic}");
+        }
+    }
+
+    #[test]
+    fn contacts_of_the_recording_hold_in_a_stretch_of_it() {
+        assert!(!counts_from_start("/evaluation/recorded/contact"));
+        for topic in [
+            "/evaluation/prior/contact",
+            "/evaluation/prior/error",
+            "/generated/prior/plan",
+        ] {
+            assert!(counts_from_start(topic), "{topic}");
+        }
+    }
 }

@@ -35,7 +35,7 @@ pub struct PhaseSettings {
 /// What kind of manipulation goes on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum PhaseKind {
-    /// The fingers of the phase keep their contacts.
+    /// The fingers of the phase keep their contacts, whether the object moves between them or is held still.
     InGrasp,
     /// At least one finger is on the way from a lift to where it sets down, others hold.
     Gaiting,

@@ -16,7 +16,7 @@ use crate::surface::surface_point;
 /// Apparent slip during one contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Slip {
-    /// Straight distance on the surface from the first to the last known pad position, metres.
+    /// Straight distance (the chord) between the first and the last known pad position on the surface, metres.
     pub displacement_m: f64,
     /// The farthest from the first position, metres.
     pub excursion_m: f64,

@@ -20,7 +20,7 @@ impl fmt::Display for Farewell {
         match self {
             Farewell::Closed => f.write_str("left"),
             Farewell::Vanished(why) => write!(f, "vanished ({why})"),
-            Farewell::Stalled => f.write_str("was disconnected: it read nothing for 10 s"),
+            Farewell::Stalled => f.write_str("was disconnected: it read nothing for too long"),
         }
     }
 }

@@ -144,10 +144,12 @@ impl<R: Read + Seek, N: FnMut(Notice)> Player<R, N> {
         }
         let more = open && self.deliver(now)?;
         if open && !more && self.wanted && self.clock.is_at_end(now) {
-            if self.repeat == Repeat::Finish {
-                return Ok(None);
+            match self.repeat {
+                // Whoever is behind is helped up first, and is told what it missed.
+                Repeat::Finish if self.audience.is_anyone_behind() => {}
+                Repeat::Finish => return Ok(None),
+                Repeat::Stay | Repeat::Always => self.end(now)?,
             }
-            self.end(now)?;
         }
         self.help_up(now);
         self.report(now);
@@ -229,7 +231,8 @@ impl<R: Read + Seek, N: FnMut(Notice)> Player<R, N> {
         if !self.audience.is_anyone_behind() {
             return;
         }
-        let state = self.state(now, false);
+        // What was said of a seek in the meantime may not have reached it, and it jumps in any case.
+        let state = self.state(now, true);
         for (viewer, messages) in self.audience.caught_up(state) {
             (self.audience).hold(viewer.number, self.shown, self.held.all());
             let viewer = viewer.address;

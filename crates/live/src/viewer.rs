@@ -20,7 +20,8 @@ use crate::protocol::{Subprotocol, parse_bytes, parse_text};
 /// How long a viewer may take to say what it is.
 const HANDSHAKE: Duration = Duration::from_secs(5);
 
-/// How long a viewer may read nothing while there is something to read.
+/// How long a viewer may read nothing while there is something to read. Systems buffer a good deal and take
+/// it little by little, so that it may be three times as long before it shows.
 const STALL: Duration = Duration::from_secs(10);
 
 /// Bytes of the longest message that a viewer may send: subscriptions to thousands of channels.
@@ -82,7 +83,10 @@ fn greet(socket: TcpStream) -> Option<(WebSocket<Wire>, Subprotocol)> {
     socket.set_nodelay(true).ok()?;
     socket.set_read_timeout(Some(HANDSHAKE)).ok()?;
     socket.set_write_timeout(Some(STALL)).ok()?;
+    // For whoever does not even ask for a WebSocket, such as a browser.
+    let mut plain = socket.try_clone().ok()?;
     let mut chosen = None;
+    let mut refused = false;
     let config = WebSocketConfig::default()
         .read_buffer_size(16 << 10)
         .max_message_size(Some(MOST_MESSAGE_BYTES))
@@ -101,22 +105,40 @@ fn greet(socket: TcpStream) -> Option<(WebSocket<Wire>, Subprotocol)> {
             .flat_map(|header| header.to_str().unwrap_or_default().split(','));
         chosen = Subprotocol::choose(offered);
         let Some(chosen) = chosen else {
+            refused = true;
             return Err(refusal());
         };
         (response.headers_mut()).insert(PROTOCOLS, HeaderValue::from_static(chosen.name()));
         Ok(response)
     };
-    let mut websocket = accept_hdr_with_config(wire, answer, Some(config)).ok()?;
+    let accepted = accept_hdr_with_config(wire, answer, Some(config));
+    let Ok(mut websocket) = accepted else {
+        if !refused {
+            // It may be gone already.
+            let _ = plain.write_all(plain_refusal().as_bytes());
+        }
+        return None;
+    };
     websocket.get_ref().socket.set_read_timeout(None).ok()?;
     websocket.get_mut().through_outbox = true;
     chosen.map(|chosen| (websocket, chosen))
 }
 
-/// Tells browsers and programs that speak something else what this is.
+const REFUSAL: &str = "This is a recording for Foxglove and Lichtblick: open a Foxglove WebSocket connection.\n\
+                       Expected the subprotocol foxglove.websocket.v1 or foxglove.sdk.v1.\n";
+
+/// Tells browsers what this is.
+fn plain_refusal() -> String {
+    format!(
+        "HTTP/1.1 400 Bad Request\r\nContent-Type: text/plain\r\nContent-Length: {}\r\n\
+         Connection: close\r\n\r\n{REFUSAL}",
+        REFUSAL.len()
+    )
+}
+
+/// Tells programs that speak something else over a WebSocket what this is.
 fn refusal() -> ErrorResponse {
-    let text = "This is a recording for Foxglove and Lichtblick: open a Foxglove WebSocket connection.\n\
-                Expected the subprotocol foxglove.websocket.v1 or foxglove.sdk.v1.\n";
-    let mut response = ErrorResponse::new(Some(text.to_owned()));
+    let mut response = ErrorResponse::new(Some(REFUSAL.to_owned()));
     *response.status_mut() = StatusCode::BAD_REQUEST;
     response
 }

@@ -1,10 +1,11 @@
 //! What is not played.
 
-use std::net::TcpListener;
+use std::io::{Read, Write};
+use std::net::{TcpListener, TcpStream};
 
 use inhand_live::{LiveError, Server, Settings};
 
-use crate::files::{mcap, messages, settings, timeline};
+use crate::files::{mcap, messages, settings, start, timeline};
 
 fn refused(settings: &Settings) -> LiveError {
     Server::open(timeline(mcap(&messages())), settings)
@@ -62,4 +63,21 @@ fn speeds_and_starts_that_cannot_be_are_refused() {
         });
         assert!(matches!(error, LiveError::Start { .. }), "{error}");
     }
+}
+
+#[test]
+fn a_browser_is_told_what_this_is() {
+    let running = start(&settings());
+    let mut browser = TcpStream::connect(running.address).unwrap();
+    browser
+        .write_all(b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n")
+        .unwrap();
+    let mut answer = String::new();
+    browser.read_to_string(&mut answer).unwrap();
+    assert!(answer.starts_with("HTTP/1.1 400"), "{answer}");
+    assert!(
+        answer.contains("open a Foxglove WebSocket connection"),
+        "{answer}"
+    );
+    running.stop();
 }

@@ -3,7 +3,8 @@
 use crate::finger::PerFinger;
 use crate::segments::{SegmentLayout, SegmentOrigin};
 
-/// Every judged instant behind an evaluation: what statistics, figures and intervals are made of.
+/// Every judged instant behind an evaluation: what statistics of fingertips, their figures and intervals are
+/// made of.
 ///
 /// Instants are ordered segment after segment, sample after sample: sample `t` of segment `s` is at
 /// `s * N + t`, in every list of this length here. What is not known is NaN.

@@ -75,7 +75,7 @@ pub struct Estimate {
     /// The statistic of the rows themselves.
     pub value: f64,
     /// Standard deviation of the statistic over the draws (divisor draws - 1); `None` where there is
-    /// no [`percentile`](Self::percentile) interval.
+    /// no [`percentile`](Self::percentile) interval, and for a single draw.
     pub standard_error: Option<f64>,
     /// From quantile `(1 - confidence) / 2` to `(1 + confidence) / 2` of the statistic over the
     /// draws (type 7). `None` with fewer than two clusters that have rows: drawing one cluster again
@@ -98,8 +98,8 @@ pub struct Estimate {
 pub struct Difference {
     /// First less second; negative where the first is smaller. Unit of the rows.
     pub absolute: Estimate,
-    /// The difference over the second, no unit: -0.2 is 20 % less than the second. `None` where the
-    /// second is 0.
+    /// The difference over the size of the second, no unit: -0.2 is less than the second by 20 % of it, of
+    /// whichever sign it is. `None` where the second is 0.
     pub relative: Option<Estimate>,
 }
 
@@ -149,8 +149,11 @@ pub fn differences(
             second: second.sizes().len(),
         });
     }
+    let lone = |rows: &ClusteredRows| rows.sizes().iter().filter(|&&size| size > 0).count() < 2;
+    // Where one sample has rows in one cluster only, every draw that is defined repeats them: no interval.
+    let comparable = !(lone(first) || lone(second));
     let occupied: Vec<bool> = (first.sizes().iter().zip(second.sizes()))
-        .map(|(&first, &second)| first > 0 || second > 0)
+        .map(|(&first, &second)| comparable && (first > 0 || second > 0))
         .collect();
     let n = measures.len();
     let mut of_second = vec![f64::NAN; n];
@@ -161,7 +164,7 @@ pub fn differences(
         second.measure(times, measures, &mut of_second);
         for ((absolute, relative), &second) in absolute.iter_mut().zip(relative).zip(&of_second) {
             *absolute -= second;
-            *relative = *absolute / second;
+            *relative = *absolute / second.abs();
         }
     });
     let (absolute, relative) = estimates.split_at(n);

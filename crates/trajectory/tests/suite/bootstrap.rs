@@ -270,3 +270,28 @@ proptest! {
         }
     }
 }
+
+const FEW: Resampling = Resampling {
+    draws: 200,
+    seed: 1,
+    confidence: 0.95,
+};
+
+#[test]
+fn samples_of_one_cluster_each_have_a_difference_and_no_interval() {
+    let first = ClusteredRows::new(&[vec![1.0, 2.0], vec![]]).unwrap();
+    let second = ClusteredRows::new(&[vec![], vec![5.0, 6.0]]).unwrap();
+    let found = differences(&first, &second, &[Measure::Mean], &FEW).unwrap();
+    let difference = found[0].unwrap();
+    assert_eq!(difference.absolute.value, -4.0);
+    assert_eq!(difference.absolute.percentile, None);
+}
+
+#[test]
+fn relative_differences_have_the_sign_of_the_difference() {
+    let first = ClusteredRows::new(&[vec![-1.4], vec![-1.4]]).unwrap();
+    let second = ClusteredRows::new(&[vec![-1.6], vec![-1.6]]).unwrap();
+    let found = differences(&first, &second, &[Measure::Mean], &FEW).unwrap();
+    let relative = found[0].unwrap().relative.unwrap().value;
+    assert!((relative - 0.125).abs() < 1e-12, "{relative}");
+}

@@ -152,6 +152,8 @@ pub fn cut(input: &Path, output: &Path, stretches: &[Interval]) -> Result<Cut, P
     let selection = match &take {
         None => Selection {
             keep: stretches.to_vec(),
+            // Overlays and bags that were given views have what is sent once as takes do.
+            latch: &inhand_channels::latch,
             ..Selection::default()
         },
         Some(take) => Selection {

@@ -34,8 +34,8 @@ use crate::topic::{self, MethodTopics};
 use crate::view::cloud::Cloud;
 use crate::view::entities::{FingertipScene, Look};
 use crate::view::tips::{
-    BallCloud, ContactCloud, Contacts, FingertipCloud, GeneratedTips, Paint, ProcessedTips,
-    RecordedTips, Tips,
+    ContactCloud, Contacts, Dot, FingertipCloud, GeneratedTips, Paint, ProcessedTips, RecordedTips,
+    Tips,
 };
 use crate::write::{Instant, Stream, Streams, marker_indices};
 use foxglove::messages::{PointCloud, SceneUpdate};
@@ -196,12 +196,24 @@ impl<'a> TipViews<'_, '_, 'a> {
         let channel = self
             .output
             .channel::<PointCloud>(topics.cloud, Some(frame))?;
-        let cloud = FingertipCloud::new(channel, frame, self.stride, look.paint, tips.clone());
+        let cloud = FingertipCloud::new(
+            channel,
+            frame,
+            (self.stride, Dot::Point),
+            look.paint,
+            tips.clone(),
+        );
         self.streams.push(Box::new(cloud));
         let scene_stride = scene_stride(self.rate_hz);
         if let Some(topic) = topics.balls {
             let channel = self.output.channel::<PointCloud>(topic, Some(frame))?;
-            let balls = BallCloud::new(channel, frame, scene_stride, look.paint, tips.clone());
+            let balls = FingertipCloud::new(
+                channel,
+                frame,
+                (scene_stride, Dot::Ball),
+                look.paint,
+                tips.clone(),
+            );
             self.streams.push(Box::new(balls));
         }
         let known = contacts.clone().filter(|contacts| !contacts.is_empty());

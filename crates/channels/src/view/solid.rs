@@ -25,15 +25,15 @@ const GRID_M: f64 = 0.01;
 /// Most steps of the grid along one direction.
 const MOST_STEPS: usize = 40;
 
-/// Sends the object once, at the start, on topics of its own: it moves with its frame.
-pub(crate) fn write(
+/// The solid of a shape as an entity of this id.
+pub(crate) fn scene(
     shape: Shape,
-    frame: &str,
+    (frame, id): (&str, &str),
+    (rgb, alpha): (Rgb, f64),
     unix_nanos: u64,
-    output: &mut Output,
-) -> Result<(), ChannelError> {
-    let mut solid = entity(frame, "object", unix_nanos);
-    let (pose, color) = (Some(identity()), Some(colour(OBJECT, OBJECT_ALPHA)));
+) -> SceneUpdate {
+    let mut solid = entity(frame, id, unix_nanos);
+    let (pose, color) = (Some(identity()), Some(colour(rgb, alpha)));
     match shape {
         Shape::Cuboid { edges_m } => solid.cubes.push(CubePrimitive {
             pose,
@@ -51,10 +51,20 @@ pub(crate) fn write(
             color,
         }),
     }
-    let update = SceneUpdate {
+    SceneUpdate {
         deletions: Vec::new(),
         entities: vec![solid],
-    };
+    }
+}
+
+/// Sends the object once, at the start, on topics of its own: it moves with its frame.
+pub(crate) fn write(
+    shape: Shape,
+    frame: &str,
+    unix_nanos: u64,
+    output: &mut Output,
+) -> Result<(), ChannelError> {
+    let update = scene(shape, (frame, "object"), (OBJECT, OBJECT_ALPHA), unix_nanos);
     let channel = output.channel::<SceneUpdate>(topic::VIEW_OBJECT, Some(frame))?;
     output.message(channel, 0, unix_nanos, &update)?;
 

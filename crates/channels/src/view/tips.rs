@@ -113,10 +113,19 @@ impl Paint {
     }
 }
 
-/// Fingertips as points, numbered from the thumb.
+/// What stands for a fingertip in a cloud.
+#[derive(Clone, Copy)]
+pub(crate) enum Dot {
+    Point,
+    /// A ball of its size, for viewers that draw no scenes.
+    Ball,
+}
+
+/// Fingertips as points or balls, numbered from the thumb.
 pub(crate) struct FingertipCloud<T> {
     channel: ChannelId,
     stride: usize,
+    dot: Dot,
     paint: Paint,
     tips: T,
     cloud: Cloud,
@@ -126,13 +135,14 @@ impl<T: Tips> FingertipCloud<T> {
     pub(crate) fn new(
         channel: ChannelId,
         frame: &str,
-        stride: usize,
+        (stride, dot): (usize, Dot),
         paint: Paint,
         tips: T,
     ) -> Self {
         Self {
             channel,
             stride,
+            dot,
             paint,
             tips,
             cloud: Cloud::new(frame, "finger"),
@@ -149,51 +159,11 @@ impl<T: Tips> Stream for FingertipCloud<T> {
         self.cloud.clear();
         for finger in Finger::ALL {
             if let Some(position_m) = self.tips.position_m(at, finger) {
-                (self.cloud).push(position_m, finger.index(), self.paint.of(finger));
-            }
-        }
-        output.message(self.channel, k, unix_nanos, self.cloud.message(unix_nanos))
-    }
-}
-
-/// Fingertips as balls of their size, numbered from the thumb: for viewers that draw no scenes.
-pub(crate) struct BallCloud<T> {
-    channel: ChannelId,
-    stride: usize,
-    paint: Paint,
-    tips: T,
-    cloud: Cloud,
-}
-
-impl<T: Tips> BallCloud<T> {
-    pub(crate) fn new(
-        channel: ChannelId,
-        frame: &str,
-        stride: usize,
-        paint: Paint,
-        tips: T,
-    ) -> Self {
-        Self {
-            channel,
-            stride,
-            paint,
-            tips,
-            cloud: Cloud::new(frame, "finger"),
-        }
-    }
-}
-
-impl<T: Tips> Stream for BallCloud<T> {
-    fn sample(&mut self, at: &Instant<'_>, output: &mut Output) -> Result<(), ChannelError> {
-        let &Instant { k, unix_nanos, .. } = at;
-        if !k.is_multiple_of(self.stride) {
-            return Ok(());
-        }
-        self.cloud.clear();
-        for finger in Finger::ALL {
-            if let Some(position_m) = self.tips.position_m(at, finger) {
                 let (number, colour) = (finger.index(), self.paint.of(finger));
-                (self.cloud).push_ball(position_m, SPHERE_M, number, colour);
+                match self.dot {
+                    Dot::Point => self.cloud.push(position_m, number, colour),
+                    Dot::Ball => (self.cloud).push_ball(position_m, SPHERE_M, number, colour),
+                }
             }
         }
         output.message(self.channel, k, unix_nanos, self.cloud.message(unix_nanos))

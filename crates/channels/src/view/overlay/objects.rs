@@ -1,18 +1,14 @@
 //! The objects of motions over each other: that of the first as everywhere, others in their layer's colour.
 
-use foxglove::messages::{
-    CubePrimitive, CylinderPrimitive, FrameTransforms, PointCloud, SceneUpdate,
-};
-use inhand_model::{Clock, Frame, Object, Pose, Shape};
+use foxglove::messages::{FrameTransforms, PointCloud, SceneUpdate};
+use inhand_model::{Clock, Frame, Object, Pose};
 
 use super::{Sources, is_shown, tree_stride};
-use crate::colour::Rgb;
 use crate::error::ChannelError;
 use crate::output::{ChannelId, Output};
 use crate::overlay::{OverlayFile, OverlayObject, Source, layer_colour};
 use crate::topic::LayerTopics;
 use crate::view::cloud::Cloud;
-use crate::view::entities::{colour, entity, identity, size};
 use crate::view::{solid, transforms};
 
 /// What lies behind an object stays visible.
@@ -53,7 +49,8 @@ pub(super) fn add<'a, F: Frame>(
         return Ok(());
     };
     let channel = output.channel::<SceneUpdate>(&topics.object, Some(&frame))?;
-    output.message(channel, 0, start, &scene_of(shape, &frame, colour, start))?;
+    let solid = solid::scene(shape, (&frame, &frame), (colour, OBJECT_ALPHA), start);
+    output.message(channel, 0, start, &solid)?;
     let channel = output.channel::<PointCloud>(&topics.object_edges, Some(&frame))?;
     let mut cloud = Cloud::new(&frame, "edge");
     for (edge, point) in solid::edge_points_m(shape) {
@@ -91,31 +88,5 @@ impl<F: Frame> Source for OtherObject<'_, F> {
             transforms::transform(F::NAME, &self.frame, Pose::isometry(pose), unix_nanos);
         let transforms = vec![transform];
         output.message(self.channel, k, unix_nanos, &FrameTransforms { transforms })
-    }
-}
-
-fn scene_of(shape: Shape, frame: &str, rgb: Rgb, unix_nanos: u64) -> SceneUpdate {
-    let mut solid = entity(frame, frame, unix_nanos);
-    let (pose, color) = (Some(identity()), Some(colour(rgb, OBJECT_ALPHA)));
-    match shape {
-        Shape::Cuboid { edges_m } => solid.cubes.push(CubePrimitive {
-            pose,
-            size: Some(size(edges_m)),
-            color,
-        }),
-        Shape::Cylinder {
-            diameter_m,
-            height_m,
-        } => solid.cylinders.push(CylinderPrimitive {
-            pose,
-            size: Some(size([diameter_m, diameter_m, height_m])),
-            bottom_scale: 1.0,
-            top_scale: 1.0,
-            color,
-        }),
-    }
-    SceneUpdate {
-        deletions: Vec::new(),
-        entities: vec![solid],
     }
 }

@@ -28,10 +28,9 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use inhand_model::{Finger, PerFinger};
+use inhand_model::{Finger, FingerSet, PerFinger};
 
 use crate::error::ContactError;
-use crate::finger_set::FingerSet;
 
 /// Whether each finger touches at each sample, `None` where it is not known.
 #[derive(Clone, Debug, PartialEq)]

@@ -42,7 +42,6 @@
 
 mod error;
 pub mod events;
-mod finger_set;
 mod hull;
 mod pair;
 pub mod phases;
@@ -50,7 +49,6 @@ pub mod slip;
 mod surface;
 
 pub use error::ContactError;
-pub use finger_set::FingerSet;
 pub use hull::{HullProbe, hull, hull_distance_m, inside};
 pub use pair::nearest_pair_m;
 pub use surface::{FingerOffsets, surface_distance_m};

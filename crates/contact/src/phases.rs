@@ -14,11 +14,10 @@
 
 use std::ops::Range;
 
-use inhand_model::{Finger, Object, PerFinger, Position};
+use inhand_model::{Finger, FingerSet, Object, PerFinger, Position};
 
 use crate::error::ContactError;
 use crate::events::{ContactSeries, runs};
-use crate::finger_set::FingerSet;
 
 /// What counts as a grasp, a contact, and a step of a finger.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,10 +1,13 @@
 //! How planned motion compares with recorded motion. Lengths are metres; the report turns them
 //! into millimetres.
 
+use crate::contact_dynamics::ContactDynamics;
 use crate::dictionary::{DictionaryKind, StopReason, VelocityBounds};
 use crate::expectation::{Bandwidths, ExpectationWeights};
 use crate::finding::Finding;
 use crate::finger::{Finger, PerFinger};
+use crate::intervals::Intervals;
+use crate::movement::MovementAnalysis;
 use crate::plan::ConstraintFamily;
 use crate::residual::Validation;
 use crate::track::TrackCounts;
@@ -299,6 +302,10 @@ pub struct SessionFacts {
     pub segment_samples: usize,
     /// Object shape in words, such as `cube:0.05`.
     pub object: Option<String>,
+    /// Who was recorded, where that is stated.
+    pub participant: Option<String>,
+    /// What they did, where that is stated.
+    pub task: Option<String>,
     /// Training takes.
     pub train: Vec<TakeFacts>,
     /// Test takes.
@@ -366,4 +373,10 @@ pub struct Evaluation {
     pub methods: Vec<MethodEvaluation>,
     /// What each take's data is worth.
     pub quality: Vec<TakeQuality>,
+    /// How sure the numbers are and how methods differ; `None` where that was not worked out.
+    pub intervals: Option<Intervals>,
+    /// Lengths, speeds and smoothness of the motion; `None` where that was not worked out.
+    pub movement: Option<MovementAnalysis>,
+    /// What contacts do over time; `None` without an object of known shape.
+    pub contacts: Option<ContactDynamics>,
 }

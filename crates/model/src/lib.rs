@@ -25,13 +25,18 @@
 mod annotations;
 mod change;
 mod clock;
+mod contact_dynamics;
 mod dictionary;
 mod evaluation;
 mod expectation;
 mod finding;
 mod finger;
+mod finger_set;
 mod frame;
+mod illustrations;
+mod intervals;
 mod motion;
+mod movement;
 mod plan;
 mod provenance;
 mod recording;
@@ -46,6 +51,10 @@ mod trajectory;
 pub use annotations::{Annotations, Event, Label, LabelError, PLAIN_LABEL, Selection};
 pub use change::{Change, ChangeKind};
 pub use clock::{Clock, ClockError, StartTime};
+pub use contact_dynamics::{
+    ContactDynamics, ContactRules, FingerContactFacts, GaitFacts, PhaseFacts, SegmentContacts,
+    StateFacts, TakeContacts, Transition,
+};
 pub use dictionary::{
     Demonstrated, Dictionary, DictionaryError, DictionaryKind, Hull, Learning, Restart, StopReason,
     VelocityBounds,
@@ -58,8 +67,17 @@ pub use evaluation::{
 pub use expectation::{Bandwidths, Distances, Expectation, ExpectationWeights};
 pub use finding::{Finding, Severity};
 pub use finger::{Finger, PerFinger, UnknownFinger};
+pub use finger_set::FingerSet;
 pub use frame::{Body, Frame, Hand, Object, Pose, Position, World};
+pub use illustrations::{
+    ExplainedVariance, Filtering, Illustrations, Path, PathExample, PointCloud, PrimitivePath,
+    Spectrum, TakeGaps, TrackGaps, WorstCase,
+};
+pub use intervals::{
+    Bootstrap, Cluster, Estimate, Intervals, Measure, MethodIntervals, PairedDifference,
+};
 pub use motion::Motion;
+pub use movement::{FingerMovement, Movement, MovementAnalysis};
 pub use plan::{
     Certificate, ConstraintFamily, Corridor, PerFamily, Plan, PlanChecks, PlanStatus, Relaxation,
 };

@@ -377,6 +377,8 @@ pub fn session_facts(
         rate_hz: test.layout().rate_hz,
         segment_samples: test.layout().samples,
         object: settings.object.shape.clone(),
+        participant: None,
+        task: None,
         train: train.map_or_else(Vec::new, |train| facts(Role::Train, train)),
         test: facts(Role::Test, test),
     }
@@ -425,5 +427,8 @@ pub fn assemble(
         dictionary,
         methods,
         quality,
+        intervals: None,
+        movement: None,
+        contacts: None,
     }
 }

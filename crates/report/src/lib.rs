@@ -24,7 +24,7 @@
 //! #     contact: None, distance_difference: None, object_error: None, corridors: vec![], plan: None,
 //! # };
 //! # let evaluation = Evaluation {
-//! #     session: SessionFacts { name: "cube".into(), rate_hz: 100.0, segment_samples: 100, object: None, train: vec![], test: vec![] },
+//! #     session: SessionFacts { name: "cube".into(), rate_hz: 100.0, segment_samples: 100, object: None, participant: None, task: None, train: vec![], test: vec![] },
 //! #     default_method: "hermite".into(), choice: None,
 //! #     dictionary: DictionaryFacts {
 //! #         kind: DictionaryKind::Nmf, rank: 200, segments: 595, rms_m: 0.000_14, relative_error: 0.001,
@@ -32,7 +32,7 @@
 //! #         velocity_bounds: VelocityBounds { min_m_s: [-0.2; 15], max_m_s: [0.2; 15] }, deviation: None,
 //! #     },
 //! #     methods: vec![method],
-//! #     quality: vec![],
+//! #     quality: vec![], intervals: None, movement: None, contacts: None,
 //! # };
 //! let json = inhand_report::evaluation_json(&evaluation, &[])?;
 //! assert!(json.contains("\"p50\": 0.4"));

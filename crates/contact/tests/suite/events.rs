@@ -2,9 +2,9 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
+use inhand_contact::ContactError;
 use inhand_contact::events::{Contact, ContactSeries};
-use inhand_contact::{ContactError, FingerSet};
-use inhand_model::{Finger, Object, PerFinger, Position};
+use inhand_model::{Finger, FingerSet, Object, PerFinger, Position};
 use proptest::prelude::*;
 use serde_json::{Value, json};
 

@@ -51,6 +51,9 @@ pub(crate) fn read(text: &str) -> Result<(Evaluation, Vec<Provenance>), ReportEr
             .into_iter()
             .map(take_state)
             .collect::<Result<_, _>>()?,
+        intervals: None,
+        movement: None,
+        contacts: None,
     };
     Ok((evaluation, provenance))
 }
@@ -61,6 +64,8 @@ fn session(session: Session) -> SessionFacts {
         rate_hz: number(session.rate_hz),
         segment_samples: session.segment_samples,
         object: session.object,
+        participant: session.participant,
+        task: session.task,
         train: session.train.into_iter().map(take).collect(),
         test: session.test.into_iter().map(take).collect(),
     }

@@ -45,6 +45,11 @@ pub(super) struct Session {
     pub(super) rate_hz: Number,
     pub(super) segment_samples: usize,
     pub(super) object: Option<String>,
+    // Documents of this version were written before these two were.
+    #[serde(default)]
+    pub(super) participant: Option<String>,
+    #[serde(default)]
+    pub(super) task: Option<String>,
     pub(super) train: Vec<Take>,
     pub(super) test: Vec<Take>,
 }

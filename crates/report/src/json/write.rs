@@ -38,6 +38,8 @@ fn session(facts: &SessionFacts) -> Session {
         rate_hz: Number::finite(facts.rate_hz),
         segment_samples: facts.segment_samples,
         object: facts.object.clone(),
+        participant: facts.participant.clone(),
+        task: facts.task.clone(),
         train: facts.train.iter().map(take).collect(),
         test: facts.test.iter().map(take).collect(),
     }

@@ -313,6 +313,8 @@ pub(crate) fn evaluation(object: bool) -> Evaluation {
             rate_hz: 100.0,
             segment_samples: SAMPLES,
             object: object.then(|| "cube:0.05".to_owned()),
+            participant: Some("P07".to_owned()),
+            task: None,
             train: (0..5)
                 .map(|place| take(&names[place], if place == 1 { 5 } else { 0 }))
                 .collect(),
@@ -380,6 +382,9 @@ pub(crate) fn evaluation(object: bool) -> Evaluation {
         quality: (0..6)
             .map(|place| take_quality(place, if place < 5 { "train" } else { "test" }))
             .collect(),
+        intervals: None,
+        movement: None,
+        contacts: None,
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use inhand_model::{Finger, PerFinger};
+use crate::finger::{Finger, PerFinger};
 
 /// A set of fingers, one bit each (bit 0 the thumb): the state of contact at an instant. 32 of them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]

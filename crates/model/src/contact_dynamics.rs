@@ -1,0 +1,137 @@
+//! What contacts do over time: makes and breaks, states, phases, slip.
+
+use crate::evaluation::Statistics;
+use crate::finger::{Finger, PerFinger};
+use crate::finger_set::FingerSet;
+
+/// What counts as a contact, a grasp and a step of a finger.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactRules {
+    /// Largest distance to the surface, from outside or inside, that counts as contact, metres.
+    pub tau_m: f64,
+    /// Contacts, and lifts, that last less are no changes, seconds.
+    pub min_duration_s: f64,
+    /// A finger that stays off longer has left the grasp: setting down again later is no gait, seconds.
+    pub max_lift_s: f64,
+    /// Fingers that hold at least.
+    pub min_fingers: usize,
+}
+
+/// Contacts over time: of whole test takes, and inside segments of recording and methods alike.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ContactDynamics {
+    /// What counted as what.
+    pub rules: ContactRules,
+    /// Each test take with an object, as recorded.
+    pub takes: Vec<TakeContacts>,
+    /// The recording inside the test segments, for comparison with the methods.
+    pub recorded: SegmentContacts,
+    /// Each method inside the test segments, by its name, in the order of the evaluation.
+    pub methods: Vec<(String, SegmentContacts)>,
+}
+
+/// Contacts of one finger over a stretch of time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FingerContactFacts {
+    /// Time over which it is known whether the finger touches, seconds.
+    pub known_s: f64,
+    /// Share of that in contact, 0 to 1; NaN where nothing is known.
+    pub duty: f64,
+    /// Contacts seen to begin.
+    pub makes: usize,
+    /// Contacts seen to end.
+    pub breaks: usize,
+    /// Durations of contacts seen from make to break, seconds.
+    pub duration_s: Statistics,
+    /// Contacts cut by an end or a gap, which lasted at least as long as was seen: in no duration.
+    pub censored: usize,
+    /// Displacement over the object's surface from the first to the last sample of each contact, metres.
+    pub slip_m: Statistics,
+}
+
+/// Contacts inside segments: each segment on its own, so that a contact that spans two is cut.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SegmentContacts {
+    /// Segments with an object.
+    pub segments: usize,
+    /// Each finger, over all segments.
+    pub by_finger: PerFinger<FingerContactFacts>,
+    /// Instants at which 0, 1, .. 5 fingers touch; those at which all five are known.
+    pub by_fingers: [usize; Finger::COUNT + 1],
+}
+
+/// Contacts of one take as recorded.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TakeContacts {
+    /// Take.
+    pub take: String,
+    /// Samples a second.
+    pub rate_hz: f64,
+    /// Length, seconds.
+    pub duration_s: f64,
+    /// Each finger.
+    pub by_finger: PerFinger<FingerContactFacts>,
+    /// When each finger touches, seconds since the first sample: begin and end of every contact, for raster and
+    /// gait diagram.
+    pub contacts_s: PerFinger<Vec<[f64; 2]>>,
+    /// When it is not known whether a finger touches.
+    pub unknown_s: PerFinger<Vec<[f64; 2]>>,
+    /// The states of contact, most frequent first.
+    pub states: Vec<StateFacts>,
+    /// What came after what.
+    pub transitions: Vec<Transition>,
+    /// Phases in order.
+    pub phases: Vec<PhaseFacts>,
+    /// Steps of fingers, by their lifts.
+    pub gaits: Vec<GaitFacts>,
+}
+
+/// How often and how long a set of fingers held.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StateFacts {
+    /// The fingers.
+    pub fingers: FingerSet,
+    /// Samples in this state.
+    pub samples: usize,
+    /// Share of the samples at which all five fingers are known, 0 to 1.
+    pub share: f64,
+    /// Unbroken stretches.
+    pub runs: usize,
+    /// Durations of those with both ends seen, seconds.
+    pub duration_s: Statistics,
+}
+
+/// A change from one state to another.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Transition {
+    /// Before.
+    pub from: FingerSet,
+    /// After.
+    pub to: FingerSet,
+    /// How often.
+    pub count: usize,
+}
+
+/// A phase of manipulation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PhaseFacts {
+    /// `in_grasp`, `finger_gaiting`, `regrasp` or `no_grasp`.
+    pub kind: String,
+    /// Begin and end, seconds since the take's first sample.
+    pub span_s: [f64; 2],
+    /// The fingers that touch throughout.
+    pub holding: FingerSet,
+}
+
+/// A finger that lifts and sets down again while others hold.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GaitFacts {
+    /// The finger.
+    pub finger: Finger,
+    /// Lift and set-down, seconds since the take's first sample.
+    pub span_s: [f64; 2],
+    /// The fingers that hold all the while.
+    pub holding: FingerSet,
+    /// How far over the object it stepped, metres; NaN where that is not known.
+    pub step_m: f64,
+}

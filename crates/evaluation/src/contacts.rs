@@ -17,7 +17,7 @@ use crate::recorded::Recorded;
 const CONTACT_ROUNDING_M: f64 = 1e-12;
 
 /// Contacts that a stable grasp needs (P1).
-const STABLE: usize = 3;
+pub(crate) const STABLE: usize = 3;
 
 /// Whether a pad at this signed distance from the object's surface is in contact: within tau of it,
 /// outside or inside. Not where the distance is not known.

@@ -78,6 +78,7 @@ mod contacts;
 mod corridors;
 mod input;
 mod instants;
+mod intervals;
 mod method;
 mod motion_contacts;
 mod object;
@@ -86,6 +87,7 @@ mod quality;
 mod recorded;
 
 pub use input::{Corridors, EvaluationSettings, MethodResult, ObjectPoses, TestData};
+pub use intervals::{ContactCounts, Contestant, ErrorsByCluster, intervals, session_intervals};
 pub use method::{Rows, evaluate_method};
 pub use motion_contacts::{SampleContacts, motion_contacts};
 pub use quality::recording_quality;

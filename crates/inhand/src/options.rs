@@ -218,6 +218,12 @@ pub(crate) struct EvaluateOptions {
     /// Distance from a finger's marker to its pad, millimetres.
     #[arg(long, value_name = "FINGER=MM")]
     pad_offset_mm: Vec<String>,
+    /// Draws of the bootstrap behind intervals, 0 for no intervals [default: 2000].
+    #[arg(long, value_name = "N")]
+    draws: Option<usize>,
+    /// Share of the draws inside an interval [default: 0.95].
+    #[arg(long, value_name = "SHARE")]
+    confidence: Option<f64>,
 }
 
 /// How outputs are written.
@@ -382,6 +388,8 @@ impl EvaluateOptions {
         let evaluate = &mut settings.evaluate;
         replace(&mut evaluate.tau_mm, self.tau_mm);
         replace(&mut evaluate.collision_mm, self.collision_mm);
+        replace(&mut evaluate.draws, self.draws);
+        replace(&mut evaluate.confidence, self.confidence);
         for pair in &self.pad_offset_mm {
             let (finger, text) = key_value("--pad-offset-mm", pair)?;
             let offset_mm = text.parse().map_err(|_| {

@@ -2,7 +2,7 @@
 
 use crate::finger::{Finger, PerFinger};
 
-/// A statistic with a bootstrap interval. All of them are in the unit of the statistic.
+/// A statistic with its percentile bootstrap interval. All of them are in the unit of the statistic.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
     /// The statistic of all rows.
@@ -129,9 +129,9 @@ pub struct Intervals {
     pub bootstrap: Bootstrap,
     /// Each method, in the order of the evaluation.
     pub methods: Vec<MethodIntervals>,
-    /// The baseline with the smallest median error over all fingers; `None` without baselines.
+    /// The baseline with the smallest mean error over all fingers and instants; `None` without baselines.
     pub best_baseline: Option<String>,
-    /// Every other method against the best baseline, and every method against the default one: for all fingers
-    /// together and each finger.
+    /// For all fingers together every method against the best baseline and against the default method; the
+    /// default method against the best baseline for each finger as well.
     pub differences: Vec<PairedDifference>,
 }

@@ -159,6 +159,9 @@ pub enum PipelineError {
     /// A report could not be made.
     #[error("report")]
     Report(#[from] inhand_report::ReportError),
+    /// Intervals could not be worked out.
+    #[error("bootstrap intervals")]
+    Intervals(#[from] inhand_trajectory::BootstrapError),
     /// A simulation could not be made.
     #[error("simulation")]
     Simulation(#[from] inhand_simulation::SimulationError),

@@ -207,7 +207,7 @@ pub fn run(
         Ok(all)
     })?;
     let (methods, rows): (Vec<_>, Vec<_>) = evaluated.into_iter().unzip();
-    let evaluation = steps::assemble(
+    let mut evaluation = steps::assemble(
         steps::session_facts(&session.name, &results, Some(&train), &test, settings),
         dictionary.choice.clone(),
         steps::dictionary_facts(&dictionary, settings),
@@ -227,6 +227,9 @@ pub fn run(
         )
     })?;
     let rows = steps::evaluation_rows(&comparison, &generated, rows);
+    evaluation.intervals = timer.time("intervals", || {
+        steps::intervals(&evaluation, &rows, settings)
+    })?;
     timer.time("report", || {
         write_reports(&evaluation, &rows, &provenance, &files)
     })?;

@@ -21,6 +21,12 @@ pub struct Settings {
     /// Name of the session; the folder's name where it is not given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
+    /// Who was recorded, for tables over sessions.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub participant: Option<String>,
+    /// What they did, for tables over sessions.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub task: Option<String>,
     /// Whether one file may serve for training and testing over the same stretch of time.
     pub allow_shared_takes: bool,
     /// What source files leave open.
@@ -343,6 +349,10 @@ pub struct EvaluateSection {
     pub collision_mm: f64,
     /// Distance from marker to finger pad by finger name, millimetres; taken off the distance.
     pub pad_offset_mm: BTreeMap<String, f64>,
+    /// Draws of the bootstrap behind intervals; 0 for none.
+    pub draws: usize,
+    /// Share of the draws inside an interval.
+    pub confidence: f64,
 }
 
 impl Default for EvaluateSection {
@@ -351,6 +361,8 @@ impl Default for EvaluateSection {
             tau_mm: 5.0,
             collision_mm: 10.0,
             pad_offset_mm: BTreeMap::new(),
+            draws: 2000,
+            confidence: 0.95,
         }
     }
 }

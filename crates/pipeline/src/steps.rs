@@ -20,6 +20,7 @@ use crate::take::Take;
 mod choose;
 mod contacts;
 mod generate;
+mod intervals;
 mod learn;
 mod rank;
 mod rows;
@@ -33,6 +34,7 @@ use contacts::evaluation_settings;
 use generate::velocity_bounds;
 pub use generate::{Generated, SegmentCorridors, generate, plan_settings};
 pub(crate) use generate::{Hold, corridors_of, hold_settings, plan_error, planner};
+pub use intervals::intervals;
 pub use learn::learn;
 pub(crate) use learn::{
     complete, drawn_demonstrations, learn_error, nmf_settings, nmf_settings_of, with_deviations,
@@ -377,8 +379,8 @@ pub fn session_facts(
         rate_hz: test.layout().rate_hz,
         segment_samples: test.layout().samples,
         object: settings.object.shape.clone(),
-        participant: None,
-        task: None,
+        participant: settings.participant.clone(),
+        task: settings.task.clone(),
         train: train.map_or_else(Vec::new, |train| facts(Role::Train, train)),
         test: facts(Role::Test, test),
     }

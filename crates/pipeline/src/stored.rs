@@ -61,13 +61,14 @@ pub fn evaluate_stored(
             .collect::<Vec<_>>()
             .join(", ")
     });
-    let evaluation = steps::assemble(
+    let mut evaluation = steps::assemble(
         steps::session_facts(&name, &results, None, &test, settings),
         dictionary.choice.clone(),
         steps::dictionary_facts(dictionary, settings),
         methods,
         steps::quality(&results)?,
     );
+    evaluation.intervals = steps::intervals(&evaluation, &rows, settings)?;
     Ok((evaluation, rows))
 }
 

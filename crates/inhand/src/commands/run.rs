@@ -32,6 +32,12 @@ pub(crate) struct Args {
 /// Every setting of a session as an option.
 #[derive(Debug, Default, clap::Args)]
 pub(crate) struct SessionOptions {
+    /// Who was recorded, for tables over sessions.
+    #[arg(long, value_name = "NAME")]
+    participant: Option<String>,
+    /// What they did, for tables over sessions.
+    #[arg(long, value_name = "NAME")]
+    task: Option<String>,
     #[command(flatten, next_help_heading = "Source")]
     source: SourceOptions,
     #[command(flatten, next_help_heading = "Events")]
@@ -52,6 +58,8 @@ impl SessionOptions {
     /// Settings file, if any, with these options on top.
     pub(crate) fn settings(&self, beside: Option<&std::path::Path>) -> Result<Settings> {
         let mut settings = self.source.effective(beside)?;
+        settings.participant = self.participant.clone().or(settings.participant);
+        settings.task = self.task.clone().or(settings.task);
         self.select.apply(&mut settings)?;
         self.process.apply(&mut settings)?;
         self.learn.check_one_rank()?;

@@ -258,6 +258,14 @@ impl Settings {
                 return Err(invalid(key, "a positive number", &value));
             }
         }
+        let confidence = self.evaluate.confidence;
+        if !(confidence > 0.0 && confidence < 1.0) {
+            return Err(invalid(
+                "evaluate.confidence",
+                "a share above 0 and below 1, such as 0.95",
+                &confidence,
+            ));
+        }
         let twice = |method: &&Method| {
             let same = self.plan.methods.iter().filter(|other| other == method);
             same.count() > 1

@@ -29,6 +29,11 @@ pub struct ClusteredRows {
     sums_of_squares: Vec<f64>,
 }
 
+/// Rows ascend; equal ones stand in the order of their clusters.
+fn order(a: &(f64, u32), b: &(f64, u32)) -> std::cmp::Ordering {
+    a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))
+}
+
 /// # Errors
 ///
 /// [`BootstrapError::NotFinite`], [`BootstrapError::TooMany`].
@@ -63,32 +68,90 @@ impl ClusteredRows {
         let mut rows: Vec<(f64, u32)> = (clusters.iter().zip(0..))
             .flat_map(|(rows, cluster)| rows.as_ref().iter().map(move |&value| (value, cluster)))
             .collect();
-        rows.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        rows.sort_unstable_by(order);
         let (sorted, cluster): (Vec<f64>, Vec<u32>) = rows.into_iter().unzip();
+        let sums = |of: fn(f64) -> f64| -> Vec<f64> {
+            (clusters.iter())
+                .map(|rows| rows.as_ref().iter().map(|&value| of(value)).sum())
+                .collect()
+        };
+        let (sums, sums_of_squares) = (sums(|value| value), sums(|value| value * value));
+        Ok(Self::counted(sorted, cluster, sums, sums_of_squares))
+    }
 
-        let block_rows = clusters.len().max(BLOCK_ROWS);
-        let mut before = Vec::with_capacity(sorted.len().div_ceil(block_rows) * clusters.len());
-        let mut seen = vec![0_u32; clusters.len()];
+    /// The rows of several samples of the same clusters together: those of all fingers from those of each.
+    /// They are sorted already, so this takes one pass.
+    ///
+    /// # Errors
+    ///
+    /// [`BootstrapError::Unpaired`] for different numbers of clusters, [`BootstrapError::TooMany`] for more than
+    /// 2^32 - 1 rows.
+    pub fn merged(parts: &[&Self]) -> Result<Self, BootstrapError> {
+        let clusters = parts.first().map_or(0, |part| part.sizes.len());
+        if let Some(other) = parts.iter().find(|part| part.sizes.len() != clusters) {
+            return Err(BootstrapError::Unpaired {
+                first: clusters,
+                second: other.sizes.len(),
+            });
+        }
+        let n: usize = parts.iter().map(|part| part.sorted.len()).sum();
+        let limit = u32::MAX as usize;
+        if n > limit {
+            return Err(BootstrapError::TooMany { found: n, limit });
+        }
+        let (mut sorted, mut cluster) = (Vec::with_capacity(n), Vec::with_capacity(n));
+        let mut heads = vec![0; parts.len()];
+        let row = |part: usize, head: usize| {
+            let rows: &Self = parts[part];
+            Some((*rows.sorted.get(head)?, rows.cluster[head]))
+        };
+        // Parts are few: the smallest head is looked for among all of them.
+        while let Some((part, (value, of))) = (heads.iter().enumerate())
+            .filter_map(|(part, &head)| Some((part, row(part, head)?)))
+            .min_by(|a, b| order(&a.1, &b.1))
+        {
+            heads[part] += 1;
+            sorted.push(value);
+            cluster.push(of);
+        }
+        let added = |of: fn(&Self) -> &Vec<f64>| -> Vec<f64> {
+            (0..clusters)
+                .map(|c| parts.iter().map(|part| of(part)[c]).sum())
+                .collect()
+        };
+        let (sums, squares) = (
+            added(|part| &part.sums),
+            added(|part| &part.sums_of_squares),
+        );
+        Ok(Self::counted(sorted, cluster, sums, squares))
+    }
+
+    /// Counts the rows of each cluster before each block; there are as many clusters as sums.
+    fn counted(
+        sorted: Vec<f64>,
+        cluster: Vec<u32>,
+        sums: Vec<f64>,
+        sums_of_squares: Vec<f64>,
+    ) -> Self {
+        let clusters = sums.len();
+        let block_rows = clusters.max(BLOCK_ROWS);
+        let mut before = Vec::with_capacity(sorted.len().div_ceil(block_rows) * clusters);
+        let mut seen = vec![0_u32; clusters];
         for block in cluster.chunks(block_rows) {
             before.extend_from_slice(&seen);
             for &cluster in block {
                 seen[cluster as usize] += 1;
             }
         }
-        let sums = |of: fn(f64) -> f64| -> Vec<f64> {
-            (clusters.iter())
-                .map(|rows| rows.as_ref().iter().map(|&value| of(value)).sum())
-                .collect()
-        };
-        Ok(Self {
+        Self {
             sorted,
             cluster,
             block_rows,
             before,
-            sizes: clusters.iter().map(|rows| rows.as_ref().len()).collect(),
-            sums: sums(|value| value),
-            sums_of_squares: sums(|value| value * value),
-        })
+            sizes: seen.into_iter().map(|size| size as usize).collect(),
+            sums,
+            sums_of_squares,
+        }
     }
 
     /// Rows of each cluster.

@@ -1,0 +1,387 @@
+//! How sure errors and contact shares are, and how methods differ: bootstrap over segments or sessions.
+//!
+//! Clusters are drawn with replacement, the same ones for every method, so that differences are paired
+//! ([`bootstrap`]). Every interval is the percentile interval: from quantile
+//! `(1 - confidence) / 2` to `(1 + confidence) / 2` of the statistic over the draws.
+
+use inhand_model::{
+    Bootstrap, Estimate, EvaluationRows, Finger, Intervals, Measure, MethodIntervals,
+    PairedDifference, PerFinger,
+};
+use inhand_trajectory::BootstrapError;
+use inhand_trajectory::bootstrap::{
+    self, ClusteredRows, Resampling, differences as bootstrap_differences,
+};
+use inhand_trajectory::quantiles::statistics;
+use rayon::prelude::*;
+
+use crate::constraints::is_known;
+use crate::contacts::{STABLE, in_contact};
+
+/// Errors of a method, metres: for each finger a list for each cluster, of the instants that were judged.
+pub type ErrorsByCluster = PerFinger<Vec<Vec<f64>>>;
+
+/// A method as [`intervals`] needs to know it.
+#[derive(Clone, Copy, Debug)]
+pub struct Contestant<'a> {
+    /// Name.
+    pub name: &'a str,
+    /// Whether it uses nothing learned.
+    pub baseline: bool,
+    /// Mean error over all fingers and instants, metres; NaN where none was judged.
+    pub mean_error_m: f64,
+}
+
+/// Instants of a cluster at which planned and recorded contacts are known.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ContactCounts {
+    /// All of them.
+    pub judged: usize,
+    /// Those with three or more contacts, planned.
+    pub three_or_more: usize,
+    /// The same, recorded.
+    pub recorded_three_or_more: usize,
+}
+
+/// Intervals of all methods. `errors` gives the errors of the method at a place, `contacts` its counts, `None`
+/// where no object is known; both have the same clusters in the same order for every method. Each method
+/// is asked for once, and few are held at a time: many sessions do not fit into memory at once.
+///
+/// # Errors
+///
+/// Those of `errors`, and [`BootstrapError`] for settings that make no sense, rows that are not finite, and
+/// methods with different numbers of clusters.
+pub fn intervals<E: From<BootstrapError> + Send>(
+    contestants: &[Contestant<'_>],
+    default: &str,
+    bootstrap: Bootstrap,
+    errors: impl Fn(usize) -> Result<ErrorsByCluster, E>,
+    contacts: impl Fn(usize) -> Option<Vec<ContactCounts>>,
+) -> Result<Intervals, E> {
+    let resampling = Resampling {
+        draws: bootstrap.draws,
+        seed: bootstrap.seed,
+        confidence: bootstrap.confidence,
+    };
+    let place_of = |name: &str| contestants.iter().position(|method| method.name == name);
+    let best = best_baseline(contestants);
+    let default = place_of(default);
+
+    let mut found: Vec<Option<MethodIntervals>> = vec![None; contestants.len()];
+    let mut look = |place: usize| -> Result<Sample, E> {
+        let sample = Sample::new(&errors(place)?)?;
+        let counts = contacts(place);
+        found[place] = Some(method_intervals(
+            contestants[place].name,
+            &sample,
+            counts.as_deref(),
+            &resampling,
+        )?);
+        Ok(sample)
+    };
+    let name = |place: usize| contestants[place].name;
+    let mut differences = Vec::new();
+    let mut of_best = best.map(&mut look).transpose()?;
+    let of_default = match (default, best) {
+        (Some(default), best) if Some(default) != best => Some(look(default)?),
+        _ => None,
+    };
+    if let (Some(default), Some(sample), Some(best), Some(other)) =
+        (default, &of_default, best, &of_best)
+    {
+        let names = (name(default), name(best));
+        differences.extend(paired(names, None, &sample.all, &other.all, &resampling)?);
+        let fingers: Vec<_> = Finger::ALL
+            .into_par_iter()
+            .map(|finger| {
+                let (one, other) = (&sample.by_finger[finger], &other.by_finger[finger]);
+                paired(names, Some(finger), one, other, &resampling)
+            })
+            .collect();
+        for finger in fingers {
+            differences.extend(finger?);
+        }
+    }
+    // From here on only what is pooled is compared: the fingers' copies may go.
+    let of_best = of_best.take().map(|sample| sample.all);
+    let of_default = of_default.map(|sample| sample.all);
+    for place in 0..contestants.len() {
+        if Some(place) == best || Some(place) == default {
+            continue;
+        }
+        let sample = look(place)?.all;
+        for (other, rows) in [(best, &of_best), (default, &of_default)] {
+            if let (Some(other), Some(rows)) = (other, rows) {
+                let names = (name(place), name(other));
+                differences.extend(paired(names, None, &sample, rows, &resampling)?);
+            }
+        }
+    }
+    Ok(Intervals {
+        bootstrap,
+        methods: found.into_iter().flatten().collect(),
+        best_baseline: best.map(|best| name(best).to_owned()),
+        differences,
+    })
+}
+
+/// Intervals over the segments of one session, from its rows. Which methods are baselines, and the mean
+/// errors, stand in the evaluation.
+///
+/// # Errors
+///
+/// [`BootstrapError`] for settings that make no sense.
+pub fn session_intervals(
+    rows: &EvaluationRows,
+    contestants: &[Contestant<'_>],
+    default: &str,
+    tau_m: f64,
+    bootstrap: Bootstrap,
+) -> Result<Intervals, BootstrapError> {
+    intervals(
+        contestants,
+        default,
+        bootstrap,
+        |place| Ok(segment_errors(rows, place)),
+        |place| segment_contacts(rows, place, tau_m),
+    )
+}
+
+/// Errors of a method in each segment.
+fn segment_errors(rows: &EvaluationRows, method: usize) -> ErrorsByCluster {
+    let samples = rows.layout.samples.max(1);
+    PerFinger::from_fn(|finger| {
+        (rows.methods[method].error_m.chunks(samples))
+            .map(|segment| {
+                let errors = segment.iter().map(|errors| errors[finger]);
+                errors.filter(|error| error.is_finite()).collect()
+            })
+            .collect()
+    })
+}
+
+/// Contacts in each segment, planned and recorded at the same instants.
+fn segment_contacts(
+    rows: &EvaluationRows,
+    method: usize,
+    tau_m: f64,
+) -> Option<Vec<ContactCounts>> {
+    let planned = rows.methods[method].distance_m.as_ref()?;
+    let recorded = rows.recorded_distance_m.as_ref()?;
+    let samples = rows.layout.samples.max(1);
+    let is_stable = |distance_m: &PerFinger<f64>| {
+        let touching = distance_m.as_array().iter();
+        touching.filter(|&&d| in_contact(d, tau_m)).count() >= STABLE
+    };
+    let counts = |(planned, recorded): (&[PerFinger<f64>], &[PerFinger<f64>])| {
+        let judged = (planned.iter().zip(recorded))
+            .filter(|(planned, recorded)| is_known(planned) && is_known(recorded));
+        judged.fold(ContactCounts::default(), |counts, (planned, recorded)| {
+            ContactCounts {
+                judged: counts.judged + 1,
+                three_or_more: counts.three_or_more + usize::from(is_stable(planned)),
+                recorded_three_or_more: counts.recorded_three_or_more
+                    + usize::from(is_stable(recorded)),
+            }
+        })
+    };
+    let segments = planned.chunks(samples).zip(recorded.chunks(samples));
+    Some(segments.map(counts).collect())
+}
+
+/// The baseline with the smallest mean error, the first of equal ones.
+fn best_baseline(contestants: &[Contestant<'_>]) -> Option<usize> {
+    (contestants.iter().enumerate())
+        .filter(|(_, method)| method.baseline && method.mean_error_m.is_finite())
+        .min_by(|a, b| a.1.mean_error_m.total_cmp(&b.1.mean_error_m))
+        .map(|(place, _)| place)
+}
+
+/// Rows with what tells in which clusters one method is better than another.
+struct Rows {
+    rows: ClusteredRows,
+    /// Each measure of each cluster alone; NaN without rows.
+    by_cluster: Vec<[f64; Measure::ALL.len()]>,
+}
+
+/// Errors of a method, sorted: of each finger and of all.
+struct Sample {
+    by_finger: PerFinger<Rows>,
+    all: Rows,
+}
+
+impl Sample {
+    fn new(errors: &ErrorsByCluster) -> Result<Self, BootstrapError> {
+        let fingers: Vec<Rows> = (errors.as_array().par_iter())
+            .map(|clusters| {
+                Ok(Rows {
+                    rows: ClusteredRows::new(clusters)?,
+                    by_cluster: clusters
+                        .par_iter()
+                        .map(|c| measures_of(c.clone()))
+                        .collect(),
+                })
+            })
+            .collect::<Result<_, BootstrapError>>()?;
+        let clusters = errors.as_array().iter().map(Vec::len).max().unwrap_or(0);
+        let by_cluster = (0..clusters)
+            .into_par_iter()
+            .map(|cluster| {
+                let of = |clusters: &Vec<Vec<f64>>| clusters.get(cluster).cloned();
+                let all = errors.as_array().iter().filter_map(of);
+                measures_of(all.flatten().collect())
+            })
+            .collect();
+        let parts: Vec<&ClusteredRows> = fingers.iter().map(|finger| &finger.rows).collect();
+        let rows = ClusteredRows::merged(&parts)?;
+        let mut fingers = fingers.into_iter();
+        Ok(Self {
+            all: Rows { rows, by_cluster },
+            by_finger: PerFinger::from_fn(|_| {
+                fingers.next().expect("one for each of the five fingers")
+            }),
+        })
+    }
+}
+
+/// Each measure of some rows; NaN without any.
+fn measures_of(rows: Vec<f64>) -> [f64; Measure::ALL.len()] {
+    let of_all = statistics(rows, 0, 0);
+    Measure::ALL.map(|measure| match measure {
+        _ if of_all.n == 0 => f64::NAN,
+        Measure::Mean => of_all.mean,
+        Measure::Rmse => of_all.rmse,
+        Measure::P50 => of_all.p50,
+        Measure::P75 => of_all.p75,
+        Measure::P95 => of_all.p95,
+    })
+}
+
+fn as_measured(measure: Measure) -> bootstrap::Measure {
+    match measure {
+        Measure::Mean => bootstrap::Measure::Mean,
+        Measure::Rmse => bootstrap::Measure::Rmse,
+        Measure::P50 => bootstrap::Measure::Quantile(0.5),
+        Measure::P75 => bootstrap::Measure::Quantile(0.75),
+        Measure::P95 => bootstrap::Measure::Quantile(0.95),
+    }
+}
+
+/// A bootstrap estimate with what it rests on.
+fn estimate(found: &bootstrap::Estimate, rows: &ClusteredRows) -> Estimate {
+    Estimate {
+        value: found.value,
+        n: rows.sorted().len(),
+        clusters: rows.sizes().iter().filter(|&&size| size > 0).count(),
+        standard_error: found.standard_error,
+        interval: found
+            .percentile
+            .map(|interval| [interval.low, interval.high]),
+    }
+}
+
+type Estimates = Option<[Estimate; Measure::ALL.len()]>;
+
+fn estimates(rows: &ClusteredRows, resampling: &Resampling) -> Result<Estimates, BootstrapError> {
+    let found = bootstrap::intervals(rows, &Measure::ALL.map(as_measured), resampling)?;
+    // Either there are rows, and every measure of them, or none.
+    let found: Option<Vec<Estimate>> = (found.iter())
+        .map(|found| found.as_ref().map(|found| estimate(found, rows)))
+        .collect();
+    Ok(found.and_then(|found| found.try_into().ok()))
+}
+
+fn method_intervals(
+    method: &str,
+    sample: &Sample,
+    contacts: Option<&[ContactCounts]>,
+    resampling: &Resampling,
+) -> Result<MethodIntervals, BootstrapError> {
+    let by_finger: Vec<Estimates> = (sample.by_finger.as_array().par_iter())
+        .map(|rows| estimates(&rows.rows, resampling))
+        .collect::<Result<_, _>>()?;
+    let mut by_finger = by_finger.into_iter();
+    let (three_or_more, three_or_more_less_recorded) = contacts
+        .map(|counts| contact_estimates(counts, resampling))
+        .transpose()?
+        .unwrap_or_default();
+    Ok(MethodIntervals {
+        method: method.to_owned(),
+        error: estimates(&sample.all.rows, resampling)?,
+        error_by_finger: PerFinger::from_fn(|_| by_finger.next().flatten()),
+        three_or_more,
+        three_or_more_less_recorded,
+    })
+}
+
+/// The share of instants with three or more contacts, and that share less the recorded one.
+fn contact_estimates(
+    counts: &[ContactCounts],
+    resampling: &Resampling,
+) -> Result<(Option<Estimate>, Option<Estimate>), BootstrapError> {
+    // A share is the mean of ones and zeros.
+    let shares = |of: fn(&ContactCounts) -> usize| {
+        let clusters: Vec<Vec<f64>> = (counts.iter())
+            .map(|counts| {
+                let ones = of(counts).min(counts.judged);
+                let mut values = vec![1.0; ones];
+                values.resize(counts.judged, 0.0);
+                values
+            })
+            .collect();
+        ClusteredRows::new(&clusters)
+    };
+    let planned = shares(|counts| counts.three_or_more)?;
+    let recorded = shares(|counts| counts.recorded_three_or_more)?;
+    let mean = [bootstrap::Measure::Mean];
+    let share = bootstrap::intervals(&planned, &mean, resampling)?;
+    let less = bootstrap_differences(&planned, &recorded, &mean, resampling)?;
+    Ok((
+        share[0].map(|found| estimate(&found, &planned)),
+        less[0].map(|found| estimate(&found.absolute, &planned)),
+    ))
+}
+
+/// How the first differs from the second in each measure; nothing where one has no rows.
+fn paired(
+    (method, other): (&str, &str),
+    finger: Option<Finger>,
+    first: &Rows,
+    second: &Rows,
+    resampling: &Resampling,
+) -> Result<Vec<PairedDifference>, BootstrapError> {
+    let measures = Measure::ALL.map(as_measured);
+    let found = bootstrap_differences(&first.rows, &second.rows, &measures, resampling)?;
+    let of_measure = |(k, found): (usize, &Option<bootstrap::Difference>)| {
+        let found = (*found)?;
+        Some(PairedDifference {
+            method: method.to_owned(),
+            other: other.to_owned(),
+            finger,
+            measure: Measure::ALL[k],
+            absolute: estimate(&found.absolute, &first.rows),
+            relative: (found.relative).map(|found| estimate(&found, &first.rows)),
+            share_better: share_better(&first.by_cluster, &second.by_cluster, k),
+        })
+    };
+    Ok(found.iter().enumerate().filter_map(of_measure).collect())
+}
+
+/// Share of the clusters known to both in which the first is smaller, a tie counting half.
+fn share_better(
+    first: &[[f64; Measure::ALL.len()]],
+    second: &[[f64; Measure::ALL.len()]],
+    measure: usize,
+) -> f64 {
+    let pairs = (first.iter().zip(second)).map(|(a, b)| (a[measure], b[measure]));
+    let (mut n, mut better) = (0_u32, 0.0);
+    for (a, b) in pairs.filter(|(a, b)| a.is_finite() && b.is_finite()) {
+        n += 1;
+        better += match a.total_cmp(&b) {
+            std::cmp::Ordering::Less => 1.0,
+            std::cmp::Ordering::Equal => 0.5,
+            std::cmp::Ordering::Greater => 0.0,
+        };
+    }
+    better / f64::from(n)
+}

@@ -1,0 +1,56 @@
+//! How sure the numbers of an evaluation are.
+
+use inhand_evaluation::{Contestant, session_intervals};
+use inhand_model::{Bootstrap, Cluster, Evaluation, EvaluationRows, Intervals, Statistics};
+
+use crate::error::PipelineError;
+use crate::settings::Settings;
+
+/// Seed of every bootstrap: two evaluations draw the same clusters, so that they can be compared.
+pub(crate) const SEED: u64 = 1;
+
+/// Bootstrap intervals over segments; `None` where no draws are asked for.
+///
+/// # Errors
+///
+/// [`PipelineError::Intervals`].
+pub fn intervals(
+    evaluation: &Evaluation,
+    rows: &EvaluationRows,
+    settings: &Settings,
+) -> Result<Option<Intervals>, PipelineError> {
+    let evaluate = &settings.evaluate;
+    if evaluate.draws == 0 {
+        return Ok(None);
+    }
+    let bootstrap = Bootstrap {
+        cluster: Cluster::Segment,
+        draws: evaluate.draws,
+        seed: SEED,
+        confidence: evaluate.confidence,
+    };
+    let found = session_intervals(
+        rows,
+        &contestants(evaluation),
+        &evaluation.default_method,
+        evaluate.tau_mm / 1e3,
+        bootstrap,
+    )?;
+    Ok(Some(found))
+}
+
+/// The methods of an evaluation as a bootstrap needs to know them.
+pub(crate) fn contestants(evaluation: &Evaluation) -> Vec<Contestant<'_>> {
+    let judged = |error: &Statistics| error.n > 0;
+    (evaluation.methods.iter())
+        .map(|method| Contestant {
+            name: &method.name,
+            baseline: method.baseline,
+            mean_error_m: if judged(&method.error) {
+                method.error.mean
+            } else {
+                f64::NAN
+            },
+        })
+        .collect()
+}

@@ -1,6 +1,7 @@
 //! `evaluation.json`: the form that outside scripts read. The contract is
 //! `schemas/evaluation.schema.json`.
 
+mod intervals;
 mod read;
 mod wire;
 mod write;

@@ -2,6 +2,7 @@
 
 mod closed_form;
 mod incomplete;
+mod intervals;
 mod planned;
 mod properties;
 mod quality;

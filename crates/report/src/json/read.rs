@@ -51,7 +51,9 @@ pub(crate) fn read(text: &str) -> Result<(Evaluation, Vec<Provenance>), ReportEr
             .into_iter()
             .map(take_state)
             .collect::<Result<_, _>>()?,
-        intervals: None,
+        intervals: (document.intervals)
+            .map(super::intervals::intervals)
+            .transpose()?,
         movement: None,
         contacts: None,
     };
@@ -396,7 +398,7 @@ fn step(step: Step) -> Provenance {
     }
 }
 
-fn word<T: Copy>(
+pub(super) fn word<T: Copy>(
     key: &'static str,
     found: &str,
     expected: &'static str,
@@ -418,7 +420,7 @@ fn per_finger<T, U>(fingers: ByFinger<T>, change: impl FnMut(T) -> U) -> PerFing
     PerFinger::new(fingers.into_array()).map(change)
 }
 
-fn number(value: Number) -> f64 {
+pub(super) fn number(value: Number) -> f64 {
     value.0.unwrap_or(f64::NAN)
 }
 

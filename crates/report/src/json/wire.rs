@@ -36,6 +36,9 @@ pub(super) struct Document {
     pub(super) dictionary: Dictionary,
     pub(super) methods: Vec<Method>,
     pub(super) quality: Quality,
+    // Documents of this version were written before intervals were worked out.
+    #[serde(default)]
+    pub(super) intervals: Option<super::intervals::Document>,
     pub(super) provenance: Vec<Step>,
 }
 

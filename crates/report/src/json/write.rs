@@ -28,6 +28,7 @@ pub(super) fn document(evaluation: &Evaluation, provenance: &[Provenance]) -> Do
         dictionary: dictionary(&evaluation.dictionary),
         methods: evaluation.methods.iter().map(method).collect(),
         quality: quality(&evaluation.quality),
+        intervals: (evaluation.intervals.as_ref()).map(super::intervals::document),
         provenance: provenance.iter().map(step).collect(),
     }
 }

@@ -3,6 +3,7 @@
 /// What goes wrong, and what is missing.
 mod answers;
 /// The page: numbers shown, escaping, nothing loaded.
+mod intervals;
 mod page;
 /// Plans that failed, corridors, the planned object, the deviation and the choice of method.
 mod planned;

@@ -15,6 +15,15 @@ static VALIDATOR: LazyLock<Validator> = LazyLock::new(|| {
     jsonschema::validator_for(&schema).expect("the schema is a schema")
 });
 
+/// What the schema says against a document.
+pub(crate) fn errors(text: &str) -> Vec<String> {
+    let document = serde_json::from_str(text).expect("the document is JSON");
+    VALIDATOR
+        .iter_errors(&document)
+        .map(|e| e.to_string())
+        .collect()
+}
+
 fn document(object: bool) -> Value {
     let text = evaluation_json(&sample::evaluation(object), &sample::provenance())
         .expect("the sample makes a document");

@@ -18,8 +18,8 @@ use rayon::prelude::*;
 use crate::constraints::is_known;
 use crate::contacts::{STABLE, in_contact};
 
-/// Errors of a method, metres: for each finger a list for each cluster, of the instants that were judged.
-pub type ErrorsByCluster = PerFinger<Vec<Vec<f64>>>;
+/// Errors of a finger, metres: a list for each cluster, of the instants that were judged.
+pub type ErrorsByCluster = Vec<Vec<f64>>;
 
 /// A method as [`intervals`] needs to know it.
 #[derive(Clone, Copy, Debug)]
@@ -43,19 +43,20 @@ pub struct ContactCounts {
     pub recorded_three_or_more: usize,
 }
 
-/// Intervals of all methods. `errors` gives the errors of the method at a place, `contacts` its counts, `None`
-/// where no object is known; both have the same clusters in the same order for every method. Each method
-/// is asked for once, and few are held at a time: many sessions do not fit into memory at once.
+/// Intervals of all methods. `errors` gives the errors of the method at a place and of a finger, `contacts` its
+/// counts, `None` where no object is known; both have the same clusters in the same order for every
+/// method. Each method is asked for once, finger by finger, and at most three are held at a time: many sessions
+/// do not fit into memory at once.
 ///
 /// # Errors
 ///
 /// Those of `errors`, and [`BootstrapError`] for settings that make no sense, rows that are not finite, and
 /// methods with different numbers of clusters.
-pub fn intervals<E: From<BootstrapError> + Send>(
+pub fn intervals<E: From<BootstrapError>>(
     contestants: &[Contestant<'_>],
     default: &str,
     bootstrap: Bootstrap,
-    errors: impl Fn(usize) -> Result<ErrorsByCluster, E>,
+    mut errors: impl FnMut(usize, Finger) -> Result<ErrorsByCluster, E>,
     contacts: impl Fn(usize) -> Option<Vec<ContactCounts>>,
 ) -> Result<Intervals, E> {
     let resampling = Resampling {
@@ -69,7 +70,7 @@ pub fn intervals<E: From<BootstrapError> + Send>(
 
     let mut found: Vec<Option<MethodIntervals>> = vec![None; contestants.len()];
     let mut look = |place: usize| -> Result<Sample, E> {
-        let sample = Sample::new(&errors(place)?)?;
+        let sample = Sample::read(|finger| errors(place, finger))?;
         let counts = contacts(place);
         found[place] = Some(method_intervals(
             contestants[place].name,
@@ -142,22 +143,20 @@ pub fn session_intervals(
         contestants,
         default,
         bootstrap,
-        |place| Ok(segment_errors(rows, place)),
+        |place, finger| Ok(segment_errors(rows, place, finger)),
         |place| segment_contacts(rows, place, tau_m),
     )
 }
 
-/// Errors of a method in each segment.
-fn segment_errors(rows: &EvaluationRows, method: usize) -> ErrorsByCluster {
+/// Errors of a finger in each segment.
+fn segment_errors(rows: &EvaluationRows, method: usize, finger: Finger) -> ErrorsByCluster {
     let samples = rows.layout.samples.max(1);
-    PerFinger::from_fn(|finger| {
-        (rows.methods[method].error_m.chunks(samples))
-            .map(|segment| {
-                let errors = segment.iter().map(|errors| errors[finger]);
-                errors.filter(|error| error.is_finite()).collect()
-            })
-            .collect()
-    })
+    (rows.methods[method].error_m.chunks(samples))
+        .map(|segment| {
+            let errors = segment.iter().map(|errors| errors[finger]);
+            errors.filter(|error| error.is_finite()).collect()
+        })
+        .collect()
 }
 
 /// Contacts in each segment, planned and recorded at the same instants.
@@ -210,37 +209,24 @@ struct Sample {
     all: Rows,
 }
 
+impl Rows {
+    fn new(rows: ClusteredRows) -> Self {
+        let by_cluster = rows.by_cluster().into_par_iter().map(measures_of).collect();
+        Self { rows, by_cluster }
+    }
+}
+
 impl Sample {
-    fn new(errors: &ErrorsByCluster) -> Result<Self, BootstrapError> {
-        let fingers: Vec<Rows> = (errors.as_array().par_iter())
-            .map(|clusters| {
-                Ok(Rows {
-                    rows: ClusteredRows::new(clusters)?,
-                    by_cluster: clusters
-                        .par_iter()
-                        .map(|c| measures_of(c.clone()))
-                        .collect(),
-                })
-            })
-            .collect::<Result<_, BootstrapError>>()?;
-        let clusters = errors.as_array().iter().map(Vec::len).max().unwrap_or(0);
-        let by_cluster = (0..clusters)
-            .into_par_iter()
-            .map(|cluster| {
-                let of = |clusters: &Vec<Vec<f64>>| clusters.get(cluster).cloned();
-                let all = errors.as_array().iter().filter_map(of);
-                measures_of(all.flatten().collect())
-            })
-            .collect();
-        let parts: Vec<&ClusteredRows> = fingers.iter().map(|finger| &finger.rows).collect();
-        let rows = ClusteredRows::merged(&parts)?;
-        let mut fingers = fingers.into_iter();
-        Ok(Self {
-            all: Rows { rows, by_cluster },
-            by_finger: PerFinger::from_fn(|_| {
-                fingers.next().expect("one for each of the five fingers")
-            }),
-        })
+    /// The errors of one finger after the other: what is read of one is dropped before the next.
+    fn read<E: From<BootstrapError>>(
+        mut errors: impl FnMut(Finger) -> Result<ErrorsByCluster, E>,
+    ) -> Result<Self, E> {
+        let by_finger = PerFinger::try_from_fn(|finger| -> Result<Rows, E> {
+            Ok(Rows::new(ClusteredRows::new(&errors(finger)?)?))
+        })?;
+        let parts: Vec<&ClusteredRows> = by_finger.iter().map(|(_, rows)| &rows.rows).collect();
+        let all = Rows::new(ClusteredRows::merged(&parts)?);
+        Ok(Self { by_finger, all })
     }
 }
 

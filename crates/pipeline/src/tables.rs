@@ -6,8 +6,8 @@ use inhand_channels::Metadata;
 use inhand_model::EvaluationRows;
 use inhand_tables::bids::{self, BidsNames};
 use inhand_tables::{
-    Entity, TableError, evaluation_rows, facts_json, motion_entities, recording_entities, tidy,
-    wide, write_csv, write_parquet,
+    Entity, TableError, evaluation_rows, facts_json, motion_entities, recording_entities,
+    rows_facts, tidy, wide, write_csv, write_parquet, write_parquet_parts,
 };
 
 use crate::error::PipelineError;
@@ -120,7 +120,10 @@ pub fn write_rows(path: &Path, session: &str, rows: &EvaluationRows) -> Result<(
     write_atomic(path, |out| {
         match Form::of(path) {
             Some(Form::Csv) => write_csv(&table, out),
-            Some(Form::Parquet) | None => write_parquet(&table, &[], out),
+            Some(Form::Parquet) | None => {
+                let about = [rows_facts(session, rows)];
+                write_parquet_parts(&table, rows.instants(), &about, out)
+            }
         }
         .map_err(table_error(path))
     })

@@ -41,7 +41,7 @@
 //!
 //! * [`wide`], [`tidy`]: a recording or motion as a [`Table`]; [`write_csv`], [`write_parquet`].
 //! * [`facts_json`], [`read_wide_csv`]: what columns cannot hold, and a wide table as a recording.
-//! * [`evaluation_rows`]: every instant behind an evaluation.
+//! * [`evaluation_rows`]: every instant behind an evaluation; [`RowsFile`] reads it back.
 //! * [`events`]: events of a take as CSV and back.
 //! * [`bids`]: a take as files of a BIDS dataset.
 
@@ -52,7 +52,9 @@ mod error;
 pub mod events;
 mod facts;
 mod parquet_file;
+mod parquet_read;
 mod rows;
+mod rows_read;
 mod table;
 mod wide_csv;
 
@@ -60,7 +62,9 @@ pub use csv_file::write_csv;
 pub use entity::{Entity, motion_entities, recording_entities};
 pub use error::TableError;
 pub use facts::facts_json;
-pub use parquet_file::write_parquet;
+pub use parquet_file::{write_parquet, write_parquet_parts};
+pub use parquet_read::ParquetTable;
 pub use rows::evaluation_rows;
+pub use rows_read::{RowsFile, rows_facts};
 pub use table::{Column, Table, Values, tidy, wide};
 pub use wide_csv::{WideSettings, looks_like_wide_csv, read_wide_csv};

@@ -26,6 +26,21 @@ const GROUP_ROWS: usize = 64 * 1024;
 pub fn write_parquet(
     table: &Table<'_>,
     about: &[(&str, String)],
+    out: impl Write + Send,
+) -> Result<(), TableError> {
+    write_parquet_parts(table, table.rows, about, out)
+}
+
+/// As [`write_parquet`]; every `part_rows` rows belong together, such as those of a method, and are stored so that
+/// a reader finds them without their neighbours.
+///
+/// # Errors
+///
+/// [`TableError::Parquet`], [`TableError::Write`].
+pub fn write_parquet_parts(
+    table: &Table<'_>,
+    part_rows: usize,
+    about: &[(&str, String)],
     mut out: impl Write + Send,
 ) -> Result<(), TableError> {
     let fields = (table.columns.iter())
@@ -48,7 +63,10 @@ pub fn write_parquet(
     let mut writer = SerializedFileWriter::new(&mut out, Arc::new(schema), Arc::new(properties))?;
     let mut start = 0;
     while start < table.rows {
-        let rows = start..(start + GROUP_ROWS).min(table.rows);
+        // No group holds rows of two parts.
+        let part_rows = part_rows.max(1);
+        let part_end = (start / part_rows + 1).saturating_mul(part_rows);
+        let rows = start..(start + GROUP_ROWS).min(part_end).min(table.rows);
         let mut group = writer.next_row_group()?;
         for column in &table.columns {
             let mut cells = group.next_column()?.ok_or_else(|| {

@@ -8,6 +8,7 @@ use inhand_evaluation::Rows;
 use inhand_model::{
     Evaluation, EvaluationRows, Hull, InputHash, Motion, PerFinger, Provenance, Segments,
 };
+use inhand_report::Report;
 use rayon::prelude::*;
 
 use crate::dictionary_file;
@@ -396,12 +397,13 @@ fn write_reports(
     files: &RunFiles,
 ) -> Result<(), PipelineError> {
     let chain = std::slice::from_ref(provenance);
+    let report = Report::new(evaluation, chain).with_rows(rows);
     let (table, (json, html)) = rayon::join(
         || tables::write_rows(&files.rows, &evaluation.session.name, rows),
         || {
             rayon::join(
                 || inhand_report::evaluation_json(evaluation, chain),
-                || inhand_report::html(evaluation, chain),
+                || inhand_report::html(&report),
             )
         },
     );

@@ -12,7 +12,7 @@ fn main() {
 #[divan::bench]
 fn html(bencher: Bencher<'_, '_>) {
     let (evaluation, provenance) = (sample::evaluation(true), sample::provenance());
-    bencher.bench(|| inhand_report::html(&evaluation, &provenance));
+    bencher.bench(|| inhand_report::html(&inhand_report::Report::new(&evaluation, &provenance)));
 }
 
 #[divan::bench]

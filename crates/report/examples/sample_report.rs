@@ -18,7 +18,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     fs::create_dir_all(&folder)?;
     fs::write(
         folder.join("report.html"),
-        inhand_report::html(&evaluation, &provenance)?,
+        inhand_report::html(&inhand_report::Report::new(&evaluation, &provenance))?,
     )?;
     fs::write(
         folder.join("evaluation.json"),

@@ -1,16 +1,120 @@
-//! Figures as inline SVG, drawn for a page column of about 360 to 480 pixels so that their text
-//! keeps its size on a phone; wider pages show several side by side. Colours are classes of the
-//! page's style sheet, so a figure follows the light or dark scheme. No ids, no scripts, and
-//! coordinates are rounded to hundredths: the bytes depend on the data alone.
+//! Figures: one value is what the page shows, what a print-fit SVG file shows, and the data behind both.
+//!
+//! A [`Figure`] is made of panels, each drawn in SVG user units for a column of about 360 to 480 pixels so
+//! that its text keeps its size on a phone; wider pages show several side by side. Drawings hold no
+//! colours, no ids and no scripts: classes say what a shape is (`line`, `box`, `grid`) and whose it is
+//! (`f-thumb`, `l0`), and one style sheet (`figure/figure.css`) colours them, by the reader's light or dark scheme on
+//! the page and for white paper in a file. Coordinates are rounded to hundredths: the bytes
+//! depend on the data alone.
 
 pub(crate) mod axes;
 pub(crate) mod box_plot;
+mod data;
 pub(crate) mod dot_plot;
+pub(crate) mod legend;
 pub(crate) mod line_chart;
 pub(crate) mod palette;
+mod print;
 pub(crate) mod scale;
+pub(crate) mod style;
 
 use std::fmt;
+
+use maud::{Markup, html};
+
+pub use data::{FigureColumn, FigureData, FigureValues};
+pub(crate) use legend::Key;
+
+/// A figure of a report: its drawing, what to know to read it, and the numbers that are drawn.
+///
+/// The page and [`Figure::print_svg`] show the very same drawing.
+#[derive(Clone, Debug)]
+pub struct Figure {
+    /// Name for files and links, lower-case letters, digits and hyphens, such as `error-by-finger`.
+    pub id: &'static str,
+    /// What is shown, in a line.
+    pub title: String,
+    /// How to read it: definitions, counts, what is cut off. Plain text.
+    pub caption: String,
+    /// Every number that is drawn.
+    pub data: FigureData,
+    /// Lines and swatches explained above the panels.
+    pub(crate) legend: Vec<Key>,
+    /// Drawings from left to right, row after row.
+    pub(crate) panels: Vec<Panel>,
+}
+
+/// A drawing: what stands inside an `svg` element, with its size.
+#[derive(Clone, Debug)]
+pub(crate) struct Panel {
+    /// Size in SVG user units, which are pixels of the page where there is room.
+    pub(crate) width: f64,
+    /// As the width.
+    pub(crate) height: f64,
+    /// What it says, for those who do not see it.
+    pub(crate) summary: String,
+    /// Shapes and texts.
+    pub(crate) shapes: Markup,
+}
+
+/// Panels wider than this stand two in a row on a page, narrower ones three.
+const NARROW: f64 = 400.0;
+/// Panels wider than this take the whole width of a page or of two columns in print.
+const COLUMN: f64 = 520.0;
+
+impl Figure {
+    /// The figure as an SVG file of its own for print: light colours on white, width and height in
+    /// millimetres (85 for one column, 170 for two), its style inside, nothing loaded, well-formed XML
+    /// whatever names from files hold. Same figure, same bytes.
+    pub fn print_svg(&self) -> String {
+        print::svg(self)
+    }
+
+    /// The figure on the page.
+    pub(crate) fn embed(&self) -> Markup {
+        let width = self.widest();
+        let class = if width > COLUMN {
+            "panels page"
+        } else if width > NARROW {
+            "panels wide"
+        } else {
+            "panels"
+        };
+        html! {
+            figure id={ "figure-" (self.id) } class=(class) {
+                @for panel in &self.panels {
+                    @if width > COLUMN {
+                        div.scroll tabindex="0" role="region" aria-label=(self.title) { (panel.embed()) }
+                    } @else {
+                        (panel.embed())
+                    }
+                }
+                figcaption.full[self.panels.len() > 1] {
+                    (legend::list(&self.legend))
+                    b { (self.title) } " " (self.caption)
+                }
+            }
+        }
+    }
+
+    fn widest(&self) -> f64 {
+        (self.panels.iter())
+            .map(|panel| panel.width)
+            .fold(0.0, f64::max)
+    }
+}
+
+impl Panel {
+    fn view_box(&self) -> String {
+        format!("0 0 {} {}", Px(self.width), Px(self.height))
+    }
+
+    fn embed(&self) -> Markup {
+        html! {
+            svg.chart viewBox=(self.view_box()) role="img" aria-label=(self.summary) { (self.shapes) }
+        }
+    }
+}
 
 /// A coordinate in SVG user units, printed with at most two decimals.
 #[derive(Clone, Copy, Debug)]

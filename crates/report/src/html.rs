@@ -1,5 +1,6 @@
 //! The page: a verdict first, then what it rests on, a file a section.
 
+mod body;
 mod choice;
 mod constraints;
 mod contacts;
@@ -16,10 +17,13 @@ mod session;
 mod statistics;
 mod table;
 
-use inhand_model::{Evaluation, MethodEvaluation, Provenance};
+use inhand_model::MethodEvaluation;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use crate::figure::palette::method_classes;
+use crate::figure::{Figure, style};
+use crate::report::Report;
+pub(crate) use body::Body;
 
 /// Styles, written into the page. Ours alone, so it needs no escaping.
 const STYLE: &str = include_str!("html/style.css");
@@ -41,43 +45,78 @@ pub(crate) struct Method<'a> {
 struct Section {
     id: &'static str,
     title: &'static str,
-    body: Markup,
+    body: Body,
 }
 
-/// Draws the page.
-pub(crate) fn page(evaluation: &Evaluation, provenance: &[Provenance]) -> Markup {
-    let methods: Vec<Method<'_>> = evaluation
-        .methods
+/// What the page says, a section a topic.
+fn sections(report: &Report<'_>) -> Vec<Section> {
+    let evaluation = report.evaluation;
+    let methods: &[Method<'_>] = &methods(report);
+    let section = |id, title, body| Section { id, title, body };
+    // What nobody planned or judged has no section.
+    let sections = [
+        Some(section(
+            "methods",
+            "Methods",
+            session::methods(evaluation, methods).into(),
+        )),
+        Some(section(
+            "quality",
+            "Data quality",
+            quality::section(evaluation).into(),
+        )),
+        Some(section(
+            "errors",
+            "Fingertip error",
+            errors::section(evaluation, methods),
+        )),
+        object::section(methods).map(|body| section("object", "Object pose", body)),
+        Some(section("contacts", "Contacts", contacts::section(methods))),
+        Some(section(
+            "constraints",
+            "Constraints",
+            constraints::section(methods).into(),
+        )),
+        corridors::section(methods).map(|body| section("corridors", "Corridors", body)),
+        Some(section(
+            "dictionary",
+            "Dictionary",
+            dictionary::section(evaluation),
+        )),
+        Some(section(
+            "provenance",
+            "Settings and provenance",
+            provenance::section(report.provenance).into(),
+        )),
+    ];
+    sections.into_iter().flatten().collect()
+}
+
+fn methods<'a>(report: &Report<'a>) -> Vec<Method<'a>> {
+    let methods = &report.evaluation.methods;
+    methods
         .iter()
-        .zip(method_classes(&evaluation.methods))
+        .zip(method_classes(methods))
         .map(|(method, class)| Method {
             evaluation: method,
             class,
-            default: method.name == evaluation.default_method,
+            default: method.name == report.evaluation.default_method,
         })
-        .collect();
-    let section = |id, title, body| Some(Section { id, title, body });
-    let sections = [
-        section("methods", "Methods", session::methods(evaluation, &methods)),
-        section("quality", "Data quality", quality::section(evaluation)),
-        section(
-            "errors",
-            "Fingertip error",
-            errors::section(evaluation, &methods),
-        ),
-        object::section(&methods).and_then(|body| section("object", "Object pose", body)),
-        section("contacts", "Contacts", contacts::section(&methods)),
-        section("constraints", "Constraints", constraints::section(&methods)),
-        corridors::section(&methods).and_then(|body| section("corridors", "Corridors", body)),
-        section("dictionary", "Dictionary", dictionary::section(evaluation)),
-        section(
-            "provenance",
-            "Settings and provenance",
-            provenance::section(provenance),
-        ),
-    ];
-    // What nobody planned or judged has no section.
-    let sections: Vec<Section> = sections.into_iter().flatten().collect();
+        .collect()
+}
+
+/// Every figure of the page, in its order.
+pub(crate) fn figures(report: &Report<'_>) -> Vec<Figure> {
+    let sections = sections(report).into_iter();
+    sections
+        .flat_map(|section| section.body.into_figures())
+        .collect()
+}
+
+/// Draws the page.
+pub(crate) fn page(report: &Report<'_>) -> Markup {
+    let evaluation = report.evaluation;
+    let sections = sections(report);
     html! {
         (DOCTYPE)
         html lang="en" {
@@ -88,7 +127,7 @@ pub(crate) fn page(evaluation: &Evaluation, provenance: &[Provenance]) -> Markup
                 meta name="color-scheme" content="light dark";
                 title { (evaluation.session.name) " – inhand report" }
                 link rel="icon" href="data:,";
-                style { (PreEscaped(STYLE)) }
+                style { (PreEscaped(style::variables())) (PreEscaped(style::SHAPES)) (PreEscaped(STYLE)) }
             }
             body {
                 (session::header(evaluation))
@@ -101,25 +140,9 @@ pub(crate) fn page(evaluation: &Evaluation, provenance: &[Provenance]) -> Markup
                     @for section in &sections {
                         section id=(section.id) {
                             h2 { (section.title) }
-                            (section.body)
+                            (section.body.draw())
                         }
                     }
-                }
-            }
-        }
-    }
-}
-
-/// Names of methods with the look of their lines, for line charts.
-fn legend(entries: &[(&str, &str)]) -> Markup {
-    html! {
-        ul.legend {
-            @for (class, name) in entries {
-                li {
-                    svg viewBox="0 0 30 8" width="30" height="8" aria-hidden="true" {
-                        g.(class) { path.line d="M1 4L29 4" {} }
-                    }
-                    (name)
                 }
             }
         }

@@ -1,8 +1,9 @@
 //! Evaluations as HTML with figures, and as JSON.
 //!
-//! | function | turns an `Evaluation` into |
+//! | function | turns a [`Report`] or an `Evaluation` into |
 //! | --- | --- |
 //! | [`html`] | one self-contained page: verdict, data quality, figures, tables, provenance |
+//! | [`figures`] | the figures of that page, each as a file for print with its numbers |
 //! | [`evaluation_json`] | `evaluation.json` for scripts, by `schemas/evaluation.schema.json` |
 //! | [`text_summary`] | the table a run prints on a terminal |
 //!
@@ -36,7 +37,7 @@
 //! # };
 //! let json = inhand_report::evaluation_json(&evaluation, &[])?;
 //! assert!(json.contains("\"p50\": 0.4"));
-//! let page = inhand_report::html(&evaluation, &[])?;
+//! let page = inhand_report::html(&inhand_report::Report::new(&evaluation, &[]))?;
 //! assert!(page.starts_with("<!DOCTYPE html>"));
 //! assert!(inhand_report::text_summary(&evaluation).contains("0.40"));
 //! # Ok::<(), inhand_report::ReportError>(())
@@ -54,6 +55,7 @@ mod learned;
 mod number;
 mod quality;
 mod rank_figure;
+mod report;
 mod text;
 mod verdict;
 mod words;
@@ -61,7 +63,9 @@ mod words;
 use inhand_model::{Evaluation, Provenance};
 
 pub use error::ReportError;
+pub use figure::{Figure, FigureColumn, FigureData, FigureValues};
 pub use rank_figure::{RankFigure, RankFigurePoint, rank_figure_svg};
+pub use report::Report;
 
 /// `evaluation.json`: pretty-printed, keys in a fixed order, `schema_version` first, numbers that
 /// are not finite as `null`, a newline at the end. Lengths under keys that end in `_mm` are
@@ -98,9 +102,20 @@ pub fn read_evaluation_json(text: &str) -> Result<(Evaluation, Vec<Provenance>),
 ///
 /// [`ReportError::UnknownDefaultMethod`] or [`ReportError::DuplicateMethod`], as
 /// [`evaluation_json`].
-pub fn html(evaluation: &Evaluation, provenance: &[Provenance]) -> Result<String, ReportError> {
-    check_names(evaluation)?;
-    Ok(html::page(evaluation, provenance).into_string())
+pub fn html(report: &Report<'_>) -> Result<String, ReportError> {
+    check_names(report.evaluation)?;
+    Ok(html::page(report).into_string())
+}
+
+/// Every figure of [`html`], in the order of the page, each to be written as a file: the drawing by
+/// [`Figure::print_svg`], its numbers by [`FigureData::csv`].
+///
+/// # Errors
+///
+/// As [`html`].
+pub fn figures(report: &Report<'_>) -> Result<Vec<Figure>, ReportError> {
+    check_names(report.evaluation)?;
+    Ok(html::figures(report))
 }
 
 /// The end of a run in plain text: per method the median, third quartile, 95 % quantile and

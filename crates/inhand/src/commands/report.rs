@@ -30,7 +30,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         inhand_report::read_evaluation_json(&text).with_context(|| shown.to_string())?;
     write_text(
         &args.output,
-        &inhand_report::html(&evaluation, &provenance)?,
+        &inhand_report::html(&inhand_report::Report::new(&evaluation, &provenance))?,
     )?;
     console.say(&format!("wrote {}", args.output.display()));
     Ok(Exit::Done)

@@ -5,7 +5,7 @@ use inhand_model::Statistics;
 use maud::{Markup, html};
 
 use super::scale::{Scale, nice_end};
-use super::{Frame, Px, axes};
+use super::{FigureColumn, FigureData, Frame, Panel, Px, axes};
 use crate::number::{NARROW_SPACE, count, decimals, millimetres, to_mm};
 use crate::words::shortened;
 
@@ -94,7 +94,7 @@ fn drawable(statistics: &Statistics) -> bool {
 }
 
 /// Draws the figure.
-pub(crate) fn draw(plot: &BoxPlot<'_>) -> Markup {
+pub(crate) fn draw(plot: &BoxPlot<'_>) -> Panel {
     let bottom = TOP + ROW_HEIGHT * plot.rows.len() as f64;
     let height = bottom + axes::BOTTOM_ROOM;
     let frame = Frame {
@@ -105,10 +105,9 @@ pub(crate) fn draw(plot: &BoxPlot<'_>) -> Markup {
     };
     let scale = Scale::linear(0.0, plot.end_mm, frame.left, frame.right);
     let (median_x, max_x) = (WIDTH - 46.0, WIDTH - 1.0);
-    html! {
-        svg.chart viewBox={ "0 0 " (Px(WIDTH)) " " (Px(height)) } role="img" aria-label=(summary(plot)) {
+    let shapes = html! {
             @if let Some(class) = plot.swatch {
-                rect.key.(class) x="0.5" y="2.5" width="11" height="11" rx="2" {}
+                g.(class) { rect.key x="0.5" y="2.5" width="11" height="11" rx="2" {} }
                 text.title x="18" y="12.5" { (plot.title) }
             } @else {
                 text.title x="0" y="12.5" { (plot.title) }
@@ -131,8 +130,45 @@ pub(crate) fn draw(plot: &BoxPlot<'_>) -> Markup {
                     }
                 }
             }
-        }
+    };
+    Panel {
+        width: WIDTH,
+        height,
+        summary: summary(plot),
+        shapes,
     }
+}
+
+/// The table behind boxes: a row for each, told apart by words.
+pub(crate) fn data<'a>(
+    boxes: impl IntoIterator<Item = (&'a str, &'a str, &'a Statistics)>,
+) -> FigureData {
+    let boxes: Vec<_> = boxes.into_iter().collect();
+    let counts = |name, of: fn(&Statistics) -> usize| {
+        FigureColumn::counts(name, boxes.iter().map(|(_, _, s)| of(s)))
+    };
+    let lengths = |name, of: fn(&Statistics) -> f64| {
+        let length = |s: &Statistics| if s.n == 0 { f64::NAN } else { to_mm(of(s)) };
+        FigureColumn::numbers(name, boxes.iter().map(|(_, _, s)| length(s)))
+    };
+    FigureData::new([
+        FigureColumn::words("finger", boxes.iter().map(|(finger, ..)| *finger)),
+        FigureColumn::words("motion", boxes.iter().map(|(_, motion, _)| *motion)),
+        counts("n", |s| s.n),
+        counts("n_filled", |s| s.n_filled),
+        counts("n_left_out", |s| s.n_left_out),
+        lengths("mean_mm", |s| s.mean),
+        lengths("rmse_mm", |s| s.rmse),
+        lengths("min_mm", |s| s.min),
+        lengths("whisker_low_mm", |s| s.whisker_low),
+        lengths("p5_mm", |s| s.p5),
+        lengths("p25_mm", |s| s.p25),
+        lengths("p50_mm", |s| s.p50),
+        lengths("p75_mm", |s| s.p75),
+        lengths("p95_mm", |s| s.p95),
+        lengths("whisker_high_mm", |s| s.whisker_high),
+        lengths("max_mm", |s| s.max),
+    ])
 }
 
 fn label_width(plot: &BoxPlot<'_>) -> f64 {

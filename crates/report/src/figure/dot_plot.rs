@@ -2,11 +2,11 @@
 //! fingers together, and a line where all of them should be.
 
 use inhand_model::{Finger, PerFinger};
-use maud::{Markup, html};
+use maud::html;
 
 use super::palette::finger_class;
 use super::scale::{Scale, nice_step};
-use super::{Frame, Px, axes};
+use super::{Frame, Panel, Px, axes};
 use crate::learned::stated_percent;
 use crate::number::{NONE, percent};
 use crate::words::shortened;
@@ -52,7 +52,7 @@ const WANTED_TICKS: usize = 5;
 const SHORTEST: f64 = 10.0;
 
 /// Draws the figure.
-pub(crate) fn draw(plot: &DotPlot<'_>) -> Markup {
+pub(crate) fn draw(plot: &DotPlot<'_>) -> Panel {
     let bottom = TOP + ROW_HEIGHT * plot.rows.len() as f64;
     let longest = plot.rows.iter().map(|row| row.label.chars().count()).max();
     let frame = Frame {
@@ -64,8 +64,7 @@ pub(crate) fn draw(plot: &DotPlot<'_>) -> Markup {
     let (low, high) = range(plot);
     let scale = Scale::linear(low, high, frame.left, frame.right);
     let stated = scale.at(100.0 * plot.stated);
-    html! {
-        svg.chart viewBox={ "0 0 " (Px(WIDTH)) " " (Px(bottom + axes::BOTTOM_ROOM)) } role="img" aria-label=(summary(plot)) {
+    let shapes = html! {
             text.title x="0" y="12.5" { (plot.title) }
             text.tick x=(Px(stated)) y=(Px(TOP - 6.0)) text-anchor="middle" { "stated" }
             text.tick x=(Px(WIDTH - 1.0)) y=(Px(TOP - 6.0)) text-anchor="end" { "all" }
@@ -89,7 +88,12 @@ pub(crate) fn draw(plot: &DotPlot<'_>) -> Markup {
                     text.value x=(Px(WIDTH - 1.0)) y=(Px(y + 4.0)) text-anchor="end" { (percent(row.pooled)) }
                 }
             }
-        }
+    };
+    Panel {
+        width: WIDTH,
+        height: bottom + axes::BOTTOM_ROOM,
+        summary: summary(plot),
+        shapes,
     }
 }
 

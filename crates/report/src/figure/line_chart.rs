@@ -1,11 +1,12 @@
 //! Lines over a quantity: error over time, contact share over threshold, objective over sweeps.
 
-use maud::{Markup, html};
+use maud::html;
 
 use super::scale::Scale;
-use super::{Frame, Px, axes};
+use super::{FigureColumn, FigureData, Frame, Panel, Px, axes};
 
 /// One line. Points that are not finite break it.
+#[derive(Clone)]
 pub(crate) struct Series {
     /// Name, in the tooltip.
     pub(crate) label: String,
@@ -63,7 +64,7 @@ const MARGIN: f64 = 3.0;
 const WANTED_TICKS: usize = 6;
 
 /// Draws the figure. Lines that leave the axes are cut at the frame.
-pub(crate) fn draw(chart: &LineChart<'_>) -> Markup {
+pub(crate) fn draw(chart: &LineChart<'_>) -> Panel {
     let frame = Frame {
         left: LEFT,
         top: TOP,
@@ -82,8 +83,7 @@ pub(crate) fn draw(chart: &LineChart<'_>) -> Markup {
     };
     let inner_x = chart.x.scale(MARGIN, MARGIN + frame.width());
     let inner_y = chart.y.scale(MARGIN + frame.height(), MARGIN);
-    html! {
-        svg.chart viewBox={ "0 0 " (Px(WIDTH)) " " (Px(HEIGHT)) } role="img" aria-label=(summary(chart)) {
+    let shapes = html! {
             text.title x="0" y="12.5" { (chart.title) }
             (axes::left(&frame, &y, WANTED_TICKS, chart.y.name))
             (axes::bottom(&frame, &x, WANTED_TICKS, chart.x.name))
@@ -106,8 +106,25 @@ pub(crate) fn draw(chart: &LineChart<'_>) -> Markup {
                     }
                 }
             }
-        }
+    };
+    Panel {
+        width: WIDTH,
+        height: HEIGHT,
+        summary: summary(chart),
+        shapes,
     }
+}
+
+/// The table behind lines: a row for each point, `x` and `y` naming the columns.
+pub(crate) fn data(x: &'static str, y: &'static str, series: &[Series]) -> FigureData {
+    let points = || series.iter().flat_map(|line| line.points.iter());
+    let names = (series.iter())
+        .flat_map(|line| std::iter::repeat_n(line.label.as_str(), line.points.len()));
+    FigureData::new([
+        FigureColumn::words("line", names),
+        FigureColumn::numbers(x, points().map(|point| point.0)),
+        FigureColumn::numbers(y, points().map(|point| point.1)),
+    ])
 }
 
 fn path(series: &Series, x: &Scale, y: &Scale) -> String {

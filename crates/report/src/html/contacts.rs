@@ -1,41 +1,40 @@
 //! Fingertips on the object: distances and contacts, planned beside recorded.
 
-use inhand_model::{ContactShare, Finger, PerFinger, Statistics};
+use inhand_model::{ContactShare, Finger, PerFinger, Statistics, TauShare};
 use maud::{Markup, html};
 
-use super::errors::{BOX_WORDS, cut_words, finger_sizes, row};
+use super::errors::{BOX_WORDS, cut_words, finger_boxes, finger_sizes, row};
 use super::session::name;
 use super::statistics::finger_table;
 use super::table::{Line, numbers, table, words};
-use super::{Method, legend};
+use super::{Body, Method};
 use crate::figure::box_plot::{self, BoxPlot, cut_off, shared_end_mm};
 use crate::figure::line_chart::{self, AxisSpec, LineChart, Series};
 use crate::figure::palette::{RECORDED_CLASS, finger_class};
+use crate::figure::{Figure, Key};
 use crate::number::{NARROW_SPACE, NONE, count, percent, plain, to_mm};
 
 /// The section's content.
-pub(super) fn section(methods: &[Method<'_>]) -> Markup {
+pub(super) fn section(methods: &[Method<'_>]) -> Body {
     let contacts: Vec<(&Method<'_>, &ContactShare)> = methods
         .iter()
         .filter_map(|method| Some((method, method.evaluation.contact.as_ref()?)))
         .collect();
-    let differences: Vec<(&Method<'_>, &[Statistics; Finger::COUNT])> = methods
+    let differences: Vec<Differences<'_, '_>> = methods
         .iter()
-        .filter_map(|method| {
-            Some((
-                method,
-                method.evaluation.distance_difference.as_ref()?.as_array(),
-            ))
-        })
+        .filter_map(|method| Some((method, method.evaluation.distance_difference.as_ref()?)))
         .collect();
-    html! {
-        @if contacts.is_empty() && differences.is_empty() {
+    let mut body = Body::default();
+    if contacts.is_empty() && differences.is_empty() {
+        body.prose(html! {
             p {
                 "Contacts were not judged: they need the object's pose in the test takes and its shape \
                  (for example " code { "--object cube:0.05" } ")."
             }
-        }
-        @if let Some((_, first)) = contacts.first() {
+        });
+    }
+    if let Some((_, first)) = contacts.first() {
+        body.prose(html! {
             p {
                 "A fingertip is in contact when its distance to the object's surface is at most "
                 (plain(to_mm(first.tau_m))) " mm, from outside or inside; one deeper inside the object than that is not in contact. \
@@ -43,11 +42,17 @@ pub(super) fn section(methods: &[Method<'_>]) -> Markup {
                  A grasp counts as stable with three fingertips in contact."
             }
             (share_table(&contacts))
-            (by_threshold(&contacts))
-        }
-        @if !differences.is_empty() { (difference_figure(&differences)) }
+        });
+        body.figure(by_threshold(&contacts));
     }
+    if !differences.is_empty() {
+        body.append(difference_part(&differences));
+    }
+    body
 }
+
+/// A method with its differences of distances.
+type Differences<'a, 'b> = (&'a Method<'b>, &'b PerFinger<Statistics>);
 
 fn share_table(contacts: &[(&Method<'_>, &ContactShare)]) -> Markup {
     let mut columns = vec![
@@ -116,43 +121,17 @@ fn same_recorded(a: &ContactShare, b: &ContactShare) -> bool {
         && a.recorded_by_finger == b.recorded_by_finger
 }
 
-fn by_threshold(contacts: &[(&Method<'_>, &ContactShare)]) -> Markup {
+/// `None` where nothing was judged at any threshold.
+fn by_threshold(contacts: &[(&Method<'_>, &ContactShare)]) -> Option<Figure> {
     let judged: Vec<_> = contacts
         .iter()
         .filter(|(_, c)| c.n > 0 && !c.by_tau.is_empty())
         .collect();
-    let Some((_, first)) = judged.first() else {
-        return html! {};
-    };
-    let curve = |label: &str, class: &str, contact: &ContactShare, recorded: bool| Series {
-        label: label.to_owned(),
-        class: class.to_owned(),
-        points: contact
-            .by_tau
-            .iter()
-            .map(|at| {
-                let share = if recorded {
-                    at.recorded_three_or_more
-                } else {
-                    at.three_or_more
-                };
-                (to_mm(at.tau_m), 100.0 * share)
-            })
-            .collect(),
-    };
-    let series = || -> Vec<Series> {
-        judged
-            .iter()
-            .map(|(method, contact)| curve(&method.evaluation.name, &method.class, contact, false))
-            .chain([curve("recorded", RECORDED_CLASS, first, true)])
-            .collect()
-    };
-    let entries: Vec<(&str, &str)> = std::iter::once((RECORDED_CLASS, "recorded"))
-        .chain(
-            judged
-                .iter()
-                .map(|(m, _)| (m.class.as_str(), m.evaluation.name.as_str())),
-        )
+    let (_, first) = judged.first()?;
+    let series: Vec<Series> = judged
+        .iter()
+        .map(|(method, contact)| curve(&method.evaluation.name, &method.class, contact, false))
+        .chain([curve("recorded", RECORDED_CLASS, first, true)])
         .collect();
     let widest = first
         .by_tau
@@ -174,7 +153,7 @@ fn by_threshold(contacts: &[(&Method<'_>, &ContactShare)]) -> Markup {
                 high: 100.0,
                 log: false,
             },
-            series: series(),
+            series: series.clone(),
             dots: true,
             marked_x: Some((
                 to_mm(first.tau_m),
@@ -182,26 +161,49 @@ fn by_threshold(contacts: &[(&Method<'_>, &ContactShare)]) -> Markup {
             )),
         })
     };
-    let enlarged = enlarged_from(
-        judged
-            .iter()
-            .find(|(m, _)| m.default)
-            .map(|(_, contact)| *contact),
+    let mut panels = vec![chart("Three or more fingertips in contact", 0.0)];
+    let mut caption = format!(
+        "n = {} instants. Where the lines are steep at the threshold used, the share says more about the threshold \
+         than about the motion.",
+        count(first.n, NARROW_SPACE)
     );
-    html! {
-        figure.panels.wide {
-            (chart("Three or more fingertips in contact", 0.0))
-            @if let Some(low) = enlarged { (chart("The same, upper part enlarged", low)) }
-            figcaption.full[enlarged.is_some()] {
-                (legend(&entries))
-                b { "Share of instants with three or more fingertips in contact against the threshold." }
-                " n = " (count(first.n, NARROW_SPACE)) " instants. Where the lines are steep at the threshold used, the share says more about \
-                 the threshold than about the motion."
-                @if let Some(low) = enlarged {
-                    " The second axis starts at " (plain(low)) " %, not at zero; lines that leave it at the bottom are cut."
-                }
-            }
-        }
+    let default = judged.iter().find(|(method, _)| method.default);
+    if let Some(low) = enlarged_from(default.map(|(_, contact)| *contact)) {
+        panels.push(chart("The same, upper part enlarged", low));
+        caption.push_str(&format!(
+            " The second axis starts at {} %, not at zero; lines that leave it at the bottom are cut.",
+            plain(low)
+        ));
+    }
+    let keys = judged
+        .iter()
+        .map(|(method, _)| Key::line(&method.evaluation.name, &method.class));
+    Some(Figure {
+        id: "three-contacts-by-tau",
+        title: "Share of instants with three or more fingertips in contact against the threshold."
+            .to_owned(),
+        caption,
+        data: line_chart::data("tau_mm", "share_percent", &series),
+        legend: std::iter::once(Key::line("recorded", RECORDED_CLASS))
+            .chain(keys)
+            .collect(),
+        panels,
+    })
+}
+
+fn curve(label: &str, class: &str, contact: &ContactShare, recorded: bool) -> Series {
+    let share = |at: &TauShare| match recorded {
+        true => at.recorded_three_or_more,
+        false => at.three_or_more,
+    };
+    Series {
+        label: label.to_owned(),
+        class: class.to_owned(),
+        points: contact
+            .by_tau
+            .iter()
+            .map(|at| (to_mm(at.tau_m), 100.0 * share(at)))
+            .collect(),
     }
 }
 
@@ -218,39 +220,53 @@ fn enlarged_from(contact: Option<&ContactShare>) -> Option<f64> {
     })
 }
 
-fn difference_figure(differences: &[(&Method<'_>, &[Statistics; Finger::COUNT])]) -> Markup {
-    let all = || differences.iter().flat_map(|(_, fingers)| fingers.iter());
+fn difference_part(differences: &[Differences<'_, '_>]) -> Body {
     let owners: Vec<Method<'_>> = differences
         .iter()
         .map(|(method, _)| (*method).clone())
         .collect();
-    let distributions: Vec<_> = differences.iter().map(|(_, fingers)| *fingers).collect();
+    let distributions: Vec<_> = differences
+        .iter()
+        .map(|(_, fingers)| fingers.as_array())
+        .collect();
+    let mut body = Body::from(html! { h3 { "Distance to the object, planned against recorded" } });
+    let caption = "Difference of distances to the object, absolute";
+    let table = finger_table(caption, &owners, &distributions, true);
+    body.figure(difference_figure(differences))
+        .folded("Statistics of the distance difference", table.into());
+    body
+}
+
+fn difference_figure(differences: &[Differences<'_, '_>]) -> Figure {
+    let all = || {
+        differences
+            .iter()
+            .flat_map(|(_, fingers)| fingers.as_array())
+    };
     let end_mm = shared_end_mm(all());
-    html! {
-        h3 { "Distance to the object, planned against recorded" }
-        figure.panels {
-            @for finger in Finger::ALL {
-                (box_plot::draw(&BoxPlot {
-                    title: finger.name(),
-                    swatch: Some(finger_class(finger)),
-                    axis_name: "difference of distances (mm)",
-                    end_mm,
-                    rows: differences
-                        .iter()
-                        .map(|(method, fingers)| row(method, &fingers[finger.index()]))
-                        .collect(),
-                }))
-            }
-            figcaption {
-                b { "Absolute difference between the planned and the recorded distance of a fingertip to the object's surface." }
-                " Neither counts on which side of the surface the fingertip is. " (BOX_WORDS) " "
-                (finger_sizes(differences.iter().map(|(_, fingers)| *fingers)))
-                " " (cut_words(cut_off(all(), end_mm), end_mm))
-            }
-        }
-        details {
-            summary { "Statistics of the distance difference" }
-            (finger_table("Difference of distances to the object, absolute", &owners, &distributions, true))
-        }
+    let panel = |finger: Finger| {
+        box_plot::draw(&BoxPlot {
+            title: finger.name(),
+            swatch: Some(finger_class(finger)),
+            axis_name: "difference of distances (mm)",
+            end_mm,
+            rows: differences
+                .iter()
+                .map(|(method, fingers)| row(method, &fingers[finger]))
+                .collect(),
+        })
+    };
+    Figure {
+        id: "distance-difference",
+        title: "Absolute difference between the planned and the recorded distance of a fingertip to the object's surface."
+            .to_owned(),
+        caption: format!(
+            "Neither counts on which side of the surface the fingertip is. {BOX_WORDS} {} {}",
+            finger_sizes(differences.iter().map(|(_, fingers)| fingers.as_array())),
+            cut_words(cut_off(all(), end_mm), end_mm)
+        ),
+        data: box_plot::data(differences.iter().flat_map(|(method, fingers)| finger_boxes(method, fingers))),
+        legend: Vec::new(),
+        panels: Finger::ALL.map(panel).into(),
     }
 }

@@ -3,8 +3,9 @@
 use inhand_model::{DictionaryFacts, DictionaryKind, Evaluation, Finger, StopReason};
 use maud::{Markup, html};
 
-use super::deviation;
 use super::table::{Line, numbers, table, words};
+use super::{Body, deviation};
+use crate::figure::Figure;
 use crate::figure::line_chart::{self, AxisSpec, LineChart, Series};
 use crate::figure::palette::{PLAIN_CLASS, finger_class};
 use crate::number::{NARROW_SPACE, count, decimals, percent, to_mm};
@@ -12,11 +13,11 @@ use crate::number::{NARROW_SPACE, count, decimals, percent, to_mm};
 const MM2_PER_M2: f64 = 1e6;
 
 /// The section's content.
-pub(super) fn section(evaluation: &Evaluation) -> Markup {
+pub(super) fn section(evaluation: &Evaluation) -> Body {
     let facts = &evaluation.dictionary;
-    html! {
-        p { (sentence(facts)) }
-        @if facts.objective_history_m2.len() > 1 { (objective_figure(facts)) }
+    let mut body = Body::from(html! { p { (sentence(facts)) } });
+    body.figure(objective_figure(facts));
+    body.prose(html! {
         @if let Some(learned) = &facts.deviation {
             (deviation::part(learned, evaluation.session.train.len()))
         }
@@ -24,7 +25,8 @@ pub(super) fn section(evaluation: &Evaluation) -> Markup {
             summary { "Velocity bounds that plans had to keep" }
             (bounds_table(facts))
         }
-    }
+    });
+    body
 }
 
 fn sentence(facts: &DictionaryFacts) -> String {
@@ -61,13 +63,15 @@ fn sentence(facts: &DictionaryFacts) -> String {
     )
 }
 
-fn objective_figure(facts: &DictionaryFacts) -> Markup {
+/// `None` where learning does not iterate.
+fn objective_figure(facts: &DictionaryFacts) -> Option<Figure> {
     let points: Vec<(f64, f64)> = facts
         .objective_history_m2
         .iter()
         .enumerate()
         .map(|(sweep, objective)| (sweep as f64, objective * MM2_PER_M2))
         .collect();
+    let last = points.len().checked_sub(1).filter(|last| *last > 0)?;
     let positive = || {
         points
             .iter()
@@ -78,27 +82,38 @@ fn objective_figure(facts: &DictionaryFacts) -> Markup {
         positive().fold(f64::INFINITY, f64::min),
         positive().fold(0.0, f64::max),
     );
-    html! {
-        figure.panels.wide {
-            (line_chart::draw(&LineChart {
-                title: "Objective while learning",
-                x: AxisSpec {
-                    name: "sweep",
-                    low: 0.0,
-                    high: (points.len() - 1) as f64,
-                    log: false,
-                },
-                y: AxisSpec { name: "objective (mm², logarithmic)", low, high, log: true },
-                series: vec![Series { label: "objective".to_owned(), class: PLAIN_CLASS.to_owned(), points }],
-                dots: false,
-                marked_x: None,
-            }))
-            figcaption {
-                b { "Objective after each sweep." }
-                " Half the squared Frobenius norm of the reconstruction error over all training segments; sweep 0 is the start."
-            }
-        }
-    }
+    let series = vec![Series {
+        label: "objective".to_owned(),
+        class: PLAIN_CLASS.to_owned(),
+        points,
+    }];
+    Some(Figure {
+        id: "dictionary-objective",
+        title: "Objective after each sweep.".to_owned(),
+        caption: "Half the squared Frobenius norm of the reconstruction error over all training segments; \
+            sweep 0 is the start."
+            .to_owned(),
+        data: line_chart::data("sweep", "objective_mm2", &series),
+        legend: Vec::new(),
+        panels: vec![line_chart::draw(&LineChart {
+            title: "Objective while learning",
+            x: AxisSpec {
+                name: "sweep",
+                low: 0.0,
+                high: last as f64,
+                log: false,
+            },
+            y: AxisSpec {
+                name: "objective (mm², logarithmic)",
+                low,
+                high,
+                log: true,
+            },
+            series,
+            dots: false,
+            marked_x: None,
+        })],
+    })
 }
 
 fn bounds_table(facts: &DictionaryFacts) -> Markup {

@@ -1,11 +1,12 @@
 //! Distance between planned and recorded fingertips.
 
-use inhand_model::{Evaluation, Finger, Statistics};
-use maud::{Markup, html};
+use inhand_model::{Evaluation, Finger, PerFinger, Statistics};
+use maud::html;
 
-use super::{Method, over_time, statistics};
+use super::{Body, Method, over_time, statistics};
 use crate::figure::box_plot::{self, BoxPlot, Row, cut_off, shared_end_mm};
 use crate::figure::palette::finger_class;
+use crate::figure::{Figure, Panel};
 use crate::number::{NARROW_SPACE, count, plain};
 
 const AXIS_NAME: &str = "distance to recorded fingertip (mm)";
@@ -15,88 +16,126 @@ pub(super) const BOX_WORDS: &str = "Box: first to third quartile; line: median; 
     Quantiles interpolate linearly (type 7).";
 
 /// The section's content.
-pub(super) fn section(evaluation: &Evaluation, methods: &[Method<'_>]) -> Markup {
-    html! {
+pub(super) fn section(evaluation: &Evaluation, methods: &[Method<'_>]) -> Body {
+    let mut body = Body::from(html! {
         p {
             "Distance between the planned and the recorded fingertip, both in the hand's frame, at every sample of every test segment."
         }
-        (overview(methods))
-        (by_finger(methods))
-        (over_time::figure(evaluation, methods))
-        (statistics::error_table(methods))
-    }
+    });
+    body.figure(overview(methods))
+        .figure(by_finger(methods))
+        .append(over_time::part(evaluation, methods))
+        .prose(statistics::error_table(methods));
+    body
 }
 
 /// All fingers together by method, and the default method by finger.
-fn overview(methods: &[Method<'_>]) -> Markup {
+fn overview(methods: &[Method<'_>]) -> Figure {
     let pooled = methods.iter().map(|method| &method.evaluation.error);
     let end_mm = shared_end_mm(pooled.clone());
+    let mut panels = vec![box_plot::draw(&BoxPlot {
+        title: "All fingers, by method",
+        swatch: None,
+        axis_name: AXIS_NAME,
+        end_mm,
+        rows: methods
+            .iter()
+            .map(|method| row(method, &method.evaluation.error))
+            .collect(),
+    })];
     let default = methods.iter().find(|method| method.default);
-    let default_end_mm = default.map_or(1.0, |method| {
-        shared_end_mm(method.evaluation.error_by_finger.as_array())
+    panels.extend(default.map(default_by_finger));
+    let sizes = sizes(methods.iter().map(|method| {
+        let evaluation = method.evaluation;
+        (evaluation.name.as_str(), &evaluation.error)
+    }));
+    let all = methods.iter().map(|method| {
+        let evaluation = method.evaluation;
+        ("all", evaluation.name.as_str(), &evaluation.error)
     });
-    html! {
-        figure.panels {
-            (box_plot::draw(&BoxPlot {
-                title: "All fingers, by method",
-                swatch: None,
-                axis_name: AXIS_NAME,
-                end_mm,
-                rows: methods.iter().map(|method| row(method, &method.evaluation.error)).collect(),
-            }))
-            @if let Some(method) = default {
-                (box_plot::draw(&BoxPlot {
-                    title: &format!("{}, by finger", method.evaluation.name),
-                    swatch: None,
-                    axis_name: AXIS_NAME,
-                    end_mm: default_end_mm,
-                    rows: Finger::ALL.map(|finger| Row {
-                        label: finger.name(),
-                        class: finger_class(finger),
-                        stressed: false,
-                        statistics: &method.evaluation.error_by_finger[finger],
-                    }).into(),
-                }))
-            }
-            figcaption {
-                b { "Error of each method, and of the default method by finger." }
-                " " (BOX_WORDS) " "
-                (sizes(methods.iter().map(|method| (method.evaluation.name.as_str(), &method.evaluation.error))))
-                " The two axes differ. "
-                (cut_words(cut_off(pooled, end_mm), end_mm))
-            }
-        }
+    let fingers = default
+        .into_iter()
+        .flat_map(|method| finger_boxes(method, &method.evaluation.error_by_finger));
+    Figure {
+        id: "error-by-method",
+        title: "Error of each method, and of the default method by finger.".to_owned(),
+        caption: format!(
+            "{BOX_WORDS} {sizes} The two axes differ. {}",
+            cut_words(cut_off(pooled, end_mm), end_mm)
+        ),
+        data: box_plot::data(all.chain(fingers)),
+        legend: Vec::new(),
+        panels,
     }
 }
 
-fn by_finger(methods: &[Method<'_>]) -> Markup {
+fn default_by_finger(method: &Method<'_>) -> Panel {
+    let fingers = &method.evaluation.error_by_finger;
+    box_plot::draw(&BoxPlot {
+        title: &format!("{}, by finger", method.evaluation.name),
+        swatch: None,
+        axis_name: AXIS_NAME,
+        end_mm: shared_end_mm(fingers.as_array()),
+        rows: Finger::ALL
+            .map(|finger| Row {
+                label: finger.name(),
+                class: finger_class(finger),
+                stressed: false,
+                statistics: &fingers[finger],
+            })
+            .into(),
+    })
+}
+
+/// Rows of the table behind boxes of one method.
+pub(super) fn finger_boxes<'a>(
+    method: &Method<'a>,
+    fingers: &'a PerFinger<Statistics>,
+) -> impl Iterator<Item = (&'a str, &'a str, &'a Statistics)> {
+    let name = method.evaluation.name.as_str();
+    fingers
+        .iter()
+        .map(move |(finger, s)| (finger.name(), name, s))
+}
+
+fn by_finger(methods: &[Method<'_>]) -> Figure {
     let all = || {
         methods
             .iter()
             .flat_map(|m| m.evaluation.error_by_finger.as_array())
     };
     let end_mm = shared_end_mm(all());
-    html! {
-        figure.panels {
-            @for finger in Finger::ALL {
-                (box_plot::draw(&BoxPlot {
-                    title: finger.name(),
-                    swatch: Some(finger_class(finger)),
-                    axis_name: AXIS_NAME,
-                    end_mm,
-                    rows: methods
-                        .iter()
-                        .map(|method| row(method, &method.evaluation.error_by_finger[finger]))
-                        .collect(),
-                }))
-            }
-            figcaption {
-                b { "Error by finger and method, one axis for all five." }
-                " " (BOX_WORDS) " "
-                (finger_sizes(methods.iter().map(|method| method.evaluation.error_by_finger.as_array())))
-                " " (cut_words(cut_off(all(), end_mm), end_mm))
-            }
-        }
+    let panel = |finger: Finger| {
+        box_plot::draw(&BoxPlot {
+            title: finger.name(),
+            swatch: Some(finger_class(finger)),
+            axis_name: AXIS_NAME,
+            end_mm,
+            rows: methods
+                .iter()
+                .map(|method| row(method, &method.evaluation.error_by_finger[finger]))
+                .collect(),
+        })
+    };
+    Figure {
+        id: "error-by-finger",
+        title: "Error by finger and method, one axis for all five.".to_owned(),
+        caption: format!(
+            "{BOX_WORDS} {} {}",
+            finger_sizes(
+                methods
+                    .iter()
+                    .map(|method| method.evaluation.error_by_finger.as_array())
+            ),
+            cut_words(cut_off(all(), end_mm), end_mm)
+        ),
+        data: box_plot::data(
+            methods
+                .iter()
+                .flat_map(|method| finger_boxes(method, &method.evaluation.error_by_finger)),
+        ),
+        legend: Vec::new(),
+        panels: Finger::ALL.map(panel).into(),
     }
 }
 

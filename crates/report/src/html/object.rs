@@ -1,11 +1,11 @@
 //! Where methods plan the object too: how far it is from where it was recorded.
 
 use inhand_model::{ObjectError, Statistics};
-use maud::{Markup, html};
+use maud::html;
 
-use super::Method;
 use super::session::name;
 use super::table::{Column, Line, numbers, smallest, table, words};
+use super::{Body, Method};
 use crate::number::{NARROW_SPACE, NONE, count, decimals, to_mm};
 
 const COLUMNS: [Column<'static>; 12] = [
@@ -26,7 +26,7 @@ const COLUMNS: [Column<'static>; 12] = [
 const COUNTS: usize = 3;
 
 /// The section's content; `None` where no method plans the object.
-pub(super) fn section(methods: &[Method<'_>]) -> Option<Markup> {
+pub(super) fn section(methods: &[Method<'_>]) -> Option<Body> {
     let planned: Vec<(&Method<'_>, &ObjectError)> = methods
         .iter()
         .filter_map(|method| Some((method, method.evaluation.object_error.as_ref()?)))
@@ -54,7 +54,7 @@ pub(super) fn section(methods: &[Method<'_>]) -> Option<Markup> {
             }
         })
         .collect();
-    Some(html! {
+    let body = Body::from(html! {
         p {
             "Planned against recorded pose of the object in the hand's frame, at every sample of every test segment where both are known."
         }
@@ -64,7 +64,8 @@ pub(super) fn section(methods: &[Method<'_>]) -> Option<Markup> {
              a gap, or a plan that failed. Angle: of the one rotation from the recorded to the planned orientation, 0 to 180°. Bold: smallest of \
              its column among the methods. " (NONE) ": nothing to judge."
         }
-    })
+    });
+    Some(body)
 }
 
 fn values(error: &ObjectError) -> [f64; COLUMNS.len() - 1 - COUNTS] {

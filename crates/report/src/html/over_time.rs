@@ -1,18 +1,19 @@
 //! Median error over the time within a segment.
 
 use inhand_model::Evaluation;
-use maud::{Markup, html};
+use maud::html;
 
-use super::{Method, legend};
+use super::{Body, Method};
 use crate::figure::line_chart::{self, AxisSpec, LineChart, Series};
 use crate::figure::scale::nice_end;
+use crate::figure::{Figure, Key};
 use crate::number::{plain, to_mm};
 
 /// The lowest curves are enlarged where the highest is this many times as high.
 const ENLARGE_FROM: f64 = 2.5;
 
 /// Curves of all methods, and their lower part enlarged where one method is far above the rest.
-pub(super) fn figure(evaluation: &Evaluation, methods: &[Method<'_>]) -> Markup {
+pub(super) fn part(evaluation: &Evaluation, methods: &[Method<'_>]) -> Body {
     let rate_hz = evaluation.session.rate_hz;
     let curves: Vec<(&Method<'_>, f64)> = methods
         .iter()
@@ -34,9 +35,25 @@ pub(super) fn figure(evaluation: &Evaluation, methods: &[Method<'_>]) -> Markup 
         .find(|(method, _)| method.default)
         .map_or(0.0, |(_, peak)| *peak);
     let enlarged = nice_end(1.5 * default, 6);
-    let entries: Vec<(&str, &str)> = curves
+    if curves.is_empty() {
+        return html! { p { "No method has errors over the time within a segment." } }.into();
+    }
+    // The default method is drawn last, on top.
+    let series: Vec<Series> = curves
         .iter()
-        .map(|(method, _)| (method.class.as_str(), method.evaluation.name.as_str()))
+        .filter(|(method, _)| !method.default)
+        .chain(curves.iter().filter(|(method, _)| method.default))
+        .map(|(method, _)| Series {
+            label: method.evaluation.name.clone(),
+            class: method.class.clone(),
+            points: method
+                .evaluation
+                .median_error_by_sample_m
+                .iter()
+                .enumerate()
+                .map(|(sample, &m)| (sample as f64 / rate_hz, to_mm(m)))
+                .collect(),
+        })
         .collect();
     let chart = |title: &str, high: f64| {
         line_chart::draw(&LineChart {
@@ -53,45 +70,37 @@ pub(super) fn figure(evaluation: &Evaluation, methods: &[Method<'_>]) -> Markup 
                 high,
                 log: false,
             },
-            // The default method is drawn last, on top.
-            series: curves
-                .iter()
-                .filter(|(method, _)| !method.default)
-                .chain(curves.iter().filter(|(method, _)| method.default))
-                .map(|(method, _)| Series {
-                    label: method.evaluation.name.clone(),
-                    class: method.class.clone(),
-                    points: method
-                        .evaluation
-                        .median_error_by_sample_m
-                        .iter()
-                        .enumerate()
-                        .map(|(sample, &m)| (sample as f64 / rate_hz, to_mm(m)))
-                        .collect(),
-                })
-                .collect(),
+            series: series.clone(),
             dots: false,
             marked_x: None,
         })
     };
-    let enlarge = default > 0.0 && highest > ENLARGE_FROM * default;
-    html! {
-        @if curves.is_empty() {
-            p { "No method has errors over the time within a segment." }
-        } @else {
-            figure.panels.wide {
-                (chart("Over the time within a segment", nice_end(highest, 6)))
-                @if enlarge { (chart("The same, lower part enlarged", enlarged)) }
-                figcaption.full[enlarge] {
-                    (legend(&entries))
-                    b { "Median error against time within the segment." }
-                    " Median over test segments of the error of all fingers at each sample. Methods that are given both ends are right there and \
-                     farthest off between them."
-                    @if enlarge {
-                        " The second axis ends at " (plain(enlarged)) " mm; lines that leave it at the top are cut."
-                    }
-                }
-            }
-        }
+    let mut panels = vec![chart(
+        "Over the time within a segment",
+        nice_end(highest, 6),
+    )];
+    let mut caption =
+        "Median over test segments of the error of all fingers at each sample. Methods that are \
+        given both ends are right there and farthest off between them."
+            .to_owned();
+    if default > 0.0 && highest > ENLARGE_FROM * default {
+        panels.push(chart("The same, lower part enlarged", enlarged));
+        caption.push_str(&format!(
+            " The second axis ends at {} mm; lines that leave it at the top are cut.",
+            plain(enlarged)
+        ));
     }
+    let mut body = Body::default();
+    body.figure(Figure {
+        id: "error-within-segment",
+        title: "Median error against time within the segment.".to_owned(),
+        caption,
+        data: line_chart::data("time_s", "median_error_mm", &series),
+        legend: curves
+            .iter()
+            .map(|(method, _)| Key::line(&method.evaluation.name, &method.class))
+            .collect(),
+        panels,
+    });
+    body
 }

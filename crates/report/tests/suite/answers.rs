@@ -1,5 +1,5 @@
 use inhand_model::{DictionaryKind, PerFinger, Statistics, StopReason};
-use inhand_report::{ReportError, evaluation_json, html, text_summary};
+use inhand_report::{Report, ReportError, evaluation_json, html, text_summary};
 use serde_json::Value;
 
 use crate::sample;
@@ -10,7 +10,7 @@ fn a_default_method_that_is_not_there_is_refused() {
     evaluation.default_method = "magic".to_owned();
     for refused in [
         evaluation_json(&evaluation, &[]).unwrap_err(),
-        html(&evaluation, &[]).unwrap_err(),
+        html(&Report::new(&evaluation, &[])).unwrap_err(),
     ] {
         assert!(
             matches!(&refused, ReportError::UnknownDefaultMethod { name, .. } if name == "magic")
@@ -22,7 +22,9 @@ fn a_default_method_that_is_not_there_is_refused() {
         );
     }
     evaluation.methods.clear();
-    let words = html(&evaluation, &[]).unwrap_err().to_string();
+    let words = html(&Report::new(&evaluation, &[]))
+        .unwrap_err()
+        .to_string();
     assert!(words.contains("evaluated were: none"), "{words}");
     assert!(text_summary(&evaluation).starts_with("error over all fingers"));
 }
@@ -41,7 +43,7 @@ fn two_methods_of_one_name_are_refused() {
 #[test]
 fn without_an_object_contacts_are_said_to_be_missing() {
     let evaluation = sample::evaluation(false);
-    let page = html(&evaluation, &[]).unwrap();
+    let page = html(&Report::new(&evaluation, &[])).unwrap();
     assert!(page.contains("Contacts were not judged"));
     assert!(!page.contains("contact threshold tau"));
     let document: Value =
@@ -61,7 +63,7 @@ fn an_object_that_was_never_tracked_gives_no_share() {
         let contact = method.contact.as_mut().unwrap();
         (contact.n, contact.three_or_more) = (0, 0.0);
     }
-    let page = html(&evaluation, &[]).unwrap();
+    let page = html(&Report::new(&evaluation, &[])).unwrap();
     assert!(page.contains("Contacts could not be judged"));
     assert!(!page.contains("contact threshold tau"));
     let document: Value =
@@ -104,7 +106,7 @@ fn a_method_without_a_trajectory_has_dashes_not_zeros() {
         plan.worst_kkt_residual,
     ) = (0, 117, 2, f64::NAN);
 
-    let page = html(&evaluation, &[]).unwrap();
+    let page = html(&Report::new(&evaluation, &[])).unwrap();
     assert!(page.contains("residual could not be judged"));
     assert!(page.contains("nothing to judge"));
     assert!(page.contains("0 of 119 plans were solved, 117 are infeasible and 2 failed"));
@@ -173,7 +175,7 @@ fn numbers_that_are_none_never_reach_the_page() {
     choice.candidates[0].mean_error_m = f64::NAN;
     evaluation.session.rate_hz = f64::NAN;
     evaluation.dictionary.objective_history_m2 = vec![f64::NAN, -1.0, 0.0, f64::INFINITY];
-    let page = html(&evaluation, &sample::provenance()).unwrap();
+    let page = html(&Report::new(&evaluation, &sample::provenance())).unwrap();
     for word in ["NaN", "inf<", "inf ", "inf\""] {
         assert!(!page.contains(word), "{word}");
     }
@@ -193,7 +195,7 @@ fn one_take_no_quality_no_provenance_no_history() {
     evaluation.dictionary.kind = DictionaryKind::Pca;
     evaluation.dictionary.stop_reason = StopReason::ClosedForm;
     evaluation.dictionary.objective_history_m2.clear();
-    let page = html(&evaluation, &[]).unwrap();
+    let page = html(&Report::new(&evaluation, &[])).unwrap();
     for words in [
         "1 take, 120",
         "0 takes, 0",
@@ -218,11 +220,15 @@ fn takes_without_gaps_and_many_findings() {
         (quality.recorded, quality.processed) = (clean.recorded, clean.processed);
         quality.findings.clear();
     }
-    let page = html(&evaluation, &[]).unwrap();
+    let page = html(&Report::new(&evaluation, &[])).unwrap();
     assert!(page.contains("No fingertip is missing at any sample"));
     assert!(page.contains("Nothing odd was found"));
     evaluation.quality[2].findings = (0..10).flat_map(|_| findings.clone()).collect();
-    assert!(html(&evaluation, &[]).unwrap().contains("14 more"));
+    assert!(
+        html(&Report::new(&evaluation, &[]))
+            .unwrap()
+            .contains("14 more")
+    );
 }
 
 #[test]
@@ -231,7 +237,7 @@ fn settings_of_another_tool_stay_as_they_are() {
     provenance[0].settings_json = "--window 50 (not JSON)".to_owned();
     let evaluation = sample::evaluation(true);
     assert!(
-        html(&evaluation, &provenance)
+        html(&Report::new(&evaluation, &provenance))
             .unwrap()
             .contains("--window 50 (not JSON)")
     );

@@ -1,10 +1,14 @@
 use inhand_model::{Finding, Finger};
-use inhand_report::html;
+use inhand_report::{Report, html};
 
 use crate::sample;
 
 fn page() -> String {
-    html(&sample::evaluation(true), &sample::provenance()).expect("the sample makes a page")
+    html(&Report::new(
+        &sample::evaluation(true),
+        &sample::provenance(),
+    ))
+    .expect("the sample makes a page")
 }
 
 /// A number in millimetres as tables print it.
@@ -92,7 +96,7 @@ fn names_from_files_stay_text() {
     provenance[0].inputs[0].name = nasty.to_owned();
     provenance[0].settings_json = nasty.to_owned();
     provenance[1].settings_json = serde_json::json!({ nasty: nasty }).to_string();
-    let page = html(&evaluation, &provenance).unwrap();
+    let page = html(&Report::new(&evaluation, &provenance)).unwrap();
     assert!(!page.contains("<script"), "a name became an element");
     assert!(!page.contains("alert(1)</script>"));
     assert!(page.matches("&lt;script&gt;").count() > 20);

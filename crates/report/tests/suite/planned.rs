@@ -1,12 +1,12 @@
 use inhand_model::{Evaluation, ExpectationWeights, MethodCandidate};
-use inhand_report::{html, text_summary};
+use inhand_report::{Report, html, text_summary};
 
 use crate::page::{rows, text};
 use crate::sample;
 
 /// The text of the page, with ordinary spaces.
 fn words(evaluation: &Evaluation) -> String {
-    let page = html(evaluation, &[]).expect("the sample makes a page");
+    let page = html(&Report::new(evaluation, &[])).expect("the sample makes a page");
     text(&page).replace('\u{a0}', " ")
 }
 
@@ -22,7 +22,7 @@ fn infeasible_plans_say_which_constraint_would_have_to_give_way() {
     plan.families[0].active = 116;
     let velocity = &mut plan.families[1];
     (velocity.would_mend, velocity.largest_relaxation) = (2, 0.012_5);
-    let rows = rows(&html(&evaluation, &[]).unwrap());
+    let rows = rows(&html(&Report::new(&evaluation, &[])).unwrap());
     for expected in [
         "velocity|4 of 116|2.0e-9 mm/s|2 of 3|12.50 mm/s",
         // Neither did this family mend anything, nor had this method anything to mend.
@@ -50,7 +50,7 @@ fn what_nobody_planned_has_no_section() {
     }
     evaluation.dictionary.deviation = None;
     evaluation.choice = None;
-    let page = html(&evaluation, &[]).unwrap();
+    let page = html(&Report::new(&evaluation, &[])).unwrap();
     for gone in [
         "corridor",
         "Corridor",
@@ -80,7 +80,7 @@ fn corridors_are_told_by_the_widest_one_of_the_default_method() {
         }
     }
     assert!(!text_summary(&evaluation).contains("corridor"));
-    let page = html(&evaluation, &[]).unwrap();
+    let page = html(&Report::new(&evaluation, &[])).unwrap();
     assert!(!page.contains("recorded positions inside (%)"));
     assert!(rows(&page).iter().any(|row| {
         row.join("|")
@@ -91,7 +91,7 @@ fn corridors_are_told_by_the_widest_one_of_the_default_method() {
 /// Each finger's dot stands where its number says, left or right of what was stated.
 #[test]
 fn dots_lie_where_their_numbers_say() {
-    let page = html(&sample::evaluation(true), &[]).unwrap();
+    let page = html(&Report::new(&sample::evaluation(true), &[])).unwrap();
     let figure = &page[page.find("95 % corridors</text>").unwrap()..];
     let figure = &figure[..figure.find("</svg>").unwrap()];
     let numbers = |start: &str| -> Vec<f64> {
@@ -195,7 +195,7 @@ fn the_choice_has_its_reason() {
         check(&evaluation, &format!("{plain}{rest}"));
     }
     assert!(
-        rows(&html(&evaluation, &[]).unwrap())
+        rows(&html(&Report::new(&evaluation, &[])).unwrap())
             .iter()
             .any(|row| row.join("|").starts_with("residual|a plan failed|590"))
     );

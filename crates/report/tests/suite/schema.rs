@@ -234,7 +234,7 @@ fn what_was_written_is_read_back() {
         assert_eq!(steps.len(), provenance.len());
         assert_eq!(steps[1].inputs, provenance[1].inputs);
         // Numbers may differ in the last digit, so pages are compared: they print fewer.
-        let page = |e: &_, p: &_| inhand_report::html(e, p).unwrap();
+        let page = |e: &_, p: &_| inhand_report::html(&inhand_report::Report::new(e, p)).unwrap();
         assert_eq!(page(&read, &steps), page(&evaluation, &provenance));
     }
 }
@@ -355,6 +355,6 @@ proptest! {
         prop_assert!(VALIDATOR.is_valid(&document));
         let written = &document["methods"][0]["error_mm"]["all"]["p50"];
         prop_assert_eq!(written.is_null(), n == 0 || !(1e3 * value).is_finite());
-        prop_assert!(inhand_report::html(&evaluation, &[]).is_ok());
+        prop_assert!(inhand_report::html(&inhand_report::Report::new(&evaluation, &[])).is_ok());
     }
 }

@@ -1,4 +1,4 @@
-use inhand_report::{html, text_summary};
+use inhand_report::{Report, html, text_summary};
 
 use crate::sample;
 
@@ -42,7 +42,9 @@ fn a_default_method_that_is_ahead_or_level_is_said_to_be() {
         against 3.69 mm by line).";
     let evaluation = sample::evaluation(true);
     assert!(text_summary(&evaluation).contains(expected));
-    let page = html(&evaluation, &[]).unwrap().replace('\u{a0}', " ");
+    let page = html(&Report::new(&evaluation, &[]))
+        .unwrap()
+        .replace('\u{a0}', " ");
     assert!(page.contains(expected));
     assert!(page.contains("class=\"verdict kept-up\""));
 }
@@ -56,7 +58,9 @@ fn it_hurts_where_it_must() {
     let mut evaluation = sample::evaluation(true);
     evaluation.default_method = "prior".to_owned();
     assert!(text_summary(&evaluation).contains(expected));
-    let page = html(&evaluation, &[]).unwrap().replace('\u{a0}', " ");
+    let page = html(&Report::new(&evaluation, &[]))
+        .unwrap()
+        .replace('\u{a0}', " ");
     assert!(page.contains(expected));
     assert!(page.contains("class=\"verdict behind\""));
     let verdict = page.find("class=\"verdict").unwrap();
@@ -103,7 +107,7 @@ fn other_outcomes_have_their_words() {
         evaluation.methods[0].error = scaled(factor);
         let text = text_summary(&evaluation);
         assert!(text.contains(words), "{factor}: {text}");
-        let page = html(&evaluation, &[]).unwrap();
+        let page = html(&Report::new(&evaluation, &[])).unwrap();
         assert_eq!(page.contains("verdict behind"), factor > 1.0);
     }
     evaluation.methods.retain(|method| !method.baseline);

@@ -1,0 +1,96 @@
+//! Figures as files fit for print.
+
+use maud::{PreEscaped, html};
+
+use super::{COLUMN, Figure, Panel, Px, legend, style};
+
+/// Widths that journals take, millimetres: one column, and two with the gap between them.
+const ONE_COLUMN_MM: f64 = 85.0;
+const TWO_COLUMNS_MM: f64 = 170.0;
+const GAP_MM: f64 = 5.0;
+/// Around everything.
+const EDGE_MM: f64 = 2.0;
+/// User units across one column: text of 12 units prints in 2.4 mm, about 7 points.
+const COLUMN_UNITS: f64 = 410.0;
+
+/// A panel at its place, millimetres.
+struct Placed<'a> {
+    panel: &'a Panel,
+    x: f64,
+    y: f64,
+    width: f64,
+    height: f64,
+}
+
+/// The file.
+pub(super) fn svg(figure: &Figure) -> String {
+    let wide = figure.widest() > COLUMN;
+    let columns = if wide || figure.panels.len() == 1 {
+        1
+    } else {
+        2
+    };
+    let width_mm = if wide || columns == 2 {
+        TWO_COLUMNS_MM
+    } else {
+        ONE_COLUMN_MM
+    };
+    let inside_mm = width_mm - 2.0 * EDGE_MM;
+    let unit_mm = ONE_COLUMN_MM / COLUMN_UNITS;
+    let (keys, keys_height) = legend::rows(&figure.legend, inside_mm / unit_mm);
+    let keys_mm = keys_height * unit_mm;
+    let top_mm = if keys_mm > 0.0 {
+        EDGE_MM + keys_mm + 0.4 * GAP_MM
+    } else {
+        EDGE_MM
+    };
+    let (panels, bottom_mm) = placed(figure, columns, inside_mm, top_mm);
+    let height_mm = bottom_mm + EDGE_MM;
+    let markup = html! {
+        svg xmlns="http://www.w3.org/2000/svg" width={ (Px(width_mm)) "mm" } height={ (Px(height_mm)) "mm" }
+            viewBox={ "0 0 " (Px(width_mm)) " " (Px(height_mm)) } role="img" aria-labelledby="title desc" {
+            title id="title" { (figure.title) }
+            desc id="desc" { (figure.caption) }
+            style { (PreEscaped(style::for_print())) }
+            rect.paper x="0" y="0" width=(Px(width_mm)) height=(Px(height_mm)) {}
+            @if keys_mm > 0.0 {
+                svg.chart x=(Px(EDGE_MM)) y=(Px(EDGE_MM)) width=(Px(inside_mm)) height=(Px(keys_mm))
+                    viewBox={ "0 0 " (Px(inside_mm / unit_mm)) " " (Px(keys_height)) } preserveAspectRatio="xMinYMin" { (keys) }
+            }
+            @for place in &panels {
+                svg.chart x=(Px(place.x)) y=(Px(place.y)) width=(Px(place.width)) height=(Px(place.height))
+                    viewBox=(place.panel.view_box()) preserveAspectRatio="xMinYMin" { (place.panel.shapes) }
+            }
+        }
+    };
+    let text: String = markup.into_string().chars().map(allowed_in_xml).collect();
+    format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n{text}\n")
+}
+
+/// Panels in rows of `columns`, each as wide as its column, with the end of the last row.
+fn placed(figure: &Figure, columns: usize, inside_mm: f64, top_mm: f64) -> (Vec<Placed<'_>>, f64) {
+    let column_mm = (inside_mm - GAP_MM * (columns - 1) as f64) / columns as f64;
+    let mut all = Vec::with_capacity(figure.panels.len());
+    let mut y = top_mm;
+    for row in figure.panels.chunks(columns) {
+        let height_of = |panel: &Panel| panel.height * column_mm / panel.width;
+        all.extend(row.iter().enumerate().map(|(place, panel)| Placed {
+            panel,
+            x: EDGE_MM + (column_mm + GAP_MM) * place as f64,
+            y,
+            width: column_mm,
+            height: height_of(panel),
+        }));
+        y += row.iter().map(height_of).fold(0.0, f64::max) + GAP_MM;
+    }
+    (all, y - GAP_MM)
+}
+
+/// XML knows no control characters, not even escaped ones; names from files may hold them.
+fn allowed_in_xml(letter: char) -> char {
+    match letter {
+        '\t' | '\n' | '\r' => letter,
+        '\0'..='\u{1f}' | '\u{fffe}' | '\u{ffff}' => char::REPLACEMENT_CHARACTER,
+        _ => letter,
+    }
+}

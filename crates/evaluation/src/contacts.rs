@@ -5,6 +5,7 @@
 //! distance. So a finger deeper inside the object than tau is not in contact, as it is not when it is
 //! farther outside: a method that puts fingers deep into the object does not score by it.
 
+pub(crate) use inhand_model::in_contact;
 use inhand_model::{ContactShare, Finger, PerFinger, Statistics, TauShare};
 
 use crate::constraints::is_known;
@@ -12,18 +13,8 @@ use crate::input::EvaluationSettings;
 use crate::method::{Counts, Rows, finger_statistics};
 use crate::recorded::Recorded;
 
-/// More than rounding can do to a distance between a finger and the object in its hand, metres, so
-/// that a distance of exactly tau is a contact; far below what any camera can tell apart.
-const CONTACT_ROUNDING_M: f64 = 1e-12;
-
 /// Contacts that a stable grasp needs (P1).
 pub(crate) const STABLE: usize = 3;
-
-/// Whether a pad at this signed distance from the object's surface is in contact: within tau of it,
-/// outside or inside. Not where the distance is not known.
-pub(crate) fn in_contact(distance_m: f64, tau_m: f64) -> bool {
-    distance_m.abs() <= tau_m + CONTACT_ROUNDING_M
-}
 
 /// Share of contacts over the instants at which planned and recorded distances are known.
 pub(crate) fn contact_share(

@@ -26,6 +26,7 @@ mod annotations;
 mod change;
 mod clock;
 mod contact_dynamics;
+mod contact_rule;
 mod dictionary;
 mod evaluation;
 mod expectation;
@@ -55,6 +56,7 @@ pub use contact_dynamics::{
     ContactDynamics, ContactRules, FingerContactFacts, GaitFacts, PhaseFacts, SegmentContacts,
     StateFacts, TakeContacts, Transition,
 };
+pub use contact_rule::in_contact;
 pub use dictionary::{
     Demonstrated, Dictionary, DictionaryError, DictionaryKind, Hull, Learning, Restart, StopReason,
     VelocityBounds,

@@ -8,14 +8,17 @@
 //! depend on the data alone.
 
 pub(crate) mod axes;
+pub(crate) mod bars;
 pub(crate) mod box_plot;
 mod data;
 pub(crate) mod dot_plot;
+pub(crate) mod forest;
 pub(crate) mod legend;
 pub(crate) mod line_chart;
 pub(crate) mod palette;
 mod print;
 pub(crate) mod scale;
+pub(crate) mod strips;
 pub(crate) mod style;
 
 use std::fmt;
@@ -91,7 +94,8 @@ impl Figure {
                 }
                 figcaption.full[self.panels.len() > 1] {
                     (legend::list(&self.legend))
-                    b { (self.title) } " " (self.caption)
+                    b { (self.title) } " " (self.caption) " "
+                    a.file href={ "#figure-" (self.id) } { (self.id) }
                 }
             }
         }

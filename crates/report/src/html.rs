@@ -3,16 +3,23 @@
 mod body;
 mod choice;
 mod constraints;
+mod contact_count;
+mod contact_raster;
 mod contacts;
 mod corridors;
 mod deviation;
 mod dictionary;
+mod ecdf;
 mod errors;
+pub(crate) mod intervals;
 mod object;
 mod over_time;
+mod paper;
+mod plan_status;
 mod plans;
 mod provenance;
 mod quality;
+mod segment_errors;
 mod session;
 mod statistics;
 mod table;
@@ -28,9 +35,12 @@ pub(crate) use body::Body;
 /// Styles, written into the page. Ours alone, so it needs no escaping.
 const STYLE: &str = include_str!("html/style.css");
 
+/// Sorts tables and shows values under the pointer; the page says everything without it.
+const SCRIPT: &str = include_str!("html/page.js");
+
 /// Nothing may be loaded, whatever a name in a file says; styles and the empty icon are in the
-/// page itself.
-const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; img-src data:";
+/// page itself, and of scripts only the one with this hash runs: not one that a name smuggles in.
+const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; script-src 'sha256-gjbWviNUuduuSU24D5jkO1RlfKTmWe13YLr6tGHRNuE='; base-uri 'none'; form-action 'none'";
 
 /// A method with the class of its colour.
 #[derive(Clone)]
@@ -68,14 +78,19 @@ fn sections(report: &Report<'_>) -> Vec<Section> {
         Some(section(
             "errors",
             "Fingertip error",
-            errors::section(evaluation, methods),
+            errors::section(report, methods),
         )),
+        paper::section(report).map(|body| section("paper", "Beside the paper", body)),
         object::section(methods).map(|body| section("object", "Object pose", body)),
-        Some(section("contacts", "Contacts", contacts::section(methods))),
+        Some(section(
+            "contacts",
+            "Contacts",
+            contacts::section(report, methods),
+        )),
         Some(section(
             "constraints",
             "Constraints",
-            constraints::section(methods).into(),
+            constraints::section(methods),
         )),
         corridors::section(methods).map(|body| section("corridors", "Corridors", body)),
         Some(section(
@@ -131,19 +146,32 @@ pub(crate) fn page(report: &Report<'_>) -> Markup {
             }
             body {
                 (session::header(evaluation))
-                nav aria-label="Contents" {
-                    @for section in &sections {
-                        a href={ "#" (section.id) } { (section.title) }
-                    }
+                details.contents.small {
+                    summary { "Contents" }
+                    (contents(&sections))
                 }
-                main {
-                    @for section in &sections {
-                        section id=(section.id) {
-                            h2 { (section.title) }
-                            (section.body.draw())
+                div.columns {
+                    div.contents.side { (contents(&sections)) }
+                    main {
+                        @for section in &sections {
+                            section id=(section.id) {
+                                h2 { (section.title) }
+                                (section.body.draw())
+                            }
                         }
                     }
                 }
+                script { (PreEscaped(SCRIPT)) }
+            }
+        }
+    }
+}
+
+fn contents(sections: &[Section]) -> Markup {
+    html! {
+        nav aria-label="Contents" {
+            @for section in sections {
+                a href={ "#" (section.id) } { (section.title) }
             }
         }
     }

@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | [`html`] | one self-contained page: verdict, data quality, figures, tables, provenance |
 //! | [`figures`] | the figures of that page, each as a file for print with its numbers |
+//! | [`markdown`] | a summary for a pull request |
 //! | [`evaluation_json`] | `evaluation.json` for scripts, by `schemas/evaluation.schema.json` |
 //! | [`text_summary`] | the table a run prints on a terminal |
 //!
@@ -52,6 +53,7 @@ mod figure;
 mod html;
 mod json;
 mod learned;
+mod markdown;
 mod number;
 mod quality;
 mod rank_figure;
@@ -116,6 +118,18 @@ pub fn html(report: &Report<'_>) -> Result<String, ReportError> {
 pub fn figures(report: &Report<'_>) -> Result<Vec<Figure>, ReportError> {
     check_names(report.evaluation)?;
     Ok(html::figures(report))
+}
+
+/// The report in a few lines for a pull request or an issue: verdict, errors by method, differences from
+/// the best baseline, what the data is worth. Names from files are text in it: they neither end a cell nor
+/// begin a tag, a link or a mention.
+///
+/// # Errors
+///
+/// As [`html`].
+pub fn markdown(report: &Report<'_>) -> Result<String, ReportError> {
+    check_names(report.evaluation)?;
+    Ok(markdown::write(report.evaluation))
 }
 
 /// The end of a run in plain text: per method the median, third quartile, 95 % quantile and

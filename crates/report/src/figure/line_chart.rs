@@ -87,7 +87,8 @@ pub(crate) fn draw(chart: &LineChart<'_>) -> Panel {
             text.title x="0" y="12.5" { (chart.title) }
             (axes::left(&frame, &y, WANTED_TICKS, chart.y.name))
             (axes::bottom(&frame, &x, WANTED_TICKS, chart.x.name))
-            svg.plot x=(Px(cut.left)) y=(Px(cut.top)) width=(Px(cut.width())) height=(Px(cut.height())) {
+            svg.plot x=(Px(cut.left)) y=(Px(cut.top)) width=(Px(cut.width())) height=(Px(cut.height()))
+                data-x=(inner_x.describe()) data-y=(inner_y.describe()) data-x-name=(chart.x.name) data-y-name=(chart.y.name) {
                 @if let Some((value, name)) = &chart.marked_x {
                     @let at = inner_x.at(*value);
                     line.mark x1=(Px(at)) y1=(Px(MARGIN)) x2=(Px(at)) y2=(Px(MARGIN + frame.height())) {}
@@ -127,7 +128,7 @@ pub(crate) fn data(x: &'static str, y: &'static str, series: &[Series]) -> Figur
     ])
 }
 
-fn path(series: &Series, x: &Scale, y: &Scale) -> String {
+pub(crate) fn path(series: &Series, x: &Scale, y: &Scale) -> String {
     let mut path = String::new();
     let mut pen_down = false;
     for &(a, b) in &series.points {

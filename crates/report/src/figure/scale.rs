@@ -61,6 +61,18 @@ impl Scale {
         }
     }
 
+    /// Spread, values and pixels of both ends, for a script that turns pixels back into values.
+    pub(crate) fn describe(&self) -> String {
+        let spread = match self.spread {
+            Spread::Linear => "linear",
+            Spread::Log => "log",
+        };
+        format!(
+            "{spread} {} {} {} {}",
+            self.low, self.high, self.from_px, self.to_px
+        )
+    }
+
     /// Largest value on the axis.
     pub(crate) fn high(&self) -> f64 {
         self.high

@@ -31,7 +31,7 @@ const fn fixed(name: &'static str, value: &'static str) -> Colour {
 }
 
 /// Fingers have the colours of Okabe and Ito, which people with any colour vision tell apart.
-const COLOURS: [Colour; 24] = [
+const COLOURS: [Colour; 25] = [
     colour("bg", "#ffffff", "#13171b", "#ffffff"),
     colour("panel", "#f5f7f9", "#1b2127", "#ffffff"),
     colour("ink", "#1a1f25", "#e5e9ed", "#000000"),
@@ -42,6 +42,7 @@ const COLOURS: [Colour; 24] = [
     colour("warn", "#9a5b00", "#f0b95a", "#7a4800"),
     colour("warn-bg", "#fdf3e1", "#2b2415", "#ffffff"),
     colour("good", "#1d6f42", "#67c08d", "#1d6f42"),
+    colour("bad", "#9b2226", "#f08080", "#9b2226"),
     fixed("thumb", "#e69f00"),
     fixed("index", "#56b4e9"),
     fixed("middle", "#009e73"),

@@ -6,20 +6,22 @@ use maud::{Markup, html};
 use super::session::name;
 use super::statistics::finger_table;
 use super::table::{Column, Line, numbers, table, words};
-use super::{Method, plans};
+use super::{Body, Method, plan_status, plans};
 use crate::json::mean;
 use crate::number::{
     NARROW_SPACE, NONE, count, decimals, millimetres, percent, plain, scientific, to_mm,
 };
 
 /// The section's content.
-pub(super) fn section(methods: &[Method<'_>]) -> Markup {
-    html! {
+pub(super) fn section(methods: &[Method<'_>]) -> Body {
+    let mut body = Body::from(html! {
         (overview(methods))
         (reach_table(methods))
         (collision_table(methods))
-        (plans::tables(methods))
-    }
+    });
+    body.figure(plan_status::figure(methods))
+        .prose(plans::tables(methods));
+    body
 }
 
 const OVERVIEW: [Column<'static>; 9] = [

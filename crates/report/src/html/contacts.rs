@@ -7,15 +7,16 @@ use super::errors::{BOX_WORDS, cut_words, finger_boxes, finger_sizes, row};
 use super::session::name;
 use super::statistics::finger_table;
 use super::table::{Line, numbers, table, words};
-use super::{Body, Method};
+use super::{Body, Method, contact_count, contact_raster};
 use crate::figure::box_plot::{self, BoxPlot, cut_off, shared_end_mm};
 use crate::figure::line_chart::{self, AxisSpec, LineChart, Series};
 use crate::figure::palette::{RECORDED_CLASS, finger_class};
 use crate::figure::{Figure, Key};
 use crate::number::{NARROW_SPACE, NONE, count, percent, plain, to_mm};
+use crate::report::Report;
 
 /// The section's content.
-pub(super) fn section(methods: &[Method<'_>]) -> Body {
+pub(super) fn section(report: &Report<'_>, methods: &[Method<'_>]) -> Body {
     let contacts: Vec<(&Method<'_>, &ContactShare)> = methods
         .iter()
         .filter_map(|method| Some((method, method.evaluation.contact.as_ref()?)))
@@ -44,11 +45,23 @@ pub(super) fn section(methods: &[Method<'_>]) -> Body {
             (share_table(&contacts))
         });
         body.figure(by_threshold(&contacts));
+        if let Some(rows) = report.rows {
+            body.figure(contact_count::figure(rows, methods, first.tau_m))
+                .figure(contact_raster::figure(rows, methods, first.tau_m));
+        }
     }
     if !differences.is_empty() {
         body.append(difference_part(&differences));
     }
     body
+}
+
+/// Largest distance that counts as contact, metres; `None` where contacts were not judged.
+pub(super) fn tau_m(methods: &[Method<'_>]) -> Option<f64> {
+    let contacts = methods
+        .iter()
+        .filter_map(|method| method.evaluation.contact.as_ref());
+    contacts.map(|contact| contact.tau_m).next()
 }
 
 /// A method with its differences of distances.

@@ -1,13 +1,16 @@
 //! Distance between planned and recorded fingertips.
 
-use inhand_model::{Evaluation, Finger, PerFinger, Statistics};
+use inhand_model::{Finger, PerFinger, Statistics};
 use maud::html;
 
-use super::{Body, Method, over_time, statistics};
+use super::{
+    Body, Method, contacts::tau_m, ecdf, intervals, over_time, segment_errors, statistics,
+};
 use crate::figure::box_plot::{self, BoxPlot, Row, cut_off, shared_end_mm};
 use crate::figure::palette::finger_class;
 use crate::figure::{Figure, Panel};
 use crate::number::{NARROW_SPACE, count, plain};
+use crate::report::Report;
 
 const AXIS_NAME: &str = "distance to recorded fingertip (mm)";
 /// What is meant by the parts of a box, stated under every figure of them.
@@ -16,7 +19,8 @@ pub(super) const BOX_WORDS: &str = "Box: first to third quartile; line: median; 
     Quantiles interpolate linearly (type 7).";
 
 /// The section's content.
-pub(super) fn section(evaluation: &Evaluation, methods: &[Method<'_>]) -> Body {
+pub(super) fn section(report: &Report<'_>, methods: &[Method<'_>]) -> Body {
+    let evaluation = report.evaluation;
     let mut body = Body::from(html! {
         p {
             "Distance between the planned and the recorded fingertip, both in the hand's frame, at every sample of every test segment."
@@ -24,7 +28,12 @@ pub(super) fn section(evaluation: &Evaluation, methods: &[Method<'_>]) -> Body {
     });
     body.figure(overview(methods))
         .figure(by_finger(methods))
+        .figure(report.rows.and_then(|rows| ecdf::figure(rows, methods)))
         .append(over_time::part(evaluation, methods))
+        .figure(
+            (report.rows).and_then(|rows| segment_errors::figure(rows, methods, tau_m(methods))),
+        )
+        .append(intervals::part(evaluation, methods).unwrap_or_default())
         .prose(statistics::error_table(methods));
     body
 }

@@ -1,0 +1,327 @@
+//! How sure the errors are, and how methods differ on the same segments.
+
+use inhand_model::{
+    Bootstrap, Cluster, Estimate, Evaluation, Finger, Intervals, Measure, MethodIntervals,
+    PairedDifference,
+};
+use maud::{Markup, html};
+
+use super::session::name;
+use super::table::{Column, Group, Line, grouped, numbers, table, words};
+use super::{Body, Method};
+use crate::figure::forest::{self, Forest, ForestRow, axis_ends, signed};
+use crate::figure::{Figure, FigureColumn, FigureData};
+use crate::number::{NARROW_SPACE, NONE, count, decimals, percent, plain, to_mm};
+
+/// Measures of which differences are drawn.
+const DRAWN: [Measure; 3] = [Measure::P50, Measure::P75, Measure::P95];
+
+/// What a measure is called in headings.
+pub(crate) const fn measure_words(measure: Measure) -> &'static str {
+    match measure {
+        Measure::Mean => "mean",
+        Measure::Rmse => "RMSE",
+        Measure::P50 => "median",
+        Measure::P75 => "75 %",
+        Measure::P95 => "95 %",
+    }
+}
+
+/// The part of the section on errors; `None` where no intervals were worked out.
+pub(super) fn part(evaluation: &Evaluation, methods: &[Method<'_>]) -> Option<Body> {
+    let intervals = evaluation.intervals.as_ref()?;
+    let mut body = Body::from(html! {
+        h3 { "How sure these numbers are" }
+        p { (made_words(&intervals.bootstrap)) }
+        (estimates(intervals, methods))
+    });
+    if let Some(baseline) = &intervals.best_baseline {
+        body.prose(html! {
+            h3 { "Differences from the best baseline" }
+            p {
+                "Each method less " b { (baseline) } ", the baseline with the smallest median error, on the same "
+                (plural(intervals.bootstrap.cluster)) ": below zero the method is better. An interval that does not hold zero \
+                 is a difference that other " (plural(intervals.bootstrap.cluster)) " would most likely show too."
+            }
+        });
+        body.figure(differences_figure(intervals, baseline, methods));
+        body.prose(differences(intervals, baseline, methods));
+    }
+    Some(body)
+}
+
+const fn plural(cluster: Cluster) -> &'static str {
+    match cluster {
+        Cluster::Segment => "segments",
+        Cluster::Session => "sessions",
+    }
+}
+
+/// How intervals were made, in words.
+pub(crate) fn made_words(bootstrap: &Bootstrap) -> String {
+    let about = match bootstrap.cluster {
+        Cluster::Segment => {
+            "segments are drawn, not instants, because neighbouring instants are not independent; the \
+             intervals are about other segments of the same hand, object and task"
+        }
+        Cluster::Session => {
+            "sessions are drawn, not segments or instants; the intervals are about other sessions of the same kind"
+        }
+    };
+    format!(
+        "Intervals hold the middle {} % of {} bootstrap draws (seed {}). A draw takes as many {} as there are, with replacement \
+         and with all of their instants: {about}. Methods are compared within the same draws.",
+        plain(100.0 * bootstrap.confidence),
+        count(bootstrap.draws, NARROW_SPACE),
+        bootstrap.seed,
+        plural(bootstrap.cluster),
+    )
+}
+
+/// A value with its interval.
+fn with_interval(estimate: &Estimate, text: impl Fn(f64) -> String) -> String {
+    let own = text(estimate.value);
+    match estimate.interval {
+        Some([low, high]) => format!("{own} ({} to {})", text(low), text(high)),
+        None => own,
+    }
+}
+
+/// An error in millimetres with its interval.
+pub(crate) fn error_words(estimate: &Estimate) -> String {
+    with_interval(estimate, |metres| decimals(to_mm(metres), 3))
+}
+
+/// A relative difference with its interval.
+pub(crate) fn relative_words(estimate: &Estimate) -> String {
+    with_interval(estimate, |share| signed(100.0 * share))
+}
+
+fn estimates(intervals: &Intervals, methods: &[Method<'_>]) -> Markup {
+    let cluster = plural(intervals.bootstrap.cluster);
+    let mut columns = vec![words("method"), numbers("n", ""), numbers(cluster, "")];
+    columns.extend(Measure::ALL.map(|measure| numbers(measure_words(measure), "mm")));
+    let with_contacts = intervals
+        .methods
+        .iter()
+        .any(|own| own.three_or_more.is_some());
+    if with_contacts {
+        columns.push(numbers("three contacts", "%"));
+        columns.push(numbers("less recorded", "points"));
+    }
+    let line = |method: &Method<'_>,
+                own: &MethodIntervals,
+                error: Option<&[Estimate; 5]>,
+                contacts: bool| Line {
+        head: name(method),
+        cells: cells(own, error, contacts.then_some(with_contacts)),
+        best: Vec::new(),
+        stressed: method.default,
+    };
+    let of = |method: &Method<'_>| -> Option<&MethodIntervals> {
+        intervals
+            .methods
+            .iter()
+            .find(|own| own.method == method.evaluation.name)
+    };
+    let all = methods
+        .iter()
+        .filter_map(|method| of(method).map(|own| line(method, own, own.error.as_ref(), true)));
+    let caption = format!(
+        "Error with {} % intervals, all fingers",
+        plain(100.0 * intervals.bootstrap.confidence)
+    );
+    // Contacts are those of all fingers together.
+    let finger_columns = &columns[..3 + Measure::ALL.len()];
+    let groups = Finger::ALL.map(|finger| Group {
+        head: Some(
+            html! { span.swatch.(crate::figure::palette::finger_class(finger)) {} (finger.name()) },
+        ),
+        lines: methods
+            .iter()
+            .filter_map(|method| {
+                let own = of(method)?;
+                let mut line = line(method, own, own.error_by_finger[finger].as_ref(), true);
+                line.cells.truncate(finger_columns.len() - 1);
+                Some(line)
+            })
+            .collect(),
+    });
+    html! {
+        (table(&caption, &columns, all.collect()))
+        details {
+            summary { "The same for each finger" }
+            (grouped("Error with intervals, by finger", finger_columns, &groups))
+        }
+    }
+}
+
+fn cells(
+    own: &MethodIntervals,
+    error: Option<&[Estimate; 5]>,
+    contacts: Option<bool>,
+) -> Vec<String> {
+    let none = || NONE.to_owned();
+    let (n, clusters) = error.map_or((0, 0), |error| (error[0].n, error[0].clusters));
+    let mut cells = vec![count(n, NARROW_SPACE), count(clusters, NARROW_SPACE)];
+    match error {
+        Some(error) => cells.extend(error.each_ref().map(error_words)),
+        None => cells.extend(std::iter::repeat_with(none).take(Measure::ALL.len())),
+    }
+    if contacts == Some(true) {
+        let share = own.three_or_more.as_ref();
+        cells.push(share.map_or_else(none, |s| with_interval(s, percent)));
+        let points = |value: f64| decimals(100.0 * value, 2);
+        let less = own.three_or_more_less_recorded.as_ref();
+        cells.push(less.map_or_else(none, |s| with_interval(s, points)));
+    }
+    cells
+}
+
+/// Differences of all fingers together against the best baseline.
+pub(crate) fn against<'a>(
+    intervals: &'a Intervals,
+    baseline: &'a str,
+    measure: Measure,
+) -> impl Iterator<Item = &'a PairedDifference> {
+    intervals.differences.iter().filter(move |difference| {
+        difference.other == baseline && difference.finger.is_none() && difference.measure == measure
+    })
+}
+
+/// `None` where no difference is relative to anything.
+fn differences_figure(
+    intervals: &Intervals,
+    baseline: &str,
+    methods: &[Method<'_>],
+) -> Option<Figure> {
+    let of = |difference: &PairedDifference| {
+        methods
+            .iter()
+            .find(|method| method.evaluation.name == difference.method)
+    };
+    let rows = |measure: Measure| -> Vec<ForestRow<'_>> {
+        against(intervals, baseline, measure)
+            .filter_map(|difference| {
+                let (relative, method) = (difference.relative?, of(difference)?);
+                Some(ForestRow {
+                    label: &method.evaluation.name,
+                    class: &method.class,
+                    stressed: method.default,
+                    value: 100.0 * relative.value,
+                    interval: relative.interval.map(|ends| ends.map(|end| 100.0 * end)),
+                })
+            })
+            .collect()
+    };
+    let drawn: Vec<(Measure, Vec<ForestRow<'_>>)> = DRAWN
+        .map(|measure| (measure, rows(measure)))
+        .into_iter()
+        .filter(|(_, rows)| !rows.is_empty())
+        .collect();
+    if drawn.is_empty() {
+        return None;
+    }
+    let ends = axis_ends(drawn.iter().flat_map(|(_, rows)| rows));
+    let panels = drawn.into_iter().map(|(measure, rows)| {
+        forest::draw(&Forest {
+            title: match measure {
+                Measure::P50 => "Median error",
+                Measure::P75 => "Third quartile",
+                _ => "95 % quantile",
+            },
+            axis_name: "difference from the baseline (%)",
+            ends,
+            rows,
+        })
+    });
+    Some(Figure {
+        id: "differences-from-baseline",
+        title: format!("Error relative to the best baseline, {baseline}."),
+        caption: format!(
+            "Dot: difference of the methods' errors over the error of {baseline}, also as a number; bar: {} % interval; left of the dotted line the method is \
+             better. ▸: more than the axis holds.",
+            plain(100.0 * intervals.bootstrap.confidence)
+        ),
+        data: difference_data(intervals, baseline),
+        legend: Vec::new(),
+        panels: panels.collect(),
+    })
+}
+
+fn difference_data(intervals: &Intervals, baseline: &str) -> FigureData {
+    let all: Vec<&PairedDifference> = (DRAWN.iter())
+        .flat_map(|&measure| against(intervals, baseline, measure))
+        .collect();
+    let relative = |of: fn(&Estimate) -> f64| {
+        (all.iter()).map(move |d| d.relative.as_ref().map_or(f64::NAN, |e| 100.0 * of(e)))
+    };
+    let absolute = |of: fn(&Estimate) -> f64| all.iter().map(move |d| to_mm(of(&d.absolute)));
+    let low = |e: &Estimate| e.interval.map_or(f64::NAN, |ends| ends[0]);
+    let high = |e: &Estimate| e.interval.map_or(f64::NAN, |ends| ends[1]);
+    FigureData::new([
+        FigureColumn::words("motion", all.iter().map(|d| d.method.as_str())),
+        FigureColumn::words("baseline", all.iter().map(|d| d.other.as_str())),
+        FigureColumn::words("measure", all.iter().map(|d| d.measure.name())),
+        FigureColumn::numbers("relative_percent", relative(|e| e.value)),
+        FigureColumn::numbers("relative_low_percent", relative(low)),
+        FigureColumn::numbers("relative_high_percent", relative(high)),
+        FigureColumn::numbers("absolute_mm", absolute(|e| e.value)),
+        FigureColumn::numbers("absolute_low_mm", absolute(low)),
+        FigureColumn::numbers("absolute_high_mm", absolute(high)),
+        FigureColumn::numbers("better_percent", all.iter().map(|d| 100.0 * d.share_better)),
+    ])
+}
+
+const DIFFERENCES: [Column<'static>; 6] = [
+    words("method"),
+    numbers("difference", "mm"),
+    numbers("difference", "%"),
+    numbers("better in", "%"),
+    numbers("n", ""),
+    numbers("clusters", ""),
+];
+
+fn differences(intervals: &Intervals, baseline: &str, methods: &[Method<'_>]) -> Markup {
+    let lines = |measure: Measure| -> Vec<Line> {
+        against(intervals, baseline, measure)
+            .map(|difference| {
+                let method = methods
+                    .iter()
+                    .find(|m| m.evaluation.name == difference.method);
+                Line {
+                    head: method.map_or_else(|| html! { (difference.method) }, name),
+                    cells: vec![
+                        error_words(&difference.absolute),
+                        difference
+                            .relative
+                            .as_ref()
+                            .map_or_else(|| NONE.to_owned(), relative_words),
+                        percent(difference.share_better),
+                        count(difference.absolute.n, NARROW_SPACE),
+                        count(difference.absolute.clusters, NARROW_SPACE),
+                    ],
+                    best: Vec::new(),
+                    stressed: method.is_some_and(|m| m.default),
+                }
+            })
+            .collect()
+    };
+    let groups: Vec<Group> = Measure::ALL
+        .map(|measure| Group {
+            head: Some(html! { (measure_words(measure)) }),
+            lines: lines(measure),
+        })
+        .into_iter()
+        .filter(|group| !group.lines.is_empty())
+        .collect();
+    html! {
+        details {
+            summary { "Differences as numbers" }
+            (grouped(&format!("Error less that of {baseline}, all fingers, on the same {}", plural(intervals.bootstrap.cluster)), &DIFFERENCES, &groups))
+            p.note {
+                "Better in: share of " (plural(intervals.bootstrap.cluster)) " in which the method has the smaller error, a tie counting half, so that 50 % is chance."
+            }
+        }
+    }
+}

@@ -1,0 +1,327 @@
+//! Error against time in a usual and in the worst test segment, with contacts beneath.
+
+use inhand_model::{EvaluationRows, Finger, MethodRows};
+use maud::{Markup, html};
+
+use super::Method;
+use super::contact_raster::state;
+use crate::figure::line_chart::{Series, path};
+use crate::figure::palette::finger_class;
+use crate::figure::scale::{Scale, nice_end};
+use crate::figure::strips::{self, State, Strip};
+use crate::figure::{Figure, FigureColumn, FigureData, Frame, Key, Panel, Px, axes};
+use crate::number::{decimals, plain, to_mm};
+use crate::words::shortened;
+
+const WIDTH: f64 = 460.0;
+const FRAME: Frame = Frame {
+    left: 50.0,
+    top: 44.0,
+    right: WIDTH - 54.0,
+    bottom: 210.0,
+};
+/// From the error's axis down to the first strip.
+const STRIPS_TOP: f64 = FRAME.bottom + 12.0;
+const FINGER_HEIGHT: f64 = 17.0;
+const STRIP_HEIGHT: f64 = 6.0;
+const WANTED_TICKS: usize = 5;
+const ERROR_NAMES: [&str; Finger::COUNT] = [
+    "thumb_error_mm",
+    "index_error_mm",
+    "middle_error_mm",
+    "ring_error_mm",
+    "little_error_mm",
+];
+const PLANNED_NAMES: [&str; Finger::COUNT] = [
+    "thumb_contact_planned",
+    "index_contact_planned",
+    "middle_contact_planned",
+    "ring_contact_planned",
+    "little_contact_planned",
+];
+const RECORDED_NAMES: [&str; Finger::COUNT] = [
+    "thumb_contact_recorded",
+    "index_contact_recorded",
+    "middle_contact_recorded",
+    "ring_contact_recorded",
+    "little_contact_recorded",
+];
+
+/// A segment that is shown.
+struct Shown<'a> {
+    why: &'static str,
+    rows: &'a EvaluationRows,
+    method: &'a MethodRows,
+    segment: usize,
+    mean_m: f64,
+    tau_m: Option<f64>,
+}
+
+/// `None` without rows of the default method.
+pub(super) fn figure(
+    rows: &EvaluationRows,
+    methods: &[Method<'_>],
+    tau_m: Option<f64>,
+) -> Option<Figure> {
+    let default = methods.iter().find(|method| method.default)?;
+    let method = (rows.methods.iter()).find(|own| own.name == default.evaluation.name)?;
+    let ranked = ranked(rows, method);
+    let ((median, median_mean), (worst, worst_mean)) =
+        (*ranked.get((ranked.len().max(1) - 1) / 2)?, *ranked.last()?);
+    let show = |why, segment, mean_m| Shown {
+        why,
+        rows,
+        method,
+        segment,
+        mean_m,
+        tau_m: tau_m.filter(|_| rows.recorded_distance_m.is_some() && method.distance_m.is_some()),
+    };
+    let mut shown = vec![show("median", median, median_mean)];
+    if worst != median {
+        shown.push(show("worst", worst, worst_mean));
+    }
+    let contacts = shown[0].tau_m.map_or_else(String::new, |tau_m| {
+        format!(
+            " Beneath: where each finger is within {} mm of the object's surface, planned above recorded; grey line: not known.",
+            plain(to_mm(tau_m))
+        )
+    });
+    Some(Figure {
+        id: "error-over-time",
+        title: format!(
+            "Error of each finger against time, {}.",
+            default.evaluation.name
+        ),
+        caption: format!(
+            "The test segments with the median and the largest mean error over fingers and instants, of {}. The error axes differ.{contacts}",
+            ranked.len()
+        ),
+        data: data(&shown),
+        legend: Finger::ALL
+            .map(|finger| Key::line(finger.name(), finger_class(finger)))
+            .into(),
+        panels: shown.iter().map(Shown::panel).collect(),
+    })
+}
+
+/// Segments with their mean error, from the smallest to the largest; those of which nothing is known are left out.
+fn ranked(rows: &EvaluationRows, method: &MethodRows) -> Vec<(usize, f64)> {
+    let samples = rows.layout.samples.max(1);
+    let mean = |instants: &[inhand_model::PerFinger<f64>]| {
+        let known: Vec<f64> = (instants.iter())
+            .flat_map(|fingers| *fingers.as_array())
+            .filter(|error| error.is_finite())
+            .collect();
+        known.iter().sum::<f64>() / known.len() as f64
+    };
+    let mut ranked: Vec<(usize, f64)> = (method.error_m.chunks(samples).enumerate())
+        .map(|(segment, instants)| (segment, mean(instants)))
+        .filter(|(segment, mean)| mean.is_finite() && *segment < rows.segments.len())
+        .collect();
+    ranked.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
+    ranked
+}
+
+impl Shown<'_> {
+    fn take(&self) -> &str {
+        let take = self.rows.segments[self.segment].take;
+        self.rows.takes.get(take).map_or("", String::as_str)
+    }
+
+    fn start_s(&self) -> f64 {
+        self.rows.segments[self.segment].start as f64 / self.rows.layout.rate_hz
+    }
+
+    /// Places of the segment's instants in the rows.
+    fn instants(&self) -> std::ops::Range<usize> {
+        let samples = self.rows.layout.samples;
+        self.segment * samples..(self.segment + 1) * samples
+    }
+
+    fn error_mm(&self, row: usize, finger: Finger) -> f64 {
+        (self.method.error_m.get(row)).map_or(f64::NAN, |fingers| to_mm(fingers[finger]))
+    }
+
+    fn state(&self, row: usize, finger: Finger, planned: bool) -> State {
+        let distances = if planned {
+            &self.method.distance_m
+        } else {
+            &self.rows.recorded_distance_m
+        };
+        let distance_m = distances.as_ref().and_then(|all| all.get(row));
+        match (distance_m, self.tau_m) {
+            (Some(distance_m), Some(tau_m)) => state(distance_m[finger], tau_m),
+            _ => State::Unknown,
+        }
+    }
+
+    fn panel(&self) -> Panel {
+        let rate_hz = self.rows.layout.rate_hz;
+        let seconds = self.rows.layout.duration_s();
+        let largest = self
+            .instants()
+            .flat_map(|row| Finger::ALL.map(|f| self.error_mm(row, f)));
+        let high = nice_end(
+            largest.filter(|e| e.is_finite()).fold(0.0, f64::max),
+            WANTED_TICKS,
+        );
+        let y = Scale::linear(0.0, high, FRAME.bottom, FRAME.top);
+        let x = Scale::linear(0.0, seconds, FRAME.left, FRAME.right);
+        let strips = if self.tau_m.is_some() {
+            FINGER_HEIGHT * Finger::COUNT as f64 + STRIPS_TOP - FRAME.bottom
+        } else {
+            0.0
+        };
+        let whole = Frame {
+            bottom: FRAME.bottom + strips,
+            ..FRAME
+        };
+        let lines = Finger::ALL.map(|finger| Series {
+            label: format!("{finger}: {}", self.range_words(finger)),
+            class: finger_class(finger).to_owned(),
+            points: (self.instants().enumerate())
+                .map(|(t, row)| (t as f64 / rate_hz, self.error_mm(row, finger)))
+                .collect(),
+        });
+        let shapes = html! {
+            text.title x="0" y="12.5" {
+                (self.why) " segment: " (shortened(self.take(), 28)) " from " (decimals(self.start_s(), 2)) " s"
+            }
+            (axes::left(&FRAME, &y, WANTED_TICKS, "error (mm)"))
+            (axes::bottom(&whole, &x, WANTED_TICKS, "time in the segment (s)"))
+            g data-x=(x.describe()) data-y=(y.describe()) data-x-name="time (s)" data-y-name="error (mm)" {
+                @for line in &lines {
+                    g.(line.class) { path.line d=(path(line, &x, &y)) { title { (line.label) } } }
+                }
+            }
+            @if self.tau_m.is_some() { (self.strips(&x, rate_hz)) }
+        };
+        Panel {
+            width: WIDTH,
+            height: whole.bottom + axes::BOTTOM_ROOM,
+            summary: format!(
+                "Error of five fingers over the {} test segment, {} from {} s, mean {} mm",
+                self.why,
+                self.take(),
+                decimals(self.start_s(), 2),
+                decimals(to_mm(self.mean_m), 2)
+            ),
+            shapes,
+        }
+    }
+
+    fn strips(&self, x: &Scale, rate_hz: f64) -> Markup {
+        html! {
+            line.axis x1=(Px(FRAME.left)) y1=(Px(FRAME.bottom)) x2=(Px(FRAME.right)) y2=(Px(FRAME.bottom)) {}
+            @for finger in Finger::ALL {
+                @let top = STRIPS_TOP + FINGER_HEIGHT * finger.index() as f64;
+                text.tick x=(Px(FRAME.left - 6.0)) y=(Px(top + 10.0)) text-anchor="end" { (finger.name()) }
+                @for (motion, planned, down) in [("planned", true, 0.0), ("recorded", false, STRIP_HEIGHT + 1.0)] {
+                    @let runs = strips::runs(self.instants().enumerate().map(|(t, row)| (t, self.state(row, finger, planned))));
+                    (strips::draw(&Strip {
+                        label: format!("{finger}, {motion}"),
+                        class: finger_class(finger),
+                        runs: &runs,
+                        rate_hz,
+                        top: top + down,
+                        height: STRIP_HEIGHT,
+                    }, x))
+                }
+            }
+            text.tick x=(Px(FRAME.right + 5.0)) y=(Px(STRIPS_TOP + 5.0)) { "planned" }
+            text.tick x=(Px(FRAME.right + 5.0)) y=(Px(STRIPS_TOP + 16.0)) { "recorded" }
+        }
+    }
+
+    fn range_words(&self, finger: Finger) -> String {
+        let errors = self.instants().map(|row| self.error_mm(row, finger));
+        let largest = errors.filter(|e| e.is_finite()).fold(f64::NAN, f64::max);
+        format!("up to {} mm", decimals(largest, 2))
+    }
+}
+
+fn data(shown: &[Shown<'_>]) -> FigureData {
+    let instants = || {
+        (shown.iter()).flat_map(|one| {
+            one.instants()
+                .enumerate()
+                .map(move |(t, row)| (one, t, row))
+        })
+    };
+    let contact = |planned: bool, finger: Finger| {
+        instants().map(move |(one, _, row)| match one.state(row, finger, planned) {
+            State::On => 1.0,
+            State::Off => 0.0,
+            State::Unknown => f64::NAN,
+        })
+    };
+    let time = |one: &Shown<'_>, t: usize| one.start_s() + t as f64 / one.rows.layout.rate_hz;
+    let mut columns = vec![
+        FigureColumn::words("which", instants().map(|(one, ..)| one.why)),
+        FigureColumn::words("take", instants().map(|(one, ..)| one.take())),
+        FigureColumn::counts("segment", instants().map(|(one, ..)| one.segment)),
+        FigureColumn::numbers("time_s", instants().map(|(one, t, _)| time(one, t))),
+    ];
+    columns.extend(Finger::ALL.map(|finger| {
+        let errors = instants().map(|(one, _, row)| one.error_mm(row, finger));
+        FigureColumn::numbers(ERROR_NAMES[finger.index()], errors)
+    }));
+    if shown.iter().any(|one| one.tau_m.is_some()) {
+        for (names, planned) in [(PLANNED_NAMES, true), (RECORDED_NAMES, false)] {
+            columns.extend(Finger::ALL.map(|finger| {
+                FigureColumn::numbers(names[finger.index()], contact(planned, finger))
+            }));
+        }
+    }
+    FigureData::new(columns)
+}
+
+#[cfg(test)]
+mod tests {
+    use inhand_model::{PerFinger, SegmentLayout, SegmentOrigin};
+
+    use super::*;
+
+    #[test]
+    fn segments_rank_by_their_mean_error() {
+        let nothing = PerFinger::new([f64::NAN; 5]);
+        let all = |error: f64| PerFinger::new([error; 5]);
+        // Two samples a segment: means 3, none, 1 and, of what is known, 2.
+        let error_m = vec![
+            all(2.0),
+            all(4.0),
+            nothing,
+            nothing,
+            all(1.0),
+            all(1.0),
+            nothing,
+            all(2.0),
+        ];
+        let method = MethodRows {
+            name: String::new(),
+            error_m,
+            distance_m: None,
+            hull_distance_m: Vec::new(),
+            nearest_pair_m: Vec::new(),
+        };
+        let rows = EvaluationRows {
+            layout: SegmentLayout {
+                samples: 2,
+                rate_hz: 10.0,
+                object: false,
+            },
+            takes: vec![String::new()],
+            segments: (0..4)
+                .map(|k| SegmentOrigin {
+                    take: 0,
+                    start: 2 * k,
+                })
+                .collect(),
+            filled: Vec::new(),
+            object_filled: Vec::new(),
+            recorded_distance_m: None,
+            methods: Vec::new(),
+        };
+        assert_eq!(ranked(&rows, &method), [(2, 1.0), (3, 2.0), (0, 3.0)]);
+    }
+}

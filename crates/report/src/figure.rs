@@ -92,7 +92,7 @@ impl Figure {
                         (panel.embed())
                     }
                 }
-                figcaption.full[self.panels.len() > 1] {
+                figcaption.full[self.panels.len() > 1 || width > COLUMN] {
                     (legend::list(&self.legend))
                     b { (self.title) } " " (self.caption) " "
                     a.file href={ "#figure-" (self.id) } { (self.id) }

@@ -40,7 +40,7 @@ const SCRIPT: &str = include_str!("html/page.js");
 
 /// Nothing may be loaded, whatever a name in a file says; styles and the empty icon are in the
 /// page itself, and of scripts only the one with this hash runs: not one that a name smuggles in.
-const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; script-src 'sha256-gjbWviNUuduuSU24D5jkO1RlfKTmWe13YLr6tGHRNuE='; base-uri 'none'; form-action 'none'";
+const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; script-src 'sha256-KNRghC7MrMJwftOgSWXfqvgZMMxrhzx4bQMZD8E4B4s='; base-uri 'none'; form-action 'none'";
 
 /// A method with the class of its colour.
 #[derive(Clone)]

@@ -1,18 +1,18 @@
 'use strict';
-// Tables sort by a click on a heading: up, down, as they were. Without this script they just do not.
+/* Tables sort by a click on a heading: up, down, as they were. Without this script they just do not. */
 const number = text => {
   const plain = text.replace(/[\u202f\u00a0\s]/g, '').replace(/\u2212/g, '-');
   const found = /^([<>]?)([+-]?\d+(?:\.\d+)?(?:e[+-]?\d+)?)/.exec(plain);
-  if (!found) return NaN;
+  if (!found) return null;
   const value = Number(found[2]);
-  // "< 0.01" lies just below 0.01, "> 99.9" just above.
+  /* "< 0.01" lies just below 0.01, "> 99.9" just above. */
   return found[1] === '<' ? value - 1e-9 : found[1] === '>' ? value + 1e-9 : value;
 };
 const compare = (a, b, words, sign) => {
   if (words) return sign * a.localeCompare(b, 'en', { numeric: true });
   const [x, y] = [number(a), number(b)];
-  // What is not known comes last, either way.
-  if (isNaN(x) || isNaN(y)) return isNaN(x) - isNaN(y);
+  /* What is not known comes last, either way. */
+  if (x === null || y === null) return (x === null) - (y === null);
   return sign * (x - y);
 };
 for (const table of document.querySelectorAll('table')) {
@@ -40,7 +40,7 @@ for (const table of document.querySelectorAll('table')) {
   });
 }
 
-// Values at once where a pointer is: titles of shapes, and the nearest point of a line.
+/* Values at once where a pointer is: titles of shapes, and the nearest point of a line. */
 const tip = document.createElement('div');
 tip.className = 'tip';
 tip.setAttribute('role', 'status');
@@ -51,7 +51,7 @@ const titleOf = shape => {
     const own = [...at.children].find(child => child.tagName === 'title');
     if (own) {
       titles.set(at, own.textContent);
-      // The browser's own tooltip would come on top of this one; those who listen keep the words.
+      /* The browser's own tooltip would come on top of this one; those who listen keep the words. */
       at.setAttribute('aria-label', own.textContent);
       own.remove();
     }

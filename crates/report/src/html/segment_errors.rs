@@ -157,7 +157,8 @@ impl Shown<'_> {
 
     fn panel(&self) -> Panel {
         let rate_hz = self.rows.layout.rate_hz;
-        let seconds = self.rows.layout.duration_s();
+        // A sample stands for the time up to the next one, as in the strips.
+        let seconds = self.rows.layout.samples as f64 / rate_hz;
         let largest = self
             .instants()
             .flat_map(|row| Finger::ALL.map(|f| self.error_mm(row, f)));

@@ -5,7 +5,9 @@
 //! compares: errors, reachability, finger collisions, velocities, contacts (sections as in *In-hand
 //! manipulation planning using human motion dictionary*, arXiv 2308.15153). [`recording_quality`]
 //! says what the data itself is worth. Where a method plans the object as well, that is compared with
-//! the recorded one, and where it states corridors, the share of the recording inside is counted.
+//! the recorded one, and where it states corridors, the share of the recording inside is counted. [`movement`] and
+//! [`contact_dynamics`] say the same of recording and methods alike: how smoothly they move, how near to
+//! anything demonstrated, and what their contacts do over time.
 //!
 //! Three rules hold for every number. It says how many values it rests on, how many of them were
 //! filled, and how many were left out. Recorded and planned motion are judged at the same instants.
@@ -76,19 +78,24 @@ mod certificates;
 mod constraints;
 mod contacts;
 mod corridors;
+mod dynamics;
+mod dynamics_facts;
 mod input;
 mod instants;
 mod intervals;
 mod method;
 mod motion_contacts;
+mod movement;
 mod object;
 pub mod overlay;
 mod quality;
 mod recorded;
 
+pub use dynamics::{DynamicsRows, contact_dynamics, contact_rows};
 pub use input::{Corridors, EvaluationSettings, MethodResult, ObjectPoses, TestData};
 pub use intervals::{ContactCounts, Contestant, ErrorsByCluster, intervals, session_intervals};
 pub use method::{Rows, evaluate_method};
 pub use motion_contacts::{SampleContacts, motion_contacts};
+pub use movement::{JudgedMethod, MovementSettings, movement};
 pub use quality::recording_quality;
 pub use recorded::{Recorded, recorded};

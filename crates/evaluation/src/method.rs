@@ -156,7 +156,7 @@ pub fn evaluate_method(
 }
 
 /// Whether both have the same samples; the object makes no difference to fingertips.
-fn has_times_of(one: SegmentLayout, other: SegmentLayout) -> bool {
+pub(crate) fn has_times_of(one: SegmentLayout, other: SegmentLayout) -> bool {
     (one.samples, one.rate_hz) == (other.samples, other.rate_hz)
 }
 

@@ -41,18 +41,21 @@ pub struct FingerContactFacts {
     pub makes: usize,
     /// Contacts seen to end.
     pub breaks: usize,
-    /// Durations of contacts seen from make to break, seconds.
+    /// Durations of contacts seen from make to break, seconds; filled where the fingertip or the object was
+    /// filled at any sample of the contact.
     pub duration_s: Statistics,
     /// Contacts cut by an end or a gap, which lasted at least as long as was seen: in no duration.
     pub censored: usize,
-    /// Displacement over the object's surface from the first to the last sample of each contact, metres.
+    /// Displacement over the object's surface from the first to the last sample of each contact, seen whole or
+    /// not, metres; left out are contacts of a single known sample.
     pub slip_m: Statistics,
 }
 
 /// Contacts inside segments: each segment on its own, so that a contact that spans two is cut.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SegmentContacts {
-    /// Segments with an object.
+    /// Segments at which it is known of any finger whether it touches: without those that have no object, and
+    /// those whose plan failed.
     pub segments: usize,
     /// Each finger, over all segments.
     pub by_finger: PerFinger<FingerContactFacts>,

@@ -37,6 +37,7 @@ mod frame;
 mod illustrations;
 mod intervals;
 mod motion;
+mod motion_rows;
 mod movement;
 mod plan;
 mod provenance;
@@ -79,6 +80,10 @@ pub use intervals::{
     Bootstrap, Cluster, Estimate, Intervals, Measure, MethodIntervals, PairedDifference,
 };
 pub use motion::Motion;
+pub use motion_rows::{
+    ContactRow, ContactRows, GaitRow, MotionRows, MovementRows, PathFacts, PhaseRow,
+    SegmentMovement, StateRow,
+};
 pub use movement::{FingerMovement, Movement, MovementAnalysis};
 pub use plan::{
     Certificate, ConstraintFamily, Corridor, PerFamily, Plan, PlanChecks, PlanStatus, Relaxation,

@@ -12,7 +12,8 @@ pub struct MovementAnalysis {
     pub methods: Vec<(String, Movement)>,
     /// Steps slower than this count as standing still, m/s.
     pub static_speed_m_s: f64,
-    /// Demonstrations that the nearest was looked for among.
+    /// Demonstrations that the nearest was looked for among: complete segments of the training takes. 0 where
+    /// those are not at hand, as when motion that was stored before is judged.
     pub demonstrations: usize,
     /// Demonstrations there are: more than were looked at only in very long sessions.
     pub demonstrations_available: usize,
@@ -27,11 +28,12 @@ pub struct Movement {
     pub by_finger: PerFinger<FingerMovement>,
     /// Warped distance of the whole hand to the nearest demonstration, metres, over segments
     /// (normalised by the length of the path through the alignment: the mean distance of matched
-    /// configurations).
-    pub nearest_demonstration_m: Statistics,
+    /// configurations); `None` without demonstrations.
+    pub nearest_demonstration_m: Option<Statistics>,
 }
 
-/// Measures of one fingertip, a value for each segment.
+/// Measures of one fingertip, a value for each segment. Segments that gaps took away, failed plans, and motion
+/// that has no such measure (SPARC and jerk of a fingertip that does not move at all) are left out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FingerMovement {
     /// Length of the path, metres.

@@ -25,6 +25,9 @@ use inhand_model::{Configuration, Finger, SegmentLayout, Trajectory};
 /// beyond, relatively, rules a candidate out. Rounding of sums of 1e5 terms stays below.
 const BOUND_ROUNDING: f64 = 1e-9;
 
+/// Every so many samples the rough bound looks at, which candidates are sorted by.
+const ROUGH_STEP: usize = 8;
+
 /// Which of several motions is nearest, and how near.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Nearest {
@@ -85,57 +88,152 @@ pub fn distance_m<const D: usize>(
 
 /// The candidate nearest to `query` by [`distance_m`], with the same result as computing all of them.
 ///
-/// Candidates that have no distance to the query are passed over; `None` if all are. Most candidates are
-/// ruled out early: by a lower bound (after E. Keogh and C. A. Ratanamahatana, *Exact indexing of dynamic
-/// time warping*, Knowl. Inf. Syst. 7, 2005), and by leaving a comparison once no path through it can be as
-/// short as the best one.
-///
-/// The bound: split the weight 2 of a diagonal step into 1 for the new row and 1 for the new column. Then
-/// each sample of either motion is charged once with its distance to some sample of the other inside the
-/// band, which is at least its distance to the box around all of those.
+/// Candidates that have no distance to the query are passed over; `None` if all are. For many queries among
+/// the same candidates make [`Candidates`] once.
 pub fn nearest<'a, const D: usize>(
     query: &[[f64; D]],
     candidates: impl IntoIterator<Item = &'a [[f64; D]]>,
     band: Option<usize>,
 ) -> Option<Nearest> {
-    if !are_sound(query) {
-        return None;
-    }
-    let mut bounded: Vec<(f64, usize, &[[f64; D]])> = (candidates.into_iter().enumerate())
-        .filter(|(_, candidate)| {
-            are_sound(candidate)
-                && band.is_none_or(|band| query.len().abs_diff(candidate.len()) <= band)
-        })
-        .map(|(index, candidate)| {
-            let bound = to_boxes(query, candidate, band) + to_boxes(candidate, query, band);
-            (
-                bound / (query.len() + candidate.len()) as f64,
-                index,
-                candidate,
-            )
-        })
-        .collect();
-    bounded.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    Candidates::new(candidates, band).nearest(query)
+}
 
-    let mut best: Option<Nearest> = None;
-    for (bound_m, index, candidate) in bounded {
-        let best_m = best.map_or(f64::INFINITY, |best| best.distance_m);
-        if bound_m > best_m * (1.0 + BOUND_ROUNDING) {
-            break;
+/// Motions that the nearest to others is looked for among, made ready once.
+///
+/// Most are ruled out early: by a lower bound (after E. Keogh and C. A. Ratanamahatana, *Exact indexing of
+/// dynamic time warping*, Knowl. Inf. Syst. 7, 2005), taken of a few samples first and then of all, and by
+/// leaving a comparison once no path through it can be as short as the best one.
+///
+/// The bound: split the weight 2 of a diagonal step into 1 for the new row and 1 for the new column. Then
+/// each sample of either motion is charged once with its distance to some sample of the other inside the
+/// band, which is at least its distance to the box around all of those.
+///
+/// ```
+/// use inhand_trajectory::warping::Candidates;
+///
+/// let (far, near) = ([[0.05], [0.06], [0.07]], [[0.01], [0.02], [0.03]]);
+/// let candidates = Candidates::new([&far[..], &near[..]], Some(1));
+/// let found = candidates.nearest(&[[0.01], [0.02], [0.04]]).unwrap();
+/// assert_eq!(found.index, 1);
+/// // The last pair is 10 mm apart and has weight 2 of 6.
+/// assert!((found.distance_m - 0.01 / 3.0).abs() < 1e-15);
+/// ```
+#[derive(Clone, Debug)]
+pub struct Candidates<'a, const D: usize> {
+    sound: Vec<Candidate<'a, D>>,
+    band: Option<usize>,
+}
+
+#[derive(Clone, Debug)]
+struct Candidate<'a, const D: usize> {
+    index: usize,
+    samples: &'a [[f64; D]],
+    boxes: Boxes<'a, D>,
+}
+
+impl<'a, const D: usize> Candidates<'a, D> {
+    /// Makes candidates ready. One without samples, or with a coordinate that is not finite, is near to nothing.
+    pub fn new(candidates: impl IntoIterator<Item = &'a [[f64; D]]>, band: Option<usize>) -> Self {
+        let sound = (candidates.into_iter().enumerate())
+            .filter(|(_, samples)| are_sound(samples))
+            .map(|(index, samples)| Candidate {
+                index,
+                samples,
+                boxes: Boxes::around(samples, band),
+            })
+            .collect();
+        Self { sound, band }
+    }
+
+    /// The one nearest to `query`; see [`nearest`].
+    pub fn nearest(&self, query: &[[f64; D]]) -> Option<Nearest> {
+        if !are_sound(query) {
+            return None;
         }
-        let weight = (query.len() + candidate.len()) as f64;
-        // Rounded up, so that multiplying by the weight cannot rule out an equal.
-        let limit = best_m * weight * (1.0 + BOUND_ROUNDING);
-        let Some(sum) = sum_up_to(query, candidate, band, limit) else {
-            continue;
+        let of_query = Boxes::around(query, self.band);
+        let fits = |candidate: &&Candidate<'a, D>| {
+            (self.band).is_none_or(|band| query.len().abs_diff(candidate.samples.len()) <= band)
         };
-        let distance_m = sum / weight;
-        let is_first = best.is_none_or(|best| index < best.index);
-        if distance_m < best_m || (distance_m == best_m && is_first) {
-            best = Some(Nearest { index, distance_m });
+        let mut roughly: Vec<(f64, &Candidate<'a, D>)> = (self.sound.iter().filter(fits))
+            .map(|candidate| {
+                let weight = (query.len() + candidate.samples.len()) as f64;
+                let bound = candidate.boxes.distance_m(query, ROUGH_STEP, f64::INFINITY);
+                (bound / weight, candidate)
+            })
+            .collect();
+        roughly.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.index.cmp(&b.1.index)));
+
+        let mut best: Option<Nearest> = None;
+        for (bound_m, candidate) in roughly {
+            let best_m = best.map_or(f64::INFINITY, |best| best.distance_m);
+            if bound_m > best_m * (1.0 + BOUND_ROUNDING) {
+                break;
+            }
+            let samples = candidate.samples;
+            let weight = (query.len() + samples.len()) as f64;
+            // Rounded up, so that multiplying by the weight cannot rule out an equal.
+            let limit = best_m * weight * (1.0 + BOUND_ROUNDING);
+            let one_way = candidate.boxes.distance_m(query, 1, limit);
+            if one_way > limit || one_way + of_query.distance_m(samples, 1, limit) > limit {
+                continue;
+            }
+            let Some(sum) = sum_up_to(query, samples, self.band, limit) else {
+                continue;
+            };
+            let (index, distance_m) = (candidate.index, sum / weight);
+            let is_first = best.is_none_or(|best| index < best.index);
+            if distance_m < best_m || (distance_m == best_m && is_first) {
+                best = Some(Nearest { index, distance_m });
+            }
+        }
+        best
+    }
+}
+
+/// Smallest and largest coordinates of the samples that each sample of another motion may be matched with.
+#[derive(Clone, Debug)]
+struct Boxes<'a, const D: usize> {
+    samples: &'a [[f64; D]],
+    band: Option<usize>,
+    /// By the sample of the other motion, as far as it is about as long; one for all without a band.
+    boxes: Vec<([f64; D], [f64; D])>,
+}
+
+impl<'a, const D: usize> Boxes<'a, D> {
+    fn around(samples: &'a [[f64; D]], band: Option<usize>) -> Self {
+        let n = samples.len();
+        let boxes = match band {
+            None => vec![around(samples)],
+            Some(shift) => (0..n + shift.min(n))
+                .map(|i| around(&samples[window(i, n, band)]))
+                .collect(),
+        };
+        Self {
+            samples,
+            band,
+            boxes,
         }
     }
-    best
+
+    /// Sum of the distances of every `step`-th sample of another motion to its box, metres; whatever it has
+    /// come to once it is beyond `limit`.
+    fn distance_m(&self, other: &[[f64; D]], step: usize, limit: f64) -> f64 {
+        let mut sum = 0.0;
+        for (i, sample) in other.iter().enumerate().step_by(step) {
+            let of_sample = match (self.band, self.boxes.get(i)) {
+                (None, _) => self.boxes.first().copied(),
+                (Some(_), within) => within.copied(),
+            };
+            let (low, high) = of_sample
+                .unwrap_or_else(|| around(&self.samples[window(i, self.samples.len(), self.band)]));
+            let nearest = std::array::from_fn(|k| sample[k].max(low[k]).min(high[k]));
+            sum += between_m(sample, &nearest);
+            if sum > limit {
+                break;
+            }
+        }
+        sum
+    }
 }
 
 fn are_sound<const D: usize>(samples: &[[f64; D]]) -> bool {
@@ -186,19 +284,6 @@ fn sum_up_to<const D: usize>(
         std::mem::swap(&mut before, &mut now);
     }
     (before.last().copied()).filter(|&sum| sum.is_finite() && sum <= limit)
-}
-
-/// Sum over the samples of `a` of their distance to the box around the samples of `b` that each may be
-/// matched with, metres.
-fn to_boxes<const D: usize>(a: &[[f64; D]], b: &[[f64; D]], band: Option<usize>) -> f64 {
-    let whole = band.is_none().then(|| around(b));
-    (a.iter().enumerate())
-        .map(|(i, sample)| {
-            let (low, high) = whole.unwrap_or_else(|| around(&b[window(i, b.len(), band)]));
-            let nearest = std::array::from_fn(|k| sample[k].max(low[k]).min(high[k]));
-            between_m(sample, &nearest)
-        })
-        .sum()
 }
 
 /// Smallest and largest coordinates of samples.

@@ -1,0 +1,317 @@
+//! What contacts do over time, of whole takes and inside segments.
+
+use std::ops::Range;
+
+use inhand_contact::ContactError;
+use inhand_contact::events::{ContactSeries, States};
+use inhand_contact::phases::{PhaseSettings, Phases, phases};
+use inhand_contact::slip::slip;
+use inhand_model::{
+    ContactDynamics, ContactRow, ContactRows, ContactRules, Finger, GaitRow, Motion, Object,
+    PerFinger, PhaseRow, Pose, Position, SegmentLayout, Shape, StateRow, Status,
+};
+use rayon::prelude::*;
+
+use crate::contacts::in_contact;
+use crate::dynamics_facts::{segment_contacts, take_contacts};
+use crate::input::{EvaluationSettings, TestData};
+use crate::instants::tips;
+use crate::method::has_times_of;
+use crate::motion_contacts::motion_contacts;
+use crate::movement::JudgedMethod;
+use crate::recorded::Recorded;
+
+/// What [`contact_dynamics`] is made of.
+#[derive(Clone, Debug)]
+pub struct DynamicsRows {
+    /// Each whole take; `None` for one without an object.
+    pub takes: Vec<Option<ContactRows>>,
+    /// Each segment: of the recording, then of each method.
+    pub segments: Vec<Vec<ContactRows>>,
+}
+
+/// What contacts do over time: over the test takes as recorded, and inside the test segments, of the recording
+/// and of each method alike. `None` where no take has an object, or its shape is not known.
+///
+/// Of a take only what is selected counts. Segments are judged each on its own: a contact that goes on beyond
+/// its segment is cut there. Slip of planned fingertips is measured on the object as recorded.
+///
+/// # Errors
+///
+/// [`ContactError`] for rules that make no sense.
+pub fn contact_dynamics(
+    data: &TestData<'_>,
+    recorded: &Recorded,
+    methods: &[JudgedMethod<'_>],
+    settings: &EvaluationSettings,
+    rules: &ContactRules,
+) -> Result<Option<(ContactDynamics, DynamicsRows)>, ContactError> {
+    let (Some(shape), Some(distance_m)) = (&data.shape, &recorded.distance_m) else {
+        return Ok(None);
+    };
+    let takes = (data.motions.par_iter())
+        .map(|motion| contact_rows(&motion.selected_only(), shape, settings, rules))
+        .collect::<Result<Vec<_>, _>>()?;
+
+    let layout = data.segments.layout();
+    let judged = SegmentsOf {
+        recorded,
+        shape,
+        rules,
+        layout,
+        count: data.segments.len(),
+    };
+    let mut segments = vec![judged.rows(distance_m, |segment| {
+        Some(data.segments.fingertips_m(segment))
+    })?];
+    for method in methods {
+        // A method is judged at the same instants as the recording, so it has distances where that has.
+        let Some(distance_m) = &method.rows.distance_m else {
+            return Ok(None);
+        };
+        segments.push(judged.rows(distance_m, |segment| {
+            let planned = method.trajectories.get(segment)?.as_ref()?;
+            has_times_of(planned.layout(), layout).then(|| planned.values_m())
+        })?);
+    }
+
+    let named = data.motions.iter().zip(&takes);
+    let dynamics = ContactDynamics {
+        rules: *rules,
+        takes: named
+            .filter_map(|(motion, rows)| {
+                let rate_hz = motion.clock.rate_hz();
+                Some(take_contacts(&motion.name, rate_hz, rows.as_ref()?))
+            })
+            .collect(),
+        recorded: segment_contacts(&segments[0], layout.rate_hz),
+        methods: (methods.iter().zip(&segments[1..]))
+            .map(|(method, rows)| {
+                let contacts = segment_contacts(rows, layout.rate_hz);
+                (method.name.to_owned(), contacts)
+            })
+            .collect(),
+    };
+    Ok(Some((dynamics, DynamicsRows { takes, segments })))
+}
+
+/// What touches over a whole motion: contacts, states, phases and steps of fingers. `None` for one without an
+/// object.
+///
+/// # Errors
+///
+/// [`ContactError`] for rules that make no sense.
+pub fn contact_rows(
+    motion: &Motion,
+    shape: &Shape,
+    settings: &EvaluationSettings,
+    rules: &ContactRules,
+) -> Result<Option<ContactRows>, ContactError> {
+    if motion.object.is_none() {
+        return Ok(None);
+    }
+    let stretch = Stretch::of_motion(motion, shape, settings, rules.tau_m);
+    let rows = stretch.rows(shape, motion.clock.rate_hz(), rules, true);
+    rows.map(Some)
+}
+
+/// How the segments of one motion are looked at.
+struct SegmentsOf<'a> {
+    recorded: &'a Recorded,
+    shape: &'a Shape,
+    rules: &'a ContactRules,
+    layout: SegmentLayout,
+    count: usize,
+}
+
+impl SegmentsOf<'_> {
+    /// What touches in each segment of a motion, by its distances at all instants and its 15 N numbers of each
+    /// segment, `None` where the plan failed.
+    fn rows<'v>(
+        &self,
+        distance_m: &[PerFinger<f64>],
+        values_m: impl Fn(usize) -> Option<&'v [f64]> + Sync,
+    ) -> Result<Vec<ContactRows>, ContactError> {
+        let samples = self.layout.samples;
+        (0..self.count)
+            .into_par_iter()
+            .map(|segment| {
+                let stretch = Stretch::of_segment(
+                    self.recorded,
+                    segment * samples..(segment + 1) * samples,
+                    (distance_m, self.rules.tau_m),
+                    values_m(segment),
+                );
+                stretch.rows(self.shape, self.layout.rate_hz, self.rules, false)
+            })
+            .collect()
+    }
+}
+
+/// Fingertips and object over a stretch of time, sample by sample.
+struct Stretch {
+    touches: Vec<PerFinger<Option<bool>>>,
+    /// In the object's frame.
+    pads: Vec<PerFinger<Option<Position<Object>>>>,
+    /// Whether the fingertip or the object was filled.
+    filled: Vec<PerFinger<bool>>,
+}
+
+impl Stretch {
+    fn of_motion(
+        motion: &Motion,
+        shape: &Shape,
+        settings: &EvaluationSettings,
+        tau_m: f64,
+    ) -> Self {
+        let distances = motion_contacts(motion, shape, settings);
+        let object = motion.object.as_ref();
+        let touches = (distances.iter())
+            .map(|contact| {
+                PerFinger::from_fn(|finger| {
+                    contact.and_then(|contact| touches(contact.distance_m[finger], tau_m))
+                })
+            })
+            .collect();
+        let pads = (0..motion.len())
+            .map(|k| {
+                let object_from_hand = object.and_then(|track| track.get(k)).map(Pose::inverse);
+                PerFinger::from_fn(|finger| {
+                    Some(object_from_hand? * motion.fingertips[finger].get(k)?)
+                })
+            })
+            .collect();
+        let filled = (0..motion.len())
+            .map(|k| {
+                let object = object.is_some_and(|track| track.status(k) == Status::Filled);
+                PerFinger::from_fn(|finger| {
+                    object || motion.fingertips[finger].status(k) == Status::Filled
+                })
+            })
+            .collect();
+        Self {
+            touches,
+            pads,
+            filled,
+        }
+    }
+
+    /// The instants of one segment; `values_m` are its 15 N numbers, `None` where the plan failed.
+    fn of_segment(
+        recorded: &Recorded,
+        instants: Range<usize>,
+        (distance_m, tau_m): (&[PerFinger<f64>], f64),
+        values_m: Option<&[f64]>,
+    ) -> Self {
+        let positions: Vec<PerFinger<Position<_>>> = values_m.map_or_else(Vec::new, |values_m| {
+            <[f64]>::chunks_exact(values_m, 3 * Finger::COUNT)
+                .map(tips)
+                .collect()
+        });
+        let pads = (instants.clone().enumerate())
+            .map(|(t, k)| {
+                let object_from_hand = recorded.object_from_hand.get(k).copied().flatten();
+                PerFinger::from_fn(|finger| Some(object_from_hand? * positions.get(t)?[finger]))
+            })
+            .collect();
+        Self {
+            touches: (instants.clone())
+                .map(|k| distance_m[k].map(|distance_m| touches(distance_m, tau_m)))
+                .collect(),
+            pads,
+            filled: instants
+                .map(|k| recorded.filled[k].map(|filled| filled || recorded.object_filled[k]))
+                .collect(),
+        }
+    }
+
+    fn rows(
+        self,
+        shape: &Shape,
+        rate_hz: f64,
+        rules: &ContactRules,
+        with_phases: bool,
+    ) -> Result<ContactRows, ContactError> {
+        let samples = self.touches.len();
+        let series = ContactSeries::new(self.touches, rate_hz)?;
+        let found = if with_phases {
+            let settings = PhaseSettings {
+                min_fingers: rules.min_fingers,
+                min_duration_s: rules.min_duration_s,
+                max_lift_s: rules.max_lift_s,
+            };
+            phases(&series, Some(&self.pads), &settings)?
+        } else {
+            Phases::default()
+        };
+        let steady = series.debounced(rules.min_duration_s)?;
+        let pads = PerFinger::from_fn(|finger| {
+            self.pads
+                .iter()
+                .map(|pads| pads[finger])
+                .collect::<Vec<_>>()
+        });
+        let contacts = PerFinger::from_fn(|finger| {
+            (steady.finger(finger).contacts.into_iter())
+                .map(|contact| ContactRow {
+                    made: contact.made,
+                    broken: contact.broken,
+                    filled: contact.samples.clone().any(|k| self.filled[k][finger]),
+                    slip_m: slip(shape, &pads[finger], &contact, rate_hz)
+                        .map_or(f64::NAN, |slip| slip.displacement_m),
+                    samples: contact.samples,
+                })
+                .collect()
+        });
+        Ok(ContactRows {
+            samples,
+            unknown: PerFinger::from_fn(|finger| {
+                unknown(steady.samples().iter().map(|sample| sample[finger]))
+            }),
+            contacts,
+            states: state_rows(steady.state_table()),
+            phases: (found.phases.into_iter())
+                .map(|phase| PhaseRow {
+                    kind: phase.kind.name(),
+                    samples: phase.samples,
+                    holding: phase.holding,
+                })
+                .collect(),
+            gaits: (found.gaits.into_iter())
+                .map(|gait| GaitRow {
+                    finger: gait.finger,
+                    samples: gait.samples,
+                    holding: gait.holding,
+                    step_m: gait.displacement_m.unwrap_or(f64::NAN),
+                })
+                .collect(),
+        })
+    }
+}
+
+/// Whether a pad at a distance touches; not known where the distance is not.
+fn touches(distance_m: f64, tau_m: f64) -> Option<bool> {
+    (!distance_m.is_nan()).then(|| in_contact(distance_m, tau_m))
+}
+
+fn state_rows(states: States) -> Vec<StateRow> {
+    (states.runs.into_iter())
+        .map(|run| StateRow {
+            fingers: run.state,
+            samples: run.samples,
+            complete: run.is_complete,
+        })
+        .collect()
+}
+
+/// Stretches of samples at which nothing is known.
+fn unknown(touches: impl Iterator<Item = Option<bool>>) -> Vec<Range<usize>> {
+    let mut stretches: Vec<Range<usize>> = Vec::new();
+    for (k, _) in touches.enumerate().filter(|(_, touches)| touches.is_none()) {
+        match stretches.last_mut() {
+            Some(last) if last.end == k => last.end = k + 1,
+            _ => stretches.push(k..k + 1),
+        }
+    }
+    stretches
+}

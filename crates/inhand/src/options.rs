@@ -218,6 +218,15 @@ pub(crate) struct EvaluateOptions {
     /// Distance from a finger's marker to its pad, millimetres.
     #[arg(long, value_name = "FINGER=MM")]
     pad_offset_mm: Vec<String>,
+    /// Contacts, and lifts, that last less count as no change of contact, seconds [default: 0.05].
+    #[arg(long, value_name = "S")]
+    min_contact_s: Option<f64>,
+    /// A finger that lifts for longer has left the grasp: no gait, seconds [default: 1].
+    #[arg(long, value_name = "S")]
+    max_lift_s: Option<f64>,
+    /// Fingers in contact that make a grasp, for phases [default: 3].
+    #[arg(long, value_name = "N")]
+    grasp_fingers: Option<usize>,
     /// Draws of the bootstrap behind intervals, 0 for no intervals [default: 2000].
     #[arg(long, value_name = "N")]
     draws: Option<usize>,
@@ -388,6 +397,9 @@ impl EvaluateOptions {
         let evaluate = &mut settings.evaluate;
         replace(&mut evaluate.tau_mm, self.tau_mm);
         replace(&mut evaluate.collision_mm, self.collision_mm);
+        replace(&mut evaluate.min_contact_s, self.min_contact_s);
+        replace(&mut evaluate.max_lift_s, self.max_lift_s);
+        replace(&mut evaluate.grasp_fingers, self.grasp_fingers);
         replace(&mut evaluate.draws, self.draws);
         replace(&mut evaluate.confidence, self.confidence);
         for pair in &self.pad_offset_mm {

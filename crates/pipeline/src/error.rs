@@ -159,6 +159,9 @@ pub enum PipelineError {
     /// A report could not be made.
     #[error("report")]
     Report(#[from] inhand_report::ReportError),
+    /// Contacts could not be judged over time.
+    #[error("contacts over time")]
+    Contacts(#[from] inhand_contact::ContactError),
     /// Intervals could not be worked out.
     #[error("bootstrap intervals")]
     Intervals(#[from] inhand_trajectory::BootstrapError),

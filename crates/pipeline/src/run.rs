@@ -216,6 +216,12 @@ pub fn run(
         steps::quality(&results)?,
     );
 
+    let motion = timer.time("motion", || {
+        steps::motion_analysis(&comparison, &generated, &rows, Some(&train), settings)
+    })?;
+    evaluation.movement = Some(motion.movement);
+    evaluation.contacts = motion.contacts;
+
     timer.time("write", || {
         write_takes(
             &results,

@@ -349,6 +349,12 @@ pub struct EvaluateSection {
     pub collision_mm: f64,
     /// Distance from marker to finger pad by finger name, millimetres; taken off the distance.
     pub pad_offset_mm: BTreeMap<String, f64>,
+    /// Contacts, and lifts, that last less are no changes of contact, seconds.
+    pub min_contact_s: f64,
+    /// A finger that stays off longer than this has left the grasp, seconds: setting down again is no gait.
+    pub max_lift_s: f64,
+    /// Fingers in contact that make a grasp.
+    pub grasp_fingers: usize,
     /// Draws of the bootstrap behind intervals; 0 for none.
     pub draws: usize,
     /// Share of the draws inside an interval.
@@ -361,6 +367,9 @@ impl Default for EvaluateSection {
             tau_mm: 5.0,
             collision_mm: 10.0,
             pad_offset_mm: BTreeMap::new(),
+            min_contact_s: 0.05,
+            max_lift_s: 1.0,
+            grasp_fingers: 3,
             draws: 2000,
             confidence: 0.95,
         }

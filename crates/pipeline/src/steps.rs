@@ -22,6 +22,7 @@ mod contacts;
 mod generate;
 mod intervals;
 mod learn;
+mod motion;
 mod rank;
 mod rows;
 mod select;
@@ -39,6 +40,7 @@ pub use learn::learn;
 pub(crate) use learn::{
     complete, drawn_demonstrations, learn_error, nmf_settings, nmf_settings_of, with_deviations,
 };
+pub use motion::{MotionAnalysis, contact_rows, contact_rules, motion_analysis};
 pub use rank::judge_ranks;
 pub use rows::evaluation_rows;
 pub(crate) use select::{Tally, select};

@@ -42,10 +42,11 @@ pub fn evaluate_stored(
         }
     }
     let comparison = steps::measure_recorded(&test, &motion_refs, dictionary, settings)?;
-    let (methods, rows) = generated
+    let (methods, rows): (_, Vec<_>) = generated
         .iter()
         .map(|g| steps::evaluate(&comparison, g))
         .unzip();
+    let motion = steps::motion_analysis(&comparison, &generated, &rows, None, settings)?;
     let rows = steps::evaluation_rows(&comparison, &generated, rows);
     let results: Vec<_> = (takes.iter().zip(&motions))
         .map(|(take, motion)| TakeResult {
@@ -68,6 +69,8 @@ pub fn evaluate_stored(
         methods,
         steps::quality(&results)?,
     );
+    evaluation.movement = Some(motion.movement);
+    evaluation.contacts = motion.contacts;
     evaluation.intervals = steps::intervals(&evaluation, &rows, settings)?;
     Ok((evaluation, rows))
 }

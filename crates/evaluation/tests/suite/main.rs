@@ -3,6 +3,7 @@
 mod closed_form;
 mod incomplete;
 mod intervals;
+mod motion;
 mod planned;
 mod properties;
 mod quality;

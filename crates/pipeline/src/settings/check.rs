@@ -258,6 +258,12 @@ impl Settings {
                 return Err(invalid(key, "a positive number", &value));
             }
         }
+        positive_or_zero("evaluate.min_contact_s", self.evaluate.min_contact_s)?;
+        positive_or_zero("evaluate.max_lift_s", self.evaluate.max_lift_s)?;
+        let fingers = self.evaluate.grasp_fingers;
+        if !(1..=Finger::COUNT).contains(&fingers) {
+            return Err(invalid("evaluate.grasp_fingers", "1 to 5", &fingers));
+        }
         let confidence = self.evaluate.confidence;
         if !(confidence > 0.0 && confidence < 1.0) {
             return Err(invalid(

@@ -1,5 +1,7 @@
 //! From a document back to the evaluation it was written from.
 
+mod motion;
+
 use inhand_model::{
     Bandwidths, Collision, ConstraintFamily, ContactShare, CorridorCoverage, DeviationFacts,
     DictionaryFacts, DictionaryKind, Evaluation, ExpectationWeights, FamilyFacts, Finding, Finger,
@@ -54,8 +56,8 @@ pub(crate) fn read(text: &str) -> Result<(Evaluation, Vec<Provenance>), ReportEr
         intervals: (document.intervals)
             .map(super::intervals::intervals)
             .transpose()?,
-        movement: None,
-        contacts: None,
+        movement: document.movement.map(motion::movements),
+        contacts: document.contacts.map(motion::contacts).transpose()?,
     };
     Ok((evaluation, provenance))
 }

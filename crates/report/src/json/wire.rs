@@ -2,6 +2,8 @@
 //! `schemas/evaluation.schema.json` and nothing outside this folder sees them. Lengths are
 //! millimetres and say so in their keys; a number that does not exist is null.
 
+pub(super) mod motion;
+
 use inhand_model::Finger;
 use serde::{Deserialize, Serialize};
 
@@ -39,6 +41,11 @@ pub(super) struct Document {
     // Documents of this version were written before intervals were worked out.
     #[serde(default)]
     pub(super) intervals: Option<super::intervals::Document>,
+    // Documents of this version were written before there was movement, or contacts over time.
+    #[serde(default)]
+    pub(super) movement: Option<motion::Movements>,
+    #[serde(default)]
+    pub(super) contacts: Option<motion::Contacts>,
     pub(super) provenance: Vec<Step>,
 }
 

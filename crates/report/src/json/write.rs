@@ -1,5 +1,7 @@
 //! From an evaluation to its document.
 
+mod motion;
+
 use inhand_model::{
     Collision, ContactShare, CorridorCoverage, DeviationFacts, DictionaryFacts, Evaluation,
     FamilyFacts, Finding, Finger, MethodChoice, MethodEvaluation, PerFinger, PlanFacts, Provenance,
@@ -29,6 +31,8 @@ pub(super) fn document(evaluation: &Evaluation, provenance: &[Provenance]) -> Do
         methods: evaluation.methods.iter().map(method).collect(),
         quality: quality(&evaluation.quality),
         intervals: (evaluation.intervals.as_ref()).map(super::intervals::document),
+        movement: evaluation.movement.as_ref().map(motion::movements),
+        contacts: evaluation.contacts.as_ref().map(motion::contacts),
         provenance: provenance.iter().map(step).collect(),
     }
 }

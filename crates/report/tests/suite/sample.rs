@@ -1,6 +1,9 @@
 //! An evaluation as a session of six takes gives it: numbers of the right size and shape from
 //! closed forms, so that they are the same everywhere.
 
+#[path = "sample_motion.rs"]
+mod motion;
+
 use inhand_model::{
     Bandwidths, Collision, ConstraintFamily, ContactShare, CorridorCoverage, DeviationFacts,
     DictionaryFacts, DictionaryKind, Evaluation, ExpectationWeights, FamilyFacts, Finding, Finger,
@@ -383,8 +386,8 @@ pub(crate) fn evaluation(object: bool) -> Evaluation {
             .map(|place| take_quality(place, if place < 5 { "train" } else { "test" }))
             .collect(),
         intervals: None,
-        movement: None,
-        contacts: None,
+        movement: Some(motion::movement()),
+        contacts: object.then(motion::contacts),
     }
 }
 

@@ -76,6 +76,16 @@ fn promised() -> Vec<String> {
         "/methods/0/plan/infeasible",
         "/methods/0/plan/worst_kkt_residual",
         "/quality",
+        "/movement/recorded/by_finger/ring/sparc/p50",
+        "/movement/recorded/nearest_demonstration_mm/p75",
+        "/movement/methods/0/by_finger/thumb/ldlj/p50",
+        "/contacts/rules/min_duration_s",
+        "/contacts/takes/0/by_finger/index/duty",
+        "/contacts/takes/0/states/0/fingers",
+        "/contacts/takes/0/transitions/0/count",
+        "/contacts/takes/0/phases/0/kind",
+        "/contacts/takes/0/gaits/0/step_mm",
+        "/contacts/methods/0/by_finger/thumb/slip_mm/p50",
         "/provenance",
     ]
     .map(str::to_owned)
@@ -232,11 +242,46 @@ fn what_was_written_is_read_back() {
         assert_eq!(read.quality, evaluation.quality);
         assert_eq!(read.methods.len(), evaluation.methods.len());
         assert_eq!(steps.len(), provenance.len());
+        assert_near(
+            &format!("{:?}", read.movement),
+            &format!("{:?}", evaluation.movement),
+        );
+        assert_near(
+            &format!("{:?}", read.contacts),
+            &format!("{:?}", evaluation.contacts),
+        );
         assert_eq!(steps[1].inputs, provenance[1].inputs);
         // Numbers may differ in the last digit, so pages are compared: they print fewer.
         let page = |e: &_, p: &_| inhand_report::html(&inhand_report::Report::new(e, p)).unwrap();
         assert_eq!(page(&read, &steps), page(&evaluation, &provenance));
     }
+}
+
+/// The same words, and numbers within the rounding of two changes of unit.
+fn assert_near(found: &str, expected: &str) {
+    let parts = |text: &str| -> Vec<String> {
+        let is_edge = |c: char| !(c.is_alphanumeric() || c == '.' || c == '-');
+        text.split(is_edge).map(str::to_owned).collect()
+    };
+    let (found, expected) = (parts(found), parts(expected));
+    assert_eq!(found.len(), expected.len());
+    for (found, expected) in found.iter().zip(&expected) {
+        match (found.parse::<f64>(), expected.parse::<f64>()) {
+            (Ok(a), Ok(b)) if a.is_finite() => assert!((a - b).abs() <= 1e-15 * b.abs().max(1.0)),
+            _ => assert_eq!(found, expected),
+        }
+    }
+}
+
+#[test]
+fn a_phase_that_stands_for_nothing_is_refused() {
+    let text = evaluation_json(&sample::evaluation(true), &[]).unwrap();
+    let other = text.replace("\"finger_gaiting\"", "\"walking\"");
+    let refused = read_evaluation_json(&other).unwrap_err().to_string();
+    assert!(
+        refused.contains("phases.kind") && refused.contains("walking"),
+        "{refused}"
+    );
 }
 
 #[test]

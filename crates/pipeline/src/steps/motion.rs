@@ -1,0 +1,102 @@
+//! How motion moves and what contacts do over time, of the recording and of each method.
+
+use inhand_evaluation::{JudgedMethod, MovementSettings, Rows, contact_dynamics, movement};
+use inhand_model::{
+    ContactDynamics, ContactRows, ContactRules, Motion, MotionRows, MovementAnalysis, PerFinger,
+    Segments,
+};
+
+use super::{Comparison, Generated, evaluation_settings};
+use crate::error::PipelineError;
+use crate::settings::Settings;
+
+/// What [`motion_analysis`] finds.
+#[derive(Debug)]
+pub struct MotionAnalysis {
+    /// Lengths, speeds, smoothness.
+    pub movement: MovementAnalysis,
+    /// Contacts over time; `None` without an object of known shape.
+    pub contacts: Option<ContactDynamics>,
+    /// The single segments and contacts behind both.
+    pub rows: MotionRows,
+}
+
+/// Measures motion and contacts. `rows` are those that [`evaluate`](super::evaluate) gave for `generated`, in
+/// its order; `train` are the training segments, where they are at hand.
+///
+/// # Errors
+///
+/// [`PipelineError::Settings`], [`PipelineError::Contacts`].
+pub fn motion_analysis(
+    comparison: &Comparison<'_>,
+    generated: &[Generated],
+    rows: &[Rows],
+    train: Option<&Segments>,
+    settings: &Settings,
+) -> Result<MotionAnalysis, PipelineError> {
+    let (data, recorded) = (&comparison.data, &comparison.recorded);
+    let methods: Vec<_> = (generated.iter().zip(rows))
+        .map(|(generated, rows)| JudgedMethod {
+            name: generated.method.name(),
+            trajectories: &generated.trajectories,
+            rows,
+        })
+        .collect();
+    let rules = contact_rules(settings);
+    let ((movement, movement_rows), contacts) = rayon::join(
+        || movement(data, recorded, &methods, train, &MovementSettings::USUAL),
+        || contact_dynamics(data, recorded, &methods, &comparison.settings, &rules),
+    );
+    let (contacts, contact_rows) = contacts?.unzip();
+    let layout = data.segments.layout();
+    let filled = (recorded.filled.chunks(layout.samples.max(1)))
+        .map(|instants| PerFinger::from_fn(|finger| instants.iter().any(|filled| filled[finger])));
+    let (take_contacts, segment_contacts) =
+        contact_rows.map(|rows| (rows.takes, rows.segments)).unzip();
+    let rows = MotionRows {
+        layout,
+        takes: (data.motions.iter())
+            .map(|motion| motion.name.clone())
+            .collect(),
+        segments: data.segments.origins().to_vec(),
+        filled: filled.collect(),
+        movement: movement_rows,
+        contacts: segment_contacts,
+        take_contacts: take_contacts.unwrap_or_default(),
+    };
+    Ok(MotionAnalysis {
+        movement,
+        contacts,
+        rows,
+    })
+}
+
+/// What counts as a contact, a grasp and a step of a finger.
+pub fn contact_rules(settings: &Settings) -> ContactRules {
+    let evaluate = &settings.evaluate;
+    ContactRules {
+        tau_m: evaluate.tau_mm / 1000.0,
+        min_duration_s: evaluate.min_contact_s,
+        max_lift_s: evaluate.max_lift_s,
+        min_fingers: evaluate.grasp_fingers,
+    }
+}
+
+/// What touches over a whole motion, with phases and steps; `None` where the object's shape or pose is not known.
+///
+/// # Errors
+///
+/// [`PipelineError::Settings`], [`PipelineError::Contacts`].
+pub fn contact_rows(
+    motion: &Motion,
+    settings: &Settings,
+) -> Result<Option<ContactRows>, PipelineError> {
+    let Some(shape) = settings.shape()? else {
+        return Ok(None);
+    };
+    let rules = contact_rules(settings);
+    let limits = evaluation_settings(settings)?;
+    Ok(inhand_evaluation::contact_rows(
+        motion, &shape, &limits, &rules,
+    )?)
+}

@@ -25,8 +25,11 @@ use inhand_model::{Configuration, Finger, SegmentLayout, Trajectory};
 /// beyond, relatively, rules a candidate out. Rounding of sums of 1e5 terms stays below.
 const BOUND_ROUNDING: f64 = 1e-9;
 
-/// Every so many samples the rough bound looks at, which candidates are sorted by.
-const ROUGH_STEP: usize = 8;
+/// Samples that the quick bound takes together.
+const BLOCK: usize = 10;
+
+/// More than rounding can do to the sum of a block, relatively: the quick bound is a difference of sums.
+const SUM_ROUNDING: f64 = 1e-12;
 
 /// Which of several motions is nearest, and how near.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -100,13 +103,16 @@ pub fn nearest<'a, const D: usize>(
 
 /// Motions that the nearest to others is looked for among, made ready once.
 ///
-/// Most are ruled out early: by a lower bound (after E. Keogh and C. A. Ratanamahatana, *Exact indexing of
-/// dynamic time warping*, Knowl. Inf. Syst. 7, 2005), taken of a few samples first and then of all, and by
-/// leaving a comparison once no path through it can be as short as the best one.
+/// Most are ruled out early: by two lower bounds, a quick and a close one, and by leaving a comparison once no
+/// path through it can be as short as the best one. Both bounds split the weight 2 of a diagonal step into 1 for
+/// the new row and 1 for the new column. Then each sample of either motion is charged once with its distance to
+/// some sample of the other inside the band.
 ///
-/// The bound: split the weight 2 of a diagonal step into 1 for the new row and 1 for the new column. Then
-/// each sample of either motion is charged once with its distance to some sample of the other inside the
-/// band, which is at least its distance to the box around all of those.
+/// * The close bound (after E. Keogh and C. A. Ratanamahatana, *Exact indexing of dynamic time warping*, Knowl.
+///   Inf. Syst. 7, 2005): that distance is at least the one to the box around all samples inside the band.
+/// * The quick bound, of motions of the same length: that distance is at least the one to the sample of the same
+///   time, less the farthest that the other motion moves inside the band about it. Summed over a block of samples
+///   it is at least twice the distance of the two sums over the block, less what both motions move there.
 ///
 /// ```
 /// use inhand_trajectory::warping::Candidates;
@@ -129,6 +135,7 @@ struct Candidate<'a, const D: usize> {
     index: usize,
     samples: &'a [[f64; D]],
     boxes: Boxes<'a, D>,
+    blocks: Vec<Block<D>>,
 }
 
 impl<'a, const D: usize> Candidates<'a, D> {
@@ -140,6 +147,7 @@ impl<'a, const D: usize> Candidates<'a, D> {
                 index,
                 samples,
                 boxes: Boxes::around(samples, band),
+                blocks: blocks(samples, band),
             })
             .collect();
         Self { sound, band }
@@ -151,20 +159,26 @@ impl<'a, const D: usize> Candidates<'a, D> {
             return None;
         }
         let of_query = Boxes::around(query, self.band);
+        let blocks = blocks(query, self.band);
         let fits = |candidate: &&Candidate<'a, D>| {
             (self.band).is_none_or(|band| query.len().abs_diff(candidate.samples.len()) <= band)
         };
-        let mut roughly: Vec<(f64, &Candidate<'a, D>)> = (self.sound.iter().filter(fits))
+        let mut quickly: Vec<(f64, &Candidate<'a, D>)> = (self.sound.iter().filter(fits))
             .map(|candidate| {
                 let weight = (query.len() + candidate.samples.len()) as f64;
-                let bound = candidate.boxes.distance_m(query, ROUGH_STEP, f64::INFINITY);
+                let same_times = query.len() == candidate.samples.len();
+                let bound = if same_times {
+                    quick_bound(&blocks, &candidate.blocks)
+                } else {
+                    0.0
+                };
                 (bound / weight, candidate)
             })
             .collect();
-        roughly.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.index.cmp(&b.1.index)));
+        quickly.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.index.cmp(&b.1.index)));
 
         let mut best: Option<Nearest> = None;
-        for (bound_m, candidate) in roughly {
+        for (bound_m, candidate) in quickly {
             let best_m = best.map_or(f64::INFINITY, |best| best.distance_m);
             if bound_m > best_m * (1.0 + BOUND_ROUNDING) {
                 break;
@@ -173,8 +187,8 @@ impl<'a, const D: usize> Candidates<'a, D> {
             let weight = (query.len() + samples.len()) as f64;
             // Rounded up, so that multiplying by the weight cannot rule out an equal.
             let limit = best_m * weight * (1.0 + BOUND_ROUNDING);
-            let one_way = candidate.boxes.distance_m(query, 1, limit);
-            if one_way > limit || one_way + of_query.distance_m(samples, 1, limit) > limit {
+            let one_way = candidate.boxes.distance_m(query, limit);
+            if one_way > limit || one_way + of_query.distance_m(samples, limit) > limit {
                 continue;
             }
             let Some(sum) = sum_up_to(query, samples, self.band, limit) else {
@@ -215,11 +229,11 @@ impl<'a, const D: usize> Boxes<'a, D> {
         }
     }
 
-    /// Sum of the distances of every `step`-th sample of another motion to its box, metres; whatever it has
-    /// come to once it is beyond `limit`.
-    fn distance_m(&self, other: &[[f64; D]], step: usize, limit: f64) -> f64 {
+    /// Sum of the distances of the samples of another motion to their boxes, metres; whatever it has come to
+    /// once it is beyond `limit`.
+    fn distance_m(&self, other: &[[f64; D]], limit: f64) -> f64 {
         let mut sum = 0.0;
-        for (i, sample) in other.iter().enumerate().step_by(step) {
+        for (i, sample) in other.iter().enumerate() {
             let of_sample = match (self.band, self.boxes.get(i)) {
                 (None, _) => self.boxes.first().copied(),
                 (Some(_), within) => within.copied(),
@@ -234,6 +248,46 @@ impl<'a, const D: usize> Boxes<'a, D> {
         }
         sum
     }
+}
+
+/// Some neighbouring samples of a motion taken together.
+#[derive(Clone, Debug)]
+struct Block<const D: usize> {
+    /// Sum of the samples.
+    sum: [f64; D],
+    /// Sum of how far the motion gets from each of them inside the band, and what rounding can do to `sum`.
+    moved_m: f64,
+}
+
+fn blocks<const D: usize>(samples: &[[f64; D]], band: Option<usize>) -> Vec<Block<D>> {
+    let n = samples.len();
+    let moved_m = |i: usize| {
+        let near = samples[window(i, n, band)].iter();
+        near.map(|other| between_m(&samples[i], other))
+            .fold(0.0, f64::max)
+    };
+    (0..n)
+        .step_by(BLOCK)
+        .map(|start| {
+            let end = (start + BLOCK).min(n);
+            let mut sum = [0.0; D];
+            for sample in &samples[start..end] {
+                sum = std::array::from_fn(|k| sum[k] + sample[k]);
+            }
+            Block {
+                sum,
+                moved_m: (start..end).map(moved_m).sum::<f64>()
+                    + SUM_ROUNDING * between_m(&sum, &[0.0; D]),
+            }
+        })
+        .collect()
+}
+
+/// The quick bound of two motions of the same length, as the weighted sum of a path, metres.
+fn quick_bound<const D: usize>(a: &[Block<D>], b: &[Block<D>]) -> f64 {
+    (a.iter().zip(b))
+        .map(|(a, b)| (2.0 * between_m(&a.sum, &b.sum) - a.moved_m - b.moved_m).max(0.0))
+        .sum()
 }
 
 fn are_sound<const D: usize>(samples: &[[f64; D]]) -> bool {

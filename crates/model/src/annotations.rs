@@ -8,6 +8,9 @@ use crate::clock::Clock;
 /// Key of a label that is one word alone: `slip` is short for `label=slip`.
 pub const PLAIN_LABEL: &str = "label";
 
+/// Label of events that inhand found in the motion itself, as against those that people gave: `by=inhand`.
+pub const FOUND: (&str, &str) = ("by", "inhand");
+
 /// Something that happened from one instant to another, both inclusive.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Event {
@@ -36,6 +39,12 @@ impl Event {
     /// ```
     pub fn has(&self, label: &Label) -> bool {
         self.labels.get(&label.key) == Some(&label.value)
+    }
+
+    /// Whether inhand found it: it carries the label [`FOUND`].
+    pub fn is_found(&self) -> bool {
+        let (key, value) = FOUND;
+        self.labels.get(key).is_some_and(|by| by == value)
     }
 }
 
@@ -105,6 +114,13 @@ impl Annotations {
     /// Whether nothing is said.
     pub fn is_empty(&self) -> bool {
         self.events.is_empty() && self.about.is_empty()
+    }
+
+    /// The events that people gave: data is selected by these alone, so that what an earlier run found changes
+    /// nothing.
+    pub fn given(&self) -> Vec<Event> {
+        let given = self.events.iter().filter(|event| !event.is_found());
+        given.cloned().collect()
     }
 
     /// Keys of all labels, in the order in which tables show them.
@@ -272,6 +288,16 @@ mod tests {
         assert_eq!(samples(1_085, u64::MAX), [9..10]);
         assert_eq!(samples(1_011, 1_019), []);
         assert_eq!(samples(2_000, 3_000), []);
+    }
+
+    #[test]
+    fn what_was_found_is_not_given() {
+        let annotations = Annotations {
+            events: vec![event(0, 1, "by=ann"), event(2, 3, "by=inhand")],
+            ..Annotations::default()
+        };
+        assert_eq!(annotations.given(), [event(0, 1, "by=ann")]);
+        assert!(annotations.events[1].is_found());
     }
 
     #[test]

@@ -50,7 +50,7 @@ mod shape;
 mod track;
 mod trajectory;
 
-pub use annotations::{Annotations, Event, Label, LabelError, PLAIN_LABEL, Selection};
+pub use annotations::{Annotations, Event, FOUND, Label, LabelError, PLAIN_LABEL, Selection};
 pub use change::{Change, ChangeKind};
 pub use clock::{Clock, ClockError, StartTime};
 pub use contact_dynamics::{

@@ -292,14 +292,14 @@ impl Vocabulary {
         Ok(Self(entries.collect::<Result<_, PipelineError>>()?))
     }
 
-    /// Refuses labels that are not in the vocabulary.
+    /// Refuses labels that are not in the vocabulary; those of events that inhand found are its own.
     ///
     /// # Errors
     ///
     /// [`PipelineError::Annotate`] with what may be used instead.
     pub fn check(&self, file: &Path, events: &[Event]) -> Result<(), PipelineError> {
-        let labels = events.iter().flat_map(|event| &event.labels);
-        for (key, value) in labels {
+        let given = events.iter().filter(|event| !event.is_found());
+        for (key, value) in given.flat_map(|event| &event.labels) {
             let label = Label::new(key, value);
             let allowed = match self.0.get(key) {
                 Some(None) => continue,

@@ -29,6 +29,7 @@ mod coverage;
 mod demo;
 mod dictionary_file;
 mod error;
+mod found_events;
 pub mod learning;
 mod long_take;
 mod manifest;

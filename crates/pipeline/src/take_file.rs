@@ -10,6 +10,7 @@ use inhand_evaluation::{Rows, SampleContacts};
 use inhand_model::{Hull, Motion, PerFinger, Provenance, Segments};
 
 use crate::error::PipelineError;
+use crate::found_events;
 use crate::output;
 use crate::settings::Settings;
 use crate::steps::{self, Generated};
@@ -72,6 +73,11 @@ pub fn write(path: &Path, contents: &TakeContents<'_>, view: bool) -> Result<(),
             unsolved,
         })
         .collect();
+    let annotations = found_events::with_found(
+        &contents.take.annotations,
+        contents.motion,
+        contents.settings,
+    )?;
     let recorded = recorded_contacts(contents.motion, contents.settings)?;
     let of_methods = (motion.iter()).flat_map(|motion| {
         methods.iter().zip(rows).map(|(g, rows)| EvaluatedMethod {
@@ -91,7 +97,7 @@ pub fn write(path: &Path, contents: &TakeContents<'_>, view: bool) -> Result<(),
         evaluated: &evaluated,
         object_shape: contents.settings.shape()?,
         hulls: motion.map(|motion| motion.hulls),
-        annotations: Some(&contents.take.annotations),
+        annotations: Some(&annotations),
         provenance: &provenance,
     };
     write_parts(path, &file, view)

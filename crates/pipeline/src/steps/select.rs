@@ -19,8 +19,8 @@ pub(crate) fn select(
         return Ok(());
     }
     for (motion, take) in motions.iter_mut().zip(takes) {
-        let events = &take.annotations.events;
-        motion.selected = Some(selection.samples(events, motion.clock, motion.len()));
+        let events = take.annotations.given();
+        motion.selected = Some(selection.samples(&events, motion.clock, motion.len()));
     }
     Ok(())
 }
@@ -56,8 +56,8 @@ impl Tally {
 
     pub(crate) fn add(&mut self, take: &Take) {
         let (clock, samples) = (take.recording.clock, take.recording.len());
-        let events = &take.annotations.events;
-        let selected = self.selection.samples(events, clock, samples);
+        let events = take.annotations.given();
+        let selected = self.selection.samples(&events, clock, samples);
         let used = &mut self.used;
         used.used_s += clock.time_s(selected.iter().map(ExactSizeIterator::len).sum());
         used.whole_s += clock.time_s(samples);

@@ -6,7 +6,8 @@ use std::time::{Duration, Instant};
 
 use inhand_evaluation::Rows;
 use inhand_model::{
-    Evaluation, EvaluationRows, Hull, InputHash, Motion, PerFinger, Provenance, Segments,
+    Evaluation, EvaluationRows, Hull, InputHash, Motion, MotionRows, PerFinger, Provenance,
+    Segments,
 };
 use inhand_report::Report;
 use rayon::prelude::*;
@@ -18,7 +19,7 @@ use crate::output;
 use crate::session::{self, Session, SessionTake};
 use crate::settings::{Role, Settings};
 use crate::steps::{self, Generated, TakeResult};
-use crate::tables;
+use crate::tables::{self, MotionFiles};
 use crate::take;
 use crate::take_file::{self, GeneratedMotion, TakeContents};
 
@@ -75,6 +76,8 @@ pub struct RunFiles {
     pub evaluation: PathBuf,
     /// Every instant behind the evaluation, as a table.
     pub rows: PathBuf,
+    /// Every segment, contact and phase behind it, as tables.
+    pub motion: MotionFiles,
     /// The report.
     pub report: PathBuf,
     /// Times, memory, threads.
@@ -92,6 +95,7 @@ impl RunFiles {
             dictionary: folder.join("dictionary.mcap"),
             evaluation: folder.join("evaluation.json"),
             rows: folder.join("rows.parquet"),
+            motion: MotionFiles::in_folder(folder),
             report: folder.join("report.html"),
             run: folder.join(manifest::RUN_FILE),
         }
@@ -103,6 +107,7 @@ impl RunFiles {
         self.takes
             .iter()
             .chain(rest)
+            .chain(self.motion.all())
             .map(PathBuf::as_path)
             .collect()
     }
@@ -238,7 +243,7 @@ pub fn run(
         steps::intervals(&evaluation, &rows, settings)
     })?;
     timer.time("report", || {
-        write_reports(&evaluation, &rows, &provenance, &files)
+        write_reports(&evaluation, (&rows, &motion.rows), &provenance, &files)
     })?;
     let mut timings_s = timer.timings_s;
     timings_s.insert("total".to_owned(), begin.elapsed().as_secs_f64());
@@ -398,14 +403,18 @@ fn write_takes(
 
 fn write_reports(
     evaluation: &Evaluation,
-    rows: &EvaluationRows,
+    (rows, motion): (&EvaluationRows, &MotionRows),
     provenance: &Provenance,
     files: &RunFiles,
 ) -> Result<(), PipelineError> {
     let chain = std::slice::from_ref(provenance);
     let report = Report::new(evaluation, chain).with_rows(rows);
     let (table, (json, html)) = rayon::join(
-        || tables::write_rows(&files.rows, &evaluation.session.name, rows),
+        || {
+            let session = &evaluation.session.name;
+            tables::write_rows(&files.rows, session, rows)?;
+            tables::write_motion_rows(&files.motion, session, motion)
+        },
         || {
             rayon::join(
                 || inhand_report::evaluation_json(evaluation, chain),

@@ -3,11 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use inhand_channels::Metadata;
-use inhand_model::EvaluationRows;
+use inhand_model::{EvaluationRows, MotionRows};
 use inhand_tables::bids::{self, BidsNames};
 use inhand_tables::{
-    Entity, TableError, evaluation_rows, facts_json, motion_entities, recording_entities,
-    rows_facts, tidy, wide, write_csv, write_parquet, write_parquet_parts,
+    Entity, TableError, contact_rows, evaluation_rows, facts_json, motion_entities, phase_rows,
+    recording_entities, rows_facts, segment_rows, tidy, wide, write_csv, write_parquet,
+    write_parquet_parts,
 };
 
 use crate::error::PipelineError;
@@ -127,6 +128,60 @@ pub fn write_rows(path: &Path, session: &str, rows: &EvaluationRows) -> Result<(
         }
         .map_err(table_error(path))
     })
+}
+
+/// Where the tables behind what an evaluation says of motion and contacts go.
+#[derive(Clone, Debug)]
+pub struct MotionFiles {
+    /// Measures of each segment.
+    pub segments: PathBuf,
+    /// Contacts of fingers.
+    pub contacts: PathBuf,
+    /// States of contact, phases, steps of fingers.
+    pub phases: PathBuf,
+}
+
+impl MotionFiles {
+    /// `segments.parquet`, `contacts.parquet` and `phases.parquet` in a folder.
+    pub fn in_folder(folder: &Path) -> Self {
+        Self {
+            segments: folder.join("segments.parquet"),
+            contacts: folder.join("contacts.parquet"),
+            phases: folder.join("phases.parquet"),
+        }
+    }
+
+    /// All of them.
+    pub fn all(&self) -> [&PathBuf; 3] {
+        [&self.segments, &self.contacts, &self.phases]
+    }
+}
+
+/// Writes the segments, contacts and phases behind an evaluation as tables, each in the form that its extension
+/// names; Parquet where it names none. Without an object those of contacts and phases have no rows.
+///
+/// # Errors
+///
+/// [`PipelineError::Table`], [`PipelineError::Io`].
+pub fn write_motion_rows(
+    files: &MotionFiles,
+    session: &str,
+    rows: &MotionRows,
+) -> Result<(), PipelineError> {
+    for (path, table) in [
+        (&files.segments, segment_rows(session, rows)),
+        (&files.contacts, contact_rows(session, rows)),
+        (&files.phases, phase_rows(session, rows)),
+    ] {
+        write_atomic(path, |out| {
+            match Form::of(path) {
+                Some(Form::Csv) => write_csv(&table, out),
+                Some(Form::Parquet) | None => write_parquet(&table, &[], out),
+            }
+            .map_err(table_error(path))
+        })?;
+    }
+    Ok(())
 }
 
 fn entities(take: &Take, what: What) -> Result<Vec<Entity<'_>>, PipelineError> {

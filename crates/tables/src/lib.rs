@@ -42,6 +42,7 @@
 //! * [`wide`], [`tidy`]: a recording or motion as a [`Table`]; [`write_csv`], [`write_parquet`].
 //! * [`facts_json`], [`read_wide_csv`]: what columns cannot hold, and a wide table as a recording.
 //! * [`evaluation_rows`]: every instant behind an evaluation; [`RowsFile`] reads it back.
+//! * [`segment_rows`], [`contact_rows`], [`phase_rows`]: the segments, contacts and phases behind it.
 //! * [`events`]: events of a take as CSV and back.
 //! * [`bids`]: a take as files of a BIDS dataset.
 
@@ -51,6 +52,7 @@ mod entity;
 mod error;
 pub mod events;
 mod facts;
+mod motion;
 mod parquet_file;
 mod parquet_read;
 mod rows;
@@ -62,6 +64,7 @@ pub use csv_file::write_csv;
 pub use entity::{Entity, motion_entities, recording_entities};
 pub use error::TableError;
 pub use facts::facts_json;
+pub use motion::{contact_rows, phase_rows, segment_rows};
 pub use parquet_file::{write_parquet, write_parquet_parts};
 pub use parquet_read::ParquetTable;
 pub use rows::evaluation_rows;

@@ -71,7 +71,7 @@ pub fn evaluation_rows<'a>(session: &'a str, rows: &'a EvaluationRows) -> Table<
     }
 }
 
-fn words<'a>(name: &str, word: impl Fn(usize) -> &'a str + Sync + 'a) -> Column<'a> {
+pub(crate) fn words<'a>(name: &str, word: impl Fn(usize) -> &'a str + Sync + 'a) -> Column<'a> {
     Column {
         name: name.to_owned(),
         unit: "",
@@ -80,7 +80,7 @@ fn words<'a>(name: &str, word: impl Fn(usize) -> &'a str + Sync + 'a) -> Column<
     }
 }
 
-fn counts<'a>(name: &str, count: impl Fn(usize) -> usize + Sync + 'a) -> Column<'a> {
+pub(crate) fn counts<'a>(name: &str, count: impl Fn(usize) -> usize + Sync + 'a) -> Column<'a> {
     Column {
         name: name.to_owned(),
         unit: "1",
@@ -90,7 +90,7 @@ fn counts<'a>(name: &str, count: impl Fn(usize) -> usize + Sync + 'a) -> Column<
     }
 }
 
-fn numbers<'a>(
+pub(crate) fn numbers<'a>(
     name: String,
     unit: &'static str,
     number: impl Fn(usize) -> f64 + Sync + 'a,

@@ -24,6 +24,10 @@ use crate::quantiles::quantile;
 /// memory.
 const MOST_PADDING: u32 = 10;
 
+/// A speed whose slope changes by less than this share of its peak from sample to sample is steady: a straight
+/// line at constant speed, as it comes out of sums and differences, is not smooth to a degree.
+const STEADY: f64 = 1e-9;
+
 /// How the arc of a spectrum is cut out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ArcSettings {
@@ -200,7 +204,7 @@ pub fn spectral_arc_length(speeds_m_s: &[f64], rate_hz: f64, settings: ArcSettin
 /// for every movement of practice) is smoother. Neither unit of length nor duration changes it.
 ///
 /// `None` for fewer than three speeds, one that is negative or not finite, no motion at all, and a speed that
-/// never changes its slope, which has no jerk and no logarithm.
+/// never changes its slope (by more than rounding), which has no jerk and no logarithm.
 ///
 /// ```
 /// use inhand_trajectory::smoothness::log_dimensionless_jerk;
@@ -218,11 +222,15 @@ pub fn log_dimensionless_jerk(speeds_m_s: &[f64], rate_hz: f64) -> Option<f64> {
     // (N / rate)³ rate⁴ / rate.
     let peak = speeds_m_s.iter().copied().fold(0.0, f64::max);
     let n = speeds_m_s.len() as f64;
-    let squares: f64 = (speeds_m_s.windows(3))
-        .map(|v| ((v[2] - 2.0 * v[1] + v[0]) / peak).powi(2))
-        .sum();
-    let jerk = n.powi(3) * squares;
-    (jerk > 0.0).then(|| -jerk.ln())
+    let bends = || {
+        speeds_m_s
+            .windows(3)
+            .map(|v| (v[2] - 2.0 * v[1] + v[0]) / peak)
+    };
+    let squares: f64 = bends().map(|bend| bend * bend).sum();
+    bends()
+        .any(|bend| bend.abs() > STEADY)
+        .then(|| -(n.powi(3) * squares).ln())
 }
 
 /// Finite, not negative, not all zero, at a rate that makes sense.

@@ -46,7 +46,8 @@ pub struct ContactCounts {
 /// Intervals of all methods. `errors` gives the errors of the method at a place and of a finger, `contacts` its
 /// counts, `None` where no object is known; both have the same clusters in the same order for every
 /// method. Each method is asked for once, finger by finger, and at most three are held at a time: many sessions
-/// do not fit into memory at once.
+/// do not fit into memory at once. `seen` gets the errors of each method when they are sorted, for other
+/// statistics of them.
 ///
 /// # Errors
 ///
@@ -58,6 +59,7 @@ pub fn intervals<E: From<BootstrapError>>(
     bootstrap: Bootstrap,
     mut errors: impl FnMut(usize, Finger) -> Result<ErrorsByCluster, E>,
     contacts: impl Fn(usize) -> Option<Vec<ContactCounts>>,
+    mut seen: impl FnMut(usize, &SortedErrors),
 ) -> Result<Intervals, E> {
     let resampling = Resampling {
         draws: bootstrap.draws,
@@ -69,8 +71,8 @@ pub fn intervals<E: From<BootstrapError>>(
     let default = place_of(default);
 
     let mut found: Vec<Option<MethodIntervals>> = vec![None; contestants.len()];
-    let mut look = |place: usize| -> Result<Sample, E> {
-        let sample = Sample::read(|finger| errors(place, finger))?;
+    let mut look = |place: usize| -> Result<SortedErrors, E> {
+        let sample = SortedErrors::read(|finger| errors(place, finger))?;
         let counts = contacts(place);
         found[place] = Some(method_intervals(
             contestants[place].name,
@@ -78,6 +80,7 @@ pub fn intervals<E: From<BootstrapError>>(
             counts.as_deref(),
             &resampling,
         )?);
+        seen(place, &sample);
         Ok(sample)
     };
     let name = |place: usize| contestants[place].name;
@@ -145,6 +148,7 @@ pub fn session_intervals(
         bootstrap,
         |place, finger| Ok(segment_errors(rows, place, finger)),
         |place| segment_contacts(rows, place, tau_m),
+        |_, _| (),
     )
 }
 
@@ -188,8 +192,8 @@ fn segment_contacts(
     Some(segments.map(counts).collect())
 }
 
-/// The baseline with the smallest mean error, the first of equal ones.
-fn best_baseline(contestants: &[Contestant<'_>]) -> Option<usize> {
+/// Place of the baseline with the smallest mean error, the first of equal ones.
+pub fn best_baseline(contestants: &[Contestant<'_>]) -> Option<usize> {
     (contestants.iter().enumerate())
         .filter(|(_, method)| method.baseline && method.mean_error_m.is_finite())
         .min_by(|a, b| a.1.mean_error_m.total_cmp(&b.1.mean_error_m))
@@ -197,6 +201,7 @@ fn best_baseline(contestants: &[Contestant<'_>]) -> Option<usize> {
 }
 
 /// Rows with what tells in which clusters one method is better than another.
+#[derive(Debug)]
 struct Rows {
     rows: ClusteredRows,
     /// Each measure of each cluster alone; NaN without rows.
@@ -204,9 +209,19 @@ struct Rows {
 }
 
 /// Errors of a method, sorted: of each finger and of all.
-struct Sample {
+#[derive(Debug)]
+pub struct SortedErrors {
     by_finger: PerFinger<Rows>,
     all: Rows,
+}
+
+impl SortedErrors {
+    /// Those of a finger, or of all of them.
+    pub fn rows(&self, finger: Option<Finger>) -> &ClusteredRows {
+        &finger
+            .map_or(&self.all, |finger| &self.by_finger[finger])
+            .rows
+    }
 }
 
 impl Rows {
@@ -216,7 +231,7 @@ impl Rows {
     }
 }
 
-impl Sample {
+impl SortedErrors {
     /// The errors of one finger after the other: what is read of one is dropped before the next.
     fn read<E: From<BootstrapError>>(
         mut errors: impl FnMut(Finger) -> Result<ErrorsByCluster, E>,
@@ -279,7 +294,7 @@ fn estimates(rows: &ClusteredRows, resampling: &Resampling) -> Result<Estimates,
 
 fn method_intervals(
     method: &str,
-    sample: &Sample,
+    sample: &SortedErrors,
     contacts: Option<&[ContactCounts]>,
     resampling: &Resampling,
 ) -> Result<MethodIntervals, BootstrapError> {

@@ -93,7 +93,10 @@ mod recorded;
 
 pub use dynamics::{DynamicsRows, contact_dynamics, contact_rows};
 pub use input::{Corridors, EvaluationSettings, MethodResult, ObjectPoses, TestData};
-pub use intervals::{ContactCounts, Contestant, ErrorsByCluster, intervals, session_intervals};
+pub use intervals::{
+    ContactCounts, Contestant, ErrorsByCluster, SortedErrors, best_baseline, intervals,
+    session_intervals,
+};
 pub use method::{Rows, evaluate_method};
 pub use motion_contacts::{SampleContacts, motion_contacts};
 pub use movement::{JudgedMethod, MovementSettings, movement};

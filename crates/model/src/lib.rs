@@ -25,6 +25,7 @@
 mod annotations;
 mod change;
 mod clock;
+mod comparison;
 mod contact_dynamics;
 mod contact_rule;
 mod dictionary;
@@ -47,12 +48,14 @@ mod roles;
 mod rows;
 mod segments;
 mod shape;
+mod summary;
 mod track;
 mod trajectory;
 
 pub use annotations::{Annotations, Event, FOUND, Label, LabelError, PLAIN_LABEL, Selection};
 pub use change::{Change, ChangeKind};
 pub use clock::{Clock, ClockError, StartTime};
+pub use comparison::{ComparedSide, ContactChange, Drawn, ErrorChange, EvaluationComparison};
 pub use contact_dynamics::{
     ContactDynamics, ContactRules, FingerContactFacts, GaitFacts, PhaseFacts, SegmentContacts,
     StateFacts, TakeContacts, Transition,
@@ -102,5 +105,9 @@ pub use segments::{
     object_coordinates_m,
 };
 pub use shape::{Shape, ShapeError};
+pub use summary::{
+    GroupSummary, MethodSummary, Outlier, SessionMethod, SessionSummary, SettingDifference,
+    SharedContacts, Summary,
+};
 pub use track::{PointTrack, PoseTrack, Sample, Status, Track, TrackCounts};
 pub use trajectory::{Trajectory, TrajectoryError};

@@ -162,6 +162,14 @@ pub enum PipelineError {
     /// Contacts could not be judged over time.
     #[error("contacts over time")]
     Contacts(#[from] inhand_contact::ContactError),
+    /// An evaluation that cannot be joined or compared with others.
+    #[error("{}: {message}", path.display())]
+    Part {
+        /// The file.
+        path: PathBuf,
+        /// What was expected, what was found, what to do.
+        message: String,
+    },
     /// Intervals could not be worked out.
     #[error("bootstrap intervals")]
     Intervals(#[from] inhand_trajectory::BootstrapError),

@@ -40,6 +40,7 @@ pub mod overlay;
 mod plan;
 mod run;
 mod session;
+pub mod sessions;
 mod settings;
 mod state;
 pub mod steps;

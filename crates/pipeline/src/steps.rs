@@ -35,6 +35,7 @@ use contacts::evaluation_settings;
 use generate::velocity_bounds;
 pub use generate::{Generated, SegmentCorridors, generate, plan_settings};
 pub(crate) use generate::{Hold, corridors_of, hold_settings, plan_error, planner};
+pub(crate) use intervals::SEED;
 pub use intervals::intervals;
 pub use learn::learn;
 pub(crate) use learn::{

@@ -121,6 +121,7 @@ pub fn intervals(
     check(measures, resampling)?;
     Ok(estimate(
         &(rows.sizes().iter().map(|&size| size > 0)).collect::<Vec<_>>(),
+        &[rows.sizes().len()],
         measures.len(),
         resampling,
         |times, found| rows.measure(times, measures, found),
@@ -155,22 +156,75 @@ pub fn differences(
     let occupied: Vec<bool> = (first.sizes().iter().zip(second.sizes()))
         .map(|(&first, &second)| comparable && (first > 0 || second > 0))
         .collect();
+    let found = difference(measures, |times, measures, of_first, of_second| {
+        first.measure(times, measures, of_first);
+        second.measure(times, measures, of_second);
+    });
+    let samples = [occupied.len()];
     let n = measures.len();
-    let mut of_second = vec![f64::NAN; n];
-    // Differences first, then relative ones.
-    let estimates = estimate(&occupied, 2 * n, resampling, |times, found| {
-        let (absolute, relative) = found.split_at_mut(n);
-        first.measure(times, measures, absolute);
-        second.measure(times, measures, &mut of_second);
+    Ok(paired_up(&estimate(
+        &occupied,
+        &samples,
+        2 * n,
+        resampling,
+        found,
+    )))
+}
+
+/// How statistics of `first` differ from those of `second`, which have nothing to do with each other: clusters of
+/// both are drawn apart, those of the second with the seed after the first's. The intervals are wider than those
+/// of [`differences`], and the only ones there are where the clusters are not the same.
+///
+/// # Errors
+///
+/// As for [`intervals`].
+pub fn unpaired_differences(
+    first: &ClusteredRows,
+    second: &ClusteredRows,
+    measures: &[Measure],
+    resampling: &Resampling,
+) -> Result<Vec<Option<Difference>>, BootstrapError> {
+    check(measures, resampling)?;
+    let samples = [first.sizes().len(), second.sizes().len()];
+    let sizes = first.sizes().iter().chain(second.sizes());
+    let occupied: Vec<bool> = sizes.map(|&size| size > 0).collect();
+    let found = difference(measures, |times, measures, of_first, of_second| {
+        let (times, of_others) = times.split_at(samples[0]);
+        first.measure(times, measures, of_first);
+        second.measure(of_others, measures, of_second);
+    });
+    let n = measures.len();
+    Ok(paired_up(&estimate(
+        &occupied,
+        &samples,
+        2 * n,
+        resampling,
+        found,
+    )))
+}
+
+/// Writes the differences of both samples' measures, then the relative ones.
+fn difference(
+    measures: &[Measure],
+    both: impl Fn(&[u32], &[Measure], &mut [f64], &mut [f64]),
+) -> impl FnMut(&[u32], &mut [f64]) {
+    let mut of_second = vec![f64::NAN; measures.len()];
+    move |times, found| {
+        let (absolute, relative) = found.split_at_mut(measures.len());
+        both(times, measures, absolute, &mut of_second);
         for ((absolute, relative), &second) in absolute.iter_mut().zip(relative).zip(&of_second) {
             *absolute -= second;
             *relative = *absolute / second.abs();
         }
-    });
-    let (absolute, relative) = estimates.split_at(n);
-    Ok((absolute.iter().zip(relative))
+    }
+}
+
+/// Differences and then relative ones, each with its own.
+fn paired_up(estimates: &[Option<Estimate>]) -> Vec<Option<Difference>> {
+    let (absolute, relative) = estimates.split_at(estimates.len() / 2);
+    (absolute.iter().zip(relative))
         .map(|(&absolute, &relative)| absolute.map(|absolute| Difference { absolute, relative }))
-        .collect())
+        .collect()
 }
 
 /// Intervals of any statistics: `statistics` gets the rows of all drawn clusters (those of a cluster
@@ -193,15 +247,22 @@ pub fn intervals_of<const N: usize>(
     let occupied: Vec<bool> = (clusters.iter())
         .map(|rows| !rows.as_ref().is_empty())
         .collect();
-    Ok(estimate(&occupied, N, resampling, |times, found| {
-        pooled.clear();
-        for (rows, &times) in clusters.iter().zip(times) {
-            for _ in 0..times {
-                pooled.extend_from_slice(rows.as_ref());
+    let samples = [occupied.len()];
+    Ok(estimate(
+        &occupied,
+        &samples,
+        N,
+        resampling,
+        |times, found| {
+            pooled.clear();
+            for (rows, &times) in clusters.iter().zip(times) {
+                for _ in 0..times {
+                    pooled.extend_from_slice(rows.as_ref());
+                }
             }
-        }
-        found.copy_from_slice(&statistics(&pooled));
-    }))
+            found.copy_from_slice(&statistics(&pooled));
+        },
+    ))
 }
 
 fn check(measures: &[Measure], resampling: &Resampling) -> Result<(), BootstrapError> {

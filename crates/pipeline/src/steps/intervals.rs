@@ -40,7 +40,7 @@ pub fn intervals(
 }
 
 /// The methods of an evaluation as a bootstrap needs to know them.
-pub(crate) fn contestants(evaluation: &Evaluation) -> Vec<Contestant<'_>> {
+fn contestants(evaluation: &Evaluation) -> Vec<Contestant<'_>> {
     let judged = |error: &Statistics| error.n > 0;
     (evaluation.methods.iter())
         .map(|method| Contestant {

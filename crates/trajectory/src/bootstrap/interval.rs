@@ -1,14 +1,17 @@
 //! Intervals from the statistics of draws.
 
 use std::f64::consts::{PI, SQRT_2};
+use std::ops::Range;
 
 use crate::bootstrap::{Draws, Estimate, Interval, Resampling};
 use crate::quantiles::quantile;
 
 /// Estimates of `width` statistics. `statistics` gets how many times each cluster is taken and writes
-/// `width` numbers, NaN or infinite where one is not defined. `occupied` says which clusters have rows.
+/// `width` numbers, NaN or infinite where one is not defined. `occupied` says which clusters have rows, those of
+/// samples that are drawn apart from one another after each other, `samples` how many clusters each has.
 pub(crate) fn estimate(
     occupied: &[bool],
+    samples: &[usize],
     width: usize,
     resampling: &Resampling,
     mut statistics: impl FnMut(&[u32], &mut [f64]),
@@ -21,19 +24,30 @@ pub(crate) fn estimate(
     // Leaving out a cluster without rows changes nothing and is no part of the jackknife.
     let mut left_out = vec![Vec::new(); width];
     let mut drawn = vec![Vec::with_capacity(resampling.draws); width];
-    if occupied.iter().filter(|&&occupied| occupied).count() >= 2 {
+    let mut start = 0;
+    let ranges: Vec<Range<usize>> = (samples.iter())
+        .map(|size| {
+            start += size;
+            start - size..start
+        })
+        .collect();
+    let several =
+        |range: &Range<usize>| occupied[range.clone()].iter().filter(|&&o| o).count() >= 2;
+    if ranges.iter().all(several) {
         for cluster in (0..occupied.len()).filter(|&cluster| occupied[cluster]) {
             times[cluster] = 0;
             statistics(&times, &mut found);
             times[cluster] = 1;
             push(&mut left_out, &found);
         }
-        let draws = Draws {
-            clusters: occupied.len(),
-            seed: resampling.seed,
-        };
         for draw in 0..resampling.draws {
-            draws.times(draw as u64, &mut times);
+            for (sample, range) in ranges.iter().enumerate() {
+                let draws = Draws {
+                    clusters: range.len(),
+                    seed: resampling.seed.wrapping_add(sample as u64),
+                };
+                draws.times(draw as u64, &mut times[range.clone()]);
+            }
             statistics(&times, &mut found);
             push(&mut drawn, &found);
         }

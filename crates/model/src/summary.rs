@@ -1,0 +1,139 @@
+//! Many sessions together.
+
+use crate::evaluation::Statistics;
+use crate::finger::PerFinger;
+use crate::intervals::Intervals;
+
+/// What many sessions say together. Statistics over sessions are those of all their instants together, not
+/// means of the sessions' statistics.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Summary {
+    /// The method to look at first: the one most sessions look at first.
+    pub default_method: String,
+    /// The sessions, in the order given.
+    pub sessions: Vec<SessionSummary>,
+    /// Methods that every session evaluated, in the order of the first.
+    pub methods: Vec<MethodSummary>,
+    /// Intervals over sessions.
+    pub intervals: Intervals,
+    /// Sessions of the same participant, object and task together: the default method and the best baseline.
+    pub groups: Vec<GroupSummary>,
+    /// Sessions in which something is far from what it is in the others.
+    pub outliers: Vec<Outlier>,
+    /// Settings that are not the same in all sessions.
+    pub differences: Vec<SettingDifference>,
+}
+
+/// One session among many.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SessionSummary {
+    /// Name.
+    pub name: String,
+    /// File of its evaluation, as it was given.
+    pub file: String,
+    /// Who was recorded, where that is stated.
+    pub participant: Option<String>,
+    /// Object shape in words.
+    pub object: Option<String>,
+    /// What they did, where that is stated.
+    pub task: Option<String>,
+    /// Test takes.
+    pub takes: usize,
+    /// Their length, seconds.
+    pub duration_s: f64,
+    /// Test segments.
+    pub segments: usize,
+    /// Segments that test takes without gaps would have given in addition.
+    pub left_out: usize,
+    /// Findings about its takes that are warnings.
+    pub warnings: usize,
+    /// What the session's own evaluation says of each method, in the order of the summary.
+    pub methods: Vec<SessionMethod>,
+}
+
+/// One method in one session.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SessionMethod {
+    /// Error over all fingers and instants.
+    pub error: Statistics,
+    /// The same, each finger.
+    pub error_by_finger: PerFinger<Statistics>,
+    /// Contacts, where an object is known.
+    pub contacts: Option<SharedContacts>,
+}
+
+/// Instants with three or more contacts, counted so that sessions can be added up.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SharedContacts {
+    /// Instants judged.
+    pub n: usize,
+    /// Those with three or more contacts, planned.
+    pub three_or_more: usize,
+    /// The same, recorded.
+    pub recorded_three_or_more: usize,
+}
+
+/// One method over all sessions.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MethodSummary {
+    /// Name.
+    pub name: String,
+    /// What it knows and does, in a line.
+    pub description: String,
+    /// Whether it uses nothing learned.
+    pub baseline: bool,
+    /// Error over all fingers, instants and sessions.
+    pub error: Statistics,
+    /// The same, each finger.
+    pub error_by_finger: PerFinger<Statistics>,
+    /// Contacts of the sessions with an object.
+    pub contacts: Option<SharedContacts>,
+}
+
+/// Sessions of the same kind together.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GroupSummary {
+    /// Participant; `None` where it is not stated.
+    pub participant: Option<String>,
+    /// Object.
+    pub object: Option<String>,
+    /// Task.
+    pub task: Option<String>,
+    /// Sessions in it.
+    pub sessions: usize,
+    /// Method.
+    pub method: String,
+    /// Error over all fingers and instants of its sessions.
+    pub error: Statistics,
+    /// The same, each finger.
+    pub error_by_finger: PerFinger<Statistics>,
+}
+
+/// Something about a session that is far from what it is in the others.
+///
+/// Far is a modified z-score of more than 3.5: `0.6745 (value - median) / MAD`, with the median absolute deviation
+/// from the median (Iglewicz and Hoaglin, *How to detect and handle outliers*, 1993).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outlier {
+    /// Place of the session in the summary.
+    pub session: usize,
+    /// What is far off, in words.
+    pub what: String,
+    /// `mm`, `%` or nothing.
+    pub unit: &'static str,
+    /// What it is there, in that unit.
+    pub value: f64,
+    /// The median over sessions.
+    pub median: f64,
+    /// Modified z-score.
+    pub score: f64,
+}
+
+/// A setting that sessions do not share.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SettingDifference {
+    /// Key, such as `learn.rank`.
+    pub key: String,
+    /// The value in each session, in their order; `not set` where it is not stated.
+    pub values: Vec<String>,
+}

@@ -1,0 +1,13 @@
+//! Evaluations of many sessions: joined, compared, made in one go.
+//!
+//! What joins is a *part*: `evaluation.json` and, beside it, the `rows.parquet` of the same run. The parts
+//! carry every judged instant, so that quantiles over sessions are exact, and recordings are not needed.
+
+mod groups;
+mod merge;
+mod outliers;
+mod part;
+mod settings;
+
+pub use merge::{MergeOptions, merge};
+pub use part::Part;

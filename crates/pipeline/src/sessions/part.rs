@@ -1,0 +1,145 @@
+//! One evaluation with the rows behind it.
+
+use std::path::{Path, PathBuf};
+
+use inhand_model::{Evaluation, Finger, Provenance};
+use inhand_tables::RowsFile;
+
+use crate::error::PipelineError;
+use crate::tables::table_error;
+
+/// Names of the two files of a part.
+const EVALUATION_FILE: &str = "evaluation.json";
+const ROWS_FILE: &str = "rows.parquet";
+
+/// More than adding up in another order does to a mean, relative.
+const MEAN_ROUNDING: f64 = 1e-9;
+
+/// One evaluation with the rows behind it.
+#[derive(Debug)]
+pub struct Part {
+    /// The evaluation's file, as it was given.
+    pub path: PathBuf,
+    /// The evaluation.
+    pub evaluation: Evaluation,
+    /// What made it.
+    pub provenance: Vec<Provenance>,
+    /// The rows; `None` where no file with rows stands beside it.
+    rows: Option<RowsFile>,
+}
+
+impl Part {
+    /// Reads an evaluation and opens the rows beside it. `path` is an `evaluation.json`, or a folder with one.
+    ///
+    /// # Errors
+    ///
+    /// [`PipelineError::Io`], [`PipelineError::Part`] for a file that is cut, of another version, or no
+    /// evaluation, [`PipelineError::Table`] for rows that are cut, and [`PipelineError::Part`] for rows of
+    /// another evaluation.
+    pub fn read(path: &Path) -> Result<Self, PipelineError> {
+        let path = match path.is_dir() {
+            true => path.join(EVALUATION_FILE),
+            false => path.to_owned(),
+        };
+        let text = std::fs::read_to_string(&path).map_err(PipelineError::io("read", &path))?;
+        let (evaluation, provenance) = inhand_report::read_evaluation_json(&text)
+            .map_err(|error| refused(&path, error.to_string()))?;
+        let beside = path.with_file_name(ROWS_FILE);
+        let rows = (beside.is_file())
+            .then(|| RowsFile::open(&beside).map_err(table_error(&beside)))
+            .transpose()?;
+        let part = Self {
+            path,
+            evaluation,
+            provenance,
+            rows,
+        };
+        part.check_rows(&beside)?;
+        Ok(part)
+    }
+
+    /// Whether the rows can be of this evaluation, as far as names tell.
+    fn check_rows(&self, beside: &Path) -> Result<(), PipelineError> {
+        let Some(rows) = &self.rows else {
+            return Ok(());
+        };
+        let methods = self.evaluation.methods.iter().map(|method| &method.name);
+        let (expected, found) = (&self.evaluation.session.name, rows.session());
+        if !methods.eq(rows.methods()) || expected != found {
+            let message = format!(
+                "rows of session \"{found}\" and the methods {}, but {} is of session \"{expected}\" and \
+                 the methods {}: they are of different runs, make both again",
+                rows.methods().join(", "),
+                self.path.display(),
+                self.method_names().join(", "),
+            );
+            return Err(refused(beside, message));
+        }
+        Ok(())
+    }
+
+    /// Names of the methods, in their order.
+    pub fn method_names(&self) -> Vec<&str> {
+        let methods = self.evaluation.methods.iter();
+        methods.map(|method| method.name.as_str()).collect()
+    }
+
+    /// The rows.
+    ///
+    /// # Errors
+    ///
+    /// [`PipelineError::Part`] where there are none.
+    pub fn rows(&self) -> Result<&RowsFile, PipelineError> {
+        self.rows.as_ref().ok_or_else(|| {
+            let message = format!(
+                "no {ROWS_FILE} stands beside it, and without the rows quantiles over sessions cannot be exact: \
+                 keep the two files of a run together, or write it with `inhand evaluate --rows`"
+            );
+            refused(&self.path, message)
+        })
+    }
+
+    /// Whether there are rows.
+    pub fn has_rows(&self) -> bool {
+        self.rows.is_some()
+    }
+
+    /// Errors of a finger that were judged, metres, after a check that they are those of the evaluation.
+    ///
+    /// # Errors
+    ///
+    /// [`PipelineError::Part`] without rows or with those of another run, [`PipelineError::Table`] for damaged
+    /// ones.
+    pub fn errors_m(&self, method: &str, finger: Finger) -> Result<Vec<f64>, PipelineError> {
+        let errors = (self.rows()?.error_m(method, finger)).map_err(table_error(&self.path))?;
+        let errors: Vec<f64> = errors.into_iter().filter(|e| e.is_finite()).collect();
+        let stated = (self.evaluation.methods.iter())
+            .find(|known| known.name == method)
+            .map(|known| known.error_by_finger[finger]);
+        let mean = errors.iter().sum::<f64>() / errors.len() as f64;
+        let same = stated.is_some_and(|stated| {
+            let off = (mean - stated.mean).abs() > MEAN_ROUNDING * stated.mean.abs();
+            stated.n == errors.len() && (errors.is_empty() || !off)
+        });
+        if same {
+            return Ok(errors);
+        }
+        let stated = stated.unwrap_or_default();
+        let message = format!(
+            "the {finger} of {method} has {} errors of {} mm on average, in {ROWS_FILE} {} of {} mm: they are of \
+             different runs, make both again",
+            stated.n,
+            stated.mean * 1e3,
+            errors.len(),
+            mean * 1e3,
+        );
+        Err(refused(&self.path, message))
+    }
+}
+
+pub(super) fn refused(path: &Path, message: String) -> PipelineError {
+    PipelineError::Part {
+        path: path.to_owned(),
+        message,
+    }
+}

@@ -153,7 +153,11 @@ pub fn session_intervals(
 }
 
 /// Errors of a finger in each segment.
-fn segment_errors(rows: &EvaluationRows, method: usize, finger: Finger) -> ErrorsByCluster {
+pub(crate) fn segment_errors(
+    rows: &EvaluationRows,
+    method: usize,
+    finger: Finger,
+) -> ErrorsByCluster {
     let samples = rows.layout.samples.max(1);
     (rows.methods[method].error_m.chunks(samples))
         .map(|segment| {
@@ -164,7 +168,7 @@ fn segment_errors(rows: &EvaluationRows, method: usize, finger: Finger) -> Error
 }
 
 /// Contacts in each segment, planned and recorded at the same instants.
-fn segment_contacts(
+pub(crate) fn segment_contacts(
     rows: &EvaluationRows,
     method: usize,
     tau_m: f64,
@@ -258,7 +262,7 @@ fn measures_of(rows: Vec<f64>) -> [f64; Measure::ALL.len()] {
     })
 }
 
-fn as_measured(measure: Measure) -> bootstrap::Measure {
+pub(crate) fn as_measured(measure: Measure) -> bootstrap::Measure {
     match measure {
         Measure::Mean => bootstrap::Measure::Mean,
         Measure::Rmse => bootstrap::Measure::Rmse,
@@ -269,7 +273,7 @@ fn as_measured(measure: Measure) -> bootstrap::Measure {
 }
 
 /// A bootstrap estimate with what it rests on.
-fn estimate(found: &bootstrap::Estimate, rows: &ClusteredRows) -> Estimate {
+pub(crate) fn estimate(found: &bootstrap::Estimate, rows: &ClusteredRows) -> Estimate {
     Estimate {
         value: found.value,
         n: rows.sorted().len(),
@@ -320,20 +324,8 @@ fn contact_estimates(
     counts: &[ContactCounts],
     resampling: &Resampling,
 ) -> Result<(Option<Estimate>, Option<Estimate>), BootstrapError> {
-    // A share is the mean of ones and zeros.
-    let shares = |of: fn(&ContactCounts) -> usize| {
-        let clusters: Vec<Vec<f64>> = (counts.iter())
-            .map(|counts| {
-                let ones = of(counts).min(counts.judged);
-                let mut values = vec![1.0; ones];
-                values.resize(counts.judged, 0.0);
-                values
-            })
-            .collect();
-        ClusteredRows::new(&clusters)
-    };
-    let planned = shares(|counts| counts.three_or_more)?;
-    let recorded = shares(|counts| counts.recorded_three_or_more)?;
+    let planned = ones_and_zeros(counts, |counts| counts.three_or_more)?;
+    let recorded = ones_and_zeros(counts, |counts| counts.recorded_three_or_more)?;
     let mean = [bootstrap::Measure::Mean];
     let share = bootstrap::intervals(&planned, &mean, resampling)?;
     let less = bootstrap_differences(&planned, &recorded, &mean, resampling)?;
@@ -341,6 +333,22 @@ fn contact_estimates(
         share[0].map(|found| estimate(&found, &planned)),
         less[0].map(|found| estimate(&found.absolute, &planned)),
     ))
+}
+
+/// What a share is the mean of.
+pub(crate) fn ones_and_zeros(
+    counts: &[ContactCounts],
+    of: fn(&ContactCounts) -> usize,
+) -> Result<ClusteredRows, BootstrapError> {
+    let clusters: Vec<Vec<f64>> = (counts.iter())
+        .map(|counts| {
+            let ones = of(counts).min(counts.judged);
+            let mut values = vec![1.0; ones];
+            values.resize(counts.judged, 0.0);
+            values
+        })
+        .collect();
+    ClusteredRows::new(&clusters)
 }
 
 /// How the first differs from the second in each measure; nothing where one has no rows.

@@ -75,6 +75,7 @@
 //! ```
 
 mod certificates;
+mod compare;
 mod constraints;
 mod contacts;
 mod corridors;
@@ -92,6 +93,7 @@ mod quality;
 mod recorded;
 
 pub use dynamics::{DynamicsRows, contact_dynamics, contact_rows};
+pub use compare::{MethodOf, are_paired, compare_contacts, compare_errors};
 pub use input::{Corridors, EvaluationSettings, MethodResult, ObjectPoses, TestData};
 pub use intervals::{
     ContactCounts, Contestant, ErrorsByCluster, SortedErrors, best_baseline, intervals,

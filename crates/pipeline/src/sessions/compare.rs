@@ -1,0 +1,184 @@
+//! Two evaluations side by side.
+
+use inhand_evaluation::{MethodOf, are_paired, compare_contacts, compare_errors};
+use inhand_model::{
+    Bootstrap, Cluster, ComparedSide, ContactChange, Drawn, ErrorChange, EvaluationComparison,
+    EvaluationRows, Finger, Measure, MethodEvaluation, Statistics,
+};
+
+use super::part::{Part, refused};
+use super::settings::differences;
+use crate::error::PipelineError;
+use crate::steps::SEED;
+use crate::tables::table_error;
+
+/// What is compared with what.
+#[derive(Clone, Debug)]
+pub struct CompareOptions {
+    /// Method after; `None` for every method that both have.
+    pub method: Option<String>,
+    /// Method before, where it is another one.
+    pub against: Option<String>,
+    /// Draws of the bootstrap over segments; 0 for no intervals.
+    pub draws: usize,
+    /// Share of the draws inside an interval.
+    pub confidence: f64,
+}
+
+/// Compares two evaluations, or two methods of one (`before` and `after` the same).
+///
+/// # Errors
+///
+/// [`PipelineError::Part`] for methods that are not there, or nothing to compare; [`PipelineError::Table`] for
+/// damaged rows.
+pub fn compare(
+    before: &Part,
+    after: &Part,
+    options: &CompareOptions,
+) -> Result<EvaluationComparison, PipelineError> {
+    let pairs = pairs(before, after, options)?;
+    let bootstrap = Bootstrap {
+        cluster: Cluster::Segment,
+        draws: options.draws,
+        seed: SEED,
+        confidence: options.confidence,
+    };
+    let rows = |part: &Part| -> Result<EvaluationRows, PipelineError> {
+        part.rows()?.read().map_err(table_error(&part.path))
+    };
+    let with_rows = before.has_rows() && after.has_rows() && options.draws > 0;
+    let both = with_rows.then(|| Ok::<_, PipelineError>((rows(before)?, rows(after)?)));
+    let both = both.transpose()?;
+
+    let (mut errors, mut contacts) = (Vec::new(), Vec::new());
+    for (old, new) in pairs {
+        if let Some((before_rows, after_rows)) = &both {
+            let old = method_of(before_rows, old);
+            let new = method_of(after_rows, new);
+            if let (Some(old), Some(new)) = (old, new) {
+                errors.extend(compare_errors(old, new, bootstrap)?);
+                contacts.extend(compare_contacts(old, new, bootstrap)?);
+            }
+        } else {
+            errors.extend(stated_errors(old, new));
+            contacts.extend(stated_contacts(old, new));
+        }
+    }
+    Ok(EvaluationComparison {
+        before: side(before),
+        after: side(after),
+        drawn: match &both {
+            Some((before, after)) if are_paired(before, after) => Drawn::Together,
+            Some(_) => Drawn::Apart,
+            None => Drawn::NotAtAll,
+        },
+        bootstrap,
+        errors,
+        contacts,
+        settings: differences(&[before, after]),
+    })
+}
+
+fn side(part: &Part) -> ComparedSide {
+    ComparedSide {
+        file: part.path.display().to_string(),
+        session: part.evaluation.session.name.clone(),
+    }
+}
+
+type Pair<'a> = (&'a MethodEvaluation, &'a MethodEvaluation);
+
+fn pairs<'a>(
+    before: &'a Part,
+    after: &'a Part,
+    options: &CompareOptions,
+) -> Result<Vec<Pair<'a>>, PipelineError> {
+    let find = |part: &'a Part, name: &str| {
+        let known = part.evaluation.methods.iter();
+        known
+            .clone()
+            .find(|method| method.name == name)
+            .ok_or_else(|| {
+                let names: Vec<&str> = known.map(|method| method.name.as_str()).collect();
+                let message = format!("no method \"{name}\"; evaluated were {}", names.join(", "));
+                refused(&part.path, message)
+            })
+    };
+    let pairs: Vec<Pair<'a>> = match (&options.method, &options.against) {
+        (Some(new), old) => {
+            let old = old.as_ref().unwrap_or(new);
+            vec![(find(before, old)?, find(after, new)?)]
+        }
+        (None, Some(old)) => {
+            let new = &after.evaluation.default_method;
+            vec![(find(before, old)?, find(after, new)?)]
+        }
+        (None, None) => (after.evaluation.methods.iter())
+            .filter_map(|new| Some((find(before, &new.name).ok()?, new)))
+            .collect(),
+    };
+    let same = |(old, new): &Pair<'_>| before.path == after.path && old.name == new.name;
+    if pairs.is_empty() || pairs.iter().all(same) {
+        let message = "nothing to compare: name another evaluation, or two methods of this one with \
+                       --method and --against";
+        return Err(refused(&after.path, message.to_owned()));
+    }
+    Ok(pairs)
+}
+
+fn method_of<'a>(rows: &'a EvaluationRows, method: &MethodEvaluation) -> Option<MethodOf<'a>> {
+    let place = rows
+        .methods
+        .iter()
+        .position(|known| known.name == method.name)?;
+    Some(MethodOf {
+        rows,
+        method: place,
+        tau_m: method
+            .contact
+            .as_ref()
+            .map_or(f64::NAN, |contact| contact.tau_m),
+    })
+}
+
+/// Changes of what both evaluations state, without intervals.
+fn stated_errors(old: &MethodEvaluation, new: &MethodEvaluation) -> Vec<ErrorChange> {
+    let of = |method: &MethodEvaluation, finger: Option<Finger>| -> Statistics {
+        finger.map_or(method.error, |finger| method.error_by_finger[finger])
+    };
+    let value = |error: &Statistics, measure| match measure {
+        Measure::Mean => error.mean,
+        Measure::Rmse => error.rmse,
+        Measure::P50 => error.p50,
+        Measure::P75 => error.p75,
+        Measure::P95 => error.p95,
+    };
+    let fingers = [None].into_iter().chain(Finger::ALL.map(Some));
+    fingers
+        .map(|finger| (finger, of(old, finger), of(new, finger)))
+        .filter(|(_, old, new)| old.n > 0 && new.n > 0)
+        .flat_map(|(finger, before, after)| {
+            Measure::ALL.map(|measure| ErrorChange {
+                before_method: old.name.clone(),
+                after_method: new.name.clone(),
+                finger,
+                measure,
+                before_m: value(&before, measure),
+                after_m: value(&after, measure),
+                absolute: None,
+                relative: None,
+            })
+        })
+        .collect()
+}
+
+fn stated_contacts(old: &MethodEvaluation, new: &MethodEvaluation) -> Option<ContactChange> {
+    let (before, after) = (old.contact.as_ref()?, new.contact.as_ref()?);
+    Some(ContactChange {
+        before_method: old.name.clone(),
+        after_method: new.name.clone(),
+        before: before.three_or_more,
+        after: after.three_or_more,
+        absolute: None,
+    })
+}

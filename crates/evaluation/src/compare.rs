@@ -1,0 +1,144 @@
+//! Two evaluations side by side: how statistics differ, with intervals.
+
+use inhand_model::{Bootstrap, ContactChange, ErrorChange, EvaluationRows, Finger, Measure};
+use inhand_trajectory::BootstrapError;
+use inhand_trajectory::bootstrap::{
+    self, ClusteredRows, Difference, Resampling, differences, unpaired_differences,
+};
+
+use crate::intervals::{as_measured, estimate, ones_and_zeros, segment_contacts, segment_errors};
+
+/// A method in the rows of an evaluation.
+#[derive(Clone, Copy, Debug)]
+pub struct MethodOf<'a> {
+    /// The rows.
+    pub rows: &'a EvaluationRows,
+    /// Place of the method in them.
+    pub method: usize,
+    /// Largest distance that counts as contact in this evaluation, metres.
+    pub tau_m: f64,
+}
+
+impl MethodOf<'_> {
+    fn name(&self) -> &str {
+        &self.rows.methods[self.method].name
+    }
+}
+
+/// Whether two evaluations judged the same segments, so that what is hard about a segment is hard in both.
+pub fn are_paired(before: &EvaluationRows, after: &EvaluationRows) -> bool {
+    (before.layout.samples, before.layout.rate_hz) == (after.layout.samples, after.layout.rate_hz)
+        && before.takes == after.takes
+        && before.segments == after.segments
+}
+
+/// How the errors of a method differ from those before: for all fingers together and each finger, in every
+/// measure. Segments are drawn together where both judged the same ([`are_paired`]), else apart. A
+/// statistic of no rows on one side is left out.
+///
+/// # Errors
+///
+/// [`BootstrapError`] for settings that make no sense.
+pub fn compare_errors(
+    before: MethodOf<'_>,
+    after: MethodOf<'_>,
+    bootstrap: Bootstrap,
+) -> Result<Vec<ErrorChange>, BootstrapError> {
+    let sorted = |of: MethodOf<'_>| -> Result<Vec<ClusteredRows>, BootstrapError> {
+        let fingers =
+            Finger::ALL.map(|f| ClusteredRows::new(&segment_errors(of.rows, of.method, f)));
+        let fingers = fingers.into_iter().collect::<Result<Vec<_>, _>>()?;
+        let all = ClusteredRows::merged(&fingers.iter().collect::<Vec<_>>())?;
+        Ok([all].into_iter().chain(fingers).collect())
+    };
+    let (first, second) = (sorted(after)?, sorted(before)?);
+    let fingers = [None].into_iter().chain(Finger::ALL.map(Some));
+    let measures = Measure::ALL.map(as_measured);
+    let mut changes = Vec::new();
+    for ((first, second), finger) in first.iter().zip(&second).zip(fingers) {
+        let resampling = resampling(bootstrap);
+        let values = |rows| bootstrap::intervals(rows, &measures, &only_values(resampling));
+        let (of_first, of_second) = (values(first)?, values(second)?);
+        let found = differ(before, after, first, second, &measures, &resampling)?;
+        for (k, measure) in Measure::ALL.into_iter().enumerate() {
+            if let (Some(a), Some(b), Some(found)) = (of_first[k], of_second[k], found[k]) {
+                changes.push(ErrorChange {
+                    before_method: before.name().to_owned(),
+                    after_method: after.name().to_owned(),
+                    finger,
+                    measure,
+                    before_m: b.value,
+                    after_m: a.value,
+                    absolute: Some(estimate(&found.absolute, first)),
+                    relative: found.relative.map(|found| estimate(&found, first)),
+                });
+            }
+        }
+    }
+    Ok(changes)
+}
+
+/// How the share of instants with three or more contacts differs from that before; `None` where one of both has no
+/// object.
+///
+/// # Errors
+///
+/// As [`compare_errors`].
+pub fn compare_contacts(
+    before: MethodOf<'_>,
+    after: MethodOf<'_>,
+    bootstrap: Bootstrap,
+) -> Result<Option<ContactChange>, BootstrapError> {
+    let counts = |of: MethodOf<'_>| segment_contacts(of.rows, of.method, of.tau_m);
+    let (Some(first), Some(second)) = (counts(after), counts(before)) else {
+        return Ok(None);
+    };
+    let first = ones_and_zeros(&first, |counts| counts.three_or_more)?;
+    let second = ones_and_zeros(&second, |counts| counts.three_or_more)?;
+    let mean = [bootstrap::Measure::Mean];
+    let resampling = resampling(bootstrap);
+    let value = |rows| -> Result<f64, BootstrapError> {
+        let found = bootstrap::intervals(rows, &mean, &only_values(resampling))?;
+        Ok(found[0].map_or(f64::NAN, |found| found.value))
+    };
+    let (after_share, before_share) = (value(&first)?, value(&second)?);
+    let found = differ(before, after, &first, &second, &mean, &resampling)?;
+    Ok(found[0].map(|found| ContactChange {
+        before_method: before.name().to_owned(),
+        after_method: after.name().to_owned(),
+        before: before_share,
+        after: after_share,
+        absolute: Some(estimate(&found.absolute, &first)),
+    }))
+}
+
+fn differ(
+    before: MethodOf<'_>,
+    after: MethodOf<'_>,
+    first: &ClusteredRows,
+    second: &ClusteredRows,
+    measures: &[bootstrap::Measure],
+    resampling: &Resampling,
+) -> Result<Vec<Option<Difference>>, BootstrapError> {
+    if are_paired(before.rows, after.rows) {
+        differences(first, second, measures, resampling)
+    } else {
+        unpaired_differences(first, second, measures, resampling)
+    }
+}
+
+fn resampling(bootstrap: Bootstrap) -> Resampling {
+    Resampling {
+        draws: bootstrap.draws,
+        seed: bootstrap.seed,
+        confidence: bootstrap.confidence,
+    }
+}
+
+/// Statistics of the rows themselves do not need many draws.
+fn only_values(resampling: Resampling) -> Resampling {
+    Resampling {
+        draws: 1,
+        ..resampling
+    }
+}

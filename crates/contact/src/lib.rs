@@ -5,7 +5,7 @@
 //!
 //! * **Do they touch the object?** [`surface_distance_m`] is the exact signed distance to a box or
 //!   cylinder (by parry, whose types stay in here), [`FingerOffsets`] takes off the way from marker to
-//!   pad.
+//!   pad; [`SurfaceCloud`] measures to points on the surface instead, as the paper does.
 //! * **Do they touch one another?** [`nearest_pair_m`].
 //! * **Have they been there before?** [`hull`] makes the convex hull of all positions of a fingertip
 //!   in the training takes, [`inside`] and [`hull_distance_m`] say whether and how far a planned
@@ -40,6 +40,7 @@
 //! # Ok::<(), inhand_model::ShapeError>(())
 //! ```
 
+mod cloud;
 mod error;
 pub mod events;
 mod hull;
@@ -48,6 +49,7 @@ pub mod phases;
 pub mod slip;
 mod surface;
 
+pub use cloud::SurfaceCloud;
 pub use error::ContactError;
 pub use hull::{HullProbe, hull, hull_distance_m, inside};
 pub use pair::nearest_pair_m;

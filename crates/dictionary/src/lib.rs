@@ -61,6 +61,7 @@ mod covariance;
 mod data;
 mod descent;
 mod error;
+mod explained;
 mod lanes;
 mod missing;
 mod multiplicative;
@@ -86,6 +87,7 @@ mod tests;
 
 pub use columns::Columns;
 pub use error::{Coordinate, LearnError};
+pub use explained::explained_variance;
 pub use nmf::{describe_nmf, learn_nmf, smallest_objective};
 pub use pca::learn_pca;
 pub use projection::{Projection, activations};

@@ -99,14 +99,14 @@ pub fn learn_pca(
 }
 
 /// Columns less their mean, read block by block.
-struct Centred<'a, C> {
+pub(crate) struct Centred<'a, C> {
     columns: &'a C,
     rows: usize,
     mean: Vec<f64>,
 }
 
 impl<'a, C: Columns> Centred<'a, C> {
-    fn new(columns: &'a C) -> Result<Self, LearnError> {
+    pub(crate) fn new(columns: &'a C) -> Result<Self, LearnError> {
         let rows = columns.layout().rows();
         let mut centred = Self {
             columns,
@@ -127,7 +127,7 @@ impl<'a, C: Columns> Centred<'a, C> {
     }
 
     /// Shows every block of columns, in order.
-    fn each_block(&self, mut see: impl FnMut(&[f64])) -> Result<(), LearnError> {
+    pub(crate) fn each_block(&self, mut see: impl FnMut(&[f64])) -> Result<(), LearnError> {
         let count = self.columns.count();
         for first in (0..count).step_by(BLOCK_COLUMNS) {
             let last = (first + BLOCK_COLUMNS).min(count);
@@ -149,8 +149,27 @@ impl<'a, C: Columns> Centred<'a, C> {
         self.columns.count() <= self.rows.min(BLOCK_COLUMNS)
     }
 
+    /// Sum of the squares of all numbers.
+    pub(crate) fn squared_norm(&self) -> Result<f64, LearnError> {
+        let mut sum = 0.0;
+        self.each_block(|block| sum += squared_norm(block))?;
+        Ok(sum)
+    }
+
     /// Eigenvalues and eigenvectors of the smaller of `Xᵀ X` and `X Xᵀ`.
     fn eigen(&self) -> Result<(DVector<f64>, DMatrix<f64>), LearnError> {
+        let eigen = SymmetricEigen::new(self.products()?);
+        Ok((eigen.eigenvalues, eigen.eigenvectors))
+    }
+
+    /// The eigenvalues alone, none below zero, in no order.
+    pub(crate) fn eigenvalues(&self) -> Result<Vec<f64>, LearnError> {
+        let values = self.products()?.symmetric_eigenvalues();
+        Ok(values.iter().map(|v| v.max(0.0)).collect())
+    }
+
+    /// The smaller of `Xᵀ X` and `X Xᵀ`.
+    fn products(&self) -> Result<DMatrix<f64>, LearnError> {
         let size = if self.is_tall() {
             self.columns.count()
         } else {
@@ -164,8 +183,7 @@ impl<'a, C: Columns> Centred<'a, C> {
                 add(&mut products, &gram(block, size));
             }
         })?;
-        let eigen = SymmetricEigen::new(DMatrix::from_vec(size, size, products));
-        Ok((eigen.eigenvalues, eigen.eigenvectors))
+        Ok(DMatrix::from_vec(size, size, products))
     }
 
     /// Eigenvectors as directions in the space of segments (rows x rank), without scale.

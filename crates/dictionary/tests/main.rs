@@ -6,6 +6,7 @@
 )]
 
 mod bad_input;
+mod explained;
 mod nmf;
 mod object;
 mod pca;

@@ -6,6 +6,7 @@
 //!   by a [`filter`] ([`smooth`]).
 //! * [`cut_segments`]: pieces of a second, with or without the object, and the end conditions that a
 //!   planner knows.
+//! * [`Welch`]: over which frequencies motion and noise spread.
 //!
 //! Missing stays missing unless a gap is short enough to fill, and what was filled is marked, from
 //! here to the last report. Nothing here reads or writes files.
@@ -87,6 +88,7 @@ mod template;
 mod error;
 mod lookup;
 mod rigid_fit;
+mod spectrum;
 mod stretches;
 
 pub use body::fitted_bodies;
@@ -95,5 +97,6 @@ pub use gaps::{fill_points, fill_poses};
 pub use process::{process, smooth, to_hand_frame};
 pub use segments::{Cut, Starts, cut_segments};
 pub use settings::{Filter, GapFill, ProcessSettings, SegmentSettings};
+pub use spectrum::Welch;
 pub use table::SegmentTable;
 pub use template::{BodyRole, Template, Templates, fit_templates};

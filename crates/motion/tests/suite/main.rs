@@ -7,6 +7,7 @@ mod object;
 mod process;
 mod reference;
 mod segments;
+mod spectrum;
 
 use inhand_model::{
     BodyKind, BodySource, Clock, Finger, LengthUnit, Marker, MarkerKind, PerFinger, Pose, Position,

@@ -107,4 +107,5 @@ pub use take::{
     CleanedTake, ContactSample, EvaluatedMethod, EvaluatedSample, GeneratedMethod,
     GeneratedSegment, RECORDED, ReadCleaned, ReadTake, TakeFile, UnsolvedPlan, WriteSettings,
 };
+pub use topic::planned_fingertips_topic;
 pub use write::{TakeWriter, ViewsFor, view_channels, write_recording, write_take, write_views};

@@ -91,6 +91,11 @@ fn check_name(what: &str, name: &str) -> Result<(), ChannelError> {
     Ok(())
 }
 
+/// The topic of the fingertips that a method planned.
+pub fn planned_fingertips_topic(method: &str) -> String {
+    format!("/generated/{method}/fingertips")
+}
+
 /// Topics of one method.
 pub(crate) struct MethodTopics {
     pub(crate) fingertips: String,
@@ -107,7 +112,7 @@ impl MethodTopics {
     pub(crate) fn new(name: &str) -> Result<Self, ChannelError> {
         check_name("name of a method", name)?;
         Ok(Self {
-            fingertips: format!("/generated/{name}/fingertips"),
+            fingertips: planned_fingertips_topic(name),
             plan: format!("/generated/{name}/plan"),
             error: format!("/evaluation/{name}/error"),
             contact: format!("/evaluation/{name}/contact"),

@@ -1,7 +1,7 @@
 //! `run.json`: what differs from run to run, and what tells whether results are up to date.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Component, Path, PathBuf};
 use std::time::Duration;
 
 use inhand_model::Provenance;
@@ -73,20 +73,25 @@ pub struct Manifest {
     pub session: String,
     /// SHA-256 over inputs, settings and version.
     pub key: String,
-    /// SHA-256 of each result by file name.
+    /// SHA-256 of each result by its path in the output folder, with `/` between its parts.
     pub outputs: BTreeMap<String, String>,
 }
 
 impl Manifest {
-    /// The manifest of results that were just written.
+    /// The manifest of results that were just written into a folder.
     ///
     /// # Errors
     ///
     /// [`PipelineError::Io`].
-    pub fn of(session: &str, key: String, outputs: &[&Path]) -> Result<Self, PipelineError> {
+    pub fn of(
+        session: &str,
+        key: String,
+        folder: &Path,
+        outputs: &[&Path],
+    ) -> Result<Self, PipelineError> {
         use rayon::prelude::*;
         let hashes: Vec<_> = outputs.par_iter().map(|path| hash_file(path)).collect();
-        let names = outputs.iter().map(|path| file_name(path));
+        let names = outputs.iter().map(|path| name_in(folder, path));
         let outputs = names.zip(hashes).map(|(name, hash)| Ok((name, hash?)));
         Ok(Self {
             session: session.to_owned(),
@@ -132,18 +137,21 @@ pub(crate) fn learn_provenance<'a>(
     }
 }
 
-/// Whether the results of an earlier run have this key and are all unchanged.
+/// Whether the results of an earlier run have this key and are all unchanged, `outputs` among them.
 pub(crate) fn up_to_date(run_file: &Path, session: &str, key: &str, outputs: &[&Path]) -> bool {
-    let Some(earlier) = read(run_file) else {
+    use rayon::prelude::*;
+    let Some(earlier) = read(run_file).map(|run| run.manifest) else {
         return false;
     };
-    if earlier.manifest.key != key {
+    let folder = folder_of(run_file);
+    let listed = |path: &&Path| earlier.outputs.contains_key(&name_in(folder, path));
+    if earlier.key != key || earlier.session != session || !outputs.iter().all(listed) {
         return false;
     }
-    if !outputs.iter().all(|path| path.is_file()) {
-        return false;
-    }
-    Manifest::of(session, key.to_owned(), outputs).is_ok_and(|now| now == earlier.manifest)
+    let unchanged = |(name, hash): (&String, &String)| {
+        file_in(folder, name).is_some_and(|path| hash_file(&path).is_ok_and(|now| now == *hash))
+    };
+    earlier.outputs.par_iter().all(unchanged)
 }
 
 /// Whether a file is the `run.json` of an earlier run of this session.
@@ -163,12 +171,15 @@ pub(crate) fn claim(
     outputs: &[&Path],
     command: &[String],
 ) -> Result<(), PipelineError> {
-    let folder = run_file.parent().unwrap_or(Path::new("."));
+    let folder = folder_of(run_file);
     output::remove_unfinished(folder);
+    output::remove_unfinished(&folder.join(crate::run::FIGURES));
     let earlier = read(run_file).map_or_else(BTreeMap::new, |earlier| earlier.manifest.outputs);
     for (name, hash) in earlier {
-        let stale = folder.join(&name);
-        let kept = outputs.iter().any(|path| file_name(path) == name);
+        let Some(stale) = file_in(folder, &name) else {
+            continue;
+        };
+        let kept = outputs.iter().any(|path| name_in(folder, path) == name);
         if !kept && hash_file(&stale).is_ok_and(|now| now == hash) {
             std::fs::remove_file(&stale).map_err(PipelineError::io("remove", &stale))?;
         }
@@ -220,8 +231,42 @@ fn hash_file(path: &Path) -> Result<String, PipelineError> {
     ))
 }
 
-fn file_name(path: &Path) -> String {
-    path.file_name()
-        .map(|n| n.to_string_lossy().into_owned())
-        .unwrap_or_default()
+fn folder_of(run_file: &Path) -> &Path {
+    run_file.parent().unwrap_or(Path::new("."))
+}
+
+/// The path of a result in its folder, with `/` on every system.
+fn name_in(folder: &Path, path: &Path) -> String {
+    let inside = path.strip_prefix(folder).unwrap_or(path);
+    let parts = inside.components();
+    let parts = parts.map(|part| part.as_os_str().to_string_lossy().into_owned());
+    parts.collect::<Vec<_>>().join("/")
+}
+
+/// The file of that name in the folder; `None` for a name that leads out of it, as only a file that was
+/// tampered with holds.
+fn file_in(folder: &Path, name: &str) -> Option<PathBuf> {
+    let inside = Path::new(name)
+        .components()
+        .all(|part| matches!(part, Component::Normal(_)));
+    inside.then(|| folder.join(name))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_stay_in_their_folder() {
+        let folder = Path::new("/data/out");
+        let name = name_in(folder, &folder.join("figures").join("a.svg"));
+        assert_eq!(name, "figures/a.svg");
+        assert_eq!(
+            file_in(folder, &name),
+            Some("/data/out/figures/a.svg".into())
+        );
+        for leading_out in ["../a", "/etc/passwd", "figures/../../a"] {
+            assert_eq!(file_in(folder, leading_out), None);
+        }
+    }
 }

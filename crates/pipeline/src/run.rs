@@ -14,17 +14,21 @@ use rayon::prelude::*;
 
 use crate::dictionary_file;
 use crate::error::PipelineError;
+use crate::figures::write_figures;
 use crate::manifest::{self, Manifest, RunJson};
 use crate::output;
 use crate::session::{self, Session, SessionTake};
 use crate::settings::{Role, Settings};
-use crate::steps::{self, Generated, TakeResult};
+use crate::steps::{self, Generated, Illustrated, TakeResult};
 use crate::tables::{self, MotionFiles};
 use crate::take;
 use crate::take_file::{self, GeneratedMotion, TakeContents};
 
 /// Name and version of the tool, as written into files.
 pub const TOOL: &str = concat!("inhand ", env!("CARGO_PKG_VERSION"));
+
+/// Folder of the report's figures, in that of the results.
+pub(crate) const FIGURES: &str = "figures";
 
 /// What `run` needs to know.
 #[derive(Clone, Debug)]
@@ -80,6 +84,8 @@ pub struct RunFiles {
     pub motion: MotionFiles,
     /// The report.
     pub report: PathBuf,
+    /// Folder of the report's figures and the numbers behind them.
+    pub figures: PathBuf,
     /// Times, memory, threads.
     pub run: PathBuf,
 }
@@ -97,11 +103,13 @@ impl RunFiles {
             rows: folder.join("rows.parquet"),
             motion: MotionFiles::in_folder(folder),
             report: folder.join("report.html"),
+            figures: folder.join(FIGURES),
             run: folder.join(manifest::RUN_FILE),
         }
     }
 
-    /// The files that depend on inputs and settings alone.
+    /// The files that depend on inputs and settings alone, but for the figures, whose number depends on what
+    /// there is to see.
     fn reproducible(&self) -> Vec<&Path> {
         let rest = [&self.dictionary, &self.evaluation, &self.rows, &self.report];
         self.takes
@@ -154,6 +162,10 @@ pub fn run(
     }
     let in_hand = timer.time("hand_frame", || steps::motions_in_hand(&takes, settings))?;
     let motions = timer.time("filter", || steps::smooth_motions(&in_hand, settings))?;
+    let tests = |motions| motions_of_role(motions, &session, Role::Test);
+    let smoothing = timer.time("illustrate", || {
+        steps::smoothing(&tests(&in_hand), &tests(&motions))
+    })?;
     drop(in_hand);
     let results: Vec<_> = (takes.iter().zip(&motions).zip(&session.takes))
         .map(|((take, motion), entry)| TakeResult {
@@ -242,9 +254,23 @@ pub fn run(
     evaluation.intervals = timer.time("intervals", || {
         steps::intervals(&evaluation, &rows, settings)
     })?;
-    timer.time("report", || {
-        write_reports(&evaluation, (&rows, &motion.rows), &provenance, &files)
-    })?;
+    let illustrated = Illustrated {
+        takes: &results,
+        train: &train,
+        test: &test,
+        test_motions: &test_motions,
+        dictionary: &dictionary,
+        generated: &generated,
+        rows: &rows,
+        settings,
+    };
+    let illustrations = timer.time("illustrate", || steps::illustrate(&illustrated, smoothing))?;
+    let report = Report::new(&evaluation, std::slice::from_ref(&provenance))
+        .with_rows(&rows)
+        .with_illustrations(&illustrations);
+    let figures = timer.time("report", || write_reports(&report, &rows, &motion.rows, &files))?;
+    let mut written = files.reproducible();
+    written.extend(figures.iter().map(PathBuf::as_path));
     let mut timings_s = timer.timings_s;
     timings_s.insert("total".to_owned(), begin.elapsed().as_secs_f64());
     manifest::write_run_json(
@@ -255,7 +281,7 @@ pub fn run(
             peak_memory_bytes: manifest::peak_memory_bytes(),
             threads: rayon::current_num_threads(),
             command: options.command.clone(),
-            manifest: Manifest::of(&session.name, key, &files.reproducible())?,
+            manifest: Manifest::of(&session.name, key, &options.output, &written)?,
         },
     )?;
     let failed_plans = (generated.iter())
@@ -289,8 +315,8 @@ impl Timer<'_> {
         let begin = Instant::now();
         let result = work()?;
         let elapsed = begin.elapsed();
-        self.timings_s
-            .insert(step.to_owned(), elapsed.as_secs_f64());
+        // A step may come in parts.
+        *self.timings_s.entry(step.to_owned()).or_default() += elapsed.as_secs_f64();
         (self.watch)(Event::Finished(step, elapsed));
         Ok(result)
     }
@@ -322,7 +348,16 @@ fn check_output(
         .collect();
     // Results of an earlier run are ours to replace; anything else only by force.
     let ours = options.force || manifest::is_run_of(&files.run, &session.name);
-    refuse_take_folder(options, session)?;
+    for folder in [&options.output, &files.figures] {
+        refuse_take_folder(folder, session)?;
+    }
+    if !ours && has_files(&files.figures) {
+        return Err(PipelineError::Output {
+            path: files.figures.clone(),
+            message: "the folder was not made from the same inputs: --force replaces what is in it"
+                .into(),
+        });
+    }
     let mut targets = files.reproducible();
     targets.push(&files.run);
     targets
@@ -330,9 +365,13 @@ fn check_output(
         .try_for_each(|path| output::check_target(path, &inputs, || ours))
 }
 
+fn has_files(folder: &Path) -> bool {
+    std::fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some())
+}
+
 /// Results among the takes would be takes of the next run.
-fn refuse_take_folder(options: &RunOptions, session: &Session) -> Result<(), PipelineError> {
-    let output = options.output.canonicalize().ok();
+fn refuse_take_folder(folder: &Path, session: &Session) -> Result<(), PipelineError> {
+    let output = folder.canonicalize().ok();
     let holds_takes = |take: &SessionTake| {
         let folder = take
             .path
@@ -343,13 +382,20 @@ fn refuse_take_folder(options: &RunOptions, session: &Session) -> Result<(), Pip
     match session.takes.iter().find(|take| holds_takes(take)) {
         None => Ok(()),
         Some(take) => Err(PipelineError::Output {
-            path: options.output.clone(),
+            path: folder.to_owned(),
             message: format!(
                 "the folder holds the take {}: name another one for the results",
                 take.path.display()
             ),
         }),
     }
+}
+
+/// Motions of takes of a role, those of all takes being in the session's order.
+fn motions_of_role<'a>(motions: &'a [Motion], session: &Session, role: Role) -> Vec<&'a Motion> {
+    let of_role = motions.iter().zip(&session.takes);
+    let of_role = of_role.filter(|(_, entry)| entry.role == role);
+    of_role.map(|(motion, _)| motion).collect()
 }
 
 fn motions_of<'a>(results: &[TakeResult<'a>], role: Role) -> Vec<&'a Motion> {
@@ -401,15 +447,15 @@ fn write_takes(
     written.into_iter().collect()
 }
 
+/// Writes the rows, the evaluation, the page and its figures; returns the files of the figures.
 fn write_reports(
-    evaluation: &Evaluation,
-    (rows, motion): (&EvaluationRows, &MotionRows),
-    provenance: &Provenance,
+    report: &Report<'_>,
+    rows: &EvaluationRows,
+    motion: &MotionRows,
     files: &RunFiles,
-) -> Result<(), PipelineError> {
-    let chain = std::slice::from_ref(provenance);
-    let report = Report::new(evaluation, chain).with_rows(rows);
-    let (table, (json, html)) = rayon::join(
+) -> Result<Vec<PathBuf>, PipelineError> {
+    let evaluation = report.evaluation;
+    let (table, (json, (html, figures))) = rayon::join(
         || {
             let session = &evaluation.session.name;
             tables::write_rows(&files.rows, session, rows)?;
@@ -417,14 +463,20 @@ fn write_reports(
         },
         || {
             rayon::join(
-                || inhand_report::evaluation_json(evaluation, chain),
-                || inhand_report::html(&report),
+                || inhand_report::evaluation_json(evaluation, report.provenance),
+                || {
+                    rayon::join(
+                        || inhand_report::html(report),
+                        || write_figures(&files.figures, report),
+                    )
+                },
             )
         },
     );
     table?;
     output::write_text(&files.evaluation, &json?)?;
-    output::write_text(&files.report, &html?)
+    output::write_text(&files.report, &html?)?;
+    figures
 }
 
 fn plan_times(generated: &[Generated]) -> BTreeMap<String, manifest::PlanMs> {

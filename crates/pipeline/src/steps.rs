@@ -21,6 +21,7 @@ mod choose;
 mod contacts;
 mod generate;
 mod intervals;
+mod illustrate;
 mod learn;
 mod motion;
 mod rank;
@@ -37,6 +38,7 @@ pub use generate::{Generated, SegmentCorridors, generate, plan_settings};
 pub(crate) use generate::{Hold, corridors_of, hold_settings, plan_error, planner};
 pub(crate) use intervals::SEED;
 pub use intervals::intervals;
+pub use illustrate::{Illustrated, Smoothing, illustrate, smoothing};
 pub use learn::learn;
 pub(crate) use learn::{
     complete, drawn_demonstrations, learn_error, nmf_settings, nmf_settings_of, with_deviations,

@@ -1,0 +1,81 @@
+//! Figures of a report as files: drawings for print, and the numbers behind them.
+
+use std::path::{Path, PathBuf};
+
+use inhand_report::{Figure, FigureData, FigureValues, Report};
+use inhand_tables::{Column, Table, Values, write_parquet};
+use rayon::prelude::*;
+
+use crate::error::PipelineError;
+use crate::output::{write_atomic, write_text};
+use crate::tables::table_error;
+
+/// Writes every figure of a report into a folder, each three times: `ID.svg` for print, the numbers that it
+/// draws as `ID.csv` and as `ID.parquet`. Returns what was written, in the order of the page.
+///
+/// # Errors
+///
+/// As [`inhand_report::figures`]; [`PipelineError::Table`], [`PipelineError::Io`]. Each file appears whole or not
+/// at all.
+pub fn write_figures(folder: &Path, report: &Report<'_>) -> Result<Vec<PathBuf>, PipelineError> {
+    let figures = inhand_report::figures(report)?;
+    let written: Vec<Result<_, PipelineError>> = figures
+        .par_iter()
+        .map(|figure| write_figure(folder, figure))
+        .collect();
+    let written = written.into_iter().collect::<Result<Vec<_>, _>>()?;
+    Ok(written.into_iter().flatten().collect())
+}
+
+fn write_figure(folder: &Path, figure: &Figure) -> Result<[PathBuf; 3], PipelineError> {
+    let file = |extension: &str| folder.join(format!("{}.{extension}", figure.id));
+    let (svg, csv, parquet) = (file("svg"), file("csv"), file("parquet"));
+    write_text(&svg, &figure.print_svg())?;
+    write_text(&csv, &figure.data.csv())?;
+    let about = [("inhand.figure", figure.title.clone())];
+    write_atomic(&parquet, |out| {
+        write_parquet(&table(&figure.data), &about, out).map_err(table_error(&parquet))
+    })?;
+    Ok([svg, csv, parquet])
+}
+
+fn table(data: &FigureData) -> Table<'_> {
+    let columns = data.columns.iter().map(|column| Column {
+        name: column.name.to_owned(),
+        unit: unit(column.name),
+        frame: "",
+        values: match &column.values {
+            FigureValues::Numbers(values) => {
+                Values::Numbers(Box::new(|row| values.get(row).copied().unwrap_or(f64::NAN)))
+            }
+            FigureValues::Counts(values) => Values::Counts(Box::new(|row| {
+                let count = values.get(row).copied().unwrap_or(0);
+                i64::try_from(count).unwrap_or(i64::MAX)
+            })),
+            FigureValues::Words(values) => {
+                Values::Words(Box::new(|row| values.get(row).map_or("", String::as_str)))
+            }
+        },
+    });
+    Table {
+        columns: columns.collect(),
+        rows: data.rows(),
+    }
+}
+
+/// The unit that a column's name ends in; none where it is no unit.
+fn unit(name: &str) -> &'static str {
+    const UNITS: [(&str, &str); 8] = [
+        ("_mm2_hz", "mm²/Hz"),
+        ("_mm2", "mm²"),
+        ("_mm", "mm"),
+        ("_percent", "%"),
+        ("_deg", "°"),
+        ("_ms", "ms"),
+        ("_hz", "Hz"),
+        ("_s", "s"),
+    ];
+    (UNITS.iter())
+        .find(|(ending, _)| name.ends_with(ending))
+        .map_or("", |(_, unit)| unit)
+}

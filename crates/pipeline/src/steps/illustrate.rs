@@ -1,0 +1,66 @@
+//! What figures of a report show beside the numbers of an evaluation.
+//!
+//! `gaps` (where tracks are missing), `smoothing` (the filter at work), `segments` (usual and worst
+//! segments), `learned` (hulls, primitives, explained variance), `clouds` (distances to clouds of points).
+
+mod clouds;
+mod gaps;
+mod learned;
+mod segments;
+mod smoothing;
+
+use inhand_model::{Dictionary, EvaluationRows, Illustrations, Motion, Segments};
+
+use super::{Generated, TakeResult};
+use crate::error::PipelineError;
+use crate::settings::Settings;
+
+pub use smoothing::{Smoothing, smoothing};
+
+/// What illustrations are taken from: what a run has at its end.
+#[derive(Clone, Copy, Debug)]
+pub struct Illustrated<'a> {
+    /// All takes, in the session's order.
+    pub takes: &'a [TakeResult<'a>],
+    /// Segments that the dictionary was learned from.
+    pub train: &'a Segments,
+    /// Segments that methods planned.
+    pub test: &'a Segments,
+    /// The takes those were cut from.
+    pub test_motions: &'a [&'a Motion],
+    /// The dictionary.
+    pub dictionary: &'a Dictionary,
+    /// Methods, the default one first.
+    pub generated: &'a [Generated],
+    /// Their errors.
+    pub rows: &'a EvaluationRows,
+    /// What was set.
+    pub settings: &'a Settings,
+}
+
+/// Takes from a run what figures show. Nothing is random and nothing depends on the number of threads.
+///
+/// # Errors
+///
+/// [`PipelineError::Settings`] for what the object is, [`PipelineError::Learn`] for segments that teach
+/// nothing.
+pub fn illustrate(
+    run: &Illustrated<'_>,
+    smoothing: Smoothing,
+) -> Result<Illustrations, PipelineError> {
+    let (explained, point_clouds) = rayon::join(
+        || learned::explained(run.train, run.dictionary),
+        || clouds::point_clouds(run),
+    );
+    Ok(Illustrations {
+        gaps: run.takes.iter().map(gaps::of_take).collect(),
+        filtering: smoothing.filtering,
+        spectrum: smoothing.spectrum,
+        paths: segments::paths(run),
+        worst: segments::worst(run),
+        hulls: Some(run.dictionary.demonstrated.hulls.clone()),
+        primitives: learned::primitives(run.dictionary),
+        explained: explained?,
+        point_clouds: point_clouds?,
+    })
+}

@@ -17,6 +17,7 @@ pub(crate) mod legend;
 pub(crate) mod line_chart;
 pub(crate) mod palette;
 mod print;
+pub(crate) mod projection;
 pub(crate) mod scale;
 pub(crate) mod strips;
 pub(crate) mod style;

@@ -2,6 +2,7 @@
 
 mod body;
 mod choice;
+mod clouds;
 mod constraints;
 mod contact_count;
 mod contact_raster;
@@ -11,18 +12,24 @@ mod deviation;
 mod dictionary;
 mod ecdf;
 mod errors;
+mod filtering;
+mod gaps;
+mod illustrated;
 pub(crate) mod intervals;
 mod object;
 mod over_time;
 mod paper;
+mod paths;
 mod plan_status;
 mod plans;
 mod provenance;
 mod quality;
 mod segment_errors;
 mod session;
+mod shown;
 mod statistics;
 mod table;
+mod worst;
 
 use inhand_model::MethodEvaluation;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
@@ -75,11 +82,14 @@ fn sections(report: &Report<'_>) -> Vec<Section> {
             "Data quality",
             quality::section(evaluation).into(),
         )),
+        illustrated::processing(report).map(|body| section("processing", "Gaps and filter", body)),
         Some(section(
             "errors",
             "Fingertip error",
             errors::section(report, methods),
         )),
+        illustrated::examples(report, methods)
+            .map(|body| section("examples", "Paths and worst errors", body)),
         paper::section(report).map(|body| section("paper", "Beside the paper", body)),
         object::section(methods).map(|body| section("object", "Object pose", body)),
         Some(section(
@@ -87,6 +97,7 @@ fn sections(report: &Report<'_>) -> Vec<Section> {
             "Contacts",
             contacts::section(report, methods),
         )),
+        illustrated::clouds(report).map(|body| section("clouds", "Clouds of points", body)),
         Some(section(
             "constraints",
             "Constraints",
@@ -98,6 +109,7 @@ fn sections(report: &Report<'_>) -> Vec<Section> {
             "Dictionary",
             dictionary::section(evaluation),
         )),
+        illustrated::training(report).map(|body| section("training", "What training showed", body)),
         Some(section(
             "provenance",
             "Settings and provenance",

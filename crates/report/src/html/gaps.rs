@@ -1,0 +1,208 @@
+//! Where tracks are missing and where they were filled.
+
+use inhand_model::{Finger, TakeGaps, TrackGaps};
+use maud::{Markup, html};
+
+use super::Body;
+use crate::figure::palette::{PLAIN_CLASS, finger_class};
+use crate::figure::scale::Scale;
+use crate::figure::{Figure, FigureColumn, FigureData, Frame, Key, Panel, Px, axes};
+use crate::number::{NARROW_SPACE, count, decimals};
+use crate::words::shortened;
+
+/// Takes that are drawn at most; those with most to show.
+const SHOWN: usize = 12;
+
+const WIDTH: f64 = 940.0;
+const LEFT: f64 = 62.0;
+const RIGHT: f64 = 12.0;
+const TOP: f64 = 24.0;
+const ROW: f64 = 12.0;
+const HEIGHT: f64 = 8.0;
+const HEAD: f64 = 24.0;
+const NAME_LETTERS: usize = 60;
+const WANTED_TICKS: usize = 10;
+/// Pixels that a stretch takes at least.
+const LEAST: f64 = 1.0;
+
+/// The raster, or a sentence where no take has a gap.
+pub(super) fn part(gaps: &[TakeGaps]) -> Body {
+    let mut worst: Vec<&TakeGaps> = gaps.iter().filter(|take| stretches(take) > 0).collect();
+    if gaps.is_empty() {
+        return Body::default();
+    }
+    if worst.is_empty() {
+        return html! { p { "No track of any take has a gap." } }.into();
+    }
+    worst.sort_by(|a, b| gaps_s(b).total_cmp(&gaps_s(a)));
+    let left_out = worst.len().saturating_sub(SHOWN);
+    let whole = gaps.len() - worst.len();
+    // The order of the session.
+    let least = worst.get(SHOWN).copied();
+    worst.truncate(SHOWN);
+    let shown: Vec<&TakeGaps> = (gaps.iter())
+        .filter(|take| worst.iter().any(|other| std::ptr::eq(*other, *take)))
+        .collect();
+    let mut caption = "Solid: missing. Pale and half as high: short enough to be filled by interpolation. Where the \
+        hand is missing, so is everything in its frame. Stretches narrower than a pixel are drawn one wide."
+        .to_owned();
+    if let Some(least) = least {
+        caption.push_str(&format!(
+            " Of the takes with gaps {} are not drawn, with {} s of gaps at most.",
+            count(left_out, NARROW_SPACE),
+            decimals(gaps_s(least), 2)
+        ));
+    }
+    if whole > 0 {
+        caption.push_str(&format!(
+            " Takes without any gap: {}.",
+            count(whole, NARROW_SPACE)
+        ));
+    }
+    let mut keys = vec![Key::area("hand, object", PLAIN_CLASS)];
+    keys.extend(Finger::ALL.map(|finger| Key::area(finger.name(), finger_class(finger))));
+    let mut body = Body::default();
+    body.figure(Figure {
+        id: "gaps",
+        title: "Gaps of each track over each take.".to_owned(),
+        caption,
+        data: data(gaps),
+        legend: keys,
+        panels: vec![panel(&shown)],
+    });
+    body
+}
+
+fn stretches(take: &TakeGaps) -> usize {
+    let tracks = take.tracks.iter();
+    tracks
+        .map(|track| track.missing_s.len() + track.filled_s.len())
+        .sum()
+}
+
+fn gaps_s(take: &TakeGaps) -> f64 {
+    let of = |stretches_s: &[[f64; 2]]| stretches_s.iter().map(|[a, b]| b - a).sum::<f64>();
+    let tracks = take.tracks.iter();
+    tracks
+        .map(|track| of(&track.missing_s) + of(&track.filled_s))
+        .sum()
+}
+
+fn data(gaps: &[TakeGaps]) -> FigureData {
+    let mut rows: Vec<(&TakeGaps, &TrackGaps, &str, [f64; 2])> = Vec::new();
+    for take in gaps {
+        for track in &take.tracks {
+            let (missing, filled) = (track.missing_s.iter(), track.filled_s.iter());
+            rows.extend(missing.map(|stretch_s| (take, track, "missing", *stretch_s)));
+            rows.extend(filled.map(|stretch_s| (take, track, "filled", *stretch_s)));
+        }
+    }
+    FigureData::new([
+        FigureColumn::words("take", rows.iter().map(|row| row.0.take.as_str())),
+        FigureColumn::words("role", rows.iter().map(|row| row.0.role.as_str())),
+        FigureColumn::words("track", rows.iter().map(|row| row.1.track.as_str())),
+        FigureColumn::words("status", rows.iter().map(|row| row.2)),
+        FigureColumn::numbers("start_s", rows.iter().map(|row| row.3[0])),
+        FigureColumn::numbers("end_s", rows.iter().map(|row| row.3[1])),
+    ])
+}
+
+fn panel(takes: &[&TakeGaps]) -> Panel {
+    let longest_s = takes.iter().map(|take| take.duration_s).fold(0.0, f64::max);
+    let mut tops = Vec::with_capacity(takes.len());
+    let mut bottom = TOP;
+    for take in takes {
+        tops.push(bottom);
+        bottom += HEAD + ROW * take.tracks.len() as f64;
+    }
+    let frame = Frame {
+        left: LEFT,
+        top: TOP,
+        right: WIDTH - RIGHT,
+        bottom: bottom + 4.0,
+    };
+    let x = Scale::linear(0.0, longest_s, frame.left, frame.right);
+    let names: Vec<&str> = takes.iter().map(|take| take.take.as_str()).collect();
+    Panel {
+        width: WIDTH,
+        height: frame.bottom + axes::BOTTOM_ROOM,
+        summary: format!("Gaps over time in {}", names.join(", ")),
+        shapes: html! {
+            text.title x="0" y="12.5" { "Missing and filled stretches" }
+            (axes::bottom(&frame, &x, WANTED_TICKS, "time since the take's first sample (s)"))
+            @for (take, top) in takes.iter().zip(tops) {
+                text.stressed x="0" y=(Px(top + 16.0)) {
+                    (shortened(&take.take, NAME_LETTERS)) ", " (take.role) ", " (decimals(take.duration_s, 1)) " s"
+                }
+                @for (place, track) in take.tracks.iter().enumerate() {
+                    (row(track, take.duration_s, &x, top + HEAD + ROW * place as f64))
+                }
+            }
+        },
+    }
+}
+
+fn row(track: &TrackGaps, duration_s: f64, x: &Scale, top: f64) -> Markup {
+    let finger = Finger::ALL
+        .into_iter()
+        .find(|finger| finger.name() == track.track);
+    let class = finger.map_or(PLAIN_CLASS, finger_class);
+    let (from, to) = (x.at(0.0), x.at(duration_s));
+    let missing = strip(&track.missing_s, x, top, HEIGHT);
+    let filled = strip(&track.filled_s, x, top + 0.25 * HEIGHT, 0.5 * HEIGHT);
+    let say = |stretches: &[[f64; 2]], what: &str| {
+        let sum_s: f64 = stretches.iter().map(|[a, b]| b - a).sum();
+        format!(
+            "{}, {what}: {} stretches, {} s",
+            track.track,
+            count(stretches.len(), NARROW_SPACE),
+            decimals(sum_s, 2)
+        )
+    };
+    html! {
+        text.tick x=(Px(LEFT - 6.0)) y=(Px(top + HEIGHT)) text-anchor="end" { (track.track) }
+        line.grid x1=(Px(from)) y1=(Px(top + 0.5 * HEIGHT)) x2=(Px(to)) y2=(Px(top + 0.5 * HEIGHT)) {}
+        g.(class) {
+            @if !missing.is_empty() { path.area d=(missing) { title { (say(&track.missing_s, "missing")) } } }
+            @if !filled.is_empty() { path.half d=(filled) { title { (say(&track.filled_s, "filled")) } } }
+        }
+    }
+}
+
+/// Rectangles over stretches, those in the same pixels as one.
+fn strip(stretches_s: &[[f64; 2]], x: &Scale, top: f64, height: f64) -> String {
+    let mut drawn: Vec<[f64; 2]> = Vec::new();
+    for [start_s, end_s] in stretches_s {
+        let (from, to) = (x.at(*start_s), x.at(*end_s));
+        let to = to.max(from + LEAST);
+        match drawn.last_mut() {
+            Some(last) if from <= last[1] => last[1] = last[1].max(to),
+            _ => drawn.push([from, to]),
+        }
+    }
+    (drawn.iter())
+        .map(|[from, to]| {
+            format!(
+                "M{} {}h{}v{}H{}z",
+                Px(*from),
+                Px(top),
+                Px(to - from),
+                Px(height),
+                Px(*from)
+            )
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stretches_in_the_same_pixel_are_one() {
+        let x = Scale::linear(0.0, 100.0, 0.0, 100.0);
+        let stretches = [[1.0, 1.1], [1.5, 1.6], [10.0, 30.0], [50.0, 50.01]];
+        let path = strip(&stretches, &x, 0.0, 8.0);
+        assert_eq!(path, "M1 0h1.5v8H1zM10 0h20v8H10zM50 0h1v8H50z");
+    }
+}

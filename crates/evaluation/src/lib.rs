@@ -92,8 +92,8 @@ pub mod overlay;
 mod quality;
 mod recorded;
 
-pub use dynamics::{DynamicsRows, contact_dynamics, contact_rows};
 pub use compare::{MethodOf, are_paired, compare_contacts, compare_errors};
+pub use dynamics::{DynamicsRows, contact_dynamics, contact_rows};
 pub use input::{Corridors, EvaluationSettings, MethodResult, ObjectPoses, TestData};
 pub use intervals::{
     ContactCounts, Contestant, ErrorsByCluster, SortedErrors, best_baseline, intervals,

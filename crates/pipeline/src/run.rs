@@ -268,7 +268,9 @@ pub fn run(
     let report = Report::new(&evaluation, std::slice::from_ref(&provenance))
         .with_rows(&rows)
         .with_illustrations(&illustrations);
-    let figures = timer.time("report", || write_reports(&report, &rows, &motion.rows, &files))?;
+    let figures = timer.time("report", || {
+        write_reports(&report, &rows, &motion.rows, &files)
+    })?;
     let mut written = files.reproducible();
     written.extend(figures.iter().map(PathBuf::as_path));
     let mut timings_s = timer.timings_s;

@@ -20,8 +20,8 @@ use crate::take::Take;
 mod choose;
 mod contacts;
 mod generate;
-mod intervals;
 mod illustrate;
+mod intervals;
 mod learn;
 mod motion;
 mod rank;
@@ -36,9 +36,9 @@ use contacts::evaluation_settings;
 use generate::velocity_bounds;
 pub use generate::{Generated, SegmentCorridors, generate, plan_settings};
 pub(crate) use generate::{Hold, corridors_of, hold_settings, plan_error, planner};
+pub use illustrate::{Illustrated, Smoothing, illustrate, smoothing};
 pub(crate) use intervals::SEED;
 pub use intervals::intervals;
-pub use illustrate::{Illustrated, Smoothing, illustrate, smoothing};
 pub use learn::learn;
 pub(crate) use learn::{
     complete, drawn_demonstrations, learn_error, nmf_settings, nmf_settings_of, with_deviations,

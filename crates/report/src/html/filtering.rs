@@ -97,7 +97,8 @@ fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
         (low.min(v), high.max(v))
     });
-    if !(high > low) {
+    if low >= high || !low.is_finite() {
+        let low = if low.is_finite() { low } else { 0.0 };
         return (low, low + 1.0);
     }
     let step = nice_step(high - low, WANTED_TICKS);

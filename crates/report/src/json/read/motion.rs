@@ -33,12 +33,12 @@ fn named<T, U>(methods: Vec<wire::Named<T>>, read: impl Fn(T) -> U) -> Vec<(Stri
 
 fn movement(movement: wire::Movement) -> Movement {
     Movement {
-        by_finger: per_finger(movement.by_finger, moved),
+        by_finger: per_finger(movement.by_finger, |finger| moved(&finger)),
         nearest_demonstration_m: movement.nearest_demonstration_mm.map(statistics),
     }
 }
 
-fn moved(finger: wire::Moved) -> FingerMovement {
+fn moved(finger: &wire::Moved) -> FingerMovement {
     FingerMovement {
         length_m: statistics(finger.length_mm),
         peak_speed_m_s: statistics(finger.peak_speed_mm_s),

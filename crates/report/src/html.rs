@@ -28,6 +28,7 @@ mod segment_errors;
 mod session;
 mod shown;
 mod statistics;
+pub(crate) mod summary;
 mod table;
 mod worst;
 
@@ -140,10 +141,18 @@ pub(crate) fn figures(report: &Report<'_>) -> Vec<Figure> {
         .collect()
 }
 
-/// Draws the page.
+/// Draws the page of one evaluation.
 pub(crate) fn page(report: &Report<'_>) -> Markup {
     let evaluation = report.evaluation;
-    let sections = sections(report);
+    shell(
+        &evaluation.session.name,
+        &session::header(evaluation),
+        &sections(report),
+    )
+}
+
+/// A page: what every report has around its sections.
+fn shell(title: &str, header: &Markup, sections: &[Section]) -> Markup {
     html! {
         (DOCTYPE)
         html lang="en" {
@@ -152,20 +161,20 @@ pub(crate) fn page(report: &Report<'_>) -> Markup {
                 meta http-equiv="Content-Security-Policy" content=(POLICY);
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 meta name="color-scheme" content="light dark";
-                title { (evaluation.session.name) " – inhand report" }
+                title { (title) " – inhand report" }
                 link rel="icon" href="data:,";
                 style { (PreEscaped(style::variables())) (PreEscaped(style::SHAPES)) (PreEscaped(STYLE)) }
             }
             body {
-                (session::header(evaluation))
+                (header)
                 details.contents.small {
                     summary { "Contents" }
-                    (contents(&sections))
+                    (contents(sections))
                 }
                 div.columns {
-                    div.contents.side { (contents(&sections)) }
+                    div.contents.side { (contents(sections)) }
                     main {
-                        @for section in &sections {
+                        @for section in sections {
                             section id=(section.id) {
                                 h2 { (section.title) }
                                 (section.body.draw())

@@ -3,6 +3,8 @@
 
 #[path = "../tests/suite/sample.rs"]
 mod sample;
+#[path = "../tests/suite/sample_rows.rs"]
+mod sample_rows;
 
 use std::error::Error;
 use std::fs;
@@ -14,12 +16,18 @@ fn main() -> Result<(), Box<dyn Error>> {
             .nth(1)
             .ok_or("expected a folder to write into")?,
     );
-    let (evaluation, provenance) = (sample::evaluation(true), sample::provenance());
-    fs::create_dir_all(&folder)?;
-    fs::write(
-        folder.join("report.html"),
-        inhand_report::html(&inhand_report::Report::new(&evaluation, &provenance))?,
-    )?;
+    let (mut evaluation, provenance) = (sample::evaluation(true), sample::provenance());
+    evaluation.intervals = Some(sample_rows::intervals(&evaluation));
+    let rows = sample_rows::rows(&evaluation, true);
+    let report = inhand_report::Report::new(&evaluation, &provenance).with_rows(&rows);
+    fs::create_dir_all(folder.join("figures"))?;
+    fs::write(folder.join("report.html"), inhand_report::html(&report)?)?;
+    fs::write(folder.join("report.md"), inhand_report::markdown(&report)?)?;
+    for figure in inhand_report::figures(&report)? {
+        let path = folder.join("figures").join(figure.id);
+        fs::write(path.with_extension("svg"), figure.print_svg())?;
+        fs::write(path.with_extension("csv"), figure.data.csv())?;
+    }
     fs::write(
         folder.join("evaluation.json"),
         inhand_report::evaluation_json(&evaluation, &provenance)?,

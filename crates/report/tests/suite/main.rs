@@ -2,12 +2,17 @@
 
 /// What goes wrong, and what is missing.
 mod answers;
+/// Figures: on the page and in files, with their numbers.
+mod figures;
 /// The page: numbers shown, escaping, nothing loaded.
 mod intervals;
+/// The summary for pull requests.
+mod markdown;
 mod page;
 /// Plans that failed, corridors, the planned object, the deviation and the choice of method.
 mod planned;
 mod sample;
+mod sample_rows;
 /// `evaluation.json` against its schema, and back.
 mod schema;
 /// The terminal table and the verdict.

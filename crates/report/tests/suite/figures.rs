@@ -1,0 +1,350 @@
+//! Figures: drawn, well-formed, the same on the page and in files, with their numbers.
+
+use std::collections::BTreeSet;
+
+use inhand_model::{Evaluation, EvaluationRows};
+use inhand_report::{Figure, FigureValues, Report, figures, html};
+use roxmltree::{Document, Node};
+
+use crate::{sample, sample_rows};
+
+/// An evaluation from which every figure is drawn.
+fn whole() -> (Evaluation, EvaluationRows) {
+    let mut evaluation = sample::evaluation(true);
+    evaluation.intervals = Some(sample_rows::intervals(&evaluation));
+    let rows = sample_rows::rows(&evaluation, true);
+    (evaluation, rows)
+}
+
+fn all() -> Vec<Figure> {
+    let (evaluation, rows) = whole();
+    figures(&Report::new(&evaluation, &[]).with_rows(&rows)).expect("the sample has figures")
+}
+
+fn figure(id: &str) -> Figure {
+    all().into_iter().find(|figure| figure.id == id).expect(id)
+}
+
+fn numbers<'a>(figure: &'a Figure, column: &str) -> &'a [f64] {
+    match figure.data.column(column).map(|column| &column.values) {
+        Some(FigureValues::Numbers(values)) => values,
+        other => panic!("{column}: {other:?}"),
+    }
+}
+
+fn words<'a>(figure: &'a Figure, column: &str) -> &'a [String] {
+    match figure.data.column(column).map(|column| &column.values) {
+        Some(FigureValues::Words(values)) => values,
+        other => panic!("{column}: {other:?}"),
+    }
+}
+
+/// Shapes that stand for data.
+fn is_mark(node: &Node<'_, '_>) -> bool {
+    let class = node.attribute("class").unwrap_or("");
+    let filled = match node.tag_name().name() {
+        "path" => node
+            .attribute("d")
+            .is_some_and(|d| d.matches(['L', 'H', 'l']).count() > 0),
+        "rect" | "line" | "circle" => true,
+        _ => false,
+    };
+    filled && ["area", "line", "box", "point", "bar", "past"].contains(&class)
+}
+
+#[test]
+fn every_figure_of_the_list_is_there() {
+    let ids: Vec<&str> = all().iter().map(|figure| figure.id).collect();
+    for id in [
+        "error-by-method",
+        "error-by-finger",
+        "error-ecdf",
+        "error-within-segment",
+        "error-over-time",
+        "differences-from-baseline",
+        "three-contacts-by-tau",
+        "contact-count",
+        "contact-raster",
+        "distance-difference",
+        "plan-status",
+        "corridor-coverage",
+        "dictionary-objective",
+    ] {
+        assert!(ids.contains(&id), "{id} is missing among {ids:?}");
+    }
+    assert_eq!(
+        ids.iter().collect::<BTreeSet<_>>().len(),
+        ids.len(),
+        "ids are unique"
+    );
+    for id in ids {
+        assert!(
+            id.bytes().all(|b| b.is_ascii_lowercase() || b == b'-'),
+            "{id}"
+        );
+    }
+}
+
+#[test]
+fn files_are_well_formed_and_no_figure_is_empty() {
+    for figure in all() {
+        let (id, svg) = (figure.id, figure.print_svg());
+        let document = Document::parse(&svg).unwrap_or_else(|error| panic!("{id}: {error}"));
+        let root = document.root_element();
+        assert_eq!(
+            root.tag_name().namespace(),
+            Some("http://www.w3.org/2000/svg")
+        );
+        assert!(
+            ["85mm", "170mm"].contains(&root.attribute("width").unwrap()),
+            "{id}"
+        );
+        assert!(root.attribute("height").unwrap().ends_with("mm"));
+        let panels = root
+            .children()
+            .filter(|node| node.attribute("class") == Some("chart"));
+        let mut drawn = 0;
+        // A legend has marks of its own; a panel has a title.
+        for panel in panels.filter(|p| {
+            p.descendants()
+                .any(|n| n.attribute("class") == Some("title"))
+        }) {
+            assert!(
+                panel.descendants().any(|node| is_mark(&node)),
+                "{id}: an empty panel"
+            );
+            drawn += 1;
+        }
+        assert!(drawn > 0, "{id}: no panel");
+        for node in document.descendants() {
+            for attribute in node.attributes() {
+                let value = attribute.value();
+                let number = !["aria-label", "class", "data-x-name", "data-y-name"]
+                    .contains(&attribute.name());
+                assert!(
+                    !number || !(value.contains("NaN") || value.contains("inf")),
+                    "{id}: {value}"
+                );
+            }
+            assert!(!["script", "foreignObject", "image", "use"].contains(&node.tag_name().name()));
+        }
+        assert_eq!(
+            svg.matches("http").count(),
+            1,
+            "{id} names no host but the namespace"
+        );
+        assert!(!svg.contains("url(") && !svg.contains("var("), "{id}");
+        assert!(figure.data.rows() > 0, "{id}: no numbers");
+        assert_eq!(
+            figure.data.csv().lines().count(),
+            figure.data.rows() + 1,
+            "{id}"
+        );
+        assert!(
+            figure.title.ends_with('.'),
+            "{id}: the caption follows the title"
+        );
+    }
+}
+
+#[test]
+fn the_page_shows_what_the_files_show() {
+    let (evaluation, rows) = whole();
+    let report = Report::new(&evaluation, &[]).with_rows(&rows);
+    let (page, figures) = (html(&report).unwrap(), figures(&report).unwrap());
+    assert_eq!(page.matches("<figure ").count(), figures.len());
+    for figure in &figures {
+        let from = page
+            .find(&format!("id=\"figure-{}\"", figure.id))
+            .expect(figure.id);
+        let part = &page[from..];
+        let part = &part[..part.find("</figure>").unwrap()];
+        let svg = figure.print_svg();
+        // Every shape of the file, letter by letter.
+        let document = Document::parse(&svg).unwrap();
+        let panels = document.root_element().children().filter(|node| {
+            let title = |n: Node<'_, '_>| n.attribute("class") == Some("title");
+            node.attribute("class") == Some("chart") && node.descendants().any(title)
+        });
+        let shapes = panels.flat_map(|panel| panel.descendants().filter(Node::is_element).skip(1));
+        for shape in shapes {
+            let text = &svg[shape.range()];
+            let tag = &text[..=text.find('>').unwrap()];
+            assert!(part.contains(tag), "{}: {tag}", figure.id);
+        }
+        assert_eq!(svg, figure.print_svg());
+    }
+    assert_eq!(page, html(&report).unwrap());
+    assert!(page.len() < 1_000_000, "{}", page.len());
+}
+
+#[test]
+fn names_from_files_make_no_elements() {
+    let nasty = "<script>alert(1)</script>\"'&\u{0}\u{8}]]>--\u{fffe}";
+    let (mut evaluation, mut rows) = whole();
+    evaluation.default_method.push_str(nasty);
+    evaluation.session.name = nasty.to_owned();
+    evaluation.session.participant = Some(nasty.to_owned());
+    evaluation.session.task = Some(nasty.to_owned());
+    for method in &mut evaluation.methods {
+        method.name.push_str(nasty);
+    }
+    for method in &mut rows.methods {
+        method.name.push_str(nasty);
+    }
+    rows.takes[0] = nasty.to_owned();
+    evaluation.intervals = Some(sample_rows::intervals(&evaluation));
+    let report = Report::new(&evaluation, &[]).with_rows(&rows);
+    let figures = figures(&report).unwrap();
+    assert_eq!(figures.len(), all().len());
+    for figure in figures {
+        let svg = figure.print_svg();
+        let document =
+            Document::parse(&svg).unwrap_or_else(|error| panic!("{}: {error}", figure.id));
+        assert!(
+            document
+                .descendants()
+                .all(|node| node.tag_name().name() != "script")
+        );
+        assert!(!svg.contains("<script"));
+    }
+    let page = html(&report).unwrap();
+    assert_eq!(page.matches("<script").count(), 1, "only the page's own");
+}
+
+#[test]
+fn distributions_rise_to_all_and_name_real_errors() {
+    let (_, rows) = whole();
+    let figure = figure("error-ecdf");
+    let (lines, errors, shares) = (
+        words(&figure, "line"),
+        numbers(&figure, "error_mm"),
+        numbers(&figure, "share_percent"),
+    );
+    for method in &rows.methods {
+        let mut own: Vec<f64> = (method.error_m.iter())
+            .flat_map(|fingers| *fingers.as_array())
+            .filter(|error| error.is_finite())
+            .map(|error| 1e3 * error)
+            .collect();
+        own.sort_by(f64::total_cmp);
+        let places: Vec<usize> = (0..lines.len())
+            .filter(|&k| lines[k] == method.name)
+            .collect();
+        assert!(places.len() >= 100);
+        for &k in &places {
+            let up_to = own.iter().filter(|&&error| error <= errors[k]).count();
+            assert!((shares[k] - 100.0 * up_to as f64 / own.len() as f64).abs() < 1e-9);
+            assert!(
+                own.binary_search_by(|error| error.total_cmp(&errors[k]))
+                    .is_ok(),
+                "an error that there is"
+            );
+        }
+        assert_eq!(shares[places[places.len() - 1]], 100.0);
+    }
+}
+
+#[test]
+fn counts_of_contacts_are_those_of_the_rows() {
+    let (_, rows) = whole();
+    let figure = figure("contact-count");
+    let (motions, shares) = (words(&figure, "motion"), numbers(&figure, "share_percent"));
+    let recorded = rows.recorded_distance_m.as_ref().unwrap();
+    let known: Vec<_> = recorded
+        .iter()
+        .filter(|d| d.as_array().iter().all(|d| !d.is_nan()))
+        .collect();
+    // The gap of one finger leaves out 20 instants.
+    assert_eq!(known.len(), recorded.len() - 20);
+    for fingers in 0..=5 {
+        let so_many = (known.iter())
+            .filter(|d| d.as_array().iter().filter(|d| d.abs() <= 0.005).count() == fingers)
+            .count();
+        let place = (0..motions.len())
+            .filter(|&k| motions[k] == "recorded")
+            .nth(fingers)
+            .unwrap();
+        assert!((shares[place] - 100.0 * so_many as f64 / known.len() as f64).abs() < 1e-9);
+    }
+    for method in &rows.methods {
+        let own = (0..motions.len()).filter(|&k| motions[k] == method.name);
+        assert!((own.map(|k| shares[k]).sum::<f64>() - 100.0).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn stretches_of_contact_add_up_to_the_time_in_contact() {
+    let (evaluation, rows) = whole();
+    let figure = figure("contact-raster");
+    let begins = numbers(&figure, "begin_s");
+    let ends = numbers(&figure, "end_s");
+    let (fingers, motions, states) = (
+        words(&figure, "finger"),
+        words(&figure, "motion"),
+        words(&figure, "state"),
+    );
+    let seconds = |finger: &str, motion: &str, state: &str| -> f64 {
+        (0..begins.len())
+            .filter(|&k| fingers[k] == finger && motions[k] == motion && states[k] == state)
+            .map(|k| ends[k] - begins[k])
+            .sum()
+    };
+    let recorded = rows.recorded_distance_m.as_ref().unwrap();
+    for finger in inhand_model::Finger::ALL {
+        let samples = recorded.iter().filter(|d| d[finger].abs() <= 0.005).count();
+        assert!(
+            (seconds(finger.name(), "recorded", "contact") - 0.01 * samples as f64).abs() < 1e-9
+        );
+    }
+    for motion in ["recorded", evaluation.default_method.as_str()] {
+        assert!((seconds("ring", motion, "unknown") - 0.2).abs() < 1e-9);
+        assert!((seconds("three_or_more", motion, "unknown") - 0.2).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn without_rows_or_object_there_are_fewer_figures_and_no_empty_ones() {
+    let ids = |evaluation: &Evaluation, rows: Option<&EvaluationRows>| -> Vec<&'static str> {
+        let report = Report {
+            rows,
+            ..Report::new(evaluation, &[])
+        };
+        figures(&report)
+            .unwrap()
+            .iter()
+            .map(|figure| figure.id)
+            .collect()
+    };
+    let (evaluation, rows) = (
+        sample::evaluation(true),
+        sample_rows::rows(&sample::evaluation(true), true),
+    );
+    for id in [
+        "error-ecdf",
+        "error-over-time",
+        "contact-count",
+        "contact-raster",
+    ] {
+        assert!(
+            !ids(&evaluation, None).contains(&id) && ids(&evaluation, Some(&rows)).contains(&id)
+        );
+    }
+    let evaluation = sample::evaluation(false);
+    let rows = sample_rows::rows(&evaluation, false);
+    let without = ids(&evaluation, Some(&rows));
+    assert!(without.contains(&"error-over-time") && !without.contains(&"contact-raster"));
+    // Rows of other methods than those evaluated, or of no segment, draw nothing.
+    let mut foreign = rows.clone();
+    for method in &mut foreign.methods {
+        method.name.push('x');
+    }
+    assert!(!ids(&evaluation, Some(&foreign)).contains(&"error-ecdf"));
+    let mut empty = rows;
+    empty.segments.clear();
+    for method in &mut empty.methods {
+        method.error_m.clear();
+    }
+    let left = ids(&evaluation, Some(&empty));
+    assert!(!left.contains(&"error-ecdf") && !left.contains(&"error-over-time"));
+}

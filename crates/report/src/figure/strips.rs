@@ -59,12 +59,17 @@ pub(crate) struct Strip<'a> {
     pub(crate) height: f64,
 }
 
-/// Draws a strip; `x` takes seconds. Where nothing is known there is a thin grey line.
+/// Draws a strip; `x` takes seconds. It is pale where it does not hold; where nothing is known there is a thin
+/// grey line.
 pub(crate) fn draw(strip: &Strip<'_>, x: &Scale) -> Markup {
     let on = path(strip, x, State::On, strip.top, strip.height);
     let middle = strip.top + 0.5 * strip.height - 0.5;
     let unknown = path(strip, x, State::Unknown, middle, 1.0);
+    let off = path(strip, x, State::Off, strip.top, strip.height);
     html! {
+        @if !off.is_empty() {
+            g.(strip.class) { path.pale d=(off) { title { (strip.label) ": no" } } }
+        }
         @if !on.is_empty() {
             g.(strip.class) { path.area d=(on) { title { (strip.label) } } }
         }

@@ -82,7 +82,7 @@ pub(super) fn figure(
     }
     let contacts = shown[0].tau_m.map_or_else(String::new, |tau_m| {
         format!(
-            " Beneath: where each finger is within {} mm of the object's surface, planned above recorded; grey line: not known.",
+            " Beneath: where each finger is within {} mm of the object's surface, planned above recorded; pale: not; grey line: not known.",
             plain(to_mm(tau_m))
         )
     });

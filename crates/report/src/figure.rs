@@ -12,13 +12,16 @@ pub(crate) mod bars;
 pub(crate) mod box_plot;
 mod data;
 pub(crate) mod dot_plot;
+pub(crate) mod finger_rows;
 pub(crate) mod forest;
+pub(crate) mod gait_diagram;
 pub(crate) mod legend;
 pub(crate) mod line_chart;
 pub(crate) mod palette;
 mod print;
 pub(crate) mod projection;
 pub(crate) mod scale;
+pub(crate) mod state_graph;
 pub(crate) mod strips;
 pub(crate) mod style;
 

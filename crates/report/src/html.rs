@@ -10,12 +10,15 @@ mod contacts;
 mod corridors;
 mod deviation;
 mod dictionary;
+mod dynamics;
+mod dynamics_figures;
 mod ecdf;
 mod errors;
 mod filtering;
 mod gaps;
 mod illustrated;
 pub(crate) mod intervals;
+mod movement;
 mod object;
 mod over_time;
 mod paper;
@@ -99,6 +102,9 @@ fn sections(report: &Report<'_>) -> Vec<Section> {
             contacts::section(report, methods),
         )),
         illustrated::clouds(report).map(|body| section("clouds", "Clouds of points", body)),
+        dynamics::section(report, methods)
+            .map(|body| section("dynamics", "Contacts over time", body)),
+        movement::section(report, methods).map(|body| section("movement", "Movement", body)),
         Some(section(
             "constraints",
             "Constraints",

@@ -151,6 +151,13 @@ fn what_cannot_be_measured_has_no_number() {
     assert_eq!(spectral_arc_length(&[0.1, 0.2, 0.1], 100.0, settings), None);
     // A constant speed has no jerk.
     assert_eq!(log_dimensionless_jerk(&[0.5; 20], 100.0), None);
+    // Nor has a straight line at constant speed, as rounding leaves it.
+    let line: Vec<Position<Hand>> = (0..100)
+        .map(|k| Position::new(0.1, 0.2 + 0.0038 * f64::from(k) / 99.0, -0.3))
+        .collect();
+    let speeds = speeds_m_s(&line, 100.0).unwrap();
+    assert!(speeds.windows(2).any(|pair| pair[0] != pair[1]));
+    assert_eq!(log_dimensionless_jerk(&speeds, 100.0), None);
 }
 
 proptest! {

@@ -1,0 +1,152 @@
+//! Which finger touches when, and the phases that makes: the gait diagram of a hand.
+
+use inhand_model::{Finger, PerFinger};
+use maud::{Markup, html};
+
+use super::palette::finger_class;
+use super::scale::Scale;
+use super::{Frame, Panel, Px, axes};
+use crate::number::plain;
+use crate::words::shortened;
+
+/// A phase over time.
+pub(crate) struct PhaseSpan<'a> {
+    /// Name, in the tooltip.
+    pub(crate) name: &'a str,
+    /// Class of its colour.
+    pub(crate) class: &'static str,
+    /// From when to when, seconds.
+    pub(crate) span_s: [f64; 2],
+}
+
+/// The contacts of a take.
+pub(crate) struct GaitDiagram<'a> {
+    /// Its name, above the figure.
+    pub(crate) take: &'a str,
+    /// Its length, seconds.
+    pub(crate) duration_s: f64,
+    /// When each finger touches.
+    pub(crate) contacts_s: &'a PerFinger<Vec<[f64; 2]>>,
+    /// When that is not known.
+    pub(crate) unknown_s: &'a PerFinger<Vec<[f64; 2]>>,
+    /// Phases in order.
+    pub(crate) phases: Vec<PhaseSpan<'a>>,
+}
+
+const WIDTH: f64 = 940.0;
+const LEFT: f64 = 62.0;
+const TITLE_HEIGHT: f64 = 26.0;
+const LANE_HEIGHT: f64 = 15.0;
+const BAR_HEIGHT: f64 = 11.0;
+const PHASE_HEIGHT: f64 = 9.0;
+/// Lanes of five fingers, and of the phases beneath.
+const BLOCK_HEIGHT: f64 = LANE_HEIGHT * (Finger::COUNT as f64) + 18.0;
+/// From the end of a row's lanes to the next row's: tick labels.
+const BLOCK_GAP: f64 = 30.0;
+const WANTED_TICKS: usize = 12;
+/// Least width of a stretch that is there at all: short is not never.
+const LEAST: f64 = 0.6;
+
+/// The longest stretch in a row of a diagram, seconds.
+pub(crate) const ROW_S: f64 = 60.0;
+/// Rows of a diagram; what comes later is not drawn.
+pub(crate) const ROWS: usize = 4;
+
+/// How much of a take is drawn, seconds.
+pub(crate) fn shown_s(duration_s: f64) -> f64 {
+    duration_s.min(ROW_S * ROWS as f64)
+}
+
+/// Draws the figure: rows of equal length below each other.
+pub(crate) fn draw(diagram: &GaitDiagram<'_>) -> Panel {
+    let shown_s = shown_s(diagram.duration_s);
+    let rows = ((shown_s / ROW_S).ceil() as usize).clamp(1, ROWS);
+    let row_s = shown_s / rows as f64;
+    let top = |row: usize| TITLE_HEIGHT + (BLOCK_HEIGHT + BLOCK_GAP) * row as f64;
+    let shapes = html! {
+        text.title x="0" y="12.5" { (shortened(diagram.take, 80)) }
+        @for row in 0..rows {
+            (block(diagram, [row_s * row as f64, row_s * (row + 1) as f64], top(row), row + 1 == rows))
+        }
+    };
+    Panel {
+        width: WIDTH,
+        height: top(rows - 1) + BLOCK_HEIGHT + axes::BOTTOM_ROOM,
+        summary: summary(diagram),
+        shapes,
+    }
+}
+
+/// One row: a lane for each finger, phases beneath, an axis.
+fn block(diagram: &GaitDiagram<'_>, span_s: [f64; 2], top: f64, is_last: bool) -> Markup {
+    let frame = Frame {
+        left: LEFT,
+        top,
+        right: WIDTH - 8.0,
+        bottom: top + BLOCK_HEIGHT,
+    };
+    let x = Scale::linear(span_s[0], span_s[1], frame.left, frame.right);
+    let name = if is_last { "time in the take (s)" } else { "" };
+    let phases_top = top + LANE_HEIGHT * Finger::COUNT as f64 + 3.0;
+    html! {
+        (axes::bottom(&frame, &x, WANTED_TICKS, name))
+        @for finger in Finger::ALL {
+            @let y = top + LANE_HEIGHT * finger.index() as f64;
+            text.label x=(Px(LEFT - 8.0)) y=(Px(y + 10.5)) text-anchor="end" { (finger.name()) }
+            g.(finger_class(finger)) {
+                @for stretch in inside(&diagram.contacts_s[finger], span_s) {
+                    (bar(&x, stretch, y + 1.0, BAR_HEIGHT, || format!("{finger} touches")))
+                }
+            }
+            g.missing {
+                @for stretch in inside(&diagram.unknown_s[finger], span_s) {
+                    (bar(&x, stretch, y + 0.5 * LANE_HEIGHT - 1.0, 1.5, || format!("{finger}: not known")))
+                }
+            }
+        }
+        text.label x=(Px(LEFT - 8.0)) y=(Px(phases_top + 9.0)) text-anchor="end" { "phase" }
+        @for phase in &diagram.phases {
+            @for stretch in inside(&[phase.span_s], span_s) {
+                g.(phase.class) { (bar(&x, stretch, phases_top, PHASE_HEIGHT, || phase.name.to_owned())) }
+            }
+        }
+    }
+}
+
+fn bar(x: &Scale, stretch: Stretch, top: f64, height: f64, name: impl Fn() -> String) -> Markup {
+    let (left, right) = (x.at(stretch.drawn_s[0]), x.at(stretch.drawn_s[1]));
+    let [start, end] = stretch.whole_s.map(|s| plain((s * 1e3).round() / 1e3));
+    html! {
+        rect.area x=(Px(left)) y=(Px(top)) width=(Px((right - left).max(LEAST))) height=(Px(height)) {
+            title { (name()) ", " (start) " to " (end) " s" }
+        }
+    }
+}
+
+/// A stretch of time, and the part of it in a row.
+#[derive(Clone, Copy)]
+struct Stretch {
+    whole_s: [f64; 2],
+    drawn_s: [f64; 2],
+}
+
+fn inside(stretches: &[[f64; 2]], span_s: [f64; 2]) -> impl Iterator<Item = Stretch> {
+    (stretches.iter())
+        .filter(move |s| s[0] < span_s[1] && s[1] > span_s[0])
+        .map(move |&whole_s| Stretch {
+            whole_s,
+            drawn_s: [whole_s[0].max(span_s[0]), whole_s[1].min(span_s[1])],
+        })
+}
+
+/// What the figure says, for those who do not see it.
+fn summary(diagram: &GaitDiagram<'_>) -> String {
+    let contacts = (diagram.contacts_s.each_ref()).map(|contacts| contacts.len().to_string());
+    format!(
+        "{}: contacts of thumb to little finger over {} s: {}; {} phases",
+        diagram.take,
+        plain(diagram.duration_s),
+        contacts.as_array().join(", "),
+        diagram.phases.len()
+    )
+}

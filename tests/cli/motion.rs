@@ -185,10 +185,10 @@ fn movement_is_what_the_table_of_segments_gives() {
     let (segments, without_gaps) = (sum("segments"), sum("segments") + sum("left_out"));
     assert!(without_gaps > segments, "gaps take segments away");
     let movement = &evaluation["movement"];
-    let motions = motions(movement);
-    assert_eq!(rows.len() as u64, motions.len() as u64 * segments * 5);
+    let all = motions(movement);
+    assert_eq!(rows.len() as u64, all.len() as u64 * segments * 5);
     assert!(movement["demonstrations"].as_u64().unwrap() > 10);
-    for (name, found) in &motions {
+    for (name, found) in &all {
         for finger in FINGERS {
             let of: Vec<&Row> = (rows.iter())
                 .filter(|row| row.is("motion", name) && row.is("finger", finger))

@@ -46,12 +46,12 @@ const SHORTEST_MM: f64 = 2.0;
 /// Points nearer than this to the one before are not drawn, user units: nobody sees them.
 const STEP: f64 = 0.7;
 
-/// The three views; empty where there is no point to see.
-pub(crate) fn panels(shapes: &[Shape]) -> Vec<Panel> {
+/// The three views, named after what they show; empty where there is no point to see.
+pub(crate) fn panels(of: &str, shapes: &[Shape]) -> Vec<Panel> {
     let Some(bounds) = Bounds::of(shapes) else {
         return Vec::new();
     };
-    VIEWS.map(|view| panel(shapes, &bounds, view)).into()
+    VIEWS.map(|view| panel(of, shapes, &bounds, view)).into()
 }
 
 /// A cube around everything, millimetres.
@@ -89,7 +89,7 @@ fn known(points: &[[f64; 3]]) -> impl Iterator<Item = &[f64; 3]> {
         .filter(|point| point.iter().all(|v| v.is_finite()))
 }
 
-fn panel(shapes: &[Shape], bounds: &Bounds, [across, up]: [usize; 2]) -> Panel {
+fn panel(of: &str, shapes: &[Shape], bounds: &Bounds, [across, up]: [usize; 2]) -> Panel {
     let frame = Frame {
         left: LEFT,
         top: TOP,
@@ -100,12 +100,12 @@ fn panel(shapes: &[Shape], bounds: &Bounds, [across, up]: [usize; 2]) -> Panel {
     let y = bounds.scale(up, frame.bottom, frame.top);
     let (across, up) = ((AXES[across], across), (AXES[up], up));
     let flat = |point: &[f64; 3]| [x.at(point[across.1]), y.at(point[up.1])];
-    let title = format!("{} and {}", across.0, up.0);
+    let title = format!("{of}, {} and {}", across.0, up.0);
     let names: Vec<&str> = shapes.iter().map(|shape| shape.label.as_str()).collect();
     Panel {
         width: WIDTH,
         height: TOP + SIDE + axes::BOTTOM_ROOM,
-        summary: format!("Seen in the plane of {title}: {}", names.join(", ")),
+        summary: format!("{title}, seen in this plane: {}", names.join(", ")),
         shapes: html! {
             text.title x="0" y="12.5" { (title) }
             (axes::left(&frame, &y, WANTED_TICKS, &format!("{} (mm)", up.0)))
@@ -217,7 +217,7 @@ mod tests {
         });
         assert!((lengths[0] - lengths[1]).abs() < 1e-12);
         assert!((lengths[0] - lengths[2]).abs() < 1e-12);
-        assert!(panels(&[]).is_empty());
+        assert!(panels("nothing", &[]).is_empty());
     }
 
     #[test]

@@ -8,11 +8,11 @@ use crate::figure::palette::PLAIN_CLASS;
 use crate::figure::scale::{Scale, nice_end};
 use crate::figure::{Figure, FigureColumn, FigureData, Frame, Panel, Px, axes};
 use crate::number::{NARROW_SPACE, count, decimals, percent, to_mm};
-use crate::words::join_words;
+use crate::words::{join_words, tied};
 
 const UM_PER_M: f64 = 1e6;
 const WIDTH: f64 = 460.0;
-const LEFT: f64 = 100.0;
+const LEFT: f64 = 112.0;
 const NUMBERS: f64 = 112.0;
 const TOP: f64 = 40.0;
 const ROW: f64 = 30.0;
@@ -27,7 +27,7 @@ pub(super) fn part(clouds: &[PointCloud]) -> Body {
     let shares: Vec<String> = (clouds.iter())
         .map(|cloud| {
             format!(
-                "{} % by {} points",
+                "{} % by {}",
                 percent(cloud.three_or_more),
                 count(cloud.points, NARROW_SPACE)
             )
@@ -36,8 +36,8 @@ pub(super) fn part(clouds: &[PointCloud]) -> Body {
     body.prose(html! {
         p {
             "Distances here are to the object's exact surface. By clouds of points on it, as in the paper, three or more recorded \
-             fingertips are in contact at " (join_words(&shares)) ", against " (percent(first.exact_three_or_more))
-            " % by the surface at the same instants."
+             fingertips are in contact at " (tied(&join_words(&shares))) " points, against " (percent(first.exact_three_or_more))
+            "\u{a0}% by the surface, of the same instants."
         }
     });
     body.figure(Figure {

@@ -79,7 +79,7 @@ fn stretch(filtering: &Filtering) -> Figure {
         id: "filtering",
         title: "A coordinate before and after filtering.".to_owned(),
         caption: format!(
-            "{} of the {} in the hand's frame, {}: the stretch of a test take without gaps in which a coordinate \
+            "{} of a fingertip ({}) in the hand's frame, {}: the stretch of a test take without gaps in which a coordinate \
              covers most.",
             filtering.axis, filtering.finger, filtering.take
         ),

@@ -58,9 +58,16 @@ fn figure(example: &PathExample, methods: &[Method<'_>]) -> Option<Figure> {
             })
         })
         .collect();
-    let panels = projection::panels(&shapes);
+    let mut panels = projection::panels("All fingers", &shapes);
     if panels.is_empty() {
         return None;
+    }
+    // What is a millimetre apart is not seen beside a hand: the finger farthest off once more, alone.
+    if let Some(finger) = path_of(default).and_then(|(_, path)| farthest(&example.recorded_m, path))
+    {
+        let alone = |shape: &Shape| shape.label.starts_with(&format!("{finger},"));
+        let shapes: Vec<Shape> = shapes.into_iter().filter(alone).collect();
+        panels.extend(projection::panels(&capitalised(finger), &shapes));
     }
     let mut legend: Vec<Key> = Finger::ALL
         .map(|finger| Key::area(finger.name(), finger_class(finger)))
@@ -80,9 +87,9 @@ fn figure(example: &PathExample, methods: &[Method<'_>]) -> Option<Figure> {
         id,
         title: format!("{which}, recorded and planned."),
         caption: format!(
-            "Paths of the fingertips in the hand's frame, seen along its three axes at one scale: segment {} of the \
-             test takes, {} from {} s on. Of all segments its mean error over fingers and instants is the {}. Dots: \
-             where the recorded motion starts. Methods that are not drawn are in the data.",
+            "Paths of the fingertips in the hand's frame, seen along its three axes: segment {} of the \
+             test takes, {} from {} s on. Of all segments its mean error over fingers and instants is the {}. Above all \
+             fingers at one scale, below the one that is farthest off, larger. Dots: where the recorded motion starts. Methods that are not drawn are in the data.",
             example.segment,
             example.take,
             decimals(example.start_s, 2),
@@ -95,6 +102,24 @@ fn figure(example: &PathExample, methods: &[Method<'_>]) -> Option<Figure> {
         legend,
         panels,
     })
+}
+
+/// The finger that comes farthest away from where it was recorded.
+fn farthest(recorded: &Path, planned: &Path) -> Option<Finger> {
+    let apart_m = |finger: Finger| {
+        let pairs = recorded[finger].iter().zip(&planned[finger]);
+        pairs
+            .map(|(a, b)| (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt())
+            .fold(0.0, f64::max)
+    };
+    Finger::ALL
+        .into_iter()
+        .max_by(|&a, &b| apart_m(a).total_cmp(&apart_m(b)))
+}
+
+fn capitalised(finger: Finger) -> String {
+    let name = finger.name();
+    name[..1].to_uppercase() + &name[1..]
 }
 
 fn data(example: &PathExample) -> FigureData {

@@ -10,6 +10,7 @@ use crate::figure::projection::{self, Drawn, Shape};
 use crate::figure::scale::nice_end;
 use crate::figure::{Figure, FigureColumn, FigureData, Key};
 use crate::number::{NARROW_SPACE, count, percent, to_mm};
+use crate::words::tied;
 
 const LEARNED_CLASS: &str = "l0";
 
@@ -23,7 +24,7 @@ pub(super) fn hulls(hulls: &PerFinger<Hull>) -> Option<Figure> {
             .map(|corner| corner.map(to_mm))
             .collect(),
     });
-    let panels = projection::panels(&shapes);
+    let panels = projection::panels("All fingers", &shapes);
     if panels.is_empty() {
         return None;
     }
@@ -130,7 +131,7 @@ fn used_most(kind: DictionaryKind, primitives: &[PrimitivePath], rate_hz: f64) -
         title: "The primitives used most, by finger.".to_owned(),
         caption: format!(
             "How far each primitive moves each fingertip over a segment, at its {size}: the length of the \
-             displacement, whose three coordinates are in the data. Percentages: share of {use_of}."
+             displacement, whose three coordinates are in the data. Primitives count from 0; percentages: share of {use_of}."
         ),
         panels: panels.collect(),
         data: primitive_data(primitives, rate_hz),
@@ -193,17 +194,17 @@ fn variance(explained: &ExplainedVariance) -> Option<Figure> {
     Some(Figure {
         id: "explained-variance",
         title: "Explained variance against rank.".to_owned(),
-        caption: format!(
+        caption: tied(&format!(
             "Share of the variance of {} training segments about their mean that a dictionary of so many primitives can \
              explain at best (principal components). The learned dictionary explains {} % with {} primitives.",
             count(explained.segments, NARROW_SPACE),
             percent(share),
             count(rank, NARROW_SPACE),
-        ),
+        )),
         data: line_chart::data("rank", "explained_percent", &series),
         legend: vec![
             Key::line("principal components", PLAIN_CLASS),
-            Key::line("the learned dictionary", LEARNED_CLASS),
+            Key::area("the learned dictionary", LEARNED_CLASS),
         ],
         panels: vec![line_chart::draw(&LineChart {
             title: "Explained variance",

@@ -62,6 +62,30 @@ pub(crate) struct Method<'a> {
     pub(crate) default: bool,
 }
 
+/// A method by its name alone, with the class of its colour.
+#[derive(Clone)]
+pub(crate) struct Named<'a> {
+    pub(crate) name: &'a str,
+    pub(crate) class: String,
+    /// Whether it is the one to look at first.
+    pub(crate) default: bool,
+}
+
+impl<'a> Method<'a> {
+    pub(crate) fn named(&self) -> Named<'a> {
+        Named {
+            name: &self.evaluation.name,
+            class: self.class.clone(),
+            default: self.default,
+        }
+    }
+}
+
+/// A method's name with the colour it has in the figures.
+fn named(method: &Named<'_>) -> Markup {
+    html! { span.swatch.(method.class) {} (method.name) }
+}
+
 /// A part of the page with its place in the table of contents.
 struct Section {
     id: &'static str,

@@ -62,7 +62,7 @@ mod text;
 mod verdict;
 mod words;
 
-use inhand_model::{Evaluation, Provenance};
+use inhand_model::{Evaluation, Provenance, Summary};
 
 pub use error::ReportError;
 pub use figure::{Figure, FigureColumn, FigureData, FigureValues};
@@ -118,6 +118,16 @@ pub fn html(report: &Report<'_>) -> Result<String, ReportError> {
 pub fn figures(report: &Report<'_>) -> Result<Vec<Figure>, ReportError> {
     check_names(report.evaluation)?;
     Ok(html::figures(report))
+}
+
+/// The page of many sessions together, as self-contained as [`html`].
+pub fn summary_html(summary: &Summary) -> String {
+    html::summary::page(summary).into_string()
+}
+
+/// Every figure of [`summary_html`], in its order.
+pub fn summary_figures(summary: &Summary) -> Vec<Figure> {
+    html::summary::figures(summary)
 }
 
 /// The report in a few lines for a pull request or an issue: verdict, errors by method, differences from

@@ -28,12 +28,17 @@ pub(crate) const RECORDED_CLASS: &str = "recorded";
 
 /// Class of each method, by its place among the learned ones or the baselines.
 pub(crate) fn method_classes(methods: &[MethodEvaluation]) -> Vec<String> {
-    let (mut learned, mut baselines) = (0, 0);
-    methods
-        .iter()
-        .map(|method| {
-            let (letter, place, available) = if method.baseline {
-                ("b", &mut baselines, BASELINES)
+    classes(methods.iter().map(|method| method.baseline))
+}
+
+/// The same, from whether each of them is a baseline.
+pub(crate) fn classes(baselines: impl IntoIterator<Item = bool>) -> Vec<String> {
+    let (mut learned, mut known) = (0, 0);
+    baselines
+        .into_iter()
+        .map(|baseline| {
+            let (letter, place, available) = if baseline {
+                ("b", &mut known, BASELINES)
             } else {
                 ("l", &mut learned, LEARNED)
             };

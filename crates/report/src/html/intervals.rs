@@ -6,9 +6,8 @@ use inhand_model::{
 };
 use maud::{Markup, html};
 
-use super::session::name;
 use super::table::{Column, Group, Line, grouped, numbers, table, words};
-use super::{Body, Method};
+use super::{Body, Method, Named, named};
 use crate::figure::forest::{self, Forest, ForestRow, axis_ends, signed};
 use crate::figure::{Figure, FigureColumn, FigureData};
 use crate::number::{NARROW_SPACE, NONE, count, decimals, percent, plain, to_mm};
@@ -29,9 +28,15 @@ pub(crate) const fn measure_words(measure: Measure) -> &'static str {
 
 /// The part of the section on errors; `None` where no intervals were worked out.
 pub(super) fn part(evaluation: &Evaluation, methods: &[Method<'_>]) -> Option<Body> {
-    let intervals = evaluation.intervals.as_ref()?;
+    let methods: Vec<Named<'_>> = methods.iter().map(Method::named).collect();
+    let mut part = Body::from(html! { h3 { "How sure these numbers are" } });
+    part.append(body(evaluation.intervals.as_ref()?, &methods));
+    Some(part)
+}
+
+/// Intervals and differences of the methods.
+pub(super) fn body(intervals: &Intervals, methods: &[Named<'_>]) -> Body {
     let mut body = Body::from(html! {
-        h3 { "How sure these numbers are" }
         p { (made_words(&intervals.bootstrap)) }
         (estimates(intervals, methods))
     });
@@ -39,7 +44,7 @@ pub(super) fn part(evaluation: &Evaluation, methods: &[Method<'_>]) -> Option<Bo
         body.prose(html! {
             h3 { "Differences from the best baseline" }
             p {
-                "Each method less " b { (baseline) } ", the baseline with the smallest median error, on the same "
+                "Each method less " b { (baseline) } ", the baseline with the smallest mean error, on the same "
                 (plural(intervals.bootstrap.cluster)) ": below zero the method is better. An interval that does not hold zero \
                  is a difference that other " (plural(intervals.bootstrap.cluster)) " would most likely show too."
             }
@@ -47,7 +52,17 @@ pub(super) fn part(evaluation: &Evaluation, methods: &[Method<'_>]) -> Option<Bo
         body.figure(differences_figure(intervals, baseline, methods));
         body.prose(differences(intervals, baseline, methods));
     }
-    Some(body)
+    body
+}
+
+/// How a method stands against the best baseline, as a sentence with a space before it.
+pub(super) fn against_words(intervals: &Intervals, method: &str, baseline: &str) -> Option<String> {
+    let mut found = against(intervals, baseline, Measure::P75).filter(|d| d.method == method);
+    let relative = found.next()?.relative?;
+    Some(format!(
+        " Its third quartile differs from that of {baseline}, the best baseline, by {} %.",
+        relative_words(&relative)
+    ))
 }
 
 const fn plural(cluster: Cluster) -> &'static str {
@@ -97,7 +112,7 @@ pub(crate) fn relative_words(estimate: &Estimate) -> String {
     with_interval(estimate, |share| signed(100.0 * share))
 }
 
-fn estimates(intervals: &Intervals, methods: &[Method<'_>]) -> Markup {
+fn estimates(intervals: &Intervals, methods: &[Named<'_>]) -> Markup {
     let cluster = plural(intervals.bootstrap.cluster);
     let mut columns = vec![words("method"), numbers("n", ""), numbers(cluster, "")];
     columns.extend(Measure::ALL.map(|measure| numbers(measure_words(measure), "mm")));
@@ -109,20 +124,20 @@ fn estimates(intervals: &Intervals, methods: &[Method<'_>]) -> Markup {
         columns.push(numbers("three contacts", "%"));
         columns.push(numbers("less recorded", "points"));
     }
-    let line = |method: &Method<'_>,
+    let line = |method: &Named<'_>,
                 own: &MethodIntervals,
                 error: Option<&[Estimate; 5]>,
                 contacts: bool| Line {
-        head: name(method),
+        head: named(method),
         cells: cells(own, error, contacts.then_some(with_contacts)),
         best: Vec::new(),
         stressed: method.default,
     };
-    let of = |method: &Method<'_>| -> Option<&MethodIntervals> {
+    let of = |method: &Named<'_>| -> Option<&MethodIntervals> {
         intervals
             .methods
             .iter()
-            .find(|own| own.method == method.evaluation.name)
+            .find(|own| own.method == method.name)
     };
     let all = methods
         .iter()
@@ -193,19 +208,19 @@ pub(crate) fn against<'a>(
 fn differences_figure(
     intervals: &Intervals,
     baseline: &str,
-    methods: &[Method<'_>],
+    methods: &[Named<'_>],
 ) -> Option<Figure> {
     let of = |difference: &PairedDifference| {
         methods
             .iter()
-            .find(|method| method.evaluation.name == difference.method)
+            .find(|method| method.name == difference.method)
     };
     let rows = |measure: Measure| -> Vec<ForestRow<'_>> {
         against(intervals, baseline, measure)
             .filter_map(|difference| {
                 let (relative, method) = (difference.relative?, of(difference)?);
                 Some(ForestRow {
-                    label: &method.evaluation.name,
+                    label: method.name,
                     class: &method.class,
                     stressed: method.default,
                     value: 100.0 * relative.value,
@@ -282,15 +297,13 @@ const DIFFERENCES: [Column<'static>; 6] = [
     numbers("clusters", ""),
 ];
 
-fn differences(intervals: &Intervals, baseline: &str, methods: &[Method<'_>]) -> Markup {
+fn differences(intervals: &Intervals, baseline: &str, methods: &[Named<'_>]) -> Markup {
     let lines = |measure: Measure| -> Vec<Line> {
         against(intervals, baseline, measure)
             .map(|difference| {
-                let method = methods
-                    .iter()
-                    .find(|m| m.evaluation.name == difference.method);
+                let method = methods.iter().find(|m| m.name == difference.method);
                 Line {
-                    head: method.map_or_else(|| html! { (difference.method) }, name),
+                    head: method.map_or_else(|| html! { (difference.method) }, named),
                     cells: vec![
                         error_words(&difference.absolute),
                         difference

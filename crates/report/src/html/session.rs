@@ -128,7 +128,7 @@ pub(super) fn methods(evaluation: &Evaluation, methods: &[Method<'_>]) -> Markup
 
 /// A method's name with the colour it has in the figures.
 pub(super) fn name(method: &Method<'_>) -> Markup {
-    html! { span.swatch.(method.class) {} (method.evaluation.name) }
+    super::named(&method.named())
 }
 
 fn standing(method: &MethodEvaluation, methods: &[MethodEvaluation]) -> String {

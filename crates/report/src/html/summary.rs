@@ -43,7 +43,11 @@ fn sections(summary: &Summary) -> Vec<Section> {
     let sections = [
         Some(section("methods", "Methods", methods::section(contenders))),
         Some(section("intervals", "Between sessions", sure)),
-        Some(section("sessions", "Sessions", sessions::section(summary, contenders))),
+        Some(section(
+            "sessions",
+            "Sessions",
+            sessions::section(summary, contenders),
+        )),
         notes::outliers(summary).map(|body| section("outliers", "Outliers", body)),
         Some(section(
             "groups",
@@ -100,8 +104,16 @@ fn fact(name: &str, value: &str) -> Markup {
 fn distinct<'a>(values: impl Iterator<Item = Option<&'a str>>) -> String {
     const NAMED: usize = 3;
     let values: std::collections::BTreeSet<Option<&str>> = values.collect();
-    let stated: Vec<String> = values.iter().flatten().map(|&value| value.to_owned()).collect();
-    let missing = if values.contains(&None) { ", some not stated" } else { "" };
+    let stated: Vec<String> = values
+        .iter()
+        .flatten()
+        .map(|&value| value.to_owned())
+        .collect();
+    let missing = if values.contains(&None) {
+        ", some not stated"
+    } else {
+        ""
+    };
     match stated.len() {
         0 => "not stated".to_owned(),
         few if few <= NAMED => format!("{}{missing}", join_words(&stated)),

@@ -16,16 +16,23 @@ pub(super) fn section(summary: &Summary) -> Body {
              --task, state it."
         }
     });
-    let methods = summary.groups.iter().fold(Vec::new(), |mut names: Vec<&str>, group| {
-        if !names.contains(&group.method.as_str()) {
-            names.push(&group.method);
-        }
-        names
-    });
+    let methods = summary
+        .groups
+        .iter()
+        .fold(Vec::new(), |mut names: Vec<&str>, group| {
+            if !names.contains(&group.method.as_str()) {
+                names.push(&group.method);
+            }
+            names
+        });
     for method in methods {
         let of_method = summary.groups.iter().filter(|group| group.method == method);
         let lines = of_method.map(line).collect();
-        body.prose(table(&format!("Error of {method} by group"), &columns(), lines));
+        body.prose(table(
+            &format!("Error of {method} by group"),
+            &columns(),
+            lines,
+        ));
     }
     body
 }

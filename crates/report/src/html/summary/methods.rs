@@ -8,7 +8,7 @@ use crate::figure::box_plot::{self, BoxPlot, Row, shared_end_mm};
 use crate::figure::palette::finger_class;
 use crate::figure::{Figure, FigureColumn, FigureData};
 use crate::html::errors::BOX_WORDS;
-use crate::html::table::{Line, Column, numbers, table, words};
+use crate::html::table::{Column, Line, numbers, table, words};
 use crate::html::{Body, named};
 use crate::number::{NARROW_SPACE, NONE, count, millimetres, percent, to_mm};
 
@@ -37,19 +37,30 @@ pub(super) fn section(contenders: &[Contender<'_>]) -> Body {
         }
     });
     body.figure(figure(contenders));
-    body.prose(table("Error over all sessions", &COLUMNS, contenders.iter().map(line).collect()));
+    body.prose(table(
+        "Error over all sessions",
+        &COLUMNS,
+        contenders.iter().map(line).collect(),
+    ));
     body
 }
 
 fn line(contender: &Contender<'_>) -> Line {
     let (method, s) = (contender.summary, &contender.summary.error);
-    let length = |metres: f64| if s.n == 0 { NONE.to_owned() } else { millimetres(metres) };
+    let length = |metres: f64| {
+        if s.n == 0 {
+            NONE.to_owned()
+        } else {
+            millimetres(metres)
+        }
+    };
     let share = |of: fn(&inhand_model::SharedContacts) -> usize| {
         let contacts = method.contacts.filter(|contacts| contacts.n > 0);
         contacts.map_or_else(|| NONE.to_owned(), |c| percent(of(&c) as f64 / c.n as f64))
     };
-    let mut cells: Vec<String> =
-        [s.n, s.n_filled, s.n_left_out].map(|n| count(n, NARROW_SPACE)).into();
+    let mut cells: Vec<String> = [s.n, s.n_filled, s.n_left_out]
+        .map(|n| count(n, NARROW_SPACE))
+        .into();
     cells.extend([s.mean, s.rmse, s.p5, s.p25, s.p50, s.p75, s.p95, s.max].map(length));
     cells.push(share(|contacts| contacts.three_or_more));
     cells.push(share(|contacts| contacts.recorded_three_or_more));

@@ -21,7 +21,10 @@ pub(super) fn outliers(summary: &Summary) -> Option<Body> {
     if summary.outliers.is_empty() {
         return None;
     }
-    let lines = summary.outliers.iter().map(|outlier| line(summary, outlier));
+    let lines = summary
+        .outliers
+        .iter()
+        .map(|outlier| line(summary, outlier));
     Some(Body::from(html! {
         p {
             "Far off is a modified z-score beyond 3.5, " code { "0.6745 (value − median) / MAD" } " with the median absolute deviation \
@@ -37,10 +40,17 @@ fn line(summary: &Summary, outlier: &Outlier) -> Line {
     let mut known = Vec::new();
     let all = session.segments + session.left_out;
     if session.left_out > 0 {
-        known.push(format!("{} of {all} segments lost to gaps", session.left_out));
+        known.push(format!(
+            "{} of {all} segments lost to gaps",
+            session.left_out
+        ));
     }
     if session.warnings > 0 {
-        let takes = if session.warnings == 1 { "warning" } else { "warnings" };
+        let takes = if session.warnings == 1 {
+            "warning"
+        } else {
+            "warnings"
+        };
         known.push(format!("{} {takes} about its takes", session.warnings));
     }
     if known.is_empty() {
@@ -73,7 +83,9 @@ pub(super) fn settings(summary: &Summary) -> Option<Body> {
                 None => values.push((value, 1)),
             }
         }
-        let values = values.iter().map(|(value, times)| format!("{value} (in {times})"));
+        let values = values
+            .iter()
+            .map(|(value, times)| format!("{value} (in {times})"));
         Line {
             head: html! { code { (difference.key) } },
             cells: vec![values.collect::<Vec<_>>().join("; ")],

@@ -32,7 +32,10 @@ const COLUMNS: [Column<'static>; 14] = [
 ];
 
 pub(super) fn section(summary: &Summary, contenders: &[Contender<'_>]) -> Body {
-    let Some(place) = contenders.iter().position(|contender| contender.named.default) else {
+    let Some(place) = contenders
+        .iter()
+        .position(|contender| contender.named.default)
+    else {
         return Body::default();
     };
     let ranked = ranked(summary, place);
@@ -47,7 +50,11 @@ pub(super) fn section(summary: &Summary, contenders: &[Contender<'_>]) -> Body {
     let lines = (ranked.iter().enumerate())
         .map(|(rank, (_, session))| line(rank + 1, session, place))
         .collect();
-    body.prose(table(&format!("Sessions, error of {name}"), &COLUMNS, lines));
+    body.prose(table(
+        &format!("Sessions, error of {name}"),
+        &COLUMNS,
+        lines,
+    ));
     body
 }
 
@@ -56,7 +63,11 @@ fn ranked(summary: &Summary, place: usize) -> Vec<(usize, &SessionSummary)> {
     let mut ranked: Vec<(usize, &SessionSummary)> = summary.sessions.iter().enumerate().collect();
     let key = |session: &SessionSummary| {
         let error = &session.methods[place].error;
-        if error.n == 0 { f64::NEG_INFINITY } else { error.p75 }
+        if error.n == 0 {
+            f64::NEG_INFINITY
+        } else {
+            error.p75
+        }
     };
     ranked.sort_by(|a, b| key(b.1).total_cmp(&key(a.1)).then(a.0.cmp(&b.0)));
     ranked
@@ -65,7 +76,13 @@ fn ranked(summary: &Summary, place: usize) -> Vec<(usize, &SessionSummary)> {
 fn line(rank: usize, session: &SessionSummary, place: usize) -> Line {
     let method = &session.methods[place];
     let s = &method.error;
-    let length = |metres: f64| if s.n == 0 { NONE.to_owned() } else { millimetres(metres) };
+    let length = |metres: f64| {
+        if s.n == 0 {
+            NONE.to_owned()
+        } else {
+            millimetres(metres)
+        }
+    };
     let contacts = method.contacts.filter(|contacts| contacts.n > 0);
     let share = |of: fn(&inhand_model::SharedContacts) -> usize| {
         contacts.map_or_else(|| NONE.to_owned(), |c| percent(of(&c) as f64 / c.n as f64))
@@ -131,7 +148,11 @@ fn figure(
     let half = drawn.len().div_ceil(2).max(10);
     let panels = drawn.chunks(half).map(rows).collect();
     let words = if ranked.len() > drawn.len() {
-        format!(" The {} worst of {} sessions are drawn.", drawn.len(), ranked.len())
+        format!(
+            " The {} worst of {} sessions are drawn.",
+            drawn.len(),
+            ranked.len()
+        )
     } else {
         String::new()
     };

@@ -1,12 +1,15 @@
 //! `evaluation.json`: the form that outside scripts read. The contract is
 //! `schemas/evaluation.schema.json`.
 
+mod comparison;
 mod intervals;
 mod read;
+mod summary;
 mod wire;
 mod write;
 
-use inhand_model::{Evaluation, Finger, PerFinger, Provenance};
+use inhand_model::{Evaluation, EvaluationComparison, Finger, PerFinger, Provenance, Summary};
+use serde::Serialize;
 
 use crate::error::ReportError;
 
@@ -17,9 +20,25 @@ pub(crate) fn write(
     evaluation: &Evaluation,
     provenance: &[Provenance],
 ) -> Result<String, ReportError> {
-    let document = write::document(evaluation, provenance);
-    let mut text = serde_json::to_string_pretty(&document).map_err(|source| ReportError::Json {
-        session: evaluation.session.name.clone(),
+    pretty(
+        &write::document(evaluation, provenance),
+        &evaluation.session.name,
+    )
+}
+
+/// Writes many sessions in the same form.
+pub(crate) fn write_summary(sessions: &Summary) -> Result<String, ReportError> {
+    pretty(&summary::document(sessions), "many sessions")
+}
+
+/// Writes two evaluations side by side in the same form.
+pub(crate) fn write_comparison(both: &EvaluationComparison) -> Result<String, ReportError> {
+    pretty(&comparison::document(both), &both.after.session)
+}
+
+fn pretty(document: &impl Serialize, session: &str) -> Result<String, ReportError> {
+    let mut text = serde_json::to_string_pretty(document).map_err(|source| ReportError::Json {
+        session: session.to_owned(),
         source,
     })?;
     text.push('\n');

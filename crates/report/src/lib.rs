@@ -48,6 +48,7 @@
 //! in words), `learned` (what the training takes say about the methods, in words), `text`, `number` (digits), `figure` (scales, axes, box plots, dot plots, line charts as SVG),
 //! `html` (the page, a file a section).
 
+mod comparison;
 mod error;
 mod figure;
 mod html;
@@ -58,11 +59,12 @@ mod number;
 mod quality;
 mod rank_figure;
 mod report;
+mod summary;
 mod text;
 mod verdict;
 mod words;
 
-use inhand_model::{Evaluation, Provenance, Summary};
+use inhand_model::{Evaluation, EvaluationComparison, Provenance, Summary};
 
 pub use error::ReportError;
 pub use figure::{Figure, FigureColumn, FigureData, FigureValues};
@@ -123,6 +125,44 @@ pub fn figures(report: &Report<'_>) -> Result<Vec<Figure>, ReportError> {
 /// The page of many sessions together, as self-contained as [`html`].
 pub fn summary_html(summary: &Summary) -> String {
     html::summary::page(summary).into_string()
+}
+
+/// Many sessions as JSON, in the style of [`evaluation_json`]. Lengths under keys that end in `_mm` are millimetres.
+///
+/// # Errors
+///
+/// [`ReportError::Json`].
+pub fn summary_json(summary: &Summary) -> Result<String, ReportError> {
+    json::write_summary(summary)
+}
+
+/// The sessions as a table: a line for each session, method and finger (`all` for all of them together).
+pub fn summary_table(summary: &Summary) -> FigureData {
+    summary::table(summary)
+}
+
+/// Many sessions in a few lines, for a terminal; with `markdown` for a pull request.
+pub fn summary_text(summary: &Summary, markdown: bool) -> String {
+    summary::text(summary, markdown)
+}
+
+/// Two evaluations side by side, for a terminal.
+pub fn comparison_text(comparison: &EvaluationComparison) -> String {
+    comparison::text(comparison)
+}
+
+/// Two evaluations side by side, for a pull request.
+pub fn comparison_markdown(comparison: &EvaluationComparison) -> String {
+    comparison::markdown(comparison)
+}
+
+/// Two evaluations side by side as JSON.
+///
+/// # Errors
+///
+/// [`ReportError::Json`].
+pub fn comparison_json(comparison: &EvaluationComparison) -> Result<String, ReportError> {
+    json::write_comparison(comparison)
 }
 
 /// Every figure of [`summary_html`], in its order.

@@ -238,12 +238,12 @@ fn more(text: &mut String, all: usize, shown: usize, what: &str) {
     }
 }
 
-fn row(text: &mut String, cells: &[String]) {
+pub(crate) fn row(text: &mut String, cells: &[String]) {
     let _ = writeln!(text, "| {} |", cells.join(" | "));
 }
 
 /// Text as text: nothing in it is taken for a table, a tag, code, a link, stress or a mention.
-fn escaped(text: &str) -> String {
+pub(crate) fn escaped(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
     for letter in text.chars() {
         match letter {

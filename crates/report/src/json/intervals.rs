@@ -52,7 +52,7 @@ struct Measures {
 }
 
 #[derive(Serialize, Deserialize)]
-struct Interval {
+pub(super) struct Interval {
     value: Number,
     low: Number,
     high: Number,
@@ -128,7 +128,7 @@ fn difference(found: &PairedDifference) -> Difference {
     }
 }
 
-fn interval(found: &Estimate, factor: f64) -> Interval {
+pub(super) fn interval(found: &Estimate, factor: f64) -> Interval {
     let scaled = |value: Option<f64>| Number::finite(value.map_or(f64::NAN, |v| v * factor));
     Interval {
         value: scaled(Some(found.value)),

@@ -158,7 +158,7 @@ fn method(method: &MethodEvaluation) -> Method {
 }
 
 /// Quantiles of nothing do not exist: with n = 0 every number is null, whatever stands there.
-fn distribution(statistics: &Statistics) -> Distribution {
+pub(super) fn distribution(statistics: &Statistics) -> Distribution {
     scaled_distribution(statistics, to_mm)
 }
 

@@ -93,8 +93,8 @@ pub(crate) fn made_words(bootstrap: &Bootstrap) -> String {
     )
 }
 
-/// A value with its interval.
-fn with_interval(estimate: &Estimate, text: impl Fn(f64) -> String) -> String {
+/// A value with its interval, in one line.
+fn in_a_line(estimate: &Estimate, text: impl Fn(f64) -> String) -> String {
     let own = text(estimate.value);
     match estimate.interval {
         Some([low, high]) => format!("{own} ({} to {})", text(low), text(high)),
@@ -102,14 +102,24 @@ fn with_interval(estimate: &Estimate, text: impl Fn(f64) -> String) -> String {
     }
 }
 
+/// The same in two lines, for the cells of a table.
+fn in_a_cell(estimate: &Estimate, text: impl Fn(f64) -> String) -> String {
+    in_a_line(estimate, text).replacen(" (", "\n(", 1)
+}
+
 /// An error in millimetres with its interval.
 pub(crate) fn error_words(estimate: &Estimate) -> String {
-    with_interval(estimate, |metres| decimals(to_mm(metres), 3))
+    in_a_line(estimate, millimetres_3)
+}
+
+/// One decimal more than elsewhere: intervals are narrow.
+fn millimetres_3(metres: f64) -> String {
+    decimals(to_mm(metres), 3)
 }
 
 /// A relative difference with its interval.
 pub(crate) fn relative_words(estimate: &Estimate) -> String {
-    with_interval(estimate, |share| signed(100.0 * share))
+    in_a_line(estimate, |share| signed(100.0 * share))
 }
 
 fn estimates(intervals: &Intervals, methods: &[Named<'_>]) -> Markup {
@@ -180,15 +190,15 @@ fn cells(
     let (n, clusters) = error.map_or((0, 0), |error| (error[0].n, error[0].clusters));
     let mut cells = vec![count(n, NARROW_SPACE), count(clusters, NARROW_SPACE)];
     match error {
-        Some(error) => cells.extend(error.each_ref().map(error_words)),
+        Some(error) => cells.extend(error.each_ref().map(|own| in_a_cell(own, millimetres_3))),
         None => cells.extend(std::iter::repeat_with(none).take(Measure::ALL.len())),
     }
     if contacts == Some(true) {
         let share = own.three_or_more.as_ref();
-        cells.push(share.map_or_else(none, |s| with_interval(s, percent)));
+        cells.push(share.map_or_else(none, |s| in_a_cell(s, percent)));
         let points = |value: f64| decimals(100.0 * value, 2);
         let less = own.three_or_more_less_recorded.as_ref();
-        cells.push(less.map_or_else(none, |s| with_interval(s, points)));
+        cells.push(less.map_or_else(none, |s| in_a_cell(s, points)));
     }
     cells
 }

@@ -348,3 +348,104 @@ fn without_rows_or_object_there_are_fewer_figures_and_no_empty_ones() {
     let left = ids(&evaluation, Some(&empty));
     assert!(!left.contains(&"error-ecdf") && !left.contains(&"error-over-time"));
 }
+
+/// The text of the section beside the paper.
+fn beside_the_paper(evaluation: &Evaluation, settings: &str) -> Option<String> {
+    let step = inhand_model::Provenance {
+        tool: "inhand 0.1.0".to_owned(),
+        step: "run".to_owned(),
+        settings_json: settings.to_owned(),
+        inputs: Vec::new(),
+    };
+    let page = html(&Report::new(evaluation, &[step])).unwrap();
+    let part = &page[page.find("<section id=\"paper\"")?..];
+    Some(part[..part.find("</section>").unwrap()].to_owned())
+}
+
+#[test]
+fn published_numbers_stand_beside_runs_of_their_protocol_alone() {
+    let protocol = r#"{"process":{"filter":"median","window":50}}"#;
+    let evaluation = sample::evaluation(true);
+    let cube = beside_the_paper(&evaluation, protocol).unwrap();
+    for text in ["1.2 mm", "4 of 10 000 instants", "97 %", "arXiv:2308.15153"] {
+        assert!(cube.contains(text), "{text}");
+    }
+    let paper = evaluation
+        .methods
+        .iter()
+        .find(|method| method.name == "paper")
+        .unwrap();
+    let worst = paper
+        .error_by_finger
+        .as_array()
+        .iter()
+        .map(|s| s.p75)
+        .fold(0.0, f64::max);
+    assert!(cube.contains(&format!("<td class=\"words\">{:.2} mm</td>", 1e3 * worst)));
+
+    let mut cylinder = sample::evaluation(true);
+    cylinder.session.object = Some("cylinder:0.05x0.05".to_owned());
+    assert!(
+        beside_the_paper(&cylinder, protocol)
+            .unwrap()
+            .contains("93 %")
+    );
+
+    // What differs is named, and the column is not there.
+    let mut other = sample::evaluation(true);
+    other.session.object = Some("cube:0.06".to_owned());
+    other.session.rate_hz = 120.0;
+    other.dictionary.rank = 100;
+    let part = beside_the_paper(&other, r#"{"process":{"filter":"median","window":25}}"#).unwrap();
+    for text in [
+        "neither a cube",
+        "120 Hz, not 100 Hz",
+        "100 NMF primitives",
+        "median of 50 samples",
+    ] {
+        assert!(part.contains(text), "{text}: {part}");
+    }
+    assert!(!part.contains("1.2 mm") && !part.contains("<table"));
+    assert!(
+        beside_the_paper(&evaluation, "no JSON")
+            .unwrap()
+            .contains("that is not known")
+    );
+
+    // Nobody compares without the published method.
+    let mut without = sample::evaluation(true);
+    without.methods.retain(|method| method.name != "paper");
+    assert_eq!(beside_the_paper(&without, protocol), None);
+}
+
+#[test]
+fn estimates_show_their_intervals() {
+    let (evaluation, _) = whole();
+    let page = html(&Report::new(&evaluation, &[])).unwrap();
+    let own = evaluation.intervals.as_ref().unwrap().methods[0]
+        .error
+        .unwrap()[2];
+    let [low, high] = own.interval.unwrap().map(|end| 1e3 * end);
+    assert!(page.contains(&format!(
+        "<td>{:.3}\n({low:.3} to {high:.3})</td>",
+        1e3 * own.value
+    )));
+    assert!(page.contains("2000 bootstrap draws (seed 0)"));
+    let figure = figure("differences-from-baseline");
+    let relative = numbers(&figure, "relative_percent");
+    let prior = (words(&figure, "motion")
+        .iter()
+        .zip(words(&figure, "measure")))
+    .position(|(motion, measure)| motion == "prior" && measure == "p95");
+    let errors = |name: &str| {
+        evaluation
+            .methods
+            .iter()
+            .find(|m| m.name == name)
+            .unwrap()
+            .error
+            .p95
+    };
+    let expected = 100.0 * (errors("prior") / errors("hermite") - 1.0);
+    assert!((relative[prior.unwrap()] - expected).abs() < 1e-9);
+}

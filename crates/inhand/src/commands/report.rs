@@ -1,4 +1,4 @@
-//! `inhand report EVALUATION -o HTML`.
+//! `inhand report EVALUATION -o HTML`, or `-o MARKDOWN`.
 
 use std::path::PathBuf;
 
@@ -8,12 +8,12 @@ use inhand_pipeline::{check_target, write_text};
 use crate::console::Console;
 use crate::exit::Exit;
 
-/// Makes the HTML page of an evaluation.
+/// Makes the HTML page of an evaluation, or its summary in Markdown.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// An evaluation.json.
     evaluation: PathBuf,
-    /// Page to write.
+    /// Page to write; a name that ends in .md gets a summary in Markdown instead.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// Replace a page that is there.
@@ -28,10 +28,14 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         .with_context(|| format!("cannot read {shown}"))?;
     let (evaluation, provenance) =
         inhand_report::read_evaluation_json(&text).with_context(|| shown.to_string())?;
-    write_text(
-        &args.output,
-        &inhand_report::html(&inhand_report::Report::new(&evaluation, &provenance))?,
-    )?;
+    let report = inhand_report::Report::new(&evaluation, &provenance);
+    let is_markdown = (args.output.extension()).is_some_and(|own| own.eq_ignore_ascii_case("md"));
+    let page = if is_markdown {
+        inhand_report::markdown(&report)?
+    } else {
+        inhand_report::html(&report)?
+    };
+    write_text(&args.output, &page)?;
     console.say(&format!("wrote {}", args.output.display()));
     Ok(Exit::Done)
 }

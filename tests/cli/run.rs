@@ -2,22 +2,134 @@
 
 use crate::support::{Bench, without_provenance};
 
-const RESULTS: [&str; 8] = [
+const RESULTS: [&str; 11] = [
+    "contacts.parquet",
     "cube_test_01.mcap",
     "cube_train_01.mcap",
     "cube_train_02.mcap",
     "dictionary.mcap",
     "evaluation.json",
+    "phases.parquet",
     "report.html",
     "rows.parquet",
     "run.json",
+    "segments.parquet",
 ];
+
+/// Results without the folder of figures.
+fn beside_figures(bench: &Bench, folder: &str) -> Vec<String> {
+    let mut files = bench.files(folder);
+    files.retain(|file| !file.starts_with("figures/"));
+    files
+}
+
+/// Names of figures by their drawings.
+fn figures(bench: &Bench) -> Vec<String> {
+    let files = bench.files("out/figures");
+    let names = files.iter().filter_map(|file| file.strip_suffix(".svg"));
+    names.map(str::to_owned).collect()
+}
+
+#[test]
+fn every_figure_is_a_drawing_and_its_numbers() {
+    let bench = Bench::simulated(&["--gaps", "0.02", "--format", "csv"]);
+    bench.run("out", &[]);
+    let names = figures(&bench);
+    for illustration in [
+        "gaps",
+        "filtering",
+        "spectrum",
+        "path-median",
+        "path-worst",
+        "worst-errors",
+        "hulls",
+        "primitives",
+        "explained-variance",
+        "point-clouds",
+    ] {
+        assert!(
+            names.iter().any(|name| name == illustration),
+            "{illustration}: {names:?}"
+        );
+    }
+    assert_eq!(bench.files("out/figures").len(), 3 * names.len());
+    let listed = bench.json("out/run.json");
+    let page = String::from_utf8(bench.bytes("out/report.html")).expect("the page is text");
+    for name in &names {
+        assert!(
+            page.contains(&format!("id=\"figure-{name}\"")),
+            "{name} is on the page"
+        );
+        let csv = String::from_utf8(bench.bytes(&format!("out/figures/{name}.csv")));
+        assert!(
+            csv.expect("a table is text").lines().count() > 1,
+            "{name} has numbers"
+        );
+        let parquet = bench.bytes(&format!("out/figures/{name}.parquet"));
+        assert!(parquet.starts_with(b"PAR1") && parquet.ends_with(b"PAR1"));
+        for extension in ["svg", "csv", "parquet"] {
+            let file = format!("figures/{name}.{extension}");
+            assert!(listed["manifest"]["outputs"][&file].is_string(), "{file}");
+        }
+    }
+}
+
+#[test]
+fn figures_are_made_again_and_old_ones_leave() {
+    let bench = Bench::csv();
+    bench.run("out", &[]);
+    assert!(figures(&bench).contains(&"point-clouds".to_owned()));
+    let hulls = bench.bytes("out/figures/hulls.svg");
+    bench.write("out/figures/hulls.svg", "changed");
+    bench.write("out/figures/mine.svg", "mine");
+    bench.run("out", &[]);
+    assert_eq!(bench.bytes("out/figures/hulls.svg"), hulls);
+
+    // Without an object there are no distances to it; what a person put there stays.
+    bench.edit("session/inhand.toml", |text| {
+        text.lines()
+            .filter(|line| !line.starts_with("shape"))
+            .collect::<Vec<_>>()
+            .join("\n")
+    });
+    bench.run("out", &[]);
+    assert!(!figures(&bench).contains(&"point-clouds".to_owned()));
+    assert_eq!(bench.bytes("out/figures/mine.svg"), b"mine");
+}
+
+#[test]
+fn figures_of_others_need_force() {
+    let bench = Bench::csv();
+    bench.write("out/figures/hulls.svg", "mine");
+    let args = [&["run", "session", "-o", "out"], &crate::support::SMALL[..]].concat();
+    let output = bench.inhand(&args);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(crate::support::stderr(&output).contains("figures"));
+    assert_eq!(bench.files("out"), ["figures/hulls.svg"]);
+}
+
+#[test]
+fn a_page_made_later_has_the_times_of_its_run() {
+    let bench = Bench::csv();
+    bench.run("out", &[]);
+    let page = |from: &str| {
+        bench.ok(&["report", from, "-o", "later.html", "--force"]);
+        String::from_utf8(bench.bytes("later.html")).expect("the page is text")
+    };
+    let times = "id=\"figure-plan-times\"";
+    assert!(page("out/evaluation.json").contains(times));
+    let own = String::from_utf8(bench.bytes("out/report.html")).expect("the page is text");
+    assert!(!own.contains(times), "times differ from run to run");
+    // Those of another evaluation are not its own.
+    bench.edit("out/evaluation.json", |text| text + "\n");
+    assert!(!page("out/evaluation.json").contains(times));
+}
 
 #[test]
 fn writes_every_result() {
     let bench = Bench::csv();
     let table = bench.run("out", &[]);
-    assert_eq!(bench.files("out"), RESULTS);
+    assert_eq!(beside_figures(&bench, "out"), RESULTS);
     for method in [
         "residual",
         "prior",
@@ -38,6 +150,7 @@ fn writes_every_result() {
         "generate",
         "evaluate",
         "contacts",
+        "illustrate",
         "report",
         "total",
     ] {
@@ -81,7 +194,7 @@ fn same_bytes_for_any_number_of_threads() {
     let bench = Bench::csv();
     bench.run("one", &["--threads", "1"]);
     bench.run("three", &["--threads", "3"]);
-    for file in RESULTS.into_iter().filter(|&file| file != "run.json") {
+    for file in bench.files("one").iter().filter(|file| *file != "run.json") {
         let (one, three) = (
             bench.bytes(&format!("one/{file}")),
             bench.bytes(&format!("three/{file}")),
@@ -192,7 +305,7 @@ fn an_interrupted_run_is_taken_up() {
         std::fs::remove_file(bench.path(&format!("out/{lost}"))).unwrap();
     }
     bench.run("out", &[]);
-    assert_eq!(bench.files("out"), RESULTS);
+    assert_eq!(beside_figures(&bench, "out"), RESULTS);
     assert_eq!(bench.bytes("out/report.html"), report);
     assert_eq!(bench.bytes("out/dictionary.mcap"), dictionary);
 }

@@ -1,5 +1,6 @@
 //! What a person sees while a command works: everything but data, on stderr.
 
+use std::cell::Cell;
 use std::io::{self, IsTerminal, Write};
 use std::time::Duration;
 
@@ -48,6 +49,25 @@ impl Console {
         to_stderr(&lines);
     }
 
+    /// Shows how far many sessions are; on a terminal with a bar and the time that is left.
+    pub(crate) fn batch(&self, sessions: usize) -> Batch {
+        let shown = !self.quiet && io::stderr().is_terminal();
+        let bar = if shown {
+            ProgressBar::new(sessions as u64)
+        } else {
+            ProgressBar::hidden()
+        };
+        let style = ProgressStyle::with_template("{bar:20} {pos}/{len}  {eta} left  {msg}")
+            .unwrap_or_else(|_| ProgressStyle::default_bar());
+        bar.set_style(style);
+        bar.enable_steady_tick(Duration::from_millis(500));
+        Batch {
+            quiet: self.quiet,
+            bar,
+            failed: Cell::new(0),
+        }
+    }
+
     /// Shows a step until it is done; on a terminal with a spinner after a second.
     pub(crate) fn step(&self, name: &str) -> Step {
         let shown = !self.quiet && io::stderr().is_terminal();
@@ -62,6 +82,40 @@ impl Console {
         bar.set_message(name.to_owned());
         bar.enable_steady_tick(Duration::from_millis(250));
         Step { bar }
+    }
+}
+
+/// Many sessions, one after the other.
+#[derive(Debug)]
+pub(crate) struct Batch {
+    quiet: bool,
+    bar: ProgressBar,
+    failed: Cell<usize>,
+}
+
+impl Batch {
+    /// A session begins.
+    pub(crate) fn start(&self, name: &str) {
+        let failed = match self.failed.get() {
+            0 => String::new(),
+            failed => format!("{failed} failed   "),
+        };
+        self.bar.set_message(format!("{failed}{name}"));
+    }
+
+    /// A session ended, as the line says.
+    pub(crate) fn done(&self, line: &str, failed: bool) {
+        self.failed.set(self.failed.get() + usize::from(failed));
+        // Why a session failed is said whatever is asked for.
+        if failed || !self.quiet {
+            self.bar.suspend(|| to_stderr(line));
+        }
+        self.bar.inc(1);
+    }
+
+    /// All sessions ended.
+    pub(crate) fn finish(self) {
+        self.bar.finish_and_clear();
     }
 }
 

@@ -59,7 +59,7 @@ pub use dictionary_file::{DictionaryFile, read as read_dictionary, write as writ
 pub use error::PipelineError;
 pub use figures::write_figures;
 pub use long_take::{LongTake, LongTakeFacts};
-pub use manifest::{PlanMs, RunJson, peak_memory_bytes};
+pub use manifest::{PlanMs, RunJson, peak_memory_bytes, plan_times_beside};
 pub use methods::Method;
 pub use output::{check_target, write_atomic, write_text};
 pub use plan::{PlanRequest, Planned, plan_motion, write_plan};

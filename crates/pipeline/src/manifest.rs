@@ -5,6 +5,7 @@ use std::path::{Component, Path, PathBuf};
 use std::time::Duration;
 
 use inhand_model::Provenance;
+use inhand_report::PlanTimes;
 use inhand_trajectory::quantiles::quantile;
 use serde::{Deserialize, Serialize};
 
@@ -211,6 +212,26 @@ pub(crate) fn write_run_json(path: &Path, run: &RunJson) -> Result<(), PipelineE
     output::write_text(path, &text)
 }
 
+/// How long plans took that an evaluation judges: from the `run.json` beside it, where that is of the run
+/// that wrote it.
+pub fn plan_times_beside(evaluation: &Path) -> Vec<PlanTimes> {
+    let folder = folder_of(evaluation);
+    let run = read(&folder.join(RUN_FILE)).filter(|run| {
+        let hash = run.manifest.outputs.get(&name_in(folder, evaluation));
+        hash.is_some_and(|hash| hash_file(evaluation).is_ok_and(|now| now == *hash))
+    });
+    let times = run.map_or_else(BTreeMap::new, |run| run.plan_ms);
+    (times.into_iter())
+        .map(|(method, ms)| PlanTimes {
+            method,
+            n: ms.n,
+            p50_ms: ms.p50,
+            p95_ms: ms.p95,
+            max_ms: ms.max,
+        })
+        .collect()
+}
+
 /// Largest memory in use by this process so far, bytes, where the system tells.
 pub fn peak_memory_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
@@ -231,8 +252,11 @@ fn hash_file(path: &Path) -> Result<String, PipelineError> {
     ))
 }
 
-fn folder_of(run_file: &Path) -> &Path {
-    run_file.parent().unwrap_or(Path::new("."))
+fn folder_of(file: &Path) -> &Path {
+    let folder = file
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
+    folder.unwrap_or(Path::new("."))
 }
 
 /// The path of a result in its folder, with `/` on every system.

@@ -24,6 +24,7 @@ mod over_time;
 mod paper;
 mod paths;
 mod plan_status;
+mod plan_times;
 mod plans;
 mod provenance;
 mod quality;
@@ -134,6 +135,8 @@ fn sections(report: &Report<'_>) -> Vec<Section> {
             "Constraints",
             constraints::section(methods),
         )),
+        plan_times::section(report.plan_times, methods)
+            .map(|body| section("plan-times", "Plan times", body)),
         corridors::section(methods).map(|body| section("corridors", "Corridors", body)),
         Some(section(
             "dictionary",

@@ -69,7 +69,7 @@ use inhand_model::{Evaluation, EvaluationComparison, Provenance, Summary};
 pub use error::ReportError;
 pub use figure::{Figure, FigureColumn, FigureData, FigureValues};
 pub use rank_figure::{RankFigure, RankFigurePoint, rank_figure_svg};
-pub use report::Report;
+pub use report::{PlanTimes, Report};
 
 /// `evaluation.json`: pretty-printed, keys in a fixed order, `schema_version` first, numbers that
 /// are not finite as `null`, a newline at the end. Lengths under keys that end in `_mm` are

@@ -11,8 +11,25 @@ pub struct Report<'a> {
     pub rows: Option<&'a EvaluationRows>,
     /// What figures show beside the numbers.
     pub illustrations: Option<&'a Illustrations>,
+    /// How long plans took, where that is known. It differs from run to run.
+    pub plan_times: &'a [PlanTimes],
     /// The steps that led here.
     pub provenance: &'a [Provenance],
+}
+
+/// How long single plans of a method took.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlanTimes {
+    /// Method.
+    pub method: String,
+    /// Plans.
+    pub n: usize,
+    /// Median, milliseconds.
+    pub p50_ms: f64,
+    /// 95 % quantile, milliseconds.
+    pub p95_ms: f64,
+    /// Longest, milliseconds.
+    pub max_ms: f64,
 }
 
 impl<'a> Report<'a> {
@@ -22,6 +39,7 @@ impl<'a> Report<'a> {
             evaluation,
             rows: None,
             illustrations: None,
+            plan_times: &[],
             provenance,
         }
     }
@@ -42,5 +60,11 @@ impl<'a> Report<'a> {
             illustrations: Some(illustrations),
             ..self
         }
+    }
+
+    /// With the times of plans: not for a page that has to be the same each time.
+    #[must_use]
+    pub fn with_plan_times(self, plan_times: &'a [PlanTimes]) -> Self {
+        Self { plan_times, ..self }
     }
 }

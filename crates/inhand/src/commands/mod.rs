@@ -1,8 +1,10 @@
 //! One file a command.
 
 mod annotate;
+mod batch;
 mod check;
 mod clean;
+mod compare;
 mod convert;
 mod cut;
 mod demo;
@@ -44,6 +46,8 @@ use crate::exit::{Exit, UsageError};
 pub(crate) enum Command {
     /// Everything for a session: one MCAP per take, dictionary, evaluation and report
     Run(Box<run::Args>),
+    /// Run many sessions, go past those that fail, join their evaluations
+    Batch(Box<batch::Args>),
     /// Simulate a session and run everything on it
     Demo(demo::Args),
     /// Print what is in an MCAP file
@@ -66,8 +70,10 @@ pub(crate) enum Command {
     Plan(plan::Args),
     /// Compare generated with recorded motion
     Evaluate(evaluate::Args),
-    /// An evaluation as an HTML page
+    /// An evaluation as a page; many of them as one report
     Report(report::Args),
+    /// Two evaluations or methods side by side, with intervals; a check for use in tests
+    Compare(compare::Args),
     /// A take as CSV, Parquet or BIDS, or a dictionary as matrices for NumPy or MATLAB
     Export(export::Args),
     View(view::Args),
@@ -104,6 +110,8 @@ impl Command {
             Command::Plan(args) => plan::run(console, args),
             Command::Evaluate(args) => evaluate::run(console, args),
             Command::Report(args) => report::run(console, args),
+            Command::Compare(args) => compare::run(console, args),
+            Command::Batch(args) => batch::run(console, args),
             Command::Export(args) => export::run(console, args),
             Command::View(args) => view::run(console, args),
             Command::Overlay(args) => overlay::run(console, args),

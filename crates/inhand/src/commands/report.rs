@@ -1,41 +1,96 @@
-//! `inhand report EVALUATION -o HTML`, or `-o MARKDOWN`.
+//! `inhand report EVALUATION -o FILE`, and `inhand report merge`.
 
-use std::path::PathBuf;
+mod merge;
 
-use anyhow::{Context, Result};
-use inhand_pipeline::{check_target, write_text};
+use std::path::{Path, PathBuf};
+
+use anyhow::Result;
+use clap::Subcommand;
+use inhand_pipeline::sessions::Part;
+use inhand_pipeline::{check_target, plan_times_beside, write_text};
+use inhand_report::Report;
 
 use crate::console::Console;
-use crate::exit::Exit;
+use crate::exit::{Exit, UsageError};
 
-/// Makes the HTML page of an evaluation, or its summary in Markdown.
+/// Makes the page of an evaluation again: an HTML page, or a summary in Markdown for a pull request.
+///
+/// The rows.parquet beside the evaluation gives it the figures of single instants, the run.json beside it the
+/// times of plans. Figures of takes and primitives are in the page that `run` writes alone.
 #[derive(Debug, clap::Args)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub(crate) struct Args {
-    /// An evaluation.json.
-    evaluation: PathBuf,
-    /// Page to write; a name that ends in .md gets a summary in Markdown instead.
-    #[arg(short, long, value_name = "FILE")]
-    output: PathBuf,
-    /// Replace a page that is there.
+    #[command(subcommand)]
+    of_many: Option<OfMany>,
+    /// An evaluation.json, or the folder that `run` wrote it into.
+    #[arg(required = true)]
+    evaluation: Option<PathBuf>,
+    /// File to write: .html for a page, .md for Markdown; several may be named.
+    #[arg(short, long, value_name = "FILE", required = true)]
+    output: Vec<PathBuf>,
+    /// Replace a file that is there.
     #[arg(long)]
     force: bool,
 }
 
+/// What is made from several evaluations.
+#[derive(Debug, Subcommand)]
+enum OfMany {
+    /// Join the evaluations of many sessions in one report
+    Merge(merge::Args),
+}
+
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
-    check_target(&args.output, &[&args.evaluation], || args.force)?;
-    let shown = args.evaluation.display();
-    let text = std::fs::read_to_string(&args.evaluation)
-        .with_context(|| format!("cannot read {shown}"))?;
-    let (evaluation, provenance) =
-        inhand_report::read_evaluation_json(&text).with_context(|| shown.to_string())?;
-    let report = inhand_report::Report::new(&evaluation, &provenance);
-    let is_markdown = (args.output.extension()).is_some_and(|own| own.eq_ignore_ascii_case("md"));
-    let page = if is_markdown {
-        inhand_report::markdown(&report)?
-    } else {
-        inhand_report::html(&report)?
+    if let Some(OfMany::Merge(args)) = &args.of_many {
+        return merge::run(console, args);
+    }
+    let Some(path) = &args.evaluation else {
+        // The parser asks for it.
+        return Err(UsageError("no evaluation was named".to_owned()).into());
     };
-    write_text(&args.output, &page)?;
-    console.say(&format!("wrote {}", args.output.display()));
+    let forms = forms(&args.output, &["html", "htm", "md"])?;
+    let part = Part::read(path)?;
+    for output in &args.output {
+        check_target(output, &[&part.path], || args.force)?;
+    }
+    let rows = part.read_rows()?;
+    let plan_times = plan_times_beside(&part.path);
+    let mut report = Report::new(&part.evaluation, &part.provenance).with_plan_times(&plan_times);
+    if let Some(rows) = &rows {
+        report = report.with_rows(rows);
+    }
+    for (output, form) in args.output.iter().zip(forms) {
+        let text = match form {
+            "md" => inhand_report::markdown(&report)?,
+            _ => inhand_report::html(&report)?,
+        };
+        write_text(output, &text)?;
+        console.say(&format!("wrote {}", output.display()));
+    }
     Ok(Exit::Done)
+}
+
+/// The form of each output, as its extension names it.
+fn forms<'a>(outputs: &[PathBuf], known: &[&'a str]) -> Result<Vec<&'a str>> {
+    let form = |path: &PathBuf| {
+        let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+        let found = known.iter().find(|known| Some(**known) == extension.as_deref());
+        found.copied().ok_or_else(|| unknown_form(path, known))
+    };
+    let forms = outputs.iter().map(form).collect::<Result<_>>()?;
+    let twice = |path: &&PathBuf| outputs.iter().filter(|other| other == path).count() > 1;
+    match outputs.iter().find(twice) {
+        Some(path) => Err(UsageError(format!("-o names {} twice", path.display())).into()),
+        None => Ok(forms),
+    }
+}
+
+fn unknown_form(path: &Path, known: &[&str]) -> anyhow::Error {
+    let endings: Vec<String> = known.iter().map(|known| format!(".{known}")).collect();
+    let message = format!(
+        "-o {}: expected a file that ends in {}",
+        path.display(),
+        endings.join(", ")
+    );
+    UsageError(message).into()
 }

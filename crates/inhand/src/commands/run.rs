@@ -100,6 +100,11 @@ pub(crate) fn run_shown(console: &Console, options: &RunOptions) -> Result<RunRe
     Ok(inhand_pipeline::run(options, &mut watch)?)
 }
 
+/// Runs a session without a word.
+pub(crate) fn run_quietly(options: &RunOptions) -> Result<RunResult> {
+    Ok(inhand_pipeline::run(options, &mut |_| ())?)
+}
+
 /// Says what came out.
 pub(crate) fn finish(console: &Console, result: &RunResult, format: Format) -> Result<Exit> {
     let files = &result.files;

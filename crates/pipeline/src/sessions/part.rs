@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use inhand_model::{Evaluation, Finger, Provenance};
+use inhand_model::{Evaluation, EvaluationRows, Finger, Provenance};
 use inhand_tables::RowsFile;
 
 use crate::error::PipelineError;
@@ -97,6 +97,16 @@ impl Part {
             );
             refused(&self.path, message)
         })
+    }
+
+    /// All rows, for figures of single instants; `None` where there are none.
+    ///
+    /// # Errors
+    ///
+    /// [`PipelineError::Table`] for damaged ones.
+    pub fn read_rows(&self) -> Result<Option<EvaluationRows>, PipelineError> {
+        let rows = self.rows.as_ref().map(RowsFile::read);
+        rows.transpose().map_err(table_error(&self.path))
     }
 
     /// Whether there are rows.

@@ -1,0 +1,143 @@
+//! `inhand batch SESSIONS... -o OUT`.
+
+mod names;
+mod record;
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use anyhow::Result;
+use inhand_pipeline::sessions::{MergeOptions, Part, merge};
+use inhand_pipeline::{RunOptions, check_target, locate, write_text};
+
+use super::run::{SessionOptions, run_quietly};
+use crate::console::{Console, data};
+use crate::exit::{Exit, UsageError};
+use crate::options::OutputOptions;
+use record::{Outcome, Record, State};
+
+/// Runs many sessions, each into a folder of its own, and joins their evaluations in one report.
+///
+/// A session that fails is said and gone past. Called again, it does only what is not up to date: sessions that
+/// failed, were interrupted or have changed.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// Sessions: folders with train/ and test/ takes, or files inhand.toml.
+    #[arg(required = true)]
+    sessions: Vec<PathBuf>,
+    /// Folder for the results: a folder for each session, summary.html, batch.json.
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// Join sessions in summary.html although their settings differ; it says in what.
+    #[arg(long)]
+    allow_different: bool,
+    #[command(flatten)]
+    overrides: SessionOptions,
+    #[command(flatten)]
+    writing: OutputOptions,
+}
+
+pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
+    let names = names::unique(&args.sessions).map_err(UsageError)?;
+    let record_file = args.output.join(record::FILE);
+    let summary_file = args.output.join("summary.html");
+    // A folder with our record is ours to go on with.
+    let ours = args.writing.force || Record::is_one(&record_file);
+    for target in [&record_file, &summary_file] {
+        check_target(target, &[], || ours)?;
+    }
+    let mut record = Record::default();
+    let batch = console.batch(args.sessions.len());
+    for (session, name) in args.sessions.iter().zip(&names) {
+        let folder = args.output.join(name);
+        batch.start(name);
+        let begin = Instant::now();
+        let (state, error) = match one(args, session, &folder) {
+            Ok(state) => (state, None),
+            Err(error) => (State::Failed, Some(chain(&error))),
+        };
+        let seconds = begin.elapsed().as_secs_f64();
+        batch.done(&line(name, state, error.as_deref(), seconds), state == State::Failed);
+        record.sessions.push(Outcome {
+            name: name.clone(),
+            session: session.display().to_string(),
+            state,
+            error,
+            seconds,
+        });
+        // After every session, so that an interrupted batch has its record.
+        record.write(&record_file)?;
+    }
+    batch.finish();
+    say_failures(console, &record);
+    join(console, args, &record, &summary_file)?;
+    Ok(record.exit())
+}
+
+/// Runs one session.
+fn one(args: &Args, session: &Path, folder: &Path) -> Result<State> {
+    let (takes, beside) = locate(session)?;
+    let options = RunOptions {
+        folder: takes,
+        settings: args.overrides.settings(beside.as_deref())?,
+        output: folder.to_owned(),
+        force: args.writing.force,
+        view: !args.writing.no_view,
+        command: std::env::args().collect(),
+    };
+    let result = run_quietly(&options)?;
+    Ok(match (&result.evaluation, result.failed_plans) {
+        (None, _) => State::UpToDate,
+        (Some(_), 0) => State::Done,
+        (Some(_), _) => State::PlansFailed,
+    })
+}
+
+/// An error and its causes on one line.
+fn chain(error: &anyhow::Error) -> String {
+    let causes: Vec<String> = error.chain().map(ToString::to_string).collect();
+    causes.join(": ").replace('\n', "; ")
+}
+
+fn line(name: &str, state: State, error: Option<&str>, seconds: f64) -> String {
+    match error {
+        Some(error) => format!("failed   {name}: {error}"),
+        None => format!("{:<8} {name:<60} {seconds:>7.2} s", state.words()),
+    }
+}
+
+fn say_failures(console: &Console, record: &Record) {
+    let count = |state: State| record.sessions.iter().filter(|s| s.state == state).count();
+    let mut parts = vec![format!("{} sessions", record.sessions.len())];
+    for state in State::ALL {
+        let n = count(state);
+        if n > 0 {
+            parts.push(format!("{n} {}", state.words()));
+        }
+    }
+    console.say(&parts.join(", "));
+}
+
+/// Makes the report over all sessions that have an evaluation.
+fn join(console: &Console, args: &Args, record: &Record, target: &Path) -> Result<()> {
+    let done = record.sessions.iter().filter(|session| session.state != State::Failed);
+    let folders: Vec<PathBuf> = done.map(|session| args.output.join(&session.name)).collect();
+    if folders.is_empty() {
+        return Ok(());
+    }
+    let parts = folders.iter().map(|folder| Part::read(folder)).collect::<Result<Vec<_>, _>>()?;
+    let options = MergeOptions {
+        allow_different: args.allow_different,
+        ..MergeOptions::default()
+    };
+    match merge(&parts, options) {
+        Ok(summary) => {
+            write_text(target, &inhand_report::summary_html(&summary))?;
+            data(&inhand_report::summary_text(&summary, false))?;
+            console.say(&format!("{:<36} open in a browser", target.display()));
+        }
+        // The sessions are done; that they cannot be joined is no failure of theirs.
+        Err(refused) => console.say(&format!("no summary: {}", chain(&refused.into()))),
+    }
+    Ok(())
+}

@@ -1,0 +1,94 @@
+//! `inhand compare BEFORE AFTER`.
+
+mod condition;
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use inhand_pipeline::sessions::{CompareOptions, Part, compare};
+use inhand_pipeline::{check_target, write_text};
+
+use crate::console::{Console, data};
+use crate::exit::{Exit, UsageError};
+use crate::options::Format;
+use condition::Condition;
+
+/// Shows how an evaluation differs from one before, or two methods of one evaluation from each other, with
+/// bootstrap intervals over segments. For use in tests: with --fail-if it ends with exit code 3.
+///
+/// Where both judged the same segments, these are drawn together, and intervals are as narrow as they can be.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// evaluation.json before the change, or the folder with it.
+    before: PathBuf,
+    /// evaluation.json after the change; left out to compare two methods of one evaluation.
+    after: Option<PathBuf>,
+    /// Method after the change [default: every method that both have].
+    #[arg(long, value_name = "METHOD")]
+    method: Option<String>,
+    /// Method before the change, where it is another one.
+    #[arg(long, value_name = "METHOD")]
+    against: Option<String>,
+    /// End with exit code 3 if this holds: [METHOD:]STATISTIC[.FINGER][.low|.high] OP NUMBER[%|mm].
+    ///
+    /// STATISTIC is mean, rmse, p50, p75, p95 or three_or_more, OP one of > >= < <=. The change from before to after
+    /// is meant: "p75 > 5%" holds if the third quartile of the error of the method shown first grew by more than
+    /// 5 %, "prior:p95.thumb > 0.2mm" if that of the thumb with prior grew by more than 0.2 mm. For
+    /// three_or_more % are points. With .low the lower end of the interval is meant: "p75.low > 0%" holds only
+    /// if the error surely grew.
+    #[arg(long, value_name = "CONDITION")]
+    fail_if: Vec<String>,
+    /// Draws of the bootstrap; 0 for no intervals.
+    #[arg(long, value_name = "N", default_value_t = 2000)]
+    draws: usize,
+    /// Share of the draws inside an interval.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.95)]
+    confidence: f64,
+    /// Markdown for a pull request.
+    #[arg(short, long, value_name = "FILE.md")]
+    output: Option<PathBuf>,
+    /// Print text, or JSON.
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+    /// Replace a file that is there.
+    #[arg(long)]
+    force: bool,
+}
+
+pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
+    let conditions = (args.fail_if.iter())
+        .map(|text| Condition::parse(text))
+        .collect::<Result<Vec<_>, UsageError>>()?;
+    let before = Part::read(&args.before)?;
+    let after = match &args.after {
+        Some(after) => Part::read(after)?,
+        None => Part::read(&args.before)?,
+    };
+    if let Some(output) = &args.output {
+        check_target(output, &[&before.path, &after.path], || args.force)?;
+    }
+    let options = CompareOptions {
+        method: args.method.clone(),
+        against: args.against.clone(),
+        draws: args.draws,
+        confidence: args.confidence,
+    };
+    let comparison = compare(&before, &after, &options)?;
+    match args.format {
+        Format::Json => data(&inhand_report::comparison_json(&comparison)?)?,
+        Format::Text => data(&inhand_report::comparison_text(&comparison))?,
+    }
+    if let Some(output) = &args.output {
+        write_text(output, &inhand_report::comparison_markdown(&comparison))?;
+        console.say(&format!("wrote {}", output.display()));
+    }
+    let mut exit = Exit::Done;
+    for condition in &conditions {
+        if let Some(holds) = condition.holds(&comparison)? {
+            // Not even a quiet console hides why a check fails.
+            console.error(&anyhow::anyhow!("check failed: {holds}"));
+            exit = Exit::Lossy;
+        }
+    }
+    Ok(exit)
+}

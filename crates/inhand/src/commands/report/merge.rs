@@ -1,0 +1,76 @@
+//! `inhand report merge PARTS... -o FILE`.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use inhand_model::Summary;
+use inhand_pipeline::sessions::{MergeOptions, Part, merge};
+use inhand_pipeline::{check_target, write_text};
+
+use super::forms;
+use crate::console::{Console, data};
+use crate::exit::Exit;
+
+/// Joins the evaluations of many sessions in one report: errors with intervals over sessions, sessions ranked, outliers,
+/// tables by participant, object, task and finger.
+///
+/// Each evaluation.json needs the rows.parquet of the same run beside it, and nothing else: quantiles over
+/// all sessions are exact, and recordings are not read. Sessions that were worked on with different settings
+/// are refused unless --allow-different is given.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// Files evaluation.json, or folders with one.
+    #[arg(required = true)]
+    parts: Vec<PathBuf>,
+    /// File to write: .html for a page, .md for Markdown, .json, .csv for a table of sessions; several may
+    /// be named.
+    #[arg(short, long, value_name = "FILE", required = true)]
+    output: Vec<PathBuf>,
+    /// Join sessions although settings or methods differ; the report says in what.
+    #[arg(long)]
+    allow_different: bool,
+    /// Draws of the bootstrap over sessions.
+    #[arg(long, value_name = "N", default_value_t = MergeOptions::default().draws, value_parser = clap::value_parser!(u32).range(1..).map(|n| n as usize))]
+    draws: usize,
+    /// Replace a file that is there.
+    #[arg(long)]
+    force: bool,
+}
+
+pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
+    let forms = forms(&args.output, &["html", "htm", "md", "json", "csv"])?;
+    let parts = read(&args.parts)?;
+    let inputs: Vec<_> = parts.iter().map(|part| part.path.as_path()).collect();
+    for output in &args.output {
+        check_target(output, &inputs, || args.force)?;
+    }
+    let options = MergeOptions {
+        allow_different: args.allow_different,
+        draws: args.draws,
+        ..MergeOptions::default()
+    };
+    let summary = merge(&parts, options)?;
+    for (output, form) in args.output.iter().zip(forms) {
+        write_text(output, &text_of(&summary, form)?)?;
+    }
+    data(&inhand_report::summary_text(&summary, false))?;
+    for output in &args.output {
+        console.say(&format!("wrote {}", output.display()));
+    }
+    Ok(Exit::Done)
+}
+
+/// Opens all parts; which of them is wrong is said at once.
+fn read(paths: &[PathBuf]) -> Result<Vec<Part>> {
+    let parts = paths.iter().map(|path| Part::read(path));
+    Ok(parts.collect::<Result<_, _>>()?)
+}
+
+fn text_of(summary: &Summary, form: &str) -> Result<String> {
+    Ok(match form {
+        "md" => inhand_report::summary_text(summary, true),
+        "json" => inhand_report::summary_json(summary)?,
+        "csv" => inhand_report::summary_table(summary).csv(),
+        _ => inhand_report::summary_html(summary),
+    })
+}

@@ -57,7 +57,10 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
             Err(error) => (State::Failed, Some(chain(&error))),
         };
         let seconds = begin.elapsed().as_secs_f64();
-        batch.done(&line(name, state, error.as_deref(), seconds), state == State::Failed);
+        batch.done(
+            &line(name, state, error.as_deref(), seconds),
+            state == State::Failed,
+        );
         record.sessions.push(Outcome {
             name: name.clone(),
             session: session.display().to_string(),
@@ -120,12 +123,20 @@ fn say_failures(console: &Console, record: &Record) {
 
 /// Makes the report over all sessions that have an evaluation.
 fn join(console: &Console, args: &Args, record: &Record, target: &Path) -> Result<()> {
-    let done = record.sessions.iter().filter(|session| session.state != State::Failed);
-    let folders: Vec<PathBuf> = done.map(|session| args.output.join(&session.name)).collect();
+    let done = record
+        .sessions
+        .iter()
+        .filter(|session| session.state != State::Failed);
+    let folders: Vec<PathBuf> = done
+        .map(|session| args.output.join(&session.name))
+        .collect();
     if folders.is_empty() {
         return Ok(());
     }
-    let parts = folders.iter().map(|folder| Part::read(folder)).collect::<Result<Vec<_>, _>>()?;
+    let parts = folders
+        .iter()
+        .map(|folder| Part::read(folder))
+        .collect::<Result<Vec<_>, _>>()?;
     let options = MergeOptions {
         allow_different: args.allow_different,
         ..MergeOptions::default()

@@ -74,7 +74,9 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
 fn forms<'a>(outputs: &[PathBuf], known: &[&'a str]) -> Result<Vec<&'a str>> {
     let form = |path: &PathBuf| {
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-        let found = known.iter().find(|known| Some(**known) == extension.as_deref());
+        let found = known
+            .iter()
+            .find(|known| Some(**known) == extension.as_deref());
         found.copied().ok_or_else(|| unknown_form(path, known))
     };
     let forms = outputs.iter().map(form).collect::<Result<_>>()?;

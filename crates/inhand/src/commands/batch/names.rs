@@ -4,7 +4,10 @@ use std::path::{Path, PathBuf};
 
 /// A name for each session: its folder's, with as many folders above it as it takes to tell all of them apart.
 pub(super) fn unique(sessions: &[PathBuf]) -> Result<Vec<String>, String> {
-    let parts = sessions.iter().map(|session| components(session)).collect::<Vec<_>>();
+    let parts = sessions
+        .iter()
+        .map(|session| components(session))
+        .collect::<Vec<_>>();
     for (place, own) in parts.iter().enumerate() {
         if let Some(other) = parts[..place].iter().position(|other| other == own) {
             return Err(format!(
@@ -33,8 +36,12 @@ pub(super) fn unique(sessions: &[PathBuf]) -> Result<Vec<String>, String> {
 /// Names of the folders down to a session. A settings file of a name of its own names the session, since a folder may
 /// hold several.
 fn components(session: &Path) -> Vec<String> {
-    let full = session.canonicalize().unwrap_or_else(|_| session.to_owned());
-    let is_plain = full.file_name().is_some_and(|name| name == inhand_pipeline::SETTINGS_FILE);
+    let full = session
+        .canonicalize()
+        .unwrap_or_else(|_| session.to_owned());
+    let is_plain = full
+        .file_name()
+        .is_some_and(|name| name == inhand_pipeline::SETTINGS_FILE);
     let named = match (is_plain, full.is_file()) {
         (true, _) => full.parent().unwrap_or(Path::new("")).to_owned(),
         (false, true) => full.with_extension(""),
@@ -45,7 +52,11 @@ fn components(session: &Path) -> Vec<String> {
         _ => None,
     });
     let names: Vec<String> = names.collect();
-    if names.is_empty() { vec!["session".to_owned()] } else { names }
+    if names.is_empty() {
+        vec!["session".to_owned()]
+    } else {
+        names
+    }
 }
 
 #[cfg(test)]
@@ -59,9 +70,19 @@ mod tests {
     #[test]
     fn folders_above_are_added_only_where_needed() {
         assert_eq!(names(&["/x/a", "/x/b"]).unwrap(), ["a", "b"]);
-        assert_eq!(names(&["/x/p1/cube", "/x/p2/cube"]).unwrap(), ["p1_cube", "p2_cube"]);
+        assert_eq!(
+            names(&["/x/p1/cube", "/x/p2/cube"]).unwrap(),
+            ["p1_cube", "p2_cube"]
+        );
         // Not every file system tells upper and lower case apart.
-        assert_eq!(names(&["/x/p1/cube", "/x/p2/Cube"]).unwrap(), ["p1_cube", "p2_Cube"]);
-        assert!(names(&["/x/a", "/x/a"]).unwrap_err().contains("same session"));
+        assert_eq!(
+            names(&["/x/p1/cube", "/x/p2/Cube"]).unwrap(),
+            ["p1_cube", "p2_Cube"]
+        );
+        assert!(
+            names(&["/x/a", "/x/a"])
+                .unwrap_err()
+                .contains("same session")
+        );
     }
 }

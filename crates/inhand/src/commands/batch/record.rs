@@ -26,8 +26,12 @@ pub(super) enum State {
 }
 
 impl State {
-    pub(super) const ALL: [State; 4] =
-        [State::Done, State::UpToDate, State::PlansFailed, State::Failed];
+    pub(super) const ALL: [State; 4] = [
+        State::Done,
+        State::UpToDate,
+        State::PlansFailed,
+        State::Failed,
+    ];
 
     pub(super) const fn words(self) -> &'static str {
         match self {
@@ -76,7 +80,8 @@ impl Record {
         let is = |state: State| move |outcome: &Outcome| outcome.state == state;
         if self.sessions.iter().all(is(State::Failed)) {
             Exit::Failed
-        } else if (self.sessions.iter()).any(|o| is(State::Failed)(o) || is(State::PlansFailed)(o)) {
+        } else if (self.sessions.iter()).any(|o| is(State::Failed)(o) || is(State::PlansFailed)(o))
+        {
             Exit::Lossy
         } else {
             Exit::Done

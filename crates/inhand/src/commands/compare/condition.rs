@@ -4,7 +4,8 @@ use inhand_model::{ErrorChange, Estimate, EvaluationComparison, Finger, Measure}
 
 use crate::exit::UsageError;
 
-const EXPECTED: &str = "expected [METHOD:]STATISTIC[.FINGER][.low|.high] OP NUMBER[%|mm], such as \"p75 > 5%\"";
+const EXPECTED: &str =
+    "expected [METHOD:]STATISTIC[.FINGER][.low|.high] OP NUMBER[%|mm], such as \"p75 > 5%\"";
 const SHARE: &str = "three_or_more";
 
 /// What is looked at.
@@ -58,9 +59,9 @@ impl Condition {
             (">", Operator::Above),
             ("<", Operator::Below),
         ];
-        let found = operators.iter().find_map(|(sign, operator)| {
-            Some((text.split_once(sign)?, *operator))
-        });
+        let found = operators
+            .iter()
+            .find_map(|(sign, operator)| Some((text.split_once(sign)?, *operator)));
         let Some(((left, right), operator)) = found else {
             return Err(wrong("no operator >, >=, < or <=".to_owned()));
         };
@@ -102,9 +103,9 @@ impl Condition {
         comparison: &EvaluationComparison,
     ) -> Result<Option<String>, UsageError> {
         let wrong = |what: &str| UsageError(format!("--fail-if \"{}\": {what}", self.text));
-        let found = self.change(comparison).ok_or_else(|| {
-            wrong("the comparison has no such method or statistic")
-        })?;
+        let found = self
+            .change(comparison)
+            .ok_or_else(|| wrong("the comparison has no such method or statistic"))?;
         let value = found.filter(|value| value.is_finite()).ok_or_else(|| {
             wrong("it has no such number: no interval (rows.parquet beside both evaluations gives one), or a change relative to 0")
         })?;
@@ -134,11 +135,14 @@ impl Condition {
                 of_kind.next().map(|change| self.error_change(change))
             }
             Quantity::ThreeOrMore => {
-                let mut of_kind =
-                    comparison.contacts.iter().filter(|change| of_method(&change.after_method));
+                let mut of_kind = comparison
+                    .contacts
+                    .iter()
+                    .filter(|change| of_method(&change.after_method));
                 of_kind.next().map(|change| {
                     let own = change.after - change.before;
-                    self.pick(Some(own), change.absolute.as_ref()).map(|share| 100.0 * share)
+                    self.pick(Some(own), change.absolute.as_ref())
+                        .map(|share| 100.0 * share)
                 })
             }
         }
@@ -187,7 +191,9 @@ fn quantity(what: &str) -> Result<(Quantity, End), String> {
             Some(finger) => Err(format!("{SHARE} is of all fingers, not of the {finger}")),
         };
     }
-    let measure = Measure::ALL.into_iter().find(|measure| measure.name() == name);
+    let measure = Measure::ALL
+        .into_iter()
+        .find(|measure| measure.name() == name);
     let measure = measure.ok_or_else(|| format!("no statistic \"{name}\""))?;
     Ok((Quantity::Error(measure, finger), end))
 }
@@ -247,7 +253,9 @@ mod tests {
 
     fn holds(text: &str) -> Result<bool, String> {
         let condition = Condition::parse(text).map_err(|error| error.to_string())?;
-        let found = condition.holds(&comparison()).map_err(|error| error.to_string())?;
+        let found = condition
+            .holds(&comparison())
+            .map_err(|error| error.to_string())?;
         Ok(found.is_some())
     }
 

@@ -30,7 +30,7 @@ pub(crate) struct Args {
     #[arg(long)]
     allow_different: bool,
     /// Draws of the bootstrap over sessions.
-    #[arg(long, value_name = "N", default_value_t = MergeOptions::default().draws, value_parser = clap::value_parser!(u32).range(1..).map(|n| n as usize))]
+    #[arg(long, value_name = "N", default_value_t = MergeOptions::default().draws)]
     draws: usize,
     /// Replace a file that is there.
     #[arg(long)]

@@ -91,7 +91,7 @@ fn compare(
             })
         })
         .collect();
-    let excess_m = (measured.iter().flat_map(|fingers| fingers.as_array()))
+    let excess_m = (measured.iter().flat_map(PerFinger::as_array))
         .map(|[exact, by_cloud]| (by_cloud - exact.abs()).max(0.0))
         .collect();
     let filled = instants

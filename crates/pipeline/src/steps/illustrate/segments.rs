@@ -1,6 +1,6 @@
 //! A usual segment, the worst ones, and where to look at them.
 
-use inhand_model::{Finger, MethodRows, Path, PathExample, PerFinger, WorstCase};
+use inhand_model::{Finger, MethodRows, Path, PathExample, PerFinger, Position, WorstCase};
 
 use super::Illustrated;
 use crate::steps::Generated;
@@ -35,7 +35,7 @@ fn mean_error_m(run: &Illustrated<'_>, rows: &MethodRows, segment: usize) -> Opt
     let instants = rows
         .error_m
         .get(segment * samples..(segment + 1) * samples)?;
-    let errors = instants.iter().flat_map(|error| error.as_array());
+    let errors = instants.iter().flat_map(PerFinger::as_array);
     let mean = errors.sum::<f64>() / (Finger::COUNT * samples) as f64;
     mean.is_finite().then_some(mean)
 }
@@ -47,7 +47,7 @@ fn example(run: &Illustrated<'_>, why: &'static str, segment: usize) -> PathExam
     let of_method = |generated: &Generated| -> Option<(String, Path)> {
         let trajectory = generated.trajectories.get(segment)?.as_ref()?;
         let points = |finger| samples.clone().map(move |t| trajectory.position(t, finger));
-        let path = PerFinger::from_fn(|finger| points(finger).map(|p| p.to_array()).collect());
+        let path = PerFinger::from_fn(|finger| points(finger).map(Position::to_array).collect());
         Some((generated.method.name().to_owned(), path))
     };
     PathExample {

@@ -12,7 +12,7 @@ use inhand_trajectory::BootstrapError;
 use inhand_trajectory::bootstrap::{
     self, ClusteredRows, Resampling, differences as bootstrap_differences,
 };
-use inhand_trajectory::quantiles::statistics;
+use inhand_trajectory::quantiles::sorted_statistics;
 use rayon::prelude::*;
 
 use crate::constraints::is_known;
@@ -230,7 +230,9 @@ impl SortedErrors {
 
 impl Rows {
     fn new(rows: ClusteredRows) -> Self {
-        let by_cluster = rows.by_cluster().into_par_iter().map(measures_of).collect();
+        let by_cluster = (rows.by_cluster().par_iter())
+            .map(|rows| measures_of(rows))
+            .collect();
         Self { rows, by_cluster }
     }
 }
@@ -249,9 +251,9 @@ impl SortedErrors {
     }
 }
 
-/// Each measure of some rows; NaN without any.
-fn measures_of(rows: Vec<f64>) -> [f64; Measure::ALL.len()] {
-    let of_all = statistics(rows, 0, 0);
+/// Each measure of ascending rows; NaN without any.
+fn measures_of(rows: &[f64]) -> [f64; Measure::ALL.len()] {
+    let of_all = sorted_statistics(rows, 0, 0);
     Measure::ALL.map(|measure| match measure {
         _ if of_all.n == 0 => f64::NAN,
         Measure::Mean => of_all.mean,

@@ -135,7 +135,7 @@ fn join(console: &Console, args: &Args, record: &Record, target: &Path) -> Resul
     }
     let parts = folders
         .iter()
-        .map(|folder| Part::read(folder))
+        .map(|folder| Part::read(folder).map(Part::for_summary))
         .collect::<Result<Vec<_>, _>>()?;
     let options = MergeOptions {
         allow_different: args.allow_different,

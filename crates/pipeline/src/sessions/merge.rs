@@ -7,7 +7,7 @@ use inhand_model::{
     Bootstrap, Cluster, Finger, MethodEvaluation, MethodSummary, PerFinger, SessionMethod,
     SessionSummary, SettingDifference, Severity, SharedContacts, Statistics, Summary,
 };
-use inhand_trajectory::quantiles::statistics;
+use inhand_trajectory::quantiles::sorted_statistics;
 use rayon::prelude::*;
 
 use super::groups::{Groups, counts};
@@ -226,7 +226,7 @@ fn summary(
 ) -> MethodSummary {
     let of = |finger: Option<Finger>| {
         let (filled, left_out) = counts(parts, name, finger);
-        statistics(errors.rows(finger).sorted().to_vec(), filled, left_out)
+        sorted_statistics(errors.rows(finger).sorted(), filled, left_out)
     };
     MethodSummary {
         name: name.to_owned(),

@@ -58,6 +58,15 @@ impl Part {
         Ok(part)
     }
 
+    /// Without what no summary over sessions says, so that many parts fit into memory.
+    #[must_use]
+    pub fn for_summary(mut self) -> Self {
+        self.evaluation.intervals = None;
+        self.evaluation.movement = None;
+        self.evaluation.contacts = None;
+        self
+    }
+
     /// Whether the rows can be of this evaluation, as far as names tell.
     fn check_rows(&self, beside: &Path) -> Result<(), PipelineError> {
         let Some(rows) = &self.rows else {

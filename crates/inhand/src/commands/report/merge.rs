@@ -62,7 +62,9 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
 
 /// Opens all parts; which of them is wrong is said at once.
 fn read(paths: &[PathBuf]) -> Result<Vec<Part>> {
-    let parts = paths.iter().map(|path| Part::read(path));
+    let parts = paths
+        .iter()
+        .map(|path| Part::read(path).map(Part::for_summary));
     Ok(parts.collect::<Result<_, _>>()?)
 }
 

@@ -52,7 +52,8 @@ pub(crate) fn percent(share: f64) -> String {
     if share > 0.0 && value < 0.05 {
         return "< 0.1".to_owned();
     }
-    format!("{value:.1}")
+    // Adding zero turns the negative zero, which is what an empty sum is, into the positive one.
+    format!("{:.1}", value + 0.0)
 }
 
 /// A count with its digits in groups of three; four digits stay together.
@@ -117,6 +118,7 @@ mod tests {
         assert_eq!(percent(0.999_9), "> 99.9");
         assert_eq!(percent(0.999), "99.9");
         assert_eq!(percent(0.0), "0.0");
+        assert_eq!(percent(-0.0), "0.0");
         assert_eq!(percent(0.000_1), "< 0.1");
         assert_eq!(percent(f64::NAN), NONE);
         assert_eq!(millimetres(1e-6), "< 0.01");

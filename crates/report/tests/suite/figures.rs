@@ -357,9 +357,9 @@ fn beside_the_paper(evaluation: &Evaluation, settings: &str) -> Option<String> {
         settings_json: settings.to_owned(),
         inputs: Vec::new(),
     };
-    let page = html(&Report::new(evaluation, &[step])).unwrap();
+    let page = html(&Report::new(evaluation, &[step])).expect("the sample makes a page");
     let part = &page[page.find("<section id=\"paper\"")?..];
-    Some(part[..part.find("</section>").unwrap()].to_owned())
+    Some(part[..part.find("</section>")?].to_owned())
 }
 
 #[test]

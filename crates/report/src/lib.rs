@@ -44,9 +44,10 @@
 //! # Ok::<(), inhand_report::ReportError>(())
 //! ```
 //!
-//! In reading order: `json` (wire structs), `verdict` (how a method stands against the baselines,
-//! in words), `learned` (what the training takes say about the methods, in words), `text`, `number` (digits), `figure` (scales, axes, box plots, dot plots, line charts as SVG),
-//! `html` (the page, a file a section).
+//! In reading order: `json` (wire structs), `verdict` (how a method stands against the baselines, in words),
+//! `learned` (what the training takes say about the methods, in words), `text`, `markdown`, `number` (digits),
+//! `figure` (one value is a drawing for the page and for print with its numbers; scales, axes and kinds of plot), `html`
+//! (the page, a file a section; what a section holds is a `Body`).
 
 mod comparison;
 mod error;
@@ -99,8 +100,9 @@ pub fn read_evaluation_json(text: &str) -> Result<(Evaluation, Vec<Provenance>),
     json::read(text)
 }
 
-/// The report as one HTML file that needs no network, no script and no other file: figures are
-/// inline SVG, colours follow the reader's light or dark scheme, and it prints.
+/// The report as one HTML file that needs no network and no other file: figures are inline SVG, colours
+/// follow the reader's light or dark scheme, and it prints. A script of its own, which the page's policy knows by
+/// its hash, sorts tables and shows values under the pointer; without it the page says the same.
 ///
 /// # Errors
 ///

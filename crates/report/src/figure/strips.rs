@@ -79,12 +79,28 @@ pub(crate) fn draw(strip: &Strip<'_>, x: &Scale) -> Markup {
     }
 }
 
+/// A strip with more stretches than this is drawn without gaps that nobody could see.
+pub(crate) const MANY: usize = 2000;
+/// Narrowest gap that is drawn there, user units.
+const LEAST_GAP: f64 = 0.25;
+
 fn path(strip: &Strip<'_>, x: &Scale, state: State, top: f64, height: f64) -> String {
     let at = |sample: usize| x.at(sample as f64 / strip.rate_hz);
-    (strip.runs.iter())
-        .filter(|run| run.state == state)
-        .map(|run| {
-            let (left, right) = (at(run.begin), at(run.end));
+    let least = if strip.runs.len() > MANY {
+        LEAST_GAP
+    } else {
+        0.0
+    };
+    let mut spans: Vec<[f64; 2]> = Vec::new();
+    for run in strip.runs.iter().filter(|run| run.state == state) {
+        let (left, right) = (at(run.begin), at(run.end));
+        match spans.last_mut() {
+            Some(last) if left - last[1] < least => last[1] = right,
+            _ => spans.push([left, right]),
+        }
+    }
+    (spans.iter())
+        .map(|&[left, right]| {
             format!(
                 "M{} {}H{}v{}H{}z",
                 Px(left),
@@ -117,5 +133,26 @@ mod tests {
         ];
         assert_eq!(found, expected);
         assert!(runs([]).is_empty());
+    }
+
+    #[test]
+    fn long_strips_are_drawn_in_bounded_room() {
+        let lane = |stretches: usize| {
+            let state = |k| if k % 2 == 0 { State::On } else { State::Off };
+            let runs = runs((0..stretches).map(|k| (k, state(k))));
+            let x = Scale::linear(0.0, stretches as f64, 0.0, 800.0);
+            let strip = Strip {
+                label: String::new(),
+                class: "plain",
+                runs: &runs,
+                rate_hz: 1.0,
+                top: 0.0,
+                height: 8.0,
+            };
+            path(&strip, &x, State::On, 0.0, 8.0).matches('M').count()
+        };
+        assert_eq!(lane(2000), 1000, "every stretch");
+        assert_eq!(lane(3000), 1500, "gaps that can be seen stay");
+        assert_eq!(lane(100_000), 1);
     }
 }

@@ -43,7 +43,8 @@ pub(super) fn figure(rows: &EvaluationRows, methods: &[Method<'_>], tau_m: f64) 
         .map(|take| (take, lanes(rows, take, recorded, planned, tau_m)))
         .collect();
     let shown = &takes[..takes.len().min(TAKES)];
-    if shown.is_empty() {
+    let rate_hz = rows.layout.rate_hz;
+    if shown.is_empty() || !is_rate(rate_hz) {
         return None;
     }
     let mut caption = format!(
@@ -57,7 +58,13 @@ pub(super) fn figure(rows: &EvaluationRows, methods: &[Method<'_>], tau_m: f64) 
             takes.len()
         ));
     }
-    let rate_hz = rows.layout.rate_hz;
+    let longest = shown
+        .iter()
+        .flat_map(|(_, lanes)| lanes)
+        .flat_map(|lane| [lane.recorded.len(), lane.planned.len()]);
+    if longest.max() > Some(strips::MANY) {
+        caption.push_str(" Changes too short to be seen at this width are not drawn; the numbers behind the figure hold them all.");
+    }
     let keys = Finger::ALL.map(|finger| Key::area(finger.name(), finger_class(finger)));
     Some(Figure {
         id: "contact-raster",
@@ -69,6 +76,11 @@ pub(super) fn figure(rows: &EvaluationRows, methods: &[Method<'_>], tau_m: f64) 
             .map(|(take, lanes)| panel(&rows.takes[*take], lanes, name, rate_hz))
             .collect(),
     })
+}
+
+/// Whether a rate gives samples a time.
+pub(super) fn is_rate(rate_hz: f64) -> bool {
+    rate_hz.is_finite() && rate_hz > 0.0
 }
 
 /// Stretches of one take, its segments in the order of time.

@@ -4,7 +4,7 @@ use inhand_model::{EvaluationRows, Finger, MethodRows};
 use maud::{Markup, html};
 
 use super::Method;
-use super::contact_raster::state;
+use super::contact_raster::{is_rate, state};
 use crate::figure::line_chart::{Series, path};
 use crate::figure::palette::finger_class;
 use crate::figure::scale::{Scale, nice_end};
@@ -64,6 +64,9 @@ pub(super) fn figure(
     tau_m: Option<f64>,
 ) -> Option<Figure> {
     let default = methods.iter().find(|method| method.default)?;
+    if !is_rate(rows.layout.rate_hz) {
+        return None;
+    }
     let method = (rows.methods.iter()).find(|own| own.name == default.evaluation.name)?;
     let ranked = ranked(rows, method);
     let ((median, median_mean), (worst, worst_mean)) =

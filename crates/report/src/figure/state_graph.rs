@@ -41,11 +41,15 @@ const CENTRE: [f64; 2] = [0.5 * WIDTH, 226.0];
 const RADIUS: f64 = 148.0;
 /// Radius of a state that is never left, and least radius.
 const LARGEST: f64 = 42.0;
-const SMALLEST: f64 = 17.0;
+const SMALLEST: f64 = 20.0;
 /// How far an arrow bends aside, as a share of its length, so that the way back is another line.
 const BEND: f64 = 0.14;
 const HEAD: f64 = 8.0;
 const DOT_STEP: f64 = 6.4;
+/// Radius from which the share stands inside.
+const ROOMY: f64 = 30.0;
+/// Sine of the angle from which a label stands beside its circle rather than above or below it.
+const ASIDE: f64 = 0.3;
 
 /// Draws the figure.
 pub(crate) fn draw(graph: &StateGraph<'_>) -> Panel {
@@ -98,7 +102,30 @@ fn circle(node: &Node, [x, y]: [f64; 2]) -> Markup {
                 }
             }
         }
-        text.tick x=(Px(x)) y=(Px(y + radius(node) + 12.0)) text-anchor="middle" { (percent(node.share)) " %" }
+        (share(node, [x, y]))
+    }
+}
+
+/// The share: inside a large circle, else beside it on the side that no arrow comes from.
+fn share(node: &Node, [x, y]: [f64; 2]) -> Markup {
+    let own = radius(node);
+    let out = [x - CENTRE[0], y - CENTRE[1]];
+    let length = out[0].hypot(out[1]);
+    let (at, anchor) = if own >= ROOMY || length == 0.0 {
+        ([x, y + 20.0], "middle")
+    } else {
+        let [ux, uy] = out.map(|part| part / length);
+        let anchor = if ux > ASIDE {
+            "start"
+        } else if ux < -ASIDE {
+            "end"
+        } else {
+            "middle"
+        };
+        ([x + ux * (own + 5.0), y + uy * (own + 12.0) + 4.0], anchor)
+    };
+    html! {
+        text.tick x=(Px(at[0])) y=(Px(at[1])) text-anchor=(anchor) { (percent(node.share)) " %" }
     }
 }
 

@@ -53,10 +53,15 @@ pub(super) fn section(report: &Report<'_>, methods: &[Method<'_>]) -> Option<Bod
 }
 
 fn rules(rules: &ContactRules) -> Markup {
+    let fingers = if rules.min_fingers == 1 {
+        " finger"
+    } else {
+        " fingers"
+    };
     html! {
         p {
             "Contact is within " (plain(to_mm(rules.tau_m))) " mm of the surface; contacts, and lifts, shorter than "
-            (plain(rules.min_duration_s)) " s count as no change. " b { "In grasp" } ": " (rules.min_fingers) " fingers or more hold and keep their contacts. "
+            (plain(rules.min_duration_s)) " s count as no change. " b { "In grasp" } ": " (rules.min_fingers) (fingers) " or more hold and keep their contacts. "
             b { "Finger gaiting" } ": a finger has lifted and sets down again within " (plain(rules.max_lift_s)) " s while "
             (rules.min_fingers) " or more others hold. " b { "Regrasp" } ": fewer hold, between two grasps; " b { "no grasp" } ": the same at the \
              beginning or end of what is known. Phases and steps are events of the takes, too (" code { "by=inhand" } ")."
@@ -143,12 +148,14 @@ fn phase_table(takes: &[TakeContacts]) -> Markup {
         numbers("step", "mm"),
     ];
     let phases = |take: &TakeContacts| {
-        let known_s: f64 = take.phases.iter().map(|phase| length_s(phase.span_s)).sum();
+        // A sum of nothing would be a negative zero.
+        let sum_s = |lengths_s: &mut dyn Iterator<Item = f64>| lengths_s.fold(0.0, |a, b| a + b);
+        let known_s = sum_s(&mut take.phases.iter().map(|phase| length_s(phase.span_s)));
         PHASES
             .iter()
             .map(|(kind, words, class)| {
                 let own = || take.phases.iter().filter(|phase| phase.kind == *kind);
-                let own_s: f64 = own().map(|phase| length_s(phase.span_s)).sum();
+                let own_s = sum_s(&mut own().map(|phase| length_s(phase.span_s)));
                 let head = html! { span.swatch.(class) {} (words) };
                 let cells = vec![
                     count(own().count(), NARROW_SPACE),

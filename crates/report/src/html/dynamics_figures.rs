@@ -99,7 +99,7 @@ pub(super) fn states(takes: &[TakeContacts]) -> Option<Figure> {
         id: "contact-states",
         title: "States of contact and what came after what.".to_owned(),
         caption: format!(
-            "A circle is a set of fingers that hold (filled dots, from thumb to little finger), its area and the number below the share of the \
+            "A circle is a set of fingers that hold (filled dots, from thumb to little finger), its area and the number at it the share of the \
              time; an arrow is a change from one sample to the next, thicker the more often.{cut}"
         ),
         data: state_data(&changing),

@@ -64,7 +64,8 @@ fn touched(session: &Session, planned: &[Option<Trajectory>]) -> (ContactDynamic
             &RULES,
         )
     });
-    found.unwrap().unwrap()
+    let found = found.expect("the rules make sense");
+    found.expect("there is an object")
 }
 
 /// Two segments of 20 samples: fingertips beside a cube go 1 mm a sample along y (the index stands still), and

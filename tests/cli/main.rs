@@ -19,6 +19,7 @@ mod plan;
 mod play;
 mod printing;
 mod run;
+mod sessions;
 mod steps;
 mod support;
 mod tables;

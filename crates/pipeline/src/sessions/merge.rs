@@ -94,7 +94,9 @@ pub fn merge(parts: &[Part], options: MergeOptions) -> Result<Summary, PipelineE
             }
         },
     )?;
-    let sessions: Vec<SessionSummary> = parts.iter().map(|part| session(part, &methods)).collect();
+    let sessions: Vec<SessionSummary> = (parts.iter().zip(names(parts)))
+        .map(|(part, name)| session(part, name, &methods))
+        .collect();
     Ok(Summary {
         outliers: outliers(&sessions, default, &default_method),
         methods: (summaries.into_values().zip(&of_parts))
@@ -273,12 +275,33 @@ fn contact_counts(of_parts: &[&MethodEvaluation]) -> Option<Vec<ContactCounts>> 
     })
 }
 
-fn session(part: &Part, methods: &[String]) -> SessionSummary {
+/// Names that tell sessions apart: with the folder of the results where several have the same one.
+fn names(parts: &[Part]) -> Vec<String> {
+    let name = |part: &Part| part.evaluation.session.name.clone();
+    let mut times: BTreeMap<String, usize> = BTreeMap::new();
+    for part in parts {
+        *times.entry(name(part)).or_default() += 1;
+    }
+    let unlike = |part: &Part| {
+        let own = name(part);
+        let folder = part.path.canonicalize().ok();
+        let folder = folder
+            .as_deref()
+            .and_then(|path| path.parent()?.file_name());
+        match folder {
+            Some(folder) if times[&own] > 1 => format!("{own} ({})", folder.to_string_lossy()),
+            _ => own,
+        }
+    };
+    parts.iter().map(unlike).collect()
+}
+
+fn session(part: &Part, name: String, methods: &[String]) -> SessionSummary {
     let (evaluation, facts) = (&part.evaluation, &part.evaluation.session);
     let findings = evaluation.quality.iter().flat_map(|take| &take.findings);
     let add = |of: fn(&inhand_model::TakeFacts) -> usize| facts.test.iter().map(of).sum();
     SessionSummary {
-        name: facts.name.clone(),
+        name,
         file: part.path.display().to_string(),
         participant: facts.participant.clone(),
         object: facts.object.clone(),

@@ -11,7 +11,7 @@ use maud::{Markup, html};
 use super::{Body, Named, Section, intervals, shell};
 use crate::figure::Figure;
 use crate::figure::palette::classes;
-use crate::number::{NARROW_SPACE, count, decimals, millimetres};
+use crate::number::{NARROW_SPACE, NONE, count, decimals, millimetres};
 use crate::words::join_words;
 
 /// A method of a summary with the class of its colour.
@@ -156,10 +156,7 @@ fn middle(error: &Statistics) -> String {
     )
 }
 
-/// What stands for a value that is not stated.
-pub(super) const NOT_STATED: &str = "not stated";
-
 /// A name from a file, or that there is none.
 pub(super) fn stated(value: Option<&str>) -> String {
-    value.unwrap_or(NOT_STATED).to_owned()
+    value.unwrap_or(NONE).to_owned()
 }

@@ -12,7 +12,7 @@ pub(super) fn section(summary: &Summary) -> Body {
     let mut body = Body::from(html! {
         p {
             "Sessions of the same participant, object and task together. Each cell: median (third quartile) of the error at all of their instants, \
-             mm. What a session does not state stands as not stated; `participant` and `task` in its inhand.toml, or --participant and \
+             mm. What a session does not state stands as –; participant and task in its inhand.toml, or --participant and \
              --task, state it."
         }
     });

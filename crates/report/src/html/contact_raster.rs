@@ -49,7 +49,7 @@ pub(super) fn figure(rows: &EvaluationRows, methods: &[Method<'_>], tau_m: f64) 
     }
     let mut caption = format!(
         "Coloured where a fingertip is within {} mm of the object's surface: the upper strip of each finger as recorded, the \
-         lower one as planned by {name}, segment after segment. Pale: no contact; grey line: not known. Below: three or more fingers at once.",
+         lower one as planned by {name}, segment after segment. Pale: no contact; grey line: not known; blank: in no segment. Below: three or more fingers at once.",
         plain(to_mm(tau_m))
     );
     if takes.len() > TAKES {

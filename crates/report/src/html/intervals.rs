@@ -123,8 +123,8 @@ pub(crate) fn relative_words(estimate: &Estimate) -> String {
 }
 
 fn estimates(intervals: &Intervals, methods: &[Named<'_>]) -> Markup {
-    let cluster = plural(intervals.bootstrap.cluster);
-    let mut columns = vec![words("method"), numbers("n", ""), numbers(cluster, "")];
+    let clusters = format!("({})", plural(intervals.bootstrap.cluster));
+    let mut columns = vec![words("method"), numbers("n", &clusters)];
     columns.extend(Measure::ALL.map(|measure| numbers(measure_words(measure), "mm")));
     let with_contacts = intervals
         .methods
@@ -157,7 +157,7 @@ fn estimates(intervals: &Intervals, methods: &[Named<'_>]) -> Markup {
         plain(100.0 * intervals.bootstrap.confidence)
     );
     // Contacts are those of all fingers together.
-    let finger_columns = &columns[..3 + Measure::ALL.len()];
+    let finger_columns = &columns[..2 + Measure::ALL.len()];
     let groups = Finger::ALL.map(|finger| Group {
         head: Some(
             html! { span.swatch.(crate::figure::palette::finger_class(finger)) {} (finger.name()) },
@@ -188,7 +188,8 @@ fn cells(
 ) -> Vec<String> {
     let none = || NONE.to_owned();
     let (n, clusters) = error.map_or((0, 0), |error| (error[0].n, error[0].clusters));
-    let mut cells = vec![count(n, NARROW_SPACE), count(clusters, NARROW_SPACE)];
+    let [n, clusters] = [n, clusters].map(|n| count(n, NARROW_SPACE));
+    let mut cells = vec![format!("{n}\n({clusters})")];
     match error {
         Some(error) => cells.extend(error.each_ref().map(|own| in_a_cell(own, millimetres_3))),
         None => cells.extend(std::iter::repeat_with(none).take(Measure::ALL.len())),

@@ -124,84 +124,86 @@ pub(crate) fn relative_words(estimate: &Estimate) -> String {
 
 fn estimates(intervals: &Intervals, methods: &[Named<'_>]) -> Markup {
     let clusters = format!("({})", plural(intervals.bootstrap.cluster));
+    let confidence = plain(100.0 * intervals.bootstrap.confidence);
     let mut columns = vec![words("method"), numbers("n", &clusters)];
     columns.extend(Measure::ALL.map(|measure| numbers(measure_words(measure), "mm")));
-    let with_contacts = intervals
-        .methods
-        .iter()
-        .any(|own| own.three_or_more.is_some());
-    if with_contacts {
-        columns.push(numbers("three contacts", "%"));
-        columns.push(numbers("less recorded", "points"));
-    }
-    let line = |method: &Named<'_>,
-                own: &MethodIntervals,
-                error: Option<&[Estimate; 5]>,
-                contacts: bool| Line {
-        head: named(method),
-        cells: cells(own, error, contacts.then_some(with_contacts)),
-        best: Vec::new(),
-        stressed: method.default,
+    let lines = |of: &dyn Fn(&MethodIntervals) -> Option<[Estimate; Measure::ALL.len()]>| {
+        each(intervals, methods, &|own| {
+            Some(error_cells(of(own).as_ref()))
+        })
     };
-    let of = |method: &Named<'_>| -> Option<&MethodIntervals> {
-        intervals
-            .methods
-            .iter()
-            .find(|own| own.method == method.name)
-    };
-    let all = methods
-        .iter()
-        .filter_map(|method| of(method).map(|own| line(method, own, own.error.as_ref(), true)));
-    let caption = format!(
-        "Error with {} % intervals, all fingers",
-        plain(100.0 * intervals.bootstrap.confidence)
-    );
-    // Contacts are those of all fingers together.
-    let finger_columns = &columns[..2 + Measure::ALL.len()];
     let groups = Finger::ALL.map(|finger| Group {
         head: Some(
             html! { span.swatch.(crate::figure::palette::finger_class(finger)) {} (finger.name()) },
         ),
-        lines: methods
-            .iter()
-            .filter_map(|method| {
-                let own = of(method)?;
-                let mut line = line(method, own, own.error_by_finger[finger].as_ref(), true);
-                line.cells.truncate(finger_columns.len() - 1);
-                Some(line)
-            })
-            .collect(),
+        lines: lines(&|own| own.error_by_finger[finger]),
     });
+    let contact_columns = [
+        words("method"),
+        numbers("n", &clusters),
+        numbers("three or more", "%"),
+        numbers("less recorded", "points"),
+    ];
+    let contacts = each(intervals, methods, &contact_cells);
     html! {
-        (table(&caption, &columns, all.collect()))
+        (table(&format!("Error with {confidence} % intervals, all fingers"), &columns, lines(&|own| own.error)))
         details {
             summary { "The same for each finger" }
-            (grouped("Error with intervals, by finger", finger_columns, &groups))
+            (grouped("Error with intervals, by finger", &columns, &groups))
+        }
+        @if !contacts.is_empty() {
+            (table(
+                &format!("Share of instants with three or more contacts, with {confidence} % intervals"),
+                &contact_columns,
+                contacts,
+            ))
         }
     }
 }
 
-fn cells(
-    own: &MethodIntervals,
-    error: Option<&[Estimate; 5]>,
-    contacts: Option<bool>,
-) -> Vec<String> {
-    let none = || NONE.to_owned();
-    let (n, clusters) = error.map_or((0, 0), |error| (error[0].n, error[0].clusters));
-    let [n, clusters] = [n, clusters].map(|n| count(n, NARROW_SPACE));
-    let mut cells = vec![format!("{n}\n({clusters})")];
+/// A line for each method of which there are cells.
+fn each(
+    intervals: &Intervals,
+    methods: &[Named<'_>],
+    cells: &dyn Fn(&MethodIntervals) -> Option<Vec<String>>,
+) -> Vec<Line> {
+    let line = |method: &Named<'_>| {
+        let own = (intervals.methods.iter()).find(|own| own.method == method.name)?;
+        Some(Line {
+            head: named(method),
+            cells: cells(own)?,
+            best: Vec::new(),
+            stressed: method.default,
+        })
+    };
+    methods.iter().filter_map(line).collect()
+}
+
+fn error_cells(error: Option<&[Estimate; Measure::ALL.len()]>) -> Vec<String> {
     match error {
-        Some(error) => cells.extend(error.each_ref().map(|own| in_a_cell(own, millimetres_3))),
-        None => cells.extend(std::iter::repeat_with(none).take(Measure::ALL.len())),
+        Some(error) => std::iter::once(made_of(&error[0]))
+            .chain(error.each_ref().map(|own| in_a_cell(own, millimetres_3)))
+            .collect(),
+        None => vec![NONE.to_owned(); 1 + Measure::ALL.len()],
     }
-    if contacts == Some(true) {
-        let share = own.three_or_more.as_ref();
-        cells.push(share.map_or_else(none, |s| in_a_cell(s, percent)));
-        let points = |value: f64| decimals(100.0 * value, 2);
-        let less = own.three_or_more_less_recorded.as_ref();
-        cells.push(less.map_or_else(none, |s| in_a_cell(s, points)));
-    }
-    cells
+}
+
+/// `None` without an object.
+fn contact_cells(own: &MethodIntervals) -> Option<Vec<String>> {
+    let share = own.three_or_more.as_ref()?;
+    let points = |value: f64| decimals(100.0 * value, 2);
+    let less = own.three_or_more_less_recorded.as_ref();
+    Some(vec![
+        made_of(share),
+        in_a_cell(share, percent),
+        less.map_or_else(|| NONE.to_owned(), |own| in_a_cell(own, points)),
+    ])
+}
+
+/// How many rows and clusters stand behind an estimate.
+fn made_of(estimate: &Estimate) -> String {
+    let [n, clusters] = [estimate.n, estimate.clusters].map(|n| count(n, NARROW_SPACE));
+    format!("{n}\n({clusters})")
 }
 
 /// Differences of all fingers together against the best baseline.

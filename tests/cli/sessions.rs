@@ -169,15 +169,18 @@ fn sessions_of_different_settings_are_joined_only_if_asked() {
     assert!(page.contains("evaluate.tau_mm"));
 }
 
+/// What is wrong, how it comes about, and words of the error.
+type Damage<'a> = (&'a str, &'a dyn Fn(&Bench), &'a str);
+
 #[test]
 fn parts_that_are_cut_or_of_another_run_are_refused_by_name() {
-    let cases: [(&str, &dyn Fn(&Bench), &str); 6] = [
+    let cases: [Damage<'_>; 6] = [
         (
             "another version",
             &|bench| {
                 bench.edit("part/evaluation.json", |text| {
                     text.replacen("\"schema_version\": 1", "\"schema_version\": 9", 1)
-                })
+                });
             },
             "schema_version is 9",
         ),
@@ -186,7 +189,7 @@ fn parts_that_are_cut_or_of_another_run_are_refused_by_name() {
             &|bench| {
                 bench.edit("part/evaluation.json", |text| {
                     text[..text.len() / 2].to_owned()
-                })
+                });
             },
             "not an evaluation",
         ),
@@ -214,7 +217,7 @@ fn parts_that_are_cut_or_of_another_run_are_refused_by_name() {
                 bench.write(
                     "part/rows.parquet",
                     SESSIONS.bytes("out/a/segments.parquet"),
-                )
+                );
             },
             "other content",
         ),

@@ -25,16 +25,17 @@ impl MethodOf<'_> {
     }
 }
 
-/// Whether two evaluations judged the same segments, so that what is hard about a segment is hard in both.
-pub fn are_paired(before: &EvaluationRows, after: &EvaluationRows) -> bool {
+/// Whether two evaluations judged segments of the same places in takes of the same names. Whether the takes are the
+/// same only their files tell.
+pub fn same_segments(before: &EvaluationRows, after: &EvaluationRows) -> bool {
     (before.layout.samples, before.layout.rate_hz) == (after.layout.samples, after.layout.rate_hz)
         && before.takes == after.takes
         && before.segments == after.segments
 }
 
 /// How the errors of a method differ from those before: for all fingers together and each finger, in every
-/// measure. Segments are drawn together where both judged the same ([`are_paired`]), else apart. A
-/// statistic of no rows on one side is left out.
+/// measure. Segments are drawn together where both judged the very same ones (`paired`: what is hard about a
+/// segment is hard in both), else apart. A statistic of no rows on one side is left out.
 ///
 /// # Errors
 ///
@@ -42,6 +43,7 @@ pub fn are_paired(before: &EvaluationRows, after: &EvaluationRows) -> bool {
 pub fn compare_errors(
     before: MethodOf<'_>,
     after: MethodOf<'_>,
+    paired: bool,
     bootstrap: Bootstrap,
 ) -> Result<Vec<ErrorChange>, BootstrapError> {
     let sorted = |of: MethodOf<'_>| -> Result<Vec<ClusteredRows>, BootstrapError> {
@@ -59,7 +61,7 @@ pub fn compare_errors(
         let resampling = resampling(bootstrap);
         let values = |rows| bootstrap::intervals(rows, &measures, &only_values(resampling));
         let (of_first, of_second) = (values(first)?, values(second)?);
-        let found = differ(before, after, first, second, &measures, &resampling)?;
+        let found = differ(paired, first, second, &measures, &resampling)?;
         for (k, measure) in Measure::ALL.into_iter().enumerate() {
             if let (Some(a), Some(b), Some(found)) = (of_first[k], of_second[k], found[k]) {
                 changes.push(ErrorChange {
@@ -87,6 +89,7 @@ pub fn compare_errors(
 pub fn compare_contacts(
     before: MethodOf<'_>,
     after: MethodOf<'_>,
+    paired: bool,
     bootstrap: Bootstrap,
 ) -> Result<Option<ContactChange>, BootstrapError> {
     let counts = |of: MethodOf<'_>| segment_contacts(of.rows, of.method, of.tau_m);
@@ -102,7 +105,7 @@ pub fn compare_contacts(
         Ok(found[0].map_or(f64::NAN, |found| found.value))
     };
     let (after_share, before_share) = (value(&first)?, value(&second)?);
-    let found = differ(before, after, &first, &second, &mean, &resampling)?;
+    let found = differ(paired, &first, &second, &mean, &resampling)?;
     Ok(found[0].map(|found| ContactChange {
         before_method: before.name().to_owned(),
         after_method: after.name().to_owned(),
@@ -113,14 +116,13 @@ pub fn compare_contacts(
 }
 
 fn differ(
-    before: MethodOf<'_>,
-    after: MethodOf<'_>,
+    paired: bool,
     first: &ClusteredRows,
     second: &ClusteredRows,
     measures: &[bootstrap::Measure],
     resampling: &Resampling,
 ) -> Result<Vec<Option<Difference>>, BootstrapError> {
-    if are_paired(before.rows, after.rows) {
+    if paired {
         differences(first, second, measures, resampling)
     } else {
         unpaired_differences(first, second, measures, resampling)

@@ -92,7 +92,7 @@ pub mod overlay;
 mod quality;
 mod recorded;
 
-pub use compare::{MethodOf, are_paired, compare_contacts, compare_errors};
+pub use compare::{MethodOf, compare_contacts, compare_errors, same_segments};
 pub use dynamics::{DynamicsRows, contact_dynamics, contact_rows};
 pub use input::{Corridors, EvaluationSettings, MethodResult, ObjectPoses, TestData};
 pub use intervals::{

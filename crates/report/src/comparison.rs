@@ -118,14 +118,15 @@ fn error_change(change: &ErrorChange) -> String {
     }
     let own = signed(100.0 * relative);
     match interval(change.relative.as_ref(), |share| signed(100.0 * share)) {
-        Some(ends) => format!("{values} ({own} %, interval {ends})"),
-        None => format!("{values} ({own} %)"),
+        Some(ends) => format!("{values} ({own}, interval {ends})"),
+        None => format!("{values} ({own})"),
     }
 }
 
 /// `99.1 -> 98.7 % (-0.4 points, interval -0.9 .. 0.1)`.
 fn contact_change(change: &ContactChange) -> String {
-    let points = |share: f64| signed(100.0 * share);
+    // Points, which are no percentage of anything.
+    let points = |share: f64| signed(100.0 * share).trim_end_matches(" %").to_owned();
     let values = format!("{} -> {} %", percent(change.before), percent(change.after));
     let own = points(change.after - change.before);
     match interval(change.absolute.as_ref(), points) {

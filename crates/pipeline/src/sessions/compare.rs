@@ -1,6 +1,8 @@
 //! Two evaluations side by side.
 
-use inhand_evaluation::{MethodOf, are_paired, compare_contacts, compare_errors};
+use std::collections::BTreeMap;
+
+use inhand_evaluation::{MethodOf, compare_contacts, compare_errors, same_segments};
 use inhand_model::{
     Bootstrap, Cluster, ComparedSide, ContactChange, Drawn, ErrorChange, EvaluationComparison,
     EvaluationRows, Finger, Measure, MethodEvaluation, Statistics,
@@ -50,14 +52,16 @@ pub fn compare(
     let both = with_rows.then(|| Ok::<_, PipelineError>((rows(before)?, rows(after)?)));
     let both = both.transpose()?;
 
+    let paired = (both.as_ref())
+        .is_some_and(|(old, new)| same_segments(old, new) && same_takes(before, after));
     let (mut errors, mut contacts) = (Vec::new(), Vec::new());
     for (old, new) in pairs {
         if let Some((before_rows, after_rows)) = &both {
             let old = method_of(before_rows, old);
             let new = method_of(after_rows, new);
             if let (Some(old), Some(new)) = (old, new) {
-                errors.extend(compare_errors(old, new, bootstrap)?);
-                contacts.extend(compare_contacts(old, new, bootstrap)?);
+                errors.extend(compare_errors(old, new, paired, bootstrap)?);
+                contacts.extend(compare_contacts(old, new, paired, bootstrap)?);
             }
         } else {
             errors.extend(stated_errors(old, new));
@@ -68,7 +72,7 @@ pub fn compare(
         before: side(before),
         after: side(after),
         drawn: match &both {
-            Some((before, after)) if are_paired(before, after) => Drawn::Together,
+            Some(_) if paired => Drawn::Together,
             Some(_) => Drawn::Apart,
             None => Drawn::NotAtAll,
         },
@@ -77,6 +81,31 @@ pub fn compare(
         contacts,
         settings: differences(&[before, after]),
     })
+}
+
+/// Whether both rest on the same recordings: files of the same name have the same content, and there are some.
+/// Takes of different sessions often have the same names.
+fn same_takes(before: &Part, after: &Part) -> bool {
+    let (before, after) = (sources(before), sources(after));
+    let mut common = (before.iter()).filter_map(|(name, hash)| Some((hash, after.get(name)?)));
+    let mut some = false;
+    common.all(|(old, new)| {
+        some = true;
+        old == new
+    }) && some
+}
+
+/// Names and hashes of the files that the first step of an evaluation's history read.
+fn sources(part: &Part) -> BTreeMap<&str, &str> {
+    let first = part.provenance.first().map(|made| &made.step);
+    let earliest = part
+        .provenance
+        .iter()
+        .filter(|made| Some(&made.step) == first);
+    earliest
+        .flat_map(|made| &made.inputs)
+        .map(|input| (input.name.as_str(), input.sha256.as_str()))
+        .collect()
 }
 
 fn side(part: &Part) -> ComparedSide {

@@ -1,28 +1,26 @@
 //! From a session folder to one MCAP per take, a dictionary, an evaluation and a report.
 
+mod files;
+mod write;
+
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use inhand_evaluation::Rows;
-use inhand_model::{
-    Evaluation, EvaluationRows, Hull, InputHash, Motion, MotionRows, PerFinger, Provenance,
-    Segments,
-};
+use inhand_model::{Evaluation, InputHash, Motion, Provenance};
 use inhand_report::Report;
 use rayon::prelude::*;
 
 use crate::dictionary_file;
 use crate::error::PipelineError;
-use crate::figures::write_figures;
 use crate::manifest::{self, Manifest, RunJson};
-use crate::output;
-use crate::session::{self, Session, SessionTake};
+use crate::session::{self, Session};
 use crate::settings::{Role, Settings};
-use crate::steps::{self, Generated, Illustrated, TakeResult};
-use crate::tables::{self, MotionFiles};
+use crate::steps::{self, Illustrated, TakeResult};
 use crate::take;
-use crate::take_file::{self, GeneratedMotion, TakeContents};
+pub use files::RunFiles;
+use files::check_output;
+use write::{plan_times, write_reports, write_takes};
 
 /// Name and version of the tool, as written into files.
 pub const TOOL: &str = concat!("inhand ", env!("CARGO_PKG_VERSION"));
@@ -69,58 +67,6 @@ pub struct RunResult {
     pub failed_plans: usize,
 }
 
-/// Where a run's results are.
-#[derive(Clone, Debug)]
-pub struct RunFiles {
-    /// One recording for each take, in the session's order.
-    pub takes: Vec<PathBuf>,
-    /// The dictionary.
-    pub dictionary: PathBuf,
-    /// The evaluation.
-    pub evaluation: PathBuf,
-    /// Every instant behind the evaluation, as a table.
-    pub rows: PathBuf,
-    /// Every segment, contact and phase behind it, as tables.
-    pub motion: MotionFiles,
-    /// The report.
-    pub report: PathBuf,
-    /// Folder of the report's figures and the numbers behind them.
-    pub figures: PathBuf,
-    /// Times, memory, threads.
-    pub run: PathBuf,
-}
-
-impl RunFiles {
-    fn new(folder: &Path, session: &Session) -> Self {
-        let takes = session
-            .takes
-            .iter()
-            .map(|take| folder.join(format!("{}.mcap", take.name)));
-        Self {
-            takes: takes.collect(),
-            dictionary: folder.join("dictionary.mcap"),
-            evaluation: folder.join("evaluation.json"),
-            rows: folder.join("rows.parquet"),
-            motion: MotionFiles::in_folder(folder),
-            report: folder.join("report.html"),
-            figures: folder.join(FIGURES),
-            run: folder.join(manifest::RUN_FILE),
-        }
-    }
-
-    /// The files that depend on inputs and settings alone, but for the figures, whose number depends on what
-    /// there is to see.
-    fn reproducible(&self) -> Vec<&Path> {
-        let rest = [&self.dictionary, &self.evaluation, &self.rows, &self.report];
-        self.takes
-            .iter()
-            .chain(rest)
-            .chain(self.motion.all())
-            .map(PathBuf::as_path)
-            .collect()
-    }
-}
-
 /// Runs a session from takes to report. Results of an earlier run with the same inputs, settings
 /// and version are kept.
 ///
@@ -161,10 +107,12 @@ pub fn run(
         steps::used(of_role.map(|(take, _)| take), settings)?;
     }
     let in_hand = timer.time("hand_frame", || steps::motions_in_hand(&takes, settings))?;
-    let motions = timer.time("filter", || steps::smooth_motions(&in_hand, settings))?;
-    let tests = |motions| motions_of_role(motions, &session, Role::Test);
-    let smoothing = timer.time("illustrate", || {
-        steps::smoothing(&tests(&in_hand), &tests(&motions))
+    let (motions, smoothing) = timer.time("filter", || {
+        let motions = steps::smooth_motions(&in_hand, settings)?;
+        let tests = |motions| motions_of_role(motions, &session, Role::Test);
+        // Before what was there before the filter goes.
+        let smoothing = steps::smoothing(&tests(&in_hand), &tests(&motions))?;
+        Ok((motions, smoothing))
     })?;
     drop(in_hand);
     let results: Vec<_> = (takes.iter().zip(&motions).zip(&session.takes))
@@ -317,8 +265,8 @@ impl Timer<'_> {
         let begin = Instant::now();
         let result = work()?;
         let elapsed = begin.elapsed();
-        // A step may come in parts.
-        *self.timings_s.entry(step.to_owned()).or_default() += elapsed.as_secs_f64();
+        self.timings_s
+            .insert(step.to_owned(), elapsed.as_secs_f64());
         (self.watch)(Event::Finished(step, elapsed));
         Ok(result)
     }
@@ -335,61 +283,6 @@ pub fn provenance(
         step: step.to_owned(),
         settings_json: settings.provenance_json(),
         inputs: inputs.into_iter().collect(),
-    }
-}
-
-fn check_output(
-    options: &RunOptions,
-    session: &Session,
-    files: &RunFiles,
-) -> Result<(), PipelineError> {
-    let inputs: Vec<_> = session
-        .takes
-        .iter()
-        .map(|take| take.path.as_path())
-        .collect();
-    // Results of an earlier run are ours to replace; anything else only by force.
-    let ours = options.force || manifest::is_run_of(&files.run, &session.name);
-    for folder in [&options.output, &files.figures] {
-        refuse_take_folder(folder, session)?;
-    }
-    if !ours && has_files(&files.figures) {
-        return Err(PipelineError::Output {
-            path: files.figures.clone(),
-            message: "the folder was not made from the same inputs: --force replaces what is in it"
-                .into(),
-        });
-    }
-    let mut targets = files.reproducible();
-    targets.push(&files.run);
-    targets
-        .into_iter()
-        .try_for_each(|path| output::check_target(path, &inputs, || ours))
-}
-
-fn has_files(folder: &Path) -> bool {
-    std::fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some())
-}
-
-/// Results among the takes would be takes of the next run.
-fn refuse_take_folder(folder: &Path, session: &Session) -> Result<(), PipelineError> {
-    let output = folder.canonicalize().ok();
-    let holds_takes = |take: &SessionTake| {
-        let folder = take
-            .path
-            .parent()
-            .and_then(|folder| folder.canonicalize().ok());
-        output.is_some() && folder == output
-    };
-    match session.takes.iter().find(|take| holds_takes(take)) {
-        None => Ok(()),
-        Some(take) => Err(PipelineError::Output {
-            path: folder.to_owned(),
-            message: format!(
-                "the folder holds the take {}: name another one for the results",
-                take.path.display()
-            ),
-        }),
     }
 }
 
@@ -411,84 +304,4 @@ fn motions_of<'a>(results: &[TakeResult<'a>], role: Role) -> Vec<&'a Motion> {
 fn learned_by(results: &[TakeResult<'_>], settings: &Settings) -> Provenance {
     let train = results.iter().filter(|result| result.role == Role::Train);
     manifest::learn_provenance(settings, train.map(|result| result.take))
-}
-
-fn write_takes(
-    results: &[TakeResult<'_>],
-    test: &Segments,
-    (generated, rows): (&[Generated], &[Rows]),
-    hulls: &PerFinger<Hull>,
-    provenance: &Provenance,
-    options: &RunOptions,
-    files: &RunFiles,
-) -> Result<(), PipelineError> {
-    // Segments count takes among the test takes, results among all takes.
-    let mut tests = 0..;
-    let indices: Vec<_> = (results.iter())
-        .map(|result| (result.role == Role::Test).then(|| tests.next()).flatten())
-        .collect();
-    let written: Vec<_> = (results.par_iter().zip(&indices).zip(&files.takes))
-        .map(|((result, &index), path)| {
-            let motion = index.map(|take| GeneratedMotion {
-                segments: test,
-                take,
-                generated,
-                rows,
-                hulls,
-            });
-            let contents = TakeContents {
-                take: result.take,
-                motion: result.motion,
-                generated: motion,
-                made: provenance,
-                settings: &options.settings,
-            };
-            take_file::write(path, &contents, options.view)
-        })
-        .collect();
-    written.into_iter().collect()
-}
-
-/// Writes the rows, the evaluation, the page and its figures; returns the files of the figures.
-fn write_reports(
-    report: &Report<'_>,
-    rows: &EvaluationRows,
-    motion: &MotionRows,
-    files: &RunFiles,
-) -> Result<Vec<PathBuf>, PipelineError> {
-    let evaluation = report.evaluation;
-    let (table, (json, (html, figures))) = rayon::join(
-        || {
-            let session = &evaluation.session.name;
-            tables::write_rows(&files.rows, session, rows)?;
-            tables::write_motion_rows(&files.motion, session, motion)
-        },
-        || {
-            rayon::join(
-                || inhand_report::evaluation_json(evaluation, report.provenance),
-                || {
-                    rayon::join(
-                        || inhand_report::html(report),
-                        || write_figures(&files.figures, report),
-                    )
-                },
-            )
-        },
-    );
-    table?;
-    output::write_text(&files.evaluation, &json?)?;
-    output::write_text(&files.report, &html?)?;
-    figures
-}
-
-fn plan_times(generated: &[Generated]) -> BTreeMap<String, manifest::PlanMs> {
-    (generated.iter())
-        .filter(|g| !g.plan_times.is_empty())
-        .map(|g| {
-            (
-                g.method.name().to_owned(),
-                manifest::PlanMs::of(&g.plan_times),
-            )
-        })
-        .collect()
 }

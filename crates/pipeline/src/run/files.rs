@@ -1,0 +1,122 @@
+//! Where results are, and whether they may be written there.
+
+use std::path::{Path, PathBuf};
+
+use super::{FIGURES, RunOptions};
+use crate::error::PipelineError;
+use crate::manifest;
+use crate::output;
+use crate::session::{Session, SessionTake};
+use crate::tables::MotionFiles;
+
+/// Where a run's results are.
+#[derive(Clone, Debug)]
+pub struct RunFiles {
+    /// One recording for each take, in the session's order.
+    pub takes: Vec<PathBuf>,
+    /// The dictionary.
+    pub dictionary: PathBuf,
+    /// The evaluation.
+    pub evaluation: PathBuf,
+    /// Every instant behind the evaluation, as a table.
+    pub rows: PathBuf,
+    /// Every segment, contact and phase behind it, as tables.
+    pub motion: MotionFiles,
+    /// The report.
+    pub report: PathBuf,
+    /// Folder of the report's figures and the numbers behind them.
+    pub figures: PathBuf,
+    /// Times, memory, threads.
+    pub run: PathBuf,
+}
+
+impl RunFiles {
+    pub(super) fn new(folder: &Path, session: &Session) -> Self {
+        let takes = session
+            .takes
+            .iter()
+            .map(|take| folder.join(format!("{}.mcap", take.name)));
+        Self {
+            takes: takes.collect(),
+            dictionary: folder.join("dictionary.mcap"),
+            evaluation: folder.join("evaluation.json"),
+            rows: folder.join("rows.parquet"),
+            motion: MotionFiles::in_folder(folder),
+            report: folder.join("report.html"),
+            figures: folder.join(FIGURES),
+            run: folder.join(manifest::RUN_FILE),
+        }
+    }
+
+    /// The files that depend on inputs and settings alone, but for the figures, whose number depends on what
+    /// there is to see.
+    pub(super) fn reproducible(&self) -> Vec<&Path> {
+        let rest = [&self.dictionary, &self.evaluation, &self.rows, &self.report];
+        self.takes
+            .iter()
+            .chain(rest)
+            .chain(self.motion.all())
+            .map(PathBuf::as_path)
+            .collect()
+    }
+}
+
+/// Refuses a folder whose files are neither results of this session nor free to be replaced.
+///
+/// # Errors
+///
+/// [`PipelineError::Output`].
+pub(super) fn check_output(
+    options: &RunOptions,
+    session: &Session,
+    files: &RunFiles,
+) -> Result<(), PipelineError> {
+    let inputs: Vec<_> = session
+        .takes
+        .iter()
+        .map(|take| take.path.as_path())
+        .collect();
+    // Results of an earlier run are ours to replace; anything else only by force.
+    let ours = options.force || manifest::is_run_of(&files.run, &session.name);
+    for folder in [&options.output, &files.figures] {
+        refuse_take_folder(folder, session)?;
+    }
+    if !ours && has_files(&files.figures) {
+        return Err(PipelineError::Output {
+            path: files.figures.clone(),
+            message: "the folder was not made from the same inputs: --force replaces what is in it"
+                .into(),
+        });
+    }
+    let mut targets = files.reproducible();
+    targets.push(&files.run);
+    targets
+        .into_iter()
+        .try_for_each(|path| output::check_target(path, &inputs, || ours))
+}
+
+fn has_files(folder: &Path) -> bool {
+    std::fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some())
+}
+
+/// Results among the takes would be takes of the next run.
+fn refuse_take_folder(folder: &Path, session: &Session) -> Result<(), PipelineError> {
+    let output = folder.canonicalize().ok();
+    let holds_takes = |take: &SessionTake| {
+        let folder = take
+            .path
+            .parent()
+            .and_then(|folder| folder.canonicalize().ok());
+        output.is_some() && folder == output
+    };
+    match session.takes.iter().find(|take| holds_takes(take)) {
+        None => Ok(()),
+        Some(take) => Err(PipelineError::Output {
+            path: folder.to_owned(),
+            message: format!(
+                "the folder holds the take {}: name another one for the results",
+                take.path.display()
+            ),
+        }),
+    }
+}

@@ -1,0 +1,101 @@
+//! The files of a run.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use inhand_evaluation::Rows;
+use inhand_model::{EvaluationRows, Hull, MotionRows, PerFinger, Provenance, Segments};
+use inhand_report::Report;
+use rayon::prelude::*;
+
+use super::{RunFiles, RunOptions};
+use crate::error::PipelineError;
+use crate::figures::write_figures;
+use crate::manifest;
+use crate::output;
+use crate::settings::Role;
+use crate::steps::{Generated, TakeResult};
+use crate::tables;
+use crate::take_file::{self, GeneratedMotion, TakeContents};
+
+/// Writes a recording for each take.
+pub(super) fn write_takes(
+    results: &[TakeResult<'_>],
+    test: &Segments,
+    (generated, rows): (&[Generated], &[Rows]),
+    hulls: &PerFinger<Hull>,
+    provenance: &Provenance,
+    options: &RunOptions,
+    files: &RunFiles,
+) -> Result<(), PipelineError> {
+    // Segments count takes among the test takes, results among all takes.
+    let mut tests = 0..;
+    let indices: Vec<_> = (results.iter())
+        .map(|result| (result.role == Role::Test).then(|| tests.next()).flatten())
+        .collect();
+    let written: Vec<_> = (results.par_iter().zip(&indices).zip(&files.takes))
+        .map(|((result, &index), path)| {
+            let motion = index.map(|take| GeneratedMotion {
+                segments: test,
+                take,
+                generated,
+                rows,
+                hulls,
+            });
+            let contents = TakeContents {
+                take: result.take,
+                motion: result.motion,
+                generated: motion,
+                made: provenance,
+                settings: &options.settings,
+            };
+            take_file::write(path, &contents, options.view)
+        })
+        .collect();
+    written.into_iter().collect()
+}
+
+/// Writes the rows, the evaluation, the page and its figures; returns the files of the figures.
+pub(super) fn write_reports(
+    report: &Report<'_>,
+    rows: &EvaluationRows,
+    motion: &MotionRows,
+    files: &RunFiles,
+) -> Result<Vec<PathBuf>, PipelineError> {
+    let evaluation = report.evaluation;
+    let (table, (json, (html, figures))) = rayon::join(
+        || {
+            let session = &evaluation.session.name;
+            tables::write_rows(&files.rows, session, rows)?;
+            tables::write_motion_rows(&files.motion, session, motion)
+        },
+        || {
+            rayon::join(
+                || inhand_report::evaluation_json(evaluation, report.provenance),
+                || {
+                    rayon::join(
+                        || inhand_report::html(report),
+                        || write_figures(&files.figures, report),
+                    )
+                },
+            )
+        },
+    );
+    table?;
+    output::write_text(&files.evaluation, &json?)?;
+    output::write_text(&files.report, &html?)?;
+    figures
+}
+
+/// Times of single plans, each method that plans.
+pub(super) fn plan_times(generated: &[Generated]) -> BTreeMap<String, manifest::PlanMs> {
+    (generated.iter())
+        .filter(|g| !g.plan_times.is_empty())
+        .map(|g| {
+            (
+                g.method.name().to_owned(),
+                manifest::PlanMs::of(&g.plan_times),
+            )
+        })
+        .collect()
+}

@@ -6,4 +6,5 @@ mod bids;
 mod common;
 mod events;
 mod parquet;
+mod rows;
 mod wide;

@@ -3,7 +3,7 @@
 use inhand_trajectory::BootstrapError;
 use inhand_trajectory::bootstrap::{
     ClusteredRows, Draws, Estimate, Interval, Measure, Resampling, differences, intervals,
-    intervals_of,
+    intervals_of, unpaired_differences,
 };
 use inhand_trajectory::quantiles::quantile;
 use proptest::prelude::*;
@@ -294,4 +294,82 @@ fn relative_differences_have_the_sign_of_the_difference() {
     let found = differences(&first, &second, &[Measure::Mean], &FEW).unwrap();
     let relative = found[0].unwrap().relative.unwrap().value;
     assert!((relative - 0.125).abs() < 1e-12, "{relative}");
+}
+
+proptest! {
+    #[test]
+    fn merged_samples_are_as_their_rows_sorted_together(
+        parts in (1_usize..6).prop_flat_map(|clusters| {
+            proptest::collection::vec(
+                proptest::collection::vec(proptest::collection::vec(-3_i8..3, 0..9), clusters),
+                1..4,
+            )
+        }),
+    ) {
+        let numbers = |rows: &Vec<i8>| rows.iter().map(|&v| f64::from(v)).collect::<Vec<f64>>();
+        let parts: Vec<Vec<Vec<f64>>> =
+            parts.iter().map(|part| part.iter().map(numbers).collect()).collect();
+        let together: Vec<Vec<f64>> = (0..parts[0].len())
+            .map(|cluster| parts.iter().flat_map(|part| part[cluster].clone()).collect())
+            .collect();
+        let sorted: Vec<ClusteredRows> =
+            parts.iter().map(|part| ClusteredRows::new(part).unwrap()).collect();
+        let merged = ClusteredRows::merged(&sorted.iter().collect::<Vec<_>>()).unwrap();
+        let expected = ClusteredRows::new(&together).unwrap();
+        prop_assert_eq!(merged.sorted(), expected.sorted());
+        prop_assert_eq!(merged.by_cluster(), expected.by_cluster());
+        let resampling = Resampling { draws: 20, seed: 3, confidence: 0.9 };
+        // Small whole numbers add up exactly in any order.
+        prop_assert_eq!(
+            intervals(&merged, &MEASURES, &resampling).unwrap(),
+            intervals(&expected, &MEASURES, &resampling).unwrap()
+        );
+    }
+}
+
+#[test]
+fn samples_of_other_clusters_are_drawn_apart() {
+    let first = vec![vec![1.0, 2.0], vec![4.0], vec![3.0, 8.0]];
+    let second = vec![vec![2.0], vec![5.0, 1.0]];
+    let resampling = Resampling {
+        draws: 200,
+        seed: 11,
+        confidence: 0.9,
+    };
+    let rows = |clusters: &[Vec<f64>]| ClusteredRows::new(clusters).unwrap();
+    let found =
+        unpaired_differences(&rows(&first), &rows(&second), &MEASURES, &resampling).unwrap();
+    let drawn = |clusters: &[Vec<f64>], seed: u64, draw: u64| {
+        let mut times = vec![0; clusters.len()];
+        let size = clusters.len();
+        Draws {
+            clusters: size,
+            seed,
+        }
+        .times(draw, &mut times);
+        let rows = clusters.iter().zip(times);
+        plain(
+            &rows
+                .flat_map(|(rows, times)| rows.repeat(times as usize))
+                .collect::<Vec<f64>>(),
+        )
+    };
+    for (k, found) in found.iter().enumerate() {
+        let mut values: Vec<f64> = (0..resampling.draws as u64)
+            .map(|draw| drawn(&first, 11, draw)[k] - drawn(&second, 12, draw)[k])
+            .collect();
+        values.sort_by(f64::total_cmp);
+        let found = found.unwrap().absolute;
+        let interval = found.percentile.unwrap();
+        close(
+            found.value,
+            plain(&first.concat())[k] - plain(&second.concat())[k],
+            "value",
+        );
+        close(interval.low, quantile(&values, 0.05).unwrap(), "low");
+        close(interval.high, quantile(&values, 0.95).unwrap(), "high");
+    }
+    // One cluster shows no spread.
+    let lone = unpaired_differences(&rows(&first), &rows(&second[..1]), &MEASURES, &resampling);
+    assert!(lone.unwrap()[0].unwrap().absolute.percentile.is_none());
 }

@@ -1,0 +1,113 @@
+//! Rows of an evaluation go into Parquet and come back.
+
+use inhand_model::{EvaluationRows, Finger, MethodRows, PerFinger, SegmentLayout, SegmentOrigin};
+use inhand_tables::{RowsFile, TableError, evaluation_rows, rows_facts, write_parquet_parts};
+
+const SAMPLES: usize = 3;
+
+/// Two methods on two segments of two takes; the second segment's plan failed for the second method.
+fn rows(object: bool) -> EvaluationRows {
+    let number = |k: usize, finger: Finger| (k * 5 + finger.index()) as f64 * 1e-4;
+    let by_instant = |offset: f64| -> Vec<PerFinger<f64>> {
+        (0..2 * SAMPLES)
+            .map(|k| PerFinger::from_fn(|finger| offset + number(k, finger)))
+            .collect()
+    };
+    let mut failed = by_instant(0.5);
+    failed[SAMPLES..].fill(PerFinger::new([f64::NAN; 5]));
+    let method = |name: &str, error_m: Vec<PerFinger<f64>>| MethodRows {
+        name: name.to_owned(),
+        distance_m: object.then(|| by_instant(-0.001)),
+        hull_distance_m: by_instant(-0.01),
+        nearest_pair_m: error_m.iter().map(|e| e[Finger::Thumb] + 0.02).collect(),
+        error_m,
+    };
+    EvaluationRows {
+        layout: SegmentLayout {
+            samples: SAMPLES,
+            rate_hz: 100.0,
+            object,
+        },
+        takes: vec!["a,\"b\"".to_owned(), "c".to_owned()],
+        segments: vec![
+            SegmentOrigin { take: 0, start: 4 },
+            SegmentOrigin { take: 1, start: 0 },
+        ],
+        filled: (0..2 * SAMPLES)
+            .map(|k| PerFinger::from_fn(|finger| (k + finger.index()) % 4 == 0))
+            .collect(),
+        object_filled: (0..2 * SAMPLES).map(|k| object && k == 1).collect(),
+        recorded_distance_m: object.then(|| by_instant(0.003)),
+        methods: vec![method("prior", by_instant(0.0)), method("line", failed)],
+    }
+}
+
+/// NaN is not equal to itself, its text is.
+fn same(a: &EvaluationRows, b: &EvaluationRows) {
+    assert_eq!(format!("{a:?}"), format!("{b:?}"));
+}
+
+fn written(rows: &EvaluationRows) -> (tempfile::TempDir, std::path::PathBuf) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("rows.parquet");
+    let file = std::fs::File::create(&path).expect("a file");
+    let about = [rows_facts("session", rows)];
+    write_parquet_parts(
+        &evaluation_rows("session", rows),
+        rows.instants(),
+        &about,
+        file,
+    )
+    .expect("written");
+    (folder, path)
+}
+
+#[test]
+fn what_was_written_is_read_back() {
+    for object in [true, false] {
+        let rows = rows(object);
+        let (_folder, path) = written(&rows);
+        let file = RowsFile::open(&path).expect("a table of rows");
+        assert_eq!(
+            (file.session(), file.methods()),
+            ("session", &["prior".to_owned(), "line".to_owned()][..])
+        );
+        same(&file.read().expect("sound"), &rows);
+        let errors = file.error_m("line", Finger::Ring).expect("it is there");
+        assert_eq!(errors[..SAMPLES], [0.5003, 0.5008, 0.5013]);
+        assert!(errors[SAMPLES..].iter().all(|e| e.is_nan()));
+        let refused = file
+            .error_m("hold", Finger::Ring)
+            .expect_err("not evaluated");
+        assert!(refused.to_string().contains("prior, line"), "{refused}");
+    }
+}
+
+#[test]
+fn rows_without_methods_are_empty() {
+    let mut none = rows(true);
+    none.methods.clear();
+    let (_folder, path) = written(&none);
+    let read = RowsFile::open(&path)
+        .and_then(|file| file.read())
+        .expect("sound");
+    assert_eq!(read.instants(), 0);
+}
+
+#[test]
+fn cut_and_other_files_are_refused() {
+    let (folder, path) = written(&rows(true));
+    let whole = std::fs::read(&path).expect("it is there");
+    for kept in [0, 3, 100, whole.len() / 2, whole.len() - 1] {
+        let cut = folder.path().join("cut.parquet");
+        std::fs::write(&cut, &whole[..kept]).expect("written");
+        let refused = RowsFile::open(&cut).expect_err("cut");
+        assert!(matches!(refused, TableError::File { .. }));
+        assert!(refused.to_string().contains("cut.parquet"), "{refused}");
+    }
+    let other = folder.path().join("other.parquet");
+    let file = std::fs::File::create(&other).expect("a file");
+    write_parquet_parts(&evaluation_rows("session", &rows(true)), 6, &[], file).expect("written");
+    let refused = RowsFile::open(&other).expect_err("no rows of ours");
+    assert!(refused.to_string().contains("other content"), "{refused}");
+}

@@ -112,7 +112,8 @@ pub struct GroupSummary {
 /// Something about a session that is far from what it is in the others.
 ///
 /// Far is a modified z-score of more than 3.5: `0.6745 (value - median) / MAD`, with the median absolute deviation
-/// from the median (Iglewicz and Hoaglin, *How to detect and handle outliers*, 1993).
+/// from the median (Iglewicz and Hoaglin, *How to detect and handle outliers*, 1993); where that is 0, because most
+/// sessions agree to the last digit, `0.7979 (value - median) / mean absolute deviation`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outlier {
     /// Place of the session in the summary.

@@ -7,8 +7,10 @@ use inhand_trajectory::quantiles::quantile;
 const FEWEST: usize = 5;
 /// Modified z-scores above are far off (Iglewicz and Hoaglin 1993).
 const FAR: f64 = 3.5;
-/// Makes the median absolute deviation of a normal distribution its standard deviation.
-const NORMAL: f64 = 0.6745;
+/// Median absolute deviation of a normal distribution over its standard deviation.
+const MEDIAN_DEVIATION: f64 = 0.6745;
+/// Mean absolute deviation of a normal distribution over its standard deviation, the root of 2 / pi.
+const MEAN_DEVIATION: f64 = 0.797_9;
 
 /// A number of each session that may be far off: what it is, its unit, and where to find it. NaN where a
 /// session does not have it.
@@ -76,13 +78,11 @@ fn far(
         return Vec::new();
     };
     let deviations: Vec<f64> = known.iter().map(|value| (value - median).abs()).collect();
-    let deviation = self::median(&deviations).unwrap_or(0.0);
-    // Where more than half of the sessions agree to the last digit, no distance is usual.
-    if deviation == 0.0 {
+    let Some(spread) = spread(&deviations) else {
         return Vec::new();
-    }
+    };
     (values.iter().enumerate())
-        .map(|(session, &value)| (session, value, NORMAL * (value - median) / deviation))
+        .map(|(session, &value)| (session, value, (value - median) / spread))
         .filter(|(.., score)| score.abs() > FAR)
         .map(|(session, value, score)| Outlier {
             session,
@@ -93,6 +93,17 @@ fn far(
             score,
         })
         .collect()
+}
+
+/// The standard deviation that usual sessions suggest: from the median absolute deviation, or, where more than
+/// half of the sessions agree to the last digit, from the mean one. `None` where all agree.
+fn spread(deviations: &[f64]) -> Option<f64> {
+    let middle = median(deviations)? / MEDIAN_DEVIATION;
+    if middle > 0.0 {
+        return Some(middle);
+    }
+    let mean = deviations.iter().sum::<f64>() / deviations.len() as f64;
+    Some(mean / MEAN_DEVIATION).filter(|spread| *spread > 0.0)
 }
 
 fn median(values: &[f64]) -> Option<f64> {
@@ -144,10 +155,21 @@ mod tests {
     }
 
     #[test]
+    fn where_most_sessions_agree_the_mean_deviation_counts() {
+        let mut sessions = [1.0; 6].map(|mm| session(mm, 0));
+        sessions[2].left_out = 10;
+        let found = outliers(&sessions, 0, "prior");
+        assert_eq!(found.len(), 1);
+        assert_eq!((found[0].session, found[0].unit), (2, "%"));
+        // 50 % against 0 % in five others: a mean deviation of 50 / 6.
+        assert!((found[0].score - 50.0 * MEAN_DEVIATION / (50.0 / 6.0)).abs() < 1e-9);
+    }
+
+    #[test]
     fn few_sessions_and_equal_ones_have_no_outliers() {
         let few = [1.0, 1.0, 1.1, 9.0].map(|mm| session(mm, 0));
         assert!(outliers(&few, 0, "prior").is_empty());
-        let equal = [1.0, 1.0, 1.0, 1.0, 9.0].map(|mm| session(mm, 3));
+        let equal = [1.0; 7].map(|mm| session(mm, 3));
         assert!(outliers(&equal, 0, "prior").is_empty());
     }
 }

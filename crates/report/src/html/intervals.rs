@@ -60,7 +60,7 @@ pub(super) fn against_words(intervals: &Intervals, method: &str, baseline: &str)
     let mut found = against(intervals, baseline, Measure::P75).filter(|d| d.method == method);
     let relative = found.next()?.relative?;
     Some(format!(
-        " Its third quartile differs from that of {baseline}, the best baseline, by {} %.",
+        " Its third quartile differs from that of {baseline}, the best baseline, by {}.",
         relative_words(&relative)
     ))
 }

@@ -28,7 +28,8 @@ pub(super) fn outliers(summary: &Summary) -> Option<Body> {
     Some(Body::from(html! {
         p {
             "Far off is a modified z-score beyond 3.5, " code { "0.6745 (value − median) / MAD" } " with the median absolute deviation \
-             from the median over sessions (Iglewicz and Hoaglin 1993). It says that a session is unlike the others, not that it is wrong."
+             from the median over sessions (Iglewicz and Hoaglin 1993); where most sessions agree to the last digit, the mean deviation stands \
+             in for it. It says that a session is unlike the others, not that it is wrong."
         }
         (table("Sessions unlike the others", &OUTLIERS, lines.collect()))
     }))

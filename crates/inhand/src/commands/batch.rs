@@ -16,7 +16,9 @@ use crate::exit::{Exit, UsageError};
 use crate::options::OutputOptions;
 use record::{Outcome, Record, State};
 
-/// Runs many sessions, each into a folder of its own, and joins their evaluations in one report.
+/// Run many sessions, go past those that fail, join their evaluations
+///
+/// Each session goes into a folder of its own, and one report over all of them is made at the end.
 ///
 /// A session that fails is said and gone past. Called again, it does only what is not up to date: sessions that
 /// failed, were interrupted or have changed.

@@ -13,8 +13,10 @@ use crate::exit::{Exit, UsageError};
 use crate::options::Format;
 use condition::Condition;
 
-/// Shows how an evaluation differs from one before, or two methods of one evaluation from each other, with
-/// bootstrap intervals over segments. For use in tests: with --fail-if it ends with exit code 3.
+/// What changed from one evaluation to another, with intervals; a check for tests
+///
+/// Compares an evaluation with one before, or two methods of one evaluation, with bootstrap intervals over segments.
+/// For use in tests: with --fail-if it ends with exit code 3.
 ///
 /// Where both judged the same segments, these are drawn together, and intervals are as narrow as they can be.
 #[derive(Debug, clap::Args)]

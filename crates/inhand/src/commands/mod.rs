@@ -46,7 +46,6 @@ use crate::exit::{Exit, UsageError};
 pub(crate) enum Command {
     /// Everything for a session: one MCAP per take, dictionary, evaluation and report
     Run(Box<run::Args>),
-    /// Run many sessions, go past those that fail, join their evaluations
     Batch(Box<batch::Args>),
     /// Simulate a session and run everything on it
     Demo(demo::Args),
@@ -70,9 +69,7 @@ pub(crate) enum Command {
     Plan(plan::Args),
     /// Compare generated with recorded motion
     Evaluate(evaluate::Args),
-    /// An evaluation as a page; many of them as one report
     Report(report::Args),
-    /// Two evaluations or methods side by side, with intervals; a check for use in tests
     Compare(compare::Args),
     /// A take as CSV, Parquet or BIDS, or a dictionary as matrices for NumPy or MATLAB
     Export(export::Args),

@@ -13,7 +13,7 @@ use inhand_report::Report;
 use crate::console::Console;
 use crate::exit::{Exit, UsageError};
 
-/// Makes the page of an evaluation again: an HTML page, or a summary in Markdown for a pull request.
+/// An evaluation as a page, or in Markdown; many of them as one report
 ///
 /// The rows.parquet beside the evaluation gives it the figures of single instants, the run.json beside it the
 /// times of plans. Figures of takes and primitives are in the page that `run` writes alone.
@@ -36,7 +36,6 @@ pub(crate) struct Args {
 /// What is made from several evaluations.
 #[derive(Debug, Subcommand)]
 enum OfMany {
-    /// Join the evaluations of many sessions in one report
     Merge(merge::Args),
 }
 

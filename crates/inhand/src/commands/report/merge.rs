@@ -11,8 +11,9 @@ use super::forms;
 use crate::console::{Console, data};
 use crate::exit::Exit;
 
-/// Joins the evaluations of many sessions in one report: errors with intervals over sessions, sessions ranked, outliers,
-/// tables by participant, object, task and finger.
+/// Join the evaluations of many sessions in one report
+///
+/// It has errors with intervals over sessions, sessions ranked, outliers, tables by participant, object, task and finger.
 ///
 /// Each evaluation.json needs the rows.parquet of the same run beside it, and nothing else: quantiles over
 /// all sessions are exact, and recordings are not read. Sessions that were worked on with different settings

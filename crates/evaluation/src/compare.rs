@@ -1,12 +1,16 @@
 //! Two evaluations side by side: how statistics differ, with intervals.
 
+use std::borrow::Cow;
+
 use inhand_model::{Bootstrap, ContactChange, ErrorChange, EvaluationRows, Finger, Measure};
 use inhand_trajectory::BootstrapError;
 use inhand_trajectory::bootstrap::{
     self, ClusteredRows, Difference, Resampling, differences, unpaired_differences,
 };
 
-use crate::intervals::{as_measured, estimate, ones_and_zeros, segment_contacts, segment_errors};
+use crate::intervals::{
+    as_measured, common, estimate, ones_and_zeros, segment_contacts, segment_errors,
+};
 
 /// A method in the rows of an evaluation.
 #[derive(Clone, Copy, Debug)]
@@ -58,6 +62,8 @@ pub fn compare_errors(
     let measures = Measure::ALL.map(as_measured);
     let mut changes = Vec::new();
     for ((first, second), finger) in first.iter().zip(&second).zip(fingers) {
+        let (first, second) = judged_by_both(paired, first, second);
+        let (first, second) = (first.as_ref(), second.as_ref());
         let resampling = resampling(bootstrap);
         let values = |rows| bootstrap::intervals(rows, &measures, &only_values(resampling));
         let (of_first, of_second) = (values(first)?, values(second)?);
@@ -98,6 +104,7 @@ pub fn compare_contacts(
     };
     let first = ones_and_zeros(&first, |counts| counts.three_or_more)?;
     let second = ones_and_zeros(&second, |counts| counts.three_or_more)?;
+    let (first, second) = judged_by_both(paired, &first, &second);
     let mean = [bootstrap::Measure::Mean];
     let resampling = resampling(bootstrap);
     let value = |rows| -> Result<f64, BootstrapError> {
@@ -113,6 +120,19 @@ pub fn compare_contacts(
         after: after_share,
         absolute: Some(estimate(&found.absolute, &first)),
     }))
+}
+
+/// What is paired is compared where both judged the same instants.
+fn judged_by_both<'a>(
+    paired: bool,
+    first: &'a ClusteredRows,
+    second: &'a ClusteredRows,
+) -> (Cow<'a, ClusteredRows>, Cow<'a, ClusteredRows>) {
+    if paired {
+        common(first, second)
+    } else {
+        (Cow::Borrowed(first), Cow::Borrowed(second))
+    }
 }
 
 fn differ(

@@ -4,6 +4,8 @@
 //! ([`bootstrap`]). Every interval is the percentile interval: from quantile
 //! `(1 - confidence) / 2` to `(1 + confidence) / 2` of the statistic over the draws.
 
+use std::borrow::Cow;
+
 use inhand_model::{
     Bootstrap, Estimate, EvaluationRows, Finger, Intervals, Measure, MethodIntervals,
     PairedDifference, PerFinger,
@@ -274,16 +276,18 @@ pub(crate) fn as_measured(measure: Measure) -> bootstrap::Measure {
     }
 }
 
-/// A bootstrap estimate with what it rests on.
+/// A bootstrap estimate with what it rests on. There is no interval of few clusters, nor where no draw differs
+/// from another: an interval of no width would pass for certainty.
 pub(crate) fn estimate(found: &bootstrap::Estimate, rows: &ClusteredRows) -> Estimate {
+    let clusters = rows.sizes().iter().filter(|&&size| size > 0).count();
+    let interval = (found.percentile)
+        .filter(|interval| clusters >= Estimate::FEWEST_CLUSTERS && interval.low < interval.high);
     Estimate {
         value: found.value,
         n: rows.sorted().len(),
-        clusters: rows.sizes().iter().filter(|&&size| size > 0).count(),
-        standard_error: found.standard_error,
-        interval: found
-            .percentile
-            .map(|interval| [interval.low, interval.high]),
+        clusters,
+        standard_error: found.standard_error.filter(|_| interval.is_some()),
+        interval: interval.map(|interval| [interval.low, interval.high]),
     }
 }
 
@@ -353,7 +357,25 @@ pub(crate) fn ones_and_zeros(
     ClusteredRows::new(&clusters)
 }
 
-/// How the first differs from the second in each measure; nothing where one has no rows.
+/// Both samples over the clusters in which both have the same number of rows. A method whose plan failed has been
+/// spared what is hard about a segment; the other one must be spared it too.
+pub(crate) fn common<'a>(
+    first: &'a ClusteredRows,
+    second: &'a ClusteredRows,
+) -> (Cow<'a, ClusteredRows>, Cow<'a, ClusteredRows>) {
+    let sizes = first.sizes().iter().zip(second.sizes());
+    let keep: Vec<bool> = sizes.map(|(first, second)| first == second).collect();
+    if keep.iter().all(|&keep| keep) {
+        return (Cow::Borrowed(first), Cow::Borrowed(second));
+    }
+    (
+        Cow::Owned(first.only(&keep)),
+        Cow::Owned(second.only(&keep)),
+    )
+}
+
+/// How the first differs from the second in each measure, over the clusters in which both judged the same instants;
+/// nothing where there are none.
 fn paired(
     (method, other): (&str, &str),
     finger: Option<Finger>,
@@ -362,7 +384,11 @@ fn paired(
     resampling: &Resampling,
 ) -> Result<Vec<PairedDifference>, BootstrapError> {
     let measures = Measure::ALL.map(as_measured);
-    let found = bootstrap_differences(&first.rows, &second.rows, &measures, resampling)?;
+    let (rows, of_other) = common(&first.rows, &second.rows);
+    let found = bootstrap_differences(&rows, &of_other, &measures, resampling)?;
+    let same: Vec<bool> = (first.rows.sizes().iter().zip(second.rows.sizes()))
+        .map(|(first, second)| first == second)
+        .collect();
     let of_measure = |(k, found): (usize, &Option<bootstrap::Difference>)| {
         let found = (*found)?;
         Some(PairedDifference {
@@ -370,21 +396,24 @@ fn paired(
             other: other.to_owned(),
             finger,
             measure: Measure::ALL[k],
-            absolute: estimate(&found.absolute, &first.rows),
-            relative: (found.relative).map(|found| estimate(&found, &first.rows)),
-            share_better: share_better(&first.by_cluster, &second.by_cluster, k),
+            absolute: estimate(&found.absolute, &rows),
+            relative: (found.relative).map(|found| estimate(&found, &rows)),
+            share_better: share_better(&first.by_cluster, &second.by_cluster, &same, k),
         })
     };
     Ok(found.iter().enumerate().filter_map(of_measure).collect())
 }
 
-/// Share of the clusters known to both in which the first is smaller, a tie counting half.
+/// Share of the clusters in which both judged the same instants and the first is smaller, a tie counting half.
 fn share_better(
     first: &[[f64; Measure::ALL.len()]],
     second: &[[f64; Measure::ALL.len()]],
+    same: &[bool],
     measure: usize,
 ) -> f64 {
-    let pairs = (first.iter().zip(second)).map(|(a, b)| (a[measure], b[measure]));
+    let pairs = (first.iter().zip(second).zip(same))
+        .filter(|(_, same)| **same)
+        .map(|((a, b), _)| (a[measure], b[measure]));
     let (mut n, mut better) = (0_u32, 0.0);
     for (a, b) in pairs.filter(|(a, b)| a.is_finite() && b.is_finite()) {
         n += 1;

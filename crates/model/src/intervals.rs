@@ -13,8 +13,15 @@ pub struct Estimate {
     pub clusters: usize,
     /// Standard deviation over the draws; `None` where there is no interval.
     pub standard_error: Option<f64>,
-    /// Lower and upper end; `None` with fewer than two clusters, which show no spread.
+    /// Lower and upper end; `None` with fewer than [`FEWEST_CLUSTERS`](Self::FEWEST_CLUSTERS), and where no
+    /// draw differs from another.
     pub interval: Option<[f64; 2]>,
+}
+
+impl Estimate {
+    /// Percentile intervals of fewer clusters are so much too narrow that none is better: of two they are the two
+    /// clusters, and hold the true value hardly every second time.
+    pub const FEWEST_CLUSTERS: usize = 5;
 }
 
 /// What is drawn with replacement, with all of its rows.
@@ -102,7 +109,8 @@ pub struct MethodIntervals {
     pub three_or_more_less_recorded: Option<Estimate>,
 }
 
-/// How the errors of one method differ from those of another, on the same clusters.
+/// How the errors of one method differ from those of another, on the clusters in which both judged the same
+/// instants: those in which a plan of one failed are left out for both.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PairedDifference {
     /// The method.
@@ -117,8 +125,7 @@ pub struct PairedDifference {
     pub absolute: Estimate,
     /// The difference over the statistic of the other, no unit; `None` where that is 0.
     pub relative: Option<Estimate>,
-    /// Share of clusters in which the method has the smaller one, a tie counting half: 0.5 is chance. Over
-    /// the clusters in which both have rows.
+    /// Share of clusters in which the method has the smaller one, a tie counting half: 0.5 is chance.
     pub share_better: f64,
 }
 

@@ -4,7 +4,7 @@ mod files;
 mod write;
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use inhand_model::{Evaluation, InputHash, Motion, Provenance};
@@ -92,7 +92,8 @@ pub fn run(
     let provenance = provenance("run", settings, takes.iter().map(|take| take.hash.clone()));
     let key = manifest::key(&session, &provenance, options.view);
     if manifest::up_to_date(&files.run, &session.name, &key, &files.reproducible()) {
-        let (evaluation, failed_plans) = (None, 0);
+        // What failed then is as missing now.
+        let (evaluation, failed_plans) = (None, stored_failures(&files.evaluation)?);
         return Ok(RunResult {
             evaluation,
             files,
@@ -248,6 +249,17 @@ pub fn run(
         dictionary_reused,
         failed_plans,
     })
+}
+
+/// Plans without a trajectory, over all methods of an evaluation that was made earlier.
+fn stored_failures(path: &Path) -> Result<usize, PipelineError> {
+    let text = std::fs::read_to_string(path).map_err(PipelineError::io("read", path))?;
+    let (evaluation, _) = inhand_report::read_evaluation_json(&text)?;
+    let plans = evaluation
+        .methods
+        .iter()
+        .filter_map(|method| method.plan.as_ref());
+    Ok(plans.map(|plans| plans.infeasible + plans.failed).sum())
 }
 
 struct Timer<'a> {

@@ -95,9 +95,11 @@ pub fn evaluation_json(
 ///
 /// [`ReportError::NotAnEvaluation`] with line and column for text that is no such document,
 /// [`ReportError::Version`] for one of another version, [`ReportError::UnknownWord`] for a word
-/// that stands for nothing known.
+/// that stands for nothing known, and as [`evaluation_json`].
 pub fn read_evaluation_json(text: &str) -> Result<(Evaluation, Vec<Provenance>), ReportError> {
-    json::read(text)
+    let (evaluation, provenance) = json::read(text)?;
+    check_names(&evaluation)?;
+    Ok((evaluation, provenance))
 }
 
 /// The report as one HTML file that needs no network and no other file: figures are inline SVG, colours

@@ -24,8 +24,7 @@ pub(crate) fn write(evaluation: &Evaluation) -> String {
         "## In-hand manipulation: {}\n\n",
         escaped(&evaluation.session.name)
     );
-    let standing =
-        default_method(evaluation).map(|own| standing_sentence(own, &evaluation.methods));
+    let standing = default_method(evaluation).map(|own| standing_sentence(own, evaluation));
     let sentences = [
         Some(error_sentence(evaluation)),
         standing,

@@ -29,7 +29,7 @@ pub(crate) fn write(evaluation: &Evaluation) -> String {
         .methods
         .iter()
         .filter(|method| !method.baseline)
-        .map(|method| standing_sentence(method, &evaluation.methods));
+        .map(|method| standing_sentence(method, evaluation));
     for sentence in contact_line(evaluation)
         .into_iter()
         .chain(corridor_words(evaluation))

@@ -1,13 +1,14 @@
 //! How a method stands against the methods that have learned nothing, in words. The same words
 //! open the HTML and close the terminal table, so that neither can flatter.
 
-use inhand_model::{Evaluation, MethodEvaluation, Statistics};
+use inhand_model::{Evaluation, Finger, MethodEvaluation, Statistics};
 
 use crate::number::{NARROW_SPACE, count, millimetres, percent};
 use crate::words::join_words;
 
 /// Differences up to this share of the better value count as level: they vanish in the rounding
-/// of the printed numbers, and a session's segments are far too few to establish them.
+/// of the printed numbers, and a session's segments are far too few to establish them. So does a
+/// difference whose interval holds zero.
 const LEVEL_SHARE: f64 = 0.02;
 
 /// A place in the distribution of errors at which methods are compared.
@@ -34,6 +35,16 @@ impl Measure {
             Measure::ThirdQuartile => "third quartile",
             Measure::P95 => "95 % quantile",
             Measure::Max => "maximum",
+        }
+    }
+
+    /// The statistic that intervals are worked out of; none of a maximum.
+    const fn with_interval(self) -> Option<inhand_model::Measure> {
+        match self {
+            Measure::Median => Some(inhand_model::Measure::P50),
+            Measure::ThirdQuartile => Some(inhand_model::Measure::P75),
+            Measure::P95 => Some(inhand_model::Measure::P95),
+            Measure::Max => None,
         }
     }
 
@@ -67,29 +78,57 @@ pub(crate) struct Comparison<'a> {
     pub(crate) outcome: Outcome,
 }
 
-/// Compares `method` with the best baseline at each measure that both have.
+/// Compares `method` with the best baseline at each measure that both have. Only baselines that were judged at as
+/// many positions count: where plans of a method failed, it has been spared what is hard.
 pub(crate) fn comparisons<'a>(
     method: &MethodEvaluation,
-    methods: &'a [MethodEvaluation],
+    evaluation: &'a Evaluation,
 ) -> Vec<Comparison<'a>> {
+    let comparable =
+        || baselines(method, evaluation).filter(|other| other.error.n == method.error.n);
     Measure::ALL
         .into_iter()
         .filter_map(|measure| {
             let own_m = measure.of(&method.error)?;
-            let (baseline_m, baseline) = methods
-                .iter()
-                .filter(|other| other.baseline && other.name != method.name)
+            let (baseline_m, baseline) = comparable()
                 .filter_map(|other| Some((measure.of(&other.error)?, other.name.as_str())))
                 .min_by(|a, b| a.0.total_cmp(&b.0))?;
+            let told_apart = told_apart(evaluation, (&method.name, baseline), measure);
             Some(Comparison {
                 measure,
                 own_m,
                 baseline,
                 baseline_m,
-                outcome: outcome(own_m, baseline_m),
+                outcome: match told_apart {
+                    Some(false) => Outcome::Level,
+                    _ => outcome(own_m, baseline_m),
+                },
             })
         })
         .collect()
+}
+
+fn baselines<'a>(
+    method: &MethodEvaluation,
+    evaluation: &'a Evaluation,
+) -> impl Iterator<Item = &'a MethodEvaluation> {
+    let name = method.name.clone();
+    let others = evaluation.methods.iter();
+    others.filter(move |other| other.baseline && other.name != name)
+}
+
+/// Whether the interval of the difference of two methods leaves zero out; `None` without an interval.
+fn told_apart(evaluation: &Evaluation, names: (&str, &str), measure: Measure) -> Option<bool> {
+    let measure = measure.with_interval()?;
+    let differences = &evaluation.intervals.as_ref()?.differences;
+    let found = differences.iter().find(|difference| {
+        let own = (difference.method.as_str(), difference.other.as_str());
+        difference.finger.is_none()
+            && difference.measure == measure
+            && (own == names || own == (names.1, names.0))
+    })?;
+    let [low, high] = found.absolute.interval?;
+    Some(!(low <= 0.0 && 0.0 <= high))
 }
 
 fn outcome(own_m: f64, baseline_m: f64) -> Outcome {
@@ -122,35 +161,49 @@ pub(crate) fn error_sentence(evaluation: &Evaluation) -> String {
             "{name} could not be judged: no planned instant has a recorded one beside it."
         );
     }
-    let segments: usize = evaluation
-        .session
-        .test
-        .iter()
+    let all: usize = (evaluation.session.test.iter())
         .map(|take| take.segments)
         .sum();
+    // Plans that failed have no positions.
+    let judged = method.error_at_start.n.div_ceil(Finger::COUNT);
+    let segments = match judged == all {
+        true => format!("{} test segments", count(all, NARROW_SPACE)),
+        false => format!(
+            "{} of {} test segments",
+            count(judged, NARROW_SPACE),
+            count(all, NARROW_SPACE)
+        ),
+    };
     format!(
         "{name}, the default method, has a median fingertip error of {} mm and stays within {} mm \
-         three quarters of the time, over {} fingertip positions in {} test segments.",
+         three quarters of the time, over {} fingertip positions in {segments}.",
         millimetres(error.p50),
         millimetres(error.p75),
         count(error.n, NARROW_SPACE),
-        count(segments, NARROW_SPACE),
     )
 }
 
 /// How `method` stands against the best baseline, in a sentence or two.
-pub(crate) fn standing_sentence(method: &MethodEvaluation, methods: &[MethodEvaluation]) -> String {
-    let comparisons = comparisons(method, methods);
+pub(crate) fn standing_sentence(method: &MethodEvaluation, evaluation: &Evaluation) -> String {
+    let comparisons = comparisons(method, evaluation);
     let name = &method.name;
     if comparisons.is_empty() {
-        return if methods
-            .iter()
-            .any(|other| other.baseline && other.name != *name)
-        {
-            format!("{name} cannot be compared with a baseline: one of them has no errors.")
-        } else {
-            format!("There is no baseline to compare {name} with, so its numbers stand alone.")
+        let mut baselines = baselines(method, evaluation).peekable();
+        let Some(first) = baselines.peek() else {
+            return format!(
+                "There is no baseline to compare {name} with, so its numbers stand alone."
+            );
         };
+        if method.error.n > 0 && first.error.n > 0 {
+            return format!(
+                "{name} was judged at {} fingertip positions, {} at {}: where plans failed, what is hard may be what is \
+                 missing, so that these numbers say nothing of who does better.",
+                count(method.error.n, NARROW_SPACE),
+                first.name,
+                count(first.error.n, NARROW_SPACE),
+            );
+        }
+        return format!("{name} cannot be compared with a baseline: one of them has no errors.");
     }
     let total = comparisons.len();
     let group = |outcome| -> Vec<&Comparison<'_>> {

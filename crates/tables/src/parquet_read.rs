@@ -12,6 +12,9 @@ use parquet::file::reader::{FileReader, SerializedFileReader};
 
 use crate::error::TableError;
 
+/// Rows that room is made for before any is read.
+const MOST_AT_ONCE: usize = 1 << 16;
+
 const AGAIN: &str = "it may be cut or damaged: make it again";
 
 /// A Parquet file whose columns are read as they are asked for, so that a file far larger than memory can be
@@ -54,7 +57,9 @@ impl ParquetTable {
         let groups = (reader.metadata().row_groups().iter())
             .map(|group| {
                 let start = end;
-                end += usize::try_from(group.num_rows()).unwrap_or(0);
+                end = usize::try_from(group.num_rows())
+                    .unwrap_or(0)
+                    .saturating_add(end);
                 start..end
             })
             .collect();
@@ -149,7 +154,8 @@ impl ParquetTable {
             let expected = format!("{} rows", rows.end);
             return Err(self.refused(expected, self.rows().to_string()));
         }
-        let mut found = Vec::with_capacity(rows.len());
+        // The file may lie about its size: no room is made on its word.
+        let mut found = Vec::with_capacity(rows.len().min(MOST_AT_ONCE));
         for (k, group) in self.groups.iter().enumerate() {
             let part = rows.start.max(group.start)..rows.end.min(group.end);
             if part.is_empty() {
@@ -198,11 +204,15 @@ fn cells<D: DataType>(
     blank: &D::T,
     out: &mut Vec<D::T>,
 ) -> Result<(), ParquetError> {
-    let (mut values, mut present) = (Vec::with_capacity(count), Vec::new());
+    let (mut values, mut present) = (Vec::with_capacity(count.min(MOST_AT_ONCE)), Vec::new());
     let mut read = 0;
     while read < count {
-        let (rows, ..) =
-            reader.read_records(count - read, Some(&mut present), None, &mut values)?;
+        let (rows, ..) = reader.read_records(
+            (count - read).min(MOST_AT_ONCE),
+            Some(&mut present),
+            None,
+            &mut values,
+        )?;
         if rows == 0 {
             break;
         }

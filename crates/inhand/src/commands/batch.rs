@@ -40,7 +40,6 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
-    let names = names::unique(&args.sessions).map_err(UsageError)?;
     let record_file = args.output.join(record::FILE);
     let summary_file = args.output.join("summary.html");
     // A folder with our record is ours to go on with.
@@ -48,7 +47,9 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     for target in [&record_file, &summary_file] {
         check_target(target, &[], || ours)?;
     }
-    let mut record = Record::default();
+    let mut record = Record::read(&record_file);
+    let known = record.folders();
+    let names = names::unique(&args.sessions, &known).map_err(UsageError)?;
     let batch = console.batch(args.sessions.len());
     for (session, name) in args.sessions.iter().zip(&names) {
         let folder = args.output.join(name);
@@ -63,9 +64,9 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
             &line(name, state, error.as_deref(), seconds),
             state == State::Failed,
         );
-        record.sessions.push(Outcome {
+        record.set(Outcome {
             name: name.clone(),
-            session: session.display().to_string(),
+            session: names::full(session),
             state,
             error,
             seconds,
@@ -75,8 +76,11 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     }
     batch.finish();
     say_failures(console, &record);
-    join(console, args, &record, &summary_file)?;
-    Ok(record.exit())
+    let joined = join(console, args, &record, &summary_file)?;
+    Ok(match record.exit() {
+        Exit::Done if !joined => Exit::Lossy,
+        exit => exit,
+    })
 }
 
 /// Runs one session.
@@ -92,9 +96,9 @@ fn one(args: &Args, session: &Path, folder: &Path) -> Result<State> {
     };
     let result = run_quietly(&options)?;
     Ok(match (&result.evaluation, result.failed_plans) {
-        (None, _) => State::UpToDate,
+        (_, 1..) => State::PlansFailed,
+        (None, 0) => State::UpToDate,
         (Some(_), 0) => State::Done,
-        (Some(_), _) => State::PlansFailed,
     })
 }
 
@@ -123,34 +127,38 @@ fn say_failures(console: &Console, record: &Record) {
     console.say(&parts.join(", "));
 }
 
-/// Makes the report over all sessions that have an evaluation.
-fn join(console: &Console, args: &Args, record: &Record, target: &Path) -> Result<()> {
-    let done = record
-        .sessions
-        .iter()
-        .filter(|session| session.state != State::Failed);
+/// Makes the report over all sessions that have an evaluation; `false` where they cannot be joined.
+fn join(console: &Console, args: &Args, record: &Record, target: &Path) -> Result<bool> {
+    let done = (record.sessions.iter()).filter(|session| session.state != State::Failed);
     let folders: Vec<PathBuf> = done
         .map(|session| args.output.join(&session.name))
         .collect();
-    if folders.is_empty() {
-        return Ok(());
+    // A report over other sessions than these must not stay.
+    if target.exists() {
+        std::fs::remove_file(target)?;
     }
-    let parts = folders
-        .iter()
-        .map(|folder| Part::read(folder).map(Part::for_summary))
-        .collect::<Result<Vec<_>, _>>()?;
+    if folders.is_empty() {
+        return Ok(true);
+    }
     let options = MergeOptions {
         allow_different: args.allow_different,
         ..MergeOptions::default()
     };
-    match merge(&parts, options) {
+    let parts = folders
+        .iter()
+        .map(|folder| Part::read(folder).map(Part::for_summary));
+    let parts: Result<Vec<_>, _> = parts.collect();
+    match parts.and_then(|parts| merge(&parts, options)) {
         Ok(summary) => {
             write_text(target, &inhand_report::summary_html(&summary))?;
             data(&inhand_report::summary_text(&summary, false))?;
             console.say(&format!("{:<36} open in a browser", target.display()));
+            Ok(true)
         }
-        // The sessions are done; that they cannot be joined is no failure of theirs.
-        Err(refused) => console.say(&format!("no summary: {}", chain(&refused.into()))),
+        // The sessions are done; only what is over all of them is missing.
+        Err(refused) => {
+            console.error(&anyhow::Error::from(refused).context("no summary"));
+            Ok(false)
+        }
     }
-    Ok(())
 }

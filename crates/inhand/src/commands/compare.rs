@@ -41,7 +41,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "CONDITION")]
     fail_if: Vec<String>,
     /// Draws of the bootstrap; 0 for no intervals.
-    #[arg(long, value_name = "N", default_value_t = 2000)]
+    #[arg(long, value_name = "N", default_value_t = 2000, value_parser = draws)]
     draws: usize,
     /// Share of the draws inside an interval.
     #[arg(long, value_name = "SHARE", default_value_t = 0.95)]
@@ -61,6 +61,10 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let conditions = (args.fail_if.iter())
         .map(|text| Condition::parse(text))
         .collect::<Result<Vec<_>, UsageError>>()?;
+    if args.after.is_none() && args.method.is_none() && args.against.is_none() {
+        let message = "nothing to compare: name another evaluation, or two methods of this one with --method and --against";
+        return Err(UsageError(message.to_owned()).into());
+    }
     let before = Part::read(&args.before)?;
     let after = match &args.after {
         Some(after) => Part::read(after)?,
@@ -93,4 +97,12 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         }
     }
     Ok(exit)
+}
+
+/// None, or as many as intervals need and memory holds.
+fn draws(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(draws @ (0 | 100..=1_000_000)) => Ok(draws),
+        _ => Err("expected 0, or 100 to 1000000".to_owned()),
+    }
 }

@@ -1,7 +1,5 @@
 //! Two evaluations side by side.
 
-use std::collections::BTreeMap;
-
 use inhand_evaluation::{MethodOf, compare_contacts, compare_errors, same_segments};
 use inhand_model::{
     Bootstrap, Cluster, ComparedSide, ContactChange, Drawn, ErrorChange, EvaluationComparison,
@@ -12,7 +10,6 @@ use super::part::{Part, refused};
 use super::settings::differences;
 use crate::error::PipelineError;
 use crate::steps::SEED;
-use crate::tables::table_error;
 
 /// What is compared with what.
 #[derive(Clone, Debug)]
@@ -45,12 +42,10 @@ pub fn compare(
         seed: SEED,
         confidence: options.confidence,
     };
-    let rows = |part: &Part| -> Result<EvaluationRows, PipelineError> {
-        part.rows()?.read().map_err(table_error(&part.path))
+    let both = match options.draws {
+        0 => None,
+        _ => before.read_rows()?.zip(after.read_rows()?),
     };
-    let with_rows = before.has_rows() && after.has_rows() && options.draws > 0;
-    let both = with_rows.then(|| Ok::<_, PipelineError>((rows(before)?, rows(after)?)));
-    let both = both.transpose()?;
 
     let paired = (both.as_ref())
         .is_some_and(|(old, new)| same_segments(old, new) && same_takes(before, after));
@@ -83,29 +78,11 @@ pub fn compare(
     })
 }
 
-/// Whether both rest on the same recordings: files of the same name have the same content, and there are some.
-/// Takes of different sessions often have the same names.
+/// Whether both were judged on the same recordings: test files of the same name have the same content, and there
+/// are some. Takes of different sessions often have the same names.
 fn same_takes(before: &Part, after: &Part) -> bool {
-    let (before, after) = (sources(before), sources(after));
-    let mut common = (before.iter()).filter_map(|(name, hash)| Some((hash, after.get(name)?)));
-    let mut some = false;
-    common.all(|(old, new)| {
-        some = true;
-        old == new
-    }) && some
-}
-
-/// Names and hashes of the files that the first step of an evaluation's history read.
-fn sources(part: &Part) -> BTreeMap<&str, &str> {
-    let first = part.provenance.first().map(|made| &made.step);
-    let earliest = part
-        .provenance
-        .iter()
-        .filter(|made| Some(&made.step) == first);
-    earliest
-        .flat_map(|made| &made.inputs)
-        .map(|input| (input.name.as_str(), input.sha256.as_str()))
-        .collect()
+    let (before, after) = (before.test_sources(), after.test_sources());
+    !before.is_empty() && before == after
 }
 
 fn side(part: &Part) -> ComparedSide {

@@ -73,13 +73,13 @@ pub(super) fn counts<'a>(
     method: &str,
     finger: Option<Finger>,
 ) -> (usize, usize) {
-    let mut counts = (0, 0);
+    let mut counts = (0_usize, 0_usize);
     for part in parts {
         let methods = &part.evaluation.methods;
         if let Some(found) = methods.iter().find(|found| found.name == method) {
             let error = finger.map_or(&found.error, |finger| &found.error_by_finger[finger]);
-            counts.0 += error.n_filled;
-            counts.1 += error.n_left_out;
+            counts.0 = counts.0.saturating_add(error.n_filled);
+            counts.1 = counts.1.saturating_add(error.n_left_out);
         }
     }
     counts

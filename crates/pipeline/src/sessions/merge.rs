@@ -133,6 +133,17 @@ fn check_twice(parts: &[Part]) -> Result<(), PipelineError> {
             return Err(refused(&part.path, message));
         }
     }
+    for (place, part) in parts.iter().enumerate() {
+        let own = part.test_sources();
+        let same = |other: &&Part| !own.is_empty() && other.test_sources() == own;
+        if let Some(other) = parts[..place].iter().find(same) {
+            let message = format!(
+                "judged on the very files that {} was judged on: a session counts once",
+                other.path.display()
+            );
+            return Err(refused(&part.path, message));
+        }
+    }
     if parts.is_empty() {
         let message = "no evaluation was given".to_owned();
         return Err(refused("evaluation.json".as_ref(), message));
@@ -214,10 +225,10 @@ fn most_frequent_default(parts: &[Part], methods: &[String]) -> String {
 fn pooled_mean<'a>(errors: impl Iterator<Item = &'a Statistics>) -> f64 {
     let (n, sum) = errors
         .filter(|error| error.n > 0)
-        .fold((0, 0.0), |(n, sum), error| {
-            (n + error.n, sum + error.mean * error.n as f64)
+        .fold((0.0, 0.0), |(n, sum), error| {
+            (n + error.n as f64, sum + error.mean * error.n as f64)
         });
-    sum / n as f64
+    sum / n
 }
 
 fn summary(
@@ -253,9 +264,11 @@ fn shared(method: &MethodEvaluation) -> Option<SharedContacts> {
 
 fn added(contacts: impl Iterator<Item = SharedContacts>) -> Option<SharedContacts> {
     contacts.reduce(|a, b| SharedContacts {
-        n: a.n + b.n,
-        three_or_more: a.three_or_more + b.three_or_more,
-        recorded_three_or_more: a.recorded_three_or_more + b.recorded_three_or_more,
+        n: a.n.saturating_add(b.n),
+        three_or_more: a.three_or_more.saturating_add(b.three_or_more),
+        recorded_three_or_more: a
+            .recorded_three_or_more
+            .saturating_add(b.recorded_three_or_more),
     })
 }
 
@@ -299,7 +312,9 @@ fn names(parts: &[Part]) -> Vec<String> {
 fn session(part: &Part, name: String, methods: &[String]) -> SessionSummary {
     let (evaluation, facts) = (&part.evaluation, &part.evaluation.session);
     let findings = evaluation.quality.iter().flat_map(|take| &take.findings);
-    let add = |of: fn(&inhand_model::TakeFacts) -> usize| facts.test.iter().map(of).sum();
+    let add = |of: fn(&inhand_model::TakeFacts) -> usize| {
+        facts.test.iter().map(of).fold(0, usize::saturating_add)
+    };
     SessionSummary {
         name,
         file: part.path.display().to_string(),

@@ -9,53 +9,73 @@ const FEWEST: usize = 5;
 const FAR: f64 = 3.5;
 /// Median absolute deviation of a normal distribution over its standard deviation.
 const MEDIAN_DEVIATION: f64 = 0.6745;
-/// Mean absolute deviation of a normal distribution over its standard deviation, the root of 2 / pi.
-const MEAN_DEVIATION: f64 = 0.797_9;
+/// Mean absolute deviation of a normal distribution over its standard deviation: the root of 2 / pi.
+const MEAN_DEVIATION: f64 = 0.797_884_560_802_865_4;
+/// Differences of shares below are of no interest, however regular the others are, points.
+const LEAST_POINTS: f64 = 5.0;
+/// A session that loses or fills more than this share is told of, however many others do, percent.
+const MUCH: f64 = 20.0;
 
-/// A number of each session that may be far off: what it is, its unit, and where to find it. NaN where a
-/// session does not have it.
+/// A number of each session that may be far off: what it is, its unit, whether it is a share that is lost, and where
+/// to find it. NaN where a session does not have it.
 type Looked<'a> = (
     String,
     &'static str,
+    bool,
     Box<dyn Fn(&SessionSummary) -> f64 + 'a>,
 );
 
 /// What is far off in which session, farthest first. `default` is the place of the method to look at.
 pub(super) fn outliers(sessions: &[SessionSummary], default: usize, name: &str) -> Vec<Outlier> {
-    let share = |part: usize, whole: usize| 100.0 * part as f64 / whole as f64;
+    let share = |part: usize, rest: usize| 100.0 * part as f64 / (part as f64 + rest as f64);
     let error = move |session: &SessionSummary| session.methods[default].error;
     let contacts = move |session: &SessionSummary| session.methods[default].contacts;
     let looked: [Looked<'_>; 5] = [
         (
             format!("median error of {name}"),
             "mm",
+            false,
             Box::new(move |s| 1e3 * error(s).p50),
         ),
         (
             format!("third quartile of the error of {name}"),
             "mm",
+            false,
             Box::new(move |s| 1e3 * error(s).p75),
         ),
         (
             "segments lost to gaps".to_owned(),
             "%",
-            Box::new(move |s| share(s.left_out, s.left_out + s.segments)),
+            true,
+            Box::new(move |s| share(s.left_out, s.segments)),
         ),
         (
             "filled instants".to_owned(),
             "%",
-            Box::new(move |s| share(error(s).n_filled, error(s).n)),
+            true,
+            Box::new(move |s| {
+                share(
+                    error(s).n_filled,
+                    error(s).n.saturating_sub(error(s).n_filled),
+                )
+            }),
         ),
         (
             "recorded time with three or more contacts".to_owned(),
             "%",
+            false,
             Box::new(move |s| {
-                contacts(s).map_or(f64::NAN, |c| share(c.recorded_three_or_more, c.n))
+                contacts(s).map_or(f64::NAN, |c| {
+                    share(
+                        c.recorded_three_or_more,
+                        c.n.saturating_sub(c.recorded_three_or_more),
+                    )
+                })
             }),
         ),
     ];
     let mut found: Vec<Outlier> = (looked.iter())
-        .flat_map(|(what, unit, value)| far(sessions, what, unit, value))
+        .flat_map(|(what, unit, is_loss, value)| far(sessions, what, unit, *is_loss, value))
         .collect();
     found.sort_by(|a, b| {
         b.score
@@ -70,6 +90,7 @@ fn far(
     sessions: &[SessionSummary],
     what: &str,
     unit: &'static str,
+    is_loss: bool,
     value: impl Fn(&SessionSummary) -> f64,
 ) -> Vec<Outlier> {
     let values: Vec<f64> = sessions.iter().map(value).collect();
@@ -81,9 +102,15 @@ fn far(
     let Some(spread) = spread(&deviations) else {
         return Vec::new();
     };
+    let is_share = unit == "%";
     (values.iter().enumerate())
         .map(|(session, &value)| (session, value, (value - median) / spread))
-        .filter(|(.., score)| score.abs() > FAR)
+        .filter(|(_, value, score)| {
+            let difference = value - median;
+            let much = is_loss && *value > MUCH;
+            let matters = !is_share || difference.abs() >= LEAST_POINTS;
+            matters && (score.abs() > FAR || much)
+        })
         .map(|(session, value, score)| Outlier {
             session,
             what: what.to_owned(),

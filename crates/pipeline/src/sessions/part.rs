@@ -1,5 +1,6 @@
 //! One evaluation with the rows behind it.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use inhand_model::{Evaluation, EvaluationRows, Finger, Provenance};
@@ -43,7 +44,7 @@ impl Part {
         };
         let text = std::fs::read_to_string(&path).map_err(PipelineError::io("read", &path))?;
         let (evaluation, provenance) = inhand_report::read_evaluation_json(&text)
-            .map_err(|error| refused(&path, error.to_string()))?;
+            .map_err(|error| refused(&path, reason(&error)))?;
         let beside = path.with_file_name(ROWS_FILE);
         let rows = (beside.is_file())
             .then(|| RowsFile::open(&beside).map_err(table_error(&beside)))
@@ -108,14 +109,25 @@ impl Part {
         })
     }
 
-    /// All rows, for figures of single instants; `None` where there are none.
+    /// All rows, for figures of single instants, after a check that they are those of the evaluation; `None` where there
+    /// are none.
     ///
     /// # Errors
     ///
-    /// [`PipelineError::Table`] for damaged ones.
+    /// [`PipelineError::Table`] for damaged ones, [`PipelineError::Part`] for those of another run.
     pub fn read_rows(&self) -> Result<Option<EvaluationRows>, PipelineError> {
-        let rows = self.rows.as_ref().map(RowsFile::read);
-        rows.transpose().map_err(table_error(&self.path))
+        let Some(rows) = &self.rows else {
+            return Ok(None);
+        };
+        let rows = rows.read().map_err(table_error(&self.path))?;
+        for method in &rows.methods {
+            for finger in Finger::ALL {
+                let errors = method.error_m.iter().map(|errors| errors[finger]);
+                let known: Vec<f64> = errors.filter(|error| error.is_finite()).collect();
+                self.check_errors(&method.name, finger, &known)?;
+            }
+        }
+        Ok(Some(rows))
     }
 
     /// Whether there are rows.
@@ -132,6 +144,17 @@ impl Part {
     pub fn errors_m(&self, method: &str, finger: Finger) -> Result<Vec<f64>, PipelineError> {
         let errors = (self.rows()?.error_m(method, finger)).map_err(table_error(&self.path))?;
         let errors: Vec<f64> = errors.into_iter().filter(|e| e.is_finite()).collect();
+        self.check_errors(method, finger, &errors)?;
+        Ok(errors)
+    }
+
+    /// Whether these are the errors that the evaluation was made from, as far as their number and mean tell.
+    fn check_errors(
+        &self,
+        method: &str,
+        finger: Finger,
+        errors: &[f64],
+    ) -> Result<(), PipelineError> {
         let stated = (self.evaluation.methods.iter())
             .find(|known| known.name == method)
             .map(|known| known.error_by_finger[finger]);
@@ -141,7 +164,7 @@ impl Part {
             stated.n == errors.len() && (errors.is_empty() || !off)
         });
         if same {
-            return Ok(errors);
+            return Ok(());
         }
         let stated = stated.unwrap_or_default();
         let message = format!(
@@ -153,6 +176,36 @@ impl Part {
             mean * 1e3,
         );
         Err(refused(&self.path, message))
+    }
+
+    /// Names and hashes of the files that the takes it was judged on came from.
+    pub(super) fn test_sources(&self) -> BTreeMap<&str, &str> {
+        let first = self.provenance.first().map(|made| &made.step);
+        let earliest = self
+            .provenance
+            .iter()
+            .filter(|made| Some(&made.step) == first);
+        let tests = &self.evaluation.session.test;
+        let is_test = |file: &str| {
+            let stem = Path::new(file)
+                .file_stem()
+                .unwrap_or_default()
+                .to_string_lossy();
+            tests.iter().any(|take| take.name == stem)
+        };
+        earliest
+            .flat_map(|made| &made.inputs)
+            .filter(|input| is_test(&input.name))
+            .map(|input| (input.name.as_str(), input.sha256.as_str()))
+            .collect()
+    }
+}
+
+/// An error of the document with what the JSON reader says of it.
+fn reason(error: &inhand_report::ReportError) -> String {
+    match std::error::Error::source(error) {
+        Some(source) => format!("{error}: {source}"),
+        None => error.to_string(),
     }
 }
 

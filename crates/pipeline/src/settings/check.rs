@@ -3,6 +3,9 @@
 use std::path::Path;
 use std::str::FromStr;
 
+/// The ends of a 95 % interval of fewer draws are single ones; of more they only take time.
+const DRAWS: std::ops::RangeInclusive<usize> = 100..=1_000_000;
+
 use inhand_capture::roles::{BodyChoice, RoleSettings, is_fingertip_name};
 use inhand_capture::{ReadSettings, parse_length_unit, parse_rotation_order, parse_up_axis};
 use inhand_channels::ForeignSettings;
@@ -263,6 +266,10 @@ impl Settings {
         let fingers = self.evaluate.grasp_fingers;
         if !(1..=Finger::COUNT).contains(&fingers) {
             return Err(invalid("evaluate.grasp_fingers", "1 to 5", &fingers));
+        }
+        let draws = self.evaluate.draws;
+        if draws != 0 && !DRAWS.contains(&draws) {
+            return Err(invalid("evaluate.draws", "0, or 100 to 1000000", &draws));
         }
         let confidence = self.evaluate.confidence;
         if !(confidence > 0.0 && confidence < 1.0) {

@@ -117,8 +117,8 @@ fn take_table(takes: &[TakeContacts]) -> Markup {
         (grouped("Contacts of whole test takes as recorded", &FACTS, &groups))
         p.note {
             "In contact: share of the time over which it is known whether the finger touches. Duration: median of the n contacts seen from make to \
-             break; cut: contacts that an end or a gap cuts, which lasted at least as long as was seen and are in no duration. Slip: median over \
-             contacts of the straight way over the object's surface from the first to the last sample of a contact, in the object's frame; it holds sliding, rolling of \
+             break; cut: contacts that an end or a gap cuts, which lasted at least as long as was seen and are in no duration, so that the more are cut the shorter durations seem. Slip: median over \
+             contacts of the straight distance (the chord) between points of the object's surface, from the first to the last sample of a contact, in the object's frame; it holds sliding, rolling of \
              the fingertip and noise together."
         }
     }

@@ -182,7 +182,7 @@ fn density(spectrum: &Spectrum) -> Figure {
         title: "Spectrum of fingertip coordinates before and after filtering.".to_owned(),
         caption: format!(
             "One-sided power spectral density by Welch's method over the test takes, all fingers and axes: {} windows \
-             of {} samples at {} Hz (Hann, half overlap, mean taken off), from stretches without gaps only.",
+             of {} samples at {} Hz (Hann, half overlap, mean taken off), from stretches without open gaps; what was filled counts.",
             count(spectrum.windows, NARROW_SPACE),
             spectrum.window,
             plain(rate_hz),

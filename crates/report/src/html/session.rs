@@ -60,7 +60,7 @@ fn takes(takes: &[TakeFacts]) -> String {
 fn verdict(evaluation: &Evaluation) -> Markup {
     let method = default_method(evaluation);
     let outcomes: Vec<Outcome> = method
-        .map(|method| comparisons(method, &evaluation.methods))
+        .map(|method| comparisons(method, evaluation))
         .into_iter()
         .flatten()
         .map(|comparison| comparison.outcome)
@@ -79,14 +79,15 @@ fn verdict(evaluation: &Evaluation) -> Markup {
         div class=(class) {
             p.lead { (tied(&error_sentence(evaluation))) }
             @if let Some(method) = method {
-                p.lead { (tied(&standing_sentence(method, &evaluation.methods))) }
+                p.lead { (tied(&standing_sentence(method, evaluation))) }
             }
             @if let Some(sentence) = contact_sentence(evaluation) { p { (tied(&sentence)) } }
             @if let Some(words) = corridor_words(evaluation) { p { (tied(&format!("{words}."))) } }
             @if let Some(sentence) = constraint_sentence(evaluation) { p { (tied(&sentence)) } }
             p.note {
-                "Up to 2 % apart counts as level. Neighbouring instants are not independent of one another, \
-                 so small differences between methods may not hold on another session."
+                "Up to 2 % apart counts as level, and so does a difference whose interval holds zero; a maximum has no interval. \
+                 Neighbouring instants are not independent of one another, so small differences between methods may not hold on \
+                 another session."
             }
         }
     }
@@ -106,7 +107,7 @@ pub(super) fn methods(evaluation: &Evaluation, methods: &[Method<'_>]) -> Markup
                     "yes"
                 }
                 .to_owned(),
-                standing(method.evaluation, &evaluation.methods),
+                standing(method.evaluation, evaluation),
             ],
             best: Vec::new(),
             stressed: method.default,
@@ -118,8 +119,8 @@ pub(super) fn methods(evaluation: &Evaluation, methods: &[Method<'_>]) -> Markup
              a learned method is worth its trouble only where it does better than all baselines."
         }
         (table(
-            "Methods, and how each learned one stands against the best baseline at the median, third quartile, 95 % quantile and maximum of its error",
-            &[words("method"), words("what it does"), words("learned"), words("against the best baseline")],
+            "Methods, and how each learned one stands against the baseline that is best at the median, third quartile, 95 % quantile and maximum of its error",
+            &[words("method"), words("what it does"), words("learned"), words("against the best one there")],
             lines,
         ))
         (choice::part(evaluation, methods))
@@ -131,11 +132,11 @@ pub(super) fn name(method: &Method<'_>) -> Markup {
     super::named(&method.named())
 }
 
-fn standing(method: &MethodEvaluation, methods: &[MethodEvaluation]) -> String {
+fn standing(method: &MethodEvaluation, evaluation: &Evaluation) -> String {
     if method.baseline {
         return String::new();
     }
-    let marks: Vec<&str> = comparisons(method, methods)
+    let marks: Vec<&str> = comparisons(method, evaluation)
         .iter()
         .map(|c| match c.outcome {
             Outcome::Ahead => "better",

@@ -5,7 +5,7 @@ mod methods;
 mod notes;
 mod sessions;
 
-use inhand_model::{MethodSummary, Statistics, Summary};
+use inhand_model::{MethodSummary, SessionSummary, Statistics, Summary};
 use maud::{Markup, html};
 
 use super::{Body, Named, Section, intervals, shell};
@@ -22,7 +22,7 @@ pub(super) struct Contender<'a> {
 
 /// Draws the page.
 pub(crate) fn page(summary: &Summary) -> Markup {
-    let title = format!("{} sessions", summary.sessions.len());
+    let title = title(summary);
     shell(&title, &header(summary), &sections(summary))
 }
 
@@ -73,15 +73,23 @@ fn contenders(summary: &Summary) -> Vec<Contender<'_>> {
         .collect()
 }
 
+fn title(summary: &Summary) -> String {
+    match summary.sessions.len() {
+        1 => "1 session".to_owned(),
+        n => format!("{} sessions", count(n, NARROW_SPACE)),
+    }
+}
+
 fn header(summary: &Summary) -> Markup {
     let sessions = &summary.sessions;
-    let segments: usize = sessions.iter().map(|session| session.segments).sum();
-    let left_out: usize = sessions.iter().map(|session| session.left_out).sum();
+    let add =
+        |of: fn(&SessionSummary) -> usize| sessions.iter().map(of).fold(0, usize::saturating_add);
+    let (segments, left_out) = (add(|s| s.segments), add(|s| s.left_out));
     let hours = sessions.iter().map(|s| s.duration_s).sum::<f64>() / 3600.0;
     html! {
         header {
             p.kind { "In-hand manipulation report" }
-            h1 { (count(sessions.len(), NARROW_SPACE)) " sessions" }
+            h1 { (title(summary)) }
             dl.facts {
                 (fact("Participants", &distinct(sessions.iter().map(|s| s.participant.as_deref()))))
                 (fact("Objects", &distinct(sessions.iter().map(|s| s.object.as_deref()))))
@@ -158,5 +166,8 @@ fn middle(error: &Statistics) -> String {
 
 /// A name from a file, or that there is none.
 pub(super) fn stated(value: Option<&str>) -> String {
-    value.unwrap_or(NONE).to_owned()
+    value
+        .filter(|value| !value.is_empty())
+        .unwrap_or(NONE)
+        .to_owned()
 }

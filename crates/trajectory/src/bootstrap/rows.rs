@@ -129,6 +129,25 @@ impl ClusteredRows {
         Ok(Self::counted(sorted, cluster, sums, squares))
     }
 
+    /// The same rows without those of the clusters that are not to be kept; they stay as clusters without rows, so that
+    /// draws are the same.
+    #[must_use]
+    pub fn only(&self, keep: &[bool]) -> Self {
+        let kept = |cluster: usize| keep.get(cluster).copied().unwrap_or(false);
+        let rows = self.sorted.iter().zip(&self.cluster);
+        let (sorted, cluster) = rows
+            .filter(|(_, cluster)| kept(**cluster as usize))
+            .map(|(&value, &cluster)| (value, cluster))
+            .unzip();
+        let of_kept = |sums: &[f64]| -> Vec<f64> {
+            let sums = sums.iter().enumerate();
+            sums.map(|(c, &sum)| if kept(c) { sum } else { 0.0 })
+                .collect()
+        };
+        let (sums, squares) = (of_kept(&self.sums), of_kept(&self.sums_of_squares));
+        Self::counted(sorted, cluster, sums, squares)
+    }
+
     /// Counts the rows of each cluster before each block; there are as many clusters as sums.
     fn counted(
         sorted: Vec<f64>,

@@ -1,5 +1,6 @@
 //! `batch.json`: what became of each session.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use anyhow::Result;
@@ -48,7 +49,7 @@ impl State {
 pub(super) struct Outcome {
     /// Folder of its results, beside the record.
     pub(super) name: String,
-    /// The session as it was named.
+    /// The session, from the root.
     pub(super) session: String,
     pub(super) state: State,
     /// Why it failed.
@@ -67,6 +68,32 @@ impl Record {
     pub(super) fn is_one(path: &Path) -> bool {
         let text = std::fs::read_to_string(path).unwrap_or_default();
         serde_json::from_str::<Record>(&text).is_ok()
+    }
+
+    /// What earlier calls did; nothing where there is no record.
+    pub(super) fn read(path: &Path) -> Self {
+        let text = std::fs::read_to_string(path).unwrap_or_default();
+        serde_json::from_str(&text).unwrap_or_default()
+    }
+
+    /// The folder of results that each session has had so far.
+    pub(super) fn folders(&self) -> BTreeMap<String, String> {
+        let folders = self.sessions.iter();
+        folders
+            .map(|s| (s.session.clone(), s.name.clone()))
+            .collect()
+    }
+
+    /// Adds what became of a session, or replaces what became of it earlier.
+    pub(super) fn set(&mut self, outcome: Outcome) {
+        match self
+            .sessions
+            .iter_mut()
+            .find(|known| known.session == outcome.session)
+        {
+            Some(known) => *known = outcome,
+            None => self.sessions.push(outcome),
+        }
     }
 
     pub(super) fn write(&self, path: &Path) -> Result<()> {

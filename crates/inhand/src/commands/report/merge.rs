@@ -31,8 +31,11 @@ pub(crate) struct Args {
     #[arg(long)]
     allow_different: bool,
     /// Draws of the bootstrap over sessions.
-    #[arg(long, value_name = "N", default_value_t = MergeOptions::default().draws)]
-    draws: usize,
+    #[arg(long, value_name = "N", default_value_t = 2000, value_parser = clap::value_parser!(u32).range(100..=1_000_000))]
+    draws: u32,
+    /// Share of the draws inside an interval.
+    #[arg(long, value_name = "SHARE", default_value_t = MergeOptions::default().confidence)]
+    confidence: f64,
     /// Replace a file that is there.
     #[arg(long)]
     force: bool,
@@ -47,8 +50,8 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     }
     let options = MergeOptions {
         allow_different: args.allow_different,
-        draws: args.draws,
-        ..MergeOptions::default()
+        draws: args.draws as usize,
+        confidence: args.confidence,
     };
     let summary = merge(&parts, options)?;
     for (output, form) in args.output.iter().zip(forms) {

@@ -14,9 +14,8 @@ use crate::number::{NARROW_SPACE, NONE, count, millimetres, percent, to_mm};
 /// Sessions that are drawn; the table has all of them.
 const DRAWN: usize = 40;
 
-const COLUMNS: [Column<'static>; 14] = [
+const COLUMNS: [Column<'static>; 13] = [
     words("session"),
-    numbers("rank", ""),
     words("participant"),
     words("object"),
     words("task"),
@@ -27,7 +26,7 @@ const COLUMNS: [Column<'static>; 14] = [
     numbers("75 %", "mm"),
     numbers("95 %", "mm"),
     numbers("max", "mm"),
-    numbers("three contacts", "%"),
+    numbers("three +", "%"),
     numbers("recorded", "%"),
 ];
 
@@ -42,13 +41,13 @@ pub(super) fn section(summary: &Summary, contenders: &[Contender<'_>]) -> Body {
     let name = &summary.default_method;
     let mut body = Body::from(html! {
         p {
-            "Sessions by the third quartile of the error of " b { (name) } ", worst first: rank 1 is where to look first. A session's own \
+            "Sessions by the third quartile of the error of " b { (name) } ", worst first: the first is where to look first. A session's own \
              report, with the worst instants of its takes, lies beside its evaluation."
         }
     });
     body.figure(figure(&ranked, name, &contenders[place].named.class, place));
-    let lines = (ranked.iter().enumerate())
-        .map(|(rank, (_, session))| line(rank + 1, session, place))
+    let lines = (ranked.iter())
+        .map(|(_, session)| line(session, place))
         .collect();
     body.prose(table(
         &format!("Sessions, error of {name}"),
@@ -73,7 +72,7 @@ fn ranked(summary: &Summary, place: usize) -> Vec<(usize, &SessionSummary)> {
     ranked
 }
 
-fn line(rank: usize, session: &SessionSummary, place: usize) -> Line {
+fn line(session: &SessionSummary, place: usize) -> Line {
     let method = &session.methods[place];
     let s = &method.error;
     let length = |metres: f64| {
@@ -88,7 +87,6 @@ fn line(rank: usize, session: &SessionSummary, place: usize) -> Line {
         contacts.map_or_else(|| NONE.to_owned(), |c| percent(of(&c) as f64 / c.n as f64))
     };
     let mut cells = vec![
-        count(rank, NARROW_SPACE),
         stated(session.participant.as_deref()),
         stated(session.object.as_deref()),
         stated(session.task.as_deref()),

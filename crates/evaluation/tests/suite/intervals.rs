@@ -201,10 +201,9 @@ fn differences_are_drawn_together() {
         assert_eq!(found.absolute.value, less(&[1; SEGMENTS]));
         assert_eq!(found.absolute.interval, Some(ends(less)));
         let relative = |times: &[u32]| less(times) / p75(other, times);
-        assert_eq!(
-            found.relative.and_then(|r| r.interval),
-            Some(ends(relative))
-        );
+        // Half of it in every draw is no spread, and no interval.
+        let spread = Some(ends(relative)).filter(|[low, high]| low < high);
+        assert_eq!(found.relative.and_then(|r| r.interval), spread);
     }
     // Half the level everywhere: half the error in every segment, whatever is drawn.
     let halved = difference(&found, "learned", "cubic", None).expect("compared");

@@ -4,10 +4,10 @@ use inhand_model::{Finger, Statistics};
 use maud::html;
 
 use super::Contender;
-use crate::figure::box_plot::{self, BoxPlot, Row, shared_end_mm};
+use crate::figure::box_plot::{self, BoxPlot, Row, cut_off, shared_end_mm};
 use crate::figure::palette::finger_class;
 use crate::figure::{Figure, FigureColumn, FigureData};
-use crate::html::errors::BOX_WORDS;
+use crate::html::errors::{BOX_WORDS, cut_words};
 use crate::html::table::{Column, Line, numbers, table, words};
 use crate::html::{Body, named};
 use crate::number::{NARROW_SPACE, NONE, count, millimetres, percent, to_mm};
@@ -113,7 +113,10 @@ fn figure(contenders: &[Contender<'_>]) -> Option<Figure> {
     Some(Figure {
         id: "error-over-sessions",
         title: "Error over all sessions.".to_owned(),
-        caption: format!("{BOX_WORDS} The two axes differ."),
+        caption: format!(
+            "{BOX_WORDS} The two axes differ. {}",
+            cut_words(cut_off(errors(), end_mm), end_mm)
+        ),
         data: data(contenders),
         legend: Vec::new(),
         panels,

@@ -290,6 +290,42 @@ def main():
             d["segment"].to_numpy()[ok][np_[ok] < C["limit_mm"]].size
             and len(set(d["segment"].to_numpy()[ok][np_[ok] < C["limit_mm"]])),
         )
+        rn = d["recorded_nearest_pair_m"].to_numpy(float) * 1e3
+        both_known = ok & np.isfinite(rn)
+        eq(p + ".coll.recorded", C["recorded_instants"], int((rn[both_known] < C["limit_mm"]).sum()))
+        eq(
+            p + ".coll.recorded_nearest",
+            C["recorded_nearest_mm"],
+            rn[both_known].min() if both_known.any() else None,
+        )
+        if H and "thumb.recorded_hull_distance_m" in d:
+            h, r = col(d, "hull_distance_m"), col(d, "recorded_hull_distance_m")
+            judged = np.isfinite(h).all(1)
+            for j, f in enumerate(F):
+                eq(
+                    p + ".reach.recorded." + f,
+                    H["recorded_inside"][f],
+                    (r[judged, j] <= 1e-9).mean() if judged.any() else None,
+                )
+        if m["object_error_mm"]:
+            filled = d["object_filled"].fillna(0).astype(bool).to_numpy()
+            for key, column, unit in (
+                ("object_error_mm", "object_position_error_m", 1e3),
+                ("object_angle_deg", "object_angle_error_rad", 180 / np.pi),
+            ):
+                v = d[column].to_numpy(float) * unit
+                dist(p + "." + key, m[key], v, filled, whole - int(np.isfinite(v).sum()))
+        for c in m["corridors"]:
+            v = col(d, "mahalanobis")
+            known = ~np.isnan(v)
+            inside = known & (v <= c["mahalanobis"])
+            q = f"{p}.corridor.{c['share_stated']}"
+            eq(q + ".n", c["n"], int(known.sum()))
+            eq(q + ".n_filled", c["n_filled"], int((known & fl).sum()))
+            eq(q + ".all", c["inside"]["all"], inside.sum() / known.sum() if known.any() else None)
+            for j, f in enumerate(F):
+                n_known = known[:, j].sum()
+                eq(q + "." + f, c["inside"][f], inside[:, j].sum() / n_known if n_known else None)
         seg = d["segment"].to_numpy()
         samp[m["name"]] = {f: Sample(e[:, j], seg, n_seg) for j, f in enumerate(F)}
         samp[m["name"]]["all"] = Sample(e.ravel(), np.repeat(seg, 5), n_seg)
@@ -558,12 +594,8 @@ def main():
             no.add(p)
 
     for m in E["methods"]:
-        for k in ("velocity", "corridors", "plan", "object_error_mm", "object_angle_deg"):
+        for k in ("velocity", "plan"):
             walk(m.get(k), k)
-        for k in ("recorded_inside",):
-            walk((m["reachability"] or {}).get(k), "reachability." + k)
-        for k in ("recorded_instants", "recorded_nearest_mm"):
-            walk(m["collision"].get(k), "collision." + k)
     for k in ("dictionary", "quality", "choice"):
         walk(E.get(k), k)
     total = sum(count.values())

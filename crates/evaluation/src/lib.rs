@@ -102,5 +102,6 @@ pub use intervals::{
 pub use method::{Rows, evaluate_method};
 pub use motion_contacts::{SampleContacts, motion_contacts};
 pub use movement::{JudgedMethod, MovementSettings, movement};
+pub use object::PoseErrors;
 pub use quality::recording_quality;
 pub use recorded::{Recorded, recorded};

@@ -10,7 +10,7 @@ use crate::contacts::{contact_share, distance_difference, in_contact};
 use crate::corridors::coverage;
 use crate::input::{EvaluationSettings, MethodResult, TestData};
 use crate::instants::{NearestPair, SegmentInstants, hull_probes, look, tips};
-use crate::object::object_error;
+use crate::object::{PoseErrors, object_error, pose_errors};
 use crate::recorded::Recorded;
 
 /// What a method does at every instant of the test segments, in the order of [`Recorded`]: sample `t`
@@ -30,6 +30,11 @@ pub struct Rows {
     pub hull_distance_m: Vec<PerFinger<f64>>,
     /// Distance between the nearest two fingertips, metres, and which they are.
     pub nearest_pair: Vec<NearestPair>,
+    /// Planned against recorded object; `None` where the method plans none, or no take has one.
+    pub object: Option<PoseErrors>,
+    /// Mahalanobis distance of each recorded fingertip from the planned corridor, no unit, NaN where there is no
+    /// corridor; `None` where the method plans none.
+    pub mahalanobis: Option<Vec<PerFinger<f64>>>,
 }
 
 /// The sizes that every count of an evaluation rests on.
@@ -93,7 +98,7 @@ pub fn evaluate_method(
             },
         )
         .collect();
-    let rows = rows(
+    let mut rows = rows(
         looks,
         samples,
         recorded.distance_m.is_some(),
@@ -104,6 +109,15 @@ pub fn evaluate_method(
         samples,
         segments_without_gaps: data.segments.len() + data.segments.left_out,
     };
+    rows.object = (method.objects)
+        .and_then(|objects| pose_errors(&whole(objects, &trajectories, samples), recorded, counts));
+    let corridors = (method.corridors).map(|corridors| {
+        (
+            whole(corridors.mahalanobis, &trajectories, samples),
+            corridors.widths,
+        )
+    });
+    rows.mahalanobis = (corridors.as_ref()).map(|(instants, _)| unfolded(instants, samples));
     let ((errors, median_error_by_sample_m), ((reachability, velocity), (contact, difference))) =
         rayon::join(
             || {
@@ -143,16 +157,21 @@ pub fn evaluate_method(
         velocity,
         contact,
         distance_difference: difference,
-        object_error: method.objects.and_then(|objects| {
-            object_error(&whole(objects, &trajectories, samples), recorded, counts)
-        }),
-        corridors: method.corridors.map_or_else(Vec::new, |corridors| {
-            let mahalanobis = whole(corridors.mahalanobis, &trajectories, samples);
-            coverage(&mahalanobis, corridors.widths, recorded, counts)
+        object_error: (rows.object.as_ref()).map(|errors| object_error(errors, recorded, counts)),
+        corridors: corridors.map_or_else(Vec::new, |(instants, widths)| {
+            coverage(&instants, widths, recorded, counts)
         }),
         plan: method.plans.map(plan_facts),
     };
     (evaluation, rows)
+}
+
+/// Every instant of every segment, NaN for those without.
+fn unfolded(segments: &[Option<&[PerFinger<f64>]>], samples: usize) -> Vec<PerFinger<f64>> {
+    let unknown = vec![PerFinger::new([f64::NAN; Finger::COUNT]); samples];
+    (segments.iter())
+        .flat_map(|instants| instants.unwrap_or(&unknown).to_vec())
+        .collect()
 }
 
 /// Whether both have the same samples; the object makes no difference to fingertips.
@@ -198,6 +217,8 @@ fn rows(
         in_contact: None,
         hull_distance_m: Vec::with_capacity(count),
         nearest_pair: Vec::with_capacity(count),
+        object: None,
+        mahalanobis: None,
     };
     let mut distance_m = Vec::with_capacity(if has_object { count } else { 0 });
     for look in looks {

@@ -23,6 +23,10 @@ pub struct EvaluationRows {
     /// Signed distance of each recorded pad to the object's surface, metres, negative inside; `None` where
     /// no take has an object of known shape.
     pub recorded_distance_m: Option<Vec<PerFinger<f64>>>,
+    /// Signed distance of each recorded fingertip to its training hull, metres, negative inside.
+    pub recorded_hull_distance_m: Vec<PerFinger<f64>>,
+    /// Distance between the nearest two recorded fingertips, metres.
+    pub recorded_nearest_pair_m: Vec<f64>,
     /// Each method, in the order of the evaluation.
     pub methods: Vec<MethodRows>,
 }
@@ -41,6 +45,13 @@ pub struct MethodRows {
     pub hull_distance_m: Vec<PerFinger<f64>>,
     /// Distance between the nearest two fingertips, metres.
     pub nearest_pair_m: Vec<f64>,
+    /// Distance between planned and recorded object, metres; `None` where the method plans none.
+    pub object_position_error_m: Option<Vec<f64>>,
+    /// Angle between planned and recorded object, radians; `None` likewise.
+    pub object_angle_error_rad: Option<Vec<f64>>,
+    /// Mahalanobis distance of each recorded fingertip from the planned corridor, no unit; `None` where the method
+    /// plans none.
+    pub mahalanobis: Option<Vec<PerFinger<f64>>>,
 }
 
 impl EvaluationRows {

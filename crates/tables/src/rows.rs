@@ -10,7 +10,10 @@ use crate::table::{Column, Table, Values};
 /// segment in its take, `sample` inside the segment, `time_s` since the segment's first sample; for each
 /// finger `FINGER.error_m`, `FINGER.filled` (1 where the recorded fingertip was filled), and, where an
 /// object is known, `FINGER.distance_m` and `FINGER.recorded_distance_m` (signed, to its surface) and once
-/// `object_filled`; `FINGER.hull_distance_m` (signed, to the training hull); `nearest_pair_m`. A blank cell
+/// `object_filled`; `FINGER.hull_distance_m` (signed, to the training hull) and
+/// `FINGER.recorded_hull_distance_m`; `nearest_pair_m` and `recorded_nearest_pair_m`; where a method plans them,
+/// `FINGER.mahalanobis` (of the recorded fingertip from the corridor, no unit), `object_position_error_m` and
+/// `object_angle_error_rad`. A blank cell
 /// is a number that does not exist: the plan failed, or the object is missing.
 pub fn evaluation_rows<'a>(session: &'a str, rows: &'a EvaluationRows) -> Table<'a> {
     let instants = rows.instants();
@@ -56,6 +59,18 @@ pub fn evaluation_rows<'a>(session: &'a str, rows: &'a EvaluationRows) -> Table<
         columns.push(numbers(name("hull_distance_m"), "m", move |row| {
             of(|method| Some(&method.hull_distance_m), row)
         }));
+        columns.push(numbers(name("recorded_hull_distance_m"), "m", move |row| {
+            rows.recorded_hull_distance_m[row % instants.max(1)][finger]
+        }));
+        if rows
+            .methods
+            .iter()
+            .any(|method| method.mahalanobis.is_some())
+        {
+            columns.push(numbers(name("mahalanobis"), "1", move |row| {
+                of(|method| method.mahalanobis.as_ref(), row)
+            }));
+        }
     }
     if rows.recorded_distance_m.is_some() {
         columns.push(counts("object_filled", move |row| {
@@ -65,6 +80,27 @@ pub fn evaluation_rows<'a>(session: &'a str, rows: &'a EvaluationRows) -> Table<
     columns.push(numbers("nearest_pair_m".to_owned(), "m", move |row| {
         method(row).nearest_pair_m[row % instants.max(1)]
     }));
+    columns.push(numbers(
+        "recorded_nearest_pair_m".to_owned(),
+        "m",
+        move |row| rows.recorded_nearest_pair_m[row % instants.max(1)],
+    ));
+    let plans_object = |method: &MethodRows| method.object_position_error_m.is_some();
+    if rows.methods.iter().any(plans_object) {
+        let of = move |part: fn(&MethodRows) -> Option<&Vec<f64>>, row: usize| {
+            part(method(row)).map_or(f64::NAN, |values| values[row % instants.max(1)])
+        };
+        columns.push(numbers(
+            "object_position_error_m".to_owned(),
+            "m",
+            move |row| of(|method| method.object_position_error_m.as_ref(), row),
+        ));
+        columns.push(numbers(
+            "object_angle_error_rad".to_owned(),
+            "rad",
+            move |row| of(|method| method.object_angle_error_rad.as_ref(), row),
+        ));
+    }
     Table {
         columns,
         rows: rows.methods.len() * instants,

@@ -127,6 +127,9 @@ impl RowsFile {
                     distance_m: distance_m.transpose()?,
                     hull_distance_m: self.fingers(place, "hull_distance_m")?,
                     nearest_pair_m: (self.table).numbers("nearest_pair_m", self.rows_of(place))?,
+                    object_position_error_m: self.if_known(place, "object_position_error_m")?,
+                    object_angle_error_rad: self.if_known(place, "object_angle_error_rad")?,
+                    mahalanobis: self.mahalanobis(place)?,
                 })
             })
             .collect::<Result<_, TableError>>()?;
@@ -152,6 +155,9 @@ impl RowsFile {
                 .map(|filled| filled != 0)
                 .collect(),
             recorded_distance_m: recorded_m.transpose()?,
+            recorded_hull_distance_m: self.fingers(0, "recorded_hull_distance_m")?,
+            recorded_nearest_pair_m: (self.table)
+                .numbers("recorded_nearest_pair_m", self.rows_of(0))?,
             methods,
             ..self.without_methods()
         })
@@ -169,6 +175,8 @@ impl RowsFile {
             filled: Vec::new(),
             object_filled: Vec::new(),
             recorded_distance_m: None,
+            recorded_hull_distance_m: Vec::new(),
+            recorded_nearest_pair_m: Vec::new(),
             methods: Vec::new(),
         }
     }
@@ -195,6 +203,24 @@ impl RowsFile {
                 found: "one of another take, or before its begin".to_owned(),
                 hint: "make the table again".to_owned(),
             })
+    }
+
+    /// Numbers that some methods do not have: blank in every row of theirs.
+    fn if_known(&self, method: usize, column: &str) -> Result<Option<Vec<f64>>, TableError> {
+        if !self.table.has(column) {
+            return Ok(None);
+        }
+        let found = self.table.numbers(column, self.rows_of(method))?;
+        Ok(Some(found).filter(|found| found.iter().any(|value| !value.is_nan())))
+    }
+
+    fn mahalanobis(&self, method: usize) -> Result<Option<Vec<PerFinger<f64>>>, TableError> {
+        if !self.table.has("thumb.mahalanobis") {
+            return Ok(None);
+        }
+        let found = self.fingers(method, "mahalanobis")?;
+        let is_known = |fingers: &PerFinger<f64>| fingers.as_array().iter().any(|d| !d.is_nan());
+        Ok(Some(found).filter(|found| found.iter().any(is_known)))
     }
 
     fn instants(&self) -> usize {

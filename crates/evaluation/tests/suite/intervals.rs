@@ -49,6 +49,9 @@ fn rows() -> EvaluationRows {
         distance_m: distance_m(fingers),
         hull_distance_m: vec![PerFinger::new([0.0; 5]); SEGMENTS * SAMPLES],
         nearest_pair_m: vec![0.02; SEGMENTS * SAMPLES],
+        object_position_error_m: None,
+        object_angle_error_rad: None,
+        mahalanobis: None,
     };
     let mut gappy = method("gappy", 0.0015, 3);
     gappy.error_m[SAMPLES..2 * SAMPLES].fill(PerFinger::new([f64::NAN; 5]));
@@ -68,6 +71,8 @@ fn rows() -> EvaluationRows {
         filled: vec![PerFinger::new([false; 5]); SEGMENTS * SAMPLES],
         object_filled: vec![false; SEGMENTS * SAMPLES],
         recorded_distance_m: distance_m(3),
+        recorded_hull_distance_m: vec![PerFinger::new([0.0; 5]); SEGMENTS * SAMPLES],
+        recorded_nearest_pair_m: vec![0.02; SEGMENTS * SAMPLES],
         methods: vec![
             method("learned", 0.001, 3),
             gappy,

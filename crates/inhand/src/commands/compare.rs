@@ -31,7 +31,7 @@ pub(crate) struct Args {
     /// Method before the change, where it is another one.
     #[arg(long, value_name = "METHOD")]
     against: Option<String>,
-    /// End with exit code 3 if this holds: [METHOD:]STATISTIC[.FINGER][.low|.high] OP NUMBER[%|mm].
+    /// End with exit code 3 if this holds: `[METHOD:]STATISTIC[.FINGER][.low|.high] OP NUMBER[%|mm]`.
     ///
     /// STATISTIC is mean, rmse, p50, p75, p95 or three_or_more, OP one of > >= < <=. The change from before to after
     /// is meant: "p75 > 5%" holds if the third quartile of the error of the method shown first grew by more than

@@ -307,6 +307,9 @@ mod tests {
             distance_m: None,
             hull_distance_m: Vec::new(),
             nearest_pair_m: Vec::new(),
+            object_position_error_m: None,
+            object_angle_error_rad: None,
+            mahalanobis: None,
         };
         let rows = EvaluationRows {
             layout: SegmentLayout {
@@ -324,6 +327,8 @@ mod tests {
             filled: Vec::new(),
             object_filled: Vec::new(),
             recorded_distance_m: None,
+            recorded_hull_distance_m: Vec::new(),
+            recorded_nearest_pair_m: Vec::new(),
             methods: Vec::new(),
         };
         assert_eq!(ranked(&rows, &method), [(2, 1.0), (3, 2.0), (0, 3.0)]);

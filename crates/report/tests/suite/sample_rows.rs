@@ -49,6 +49,9 @@ pub(crate) fn rows(evaluation: &Evaluation, object: bool) -> EvaluationRows {
         distance_m: distances(1.0 + 0.2 * place as f64),
         hull_distance_m: places().map(|_| PerFinger::new([-0.001; 5])).collect(),
         nearest_pair_m: places().map(|_| 0.02).collect(),
+        object_position_error_m: None,
+        object_angle_error_rad: None,
+        mahalanobis: None,
     };
     EvaluationRows {
         layout: SegmentLayout::one_second(SAMPLES as f64),
@@ -64,6 +67,8 @@ pub(crate) fn rows(evaluation: &Evaluation, object: bool) -> EvaluationRows {
         filled: vec![PerFinger::new([false; 5]); SEGMENTS * SAMPLES],
         object_filled: vec![false; SEGMENTS * SAMPLES],
         recorded_distance_m: distances(1.0),
+        recorded_hull_distance_m: places().map(|_| PerFinger::new([-0.001; 5])).collect(),
+        recorded_nearest_pair_m: places().map(|_| 0.02).collect(),
         methods: evaluation.methods.iter().enumerate().map(method).collect(),
     }
 }

@@ -20,6 +20,10 @@ fn rows(object: bool) -> EvaluationRows {
         distance_m: object.then(|| by_instant(-0.001)),
         hull_distance_m: by_instant(-0.01),
         nearest_pair_m: error_m.iter().map(|e| e[Finger::Thumb] + 0.02).collect(),
+        // The baseline plans neither object nor corridor.
+        object_position_error_m: (object && name == "prior").then(|| vec![0.001; 2 * SAMPLES]),
+        object_angle_error_rad: (object && name == "prior").then(|| vec![0.1; 2 * SAMPLES]),
+        mahalanobis: (name == "prior").then(|| by_instant(2.0)),
         error_m,
     };
     EvaluationRows {
@@ -38,6 +42,8 @@ fn rows(object: bool) -> EvaluationRows {
             .collect(),
         object_filled: (0..2 * SAMPLES).map(|k| object && k == 1).collect(),
         recorded_distance_m: object.then(|| by_instant(0.003)),
+        recorded_hull_distance_m: by_instant(-0.02),
+        recorded_nearest_pair_m: vec![0.03; 2 * SAMPLES],
         methods: vec![method("prior", by_instant(0.0)), method("line", failed)],
     }
 }

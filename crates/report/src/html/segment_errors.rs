@@ -232,8 +232,8 @@ impl Shown<'_> {
                     }, x))
                 }
             }
-            text.tick x=(Px(FRAME.right + 5.0)) y=(Px(STRIPS_TOP + 5.0)) { "planned" }
-            text.tick x=(Px(FRAME.right + 5.0)) y=(Px(STRIPS_TOP + 16.0)) { "recorded" }
+            text.tick x=(Px(FRAME.right + 5.0)) y=(Px(STRIPS_TOP + 3.0)) { "planned" }
+            text.tick x=(Px(FRAME.right + 5.0)) y=(Px(STRIPS_TOP + 17.0)) { "recorded" }
         }
     }
 

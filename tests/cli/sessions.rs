@@ -10,17 +10,7 @@ use crate::support::{Bench, SMALL, stderr};
 static SESSIONS: LazyLock<Bench> = LazyLock::new(|| {
     let bench = Bench::empty();
     for (name, seed) in [("a", "7"), ("b", "8")] {
-        bench.ok(&[
-            "simulate",
-            "-o",
-            name,
-            "--takes",
-            "2",
-            "--duration",
-            "12",
-            "--seed",
-            seed,
-        ]);
+        simulate(&bench, name, seed);
         run(&bench, name, &format!("out/{name}"), &[]);
     }
     run(&bench, "b", "out/b_other", &["--tau-mm", "4"]);
@@ -28,6 +18,11 @@ static SESSIONS: LazyLock<Bench> = LazyLock::new(|| {
 });
 
 const METHODS: [&str; 2] = ["--methods", "prior,hermite,line"];
+
+fn simulate(bench: &Bench, name: &str, seed: &str) {
+    let sizes = ["--takes", "2", "--duration", "12", "--seed", seed];
+    bench.ok(&[&["simulate", "-o", name][..], &sizes].concat());
+}
 
 fn run(bench: &Bench, session: &str, out: &str, options: &[&str]) -> String {
     bench.ok(&[&["run", session, "-o", out], &SMALL[..], &METHODS, options].concat())
@@ -386,17 +381,7 @@ fn sessions_of_other_segments_are_drawn_apart_and_nonsense_is_refused() {
 fn a_batch_goes_past_a_bad_session_and_goes_on_later() {
     let bench = Bench::empty();
     for (name, seed) in [("good", "7"), ("bad", "8")] {
-        bench.ok(&[
-            "simulate",
-            "-o",
-            name,
-            "--takes",
-            "2",
-            "--duration",
-            "12",
-            "--seed",
-            seed,
-        ]);
+        simulate(&bench, name, seed);
     }
     let take = bench.files("bad/test")[0].clone();
     let sound = bench.bytes(&format!("bad/test/{take}"));

@@ -9,7 +9,7 @@ use inhand_trajectory::bootstrap::{
 };
 
 use crate::intervals::{
-    as_measured, common, estimate, ones_and_zeros, segment_contacts, segment_errors,
+    as_measured, common, estimate, ones_and_zeros, resampling, segment_contacts, segment_errors,
 };
 
 /// A method in the rows of an evaluation.
@@ -62,7 +62,7 @@ pub fn compare_errors(
     let measures = Measure::ALL.map(as_measured);
     let mut changes = Vec::new();
     for ((first, second), finger) in first.iter().zip(&second).zip(fingers) {
-        let (first, second) = judged_by_both(paired, first, second);
+        let [first, second] = looked_at(paired, first, second);
         let (first, second) = (first.as_ref(), second.as_ref());
         let resampling = resampling(bootstrap);
         let values = |rows| bootstrap::intervals(rows, &measures, &only_values(resampling));
@@ -104,7 +104,7 @@ pub fn compare_contacts(
     };
     let first = ones_and_zeros(&first, |counts| counts.three_or_more)?;
     let second = ones_and_zeros(&second, |counts| counts.three_or_more)?;
-    let (first, second) = judged_by_both(paired, &first, &second);
+    let [first, second] = looked_at(paired, &first, &second);
     let mean = [bootstrap::Measure::Mean];
     let resampling = resampling(bootstrap);
     let value = |rows| -> Result<f64, BootstrapError> {
@@ -123,15 +123,15 @@ pub fn compare_contacts(
 }
 
 /// What is paired is compared where both judged the same instants.
-fn judged_by_both<'a>(
+fn looked_at<'a>(
     paired: bool,
     first: &'a ClusteredRows,
     second: &'a ClusteredRows,
-) -> (Cow<'a, ClusteredRows>, Cow<'a, ClusteredRows>) {
+) -> [Cow<'a, ClusteredRows>; 2] {
     if paired {
         common(first, second)
     } else {
-        (Cow::Borrowed(first), Cow::Borrowed(second))
+        [first, second].map(Cow::Borrowed)
     }
 }
 
@@ -146,14 +146,6 @@ fn differ(
         differences(first, second, measures, resampling)
     } else {
         unpaired_differences(first, second, measures, resampling)
-    }
-}
-
-fn resampling(bootstrap: Bootstrap) -> Resampling {
-    Resampling {
-        draws: bootstrap.draws,
-        seed: bootstrap.seed,
-        confidence: bootstrap.confidence,
     }
 }
 

@@ -63,14 +63,9 @@ pub fn intervals<E: From<BootstrapError>>(
     contacts: impl Fn(usize) -> Option<Vec<ContactCounts>>,
     mut seen: impl FnMut(usize, &SortedErrors),
 ) -> Result<Intervals, E> {
-    let resampling = Resampling {
-        draws: bootstrap.draws,
-        seed: bootstrap.seed,
-        confidence: bootstrap.confidence,
-    };
-    let place_of = |name: &str| contestants.iter().position(|method| method.name == name);
+    let resampling = resampling(bootstrap);
     let best = best_baseline(contestants);
-    let default = place_of(default);
+    let default = contestants.iter().position(|method| method.name == default);
 
     let mut found: Vec<Option<MethodIntervals>> = vec![None; contestants.len()];
     let mut look = |place: usize| -> Result<SortedErrors, E> {
@@ -87,11 +82,9 @@ pub fn intervals<E: From<BootstrapError>>(
     };
     let name = |place: usize| contestants[place].name;
     let mut differences = Vec::new();
-    let mut of_best = best.map(&mut look).transpose()?;
-    let of_default = match (default, best) {
-        (Some(default), best) if Some(default) != best => Some(look(default)?),
-        _ => None,
-    };
+    let of_best = best.map(&mut look).transpose()?;
+    let apart = default.filter(|_| default != best);
+    let of_default = apart.map(&mut look).transpose()?;
     if let (Some(default), Some(sample), Some(best), Some(other)) =
         (default, &of_default, best, &of_best)
     {
@@ -109,7 +102,7 @@ pub fn intervals<E: From<BootstrapError>>(
         }
     }
     // From here on only what is pooled is compared: the fingers' copies may go.
-    let of_best = of_best.take().map(|sample| sample.all);
+    let of_best = of_best.map(|sample| sample.all);
     let of_default = of_default.map(|sample| sample.all);
     for place in 0..contestants.len() {
         if Some(place) == best || Some(place) == default {
@@ -266,6 +259,14 @@ fn measures_of(rows: &[f64]) -> [f64; Measure::ALL.len()] {
     })
 }
 
+pub(crate) fn resampling(bootstrap: Bootstrap) -> Resampling {
+    Resampling {
+        draws: bootstrap.draws,
+        seed: bootstrap.seed,
+        confidence: bootstrap.confidence,
+    }
+}
+
 pub(crate) fn as_measured(measure: Measure) -> bootstrap::Measure {
     match measure {
         Measure::Mean => bootstrap::Measure::Mean,
@@ -357,21 +358,31 @@ pub(crate) fn ones_and_zeros(
     ClusteredRows::new(&clusters)
 }
 
-/// Both samples over the clusters in which both have the same number of rows. A method whose plan failed has been
-/// spared what is hard about a segment; the other one must be spared it too.
+/// In which clusters both have the same number of rows. A method whose plan failed has been spared what is hard about
+/// a segment; the other one must be spared it too.
+fn judged_by_both(first: &ClusteredRows, second: &ClusteredRows) -> Vec<bool> {
+    let sizes = first.sizes().iter().zip(second.sizes());
+    sizes.map(|(first, second)| first == second).collect()
+}
+
+/// Both samples over the clusters to keep.
+fn only<'a>(
+    keep: &[bool],
+    first: &'a ClusteredRows,
+    second: &'a ClusteredRows,
+) -> [Cow<'a, ClusteredRows>; 2] {
+    [first, second].map(|rows| match keep.iter().all(|&keep| keep) {
+        true => Cow::Borrowed(rows),
+        false => Cow::Owned(rows.only(keep)),
+    })
+}
+
+/// Both samples over the clusters in which both judged the same instants.
 pub(crate) fn common<'a>(
     first: &'a ClusteredRows,
     second: &'a ClusteredRows,
-) -> (Cow<'a, ClusteredRows>, Cow<'a, ClusteredRows>) {
-    let sizes = first.sizes().iter().zip(second.sizes());
-    let keep: Vec<bool> = sizes.map(|(first, second)| first == second).collect();
-    if keep.iter().all(|&keep| keep) {
-        return (Cow::Borrowed(first), Cow::Borrowed(second));
-    }
-    (
-        Cow::Owned(first.only(&keep)),
-        Cow::Owned(second.only(&keep)),
-    )
+) -> [Cow<'a, ClusteredRows>; 2] {
+    only(&judged_by_both(first, second), first, second)
 }
 
 /// How the first differs from the second in each measure, over the clusters in which both judged the same instants;
@@ -384,11 +395,9 @@ fn paired(
     resampling: &Resampling,
 ) -> Result<Vec<PairedDifference>, BootstrapError> {
     let measures = Measure::ALL.map(as_measured);
-    let (rows, of_other) = common(&first.rows, &second.rows);
+    let same = judged_by_both(&first.rows, &second.rows);
+    let [rows, of_other] = only(&same, &first.rows, &second.rows);
     let found = bootstrap_differences(&rows, &of_other, &measures, resampling)?;
-    let same: Vec<bool> = (first.rows.sizes().iter().zip(second.rows.sizes()))
-        .map(|(first, second)| first == second)
-        .collect();
     let of_measure = |(k, found): (usize, &Option<bootstrap::Difference>)| {
         let found = (*found)?;
         Some(PairedDifference {

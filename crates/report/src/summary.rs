@@ -153,22 +153,33 @@ pub(crate) fn text(summary: &Summary, markdown: bool) -> String {
     text.replace(NARROW_SPACE, " ")
 }
 
+/// Sessions by the third quartile of a method's error, the largest first; those without errors last.
+pub(crate) fn worst_first(summary: &Summary, place: usize) -> Vec<&SessionSummary> {
+    let key = |session: &SessionSummary| {
+        let error = &session.methods[place].error;
+        if error.n == 0 {
+            f64::NEG_INFINITY
+        } else {
+            error.p75
+        }
+    };
+    let mut sessions: Vec<&SessionSummary> = summary.sessions.iter().collect();
+    // Stable: equal ones stay in the order given.
+    sessions.sort_by(|a, b| key(b).total_cmp(&key(a)));
+    sessions
+}
+
 /// The sessions with the largest third quartile of the method to look at first.
 fn worst(text: &mut String, summary: &Summary, safe: impl Fn(&str) -> String) {
     let default = |method: &inhand_model::MethodSummary| method.name == summary.default_method;
     let Some(place) = summary.methods.iter().position(default) else {
         return;
     };
-    let mut sessions: Vec<&SessionSummary> = (summary.sessions.iter())
-        .filter(|s| s.methods[place].error.n > 0)
-        .collect();
-    sessions.sort_by(|a, b| {
-        b.methods[place]
-            .error
-            .p75
-            .total_cmp(&a.methods[place].error.p75)
-    });
-    let listed: Vec<String> = (sessions.iter().take(LISTED))
+    let judged = worst_first(summary, place)
+        .into_iter()
+        .filter(|s| s.methods[place].error.n > 0);
+    let listed: Vec<String> = judged
+        .take(LISTED)
         .map(|s| {
             format!(
                 "{} {} mm",

@@ -9,7 +9,8 @@ use super::table::{Column, Group, Line, grouped, numbers, smallest, words};
 use crate::figure::palette::finger_class;
 use crate::number::{NARROW_SPACE, NONE, count, millimetres};
 
-const COLUMNS: [Column<'static>; 12] = [
+/// Columns of a table of distributions of lengths.
+pub(super) const COLUMNS: [Column<'static>; 12] = [
     words("method"),
     numbers("n", ""),
     numbers("filled", ""),
@@ -95,13 +96,6 @@ fn group(
     smaller_is_better: bool,
 ) -> Group {
     let lengths: Vec<[f64; COLUMNS.len() - 1 - COUNTS]> = statistics.iter().map(lengths).collect();
-    let printed = |length: f64| {
-        if length.is_finite() {
-            millimetres(length)
-        } else {
-            NONE.to_owned()
-        }
-    };
     let best = if smaller_is_better {
         smallest(&lengths, |_, length| printed(length))
     } else {
@@ -110,20 +104,31 @@ fn group(
     let lines = methods
         .iter()
         .zip(statistics)
-        .zip(lengths.iter().zip(best))
-        .map(|((method, s), (own, best))| {
-            let counts = [s.n, s.n_filled, s.n_left_out].map(|n| count(n, NARROW_SPACE));
-            Line {
-                head: name(method),
-                cells: counts.into_iter().chain(own.map(printed)).collect(),
-                best: best.into_iter().map(|c| c + COUNTS).collect(),
-                stressed: method.default,
-            }
+        .zip(best)
+        .map(|((method, s), best)| Line {
+            head: name(method),
+            cells: cells(s),
+            best: best.into_iter().map(|c| c + COUNTS).collect(),
+            stressed: method.default,
         })
         .collect();
     Group {
         head: Some(head),
         lines,
+    }
+}
+
+/// Cells under [`COLUMNS`], but for the name.
+pub(super) fn cells(s: &Statistics) -> Vec<String> {
+    let counts = [s.n, s.n_filled, s.n_left_out].map(|n| count(n, NARROW_SPACE));
+    counts.into_iter().chain(lengths(s).map(printed)).collect()
+}
+
+fn printed(length: f64) -> String {
+    if length.is_finite() {
+        millimetres(length)
+    } else {
+        NONE.to_owned()
     }
 }
 

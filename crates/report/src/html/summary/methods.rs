@@ -1,33 +1,19 @@
 //! Errors of the methods over all sessions.
 
-use inhand_model::{Finger, Statistics};
+use inhand_model::Finger;
 use maud::html;
 
 use super::Contender;
 use crate::figure::box_plot::{self, BoxPlot, Row, cut_off, shared_end_mm};
 use crate::figure::palette::finger_class;
-use crate::figure::{Figure, FigureColumn, FigureData};
+use crate::figure::{Figure, FigureData};
 use crate::html::errors::{BOX_WORDS, cut_words};
-use crate::html::table::{Column, Line, numbers, table, words};
-use crate::html::{Body, named};
-use crate::number::{NARROW_SPACE, NONE, count, millimetres, percent, to_mm};
+use crate::html::table::{Column, Line, numbers, table};
+use crate::html::{Body, named, statistics};
+use crate::number::{NONE, percent};
 
-const COLUMNS: [Column<'static>; 14] = [
-    words("method"),
-    numbers("n", ""),
-    numbers("filled", ""),
-    numbers("left out", ""),
-    numbers("mean", "mm"),
-    numbers("RMSE", "mm"),
-    numbers("5 %", "mm"),
-    numbers("25 %", "mm"),
-    numbers("median", "mm"),
-    numbers("75 %", "mm"),
-    numbers("95 %", "mm"),
-    numbers("max", "mm"),
-    numbers("three contacts", "%"),
-    numbers("recorded", "%"),
-];
+/// Contacts beside the columns of every table of errors.
+const CONTACTS: [Column<'static>; 2] = [numbers("three contacts", "%"), numbers("recorded", "%")];
 
 pub(super) fn section(contenders: &[Contender<'_>]) -> Body {
     let mut body = Body::from(html! {
@@ -37,31 +23,22 @@ pub(super) fn section(contenders: &[Contender<'_>]) -> Body {
         }
     });
     body.figure(figure(contenders));
+    let columns: Vec<Column<'_>> = statistics::COLUMNS.into_iter().chain(CONTACTS).collect();
     body.prose(table(
         "Error over all sessions",
-        &COLUMNS,
+        &columns,
         contenders.iter().map(line).collect(),
     ));
     body
 }
 
 fn line(contender: &Contender<'_>) -> Line {
-    let (method, s) = (contender.summary, &contender.summary.error);
-    let length = |metres: f64| {
-        if s.n == 0 {
-            NONE.to_owned()
-        } else {
-            millimetres(metres)
-        }
-    };
+    let method = contender.summary;
     let share = |of: fn(&inhand_model::SharedContacts) -> usize| {
         let contacts = method.contacts.filter(|contacts| contacts.n > 0);
         contacts.map_or_else(|| NONE.to_owned(), |c| percent(of(&c) as f64 / c.n as f64))
     };
-    let mut cells: Vec<String> = [s.n, s.n_filled, s.n_left_out]
-        .map(|n| count(n, NARROW_SPACE))
-        .into();
-    cells.extend([s.mean, s.rmse, s.p5, s.p25, s.p50, s.p75, s.p95, s.max].map(length));
+    let mut cells = statistics::cells(&method.error);
     cells.push(share(|contacts| contacts.three_or_more));
     cells.push(share(|contacts| contacts.recorded_three_or_more));
     Line {
@@ -126,28 +103,10 @@ fn figure(contenders: &[Contender<'_>]) -> Option<Figure> {
 const AXIS_NAME: &str = "distance to recorded fingertip (mm)";
 
 fn data(contenders: &[Contender<'_>]) -> FigureData {
-    let rows: Vec<(&str, &str, &Statistics)> = (contenders.iter())
-        .flat_map(|contender| {
-            let summary = contender.summary;
-            let all = [("all", &summary.error)].into_iter();
-            let fingers = Finger::ALL.map(|f| (f.name(), &summary.error_by_finger[f]));
-            all.chain(fingers)
-                .map(|(finger, error)| (summary.name.as_str(), finger, error))
-        })
-        .collect();
-    let column = |name, of: fn(&Statistics) -> f64| {
-        FigureColumn::numbers(name, rows.iter().map(move |(.., s)| to_mm(of(s))))
-    };
-    FigureData::new([
-        FigureColumn::words("method", rows.iter().map(|row| row.0)),
-        FigureColumn::words("finger", rows.iter().map(|row| row.1)),
-        FigureColumn::counts("n", rows.iter().map(|(.., s)| s.n)),
-        column("whisker_low_mm", |s| s.whisker_low),
-        column("p25_mm", |s| s.p25),
-        column("p50_mm", |s| s.p50),
-        column("p75_mm", |s| s.p75),
-        column("p95_mm", |s| s.p95),
-        column("whisker_high_mm", |s| s.whisker_high),
-        column("max_mm", |s| s.max),
-    ])
+    box_plot::data(contenders.iter().flat_map(|contender| {
+        let summary = contender.summary;
+        let name = summary.name.as_str();
+        let fingers = Finger::ALL.map(|f| (f.name(), name, &summary.error_by_finger[f]));
+        [("all", name, &summary.error)].into_iter().chain(fingers)
+    }))
 }

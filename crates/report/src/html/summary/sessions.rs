@@ -5,11 +5,12 @@ use maud::{Markup, html};
 
 use super::{Contender, stated};
 use crate::figure::box_plot::{self, BoxPlot, Row, shared_end_mm};
-use crate::figure::{Figure, FigureColumn, FigureData};
+use crate::figure::{Figure, FigureColumn};
 use crate::html::Body;
 use crate::html::errors::BOX_WORDS;
 use crate::html::table::{Column, Line, numbers, table, words};
-use crate::number::{NARROW_SPACE, NONE, count, millimetres, percent, to_mm};
+use crate::number::{NARROW_SPACE, NONE, count, millimetres, percent};
+use crate::summary::worst_first;
 
 /// Sessions that are drawn; the table has all of them.
 const DRAWN: usize = 40;
@@ -37,7 +38,7 @@ pub(super) fn section(summary: &Summary, contenders: &[Contender<'_>]) -> Body {
     else {
         return Body::default();
     };
-    let ranked = ranked(summary, place);
+    let ranked = worst_first(summary, place);
     let name = &summary.default_method;
     let mut body = Body::from(html! {
         p {
@@ -47,7 +48,7 @@ pub(super) fn section(summary: &Summary, contenders: &[Contender<'_>]) -> Body {
     });
     body.figure(figure(&ranked, name, &contenders[place].named.class, place));
     let lines = (ranked.iter())
-        .map(|(_, session)| line(session, place))
+        .map(|session| line(session, place))
         .collect();
     body.prose(table(
         &format!("Sessions, error of {name}"),
@@ -55,21 +56,6 @@ pub(super) fn section(summary: &Summary, contenders: &[Contender<'_>]) -> Body {
         lines,
     ));
     body
-}
-
-/// Sessions with their place in the summary, the largest third quartile first; those without errors last.
-fn ranked(summary: &Summary, place: usize) -> Vec<(usize, &SessionSummary)> {
-    let mut ranked: Vec<(usize, &SessionSummary)> = summary.sessions.iter().enumerate().collect();
-    let key = |session: &SessionSummary| {
-        let error = &session.methods[place].error;
-        if error.n == 0 {
-            f64::NEG_INFINITY
-        } else {
-            error.p75
-        }
-    };
-    ranked.sort_by(|a, b| key(b.1).total_cmp(&key(a.1)).then(a.0.cmp(&b.0)));
-    ranked
 }
 
 fn line(session: &SessionSummary, place: usize) -> Line {
@@ -110,14 +96,9 @@ fn head(session: &SessionSummary) -> Markup {
     html! { span title=(session.file) { (session.name) } }
 }
 
-fn figure(
-    ranked: &[(usize, &SessionSummary)],
-    name: &str,
-    class: &str,
-    place: usize,
-) -> Option<Figure> {
+fn figure(ranked: &[&SessionSummary], name: &str, class: &str, place: usize) -> Option<Figure> {
     let drawn: Vec<&SessionSummary> = (ranked.iter())
-        .map(|(_, session)| *session)
+        .copied()
         .filter(|session| session.methods[place].error.n > 0)
         .take(DRAWN)
         .collect();
@@ -154,25 +135,20 @@ fn figure(
     } else {
         String::new()
     };
-    let column = |name, of: fn(&Statistics) -> f64| {
-        FigureColumn::numbers(name, errors.iter().map(move |s| to_mm(of(s))))
-    };
+    // The box's finger is all of them; which session it is stands before.
+    let mut data = box_plot::data(errors.iter().map(|errors| ("all", name, *errors)));
+    data.columns.splice(
+        0..0,
+        [
+            FigureColumn::words("session", drawn.iter().map(|s| s.name.as_str())),
+            FigureColumn::words("file", drawn.iter().map(|s| s.file.as_str())),
+        ],
+    );
     Some(Figure {
         id: "error-by-session",
         title: format!("Error of {name} by session, worst first."),
         caption: format!("{BOX_WORDS}{words}"),
-        data: FigureData::new([
-            FigureColumn::words("session", drawn.iter().map(|s| s.name.as_str())),
-            FigureColumn::words("file", drawn.iter().map(|s| s.file.as_str())),
-            FigureColumn::counts("n", errors.iter().map(|s| s.n)),
-            column("whisker_low_mm", |s| s.whisker_low),
-            column("p25_mm", |s| s.p25),
-            column("p50_mm", |s| s.p50),
-            column("p75_mm", |s| s.p75),
-            column("p95_mm", |s| s.p95),
-            column("whisker_high_mm", |s| s.whisker_high),
-            column("max_mm", |s| s.max),
-        ]),
+        data,
         legend: Vec::new(),
         panels,
     })

@@ -45,7 +45,7 @@ pub(super) fn body(intervals: &Intervals, methods: &[Named<'_>]) -> Body {
             h3 { "Differences from the best baseline" }
             p {
                 "Each method less " b { (baseline) } ", the baseline with the smallest mean error, on the same "
-                (plural(intervals.bootstrap.cluster)) ": below zero the method is better. Where a plan of one failed, the " (plural(intervals.bootstrap.cluster)) " is left out for both. An interval that \
+                (plural(intervals.bootstrap.cluster)) ": below zero the method is better. Those in which a plan of one failed are left out for both. An interval that \
                  leaves zero out speaks for a difference; with as many as are looked at here, some do so by chance."
             }
         });

@@ -6,30 +6,32 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Folder under `crates/` and the folders it may use. Kept as the table in `docs/architecture.md`.
-const EDGES: [(&str, &[&str]); 20] = [
+const EDGES: [(&str, &[&str]); 21] = [
     ("model", &[]),
     ("matrices", &[]),
-    ("trajectory", &["model"]),
+    ("statistics", &["model"]),
+    ("curves", &["model", "statistics"]),
     ("capture", &["model"]),
     ("container", &[]),
     ("channels", &["model", "container"]),
     ("tables", &["model"]),
-    ("motion", &["model", "trajectory"]),
+    ("motion", &["model"]),
     ("cleaning", &["model", "motion"]),
-    ("checking", &["model", "trajectory", "motion"]),
-    ("dictionary", &["model", "trajectory"]),
+    ("checking", &["model", "curves", "statistics", "motion"]),
+    ("dictionary", &["model"]),
     ("contact", &["model"]),
-    ("planner", &["model", "trajectory", "contact"]),
-    ("evaluation", &["model", "trajectory", "contact"]),
+    ("planner", &["model", "contact"]),
+    ("evaluation", &["model", "curves", "statistics", "contact"]),
     ("report", &["model"]),
     ("simulation", &["model", "contact"]),
     ("live", &["container"]),
     ("viewing", &["model", "channels"]),
     (
-        "pipeline",
+        "session",
         &[
             "model",
-            "trajectory",
+            "curves",
+            "statistics",
             "capture",
             "channels",
             "container",
@@ -50,7 +52,8 @@ const EDGES: [(&str, &[&str]); 20] = [
         "inhand",
         &[
             "model",
-            "trajectory",
+            "curves",
+            "statistics",
             "capture",
             "channels",
             "container",
@@ -67,7 +70,7 @@ const EDGES: [(&str, &[&str]); 20] = [
             "simulation",
             "live",
             "viewing",
-            "pipeline",
+            "session",
         ],
     ),
 ];

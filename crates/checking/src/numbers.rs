@@ -1,6 +1,6 @@
 //! Order statistics of what is measured.
 
-use inhand_trajectory::quantiles::quantile;
+use inhand_statistics::quantiles::quantile;
 
 /// Values in ascending order, those that are not finite left out.
 #[derive(Clone, Debug, Default)]

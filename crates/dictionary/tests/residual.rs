@@ -183,7 +183,7 @@ fn the_smooth_basis_is_the_cubic_of_the_trajectories() {
         let basis = inhand_model::smooth_basis(layout);
         for i in 0..5 {
             let x = numbers(i, layout);
-            let curve = inhand_trajectory::curves::hermite(&ends(&x), layout);
+            let curve = inhand_curves::curves::hermite(&ends(&x), layout);
             let smooth: DVector<f64> = &basis * &x;
             assert_eq!(curve.values_m().len(), layout.finger_rows());
             for (smooth, value) in smooth.iter().zip(curve.values_m()) {

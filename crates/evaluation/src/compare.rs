@@ -3,8 +3,8 @@
 use std::borrow::Cow;
 
 use inhand_model::{Bootstrap, ContactChange, ErrorChange, EvaluationRows, Finger, Measure};
-use inhand_trajectory::BootstrapError;
-use inhand_trajectory::bootstrap::{
+use inhand_statistics::BootstrapError;
+use inhand_statistics::bootstrap::{
     self, ClusteredRows, Difference, Resampling, differences, unpaired_differences,
 };
 

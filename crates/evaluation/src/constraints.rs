@@ -1,10 +1,10 @@
 //! Reachability, finger collisions and velocities of planned motion.
 
+use inhand_curves::velocity;
 use inhand_model::{
     Collision, Finger, PerFinger, Reachability, SEGMENT_COORDINATES, Trajectory, VelocityBounds,
     VelocityCheck,
 };
-use inhand_trajectory::velocity;
 use rayon::prelude::*;
 
 use crate::instants::NearestPair;

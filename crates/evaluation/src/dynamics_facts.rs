@@ -7,7 +7,7 @@ use inhand_model::{
     ContactRow, ContactRows, Finger, FingerContactFacts, FingerSet, GaitFacts, PerFinger,
     PhaseFacts, SegmentContacts, StateFacts, StateRow, Statistics, TakeContacts, Transition,
 };
-use inhand_trajectory::quantiles::statistics;
+use inhand_statistics::quantiles::statistics;
 
 /// What the contacts of a take say.
 pub(crate) fn take_contacts(take: &str, rate_hz: f64, rows: &ContactRows) -> TakeContacts {

@@ -10,11 +10,11 @@ use inhand_model::{
     Bootstrap, Estimate, EvaluationRows, Finger, Intervals, Measure, MethodIntervals,
     PairedDifference, PerFinger,
 };
-use inhand_trajectory::BootstrapError;
-use inhand_trajectory::bootstrap::{
+use inhand_statistics::BootstrapError;
+use inhand_statistics::bootstrap::{
     self, ClusteredRows, Resampling, differences as bootstrap_differences,
 };
-use inhand_trajectory::quantiles::sorted_statistics;
+use inhand_statistics::quantiles::sorted_statistics;
 use rayon::prelude::*;
 
 use crate::constraints::is_known;

@@ -1,7 +1,7 @@
 //! One method against the recorded motion.
 
 use inhand_model::{Finger, MethodEvaluation, PerFinger, SegmentLayout, Statistics, Trajectory};
-use inhand_trajectory::quantiles::statistics;
+use inhand_statistics::quantiles::statistics;
 use rayon::prelude::*;
 
 use crate::certificates::plan_facts;

@@ -1,13 +1,13 @@
 //! How recorded and planned motion moves: lengths, speeds, smoothness, and how near it is to anything
 //! demonstrated.
 
+use inhand_curves::smoothness::path_measures;
+use inhand_curves::warping::Candidates;
 use inhand_model::{
     Configuration, Finger, FingerMovement, Movement, MovementAnalysis, MovementRows, PathFacts,
     PerFinger, Position, SEGMENT_COORDINATES, SegmentMovement, Segments, Statistics, Trajectory,
 };
-use inhand_trajectory::quantiles::statistics;
-use inhand_trajectory::smoothness::path_measures;
-use inhand_trajectory::warping::Candidates;
+use inhand_statistics::quantiles::statistics;
 use rayon::prelude::*;
 
 use crate::input::TestData;

@@ -1,7 +1,7 @@
 //! The planned object against the recorded one.
 
 use inhand_model::{Hand, Object, ObjectError, Pose};
-use inhand_trajectory::quantiles::statistics;
+use inhand_statistics::quantiles::statistics;
 
 use crate::method::Counts;
 use crate::recorded::Recorded;

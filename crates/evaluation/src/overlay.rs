@@ -1,7 +1,7 @@
 //! Motions of several takes or methods on one time line, and how far apart they are.
 
 use inhand_model::{Clock, Frame, PerFinger, PointTrack, Position};
-use inhand_trajectory::quantiles;
+use inhand_statistics::quantiles;
 
 /// Times that differ by less than this are the same, seconds: clocks are rounded to nanoseconds, and
 /// cuts of takes to a microsecond.

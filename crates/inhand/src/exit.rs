@@ -3,8 +3,8 @@
 use std::io;
 use std::process::ExitCode;
 
-use inhand_pipeline::PipelineError;
-use inhand_pipeline::matrices::MatricesError;
+use inhand_session::PipelineError;
+use inhand_session::matrices::MatricesError;
 
 /// Shown under `--help`.
 pub(crate) const HELP: &str = "Exit codes: 0 done, 1 failed, 2 wrong usage, \

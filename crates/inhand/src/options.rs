@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::{Args, ValueEnum};
-use inhand_pipeline::{Method, Settings};
+use inhand_session::{Method, Settings};
 
 use crate::exit::UsageError;
 use crate::rank_option::RankOption;

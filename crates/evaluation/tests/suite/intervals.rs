@@ -5,8 +5,8 @@ use inhand_model::{
     Bootstrap, Cluster, EvaluationRows, Finger, Intervals, Measure, MethodRows, PairedDifference,
     PerFinger, SegmentLayout, SegmentOrigin,
 };
-use inhand_trajectory::bootstrap::Draws;
-use inhand_trajectory::quantiles::statistics;
+use inhand_statistics::bootstrap::Draws;
+use inhand_statistics::quantiles::statistics;
 
 const SAMPLES: usize = 4;
 const SEGMENTS: usize = 9;

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::Result;
-use inhand_pipeline::sessions::{MergeOptions, Part, merge};
-use inhand_pipeline::{RunOptions, check_target, locate, write_text};
+use inhand_session::sessions::{MergeOptions, Part, merge};
+use inhand_session::{RunOptions, check_target, locate, write_text};
 
 use super::run::{SessionOptions, run_quietly};
 use crate::console::{Console, data};

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::ValueEnum;
 use inhand_checking::{Checked, Level, ranked, to_json, to_markdown, to_text};
-use inhand_pipeline::{check_take, check_target, write_text};
+use inhand_session::{check_take, check_target, write_text};
 
 use crate::console::{Console, data};
 use crate::exit::Exit;

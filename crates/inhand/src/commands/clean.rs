@@ -7,7 +7,7 @@ use anyhow::{Context, Result};
 use clap::ValueEnum;
 use inhand_cleaning::detect::{self, Suspects};
 use inhand_model::{Change, ChangeKind, Clock, Finger};
-use inhand_pipeline::{CleanSection, Settings, Take, clean_take, provenance, write_cleaned};
+use inhand_session::{CleanSection, Settings, Take, clean_take, provenance, write_cleaned};
 
 use crate::commands::{check_take_target, read_takes, targets};
 use crate::console::{Console, data};

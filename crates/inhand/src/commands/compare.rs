@@ -5,8 +5,8 @@ mod condition;
 use std::path::PathBuf;
 
 use anyhow::Result;
-use inhand_pipeline::sessions::{CompareOptions, Part, compare};
-use inhand_pipeline::{check_target, write_text};
+use inhand_session::sessions::{CompareOptions, Part, compare};
+use inhand_session::{check_target, write_text};
 
 use crate::console::{Console, data};
 use crate::exit::{Exit, UsageError};

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Result, bail};
 use inhand_channels::TakeFile;
 use inhand_model::{BodySource, Finger, InputHash, PerFinger, Recording, Roles};
-use inhand_pipeline::{
+use inhand_session::{
     Coverage, LongTake, LongTakeFacts, PipelineError, Settings, Take, check_target,
     describe_source, provenance, write_atomic, write_take_parts,
 };
@@ -92,7 +92,7 @@ impl Input {
         if !whole && let Some(take) = LongTake::open(path, settings)? {
             return Ok(Input::Long(Box::new(take)));
         }
-        let take = inhand_pipeline::read(path, settings)?;
+        let take = inhand_session::read(path, settings)?;
         Ok(Input::Whole(Box::new(take)))
     }
 

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use inhand_container::Interval;
 use inhand_model::{Label, Selection};
-use inhand_pipeline::containers::{self, Cut, Instant};
-use inhand_pipeline::{annotate, check_target};
+use inhand_session::containers::{self, Cut, Instant};
+use inhand_session::{annotate, check_target};
 use serde_json::json;
 
 use crate::console::{Console, data};

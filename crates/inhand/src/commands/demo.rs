@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use anyhow::Result;
 use inhand_model::Shape;
-use inhand_pipeline::{DEMO_SESSION, RunOptions, TakeFormat, locate, simulate_session};
+use inhand_session::{DEMO_SESSION, RunOptions, TakeFormat, locate, simulate_session};
 use inhand_simulation::SessionSettings;
 
 use crate::commands::run::{SessionOptions, finish, run_shown};
@@ -40,7 +40,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     );
     let step = console.step(&line);
     // The demo's session is its own to make again.
-    let again = args.writing.force || session.join(inhand_pipeline::SETTINGS_FILE).is_file();
+    let again = args.writing.force || session.join(inhand_session::SETTINGS_FILE).is_file();
     simulate_session(&session, &simulated, args.seed, TakeFormat::Mcap, again)?;
     step.done(console, &line, begin.elapsed());
 

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use inhand_pipeline::tables::{Form, write_rows};
-use inhand_pipeline::{check_target, evaluate_stored, provenance, write_text};
+use inhand_session::tables::{Form, write_rows};
+use inhand_session::{check_target, evaluate_stored, provenance, write_text};
 
 use crate::commands::{read_takes, say_used};
 use crate::console::{Console, data};
@@ -65,7 +65,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     if let Some(path) = &args.rows {
         check_rows(path, &args.output)?;
     }
-    let dictionary = inhand_pipeline::read_dictionary(&args.dictionary)?;
+    let dictionary = inhand_session::read_dictionary(&args.dictionary)?;
     let takes = read_takes(console, &args.inputs, &settings)?;
     say_used(console, &takes, &settings)?;
     let (evaluation, rows) = evaluate_stored(

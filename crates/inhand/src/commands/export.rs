@@ -6,7 +6,7 @@ mod take;
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use inhand_pipeline::tables::{Form, Layout, What};
+use inhand_session::tables::{Form, Layout, What};
 
 use crate::console::Console;
 use crate::exit::{Exit, UsageError};
@@ -84,7 +84,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
 }
 
 fn is_matrices(path: &Path) -> bool {
-    inhand_pipeline::matrices::form_of(path).is_ok()
+    inhand_session::matrices::form_of(path).is_ok()
 }
 
 impl From<LayoutOption> for Layout {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::ValueEnum;
 use inhand_container::{ChannelFacts, Packing, Selection};
-use inhand_pipeline::{check_target, containers};
+use inhand_session::{check_target, containers};
 use regex_lite::Regex;
 use serde_json::json;
 

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
-use inhand_pipeline::{GeneratedMotion, Role, TakeContents, provenance, steps, write_take};
+use inhand_session::{GeneratedMotion, Role, TakeContents, provenance, steps, write_take};
 
 use crate::commands::{check_take_target, read_takes, say_used, targets};
 use crate::console::Console;
@@ -49,7 +49,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let targets = targets(&args.inputs, &args.output, "mcap")?;
     let mut inputs: Vec<_> = args.inputs.iter().map(PathBuf::as_path).collect();
     inputs.push(&args.dictionary);
-    let dictionary = inhand_pipeline::read_dictionary(&args.dictionary)?;
+    let dictionary = inhand_session::read_dictionary(&args.dictionary)?;
     let methods = steps::settled_methods(&dictionary.dictionary, &settings)?;
     let takes = read_takes(console, &args.inputs, &settings)?;
     for (take, target) in takes.iter().zip(&targets) {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result};
 use inhand_channels::{opening, take_topics};
-use inhand_pipeline::{Settings, check_target, containers, write_text};
+use inhand_session::{Settings, check_target, containers, write_text};
 use inhand_viewing::{Content, layout};
 
 use crate::console::{Console, data};

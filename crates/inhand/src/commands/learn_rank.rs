@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context as _, Result};
 use inhand_dictionary::{HeldOut, RankCurve, RankGroups, RankPoint, RankSuggestion};
 use inhand_model::{Provenance, Segments};
-use inhand_pipeline::{Role, Settings, check_target, steps, write_text};
 use inhand_report::{RankFigure, RankFigurePoint, rank_figure_svg};
+use inhand_session::{Role, Settings, check_target, steps, write_text};
 use serde_json::{Value, json};
 
 use crate::console::Console;
@@ -32,7 +32,7 @@ pub(crate) fn check_figure(dictionary: &Path, inputs: &[&Path], force: bool) -> 
 /// The training segments, all in memory.
 pub(crate) fn segments(takes: &[PathBuf], settings: &Settings, reuse: bool) -> Result<Segments> {
     let takes = (takes.iter())
-        .map(|take| inhand_pipeline::read(take, settings))
+        .map(|take| inhand_session::read(take, settings))
         .collect::<Result<Vec<_>, _>>()?;
     steps::used(&takes, settings)?;
     let motions = steps::motions(&takes, settings, reuse)?;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use inhand_pipeline::{check_target, containers};
+use inhand_session::{check_target, containers};
 use serde_json::json;
 
 use crate::commands::cut::seconds;

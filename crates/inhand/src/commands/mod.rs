@@ -36,7 +36,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use clap::Subcommand;
 use inhand_model::{InputHash, Recording};
-use inhand_pipeline::{Settings, Take, check_target};
+use inhand_session::{Settings, Take, check_target};
 
 use crate::console::Console;
 use crate::exit::{Exit, UsageError};
@@ -172,7 +172,7 @@ fn check_take_target(target: &Path, inputs: &[&Path], take: &InputHash, force: b
 fn read_takes(console: &Console, paths: &[PathBuf], settings: &Settings) -> Result<Vec<Take>> {
     let mut takes = Vec::with_capacity(paths.len());
     for path in paths {
-        let take = inhand_pipeline::read_clean(path, settings)?;
+        let take = inhand_session::read_clean(path, settings)?;
         say_findings(console, &take.hash, &take.recording);
         takes.push(take);
     }
@@ -181,7 +181,7 @@ fn read_takes(console: &Console, paths: &[PathBuf], settings: &Settings) -> Resu
 
 /// Says how much of takes the events that were asked for leave to use.
 fn say_used(console: &Console, takes: &[Take], settings: &Settings) -> Result<()> {
-    if let Some(used) = inhand_pipeline::steps::used(takes, settings)? {
+    if let Some(used) = inhand_session::steps::used(takes, settings)? {
         console.say(&format!(
             "events   {:.1} of {:.1} s are used ({} events)",
             used.used_s, used.whole_s, used.events

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use clap::ValueEnum;
 use inhand_model::{Finger, Label};
-use inhand_pipeline::check_target;
-use inhand_pipeline::overlay::{
+use inhand_session::check_target;
+use inhand_session::overlay::{
     Align, Overlaid, OverlaidLayer, OverlayMethods, OverlayOptions, overlay,
 };
 use serde_json::{Value, json};

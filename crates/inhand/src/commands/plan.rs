@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use inhand_model::{ConstraintFamily, Finger, Plan, PlanStatus, Trajectory};
-use inhand_pipeline::{
+use inhand_session::{
     Method, PlanRequest, Planned, Settings, State, StateRole, check_target, plan_motion,
     provenance, read_state, steps, write_plan,
 };
@@ -68,7 +68,7 @@ pub(crate) struct Args {
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let settings = settings(args)?;
     let fingers = fingers(&args.fingers)?;
-    let dictionary = inhand_pipeline::read_dictionary(&args.dictionary)?;
+    let dictionary = inhand_session::read_dictionary(&args.dictionary)?;
     let mut methods = steps::settled_methods(&dictionary.dictionary, &settings)?;
     let method = methods.remove(0);
     let reuse = !args.process.ask_for_processing();

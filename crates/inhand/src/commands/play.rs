@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use anyhow::{Context, Result};
 use inhand_container::Timeline;
 use inhand_live::{Control, Controls, LiveError, Played, Repeat, Server, Settings};
-use inhand_pipeline::containers::{self, Instant};
+use inhand_session::containers::{self, Instant};
 
 use crate::commands::cut::instant;
 use crate::commands::play::keys::Keys;

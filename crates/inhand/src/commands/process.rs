@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use inhand_model::Finger;
-use inhand_pipeline::{TakeContents, provenance, steps, write_take};
+use inhand_session::{TakeContents, provenance, steps, write_take};
 
 use crate::commands::{check_take_target, read_takes, targets};
 use crate::console::Console;

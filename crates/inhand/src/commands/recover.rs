@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use inhand_container::{Loss, Recovered};
-use inhand_pipeline::{check_target, containers};
+use inhand_session::{check_target, containers};
 use serde_json::{Value, json};
 
 use crate::console::{Console, data};

@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::Subcommand;
-use inhand_pipeline::sessions::Part;
-use inhand_pipeline::{check_target, plan_times_beside, write_text};
 use inhand_report::Report;
+use inhand_session::sessions::Part;
+use inhand_session::{check_target, plan_times_beside, write_text};
 
 use crate::console::Console;
 use crate::exit::{Exit, UsageError};

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
-use inhand_pipeline::{Event, RunOptions, RunResult, Settings, locate};
+use inhand_session::{Event, RunOptions, RunResult, Settings, locate};
 
 use crate::console::{Console, data};
 use crate::exit::Exit;
@@ -97,12 +97,12 @@ pub(crate) fn run_shown(console: &Console, options: &RunOptions) -> Result<RunRe
             }
         }
     };
-    Ok(inhand_pipeline::run(options, &mut watch)?)
+    Ok(inhand_session::run(options, &mut watch)?)
 }
 
 /// Runs a session without a word.
 pub(crate) fn run_quietly(options: &RunOptions) -> Result<RunResult> {
-    Ok(inhand_pipeline::run(options, &mut |_| ())?)
+    Ok(inhand_session::run(options, &mut |_| ())?)
 }
 
 /// Says what came out.

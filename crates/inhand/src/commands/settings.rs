@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
-use inhand_pipeline::{Settings, locate};
+use inhand_session::{Settings, locate};
 
 use crate::console::data;
 use crate::exit::Exit;

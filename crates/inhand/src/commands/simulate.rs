@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::ValueEnum;
 use inhand_model::Shape;
-use inhand_pipeline::{TakeFormat, simulate_session};
+use inhand_session::{TakeFormat, simulate_session};
 use inhand_simulation::{FaultSettings, GapSettings, SessionSettings};
 
 use crate::console::{Console, data};

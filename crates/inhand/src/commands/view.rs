@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use inhand_pipeline::{ViewedKind, add_views, check_target};
+use inhand_session::{ViewedKind, add_views, check_target};
 
 use crate::commands::targets;
 use crate::console::Console;
@@ -51,7 +51,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     for target in &targets {
         check_target(target, &read, || args.force)?;
     }
-    let dictionary = (args.dictionary.as_deref()).map(inhand_pipeline::read_dictionary);
+    let dictionary = (args.dictionary.as_deref()).map(inhand_session::read_dictionary);
     let dictionary = dictionary.transpose()?;
     for (input, target) in inputs.iter().zip(&targets) {
         let viewed = add_views(input, target, dictionary.as_ref(), &settings)?;

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use anyhow::Result;
 use inhand_model::{Annotations, Event, Label};
-use inhand_pipeline::annotate::{self, Annotated, Vocabulary};
-use inhand_pipeline::check_target;
+use inhand_session::annotate::{self, Annotated, Vocabulary};
+use inhand_session::check_target;
 use inhand_tables::events::{parse_instant, seconds_after};
 
 use super::{AboutArgs, AddArgs, EditArgs, ImportArgs, RemoveArgs, Target};

@@ -2,8 +2,8 @@
 
 use anyhow::{Context, Result};
 use inhand_model::Event;
-use inhand_pipeline::annotate::{self, Annotated};
-use inhand_pipeline::{check_target, write_text};
+use inhand_session::annotate::{self, Annotated};
+use inhand_session::{check_target, write_text};
 use inhand_tables::events;
 use serde_json::{Value, json};
 

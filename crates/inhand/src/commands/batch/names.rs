@@ -68,7 +68,7 @@ fn components(session: &Path) -> Vec<String> {
         .unwrap_or_else(|_| session.to_owned());
     let is_plain = full
         .file_name()
-        .is_some_and(|name| name == inhand_pipeline::SETTINGS_FILE);
+        .is_some_and(|name| name == inhand_session::SETTINGS_FILE);
     let named = match (is_plain, full.is_file()) {
         (true, _) => full.parent().unwrap_or(Path::new("")).to_owned(),
         (false, true) => full.with_extension(""),

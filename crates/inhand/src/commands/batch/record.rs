@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use anyhow::Result;
-use inhand_pipeline::write_text;
+use inhand_session::write_text;
 use serde::{Deserialize, Serialize};
 
 use crate::exit::Exit;

@@ -1,7 +1,7 @@
 //! The numbers of a dictionary as matrices.
 
 use anyhow::Result;
-use inhand_pipeline::{check_target, matrices, read_dictionary};
+use inhand_session::{check_target, matrices, read_dictionary};
 use serde_json::json;
 
 use super::Args;

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use anyhow::Result;
-use inhand_pipeline::tables::{self, Form};
-use inhand_pipeline::{Take, check_target};
+use inhand_session::tables::{self, Form};
+use inhand_session::{Take, check_target};
 use inhand_tables::bids::BidsNames;
 
 use super::Args;
@@ -53,7 +53,7 @@ pub(super) fn to_bids(console: &Console, args: &Args, names: &str) -> Result<Exi
 fn take(console: &Console, args: &Args) -> Result<Take> {
     let settings = args.source.effective(None)?;
     let takes = read_takes(console, std::slice::from_ref(&args.input), &settings);
-    if takes.is_err() && inhand_pipeline::read_dictionary(&args.input).is_ok() {
+    if takes.is_err() && inhand_session::read_dictionary(&args.input).is_ok() {
         let message = format!(
             "{} is a dictionary: expected -o to end in .npz or .mat",
             args.input.display()

@@ -5,8 +5,8 @@ use std::time::Instant;
 
 use anyhow::Result;
 use inhand_model::StopReason;
-use inhand_pipeline::check_target;
-use inhand_pipeline::learning::{self, LearningFolder, Progress, Shard};
+use inhand_session::check_target;
+use inhand_session::learning::{self, LearningFolder, Progress, Shard};
 use serde_json::json;
 
 use super::whole::{RunOptions, round_text, write_learned};
@@ -119,7 +119,7 @@ pub(super) fn stats(console: &Console, args: &StatsArgs) -> Result<Exit> {
                 "file": file,
                 "blocks": blocks,
                 "time_s": begin.elapsed().as_secs_f64(),
-                "peak_memory_bytes": inhand_pipeline::peak_memory_bytes(),
+                "peak_memory_bytes": inhand_session::peak_memory_bytes(),
             })
         ))?,
         Format::Text => console.say(&format!("wrote {} ({blocks} blocks)", file.display())),

@@ -5,10 +5,10 @@ use std::time::Instant;
 
 use anyhow::Result;
 use inhand_model::DictionaryKind;
-use inhand_pipeline::learning::{
+use inhand_session::learning::{
     self, Learned, LearningFolder, Progress, learn_given, learn_in, scratch_folder,
 };
-use inhand_pipeline::{Settings, check_target, matrices, write_dictionary};
+use inhand_session::{Settings, check_target, matrices, write_dictionary};
 use serde_json::{Value, json};
 
 use crate::commands::learn_rank::{self, RankChoice};
@@ -243,7 +243,7 @@ pub(super) fn write_learned(
                     "learn": learned.primitives_s,
                     "deviations": learned.deviations_s,
                 },
-                "peak_memory_bytes": inhand_pipeline::peak_memory_bytes(),
+                "peak_memory_bytes": inhand_session::peak_memory_bytes(),
             });
             if let Some(choice) = choice {
                 outcome["rank_choice"] = choice.json();

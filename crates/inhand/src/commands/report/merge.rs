@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use inhand_model::Summary;
-use inhand_pipeline::sessions::{MergeOptions, Part, merge};
-use inhand_pipeline::{check_target, write_text};
+use inhand_session::sessions::{MergeOptions, Part, merge};
+use inhand_session::{check_target, write_text};
 
 use super::forms;
 use crate::console::{Console, data};

@@ -1,0 +1,78 @@
+//! The steps from session to report in order, with files; the facade for library users.
+//!
+//! A session is a folder with takes; [`run()`] turns it into one MCAP file per take, a dictionary,
+//! `evaluation.json` and `report.html`. The same on values, without any file, is in [`steps`].
+//!
+//! ```no_run
+//! use inhand_session::{RunOptions, Settings, run};
+//!
+//! let mut settings = Settings::default();
+//! settings.object.shape = Some("cube:0.05".into());
+//! let options = RunOptions {
+//!     folder: "session".into(),
+//!     settings,
+//!     output: "results".into(),
+//!     force: false,
+//!     view: true,
+//!     command: Vec::new(),
+//! };
+//! let result = run(&options, &mut |_| ())?;
+//! println!("{}", result.files.report.display());
+//! # Ok::<(), inhand_session::PipelineError>(())
+//! ```
+
+pub mod annotate;
+mod check;
+mod clean;
+pub mod containers;
+mod coverage;
+mod demo;
+mod dictionary_file;
+mod error;
+mod figures;
+mod found_events;
+pub mod learning;
+mod long_take;
+mod manifest;
+pub mod matrices;
+mod methods;
+mod output;
+pub mod overlay;
+mod plan;
+mod run;
+mod session;
+pub mod sessions;
+mod settings;
+mod state;
+pub mod steps;
+mod stored;
+pub mod tables;
+mod take;
+mod take_file;
+mod view;
+
+pub use check::check_take;
+pub use clean::{clean_take, write_cleaned};
+pub use coverage::{Coverage, Presence};
+pub use demo::{DEMO_SESSION, TakeFormat, simulate_session};
+pub use dictionary_file::{DictionaryFile, read as read_dictionary, write as write_dictionary};
+pub use error::PipelineError;
+pub use figures::write_figures;
+pub use long_take::{LongTake, LongTakeFacts};
+pub use manifest::{PlanMs, RunJson, peak_memory_bytes, plan_times_beside};
+pub use methods::Method;
+pub use output::{check_target, write_atomic, write_text};
+pub use plan::{PlanRequest, Planned, plan_motion, write_plan};
+pub use run::{Event, RunFiles, RunOptions, RunResult, TOOL, provenance, run};
+pub use session::{SETTINGS_FILE, Session, SessionTake, is_take, list_takes, locate};
+pub use settings::{
+    BodySettings, CleanSection, EvaluateSection, LearnSection, ObjectSettings, PlanSection,
+    ProcessSection, Role, SegmentSection, SelectSection, Settings, SourceSettings, TakeEntry,
+};
+pub use state::{State, StateRole, read_state};
+pub use stored::evaluate_stored;
+pub use take::{Cleaning, Take, describe_source, read, read_clean, read_session};
+pub use take_file::{
+    GeneratedMotion, TakeContents, write as write_take, write_parts as write_take_parts,
+};
+pub use view::{Viewed, ViewedKind, add_views};

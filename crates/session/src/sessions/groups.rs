@@ -1,0 +1,86 @@
+//! Sessions of the same participant, object and task together.
+
+use std::collections::BTreeMap;
+
+use inhand_evaluation::SortedErrors;
+use inhand_model::{Finger, GroupSummary, PerFinger, Statistics};
+use inhand_statistics::quantiles::statistics;
+
+use super::part::Part;
+
+/// Participant, object, task.
+type Kind = (Option<String>, Option<String>, Option<String>);
+
+/// Which sessions belong together.
+pub(super) struct Groups(BTreeMap<Kind, Vec<usize>>);
+
+impl Groups {
+    pub(super) fn new(parts: &[Part]) -> Self {
+        let mut groups: BTreeMap<Kind, Vec<usize>> = BTreeMap::new();
+        for (place, part) in parts.iter().enumerate() {
+            let session = &part.evaluation.session;
+            let kind = (
+                session.participant.clone(),
+                session.object.clone(),
+                session.task.clone(),
+            );
+            groups.entry(kind).or_default().push(place);
+        }
+        Self(groups)
+    }
+
+    /// Each group's errors of a method, whose clusters are the sessions.
+    pub(super) fn summaries(
+        &self,
+        parts: &[Part],
+        method: &str,
+        errors: &SortedErrors,
+    ) -> Vec<GroupSummary> {
+        let of = |finger: Option<Finger>| -> Vec<Statistics> {
+            let by_session = errors.rows(finger).by_cluster();
+            (self.0.values())
+                .map(|sessions| {
+                    let pooled: Vec<f64> = (sessions.iter())
+                        .flat_map(|&session| by_session[session].iter().copied())
+                        .collect();
+                    let members = sessions.iter().map(|&session| &parts[session]);
+                    let (filled, left_out) = counts(members, method, finger);
+                    statistics(pooled, filled, left_out)
+                })
+                .collect()
+        };
+        let all = of(None);
+        let by_finger = PerFinger::from_fn(|finger| of(Some(finger)));
+        (self.0.iter().enumerate())
+            .map(
+                |(place, ((participant, object, task), sessions))| GroupSummary {
+                    participant: participant.clone(),
+                    object: object.clone(),
+                    task: task.clone(),
+                    sessions: sessions.len(),
+                    method: method.to_owned(),
+                    error: all[place],
+                    error_by_finger: by_finger.each_ref().map(|of_groups| of_groups[place]),
+                },
+            )
+            .collect()
+    }
+}
+
+/// Filled and left-out instants of a method, added up.
+pub(super) fn counts<'a>(
+    parts: impl IntoIterator<Item = &'a Part>,
+    method: &str,
+    finger: Option<Finger>,
+) -> (usize, usize) {
+    let mut counts = (0_usize, 0_usize);
+    for part in parts {
+        let methods = &part.evaluation.methods;
+        if let Some(found) = methods.iter().find(|found| found.name == method) {
+            let error = finger.map_or(&found.error, |finger| &found.error_by_finger[finger]);
+            counts.0 = counts.0.saturating_add(error.n_filled);
+            counts.1 = counts.1.saturating_add(error.n_left_out);
+        }
+    }
+    counts
+}

@@ -1,0 +1,340 @@
+//! Many evaluations as one summary.
+
+use std::collections::BTreeMap;
+
+use inhand_evaluation::{ContactCounts, Contestant, SortedErrors, best_baseline, intervals};
+use inhand_model::{
+    Bootstrap, Cluster, Finger, MethodEvaluation, MethodSummary, PerFinger, SessionMethod,
+    SessionSummary, SettingDifference, Severity, SharedContacts, Statistics, Summary,
+};
+use inhand_statistics::quantiles::sorted_statistics;
+use rayon::prelude::*;
+
+use super::groups::{Groups, counts};
+use super::outliers::outliers;
+use super::part::{Part, refused};
+use super::settings::differences;
+use crate::error::PipelineError;
+use crate::steps::SEED;
+
+/// How evaluations are joined.
+#[derive(Clone, Copy, Debug)]
+pub struct MergeOptions {
+    /// Join evaluations that were made with different settings, or of different methods.
+    pub allow_different: bool,
+    /// Draws of the bootstrap over sessions.
+    pub draws: usize,
+    /// Share of the draws inside an interval.
+    pub confidence: f64,
+}
+
+impl Default for MergeOptions {
+    fn default() -> Self {
+        Self {
+            allow_different: false,
+            draws: 2000,
+            confidence: 0.95,
+        }
+    }
+}
+
+/// Joins parts. Quantiles over sessions are those of all their instants together.
+///
+/// # Errors
+///
+/// [`PipelineError::Part`] for a session that is given twice, settings or methods that differ unless that is
+/// allowed, parts without rows or with those of another run; [`PipelineError::Table`] for damaged rows.
+pub fn merge(parts: &[Part], options: MergeOptions) -> Result<Summary, PipelineError> {
+    check_twice(parts)?;
+    let all: Vec<&Part> = parts.iter().collect();
+    let different = differences(&all);
+    if !options.allow_different {
+        check_same(parts, &different)?;
+    }
+    let methods = common_methods(parts)?;
+    let default_method = most_frequent_default(parts, &methods);
+    let default = methods.iter().position(|name| *name == default_method);
+    let default = default.unwrap_or_default();
+
+    let of_parts: Vec<Vec<&MethodEvaluation>> = (methods.iter())
+        .map(|name| parts.iter().filter_map(|part| method(part, name)).collect())
+        .collect();
+    let contestants: Vec<Contestant<'_>> = (methods.iter().zip(&of_parts))
+        .map(|(name, of_parts)| Contestant {
+            name,
+            baseline: of_parts.iter().all(|method| method.baseline),
+            mean_error_m: pooled_mean(of_parts.iter().map(|method| &method.error)),
+        })
+        .collect();
+    let shown = [Some(default), best_baseline(&contestants)];
+
+    let groups = Groups::new(parts);
+    let (mut summaries, mut of_groups) = (BTreeMap::new(), BTreeMap::new());
+    let intervals = intervals(
+        &contestants,
+        &default_method,
+        Bootstrap {
+            cluster: Cluster::Session,
+            draws: options.draws,
+            seed: SEED,
+            confidence: options.confidence,
+        },
+        |place, finger| -> Result<_, PipelineError> {
+            let read = parts
+                .par_iter()
+                .map(|part| part.errors_m(&methods[place], finger));
+            read.collect::<Vec<_>>().into_iter().collect()
+        },
+        |place| contact_counts(&of_parts[place]),
+        |place, errors| {
+            let name = &methods[place];
+            summaries.insert(place, summary(parts, name, of_parts[place][0], errors));
+            if shown.contains(&Some(place)) {
+                of_groups.insert(place, groups.summaries(parts, name, errors));
+            }
+        },
+    )?;
+    let sessions: Vec<SessionSummary> = (parts.iter().zip(names(parts)))
+        .map(|(part, name)| session(part, name, &methods))
+        .collect();
+    Ok(Summary {
+        outliers: outliers(&sessions, default, &default_method),
+        methods: (summaries.into_values().zip(&of_parts))
+            .map(|(summary, of_parts)| MethodSummary {
+                contacts: added(of_parts.iter().filter_map(|method| shared(method))),
+                ..summary
+            })
+            .collect(),
+        // The method to look at first comes first.
+        groups: (shown.iter().flatten())
+            .filter_map(|place| of_groups.remove(place))
+            .flatten()
+            .collect(),
+        default_method,
+        sessions,
+        intervals,
+        differences: different,
+    })
+}
+
+/// A session must not count twice, whatever the way its file is spelled.
+fn check_twice(parts: &[Part]) -> Result<(), PipelineError> {
+    let mut seen = BTreeMap::new();
+    for part in parts {
+        let file = part
+            .path
+            .canonicalize()
+            .unwrap_or_else(|_| part.path.clone());
+        if let Some(other) = seen.insert(file, part) {
+            let message = format!(
+                "given twice (also as {}): a session counts once",
+                other.path.display()
+            );
+            return Err(refused(&part.path, message));
+        }
+    }
+    for (place, part) in parts.iter().enumerate() {
+        let own = part.test_sources();
+        let same = |other: &&Part| !own.is_empty() && other.test_sources() == own;
+        if let Some(other) = parts[..place].iter().find(same) {
+            let message = format!(
+                "judged on the very files that {} was judged on: a session counts once",
+                other.path.display()
+            );
+            return Err(refused(&part.path, message));
+        }
+    }
+    if parts.is_empty() {
+        let message = "no evaluation was given".to_owned();
+        return Err(refused("evaluation.json".as_ref(), message));
+    }
+    Ok(())
+}
+
+fn check_same(parts: &[Part], different: &[SettingDifference]) -> Result<(), PipelineError> {
+    const TO_DO: &str =
+        "run them with the same settings, or join them all the same with --allow-different";
+    if let Some(first) = different.first() {
+        // Name the first file that is unlike the one before all others.
+        let place = (first.values.iter()).position(|value| *value != first.values[0]);
+        let place = place.unwrap_or_default();
+        let more = match different.len() - 1 {
+            0 => String::new(),
+            more => format!(" ({more} more settings differ among the sessions)"),
+        };
+        let message = format!(
+            "{} is {}, in {} it is {}{more}; {TO_DO}",
+            first.key,
+            first.values[place],
+            parts[0].path.display(),
+            first.values[0],
+        );
+        return Err(refused(&parts[place].path, message));
+    }
+    let expected = parts[0].method_names();
+    match parts.iter().find(|part| part.method_names() != expected) {
+        None => Ok(()),
+        Some(part) => {
+            let message = format!(
+                "the methods are {}, in {} they are {}; {TO_DO}",
+                part.method_names().join(", "),
+                parts[0].path.display(),
+                expected.join(", "),
+            );
+            Err(refused(&part.path, message))
+        }
+    }
+}
+
+/// Methods that all parts have, in the order of the first.
+fn common_methods(parts: &[Part]) -> Result<Vec<String>, PipelineError> {
+    let first = parts[0].method_names().into_iter();
+    let in_all = first.filter(|name| parts.iter().all(|part| method(part, name).is_some()));
+    let common: Vec<String> = in_all.map(str::to_owned).collect();
+    if common.is_empty() {
+        let message = "no method is in every evaluation".to_owned();
+        return Err(refused(&parts[0].path, message));
+    }
+    Ok(common)
+}
+
+fn method<'a>(part: &'a Part, name: &str) -> Option<&'a MethodEvaluation> {
+    part.evaluation
+        .methods
+        .iter()
+        .find(|method| method.name == name)
+}
+
+/// The method that most sessions look at first, the first of equally many.
+fn most_frequent_default(parts: &[Part], methods: &[String]) -> String {
+    let times = |name: &String| {
+        let same = parts
+            .iter()
+            .filter(|part| part.evaluation.default_method == *name);
+        same.count()
+    };
+    // The last of equal ones is taken, so they are gone through from the end.
+    methods
+        .iter()
+        .rev()
+        .max_by_key(|name| times(name))
+        .cloned()
+        .unwrap_or_default()
+}
+
+fn pooled_mean<'a>(errors: impl Iterator<Item = &'a Statistics>) -> f64 {
+    let (n, sum) = errors
+        .filter(|error| error.n > 0)
+        .fold((0.0, 0.0), |(n, sum), error| {
+            (n + error.n as f64, sum + error.mean * error.n as f64)
+        });
+    sum / n
+}
+
+fn summary(
+    parts: &[Part],
+    name: &str,
+    first: &MethodEvaluation,
+    errors: &SortedErrors,
+) -> MethodSummary {
+    let of = |finger: Option<Finger>| {
+        let (filled, left_out) = counts(parts, name, finger);
+        sorted_statistics(errors.rows(finger).sorted(), filled, left_out)
+    };
+    MethodSummary {
+        name: name.to_owned(),
+        description: first.description.clone(),
+        baseline: first.baseline,
+        error: of(None),
+        error_by_finger: PerFinger::from_fn(|finger| of(Some(finger))),
+        contacts: None,
+    }
+}
+
+/// Counts behind the shares that an evaluation states; shares of whole instants come back exactly.
+fn shared(method: &MethodEvaluation) -> Option<SharedContacts> {
+    let contact = method.contact.as_ref().filter(|contact| contact.n > 0)?;
+    let count = |share: f64| (share * contact.n as f64).round() as usize;
+    Some(SharedContacts {
+        n: contact.n,
+        three_or_more: count(contact.three_or_more),
+        recorded_three_or_more: count(contact.recorded_three_or_more),
+    })
+}
+
+fn added(contacts: impl Iterator<Item = SharedContacts>) -> Option<SharedContacts> {
+    contacts.reduce(|a, b| SharedContacts {
+        n: a.n.saturating_add(b.n),
+        three_or_more: a.three_or_more.saturating_add(b.three_or_more),
+        recorded_three_or_more: a
+            .recorded_three_or_more
+            .saturating_add(b.recorded_three_or_more),
+    })
+}
+
+/// Of every session; one without an object adds nothing.
+fn contact_counts(of_parts: &[&MethodEvaluation]) -> Option<Vec<ContactCounts>> {
+    let counts: Vec<Option<SharedContacts>> =
+        of_parts.iter().map(|method| shared(method)).collect();
+    counts.iter().any(Option::is_some).then(|| {
+        (counts.into_iter())
+            .map(Option::unwrap_or_default)
+            .map(|counts| ContactCounts {
+                judged: counts.n,
+                three_or_more: counts.three_or_more,
+                recorded_three_or_more: counts.recorded_three_or_more,
+            })
+            .collect()
+    })
+}
+
+/// Names that tell sessions apart: with the folder of the results where several have the same one.
+fn names(parts: &[Part]) -> Vec<String> {
+    let name = |part: &Part| part.evaluation.session.name.clone();
+    let mut times: BTreeMap<String, usize> = BTreeMap::new();
+    for part in parts {
+        *times.entry(name(part)).or_default() += 1;
+    }
+    let unlike = |part: &Part| {
+        let own = name(part);
+        let folder = part.path.canonicalize().ok();
+        let folder = folder
+            .as_deref()
+            .and_then(|path| path.parent()?.file_name());
+        match folder {
+            Some(folder) if times[&own] > 1 => format!("{own} ({})", folder.to_string_lossy()),
+            _ => own,
+        }
+    };
+    parts.iter().map(unlike).collect()
+}
+
+fn session(part: &Part, name: String, methods: &[String]) -> SessionSummary {
+    let (evaluation, facts) = (&part.evaluation, &part.evaluation.session);
+    let findings = evaluation.quality.iter().flat_map(|take| &take.findings);
+    let add = |of: fn(&inhand_model::TakeFacts) -> usize| {
+        facts.test.iter().map(of).fold(0, usize::saturating_add)
+    };
+    SessionSummary {
+        name,
+        file: part.path.display().to_string(),
+        participant: facts.participant.clone(),
+        object: facts.object.clone(),
+        task: facts.task.clone(),
+        takes: facts.test.len(),
+        duration_s: facts.test.iter().map(|take| take.duration_s).sum(),
+        segments: add(|take| take.segments),
+        left_out: add(|take| take.left_out),
+        warnings: findings
+            .filter(|finding| finding.severity == Severity::Warning)
+            .count(),
+        methods: (methods.iter())
+            .filter_map(|name| method(part, name))
+            .map(|method| SessionMethod {
+                error: method.error,
+                error_by_finger: method.error_by_finger,
+                contacts: shared(method),
+            })
+            .collect(),
+    }
+}

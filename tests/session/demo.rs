@@ -1,0 +1,64 @@
+//! A session as a library user runs it.
+
+use inhand_model::Shape;
+use inhand_session::{RunOptions, Settings, TakeFormat, run, simulate_session};
+use inhand_simulation::SessionSettings;
+
+#[test]
+fn a_cylinder_session_runs_from_code() {
+    let folder = tempfile::tempdir().unwrap();
+    let shape: Shape = "cylinder:0.05x0.06".parse().unwrap();
+    let mut simulated = SessionSettings::new(shape);
+    (simulated.train_takes, simulated.duration_s) = (2, 15.0);
+    let session = folder.path().join("session");
+    let takes = simulate_session(&session, &simulated, 3, TakeFormat::Mcap, false).unwrap();
+    assert_eq!(takes.len(), 3);
+
+    let mut settings = Settings::read(&session.join(inhand_session::SETTINGS_FILE)).unwrap();
+    settings.segments.stride = 10;
+    (settings.learn.rank, settings.learn.max_iterations) = (Some(20), 20);
+    let options = RunOptions {
+        folder: session,
+        settings,
+        output: folder.path().join("out"),
+        force: false,
+        view: false,
+        command: Vec::new(),
+    };
+    let mut steps = Vec::new();
+    let result = run(&options, &mut |event| {
+        if let inhand_session::Event::Finished(step, _) = event {
+            steps.push(step.to_owned());
+        }
+    })
+    .unwrap();
+    assert!(steps.iter().any(|step| step == "learn"), "{steps:?}");
+    let evaluation = result
+        .evaluation
+        .expect("the first run computes everything");
+    assert_eq!(
+        evaluation.session.object.as_deref(),
+        Some("cylinder:0.05x0.06")
+    );
+    let of = |name: &str| {
+        let method = evaluation.methods.iter().find(|m| m.name == name);
+        method.unwrap_or_else(|| panic!("no method {name}")).error
+    };
+    // In pauses nothing beats staying put; where there is motion, whoever knows the start does.
+    assert!(of("hermite").p95 < of("hold").p95);
+    // One take of 15 s has 14 segments, and every plan of them is proven.
+    let plan = evaluation.methods[0]
+        .plan
+        .as_ref()
+        .expect("the first method is learned");
+    assert_eq!((plan.solved, plan.infeasible, plan.failed), (14, 0, 0));
+    assert!(plan.worst_kkt_residual < 1e-6);
+    let contact = evaluation.methods[0]
+        .contact
+        .as_ref()
+        .expect("shape and object are known");
+    assert!(contact.recorded_three_or_more > 0.95, "{contact:?}");
+    // What a looser threshold calls contact includes what a stricter one does.
+    let shares: Vec<_> = contact.by_tau.iter().map(|at| at.three_or_more).collect();
+    assert!(shares.is_sorted(), "{shares:?}");
+}

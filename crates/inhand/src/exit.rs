@@ -3,7 +3,7 @@
 use std::io;
 use std::process::ExitCode;
 
-use inhand_session::PipelineError;
+use inhand_session::SessionError;
 use inhand_session::matrices::MatricesError;
 
 /// Shown under `--help`.
@@ -34,8 +34,8 @@ impl Exit {
             return Exit::Done;
         }
         let usage = error.chain().any(|e| {
-            e.downcast_ref::<PipelineError>()
-                .is_some_and(PipelineError::is_usage)
+            e.downcast_ref::<SessionError>()
+                .is_some_and(SessionError::is_usage)
                 || e.downcast_ref::<MatricesError>()
                     .is_some_and(MatricesError::is_usage)
                 || e.downcast_ref::<UsageError>().is_some()

@@ -11,7 +11,7 @@ use inhand_model::{Annotations, Clock, Event, InputHash, Label, Provenance, Star
 use serde_json::json;
 
 use crate::containers::{self, sha256};
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::output::write_atomic;
 use crate::run::TOOL;
 use crate::tables::{start_unix_nanos, table_error};
@@ -75,10 +75,10 @@ impl Annotated {
 ///
 /// # Errors
 ///
-/// [`PipelineError::Annotate`] for a file that is no MCAP, [`PipelineError::Channels`] for one that
-/// is damaged or holds an event that cannot be read, [`PipelineError::Io`].
-pub fn read(path: &Path) -> Result<Annotated, PipelineError> {
-    let bytes = std::fs::read(path).map_err(PipelineError::io("read", path))?;
+/// [`SessionError::Annotate`] for a file that is no MCAP, [`SessionError::Channels`] for one that
+/// is damaged or holds an event that cannot be read, [`SessionError::Io`].
+pub fn read(path: &Path) -> Result<Annotated, SessionError> {
+    let bytes = std::fs::read(path).map_err(SessionError::io("read", path))?;
     if !inhand_channels::is_mcap(&bytes) {
         return Err(wrong(
             path,
@@ -86,7 +86,7 @@ pub fn read(path: &Path) -> Result<Annotated, PipelineError> {
         ));
     }
     let name = path.display().to_string();
-    let channels = |source: inhand_channels::ChannelError| PipelineError::Channels {
+    let channels = |source: inhand_channels::ChannelError| SessionError::Channels {
         path: path.to_owned(),
         source: source.into(),
     };
@@ -118,9 +118,9 @@ pub fn read(path: &Path) -> Result<Annotated, PipelineError> {
 ///
 /// # Errors
 ///
-/// [`PipelineError::Table`] with line and column, [`PipelineError::Io`].
-pub fn read_csv(path: &Path, annotated: &Annotated) -> Result<Annotations, PipelineError> {
-    let bytes = std::fs::read(path).map_err(PipelineError::io("read", path))?;
+/// [`SessionError::Table`] with line and column, [`SessionError::Io`].
+pub fn read_csv(path: &Path, annotated: &Annotated) -> Result<Annotations, SessionError> {
+    let bytes = std::fs::read(path).map_err(SessionError::io("read", path))?;
     let name = path.file_name().unwrap_or(path.as_os_str());
     let name = name.to_string_lossy();
     inhand_tables::events::read(&bytes, &name, annotated.start_unix_nanos)
@@ -132,14 +132,14 @@ pub fn read_csv(path: &Path, annotated: &Annotated) -> Result<Annotations, Pipel
 ///
 /// # Errors
 ///
-/// [`PipelineError::Annotate`] for an event before the file's time line or past the year 2105, which
+/// [`SessionError::Annotate`] for an event before the file's time line or past the year 2105, which
 /// viewers cannot show; what reading and writing can find.
 pub fn write(
     input: &Path,
     output: &Path,
     annotated: &Annotated,
     annotations: &Annotations,
-) -> Result<(), PipelineError> {
+) -> Result<(), SessionError> {
     check_times(input, annotations)?;
     let made = provenance(input, annotations)?;
     put(input, output, annotated, annotations, Some(&made))
@@ -152,7 +152,7 @@ pub(crate) fn put(
     annotated: &Annotated,
     annotations: &Annotations,
     made: Option<&Provenance>,
-) -> Result<(), PipelineError> {
+) -> Result<(), SessionError> {
     let records = inhand_channels::annotation_records(annotations).0;
     let known = &annotated.metadata.0;
     let is_known = |name: &String| known.contains_key(name);
@@ -187,13 +187,13 @@ pub(crate) fn put(
     let scratch = tempfile::Builder::new()
         .prefix(".inhand-unfinished-")
         .tempdir_in(folder)
-        .map_err(PipelineError::io("write", output))?;
+        .map_err(SessionError::io("write", output))?;
     let rest = scratch.path().join("rest.mcap");
     containers::filter(input, &rest, &without_events)?;
     let events = scratch.path().join("events.mcap");
     write_atomic(&events, |out| {
         inhand_channels::write_annotations(out, annotations, &annotated.profile).map_err(|source| {
-            PipelineError::Channels {
+            SessionError::Channels {
                 path: output.to_owned(),
                 source: source.into(),
             }
@@ -209,7 +209,7 @@ fn known_events(annotated: &Annotated) -> bool {
 }
 
 /// The events themselves are in the file; the step says that they were written.
-fn provenance(input: &Path, annotations: &Annotations) -> Result<Provenance, PipelineError> {
+fn provenance(input: &Path, annotations: &Annotations) -> Result<Provenance, SessionError> {
     let name = input.file_name().unwrap_or(input.as_os_str());
     Ok(Provenance {
         tool: TOOL.to_owned(),
@@ -223,7 +223,7 @@ fn provenance(input: &Path, annotations: &Annotations) -> Result<Provenance, Pip
 }
 
 /// Viewers state times with 32 bits of seconds.
-fn check_times(path: &Path, annotations: &Annotations) -> Result<(), PipelineError> {
+fn check_times(path: &Path, annotations: &Annotations) -> Result<(), SessionError> {
     const LAST: u64 = u32::MAX as u64 * 1_000_000_000 + 999_999_999;
     match annotations
         .events
@@ -242,8 +242,8 @@ fn check_times(path: &Path, annotations: &Annotations) -> Result<(), PipelineErr
     }
 }
 
-fn wrong(path: &Path, message: String) -> PipelineError {
-    PipelineError::Annotate {
+fn wrong(path: &Path, message: String) -> SessionError {
+    SessionError::Annotate {
         path: path.to_owned(),
         message,
     }
@@ -264,10 +264,10 @@ impl Vocabulary {
     ///
     /// # Errors
     ///
-    /// [`PipelineError::SettingsFile`] with the place, [`PipelineError::Io`].
-    pub fn read(path: &Path) -> Result<Self, PipelineError> {
-        let text = std::fs::read_to_string(path).map_err(PipelineError::io("read", path))?;
-        let wrong = |message: String| PipelineError::SettingsFile {
+    /// [`SessionError::SettingsFile`] with the place, [`SessionError::Io`].
+    pub fn read(path: &Path) -> Result<Self, SessionError> {
+        let text = std::fs::read_to_string(path).map_err(SessionError::io("read", path))?;
+        let wrong = |message: String| SessionError::SettingsFile {
             path: path.to_owned(),
             message,
         };
@@ -289,15 +289,15 @@ impl Vocabulary {
             let values = values(&key, value)?;
             Ok((key, values))
         });
-        Ok(Self(entries.collect::<Result<_, PipelineError>>()?))
+        Ok(Self(entries.collect::<Result<_, SessionError>>()?))
     }
 
     /// Refuses labels that are not in the vocabulary; those of events that inhand found are its own.
     ///
     /// # Errors
     ///
-    /// [`PipelineError::Annotate`] with what may be used instead.
-    pub fn check(&self, file: &Path, events: &[Event]) -> Result<(), PipelineError> {
+    /// [`SessionError::Annotate`] with what may be used instead.
+    pub fn check(&self, file: &Path, events: &[Event]) -> Result<(), SessionError> {
         let given = events.iter().filter(|event| !event.is_found());
         for (key, value) in given.flat_map(|event| &event.labels) {
             let label = Label::new(key, value);

@@ -5,7 +5,7 @@ use std::path::Path;
 use inhand_checking::{CheckSettings, Checked, Suspicion, SuspicionKind, check};
 use inhand_cleaning::detect::{Suspects, all, flips, spikes};
 
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::settings::Settings;
 use crate::take::{Take, read};
 
@@ -14,8 +14,8 @@ use crate::take::{Take, read};
 ///
 /// # Errors
 ///
-/// [`PipelineError::Settings`]: what would be wrong for every take.
-pub fn check_take(path: &Path, settings: &Settings) -> Result<Checked, PipelineError> {
+/// [`SessionError::Settings`]: what would be wrong for every take.
+pub fn check_take(path: &Path, settings: &Settings) -> Result<Checked, SessionError> {
     let limits = check_settings(settings)?;
     let outcome = match read(path, settings) {
         Ok(take) => {
@@ -33,7 +33,7 @@ pub fn check_take(path: &Path, settings: &Settings) -> Result<Checked, PipelineE
 }
 
 /// Limits of a check: the take is looked at as these settings would process and cut it.
-fn check_settings(settings: &Settings) -> Result<CheckSettings, PipelineError> {
+fn check_settings(settings: &Settings) -> Result<CheckSettings, SessionError> {
     Ok(CheckSettings {
         process: settings.process_settings()?,
         margin_s: settings.segments.margin_s,
@@ -89,7 +89,7 @@ fn suspicions(take: &Take) -> Vec<Suspicion> {
 }
 
 /// An error and its causes without the file's name, which stands beside them.
-fn reason(error: &PipelineError, path: &Path) -> String {
+fn reason(error: &SessionError, path: &Path) -> String {
     let file = path.display().to_string();
     let name = (path.file_name().unwrap_or_default())
         .to_string_lossy()

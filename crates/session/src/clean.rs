@@ -6,7 +6,7 @@ use inhand_channels::TakeFile;
 use inhand_cleaning::{CleanSettings, Cleaned};
 use inhand_model::{Provenance, Shape};
 
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::take::{Cleaning, Take};
 use crate::take_file;
 
@@ -14,11 +14,11 @@ use crate::take_file;
 ///
 /// # Errors
 ///
-/// [`PipelineError::Cleaning`], and [`PipelineError::Take`] where roles cannot be told.
-pub fn clean_take(take: &Take, steps: &CleanSettings) -> Result<Cleaned, PipelineError> {
+/// [`SessionError::Cleaning`], and [`SessionError::Take`] where roles cannot be told.
+pub fn clean_take(take: &Take, steps: &CleanSettings) -> Result<Cleaned, SessionError> {
     let mut cleaned =
         inhand_cleaning::clean(&take.recording, take.roles()?, steps).map_err(|source| {
-            PipelineError::Cleaning {
+            SessionError::Cleaning {
                 path: take.path.clone(),
                 source: source.into(),
             }
@@ -42,7 +42,7 @@ pub fn clean_take(take: &Take, steps: &CleanSettings) -> Result<Cleaned, Pipelin
 
 /// The take with its cleaned recording in use. A motion that was stored belongs to another recording
 /// and is left out.
-pub(crate) fn cleaned(take: &Take, steps: &CleanSettings) -> Result<Take, PipelineError> {
+pub(crate) fn cleaned(take: &Take, steps: &CleanSettings) -> Result<Take, SessionError> {
     let Cleaned { recording, changes } = clean_take(take, steps)?;
     Ok(Take {
         recording,
@@ -59,7 +59,7 @@ pub(crate) fn cleaned(take: &Take, steps: &CleanSettings) -> Result<Take, Pipeli
 ///
 /// # Errors
 ///
-/// [`PipelineError`]; then no file appears.
+/// [`SessionError`]; then no file appears.
 pub fn write_cleaned(
     path: &Path,
     take: &Take,
@@ -67,7 +67,7 @@ pub fn write_cleaned(
     made: &Provenance,
     shape: Option<Shape>,
     view: bool,
-) -> Result<(), PipelineError> {
+) -> Result<(), SessionError> {
     let mut provenance = take.provenance.clone();
     provenance.push(made.clone());
     let file = TakeFile {

@@ -19,7 +19,7 @@ use inhand_container::{
 use inhand_model::{Annotations, Event};
 
 use crate::annotate;
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::output::write_atomic;
 use crate::run::TOOL;
 
@@ -51,9 +51,9 @@ pub type FileSource = Source<BufReader<File>>;
 ///
 /// # Errors
 ///
-/// [`PipelineError::Io`], and [`PipelineError::Container`] for a file of another kind.
-pub fn open(path: &Path) -> Result<FileSource, PipelineError> {
-    let file = File::open(path).map_err(PipelineError::io("read", path))?;
+/// [`SessionError::Io`], and [`SessionError::Container`] for a file of another kind.
+pub fn open(path: &Path) -> Result<FileSource, SessionError> {
+    let file = File::open(path).map_err(SessionError::io("read", path))?;
     let reader = BufReader::with_capacity(1 << 16, file);
     Source::open(&name_of(path), reader).map_err(container(path))
 }
@@ -63,16 +63,16 @@ pub(crate) fn name_of(path: &Path) -> String {
     name.to_string_lossy().into_owned()
 }
 
-pub(crate) fn container(path: &Path) -> impl Fn(ContainerError) -> PipelineError {
+pub(crate) fn container(path: &Path) -> impl Fn(ContainerError) -> SessionError {
     let path = path.to_owned();
-    move |source| PipelineError::Container {
+    move |source| SessionError::Container {
         path: path.clone(),
         source: Box::new(source),
     }
 }
 
 /// The metadata of a file by name; nothing else of it is read.
-fn metadata(source: &mut FileSource, path: &Path) -> Result<Metadata, PipelineError> {
+fn metadata(source: &mut FileSource, path: &Path) -> Result<Metadata, SessionError> {
     let records = inhand_container::metadata(source).map_err(container(path))?;
     let facts = records
         .into_iter()
@@ -84,12 +84,12 @@ fn metadata(source: &mut FileSource, path: &Path) -> Result<Metadata, PipelineEr
 ///
 /// # Errors
 ///
-/// [`PipelineError::Settings`] for an instant that is no time, [`PipelineError::Container`].
+/// [`SessionError::Settings`] for an instant that is no time, [`SessionError::Container`].
 pub fn interval(
     path: &Path,
     from: Option<Instant>,
     to: Option<Instant>,
-) -> Result<Interval, PipelineError> {
+) -> Result<Interval, SessionError> {
     let mut source = open(path)?;
     let start = match metadata(&mut source, path)?.0.get(RECORDING) {
         Some(facts) => facts
@@ -114,7 +114,7 @@ pub fn interval(
                 false => start.saturating_add(nanos),
             })
         }
-        Instant::SinceStart(s) => Err(PipelineError::Settings {
+        Instant::SinceStart(s) => Err(SessionError::Settings {
             key: key.to_owned(),
             expected: "a number of seconds".to_owned(),
             found: s.to_string(),
@@ -123,7 +123,7 @@ pub fn interval(
     let from = from.map_or(Ok(0), |instant| unix_nanos("from", instant))?;
     let to = to.map(|instant| unix_nanos("to", instant)).transpose()?;
     if to.is_some_and(|to| to <= from) {
-        return Err(PipelineError::Settings {
+        return Err(SessionError::Settings {
             key: "--to".to_owned(),
             expected: "a time after --from".to_owned(),
             found: "an earlier one".to_owned(),
@@ -142,9 +142,9 @@ pub fn interval(
 ///
 /// # Errors
 ///
-/// [`PipelineError::Container`] with the byte at which a file is wrong, [`PipelineError::Channels`]
-/// where the stretches are not one stretch of a take, [`PipelineError::Io`].
-pub fn cut(input: &Path, output: &Path, stretches: &[Interval]) -> Result<Cut, PipelineError> {
+/// [`SessionError::Container`] with the byte at which a file is wrong, [`SessionError::Channels`]
+/// where the stretches are not one stretch of a take, [`SessionError::Io`].
+pub fn cut(input: &Path, output: &Path, stretches: &[Interval]) -> Result<Cut, SessionError> {
     let mut source = open(input)?;
     let metadata = metadata(&mut source, input)?;
     let take = take::cut(input, &metadata, stretches)?;
@@ -176,7 +176,7 @@ pub fn cut(input: &Path, output: &Path, stretches: &[Interval]) -> Result<Cut, P
             let scratch = tempfile::Builder::new()
                 .prefix(".inhand-unfinished-")
                 .tempdir_in(folder.unwrap_or(Path::new(".")))
-                .map_err(PipelineError::io("write", output))?;
+                .map_err(SessionError::io("write", output))?;
             let cut = scratch.path().join("cut.mcap");
             let selected = select(&mut source, input, &cut, &selection)?;
             annotate::put(&cut, output, &annotate::read(&cut)?, &events, None)?;
@@ -195,7 +195,7 @@ fn events_into(
     input: &Path,
     metadata: &Metadata,
     stretches: &[Interval],
-) -> Result<Option<Annotations>, PipelineError> {
+) -> Result<Option<Annotations>, SessionError> {
     if !metadata.0.contains_key("inhand.annotations") {
         return Ok(None);
     }
@@ -217,12 +217,12 @@ fn events_into(
 ///
 /// # Errors
 ///
-/// [`PipelineError::Container`] with the byte at which the file is wrong, [`PipelineError::Io`].
+/// [`SessionError::Container`] with the byte at which the file is wrong, [`SessionError::Io`].
 pub fn filter(
     input: &Path,
     output: &Path,
     selection: &Selection<'_>,
-) -> Result<Selected, PipelineError> {
+) -> Result<Selected, SessionError> {
     select(&mut open(input)?, input, output, selection)
 }
 
@@ -231,7 +231,7 @@ fn select(
     input: &Path,
     output: &Path,
     selection: &Selection<'_>,
-) -> Result<Selected, PipelineError> {
+) -> Result<Selected, SessionError> {
     let mut selected = Selected::default();
     write_atomic(output, |out| {
         selected = inhand_container::select(source, out, selection).map_err(container(input))?;
@@ -247,9 +247,9 @@ fn select(
 ///
 /// # Errors
 ///
-/// [`PipelineError::Take`] for several takes, [`PipelineError::Container`] for topics with different
+/// [`SessionError::Take`] for several takes, [`SessionError::Container`] for topics with different
 /// schemas, both only without `keep_both`; what reading and writing can find.
-pub fn merge(inputs: &[&Path], output: &Path, keep_both: bool) -> Result<Merged, PipelineError> {
+pub fn merge(inputs: &[&Path], output: &Path, keep_both: bool) -> Result<Merged, SessionError> {
     merge_as(TOOL, inputs, output, keep_both)
 }
 
@@ -259,7 +259,7 @@ pub(crate) fn merge_as(
     inputs: &[&Path],
     output: &Path,
     keep_both: bool,
-) -> Result<Merged, PipelineError> {
+) -> Result<Merged, SessionError> {
     let mut sources = Vec::with_capacity(inputs.len());
     let mut takes = Vec::new();
     for &input in inputs {
@@ -272,7 +272,7 @@ pub(crate) fn merge_as(
     if let [first, second, ..] = takes[..]
         && !keep_both
     {
-        return Err(PipelineError::Take {
+        return Err(SessionError::Take {
             path: second.to_owned(),
             message: format!(
                 "a take, as is {}: a file can hold one take; --keep-both writes the channels of \
@@ -325,10 +325,10 @@ fn recovered_take(metadata: &Metadata, recovered: &Recovered) -> Option<Metadata
 ///
 /// # Errors
 ///
-/// [`PipelineError::Container`] for a file of another kind, or an output that does not read back;
-/// [`PipelineError::Io`].
-pub fn recover(input: &Path, output: &Path) -> Result<Recovered, PipelineError> {
-    let file = File::open(input).map_err(PipelineError::io("read", input))?;
+/// [`SessionError::Container`] for a file of another kind, or an output that does not read back;
+/// [`SessionError::Io`].
+pub fn recover(input: &Path, output: &Path) -> Result<Recovered, SessionError> {
+    let file = File::open(input).map_err(SessionError::io("read", input))?;
     let reader = BufReader::with_capacity(1 << 16, file);
     let folder = output
         .parent()
@@ -336,11 +336,11 @@ pub fn recover(input: &Path, output: &Path) -> Result<Recovered, PipelineError> 
     let scratch = tempfile::Builder::new()
         .prefix(".inhand-unfinished-")
         .tempfile_in(folder.unwrap_or(Path::new(".")))
-        .map_err(PipelineError::io("write", output))?;
+        .map_err(SessionError::io("write", output))?;
     let mut saved = BufWriter::with_capacity(1 << 20, scratch.as_file());
     let mut recovered =
         inhand_container::recover(&name_of(input), reader, &mut saved).map_err(container(input))?;
-    saved.flush().map_err(PipelineError::io("write", output))?;
+    saved.flush().map_err(SessionError::io("write", output))?;
     drop(saved);
     let mut saved = open(scratch.path())?;
     let add = recovered_take(&metadata(&mut saved, output)?, &recovered);
@@ -352,9 +352,9 @@ pub fn recover(input: &Path, output: &Path) -> Result<Recovered, PipelineError> 
         let selected = inhand_container::select(&mut saved, &mut *out, &with_record)
             .map_err(container(output))?;
         recovered.written = selected.written;
-        out.flush().map_err(PipelineError::io("write", output))?;
+        out.flush().map_err(SessionError::io("write", output))?;
         let written = out.get_ref().try_clone();
-        let written = written.map_err(PipelineError::io("read", output))?;
+        let written = written.map_err(SessionError::io("read", output))?;
         let mut written =
             Source::open(&name_of(output), BufReader::new(written)).map_err(container(output))?;
         inhand_container::verify(&mut written, &recovered.written).map_err(container(output))

@@ -8,7 +8,7 @@ use inhand_simulation::{FaultKind, SessionSettings, SimulatedTake, session};
 use rayon::prelude::*;
 use serde_json::json;
 
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::output;
 use crate::run::TOOL;
 use crate::session::{SETTINGS_FILE, is_take};
@@ -31,14 +31,14 @@ pub enum TakeFormat {
 ///
 /// # Errors
 ///
-/// [`PipelineError::Simulation`], [`PipelineError::Io`], [`PipelineError::Output`].
+/// [`SessionError::Simulation`], [`SessionError::Io`], [`SessionError::Output`].
 pub fn simulate_session(
     folder: &Path,
     simulated: &SessionSettings,
     seed: u64,
     format: TakeFormat,
     force: bool,
-) -> Result<Vec<PathBuf>, PipelineError> {
+) -> Result<Vec<PathBuf>, SessionError> {
     let takes = session(simulated, seed)?;
     let roles = (takes.train.iter().map(|take| (Role::Train, take)))
         .chain(takes.test.iter().map(|take| (Role::Test, take)));
@@ -111,7 +111,7 @@ fn faults_json(take: &SimulatedTake) -> String {
 fn refuse_other_takes(
     folder: &Path,
     files: &[(PathBuf, &SimulatedTake)],
-) -> Result<(), PipelineError> {
+) -> Result<(), SessionError> {
     for role in [Role::Train, Role::Test] {
         let Ok(entries) = std::fs::read_dir(folder.join(role.name())) else {
             continue; // Not there yet.
@@ -123,7 +123,7 @@ fn refuse_other_takes(
             let message = "the folder holds a take of another session: name another folder, or \
                            remove that session"
                 .to_owned();
-            return Err(PipelineError::Output { path, message });
+            return Err(SessionError::Output { path, message });
         }
     }
     Ok(())
@@ -144,11 +144,11 @@ fn write_simulated(
     take: &SimulatedTake,
     format: TakeFormat,
     provenance: &Provenance,
-) -> Result<(), PipelineError> {
+) -> Result<(), SessionError> {
     match format {
         TakeFormat::MotiveCsv => output::write_atomic(path, |out| {
             inhand_capture::motive::write(&take.recording, out).map_err(|source| {
-                PipelineError::Capture {
+                SessionError::Capture {
                     path: path.to_owned(),
                     source: source.into(),
                 }

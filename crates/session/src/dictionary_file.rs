@@ -4,7 +4,7 @@ use std::path::Path;
 
 use inhand_model::{Dictionary, InputHash, Provenance};
 
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::output;
 use crate::take::hex_sha256;
 
@@ -23,16 +23,16 @@ pub struct DictionaryFile {
 ///
 /// # Errors
 ///
-/// [`PipelineError::Channels`] for a file that holds none, [`PipelineError::Io`].
-pub fn read(path: &Path) -> Result<DictionaryFile, PipelineError> {
-    let bytes = std::fs::read(path).map_err(PipelineError::io("read", path))?;
+/// [`SessionError::Channels`] for a file that holds none, [`SessionError::Io`].
+pub fn read(path: &Path) -> Result<DictionaryFile, SessionError> {
+    let bytes = std::fs::read(path).map_err(SessionError::io("read", path))?;
     let name = path
         .file_name()
         .map(|n| n.to_string_lossy().into_owned())
         .unwrap_or_default();
     let (dictionary, provenance) =
         inhand_channels::read_dictionary(&bytes, &name).map_err(|source| {
-            PipelineError::Channels {
+            SessionError::Channels {
                 path: path.to_owned(),
                 source: source.into(),
             }
@@ -58,15 +58,15 @@ pub(crate) fn read_if(path: &Path, learned_by: &Provenance) -> Option<Dictionary
 ///
 /// # Errors
 ///
-/// [`PipelineError::Channels`], [`PipelineError::Io`].
+/// [`SessionError::Channels`], [`SessionError::Io`].
 pub fn write(
     path: &Path,
     dictionary: &Dictionary,
     provenance: &[Provenance],
-) -> Result<(), PipelineError> {
+) -> Result<(), SessionError> {
     output::write_atomic(path, |out| {
         inhand_channels::write_dictionary(out, dictionary, provenance).map_err(|source| {
-            PipelineError::Channels {
+            SessionError::Channels {
                 path: path.to_owned(),
                 source: source.into(),
             }

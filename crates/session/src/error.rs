@@ -8,7 +8,7 @@ use thiserror::Error;
 /// An error of a step, with the file it happened in.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-pub enum PipelineError {
+pub enum SessionError {
     /// A file or folder could not be read or written.
     #[error("cannot {action} {}", path.display())]
     Io {
@@ -186,11 +186,11 @@ pub enum PipelineError {
     },
 }
 
-impl PipelineError {
+impl SessionError {
     /// For `map_err` on file operations.
     pub(crate) fn io(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
         let path = path.to_owned();
-        move |source| PipelineError::Io {
+        move |source| SessionError::Io {
             action,
             path,
             source,
@@ -201,9 +201,9 @@ impl PipelineError {
     pub fn is_usage(&self) -> bool {
         matches!(
             self,
-            PipelineError::Settings { .. }
-                | PipelineError::SettingsFile { .. }
-                | PipelineError::Output { .. }
+            SessionError::Settings { .. }
+                | SessionError::SettingsFile { .. }
+                | SessionError::Output { .. }
         )
     }
 }

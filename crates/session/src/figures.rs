@@ -6,7 +6,7 @@ use inhand_report::{Figure, FigureData, FigureValues, Report};
 use inhand_tables::{Column, Table, Values, write_parquet};
 use rayon::prelude::*;
 
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::output::{write_atomic, write_text};
 use crate::tables::table_error;
 
@@ -15,11 +15,11 @@ use crate::tables::table_error;
 ///
 /// # Errors
 ///
-/// As [`inhand_report::figures`]; [`PipelineError::Table`], [`PipelineError::Io`]. Each file appears whole or not
+/// As [`inhand_report::figures`]; [`SessionError::Table`], [`SessionError::Io`]. Each file appears whole or not
 /// at all.
-pub fn write_figures(folder: &Path, report: &Report<'_>) -> Result<Vec<PathBuf>, PipelineError> {
+pub fn write_figures(folder: &Path, report: &Report<'_>) -> Result<Vec<PathBuf>, SessionError> {
     let figures = inhand_report::figures(report)?;
-    let written: Vec<Result<_, PipelineError>> = figures
+    let written: Vec<Result<_, SessionError>> = figures
         .par_iter()
         .map(|figure| write_figure(folder, figure))
         .collect();
@@ -27,7 +27,7 @@ pub fn write_figures(folder: &Path, report: &Report<'_>) -> Result<Vec<PathBuf>,
     Ok(written.into_iter().flatten().collect())
 }
 
-fn write_figure(folder: &Path, figure: &Figure) -> Result<[PathBuf; 3], PipelineError> {
+fn write_figure(folder: &Path, figure: &Figure) -> Result<[PathBuf; 3], SessionError> {
     let file = |extension: &str| folder.join(format!("{}.{extension}", figure.id));
     let (svg, csv, parquet) = (file("svg"), file("csv"), file("parquet"));
     write_text(&svg, &figure.print_svg())?;

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use inhand_model::{Annotations, Clock, ContactRows, Event, FOUND, FingerSet, Motion};
 
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::settings::Settings;
 use crate::steps;
 
@@ -18,12 +18,12 @@ const KEYS: [&str; 5] = ["phase", "gait", "holding", "step_mm", FOUND.0];
 ///
 /// # Errors
 ///
-/// [`PipelineError::Settings`], [`PipelineError::Contacts`].
+/// [`SessionError::Settings`], [`SessionError::Contacts`].
 pub(crate) fn with_found(
     annotations: &Annotations,
     motion: &Motion,
     settings: &Settings,
-) -> Result<Annotations, PipelineError> {
+) -> Result<Annotations, SessionError> {
     let Some(rows) = steps::contact_rows(motion, settings)? else {
         return Ok(annotations.clone());
     };

@@ -18,7 +18,7 @@
 //! };
 //! let result = run(&options, &mut |_| ())?;
 //! println!("{}", result.files.report.display());
-//! # Ok::<(), inhand_session::PipelineError>(())
+//! # Ok::<(), inhand_session::SessionError>(())
 //! ```
 
 pub mod annotate;
@@ -56,7 +56,7 @@ pub use clean::{clean_take, write_cleaned};
 pub use coverage::{Coverage, Presence};
 pub use demo::{DEMO_SESSION, TakeFormat, simulate_session};
 pub use dictionary_file::{DictionaryFile, read as read_dictionary, write as write_dictionary};
-pub use error::PipelineError;
+pub use error::SessionError;
 pub use figures::write_figures;
 pub use long_take::{LongTake, LongTakeFacts};
 pub use manifest::{PlanMs, RunJson, peak_memory_bytes, plan_times_beside};

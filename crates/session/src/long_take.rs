@@ -16,7 +16,7 @@ use inhand_model::{InputHash, Provenance, Recording, Roles, Shape};
 use sha2::{Digest, Sha256};
 
 use crate::coverage::Coverage;
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::output::write_atomic;
 use crate::settings::Settings;
 use crate::take::hex;
@@ -66,8 +66,8 @@ impl LongTake {
     /// # Errors
     ///
     /// As for [`read`](crate::read).
-    pub fn open(path: &Path, settings: &Settings) -> Result<Option<Self>, PipelineError> {
-        let io = |error| PipelineError::io("read", path)(error);
+    pub fn open(path: &Path, settings: &Settings) -> Result<Option<Self>, SessionError> {
+        let io = |error| SessionError::io("read", path)(error);
         let mut file = File::open(path).map_err(io)?;
         if !file.metadata().map_err(io)?.is_file() {
             return Ok(None);
@@ -118,11 +118,11 @@ impl LongTake {
     ///
     /// # Errors
     ///
-    /// [`PipelineError`]; then no file appears. One is that the file has changed since it was
+    /// [`SessionError`]; then no file appears. One is that the file has changed since it was
     /// opened.
-    pub fn write(&self, target: &Path, facts: LongTakeFacts<'_>) -> Result<(), PipelineError> {
+    pub fn write(&self, target: &Path, facts: LongTakeFacts<'_>) -> Result<(), SessionError> {
         write_atomic(target, |out| {
-            let channels = |source: inhand_channels::ChannelError| PipelineError::Channels {
+            let channels = |source: inhand_channels::ChannelError| SessionError::Channels {
                 path: target.to_owned(),
                 source: source.into(),
             };
@@ -153,8 +153,8 @@ impl LongTake {
     }
 
     /// Reads the file again and hands on its blocks, as long as they are taken.
-    fn blocks(&self, mut take: impl FnMut(Recording) -> bool) -> Result<(), PipelineError> {
-        let io = |error| PipelineError::io("read", &self.path)(error);
+    fn blocks(&self, mut take: impl FnMut(Recording) -> bool) -> Result<(), SessionError> {
+        let io = |error| SessionError::io("read", &self.path)(error);
         let mut file = Hashed {
             input: File::open(&self.path).map_err(io)?,
             hash: Sha256::new(),
@@ -170,7 +170,7 @@ impl LongTake {
         if hex(&file.hash.finalize()) == self.hash.sha256 {
             Ok(())
         } else {
-            Err(PipelineError::Take {
+            Err(SessionError::Take {
                 path: self.path.clone(),
                 message: "the file changed while it was read: convert it again when it is complete"
                     .to_owned(),
@@ -179,8 +179,8 @@ impl LongTake {
     }
 }
 
-fn capture_error(path: &Path) -> impl Fn(CaptureError) -> PipelineError {
-    |source| PipelineError::Capture {
+fn capture_error(path: &Path) -> impl Fn(CaptureError) -> SessionError {
+    |source| SessionError::Capture {
         path: path.to_owned(),
         source: source.into(),
     }

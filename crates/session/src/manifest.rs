@@ -9,7 +9,7 @@ use inhand_report::PlanTimes;
 use inhand_statistics::quantiles::quantile;
 use serde::{Deserialize, Serialize};
 
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::output;
 use crate::run::TOOL;
 use crate::session::Session;
@@ -83,13 +83,13 @@ impl Manifest {
     ///
     /// # Errors
     ///
-    /// [`PipelineError::Io`].
+    /// [`SessionError::Io`].
     pub fn of(
         session: &str,
         key: String,
         folder: &Path,
         outputs: &[&Path],
-    ) -> Result<Self, PipelineError> {
+    ) -> Result<Self, SessionError> {
         use rayon::prelude::*;
         let hashes: Vec<_> = outputs.par_iter().map(|path| hash_file(path)).collect();
         let names = outputs.iter().map(|path| name_in(folder, path));
@@ -97,7 +97,7 @@ impl Manifest {
         Ok(Self {
             session: session.to_owned(),
             key,
-            outputs: outputs.collect::<Result<_, PipelineError>>()?,
+            outputs: outputs.collect::<Result<_, SessionError>>()?,
         })
     }
 }
@@ -165,13 +165,13 @@ pub(crate) fn is_run_of(path: &Path, session: &str) -> bool {
 ///
 /// # Errors
 ///
-/// [`PipelineError::Io`].
+/// [`SessionError::Io`].
 pub(crate) fn claim(
     run_file: &Path,
     session: &str,
     outputs: &[&Path],
     command: &[String],
-) -> Result<(), PipelineError> {
+) -> Result<(), SessionError> {
     let folder = folder_of(run_file);
     output::remove_unfinished(folder);
     output::remove_unfinished(&folder.join(crate::run::FIGURES));
@@ -182,7 +182,7 @@ pub(crate) fn claim(
         };
         let kept = outputs.iter().any(|path| name_in(folder, path) == name);
         if !kept && hash_file(&stale).is_ok_and(|now| now == hash) {
-            std::fs::remove_file(&stale).map_err(PipelineError::io("remove", &stale))?;
+            std::fs::remove_file(&stale).map_err(SessionError::io("remove", &stale))?;
         }
     }
     let unfinished = RunJson {
@@ -204,8 +204,8 @@ pub(crate) fn claim(
 ///
 /// # Errors
 ///
-/// [`PipelineError::Io`].
-pub(crate) fn write_run_json(path: &Path, run: &RunJson) -> Result<(), PipelineError> {
+/// [`SessionError::Io`].
+pub(crate) fn write_run_json(path: &Path, run: &RunJson) -> Result<(), SessionError> {
     let mut text = serde_json::to_string_pretty(run)
         .expect("a struct of numbers and strings with string keys is valid JSON");
     text.push('\n');
@@ -246,9 +246,9 @@ fn read(path: &Path) -> Option<RunJson> {
     serde_json::from_slice(&std::fs::read(path).ok()?).ok()
 }
 
-fn hash_file(path: &Path) -> Result<String, PipelineError> {
+fn hash_file(path: &Path) -> Result<String, SessionError> {
     Ok(hex_sha256(
-        &std::fs::read(path).map_err(PipelineError::io("read", path))?,
+        &std::fs::read(path).map_err(SessionError::io("read", path))?,
     ))
 }
 

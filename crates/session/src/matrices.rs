@@ -24,7 +24,7 @@ use inhand_model::{Dictionary, DictionaryKind, Hull, InputHash, Residual, Segmen
 use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
 
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::output;
 use crate::take::hex_sha256;
 
@@ -45,7 +45,7 @@ pub enum MatricesError {
     },
     /// A file that cannot be read or written.
     #[error("matrices")]
-    File(#[source] Box<PipelineError>),
+    File(#[source] Box<SessionError>),
     /// Content that is no matrices, or none that can be written.
     #[error(transparent)]
     Form(#[from] MatrixError),
@@ -85,7 +85,7 @@ pub fn write(path: &Path, matrices: &Matrices) -> Result<(), MatricesError> {
     let bytes = inhand_matrices::write(form_of(path)?, &name_of(path), matrices)?;
     let written = output::write_atomic(path, |out| {
         out.write_all(&bytes)
-            .map_err(PipelineError::io("write", path))
+            .map_err(SessionError::io("write", path))
     });
     written.map_err(|error| MatricesError::File(Box::new(error)))
 }
@@ -97,7 +97,7 @@ pub fn write(path: &Path, matrices: &Matrices) -> Result<(), MatricesError> {
 /// [`MatricesError::File`], [`MatricesError::Form`].
 pub fn read(path: &Path) -> Result<Variables, MatricesError> {
     let bytes = std::fs::read(path)
-        .map_err(PipelineError::io("read", path))
+        .map_err(SessionError::io("read", path))
         .map_err(|error| MatricesError::File(Box::new(error)))?;
     Ok(inhand_matrices::read(&bytes, &name_of(path))?)
 }
@@ -122,7 +122,7 @@ pub fn read_primitives(
 /// [`MatricesError::File`].
 pub fn hash(path: &Path) -> Result<InputHash, MatricesError> {
     let bytes = std::fs::read(path)
-        .map_err(PipelineError::io("read", path))
+        .map_err(SessionError::io("read", path))
         .map_err(|error| MatricesError::File(Box::new(error)))?;
     Ok(InputHash {
         name: name_of(path),

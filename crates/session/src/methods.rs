@@ -7,7 +7,7 @@ use inhand_curves::curves;
 use inhand_model::{EndConditions, SegmentLayout, Trajectory};
 use serde::{Deserialize, Serialize};
 
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::settings::invalid;
 
 /// A way to make motion between given ends.
@@ -100,9 +100,9 @@ impl fmt::Display for Method {
 }
 
 impl FromStr for Method {
-    type Err = PipelineError;
+    type Err = SessionError;
 
-    fn from_str(name: &str) -> Result<Self, PipelineError> {
+    fn from_str(name: &str) -> Result<Self, SessionError> {
         std::iter::once(Method::Auto)
             .chain(Method::ALL)
             .find(|m| m.name() == name)
@@ -114,9 +114,9 @@ impl FromStr for Method {
 }
 
 impl TryFrom<String> for Method {
-    type Error = PipelineError;
+    type Error = SessionError;
 
-    fn try_from(name: String) -> Result<Self, PipelineError> {
+    fn try_from(name: String) -> Result<Self, SessionError> {
         name.parse()
     }
 }

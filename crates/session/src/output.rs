@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{BufWriter, Write as _};
 use std::path::Path;
 
-use crate::error::PipelineError;
+use crate::error::SessionError;
 
 /// How the names of unfinished files begin.
 pub(crate) const TEMPORARY_PREFIX: &str = ".inhand-unfinished-";
@@ -30,64 +30,64 @@ pub(crate) fn remove_unfinished(folder: &Path) {
 ///
 /// # Errors
 ///
-/// [`PipelineError::Io`], or what `write` returns; then the target is as it was.
+/// [`SessionError::Io`], or what `write` returns; then the target is as it was.
 pub fn write_atomic(
     path: &Path,
-    write: impl FnOnce(&mut BufWriter<File>) -> Result<(), PipelineError>,
-) -> Result<(), PipelineError> {
+    write: impl FnOnce(&mut BufWriter<File>) -> Result<(), SessionError>,
+) -> Result<(), SessionError> {
     write_renamed(path, false, write)
 }
 
 /// The same for a file that must outlast a crash of the machine.
 pub(crate) fn write_durable(
     path: &Path,
-    write: impl FnOnce(&mut BufWriter<File>) -> Result<(), PipelineError>,
-) -> Result<(), PipelineError> {
+    write: impl FnOnce(&mut BufWriter<File>) -> Result<(), SessionError>,
+) -> Result<(), SessionError> {
     write_renamed(path, true, write)
 }
 
 fn write_renamed(
     path: &Path,
     durable: bool,
-    write: impl FnOnce(&mut BufWriter<File>) -> Result<(), PipelineError>,
-) -> Result<(), PipelineError> {
+    write: impl FnOnce(&mut BufWriter<File>) -> Result<(), SessionError>,
+) -> Result<(), SessionError> {
     let folder = path
         .parent()
         .filter(|p| !p.as_os_str().is_empty())
         .unwrap_or(Path::new("."));
-    std::fs::create_dir_all(folder).map_err(PipelineError::io("create folder", folder))?;
+    std::fs::create_dir_all(folder).map_err(SessionError::io("create folder", folder))?;
     let temporary = tempfile::Builder::new()
         .prefix(TEMPORARY_PREFIX)
         .tempfile_in(folder)
-        .map_err(PipelineError::io("write", path))?;
+        .map_err(SessionError::io("write", path))?;
     let (file, temporary_path) = temporary.into_parts();
     let mut out = BufWriter::with_capacity(1 << 20, file);
     write(&mut out)?;
-    out.flush().map_err(PipelineError::io("write", path))?;
+    out.flush().map_err(SessionError::io("write", path))?;
     if durable {
         // What is read by other processes, or by a later call after a crash, has to be on the disk
         // before its name is; and some network file systems say only now that there is no room.
         out.get_ref()
             .sync_all()
-            .map_err(PipelineError::io("write", path))?;
+            .map_err(SessionError::io("write", path))?;
     }
     drop(out);
     // Temporary files are private to their owner; a result is an ordinary file.
     set_ordinary_permissions(&temporary_path)?;
     temporary_path
         .persist(path)
-        .map_err(|error| PipelineError::io("write", path)(error.error))
+        .map_err(|error| SessionError::io("write", path)(error.error))
 }
 
 /// Writes text by [`write_atomic`].
 ///
 /// # Errors
 ///
-/// [`PipelineError::Io`].
-pub fn write_text(path: &Path, text: &str) -> Result<(), PipelineError> {
+/// [`SessionError::Io`].
+pub fn write_text(path: &Path, text: &str) -> Result<(), SessionError> {
     write_atomic(path, |out| {
         out.write_all(text.as_bytes())
-            .map_err(PipelineError::io("write", path))
+            .map_err(SessionError::io("write", path))
     })
 }
 
@@ -95,14 +95,14 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), PipelineError> {
 ///
 /// # Errors
 ///
-/// [`PipelineError::Output`].
+/// [`SessionError::Output`].
 pub fn check_target(
     path: &Path,
     inputs: &[&Path],
     may_replace: impl FnOnce() -> bool,
-) -> Result<(), PipelineError> {
+) -> Result<(), SessionError> {
     let refuse = |message: &str| {
-        Err(PipelineError::Output {
+        Err(SessionError::Output {
             path: path.to_owned(),
             message: message.to_owned(),
         })
@@ -127,13 +127,13 @@ pub fn check_target(
 }
 
 #[cfg(unix)]
-fn set_ordinary_permissions(path: &Path) -> Result<(), PipelineError> {
+fn set_ordinary_permissions(path: &Path) -> Result<(), SessionError> {
     use std::os::unix::fs::PermissionsExt as _;
     let permissions = std::fs::Permissions::from_mode(0o644);
-    std::fs::set_permissions(path, permissions).map_err(PipelineError::io("write", path))
+    std::fs::set_permissions(path, permissions).map_err(SessionError::io("write", path))
 }
 
 #[cfg(not(unix))]
-fn set_ordinary_permissions(_path: &Path) -> Result<(), PipelineError> {
+fn set_ordinary_permissions(_path: &Path) -> Result<(), SessionError> {
     Ok(())
 }

@@ -13,12 +13,12 @@ use serde_json::json;
 
 use self::input::{Input, Placed};
 use self::layers::{Drawn, Shown};
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::output::write_atomic;
 use crate::settings::Settings;
 
 /// Worlds with other axes up are no place to compare in.
-fn refuse_other_axes(inputs: &[Input]) -> Result<(), PipelineError> {
+fn refuse_other_axes(inputs: &[Input]) -> Result<(), SessionError> {
     let up = |input: &Input| input.take.recording.source.up_axis;
     let Some(first) = inputs.first() else {
         return Ok(());
@@ -118,13 +118,13 @@ pub struct Overlaid {
 ///
 /// # Errors
 ///
-/// [`PipelineError::Settings`] for options that leave nothing to compare, [`PipelineError::Take`] for a
+/// [`SessionError::Settings`] for options that leave nothing to compare, [`SessionError::Take`] for a
 /// file that cannot be compared, with the reason; what reading and writing can find.
 pub fn overlay(
     options: &OverlayOptions,
     output: &Path,
     settings: &Settings,
-) -> Result<Overlaid, PipelineError> {
+) -> Result<Overlaid, SessionError> {
     let inputs = input::read(options, settings)?;
     let mut notes = Vec::new();
     let unprocessed = (inputs.iter()).find(|input| input.take.stored_motion.is_none());
@@ -157,7 +157,7 @@ fn write<F: Shown>(
     output: &Path,
     settings: &Settings,
     mut notes: Vec<String>,
-) -> Result<Overlaid, PipelineError> {
+) -> Result<Overlaid, SessionError> {
     let drawn: Drawn<F> = layers::of(inputs, &options.methods, &mut notes)?;
     let clocks = (inputs.iter().zip(&placed.offsets))
         .map(|(input, &offset)| {
@@ -213,7 +213,7 @@ fn write<F: Shown>(
         provenance: &[made],
     };
     write_atomic(output, |out| {
-        inhand_channels::write_overlay(out, &file).map_err(|source| PipelineError::Channels {
+        inhand_channels::write_overlay(out, &file).map_err(|source| SessionError::Channels {
             path: output.to_owned(),
             source: source.into(),
         })

@@ -10,7 +10,7 @@ use inhand_model::{
 };
 use inhand_planner::{Holding, Knot, Target, Tips, plan_chain};
 
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::methods::Method;
 use crate::settings::{Settings, invalid};
 use crate::state::State;
@@ -58,13 +58,13 @@ pub struct Planned {
 ///
 /// # Errors
 ///
-/// [`PipelineError::Plan`] for targets that cannot be used, [`PipelineError::Settings`] for a method
+/// [`SessionError::Plan`] for targets that cannot be used, [`SessionError::Settings`] for a method
 /// that learns nothing or that the dictionary has nothing for.
 pub fn plan_motion(
     dictionary: &Dictionary,
     request: &PlanRequest,
     settings: &Settings,
-) -> Result<Planned, PipelineError> {
+) -> Result<Planned, SessionError> {
     let method = request.method;
     let planner = planner(method, dictionary, settings)?.ok_or_else(|| {
         invalid(
@@ -154,7 +154,7 @@ fn check_objects(
     request: &PlanRequest,
     chain: bool,
     layout: SegmentLayout,
-) -> Result<(), PipelineError> {
+) -> Result<(), SessionError> {
     let states = [
         ("start", &request.start, true),
         ("goal", &request.goal, true),
@@ -171,7 +171,7 @@ fn check_objects(
                 (true, _) => "no object in motion of another length than a segment",
                 _ => "no object: the dictionary was learned without it",
             };
-            return Err(PipelineError::State {
+            return Err(SessionError::State {
                 place: state.path.display().to_string(),
                 expected: reason.to_owned(),
                 found: format!("the object at the {what}"),
@@ -211,7 +211,7 @@ fn target(
     request: &PlanRequest,
     layout: SegmentLayout,
     settings: &Settings,
-) -> Result<Target, PipelineError> {
+) -> Result<Target, SessionError> {
     let (start, goal) = (&request.start, &request.goal);
     let mut target = Target::new()
         .first(start.fingertips_m)
@@ -243,7 +243,7 @@ fn holding(
     request: &PlanRequest,
     layout: SegmentLayout,
     hold: &Hold,
-) -> Result<Holding, PipelineError> {
+) -> Result<Holding, SessionError> {
     let known = |state: &State| {
         let mut configuration = [0.0; SEGMENT_COORDINATES];
         for (finger, tip) in state.fingertips_m.iter() {
@@ -252,7 +252,7 @@ fn holding(
         }
         Some((configuration, state.object?))
     };
-    let missing = |state: &State, what: &str| PipelineError::State {
+    let missing = |state: &State, what: &str| SessionError::State {
         place: format!("{what} ({})", state.source.name),
         expected: "all five fingertips and the object, for fingers to hold it".to_owned(),
         found: "fewer".to_owned(),
@@ -273,7 +273,7 @@ fn holding(
 ///
 /// # Errors
 ///
-/// [`PipelineError::Channels`], [`PipelineError::Io`]; [`PipelineError::Output`] for a plan without
+/// [`SessionError::Channels`], [`SessionError::Io`]; [`SessionError::Output`] for a plan without
 /// a motion.
 pub fn write_plan(
     path: &Path,
@@ -281,9 +281,9 @@ pub fn write_plan(
     settings: &Settings,
     made: &[Provenance],
     view: bool,
-) -> Result<(), PipelineError> {
+) -> Result<(), SessionError> {
     let Some(whole) = &planned.trajectory else {
-        return Err(PipelineError::Output {
+        return Err(SessionError::Output {
             path: path.to_owned(),
             message: "the plan has no motion to write".to_owned(),
         });

@@ -12,7 +12,7 @@ use inhand_report::Report;
 use rayon::prelude::*;
 
 use crate::dictionary_file;
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::manifest::{self, Manifest, RunJson};
 use crate::session::{self, Session};
 use crate::settings::{Role, Settings};
@@ -72,11 +72,11 @@ pub struct RunResult {
 ///
 /// # Errors
 ///
-/// [`PipelineError`]; a file is either written whole or not at all.
+/// [`SessionError`]; a file is either written whole or not at all.
 pub fn run(
     options: &RunOptions,
     watch: &mut dyn FnMut(Event<'_>),
-) -> Result<RunResult, PipelineError> {
+) -> Result<RunResult, SessionError> {
     let begin = Instant::now();
     let settings = &options.settings;
     settings.validate()?;
@@ -132,7 +132,7 @@ pub fn run(
     let test = steps::segments(&test_motions, Role::Test, object, settings)?;
     if test.is_empty() {
         let message = "no test segment: no stretch of the test takes is long enough without gaps";
-        return Err(PipelineError::Session {
+        return Err(SessionError::Session {
             path: options.folder.clone(),
             message: message.into(),
         });
@@ -252,8 +252,8 @@ pub fn run(
 }
 
 /// Plans without a trajectory, over all methods of an evaluation that was made earlier.
-fn stored_failures(path: &Path) -> Result<usize, PipelineError> {
-    let text = std::fs::read_to_string(path).map_err(PipelineError::io("read", path))?;
+fn stored_failures(path: &Path) -> Result<usize, SessionError> {
+    let text = std::fs::read_to_string(path).map_err(SessionError::io("read", path))?;
     let (evaluation, _) = inhand_report::read_evaluation_json(&text)?;
     let plans = evaluation
         .methods
@@ -271,8 +271,8 @@ impl Timer<'_> {
     fn time<T>(
         &mut self,
         step: &'static str,
-        work: impl FnOnce() -> Result<T, PipelineError>,
-    ) -> Result<T, PipelineError> {
+        work: impl FnOnce() -> Result<T, SessionError>,
+    ) -> Result<T, SessionError> {
         (self.watch)(Event::Started(step));
         let begin = Instant::now();
         let result = work()?;

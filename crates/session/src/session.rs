@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::settings::{Role, Settings};
 
 /// Settings file of a session folder.
@@ -36,8 +36,8 @@ pub struct SessionTake {
 }
 
 /// Folder and settings file of what a person named as a session: a folder, or a settings file.
-pub fn locate(path: &Path) -> Result<(PathBuf, Option<PathBuf>), PipelineError> {
-    let metadata = std::fs::metadata(path).map_err(PipelineError::io("read session", path))?;
+pub fn locate(path: &Path) -> Result<(PathBuf, Option<PathBuf>), SessionError> {
+    let metadata = std::fs::metadata(path).map_err(SessionError::io("read session", path))?;
     if metadata.is_dir() {
         let file = path.join(SETTINGS_FILE);
         return Ok((path.to_owned(), file.is_file().then_some(file)));
@@ -62,8 +62,8 @@ pub fn locate(path: &Path) -> Result<(PathBuf, Option<PathBuf>), PipelineError> 
 ///
 /// # Errors
 ///
-/// [`PipelineError::Session`] without training or test takes, or where two takes share a name.
-pub fn list_takes(folder: &Path, settings: &Settings) -> Result<Session, PipelineError> {
+/// [`SessionError::Session`] without training or test takes, or where two takes share a name.
+pub fn list_takes(folder: &Path, settings: &Settings) -> Result<Session, SessionError> {
     let mut takes = if settings.takes.is_empty() {
         from_folders(folder)?
     } else {
@@ -97,15 +97,15 @@ fn by_start(a: &SessionTake, b: &SessionTake) -> std::cmp::Ordering {
     a.from_s.unwrap_or(0.0).total_cmp(&b.from_s.unwrap_or(0.0))
 }
 
-fn from_folders(folder: &Path) -> Result<Vec<SessionTake>, PipelineError> {
+fn from_folders(folder: &Path) -> Result<Vec<SessionTake>, SessionError> {
     let mut takes = Vec::new();
     for role in [Role::Train, Role::Test] {
         let sub = folder.join(role.name());
         if !sub.is_dir() {
             continue;
         }
-        for entry in std::fs::read_dir(&sub).map_err(PipelineError::io("read", &sub))? {
-            let path = entry.map_err(PipelineError::io("read", &sub))?.path();
+        for entry in std::fs::read_dir(&sub).map_err(SessionError::io("read", &sub))? {
+            let path = entry.map_err(SessionError::io("read", &sub))?.path();
             if path.is_file() && is_take(&path) {
                 takes.push(SessionTake {
                     name: stem(&path),
@@ -120,7 +120,7 @@ fn from_folders(folder: &Path) -> Result<Vec<SessionTake>, PipelineError> {
     Ok(takes)
 }
 
-fn from_settings(folder: &Path, settings: &Settings) -> Result<Vec<SessionTake>, PipelineError> {
+fn from_settings(folder: &Path, settings: &Settings) -> Result<Vec<SessionTake>, SessionError> {
     let mut takes = Vec::new();
     for entry in &settings.takes {
         let path = folder.join(&entry.path);
@@ -159,7 +159,7 @@ fn from_settings(folder: &Path, settings: &Settings) -> Result<Vec<SessionTake>,
 }
 
 /// Gives takes of the same file stem names that tell them apart by role; refuses what stays equal.
-fn name_apart(folder: &Path, takes: &mut [SessionTake]) -> Result<(), PipelineError> {
+fn name_apart(folder: &Path, takes: &mut [SessionTake]) -> Result<(), SessionError> {
     let mut count = BTreeMap::<String, usize>::new();
     for take in takes.iter() {
         *count.entry(take.name.clone()).or_default() += 1;
@@ -222,8 +222,8 @@ fn folder_name(folder: &Path) -> String {
     )
 }
 
-fn session_error(path: &Path, message: impl Into<String>) -> PipelineError {
-    PipelineError::Session {
+fn session_error(path: &Path, message: impl Into<String>) -> SessionError {
+    SessionError::Session {
         path: path.to_owned(),
         message: message.into(),
     }

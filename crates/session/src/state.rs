@@ -18,7 +18,7 @@ use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::settings::Settings;
 use crate::steps;
 use crate::take::{self, hex_sha256};
@@ -57,13 +57,13 @@ pub enum StateRole {
 ///
 /// # Errors
 ///
-/// [`PipelineError::State`] for a state that cannot be used, and what reading a take can give.
+/// [`SessionError::State`] for a state that cannot be used, and what reading a take can give.
 pub fn read_state(
     text: &str,
     role: StateRole,
     settings: &Settings,
     reuse: bool,
-) -> Result<State, PipelineError> {
+) -> Result<State, SessionError> {
     let at = text.rsplit_once('@').filter(|_| !Path::new(text).is_file());
     let Some((path, seconds)) = at else {
         return from_json(Path::new(text));
@@ -76,8 +76,8 @@ pub fn read_state(
     from_take(Path::new(path), time_s, (role, reuse), settings)
 }
 
-fn fault(place: &str, expected: &str, found: &str) -> PipelineError {
-    PipelineError::State {
+fn fault(place: &str, expected: &str, found: &str) -> SessionError {
+    SessionError::State {
         place: place.to_owned(),
         expected: expected.to_owned(),
         found: found.to_owned(),
@@ -127,8 +127,8 @@ struct ObjectJson {
     quaternion_xyzw: [f64; 4],
 }
 
-fn from_json(path: &Path) -> Result<State, PipelineError> {
-    let bytes = std::fs::read(path).map_err(PipelineError::io("read", path))?;
+fn from_json(path: &Path) -> Result<State, SessionError> {
+    let bytes = std::fs::read(path).map_err(SessionError::io("read", path))?;
     let place = path.display().to_string();
     let state: StateJson = serde_json::from_slice(&bytes)
         .map_err(|error| fault(&place, "a state as JSON", &error.to_string()))?;
@@ -152,7 +152,7 @@ fn tips(
     place: &str,
     key: &str,
     values: &Entries,
-) -> Result<PerFinger<Option<[f64; 3]>>, PipelineError> {
+) -> Result<PerFinger<Option<[f64; 3]>>, SessionError> {
     let mut tips: PerFinger<Option<[f64; 3]>> = PerFinger::default();
     for (name, value) in &values.0 {
         let finger: Finger = name.parse().map_err(|_| {
@@ -167,7 +167,7 @@ fn tips(
     Ok(tips)
 }
 
-fn pose(place: &str, object: &ObjectJson) -> Result<Pose<Hand, Object>, PipelineError> {
+fn pose(place: &str, object: &ObjectJson) -> Result<Pose<Hand, Object>, SessionError> {
     let [x, y, z, w] = object.quaternion_xyzw;
     let quaternion = Quaternion::new(w, x, y, z);
     let length = quaternion.norm();
@@ -185,7 +185,7 @@ fn from_take(
     time_s: f64,
     (role, reuse): (StateRole, bool),
     settings: &Settings,
-) -> Result<State, PipelineError> {
+) -> Result<State, SessionError> {
     let take = take::read_clean(path, settings)?;
     let motions = steps::motions(std::slice::from_ref(&take), settings, reuse)?;
     let motion = (motions.first()).expect("as many motions as takes were given");

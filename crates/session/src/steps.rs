@@ -13,7 +13,7 @@ use inhand_motion::{
 };
 use rayon::prelude::*;
 
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::settings::{Role, Settings};
 use crate::take::Take;
 
@@ -54,8 +54,8 @@ pub use shown::{Shown, demonstrated};
 ///
 /// # Errors
 ///
-/// [`PipelineError::Motion`] for the first take that cannot be processed.
-pub fn process_takes(takes: &[Take], settings: &Settings) -> Result<Vec<Motion>, PipelineError> {
+/// [`SessionError::Motion`] for the first take that cannot be processed.
+pub fn process_takes(takes: &[Take], settings: &Settings) -> Result<Vec<Motion>, SessionError> {
     smooth_motions(&motions_in_hand(takes, settings)?, settings)
 }
 
@@ -63,8 +63,8 @@ pub fn process_takes(takes: &[Take], settings: &Settings) -> Result<Vec<Motion>,
 ///
 /// # Errors
 ///
-/// [`PipelineError::Motion`] for the first take that cannot be processed.
-pub fn motions_in_hand(takes: &[Take], settings: &Settings) -> Result<Vec<Motion>, PipelineError> {
+/// [`SessionError::Motion`] for the first take that cannot be processed.
+pub fn motions_in_hand(takes: &[Take], settings: &Settings) -> Result<Vec<Motion>, SessionError> {
     let roles = takes
         .iter()
         .map(Take::roles)
@@ -74,7 +74,7 @@ pub fn motions_in_hand(takes: &[Take], settings: &Settings) -> Result<Vec<Motion
     let motions: Vec<_> = (takes.par_iter().zip(&roles))
         .map(|(take, roles)| {
             to_hand_frame(&take.recording, roles, &templates, &process_settings).map_err(|source| {
-                PipelineError::Motion {
+                SessionError::Motion {
                     take: take.name.clone(),
                     source: source.into(),
                 }
@@ -90,15 +90,15 @@ pub fn motions_in_hand(takes: &[Take], settings: &Settings) -> Result<Vec<Motion
 ///
 /// # Errors
 ///
-/// [`PipelineError::Motion`] for a filter that cannot be used.
+/// [`SessionError::Motion`] for a filter that cannot be used.
 pub fn smooth_motions(
     motions: &[Motion],
     settings: &Settings,
-) -> Result<Vec<Motion>, PipelineError> {
+) -> Result<Vec<Motion>, SessionError> {
     let filter = settings.process_settings()?.filter;
     let smoothed: Vec<_> = (motions.par_iter())
         .map(|motion| {
-            smooth(motion, filter).map_err(|source| PipelineError::Motion {
+            smooth(motion, filter).map_err(|source| SessionError::Motion {
                 take: motion.name.clone(),
                 source: source.into(),
             })
@@ -117,7 +117,7 @@ pub fn motions(
     takes: &[Take],
     settings: &Settings,
     reuse: bool,
-) -> Result<Vec<Motion>, PipelineError> {
+) -> Result<Vec<Motion>, SessionError> {
     if !reuse {
         return process_takes(takes, settings);
     }
@@ -134,12 +134,12 @@ pub fn motions(
     }
 }
 
-fn templates(takes: &[Take], roles: &[&Roles]) -> Result<Templates, PipelineError> {
+fn templates(takes: &[Take], roles: &[&Roles]) -> Result<Templates, SessionError> {
     let pairs = takes
         .iter()
         .map(|take| &take.recording)
         .zip(roles.iter().copied());
-    fit_templates(pairs).map_err(|source| PipelineError::Motion {
+    fit_templates(pairs).map_err(|source| SessionError::Motion {
         take: "the session".to_owned(),
         source: source.into(),
     })
@@ -154,8 +154,8 @@ const OBJECT_KNOWN: f64 = 0.9;
 ///
 /// # Errors
 ///
-/// [`PipelineError::Settings`] where the object is asked for and a motion has none.
-pub fn carries_object(motions: &[&Motion], settings: &Settings) -> Result<bool, PipelineError> {
+/// [`SessionError::Settings`] where the object is asked for and a motion has none.
+pub fn carries_object(motions: &[&Motion], settings: &Settings) -> Result<bool, SessionError> {
     object_in_segments(
         motions.iter().map(|motion| {
             let track = motion.object.as_ref();
@@ -171,7 +171,7 @@ pub fn carries_object(motions: &[&Motion], settings: &Settings) -> Result<bool, 
 pub(crate) fn object_in_segments<'a>(
     takes: impl Iterator<Item = (&'a str, Option<usize>, usize)>,
     settings: &Settings,
-) -> Result<bool, PipelineError> {
+) -> Result<bool, SessionError> {
     let mut takes = takes.peekable();
     let any = takes.peek().is_some();
     let without = takes
@@ -197,7 +197,7 @@ pub fn segments_object(
     dictionary: &Dictionary,
     motions: &[&Motion],
     settings: &Settings,
-) -> Result<bool, PipelineError> {
+) -> Result<bool, SessionError> {
     Ok(dictionary.layout.object && carries_object(motions, settings)?)
 }
 
@@ -205,16 +205,16 @@ pub fn segments_object(
 ///
 /// # Errors
 ///
-/// [`PipelineError::Motion`] where the motions do not go together.
+/// [`SessionError::Motion`] where the motions do not go together.
 pub fn segments(
     motions: &[&Motion],
     role: Role,
     object: bool,
     settings: &Settings,
-) -> Result<Segments, PipelineError> {
+) -> Result<Segments, SessionError> {
     let mut segment_settings = segment_settings(motions, role, settings);
     segment_settings.layout.object = object;
-    cut_segments(motions, &segment_settings).map_err(|source| PipelineError::Motion {
+    cut_segments(motions, &segment_settings).map_err(|source| SessionError::Motion {
         take: format!("{} takes", role.name()),
         source: source.into(),
     })
@@ -258,13 +258,13 @@ pub struct Comparison<'a> {
 ///
 /// # Errors
 ///
-/// [`PipelineError::Settings`].
+/// [`SessionError::Settings`].
 pub fn measure_recorded<'a>(
     segments: &'a Segments,
     motions: &'a [&'a Motion],
     dictionary: &'a Dictionary,
     settings: &Settings,
-) -> Result<Comparison<'a>, PipelineError> {
+) -> Result<Comparison<'a>, SessionError> {
     let data = TestData {
         segments,
         motions,
@@ -395,8 +395,8 @@ pub fn session_facts(
 ///
 /// # Errors
 ///
-/// [`PipelineError::Take`] where a take has no roles.
-pub fn quality(takes: &[TakeResult<'_>]) -> Result<Vec<TakeQuality>, PipelineError> {
+/// [`SessionError::Take`] where a take has no roles.
+pub fn quality(takes: &[TakeResult<'_>]) -> Result<Vec<TakeQuality>, SessionError> {
     let one = |result: &TakeResult<'_>| {
         let roles = result.take.roles()?;
         let mut quality = recording_quality(

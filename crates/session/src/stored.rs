@@ -7,7 +7,7 @@ use inhand_model::{
 };
 
 use crate::dictionary_file::DictionaryFile;
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::methods::Method;
 use crate::settings::{Role, SelectSection, Settings};
 use crate::steps::{self, Generated, TakeResult};
@@ -18,14 +18,14 @@ use crate::take::Take;
 ///
 /// # Errors
 ///
-/// [`PipelineError::Take`] for a take without generated channels, or whose trajectories do not
+/// [`SessionError::Take`] for a take without generated channels, or whose trajectories do not
 /// start where its segments do.
 pub fn evaluate_stored(
     takes: &[Take],
     dictionary: &DictionaryFile,
     settings: &Settings,
     reuse_motion: bool,
-) -> Result<(Evaluation, EvaluationRows), PipelineError> {
+) -> Result<(Evaluation, EvaluationRows), SessionError> {
     for take in takes {
         check_dictionary(take, dictionary)?;
     }
@@ -81,7 +81,7 @@ fn stored_segments(
     motions: &mut [Motion],
     dictionary: &Dictionary,
     settings: &Settings,
-) -> Result<Segments, PipelineError> {
+) -> Result<Segments, SessionError> {
     // Segments begin where events that were selected begin, so those of the earlier step count.
     let mut judged = Vec::with_capacity(motions.len());
     for (take, motion) in takes.iter().zip(motions.iter_mut()) {
@@ -127,7 +127,7 @@ fn earlier_selection(take: &Take) -> SelectSection {
 }
 
 /// A take whose motion was generated with another dictionary cannot be judged by this one.
-fn check_dictionary(take: &Take, dictionary: &DictionaryFile) -> Result<(), PipelineError> {
+fn check_dictionary(take: &Take, dictionary: &DictionaryFile) -> Result<(), SessionError> {
     let generated = take
         .provenance
         .iter()
@@ -142,7 +142,7 @@ fn check_dictionary(take: &Take, dictionary: &DictionaryFile) -> Result<(), Pipe
     }
 }
 
-fn stored_methods(takes: &[Take], test: &Segments) -> Result<Vec<Generated>, PipelineError> {
+fn stored_methods(takes: &[Take], test: &Segments) -> Result<Vec<Generated>, SessionError> {
     let stored = takes
         .iter()
         .map(read_methods)
@@ -156,14 +156,14 @@ fn stored_methods(takes: &[Take], test: &Segments) -> Result<Vec<Generated>, Pip
         .collect()
 }
 
-fn read_methods(take: &Take) -> Result<Vec<ReadMethod>, PipelineError> {
-    let bytes = std::fs::read(&take.path).map_err(PipelineError::io("read", &take.path))?;
+fn read_methods(take: &Take) -> Result<Vec<ReadMethod>, SessionError> {
+    let bytes = std::fs::read(&take.path).map_err(SessionError::io("read", &take.path))?;
     let none = || take.error("no /generated channels: `inhand generate` writes them".to_owned());
     if !inhand_channels::is_mcap(&bytes) {
         return Err(none());
     }
     let methods = inhand_channels::read_generated(&bytes, &take.hash.name).map_err(|source| {
-        PipelineError::Channels {
+        SessionError::Channels {
             path: take.path.clone(),
             source: source.into(),
         }
@@ -181,7 +181,7 @@ fn join_takes(
     takes: &[Take],
     stored: &[Vec<ReadMethod>],
     test: &Segments,
-) -> Result<Generated, PipelineError> {
+) -> Result<Generated, SessionError> {
     let method: Method = name.parse()?;
     let mut trajectories = Vec::with_capacity(test.len());
     let mut plans = Vec::with_capacity(test.len());

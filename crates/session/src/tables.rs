@@ -11,7 +11,7 @@ use inhand_tables::{
     write_parquet_parts,
 };
 
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::output::{write_atomic, write_text};
 use crate::take::Take;
 
@@ -75,15 +75,15 @@ pub const fn has_facts(what: What, layout: Layout, form: Form) -> bool {
 ///
 /// # Errors
 ///
-/// [`PipelineError::Take`] where nothing is stored of what is asked for,
-/// [`PipelineError::Table`], [`PipelineError::Io`].
+/// [`SessionError::Take`] where nothing is stored of what is asked for,
+/// [`SessionError::Table`], [`SessionError::Io`].
 pub fn write_table(
     path: &Path,
     take: &Take,
     what: What,
     layout: Layout,
     form: Form,
-) -> Result<(), PipelineError> {
+) -> Result<(), SessionError> {
     let entities = entities(take, what)?;
     let recording = match what {
         What::Measured => take.measured(),
@@ -115,8 +115,8 @@ pub fn write_table(
 ///
 /// # Errors
 ///
-/// [`PipelineError::Table`], [`PipelineError::Io`].
-pub fn write_rows(path: &Path, session: &str, rows: &EvaluationRows) -> Result<(), PipelineError> {
+/// [`SessionError::Table`], [`SessionError::Io`].
+pub fn write_rows(path: &Path, session: &str, rows: &EvaluationRows) -> Result<(), SessionError> {
     let table = evaluation_rows(session, rows);
     write_atomic(path, |out| {
         match Form::of(path) {
@@ -162,12 +162,12 @@ impl MotionFiles {
 ///
 /// # Errors
 ///
-/// [`PipelineError::Table`], [`PipelineError::Io`].
+/// [`SessionError::Table`], [`SessionError::Io`].
 pub fn write_motion_rows(
     files: &MotionFiles,
     session: &str,
     rows: &MotionRows,
-) -> Result<(), PipelineError> {
+) -> Result<(), SessionError> {
     for (path, table) in [
         (&files.segments, segment_rows(session, rows)),
         (&files.contacts, contact_rows(session, rows)),
@@ -184,7 +184,7 @@ pub fn write_motion_rows(
     Ok(())
 }
 
-fn entities(take: &Take, what: What) -> Result<Vec<Entity<'_>>, PipelineError> {
+fn entities(take: &Take, what: What) -> Result<Vec<Entity<'_>>, SessionError> {
     match what {
         What::Recorded => Ok(recording_entities(&take.recording)),
         What::Measured => Ok(recording_entities(take.measured())),
@@ -202,12 +202,12 @@ fn entities(take: &Take, what: What) -> Result<Vec<Entity<'_>>, PipelineError> {
 ///
 /// # Errors
 ///
-/// [`PipelineError::Table`] for names that BIDS does not take.
+/// [`SessionError::Table`] for names that BIDS does not take.
 pub fn bids_paths(
     folder: &Path,
     take: &Take,
     names: &BidsNames,
-) -> Result<Vec<PathBuf>, PipelineError> {
+) -> Result<Vec<PathBuf>, SessionError> {
     let files = bids::files(&take.recording, &take.annotations, names);
     let files = files.map_err(table_error(folder))?;
     let paths = files.iter().map(|file| (file, folder.join(&file.path)));
@@ -219,13 +219,13 @@ pub fn bids_paths(
 ///
 /// # Errors
 ///
-/// [`PipelineError::Table`], [`PipelineError::Io`].
-pub fn write_bids(folder: &Path, take: &Take, names: &BidsNames) -> Result<(), PipelineError> {
+/// [`SessionError::Table`], [`SessionError::Io`].
+pub fn write_bids(folder: &Path, take: &Take, names: &BidsNames) -> Result<(), SessionError> {
     let new = bids_paths(folder, take, names)?;
     // Events of another take of these names must not stay beside this one.
     let events = folder.join(bids::events_path(names));
     if take.annotations.events.is_empty() && events.exists() {
-        std::fs::remove_file(&events).map_err(PipelineError::io("remove", &events))?;
+        std::fs::remove_file(&events).map_err(SessionError::io("remove", &events))?;
     }
     let files = bids::files(&take.recording, &take.annotations, names);
     for file in files.map_err(table_error(folder))? {
@@ -237,8 +237,8 @@ pub fn write_bids(folder: &Path, take: &Take, names: &BidsNames) -> Result<(), P
     Ok(())
 }
 
-pub(crate) fn table_error(path: &Path) -> impl Fn(TableError) -> PipelineError + '_ {
-    |source| PipelineError::Table {
+pub(crate) fn table_error(path: &Path) -> impl Fn(TableError) -> SessionError + '_ {
+    |source| SessionError::Table {
         path: path.to_owned(),
         source: source.into(),
     }
@@ -249,10 +249,10 @@ pub(crate) fn table_error(path: &Path) -> impl Fn(TableError) -> PipelineError +
 ///
 /// # Errors
 ///
-/// [`PipelineError::Channels`] for bytes that are no sound MCAP file.
-pub fn start_unix_nanos(path: &Path, bytes: &[u8]) -> Result<u64, PipelineError> {
+/// [`SessionError::Channels`] for bytes that are no sound MCAP file.
+pub fn start_unix_nanos(path: &Path, bytes: &[u8]) -> Result<u64, SessionError> {
     let name = path.display().to_string();
-    let wrong = |source: inhand_channels::ChannelError| PipelineError::Channels {
+    let wrong = |source: inhand_channels::ChannelError| SessionError::Channels {
         path: path.to_owned(),
         source: source.into(),
     };

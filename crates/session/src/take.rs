@@ -12,7 +12,7 @@ use inhand_tables::WideSettings;
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::session::{Session, SessionTake};
 use crate::settings::{Role, Settings};
 use crate::tables::{facts_path, table_error};
@@ -54,9 +54,9 @@ pub struct Cleaning {
 ///
 /// # Errors
 ///
-/// [`PipelineError`] with file, line or topic.
-pub fn read(path: &Path, settings: &Settings) -> Result<Take, PipelineError> {
-    let bytes = std::fs::read(path).map_err(PipelineError::io("read", path))?;
+/// [`SessionError`] with file, line or topic.
+pub fn read(path: &Path, settings: &Settings) -> Result<Take, SessionError> {
+    let bytes = std::fs::read(path).map_err(SessionError::io("read", path))?;
     let file_name = path
         .file_name()
         .map(|n| n.to_string_lossy().into_owned())
@@ -70,11 +70,11 @@ pub fn read(path: &Path, settings: &Settings) -> Result<Take, PipelineError> {
             Some(facts) => hex_sha256(&[bytes.as_slice(), facts].concat()),
             None => hex_sha256(&bytes),
         },
-        || -> Result<_, PipelineError> {
+        || -> Result<_, SessionError> {
             if inhand_channels::is_mcap(&bytes) {
                 let settings = settings.foreign_settings()?;
                 inhand_channels::read_any_take(&bytes, &file_name, &settings).map_err(|source| {
-                    PipelineError::Channels {
+                    SessionError::Channels {
                         path: path.to_owned(),
                         source: source.into(),
                     }
@@ -90,7 +90,7 @@ pub fn read(path: &Path, settings: &Settings) -> Result<Take, PipelineError> {
             } else {
                 let recording =
                     inhand_capture::read(&bytes, &file_name, &settings.read_settings()?).map_err(
-                        |source| PipelineError::Capture {
+                        |source| SessionError::Capture {
                             path: path.to_owned(),
                             source: source.into(),
                         },
@@ -145,8 +145,8 @@ pub fn read(path: &Path, settings: &Settings) -> Result<Take, PipelineError> {
 ///
 /// # Errors
 ///
-/// As [`read`]; [`PipelineError::Cleaning`], and [`PipelineError::Take`] where roles cannot be told.
-pub fn read_clean(path: &Path, settings: &Settings) -> Result<Take, PipelineError> {
+/// As [`read`]; [`SessionError::Cleaning`], and [`SessionError::Take`] where roles cannot be told.
+pub fn read_clean(path: &Path, settings: &Settings) -> Result<Take, SessionError> {
     let take = read(path, settings)?;
     match settings.clean.steps()? {
         Some(steps) if take.cleaning.is_none() => crate::clean::cleaned(&take, &steps),
@@ -155,14 +155,14 @@ pub fn read_clean(path: &Path, settings: &Settings) -> Result<Take, PipelineErro
 }
 
 /// The facts beside a wide table, where there are any.
-fn table_facts(path: &Path, bytes: &[u8]) -> Result<Option<Vec<u8>>, PipelineError> {
+fn table_facts(path: &Path, bytes: &[u8]) -> Result<Option<Vec<u8>>, SessionError> {
     let facts = facts_path(path);
     if !inhand_tables::looks_like_wide_csv(bytes) || !facts.exists() {
         return Ok(None);
     }
     std::fs::read(&facts)
         .map(Some)
-        .map_err(PipelineError::io("read", &facts))
+        .map_err(SessionError::io("read", &facts))
 }
 
 /// A take of which there is nothing but what was measured.
@@ -195,15 +195,15 @@ impl Take {
     ///
     /// # Errors
     ///
-    /// [`PipelineError::Take`].
-    pub fn roles(&self) -> Result<&Roles, PipelineError> {
+    /// [`SessionError::Take`].
+    pub fn roles(&self) -> Result<&Roles, SessionError> {
         self.roles
             .as_ref()
             .map_err(|message| self.error(message.clone()))
     }
 
-    pub(crate) fn error(&self, message: String) -> PipelineError {
-        PipelineError::Take {
+    pub(crate) fn error(&self, message: String) -> SessionError {
+        SessionError::Take {
             path: self.path.clone(),
             message,
         }
@@ -216,7 +216,7 @@ impl Take {
 ///
 /// The first take, in the session's order, that cannot be read; takes of different rates; takes
 /// that serve for training and testing at once.
-pub fn read_session(session: &Session, settings: &Settings) -> Result<Vec<Take>, PipelineError> {
+pub fn read_session(session: &Session, settings: &Settings) -> Result<Vec<Take>, SessionError> {
     let takes: Vec<_> = session
         .takes
         .par_iter()
@@ -233,7 +233,7 @@ pub fn read_session(session: &Session, settings: &Settings) -> Result<Vec<Take>,
     Ok(takes)
 }
 
-fn read_entry(entry: &SessionTake, settings: &Settings) -> Result<Take, PipelineError> {
+fn read_entry(entry: &SessionTake, settings: &Settings) -> Result<Take, SessionError> {
     let mut take = read_clean(&entry.path, settings)?;
     take.name.clone_from(&entry.name);
     if entry.from_s.is_none() && entry.to_s.is_none() {
@@ -271,7 +271,7 @@ impl Cleaning {
     }
 }
 
-fn check_rates(takes: &[Take]) -> Result<(), PipelineError> {
+fn check_rates(takes: &[Take]) -> Result<(), SessionError> {
     let Some(first) = takes.first() else {
         return Ok(());
     };
@@ -289,7 +289,7 @@ fn check_rates(takes: &[Take]) -> Result<(), PipelineError> {
     }
 }
 
-fn check_disjoint(session: &Session, takes: &[Take]) -> Result<(), PipelineError> {
+fn check_disjoint(session: &Session, takes: &[Take]) -> Result<(), SessionError> {
     let with = |role| {
         takes
             .iter()

@@ -9,7 +9,7 @@ use inhand_channels::{
 use inhand_evaluation::{Rows, SampleContacts};
 use inhand_model::{Hull, Motion, PerFinger, Provenance, Segments};
 
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::found_events;
 use crate::output;
 use crate::settings::Settings;
@@ -50,8 +50,8 @@ pub struct GeneratedMotion<'a> {
 ///
 /// # Errors
 ///
-/// [`PipelineError`]; then no file appears.
-pub fn write(path: &Path, contents: &TakeContents<'_>, view: bool) -> Result<(), PipelineError> {
+/// [`SessionError`]; then no file appears.
+pub fn write(path: &Path, contents: &TakeContents<'_>, view: bool) -> Result<(), SessionError> {
     let motion = contents.generated.as_ref();
     let of_take = motion.map_or_else(Vec::new, GeneratedMotion::segments_of_take);
     let methods = motion.map_or(&[][..], |motion| motion.generated);
@@ -107,11 +107,11 @@ pub fn write(path: &Path, contents: &TakeContents<'_>, view: bool) -> Result<(),
 ///
 /// # Errors
 ///
-/// [`PipelineError::Channels`], [`PipelineError::Io`].
-pub fn write_parts(path: &Path, file: &TakeFile<'_>, view: bool) -> Result<(), PipelineError> {
+/// [`SessionError::Channels`], [`SessionError::Io`].
+pub fn write_parts(path: &Path, file: &TakeFile<'_>, view: bool) -> Result<(), SessionError> {
     output::write_atomic(path, |out| {
         inhand_channels::write_take(out, file, &WriteSettings { view }).map_err(|source| {
-            PipelineError::Channels {
+            SessionError::Channels {
                 path: path.to_owned(),
                 source: source.into(),
             }
@@ -178,7 +178,7 @@ impl<'a> GeneratedMotion<'a> {
 pub(crate) fn recorded_contacts(
     motion: &Motion,
     settings: &Settings,
-) -> Result<Option<EvaluatedMethod<'static>>, PipelineError> {
+) -> Result<Option<EvaluatedMethod<'static>>, SessionError> {
     let contacts = steps::contacts(motion, settings)?;
     let samples: Vec<_> = (contacts.iter().enumerate())
         .filter_map(|(sample, contact)| {

@@ -11,7 +11,7 @@ use inhand_model::{Finding, Hull, InputHash, PerFinger, Provenance};
 use self::stored::StoredParts;
 use crate::containers::{self, container};
 use crate::dictionary_file::DictionaryFile;
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::output::{TEMPORARY_PREFIX, write_atomic};
 use crate::settings::Settings;
 use crate::take::hex_sha256;
@@ -53,17 +53,17 @@ pub struct Viewed {
 ///
 /// # Errors
 ///
-/// [`PipelineError::Take`] for a file that is no MCAP; [`PipelineError::Channels`] for one without
+/// [`SessionError::Take`] for a file that is no MCAP; [`SessionError::Channels`] for one without
 /// motion that can be read; what reading and writing can find.
 pub fn add_views(
     input: &Path,
     output: &Path,
     dictionary: Option<&DictionaryFile>,
     settings: &Settings,
-) -> Result<Viewed, PipelineError> {
-    let bytes = std::fs::read(input).map_err(PipelineError::io("read", input))?;
+) -> Result<Viewed, SessionError> {
+    let bytes = std::fs::read(input).map_err(SessionError::io("read", input))?;
     if !inhand_channels::is_mcap(&bytes) {
-        return Err(PipelineError::Take {
+        return Err(SessionError::Take {
             path: input.to_owned(),
             message:
                 "not an MCAP file: views are channels of one; `inhand convert` makes one of a \
@@ -73,11 +73,11 @@ pub fn add_views(
     }
     let folder = (output.parent()).filter(|folder| !folder.as_os_str().is_empty());
     let folder = folder.unwrap_or(Path::new("."));
-    std::fs::create_dir_all(folder).map_err(PipelineError::io("create folder", folder))?;
+    std::fs::create_dir_all(folder).map_err(SessionError::io("create folder", folder))?;
     let scratch = tempfile::Builder::new()
         .prefix(TEMPORARY_PREFIX)
         .tempdir_in(folder)
-        .map_err(PipelineError::io("write", output))?;
+        .map_err(SessionError::io("write", output))?;
     let [rest, views] = ["rest.mcap", "views.mcap"].map(|name| scratch.path().join(name));
     let file = File::of(input, &bytes)?;
     let kind = file.kind;
@@ -118,7 +118,7 @@ struct File<'a> {
 }
 
 impl<'a> File<'a> {
-    fn of(path: &'a Path, bytes: &'a [u8]) -> Result<Self, PipelineError> {
+    fn of(path: &'a Path, bytes: &'a [u8]) -> Result<Self, SessionError> {
         let name = containers::name_of(path);
         let info = inhand_channels::info(bytes, &name).map_err(channels(path))?;
         if let Some(problem) = info.problem {
@@ -162,7 +162,7 @@ impl<'a> File<'a> {
     }
 
     /// The file without views.
-    fn write_rest(&self, path: &Path, made: &Provenance) -> Result<Selected, PipelineError> {
+    fn write_rest(&self, path: &Path, made: &Provenance) -> Result<Selected, SessionError> {
         let is_view = self.is_view();
         let stays = |channel: &ChannelFacts| !is_view(channel);
         let step = self.metadata.next_provenance(made).0.into_iter();
@@ -177,7 +177,7 @@ impl<'a> File<'a> {
     }
 
     /// The views of a dictionary alone.
-    fn write_dictionary_views(&self, path: &Path, scratch: &Path) -> Result<(), PipelineError> {
+    fn write_dictionary_views(&self, path: &Path, scratch: &Path) -> Result<(), SessionError> {
         let (dictionary, _) = inhand_channels::read_dictionary(self.bytes, &self.name)
             .map_err(channels(self.path))?;
         // A dictionary's file is small, and is its views for the greater part.
@@ -199,7 +199,7 @@ impl<'a> File<'a> {
         path: &Path,
         hulls: Option<&PerFinger<Hull>>,
         settings: &Settings,
-    ) -> Result<Vec<Finding>, PipelineError> {
+    ) -> Result<Vec<Finding>, SessionError> {
         let take = crate::take::read(self.path, settings)?;
         let parts = match self.kind {
             ViewedKind::Take => {
@@ -247,9 +247,9 @@ impl<'a> File<'a> {
     }
 }
 
-fn channels(path: &Path) -> impl Fn(inhand_channels::ChannelError) -> PipelineError {
+fn channels(path: &Path) -> impl Fn(inhand_channels::ChannelError) -> SessionError {
     let path = path.to_owned();
-    move |source| PipelineError::Channels {
+    move |source| SessionError::Channels {
         path: path.clone(),
         source: source.into(),
     }
@@ -260,7 +260,7 @@ fn join(
     parts: [&Path; 2],
     output: &Path,
     (library, packing): (String, Packing),
-) -> Result<u64, PipelineError> {
+) -> Result<u64, SessionError> {
     let [rest, views] = parts;
     let mut sources = [containers::open(rest)?, containers::open(views)?];
     let settings = Merge {

@@ -11,7 +11,7 @@ use serde_json::json;
 use sha2::{Digest, Sha256};
 
 use super::name_of;
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::run::TOOL;
 
 /// `None` for a file without a take.
@@ -19,7 +19,7 @@ pub(super) fn cut(
     input: &Path,
     metadata: &Metadata,
     stretches: &[Interval],
-) -> Result<Option<TakeCut>, PipelineError> {
+) -> Result<Option<TakeCut>, SessionError> {
     if !metadata.0.contains_key(super::RECORDING) {
         return Ok(None);
     }
@@ -40,17 +40,15 @@ pub(super) fn cut(
             sha256: sha256(input)?,
         }],
     };
-    cut_take(metadata, &name_of(input), stretches, &made).map_err(|source| {
-        PipelineError::Channels {
-            path: input.to_owned(),
-            source: source.into(),
-        }
+    cut_take(metadata, &name_of(input), stretches, &made).map_err(|source| SessionError::Channels {
+        path: input.to_owned(),
+        source: source.into(),
     })
 }
 
 /// Of a file of any size.
-pub(crate) fn sha256(path: &Path) -> Result<String, PipelineError> {
-    let unreadable = |error| PipelineError::io("read", path)(error);
+pub(crate) fn sha256(path: &Path) -> Result<String, SessionError> {
+    let unreadable = |error| SessionError::io("read", path)(error);
     let mut file = File::open(path).map_err(unreadable)?;
     let (mut hash, mut piece) = (Sha256::new(), vec![0; 1 << 20]);
     loop {

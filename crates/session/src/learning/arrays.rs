@@ -10,7 +10,7 @@ use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::output;
 
 const MAGIC: &[u8; 8] = b"INHAND\0\x01";
@@ -90,7 +90,7 @@ impl Arrays {
 }
 
 /// Writes arrays whole or not at all.
-pub(super) fn write(path: &Path, label: &Label, arrays: &Arrays) -> Result<(), PipelineError> {
+pub(super) fn write(path: &Path, label: &Label, arrays: &Arrays) -> Result<(), SessionError> {
     let mut bytes = Vec::new();
     bytes.extend_from_slice(MAGIC);
     let mut kind = [0; KIND_BYTES];
@@ -114,7 +114,7 @@ pub(super) fn write(path: &Path, label: &Label, arrays: &Arrays) -> Result<(), P
     let write = |out: &mut std::io::BufWriter<std::fs::File>| {
         out.write_all(&bytes)
             .and_then(|()| out.write_all(&checksum))
-            .map_err(PipelineError::io("write", path))
+            .map_err(SessionError::io("write", path))
     };
     if label.kind == "table" {
         output::write_atomic(path, write)
@@ -141,10 +141,10 @@ fn append<T: Copy, const N: usize>(
 ///
 /// # Errors
 ///
-/// [`PipelineError::Learning`] with what was found instead.
-pub(super) fn read(path: &Path, expected: &Label) -> Result<Arrays, PipelineError> {
-    let bytes = std::fs::read(path).map_err(PipelineError::io("read", path))?;
-    parse(&bytes, expected).map_err(|message| PipelineError::Learning {
+/// [`SessionError::Learning`] with what was found instead.
+pub(super) fn read(path: &Path, expected: &Label) -> Result<Arrays, SessionError> {
+    let bytes = std::fs::read(path).map_err(SessionError::io("read", path))?;
+    parse(&bytes, expected).map_err(|message| SessionError::Learning {
         path: path.to_owned(),
         message,
     })

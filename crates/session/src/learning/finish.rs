@@ -12,7 +12,7 @@ use super::rounds::{
 };
 use super::stored::read_activations;
 use super::tables::TableColumns;
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::matrices::Given;
 use crate::output;
 use crate::run::provenance;
@@ -40,12 +40,12 @@ pub struct Learned {
 ///
 /// # Errors
 ///
-/// [`PipelineError::Learning`] where rounds are left to do, and for files of another run.
-pub fn finish(folder: &LearningFolder) -> Result<Learned, PipelineError> {
+/// [`SessionError::Learning`] where rounds are left to do, and for files of another run.
+pub fn finish(folder: &LearningFolder) -> Result<Learned, SessionError> {
     let begin = Instant::now();
     let found = progress(folder)?;
     if !found.is_done() {
-        return Err(PipelineError::Learning {
+        return Err(SessionError::Learning {
             path: folder.root().to_owned(),
             message: format!(
                 "start {} of {} is in round {}: run `inhand learn stats` and `inhand learn update` \
@@ -85,7 +85,7 @@ pub fn learn_in(
     folder: &LearningFolder,
     keep_rounds: bool,
     watch: &mut dyn FnMut(&Progress),
-) -> Result<Learned, PipelineError> {
+) -> Result<Learned, SessionError> {
     let plan = folder.plan();
     let size = 8 * plan.segments * plan.layout().rows();
     let is_nmf = plan.settings.learn.kind == "nmf";
@@ -127,16 +127,16 @@ pub fn learn_in(
 ///
 /// # Errors
 ///
-/// [`PipelineError::Learn`] for primitives that do not fit the segments.
+/// [`SessionError::Learn`] for primitives that do not fit the segments.
 pub fn learn_given(
     folder: &LearningFolder,
     given: &Given,
     source: InputHash,
-) -> Result<Learned, PipelineError> {
+) -> Result<Learned, SessionError> {
     let begin = Instant::now();
     let columns = TableColumns::new(folder)?;
     let (problem, demonstrated) = folder.read_problem(0)?;
-    let offset_m = given.offset_m.as_ref().ok_or_else(|| PipelineError::Learning {
+    let offset_m = given.offset_m.as_ref().ok_or_else(|| SessionError::Learning {
         path: source.name.clone().into(),
         message: "expected `offset_m` beside the primitives: what was taken off each row of the data \
                   before factorising, metres (a single 0 where nothing was)"
@@ -159,7 +159,7 @@ fn with_the_rest(
     folder: &LearningFolder,
     dictionary: Dictionary,
     primitives_s: f64,
-) -> Result<Learned, PipelineError> {
+) -> Result<Learned, SessionError> {
     let begin = Instant::now();
     let settings = &folder.plan().settings;
     let columns = TableColumns::new(folder)?;
@@ -183,13 +183,13 @@ fn with_the_rest(
 ///
 /// # Errors
 ///
-/// [`PipelineError::Io`].
-pub fn scratch_folder(output: &std::path::Path) -> Result<tempfile::TempDir, PipelineError> {
+/// [`SessionError::Io`].
+pub fn scratch_folder(output: &std::path::Path) -> Result<tempfile::TempDir, SessionError> {
     let parent = output.parent().filter(|p| !p.as_os_str().is_empty());
     let parent: PathBuf = parent.unwrap_or(std::path::Path::new(".")).to_owned();
-    std::fs::create_dir_all(&parent).map_err(PipelineError::io("create folder", &parent))?;
+    std::fs::create_dir_all(&parent).map_err(SessionError::io("create folder", &parent))?;
     tempfile::Builder::new()
         .prefix(output::TEMPORARY_PREFIX)
         .tempdir_in(&parent)
-        .map_err(PipelineError::io("create a folder in", &parent))
+        .map_err(SessionError::io("create a folder in", &parent))
 }

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::arrays::{self, Arrays, Label};
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::output;
 use crate::settings::Settings;
 use crate::steps;
@@ -93,10 +93,10 @@ impl LearningFolder {
     ///
     /// # Errors
     ///
-    /// [`PipelineError::Learning`] where there is none or it cannot be used.
-    pub fn open(root: &Path) -> Result<Self, PipelineError> {
+    /// [`SessionError::Learning`] where there is none or it cannot be used.
+    pub fn open(root: &Path) -> Result<Self, SessionError> {
         let path = plan_path(root);
-        let wrong = |message: String| PipelineError::Learning {
+        let wrong = |message: String| SessionError::Learning {
             path: path.clone(),
             message,
         };
@@ -108,7 +108,7 @@ impl LearningFolder {
                         .to_owned(),
                 ));
             }
-            Err(error) => return Err(PipelineError::io("read", &path)(error)),
+            Err(error) => return Err(SessionError::io("read", &path)(error)),
         };
         let plan: LearningPlan = serde_json::from_str(&text)
             .map_err(|error| wrong(format!("not the plan of a run: {error}")))?;
@@ -133,9 +133,9 @@ impl LearningFolder {
     ///
     /// # Errors
     ///
-    /// [`PipelineError::Learning`] with what is different, [`PipelineError::Io`].
-    pub fn check_same(&self, takes: &[PathBuf], settings: &Settings) -> Result<(), PipelineError> {
-        let wrong = |what: &str| PipelineError::Learning {
+    /// [`SessionError::Learning`] with what is different, [`SessionError::Io`].
+    pub fn check_same(&self, takes: &[PathBuf], settings: &Settings) -> Result<(), SessionError> {
+        let wrong = |what: &str| SessionError::Learning {
             path: plan_path(&self.root),
             message: format!(
                 "the run was begun with {what}: remove the folder to begin again, or name another"
@@ -149,7 +149,7 @@ impl LearningFolder {
             return Err(wrong(&format!("{found} takes, not {}", takes.len())));
         }
         for (planned, path) in self.plan.takes.iter().zip(takes) {
-            let bytes = std::fs::read(path).map_err(PipelineError::io("read", path))?;
+            let bytes = std::fs::read(path).map_err(SessionError::io("read", path))?;
             if hex_sha256(&bytes) != planned.sha256 {
                 return Err(wrong(&format!(
                     "another take in the place of {} ({})",
@@ -175,7 +175,7 @@ impl LearningFolder {
         }
     }
 
-    pub(super) fn commit(&self) -> Result<(), PipelineError> {
+    pub(super) fn commit(&self) -> Result<(), SessionError> {
         output::write_text(&plan_path(&self.root), &self.plan.json())
     }
 
@@ -232,9 +232,9 @@ impl LearningFolder {
         }
     }
 
-    pub(super) fn wrong(path: &Path) -> impl Fn(String) -> PipelineError {
+    pub(super) fn wrong(path: &Path) -> impl Fn(String) -> SessionError {
         let path = path.to_owned();
-        move |message| PipelineError::Learning {
+        move |message| SessionError::Learning {
             path: path.clone(),
             message,
         }
@@ -245,7 +245,7 @@ impl LearningFolder {
         &self,
         problem: &NmfProblem,
         demonstrated: &Demonstrated,
-    ) -> Result<(), PipelineError> {
+    ) -> Result<(), SessionError> {
         let mut arrays = Arrays::default();
         arrays.push_u64("numbers", [problem.numbers]);
         arrays.push_f64("offset_m", problem.offset_m.clone());
@@ -266,11 +266,11 @@ impl LearningFolder {
     ///
     /// # Errors
     ///
-    /// [`PipelineError::Learning`].
+    /// [`SessionError::Learning`].
     pub(super) fn read_problem(
         &self,
         start: usize,
-    ) -> Result<(NmfProblem, Demonstrated), PipelineError> {
+    ) -> Result<(NmfProblem, Demonstrated), SessionError> {
         let path = self.problem();
         let mut arrays = arrays::read(&path, &self.label("problem", 0, 0))?;
         let mut settings = steps::nmf_settings(self.plan.segments, &self.plan.settings)?;

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::folder::{LearningFolder, LearningPlan, PlannedTake, table_path};
 use super::tables::{TableColumns, read_table, write_table};
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::run::TOOL;
 use crate::settings::{Role, Settings};
 use crate::steps::{self, Shown};
@@ -41,11 +41,11 @@ enum Processing {
 /// Why another way of processing is needed.
 enum Stop {
     Instead(Processing),
-    Failed(PipelineError),
+    Failed(SessionError),
 }
 
-impl From<PipelineError> for Stop {
-    fn from(error: PipelineError) -> Self {
+impl From<SessionError> for Stop {
+    fn from(error: SessionError) -> Self {
         Stop::Failed(error)
     }
 }
@@ -60,7 +60,7 @@ impl From<PipelineError> for Stop {
 ///
 /// # Errors
 ///
-/// [`PipelineError`] for a take that cannot be used, takes of different rates, segments that cannot
+/// [`SessionError`] for a take that cannot be used, takes of different rates, segments that cannot
 /// teach. The folder then holds no `learning.json`.
 pub fn init(
     root: &Path,
@@ -68,7 +68,7 @@ pub fn init(
     settings: &Settings,
     reuse: bool,
     seen: &mut dyn FnMut(&Take),
-) -> Result<LearningFolder, PipelineError> {
+) -> Result<LearningFolder, SessionError> {
     settings.validate()?;
     steps::nmf_settings(1, settings)?;
     let mut way = if reuse {
@@ -158,7 +158,7 @@ fn gather_one(
     number: usize,
     take: &Take,
     motion: &Motion,
-) -> Result<Gathered, PipelineError> {
+) -> Result<Gathered, SessionError> {
     let table = SegmentTable::of(motion);
     write_table(&table_path(root, number), number, &table)?;
     let object = motion.object.as_ref();
@@ -173,13 +173,13 @@ fn gather_one(
     })
 }
 
-fn check_rates(gathered: &[Gathered]) -> Result<(), PipelineError> {
+fn check_rates(gathered: &[Gathered]) -> Result<(), SessionError> {
     let Some(first) = gathered.first() else {
         return Ok(());
     };
     match (gathered.iter()).find(|take| take.rate_hz != first.rate_hz) {
         None => Ok(()),
-        Some(other) => Err(PipelineError::Take {
+        Some(other) => Err(SessionError::Take {
             path: other.path.clone(),
             message: format!(
                 "the take has {} Hz, but {} has {} Hz: training takes need one rate",
@@ -195,7 +195,7 @@ fn begin(
     root: &Path,
     gathered: &[Gathered],
     settings: &Settings,
-) -> Result<LearningFolder, PipelineError> {
+) -> Result<LearningFolder, SessionError> {
     let rate_hz = gathered.first().map_or(1.0, |take| take.rate_hz);
     let known =
         (gathered.iter()).map(|take| (take.file_name.as_str(), take.object_known, take.samples));
@@ -204,7 +204,7 @@ fn begin(
         ..SegmentLayout::one_second(rate_hz)
     };
     let cut = Cut::new(&steps::cut_settings(layout, Role::Train, settings)).map_err(|source| {
-        PipelineError::Motion {
+        SessionError::Motion {
             take: "training takes".to_owned(),
             source: source.into(),
         }
@@ -213,9 +213,7 @@ fn begin(
         .into_par_iter()
         .map(|i| Ok(cut.starts(&read_table(&table_path(root, i), i)?)))
         .collect();
-    let cuts = cuts
-        .into_iter()
-        .collect::<Result<Vec<_>, PipelineError>>()?;
+    let cuts = cuts.into_iter().collect::<Result<Vec<_>, SessionError>>()?;
     let takes = (gathered.iter().zip(&cuts)).map(|(take, cut)| PlannedTake {
         name: take.file_name.clone(),
         sha256: take.sha256.clone(),

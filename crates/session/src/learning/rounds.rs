@@ -12,7 +12,7 @@ use super::stored::{
     read_activations, read_state, sums_arrays, sums_nodes, write_activations, write_state,
 };
 use super::tables::TableColumns;
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::steps::learn_error;
 
 /// Most parts of the work; more have nothing to do.
@@ -115,8 +115,8 @@ impl Current {
 ///
 /// # Errors
 ///
-/// [`PipelineError`] for a folder that cannot be used or written.
-pub fn begin_rounds(folder: &LearningFolder) -> Result<(), PipelineError> {
+/// [`SessionError`] for a folder that cannot be used or written.
+pub fn begin_rounds(folder: &LearningFolder) -> Result<(), SessionError> {
     refuse_pca(folder)?;
     if latest_round(folder, 0).is_some() {
         return Ok(());
@@ -124,7 +124,7 @@ pub fn begin_rounds(folder: &LearningFolder) -> Result<(), PipelineError> {
     begin_start(folder, 0)
 }
 
-fn begin_start(folder: &LearningFolder, start: usize) -> Result<(), PipelineError> {
+fn begin_start(folder: &LearningFolder, start: usize) -> Result<(), SessionError> {
     let (problem, _) = folder.read_problem(start)?;
     let columns = TableColumns::new(folder)?;
     let state = problem.start(&columns).map_err(learn_error)?;
@@ -135,13 +135,13 @@ fn begin_start(folder: &LearningFolder, start: usize) -> Result<(), PipelineErro
 ///
 /// # Errors
 ///
-/// [`PipelineError::Learning`] for a folder that cannot be used.
-pub(super) fn progress(folder: &LearningFolder) -> Result<Progress, PipelineError> {
+/// [`SessionError::Learning`] for a folder that cannot be used.
+pub(super) fn progress(folder: &LearningFolder) -> Result<Progress, SessionError> {
     Ok(current(folder)?.progress())
 }
 
 /// The latest round of the latest start.
-pub(super) fn current(folder: &LearningFolder) -> Result<Current, PipelineError> {
+pub(super) fn current(folder: &LearningFolder) -> Result<Current, SessionError> {
     refuse_pca(folder)?;
     let starts = folder.plan().settings.learn.restarts;
     let start = (0..starts)
@@ -151,7 +151,7 @@ pub(super) fn current(folder: &LearningFolder) -> Result<Current, PipelineError>
 }
 
 /// The latest round of a start.
-pub(super) fn at_start(folder: &LearningFolder, start: usize) -> Result<Current, PipelineError> {
+pub(super) fn at_start(folder: &LearningFolder, start: usize) -> Result<Current, SessionError> {
     let (problem, _) = folder.read_problem(start)?;
     let round = latest_round(folder, start).unwrap_or(0);
     let state = read_state(folder, &problem, start, round)?;
@@ -162,11 +162,11 @@ pub(super) fn at_start(folder: &LearningFolder, start: usize) -> Result<Current,
     })
 }
 
-fn refuse_pca(folder: &LearningFolder) -> Result<(), PipelineError> {
+fn refuse_pca(folder: &LearningFolder) -> Result<(), SessionError> {
     if folder.plan().settings.learn.kind == "nmf" {
         return Ok(());
     }
-    Err(PipelineError::Learning {
+    Err(SessionError::Learning {
         path: folder.root().to_owned(),
         message: "principal components have no rounds: learn them with `inhand learn` in one go"
             .to_owned(),
@@ -193,12 +193,12 @@ fn rounds(folder: &LearningFolder, start: usize) -> impl Iterator<Item = usize> 
 ///
 /// # Errors
 ///
-/// [`PipelineError::Learning`] for a run that has stopped, and for files of another run or round.
+/// [`SessionError::Learning`] for a run that has stopped, and for files of another run or round.
 pub fn stats(
     folder: &LearningFolder,
     shard: Shard,
     tick: &mut dyn FnMut(),
-) -> Result<PathBuf, PipelineError> {
+) -> Result<PathBuf, SessionError> {
     let current = current(folder)?;
     if current.state.stop.is_some() {
         let next = if current.progress().is_done() {
@@ -206,7 +206,7 @@ pub fn stats(
         } else {
             "begin the next start with `inhand learn update`"
         };
-        return Err(PipelineError::Learning {
+        return Err(SessionError::Learning {
             path: folder.root().to_owned(),
             message: format!("this start has stopped: {next}"),
         });
@@ -238,8 +238,8 @@ fn shard_sums(
     columns: &TableColumns<'_>,
     blocks: std::ops::Range<usize>,
     tick: &mut dyn FnMut(),
-) -> Result<Tree, PipelineError> {
-    let load = |block: usize| -> Result<_, PipelineError> {
+) -> Result<Tree, SessionError> {
+    let load = |block: usize| -> Result<_, SessionError> {
         let columns_m = current.problem.read_block(columns, block);
         let previous = match current.state.round {
             0 => None,
@@ -279,9 +279,9 @@ fn shard_sums(
 ///
 /// # Errors
 ///
-/// [`PipelineError::Learning`] for sums that are missing, there twice, damaged, or of another run or
+/// [`SessionError::Learning`] for sums that are missing, there twice, damaged, or of another run or
 /// round: which file, and why. Nothing is written then.
-pub fn update(folder: &LearningFolder, sums: &[PathBuf]) -> Result<Updated, PipelineError> {
+pub fn update(folder: &LearningFolder, sums: &[PathBuf]) -> Result<Updated, SessionError> {
     let mut current = current(folder)?;
     if current.state.stop.is_some() {
         // A call that was killed may have left the next start to be begun.
@@ -317,7 +317,7 @@ pub fn update(folder: &LearningFolder, sums: &[PathBuf]) -> Result<Updated, Pipe
 }
 
 /// Begins the start after one that has stopped, unless it was the last.
-fn begin_next(folder: &LearningFolder, stopped: &Current) -> Result<(), PipelineError> {
+fn begin_next(folder: &LearningFolder, stopped: &Current) -> Result<(), SessionError> {
     keep_best(folder, stopped.start)?;
     let next = stopped.start + 1;
     if next < stopped.problem.settings.restarts {
@@ -327,7 +327,7 @@ fn begin_next(folder: &LearningFolder, stopped: &Current) -> Result<(), Pipeline
 }
 
 /// Activations take room: of the starts that have stopped, those of the best are kept.
-fn keep_best(folder: &LearningFolder, last: usize) -> Result<(), PipelineError> {
+fn keep_best(folder: &LearningFolder, last: usize) -> Result<(), SessionError> {
     let starts = (0..=last).map(|start| at_start(folder, start));
     let starts = starts.collect::<Result<Vec<_>, _>>()?;
     let best = best_of(&starts);
@@ -348,10 +348,10 @@ pub(super) fn best_of(starts: &[Current]) -> usize {
     smallest_objective(&states)
 }
 
-fn remove(folder: &Path) -> Result<(), PipelineError> {
+fn remove(folder: &Path) -> Result<(), SessionError> {
     match std::fs::remove_dir_all(folder) {
         Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-            Err(PipelineError::io("remove", folder)(error))
+            Err(SessionError::io("remove", folder)(error))
         }
         _ => Ok(()),
     }
@@ -362,7 +362,7 @@ fn total(
     folder: &LearningFolder,
     current: &Current,
     given: &[PathBuf],
-) -> Result<Sums, PipelineError> {
+) -> Result<Sums, SessionError> {
     let round = folder.round(current.start, current.state.round);
     let files = if given.is_empty() {
         sums_files(&round)?
@@ -370,7 +370,7 @@ fn total(
         given.to_vec()
     };
     if files.is_empty() {
-        return Err(PipelineError::Learning {
+        return Err(SessionError::Learning {
             path: round,
             message: format!(
                 "there are no sums of round {} yet: run `inhand learn stats` for every shard",
@@ -388,7 +388,7 @@ fn total(
     }
     nodes.sort_by_key(|(node, _)| node.first_block());
     let mut tree = Tree::default();
-    let incomplete = |expected: usize, place: &Path| PipelineError::Learning {
+    let incomplete = |expected: usize, place: &Path| SessionError::Learning {
         path: place.to_owned(),
         message: format!(
             "the sums of round {} go on at another block than {expected} of {}: a shard's file is \
@@ -413,11 +413,11 @@ fn total(
     tree.root(current.problem.blocks()).map_err(learn_error)
 }
 
-fn sums_files(round: &Path) -> Result<Vec<PathBuf>, PipelineError> {
+fn sums_files(round: &Path) -> Result<Vec<PathBuf>, SessionError> {
     if !round.is_dir() {
         return Ok(Vec::new());
     }
-    let entries = std::fs::read_dir(round).map_err(PipelineError::io("read", round))?;
+    let entries = std::fs::read_dir(round).map_err(SessionError::io("read", round))?;
     let mut files: Vec<_> = entries
         .flatten()
         .map(|entry| entry.path())

@@ -6,13 +6,13 @@ use inhand_model::StopReason;
 use super::arrays::{self, Array, Arrays};
 use super::folder::LearningFolder;
 use super::rounds::Current;
-use crate::error::PipelineError;
+use crate::error::SessionError;
 
 pub(super) fn write_state(
     folder: &LearningFolder,
     start: usize,
     state: &NmfState,
-) -> Result<(), PipelineError> {
+) -> Result<(), SessionError> {
     let mut arrays = Arrays::default();
     arrays.push_f64("primitives", state.primitives.clone());
     arrays.push_u64("revived", state.revived.iter().copied());
@@ -39,7 +39,7 @@ pub(super) fn read_state(
     problem: &NmfProblem,
     start: usize,
     round: usize,
-) -> Result<NmfState, PipelineError> {
+) -> Result<NmfState, SessionError> {
     let path = folder.state(start, round);
     let mut arrays = arrays::read(&path, &folder.label("state", start, round))?;
     let mut parse = || {
@@ -78,7 +78,7 @@ pub(super) fn write_activations(
     current: &Current,
     block: usize,
     activations: Activations,
-) -> Result<(), PipelineError> {
+) -> Result<(), SessionError> {
     let round = current.state.round;
     let mut arrays = Arrays::default();
     let activations = match activations {
@@ -96,7 +96,7 @@ pub(super) fn read_activations(
     folder: &LearningFolder,
     current: &Current,
     block: usize,
-) -> Result<Activations, PipelineError> {
+) -> Result<Activations, SessionError> {
     let round = round_of_activations(&current.state);
     let path = folder.activations(current.start, round, block);
     let mut arrays = arrays::read(&path, &folder.label("activations", current.start, round))?;

@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, Isometry3, Quaternion, Translation3, UnitQuaternion};
 
 use super::arrays::{self, Arrays, Label};
 use super::folder::LearningFolder;
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::settings::Role;
 use crate::steps;
 
@@ -35,7 +35,7 @@ pub(super) fn write_table(
     path: &Path,
     take: usize,
     table: &SegmentTable,
-) -> Result<(), PipelineError> {
+) -> Result<(), SessionError> {
     let mut arrays = Arrays::default();
     let fingertips_m = table.fingertips_m().as_flattened().to_vec();
     arrays.push_f64("fingertips_m", fingertips_m);
@@ -57,7 +57,7 @@ pub(super) fn write_table(
     arrays::write(path, &label(take), &arrays)
 }
 
-pub(super) fn read_table(path: &Path, take: usize) -> Result<SegmentTable, PipelineError> {
+pub(super) fn read_table(path: &Path, take: usize) -> Result<SegmentTable, SessionError> {
     let mut arrays = arrays::read(path, &label(take))?;
     let mut parse = || {
         let fingertips_m = arrays.take_f64("fingertips_m")?;
@@ -100,10 +100,10 @@ pub(super) struct TableColumns<'a> {
 }
 
 impl<'a> TableColumns<'a> {
-    pub(super) fn new(folder: &'a LearningFolder) -> Result<Self, PipelineError> {
+    pub(super) fn new(folder: &'a LearningFolder) -> Result<Self, SessionError> {
         let plan = folder.plan();
         let settings = steps::cut_settings(plan.layout(), Role::Train, &plan.settings);
-        let cut = Cut::new(&settings).map_err(|source| PipelineError::Motion {
+        let cut = Cut::new(&settings).map_err(|source| SessionError::Motion {
             take: "training takes".to_owned(),
             source: source.into(),
         })?;
@@ -119,7 +119,7 @@ impl<'a> TableColumns<'a> {
         })
     }
 
-    fn take(&self, take: usize) -> Result<Arc<CutTake>, PipelineError> {
+    fn take(&self, take: usize) -> Result<Arc<CutTake>, SessionError> {
         // A panic elsewhere leaves the list as it was before or after a change.
         let mut cache = self.cache.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((_, found)) = cache.iter().find(|(cached, _)| *cached == take) {
@@ -156,7 +156,7 @@ impl<'a> TableColumns<'a> {
     }
 
     /// Some of the segments with their end conditions.
-    pub(super) fn segments(&self, which: &[usize]) -> Result<Segments, PipelineError> {
+    pub(super) fn segments(&self, which: &[usize]) -> Result<Segments, SessionError> {
         let layout = self.layout();
         let mut columns_m = vec![0.0; which.len() * layout.rows()];
         let mut origins = Vec::with_capacity(which.len());
@@ -204,7 +204,7 @@ impl Columns for TableColumns<'_> {
         for (segment, column) in segments.zip(into_m.chunks_exact_mut(rows)) {
             let wanted = self.take_of(segment);
             if wanted != take {
-                let message = |error: PipelineError| LearnError::Read {
+                let message = |error: SessionError| LearnError::Read {
                     message: error.to_string(),
                 };
                 current = Some(self.take(wanted).map_err(message)?);

@@ -7,7 +7,7 @@ use inhand_evaluation::overlay::offsets_nanos;
 use inhand_model::{Event, Label, Shape, StartTime};
 
 use super::{Align, OverlayMethods, OverlayOptions};
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::session::stem;
 use crate::settings::Settings;
 use crate::take::{Take, same_motion, same_source};
@@ -32,9 +32,9 @@ pub(super) struct Placed {
 pub(super) fn read(
     options: &OverlayOptions,
     settings: &Settings,
-) -> Result<Vec<Input>, PipelineError> {
+) -> Result<Vec<Input>, SessionError> {
     let paths = &options.inputs;
-    let wrong = |key: &str, expected: &str, found: String| PipelineError::Settings {
+    let wrong = |key: &str, expected: &str, found: String| SessionError::Settings {
         key: key.to_owned(),
         expected: expected.to_owned(),
         found,
@@ -75,13 +75,13 @@ fn read_one(
     name: String,
     options: &OverlayOptions,
     settings: &Settings,
-) -> Result<Input, PipelineError> {
-    let bytes = std::fs::read(path).map_err(PipelineError::io("read", path))?;
-    let refuse = |message: &str| PipelineError::Take {
+) -> Result<Input, SessionError> {
+    let bytes = std::fs::read(path).map_err(SessionError::io("read", path))?;
+    let refuse = |message: &str| SessionError::Take {
         path: path.to_owned(),
         message: message.to_owned(),
     };
-    let channels = |source: inhand_channels::ChannelError| PipelineError::Channels {
+    let channels = |source: inhand_channels::ChannelError| SessionError::Channels {
         path: path.to_owned(),
         source: source.into(),
     };
@@ -152,7 +152,7 @@ pub(super) fn align(
     inputs: &[Input],
     align: &Align,
     notes: &mut Vec<String>,
-) -> Result<Placed, PipelineError> {
+) -> Result<Placed, SessionError> {
     let starts: Vec<u64> = (inputs.iter())
         .map(|input| input.take.recording.clock.start_unix_nanos())
         .collect();
@@ -215,7 +215,7 @@ fn meets(a: &Input, offset_a: i128, b: &Input, offset_b: i128) -> bool {
     a.0 <= b.1 && b.0 <= a.1
 }
 
-fn check_overlap(inputs: &[Input], offsets: &[i128], word: &str) -> Result<(), PipelineError> {
+fn check_overlap(inputs: &[Input], offsets: &[i128], word: &str) -> Result<(), SessionError> {
     let first = &inputs[0];
     let apart = (inputs.iter().zip(offsets))
         .find(|(input, offset)| !meets(first, offsets[0], input, **offset));
@@ -229,7 +229,7 @@ fn check_overlap(inputs: &[Input], offsets: &[i128], word: &str) -> Result<(), P
 }
 
 /// When the first event with this label starts.
-fn anchor(input: &Input, label: &Label) -> Result<u64, PipelineError> {
+fn anchor(input: &Input, label: &Label) -> Result<u64, SessionError> {
     let events = &input.take.annotations.events;
     let with = events.iter().filter(|event| event.has(label));
     let start = with.map(|event| event.start_unix_nanos).min();

@@ -8,7 +8,7 @@ use inhand_model::{
 
 use super::OverlayMethods;
 use super::input::Input;
-use crate::error::PipelineError;
+use crate::error::SessionError;
 
 /// One motion.
 pub(super) struct Layer<F: Frame> {
@@ -35,7 +35,7 @@ pub(super) struct Drawn<F: Frame> {
 /// A frame in which motion of takes can be shown.
 pub(super) trait Shown: Frame {
     /// Fingertips as recorded.
-    fn recorded(input: &Input) -> Result<PerFinger<PointTrack<Self>>, PipelineError>;
+    fn recorded(input: &Input) -> Result<PerFinger<PointTrack<Self>>, SessionError>;
     /// A generated position at a sample of the take.
     fn generated(input: &Input, k: usize, position: Position<Hand>) -> Option<Position<Self>>;
     /// The object.
@@ -43,7 +43,7 @@ pub(super) trait Shown: Frame {
 }
 
 impl Shown for Hand {
-    fn recorded(input: &Input) -> Result<PerFinger<PointTrack<Hand>>, PipelineError> {
+    fn recorded(input: &Input) -> Result<PerFinger<PointTrack<Hand>>, SessionError> {
         match &input.take.stored_motion {
             Some(motion) => Ok(motion.fingertips.clone()),
             None => Err((input.take).error("no processed motion: `inhand process` adds it".into())),
@@ -60,7 +60,7 @@ impl Shown for Hand {
 }
 
 impl Shown for World {
-    fn recorded(input: &Input) -> Result<PerFinger<PointTrack<World>>, PipelineError> {
+    fn recorded(input: &Input) -> Result<PerFinger<PointTrack<World>>, SessionError> {
         let (roles, recording) = (input.take.roles()?, &input.take.recording);
         Ok(PerFinger::from_fn(|finger| {
             let marker = recording.marker(&roles.fingers[finger]);
@@ -90,7 +90,7 @@ pub(super) fn of<F: Shown>(
     inputs: &[Input],
     methods: &OverlayMethods,
     notes: &mut Vec<String>,
-) -> Result<Drawn<F>, PipelineError> {
+) -> Result<Drawn<F>, SessionError> {
     check_methods(inputs, methods)?;
     let mut drawn = Drawn::<F> {
         layers: Vec::new(),
@@ -167,7 +167,7 @@ fn chosen<'a>(input: &'a Input, methods: &OverlayMethods) -> Vec<&'a ReadMethod>
 }
 
 /// A method that no file has is a mistake.
-fn check_methods(inputs: &[Input], methods: &OverlayMethods) -> Result<(), PipelineError> {
+fn check_methods(inputs: &[Input], methods: &OverlayMethods) -> Result<(), SessionError> {
     let known: Vec<&str> = (inputs.iter())
         .flat_map(|input| input.methods.iter().map(|method| method.name.as_str()))
         .collect();
@@ -185,7 +185,7 @@ fn check_methods(inputs: &[Input], methods: &OverlayMethods) -> Result<(), Pipel
     let mut names = known;
     names.sort_unstable();
     names.dedup();
-    Err(PipelineError::Settings {
+    Err(SessionError::Settings {
         key: "methods".to_owned(),
         expected: match names.len() {
             0 => "files with generated motion, as `inhand run` and `inhand generate` write"
@@ -196,13 +196,13 @@ fn check_methods(inputs: &[Input], methods: &OverlayMethods) -> Result<(), Pipel
     })
 }
 
-fn check_layers<F: Frame>(drawn: &Drawn<F>) -> Result<(), PipelineError> {
+fn check_layers<F: Frame>(drawn: &Drawn<F>) -> Result<(), SessionError> {
     let names: Vec<&str> = drawn
         .layers
         .iter()
         .map(|layer| layer.name.as_str())
         .collect();
-    let wrong = |key: &str, expected: String, found: String| PipelineError::Settings {
+    let wrong = |key: &str, expected: String, found: String| SessionError::Settings {
         key: key.to_owned(),
         expected,
         found,

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::{FIGURES, RunOptions};
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::manifest;
 use crate::output;
 use crate::session::{Session, SessionTake};
@@ -65,12 +65,12 @@ impl RunFiles {
 ///
 /// # Errors
 ///
-/// [`PipelineError::Output`].
+/// [`SessionError::Output`].
 pub(super) fn check_output(
     options: &RunOptions,
     session: &Session,
     files: &RunFiles,
-) -> Result<(), PipelineError> {
+) -> Result<(), SessionError> {
     let inputs: Vec<_> = session
         .takes
         .iter()
@@ -82,7 +82,7 @@ pub(super) fn check_output(
         refuse_take_folder(folder, session)?;
     }
     if !ours && has_files(&files.figures) {
-        return Err(PipelineError::Output {
+        return Err(SessionError::Output {
             path: files.figures.clone(),
             message: "the folder was not made from the same inputs: --force replaces what is in it"
                 .into(),
@@ -100,7 +100,7 @@ fn has_files(folder: &Path) -> bool {
 }
 
 /// Results among the takes would be takes of the next run.
-fn refuse_take_folder(folder: &Path, session: &Session) -> Result<(), PipelineError> {
+fn refuse_take_folder(folder: &Path, session: &Session) -> Result<(), SessionError> {
     let output = folder.canonicalize().ok();
     let holds_takes = |take: &SessionTake| {
         let folder = take
@@ -111,7 +111,7 @@ fn refuse_take_folder(folder: &Path, session: &Session) -> Result<(), PipelineEr
     };
     match session.takes.iter().find(|take| holds_takes(take)) {
         None => Ok(()),
-        Some(take) => Err(PipelineError::Output {
+        Some(take) => Err(SessionError::Output {
             path: folder.to_owned(),
             message: format!(
                 "the folder holds the take {}: name another one for the results",

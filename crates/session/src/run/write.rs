@@ -9,7 +9,7 @@ use inhand_report::Report;
 use rayon::prelude::*;
 
 use super::{RunFiles, RunOptions};
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::figures::write_figures;
 use crate::manifest;
 use crate::output;
@@ -27,7 +27,7 @@ pub(super) fn write_takes(
     provenance: &Provenance,
     options: &RunOptions,
     files: &RunFiles,
-) -> Result<(), PipelineError> {
+) -> Result<(), SessionError> {
     // Segments count takes among the test takes, results among all takes.
     let mut tests = 0..;
     let indices: Vec<_> = (results.iter())
@@ -61,7 +61,7 @@ pub(super) fn write_reports(
     rows: &EvaluationRows,
     motion: &MotionRows,
     files: &RunFiles,
-) -> Result<Vec<PathBuf>, PipelineError> {
+) -> Result<Vec<PathBuf>, SessionError> {
     let evaluation = report.evaluation;
     let (table, (json, (html, figures))) = rayon::join(
         || {

@@ -8,7 +8,7 @@ use inhand_model::{
 
 use super::part::{Part, refused};
 use super::settings::differences;
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::steps::SEED;
 
 /// What is compared with what.
@@ -28,13 +28,13 @@ pub struct CompareOptions {
 ///
 /// # Errors
 ///
-/// [`PipelineError::Part`] for methods that are not there, or nothing to compare; [`PipelineError::Table`] for
+/// [`SessionError::Part`] for methods that are not there, or nothing to compare; [`SessionError::Table`] for
 /// damaged rows.
 pub fn compare(
     before: &Part,
     after: &Part,
     options: &CompareOptions,
-) -> Result<EvaluationComparison, PipelineError> {
+) -> Result<EvaluationComparison, SessionError> {
     let pairs = pairs(before, after, options)?;
     let bootstrap = Bootstrap {
         cluster: Cluster::Segment,
@@ -98,7 +98,7 @@ fn pairs<'a>(
     before: &'a Part,
     after: &'a Part,
     options: &CompareOptions,
-) -> Result<Vec<Pair<'a>>, PipelineError> {
+) -> Result<Vec<Pair<'a>>, SessionError> {
     let find = |part: &'a Part, name: &str| {
         let known = part.evaluation.methods.iter();
         known

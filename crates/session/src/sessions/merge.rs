@@ -14,7 +14,7 @@ use super::groups::{Groups, counts};
 use super::outliers::outliers;
 use super::part::{Part, refused};
 use super::settings::differences;
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::steps::SEED;
 
 /// How evaluations are joined.
@@ -42,9 +42,9 @@ impl Default for MergeOptions {
 ///
 /// # Errors
 ///
-/// [`PipelineError::Part`] for a session that is given twice, settings or methods that differ unless that is
-/// allowed, parts without rows or with those of another run; [`PipelineError::Table`] for damaged rows.
-pub fn merge(parts: &[Part], options: MergeOptions) -> Result<Summary, PipelineError> {
+/// [`SessionError::Part`] for a session that is given twice, settings or methods that differ unless that is
+/// allowed, parts without rows or with those of another run; [`SessionError::Table`] for damaged rows.
+pub fn merge(parts: &[Part], options: MergeOptions) -> Result<Summary, SessionError> {
     check_twice(parts)?;
     let all: Vec<&Part> = parts.iter().collect();
     let different = differences(&all);
@@ -79,7 +79,7 @@ pub fn merge(parts: &[Part], options: MergeOptions) -> Result<Summary, PipelineE
             seed: SEED,
             confidence: options.confidence,
         },
-        |place, finger| -> Result<_, PipelineError> {
+        |place, finger| -> Result<_, SessionError> {
             let read = parts
                 .par_iter()
                 .map(|part| part.errors_m(&methods[place], finger));
@@ -118,7 +118,7 @@ pub fn merge(parts: &[Part], options: MergeOptions) -> Result<Summary, PipelineE
 }
 
 /// A session must not count twice, whatever the way its file is spelled.
-fn check_twice(parts: &[Part]) -> Result<(), PipelineError> {
+fn check_twice(parts: &[Part]) -> Result<(), SessionError> {
     let mut seen = BTreeMap::new();
     for part in parts {
         let file = part
@@ -151,7 +151,7 @@ fn check_twice(parts: &[Part]) -> Result<(), PipelineError> {
     Ok(())
 }
 
-fn check_same(parts: &[Part], different: &[SettingDifference]) -> Result<(), PipelineError> {
+fn check_same(parts: &[Part], different: &[SettingDifference]) -> Result<(), SessionError> {
     const TO_DO: &str =
         "run them with the same settings, or join them all the same with --allow-different";
     if let Some(first) = different.first() {
@@ -187,7 +187,7 @@ fn check_same(parts: &[Part], different: &[SettingDifference]) -> Result<(), Pip
 }
 
 /// Methods that all parts have, in the order of the first.
-fn common_methods(parts: &[Part]) -> Result<Vec<String>, PipelineError> {
+fn common_methods(parts: &[Part]) -> Result<Vec<String>, SessionError> {
     let first = parts[0].method_names().into_iter();
     let in_all = first.filter(|name| parts.iter().all(|part| method(part, name).is_some()));
     let common: Vec<String> = in_all.map(str::to_owned).collect();

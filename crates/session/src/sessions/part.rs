@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use inhand_model::{Evaluation, EvaluationRows, Finger, Provenance};
 use inhand_tables::RowsFile;
 
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::tables::table_error;
 
 /// Names of the two files of a part.
@@ -34,15 +34,15 @@ impl Part {
     ///
     /// # Errors
     ///
-    /// [`PipelineError::Io`], [`PipelineError::Part`] for a file that is cut, of another version, or no
-    /// evaluation, [`PipelineError::Table`] for rows that are cut, and [`PipelineError::Part`] for rows of
+    /// [`SessionError::Io`], [`SessionError::Part`] for a file that is cut, of another version, or no
+    /// evaluation, [`SessionError::Table`] for rows that are cut, and [`SessionError::Part`] for rows of
     /// another evaluation.
-    pub fn read(path: &Path) -> Result<Self, PipelineError> {
+    pub fn read(path: &Path) -> Result<Self, SessionError> {
         let path = match path.is_dir() {
             true => path.join(EVALUATION_FILE),
             false => path.to_owned(),
         };
-        let text = std::fs::read_to_string(&path).map_err(PipelineError::io("read", &path))?;
+        let text = std::fs::read_to_string(&path).map_err(SessionError::io("read", &path))?;
         let (evaluation, provenance) = inhand_report::read_evaluation_json(&text)
             .map_err(|error| refused(&path, reason(&error)))?;
         let beside = path.with_file_name(ROWS_FILE);
@@ -69,7 +69,7 @@ impl Part {
     }
 
     /// Whether the rows can be of this evaluation, as far as names tell.
-    fn check_rows(&self, beside: &Path) -> Result<(), PipelineError> {
+    fn check_rows(&self, beside: &Path) -> Result<(), SessionError> {
         let Some(rows) = &self.rows else {
             return Ok(());
         };
@@ -98,8 +98,8 @@ impl Part {
     ///
     /// # Errors
     ///
-    /// [`PipelineError::Part`] where there are none.
-    pub fn rows(&self) -> Result<&RowsFile, PipelineError> {
+    /// [`SessionError::Part`] where there are none.
+    pub fn rows(&self) -> Result<&RowsFile, SessionError> {
         self.rows.as_ref().ok_or_else(|| {
             let message = format!(
                 "no {ROWS_FILE} stands beside it, and without the rows quantiles over sessions cannot be exact: \
@@ -114,8 +114,8 @@ impl Part {
     ///
     /// # Errors
     ///
-    /// [`PipelineError::Table`] for damaged ones, [`PipelineError::Part`] for those of another run.
-    pub fn read_rows(&self) -> Result<Option<EvaluationRows>, PipelineError> {
+    /// [`SessionError::Table`] for damaged ones, [`SessionError::Part`] for those of another run.
+    pub fn read_rows(&self) -> Result<Option<EvaluationRows>, SessionError> {
         let Some(rows) = &self.rows else {
             return Ok(None);
         };
@@ -139,9 +139,9 @@ impl Part {
     ///
     /// # Errors
     ///
-    /// [`PipelineError::Part`] without rows or with those of another run, [`PipelineError::Table`] for damaged
+    /// [`SessionError::Part`] without rows or with those of another run, [`SessionError::Table`] for damaged
     /// ones.
-    pub fn errors_m(&self, method: &str, finger: Finger) -> Result<Vec<f64>, PipelineError> {
+    pub fn errors_m(&self, method: &str, finger: Finger) -> Result<Vec<f64>, SessionError> {
         let errors = (self.rows()?.error_m(method, finger)).map_err(table_error(&self.path))?;
         let errors: Vec<f64> = errors.into_iter().filter(|e| e.is_finite()).collect();
         self.check_errors(method, finger, &errors)?;
@@ -154,7 +154,7 @@ impl Part {
         method: &str,
         finger: Finger,
         errors: &[f64],
-    ) -> Result<(), PipelineError> {
+    ) -> Result<(), SessionError> {
         let stated = (self.evaluation.methods.iter())
             .find(|known| known.name == method)
             .map(|known| known.error_by_finger[finger]);
@@ -209,8 +209,8 @@ fn reason(error: &inhand_report::ReportError) -> String {
     }
 }
 
-pub(super) fn refused(path: &Path, message: String) -> PipelineError {
-    PipelineError::Part {
+pub(super) fn refused(path: &Path, message: String) -> SessionError {
+    SessionError::Part {
         path: path.to_owned(),
         message,
     }

@@ -14,7 +14,7 @@ use inhand_model::{Finger, PerFinger, Selection, Shape};
 use inhand_motion::{Filter, GapFill, ProcessSettings};
 
 use super::{LearnSection, Settings};
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::methods::Method;
 
 impl Settings {
@@ -22,10 +22,10 @@ impl Settings {
     ///
     /// # Errors
     ///
-    /// [`PipelineError::Settings`] with the place in the file, [`PipelineError::Io`].
-    pub fn read(path: &Path) -> Result<Self, PipelineError> {
-        let text = std::fs::read_to_string(path).map_err(PipelineError::io("read", path))?;
-        toml::from_str(&text).map_err(|error| PipelineError::SettingsFile {
+    /// [`SessionError::Settings`] with the place in the file, [`SessionError::Io`].
+    pub fn read(path: &Path) -> Result<Self, SessionError> {
+        let text = std::fs::read_to_string(path).map_err(SessionError::io("read", path))?;
+        toml::from_str(&text).map_err(|error| SessionError::SettingsFile {
             path: path.to_owned(),
             message: error.to_string().trim_end().to_owned(),
         })
@@ -35,8 +35,8 @@ impl Settings {
     ///
     /// # Errors
     ///
-    /// [`PipelineError::Settings`] for a number that TOML cannot hold.
-    pub fn to_toml(&self) -> Result<String, PipelineError> {
+    /// [`SessionError::Settings`] for a number that TOML cannot hold.
+    pub fn to_toml(&self) -> Result<String, SessionError> {
         toml::to_string(self).map_err(|e| invalid("settings", "anything TOML can hold", &e))
     }
 
@@ -44,8 +44,8 @@ impl Settings {
     ///
     /// # Errors
     ///
-    /// [`PipelineError::Settings`] for a word that is no unit, order or axis.
-    pub fn read_settings(&self) -> Result<ReadSettings, PipelineError> {
+    /// [`SessionError::Settings`] for a word that is no unit, order or axis.
+    pub fn read_settings(&self) -> Result<ReadSettings, SessionError> {
         let source = &self.source;
         Ok(ReadSettings {
             length_unit: parsed(
@@ -68,9 +68,9 @@ impl Settings {
     ///
     /// # Errors
     ///
-    /// [`PipelineError::Settings`] for a word that says nothing about a topic, and as
+    /// [`SessionError::Settings`] for a word that says nothing about a topic, and as
     /// [`Settings::read_settings`].
-    pub fn foreign_settings(&self) -> Result<ForeignSettings, PipelineError> {
+    pub fn foreign_settings(&self) -> Result<ForeignSettings, SessionError> {
         let ReadSettings {
             length_unit,
             up_axis,
@@ -102,8 +102,8 @@ impl Settings {
     ///
     /// # Errors
     ///
-    /// [`PipelineError::Settings`] for an unknown finger or a malformed body.
-    pub fn role_settings(&self) -> Result<RoleSettings, PipelineError> {
+    /// [`SessionError::Settings`] for an unknown finger or a malformed body.
+    pub fn role_settings(&self) -> Result<RoleSettings, SessionError> {
         for name in self.fingers.keys() {
             finger(name, "fingers")?;
         }
@@ -129,8 +129,8 @@ impl Settings {
     ///
     /// # Errors
     ///
-    /// [`PipelineError::Settings`] for a text that is no label.
-    pub fn selection(&self) -> Result<Selection, PipelineError> {
+    /// [`SessionError::Settings`] for a text that is no label.
+    pub fn selection(&self) -> Result<Selection, SessionError> {
         let labels = |key, texts: &[String]| {
             let parse = |text: &String| {
                 text.parse()
@@ -148,8 +148,8 @@ impl Settings {
     ///
     /// # Errors
     ///
-    /// [`PipelineError::Settings`] for a word that is no shape.
-    pub fn shape(&self) -> Result<Option<Shape>, PipelineError> {
+    /// [`SessionError::Settings`] for a word that is no shape.
+    pub fn shape(&self) -> Result<Option<Shape>, SessionError> {
         let parse = |text: &String| {
             text.parse()
                 .map_err(|e| invalid("object.shape", "a shape such as cube:0.05", &e))
@@ -161,8 +161,8 @@ impl Settings {
     ///
     /// # Errors
     ///
-    /// [`PipelineError::Settings`] for an unknown fill or filter.
-    pub fn process_settings(&self) -> Result<ProcessSettings, PipelineError> {
+    /// [`SessionError::Settings`] for an unknown fill or filter.
+    pub fn process_settings(&self) -> Result<ProcessSettings, SessionError> {
         let section = &self.process;
         let fill = match section.fill.as_str() {
             "cubic" => GapFill::Cubic,
@@ -201,8 +201,8 @@ impl Settings {
     ///
     /// # Errors
     ///
-    /// [`PipelineError::Settings`] for an unknown finger.
-    pub fn pad_offsets_m(&self) -> Result<PerFinger<f64>, PipelineError> {
+    /// [`SessionError::Settings`] for an unknown finger.
+    pub fn pad_offsets_m(&self) -> Result<PerFinger<f64>, SessionError> {
         let mut offsets_m = PerFinger::new([0.0; Finger::COUNT]);
         for (name, offset_mm) in &self.evaluate.pad_offset_mm {
             offsets_m[finger(name, "evaluate.pad_offset_mm")?] = offset_mm / 1000.0;
@@ -214,8 +214,8 @@ impl Settings {
     ///
     /// # Errors
     ///
-    /// [`PipelineError::Settings`] for the first one that cannot be used.
-    pub fn validate(&self) -> Result<(), PipelineError> {
+    /// [`SessionError::Settings`] for the first one that cannot be used.
+    pub fn validate(&self) -> Result<(), SessionError> {
         self.foreign_settings()?;
         self.role_settings()?;
         self.shape()?;
@@ -313,15 +313,15 @@ impl Settings {
 }
 
 /// An error about one setting.
-pub(crate) fn invalid(key: &str, expected: &str, found: &impl std::fmt::Display) -> PipelineError {
-    PipelineError::Settings {
+pub(crate) fn invalid(key: &str, expected: &str, found: &impl std::fmt::Display) -> SessionError {
+    SessionError::Settings {
         key: key.to_owned(),
         expected: expected.to_owned(),
         found: found.to_string(),
     }
 }
 
-fn one_of(key: &str, value: &str, words: &[&str]) -> Result<(), PipelineError> {
+fn one_of(key: &str, value: &str, words: &[&str]) -> Result<(), SessionError> {
     if words.contains(&value) {
         Ok(())
     } else {
@@ -329,7 +329,7 @@ fn one_of(key: &str, value: &str, words: &[&str]) -> Result<(), PipelineError> {
     }
 }
 
-fn positive_or_zero(key: &str, value: f64) -> Result<(), PipelineError> {
+fn positive_or_zero(key: &str, value: f64) -> Result<(), SessionError> {
     if value.is_finite() && value >= 0.0 {
         Ok(())
     } else {
@@ -337,7 +337,7 @@ fn positive_or_zero(key: &str, value: f64) -> Result<(), PipelineError> {
     }
 }
 
-fn finger(name: &str, key: &str) -> Result<Finger, PipelineError> {
+fn finger(name: &str, key: &str) -> Result<Finger, SessionError> {
     name.parse()
         .map_err(|_| invalid(key, "thumb, index, middle, ring or little", &name))
 }
@@ -348,14 +348,14 @@ fn parsed<T>(
     text: &Option<String>,
     parse: fn(&str) -> Option<T>,
     expected: &str,
-) -> Result<Option<T>, PipelineError> {
+) -> Result<Option<T>, SessionError> {
     text.as_ref()
         .map(|text| parse(text).ok_or_else(|| invalid(key, expected, text)))
         .transpose()
 }
 
 impl LearnSection {
-    fn validate(&self) -> Result<(), PipelineError> {
+    fn validate(&self) -> Result<(), SessionError> {
         one_of("learn.kind", &self.kind, &["nmf", "pca"])?;
         one_of("learn.object", &self.object, &["auto", "yes", "no"])?;
         self.update()?;
@@ -397,7 +397,7 @@ impl LearnSection {
     }
 
     /// Principal components are exact: what says how to iterate has no meaning for them.
-    fn validate_pca(&self) -> Result<(), PipelineError> {
+    fn validate_pca(&self) -> Result<(), SessionError> {
         let plain = Self::default();
         let given = [
             ("learn.update", self.update != plain.update),
@@ -420,15 +420,15 @@ impl LearnSection {
         }
     }
 
-    pub(crate) fn update(&self) -> Result<Update, PipelineError> {
+    pub(crate) fn update(&self) -> Result<Update, SessionError> {
         named("learn.update", &self.update, Update::ALL, Update::name)
     }
 
-    pub(crate) fn start(&self) -> Result<Start, PipelineError> {
+    pub(crate) fn start(&self) -> Result<Start, SessionError> {
         named("learn.start", &self.start, Start::ALL, Start::name)
     }
 
-    pub(crate) fn precision(&self) -> Result<Precision, PipelineError> {
+    pub(crate) fn precision(&self) -> Result<Precision, SessionError> {
         named(
             "learn.precision",
             &self.precision,
@@ -444,7 +444,7 @@ fn named<T: Copy>(
     found: &str,
     all: &[T],
     name: fn(T) -> &'static str,
-) -> Result<T, PipelineError> {
+) -> Result<T, SessionError> {
     let one = all.iter().copied().find(|&one| name(one) == found);
     one.ok_or_else(|| {
         let names: Vec<_> = all.iter().map(|&one| name(one)).collect();

@@ -7,7 +7,7 @@ use inhand_model::{Finger, PerFinger};
 use serde::{Deserialize, Serialize};
 
 use super::invalid;
-use crate::error::PipelineError;
+use crate::error::SessionError;
 
 /// Which steps of cleaning are taken; by default none.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -53,8 +53,8 @@ impl CleanSection {
     ///
     /// # Errors
     ///
-    /// [`PipelineError::Settings`].
-    pub fn steps(&self) -> Result<Option<CleanSettings>, PipelineError> {
+    /// [`SessionError::Settings`].
+    pub fn steps(&self) -> Result<Option<CleanSettings>, SessionError> {
         let method = match self.fill.as_str() {
             "none" => None,
             "linear" => Some(FillMethod::Linear),

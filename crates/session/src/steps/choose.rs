@@ -7,7 +7,7 @@ use inhand_model::{
 
 use super::learn::demonstrations;
 use super::{generate, learn};
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::methods::Method;
 use crate::settings::Settings;
 
@@ -28,7 +28,7 @@ pub fn learn_and_choose(
     train: &Segments,
     demonstrated: Demonstrated,
     settings: &Settings,
-) -> Result<Dictionary, PipelineError> {
+) -> Result<Dictionary, SessionError> {
     let choice = choice(&demonstrations(train, settings), &demonstrated, settings)?;
     Ok(Dictionary {
         choice,
@@ -41,7 +41,7 @@ pub(crate) fn choice(
     demonstrations: &Segments,
     demonstrated: &Demonstrated,
     settings: &Settings,
-) -> Result<Option<MethodChoice>, PipelineError> {
+) -> Result<Option<MethodChoice>, SessionError> {
     let asked = settings.plan.methods.contains(&Method::Auto);
     asked
         .then(|| choose_method(demonstrations, demonstrated, &Method::ALL, settings))
@@ -53,11 +53,11 @@ pub(crate) fn choice(
 ///
 /// # Errors
 ///
-/// [`PipelineError::Settings`] for `auto` with a dictionary that was learned without comparing.
+/// [`SessionError::Settings`] for `auto` with a dictionary that was learned without comparing.
 pub fn settled_methods(
     dictionary: &Dictionary,
     settings: &Settings,
-) -> Result<Vec<Method>, PipelineError> {
+) -> Result<Vec<Method>, SessionError> {
     let mut settled = Vec::new();
     for &method in &settings.plan.methods {
         let method = match (method, &dictionary.choice) {
@@ -84,14 +84,14 @@ pub fn settled_methods(
 ///
 /// # Errors
 ///
-/// [`PipelineError`] as for learning and planning; [`PipelineError::Settings`] where there is too
+/// [`SessionError`] as for learning and planning; [`SessionError::Settings`] where there is too
 /// little training data to leave any of it out.
 pub fn choose_method(
     train: &Segments,
     demonstrated: &Demonstrated,
     candidates: &[Method],
     settings: &Settings,
-) -> Result<MethodChoice, PipelineError> {
+) -> Result<MethodChoice, SessionError> {
     let folds = folds(train.origins(), train.layout().samples);
     if folds.is_empty() {
         return Err(crate::settings::invalid(
@@ -116,7 +116,7 @@ fn add_fold(
     fold: &Fold,
     demonstrated: &Demonstrated,
     settings: &Settings,
-) -> Result<(), PipelineError> {
+) -> Result<(), SessionError> {
     let known = train.select(&fold.known);
     let left_out = train.select(&fold.left_out);
     let mut fewer = settings.clone();

@@ -3,13 +3,11 @@
 use inhand_evaluation::{EvaluationSettings, SampleContacts, motion_contacts};
 use inhand_model::Motion;
 
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::settings::Settings;
 
 /// The limits that motion is judged by.
-pub(super) fn evaluation_settings(
-    settings: &Settings,
-) -> Result<EvaluationSettings, PipelineError> {
+pub(super) fn evaluation_settings(settings: &Settings) -> Result<EvaluationSettings, SessionError> {
     Ok(EvaluationSettings {
         tau_m: settings.evaluate.tau_mm / 1000.0,
         collision_limit_m: settings.evaluate.collision_mm / 1000.0,
@@ -22,11 +20,11 @@ pub(super) fn evaluation_settings(
 ///
 /// # Errors
 ///
-/// [`PipelineError::Settings`].
+/// [`SessionError::Settings`].
 pub fn contacts(
     motion: &Motion,
     settings: &Settings,
-) -> Result<Vec<Option<SampleContacts>>, PipelineError> {
+) -> Result<Vec<Option<SampleContacts>>, SessionError> {
     Ok(match settings.shape()? {
         Some(shape) => motion_contacts(motion, &shape, &evaluation_settings(settings)?),
         None => Vec::new(),

@@ -14,7 +14,7 @@ use inhand_planner::{
 };
 use rayon::prelude::*;
 
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::methods::Method;
 use crate::settings::{Settings, invalid};
 
@@ -46,15 +46,15 @@ pub struct SegmentCorridors {
 ///
 /// # Errors
 ///
-/// [`PipelineError::Plan`] for settings or a dictionary that cannot be used;
-/// [`PipelineError::Settings`] for a method that the dictionary has nothing for. A plan that is
+/// [`SessionError::Plan`] for settings or a dictionary that cannot be used;
+/// [`SessionError::Settings`] for a method that the dictionary has nothing for. A plan that is
 /// infeasible is data, not an error.
 pub fn generate(
     method: Method,
     dictionary: &Dictionary,
     segments: &Segments,
     settings: &Settings,
-) -> Result<Generated, PipelineError> {
+) -> Result<Generated, SessionError> {
     let Some(planner) = planner(method, dictionary, settings)? else {
         let layout = segments.layout();
         let trajectories = segments
@@ -99,13 +99,13 @@ pub fn generate(
 }
 
 /// A dictionary plans at its own rate and length.
-fn check_layout(dictionary: SegmentLayout, segments: SegmentLayout) -> Result<(), PipelineError> {
+fn check_layout(dictionary: SegmentLayout, segments: SegmentLayout) -> Result<(), SessionError> {
     let same = dictionary.samples == segments.samples && dictionary.rate_hz == segments.rate_hz;
     if same {
         return Ok(());
     }
     let of = |layout: SegmentLayout| format!("{} samples at {} Hz", layout.samples, layout.rate_hz);
-    Err(PipelineError::Dictionary {
+    Err(SessionError::Dictionary {
         expected: format!("segments of {}, as the takes have", of(segments)),
         found: of(dictionary),
     })
@@ -116,7 +116,7 @@ pub(crate) fn planner(
     method: Method,
     dictionary: &Dictionary,
     settings: &Settings,
-) -> Result<Option<Planner>, PipelineError> {
+) -> Result<Option<Planner>, SessionError> {
     let planner_settings = plan_settings(dictionary, settings);
     let planner = match method {
         Method::Prior => Planner::new(dictionary, inhand_planner::Method::Prior, &planner_settings),
@@ -140,8 +140,8 @@ pub(crate) fn planner(
         .map_err(|source| plan_error(method, source))
 }
 
-pub(crate) fn plan_error(method: Method, source: PlanError) -> PipelineError {
-    PipelineError::Plan {
+pub(crate) fn plan_error(method: Method, source: PlanError) -> SessionError {
+    SessionError::Plan {
         method: method.name().to_owned(),
         source: source.into(),
     }
@@ -179,7 +179,7 @@ impl Hold {
 }
 
 /// `None` where fingers need not hold.
-pub(crate) fn hold_settings(settings: &Settings) -> Result<Option<Hold>, PipelineError> {
+pub(crate) fn hold_settings(settings: &Settings) -> Result<Option<Hold>, SessionError> {
     if !settings.plan.holding {
         return Ok(None);
     }
@@ -229,7 +229,7 @@ pub(crate) fn corridors_of(
     segments: &Segments,
     plans: &[Plan],
     settings: &Settings,
-) -> Result<Option<SegmentCorridors>, PipelineError> {
+) -> Result<Option<SegmentCorridors>, SessionError> {
     let (Method::Residual, Some(residual)) = (method, &dictionary.residual) else {
         return Ok(None);
     };

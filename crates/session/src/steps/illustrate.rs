@@ -12,7 +12,7 @@ mod smoothing;
 use inhand_model::{Dictionary, EvaluationRows, Illustrations, Motion, Segments};
 
 use super::{Generated, TakeResult};
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::settings::Settings;
 
 pub use smoothing::{Smoothing, smoothing};
@@ -42,12 +42,12 @@ pub struct Illustrated<'a> {
 ///
 /// # Errors
 ///
-/// [`PipelineError::Settings`] for what the object is, [`PipelineError::Learn`] for segments that teach
+/// [`SessionError::Settings`] for what the object is, [`SessionError::Learn`] for segments that teach
 /// nothing.
 pub fn illustrate(
     run: &Illustrated<'_>,
     smoothing: Smoothing,
-) -> Result<Illustrations, PipelineError> {
+) -> Result<Illustrations, SessionError> {
     let (explained, point_clouds) = rayon::join(
         || learned::explained(run.train, run.dictionary),
         || clouds::point_clouds(run),

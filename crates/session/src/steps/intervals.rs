@@ -3,7 +3,7 @@
 use inhand_evaluation::{Contestant, session_intervals};
 use inhand_model::{Bootstrap, Cluster, Evaluation, EvaluationRows, Intervals, Statistics};
 
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::settings::Settings;
 
 /// Seed of every bootstrap: two evaluations draw the same clusters, so that they can be compared.
@@ -13,12 +13,12 @@ pub(crate) const SEED: u64 = 1;
 ///
 /// # Errors
 ///
-/// [`PipelineError::Intervals`].
+/// [`SessionError::Intervals`].
 pub fn intervals(
     evaluation: &Evaluation,
     rows: &EvaluationRows,
     settings: &Settings,
-) -> Result<Option<Intervals>, PipelineError> {
+) -> Result<Option<Intervals>, SessionError> {
     let evaluate = &settings.evaluate;
     if evaluate.draws == 0 {
         return Ok(None);

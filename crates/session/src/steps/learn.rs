@@ -5,7 +5,7 @@ use inhand_dictionary::{
 };
 use inhand_model::{Demonstrated, Dictionary, Segments};
 
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::settings::{LearnSection, Settings};
 
 /// Primitives where the settings name no number: as published.
@@ -15,12 +15,12 @@ const RANK: usize = 200;
 ///
 /// # Errors
 ///
-/// [`PipelineError::Learn`].
+/// [`SessionError::Learn`].
 pub fn learn(
     segments: &Segments,
     demonstrated: Demonstrated,
     settings: &Settings,
-) -> Result<Dictionary, PipelineError> {
+) -> Result<Dictionary, SessionError> {
     let rank = rank(segments.len(), settings);
     let dictionary = match settings.learn.kind.as_str() {
         "pca" => learn_pca(segments, demonstrated, rank),
@@ -39,7 +39,7 @@ pub(crate) fn with_deviations(
     dictionary: Dictionary,
     demonstrations: &Segments,
     settings: &Settings,
-) -> Result<Dictionary, PipelineError> {
+) -> Result<Dictionary, SessionError> {
     let primitives = settings.learn.deviation_primitives;
     let residual = learn_residual(demonstrations, &ResidualSettings { primitives });
     Ok(Dictionary {
@@ -48,8 +48,8 @@ pub(crate) fn with_deviations(
     })
 }
 
-pub(crate) fn learn_error(source: LearnError) -> PipelineError {
-    PipelineError::Learn(source.into())
+pub(crate) fn learn_error(source: LearnError) -> SessionError {
+    SessionError::Learn(source.into())
 }
 
 /// Which of `count` segments deviations are learned from, in order.
@@ -99,7 +99,7 @@ fn rank(segments: usize, settings: &Settings) -> usize {
 pub(crate) fn nmf_settings(
     segments: usize,
     settings: &Settings,
-) -> Result<NmfSettings, PipelineError> {
+) -> Result<NmfSettings, SessionError> {
     Ok(NmfSettings {
         rank: rank(segments, settings),
         may_miss: settings.segments.missing_s > 0.0,
@@ -108,7 +108,7 @@ pub(crate) fn nmf_settings(
 }
 
 /// What does not depend on the segments.
-pub(crate) fn nmf_settings_of(section: &LearnSection) -> Result<NmfSettings, PipelineError> {
+pub(crate) fn nmf_settings_of(section: &LearnSection) -> Result<NmfSettings, SessionError> {
     Ok(NmfSettings {
         seed: section.seed,
         max_iterations: section.max_iterations,

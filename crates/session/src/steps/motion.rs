@@ -7,7 +7,7 @@ use inhand_model::{
 };
 
 use super::{Comparison, Generated, evaluation_settings};
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::settings::Settings;
 
 /// What [`motion_analysis`] finds.
@@ -26,14 +26,14 @@ pub struct MotionAnalysis {
 ///
 /// # Errors
 ///
-/// [`PipelineError::Settings`], [`PipelineError::Contacts`].
+/// [`SessionError::Settings`], [`SessionError::Contacts`].
 pub fn motion_analysis(
     comparison: &Comparison<'_>,
     generated: &[Generated],
     rows: &[Rows],
     train: Option<&Segments>,
     settings: &Settings,
-) -> Result<MotionAnalysis, PipelineError> {
+) -> Result<MotionAnalysis, SessionError> {
     let (data, recorded) = (&comparison.data, &comparison.recorded);
     let methods: Vec<_> = (generated.iter().zip(rows))
         .map(|(generated, rows)| JudgedMethod {
@@ -86,11 +86,11 @@ pub fn contact_rules(settings: &Settings) -> ContactRules {
 ///
 /// # Errors
 ///
-/// [`PipelineError::Settings`], [`PipelineError::Contacts`].
+/// [`SessionError::Settings`], [`SessionError::Contacts`].
 pub fn contact_rows(
     motion: &Motion,
     settings: &Settings,
-) -> Result<Option<ContactRows>, PipelineError> {
+) -> Result<Option<ContactRows>, SessionError> {
     let Some(shape) = settings.shape()? else {
         return Ok(None);
     };

@@ -4,7 +4,7 @@ use inhand_dictionary::{RankCurve, RankMethod, RankPoint, rank_curve};
 use inhand_model::Segments;
 
 use super::{learn_error, nmf_settings};
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::settings::Settings;
 
 /// Judges dictionaries of the given ranks, of the kind and with the settings that [`learn`](super::learn())
@@ -13,13 +13,13 @@ use crate::settings::Settings;
 ///
 /// # Errors
 ///
-/// [`PipelineError::Learn`], [`PipelineError::Settings`].
+/// [`SessionError::Learn`], [`SessionError::Settings`].
 pub fn judge_ranks(
     segments: &Segments,
     settings: &Settings,
     ranks: &[usize],
     progress: &mut dyn FnMut(&RankPoint),
-) -> Result<RankCurve, PipelineError> {
+) -> Result<RankCurve, SessionError> {
     let nmf = nmf_settings(segments.len(), settings)?;
     let method = match settings.learn.kind.as_str() {
         "pca" => RankMethod::Pca,

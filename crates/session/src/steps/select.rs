@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use inhand_model::{Motion, Selection};
 
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::settings::{Settings, invalid};
 use crate::take::Take;
 
@@ -13,7 +13,7 @@ pub(crate) fn select(
     motions: &mut [Motion],
     takes: &[Take],
     settings: &Settings,
-) -> Result<(), PipelineError> {
+) -> Result<(), SessionError> {
     let selection = settings.selection()?;
     if selection.is_everything() {
         return Ok(());
@@ -46,7 +46,7 @@ pub(crate) struct Tally {
 }
 
 impl Tally {
-    pub(crate) fn new(settings: &Settings) -> Result<Self, PipelineError> {
+    pub(crate) fn new(settings: &Settings) -> Result<Self, SessionError> {
         Ok(Self {
             selection: settings.selection()?,
             used: Used::default(),
@@ -70,7 +70,7 @@ impl Tally {
     }
 
     /// What is used; `None` where everything is. Nothing at all is an error.
-    pub(crate) fn finish(self) -> Result<Option<Used>, PipelineError> {
+    pub(crate) fn finish(self) -> Result<Option<Used>, SessionError> {
         if self.selection.is_everything() {
             return Ok(None);
         }
@@ -94,11 +94,11 @@ impl Tally {
 ///
 /// # Errors
 ///
-/// [`PipelineError::Settings`] where nothing is left, with the labels that there are.
+/// [`SessionError::Settings`] where nothing is left, with the labels that there are.
 pub fn used<'a>(
     takes: impl IntoIterator<Item = &'a Take>,
     settings: &Settings,
-) -> Result<Option<Used>, PipelineError> {
+) -> Result<Option<Used>, SessionError> {
     let mut tally = Tally::new(settings)?;
     for take in takes {
         tally.add(take);

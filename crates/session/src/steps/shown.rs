@@ -7,7 +7,7 @@ use inhand_model::{
 };
 use rayon::prelude::*;
 
-use crate::error::PipelineError;
+use crate::error::SessionError;
 
 /// What motions have shown so far, in as little room as it needs.
 #[derive(Clone, Debug)]
@@ -68,12 +68,12 @@ impl Shown {
     ///
     /// # Errors
     ///
-    /// [`PipelineError::Hull`] where a fingertip was never seen, or does not move.
-    pub fn demonstrated(&self) -> Result<Demonstrated, PipelineError> {
+    /// [`SessionError::Hull`] where a fingertip was never seen, or does not move.
+    pub fn demonstrated(&self) -> Result<Demonstrated, SessionError> {
         let hulls: Vec<_> = Finger::ALL
             .into_par_iter()
             .map(|finger| {
-                hull(&self.corners[finger]).map_err(|source| PipelineError::Hull {
+                hull(&self.corners[finger]).map_err(|source| SessionError::Hull {
                     finger,
                     source: source.into(),
                 })
@@ -90,7 +90,7 @@ impl Shown {
             // A hull needs points, so there are neighbouring samples unless every other one is
             // missing.
             let message = "no two neighbouring samples are present in the training takes";
-            return Err(PipelineError::Take {
+            return Err(SessionError::Take {
                 path: "training takes".into(),
                 message: message.to_owned(),
             });
@@ -107,7 +107,7 @@ impl Shown {
 /// # Errors
 ///
 /// As [`Shown::demonstrated`].
-pub fn demonstrated(motions: &[&Motion]) -> Result<Demonstrated, PipelineError> {
+pub fn demonstrated(motions: &[&Motion]) -> Result<Demonstrated, SessionError> {
     let each: Vec<Shown> = motions.par_iter().map(|motion| Shown::of(motion)).collect();
     let mut all = Shown::default();
     for shown in &each {

@@ -7,7 +7,7 @@ use inhand_channels::{
 };
 use inhand_model::{Clock, Configuration, Plan, PlanStatus, SegmentLayout, Shape, Trajectory};
 
-use crate::error::PipelineError;
+use crate::error::SessionError;
 
 /// What methods generated and how they were judged, and the object's shape.
 #[derive(Default)]
@@ -38,8 +38,8 @@ impl StoredParts {
         name: &str,
         metadata: &Metadata,
         clock: Clock,
-        wrong: impl Fn(inhand_channels::ChannelError) -> PipelineError,
-    ) -> Result<Self, PipelineError> {
+        wrong: impl Fn(inhand_channels::ChannelError) -> SessionError,
+    ) -> Result<Self, SessionError> {
         let methods = inhand_channels::read_generated(bytes, name).map_err(&wrong)?;
         let methods = methods.into_iter();
         Ok(Self {

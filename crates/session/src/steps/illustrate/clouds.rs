@@ -6,7 +6,7 @@ use inhand_statistics::quantiles::statistics;
 use rayon::prelude::*;
 
 use super::Illustrated;
-use crate::error::PipelineError;
+use crate::error::SessionError;
 
 /// Points of the paper's clouds (arXiv 2308.15153): of its cube and of its cylinder.
 const POINTS: [usize; 2] = [50_000, 70_000];
@@ -25,7 +25,7 @@ struct Instant {
 }
 
 /// Clouds of the paper's sizes against the surface; none where no take has an object of known shape.
-pub(super) fn point_clouds(run: &Illustrated<'_>) -> Result<Vec<PointCloud>, PipelineError> {
+pub(super) fn point_clouds(run: &Illustrated<'_>) -> Result<Vec<PointCloud>, SessionError> {
     let Some(shape) = run.settings.shape()? else {
         return Ok(Vec::new());
     };

@@ -6,7 +6,7 @@ use inhand_model::{
     Segments,
 };
 
-use crate::error::PipelineError;
+use crate::error::SessionError;
 use crate::steps::learn::{complete, learn_error};
 
 /// How many primitives are shown.
@@ -62,7 +62,7 @@ pub(super) fn primitives(dictionary: &Dictionary) -> Vec<PrimitivePath> {
 pub(super) fn explained(
     train: &Segments,
     dictionary: &Dictionary,
-) -> Result<Option<ExplainedVariance>, PipelineError> {
+) -> Result<Option<ExplainedVariance>, SessionError> {
     let segments = complete(train);
     if segments.is_empty() {
         return Ok(None);

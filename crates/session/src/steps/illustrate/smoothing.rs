@@ -6,7 +6,7 @@ use inhand_model::{Filtering, Finger, Hand, Motion, PerFinger, PointTrack, Spect
 use inhand_motion::Welch;
 use inhand_statistics::quantiles::statistics;
 
-use crate::error::PipelineError;
+use crate::error::SessionError;
 
 /// Length of the stretch that is shown, seconds.
 const SHOWN_S: f64 = 4.0;
@@ -32,8 +32,8 @@ pub struct Smoothing {
 ///
 /// # Errors
 ///
-/// [`PipelineError::Motion`] for takes without a rate.
-pub fn smoothing(before: &[&Motion], after: &[&Motion]) -> Result<Smoothing, PipelineError> {
+/// [`SessionError::Motion`] for takes without a rate.
+pub fn smoothing(before: &[&Motion], after: &[&Motion]) -> Result<Smoothing, SessionError> {
     let (filtering, spectrum) =
         rayon::join(|| filtering(before, after), || spectrum(before, after));
     Ok(Smoothing {
@@ -135,7 +135,7 @@ fn filtering(before: &[&Motion], after: &[&Motion]) -> Option<Filtering> {
     })
 }
 
-fn spectrum(before: &[&Motion], after: &[&Motion]) -> Result<Option<Spectrum>, PipelineError> {
+fn spectrum(before: &[&Motion], after: &[&Motion]) -> Result<Option<Spectrum>, SessionError> {
     let (before, after) = rayon::join(|| welch(before), || welch(after));
     let (Some(before), Some(after)) = (before?, after?) else {
         return Ok(None);
@@ -153,12 +153,12 @@ fn spectrum(before: &[&Motion], after: &[&Motion]) -> Result<Option<Spectrum>, P
     }))
 }
 
-fn welch(motions: &[&Motion]) -> Result<Option<Welch>, PipelineError> {
+fn welch(motions: &[&Motion]) -> Result<Option<Welch>, SessionError> {
     let Some(first) = motions.first() else {
         return Ok(None);
     };
     let mut welch =
-        Welch::new(WINDOW, first.clock.rate_hz()).map_err(|source| PipelineError::Motion {
+        Welch::new(WINDOW, first.clock.rate_hz()).map_err(|source| SessionError::Motion {
             take: first.name.clone(),
             source: source.into(),
         })?;

@@ -295,7 +295,7 @@ fn takes_that_cannot_teach_leave_no_run() {
         &["-o", "d.mcap", "--precision", "f16"],
     ]
     .concat();
-    refused(&bench, &word, &["learn.precision", "f64, f32"]);
+    refused(&bench, &word, &["--precision", "f16", "f64", "f32"]);
     assert!(!bench.path("d.mcap").exists());
 }
 

@@ -1,7 +1,10 @@
-//! How to learn.
+//! Settings of learning.
+
+use serde::{Deserialize, Serialize};
 
 /// How the factors are updated.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Update {
     /// Hierarchical alternating least squares: exact minimisation over one coordinate after the
     /// other, several sweeps for each matrix product (Cichocki and Phan 2009; Gillis and Glineur
@@ -12,21 +15,9 @@ pub enum Update {
     Multiplicative,
 }
 
-impl Update {
-    /// All of them.
-    pub const ALL: &[Self] = &[Update::Hals, Update::Multiplicative];
-
-    /// Lower-case name, as in files and settings.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Update::Hals => "hals",
-            Update::Multiplicative => "multiplicative",
-        }
-    }
-}
-
 /// Kind of numbers that products and descents run in.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Precision {
     /// Double precision.
     #[default]
@@ -34,19 +25,6 @@ pub enum Precision {
     /// Single precision for data and activations; sums over blocks, the primitives' own half step and
     /// everything that follows stay double. Half the memory, and errors of about 1e-7 of the data.
     F32,
-}
-
-impl Precision {
-    /// All of them.
-    pub const ALL: &[Self] = &[Precision::F64, Precision::F32];
-
-    /// Lower-case name, as in files and settings.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Precision::F64 => "f64",
-            Precision::F32 => "f32",
-        }
-    }
 }
 
 /// What a factor costs: `l1` times the sum of its numbers plus `l2` times half the sum of their
@@ -85,7 +63,8 @@ impl Penalty {
 }
 
 /// Where the primitives start.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Start {
     /// Uniform random numbers in a narrow range, at the scale of the data.
     #[default]
@@ -102,21 +81,6 @@ pub enum Start {
     /// (NNDSVD; Boutsidis and Gallopoulos 2008), zeros filled with the data's mean. Costs as much as
     /// some five iterations; does not depend on luck.
     Nndsvd,
-}
-
-impl Start {
-    /// All of them.
-    pub const ALL: &[Self] = &[Start::Random, Start::Segments, Start::Online, Start::Nndsvd];
-
-    /// Lower-case name, as in files and settings.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Start::Segments => "segments",
-            Start::Random => "random",
-            Start::Online => "online",
-            Start::Nndsvd => "nndsvd",
-        }
-    }
 }
 
 /// Settings of non-negative matrix factorisation.

@@ -4,7 +4,11 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::{Args, ValueEnum};
-use inhand_session::{Method, Settings};
+use inhand_dictionary::{Precision, Start, Update};
+use inhand_model::DictionaryKind;
+use inhand_session::{EndsKind, FilterKind, GapFill, Method, ObjectInSegments, Settings};
+use serde::de::value::Error as ValueError;
+use serde::de::{DeserializeOwned, IntoDeserializer};
 
 use crate::exit::UsageError;
 use crate::rank_option::RankOption;
@@ -74,11 +78,11 @@ pub(crate) struct ProcessOptions {
     #[arg(long, value_name = "SECONDS")]
     max_gap: Option<f64>,
     /// How gaps are filled: cubic, linear or none [default: cubic].
-    #[arg(long, value_name = "METHOD")]
-    fill: Option<String>,
+    #[arg(long, value_name = "METHOD", value_parser = word::<GapFill>)]
+    fill: Option<GapFill>,
     /// median, savitzky-golay, butterworth or none [default: median].
-    #[arg(long, value_name = "FILTER")]
-    filter: Option<String>,
+    #[arg(long, value_name = "FILTER", value_parser = word::<FilterKind>)]
+    filter: Option<FilterKind>,
     /// Window of the median and Savitzky-Golay filters, samples [default: 50].
     #[arg(long, value_name = "SAMPLES")]
     window: Option<usize>,
@@ -94,8 +98,8 @@ pub(crate) struct ProcessOptions {
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct LearnOptions {
     /// Kind of primitives: nmf or pca [default: nmf].
-    #[arg(long, value_name = "KIND")]
-    kind: Option<String>,
+    #[arg(long, value_name = "KIND", value_parser = word::<DictionaryKind>)]
+    kind: Option<DictionaryKind>,
     /// Number of primitives [default: 200, or as many as there are segments]. With `learn`, also
     /// FROM..TO (a dozen in even steps) or FROM..TO:STEP: each is judged on takes left out of
     /// learning, and the smallest that predicts as well as any is used.
@@ -106,8 +110,8 @@ pub(crate) struct LearnOptions {
     deviation_primitives: Option<usize>,
     /// Whether segments carry the object: auto (where all takes track it), yes or no
     /// [default: auto].
-    #[arg(long, value_name = "WORD")]
-    object_in_segments: Option<String>,
+    #[arg(long, value_name = "WORD", value_parser = word::<ObjectInSegments>)]
+    object_in_segments: Option<ObjectInSegments>,
     /// Samples from one training segment to the next; 0 for no overlap [default: 0].
     #[arg(long, value_name = "SAMPLES")]
     stride: Option<usize>,
@@ -122,12 +126,12 @@ pub(crate) struct LearnOptions {
     deviation_segments: Option<usize>,
     /// Update of the factors: hals, or multiplicative for comparison with older work
     /// [default: hals].
-    #[arg(long, value_name = "WORD")]
-    update: Option<String>,
+    #[arg(long, value_name = "WORD", value_parser = word::<Update>)]
+    update: Option<Update>,
     /// Where primitives start: random, segments, nndsvd, or online for one pass in batches
     /// [default: random].
-    #[arg(long, value_name = "WORD")]
-    start: Option<String>,
+    #[arg(long, value_name = "WORD", value_parser = word::<Start>)]
+    start: Option<Start>,
     /// Seed of the random start [default: 0].
     #[arg(long)]
     seed: Option<u64>,
@@ -135,8 +139,8 @@ pub(crate) struct LearnOptions {
     #[arg(long, value_name = "N")]
     restarts: Option<usize>,
     /// Kind of numbers: f64 or f32 [default: f64].
-    #[arg(long, value_name = "WORD")]
-    precision: Option<String>,
+    #[arg(long, value_name = "WORD", value_parser = word::<Precision>)]
+    precision: Option<Precision>,
     /// Weight of the sum of activations; penalise primitives as well [default: 0].
     #[arg(long, value_name = "WEIGHT")]
     activation_l1: Option<f64>,
@@ -169,8 +173,8 @@ pub(crate) struct MethodOptions {
     /// Methods in the order of the report, separated by commas; the first is the default one. auto
     /// stands for the one that does best on training takes left out of learning, which is then done
     /// once more for each group of takes.
-    #[arg(long, value_name = "METHOD,...", value_delimiter = ',')]
-    methods: Vec<String>,
+    #[arg(long, value_name = "METHOD,...", value_delimiter = ',', value_parser = word::<Method>)]
+    methods: Vec<Method>,
 }
 
 /// How trajectories are generated.
@@ -181,8 +185,8 @@ pub(crate) struct PlanOptions {
     sigma_mm: Option<f64>,
     /// Whether start and goal are weighed (a deviation of --sigma-mm each) or met exactly: soft or
     /// hard [default: soft].
-    #[arg(long, value_name = "WORD")]
-    ends: Option<String>,
+    #[arg(long, value_name = "WORD", value_parser = word::<EndsKind>)]
+    ends: Option<EndsKind>,
     /// Ridge that makes `paper` unique, in units of millimetres [default: 1e-4].
     #[arg(long, value_name = "WEIGHT")]
     ridge: Option<f64>,
@@ -306,8 +310,8 @@ impl ProcessOptions {
         }
         let process = &mut settings.process;
         replace(&mut process.max_gap_s, self.max_gap);
-        replace(&mut process.fill, self.fill.clone());
-        replace(&mut process.filter, self.filter.clone());
+        replace(&mut process.fill, self.fill);
+        replace(&mut process.filter, self.filter);
         replace(&mut process.window, self.window);
         replace(&mut process.order, self.filter_order);
         replace(&mut process.cutoff_hz, self.cutoff);
@@ -344,15 +348,15 @@ impl LearnOptions {
         if let Some(RankOption::One(rank)) = self.rank {
             learn.rank = Some(rank);
         }
-        replace(&mut learn.kind, self.kind.clone());
+        replace(&mut learn.kind, self.kind);
         replace(&mut learn.deviation_primitives, self.deviation_primitives);
-        replace(&mut learn.object, self.object_in_segments.clone());
+        replace(&mut learn.object, self.object_in_segments);
         replace(&mut learn.seed, self.seed);
         replace(&mut learn.deviation_segments, self.deviation_segments);
-        replace(&mut learn.update, self.update.clone());
-        replace(&mut learn.start, self.start.clone());
+        replace(&mut learn.update, self.update);
+        replace(&mut learn.start, self.start);
         replace(&mut learn.restarts, self.restarts);
-        replace(&mut learn.precision, self.precision.clone());
+        replace(&mut learn.precision, self.precision);
         replace(&mut learn.activation_l1, self.activation_l1);
         replace(&mut learn.activation_l2, self.activation_l2);
         replace(&mut learn.primitive_l1, self.primitive_l1);
@@ -365,15 +369,10 @@ impl LearnOptions {
 }
 
 impl MethodOptions {
-    pub(crate) fn apply(&self, settings: &mut Settings) -> Result<()> {
+    pub(crate) fn apply(&self, settings: &mut Settings) {
         if !self.methods.is_empty() {
-            let methods = self
-                .methods
-                .iter()
-                .map(|name| name.trim().parse::<Method>());
-            settings.plan.methods = methods.collect::<Result<_, _>>()?;
+            settings.plan.methods.clone_from(&self.methods);
         }
-        Ok(())
     }
 }
 
@@ -382,7 +381,7 @@ impl PlanOptions {
         let plan = &mut settings.plan;
         replace(&mut plan.sigma_mm, self.sigma_mm);
         replace(&mut plan.ridge, self.ridge);
-        replace(&mut plan.ends, self.ends.clone());
+        replace(&mut plan.ends, self.ends);
         replace(&mut plan.velocity_factor, self.velocity_factor);
         replace_some(&mut plan.velocity_m_s, &self.velocity_m_s);
         replace_some(&mut plan.acceleration_m_s2, &self.acceleration_m_s2);
@@ -413,6 +412,11 @@ impl EvaluateOptions {
         }
         Ok(())
     }
+}
+
+/// A word of a setting, by its name in inhand.toml.
+pub(crate) fn word<T: DeserializeOwned>(text: &str) -> Result<T, ValueError> {
+    T::deserialize(text.trim().into_deserializer())
 }
 
 fn replace<T>(setting: &mut T, option: Option<T>) {

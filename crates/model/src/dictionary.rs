@@ -1,6 +1,7 @@
 //! Dictionaries of motion primitives.
 
 use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::evaluation::MethodChoice;
@@ -9,7 +10,8 @@ use crate::residual::Residual;
 use crate::segments::{Configuration, SEGMENT_COORDINATES, SegmentLayout};
 
 /// How a dictionary was learned.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum DictionaryKind {
     /// Non-negative matrix factorisation: primitives and activations are non-negative.
     Nmf,

@@ -1,6 +1,7 @@
 //! How takes are processed and cut. No defaults: these are physical choices.
 
 use inhand_model::SegmentLayout;
+use serde::{Deserialize, Serialize};
 
 use crate::error::MotionError;
 
@@ -19,7 +20,8 @@ pub struct ProcessSettings {
 }
 
 /// What takes the place of missing samples.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum GapFill {
     /// The cubic through the two samples before and the two after the gap.
     Cubic,

@@ -11,7 +11,7 @@ use inhand_model::{Annotations, Clock, Event, InputHash, Label, Provenance, Star
 use serde_json::json;
 
 use crate::containers::{self, sha256};
-use crate::error::SessionError;
+use crate::error::{Located, SessionError};
 use crate::output::write_atomic;
 use crate::run::TOOL;
 use crate::tables::{start_unix_nanos, table_error};
@@ -75,7 +75,7 @@ impl Annotated {
 ///
 /// # Errors
 ///
-/// [`SessionError::Annotate`] for a file that is no MCAP, [`SessionError::Channels`] for one that
+/// [`SessionError::Data`] for a file that is no MCAP, [`SessionError::At`] for one that
 /// is damaged or holds an event that cannot be read, [`SessionError::Io`].
 pub fn read(path: &Path) -> Result<Annotated, SessionError> {
     let bytes = std::fs::read(path).map_err(SessionError::io("read", path))?;
@@ -86,10 +86,7 @@ pub fn read(path: &Path) -> Result<Annotated, SessionError> {
         ));
     }
     let name = path.display().to_string();
-    let channels = |source: inhand_channels::ChannelError| SessionError::Channels {
-        path: path.to_owned(),
-        source: source.into(),
-    };
+    let channels = |source: inhand_channels::ChannelError| SessionError::at(path.display(), source);
     let own = inhand_channels::read_own_annotations(&bytes, &name).map_err(channels)?;
     let all = inhand_channels::read_annotations(&bytes, &name).map_err(channels)?;
     let metadata = inhand_channels::read_metadata(&bytes, &name).map_err(channels)?;
@@ -118,7 +115,7 @@ pub fn read(path: &Path) -> Result<Annotated, SessionError> {
 ///
 /// # Errors
 ///
-/// [`SessionError::Table`] with line and column, [`SessionError::Io`].
+/// [`SessionError::At`] with line and column, [`SessionError::Io`].
 pub fn read_csv(path: &Path, annotated: &Annotated) -> Result<Annotations, SessionError> {
     let bytes = std::fs::read(path).map_err(SessionError::io("read", path))?;
     let name = path.file_name().unwrap_or(path.as_os_str());
@@ -132,7 +129,7 @@ pub fn read_csv(path: &Path, annotated: &Annotated) -> Result<Annotations, Sessi
 ///
 /// # Errors
 ///
-/// [`SessionError::Annotate`] for an event before the file's time line or past the year 2105, which
+/// [`SessionError::Data`] for an event before the file's time line or past the year 2105, which
 /// viewers cannot show; what reading and writing can find.
 pub fn write(
     input: &Path,
@@ -192,12 +189,7 @@ pub(crate) fn put(
     containers::filter(input, &rest, &without_events)?;
     let events = scratch.path().join("events.mcap");
     write_atomic(&events, |out| {
-        inhand_channels::write_annotations(out, annotations, &annotated.profile).map_err(|source| {
-            SessionError::Channels {
-                path: output.to_owned(),
-                source: source.into(),
-            }
-        })
+        inhand_channels::write_annotations(out, annotations, &annotated.profile).in_file(output)
     })?;
     containers::merge_as(&annotated.library, &[&rest, &events], output, false)?;
     Ok(())
@@ -243,10 +235,7 @@ fn check_times(path: &Path, annotations: &Annotations) -> Result<(), SessionErro
 }
 
 fn wrong(path: &Path, message: String) -> SessionError {
-    SessionError::Annotate {
-        path: path.to_owned(),
-        message,
-    }
+    SessionError::data(path, message)
 }
 
 /// Which labels may be used: for each key its values, or any where there is none.
@@ -264,13 +253,10 @@ impl Vocabulary {
     ///
     /// # Errors
     ///
-    /// [`SessionError::SettingsFile`] with the place, [`SessionError::Io`].
+    /// [`SessionError::Usage`] with the place, [`SessionError::Io`].
     pub fn read(path: &Path) -> Result<Self, SessionError> {
         let text = std::fs::read_to_string(path).map_err(SessionError::io("read", path))?;
-        let wrong = |message: String| SessionError::SettingsFile {
-            path: path.to_owned(),
-            message,
-        };
+        let wrong = |message: String| SessionError::usage(path, message);
         let table: toml::Table = toml::from_str(&text)
             .map_err(|error| wrong(error.to_string().trim_end().to_owned()))?;
         let values = |key: &str, value: toml::Value| {
@@ -296,7 +282,7 @@ impl Vocabulary {
     ///
     /// # Errors
     ///
-    /// [`SessionError::Annotate`] with what may be used instead.
+    /// [`SessionError::Data`] with what may be used instead.
     pub fn check(&self, file: &Path, events: &[Event]) -> Result<(), SessionError> {
         let given = events.iter().filter(|event| !event.is_found());
         for (key, value) in given.flat_map(|event| &event.labels) {

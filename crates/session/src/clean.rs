@@ -6,7 +6,7 @@ use inhand_channels::TakeFile;
 use inhand_cleaning::{CleanSettings, Cleaned};
 use inhand_model::{Provenance, Shape};
 
-use crate::error::SessionError;
+use crate::error::{Located, SessionError};
 use crate::take::{Cleaning, Take};
 use crate::take_file;
 
@@ -14,15 +14,10 @@ use crate::take_file;
 ///
 /// # Errors
 ///
-/// [`SessionError::Cleaning`], and [`SessionError::Take`] where roles cannot be told.
+/// [`SessionError::At`], and [`SessionError::Data`] where roles cannot be told.
 pub fn clean_take(take: &Take, steps: &CleanSettings) -> Result<Cleaned, SessionError> {
     let mut cleaned =
-        inhand_cleaning::clean(&take.recording, take.roles()?, steps).map_err(|source| {
-            SessionError::Cleaning {
-                path: take.path.clone(),
-                source: source.into(),
-            }
-        })?;
+        inhand_cleaning::clean(&take.recording, take.roles()?, steps).in_file(&take.path)?;
     if let Some(earlier) = &take.cleaning {
         // Changes count the samples of what was measured.
         let (from, to) = (take.recording.clock, earlier.measured.clock);

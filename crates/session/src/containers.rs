@@ -51,7 +51,7 @@ pub type FileSource = Source<BufReader<File>>;
 ///
 /// # Errors
 ///
-/// [`SessionError::Io`], and [`SessionError::Container`] for a file of another kind.
+/// [`SessionError::Io`], and [`SessionError::At`] for a file of another kind.
 pub fn open(path: &Path) -> Result<FileSource, SessionError> {
     let file = File::open(path).map_err(SessionError::io("read", path))?;
     let reader = BufReader::with_capacity(1 << 16, file);
@@ -65,10 +65,7 @@ pub(crate) fn name_of(path: &Path) -> String {
 
 pub(crate) fn container(path: &Path) -> impl Fn(ContainerError) -> SessionError {
     let path = path.to_owned();
-    move |source| SessionError::Container {
-        path: path.clone(),
-        source: Box::new(source),
-    }
+    move |source| SessionError::at(path.display(), source)
 }
 
 /// The metadata of a file by name; nothing else of it is read.
@@ -84,7 +81,7 @@ fn metadata(source: &mut FileSource, path: &Path) -> Result<Metadata, SessionErr
 ///
 /// # Errors
 ///
-/// [`SessionError::Settings`] for an instant that is no time, [`SessionError::Container`].
+/// [`SessionError::Settings`] for an instant that is no time, [`SessionError::At`].
 pub fn interval(
     path: &Path,
     from: Option<Instant>,
@@ -142,7 +139,7 @@ pub fn interval(
 ///
 /// # Errors
 ///
-/// [`SessionError::Container`] with the byte at which a file is wrong, [`SessionError::Channels`]
+/// [`SessionError::At`] with the byte at which a file is wrong, [`SessionError::At`]
 /// where the stretches are not one stretch of a take, [`SessionError::Io`].
 pub fn cut(input: &Path, output: &Path, stretches: &[Interval]) -> Result<Cut, SessionError> {
     let mut source = open(input)?;
@@ -217,7 +214,7 @@ fn events_into(
 ///
 /// # Errors
 ///
-/// [`SessionError::Container`] with the byte at which the file is wrong, [`SessionError::Io`].
+/// [`SessionError::At`] with the byte at which the file is wrong, [`SessionError::Io`].
 pub fn filter(
     input: &Path,
     output: &Path,
@@ -247,7 +244,7 @@ fn select(
 ///
 /// # Errors
 ///
-/// [`SessionError::Take`] for several takes, [`SessionError::Container`] for topics with different
+/// [`SessionError::Data`] for several takes, [`SessionError::At`] for topics with different
 /// schemas, both only without `keep_both`; what reading and writing can find.
 pub fn merge(inputs: &[&Path], output: &Path, keep_both: bool) -> Result<Merged, SessionError> {
     merge_as(TOOL, inputs, output, keep_both)
@@ -272,14 +269,14 @@ pub(crate) fn merge_as(
     if let [first, second, ..] = takes[..]
         && !keep_both
     {
-        return Err(SessionError::Take {
-            path: second.to_owned(),
-            message: format!(
+        return Err(SessionError::data(
+            second,
+            format!(
                 "a take, as is {}: a file can hold one take; --keep-both writes the channels of \
                  both into a file that is none",
                 first.display()
             ),
-        });
+        ));
     }
     let rename = |n: usize, record: MetadataRecord| match inputs.get(n) {
         Some(input) if takes.len() > 1 && record.name.starts_with("inhand.") => MetadataRecord {
@@ -325,7 +322,7 @@ fn recovered_take(metadata: &Metadata, recovered: &Recovered) -> Option<Metadata
 ///
 /// # Errors
 ///
-/// [`SessionError::Container`] for a file of another kind, or an output that does not read back;
+/// [`SessionError::At`] for a file of another kind, or an output that does not read back;
 /// [`SessionError::Io`].
 pub fn recover(input: &Path, output: &Path) -> Result<Recovered, SessionError> {
     let file = File::open(input).map_err(SessionError::io("read", input))?;

@@ -8,7 +8,7 @@ use inhand_simulation::{FaultKind, SessionSettings, SimulatedTake, session};
 use rayon::prelude::*;
 use serde_json::json;
 
-use crate::error::SessionError;
+use crate::error::{Located, SessionError};
 use crate::output;
 use crate::run::TOOL;
 use crate::session::{SETTINGS_FILE, is_take};
@@ -31,7 +31,7 @@ pub enum TakeFormat {
 ///
 /// # Errors
 ///
-/// [`SessionError::Simulation`], [`SessionError::Io`], [`SessionError::Output`].
+/// [`SessionError::At`], [`SessionError::Io`], [`SessionError::Usage`].
 pub fn simulate_session(
     folder: &Path,
     simulated: &SessionSettings,
@@ -123,7 +123,7 @@ fn refuse_other_takes(
             let message = "the folder holds a take of another session: name another folder, or \
                            remove that session"
                 .to_owned();
-            return Err(SessionError::Output { path, message });
+            return Err(SessionError::usage(path, message));
         }
     }
     Ok(())
@@ -147,12 +147,7 @@ fn write_simulated(
 ) -> Result<(), SessionError> {
     match format {
         TakeFormat::MotiveCsv => output::write_atomic(path, |out| {
-            inhand_capture::motive::write(&take.recording, out).map_err(|source| {
-                SessionError::Capture {
-                    path: path.to_owned(),
-                    source: source.into(),
-                }
-            })
+            inhand_capture::motive::write(&take.recording, out).in_file(path)
         }),
         TakeFormat::Mcap => {
             let file = TakeFile {

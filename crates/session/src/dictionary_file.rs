@@ -4,7 +4,7 @@ use std::path::Path;
 
 use inhand_model::{Dictionary, InputHash, Provenance};
 
-use crate::error::SessionError;
+use crate::error::{Located, SessionError};
 use crate::output;
 use crate::take::hex_sha256;
 
@@ -23,20 +23,14 @@ pub struct DictionaryFile {
 ///
 /// # Errors
 ///
-/// [`SessionError::Channels`] for a file that holds none, [`SessionError::Io`].
+/// [`SessionError::At`] for a file that holds none, [`SessionError::Io`].
 pub fn read(path: &Path) -> Result<DictionaryFile, SessionError> {
     let bytes = std::fs::read(path).map_err(SessionError::io("read", path))?;
     let name = path
         .file_name()
         .map(|n| n.to_string_lossy().into_owned())
         .unwrap_or_default();
-    let (dictionary, provenance) =
-        inhand_channels::read_dictionary(&bytes, &name).map_err(|source| {
-            SessionError::Channels {
-                path: path.to_owned(),
-                source: source.into(),
-            }
-        })?;
+    let (dictionary, provenance) = inhand_channels::read_dictionary(&bytes, &name).in_file(path)?;
     let hash = InputHash {
         name,
         sha256: hex_sha256(&bytes),
@@ -58,18 +52,13 @@ pub(crate) fn read_if(path: &Path, learned_by: &Provenance) -> Option<Dictionary
 ///
 /// # Errors
 ///
-/// [`SessionError::Channels`], [`SessionError::Io`].
+/// [`SessionError::At`], [`SessionError::Io`].
 pub fn write(
     path: &Path,
     dictionary: &Dictionary,
     provenance: &[Provenance],
 ) -> Result<(), SessionError> {
     output::write_atomic(path, |out| {
-        inhand_channels::write_dictionary(out, dictionary, provenance).map_err(|source| {
-            SessionError::Channels {
-                path: path.to_owned(),
-                source: source.into(),
-            }
-        })
+        inhand_channels::write_dictionary(out, dictionary, provenance).in_file(path)
     })
 }

@@ -1,11 +1,14 @@
-//! What can go wrong between a session and its report.
+//! Errors of the steps between a session and its report.
 
+use std::error::Error as StdError;
+use std::fmt::Display;
 use std::io;
 use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-/// An error of a step, with the file it happened in.
+/// An error of a step, with the file or the step it happened in. Errors of other crates are the
+/// [`source`](std::error::Error::source) of [`At`](SessionError::At).
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum SessionError {
@@ -29,132 +32,29 @@ pub enum SessionError {
         /// What it is.
         found: String,
     },
-    /// A settings file that cannot be read.
+    /// A settings file that cannot be read, or an output that must not be written.
     #[error("{}: {message}", path.display())]
-    SettingsFile {
-        /// The file.
-        path: PathBuf,
-        /// Line, column and reason.
-        message: String,
-    },
-    /// A session that cannot be used.
-    #[error("session {}: {message}", path.display())]
-    Session {
-        /// Its folder.
-        path: PathBuf,
-        /// What was expected, what was found, what to do.
-        message: String,
-    },
-    /// Where a hand is to start or to end, or something on the way, that cannot be used.
-    #[error("{place}: expected {expected}, found {found}")]
-    State {
-        /// The file, or the take and its time.
-        place: String,
-        /// What was expected.
-        expected: String,
-        /// What was found.
-        found: String,
-    },
-    /// A take that cannot be used.
-    #[error("{}: {message}", path.display())]
-    Take {
-        /// Its file.
-        path: PathBuf,
-        /// What was expected, what was found, what to do.
-        message: String,
-    },
-    /// A vendor file that cannot be read.
-    #[error("{}", path.display())]
-    Capture {
-        /// The file.
-        path: PathBuf,
-        /// Where in it, and why.
-        source: Box<inhand_capture::CaptureError>,
-    },
-    /// A take that could not be cleaned.
-    #[error("{}", path.display())]
-    Cleaning {
-        /// Its file.
-        path: PathBuf,
-        /// Why not.
-        source: Box<inhand_cleaning::CleaningError>,
-    },
-    /// An MCAP file that cannot be read or written.
-    #[error("{}", path.display())]
-    Channels {
-        /// The file.
-        path: PathBuf,
-        /// Where in it, and why.
-        source: Box<inhand_channels::ChannelError>,
-    },
-    /// Events that cannot be written, or a file that cannot hold any.
-    #[error("{}: {message}", path.display())]
-    Annotate {
-        /// The file.
+    Usage {
+        /// The file or folder.
         path: PathBuf,
         /// What is wrong, and what to do.
         message: String,
     },
-    /// A table that cannot be read or written.
-    #[error("{}", path.display())]
-    Table {
-        /// The file.
-        path: PathBuf,
-        /// Where in it, and why.
-        source: Box<inhand_tables::TableError>,
-    },
-    /// An MCAP file whose records cannot be copied.
-    #[error("{}", path.display())]
-    Container {
-        /// The file.
-        path: PathBuf,
-        /// Where in it, and why.
-        source: Box<inhand_container::ContainerError>,
-    },
-    /// Processing failed.
-    #[error("processing {take}")]
-    Motion {
-        /// The take, or the session.
-        take: String,
-        /// Why.
-        source: Box<inhand_motion::MotionError>,
-    },
-    /// Learning failed.
-    #[error("learning")]
-    Learn(#[source] Box<inhand_dictionary::LearnError>),
-    /// A learning folder, or a file of one, that cannot be used.
-    #[error("{}: {message}", path.display())]
-    Learning {
-        /// The folder or file.
-        path: PathBuf,
+    /// A take, an evaluation, a learning folder or another input that cannot be used.
+    #[error("{place}: {message}")]
+    Data {
+        /// The file, or the take and its time.
+        place: String,
         /// What was expected, what was found, what to do.
         message: String,
     },
-    /// A dictionary that does not fit the takes.
-    #[error(
-        "the dictionary has segments of {found}: expected {expected}; learn one from takes of this rate"
-    )]
-    Dictionary {
-        /// What would fit.
-        expected: String,
-        /// What it has.
-        found: String,
-    },
-    /// Planning failed.
-    #[error("planning with {method}")]
-    Plan {
-        /// The method.
-        method: String,
-        /// Why.
-        source: Box<inhand_planner::PlanError>,
-    },
-    /// Geometry failed.
-    #[error("training hull of the {finger} finger")]
-    Hull {
-        /// The finger.
-        finger: inhand_model::Finger,
-        /// Why.
-        source: Box<inhand_contact::ContactError>,
+    /// An error of another crate.
+    #[error("{place}")]
+    At {
+        /// The file, or the step.
+        place: String,
+        /// Where in it, and why.
+        source: Box<dyn StdError + Send + Sync>,
     },
     /// A report could not be made.
     #[error("report")]
@@ -162,28 +62,12 @@ pub enum SessionError {
     /// Contacts could not be judged over time.
     #[error("contacts over time")]
     Contacts(#[from] inhand_contact::ContactError),
-    /// An evaluation that cannot be joined or compared with others.
-    #[error("{}: {message}", path.display())]
-    Part {
-        /// The file.
-        path: PathBuf,
-        /// What was expected, what was found, what to do.
-        message: String,
-    },
     /// Intervals could not be worked out.
     #[error("bootstrap intervals")]
     Intervals(#[from] inhand_statistics::BootstrapError),
     /// A simulation could not be made.
     #[error("simulation")]
     Simulation(#[from] inhand_simulation::SimulationError),
-    /// An output that must not be written.
-    #[error("{}: {message}", path.display())]
-    Output {
-        /// The file or folder.
-        path: PathBuf,
-        /// Why not, and what to do.
-        message: String,
-    },
 }
 
 impl SessionError {
@@ -197,13 +81,66 @@ impl SessionError {
         }
     }
 
+    pub(crate) fn at(
+        place: impl Display,
+        source: impl Into<Box<dyn StdError + Send + Sync>>,
+    ) -> Self {
+        SessionError::At {
+            place: place.to_string(),
+            source: source.into(),
+        }
+    }
+
+    pub(crate) fn usage(path: impl AsRef<Path>, message: impl Into<String>) -> Self {
+        SessionError::Usage {
+            path: path.as_ref().to_owned(),
+            message: message.into(),
+        }
+    }
+
+    pub(crate) fn data(path: impl AsRef<Path>, message: impl Into<String>) -> Self {
+        SessionError::Data {
+            place: path.as_ref().display().to_string(),
+            message: message.into(),
+        }
+    }
+
+    pub(crate) fn session(path: &Path, message: impl Into<String>) -> Self {
+        SessionError::data(format!("session {}", path.display()), message)
+    }
+
     /// Whether the call was wrong, rather than the data: exit code 2.
     pub fn is_usage(&self) -> bool {
         matches!(
             self,
-            SessionError::Settings { .. }
-                | SessionError::SettingsFile { .. }
-                | SessionError::Output { .. }
+            SessionError::Settings { .. } | SessionError::Usage { .. }
         )
+    }
+}
+
+/// Says where an error of another crate happened.
+pub trait Located<T> {
+    /// In this file.
+    ///
+    /// # Errors
+    ///
+    /// [`SessionError::At`] for each error.
+    fn in_file(self, path: impl AsRef<Path>) -> Result<T, SessionError>;
+
+    /// In this step.
+    ///
+    /// # Errors
+    ///
+    /// [`SessionError::At`] for each error.
+    fn during(self, step: impl Display) -> Result<T, SessionError>;
+}
+
+impl<T, E: Into<Box<dyn StdError + Send + Sync>>> Located<T> for Result<T, E> {
+    fn in_file(self, path: impl AsRef<Path>) -> Result<T, SessionError> {
+        self.during(path.as_ref().display())
+    }
+
+    fn during(self, step: impl Display) -> Result<T, SessionError> {
+        self.map_err(|source| SessionError::at(step, source))
     }
 }

@@ -6,16 +6,15 @@ use inhand_report::{Figure, FigureData, FigureValues, Report};
 use inhand_tables::{Column, Table, Values, write_parquet};
 use rayon::prelude::*;
 
-use crate::error::SessionError;
+use crate::error::{Located, SessionError};
 use crate::output::{write_atomic, write_text};
-use crate::tables::table_error;
 
 /// Writes every figure of a report into a folder, each three times: `ID.svg` for print, the numbers that it
 /// draws as `ID.csv` and as `ID.parquet`. Returns what was written, in the order of the page.
 ///
 /// # Errors
 ///
-/// As [`inhand_report::figures`]; [`SessionError::Table`], [`SessionError::Io`]. Each file appears whole or not
+/// As [`inhand_report::figures`]; [`SessionError::At`], [`SessionError::Io`]. Each file appears whole or not
 /// at all.
 pub fn write_figures(folder: &Path, report: &Report<'_>) -> Result<Vec<PathBuf>, SessionError> {
     let figures = inhand_report::figures(report)?;
@@ -34,7 +33,7 @@ fn write_figure(folder: &Path, figure: &Figure) -> Result<[PathBuf; 3], SessionE
     write_text(&csv, &figure.data.csv())?;
     let about = [("inhand.figure", figure.title.clone())];
     write_atomic(&parquet, |out| {
-        write_parquet(&table(&figure.data), &about, out).map_err(table_error(&parquet))
+        write_parquet(&table(&figure.data), &about, out).in_file(&parquet)
     })?;
     Ok([svg, csv, parquet])
 }

@@ -18,7 +18,7 @@ const KEYS: [&str; 5] = ["phase", "gait", "holding", "step_mm", FOUND.0];
 ///
 /// # Errors
 ///
-/// [`SessionError::Settings`], [`SessionError::Contacts`].
+/// [`SessionError::Settings`], [`SessionError::At`].
 pub(crate) fn with_found(
     annotations: &Annotations,
     motion: &Motion,

@@ -56,8 +56,9 @@ pub use clean::{clean_take, write_cleaned};
 pub use coverage::{Coverage, Presence};
 pub use demo::{DEMO_SESSION, TakeFormat, simulate_session};
 pub use dictionary_file::{DictionaryFile, read as read_dictionary, write as write_dictionary};
-pub use error::SessionError;
+pub use error::{Located, SessionError};
 pub use figures::write_figures;
+pub use inhand_motion::GapFill;
 pub use long_take::{LongTake, LongTakeFacts};
 pub use manifest::{PlanMs, RunJson, peak_memory_bytes, plan_times_beside};
 pub use methods::Method;
@@ -66,8 +67,9 @@ pub use plan::{PlanRequest, Planned, plan_motion, write_plan};
 pub use run::{Event, RunFiles, RunOptions, RunResult, TOOL, provenance, run};
 pub use session::{SETTINGS_FILE, Session, SessionTake, is_take, list_takes, locate};
 pub use settings::{
-    BodySettings, CleanSection, EvaluateSection, LearnSection, ObjectSettings, PlanSection,
-    ProcessSection, Role, SegmentSection, SelectSection, Settings, SourceSettings, TakeEntry,
+    BodySettings, CleanFill, CleanSection, EndsKind, EvaluateSection, FilterKind, LearnSection,
+    ObjectInSegments, ObjectSettings, PlanSection, ProcessSection, Role, SegmentSection,
+    SelectSection, Settings, SourceSettings, TakeEntry,
 };
 pub use state::{State, StateRole, read_state};
 pub use stored::evaluate_stored;

@@ -122,10 +122,8 @@ impl LongTake {
     /// opened.
     pub fn write(&self, target: &Path, facts: LongTakeFacts<'_>) -> Result<(), SessionError> {
         write_atomic(target, |out| {
-            let channels = |source: inhand_channels::ChannelError| SessionError::Channels {
-                path: target.to_owned(),
-                source: source.into(),
-            };
+            let channels =
+                |source: inhand_channels::ChannelError| SessionError::at(target.display(), source);
             let file = TakeFile {
                 roles: self.roles.as_ref().ok(),
                 object_shape: facts.object_shape,
@@ -170,20 +168,16 @@ impl LongTake {
         if hex(&file.hash.finalize()) == self.hash.sha256 {
             Ok(())
         } else {
-            Err(SessionError::Take {
-                path: self.path.clone(),
-                message: "the file changed while it was read: convert it again when it is complete"
-                    .to_owned(),
-            })
+            Err(SessionError::data(
+                &self.path,
+                "the file changed while it was read: convert it again when it is complete",
+            ))
         }
     }
 }
 
 fn capture_error(path: &Path) -> impl Fn(CaptureError) -> SessionError {
-    |source| SessionError::Capture {
-        path: path.to_owned(),
-        source: source.into(),
-    }
+    |source| SessionError::at(path.display(), source)
 }
 
 /// Length and hash of a file.

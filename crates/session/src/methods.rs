@@ -5,6 +5,7 @@ use std::str::FromStr;
 
 use inhand_curves::curves;
 use inhand_model::{EndConditions, SegmentLayout, Trajectory};
+use serde::de::{IntoDeserializer, value};
 use serde::{Deserialize, Serialize};
 
 use crate::error::SessionError;
@@ -12,7 +13,7 @@ use crate::settings::invalid;
 
 /// A way to make motion between given ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
+#[serde(rename_all = "snake_case")]
 pub enum Method {
     /// The best of the others on left-out training takes; stands for one of them, never runs itself.
     Auto,
@@ -103,26 +104,9 @@ impl FromStr for Method {
     type Err = SessionError;
 
     fn from_str(name: &str) -> Result<Self, SessionError> {
-        std::iter::once(Method::Auto)
-            .chain(Method::ALL)
-            .find(|m| m.name() == name)
-            .ok_or_else(|| {
-                let names = Method::ALL.map(Method::name).join(", ");
-                invalid("plan.methods", &format!("auto, {names}"), &name)
-            })
-    }
-}
-
-impl TryFrom<String> for Method {
-    type Error = SessionError;
-
-    fn try_from(name: String) -> Result<Self, SessionError> {
-        name.parse()
-    }
-}
-
-impl From<Method> for String {
-    fn from(method: Method) -> String {
-        method.name().to_owned()
+        Self::deserialize(name.into_deserializer()).map_err(|_: value::Error| {
+            let names = Method::ALL.map(Method::name).join(", ");
+            invalid("plan.methods", &format!("auto, {names}"), &name)
+        })
     }
 }

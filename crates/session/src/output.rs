@@ -95,18 +95,13 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), SessionError> {
 ///
 /// # Errors
 ///
-/// [`SessionError::Output`].
+/// [`SessionError::Usage`].
 pub fn check_target(
     path: &Path,
     inputs: &[&Path],
     may_replace: impl FnOnce() -> bool,
 ) -> Result<(), SessionError> {
-    let refuse = |message: &str| {
-        Err(SessionError::Output {
-            path: path.to_owned(),
-            message: message.to_owned(),
-        })
-    };
+    let refuse = |message: &str| Err(SessionError::usage(path, message));
     if !path.exists() {
         return Ok(());
     }

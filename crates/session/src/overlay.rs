@@ -13,7 +13,7 @@ use serde_json::json;
 
 use self::input::{Input, Placed};
 use self::layers::{Drawn, Shown};
-use crate::error::SessionError;
+use crate::error::{Located, SessionError};
 use crate::output::write_atomic;
 use crate::settings::Settings;
 
@@ -118,7 +118,7 @@ pub struct Overlaid {
 ///
 /// # Errors
 ///
-/// [`SessionError::Settings`] for options that leave nothing to compare, [`SessionError::Take`] for a
+/// [`SessionError::Settings`] for options that leave nothing to compare, [`SessionError::Data`] for a
 /// file that cannot be compared, with the reason; what reading and writing can find.
 pub fn overlay(
     options: &OverlayOptions,
@@ -213,10 +213,7 @@ fn write<F: Shown>(
         provenance: &[made],
     };
     write_atomic(output, |out| {
-        inhand_channels::write_overlay(out, &file).map_err(|source| SessionError::Channels {
-            path: output.to_owned(),
-            source: source.into(),
-        })
+        inhand_channels::write_overlay(out, &file).in_file(output)
     })?;
     Ok(result)
 }

@@ -58,7 +58,7 @@ pub struct Planned {
 ///
 /// # Errors
 ///
-/// [`SessionError::Plan`] for targets that cannot be used, [`SessionError::Settings`] for a method
+/// [`SessionError::At`] for targets that cannot be used, [`SessionError::Settings`] for a method
 /// that learns nothing or that the dictionary has nothing for.
 pub fn plan_motion(
     dictionary: &Dictionary,
@@ -171,11 +171,10 @@ fn check_objects(
                 (true, _) => "no object in motion of another length than a segment",
                 _ => "no object: the dictionary was learned without it",
             };
-            return Err(SessionError::State {
-                place: state.path.display().to_string(),
-                expected: reason.to_owned(),
-                found: format!("the object at the {what}"),
-            });
+            return Err(SessionError::data(
+                &state.path,
+                format!("expected {reason}, found the object at the {what}"),
+            ));
         }
     }
     Ok(())
@@ -252,10 +251,11 @@ fn holding(
         }
         Some((configuration, state.object?))
     };
-    let missing = |state: &State, what: &str| SessionError::State {
-        place: format!("{what} ({})", state.source.name),
-        expected: "all five fingertips and the object, for fingers to hold it".to_owned(),
-        found: "fewer".to_owned(),
+    let missing = |state: &State, what: &str| {
+        SessionError::data(
+            format!("{what} ({})", state.source.name),
+            "expected all five fingertips and the object, for fingers to hold it, found fewer",
+        )
     };
     let (first_m, first) = known(&request.start).ok_or_else(|| missing(&request.start, "start"))?;
     let (last_m, last) = known(&request.goal).ok_or_else(|| missing(&request.goal, "goal"))?;
@@ -273,7 +273,7 @@ fn holding(
 ///
 /// # Errors
 ///
-/// [`SessionError::Channels`], [`SessionError::Io`]; [`SessionError::Output`] for a plan without
+/// [`SessionError::At`], [`SessionError::Io`]; [`SessionError::Usage`] for a plan without
 /// a motion.
 pub fn write_plan(
     path: &Path,
@@ -283,10 +283,7 @@ pub fn write_plan(
     view: bool,
 ) -> Result<(), SessionError> {
     let Some(whole) = &planned.trajectory else {
-        return Err(SessionError::Output {
-            path: path.to_owned(),
-            message: "the plan has no motion to write".to_owned(),
-        });
+        return Err(SessionError::usage(path, "the plan has no motion to write"));
     };
     let samples = whole.layout().samples;
     let parts = parts(whole, planned);

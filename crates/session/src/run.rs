@@ -132,10 +132,7 @@ pub fn run(
     let test = steps::segments(&test_motions, Role::Test, object, settings)?;
     if test.is_empty() {
         let message = "no test segment: no stretch of the test takes is long enough without gaps";
-        return Err(SessionError::Session {
-            path: options.folder.clone(),
-            message: message.into(),
-        });
+        return Err(SessionError::session(&options.folder, message));
     }
     let learned_by = learned_by(&results, settings);
     let reused = dictionary_file::read_if(&files.dictionary, &learned_by);

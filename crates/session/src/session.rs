@@ -52,7 +52,7 @@ pub fn locate(path: &Path) -> Result<(PathBuf, Option<PathBuf>), SessionError> {
             .unwrap_or(Path::new("."));
         return Ok((folder.to_owned(), Some(path.to_owned())));
     }
-    Err(session_error(
+    Err(SessionError::session(
         path,
         "expected a folder with train/ and test/ takes, or an inhand.toml",
     ))
@@ -62,7 +62,7 @@ pub fn locate(path: &Path) -> Result<(PathBuf, Option<PathBuf>), SessionError> {
 ///
 /// # Errors
 ///
-/// [`SessionError::Session`] without training or test takes, or where two takes share a name.
+/// [`SessionError::Data`] without training or test takes, or where two takes share a name.
 pub fn list_takes(folder: &Path, settings: &Settings) -> Result<Session, SessionError> {
     let mut takes = if settings.takes.is_empty() {
         from_folders(folder)?
@@ -81,7 +81,7 @@ pub fn list_takes(folder: &Path, settings: &Settings) -> Result<Session, Session
                  {SETTINGS_FILE} that lists takes with their roles",
                 role = role.name()
             );
-            return Err(session_error(folder, message));
+            return Err(SessionError::session(folder, message));
         }
     }
     name_apart(folder, &mut takes)?;
@@ -129,12 +129,12 @@ fn from_settings(folder: &Path, settings: &Settings) -> Result<Vec<SessionTake>,
                 "take {} is listed in the settings but not there",
                 entry.path.display()
             );
-            return Err(session_error(folder, message));
+            return Err(SessionError::session(folder, message));
         }
         for (key, value) in [("from_s", entry.from_s), ("to_s", entry.to_s)] {
             if value.is_some_and(|v| !v.is_finite() || v < 0.0) {
                 let message = format!("take {}: {key} must be 0 or more", entry.path.display());
-                return Err(session_error(folder, message));
+                return Err(SessionError::session(folder, message));
             }
         }
         if let (Some(from), Some(to)) = (entry.from_s, entry.to_s)
@@ -144,7 +144,7 @@ fn from_settings(folder: &Path, settings: &Settings) -> Result<Vec<SessionTake>,
                 "take {}: from_s is {from}, which is not before to_s, {to}",
                 entry.path.display()
             );
-            return Err(session_error(folder, message));
+            return Err(SessionError::session(folder, message));
         }
         let (from_s, to_s) = (entry.from_s, entry.to_s);
         takes.push(SessionTake {
@@ -175,7 +175,7 @@ fn name_apart(folder: &Path, takes: &mut [SessionTake]) -> Result<(), SessionErr
             "the take {} would be written as dictionary.mcap, the name of the dictionary: rename it",
             take.path.display()
         );
-        return Err(session_error(folder, message));
+        return Err(SessionError::session(folder, message));
     }
     let mut seen = BTreeMap::<&str, &SessionTake>::new();
     for take in takes.iter() {
@@ -188,7 +188,7 @@ fn name_apart(folder: &Path, takes: &mut [SessionTake]) -> Result<(), SessionErr
                 other.path.display(),
                 take.path.display()
             );
-            return Err(session_error(folder, message));
+            return Err(SessionError::session(folder, message));
         }
     }
     Ok(())
@@ -220,11 +220,4 @@ fn folder_name(folder: &Path) -> String {
         || "session".to_owned(),
         |c| c.as_os_str().to_string_lossy().into_owned(),
     )
-}
-
-fn session_error(path: &Path, message: impl Into<String>) -> SessionError {
-    SessionError::Session {
-        path: path.to_owned(),
-        message: message.into(),
-    }
 }

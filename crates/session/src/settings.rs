@@ -3,6 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use inhand_dictionary::{NmfSettings, Precision, Start, Update};
+use inhand_model::DictionaryKind;
+use inhand_motion::GapFill;
 use serde::{Deserialize, Serialize};
 
 use crate::methods::Method;
@@ -11,7 +14,7 @@ mod check;
 mod clean;
 
 pub(crate) use check::invalid;
-pub use clean::CleanSection;
+pub use clean::{CleanFill, CleanSection};
 
 /// Settings of a session, as `inhand.toml` holds them. Lengths are metres unless the name says
 /// otherwise.
@@ -161,10 +164,10 @@ pub struct ObjectSettings {
 pub struct ProcessSection {
     /// Longest gap that is filled, seconds.
     pub max_gap_s: f64,
-    /// `cubic`, `linear` or `none`.
-    pub fill: String,
-    /// `median`, `savitzky-golay`, `butterworth` or `none`.
-    pub filter: String,
+    /// How gaps are filled.
+    pub fill: GapFill,
+    /// The filter.
+    pub filter: FilterKind,
     /// Window of the median and Savitzky-Golay filters, samples.
     pub window: usize,
     /// Order of the Savitzky-Golay and Butterworth filters.
@@ -173,12 +176,26 @@ pub struct ProcessSection {
     pub cutoff_hz: f64,
 }
 
+/// A filter of `inhand_motion`, whose numbers are settings of their own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FilterKind {
+    /// Median over `window` samples.
+    Median,
+    /// Polynomial of `order` through `window` samples.
+    SavitzkyGolay,
+    /// Low-pass of `order` at `cutoff_hz`.
+    Butterworth,
+    /// The samples as they are.
+    None,
+}
+
 impl Default for ProcessSection {
     fn default() -> Self {
         Self {
             max_gap_s: 0.1,
-            fill: "cubic".into(),
-            filter: "median".into(),
+            fill: GapFill::Cubic,
+            filter: FilterKind::Median,
             window: 50,
             order: 2,
             cutoff_hz: 6.0,
@@ -215,8 +232,8 @@ impl Default for SegmentSection {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct LearnSection {
-    /// `nmf` or `pca`: which primitives `prior` plans with.
-    pub kind: String,
+    /// Which primitives `prior` plans with.
+    pub kind: DictionaryKind,
     /// Number of primitives; 200 where it is not given, or as many as there are segments.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rank: Option<usize>,
@@ -224,19 +241,18 @@ pub struct LearnSection {
     pub deviation_primitives: usize,
     /// Most segments that deviations are learned from: more are drawn from by the seed.
     pub deviation_segments: usize,
-    /// Whether segments carry the object: `auto` (where every training take tracks it), `yes` or
-    /// `no`.
-    pub object: String,
-    /// Update of the factors: `hals`, or `multiplicative` for comparison with older work.
-    pub update: String,
-    /// Where primitives start: `random`, `segments`, `nndsvd`, or `online` for one pass in batches.
-    pub start: String,
+    /// Whether segments carry the object.
+    pub object: ObjectInSegments,
+    /// Update of the factors.
+    pub update: Update,
+    /// Where primitives start.
+    pub start: Start,
     /// Seed of the random start.
     pub seed: u64,
     /// Random starts, with seeds counted up; the best is kept.
     pub restarts: usize,
-    /// Kind of numbers: `f64` or `f32`.
-    pub precision: String,
+    /// Kind of numbers.
+    pub precision: Precision,
     /// What activations cost: weight of their sum, on a scale that does not depend on the number of
     /// segments or their length.
     pub activation_l1: f64,
@@ -257,26 +273,39 @@ pub struct LearnSection {
     pub stop_rms_mm: Option<f64>,
 }
 
+/// Whether segments carry the object.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ObjectInSegments {
+    /// Where every training take tracks it.
+    Auto,
+    /// Always: a take that does not track it is an error.
+    Yes,
+    /// Never.
+    No,
+}
+
 impl Default for LearnSection {
     fn default() -> Self {
+        let nmf = NmfSettings::default();
         Self {
-            kind: "nmf".to_owned(),
+            kind: DictionaryKind::Nmf,
             rank: None,
             deviation_primitives: 28,
             deviation_segments: 4096,
-            object: "auto".to_owned(),
-            update: "hals".to_owned(),
-            start: "random".to_owned(),
-            seed: 0,
-            restarts: 1,
-            precision: "f64".to_owned(),
+            object: ObjectInSegments::Auto,
+            update: nmf.update,
+            start: nmf.start,
+            seed: nmf.seed,
+            restarts: nmf.restarts,
+            precision: nmf.precision,
             activation_l1: 0.0,
             activation_l2: 0.0,
             primitive_l1: 0.0,
             primitive_l2: 0.0,
-            max_iterations: 10,
-            sweeps: 3,
-            relative_change: 1e-4,
+            max_iterations: nmf.max_iterations,
+            sweeps: nmf.sweeps,
+            relative_change: nmf.relative_change,
             stop_rms_mm: None,
         }
     }
@@ -288,8 +317,8 @@ impl Default for LearnSection {
 pub struct PlanSection {
     /// Methods in the order of the report; the first is the default one.
     pub methods: Vec<Method>,
-    /// Whether start and goal are met `soft`ly, within `sigma_mm`, or `hard`, exactly.
-    pub ends: String,
+    /// How start and goal are met.
+    pub ends: EndsKind,
     /// How exactly start and goal are met: standard deviation, millimetres.
     pub sigma_mm: f64,
     /// How exactly the object's start and goal are met: standard deviation of its position,
@@ -319,11 +348,21 @@ pub struct PlanSection {
     pub holding: bool,
 }
 
+/// How start and goal are met.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum EndsKind {
+    /// Within `sigma_mm`.
+    Soft,
+    /// Exactly.
+    Hard,
+}
+
 impl Default for PlanSection {
     fn default() -> Self {
         Self {
             methods: Method::ALL.to_vec(),
-            ends: "soft".to_owned(),
+            ends: EndsKind::Soft,
             sigma_mm: 0.1,
             object_sigma_mm: 0.2,
             object_sigma_deg: 0.5,

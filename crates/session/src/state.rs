@@ -57,7 +57,7 @@ pub enum StateRole {
 ///
 /// # Errors
 ///
-/// [`SessionError::State`] for a state that cannot be used, and what reading a take can give.
+/// [`SessionError::Data`] for a state that cannot be used, and what reading a take can give.
 pub fn read_state(
     text: &str,
     role: StateRole,
@@ -77,11 +77,7 @@ pub fn read_state(
 }
 
 fn fault(place: &str, expected: &str, found: &str) -> SessionError {
-    SessionError::State {
-        place: place.to_owned(),
-        expected: expected.to_owned(),
-        found: found.to_owned(),
-    }
+    SessionError::data(place, format!("expected {expected}, found {found}"))
 }
 
 #[derive(Deserialize)]

@@ -13,8 +13,8 @@ use inhand_motion::{
 };
 use rayon::prelude::*;
 
-use crate::error::SessionError;
-use crate::settings::{Role, Settings};
+use crate::error::{Located, SessionError};
+use crate::settings::{ObjectInSegments, Role, Settings};
 use crate::take::Take;
 
 mod choose;
@@ -54,7 +54,7 @@ pub use shown::{Shown, demonstrated};
 ///
 /// # Errors
 ///
-/// [`SessionError::Motion`] for the first take that cannot be processed.
+/// [`SessionError::At`] for the first take that cannot be processed.
 pub fn process_takes(takes: &[Take], settings: &Settings) -> Result<Vec<Motion>, SessionError> {
     smooth_motions(&motions_in_hand(takes, settings)?, settings)
 }
@@ -63,7 +63,7 @@ pub fn process_takes(takes: &[Take], settings: &Settings) -> Result<Vec<Motion>,
 ///
 /// # Errors
 ///
-/// [`SessionError::Motion`] for the first take that cannot be processed.
+/// [`SessionError::At`] for the first take that cannot be processed.
 pub fn motions_in_hand(takes: &[Take], settings: &Settings) -> Result<Vec<Motion>, SessionError> {
     let roles = takes
         .iter()
@@ -73,12 +73,8 @@ pub fn motions_in_hand(takes: &[Take], settings: &Settings) -> Result<Vec<Motion
     let process_settings = settings.process_settings()?;
     let motions: Vec<_> = (takes.par_iter().zip(&roles))
         .map(|(take, roles)| {
-            to_hand_frame(&take.recording, roles, &templates, &process_settings).map_err(|source| {
-                SessionError::Motion {
-                    take: take.name.clone(),
-                    source: source.into(),
-                }
-            })
+            to_hand_frame(&take.recording, roles, &templates, &process_settings)
+                .during(format_args!("processing {}", take.name))
         })
         .collect();
     let mut motions = motions.into_iter().collect::<Result<Vec<_>, _>>()?;
@@ -90,19 +86,14 @@ pub fn motions_in_hand(takes: &[Take], settings: &Settings) -> Result<Vec<Motion
 ///
 /// # Errors
 ///
-/// [`SessionError::Motion`] for a filter that cannot be used.
+/// [`SessionError::At`] for a filter that cannot be used.
 pub fn smooth_motions(
     motions: &[Motion],
     settings: &Settings,
 ) -> Result<Vec<Motion>, SessionError> {
     let filter = settings.process_settings()?.filter;
     let smoothed: Vec<_> = (motions.par_iter())
-        .map(|motion| {
-            smooth(motion, filter).map_err(|source| SessionError::Motion {
-                take: motion.name.clone(),
-                source: source.into(),
-            })
-        })
+        .map(|motion| smooth(motion, filter).during(format_args!("processing {}", motion.name)))
         .collect();
     smoothed.into_iter().collect()
 }
@@ -139,10 +130,7 @@ fn templates(takes: &[Take], roles: &[&Roles]) -> Result<Templates, SessionError
         .iter()
         .map(|take| &take.recording)
         .zip(roles.iter().copied());
-    fit_templates(pairs).map_err(|source| SessionError::Motion {
-        take: "the session".to_owned(),
-        source: source.into(),
-    })
+    fit_templates(pairs).during("processing the session")
 }
 
 /// Share of samples at which the object has to be known for segments to carry it: with less, more
@@ -176,9 +164,9 @@ pub(crate) fn object_in_segments<'a>(
     let any = takes.peek().is_some();
     let without = takes
         .find(|(_, known, samples)| (known.unwrap_or(0) as f64) < OBJECT_KNOWN * *samples as f64);
-    match (settings.learn.object.as_str(), without) {
-        ("no", _) => Ok(false),
-        ("yes", Some((name, ..))) => Err(crate::settings::invalid(
+    match (settings.learn.object, without) {
+        (ObjectInSegments::No, _) => Ok(false),
+        (ObjectInSegments::Yes, Some((name, ..))) => Err(crate::settings::invalid(
             "learn.object",
             "takes that track the object, or `auto`",
             &format!("yes, but {name} does not track it"),
@@ -205,7 +193,7 @@ pub fn segments_object(
 ///
 /// # Errors
 ///
-/// [`SessionError::Motion`] where the motions do not go together.
+/// [`SessionError::At`] where the motions do not go together.
 pub fn segments(
     motions: &[&Motion],
     role: Role,
@@ -214,10 +202,8 @@ pub fn segments(
 ) -> Result<Segments, SessionError> {
     let mut segment_settings = segment_settings(motions, role, settings);
     segment_settings.layout.object = object;
-    cut_segments(motions, &segment_settings).map_err(|source| SessionError::Motion {
-        take: format!("{} takes", role.name()),
-        source: source.into(),
-    })
+    cut_segments(motions, &segment_settings)
+        .during(format_args!("processing {} takes", role.name()))
 }
 
 fn segment_settings(motions: &[&Motion], role: Role, settings: &Settings) -> SegmentSettings {
@@ -395,7 +381,7 @@ pub fn session_facts(
 ///
 /// # Errors
 ///
-/// [`SessionError::Take`] where a take has no roles.
+/// [`SessionError::Data`] where a take has no roles.
 pub fn quality(takes: &[TakeResult<'_>]) -> Result<Vec<TakeQuality>, SessionError> {
     let one = |result: &TakeResult<'_>| {
         let roles = result.take.roles()?;

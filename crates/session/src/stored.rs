@@ -7,7 +7,7 @@ use inhand_model::{
 };
 
 use crate::dictionary_file::DictionaryFile;
-use crate::error::SessionError;
+use crate::error::{Located, SessionError};
 use crate::methods::Method;
 use crate::settings::{Role, SelectSection, Settings};
 use crate::steps::{self, Generated, TakeResult};
@@ -18,7 +18,7 @@ use crate::take::Take;
 ///
 /// # Errors
 ///
-/// [`SessionError::Take`] for a take without generated channels, or whose trajectories do not
+/// [`SessionError::Data`] for a take without generated channels, or whose trajectories do not
 /// start where its segments do.
 pub fn evaluate_stored(
     takes: &[Take],
@@ -162,12 +162,7 @@ fn read_methods(take: &Take) -> Result<Vec<ReadMethod>, SessionError> {
     if !inhand_channels::is_mcap(&bytes) {
         return Err(none());
     }
-    let methods = inhand_channels::read_generated(&bytes, &take.hash.name).map_err(|source| {
-        SessionError::Channels {
-            path: take.path.clone(),
-            source: source.into(),
-        }
-    })?;
+    let methods = inhand_channels::read_generated(&bytes, &take.hash.name).in_file(&take.path)?;
     if methods.is_empty() {
         Err(none())
     } else {

@@ -75,8 +75,8 @@ pub const fn has_facts(what: What, layout: Layout, form: Form) -> bool {
 ///
 /// # Errors
 ///
-/// [`SessionError::Take`] where nothing is stored of what is asked for,
-/// [`SessionError::Table`], [`SessionError::Io`].
+/// [`SessionError::Data`] where nothing is stored of what is asked for,
+/// [`SessionError::At`], [`SessionError::Io`].
 pub fn write_table(
     path: &Path,
     take: &Take,
@@ -115,7 +115,7 @@ pub fn write_table(
 ///
 /// # Errors
 ///
-/// [`SessionError::Table`], [`SessionError::Io`].
+/// [`SessionError::At`], [`SessionError::Io`].
 pub fn write_rows(path: &Path, session: &str, rows: &EvaluationRows) -> Result<(), SessionError> {
     let table = evaluation_rows(session, rows);
     write_atomic(path, |out| {
@@ -162,7 +162,7 @@ impl MotionFiles {
 ///
 /// # Errors
 ///
-/// [`SessionError::Table`], [`SessionError::Io`].
+/// [`SessionError::At`], [`SessionError::Io`].
 pub fn write_motion_rows(
     files: &MotionFiles,
     session: &str,
@@ -202,7 +202,7 @@ fn entities(take: &Take, what: What) -> Result<Vec<Entity<'_>>, SessionError> {
 ///
 /// # Errors
 ///
-/// [`SessionError::Table`] for names that BIDS does not take.
+/// [`SessionError::At`] for names that BIDS does not take.
 pub fn bids_paths(
     folder: &Path,
     take: &Take,
@@ -219,7 +219,7 @@ pub fn bids_paths(
 ///
 /// # Errors
 ///
-/// [`SessionError::Table`], [`SessionError::Io`].
+/// [`SessionError::At`], [`SessionError::Io`].
 pub fn write_bids(folder: &Path, take: &Take, names: &BidsNames) -> Result<(), SessionError> {
     let new = bids_paths(folder, take, names)?;
     // Events of another take of these names must not stay beside this one.
@@ -238,10 +238,7 @@ pub fn write_bids(folder: &Path, take: &Take, names: &BidsNames) -> Result<(), S
 }
 
 pub(crate) fn table_error(path: &Path) -> impl Fn(TableError) -> SessionError + '_ {
-    |source| SessionError::Table {
-        path: path.to_owned(),
-        source: source.into(),
-    }
+    |source| SessionError::at(path.display(), source)
 }
 
 /// When a file's time line starts, nanoseconds since 1970: with the take where it holds one, else
@@ -249,13 +246,10 @@ pub(crate) fn table_error(path: &Path) -> impl Fn(TableError) -> SessionError + 
 ///
 /// # Errors
 ///
-/// [`SessionError::Channels`] for bytes that are no sound MCAP file.
+/// [`SessionError::At`] for bytes that are no sound MCAP file.
 pub fn start_unix_nanos(path: &Path, bytes: &[u8]) -> Result<u64, SessionError> {
     let name = path.display().to_string();
-    let wrong = |source: inhand_channels::ChannelError| SessionError::Channels {
-        path: path.to_owned(),
-        source: source.into(),
-    };
+    let wrong = |source: inhand_channels::ChannelError| SessionError::at(path.display(), source);
     let Metadata(records) = inhand_channels::read_metadata(bytes, &name).map_err(wrong)?;
     let stated = (records.get("inhand.recording"))
         .and_then(|facts| facts.get("start_unix_nanos")?.parse().ok());

@@ -12,10 +12,10 @@ use inhand_tables::WideSettings;
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
-use crate::error::SessionError;
+use crate::error::{Located, SessionError};
 use crate::session::{Session, SessionTake};
 use crate::settings::{Role, Settings};
-use crate::tables::{facts_path, table_error};
+use crate::tables::facts_path;
 
 /// A take in memory.
 #[derive(Clone, Debug)]
@@ -73,28 +73,19 @@ pub fn read(path: &Path, settings: &Settings) -> Result<Take, SessionError> {
         || -> Result<_, SessionError> {
             if inhand_channels::is_mcap(&bytes) {
                 let settings = settings.foreign_settings()?;
-                inhand_channels::read_any_take(&bytes, &file_name, &settings).map_err(|source| {
-                    SessionError::Channels {
-                        path: path.to_owned(),
-                        source: source.into(),
-                    }
-                })
+                inhand_channels::read_any_take(&bytes, &file_name, &settings).in_file(path)
             } else if inhand_tables::looks_like_wide_csv(&bytes) {
                 let settings = WideSettings {
                     up_axis: settings.read_settings()?.up_axis,
                 };
                 let recording =
                     inhand_tables::read_wide_csv(&bytes, &file_name, facts.as_deref(), settings)
-                        .map_err(table_error(path))?;
+                        .in_file(path)?;
                 Ok(vendor_take(recording))
             } else {
                 let recording =
-                    inhand_capture::read(&bytes, &file_name, &settings.read_settings()?).map_err(
-                        |source| SessionError::Capture {
-                            path: path.to_owned(),
-                            source: source.into(),
-                        },
-                    )?;
+                    inhand_capture::read(&bytes, &file_name, &settings.read_settings()?)
+                        .in_file(path)?;
                 Ok(vendor_take(recording))
             }
         },
@@ -145,7 +136,7 @@ pub fn read(path: &Path, settings: &Settings) -> Result<Take, SessionError> {
 ///
 /// # Errors
 ///
-/// As [`read`]; [`SessionError::Cleaning`], and [`SessionError::Take`] where roles cannot be told.
+/// As [`read`]; [`SessionError::At`], and [`SessionError::Data`] where roles cannot be told.
 pub fn read_clean(path: &Path, settings: &Settings) -> Result<Take, SessionError> {
     let take = read(path, settings)?;
     match settings.clean.steps()? {
@@ -195,7 +186,7 @@ impl Take {
     ///
     /// # Errors
     ///
-    /// [`SessionError::Take`].
+    /// [`SessionError::Data`].
     pub fn roles(&self) -> Result<&Roles, SessionError> {
         self.roles
             .as_ref()
@@ -203,10 +194,7 @@ impl Take {
     }
 
     pub(crate) fn error(&self, message: String) -> SessionError {
-        SessionError::Take {
-            path: self.path.clone(),
-            message,
-        }
+        SessionError::data(&self.path, message)
     }
 }
 

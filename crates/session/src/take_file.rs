@@ -9,7 +9,7 @@ use inhand_channels::{
 use inhand_evaluation::{Rows, SampleContacts};
 use inhand_model::{Hull, Motion, PerFinger, Provenance, Segments};
 
-use crate::error::SessionError;
+use crate::error::{Located, SessionError};
 use crate::found_events;
 use crate::output;
 use crate::settings::Settings;
@@ -107,15 +107,10 @@ pub fn write(path: &Path, contents: &TakeContents<'_>, view: bool) -> Result<(),
 ///
 /// # Errors
 ///
-/// [`SessionError::Channels`], [`SessionError::Io`].
+/// [`SessionError::At`], [`SessionError::Io`].
 pub fn write_parts(path: &Path, file: &TakeFile<'_>, view: bool) -> Result<(), SessionError> {
     output::write_atomic(path, |out| {
-        inhand_channels::write_take(out, file, &WriteSettings { view }).map_err(|source| {
-            SessionError::Channels {
-                path: path.to_owned(),
-                source: source.into(),
-            }
-        })
+        inhand_channels::write_take(out, file, &WriteSettings { view }).in_file(path)
     })
 }
 

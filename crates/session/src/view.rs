@@ -53,7 +53,7 @@ pub struct Viewed {
 ///
 /// # Errors
 ///
-/// [`SessionError::Take`] for a file that is no MCAP; [`SessionError::Channels`] for one without
+/// [`SessionError::Data`] for a file that is no MCAP; [`SessionError::At`] for one without
 /// motion that can be read; what reading and writing can find.
 pub fn add_views(
     input: &Path,
@@ -63,13 +63,11 @@ pub fn add_views(
 ) -> Result<Viewed, SessionError> {
     let bytes = std::fs::read(input).map_err(SessionError::io("read", input))?;
     if !inhand_channels::is_mcap(&bytes) {
-        return Err(SessionError::Take {
-            path: input.to_owned(),
-            message:
-                "not an MCAP file: views are channels of one; `inhand convert` makes one of a \
-                      take, with views"
-                    .to_owned(),
-        });
+        return Err(SessionError::data(
+            input,
+            "not an MCAP file: views are channels of one; `inhand convert` makes one of a \
+                      take, with views",
+        ));
     }
     let folder = (output.parent()).filter(|folder| !folder.as_os_str().is_empty());
     let folder = folder.unwrap_or(Path::new("."));
@@ -249,10 +247,7 @@ impl<'a> File<'a> {
 
 fn channels(path: &Path) -> impl Fn(inhand_channels::ChannelError) -> SessionError {
     let path = path.to_owned();
-    move |source| SessionError::Channels {
-        path: path.clone(),
-        source: source.into(),
-    }
+    move |source| SessionError::at(path.display(), source)
 }
 
 /// Both parts as one file; gives its messages.

@@ -7,7 +7,9 @@ use anyhow::{Context, Result};
 use clap::ValueEnum;
 use inhand_cleaning::detect::{self, Suspects};
 use inhand_model::{Change, ChangeKind, Clock, Finger};
-use inhand_session::{CleanSection, Settings, Take, clean_take, provenance, write_cleaned};
+use inhand_session::{
+    CleanFill, CleanSection, Settings, Take, clean_take, provenance, write_cleaned,
+};
 
 use crate::commands::{check_take_target, read_takes, targets};
 use crate::console::{Console, data};
@@ -139,13 +141,12 @@ impl StepOptions {
         clean.spikes |= self.spikes || self.repair;
         clean.stitch |= self.stitch || self.repair;
         if let Some(method) = self.fill {
-            let word = match method {
-                Fill::Linear => "linear",
-                Fill::Cubic => "cubic",
-                Fill::Cluster => "cluster",
-                Fill::Neighbours => "neighbours",
+            clean.fill = match method {
+                Fill::Linear => CleanFill::Linear,
+                Fill::Cubic => CleanFill::Cubic,
+                Fill::Cluster => CleanFill::Cluster,
+                Fill::Neighbours => CleanFill::Neighbours,
             };
-            word.clone_into(&mut clean.fill);
         }
         if let Some(limit_s) = self.fill_limit {
             clean.fill_limit_s = limit_s;

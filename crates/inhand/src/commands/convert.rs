@@ -6,7 +6,7 @@ use anyhow::{Result, bail};
 use inhand_channels::TakeFile;
 use inhand_model::{BodySource, Finger, InputHash, PerFinger, Recording, Roles};
 use inhand_session::{
-    Coverage, LongTake, LongTakeFacts, SessionError, Settings, Take, check_target, describe_source,
+    Coverage, Located, LongTake, LongTakeFacts, Settings, Take, check_target, describe_source,
     provenance, write_atomic, write_take_parts,
 };
 
@@ -197,10 +197,7 @@ impl VendorFormat {
                 VendorFormat::Trc => inhand_capture::trc::write(recording, out),
                 VendorFormat::C3d => inhand_capture::c3d::write(recording, out),
             };
-            written.map_err(|source| SessionError::Capture {
-                path: target.to_owned(),
-                source: source.into(),
-            })
+            written.in_file(target)
         })?)
     }
 }

@@ -13,7 +13,7 @@ use serde_json::json;
 use crate::console::{Console, data};
 use crate::exit::{Exit, UsageError};
 use crate::options::{
-    EvaluateOptions, Format, OutputOptions, PlanOptions, ProcessOptions, SourceOptions,
+    EvaluateOptions, Format, OutputOptions, PlanOptions, ProcessOptions, SourceOptions, word,
 };
 
 /// A plan that passes farther from what it was given than this says so loudly, metres.
@@ -42,8 +42,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     duration: Option<f64>,
     /// Method: residual, prior, paper, or auto where the dictionary compared them.
-    #[arg(long, default_value = "residual")]
-    method: String,
+    #[arg(long, default_value = "residual", value_parser = word::<Method>)]
+    method: Method,
     /// Fingers that have to reach what is given; the others follow [default: all].
     #[arg(long, value_name = "FINGER,...", value_delimiter = ',')]
     fingers: Vec<String>,
@@ -122,7 +122,7 @@ fn settings(args: &Args) -> Result<Settings> {
     args.process.apply(&mut settings)?;
     args.plan.apply(&mut settings);
     args.evaluate.apply(&mut settings)?;
-    settings.plan.methods = vec![args.method.parse::<Method>()?];
+    settings.plan.methods = vec![args.method];
     settings.validate()?;
     Ok(settings)
 }

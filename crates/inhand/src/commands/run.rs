@@ -64,7 +64,7 @@ impl SessionOptions {
         self.process.apply(&mut settings)?;
         self.learn.check_one_rank()?;
         self.learn.apply(&mut settings);
-        self.method.apply(&mut settings)?;
+        self.method.apply(&mut settings);
         self.plan.apply(&mut settings);
         self.evaluate.apply(&mut settings)?;
         settings.validate()?;

@@ -11,7 +11,7 @@ use serde_json::json;
 use sha2::{Digest, Sha256};
 
 use super::name_of;
-use crate::error::SessionError;
+use crate::error::{Located, SessionError};
 use crate::run::TOOL;
 
 /// `None` for a file without a take.
@@ -40,10 +40,7 @@ pub(super) fn cut(
             sha256: sha256(input)?,
         }],
     };
-    cut_take(metadata, &name_of(input), stretches, &made).map_err(|source| SessionError::Channels {
-        path: input.to_owned(),
-        source: source.into(),
-    })
+    cut_take(metadata, &name_of(input), stretches, &made).in_file(input)
 }
 
 /// Of a file of any size.

@@ -141,13 +141,10 @@ fn append<T: Copy, const N: usize>(
 ///
 /// # Errors
 ///
-/// [`SessionError::Learning`] with what was found instead.
+/// [`SessionError::Data`] with what was found instead.
 pub(super) fn read(path: &Path, expected: &Label) -> Result<Arrays, SessionError> {
     let bytes = std::fs::read(path).map_err(SessionError::io("read", path))?;
-    parse(&bytes, expected).map_err(|message| SessionError::Learning {
-        path: path.to_owned(),
-        message,
-    })
+    parse(&bytes, expected).map_err(|message| SessionError::data(path, message))
 }
 
 fn parse(bytes: &[u8], expected: &Label) -> Result<Arrays, String> {

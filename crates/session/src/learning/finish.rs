@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use inhand_dictionary::{LearnError, describe_nmf, learn_nmf, learn_pca};
-use inhand_model::{Demonstrated, Dictionary, InputHash, Provenance};
+use inhand_model::{Demonstrated, Dictionary, DictionaryKind, InputHash, Provenance};
 
 use super::folder::LearningFolder;
 use super::rounds::{
@@ -40,21 +40,21 @@ pub struct Learned {
 ///
 /// # Errors
 ///
-/// [`SessionError::Learning`] where rounds are left to do, and for files of another run.
+/// [`SessionError::Data`] where rounds are left to do, and for files of another run.
 pub fn finish(folder: &LearningFolder) -> Result<Learned, SessionError> {
     let begin = Instant::now();
     let found = progress(folder)?;
     if !found.is_done() {
-        return Err(SessionError::Learning {
-            path: folder.root().to_owned(),
-            message: format!(
+        return Err(SessionError::data(
+            folder.root(),
+            format!(
                 "start {} of {} is in round {}: run `inhand learn stats` and `inhand learn update` \
                  until learning stops",
                 found.start + 1,
                 found.starts,
                 found.round
             ),
-        });
+        ));
     }
     let starts = (0..found.starts).map(|start| at_start(folder, start));
     let starts = starts.collect::<Result<Vec<Current>, _>>()?;
@@ -88,7 +88,7 @@ pub fn learn_in(
 ) -> Result<Learned, SessionError> {
     let plan = folder.plan();
     let size = 8 * plan.segments * plan.layout().rows();
-    let is_nmf = plan.settings.learn.kind == "nmf";
+    let is_nmf = plan.settings.learn.kind == DictionaryKind::Nmf;
     if is_nmf && (keep_rounds || size > IN_MEMORY_BYTES) {
         let begin = Instant::now();
         begin_rounds(folder)?;
@@ -127,7 +127,7 @@ pub fn learn_in(
 ///
 /// # Errors
 ///
-/// [`SessionError::Learn`] for primitives that do not fit the segments.
+/// [`SessionError::At`] for primitives that do not fit the segments.
 pub fn learn_given(
     folder: &LearningFolder,
     given: &Given,
@@ -136,11 +136,12 @@ pub fn learn_given(
     let begin = Instant::now();
     let columns = TableColumns::new(folder)?;
     let (problem, demonstrated) = folder.read_problem(0)?;
-    let offset_m = given.offset_m.as_ref().ok_or_else(|| SessionError::Learning {
-        path: source.name.clone().into(),
-        message: "expected `offset_m` beside the primitives: what was taken off each row of the data \
-                  before factorising, metres (a single 0 where nothing was)"
-            .to_owned(),
+    let offset_m = given.offset_m.as_ref().ok_or_else(|| {
+        SessionError::data(
+            &source.name,
+            "expected `offset_m` beside the primitives: what was taken off each row of the data \
+                  before factorising, metres (a single 0 where nothing was)",
+        )
     })?;
     let dictionary = describe_nmf(
         &columns,

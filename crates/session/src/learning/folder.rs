@@ -93,13 +93,10 @@ impl LearningFolder {
     ///
     /// # Errors
     ///
-    /// [`SessionError::Learning`] where there is none or it cannot be used.
+    /// [`SessionError::Data`] where there is none or it cannot be used.
     pub fn open(root: &Path) -> Result<Self, SessionError> {
         let path = plan_path(root);
-        let wrong = |message: String| SessionError::Learning {
-            path: path.clone(),
-            message,
-        };
+        let wrong = |message: String| SessionError::data(&path, message);
         let text = match std::fs::read_to_string(&path) {
             Ok(text) => text,
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
@@ -133,13 +130,15 @@ impl LearningFolder {
     ///
     /// # Errors
     ///
-    /// [`SessionError::Learning`] with what is different, [`SessionError::Io`].
+    /// [`SessionError::Data`] with what is different, [`SessionError::Io`].
     pub fn check_same(&self, takes: &[PathBuf], settings: &Settings) -> Result<(), SessionError> {
-        let wrong = |what: &str| SessionError::Learning {
-            path: plan_path(&self.root),
-            message: format!(
-                "the run was begun with {what}: remove the folder to begin again, or name another"
-            ),
+        let wrong = |what: &str| {
+            SessionError::data(
+                plan_path(&self.root),
+                format!(
+                    "the run was begun with {what}: remove the folder to begin again, or name another"
+                ),
+            )
         };
         if let Some(key) = first_difference(&self.plan.settings, settings) {
             return Err(wrong(&format!("another value of setting {key}")));
@@ -234,10 +233,7 @@ impl LearningFolder {
 
     pub(super) fn wrong(path: &Path) -> impl Fn(String) -> SessionError {
         let path = path.to_owned();
-        move |message| SessionError::Learning {
-            path: path.clone(),
-            message,
-        }
+        move |message| SessionError::data(&path, message)
     }
 
     /// Writes what does not change from round to round.
@@ -266,14 +262,14 @@ impl LearningFolder {
     ///
     /// # Errors
     ///
-    /// [`SessionError::Learning`].
+    /// [`SessionError::Data`].
     pub(super) fn read_problem(
         &self,
         start: usize,
     ) -> Result<(NmfProblem, Demonstrated), SessionError> {
         let path = self.problem();
         let mut arrays = arrays::read(&path, &self.label("problem", 0, 0))?;
-        let mut settings = steps::nmf_settings(self.plan.segments, &self.plan.settings)?;
+        let mut settings = steps::nmf_settings(self.plan.segments, &self.plan.settings);
         settings.seed = settings.seed.wrapping_add(start as u64);
         let parse = || {
             let numbers = arrays.take_u64("numbers")?;

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::folder::{LearningFolder, LearningPlan, PlannedTake, table_path};
 use super::tables::{TableColumns, read_table, write_table};
-use crate::error::SessionError;
+use crate::error::{Located, SessionError};
 use crate::run::TOOL;
 use crate::settings::{Role, Settings};
 use crate::steps::{self, Shown};
@@ -70,7 +70,6 @@ pub fn init(
     seen: &mut dyn FnMut(&Take),
 ) -> Result<LearningFolder, SessionError> {
     settings.validate()?;
-    steps::nmf_settings(1, settings)?;
     let mut way = if reuse {
         Processing::Stored
     } else {
@@ -179,15 +178,15 @@ fn check_rates(gathered: &[Gathered]) -> Result<(), SessionError> {
     };
     match (gathered.iter()).find(|take| take.rate_hz != first.rate_hz) {
         None => Ok(()),
-        Some(other) => Err(SessionError::Take {
-            path: other.path.clone(),
-            message: format!(
+        Some(other) => Err(SessionError::data(
+            &other.path,
+            format!(
                 "the take has {} Hz, but {} has {} Hz: training takes need one rate",
                 other.rate_hz,
                 first.path.display(),
                 first.rate_hz
             ),
-        }),
+        )),
     }
 }
 
@@ -203,12 +202,8 @@ fn begin(
         object: steps::object_in_segments(known, settings)?,
         ..SegmentLayout::one_second(rate_hz)
     };
-    let cut = Cut::new(&steps::cut_settings(layout, Role::Train, settings)).map_err(|source| {
-        SessionError::Motion {
-            take: "training takes".to_owned(),
-            source: source.into(),
-        }
-    })?;
+    let cut = Cut::new(&steps::cut_settings(layout, Role::Train, settings))
+        .during("processing training takes")?;
     let cuts: Vec<_> = (0..gathered.len())
         .into_par_iter()
         .map(|i| Ok(cut.starts(&read_table(&table_path(root, i), i)?)))
@@ -235,7 +230,7 @@ fn begin(
     };
     let looked_through = LearningFolder::begin(root, plan.clone());
     let columns = TableColumns::new(&looked_through)?;
-    let problem = NmfProblem::new(&columns, &steps::nmf_settings(segments, settings)?)
+    let problem = NmfProblem::new(&columns, &steps::nmf_settings(segments, settings))
         .map_err(steps::learn_error)?;
     let mut shown = Shown::default();
     for take in gathered {

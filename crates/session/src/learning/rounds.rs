@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use inhand_dictionary::{NmfProblem, NmfState, Sums, Tree, smallest_objective};
-use inhand_model::StopReason;
+use inhand_model::{DictionaryKind, StopReason};
 
 use super::arrays;
 use super::folder::LearningFolder;
@@ -135,7 +135,7 @@ fn begin_start(folder: &LearningFolder, start: usize) -> Result<(), SessionError
 ///
 /// # Errors
 ///
-/// [`SessionError::Learning`] for a folder that cannot be used.
+/// [`SessionError::Data`] for a folder that cannot be used.
 pub(super) fn progress(folder: &LearningFolder) -> Result<Progress, SessionError> {
     Ok(current(folder)?.progress())
 }
@@ -163,14 +163,13 @@ pub(super) fn at_start(folder: &LearningFolder, start: usize) -> Result<Current,
 }
 
 fn refuse_pca(folder: &LearningFolder) -> Result<(), SessionError> {
-    if folder.plan().settings.learn.kind == "nmf" {
+    if folder.plan().settings.learn.kind == DictionaryKind::Nmf {
         return Ok(());
     }
-    Err(SessionError::Learning {
-        path: folder.root().to_owned(),
-        message: "principal components have no rounds: learn them with `inhand learn` in one go"
-            .to_owned(),
-    })
+    Err(SessionError::data(
+        folder.root(),
+        "principal components have no rounds: learn them with `inhand learn` in one go",
+    ))
 }
 
 fn latest_round(folder: &LearningFolder, start: usize) -> Option<usize> {
@@ -193,7 +192,7 @@ fn rounds(folder: &LearningFolder, start: usize) -> impl Iterator<Item = usize> 
 ///
 /// # Errors
 ///
-/// [`SessionError::Learning`] for a run that has stopped, and for files of another run or round.
+/// [`SessionError::Data`] for a run that has stopped, and for files of another run or round.
 pub fn stats(
     folder: &LearningFolder,
     shard: Shard,
@@ -206,10 +205,10 @@ pub fn stats(
         } else {
             "begin the next start with `inhand learn update`"
         };
-        return Err(SessionError::Learning {
-            path: folder.root().to_owned(),
-            message: format!("this start has stopped: {next}"),
-        });
+        return Err(SessionError::data(
+            folder.root(),
+            format!("this start has stopped: {next}"),
+        ));
     }
     let columns = TableColumns::new(folder)?;
     let label = folder.label("sums", current.start, current.state.round);
@@ -279,7 +278,7 @@ fn shard_sums(
 ///
 /// # Errors
 ///
-/// [`SessionError::Learning`] for sums that are missing, there twice, damaged, or of another run or
+/// [`SessionError::Data`] for sums that are missing, there twice, damaged, or of another run or
 /// round: which file, and why. Nothing is written then.
 pub fn update(folder: &LearningFolder, sums: &[PathBuf]) -> Result<Updated, SessionError> {
     let mut current = current(folder)?;
@@ -370,13 +369,13 @@ fn total(
         given.to_vec()
     };
     if files.is_empty() {
-        return Err(SessionError::Learning {
-            path: round,
-            message: format!(
+        return Err(SessionError::data(
+            round,
+            format!(
                 "there are no sums of round {} yet: run `inhand learn stats` for every shard",
                 current.state.round
             ),
-        });
+        ));
     }
     let label = folder.label("sums", current.start, current.state.round);
     let mut nodes = Vec::new();
@@ -388,16 +387,18 @@ fn total(
     }
     nodes.sort_by_key(|(node, _)| node.first_block());
     let mut tree = Tree::default();
-    let incomplete = |expected: usize, place: &Path| SessionError::Learning {
-        path: place.to_owned(),
-        message: format!(
-            "the sums of round {} go on at another block than {expected} of {}: a shard's file is \
+    let incomplete = |expected: usize, place: &Path| {
+        SessionError::data(
+            place,
+            format!(
+                "the sums of round {} go on at another block than {expected} of {}: a shard's file is \
              missing, or shards of different splits are mixed ({} files); run `inhand learn stats` \
              for every shard of one split, and remove the files of others",
-            current.state.round,
-            current.problem.blocks(),
-            files.len()
-        ),
+                current.state.round,
+                current.problem.blocks(),
+                files.len()
+            ),
+        )
     };
     let mut expected = 0;
     for (node, path) in nodes {

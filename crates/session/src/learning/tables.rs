@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, Isometry3, Quaternion, Translation3, UnitQuaternion};
 
 use super::arrays::{self, Arrays, Label};
 use super::folder::LearningFolder;
-use crate::error::SessionError;
+use crate::error::{Located, SessionError};
 use crate::settings::Role;
 use crate::steps;
 
@@ -103,10 +103,7 @@ impl<'a> TableColumns<'a> {
     pub(super) fn new(folder: &'a LearningFolder) -> Result<Self, SessionError> {
         let plan = folder.plan();
         let settings = steps::cut_settings(plan.layout(), Role::Train, &plan.settings);
-        let cut = Cut::new(&settings).map_err(|source| SessionError::Motion {
-            take: "training takes".to_owned(),
-            source: source.into(),
-        })?;
+        let cut = Cut::new(&settings).during("processing training takes")?;
         let mut firsts = vec![0];
         for take in &plan.takes {
             firsts.push(firsts[firsts.len() - 1] + take.segments);

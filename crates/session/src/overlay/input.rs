@@ -77,14 +77,8 @@ fn read_one(
     settings: &Settings,
 ) -> Result<Input, SessionError> {
     let bytes = std::fs::read(path).map_err(SessionError::io("read", path))?;
-    let refuse = |message: &str| SessionError::Take {
-        path: path.to_owned(),
-        message: message.to_owned(),
-    };
-    let channels = |source: inhand_channels::ChannelError| SessionError::Channels {
-        path: path.to_owned(),
-        source: source.into(),
-    };
+    let refuse = |message: &str| SessionError::data(path, message);
+    let channels = |source: inhand_channels::ChannelError| SessionError::at(path.display(), source);
     let mut stated = None;
     let mut methods = Vec::new();
     if inhand_channels::is_mcap(&bytes) {

@@ -65,7 +65,7 @@ impl RunFiles {
 ///
 /// # Errors
 ///
-/// [`SessionError::Output`].
+/// [`SessionError::Usage`].
 pub(super) fn check_output(
     options: &RunOptions,
     session: &Session,
@@ -82,11 +82,10 @@ pub(super) fn check_output(
         refuse_take_folder(folder, session)?;
     }
     if !ours && has_files(&files.figures) {
-        return Err(SessionError::Output {
-            path: files.figures.clone(),
-            message: "the folder was not made from the same inputs: --force replaces what is in it"
-                .into(),
-        });
+        return Err(SessionError::usage(
+            &files.figures,
+            "the folder was not made from the same inputs: --force replaces what is in it",
+        ));
     }
     let mut targets = files.reproducible();
     targets.push(&files.run);
@@ -111,12 +110,12 @@ fn refuse_take_folder(folder: &Path, session: &Session) -> Result<(), SessionErr
     };
     match session.takes.iter().find(|take| holds_takes(take)) {
         None => Ok(()),
-        Some(take) => Err(SessionError::Output {
-            path: folder.to_owned(),
-            message: format!(
+        Some(take) => Err(SessionError::usage(
+            folder,
+            format!(
                 "the folder holds the take {}: name another one for the results",
                 take.path.display()
             ),
-        }),
+        )),
     }
 }

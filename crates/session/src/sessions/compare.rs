@@ -28,7 +28,7 @@ pub struct CompareOptions {
 ///
 /// # Errors
 ///
-/// [`SessionError::Part`] for methods that are not there, or nothing to compare; [`SessionError::Table`] for
+/// [`SessionError::Data`] for methods that are not there, or nothing to compare; [`SessionError::At`] for
 /// damaged rows.
 pub fn compare(
     before: &Part,

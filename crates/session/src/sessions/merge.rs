@@ -42,8 +42,8 @@ impl Default for MergeOptions {
 ///
 /// # Errors
 ///
-/// [`SessionError::Part`] for a session that is given twice, settings or methods that differ unless that is
-/// allowed, parts without rows or with those of another run; [`SessionError::Table`] for damaged rows.
+/// [`SessionError::Data`] for a session that is given twice, settings or methods that differ unless that is
+/// allowed, parts without rows or with those of another run; [`SessionError::At`] for damaged rows.
 pub fn merge(parts: &[Part], options: MergeOptions) -> Result<Summary, SessionError> {
     check_twice(parts)?;
     let all: Vec<&Part> = parts.iter().collect();

@@ -6,8 +6,7 @@ use std::path::{Path, PathBuf};
 use inhand_model::{Evaluation, EvaluationRows, Finger, Provenance};
 use inhand_tables::RowsFile;
 
-use crate::error::SessionError;
-use crate::tables::table_error;
+use crate::error::{Located, SessionError};
 
 /// Names of the two files of a part.
 const EVALUATION_FILE: &str = "evaluation.json";
@@ -34,8 +33,8 @@ impl Part {
     ///
     /// # Errors
     ///
-    /// [`SessionError::Io`], [`SessionError::Part`] for a file that is cut, of another version, or no
-    /// evaluation, [`SessionError::Table`] for rows that are cut, and [`SessionError::Part`] for rows of
+    /// [`SessionError::Io`], [`SessionError::Data`] for a file that is cut, of another version, or no
+    /// evaluation, [`SessionError::At`] for rows that are cut, and [`SessionError::Data`] for rows of
     /// another evaluation.
     pub fn read(path: &Path) -> Result<Self, SessionError> {
         let path = match path.is_dir() {
@@ -47,7 +46,7 @@ impl Part {
             .map_err(|error| refused(&path, reason(&error)))?;
         let beside = path.with_file_name(ROWS_FILE);
         let rows = (beside.is_file())
-            .then(|| RowsFile::open(&beside).map_err(table_error(&beside)))
+            .then(|| RowsFile::open(&beside).in_file(&beside))
             .transpose()?;
         let part = Self {
             path,
@@ -98,7 +97,7 @@ impl Part {
     ///
     /// # Errors
     ///
-    /// [`SessionError::Part`] where there are none.
+    /// [`SessionError::Data`] where there are none.
     pub fn rows(&self) -> Result<&RowsFile, SessionError> {
         self.rows.as_ref().ok_or_else(|| {
             let message = format!(
@@ -114,12 +113,12 @@ impl Part {
     ///
     /// # Errors
     ///
-    /// [`SessionError::Table`] for damaged ones, [`SessionError::Part`] for those of another run.
+    /// [`SessionError::At`] for damaged ones, [`SessionError::Data`] for those of another run.
     pub fn read_rows(&self) -> Result<Option<EvaluationRows>, SessionError> {
         let Some(rows) = &self.rows else {
             return Ok(None);
         };
-        let rows = rows.read().map_err(table_error(&self.path))?;
+        let rows = rows.read().in_file(&self.path)?;
         for method in &rows.methods {
             for finger in Finger::ALL {
                 let errors = method.error_m.iter().map(|errors| errors[finger]);
@@ -139,10 +138,10 @@ impl Part {
     ///
     /// # Errors
     ///
-    /// [`SessionError::Part`] without rows or with those of another run, [`SessionError::Table`] for damaged
+    /// [`SessionError::Data`] without rows or with those of another run, [`SessionError::At`] for damaged
     /// ones.
     pub fn errors_m(&self, method: &str, finger: Finger) -> Result<Vec<f64>, SessionError> {
-        let errors = (self.rows()?.error_m(method, finger)).map_err(table_error(&self.path))?;
+        let errors = (self.rows()?.error_m(method, finger)).in_file(&self.path)?;
         let errors: Vec<f64> = errors.into_iter().filter(|e| e.is_finite()).collect();
         self.check_errors(method, finger, &errors)?;
         Ok(errors)
@@ -210,8 +209,5 @@ fn reason(error: &inhand_report::ReportError) -> String {
 }
 
 pub(super) fn refused(path: &Path, message: String) -> SessionError {
-    SessionError::Part {
-        path: path.to_owned(),
-        message,
-    }
+    SessionError::data(path, message)
 }

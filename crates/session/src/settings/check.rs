@@ -9,11 +9,11 @@ const DRAWS: std::ops::RangeInclusive<usize> = 100..=1_000_000;
 use inhand_capture::roles::{BodyChoice, RoleSettings, is_fingertip_name};
 use inhand_capture::{ReadSettings, parse_length_unit, parse_rotation_order, parse_up_axis};
 use inhand_channels::ForeignSettings;
-use inhand_dictionary::{LearnError, Precision, Start, Update};
-use inhand_model::{Finger, PerFinger, Selection, Shape};
-use inhand_motion::{Filter, GapFill, ProcessSettings};
+use inhand_dictionary::LearnError;
+use inhand_model::{DictionaryKind, Finger, PerFinger, Selection, Shape};
+use inhand_motion::{Filter, ProcessSettings};
 
-use super::{LearnSection, Settings};
+use super::{FilterKind, LearnSection, Settings};
 use crate::error::SessionError;
 use crate::methods::Method;
 
@@ -25,10 +25,8 @@ impl Settings {
     /// [`SessionError::Settings`] with the place in the file, [`SessionError::Io`].
     pub fn read(path: &Path) -> Result<Self, SessionError> {
         let text = std::fs::read_to_string(path).map_err(SessionError::io("read", path))?;
-        toml::from_str(&text).map_err(|error| SessionError::SettingsFile {
-            path: path.to_owned(),
-            message: error.to_string().trim_end().to_owned(),
-        })
+        toml::from_str(&text)
+            .map_err(|error| SessionError::usage(path, error.to_string().trim_end()))
     }
 
     /// The settings as a TOML file that gives them again.
@@ -161,37 +159,27 @@ impl Settings {
     ///
     /// # Errors
     ///
-    /// [`SessionError::Settings`] for an unknown fill or filter.
+    /// [`SessionError::Settings`] for a length of gaps below zero.
     pub fn process_settings(&self) -> Result<ProcessSettings, SessionError> {
         let section = &self.process;
-        let fill = match section.fill.as_str() {
-            "cubic" => GapFill::Cubic,
-            "linear" => GapFill::Linear,
-            "none" => GapFill::None,
-            other => return Err(invalid("process.fill", "cubic, linear or none", &other)),
-        };
-        let filter = match section.filter.as_str() {
-            "median" => Filter::Median {
+        let filter = match section.filter {
+            FilterKind::Median => Filter::Median {
                 window: section.window,
             },
-            "savitzky-golay" => Filter::SavitzkyGolay {
+            FilterKind::SavitzkyGolay => Filter::SavitzkyGolay {
                 window: section.window,
                 order: section.order,
             },
-            "butterworth" => Filter::Butterworth {
+            FilterKind::Butterworth => Filter::Butterworth {
                 cutoff_hz: section.cutoff_hz,
                 order: section.order,
             },
-            "none" => Filter::None,
-            other => {
-                let expected = "median, savitzky-golay, butterworth or none";
-                return Err(invalid("process.filter", expected, &other));
-            }
+            FilterKind::None => Filter::None,
         };
         positive_or_zero("process.max_gap_s", section.max_gap_s)?;
         Ok(ProcessSettings {
             max_gap_s: section.max_gap_s,
-            fill,
+            fill: section.fill,
             filter,
             object_offset_m: self.object.offset_m,
         })
@@ -225,14 +213,13 @@ impl Settings {
         positive_or_zero("segments.margin_s", self.segments.margin_s)?;
         positive_or_zero("segments.missing_s", self.segments.missing_s)?;
         self.learn.validate()?;
-        if self.learn.kind == "pca" && self.segments.missing_s > 0.0 {
+        if self.learn.kind == DictionaryKind::Pca && self.segments.missing_s > 0.0 {
             return Err(invalid(
                 "segments.missing_s",
                 "0 with learn.kind = \"pca\", which needs complete segments",
                 &self.segments.missing_s,
             ));
         }
-        one_of("plan.ends", &self.plan.ends, &["soft", "hard"])?;
         positive_or_zero("plan.velocity_factor", self.plan.velocity_factor)?;
         let plan = &self.plan;
         if !plan.reachability_margin_mm.is_finite() {
@@ -321,14 +308,6 @@ pub(crate) fn invalid(key: &str, expected: &str, found: &impl std::fmt::Display)
     }
 }
 
-fn one_of(key: &str, value: &str, words: &[&str]) -> Result<(), SessionError> {
-    if words.contains(&value) {
-        Ok(())
-    } else {
-        Err(invalid(key, &words.join(", "), &value))
-    }
-}
-
 fn positive_or_zero(key: &str, value: f64) -> Result<(), SessionError> {
     if value.is_finite() && value >= 0.0 {
         Ok(())
@@ -337,7 +316,7 @@ fn positive_or_zero(key: &str, value: f64) -> Result<(), SessionError> {
     }
 }
 
-fn finger(name: &str, key: &str) -> Result<Finger, SessionError> {
+pub(super) fn finger(name: &str, key: &str) -> Result<Finger, SessionError> {
     name.parse()
         .map_err(|_| invalid(key, "thumb, index, middle, ring or little", &name))
 }
@@ -356,11 +335,6 @@ fn parsed<T>(
 
 impl LearnSection {
     fn validate(&self) -> Result<(), SessionError> {
-        one_of("learn.kind", &self.kind, &["nmf", "pca"])?;
-        one_of("learn.object", &self.object, &["auto", "yes", "no"])?;
-        self.update()?;
-        self.start()?;
-        self.precision()?;
         for (key, value) in [
             ("learn.rank", self.rank.unwrap_or(1)),
             ("learn.deviation_primitives", self.deviation_primitives),
@@ -381,10 +355,10 @@ impl LearnSection {
         ] {
             positive_or_zero(key, value)?;
         }
-        if self.kind == "pca" {
+        if self.kind == DictionaryKind::Pca {
             return self.validate_pca();
         }
-        crate::steps::nmf_settings_of(self)?
+        crate::steps::nmf_settings_of(self)
             .check()
             .map_err(|error| match error {
                 LearnError::Setting {
@@ -419,35 +393,4 @@ impl LearnSection {
             )),
         }
     }
-
-    pub(crate) fn update(&self) -> Result<Update, SessionError> {
-        named("learn.update", &self.update, Update::ALL, Update::name)
-    }
-
-    pub(crate) fn start(&self) -> Result<Start, SessionError> {
-        named("learn.start", &self.start, Start::ALL, Start::name)
-    }
-
-    pub(crate) fn precision(&self) -> Result<Precision, SessionError> {
-        named(
-            "learn.precision",
-            &self.precision,
-            Precision::ALL,
-            Precision::name,
-        )
-    }
-}
-
-/// The one of `all` that has this name.
-fn named<T: Copy>(
-    key: &str,
-    found: &str,
-    all: &[T],
-    name: fn(T) -> &'static str,
-) -> Result<T, SessionError> {
-    let one = all.iter().copied().find(|&one| name(one) == found);
-    one.ok_or_else(|| {
-        let names: Vec<_> = all.iter().map(|&one| name(one)).collect();
-        invalid(key, &format!("one of {}", names.join(", ")), &found)
-    })
 }

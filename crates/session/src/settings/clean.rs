@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use inhand_cleaning::{CleanSettings, FillMethod, FillSettings, PadOffset};
-use inhand_model::{Finger, PerFinger};
+use inhand_model::PerFinger;
 use serde::{Deserialize, Serialize};
 
-use super::invalid;
+use super::check::finger;
 use crate::error::SessionError;
 
 /// Which steps of cleaning are taken; by default none.
@@ -21,9 +21,8 @@ pub struct CleanSection {
     pub spikes: bool,
     /// Whether unlabelled markers that go on where a fingertip is lost become that fingertip.
     pub stitch: bool,
-    /// How gaps are filled in the recording: `none`, `linear`, `cubic`, `cluster` or `neighbours`.
-    /// Processing fills what is left by its own setting.
-    pub fill: String,
+    /// How gaps are filled in the recording. Processing fills what is left by its own setting.
+    pub fill: CleanFill,
     /// Longest gap that is filled so, seconds.
     pub fill_limit_s: f64,
     /// New rate of the recording, Hz.
@@ -33,6 +32,22 @@ pub struct CleanSection {
     pub pad_mm: BTreeMap<String, [f64; 3]>,
 }
 
+/// How gaps are filled in a recording, if at all.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum CleanFill {
+    /// Not at all.
+    None,
+    /// As [`FillMethod::Linear`].
+    Linear,
+    /// As [`FillMethod::Cubic`].
+    Cubic,
+    /// As [`FillMethod::Cluster`].
+    Cluster,
+    /// As [`FillMethod::Neighbours`].
+    Neighbours,
+}
+
 impl Default for CleanSection {
     fn default() -> Self {
         Self {
@@ -40,7 +55,7 @@ impl Default for CleanSection {
             swaps: false,
             spikes: false,
             stitch: false,
-            fill: "none".to_owned(),
+            fill: CleanFill::None,
             fill_limit_s: 0.1,
             resample_hz: None,
             pad_mm: BTreeMap::new(),
@@ -55,24 +70,16 @@ impl CleanSection {
     ///
     /// [`SessionError::Settings`].
     pub fn steps(&self) -> Result<Option<CleanSettings>, SessionError> {
-        let method = match self.fill.as_str() {
-            "none" => None,
-            "linear" => Some(FillMethod::Linear),
-            "cubic" => Some(FillMethod::Cubic),
-            "cluster" => Some(FillMethod::Cluster),
-            "neighbours" => Some(FillMethod::Neighbours),
-            other => {
-                let words = "none, linear, cubic, cluster or neighbours";
-                return Err(invalid("clean.fill", words, &other));
-            }
+        let method = match self.fill {
+            CleanFill::None => None,
+            CleanFill::Linear => Some(FillMethod::Linear),
+            CleanFill::Cubic => Some(FillMethod::Cubic),
+            CleanFill::Cluster => Some(FillMethod::Cluster),
+            CleanFill::Neighbours => Some(FillMethod::Neighbours),
         };
         let mut pads = PerFinger::from_fn(|_| None);
         for (name, offset_mm) in &self.pad_mm {
-            let finger: Finger = (name.parse()).map_err(|_| {
-                let words = "thumb, index, middle, ring or little";
-                invalid("clean.pad_mm", words, name)
-            })?;
-            pads[finger] = Some(PadOffset::InHand {
+            pads[finger(name, "clean.pad_mm")?] = Some(PadOffset::InHand {
                 offset_m: offset_mm.map(|mm| mm * 1e-3),
             });
         }

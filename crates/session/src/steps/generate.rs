@@ -16,7 +16,7 @@ use rayon::prelude::*;
 
 use crate::error::SessionError;
 use crate::methods::Method;
-use crate::settings::{Settings, invalid};
+use crate::settings::{EndsKind, Settings, invalid};
 
 /// What one method made of every test segment.
 #[derive(Clone, Debug)]
@@ -46,7 +46,7 @@ pub struct SegmentCorridors {
 ///
 /// # Errors
 ///
-/// [`SessionError::Plan`] for settings or a dictionary that cannot be used;
+/// [`SessionError::At`] for settings or a dictionary that cannot be used;
 /// [`SessionError::Settings`] for a method that the dictionary has nothing for. A plan that is
 /// infeasible is data, not an error.
 pub fn generate(
@@ -105,10 +105,14 @@ fn check_layout(dictionary: SegmentLayout, segments: SegmentLayout) -> Result<()
         return Ok(());
     }
     let of = |layout: SegmentLayout| format!("{} samples at {} Hz", layout.samples, layout.rate_hz);
-    Err(SessionError::Dictionary {
-        expected: format!("segments of {}, as the takes have", of(segments)),
-        found: of(dictionary),
-    })
+    Err(SessionError::data(
+        "the dictionary",
+        format!(
+            "expected segments of {}, as the takes have, found {}; learn one from takes of this rate",
+            of(segments),
+            of(dictionary)
+        ),
+    ))
 }
 
 /// The planner of a learned method; `None` for one that learns nothing.
@@ -141,10 +145,7 @@ pub(crate) fn planner(
 }
 
 pub(crate) fn plan_error(method: Method, source: PlanError) -> SessionError {
-    SessionError::Plan {
-        method: method.name().to_owned(),
-        source: source.into(),
-    }
+    SessionError::at(format_args!("planning with {method}"), source)
 }
 
 /// What fingers that hold need to be known by.
@@ -296,9 +297,9 @@ pub fn plan_settings(dictionary: &Dictionary, settings: &Settings) -> PlannerSet
     let velocity = velocity_bounds(dictionary, settings);
     let bounded = section.velocity_m_s.is_some() || section.velocity_factor > 0.0;
     PlannerSettings {
-        ends: match section.ends.as_str() {
-            "hard" => Ends::Hard,
-            _ => Ends::Soft {
+        ends: match section.ends {
+            EndsKind::Hard => Ends::Hard,
+            EndsKind::Soft => Ends::Soft {
                 sigma_m: section.sigma_mm / 1000.0,
             },
         },

@@ -42,7 +42,7 @@ pub struct Illustrated<'a> {
 ///
 /// # Errors
 ///
-/// [`SessionError::Settings`] for what the object is, [`SessionError::Learn`] for segments that teach
+/// [`SessionError::Settings`] for what the object is, [`SessionError::At`] for segments that teach
 /// nothing.
 pub fn illustrate(
     run: &Illustrated<'_>,

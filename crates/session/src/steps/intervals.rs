@@ -13,7 +13,7 @@ pub(crate) const SEED: u64 = 1;
 ///
 /// # Errors
 ///
-/// [`SessionError::Intervals`].
+/// [`SessionError::At`].
 pub fn intervals(
     evaluation: &Evaluation,
     rows: &EvaluationRows,

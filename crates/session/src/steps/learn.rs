@@ -3,7 +3,7 @@
 use inhand_dictionary::{
     LearnError, NmfSettings, Penalty, ResidualSettings, draw, learn_nmf, learn_pca, learn_residual,
 };
-use inhand_model::{Demonstrated, Dictionary, Segments};
+use inhand_model::{Demonstrated, Dictionary, DictionaryKind, Segments};
 
 use crate::error::SessionError;
 use crate::settings::{LearnSection, Settings};
@@ -15,19 +15,19 @@ const RANK: usize = 200;
 ///
 /// # Errors
 ///
-/// [`SessionError::Learn`].
+/// [`SessionError::At`].
 pub fn learn(
     segments: &Segments,
     demonstrated: Demonstrated,
     settings: &Settings,
 ) -> Result<Dictionary, SessionError> {
     let rank = rank(segments.len(), settings);
-    let dictionary = match settings.learn.kind.as_str() {
-        "pca" => learn_pca(segments, demonstrated, rank),
-        _ => learn_nmf(
+    let dictionary = match settings.learn.kind {
+        DictionaryKind::Pca => learn_pca(segments, demonstrated, rank),
+        DictionaryKind::Nmf => learn_nmf(
             segments,
             demonstrated,
-            &nmf_settings(segments.len(), settings)?,
+            &nmf_settings(segments.len(), settings),
         ),
     }
     .map_err(learn_error)?;
@@ -49,7 +49,7 @@ pub(crate) fn with_deviations(
 }
 
 pub(crate) fn learn_error(source: LearnError) -> SessionError {
-    SessionError::Learn(source.into())
+    SessionError::at("learning", source)
 }
 
 /// Which of `count` segments deviations are learned from, in order.
@@ -88,35 +88,32 @@ pub(crate) fn complete(segments: &Segments) -> Segments {
 /// The number of primitives: as the settings say, else as published or as many as the segments
 /// support.
 fn rank(segments: usize, settings: &Settings) -> usize {
-    let largest = match settings.learn.kind.as_str() {
+    let largest = match settings.learn.kind {
         // Components about a mean: one less than there are segments.
-        "pca" => segments.saturating_sub(1),
-        _ => segments,
+        DictionaryKind::Pca => segments.saturating_sub(1),
+        DictionaryKind::Nmf => segments,
     };
     settings.learn.rank.unwrap_or(RANK.min(largest).max(1))
 }
 
-pub(crate) fn nmf_settings(
-    segments: usize,
-    settings: &Settings,
-) -> Result<NmfSettings, SessionError> {
-    Ok(NmfSettings {
+pub(crate) fn nmf_settings(segments: usize, settings: &Settings) -> NmfSettings {
+    NmfSettings {
         rank: rank(segments, settings),
         may_miss: settings.segments.missing_s > 0.0,
-        ..nmf_settings_of(&settings.learn)?
-    })
+        ..nmf_settings_of(&settings.learn)
+    }
 }
 
 /// What does not depend on the segments.
-pub(crate) fn nmf_settings_of(section: &LearnSection) -> Result<NmfSettings, SessionError> {
-    Ok(NmfSettings {
+pub(crate) fn nmf_settings_of(section: &LearnSection) -> NmfSettings {
+    NmfSettings {
         seed: section.seed,
         max_iterations: section.max_iterations,
         sweeps: section.sweeps,
         relative_change: section.relative_change,
         stop_rms_m: section.stop_rms_mm.map(|mm| mm / 1000.0),
-        update: section.update()?,
-        start: section.start()?,
+        update: section.update,
+        start: section.start,
         activation_penalty: Penalty {
             l1: section.activation_l1,
             l2: section.activation_l2,
@@ -125,8 +122,8 @@ pub(crate) fn nmf_settings_of(section: &LearnSection) -> Result<NmfSettings, Ses
             l1: section.primitive_l1,
             l2: section.primitive_l2,
         },
-        precision: section.precision()?,
+        precision: section.precision,
         restarts: section.restarts,
         ..NmfSettings::default()
-    })
+    }
 }

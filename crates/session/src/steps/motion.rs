@@ -26,7 +26,7 @@ pub struct MotionAnalysis {
 ///
 /// # Errors
 ///
-/// [`SessionError::Settings`], [`SessionError::Contacts`].
+/// [`SessionError::Settings`], [`SessionError::At`].
 pub fn motion_analysis(
     comparison: &Comparison<'_>,
     generated: &[Generated],
@@ -86,7 +86,7 @@ pub fn contact_rules(settings: &Settings) -> ContactRules {
 ///
 /// # Errors
 ///
-/// [`SessionError::Settings`], [`SessionError::Contacts`].
+/// [`SessionError::Settings`], [`SessionError::At`].
 pub fn contact_rows(
     motion: &Motion,
     settings: &Settings,

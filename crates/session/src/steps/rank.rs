@@ -1,7 +1,7 @@
 //! How many primitives to learn.
 
 use inhand_dictionary::{RankCurve, RankMethod, RankPoint, rank_curve};
-use inhand_model::Segments;
+use inhand_model::{DictionaryKind, Segments};
 
 use super::{learn_error, nmf_settings};
 use crate::error::SessionError;
@@ -13,17 +13,17 @@ use crate::settings::Settings;
 ///
 /// # Errors
 ///
-/// [`SessionError::Learn`], [`SessionError::Settings`].
+/// [`SessionError::At`].
 pub fn judge_ranks(
     segments: &Segments,
     settings: &Settings,
     ranks: &[usize],
     progress: &mut dyn FnMut(&RankPoint),
 ) -> Result<RankCurve, SessionError> {
-    let nmf = nmf_settings(segments.len(), settings)?;
-    let method = match settings.learn.kind.as_str() {
-        "pca" => RankMethod::Pca,
-        _ => RankMethod::Nmf(&nmf),
+    let nmf = nmf_settings(segments.len(), settings);
+    let method = match settings.learn.kind {
+        DictionaryKind::Pca => RankMethod::Pca,
+        DictionaryKind::Nmf => RankMethod::Nmf(&nmf),
     };
     rank_curve(segments, method, ranks, progress).map_err(learn_error)
 }

@@ -7,7 +7,7 @@ use inhand_model::{
 };
 use rayon::prelude::*;
 
-use crate::error::SessionError;
+use crate::error::{Located, SessionError};
 
 /// What motions have shown so far, in as little room as it needs.
 #[derive(Clone, Debug)]
@@ -68,15 +68,13 @@ impl Shown {
     ///
     /// # Errors
     ///
-    /// [`SessionError::Hull`] where a fingertip was never seen, or does not move.
+    /// [`SessionError::At`] where a fingertip was never seen, or does not move.
     pub fn demonstrated(&self) -> Result<Demonstrated, SessionError> {
         let hulls: Vec<_> = Finger::ALL
             .into_par_iter()
             .map(|finger| {
-                hull(&self.corners[finger]).map_err(|source| SessionError::Hull {
-                    finger,
-                    source: source.into(),
-                })
+                hull(&self.corners[finger])
+                    .during(format_args!("training hull of the {finger} finger"))
             })
             .collect();
         let mut hulls = hulls.into_iter();
@@ -90,10 +88,7 @@ impl Shown {
             // A hull needs points, so there are neighbouring samples unless every other one is
             // missing.
             let message = "no two neighbouring samples are present in the training takes";
-            return Err(SessionError::Take {
-                path: "training takes".into(),
-                message: message.to_owned(),
-            });
+            return Err(SessionError::data("training takes", message));
         }
         Ok(Demonstrated {
             hulls,

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::Result;
-use inhand_model::StopReason;
+use inhand_model::{DictionaryKind, StopReason};
 use inhand_session::check_target;
 use inhand_session::learning::{self, LearningFolder, Progress, Shard};
 use serde_json::json;
@@ -70,7 +70,7 @@ pub(super) struct FinishArgs {
 pub(super) fn init(console: &Console, args: &InitArgs) -> Result<Exit> {
     args.options.check_one_rank()?;
     let settings = args.options.settings()?;
-    if settings.learn.kind != "nmf" {
+    if settings.learn.kind != DictionaryKind::Nmf {
         let message = "--kind pca: principal components have no rounds; learn them with \
                        `inhand learn TAKES... -o DICTIONARY`";
         return Err(UsageError(message.to_owned()).into());

@@ -64,7 +64,7 @@ impl RunOptions {
         self.select.apply(&mut settings)?;
         self.process.apply(&mut settings)?;
         self.learn.apply(&mut settings);
-        self.method.apply(&mut settings)?;
+        self.method.apply(&mut settings);
         settings.validate()?;
         Ok(settings)
     }
@@ -157,7 +157,7 @@ pub(super) fn run(console: &Console, args: &WholeArgs) -> Result<Exit> {
 /// Refuses what does not go together before anything takes long.
 fn check_together(args: &WholeArgs, settings: &mut Settings) -> Result<()> {
     let refuse = |message: &str| Err(UsageError(message.to_owned()).into());
-    let is_pca = settings.learn.kind == "pca";
+    let is_pca = settings.learn.kind == DictionaryKind::Pca;
     if args.work.is_some() && is_pca {
         return refuse("--work: principal components have no rounds to keep; leave it out");
     }

@@ -6,7 +6,7 @@ use inhand_model::{Filtering, Finger, Hand, Motion, PerFinger, PointTrack, Spect
 use inhand_motion::Welch;
 use inhand_statistics::quantiles::statistics;
 
-use crate::error::SessionError;
+use crate::error::{Located, SessionError};
 
 /// Length of the stretch that is shown, seconds.
 const SHOWN_S: f64 = 4.0;
@@ -32,7 +32,7 @@ pub struct Smoothing {
 ///
 /// # Errors
 ///
-/// [`SessionError::Motion`] for takes without a rate.
+/// [`SessionError::At`] for takes without a rate.
 pub fn smoothing(before: &[&Motion], after: &[&Motion]) -> Result<Smoothing, SessionError> {
     let (filtering, spectrum) =
         rayon::join(|| filtering(before, after), || spectrum(before, after));
@@ -157,11 +157,8 @@ fn welch(motions: &[&Motion]) -> Result<Option<Welch>, SessionError> {
     let Some(first) = motions.first() else {
         return Ok(None);
     };
-    let mut welch =
-        Welch::new(WINDOW, first.clock.rate_hz()).map_err(|source| SessionError::Motion {
-            take: first.name.clone(),
-            source: source.into(),
-        })?;
+    let mut welch = Welch::new(WINDOW, first.clock.rate_hz())
+        .during(format_args!("processing {}", first.name))?;
     for motion in motions {
         for finger in Finger::ALL {
             welch.add_points(&motion.fingertips[finger]);

@@ -3,7 +3,8 @@
 
 use std::path::Path;
 
-use inhand_channels::{ForeignSettings, read_foreign, read_take};
+use inhand_channels::read_take;
+use inhand_import::{ImportSettings, read_recording};
 use inhand_model::Recording;
 use serde_json::Value;
 
@@ -82,7 +83,7 @@ fn recordings_of_drivers_are_read_as_others_read_them() {
     let Some(corpus) = corpus() else { return };
     for file in FILES {
         let bytes = std::fs::read(corpus.join("mcap/ros2_mocap").join(file)).expect("it is there");
-        let recording = read_foreign(&bytes, file, &ForeignSettings::default())
+        let recording = read_recording(&bytes, file, &ImportSettings::default())
             .unwrap_or_else(|error| panic!("{error}"));
         let expected = reference(file);
         assert_as_others_read_it(&recording, &expected);

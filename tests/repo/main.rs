@@ -6,7 +6,7 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Folder under `crates/` and the folders it may use. Kept as the table in `docs/architecture.md`.
-const EDGES: [(&str, &[&str]); 21] = [
+const EDGES: [(&str, &[&str]); 22] = [
     ("model", &[]),
     ("matrices", &[]),
     ("statistics", &["model"]),
@@ -14,6 +14,7 @@ const EDGES: [(&str, &[&str]); 21] = [
     ("capture", &["model"]),
     ("container", &[]),
     ("channels", &["model", "container"]),
+    ("import", &["model", "container", "channels"]),
     ("tables", &["model"]),
     ("motion", &["model"]),
     ("cleaning", &["model", "motion"]),
@@ -34,6 +35,7 @@ const EDGES: [(&str, &[&str]); 21] = [
             "statistics",
             "capture",
             "channels",
+            "import",
             "container",
             "matrices",
             "tables",
@@ -56,6 +58,7 @@ const EDGES: [(&str, &[&str]); 21] = [
             "statistics",
             "capture",
             "channels",
+            "import",
             "container",
             "matrices",
             "tables",
@@ -82,8 +85,8 @@ const USERS: [(&str, &[&str]); 14] = [
     ("lz4", &["container"]),
     ("zstd", &["container"]),
     ("crc32fast", &["container"]),
-    ("prost", &["channels"]),
-    ("foxglove", &["channels"]),
+    ("prost", &["channels", "import"]),
+    ("foxglove", &["channels", "import"]),
     ("parquet", &["tables"]),
     ("flate2", &["matrices"]),
     ("zip", &["matrices"]),

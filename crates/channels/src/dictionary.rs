@@ -17,7 +17,7 @@ use crate::error::ChannelError;
 use crate::messages;
 use crate::metadata::Metadata;
 use crate::output::Output;
-use crate::read::absent_part;
+use crate::read::absent;
 use crate::records::{Depth, walk, walk_in_place, walk_while};
 use crate::residual;
 use crate::topic;
@@ -143,7 +143,7 @@ pub fn read_dictionary(
         metadata, message, ..
     } = found;
     let Some(message) = message else {
-        return Err(absent_part(
+        return Err(absent(
             bytes,
             file_name,
             format!("dictionary (topic {})", topic::DICTIONARY),

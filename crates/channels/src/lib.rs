@@ -1,7 +1,7 @@
 //! Recordings, motions, dictionaries, trajectories as MCAP channels and back.
 //!
-//! The only crate that knows MCAP and protobuf: nouns of [`inhand_model`] go in, bytes come out,
-//! and the other way round.
+//! Nouns of [`inhand_model`] go in, bytes come out, and the other way round. Third-party files are read
+//! by `inhand-import`.
 //!
 //! ```
 //! use std::io::Cursor;
@@ -61,7 +61,6 @@ mod colour;
 mod cut;
 mod dictionary;
 mod error;
-mod foreign;
 mod info;
 mod messages;
 mod metadata;
@@ -87,7 +86,6 @@ pub use colour::{FINGER_COLOURS, METHOD_COLOURS, Rgb, finger_hex, method_colour}
 pub use cut::{TakeCut, cut_take, is_of_whole_take, latch};
 pub use dictionary::{read_dictionary, write_dictionary};
 pub use error::ChannelError;
-pub use foreign::{ForeignSettings, TopicUse, TopicUseError, read_any_take, read_foreign};
 pub use info::{
     AttachmentInfo, ChannelInfo, ChunkInfo, FileInfo, FingerInfo, FingertipsInfo, FrameInfo, info,
 };
@@ -99,7 +97,7 @@ pub use overlay::{
     MAX_LAYERS, OverlayFile, OverlayLayer, OverlayObject, layer_colour, write_overlay,
 };
 pub use read::{
-    ReadEvaluated, ReadMethod, read_evaluated, read_generated, read_metadata, read_take,
+    ReadEvaluated, ReadMethod, absent, read_evaluated, read_generated, read_metadata, read_take,
 };
 pub use records::read_leading_metadata;
 pub use shown::{Shown, Whose, take_topics};
@@ -107,5 +105,5 @@ pub use take::{
     CleanedTake, ContactSample, EvaluatedMethod, EvaluatedSample, GeneratedMethod,
     GeneratedSegment, RECORDED, ReadCleaned, ReadTake, TakeFile, UnsolvedPlan, WriteSettings,
 };
-pub use topic::planned_fingertips_topic;
+pub use topic::{VIEW as VIEW_TOPICS, planned_fingertips_topic};
 pub use write::{TakeWriter, ViewsFor, view_channels, write_recording, write_take, write_views};

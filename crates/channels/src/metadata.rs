@@ -44,6 +44,12 @@ pub(crate) const ANNOTATIONS: &str = "inhand.annotations";
 pub(crate) const ABOUT: &str = "inhand.about";
 pub(crate) const PROVENANCE: &str = "inhand.provenance.";
 
+/// Whether this is the provenance record of one of these steps.
+fn is_step(name: &str, facts: &BTreeMap<String, String>, steps: &[&str]) -> bool {
+    let step = facts.get("step").map_or("", String::as_str);
+    name.starts_with(PROVENANCE) && steps.contains(&step)
+}
+
 /// Facts of a recording that are no samples.
 pub(crate) struct RecordingFacts {
     pub(crate) name: String,
@@ -144,6 +150,28 @@ impl Metadata {
 
     pub(crate) fn add_shape(&mut self, shape: Shape) {
         self.add_fact(OBJECT, "shape", shape.to_string());
+    }
+
+    /// Whether the file is a take that inhand wrote.
+    #[must_use]
+    pub fn is_take(&self) -> bool {
+        self.0.contains_key(RECORDING)
+    }
+
+    /// Whether `inhand view` added its channels to the file.
+    #[must_use]
+    pub fn has_added_views(&self) -> bool {
+        (self.0.iter()).any(|(name, facts)| is_step(name, facts, &["view"]))
+    }
+
+    /// Whether inhand wrote the file, and not only added annotations or views to a third-party one.
+    #[must_use]
+    pub fn is_written_by_inhand(&self) -> bool {
+        (self.0.iter()).any(|(name, facts)| {
+            name.starts_with("inhand.")
+                && ![ANNOTATIONS, ABOUT].contains(&name.as_str())
+                && !is_step(name, facts, &["annotate", "view"])
+        })
     }
 
     /// The record of a step after those that are here.

@@ -42,7 +42,7 @@ pub(crate) const TIME_TOLERANCE_NANOS: u64 = 1000;
 pub fn read_take(bytes: &[u8], file_name: &str) -> Result<ReadTake, ChannelError> {
     let metadata = read_metadata(bytes, file_name)?;
     let Some(facts) = metadata.recording(file_name)? else {
-        return Err(absent(bytes, file_name));
+        return Err(no_recording(bytes, file_name));
     };
     let motion_name = metadata.motion_name(file_name)?;
     let cleaned = metadata.cleaned(file_name)?.map(CleanedParts::new);
@@ -96,8 +96,8 @@ pub fn read_metadata(bytes: &[u8], file_name: &str) -> Result<Metadata, ChannelE
     }
 }
 
-fn absent(bytes: &[u8], file_name: &str) -> ChannelError {
-    absent_part(
+fn no_recording(bytes: &[u8], file_name: &str) -> ChannelError {
+    absent(
         bytes,
         file_name,
         format!("recording (metadata record \"{RECORDING}\")"),
@@ -105,8 +105,8 @@ fn absent(bytes: &[u8], file_name: &str) -> ChannelError {
     )
 }
 
-/// Says what the file has instead of what was looked for.
-pub(crate) fn absent_part(bytes: &[u8], file_name: &str, what: String, hint: &str) -> ChannelError {
+/// The error for a sound file without `what` was looked for: lists the topics that it has.
+pub fn absent(bytes: &[u8], file_name: &str, what: String, hint: &str) -> ChannelError {
     let topics = match info(bytes, file_name) {
         Ok(info) => info.channels.into_iter().map(|channel| channel.topic),
         Err(error) => return error,

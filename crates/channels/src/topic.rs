@@ -18,7 +18,7 @@ pub(crate) const DICTIONARY_PRIMITIVES: &str = "/dictionary/primitives";
 pub(crate) const TF: &str = "/tf";
 pub(crate) const TF_STATIC: &str = "/tf_static";
 /// What all topics that only viewers need begin with.
-pub(crate) const VIEW: &str = "/view/";
+pub const VIEW: &str = "/view/";
 /// Where the tree of frames lies in files of others, which may have one of their own.
 pub(crate) const VIEW_TF: &str = "/view/tf";
 pub(crate) const VIEW_TF_STATIC: &str = "/view/tf_static";

@@ -13,8 +13,6 @@ mod annotations;
 mod cut;
 /// Bytes that are no sound file, or none of ours: refused with the place, never a panic.
 mod damaged;
-/// Recordings of others.
-mod foreign;
 /// Records and chunks whose lengths lie.
 mod lengths;
 /// Listing files, ours and those of the mcap crate in every shape.

@@ -72,8 +72,8 @@ pub fn read(path: &Path, settings: &Settings) -> Result<Take, SessionError> {
         },
         || -> Result<_, SessionError> {
             if inhand_channels::is_mcap(&bytes) {
-                let settings = settings.foreign_settings()?;
-                inhand_channels::read_any_take(&bytes, &file_name, &settings).in_file(path)
+                let settings = settings.import_settings()?;
+                inhand_import::read_take(&bytes, &file_name, &settings).in_file(path)
             } else if inhand_tables::looks_like_wide_csv(&bytes) {
                 let settings = WideSettings {
                     up_axis: settings.read_settings()?.up_axis,

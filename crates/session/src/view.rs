@@ -4,7 +4,7 @@ mod stored;
 
 use std::path::Path;
 
-use inhand_channels::{GeneratedMethod, TakeFile, ViewsFor};
+use inhand_channels::{GeneratedMethod, TakeFile};
 use inhand_container::{ChannelFacts, Merge, MetadataRecord, Packing, Selected, Selection};
 use inhand_model::{Finding, Hull, InputHash, PerFinger, Provenance};
 
@@ -207,9 +207,9 @@ impl<'a> File<'a> {
             }
             ViewedKind::Foreign | ViewedKind::Dictionary => StoredParts::default(),
         };
-        let foreign = settings.foreign_settings()?;
-        let views_for =
-            ViewsFor::file(self.bytes, &self.name, &foreign).map_err(channels(self.path))?;
+        let import = settings.import_settings()?;
+        let views_for = inhand_import::views_for(self.bytes, &self.name, &import)
+            .map_err(channels(self.path))?;
         let (segments, unsolved) = (parts.segments(), parts.unsolved());
         let generated: Vec<_> = (parts.generated.iter().zip(&segments).zip(&unsolved))
             .map(|((method, segments), unsolved)| GeneratedMethod {

@@ -37,7 +37,7 @@ pub struct ReadMethod {
 pub fn read_generated(bytes: &[u8], file_name: &str) -> Result<Vec<ReadMethod>, ChannelError> {
     let metadata = read_metadata(bytes, file_name)?;
     let Some(facts) = metadata.used_recording(file_name)? else {
-        return Err(super::absent(bytes, file_name));
+        return Err(super::no_recording(bytes, file_name));
     };
     let mut methods: Vec<ReadMethod> = Vec::new();
     let mut channels: BTreeMap<u16, (usize, Part, String)> = BTreeMap::new();

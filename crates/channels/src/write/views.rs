@@ -10,11 +10,9 @@ use nalgebra::Isometry3;
 
 use super::{Streams, TakeWriter, check};
 use crate::error::ChannelError;
-use crate::foreign::{ForeignSettings, was_given_views, world_frames};
-use crate::metadata::{Metadata, RECORDING};
+use crate::metadata::Metadata;
 use crate::outline::Outline;
 use crate::output::{Output, PACKED};
-use crate::read::read_metadata;
 use crate::take::TakeFile;
 use crate::topic;
 use crate::view::{self, UPRIGHT, transform};
@@ -25,35 +23,12 @@ pub enum ViewsFor {
     /// A take of ours: the tree of frames lies on `/tf` and `/tf_static`.
     #[default]
     Take,
-    /// A recording of others, which may have a tree of frames of its own: ours lies on `/view/tf` and
+    /// A third-party recording, which may have a tree of frames of its own: ours lies on `/view/tf` and
     /// `/view/tf_static`, and the roots of their trees are placed in its `world`.
-    Foreign {
+    ThirdParty {
         /// Where the roots stand: `world_from_root`, metres.
         roots: BTreeMap<String, Isometry3<f64>>,
     },
-}
-
-impl ViewsFor {
-    /// Whose file this is.
-    ///
-    /// # Errors
-    ///
-    /// As for [`read_foreign`](crate::read_foreign).
-    pub fn file(
-        bytes: &[u8],
-        file_name: &str,
-        settings: &ForeignSettings,
-    ) -> Result<Self, ChannelError> {
-        if is_take(&read_metadata(bytes, file_name)?) {
-            return Ok(ViewsFor::Take);
-        }
-        let roots = world_frames(bytes, file_name, settings)?;
-        Ok(ViewsFor::Foreign { roots })
-    }
-}
-
-fn is_take(metadata: &Metadata) -> bool {
-    metadata.0.contains_key(RECORDING)
 }
 
 /// Which channels of a file only show what others hold, and were written by us: without them the file
@@ -62,8 +37,8 @@ pub fn view_channels(
     metadata: &Metadata,
     dictionary: bool,
 ) -> impl Fn(&ChannelFacts) -> bool + use<> {
-    let tree = dictionary || is_take(metadata);
-    let ours = tree || was_given_views(metadata);
+    let tree = dictionary || metadata.is_take();
+    let ours = tree || metadata.has_added_views();
     move |channel: &ChannelFacts| {
         let shown = channel.topic.starts_with(topic::VIEW)
             || tree && [topic::TF, topic::TF_STATIC].contains(&channel.topic.as_str());
@@ -88,7 +63,7 @@ pub fn write_views(
     let outline = Outline::of(used);
     check::parts(file, outline.samples)?;
     let mut output = Output::create_of(&mut out, PACKED, profile)?;
-    if let ViewsFor::Foreign { roots } = views_for {
+    if let ViewsFor::ThirdParty { roots } = views_for {
         output.rename_topics(beside_others);
         place_roots(roots, used.clock.unix_nanos(0), &mut output)?;
     }

@@ -8,8 +8,8 @@ const DRAWS: std::ops::RangeInclusive<usize> = 100..=1_000_000;
 
 use inhand_capture::roles::{BodyChoice, RoleSettings, is_fingertip_name};
 use inhand_capture::{ReadSettings, parse_length_unit, parse_rotation_order, parse_up_axis};
-use inhand_channels::ForeignSettings;
 use inhand_dictionary::LearnError;
+use inhand_import::ImportSettings;
 use inhand_model::{DictionaryKind, Finger, PerFinger, Selection, Shape};
 use inhand_motion::{Filter, ProcessSettings};
 
@@ -62,13 +62,13 @@ impl Settings {
         })
     }
 
-    /// What the reader of MCAP recordings of others needs.
+    /// Settings of the import of third-party MCAP recordings.
     ///
     /// # Errors
     ///
     /// [`SessionError::Settings`] for a word that says nothing about a topic, and as
     /// [`Settings::read_settings`].
-    pub fn foreign_settings(&self) -> Result<ForeignSettings, SessionError> {
+    pub fn import_settings(&self) -> Result<ImportSettings, SessionError> {
         let ReadSettings {
             length_unit,
             up_axis,
@@ -87,7 +87,7 @@ impl Settings {
                 &format!("\"{text}\""),
             )),
         };
-        Ok(ForeignSettings {
+        Ok(ImportSettings {
             topics: self.topics.iter().map(parse).collect::<Result<_, _>>()?,
             length_unit,
             up_axis,
@@ -204,7 +204,7 @@ impl Settings {
     ///
     /// [`SessionError::Settings`] for the first one that cannot be used.
     pub fn validate(&self) -> Result<(), SessionError> {
-        self.foreign_settings()?;
+        self.import_settings()?;
         self.role_settings()?;
         self.shape()?;
         self.clean.steps()?;

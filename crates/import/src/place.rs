@@ -4,16 +4,16 @@ use std::collections::BTreeMap;
 
 use inhand_model::Finding;
 
-use super::gather::{Gathered, Series};
-use super::pace::median;
-use super::timing::Timing;
+use crate::gather::{Gathered, Series};
+use crate::pace::median;
+use crate::timing::Timing;
 
 /// Messages further from their samples than this share of a period, in the median, go by another
 /// clock.
 const OFF_CLOCK: f64 = 0.25;
 
 /// For each sample of a series where in the series it stands, if it is there.
-pub(super) struct Placed {
+pub(crate) struct Placed {
     at: Vec<u32>,
 }
 
@@ -22,7 +22,7 @@ const NOWHERE: u32 = u32::MAX;
 
 impl Placed {
     /// Where in the series sample `k` stands.
-    pub(super) fn get(&self, k: usize) -> Option<usize> {
+    pub(crate) fn get(&self, k: usize) -> Option<usize> {
         let at = self.at.get(k).copied().filter(|&at| at != NOWHERE);
         at.map(|at| at as usize)
     }
@@ -46,7 +46,7 @@ struct StreamSamples {
 }
 
 /// The samples of every series that is used, and what was odd.
-pub(super) fn place(
+pub(crate) fn place(
     gathered: &Gathered<'_>,
     used: &[usize],
     timing: &Timing,

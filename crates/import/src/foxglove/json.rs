@@ -1,15 +1,15 @@
 //! Messages of package `foxglove` in JSON, as the types that protobuf has.
 
-use foxglove::messages::{
+use ::foxglove::messages::{
     FrameTransform, FrameTransforms, PackedElementField, PointCloud, Pose, PoseInFrame,
     PosesInFrame, Quaternion, Timestamp, Vector3,
 };
 use serde_json::Value;
 
-use super::reading::Fault;
+use crate::reading::Fault;
 
 /// A message as a JSON value; serde_json itself limits how deep values nest.
-pub(super) fn parse(message: &[u8]) -> Result<Value, Fault> {
+pub(crate) fn parse(message: &[u8]) -> Result<Value, Fault> {
     serde_json::from_slice(message).map_err(|error| Fault::new("JSON", error.to_string()))
 }
 

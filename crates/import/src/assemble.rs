@@ -6,11 +6,11 @@ use inhand_model::{
 };
 use nalgebra::Isometry3;
 
-use super::gather::{As, Gathered, Series};
-use super::place::Placed;
-use super::reading::Kind;
-use super::topics::ForeignSettings;
-use super::tree::{Link, isometry, links_above};
+use crate::gather::{As, Gathered, Series};
+use crate::place::Placed;
+use crate::reading::Kind;
+use crate::topics::ImportSettings;
+use crate::tree::{Link, isometry, links_above};
 
 /// What a series becomes.
 #[derive(Default)]
@@ -21,11 +21,11 @@ struct Becomes {
 
 /// Markers and bodies of a take.
 #[derive(Default)]
-pub(super) struct Entities {
+pub(crate) struct Entities {
     /// With the series that each comes from.
-    pub(super) markers: Vec<(usize, Marker)>,
-    pub(super) bodies: Vec<(usize, TrackedBody)>,
-    pub(super) findings: Vec<Finding>,
+    pub(crate) markers: Vec<(usize, Marker)>,
+    pub(crate) bodies: Vec<(usize, TrackedBody)>,
+    pub(crate) findings: Vec<Finding>,
 }
 
 /// Why samples of a series are missing though there is a message.
@@ -36,12 +36,12 @@ struct Unusable {
 }
 
 /// Markers and bodies from series and the samples that their messages belong to.
-pub(super) fn entities(
+pub(crate) fn entities(
     gathered: &Gathered<'_>,
     used: &[usize],
     placed: &[Placed],
     samples: usize,
-    settings: &ForeignSettings,
+    settings: &ImportSettings,
 ) -> Entities {
     let scale = Scale::of(settings.length_unit.unwrap_or(LengthUnit::Metres));
     let chains = links_above(gathered, used);
@@ -138,7 +138,7 @@ pub(super) fn entities(
 }
 
 /// The topic and, where it carries several, the name of a series.
-pub(super) fn place_of(gathered: &Gathered<'_>, series: &Series) -> String {
+pub(crate) fn place_of(gathered: &Gathered<'_>, series: &Series) -> String {
     let topic = &gathered.topics[series.topic].name;
     if series.name == *topic {
         topic.clone()
@@ -165,7 +165,7 @@ fn marker(series: &Series) -> Marker {
 /// point, and one that is called like a fingertip serves as both.
 fn becomes(
     series: &Series,
-    settings: &ForeignSettings,
+    settings: &ImportSettings,
     place: &str,
     findings: &mut Vec<Finding>,
 ) -> Becomes {

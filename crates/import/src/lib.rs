@@ -1,5 +1,16 @@
-//! MCAP recordings of others as takes: ROS 2 bags of motion-capture drivers, and messages of package
-//! `foxglove`.
+//! Third-party MCAP recordings as takes: ROS 2 bags of motion-capture drivers, and messages of package
+//! `foxglove`. Turns the bytes of a file into a [`Recording`].
+//!
+//! ```no_run
+//! use inhand_import::{ImportSettings, read_recording};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let recording = read_recording(&std::fs::read("bag.mcap")?, "bag.mcap", &ImportSettings::default())?;
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! A message kind is a file in `ros` or `foxglove` and one line in the registry beside it.
 //!
 //! | message | encoding | read as |
 //! | --- | --- | --- |
@@ -30,11 +41,9 @@
 //!   otherwise.
 
 mod assemble;
-mod cdr;
-mod cloud;
 mod format;
+mod foxglove;
 mod gather;
-mod json;
 mod pace;
 mod place;
 mod reading;
@@ -42,57 +51,40 @@ mod ros;
 mod timing;
 mod topics;
 mod tree;
-mod viewer;
 mod world;
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use inhand_channels::{
+    ChannelError, ReadTake, VIEW_TOPICS, ViewsFor, absent, read_annotations, read_metadata,
+};
+use inhand_container::{Depth, Record, walk};
 use inhand_model::{Finding, LengthUnit, Recording, RotationOrder, Source, UpAxis};
-use mcap::records::Record;
 use nalgebra::Isometry3;
 
-use self::format::Format;
+use self::format::MessageKind;
 use self::gather::Gathered;
 use self::timing::Timing;
-pub use self::topics::{ForeignSettings, TopicUse, TopicUseError};
-use crate::annotations::read_annotations;
-use crate::error::ChannelError;
-use crate::metadata::{ABOUT, ANNOTATIONS, Metadata, PROVENANCE, RECORDING};
-use crate::read::{absent_part, read_metadata, read_take};
-use crate::records::{Depth, walk};
-use crate::take::ReadTake;
-use crate::topic;
+pub use self::topics::{ImportSettings, TopicUse, TopicUseError};
 
-/// Start of the names of our own metadata records.
-const OWN_METADATA: &str = "inhand.";
-/// The step that adds views to a file.
-const VIEW_STEP: &str = "view";
-
-/// Reads a take from any MCAP file: one of our own as [`read_take`] does, one of others as
-/// [`read_foreign`] does.
+/// Reads a take from any MCAP file: one that inhand wrote as [`inhand_channels::read_take`] does, a
+/// third-party one as [`read_recording`] does.
 ///
 /// # Errors
 ///
 /// As those.
-pub fn read_any_take(
+pub fn read_take(
     bytes: &[u8],
     file_name: &str,
-    settings: &ForeignSettings,
+    settings: &ImportSettings,
 ) -> Result<ReadTake, ChannelError> {
     let metadata = read_metadata(bytes, file_name)?;
-    // Files of others may have been annotated, or have been given views.
-    let added = |name: &str, facts: &BTreeMap<String, String>| {
-        let step = facts.get("step").map_or("", String::as_str);
-        [ANNOTATIONS, ABOUT].contains(&name)
-            || name.starts_with(PROVENANCE) && ["annotate", VIEW_STEP].contains(&step)
-    };
-    let mut records = metadata.0.iter();
-    if records.any(|(name, facts)| name.starts_with(OWN_METADATA) && !added(name, facts)) {
-        return read_take(bytes, file_name);
+    if metadata.is_written_by_inhand() {
+        return inhand_channels::read_take(bytes, file_name);
     }
     Ok(ReadTake {
         cleaned: None,
-        recording: read_foreign(bytes, file_name, settings)?,
+        recording: read_recording(bytes, file_name, settings)?,
         roles: None,
         motion: None,
         annotations: read_annotations(bytes, file_name)?,
@@ -100,7 +92,24 @@ pub fn read_any_take(
     })
 }
 
-/// Reads the recording of others: every marker and body on topics that are understood, on an even
+/// Where the views of a take in this file go: beside those of inhand, or beside third-party frames.
+///
+/// # Errors
+///
+/// As for [`read_recording`], where the bytes are no sound MCAP file.
+pub fn views_for(
+    bytes: &[u8],
+    file_name: &str,
+    settings: &ImportSettings,
+) -> Result<ViewsFor, ChannelError> {
+    if read_metadata(bytes, file_name)?.is_take() {
+        return Ok(ViewsFor::Take);
+    }
+    let roots = world_frames(bytes, file_name, settings)?;
+    Ok(ViewsFor::ThirdParty { roots })
+}
+
+/// Reads a third-party recording: every marker and body on topics that are understood, on an even
 /// clock, in metres.
 ///
 /// # Errors
@@ -109,10 +118,10 @@ pub fn read_any_take(
 /// that are no sound MCAP file; [`ChannelError::Absent`], with a list of the topics, where none is
 /// understood; [`ChannelError::Message`] where no message of them can be read;
 /// [`ChannelError::Unclear`] where they leave open what they mean.
-pub fn read_foreign(
+pub fn read_recording(
     bytes: &[u8],
     file_name: &str,
-    settings: &ForeignSettings,
+    settings: &ImportSettings,
 ) -> Result<Recording, ChannelError> {
     let (gathered, profile) = gather(bytes, file_name, settings)?;
     let used = world::used(&gathered);
@@ -127,65 +136,59 @@ pub fn read_foreign(
 fn gather<'a>(
     bytes: &[u8],
     file_name: &'a str,
-    settings: &'a ForeignSettings,
+    settings: &'a ImportSettings,
 ) -> Result<(Gathered<'a>, BTreeMap<String, String>), ChannelError> {
-    let viewed = was_given_views(&read_metadata(bytes, file_name)?);
+    let viewed = read_metadata(bytes, file_name)?.has_added_views();
     let mut gathered = Gathered::new(file_name, bytes.len(), settings);
     let mut profile = BTreeMap::new();
     let mut schemas: BTreeMap<u16, String> = BTreeMap::new();
     let mut channels: BTreeMap<u16, Option<usize>> = BTreeMap::new();
-    walk(file_name, bytes, Depth::Everything, |record| {
-        match record {
-            Record::Header(header) => {
-                let facts = [("profile", header.profile), ("library", header.library)];
-                let stated = facts.into_iter().filter(|(_, text)| !text.is_empty());
-                profile.extend(stated.map(|(key, text)| (key.to_owned(), text)));
-            }
-            Record::Schema { header, .. } => {
-                schemas.insert(header.id, header.name);
-            }
-            Record::Channel(channel) => {
-                let schema = schemas.get(&channel.schema_id).map_or("", String::as_str);
-                let encoding = &channel.message_encoding;
-                // A channel may be repeated in every chunk.
-                channels.entry(channel.id).or_insert_with(|| {
-                    if viewed && channel.topic.starts_with(topic::VIEW) {
-                        return None;
-                    }
-                    let format = Format::of(schema, encoding)?;
-                    gathered.topic(&channel.topic, schema, encoding, format)
-                });
-            }
-            Record::Message { header, data } => {
-                if let Some(&Some(topic)) = channels.get(&header.channel_id) {
-                    gathered.message(topic, header.log_time, header.publish_time, &data)?;
+    walk(
+        file_name,
+        bytes,
+        Depth::Everything,
+        |record| -> Result<(), ChannelError> {
+            match record {
+                Record::Header(header) => {
+                    let facts = [("profile", header.profile), ("library", header.library)];
+                    let stated = facts.into_iter().filter(|(_, text)| !text.is_empty());
+                    profile.extend(stated.map(|(key, text)| (key.to_owned(), text)));
                 }
+                Record::Schema { header, .. } => {
+                    schemas.insert(header.id, header.name);
+                }
+                Record::Channel(channel) => {
+                    let schema = schemas.get(&channel.schema_id).map_or("", String::as_str);
+                    let encoding = &channel.message_encoding;
+                    // A channel may be repeated in every chunk.
+                    channels.entry(channel.id).or_insert_with(|| {
+                        if viewed && channel.topic.starts_with(VIEW_TOPICS) {
+                            return None;
+                        }
+                        let format = MessageKind::find(schema, encoding)?;
+                        gathered.topic(&channel.topic, schema, encoding, format)
+                    });
+                }
+                Record::Message { header, data } => {
+                    if let Some(&Some(topic)) = channels.get(&header.channel_id) {
+                        gathered.message(topic, header.log_time, header.publish_time, &data)?;
+                    }
+                }
+                _ => {}
             }
-            _ => {}
-        }
-        Ok(())
-    })?;
+            Ok(())
+        },
+    )?;
     Ok((gathered, profile))
 }
 
-/// Whether the views in a file of others are ours.
-pub(crate) fn was_given_views(metadata: &Metadata) -> bool {
-    (metadata.0.iter()).any(|(name, facts)| {
-        name.starts_with(PROVENANCE) && facts.get("step").is_some_and(|step| step == VIEW_STEP)
-    })
-}
-
-/// Where the trees of frames stand that a recording of others lies in, by their roots: `world_from_root`.
-/// Frames that coordinates stand in are all taken for the world by [`read_foreign`]; a root is there where
-/// the first of its frames coincides with the world. Trees whose roots move against it have no place.
-///
-/// # Errors
-///
-/// As for [`read_foreign`], where the bytes are no sound MCAP file.
-pub(crate) fn world_frames(
+/// Roots of the trees of frames that coordinates are given in: `world_from_root`. [`read_recording`] takes
+/// all those frames for the world; a root is where the first of its frames coincides with the world.
+/// Trees whose roots move against it have no place.
+fn world_frames(
     bytes: &[u8],
     file_name: &str,
-    settings: &ForeignSettings,
+    settings: &ImportSettings,
 ) -> Result<BTreeMap<String, Isometry3<f64>>, ChannelError> {
     let (gathered, _) = gather(bytes, file_name, settings)?;
     let mut roots = BTreeMap::new();
@@ -203,7 +206,7 @@ fn recording(
     timing: &Timing,
     mut header: BTreeMap<String, String>,
     file_name: &str,
-    settings: &ForeignSettings,
+    settings: &ImportSettings,
 ) -> Result<Recording, ChannelError> {
     let mut findings = unread(gathered, settings);
     findings.extend(timing.findings.iter().cloned());
@@ -250,14 +253,18 @@ fn recording(
             .collect(),
         entities.bodies.into_iter().map(|(_, body)| body).collect(),
     )
-    .map_err(|error| ChannelError::mismatch(file_name, "tracks of one length", error))?;
+    .map_err(|error| ChannelError::Mismatch {
+        what: file_name.to_owned(),
+        expected: "tracks of one length".to_owned(),
+        found: error.to_string(),
+    })?;
     recording.findings = findings;
     Ok(recording)
 }
 
 /// What was passed over: messages that cannot be read, scans, things without a name, and settings
 /// for topics that are not there.
-fn unread(gathered: &Gathered<'_>, settings: &ForeignSettings) -> Vec<Finding> {
+fn unread(gathered: &Gathered<'_>, settings: &ImportSettings) -> Vec<Finding> {
     let mut findings = Vec::new();
     for topic in &gathered.topics {
         let mut warn = |message| findings.push(Finding::warning(topic.name.clone(), message));
@@ -314,13 +321,12 @@ fn nothing_to_read(gathered: &Gathered<'_>, bytes: &[u8], file_name: &str) -> Ch
         })
     });
     faulty.unwrap_or_else(|| {
-        absent_part(
+        absent(
             bytes,
             file_name,
-            format!(
-                "take: neither a recording of inhand (metadata record \"{RECORDING}\") nor markers, \
-                 poses or transforms on a topic that can be read"
-            ),
+            "take: neither a recording of inhand (metadata record \"inhand.recording\") nor markers, \
+             poses or transforms on a topic that can be read"
+                .to_owned(),
             "readable are the ROS 2 messages PoseStamped, PointStamped, PoseArray, TransformStamped, \
              TFMessage, mocap4r2 Markers and RigidBodies in CDR, and foxglove.PoseInFrame, \
              PosesInFrame, FrameTransform(s) and PointCloud in protobuf or JSON; [topics] in the \

@@ -1,12 +1,19 @@
-//! MCAP recordings of others as takes, by closed forms: what goes in by hand comes out in its place.
+//! Third-party MCAP recordings as takes, by closed forms: what goes in by hand comes out in its place.
+
+#![expect(
+    clippy::unwrap_used,
+    reason = "helpers of tests may stop at what cannot fail"
+)]
 
 mod bag;
+#[path = "../../channels/tests/common/mod.rs"]
+mod common;
 mod hostile;
 mod messages;
 mod times;
 mod topics;
 
-use inhand_channels::{ForeignSettings, read_foreign};
+use inhand_import::{ImportSettings, read_recording};
 use inhand_model::{Marker, Position, Recording, TrackedBody};
 
 /// Start of the takes here, nanoseconds since 1970.
@@ -28,27 +35,27 @@ fn straight(x: f64, y: f64, z: f64) -> bag::Seven {
 }
 
 fn read(bytes: &[u8]) -> Recording {
-    read_with(bytes, &ForeignSettings::default())
+    read_with(bytes, &ImportSettings::default())
 }
 
-fn read_with(bytes: &[u8], settings: &ForeignSettings) -> Recording {
-    read_foreign(bytes, "bag.mcap", settings).unwrap_or_else(|error| panic!("{error}"))
+fn read_with(bytes: &[u8], settings: &ImportSettings) -> Recording {
+    read_recording(bytes, "bag.mcap", settings).unwrap_or_else(|error| panic!("{error}"))
 }
 
-fn refusal(bytes: &[u8], settings: &ForeignSettings) -> String {
-    read_foreign(bytes, "bag.mcap", settings)
+fn refusal(bytes: &[u8], settings: &ImportSettings) -> String {
+    read_recording(bytes, "bag.mcap", settings)
         .unwrap_err()
         .to_string()
 }
 
 /// Settings with `[topics]`.
-fn topics(uses: &[(&str, &str)]) -> ForeignSettings {
+fn topics(uses: &[(&str, &str)]) -> ImportSettings {
     let parsed = uses
         .iter()
         .map(|(topic, word)| ((*topic).to_owned(), word.parse().unwrap()));
-    ForeignSettings {
+    ImportSettings {
         topics: parsed.collect(),
-        ..ForeignSettings::default()
+        ..ImportSettings::default()
     }
 }
 

@@ -1,59 +1,69 @@
 //! Messages of package `foxglove`, in protobuf or JSON.
 
-use foxglove::messages::{
+mod cloud;
+mod json;
+
+use ::foxglove::messages::{
     FrameTransform, FrameTransforms, Pose, PoseInFrame, PosesInFrame, Quaternion, Timestamp,
     Vector3,
 };
 use prost::Message;
+use serde_json::Value;
 
-use super::cloud;
-use super::json;
-use super::reading::{Fault, Item, Kind, Label, MAX_ITEMS, Reading, nanos};
+pub(crate) use self::json::parse as parse_json;
+use crate::format::{CLOUDS, Decode, MessageKind, POSES, TRANSFORMS};
+use crate::reading::{Fault, Item, Kind, Label, MAX_ITEMS, Reading, nanos};
 
-/// Message types that are read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum ViewerType {
-    Pose,
-    Poses,
-    Transform,
-    Transforms,
-    Cloud,
+pub(super) const KINDS: &[MessageKind] = &[
+    protobuf(&["foxglove.PoseInFrame"], POSES, |m| pose(decode(m)?)),
+    json(&["foxglove.PoseInFrame"], POSES, |m| {
+        pose(json::pose_in_frame(m)?)
+    }),
+    protobuf(&["foxglove.PosesInFrame"], POSES, |m| poses(decode(m)?)),
+    json(&["foxglove.PosesInFrame"], POSES, |m| {
+        poses(json::poses_in_frame(m)?)
+    }),
+    protobuf(&["foxglove.FrameTransform"], TRANSFORMS, |m| {
+        Ok(vec![transform(decode(m)?)])
+    }),
+    json(&["foxglove.FrameTransform"], TRANSFORMS, |m| {
+        Ok(vec![transform(json::frame_transform(m)?)])
+    }),
+    protobuf(&["foxglove.FrameTransforms"], TRANSFORMS, |m| {
+        transforms(decode(m)?)
+    }),
+    json(&["foxglove.FrameTransforms"], TRANSFORMS, |m| {
+        transforms(json::frame_transforms(m)?)
+    }),
+    protobuf(&["foxglove.PointCloud"], CLOUDS, |m| {
+        cloud::points(&decode(m)?)
+    }),
+    json(&["foxglove.PointCloud"], CLOUDS, |m| {
+        cloud::points(&json::point_cloud(m)?)
+    }),
+];
+
+const fn protobuf(
+    schemas: &'static [&'static str],
+    rank: u8,
+    read: fn(&[u8]) -> Result<Vec<Reading<'static>>, Fault>,
+) -> MessageKind {
+    MessageKind {
+        schemas,
+        decode: Decode::Protobuf(read),
+        rank,
+    }
 }
 
-impl ViewerType {
-    /// The type of that schema name.
-    pub(super) fn of(schema: &str) -> Option<Self> {
-        Some(match schema {
-            "foxglove.PoseInFrame" => ViewerType::Pose,
-            "foxglove.PosesInFrame" => ViewerType::Poses,
-            "foxglove.FrameTransform" => ViewerType::Transform,
-            "foxglove.FrameTransforms" => ViewerType::Transforms,
-            "foxglove.PointCloud" => ViewerType::Cloud,
-            _ => return None,
-        })
-    }
-
-    /// What a message in protobuf says.
-    pub(super) fn read_protobuf(self, message: &[u8]) -> Result<Vec<Reading<'static>>, Fault> {
-        match self {
-            ViewerType::Pose => pose(decode(message)?),
-            ViewerType::Poses => poses(decode(message)?),
-            ViewerType::Transform => Ok(vec![transform(decode(message)?)]),
-            ViewerType::Transforms => transforms(decode(message)?),
-            ViewerType::Cloud => cloud::points(&decode(message)?),
-        }
-    }
-
-    /// What a message in JSON says.
-    pub(super) fn read_json(self, message: &[u8]) -> Result<Vec<Reading<'static>>, Fault> {
-        let value = &json::parse(message)?;
-        match self {
-            ViewerType::Pose => pose(json::pose_in_frame(value)?),
-            ViewerType::Poses => poses(json::poses_in_frame(value)?),
-            ViewerType::Transform => Ok(vec![transform(json::frame_transform(value)?)]),
-            ViewerType::Transforms => transforms(json::frame_transforms(value)?),
-            ViewerType::Cloud => cloud::points(&json::point_cloud(value)?),
-        }
+const fn json(
+    schemas: &'static [&'static str],
+    rank: u8,
+    read: fn(&Value) -> Result<Vec<Reading<'static>>, Fault>,
+) -> MessageKind {
+    MessageKind {
+        schemas,
+        decode: Decode::Json(read),
+        rank,
     }
 }
 

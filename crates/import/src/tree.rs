@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
-use super::gather::{Gathered, Static};
-use super::reading::Kind;
+use crate::gather::{Gathered, Static};
+use crate::reading::Kind;
 
 /// A quaternion whose length is further from 1 than this is no rotation.
 const QUATERNION_LENGTH_TOLERANCE: f64 = 1e-2;
@@ -17,7 +17,7 @@ const NORMALISED: f64 = 4.0 * f64::EPSILON;
 const MAX_DEPTH: usize = 64;
 
 /// A rotation from x, y, z, w, unless their length is nowhere near 1. Its sign is kept.
-pub(super) fn unit_quaternion([x, y, z, w]: [f64; 4]) -> Option<UnitQuaternion<f64>> {
+pub(crate) fn unit_quaternion([x, y, z, w]: [f64; 4]) -> Option<UnitQuaternion<f64>> {
     let quaternion = Quaternion::new(w, x, y, z);
     let squared = quaternion.norm_squared();
     if (squared - 1.0).abs() <= NORMALISED {
@@ -29,7 +29,7 @@ pub(super) fn unit_quaternion([x, y, z, w]: [f64; 4]) -> Option<UnitQuaternion<f
 }
 
 /// A rigid transform from what a message says, in the unit of the source.
-pub(super) fn isometry(position: [f64; 3], rotation: [f64; 4]) -> Option<Isometry3<f64>> {
+pub(crate) fn isometry(position: [f64; 3], rotation: [f64; 4]) -> Option<Isometry3<f64>> {
     let finite = position.iter().all(|c| c.is_finite());
     let rotation = unit_quaternion(rotation).filter(|_| finite)?;
     Some(Isometry3::from_parts(
@@ -40,7 +40,7 @@ pub(super) fn isometry(position: [f64; 3], rotation: [f64; 4]) -> Option<Isometr
 
 /// What lies between a frame and the one above it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Link {
+pub(crate) enum Link {
     /// A series, by its place in the list of those used.
     Moving(usize),
     /// The same all the time.
@@ -51,7 +51,7 @@ pub(super) enum Link {
 /// that moves: what lies above that is where the capture volume stands. Also the frame at the top.
 ///
 /// `None` for series that are no transforms, and for frames that go round in a circle.
-pub(super) fn links_above(
+pub(crate) fn links_above(
     gathered: &Gathered<'_>,
     used: &[usize],
 ) -> Vec<Option<(Vec<Link>, String)>> {
@@ -73,7 +73,7 @@ pub(super) fn links_above(
 
 /// Where the root of a frame's tree stands, seen from the frame: `frame_from_root` over the static
 /// transforms above it. `None` where a transform above it moves, or they go round in a circle.
-pub(super) fn root_of(gathered: &Gathered<'_>, frame: &str) -> Option<(String, Isometry3<f64>)> {
+pub(crate) fn root_of(gathered: &Gathered<'_>, frame: &str) -> Option<(String, Isometry3<f64>)> {
     let moves = |frame: &str| {
         (gathered.series.iter())
             .any(|series| series.kind == Kind::Transform && series.source_name == frame)

@@ -1,4 +1,4 @@
-//! What users say about the topics of others, and what topics say themselves.
+//! Settings and names of third-party topics.
 
 use std::collections::BTreeMap;
 use std::str::FromStr;
@@ -6,9 +6,9 @@ use std::str::FromStr;
 use inhand_model::{LengthUnit, UpAxis};
 use thiserror::Error;
 
-/// What a reader of MCAP files of others has to be told, where the file leaves it open.
+/// What the file leaves open and the user may state.
 #[derive(Clone, Debug)]
-pub struct ForeignSettings {
+pub struct ImportSettings {
     /// What topics are, by topic, or by `topic#name` for one of several things on a topic: a
     /// marker, a rigid body, a child frame, or the place or number of one without a name. The more
     /// exact key counts.
@@ -23,7 +23,7 @@ pub struct ForeignSettings {
     pub is_point: fn(&str) -> bool,
 }
 
-impl Default for ForeignSettings {
+impl Default for ImportSettings {
     fn default() -> Self {
         Self {
             topics: BTreeMap::new(),
@@ -39,7 +39,7 @@ impl Default for ForeignSettings {
 /// `marker:Thumb,Index,Middle` (names by place in the message).
 ///
 /// ```
-/// use inhand_channels::TopicUse;
+/// use inhand_import::TopicUse;
 ///
 /// assert_eq!("body:Hand".parse(), Ok(TopicUse::Body(vec!["Hand".to_owned()])));
 /// assert_eq!("marker".parse(), Ok(TopicUse::Marker(vec![])));
@@ -91,7 +91,7 @@ impl FromStr for TopicUse {
 
 impl TopicUse {
     /// The name of the thing at `place` of a message, where the user gives it one.
-    pub(super) fn name(&self, place: usize) -> Option<&str> {
+    pub(crate) fn name(&self, place: usize) -> Option<&str> {
         match self {
             TopicUse::Ignore => None,
             TopicUse::Body(names) | TopicUse::Marker(names) => names.get(place).map(String::as_str),
@@ -99,7 +99,7 @@ impl TopicUse {
     }
 
     /// Names given.
-    pub(super) fn names(&self) -> usize {
+    pub(crate) fn names(&self) -> usize {
         match self {
             TopicUse::Ignore => 0,
             TopicUse::Body(names) | TopicUse::Marker(names) => names.len(),
@@ -120,7 +120,7 @@ const GENERIC_PARTS: [&str; 7] = [
 
 /// What a topic that carries one thing says that it is called: `/natnet_ros/Hand/pose` is `Hand`,
 /// `/natnet_ros/Hand/marker0/pose` is `Hand:marker0`.
-pub(super) fn name_of_topic(topic: &str) -> String {
+pub(crate) fn name_of_topic(topic: &str) -> String {
     let mut parts: Vec<&str> = topic.split('/').filter(|part| !part.is_empty()).collect();
     while parts.len() > 1
         && (parts.last()).is_some_and(|last| GENERIC_PARTS.contains(&last.to_lowercase().as_str()))

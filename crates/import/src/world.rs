@@ -4,18 +4,18 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use inhand_model::{Finding, Marker, Pose, TrackedBody};
 
-use super::assemble::Entities;
-use super::gather::Gathered;
-use super::pace::median;
-use super::reading::Kind;
-use super::topics::ForeignSettings;
-use super::tree::links_above;
+use crate::assemble::Entities;
+use crate::gather::Gathered;
+use crate::pace::median;
+use crate::reading::Kind;
+use crate::topics::ImportSettings;
+use crate::tree::links_above;
 
 /// Things further than this from the origin, metres, suggest that lengths are no metres.
 const FAR_M: f64 = 20.0;
 
 /// Series that hold anything and are not of scans.
-pub(super) fn used(gathered: &Gathered<'_>) -> Vec<usize> {
+pub(crate) fn used(gathered: &Gathered<'_>) -> Vec<usize> {
     let usable = |&index: &usize| {
         let series = &gathered.series[index];
         let scan = gathered.topics[series.topic].points_of_a_scan.is_some();
@@ -26,7 +26,7 @@ pub(super) fn used(gathered: &Gathered<'_>) -> Vec<usize> {
 
 /// Tells things of one name on different topics apart: those on the most telling topic count; where
 /// several topics tell as much, each is called by its whole topic.
-pub(super) fn tell_apart(gathered: &Gathered<'_>, entities: &mut Entities) {
+pub(crate) fn tell_apart(gathered: &Gathered<'_>, entities: &mut Entities) {
     let mut findings = Vec::new();
     keep_apart(
         gathered,
@@ -94,7 +94,7 @@ fn keep_apart<T>(
         if best.len() > 1 {
             let whole = &gathered.topics[topic].name;
             *name = match gathered.series[*series].kind {
-                Kind::Pose | Kind::Marker if *name == super::topics::name_of_topic(whole) => {
+                Kind::Pose | Kind::Marker if *name == crate::topics::name_of_topic(whole) => {
                     whole.clone()
                 }
                 _ => format!("{whole}#{name}"),
@@ -112,7 +112,7 @@ fn most_telling(topics: &BTreeSet<(u8, usize)>) -> Vec<usize> {
 }
 
 /// The frames in which coordinates stand.
-pub(super) fn top_frames(gathered: &Gathered<'_>, used: &[usize]) -> BTreeSet<String> {
+pub(crate) fn top_frames(gathered: &Gathered<'_>, used: &[usize]) -> BTreeSet<String> {
     let chains = links_above(gathered, used);
     let frames: BTreeSet<&str> = (used.iter().zip(&chains))
         .filter_map(|(&series, chain)| {
@@ -128,7 +128,7 @@ pub(super) fn top_frames(gathered: &Gathered<'_>, used: &[usize]) -> BTreeSet<St
 }
 
 /// Whether everything stands in one frame, as is taken for granted.
-pub(super) fn frames(gathered: &Gathered<'_>, used: &[usize]) -> Option<Finding> {
+pub(crate) fn frames(gathered: &Gathered<'_>, used: &[usize]) -> Option<Finding> {
     let frames = top_frames(gathered, used);
     (frames.len() > 1).then(|| {
         let frames: Vec<String> = (frames.iter().take(8))
@@ -145,7 +145,7 @@ pub(super) fn frames(gathered: &Gathered<'_>, used: &[usize]) -> Option<Finding>
 }
 
 /// What was assumed of the unit and the axes, and whether the numbers speak against it.
-pub(super) fn units_and_axes(entities: &Entities, settings: &ForeignSettings) -> Vec<Finding> {
+pub(crate) fn units_and_axes(entities: &Entities, settings: &ImportSettings) -> Vec<Finding> {
     let mut findings = Vec::new();
     if settings.length_unit.is_none() {
         let bodies = (entities.bodies.iter())

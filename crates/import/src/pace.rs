@@ -36,18 +36,18 @@ const OTHER_RATES_HZ: [f64; 5] = [
 
 /// The period of a series of stamps.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Pace {
-    pub(super) period_s: f64,
+pub(crate) struct Pace {
+    pub(crate) period_s: f64,
     /// Standard error of the period.
-    pub(super) error_s: f64,
+    pub(crate) error_s: f64,
     /// How far stamps lie from their instants, root mean square.
-    pub(super) jitter_s: f64,
+    pub(crate) jitter_s: f64,
 }
 
 impl Pace {
     /// The pace of rising times in seconds, near `period_s` where that is given; `None` for fewer
     /// than two.
-    pub(super) fn of(times_s: &[f64], period_s: Option<f64>) -> Option<Self> {
+    pub(crate) fn of(times_s: &[f64], period_s: Option<f64>) -> Option<Self> {
         let mut period_s = match period_s {
             Some(period_s) => period_s,
             None => median(times_s.windows(2).map(|pair| pair[1] - pair[0]).collect())?,
@@ -69,22 +69,22 @@ impl Pace {
         })
     }
 
-    pub(super) fn rate_hz(&self) -> f64 {
+    pub(crate) fn rate_hz(&self) -> f64 {
         1.0 / self.period_s
     }
 
     /// Standard error of the rate.
-    pub(super) fn rate_error_hz(&self) -> f64 {
+    pub(crate) fn rate_error_hz(&self) -> f64 {
         self.error_s / (self.period_s * self.period_s)
     }
 
     /// Whether the stamps have this period at all.
-    pub(super) fn is_proven(&self) -> bool {
+    pub(crate) fn is_proven(&self) -> bool {
         self.jitter_s <= PROVEN_JITTER * self.period_s
     }
 
     /// The rate that devices have and that the stamps single out, if there is one.
-    pub(super) fn device_rate_hz(&self) -> Option<f64> {
+    pub(crate) fn device_rate_hz(&self) -> Option<f64> {
         let rate_hz = self.rate_hz();
         let range_hz = CLOCK_TOLERANCE * rate_hz + STANDARD_ERRORS * self.rate_error_hz();
         let off = |candidate: &f64| (candidate - rate_hz).abs();
@@ -182,7 +182,7 @@ impl Phase {
 }
 
 /// Which sample a time belongs to.
-pub(super) struct Grid {
+pub(crate) struct Grid {
     base_nanos: u64,
     period_s: f64,
     /// Instant and number of every sample that has a stamp.
@@ -194,7 +194,7 @@ const START_STAMPS: usize = 100;
 
 impl Grid {
     /// The samples of rising times; `None` without any.
-    pub(super) fn of(times_nanos: &[u64], period_s: f64) -> Option<Self> {
+    pub(crate) fn of(times_nanos: &[u64], period_s: f64) -> Option<Self> {
         let &base_nanos = times_nanos.first()?;
         let mut phase = Phase::start(0.0, period_s);
         let mut knots = vec![(0.0, 0)];
@@ -214,17 +214,17 @@ impl Grid {
     }
 
     /// Samples from the first to the last stamp.
-    pub(super) fn len(&self) -> u64 {
+    pub(crate) fn len(&self) -> u64 {
         self.knots.last().map_or(0, |&(_, number)| number + 1)
     }
 
     /// Samples at which there is a stamp.
-    pub(super) fn stamped(&self) -> u64 {
+    pub(crate) fn stamped(&self) -> u64 {
         self.knots.len() as u64
     }
 
     /// When sample 0 was taken.
-    pub(super) fn start_nanos(&self) -> u64 {
+    pub(crate) fn start_nanos(&self) -> u64 {
         let early = self.knots.iter().take(START_STAMPS);
         let off = early.map(|&(time_s, number)| time_s - number as f64 * self.period_s);
         let off_s = median(off.collect()).unwrap_or(0.0);
@@ -233,7 +233,7 @@ impl Grid {
 
     /// The sample that a time belongs to, and how many periods it lies from it; `None` outside the
     /// take.
-    pub(super) fn sample(&self, time_nanos: u64) -> Option<(usize, f64)> {
+    pub(crate) fn sample(&self, time_nanos: u64) -> Option<(usize, f64)> {
         let time_s = seconds(self.base_nanos, time_nanos);
         let after = self.knots.partition_point(|&(knot_s, _)| knot_s <= time_s);
         let &(knot_s, number) = self.knots.get(after.saturating_sub(1))?;
@@ -250,7 +250,7 @@ impl Grid {
 }
 
 /// Seconds from one time to another, which may lie before it.
-pub(super) fn seconds(base_nanos: u64, time_nanos: u64) -> f64 {
+pub(crate) fn seconds(base_nanos: u64, time_nanos: u64) -> f64 {
     let magnitude = time_nanos.abs_diff(base_nanos) as f64 / 1e9;
     if time_nanos < base_nanos {
         -magnitude
@@ -260,7 +260,7 @@ pub(super) fn seconds(base_nanos: u64, time_nanos: u64) -> f64 {
 }
 
 /// The middle value; the lower one of two.
-pub(super) fn median(mut values: Vec<f64>) -> Option<f64> {
+pub(crate) fn median(mut values: Vec<f64>) -> Option<f64> {
     let middle = values.len().checked_sub(1)? / 2;
     let (_, &mut median, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
     Some(median)

@@ -1,12 +1,11 @@
 //! Bytes that lie: an error or a finding with the topic and the message, bounded memory, no panic.
 
-use inhand_channels::{ForeignSettings, read_any_take, read_foreign};
+use inhand_import::{ImportSettings, read_recording, read_take};
 use proptest::prelude::*;
 
 use super::bag::{self, Bag, Cdr};
 use super::{START, assert_found, marker, read, refusal, stamp, turned};
 use crate::common;
-use crate::round_trip::written;
 
 const KINDS: [(&str, &str); 17] = [
     bag::MARKERS,
@@ -38,11 +37,11 @@ fn a_file_with_nothing_to_read_lists_what_it_has() {
         START,
         b"hello",
     );
-    let error = refusal(&bag.end(), &ForeignSettings::default());
+    let error = refusal(&bag.end(), &ImportSettings::default());
     for words in ["/chatter", "/old/pose", "PoseStamped", "[topics]"] {
         assert!(error.contains(words), "{words}: {error}");
     }
-    let error = refusal(&Bag::new().end(), &ForeignSettings::default());
+    let error = refusal(&Bag::new().end(), &ImportSettings::default());
     assert!(error.contains("no channel"), "{error}");
 }
 
@@ -100,7 +99,7 @@ fn messages_that_are_all_bad_are_an_error_with_topic_and_number() {
     ] {
         let mut bag = Bag::new();
         bag.add("/x", kind, START, message);
-        let error = refusal(&bag.end(), &ForeignSettings::default());
+        let error = refusal(&bag.end(), &ImportSettings::default());
         assert!(error.contains("/x, message 0: expected"), "{error}");
         assert!(error.contains(words), "{words}: {error}");
     }
@@ -115,7 +114,7 @@ fn one_message_is_no_take() {
         START,
         &bag::pose(START, "world", turned(1.0, 2.0, 3.0)),
     );
-    let error = refusal(&bag.end(), &ForeignSettings::default());
+    let error = refusal(&bag.end(), &ImportSettings::default());
     assert!(
         error.contains("at least two messages at different times"),
         "{error}"
@@ -131,7 +130,7 @@ fn jumps_of_the_clock_ask_for_no_memory() {
         let message = bag::pose(time, "world", turned(1.0, 2.0, 3.0));
         bag.add("/Hand/pose", bag::POSE, time, &message);
     }
-    let error = refusal(&bag.end(), &ForeignSettings::default());
+    let error = refusal(&bag.end(), &ImportSettings::default());
     assert!(
         error.contains("found jumps") && error.contains("100 of them"),
         "{error}"
@@ -151,7 +150,7 @@ fn names_that_change_all_the_time_are_refused() {
             &bag::markers(true, stamp(k), &seen),
         );
     }
-    let error = refusal(&bag.end(), &ForeignSettings::default());
+    let error = refusal(&bag.end(), &ImportSettings::default());
     assert!(
         error.contains("at most 10000 markers and bodies"),
         "{error}"
@@ -174,7 +173,7 @@ fn names_that_name_nothing_are_refused() {
                 &bag::markers(true, stamp(k), &seen),
             );
         }
-        let error = refusal(&bag.end(), &ForeignSettings::default());
+        let error = refusal(&bag.end(), &ImportSettings::default());
         assert!(error.contains("names of at most 1000 bytes"), "{error}");
     }
 }
@@ -232,9 +231,16 @@ fn a_scan_is_no_set_of_markers() {
 #[test]
 fn our_own_files_are_read_as_such() {
     let take = common::take(50, 100.0);
-    let bytes = written(&common::take_file(&take, &[], &[]), true);
-    let settings = ForeignSettings::default();
-    let take = read_any_take(&bytes, "own.mcap", &settings).unwrap();
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    let file = common::take_file(&take, &[], &[]);
+    inhand_channels::write_take(
+        &mut bytes,
+        &file,
+        &inhand_channels::WriteSettings::default(),
+    )
+    .unwrap();
+    let settings = ImportSettings::default();
+    let take = read_take(bytes.get_ref(), "own.mcap", &settings).unwrap();
     assert_eq!((take.recording.len(), take.motion.is_some()), (50, true));
     assert!(take.roles.is_some());
 }
@@ -258,7 +264,7 @@ proptest! {
         for k in 0..3 {
             bag.add("/x", KINDS[kind], stamp(k), &message);
         }
-        let _ = read_foreign(&bag.end(), "x.mcap", &ForeignSettings::default());
+        let _ = read_recording(&bag.end(), "x.mcap", &ImportSettings::default());
     }
 
     #[test]
@@ -284,7 +290,7 @@ proptest! {
                 }
                 bag.add("/x", kind, stamp(k), &changed);
             }
-            let _ = read_foreign(&bag.end(), "x.mcap", &ForeignSettings::default());
+            let _ = read_recording(&bag.end(), "x.mcap", &ImportSettings::default());
         }
     }
 }

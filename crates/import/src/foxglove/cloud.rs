@@ -1,11 +1,11 @@
 //! Points of a `foxglove.PointCloud` as markers.
 
-use foxglove::messages::packed_element_field::NumericType;
-use foxglove::messages::{PackedElementField, PointCloud};
+use ::foxglove::messages::packed_element_field::NumericType;
+use ::foxglove::messages::{PackedElementField, PointCloud};
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion};
 
-use super::reading::{Fault, Item, Kind, Label, Reading};
-use super::viewer::{coordinates, limited, rotation, stamp};
+use super::{coordinates, limited, rotation, stamp};
+use crate::reading::{Fault, Item, Kind, Label, Reading};
 
 /// Fields that number a marker, the first that a cloud has.
 const NUMBER_FIELDS: [&str; 5] = ["id", "marker_id", "marker", "index", "label"];

@@ -4,10 +4,10 @@ use std::collections::BTreeSet;
 
 use inhand_model::{Clock, Finding, StartTime};
 
-use super::gather::{Gathered, Times};
-use super::pace::{Grid, Pace, median, seconds};
-use super::topics::ForeignSettings;
-use crate::error::ChannelError;
+use crate::gather::{Gathered, Times};
+use crate::pace::{Grid, Pace, median, seconds};
+use crate::topics::ImportSettings;
+use inhand_channels::ChannelError;
 
 /// A stamp whose distance to its log time is this far from that of the others is no stamp: the zero
 /// of a first message, the clock of another computer.
@@ -33,14 +33,14 @@ enum TimeSource {
 }
 
 /// The samples of a take, and how messages find theirs.
-pub(super) struct Timing {
-    pub(super) clock: Clock,
-    pub(super) samples: usize,
-    pub(super) grid: Grid,
+pub(crate) struct Timing {
+    pub(crate) clock: Clock,
+    pub(crate) samples: usize,
+    pub(crate) grid: Grid,
     source: TimeSource,
     /// From stamps to log times, seconds: least, median and most.
     latency_s: Option<[f64; 3]>,
-    pub(super) findings: Vec<Finding>,
+    pub(crate) findings: Vec<Finding>,
 }
 
 /// A stream that the clock may be taken from.
@@ -53,10 +53,10 @@ struct Candidate {
 
 impl Timing {
     /// The clock that the most telling messages go by.
-    pub(super) fn of(
+    pub(crate) fn of(
         gathered: &Gathered<'_>,
         used: &[usize],
-        settings: &ForeignSettings,
+        settings: &ImportSettings,
     ) -> Result<Self, ChannelError> {
         let rank = |series: usize| gathered.topics[gathered.series[series].topic].rank();
         let ranks: BTreeSet<u8> = used.iter().map(|&series| rank(series)).collect();
@@ -89,7 +89,7 @@ impl Timing {
         reference: &[Candidate],
         source: TimeSource,
         series: usize,
-        settings: &ForeignSettings,
+        settings: &ImportSettings,
     ) -> Result<Self, ChannelError> {
         let messages = |c: &&Candidate| gathered.streams[c.stream].log.len();
         // The first of those with most messages.
@@ -151,7 +151,7 @@ impl Timing {
     }
 
     /// When the messages of a stream were taken; `None` for those whose stamps mean nothing.
-    pub(super) fn times(&self, stream: &Times) -> Vec<Option<u64>> {
+    pub(crate) fn times(&self, stream: &Times) -> Vec<Option<u64>> {
         capture_times(stream, self.source, self.latency_s)
     }
 
@@ -161,7 +161,7 @@ impl Timing {
         gathered: &Gathered<'_>,
         topic: usize,
         pace: Pace,
-        settings: &ForeignSettings,
+        settings: &ImportSettings,
     ) {
         let place = gathered.topics[topic].name.clone();
         let (measured, rate_hz) = (pace.rate_hz(), self.clock.rate_hz());
@@ -235,7 +235,7 @@ fn rate(
     gathered: &Gathered<'_>,
     topic: usize,
     pace: Pace,
-    settings: &ForeignSettings,
+    settings: &ImportSettings,
 ) -> Result<f64, ChannelError> {
     if let Some(rate_hz) = settings.rate_hz {
         return Ok(rate_hz);
@@ -283,7 +283,7 @@ fn candidates(
     gathered: &Gathered<'_>,
     streams: &[usize],
     source: TimeSource,
-    settings: &ForeignSettings,
+    settings: &ImportSettings,
 ) -> Vec<Candidate> {
     let mut candidates: Vec<Candidate> = Vec::new();
     for &stream in streams {

@@ -1,6 +1,6 @@
 //! Clocks: stamps, rates, gaps, and what stands in for stamps.
 
-use inhand_channels::ForeignSettings;
+use inhand_import::ImportSettings;
 use inhand_model::StartTime;
 
 use super::bag::{self, Bag};
@@ -135,15 +135,15 @@ fn uneven_stamps_are_refused_until_the_user_states_a_rate() {
         })
         .collect();
     let bytes = of(messages);
-    let error = refusal(&bytes, &ForeignSettings::default());
+    let error = refusal(&bytes, &ImportSettings::default());
     assert!(
         error.contains("/markers: expected stamps at an even rate"),
         "{error}"
     );
     assert!(error.contains("source.rate_hz"), "{error}");
-    let settings = ForeignSettings {
+    let settings = ImportSettings {
         rate_hz: Some(100.0),
-        ..ForeignSettings::default()
+        ..ImportSettings::default()
     };
     let recording = read_with(&bytes, &settings);
     assert_eq!(recording.clock.rate_hz(), 100.0);

@@ -1,20 +1,20 @@
-//! What one message of others says, whatever its encoding.
+//! Contents of one message, whatever its encoding.
 
 use std::borrow::Cow;
 use std::fmt;
 
 /// Most markers, bodies or transforms in one message: more are no motion capture.
-pub(super) const MAX_ITEMS: usize = 10_000;
+pub(crate) const MAX_ITEMS: usize = 10_000;
 
 /// Why a message cannot be used.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Fault {
-    pub(super) expected: String,
-    pub(super) found: String,
+pub(crate) struct Fault {
+    pub(crate) expected: String,
+    pub(crate) found: String,
 }
 
 impl Fault {
-    pub(super) fn new(expected: impl Into<String>, found: impl Into<String>) -> Self {
+    pub(crate) fn new(expected: impl Into<String>, found: impl Into<String>) -> Self {
         Self {
             expected: expected.into(),
             found: found.into(),
@@ -30,7 +30,7 @@ impl fmt::Display for Fault {
 
 /// By what a message tells one of its items from the others.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Label<'a> {
+pub(crate) enum Label<'a> {
     /// By nothing: it is the only one of its topic.
     Topic,
     /// By a name, and a number where it has one too.
@@ -43,7 +43,7 @@ pub(super) enum Label<'a> {
 
 /// What kind of thing an item is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(crate) enum Kind {
     /// A point.
     Marker,
     /// A point of a rigid body.
@@ -56,26 +56,26 @@ pub(super) enum Kind {
 
 /// A point or pose, in the unit of the source.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Item<'a> {
-    pub(super) label: Label<'a>,
-    pub(super) kind: Kind,
-    pub(super) position: [f64; 3],
+pub(crate) struct Item<'a> {
+    pub(crate) label: Label<'a>,
+    pub(crate) kind: Kind,
+    pub(crate) position: [f64; 3],
     /// x, y, z, w; all zero where there is none.
-    pub(super) rotation: [f64; 4],
+    pub(crate) rotation: [f64; 4],
 }
 
 /// Items of one instant in one frame.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Reading<'a> {
+pub(crate) struct Reading<'a> {
     /// Nanoseconds since 1970-01-01 UTC as the message states them; 0 where it states none.
-    pub(super) stamp_nanos: u64,
-    pub(super) frame: Cow<'a, str>,
-    pub(super) items: Vec<Item<'a>>,
+    pub(crate) stamp_nanos: u64,
+    pub(crate) frame: Cow<'a, str>,
+    pub(crate) items: Vec<Item<'a>>,
 }
 
 impl<'a> Reading<'a> {
     /// One item at one instant.
-    pub(super) fn one(stamp_nanos: u64, frame: Cow<'a, str>, item: Item<'a>) -> Self {
+    pub(crate) fn one(stamp_nanos: u64, frame: Cow<'a, str>, item: Item<'a>) -> Self {
         Self {
             stamp_nanos,
             frame,
@@ -85,7 +85,7 @@ impl<'a> Reading<'a> {
 }
 
 /// Seconds and nanoseconds as nanoseconds; 0 for times before 1970.
-pub(super) fn nanos(seconds: i64, nanos: i64) -> u64 {
+pub(crate) fn nanos(seconds: i64, nanos: i64) -> u64 {
     let seconds = u64::try_from(seconds).unwrap_or(0);
     seconds
         .saturating_mul(1_000_000_000)

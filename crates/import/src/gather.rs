@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use super::format::Format;
-use super::reading::{Fault, Item, Kind, Label, Reading};
-use super::topics::{ForeignSettings, TopicUse, name_of_topic};
-use crate::error::ChannelError;
+use crate::format::MessageKind;
+use crate::reading::{Fault, Item, Kind, Label, Reading};
+use crate::topics::{ImportSettings, TopicUse, name_of_topic};
+use inhand_channels::ChannelError;
 
 /// Markers, bodies and transforms of a file at most: names that never come twice are no names.
 const MAX_SERIES: usize = 10_000;
@@ -24,28 +24,28 @@ const MAX_CLOUD_MARKERS: usize = 512;
 
 /// When the messages of a stream were taken, sent and written down, nanoseconds since 1970.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Times {
-    pub(super) stamp: Vec<u64>,
-    pub(super) publish: Vec<u64>,
-    pub(super) log: Vec<u64>,
+pub(crate) struct Times {
+    pub(crate) stamp: Vec<u64>,
+    pub(crate) publish: Vec<u64>,
+    pub(crate) log: Vec<u64>,
 }
 
 /// A topic that is read, and what was found on it.
 #[derive(Debug)]
-pub(super) struct Topic {
-    pub(super) name: String,
-    pub(super) schema: String,
-    pub(super) encoding: String,
-    pub(super) format: Format,
-    pub(super) setting: Option<TopicUse>,
+pub(crate) struct Topic {
+    pub(crate) name: String,
+    pub(crate) schema: String,
+    pub(crate) encoding: String,
+    pub(crate) format: &'static MessageKind,
+    pub(crate) setting: Option<TopicUse>,
     /// Whether the user named the topic, or one thing on it.
-    pub(super) named: bool,
-    pub(super) channels: usize,
-    pub(super) messages: usize,
-    pub(super) unreadable: usize,
-    pub(super) first_fault: Option<(usize, Fault)>,
-    pub(super) unnamed: usize,
-    pub(super) points_of_a_scan: Option<usize>,
+    pub(crate) named: bool,
+    pub(crate) channels: usize,
+    pub(crate) messages: usize,
+    pub(crate) unreadable: usize,
+    pub(crate) first_fault: Option<(usize, Fault)>,
+    pub(crate) unnamed: usize,
+    pub(crate) points_of_a_scan: Option<usize>,
     is_static: bool,
     stream: Option<usize>,
     streams: BTreeMap<String, usize>,
@@ -56,18 +56,14 @@ pub(super) struct Topic {
 impl Topic {
     /// How much the topic says about the take, 0 most: what users name themselves, then by its
     /// messages.
-    pub(super) fn rank(&self) -> u8 {
-        if self.named {
-            0
-        } else {
-            self.format.rank() + 1
-        }
+    pub(crate) fn rank(&self) -> u8 {
+        if self.named { 0 } else { self.format.rank + 1 }
     }
 }
 
 /// What a series becomes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum As {
+pub(crate) enum As {
     /// As its kind, name and rotations suggest.
     Suggested,
     Body,
@@ -76,46 +72,46 @@ pub(super) enum As {
 
 /// A marker, body or transform over the messages that hold it.
 #[derive(Debug)]
-pub(super) struct Series {
-    pub(super) topic: usize,
-    pub(super) stream: usize,
-    pub(super) name: String,
+pub(crate) struct Series {
+    pub(crate) topic: usize,
+    pub(crate) stream: usize,
+    pub(crate) name: String,
     /// Its name in the source, where `name` may be what the user calls it.
-    pub(super) source_name: String,
-    pub(super) id: String,
-    pub(super) has_name: bool,
-    pub(super) kind: Kind,
-    pub(super) becomes: As,
+    pub(crate) source_name: String,
+    pub(crate) id: String,
+    pub(crate) has_name: bool,
+    pub(crate) kind: Kind,
+    pub(crate) becomes: As,
     /// Frame of the first message.
-    pub(super) frame: String,
-    pub(super) other_frames: usize,
+    pub(crate) frame: String,
+    pub(crate) other_frames: usize,
     /// Numbers of the messages in the stream.
-    pub(super) message: Vec<u32>,
-    pub(super) position: Vec<[f64; 3]>,
-    pub(super) rotation: Vec<[f64; 4]>,
+    pub(crate) message: Vec<u32>,
+    pub(crate) position: Vec<[f64; 3]>,
+    pub(crate) rotation: Vec<[f64; 4]>,
 }
 
 /// A transform that holds all the time.
 #[derive(Clone, Debug)]
-pub(super) struct Static {
-    pub(super) parent: String,
-    pub(super) position: [f64; 3],
-    pub(super) rotation: [f64; 4],
+pub(crate) struct Static {
+    pub(crate) parent: String,
+    pub(crate) position: [f64; 3],
+    pub(crate) rotation: [f64; 4],
 }
 
 /// Everything that the messages of a file say.
-pub(super) struct Gathered<'a> {
+pub(crate) struct Gathered<'a> {
     file: &'a str,
-    settings: &'a ForeignSettings,
+    settings: &'a ImportSettings,
     samples_left: usize,
-    pub(super) topics: Vec<Topic>,
-    pub(super) streams: Vec<Times>,
-    pub(super) series: Vec<Series>,
-    pub(super) statics: BTreeMap<String, Static>,
+    pub(crate) topics: Vec<Topic>,
+    pub(crate) streams: Vec<Times>,
+    pub(crate) series: Vec<Series>,
+    pub(crate) statics: BTreeMap<String, Static>,
 }
 
 impl<'a> Gathered<'a> {
-    pub(super) fn new(file: &'a str, bytes: usize, settings: &'a ForeignSettings) -> Self {
+    pub(crate) fn new(file: &'a str, bytes: usize, settings: &'a ImportSettings) -> Self {
         Self {
             file,
             settings,
@@ -128,12 +124,12 @@ impl<'a> Gathered<'a> {
     }
 
     /// The topic of a channel; `None` where it is ignored. Channels of one topic and type are one.
-    pub(super) fn topic(
+    pub(crate) fn topic(
         &mut self,
         name: &str,
         schema: &str,
         encoding: &str,
-        format: Format,
+        format: &'static MessageKind,
     ) -> Option<usize> {
         let setting = self.settings.topics.get(name).cloned();
         let prefix = format!("{name}#");
@@ -142,7 +138,7 @@ impl<'a> Gathered<'a> {
         if setting == Some(TopicUse::Ignore) && !part_used {
             return None;
         }
-        let same = |topic: &Topic| topic.name == name && topic.format == format;
+        let same = |topic: &Topic| topic.name == name && std::ptr::eq(topic.format, format);
         if let Some(known) = self.topics.iter().position(same) {
             self.topics[known].channels += 1;
             return Some(known);
@@ -169,7 +165,7 @@ impl<'a> Gathered<'a> {
     }
 
     /// Takes in a message of a topic, written at `log` and sent at `publish`.
-    pub(super) fn message(
+    pub(crate) fn message(
         &mut self,
         topic: usize,
         log: u64,
@@ -422,7 +418,7 @@ impl<'a> Gathered<'a> {
         Ok(Some(self.series.len() - 1))
     }
 
-    pub(super) fn unclear(
+    pub(crate) fn unclear(
         &self,
         topic: usize,
         expected: String,

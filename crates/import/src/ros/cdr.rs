@@ -5,7 +5,7 @@
 
 use std::borrow::Cow;
 
-use super::reading::Fault;
+use crate::reading::Fault;
 
 /// Bytes in front of the message: kind and options.
 const HEADER_BYTES: usize = 4;
@@ -17,7 +17,7 @@ const KINDS: [[u8; 2]; 2] = [[0, 0], [0, 1]];
 const PADDING_BYTES: usize = 4;
 
 /// A message while it is read; nothing is taken on trust, nothing is allocated.
-pub(super) struct Cdr<'a> {
+pub(crate) struct Cdr<'a> {
     payload: &'a [u8],
     at: usize,
     little_endian: bool,
@@ -25,7 +25,7 @@ pub(super) struct Cdr<'a> {
 
 impl<'a> Cdr<'a> {
     /// A message with its header.
-    pub(super) fn new(message: &'a [u8]) -> Result<Self, Fault> {
+    pub(crate) fn new(message: &'a [u8]) -> Result<Self, Fault> {
         let Some((header, payload)) = message.split_first_chunk::<HEADER_BYTES>() else {
             return Err(Fault::new(
                 "the four bytes of a CDR header",
@@ -46,23 +46,23 @@ impl<'a> Cdr<'a> {
         })
     }
 
-    pub(super) fn i8(&mut self) -> Result<i8, Fault> {
+    pub(crate) fn i8(&mut self) -> Result<i8, Fault> {
         self.number().map(i8::from_le_bytes)
     }
 
-    pub(super) fn u32(&mut self) -> Result<u32, Fault> {
+    pub(crate) fn u32(&mut self) -> Result<u32, Fault> {
         self.number().map(u32::from_le_bytes)
     }
 
-    pub(super) fn i32(&mut self) -> Result<i32, Fault> {
+    pub(crate) fn i32(&mut self) -> Result<i32, Fault> {
         self.number().map(i32::from_le_bytes)
     }
 
-    pub(super) fn f64(&mut self) -> Result<f64, Fault> {
+    pub(crate) fn f64(&mut self) -> Result<f64, Fault> {
         self.number().map(f64::from_le_bytes)
     }
 
-    pub(super) fn f64s<const N: usize>(&mut self) -> Result<[f64; N], Fault> {
+    pub(crate) fn f64s<const N: usize>(&mut self) -> Result<[f64; N], Fault> {
         let mut numbers = [0.0; N];
         for number in &mut numbers {
             *number = self.f64()?;
@@ -71,7 +71,7 @@ impl<'a> Cdr<'a> {
     }
 
     /// A text; bytes that are no UTF-8 are replaced.
-    pub(super) fn text(&mut self) -> Result<Cow<'a, str>, Fault> {
+    pub(crate) fn text(&mut self) -> Result<Cow<'a, str>, Fault> {
         let length = self.u32()?;
         let bytes = self.take(length as usize, || format!("a text of {length} bytes"))?;
         // The length counts the NUL at the end.
@@ -80,7 +80,7 @@ impl<'a> Cdr<'a> {
     }
 
     /// The length of a sequence whose elements have at least `element_bytes` each.
-    pub(super) fn count(&mut self, element_bytes: usize) -> Result<usize, Fault> {
+    pub(crate) fn count(&mut self, element_bytes: usize) -> Result<usize, Fault> {
         let count = self.u32()? as usize;
         let left = self.payload.len() - self.at;
         if count > left / element_bytes.max(1) {
@@ -93,7 +93,7 @@ impl<'a> Cdr<'a> {
     }
 
     /// Makes sure that nothing follows but padding.
-    pub(super) fn end(&self) -> Result<(), Fault> {
+    pub(crate) fn end(&self) -> Result<(), Fault> {
         let left = self.payload.len() - self.at;
         if left < PADDING_BYTES {
             return Ok(());

@@ -1,6 +1,6 @@
 //! What topics are: by their names, by their messages, as the user says.
 
-use inhand_channels::ForeignSettings;
+use inhand_import::ImportSettings;
 use inhand_model::{LengthUnit, MarkerKind, UpAxis};
 
 use super::bag::{self, Bag, Seven};
@@ -43,9 +43,9 @@ fn a_pose_that_never_turns_is_a_marker() {
 
 #[test]
 fn a_pose_that_turns_and_is_called_like_a_fingertip_is_both() {
-    let settings = ForeignSettings {
+    let settings = ImportSettings {
         is_point: |name| name == "Thumb",
-        ..ForeignSettings::default()
+        ..ImportSettings::default()
     };
     let bytes = poses(&[("/vrpn/Thumb/pose", turned(4.0, 5.0, 6.0))]);
     let recording = read_with(&bytes, &settings);
@@ -172,10 +172,10 @@ fn units_and_axes_are_those_of_ros_unless_the_user_knows_better() {
     let assumed = read(&bytes);
     assert_found(&assumed, "source.units = \"mm\"");
     assert_found(&assumed, "z is assumed");
-    let settings = ForeignSettings {
+    let settings = ImportSettings {
         length_unit: Some(LengthUnit::Millimetres),
         up_axis: Some(UpAxis::Y),
-        ..ForeignSettings::default()
+        ..ImportSettings::default()
     };
     let recording = read_with(&bytes, &settings);
     let hand = body(&recording, "Hand").track.get(0).unwrap();

@@ -1,0 +1,73 @@
+//! Messages of ROS 2 in CDR, a module for each package.
+
+mod cdr;
+mod geometry;
+mod mocap4r2;
+mod tf;
+
+pub(crate) use self::cdr::Cdr;
+use crate::format::{Decode, MessageKind};
+use crate::reading::{Fault, Item, Kind, Label, MAX_ITEMS, Reading, nanos};
+
+/// Message kinds by package.
+pub(super) const PACKAGES: [&[MessageKind]; 3] = [geometry::KINDS, mocap4r2::KINDS, tf::KINDS];
+
+/// A kind whose schema has one of these names, without the folder `msg` that ROS 2 puts in.
+const fn kind(
+    schemas: &'static [&'static str],
+    rank: u8,
+    read: for<'a> fn(&mut Cdr<'a>) -> Result<Vec<Reading<'a>>, Fault>,
+) -> MessageKind {
+    MessageKind {
+        schemas,
+        decode: Decode::Cdr(read),
+        rank,
+    }
+}
+
+fn one<'a>(
+    cdr: &mut Cdr<'a>,
+    item: impl FnOnce(&mut Cdr<'a>) -> Result<Item<'a>, Fault>,
+) -> Result<Vec<Reading<'a>>, Fault> {
+    let mut reading = header(cdr)?;
+    reading.items.push(item(cdr)?);
+    Ok(vec![reading])
+}
+
+fn limited(count: usize) -> Result<usize, Fault> {
+    if count <= MAX_ITEMS {
+        return Ok(count);
+    }
+    Err(Fault::new(
+        format!("at most {MAX_ITEMS} markers or bodies in a message"),
+        count.to_string(),
+    ))
+}
+
+/// A header and no items yet.
+fn header<'a>(cdr: &mut Cdr<'a>) -> Result<Reading<'a>, Fault> {
+    let (seconds, nanoseconds) = (cdr.i32()?, cdr.u32()?);
+    Ok(Reading {
+        stamp_nanos: nanos(seconds.into(), nanoseconds.into()),
+        frame: cdr.text()?,
+        items: Vec::new(),
+    })
+}
+
+fn pose<'a>(cdr: &mut Cdr<'a>, label: Label<'a>, kind: Kind) -> Result<Item<'a>, Fault> {
+    Ok(Item {
+        label,
+        kind,
+        position: cdr.f64s()?,
+        rotation: cdr.f64s()?,
+    })
+}
+
+fn point<'a>(cdr: &mut Cdr<'a>, label: Label<'a>, kind: Kind) -> Result<Item<'a>, Fault> {
+    Ok(Item {
+        label,
+        kind,
+        position: cdr.f64s()?,
+        rotation: [0.0; 4],
+    })
+}

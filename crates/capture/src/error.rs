@@ -1,4 +1,4 @@
-//! Why a vendor file cannot be read or written.
+//! Errors of reading and writing vendor files.
 
 use inhand_model::{ClockError, RecordingError};
 use thiserror::Error;

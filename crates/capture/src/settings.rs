@@ -1,4 +1,4 @@
-//! What a user may say about a file that the file itself does not.
+//! Settings that supply what a file does not state.
 
 use inhand_model::{LengthUnit, RotationOrder, UpAxis};
 

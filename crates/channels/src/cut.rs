@@ -1,4 +1,4 @@
-//! What becomes of a take when its file is cut.
+//! Adjusts the metadata of a take when its file is cut.
 
 use std::collections::BTreeMap;
 use std::ops::Range;

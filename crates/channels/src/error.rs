@@ -1,4 +1,4 @@
-//! What can go wrong between nouns and MCAP files.
+//! Errors of writing and reading takes, dictionaries and events as MCAP.
 
 use std::fmt::Display;
 use std::io;

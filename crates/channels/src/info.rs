@@ -1,4 +1,4 @@
-//! What is in an MCAP file, whoever wrote it.
+//! Contents of an MCAP file of any writer.
 
 use std::collections::BTreeMap;
 

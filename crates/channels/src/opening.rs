@@ -1,4 +1,4 @@
-//! What can be told of a file quickly: its channels, its frames, where the hand is when it begins.
+//! Quick preview of a file: channels, frames, first pose of the hand.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{Read, Seek};

@@ -1,4 +1,4 @@
-//! What a file says of a whole take before its first sample.
+//! Facts about a whole take that are written before its first sample.
 
 use inhand_model::{Finding, Recording};
 

@@ -1,4 +1,4 @@
-//! What a topic of ours is for, for those who arrange what viewers show.
+//! Purpose of each topic, for viewer layouts.
 
 use inhand_model::{Frame, Hand, Object, World};
 

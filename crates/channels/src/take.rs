@@ -1,4 +1,4 @@
-//! What goes into a take's file and what comes out of it.
+//! Contents of a take's file, to write and as read.
 
 use inhand_model::{
     Annotations, Change, Hull, Motion, PerFinger, Plan, Provenance, Recording, Roles, Shape,

@@ -1,4 +1,4 @@
-//! What viewers draw: one connected tree of frames, point clouds, a scene.
+//! Visualisation channels: one connected tree of frames, point clouds, a scene.
 //!
 //! The tree is `upright` (z up) -> `world` (the source's axes) -> `hand` -> `object`; where there is
 //! no processed motion, `object` hangs under `world`. A frame is in the tree only if the take

@@ -1,4 +1,4 @@
-//! What a check says of a take.
+//! Results of a check of a take.
 
 use std::ops::Range;
 

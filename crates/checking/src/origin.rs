@@ -1,4 +1,4 @@
-//! What the reader found, names, roles.
+//! Checks of source findings, names and roles.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! What counts as odd. The defaults are what people and cameras usually do.
+//! Thresholds of the checks. The defaults are what people and cameras usually do.
 
 use inhand_motion::{GapFill, ProcessSettings};
 

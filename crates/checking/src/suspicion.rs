@@ -1,4 +1,4 @@
-//! What detectors of other crates suspect, as results.
+//! Suspect samples of the detectors as check results.
 
 use std::ops::Range;
 

@@ -1,4 +1,4 @@
-//! How well one stretch of a marker goes on in another, and what is usual in a take.
+//! Continuity of marker intervals, relative to what is usual in a take.
 
 use inhand_model::{Frame, PointTrack, Position};
 use nalgebra::Vector3;

@@ -1,4 +1,4 @@
-//! What looks wrong in a recording. Nothing here changes one.
+//! Detectors of suspect samples. Nothing here changes a recording.
 //!
 //! Each kind is looked for with what is found before it out of the way: flips first, since a flipped
 //! hand moves all fingers in its frame; then swaps; spikes in what swaps leave; then what unlabelled

@@ -1,4 +1,4 @@
-//! Why a recording could not be searched or cleaned.
+//! Errors of detection and cleaning.
 
 use inhand_model::{ClockError, RecordingError};
 use inhand_motion::MotionError;

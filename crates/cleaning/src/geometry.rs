@@ -1,4 +1,4 @@
-//! Where in the hand's frame each finger usually is.
+//! Usual position of each finger in the hand's frame.
 
 use inhand_model::{Finger, Hand, PerFinger, PointTrack, Position};
 use nalgebra::Vector3;

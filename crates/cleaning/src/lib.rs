@@ -1,4 +1,4 @@
-//! What looks wrong in a recording, and cleaned recordings with every change listed.
+//! Finds suspect samples in recordings and cleans them, with every change listed.
 //!
 //! * [`detect`] finds flipped bodies, swapped fingertips, spikes and lost labels, each with a range of
 //!   samples, a score and what repair is suggested. Nothing is changed.

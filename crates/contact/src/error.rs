@@ -1,4 +1,4 @@
-//! Why points have no hull, or contacts no phases.
+//! Errors of hulls and contact phases.
 
 use thiserror::Error;
 

@@ -1,4 +1,4 @@
-//! How near fingertips come to one another.
+//! Smallest distances between fingertips.
 
 use inhand_model::{Finger, Hand, PerFinger, Position};
 

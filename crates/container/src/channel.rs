@@ -1,4 +1,4 @@
-//! What a channel is, for those who choose among channels.
+//! Description of a channel, for selections.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! What chunks hold: unpacked within bounds, packed again.
+//! Content of chunks: unpacked within bounds, packed again.
 
 use std::io::{self, Write as _};
 

@@ -1,4 +1,4 @@
-//! What can go wrong between MCAP files.
+//! Errors of reading, copying and writing MCAP files.
 
 use std::io;
 

@@ -1,4 +1,4 @@
-//! What is wrong with a file, with the place.
+//! Faults of a file, with their place.
 
 use mcap::McapError;
 use mcap::records::op;

@@ -1,4 +1,4 @@
-//! What a file holds and where: what its summary says.
+//! Index of a file, from its summary.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! What a file says of itself before it is read: its summary, its metadata, its span of time.
+//! Overview of a file before it is read: summary, metadata, time range.
 
 use std::collections::BTreeMap;
 use std::io::{Cursor, Read, Seek};

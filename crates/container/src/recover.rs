@@ -1,4 +1,4 @@
-//! What can be saved of a damaged file.
+//! Recovers intact data from a damaged file.
 
 mod keeper;
 mod report;

@@ -1,4 +1,4 @@
-//! How far, how fast and how smoothly a fingertip moves.
+//! Path length, speed and smoothness of fingertip motion.
 //!
 //! Two measures of smoothness are in use; both are negative, and nearer to 0 is smoother:
 //!

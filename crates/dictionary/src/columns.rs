@@ -1,4 +1,4 @@
-//! Where training columns come from.
+//! Sources of training columns.
 
 use std::ops::Range;
 

@@ -1,4 +1,4 @@
-//! Why a dictionary cannot be learned or used.
+//! Errors of learning and using dictionaries.
 
 use std::fmt;
 

@@ -1,4 +1,4 @@
-//! How much of the segments' variance dictionaries of any rank can explain.
+//! Largest share of the segments' variance that a dictionary of each rank can explain.
 
 use inhand_model::ExplainedVariance;
 

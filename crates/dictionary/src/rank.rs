@@ -1,4 +1,4 @@
-//! How good dictionaries of different ranks are on takes left out of learning.
+//! Errors of dictionaries of different ranks on takes left out of learning.
 
 mod fit;
 mod held_out;

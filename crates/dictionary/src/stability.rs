@@ -1,4 +1,4 @@
-//! How alike two sets of primitives are.
+//! Similarity of two sets of primitives.
 
 use nalgebra::DMatrix;
 

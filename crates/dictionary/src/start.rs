@@ -1,4 +1,4 @@
-//! Where the primitives start.
+//! Initial primitives.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};

@@ -1,4 +1,4 @@
-//! What the plans of a method prove, summed up.
+//! Summary of the certificates of a method's plans.
 
 use inhand_model::{ConstraintFamily, FamilyFacts, Plan, PlanFacts, PlanStatus};
 

@@ -1,4 +1,4 @@
-//! How often the recorded motion lies within the corridors that a method states.
+//! Coverage of a method's prediction regions by the recorded motion.
 
 use inhand_model::{Calibration, CorridorCoverage, Finger, PerFinger};
 

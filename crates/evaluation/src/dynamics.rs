@@ -1,4 +1,4 @@
-//! What contacts do over time, of whole takes and inside segments.
+//! Contact dynamics of whole takes and of segments.
 
 use std::ops::Range;
 

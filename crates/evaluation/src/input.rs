@@ -1,4 +1,4 @@
-//! What is judged, and by which limits.
+//! Input of an evaluation, with its limits.
 
 use inhand_model::{
     Calibration, Demonstrated, Hand, Motion, Object, PerFinger, Plan, Pose, Segments, Shape,

@@ -1,4 +1,4 @@
-//! How sure errors and contact shares are, and how methods differ: bootstrap over segments or sessions.
+//! Bootstrap confidence intervals of errors, contact shares and differences, over segments or sessions.
 //!
 //! Clusters are drawn with replacement, the same ones for every method, so that differences are paired
 //! ([`bootstrap`]). Every interval is the percentile interval: from quantile

@@ -1,4 +1,4 @@
-//! How well planned trajectories match recorded motion.
+//! Compares planned trajectories with recorded motion.
 //!
 //! [`recorded`] looks once at what the recorded motion does at every instant of the test segments;
 //! [`evaluate_method`] looks at the same instants of what a method planned, in the same way, and

@@ -1,4 +1,4 @@
-//! How recorded and planned motion moves: lengths, speeds, smoothness, and how near it is to anything
+//! Movement of recorded and planned motion: lengths, speeds, smoothness, and the distance to anything
 //! demonstrated.
 
 use inhand_curves::smoothness::path_measures;

@@ -1,4 +1,4 @@
-//! What a take's data is worth before anything is planned or judged with it.
+//! Data quality of a take.
 
 use inhand_model::{
     BodySource, Finding, Marker, Motion, PerFinger, Recording, Roles, TakeQuality, Track,

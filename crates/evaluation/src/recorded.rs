@@ -1,4 +1,4 @@
-//! What the recorded motion itself does, computed once for all methods.
+//! Measures of the recorded motion itself, computed once for all methods.
 
 use inhand_model::{Hand, Object, PerFinger, Pose, Status};
 use rayon::prelude::*;

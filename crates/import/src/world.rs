@@ -1,4 +1,4 @@
-//! What a file of others leaves to be told apart: names, frames, units, axes.
+//! Names, frames, units and axes of a third-party recording.
 
 use std::collections::{BTreeMap, BTreeSet};
 

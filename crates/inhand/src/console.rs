@@ -1,4 +1,4 @@
-//! What a person sees while a command works: everything but data, on stderr.
+//! Progress and messages on stderr.
 
 use std::cell::Cell;
 use std::io::{self, IsTerminal, Write};

@@ -1,4 +1,4 @@
-//! Where playing stands: log time as a function of the time that passes.
+//! Playback clock: log time as a function of elapsed time.
 
 use std::time::Duration;
 

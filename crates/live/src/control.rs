@@ -1,4 +1,4 @@
-//! What can be asked of a player from elsewhere in the program.
+//! Controls of a player, for the rest of the program.
 
 use std::sync::mpsc::SyncSender;
 

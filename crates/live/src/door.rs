@@ -1,4 +1,4 @@
-//! Where viewers come in.
+//! Accepts client connections.
 
 use std::collections::BTreeMap;
 use std::io;

@@ -1,4 +1,4 @@
-//! What can go wrong while a recording is played.
+//! Errors of playback.
 
 use std::io;
 

@@ -1,4 +1,4 @@
-//! When time may pass: as soon as someone watches.
+//! Starts playback when the first client subscribes.
 
 use std::time::Duration;
 

@@ -1,4 +1,4 @@
-//! What holds at the instant at hand: the messages that a viewer needs who comes now.
+//! Retained messages: those that a newly subscribed client needs.
 
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -1,4 +1,4 @@
-//! What there is to tell a person while a recording is played.
+//! Events of playback.
 
 use std::fmt;
 use std::net::SocketAddr;

@@ -1,4 +1,4 @@
-//! What is still to be sent to one viewer, in order and bounded.
+//! Bounded send queue of one client.
 
 use std::mem;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};

@@ -1,4 +1,4 @@
-//! What can go wrong between matrices and files.
+//! Errors of reading and writing matrix files.
 
 use std::fmt::Display;
 

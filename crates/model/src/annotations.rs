@@ -1,4 +1,4 @@
-//! What people say about a take: events on its time line, and facts about the whole.
+//! Annotations of a take: events on its time line, and facts about the whole.
 
 use std::collections::BTreeMap;
 use std::ops::Range;

@@ -1,4 +1,4 @@
-//! What a step of cleaning changed in a recording.
+//! Changes that a cleaning step made to a recording.
 
 use std::fmt;
 use std::ops::Range;

@@ -1,4 +1,4 @@
-//! When the samples of a take were taken.
+//! Sample clock of a take.
 
 use thiserror::Error;
 

@@ -1,4 +1,4 @@
-//! What contacts do over time: makes and breaks, states, phases, slip.
+//! Contact dynamics: makes and breaks, states, phases, slip.
 
 use crate::evaluation::Statistics;
 use crate::finger::{Finger, PerFinger};

@@ -1,4 +1,4 @@
-//! When a fingertip touches the object.
+//! Rule for contact between fingertip and object.
 
 /// More than rounding can do to a distance between a finger and the object in its hand, metres, so
 /// that a distance of exactly tau is a contact; far below what any camera can tell apart.

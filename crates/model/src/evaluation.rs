@@ -1,4 +1,4 @@
-//! How planned motion compares with recorded motion. Lengths are metres; the report turns them
+//! Comparison of planned with recorded motion. Lengths are metres; the report turns them
 //! into millimetres.
 
 use crate::contact_dynamics::ContactDynamics;

@@ -1,4 +1,4 @@
-//! What demonstrations lead one to expect of a deviation, given the end conditions.
+//! Deviation predictor: kernel regression on demonstrations, given the boundary conditions.
 
 mod kernel;
 

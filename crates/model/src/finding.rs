@@ -1,4 +1,4 @@
-//! What is odd about data that could still be used.
+//! Findings about data that could still be used.
 
 use std::fmt;
 

@@ -1,4 +1,4 @@
-//! What figures of a report show beside the numbers of an evaluation: stretches of motion, filters at work,
+//! Data of the report's figures beside the numbers of an evaluation: intervals of motion, filtering,
 //! spectra, hulls, primitives.
 
 use crate::dictionary::Hull;

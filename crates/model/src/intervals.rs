@@ -1,4 +1,4 @@
-//! How sure the numbers of an evaluation are, and how methods differ.
+//! Confidence intervals of an evaluation, and differences between methods.
 
 use crate::finger::{Finger, PerFinger};
 

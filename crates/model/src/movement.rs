@@ -1,4 +1,4 @@
-//! How motion moves: lengths, speeds, smoothness, and how far it is from anything demonstrated.
+//! Measures of movement: lengths, speeds, smoothness, distance to the nearest demonstration.
 
 use crate::evaluation::Statistics;
 use crate::finger::PerFinger;

@@ -1,4 +1,4 @@
-//! What made a file, from what.
+//! Provenance of a file.
 
 /// An input and its content.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -1,4 +1,4 @@
-//! What can be wrong with takes, roles and settings.
+//! Errors of processing takes.
 
 use std::fmt;
 

@@ -1,4 +1,4 @@
-//! How takes are processed and cut. No defaults: these are physical choices.
+//! Settings of processing and cutting. No defaults: these are physical choices.
 
 use inhand_model::SegmentLayout;
 use serde::{Deserialize, Serialize};

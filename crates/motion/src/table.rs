@@ -1,4 +1,4 @@
-//! What segments are cut from: a take without its names and clocks.
+//! Sample table that segments are cut from: a take without names and clocks.
 
 use std::ops::Range;
 

@@ -1,4 +1,4 @@
-//! What the marker clusters of a session look like, and the frames they define.
+//! Marker cluster templates of a session, and the frames they define.
 
 use std::fmt;
 

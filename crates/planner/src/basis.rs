@@ -1,4 +1,4 @@
-//! What unknowns do to a segment's rows: `W`, part sparse, part dense.
+//! Map from the unknowns to a segment's rows: `W`, part sparse, part dense.
 
 use inhand_model::{SegmentLayout, smooth_basis};
 use nalgebra::{DMatrix, DVector};

@@ -1,4 +1,4 @@
-//! How far motion may be from a plan: the conditional covariance of each fingertip.
+//! Prediction regions of a plan: the conditional covariance of each fingertip.
 
 use inhand_model::{Corridor, PerFinger, SegmentLayout};
 use nalgebra::DMatrix;

@@ -1,4 +1,4 @@
-//! Why a planner cannot be built, or a target cannot be planned to.
+//! Errors of building a planner and of planning.
 
 use inhand_model::{DictionaryError, Finger, TrajectoryError};
 use thiserror::Error;

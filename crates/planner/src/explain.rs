@@ -1,4 +1,4 @@
-//! Why there is no solution: by how much constraints would have to give way.
+//! Explains infeasibility: the smallest relaxation of the constraints that has a solution.
 
 mod elastic;
 mod program;

@@ -1,4 +1,4 @@
-//! What a solver reached, as a plan that says what it keeps and how well.
+//! Turns a solver's result into a plan with its certificate.
 
 use inhand_contact::HullProbe;
 use inhand_model::{

@@ -1,4 +1,4 @@
-//! How strongly unknowns are drawn to what is expected of them.
+//! Precision of the prior on the unknowns.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 

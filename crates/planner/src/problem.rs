@@ -1,4 +1,4 @@
-//! What is minimised, for all targets that give the same parts of a segment.
+//! Quadratic program shared by all targets with the same pattern.
 //!
 //! In millimetres, for unknowns `h` (n):
 //!

@@ -1,4 +1,4 @@
-//! What a plan has to reach.
+//! Targets of a plan.
 
 use inhand_model::{Configuration, EndConditions, Finger, Hand, Object, PerFinger, Pose, Position};
 

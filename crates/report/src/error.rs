@@ -1,4 +1,4 @@
-//! Why an evaluation cannot become a report.
+//! Errors of making and reading reports.
 
 use thiserror::Error;
 

@@ -1,4 +1,4 @@
-//! What the training takes say about the methods themselves, in words: which one was chosen and why,
+//! Method choice on the training takes, in words: which method was chosen and why,
 //! what was learned of deviations, how honest corridors are.
 
 use inhand_model::{

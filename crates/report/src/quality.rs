@@ -1,4 +1,4 @@
-//! What several parts of a report ask of a take's quality.
+//! Data quality helpers shared by parts of a report.
 
 use inhand_model::{Severity, TakeQuality};
 

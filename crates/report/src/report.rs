@@ -1,4 +1,4 @@
-//! What a report is made from.
+//! Input of a report.
 
 use inhand_model::{Evaluation, EvaluationRows, Illustrations, Provenance};
 

@@ -1,4 +1,4 @@
-//! How a method stands against the methods that have learned nothing, in words. The same words
+//! Comparison of a method with the baselines, in words. The same words
 //! open the HTML and close the terminal table, so that neither can flatter.
 
 use inhand_model::{Evaluation, Finger, MethodEvaluation, Statistics};

@@ -1,4 +1,4 @@
-//! How much of a take is there.
+//! Coverage of a take's samples.
 
 use inhand_model::{Recording, Status};
 

@@ -1,4 +1,4 @@
-//! Where a hand is: from a JSON file, or from a take at a time.
+//! State of the hand: from a JSON file, or from a take at a time.
 //!
 //! ```json
 //! {

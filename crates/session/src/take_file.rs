@@ -1,4 +1,4 @@
-//! What goes into the file of a take.
+//! Writes the file of a take.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! What a camera system makes of the truth: noisy markers, rigid bodies fitted to them, gaps.
+//! Simulates a camera system: noisy markers, rigid bodies fitted to them, gaps.
 
 use std::ops::Range;
 

@@ -1,4 +1,4 @@
-//! Who moves when: strokes out and back about and along every axis, pauses, regrasps.
+//! Choreography: strokes out and back about and along every axis, pauses, regrasps.
 
 use inhand_model::{Finger, Hand, Position, Shape};
 

@@ -1,4 +1,4 @@
-//! Why a take cannot be simulated.
+//! Errors of simulation.
 
 use inhand_model::{ClockError, RecordingError, Shape};
 use thiserror::Error;

@@ -1,4 +1,4 @@
-//! What goes wrong in real captures, planted into a simulated take with a record of each fault.
+//! Plants faults of real captures into a simulated take, with a record of each.
 //!
 //! Lengths of stretches are log-uniform, so that short ones are as frequent as long ones:
 //!

@@ -1,4 +1,4 @@
-//! What a simulated take is to be.
+//! Settings of a simulated take.
 
 use inhand_model::Shape;
 

@@ -1,4 +1,4 @@
-//! Why rows have no bootstrap.
+//! Errors of bootstrap intervals.
 
 use thiserror::Error;
 

@@ -1,4 +1,4 @@
-//! What tables have columns for: markers, bodies, fingertips.
+//! Entities with columns in tables: markers, bodies, fingertips.
 
 use inhand_model::{
     BodyKind, Finger, Frame, MarkerKind, Motion, PointTrack, PoseTrack, Recording, Status,

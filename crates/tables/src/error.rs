@@ -1,4 +1,4 @@
-//! Why a table cannot be read or written.
+//! Errors of reading and writing tables.
 
 use std::io;
 

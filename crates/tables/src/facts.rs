@@ -1,4 +1,4 @@
-//! What the columns of a wide table cannot hold, as JSON beside it.
+//! JSON beside a wide table, for what its columns cannot hold.
 
 use std::collections::BTreeMap;
 

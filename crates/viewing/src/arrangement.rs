@@ -1,4 +1,4 @@
-//! How panels share the window.
+//! Arrangement of panels in the window.
 
 use serde_json::{Value, json};
 

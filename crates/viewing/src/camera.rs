@@ -1,4 +1,4 @@
-//! Where the view looks from, and at what.
+//! Camera of a 3D panel.
 //!
 //! The camera goes with the hand: fingertips keep to their place in the view while the object turns
 //! between them. A viewer that follows only where a frame is keeps the camera as it stood towards the

@@ -1,4 +1,4 @@
-//! What there is to show.
+//! Content of files that a layout can show.
 
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -1,4 +1,4 @@
-//! Where the points of each frame lie, and what they say.
+//! Point section of a C3D file: where it is and how its values are stored.
 
 use inhand_model::{Finding, LengthUnit, PointTrack, Position, Status, World};
 

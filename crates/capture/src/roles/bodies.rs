@@ -1,4 +1,4 @@
-//! What the poses of hand and object come from.
+//! Sources of the poses of hand and object.
 
 use inhand_model::{BodyKind, BodySource, MarkerKind, PerFinger, Recording};
 

@@ -1,4 +1,4 @@
-//! Why the roles of a take stay open.
+//! Errors of assigning roles to the markers and bodies of a take.
 
 use inhand_model::{Finger, MarkerKind, Recording};
 use thiserror::Error;

@@ -1,4 +1,4 @@
-//! How methods compare with what was recorded, as it lies in a take's file.
+//! Reads the evaluation channels of a take's file.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! What viewers draw of a dictionary: the primitive that plays, its paths beside those of the mean motion,
+//! Visualisation of a dictionary: the primitive that plays, its paths beside those of the mean motion,
 //! and where fingertips have been.
 
 use foxglove::messages::{Point3, PointCloud, SceneEntity, SceneUpdate, TextPrimitive};

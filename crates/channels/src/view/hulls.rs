@@ -1,4 +1,4 @@
-//! Where fingertips have been in training: filled in dictionaries, outlined in takes.
+//! Training hulls of fingertips: filled in dictionaries, outlined in takes.
 
 use std::collections::BTreeSet;
 

@@ -1,4 +1,4 @@
-//! What viewers list beside the picture: what cleaning changed, and plans that found no motion.
+//! Log channel for viewers: changes made by cleaning, and plans without a solution.
 
 use foxglove::messages::{Log, log};
 use inhand_model::{Clock, PlanStatus};

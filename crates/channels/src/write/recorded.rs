@@ -1,4 +1,4 @@
-//! What was measured: markers, bodies, fingertips, findings.
+//! Writes the measured channels: markers, bodies, fingertips, findings.
 
 use foxglove::messages::{Log, log};
 use inhand_model::{Finding, PerFinger, Position, Recording, Roles, Severity, Status};

@@ -1,4 +1,4 @@
-//! What is kept goes out so that it can be read: channels before their messages, schemas before
+//! Writes recovered records in a readable order: channels before their messages, schemas before
 //! their channels.
 
 use std::collections::{BTreeMap, BTreeSet};

@@ -1,4 +1,4 @@
-//! What was saved and what was lost.
+//! Report of a recovery: saved and lost data.
 
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -1,4 +1,4 @@
-//! Where records may start in bytes that are not to be trusted.
+//! Finds possible record starts in untrusted bytes.
 
 use std::collections::BTreeSet;
 use std::io::{Read, Seek};

@@ -1,4 +1,4 @@
-//! What holds at an instant: the message that each channel sent last before it.
+//! Latest messages: the last one of each channel before an instant.
 
 use std::cmp::Reverse;
 use std::collections::btree_map::Entry as Place;

@@ -1,4 +1,4 @@
-//! What is where in a file: by its summary, and by walking through what that leaves open.
+//! Survey of a file: from its summary, and by scanning what the summary leaves out.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{Read, Seek};

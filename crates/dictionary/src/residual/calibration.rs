@@ -1,4 +1,4 @@
-//! How wide corridors have to be.
+//! Calibration of the width of prediction regions.
 
 use inhand_model::Calibration;
 use nalgebra::{DMatrix, Matrix3, Vector3};

@@ -1,4 +1,4 @@
-//! What `inhand info` says of a dictionary.
+//! Dictionary part of `inhand info`.
 
 use std::fmt::Write as _;
 

@@ -1,4 +1,4 @@
-//! What lines and swatches stand for.
+//! Legend of lines and swatches.
 
 use maud::{Markup, html};
 

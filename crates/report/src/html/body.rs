@@ -1,4 +1,4 @@
-//! What a section holds: prose, tables and figures in their order.
+//! Content of a section: prose, tables and figures in their order.
 //!
 //! A page is made of sections and a folder of figures is collected from the same sections, so that no
 //! figure is on the page alone.

@@ -1,4 +1,4 @@
-//! How methods compare on left-out training takes, and which was chosen.
+//! Comparison of methods on left-out training takes, and the method chosen.
 
 use inhand_model::{Evaluation, MethodCandidate};
 use maud::{Markup, html};

@@ -1,4 +1,4 @@
-//! How many fingers hold at once.
+//! Number of fingers in contact at once.
 
 use inhand_model::{EvaluationRows, Finger, PerFinger, in_contact};
 

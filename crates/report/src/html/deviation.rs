@@ -1,4 +1,4 @@
-//! What was learned of deviations from the smooth curve.
+//! Learned deviations from the cubic Hermite baseline.
 
 use inhand_model::DeviationFacts;
 use maud::{Markup, html};

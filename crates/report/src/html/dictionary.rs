@@ -1,4 +1,4 @@
-//! How the primitives were learned.
+//! Learning of the primitives.
 
 use inhand_model::{DictionaryFacts, DictionaryKind, Evaluation, Finger, StopReason};
 use maud::{Markup, html};

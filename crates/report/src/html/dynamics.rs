@@ -1,4 +1,4 @@
-//! What contacts do over time: makes and breaks, states, phases, slip.
+//! Contact dynamics: makes and breaks, states, phases, slip.
 
 use inhand_model::{
     ContactDynamics, ContactRules, Finger, FingerContactFacts, FingerSet, GaitFacts, PerFinger,

@@ -1,4 +1,4 @@
-//! How errors are distributed, each method as one curve.
+//! Distribution of errors, one curve per method.
 
 use inhand_model::EvaluationRows;
 

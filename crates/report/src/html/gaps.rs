@@ -1,4 +1,4 @@
-//! Where tracks are missing and where they were filled.
+//! Missing and filled samples over time.
 
 use inhand_model::{Finger, TakeGaps, TrackGaps};
 use maud::{Markup, html};

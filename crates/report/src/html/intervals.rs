@@ -1,4 +1,4 @@
-//! How sure the errors are, and how methods differ on the same segments.
+//! Confidence intervals of errors, and differences on the same segments.
 
 use inhand_model::{
     Bootstrap, Cluster, Estimate, Evaluation, Finger, Intervals, Measure, MethodIntervals,

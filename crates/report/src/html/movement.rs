@@ -1,4 +1,4 @@
-//! How recorded and planned motion moves.
+//! Movement of recorded and planned motion.
 
 use inhand_model::{Finger, FingerMovement, Movement, MovementAnalysis, Statistics};
 use maud::{Markup, html};

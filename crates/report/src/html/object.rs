@@ -1,4 +1,4 @@
-//! Where methods plan the object too: how far it is from where it was recorded.
+//! Object error of methods that plan the object too.
 
 use inhand_model::{ObjectError, Statistics};
 use maud::html;

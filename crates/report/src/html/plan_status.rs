@@ -1,4 +1,4 @@
-//! How planning ended, method by method.
+//! Plan status by method.
 
 use inhand_model::PlanFacts;
 use maud::html;

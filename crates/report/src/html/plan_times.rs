@@ -1,4 +1,4 @@
-//! How long plans take.
+//! Planning times.
 
 use maud::{Markup, html};
 

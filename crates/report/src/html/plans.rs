@@ -1,4 +1,4 @@
-//! How planning went: the certificates of all plans, and what each family of constraints did.
+//! Certificates of all plans, and activity of each family of constraints.
 
 use inhand_model::{ConstraintFamily, FamilyFacts, PlanFacts};
 use maud::{Markup, html};

@@ -1,4 +1,4 @@
-//! What made this report, from what, with which settings.
+//! Provenance: tool, inputs and settings of this report.
 
 use inhand_model::Provenance;
 use maud::{Markup, html};

@@ -1,4 +1,4 @@
-//! What each take's data is worth, so that nobody reads the errors without it.
+//! Data quality of each take.
 
 use inhand_model::{Evaluation, Finding, Finger, TakeFacts, TakeQuality, TrackCounts};
 use maud::{Markup, html};

@@ -1,4 +1,4 @@
-//! What training has shown: where fingertips have been, primitives, explained variance.
+//! Training data: fingertip hulls, primitives, explained variance.
 
 use inhand_model::{DictionaryKind, ExplainedVariance, Finger, Hull, PerFinger, PrimitivePath};
 use maud::html;

@@ -1,4 +1,4 @@
-//! What a cut changes in the file of a take.
+//! Changes that a cut makes to the file of a take.
 
 use std::fs::File;
 use std::io::Read as _;

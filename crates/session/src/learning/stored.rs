@@ -1,4 +1,4 @@
-//! What passes from round to round, in files.
+//! State between rounds, in files.
 
 use inhand_dictionary::{Activations, NmfProblem, NmfState, Node, Sums};
 use inhand_model::StopReason;

@@ -1,4 +1,4 @@
-//! What is put over each other: takes, their names, their time lines.
+//! Input of an overlay: takes, their names, their time lines.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! Where results are, and whether they may be written there.
+//! Paths of the results, and whether they may be written.
 
 use std::path::{Path, PathBuf};
 

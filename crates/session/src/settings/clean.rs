@@ -1,4 +1,4 @@
-//! How takes are cleaned: the table `[clean]`.
+//! Cleaning settings: the table `[clean]`.
 
 use std::collections::BTreeMap;
 

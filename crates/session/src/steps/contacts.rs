@@ -1,4 +1,4 @@
-//! What counts as contact, and what touches in a recorded motion.
+//! Contact rule, and the contacts of a recorded motion.
 
 use inhand_evaluation::{EvaluationSettings, SampleContacts, motion_contacts};
 use inhand_model::Motion;

@@ -1,4 +1,4 @@
-//! What figures of a report show beside the numbers of an evaluation.
+//! Data of the report's figures beside the numbers of an evaluation.
 //!
 //! `gaps` (where tracks are missing), `smoothing` (the filter at work), `segments` (usual and worst
 //! segments), `learned` (hulls, primitives, explained variance), `clouds` (distances to clouds of points).

@@ -1,4 +1,4 @@
-//! How sure the numbers of an evaluation are.
+//! Confidence intervals of an evaluation.
 
 use inhand_evaluation::{Contestant, session_intervals};
 use inhand_model::{Bootstrap, Cluster, Evaluation, EvaluationRows, Intervals, Statistics};

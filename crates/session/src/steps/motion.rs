@@ -1,4 +1,4 @@
-//! How motion moves and what contacts do over time, of the recording and of each method.
+//! Movement and contact dynamics of the recording and of each method.
 
 use inhand_evaluation::{JudgedMethod, MovementSettings, Rows, contact_dynamics, movement};
 use inhand_model::{

@@ -1,4 +1,4 @@
-//! How many primitives to learn.
+//! Choice of the number of primitives.
 
 use inhand_dictionary::{RankCurve, RankMethod, RankPoint, rank_curve};
 use inhand_model::{DictionaryKind, Segments};

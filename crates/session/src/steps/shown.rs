@@ -1,4 +1,4 @@
-//! What training motions show: where fingertips have been, and how fast.
+//! Demonstrated range of training motions: fingertip hulls and speeds.
 
 use inhand_contact::hull;
 use inhand_curves::velocity;

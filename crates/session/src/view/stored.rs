@@ -1,4 +1,4 @@
-//! What the file of a take holds beside the take, as far as views need it.
+//! Content of a take's file beside the take that views need.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! Where a fault finds room.
+//! Free places for faults.
 
 use std::ops::Range;
 

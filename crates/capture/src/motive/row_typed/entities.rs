@@ -1,4 +1,4 @@
-//! What there is in a row-typed file.
+//! Markers and bodies of a row-typed file.
 
 use std::collections::BTreeMap;
 

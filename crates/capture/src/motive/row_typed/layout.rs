@@ -1,4 +1,4 @@
-//! Where everything of a row-typed file stands in rows of one kind.
+//! Column layout of the rows of one kind in a row-typed file.
 
 use inhand_model::{BodyKind, Finding, MarkerKind};
 

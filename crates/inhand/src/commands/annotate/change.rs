@@ -1,4 +1,4 @@
-//! What changes a file's events.
+//! Commands that change a file's events.
 
 use std::path::Path;
 

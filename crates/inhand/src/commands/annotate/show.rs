@@ -1,4 +1,4 @@
-//! What shows a file's events.
+//! Commands that show a file's events.
 
 use anyhow::{Context, Result};
 use inhand_model::Event;

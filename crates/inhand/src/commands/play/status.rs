@@ -1,4 +1,4 @@
-//! What is said while a recording is played: lines about viewers, and on a terminal a line that changes.
+//! Status output of `play`: lines about viewers, and a progress line on a terminal.
 
 use std::io::{self, IsTerminal};
 

@@ -1,4 +1,4 @@
-//! What a reader should know about sessions before believing their numbers: outliers, settings that differ.
+//! Notes on sessions: outliers and settings that differ.
 
 use inhand_model::{Outlier, Summary};
 use maud::html;

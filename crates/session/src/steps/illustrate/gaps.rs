@@ -1,4 +1,4 @@
-//! Where tracks are missing, and where they were filled.
+//! Missing and filled samples of tracks.
 
 use inhand_model::{Clock, Finger, Status, TakeGaps, TrackGaps};
 

@@ -1,4 +1,4 @@
-//! What was learned: primitives as paths, and how much of the variance they explain.
+//! Learned primitives as paths, and the variance they explain.
 
 use inhand_dictionary::explained_variance;
 use inhand_model::{

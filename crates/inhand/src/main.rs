@@ -1,5 +1,4 @@
-//! From motion-capture takes of a hand to judged, viewable in-hand manipulation trajectories, on
-//! MCAP.
+//! Command line of inhand: parses arguments, runs a command, sets the exit code.
 
 mod commands;
 mod console;
@@ -13,7 +12,7 @@ use crate::commands::Command;
 use crate::console::Console;
 use crate::exit::Exit;
 
-/// From motion-capture takes of a hand to judged, viewable in-hand manipulation trajectories.
+/// Turn motion capture of a hand into evaluated, reproducible in-hand manipulation trajectories.
 ///
 /// A session is a folder with train/ and test/ takes: Motive CSV, Qualisys TSV, TRC, C3D or MCAP.
 /// `inhand run SESSION -o OUT` does everything; `inhand demo` shows it on a simulated session.

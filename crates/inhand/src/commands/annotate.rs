@@ -11,7 +11,7 @@ use crate::console::Console;
 use crate::exit::Exit;
 use crate::options::Format;
 
-/// Events on the time line of an MCAP file of any origin, as `foxglove.Event` messages that viewers
+/// Edit the events of an MCAP file of any origin, stored as `foxglove.Event` messages that viewers
 /// show; everything else in the file stays byte for byte. Other commands select data by them
 /// (--event, --without).
 #[derive(Debug, clap::Args)]

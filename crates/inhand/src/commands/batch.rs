@@ -16,11 +16,11 @@ use crate::exit::{Exit, UsageError};
 use crate::options::OutputOptions;
 use record::{Outcome, Record, State};
 
-/// Run many sessions, go past those that fail, join their evaluations
+/// Run many sessions, skip and report those that fail, join their evaluations
 ///
 /// Each session goes into a folder of its own, and one report over all of them is made at the end.
 ///
-/// A session that fails is said and gone past. Called again, it does only what is not up to date: sessions that
+/// A session that fails is reported and skipped. Called again, it does only what is not up to date: sessions that
 /// failed, were interrupted or have changed.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {

@@ -11,8 +11,8 @@ use crate::console::{Console, data};
 use crate::exit::Exit;
 use crate::options::SourceOptions;
 
-/// Looks at what takes tell of themselves: rate, gaps, bodies, units and axes against the data, and
-/// how many segments can be used. Several takes are listed worst first.
+/// Check the rate, gaps, bodies, units and axes that takes state against their data, and count the
+/// usable segments. Several takes are listed worst first.
 ///
 /// Changes nothing. Exits with 3 where --fail-on is met.
 #[derive(Debug, clap::Args)]

@@ -16,9 +16,9 @@ use crate::console::{Console, data};
 use crate::exit::{Exit, UsageError};
 use crate::options::{OutputOptions, SourceOptions};
 
-/// Lists what looks wrong in takes: swapped fingertips, flipped bodies, spikes, lost fingertips among
-/// unlabelled markers. With steps and -o, repairs what they name and writes cleaned takes; what was
-/// measured stays in them beside the cleaned recording, and every change is listed.
+/// List suspect samples in takes: swapped fingertips, flipped bodies, spikes, lost fingertips among
+/// unlabelled markers. With steps and -o, repair what they name and write cleaned takes; the
+/// measured data stays in them beside the cleaned recording, and every change is listed.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Takes.

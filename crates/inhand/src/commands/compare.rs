@@ -13,7 +13,7 @@ use crate::exit::{Exit, UsageError};
 use crate::options::Format;
 use condition::Condition;
 
-/// What changed from one evaluation to another, with intervals; a check for tests
+/// Compare two evaluations or two methods, with intervals; fail on a condition
 ///
 /// Compares an evaluation with one before, or two methods of one evaluation, with bootstrap intervals over segments.
 /// For use in tests: with --fail-if it ends with exit code 3.

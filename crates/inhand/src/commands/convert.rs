@@ -15,7 +15,7 @@ use crate::console::Console;
 use crate::exit::{Exit, UsageError};
 use crate::options::{OutputOptions, SourceOptions};
 
-/// Converts takes (Motive CSV, Qualisys TSV, TRC, C3D, ROS 2 bags and other MCAP recordings) to MCAP
+/// Convert takes (Motive CSV, Qualisys TSV, TRC, C3D, ROS 2 bags and other MCAP recordings) to MCAP
 /// recordings; with an output that ends in .csv, .trc or .c3d, a recording to Motive CSV 1.23, TRC or
 /// C3D. Any take converts, whether or not it has a hand in it.
 ///

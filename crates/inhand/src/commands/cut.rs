@@ -13,10 +13,10 @@ use crate::console::{Console, data};
 use crate::exit::{Exit, UsageError};
 use crate::options::Format;
 
-/// Writes a stretch of time of an MCAP file of any origin; what stays is byte for byte as it was.
+/// Cut a time range from an MCAP file of any origin; what stays is byte for byte as it was.
 ///
-/// Static transforms and other messages that still hold are moved to the start of the stretch. A
-/// stretch of a take is a take: the samples nearest to the two times count.
+/// Static transforms and other messages that still hold are moved to the start of the range. A
+/// range of a take is a take: the samples nearest to the two times count.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// An MCAP file.

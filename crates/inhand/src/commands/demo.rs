@@ -13,7 +13,7 @@ use crate::console::Console;
 use crate::exit::Exit;
 use crate::options::{Format, OutputOptions};
 
-/// Simulates a session (five takes of 120 s for training, one for testing) and runs everything.
+/// Simulate a session (five takes of 120 s for training, one for testing) and run every step on it.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Folder for the session and the results.

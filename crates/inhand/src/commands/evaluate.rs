@@ -11,7 +11,7 @@ use crate::console::{Console, data};
 use crate::exit::{Exit, UsageError};
 use crate::options::{EvaluateOptions, Format, ProcessOptions, SelectOptions, SourceOptions};
 
-/// Compares the generated motion in takes with the recorded one and writes evaluation.json.
+/// Compare the generated motion in takes with the recorded one and write evaluation.json.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Takes with generated channels, as `generate` and `run` write them.

@@ -12,7 +12,7 @@ use crate::console::Console;
 use crate::exit::{Exit, UsageError};
 use crate::options::{Format, SourceOptions};
 
-/// Writes a take as a table (.csv, .parquet) or into a BIDS dataset (--bids), or the numbers of a
+/// Write a take as a table (.csv, .parquet) or into a BIDS dataset (--bids), or the numbers of a
 /// dictionary as named matrices for NumPy (.npz) or MATLAB (.mat). Metres and seconds everywhere.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {

@@ -13,7 +13,7 @@ use crate::console::{Console, data};
 use crate::exit::{Exit, UsageError};
 use crate::options::Format;
 
-/// Writes some topics of an MCAP file of any origin, or all of it packed another way; what stays is
+/// Select some topics of an MCAP file of any origin, or change its compression; what stays is
 /// byte for byte as it was.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {

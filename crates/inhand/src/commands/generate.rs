@@ -12,7 +12,7 @@ use crate::options::{
     MethodOptions, OutputOptions, PlanOptions, ProcessOptions, SelectOptions, SourceOptions,
 };
 
-/// Cuts takes into segments and generates a trajectory for each by every method; adds the
+/// Cut takes into segments and generate a trajectory for each by every method; add the
 /// generated channels.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {

@@ -13,7 +13,7 @@ use crate::console::{Console, data};
 use crate::exit::Exit;
 use crate::options::Format;
 
-/// Prints what is in an MCAP file of any origin: channels with schema, counts and rates, frames,
+/// Print what is in an MCAP file of any origin: channels with schema, counts and rates, frames,
 /// gaps of each finger, metadata, attachments. Every checksum is compared on the way.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {

@@ -10,7 +10,7 @@ use inhand_viewing::{Content, layout};
 use crate::console::{Console, data};
 use crate::exit::Exit;
 
-/// A layout for Foxglove and Lichtblick: the hand, the object, plots
+/// Write a layout for Foxglove and Lichtblick: the hand, the object, plots
 ///
 /// Writes a layout that Foxglove and Lichtblick import: the hand and the object from close by, errors,
 /// distances and contacts as plots under them, findings and events beside them.

@@ -9,7 +9,7 @@ use clap::Subcommand;
 use crate::console::Console;
 use crate::exit::Exit;
 
-/// Learns a dictionary of motion primitives. Takes with processed channels are used as they are,
+/// Learn a dictionary of motion primitives. Takes with processed channels are used as they are,
 /// others are processed on the way. Memory does not grow with the number of segments, except for
 /// ranges of ranks.
 ///

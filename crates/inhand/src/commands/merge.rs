@@ -11,7 +11,7 @@ use crate::console::{Console, data};
 use crate::exit::{Exit, UsageError};
 use crate::options::Format;
 
-/// Writes MCAP files of any origin as one, by the log time of their messages.
+/// Merge MCAP files of any origin into one, by the log time of their messages.
 ///
 /// Channels with equal topic, schema, encoding and metadata become one. Metadata records that several
 /// files have word for word are written once.

@@ -44,22 +44,22 @@ use crate::exit::{Exit, UsageError};
 /// What to do. Where a variant says nothing, the first line of its arguments does, and `--help` the rest.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Everything for a session: one MCAP per take, dictionary, evaluation and report
+    /// Run every step on a session: one MCAP per take, dictionary, evaluation and report
     Run(Box<run::Args>),
     Batch(Box<batch::Args>),
     /// Simulate a session and run everything on it
     Demo(demo::Args),
     /// Print what is in an MCAP file
     Info(info::Args),
-    /// Look at what takes tell of themselves: gaps, bodies, units, axes
+    /// Check takes for gaps, swapped markers, wrong units and axes
     Check(check::Args),
-    /// Takes to MCAP recordings, or a recording to Motive CSV, TRC or C3D
+    /// Convert takes to MCAP recordings, or a recording to Motive CSV, TRC or C3D
     Convert(convert::Args),
-    /// What looks wrong in takes, and cleaned takes: swaps, flips, spikes, gaps
+    /// Find and repair swaps, flips, spikes and gaps in takes
     Clean(Box<clean::Args>),
-    /// Takes into the hand's frame: gaps, filter
+    /// Transform takes into the hand's frame, fill short gaps and filter
     Process(process::Args),
-    /// Events on a file's time line: add, import, list, edit, remove, export; facts about a take
+    /// Add, import, list, edit, remove or export events of a file; state facts about a take
     Annotate(annotate::Args),
     /// Learn a dictionary of motion primitives from takes
     Learn(Box<learn::Args>),
@@ -71,17 +71,17 @@ pub(crate) enum Command {
     Evaluate(evaluate::Args),
     Report(report::Args),
     Compare(compare::Args),
-    /// A take as CSV, Parquet or BIDS, or a dictionary as matrices for NumPy or MATLAB
+    /// Export a take as CSV, Parquet or BIDS, or a dictionary as matrices for NumPy or MATLAB
     Export(export::Args),
     View(view::Args),
     Overlay(overlay::Args),
-    /// A stretch of time of any MCAP file
+    /// Cut a time range from any MCAP file
     Cut(cut::Args),
-    /// Some topics of any MCAP file, or another compression
+    /// Select topics of any MCAP file, or change its compression
     Filter(filter::Args),
-    /// Several MCAP files as one, by time
+    /// Merge several MCAP files into one, by time
     Merge(merge::Args),
-    /// Save what is sound of a damaged MCAP file
+    /// Recover intact data from a damaged MCAP file
     Recover(recover::Args),
     Play(play::Args),
     Layout(layout::Args),

@@ -15,7 +15,7 @@ use crate::console::{Console, data};
 use crate::exit::{Exit, UsageError};
 use crate::options::{Format, SourceOptions};
 
-/// Takes or methods over each other in one file, each in its colour
+/// Overlay takes or methods in one file, each in its colour
 ///
 /// Writes motions of several takes, or of several methods of one take, into one file for viewers, on one
 /// time line and each in a colour of its own, and prints how far their fingertips are from those of the

@@ -19,7 +19,7 @@ use crate::options::{
 /// A plan that passes farther from what it was given than this says so loudly, metres.
 const MISSED_M: f64 = 1e-3;
 
-/// Plans one motion from a start to a goal, each from a JSON file or from a take at a time.
+/// Plan one motion from a start to a goal, each from a JSON file or from a take at a time.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Dictionary that `learn` or `run` wrote.

@@ -11,7 +11,7 @@ use crate::console::Console;
 use crate::exit::Exit;
 use crate::options::{OutputOptions, ProcessOptions, SourceOptions};
 
-/// Brings takes into the hand's frame, fills short gaps and filters; adds the processed channels.
+/// Transform takes into the hand's frame, fill short gaps and filter; add the processed channels.
 /// Bodies that are fitted to markers get one template over all the takes of the call.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {

@@ -14,8 +14,8 @@ use crate::options::Format;
 /// Losses that are printed; the rest are counted.
 const MOST_PRINTED: usize = 20;
 
-/// Writes what is sound of an MCAP file that is cut off, damaged or was never finished, and says what
-/// is lost. The output is read back, with every checksum, before it is kept.
+/// Recover intact data from an MCAP file that is cut off, damaged or was never finished, and report
+/// what is lost. The output is read back, with every checksum, before it is kept.
 ///
 /// Exits 3 when something is lost, 0 when nothing is.
 #[derive(Debug, clap::Args)]

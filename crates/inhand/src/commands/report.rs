@@ -13,7 +13,7 @@ use inhand_session::{check_target, plan_times_beside, write_text};
 use crate::console::Console;
 use crate::exit::{Exit, UsageError};
 
-/// An evaluation as a page, or in Markdown; many of them as one report
+/// Write an evaluation as a page or in Markdown; join many into one report
 ///
 /// The rows.parquet beside the evaluation gives it the figures of single instants, the run.json beside it the
 /// times of plans. Figures of takes and primitives are in the page that `run` writes alone.

@@ -12,7 +12,7 @@ use crate::options::{
     ProcessOptions, SelectOptions, SourceOptions,
 };
 
-/// Runs a session: takes in; recordings, dictionary, evaluation.json and report.html out.
+/// Run every step on a session: takes in; recordings, dictionary, evaluation.json and report.html out.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Folder with train/ and test/ takes, or an inhand.toml that lists takes.

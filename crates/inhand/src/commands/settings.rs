@@ -8,7 +8,7 @@ use inhand_session::{Settings, locate};
 use crate::console::data;
 use crate::exit::Exit;
 
-/// Prints every setting with its effective value: defaults, then the session's inhand.toml.
+/// Print every setting with its effective value: defaults, then the session's inhand.toml.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Session folder or settings file; without it, the defaults.

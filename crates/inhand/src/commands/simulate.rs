@@ -11,7 +11,7 @@ use inhand_simulation::{FaultSettings, GapSettings, SessionSettings};
 use crate::console::{Console, data};
 use crate::exit::Exit;
 
-/// Simulates a session: a hand that turns a cube or cylinder, as Motive CSV or MCAP takes.
+/// Simulate a session: a hand that turns a cube or cylinder, as Motive CSV or MCAP takes.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Folder for the session.

@@ -10,9 +10,9 @@ use crate::console::Console;
 use crate::exit::Exit;
 use crate::options::SourceOptions;
 
-/// Add what viewers draw to files that lack it
+/// Add visualisation channels to files
 ///
-/// Takes, dictionaries and recordings of others with motion capture in them get the channels that viewers
+/// Takes, dictionaries and third-party recordings with motion capture in them get the channels that viewers
 /// draw without set-up: a tree of frames, fingertips with trails, the object, what was
 /// generated. Earlier views are replaced; everything else stays byte for byte.
 #[derive(Debug, clap::Args)]

@@ -93,7 +93,7 @@ fn the_offset_is_each_coordinates_minimum_minus_the_margin() {
             .map(|row| columns.row(row).min())
             .fold(f64::INFINITY, f64::min);
         for t in 0..10 {
-            let found = dictionary.offset_at_m(t)[coordinate];
+            let found = dictionary.offset_m[15 * t + coordinate];
             assert!((found - (min - 0.005)).abs() < 1e-15);
         }
     }

@@ -111,7 +111,7 @@ fn the_offset_keeps_each_of_21_coordinates_by_the_margin_from_zero() {
     for t in 0..samples {
         for coordinate in 0..SEGMENT_COORDINATES {
             let min = minimum(&mut (0..samples).map(|t| 15 * t + coordinate));
-            assert!((dictionary.offset_at_m(t)[coordinate] - (min - 0.005)).abs() < 1e-15);
+            assert!((dictionary.offset_m[15 * t + coordinate] - (min - 0.005)).abs() < 1e-15);
         }
         for coordinate in 0..6 {
             let row = |t: usize| dictionary.layout.object_row(t, coordinate);

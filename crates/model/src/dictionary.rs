@@ -239,17 +239,4 @@ impl Dictionary {
         }
         Ok(())
     }
-
-    /// Offset of the fingertips' 15 coordinates at one sample, metres.
-    ///
-    /// # Panics
-    ///
-    /// If there is no such sample.
-    pub fn offset_at_m(&self, t: usize) -> Configuration {
-        let mut offset = [0.0; SEGMENT_COORDINATES];
-        offset.copy_from_slice(
-            &self.offset_m.as_slice()[t * SEGMENT_COORDINATES..][..SEGMENT_COORDINATES],
-        );
-        offset
-    }
 }

@@ -45,7 +45,7 @@ fn a_cylinder_session_runs_from_code() {
         method.unwrap_or_else(|| panic!("no method {name}")).error
     };
     // In pauses nothing beats staying put; where there is motion, whoever knows the start does.
-    assert!(of("hermite").p95 < of("hold").p95);
+    assert!(of("hermite").all.p95 < of("hold").all.p95);
     // One take of 15 s has 14 segments, and every plan of them is proven.
     let plan = evaluation.methods[0]
         .plan

@@ -77,6 +77,7 @@ pub fn compare_errors(
                     measure,
                     before_m: b.value,
                     after_m: a.value,
+                    relative_change: ErrorChange::relative_change(b.value, a.value),
                     absolute: Some(estimate(&found.absolute, first)),
                     relative: found.relative.map(|found| estimate(&found, first)),
                 });

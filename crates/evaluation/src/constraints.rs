@@ -38,7 +38,10 @@ pub(crate) fn reachability(
     Reachability {
         n,
         inside: share(&|finger| judged().filter(|(d, _)| d[finger] <= tolerance_m).count()),
-        worst_outside_m: PerFinger::from_fn(|finger| distance[finger].max.max(0.0)),
+        worst_outside_m: PerFinger::from_fn(|finger| match n {
+            0 => f64::NAN,
+            _ => distance[finger].max.max(0.0),
+        }),
         recorded_inside: share(&|finger| {
             judged().filter(|(_, d)| d[finger] <= tolerance_m).count()
         }),
@@ -121,11 +124,13 @@ pub(crate) fn check_velocity(
             (n, outside, worst)
         })
         .collect();
+    let n = checks.iter().map(|check| check.0).sum();
+    let worst_ratio = checks.iter().map(|check| check.2).fold(0.0, f64::max);
     VelocityCheck {
-        n: checks.iter().map(|check| check.0).sum(),
+        n,
         outside: checks.iter().map(|check| check.1).sum(),
         trajectories_outside: checks.iter().filter(|check| check.1 > 0).count(),
-        worst_ratio: checks.iter().map(|check| check.2).fold(0.0, f64::max),
+        worst_ratio: if n > 0 { worst_ratio } else { f64::NAN },
     }
 }
 

@@ -1,6 +1,6 @@
 //! Coverage of a method's prediction regions by the recorded motion.
 
-use inhand_model::{Calibration, CorridorCoverage, Finger, PerFinger};
+use inhand_model::{Calibration, CorridorCoverage, Finger, HandAndFingers, PerFinger};
 
 use crate::method::Counts;
 use crate::recorded::Recorded;
@@ -42,10 +42,12 @@ pub(crate) fn coverage(
                 n,
                 n_filled,
                 n_left_out,
-                share_inside: inside.as_array().iter().sum::<usize>() as f64 / n as f64,
-                share_inside_by_finger: PerFinger::from_fn(|finger| {
-                    inside[finger] as f64 / known[finger].len() as f64
-                }),
+                share_inside: HandAndFingers {
+                    all: inside.as_array().iter().sum::<usize>() as f64 / n as f64,
+                    by_finger: PerFinger::from_fn(|finger| {
+                        inside[finger] as f64 / known[finger].len() as f64
+                    }),
+                },
             }
         })
         .collect()

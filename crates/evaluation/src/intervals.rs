@@ -7,8 +7,8 @@
 use std::borrow::Cow;
 
 use inhand_model::{
-    Bootstrap, Estimate, EvaluationRows, Finger, Intervals, Measure, MethodIntervals,
-    PairedDifference, PerFinger,
+    Bootstrap, Estimate, EvaluationRows, Finger, HandAndFingers, Intervals, Measure,
+    MethodIntervals, PairedDifference, PerFinger,
 };
 use inhand_statistics::BootstrapError;
 use inhand_statistics::bootstrap::{
@@ -319,8 +319,10 @@ fn method_intervals(
         .unwrap_or_default();
     Ok(MethodIntervals {
         method: method.to_owned(),
-        error: estimates(&sample.all.rows, resampling)?,
-        error_by_finger: PerFinger::from_fn(|_| by_finger.next().flatten()),
+        error: HandAndFingers {
+            all: estimates(&sample.all.rows, resampling)?,
+            by_finger: PerFinger::from_fn(|_| by_finger.next().flatten()),
+        },
         three_or_more,
         three_or_more_less_recorded,
     })

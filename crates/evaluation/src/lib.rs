@@ -66,8 +66,8 @@
 //! };
 //! let (evaluation, rows) = evaluate_method(&data, &of_recording, &method, &settings);
 //!
-//! assert_eq!(evaluation.error.n, 10);
-//! assert!((evaluation.error.p75 - 0.001).abs() < 1e-12);
+//! assert_eq!(evaluation.error.all.n, 10);
+//! assert!((evaluation.error.all.p75 - 0.001).abs() < 1e-12);
 //! let contact = evaluation.contact.ok_or("object and shape are known")?;
 //! assert_eq!(contact.three_or_more, 1.0);
 //! assert!((rows.distance_m.ok_or("likewise")?[0][Finger::Middle] - 0.003).abs() < 1e-12);

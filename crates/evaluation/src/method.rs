@@ -1,6 +1,8 @@
 //! One method against the recorded motion.
 
-use inhand_model::{Finger, MethodEvaluation, PerFinger, SegmentLayout, Statistics, Trajectory};
+use inhand_model::{
+    Finger, HandAndFingers, MethodEvaluation, PerFinger, SegmentLayout, Statistics, Trajectory,
+};
 use inhand_statistics::quantiles::statistics;
 use rayon::prelude::*;
 
@@ -147,8 +149,7 @@ pub fn evaluate_method(
         name: method.name.to_owned(),
         description: method.description.to_owned(),
         baseline: method.baseline,
-        error: errors.pooled,
-        error_by_finger: errors.by_finger,
+        error: errors.over_time,
         error_at_start: errors.at_start,
         error_at_goal: errors.at_goal,
         median_error_by_sample_m,
@@ -248,8 +249,7 @@ fn rows(
 }
 
 struct Errors {
-    pooled: Statistics,
-    by_finger: PerFinger<Statistics>,
+    over_time: HandAndFingers<Statistics>,
     at_start: Statistics,
     at_goal: Statistics,
 }
@@ -276,10 +276,12 @@ impl Errors {
             pooled(known, counts.segments_without_gaps)
         };
         Self {
-            by_finger: by_finger.clone().map(|known| known.statistics(counts)),
             at_start: at(0),
             at_goal: at(samples - 1),
-            pooled: pooled(by_finger, counts.samples * counts.segments_without_gaps),
+            over_time: HandAndFingers {
+                by_finger: by_finger.clone().map(|known| known.statistics(counts)),
+                all: pooled(by_finger, counts.samples * counts.segments_without_gaps),
+            },
         }
     }
 }

@@ -1,8 +1,8 @@
 //! Data quality of a take.
 
 use inhand_model::{
-    BodySource, Finding, Marker, Motion, PerFinger, Recording, Roles, TakeQuality, Track,
-    TrackCounts,
+    BodySource, Finding, Marker, Motion, PerFinger, Recording, Roles, TakeQuality, TrackCounts,
+    TrackQuality,
 };
 
 /// Markers that a body's pose can be fitted to at the least.
@@ -86,13 +86,17 @@ pub fn recording_quality(
     TakeQuality {
         take: recording.name.clone(),
         role: role.to_owned(),
-        recorded: fingertips.map(|marker| marker.map_or(all_missing, |m| m.track.counts())),
-        processed: motion.fingertips.each_ref().map(Track::counts),
-        longest_gap_s: fingertips.map(|marker| {
-            marker.map_or(recording.len(), longest_gap) as f64 / recording.clock.rate_hz()
-        }),
         hand_tracked,
         object_tracked,
+        fingers: PerFinger::from_fn(|finger| {
+            let marker = fingertips[finger];
+            let gap = marker.map_or(recording.len(), longest_gap);
+            TrackQuality {
+                recorded: marker.map_or(all_missing, |m| m.track.counts()),
+                processed: motion.fingertips[finger].counts(),
+                longest_gap_s: gap as f64 / recording.clock.rate_hz(),
+            }
+        }),
         findings,
     }
 }

@@ -1,24 +1,31 @@
 //! Contact dynamics: makes and breaks, states, phases, slip.
 
+use serde::de::Error;
+use serde::{Deserialize, Deserializer, Serialize};
+
 use crate::evaluation::Statistics;
 use crate::finger::{Finger, PerFinger};
 use crate::finger_set::FingerSet;
+use crate::units::{AsIs, Millimetres, Unit, named};
 
 /// What counts as a contact, a grasp and a step of a finger.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ContactRules {
     /// Largest distance to the surface, from outside or inside, that counts as contact, metres.
+    #[serde(rename = "tau_mm", with = "Millimetres")]
     pub tau_m: f64,
     /// Contacts, and lifts, that last less are no changes, seconds.
+    #[serde(with = "AsIs")]
     pub min_duration_s: f64,
     /// A finger that stays off longer has left the grasp: setting down again later is no gait, seconds.
+    #[serde(with = "AsIs")]
     pub max_lift_s: f64,
     /// Fingers that hold at least.
     pub min_fingers: usize,
 }
 
 /// Contacts over time: of whole test takes, and inside segments of recording and methods alike.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ContactDynamics {
     /// What counted as what.
     pub rules: ContactRules,
@@ -27,15 +34,18 @@ pub struct ContactDynamics {
     /// The recording inside the test segments, for comparison with the methods.
     pub recorded: SegmentContacts,
     /// Each method inside the test segments, by its name, in the order of the evaluation.
+    #[serde(with = "named")]
     pub methods: Vec<(String, SegmentContacts)>,
 }
 
 /// Contacts of one finger over a stretch of time.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FingerContactFacts {
     /// Time over which it is known whether the finger touches, seconds.
+    #[serde(with = "AsIs")]
     pub known_s: f64,
     /// Share of that in contact, 0 to 1; NaN where nothing is known.
+    #[serde(with = "AsIs")]
     pub duty: f64,
     /// Contacts seen to begin.
     pub makes: usize,
@@ -43,16 +53,18 @@ pub struct FingerContactFacts {
     pub breaks: usize,
     /// Durations of contacts seen from make to break, seconds; filled where the fingertip or the object was
     /// filled at any sample of the contact.
+    #[serde(with = "AsIs")]
     pub duration_s: Statistics,
     /// Contacts cut by an end or a gap, which lasted at least as long as was seen: in no duration.
     pub censored: usize,
     /// Displacement over the object's surface from the first to the last sample of each contact, seen whole or
     /// not, metres; left out are contacts of a single known sample.
+    #[serde(rename = "slip_mm", with = "Millimetres")]
     pub slip_m: Statistics,
 }
 
 /// Contacts inside segments: each segment on its own, so that a contact that spans two is cut.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SegmentContacts {
     /// Segments at which it is known of any finger whether it touches: without those that have no object, and
     /// those whose plan failed.
@@ -64,20 +76,24 @@ pub struct SegmentContacts {
 }
 
 /// Contacts of one take as recorded.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TakeContacts {
     /// Take.
     pub take: String,
     /// Samples a second.
+    #[serde(with = "AsIs")]
     pub rate_hz: f64,
     /// Length, seconds.
+    #[serde(with = "AsIs")]
     pub duration_s: f64,
     /// Each finger.
     pub by_finger: PerFinger<FingerContactFacts>,
     /// When each finger touches, seconds since the first sample: begin and end of every contact, for raster and
     /// gait diagram.
+    #[serde(with = "AsIs")]
     pub contacts_s: PerFinger<Vec<[f64; 2]>>,
     /// When it is not known whether a finger touches.
+    #[serde(with = "AsIs")]
     pub unknown_s: PerFinger<Vec<[f64; 2]>>,
     /// The states of contact, most frequent first.
     pub states: Vec<StateFacts>,
@@ -90,22 +106,24 @@ pub struct TakeContacts {
 }
 
 /// How often and how long a set of fingers held.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StateFacts {
     /// The fingers.
     pub fingers: FingerSet,
     /// Samples in this state.
     pub samples: usize,
     /// Share of the samples at which all five fingers are known, 0 to 1.
+    #[serde(with = "AsIs")]
     pub share: f64,
     /// Unbroken stretches.
     pub runs: usize,
     /// Durations of those with both ends seen, seconds.
+    #[serde(with = "AsIs")]
     pub duration_s: Statistics,
 }
 
 /// A change from one state to another.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Transition {
     /// Before.
     pub from: FingerSet,
@@ -116,25 +134,39 @@ pub struct Transition {
 }
 
 /// A phase of manipulation.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PhaseFacts {
     /// `in_grasp`, `finger_gaiting`, `regrasp` or `no_grasp`.
+    #[serde(deserialize_with = "phase_kind")]
     pub kind: String,
     /// Begin and end, seconds since the take's first sample.
+    #[serde(with = "AsIs")]
     pub span_s: [f64; 2],
     /// The fingers that touch throughout.
     pub holding: FingerSet,
 }
 
 /// A finger that lifts and sets down again while others hold.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GaitFacts {
     /// The finger.
     pub finger: Finger,
     /// Lift and set-down, seconds since the take's first sample.
+    #[serde(with = "AsIs")]
     pub span_s: [f64; 2],
     /// The fingers that hold all the while.
     pub holding: FingerSet,
     /// How far over the object it stepped, metres; NaN where that is not known.
+    #[serde(rename = "step_mm", with = "Millimetres")]
     pub step_m: f64,
+}
+
+fn phase_kind<'de, D: Deserializer<'de>>(deserializer: D) -> Result<String, D::Error> {
+    let kind = String::deserialize(deserializer)?;
+    match kind.as_str() {
+        "in_grasp" | "finger_gaiting" | "regrasp" | "no_grasp" => Ok(kind),
+        _ => Err(D::Error::custom(format!(
+            "phases.kind is \"{kind}\", expected in_grasp, finger_gaiting, regrasp or no_grasp"
+        ))),
+    }
 }

@@ -30,7 +30,8 @@ impl DictionaryKind {
 }
 
 /// Why learning stopped.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum StopReason {
     /// The objective changed less than the tolerance.
     Converged,

@@ -1,20 +1,25 @@
 //! Comparison of planned with recorded motion. Lengths are metres; the report turns them
 //! into millimetres.
 
+use serde::{Deserialize, Serialize};
+
 use crate::contact_dynamics::ContactDynamics;
 use crate::dictionary::{DictionaryKind, StopReason, VelocityBounds};
 use crate::expectation::{Bandwidths, ExpectationWeights};
-use crate::finding::Finding;
-use crate::finger::{Finger, PerFinger};
+use crate::finding::{Finding, Severity};
+use crate::finger::{Finger, HandAndFingers, PerFinger};
 use crate::intervals::Intervals;
 use crate::movement::MovementAnalysis;
 use crate::plan::ConstraintFamily;
 use crate::residual::Validation;
 use crate::track::TrackCounts;
+use crate::units::{
+    AsIs, Degrees, Millimetres, Numbers, SquareMillimetres, Unit, millimetres_or_infinite,
+};
 
 /// A distribution of lengths, metres, or, where a field says so, of angles, radians. Quantiles are
 /// type 7 (linear interpolation).
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Statistics {
     /// Values.
     pub n: usize,
@@ -23,73 +28,128 @@ pub struct Statistics {
     /// Values that a take without gaps, and plans without failures, would have given in addition.
     pub n_left_out: usize,
     /// Arithmetic mean.
+    #[serde(with = "AsIs")]
     pub mean: f64,
     /// Root of the mean square.
+    #[serde(with = "AsIs")]
     pub rmse: f64,
     /// Smallest value.
+    #[serde(with = "AsIs")]
     pub min: f64,
     /// 5 % quantile.
+    #[serde(with = "AsIs")]
     pub p5: f64,
     /// First quartile.
+    #[serde(with = "AsIs")]
     pub p25: f64,
     /// Median.
+    #[serde(with = "AsIs")]
     pub p50: f64,
     /// Third quartile.
+    #[serde(with = "AsIs")]
     pub p75: f64,
     /// 95 % quantile.
+    #[serde(with = "AsIs")]
     pub p95: f64,
     /// Largest value.
+    #[serde(with = "AsIs")]
     pub max: f64,
     /// Smallest value not below the first quartile by more than 1.5 interquartile ranges.
+    #[serde(with = "AsIs")]
     pub whisker_low: f64,
     /// Largest value not above the third quartile by more than 1.5 interquartile ranges.
+    #[serde(with = "AsIs")]
     pub whisker_high: f64,
 }
 
+impl Statistics {
+    fn map(mut self, mut change: impl FnMut(f64) -> f64) -> Self {
+        for value in [
+            &mut self.mean,
+            &mut self.rmse,
+            &mut self.min,
+            &mut self.p5,
+            &mut self.p25,
+            &mut self.p50,
+            &mut self.p75,
+            &mut self.p95,
+            &mut self.max,
+            &mut self.whisker_low,
+            &mut self.whisker_high,
+        ] {
+            *value = change(*value);
+        }
+        self
+    }
+}
+
+/// Quantiles of nothing do not exist: with n = 0 every number is null, whatever the struct holds.
+impl Numbers for Statistics {
+    type Written = Statistics;
+
+    fn write(&self, unit: fn(f64) -> f64) -> Statistics {
+        self.map(|value| if self.n > 0 { unit(value) } else { f64::NAN })
+    }
+
+    fn read(written: Statistics, unit: fn(f64) -> f64) -> Self {
+        written.map(unit)
+    }
+}
+
 /// How much of the planned motion lies where the training takes have been.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Reachability {
     /// Instants judged, each finger.
     pub n: usize,
     /// Share of instants inside the training hull, each finger.
+    #[serde(with = "with_mean")]
     pub inside: PerFinger<f64>,
-    /// Farthest distance outside the hull, each finger, metres; 0 when never outside.
+    /// Share of recorded instants inside, each finger: what the test takes themselves do.
+    #[serde(with = "with_mean")]
+    pub recorded_inside: PerFinger<f64>,
+    /// Farthest distance outside the hull, each finger, metres; 0 when never outside, NaN without instants.
+    #[serde(rename = "worst_outside_mm", with = "Millimetres")]
     pub worst_outside_m: PerFinger<f64>,
     /// Signed distance to the surface of the hull, each finger: negative inside.
+    #[serde(rename = "distance_mm", with = "Millimetres")]
     pub distance: PerFinger<Statistics>,
-    /// Share of recorded instants inside, each finger: what the test takes themselves do.
-    pub recorded_inside: PerFinger<f64>,
 }
 
 /// How near fingertips come to one another.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Collision {
     /// Instants judged.
     pub n: usize,
     /// Distance below which two fingertips count as colliding, metres.
+    #[serde(rename = "limit_mm", with = "Millimetres")]
     pub limit_m: f64,
     /// Instants with a pair nearer than the limit.
     pub instants: usize,
     /// Trajectories with at least one such instant.
     pub trajectories: usize,
     /// Smallest distance of any pair at any instant, metres; NaN without instants.
+    #[serde(rename = "nearest_mm", with = "Millimetres")]
     pub nearest_m: f64,
     /// The pair that came so near; `None` without instants.
     pub nearest_pair: Option<(Finger, Finger)>,
     /// Instants of the recorded motion with a pair nearer than the limit.
     pub recorded_instants: usize,
     /// Smallest distance of any pair of the recorded motion, metres; NaN without instants.
+    #[serde(rename = "recorded_nearest_mm", with = "Millimetres")]
     pub recorded_nearest_m: f64,
 }
 
 /// Share of instants with three or more contacts at one threshold.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TauShare {
     /// Threshold, metres.
+    #[serde(rename = "tau_mm", with = "Millimetres")]
     pub tau_m: f64,
     /// Share, planned.
+    #[serde(with = "AsIs")]
     pub three_or_more: f64,
     /// Share, recorded.
+    #[serde(with = "AsIs")]
     pub recorded_three_or_more: f64,
 }
 
@@ -97,7 +157,7 @@ pub struct TauShare {
 ///
 /// A finger is in contact where its pad is within `tau_m` of the object's surface, outside or inside;
 /// one deeper inside than that is not.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ContactShare {
     /// Instants judged (those with a tracked object).
     pub n: usize,
@@ -106,21 +166,26 @@ pub struct ContactShare {
     /// Instants left out: the object was not tracked, a gap, or a plan that failed.
     pub n_left_out: usize,
     /// Largest distance to the surface, from outside or inside, that counts as contact, metres.
+    #[serde(rename = "tau_mm", with = "Millimetres")]
     pub tau_m: f64,
     /// Share of instants with three or more fingers in contact, planned.
+    #[serde(with = "AsIs")]
     pub three_or_more: f64,
     /// The same, recorded.
+    #[serde(with = "AsIs")]
     pub recorded_three_or_more: f64,
     /// Share of instants in contact, each finger, planned.
+    #[serde(with = "AsIs")]
     pub by_finger: PerFinger<f64>,
     /// The same, recorded.
+    #[serde(with = "AsIs")]
     pub recorded_by_finger: PerFinger<f64>,
     /// How the three-contact share moves with the threshold.
     pub by_tau: Vec<TauShare>,
 }
 
 /// Velocities of planned motion against their bounds.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct VelocityCheck {
     /// Steps judged (trajectories x 99 x 15).
     pub n: usize,
@@ -128,7 +193,8 @@ pub struct VelocityCheck {
     pub outside: usize,
     /// Trajectories with at least one such step.
     pub trajectories_outside: usize,
-    /// Largest ratio of a velocity to its bound.
+    /// Largest ratio of a velocity to its bound; NaN without steps.
+    #[serde(with = "AsIs")]
     pub worst_ratio: f64,
 }
 
@@ -142,11 +208,13 @@ pub struct ObjectError {
 }
 
 /// How often the recorded motion lies within a planned corridor of a stated width.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CorridorCoverage {
     /// Share of instants that the corridor was made to hold, 0 to 1.
+    #[serde(with = "AsIs")]
     pub share_stated: f64,
     /// Its width, as a Mahalanobis distance, without unit.
+    #[serde(with = "AsIs")]
     pub mahalanobis: f64,
     /// Instants judged, those of every finger added up.
     pub n: usize,
@@ -155,13 +223,12 @@ pub struct CorridorCoverage {
     /// Instants left out: a gap, a plan that failed, or one without corridor.
     pub n_left_out: usize,
     /// Share of the `n` instants inside; NaN without any.
-    pub share_inside: f64,
-    /// The same, each finger.
-    pub share_inside_by_finger: PerFinger<f64>,
+    #[serde(rename = "inside", with = "AsIs")]
+    pub share_inside: HandAndFingers<f64>,
 }
 
 /// How planning went.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlanFacts {
     /// Plans with a trajectory.
     pub solved: usize,
@@ -170,33 +237,38 @@ pub struct PlanFacts {
     /// Plans that ended in neither.
     pub failed: usize,
     /// Worst recomputed optimality residual over all plans.
+    #[serde(with = "AsIs")]
     pub worst_kkt_residual: f64,
     /// Plans with at least one active velocity bound.
     pub velocity_bound_active: usize,
     /// What each family of constraints did; families that were off are not there.
+    #[serde(rename = "constraints", default)]
     pub families: Vec<FamilyFacts>,
     /// Plans with a fingertip outside its training hull; `None` where no hulls are known.
     pub outside_hull: Option<usize>,
 }
 
 /// What one family of constraints did to the plans of a method.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FamilyFacts {
     /// The family.
+    #[serde(flatten, with = "family_and_unit")]
     pub family: ConstraintFamily,
     /// Plans with at least one active bound.
     pub active: usize,
     /// Largest violation over all plans with a trajectory, in the family's
     /// [unit](ConstraintFamily::unit); negative where every bound is kept with room to spare.
+    #[serde(with = "AsIs")]
     pub worst_violation: f64,
     /// Infeasible plans that would have a solution if this family alone gave way.
     pub would_mend: usize,
     /// The most that it would have to give way for one of them, in the family's unit.
+    #[serde(with = "AsIs")]
     pub largest_relaxation: f64,
 }
 
 /// How methods compare on left-out training takes.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MethodChoice {
     /// The method chosen.
     pub method: String,
@@ -205,8 +277,10 @@ pub struct MethodChoice {
     /// By how much the best learned method is better than the best that learns nothing, metres;
     /// `None` where only one kind was compared. A learned method is chosen if this is above its
     /// standard error.
+    #[serde(rename = "gain_mm", with = "Millimetres")]
     pub gain_m: Option<f64>,
     /// Standard error of that difference over segments, metres.
+    #[serde(rename = "gain_standard_error_mm", with = "Millimetres")]
     pub gain_standard_error_m: Option<f64>,
     /// Groups of takes left out in turn.
     pub folds: usize,
@@ -215,31 +289,34 @@ pub struct MethodChoice {
 }
 
 /// One method on left-out training takes.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MethodCandidate {
     /// Name.
     pub name: String,
     /// Mean error over segments, fingers and instants, metres; infinite where a plan failed.
+    #[serde(rename = "mean_error_mm", with = "millimetres_or_infinite")]
     pub mean_error_m: f64,
 }
 
 /// What was learned of deviations from the smooth curve.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DeviationFacts {
     /// Primitives of all parts.
     pub primitives: usize,
     /// Demonstrations that the expectation rests on.
     pub demonstrations: usize,
     /// Weights of its parts.
+    #[serde(flatten)]
     pub weights: ExpectationWeights,
     /// Widths of its kernels.
+    #[serde(flatten)]
     pub bandwidths: Bandwidths,
     /// How the weights were chosen.
     pub validation: Validation,
 }
 
 /// One method against the recorded motion.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MethodEvaluation {
     /// Name, such as `prior`.
     pub name: String,
@@ -247,15 +324,17 @@ pub struct MethodEvaluation {
     pub description: String,
     /// Whether it uses nothing learned.
     pub baseline: bool,
-    /// Distance between planned and recorded fingertip over all instants and fingers.
-    pub error: Statistics,
-    /// The same, each finger.
-    pub error_by_finger: PerFinger<Statistics>,
+    /// Distance between planned and recorded fingertip over all instants, of all fingers together and of each.
+    #[serde(rename = "error_mm", with = "Millimetres")]
+    pub error: HandAndFingers<Statistics>,
     /// Error at the first sample of each trajectory, all fingers.
+    #[serde(rename = "error_at_start_mm", with = "Millimetres")]
     pub error_at_start: Statistics,
     /// Error at the last sample of each trajectory, all fingers.
+    #[serde(rename = "error_at_goal_mm", with = "Millimetres")]
     pub error_at_goal: Statistics,
     /// Median over trajectories of the pooled error at each sample of a segment, metres.
+    #[serde(rename = "median_error_by_sample_mm", with = "Millimetres")]
     pub median_error_by_sample_m: Vec<f64>,
     /// Where it goes compared to training.
     pub reachability: Reachability,
@@ -267,23 +346,27 @@ pub struct MethodEvaluation {
     pub contact: Option<ContactShare>,
     /// Absolute difference between planned and recorded distance to the object's surface, each finger;
     /// neither distance counts a side.
+    #[serde(rename = "distance_difference_mm", default, with = "Millimetres")]
     pub distance_difference: Option<PerFinger<Statistics>>,
     /// Planned against recorded object; `None` where the method plans no object or no take has one.
+    #[serde(flatten, with = "object_error")]
     pub object_error: Option<ObjectError>,
     /// Coverage of the corridor, one for each width; empty where the method plans no corridor.
+    #[serde(default)]
     pub corridors: Vec<CorridorCoverage>,
     /// How planning went; `None` for baselines.
     pub plan: Option<PlanFacts>,
 }
 
 /// A take in an evaluation.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TakeFacts {
     /// Name.
     pub name: String,
     /// Samples.
     pub samples: usize,
     /// Length, seconds.
+    #[serde(with = "AsIs")]
     pub duration_s: f64,
     /// Segments it gave.
     pub segments: usize,
@@ -292,11 +375,12 @@ pub struct TakeFacts {
 }
 
 /// The data behind an evaluation.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SessionFacts {
     /// Name of the session.
     pub name: String,
     /// Sample rate, Hz.
+    #[serde(with = "AsIs")]
     pub rate_hz: f64,
     /// Samples in a segment.
     pub segment_samples: usize,
@@ -313,7 +397,7 @@ pub struct SessionFacts {
 }
 
 /// The dictionary behind an evaluation.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DictionaryFacts {
     /// How it was learned.
     pub kind: DictionaryKind,
@@ -322,44 +406,58 @@ pub struct DictionaryFacts {
     /// Training segments.
     pub segments: usize,
     /// Root mean square of the reconstruction error, metres.
+    #[serde(rename = "rms_mm", with = "Millimetres")]
     pub rms_m: f64,
     /// Relative Frobenius error.
+    #[serde(with = "AsIs")]
     pub relative_error: f64,
     /// Iterations done.
     pub iterations: usize,
     /// Why learning stopped.
     pub stop_reason: StopReason,
     /// Objective after each sweep, m².
+    #[serde(rename = "objective_history_mm2", with = "SquareMillimetres")]
     pub objective_history_m2: Vec<f64>,
     /// Velocity bounds that plans had to keep.
+    #[serde(rename = "velocity_bounds_mm_s", with = "Millimetres")]
     pub velocity_bounds: VelocityBounds,
     /// Deviations from the smooth curve, where they were learned.
     pub deviation: Option<DeviationFacts>,
 }
 
 /// What a take's data is worth.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TakeQuality {
     /// Take.
     pub take: String,
     /// `train` or `test`.
     pub role: String,
-    /// Samples of each fingertip as recorded (filled is 0).
-    pub recorded: PerFinger<TrackCounts>,
-    /// Samples of each fingertip after processing.
-    pub processed: PerFinger<TrackCounts>,
-    /// Longest gap of each fingertip as recorded, seconds.
-    pub longest_gap_s: PerFinger<f64>,
     /// Share of samples in which the hand was tracked.
+    #[serde(with = "AsIs")]
     pub hand_tracked: f64,
     /// Share of samples in which the object was tracked; `None` where it never was.
+    #[serde(default, with = "AsIs")]
     pub object_tracked: Option<f64>,
+    /// Each fingertip.
+    pub fingers: PerFinger<TrackQuality>,
     /// What was odd about the take.
     pub findings: Vec<Finding>,
 }
 
+/// How much of a fingertip's track is known.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TrackQuality {
+    /// Samples as recorded (filled is 0).
+    pub recorded: TrackCounts,
+    /// Samples after processing.
+    pub processed: TrackCounts,
+    /// Longest gap as recorded, seconds.
+    #[serde(with = "AsIs")]
+    pub longest_gap_s: f64,
+}
+
 /// Everything a report says about a session.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Evaluation {
     /// The data.
     pub session: SessionFacts,
@@ -372,6 +470,7 @@ pub struct Evaluation {
     /// Methods, learned ones first.
     pub methods: Vec<MethodEvaluation>,
     /// What each take's data is worth.
+    #[serde(with = "quality")]
     pub quality: Vec<TakeQuality>,
     /// How sure the numbers are and how methods differ; `None` where that was not worked out.
     pub intervals: Option<Intervals>,
@@ -379,4 +478,121 @@ pub struct Evaluation {
     pub movement: Option<MovementAnalysis>,
     /// What contacts do over time; `None` without an object of known shape.
     pub contacts: Option<ContactDynamics>,
+}
+
+impl TakeQuality {
+    /// Findings that may affect a number.
+    pub fn warnings(&self) -> usize {
+        (self.findings.iter())
+            .filter(|finding| finding.severity == Severity::Warning)
+            .count()
+    }
+}
+
+/// Shares of fingers with their mean, which reading leaves out: each finger was judged at the same instants.
+mod with_mean {
+    use super::{AsIs, HandAndFingers, PerFinger, Unit};
+    use serde::{Deserializer, Serializer};
+
+    pub(super) fn serialize<S: Serializer>(
+        shares: &PerFinger<f64>,
+        s: S,
+    ) -> Result<S::Ok, S::Error> {
+        let with_mean = HandAndFingers {
+            all: shares.mean(),
+            by_finger: *shares,
+        };
+        AsIs::serialize(&with_mean, s)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<PerFinger<f64>, D::Error> {
+        AsIs::deserialize(d).map(|read: HandAndFingers<f64>| read.by_finger)
+    }
+}
+
+/// A family of constraints beside the unit of its numbers.
+mod family_and_unit {
+    use super::ConstraintFamily;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    #[derive(Serialize, Deserialize)]
+    struct Keys {
+        family: ConstraintFamily,
+        #[serde(skip_deserializing)]
+        unit: &'static str,
+    }
+
+    pub(super) fn serialize<S: Serializer>(
+        family: &ConstraintFamily,
+        s: S,
+    ) -> Result<S::Ok, S::Error> {
+        let (family, unit) = (*family, family.unit());
+        Keys { family, unit }.serialize(s)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(
+        d: D,
+    ) -> Result<ConstraintFamily, D::Error> {
+        Keys::deserialize(d).map(|keys| keys.family)
+    }
+}
+
+/// Position and angle of the object as two keys, null where there are none.
+mod object_error {
+    use super::{Degrees, Millimetres, ObjectError, Statistics, Unit};
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    #[derive(Serialize, Deserialize)]
+    struct Keys {
+        #[serde(rename = "object_error_mm", default, with = "Millimetres")]
+        position: Option<Statistics>,
+        #[serde(rename = "object_angle_deg", default, with = "Degrees")]
+        angle: Option<Statistics>,
+    }
+
+    pub(super) fn serialize<S: Serializer>(
+        error: &Option<ObjectError>,
+        s: S,
+    ) -> Result<S::Ok, S::Error> {
+        let keys = Keys {
+            position: error.map(|error| error.position),
+            angle: error.map(|error| error.angle),
+        };
+        keys.serialize(s)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(
+        d: D,
+    ) -> Result<Option<ObjectError>, D::Error> {
+        let Keys { position, angle } = Keys::deserialize(d)?;
+        Ok((position.zip(angle)).map(|(position, angle)| ObjectError { position, angle }))
+    }
+}
+
+/// Takes with the number of their warnings, which reading leaves out.
+mod quality {
+    use super::TakeQuality;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    #[derive(Serialize)]
+    struct Written<'a> {
+        warnings: usize,
+        takes: &'a [TakeQuality],
+    }
+
+    #[derive(Deserialize)]
+    struct Read {
+        takes: Vec<TakeQuality>,
+    }
+
+    pub(super) fn serialize<S: Serializer>(takes: &[TakeQuality], s: S) -> Result<S::Ok, S::Error> {
+        let warnings = takes.iter().map(TakeQuality::warnings).sum();
+        Written { warnings, takes }.serialize(s)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(
+        d: D,
+    ) -> Result<Vec<TakeQuality>, D::Error> {
+        Read::deserialize(d).map(|read| read.takes)
+    }
 }

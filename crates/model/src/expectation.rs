@@ -2,6 +2,7 @@
 
 mod kernel;
 
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
@@ -28,13 +29,16 @@ const OBJECT_MOTION_FEATURES: usize = 6;
 const SMALLEST_DEVIATION: f64 = 1e-9;
 
 /// Weights of the three parts of an [`Expectation`], without unit; all zero gives the smooth curve.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ExpectationWeights {
     /// Of the shared profile.
+    #[serde(rename = "profile_weight")]
     pub profile: f64,
     /// Of demonstrations in which the whole hand did something similar.
+    #[serde(rename = "hand_weight")]
     pub hand: f64,
     /// Of demonstrations in which the finger did something similar.
+    #[serde(rename = "finger_weight")]
     pub finger: f64,
 }
 
@@ -77,11 +81,13 @@ pub struct Expectation {
 }
 
 /// Widths of the Gaussian kernels, in standard deviations of the features.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bandwidths {
     /// Over the features of the whole hand.
+    #[serde(rename = "hand_bandwidth")]
     pub hand: f64,
     /// Over the features of one finger.
+    #[serde(rename = "finger_bandwidth")]
     pub finger: f64,
 }
 

@@ -4,10 +4,12 @@ use std::fmt;
 use std::ops::{Index, IndexMut};
 use std::str::FromStr;
 
+use serde::{Deserialize, Serialize, Serializer};
 use thiserror::Error;
 
 /// A finger of the recorded hand.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Finger {
     /// The thumb.
     Thumb,
@@ -79,7 +81,8 @@ impl FromStr for Finger {
 }
 
 /// One value for each finger.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(from = "ByName<T>")]
 pub struct PerFinger<T>([T; Finger::COUNT]);
 
 impl<T> PerFinger<T> {
@@ -127,6 +130,51 @@ impl<T> PerFinger<T> {
     pub fn into_array(self) -> [T; Finger::COUNT] {
         self.0
     }
+}
+
+impl PerFinger<f64> {
+    /// Mean over the fingers.
+    pub fn mean(&self) -> f64 {
+        self.0.iter().sum::<f64>() / Finger::COUNT as f64
+    }
+}
+
+/// Values of fingers in a document, by the fingers' names.
+#[derive(Deserialize)]
+struct ByName<T> {
+    thumb: T,
+    index: T,
+    middle: T,
+    ring: T,
+    little: T,
+}
+
+impl<T> From<ByName<T>> for PerFinger<T> {
+    fn from(named: ByName<T>) -> Self {
+        Self([
+            named.thumb,
+            named.index,
+            named.middle,
+            named.ring,
+            named.little,
+        ])
+    }
+}
+
+impl<T: Serialize> Serialize for PerFinger<T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.iter())
+    }
+}
+
+/// A value of all fingers together, and one for each.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HandAndFingers<T> {
+    /// All fingers together.
+    pub all: T,
+    /// Each finger.
+    #[serde(flatten)]
+    pub by_finger: PerFinger<T>,
 }
 
 impl<T> Index<Finger> for PerFinger<T> {

@@ -2,10 +2,15 @@
 
 use std::fmt;
 
+use serde::{Deserialize, Serialize};
+
 use crate::finger::{Finger, PerFinger};
 
 /// A set of fingers, one bit each (bit 0 the thumb): the state of contact at an instant. 32 of them.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
+)]
+#[serde(from = "Vec<Finger>", into = "Vec<Finger>")]
 pub struct FingerSet(u8);
 
 impl FingerSet {
@@ -59,6 +64,18 @@ impl FingerSet {
         Finger::ALL
             .into_iter()
             .filter(move |&finger| self.contains(finger))
+    }
+}
+
+impl From<Vec<Finger>> for FingerSet {
+    fn from(fingers: Vec<Finger>) -> Self {
+        fingers.into_iter().fold(Self::NONE, Self::with)
+    }
+}
+
+impl From<FingerSet> for Vec<Finger> {
+    fn from(fingers: FingerSet) -> Self {
+        fingers.iter().collect()
     }
 }
 

@@ -51,6 +51,7 @@ mod shape;
 mod summary;
 mod track;
 mod trajectory;
+mod units;
 
 pub use annotations::{Annotations, Event, FOUND, Label, LabelError, PLAIN_LABEL, Selection};
 pub use change::{Change, ChangeKind};
@@ -68,11 +69,12 @@ pub use dictionary::{
 pub use evaluation::{
     Collision, ContactShare, CorridorCoverage, DeviationFacts, DictionaryFacts, Evaluation,
     FamilyFacts, MethodCandidate, MethodChoice, MethodEvaluation, ObjectError, PlanFacts,
-    Reachability, SessionFacts, Statistics, TakeFacts, TakeQuality, TauShare, VelocityCheck,
+    Reachability, SessionFacts, Statistics, TakeFacts, TakeQuality, TauShare, TrackQuality,
+    VelocityCheck,
 };
 pub use expectation::{Bandwidths, Distances, Expectation, ExpectationWeights};
 pub use finding::{Finding, Severity};
-pub use finger::{Finger, PerFinger, UnknownFinger};
+pub use finger::{Finger, HandAndFingers, PerFinger, UnknownFinger};
 pub use finger_set::FingerSet;
 pub use frame::{Body, Frame, Hand, Object, Pose, Position, World};
 pub use illustrations::{
@@ -80,7 +82,8 @@ pub use illustrations::{
     Spectrum, TakeGaps, TrackGaps, WorstCase,
 };
 pub use intervals::{
-    Bootstrap, Cluster, Estimate, Intervals, Measure, MethodIntervals, PairedDifference,
+    Bootstrap, Cluster, Estimate, Intervals, Measure, MeasureEstimates, MethodIntervals,
+    PairedDifference,
 };
 pub use motion::Motion;
 pub use motion_rows::{
@@ -106,8 +109,8 @@ pub use segments::{
 };
 pub use shape::{Shape, ShapeError};
 pub use summary::{
-    GroupSummary, MethodSummary, Outlier, SessionMethod, SessionSummary, SettingDifference,
-    SharedContacts, Summary,
+    GroupSummary, MethodSummary, Outlier, OutlierSession, SessionMethod, SessionSummary,
+    SettingDifference, SharedContacts, Summary,
 };
 pub use track::{PointTrack, PoseTrack, Sample, Status, Track, TrackCounts};
 pub use trajectory::{Trajectory, TrajectoryError};

@@ -4,6 +4,7 @@ use std::fmt;
 use std::ops::{Index, IndexMut};
 
 use nalgebra::{DVector, Matrix3};
+use serde::{Deserialize, Serialize};
 
 use crate::finger::{Finger, PerFinger};
 use crate::frame::{Hand, Object, Pose, Position};
@@ -36,7 +37,8 @@ impl PlanStatus {
 }
 
 /// A kind of constraint of a plan.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum ConstraintFamily {
     /// Given positions (start, goal, waypoints, object poses) where they are hard.
     Targets,

@@ -1,7 +1,9 @@
 //! Provenance of a file.
 
+use serde::{Deserialize, Serialize};
+
 /// An input and its content.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct InputHash {
     /// File name without folders, so that the same inputs give the same bytes anywhere.
     pub name: String,

@@ -1,9 +1,11 @@
 //! Motion as a smooth curve with a learned deviation from it.
 
 use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
 
 use crate::expectation::Expectation;
 use crate::segments::{EndConditions, SEGMENT_COORDINATES, SegmentLayout};
+use crate::units::{Millimetres, Unit};
 
 /// Numbers in a vector of end conditions without the object: four configurations.
 pub(crate) const FINGER_ENDS: usize = 4 * SEGMENT_COORDINATES;
@@ -46,17 +48,20 @@ pub struct Residual {
 
 /// Cross-validation on the training takes: each group of takes in turn is left out and predicted
 /// from the others. With one take, stretches of it are left out.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Validation {
     /// Groups that were left out in turn.
     pub folds: usize,
     /// Segments predicted (none overlaps another).
     pub segments: usize,
     /// Mean error of the smooth curve over fingers and instants, metres.
+    #[serde(rename = "smooth_error_mm", with = "Millimetres")]
     pub smooth_error_m: f64,
     /// Mean error with the expected deviation, metres.
+    #[serde(rename = "error_mm", with = "Millimetres")]
     pub error_m: f64,
     /// Standard error of the difference of the two over segments, metres.
+    #[serde(rename = "standard_error_mm", with = "Millimetres")]
     pub standard_error_m: f64,
 }
 

@@ -1,31 +1,35 @@
 //! Many sessions together.
 
+use serde::Serialize;
+
 use crate::evaluation::Statistics;
-use crate::finger::PerFinger;
+use crate::finger::HandAndFingers;
 use crate::intervals::Intervals;
+use crate::units::{AsIs, Millimetres, Unit};
 
 /// What many sessions say together. Statistics over sessions are those of all their instants together, not
 /// means of the sessions' statistics.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Summary {
     /// The method to look at first: the one most sessions look at first.
     pub default_method: String,
-    /// The sessions, in the order given.
-    pub sessions: Vec<SessionSummary>,
     /// Methods that every session evaluated, in the order of the first.
     pub methods: Vec<MethodSummary>,
     /// Intervals over sessions.
     pub intervals: Intervals,
+    /// The sessions, in the order given.
+    pub sessions: Vec<SessionSummary>,
     /// Sessions of the same participant, object and task together: the default method and the best baseline.
     pub groups: Vec<GroupSummary>,
     /// Sessions in which something is far from what it is in the others.
     pub outliers: Vec<Outlier>,
     /// Settings that are not the same in all sessions.
+    #[serde(rename = "settings_that_differ")]
     pub differences: Vec<SettingDifference>,
 }
 
 /// One session among many.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SessionSummary {
     /// Name.
     pub name: String,
@@ -40,6 +44,7 @@ pub struct SessionSummary {
     /// Test takes.
     pub takes: usize,
     /// Their length, seconds.
+    #[serde(with = "AsIs")]
     pub duration_s: f64,
     /// Test segments.
     pub segments: usize,
@@ -52,18 +57,20 @@ pub struct SessionSummary {
 }
 
 /// One method in one session.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SessionMethod {
+    /// Name.
+    pub name: String,
     /// Error over all fingers and instants.
-    pub error: Statistics,
-    /// The same, each finger.
-    pub error_by_finger: PerFinger<Statistics>,
+    #[serde(rename = "error_mm", with = "Millimetres")]
+    pub error: HandAndFingers<Statistics>,
     /// Contacts, where an object is known.
+    #[serde(rename = "contact_instants")]
     pub contacts: Option<SharedContacts>,
 }
 
 /// Instants with three or more contacts, counted so that sessions can be added up.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct SharedContacts {
     /// Instants judged.
     pub n: usize,
@@ -74,7 +81,7 @@ pub struct SharedContacts {
 }
 
 /// One method over all sessions.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MethodSummary {
     /// Name.
     pub name: String,
@@ -83,15 +90,15 @@ pub struct MethodSummary {
     /// Whether it uses nothing learned.
     pub baseline: bool,
     /// Error over all fingers, instants and sessions.
-    pub error: Statistics,
-    /// The same, each finger.
-    pub error_by_finger: PerFinger<Statistics>,
+    #[serde(rename = "error_mm", with = "Millimetres")]
+    pub error: HandAndFingers<Statistics>,
     /// Contacts of the sessions with an object.
+    #[serde(rename = "contact_instants")]
     pub contacts: Option<SharedContacts>,
 }
 
 /// Sessions of the same kind together.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct GroupSummary {
     /// Participant; `None` where it is not stated.
     pub participant: Option<String>,
@@ -104,9 +111,8 @@ pub struct GroupSummary {
     /// Method.
     pub method: String,
     /// Error over all fingers and instants of its sessions.
-    pub error: Statistics,
-    /// The same, each finger.
-    pub error_by_finger: PerFinger<Statistics>,
+    #[serde(rename = "error_mm", with = "Millimetres")]
+    pub error: HandAndFingers<Statistics>,
 }
 
 /// Something about a session that is far from what it is in the others.
@@ -114,24 +120,41 @@ pub struct GroupSummary {
 /// Far is a modified z-score of more than 3.5: `0.6745 (value - median) / MAD`, with the median absolute deviation
 /// from the median (Iglewicz and Hoaglin, *How to detect and handle outliers*, 1993); where that is 0, because most
 /// sessions agree to the last digit, `0.7979 (value - median) / mean absolute deviation`.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Outlier {
-    /// Place of the session in the summary.
-    pub session: usize,
+    /// The session.
+    #[serde(flatten)]
+    pub session: OutlierSession,
     /// What is far off, in words.
     pub what: String,
     /// `mm`, `%` or nothing.
     pub unit: &'static str,
     /// What it is there, in that unit.
+    #[serde(with = "AsIs")]
     pub value: f64,
     /// The median over sessions.
+    #[serde(with = "AsIs")]
     pub median: f64,
     /// Modified z-score.
+    #[serde(rename = "modified_z_score", with = "AsIs")]
     pub score: f64,
 }
 
+/// The session of an outlier.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct OutlierSession {
+    /// Place in the summary.
+    #[serde(skip)]
+    pub place: usize,
+    /// Name.
+    #[serde(rename = "session")]
+    pub name: String,
+    /// File of its evaluation.
+    pub file: String,
+}
+
 /// A setting that sessions do not share.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct SettingDifference {
     /// Key, such as `learn.rank`.
     pub key: String,

@@ -1,6 +1,7 @@
 //! Samples over time, each with what is known of it: measured, filled or missing.
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
 
 use crate::frame::{Frame, Pose, Position};
 
@@ -72,7 +73,7 @@ impl<To: Frame, From: Frame> Sample for Pose<To, From> {
 }
 
 /// How many samples of a track have each status.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct TrackCounts {
     /// Measured samples.
     pub measured: usize,

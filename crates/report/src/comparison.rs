@@ -106,7 +106,7 @@ fn finger_words(finger: Option<Finger>) -> &'static str {
 fn error_change(change: &ErrorChange) -> String {
     let mm = |metres: f64| decimals(to_mm(metres), 3);
     let values = format!("{} -> {} mm", mm(change.before_m), mm(change.after_m));
-    let relative = change.relative_change();
+    let relative = change.relative_change;
     if !relative.is_finite() {
         // Before was 0, so only the difference itself says anything.
         return match interval(change.absolute.as_ref(), |metres| {

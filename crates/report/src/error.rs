@@ -55,16 +55,6 @@ pub enum ReportError {
         /// The version that can be read.
         expected: u32,
     },
-    /// A word that stands for nothing known.
-    #[error("{key} is \"{found}\", expected {expected}")]
-    UnknownWord {
-        /// Where it stands.
-        key: &'static str,
-        /// The word.
-        found: String,
-        /// The words that are known.
-        expected: &'static str,
-    },
     /// The JSON could not be written.
     #[error("evaluation of session \"{session}\": could not be written as JSON")]
     Json {

@@ -166,7 +166,7 @@ pub(crate) fn corridor_words(evaluation: &Evaluation) -> Option<String> {
         "{} % corridors of {} hold {} % of {} recorded fingertip positions",
         stated_percent(coverage.share_stated),
         method.name,
-        percent(coverage.share_inside),
+        percent(coverage.share_inside.all),
         count(coverage.n, NARROW_SPACE),
     ))
 }

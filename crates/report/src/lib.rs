@@ -18,8 +18,8 @@
 //! # let none = PerFinger::new([1.0; 5]);
 //! # let error = Statistics { n: 500, p50: 0.000_4, p75: 0.000_74, p95: 0.003_3, max: 0.021_3, ..Statistics::default() };
 //! # let method = MethodEvaluation {
-//! #     name: "hermite".into(), description: "cubic, no learning".into(), baseline: true, error,
-//! #     error_by_finger: PerFinger::new([error; 5]), error_at_start: error, error_at_goal: error, median_error_by_sample_m: vec![0.0, 0.000_4, 0.0],
+//! #     name: "hermite".into(), description: "cubic, no learning".into(), baseline: true,
+//! #     error: HandAndFingers { all: error, by_finger: PerFinger::new([error; 5]) }, error_at_start: error, error_at_goal: error, median_error_by_sample_m: vec![0.0, 0.000_4, 0.0],
 //! #     reachability: Reachability { n: 100, inside: none, worst_outside_m: PerFinger::new([0.0; 5]), distance: PerFinger::new([error; 5]), recorded_inside: none },
 //! #     collision: Collision { n: 100, limit_m: 0.01, instants: 0, trajectories: 0, nearest_m: 0.02, nearest_pair: None, recorded_instants: 0, recorded_nearest_m: 0.02 },
 //! #     velocity: VelocityCheck { n: 1485, outside: 0, trajectories_outside: 0, worst_ratio: 0.7 },
@@ -44,7 +44,7 @@
 //! # Ok::<(), inhand_report::ReportError>(())
 //! ```
 //!
-//! In reading order: `json` (wire structs), `verdict` (how a method stands against the baselines, in words),
+//! In reading order: `json`, `verdict` (how a method stands against the baselines, in words),
 //! `learned` (what the training takes say about the methods, in words), `text`, `markdown`, `number` (digits),
 //! `figure` (one value is a drawing for the page and for print with its numbers; scales, axes and kinds of plot), `html`
 //! (the page, a file a section; what a section holds is a `Body`).
@@ -57,7 +57,6 @@ mod json;
 mod learned;
 mod markdown;
 mod number;
-mod quality;
 mod rank_figure;
 mod report;
 mod summary;

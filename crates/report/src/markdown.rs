@@ -7,7 +7,6 @@ use inhand_model::{Estimate, Evaluation, Intervals, Measure, MethodEvaluation};
 use crate::html::intervals::{against, error_words, made_words, measure_words, relative_words};
 use crate::learned::corridor_words;
 use crate::number::{NARROW_SPACE, NONE, count, decimals, millimetres, percent};
-use crate::quality::warnings;
 use crate::verdict::{
     constraint_sentence, contact_sentence, default_method, error_sentence, standing_sentence,
 };
@@ -68,11 +67,11 @@ fn methods(text: &mut String, evaluation: &Evaluation) {
         let mut cells = vec![method_name(method, evaluation)];
         let interval = estimates(evaluation, &method.name);
         cells.extend(SHOWN.map(|measure| error_cell(method, interval, measure)));
-        cells.push(judged(method, method.error.max));
+        cells.push(judged(method, method.error.all.max));
         if three {
             cells.push(contact_cell(method));
         }
-        let (n, left_out) = (method.error.n, method.error.n_left_out);
+        let (n, left_out) = (method.error.all.n, method.error.all.n_left_out);
         cells.push(format!(
             "{} ({})",
             count(n, NARROW_SPACE),
@@ -101,7 +100,7 @@ fn method_name(method: &MethodEvaluation, evaluation: &Evaluation) -> String {
 fn estimates<'a>(evaluation: &'a Evaluation, method: &str) -> Option<&'a [Estimate; 5]> {
     let intervals = evaluation.intervals.as_ref()?;
     let own = intervals.methods.iter().find(|own| own.method == method)?;
-    own.error.as_ref()
+    own.error.all.as_ref()
 }
 
 fn error_cell(
@@ -113,7 +112,7 @@ fn error_cell(
     if let (Some(estimates), Some(place)) = (estimates, place) {
         return error_words(&estimates[place]);
     }
-    let error = &method.error;
+    let error = &method.error.all;
     judged(
         method,
         match measure {
@@ -127,7 +126,7 @@ fn error_cell(
 }
 
 fn judged(method: &MethodEvaluation, metres: f64) -> String {
-    match method.error.n {
+    match method.error.all.n {
         0 => NONE.to_owned(),
         _ => millimetres(metres),
     }
@@ -184,13 +183,13 @@ fn differences(text: &mut String, evaluation: &Evaluation, intervals: &Intervals
 /// A line a take, the odd ones alone where there are many.
 fn quality(text: &mut String, evaluation: &Evaluation) {
     let takes = &evaluation.quality;
-    let odd: Vec<_> = takes.iter().filter(|take| warnings(take) > 0).collect();
+    let odd: Vec<_> = takes.iter().filter(|take| take.warnings() > 0).collect();
     let missing: usize = (takes.iter())
-        .flat_map(|take| take.recorded.as_array())
+        .flat_map(|take| take.fingers.as_array().map(|track| track.recorded))
         .map(|track| track.missing)
         .sum();
     let samples: usize = (takes.iter())
-        .flat_map(|take| take.recorded.as_array())
+        .flat_map(|take| take.fingers.as_array().map(|track| track.recorded))
         .map(|track| track.measured + track.filled + track.missing)
         .sum();
     if samples == 0 {
@@ -213,18 +212,14 @@ fn quality(text: &mut String, evaluation: &Evaluation) {
         let object = take.object_tracked.map_or_else(String::new, |share| {
             format!(", object tracked {} %", percent(share))
         });
-        let gap = take
-            .longest_gap_s
-            .as_array()
-            .iter()
-            .copied()
-            .fold(0.0, f64::max);
+        let gaps_s = take.fingers.map(|track| track.longest_gap_s);
+        let gap = gaps_s.into_array().into_iter().fold(0.0, f64::max);
         let _ = writeln!(
             text,
             "* {} ({}): {} warnings, longest gap {} s{object}",
             escaped(&take.take),
             escaped(&take.role),
-            warnings(take),
+            take.warnings(),
             decimals(gap, 2),
         );
     }

@@ -17,13 +17,13 @@ pub(crate) fn table(summary: &Summary) -> FigureData {
     let mut rows: Vec<(&SessionSummary, &str, &str, &Statistics)> = Vec::new();
     for session in &summary.sessions {
         for (method, own) in summary.methods.iter().zip(&session.methods) {
-            rows.push((session, &method.name, "all", &own.error));
+            rows.push((session, &method.name, "all", &own.error.all));
             let fingers = Finger::ALL.map(|f| {
                 (
                     session,
                     method.name.as_str(),
                     f.name(),
-                    &own.error_by_finger[f],
+                    &own.error.by_finger[f],
                 )
             });
             rows.extend(fingers);
@@ -107,8 +107,8 @@ pub(crate) fn text(summary: &Summary, markdown: bool) -> String {
             .methods
             .iter()
             .find(|own| own.method == method.name);
-        let mut cells = vec![safe(&method.name), method.error.n.to_string()];
-        match found.and_then(|own| own.error.as_ref()) {
+        let mut cells = vec![safe(&method.name), method.error.all.n.to_string()];
+        match found.and_then(|own| own.error.all.as_ref()) {
             Some([_, _, p50, p75, p95]) => cells.extend([p50, p75, p95].map(error_words)),
             None => cells.extend(std::iter::repeat_n(NONE.to_owned(), 3)),
         }
@@ -142,7 +142,7 @@ pub(crate) fn text(summary: &Summary, markdown: bool) -> String {
             text,
             "{}unlike the others: {}, {} {} {} (median of the sessions {}, score {})",
             if markdown { "* " } else { "" },
-            safe(&summary.sessions[outlier.session].name),
+            safe(&outlier.session.name),
             outlier.what,
             decimals(outlier.value, 2),
             outlier.unit,
@@ -156,7 +156,7 @@ pub(crate) fn text(summary: &Summary, markdown: bool) -> String {
 /// Sessions by the third quartile of a method's error, the largest first; those without errors last.
 pub(crate) fn worst_first(summary: &Summary, place: usize) -> Vec<&SessionSummary> {
     let key = |session: &SessionSummary| {
-        let error = &session.methods[place].error;
+        let error = &session.methods[place].error.all;
         if error.n == 0 {
             f64::NEG_INFINITY
         } else {
@@ -177,14 +177,14 @@ fn worst(text: &mut String, summary: &Summary, safe: impl Fn(&str) -> String) {
     };
     let judged = worst_first(summary, place)
         .into_iter()
-        .filter(|s| s.methods[place].error.n > 0);
+        .filter(|s| s.methods[place].error.all.n > 0);
     let listed: Vec<String> = judged
         .take(LISTED)
         .map(|s| {
             format!(
                 "{} {} mm",
                 safe(&s.name),
-                millimetres(s.methods[place].error.p75)
+                millimetres(s.methods[place].error.all.p75)
             )
         })
         .collect();

@@ -73,7 +73,7 @@ fn table(methods: &[MethodEvaluation]) -> Vec<String> {
             shortened(&method.description, descriptions)
         );
         for measure in Measure::ALL {
-            let value = measure.of(&method.error).map_or(f64::NAN, to_mm);
+            let value = measure.of(&method.error.all).map_or(f64::NAN, to_mm);
             let _ = write!(line, "{:>NUMBER_WIDTH$}", decimals(value, 2));
         }
         if with_contacts {

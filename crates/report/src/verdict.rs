@@ -85,13 +85,13 @@ pub(crate) fn comparisons<'a>(
     evaluation: &'a Evaluation,
 ) -> Vec<Comparison<'a>> {
     let comparable =
-        || baselines(method, evaluation).filter(|other| other.error.n == method.error.n);
+        || baselines(method, evaluation).filter(|other| other.error.all.n == method.error.all.n);
     Measure::ALL
         .into_iter()
         .filter_map(|measure| {
-            let own_m = measure.of(&method.error)?;
+            let own_m = measure.of(&method.error.all)?;
             let (baseline_m, baseline) = comparable()
-                .filter_map(|other| Some((measure.of(&other.error)?, other.name.as_str())))
+                .filter_map(|other| Some((measure.of(&other.error.all)?, other.name.as_str())))
                 .min_by(|a, b| a.0.total_cmp(&b.0))?;
             let told_apart = told_apart(evaluation, (&method.name, baseline), measure);
             Some(Comparison {
@@ -155,7 +155,7 @@ pub(crate) fn error_sentence(evaluation: &Evaluation) -> String {
     let Some(method) = default_method(evaluation) else {
         return "No method was evaluated.".to_owned();
     };
-    let (name, error) = (&method.name, &method.error);
+    let (name, error) = (&method.name, &method.error.all);
     if error.n == 0 {
         return format!(
             "{name} could not be judged: no planned instant has a recorded one beside it."
@@ -194,13 +194,13 @@ pub(crate) fn standing_sentence(method: &MethodEvaluation, evaluation: &Evaluati
                 "There is no baseline to compare {name} with, so its numbers stand alone."
             );
         };
-        if method.error.n > 0 && first.error.n > 0 {
+        if method.error.all.n > 0 && first.error.all.n > 0 {
             return format!(
                 "{name} was judged at {} fingertip positions, {} at {}: where plans failed, what is hard may be what is \
                  missing, so that these numbers say nothing of who does better.",
-                count(method.error.n, NARROW_SPACE),
+                count(method.error.all.n, NARROW_SPACE),
                 first.name,
-                count(first.error.n, NARROW_SPACE),
+                count(first.error.all.n, NARROW_SPACE),
             );
         }
         return format!("{name} cannot be compared with a baseline: one of them has no errors.");
@@ -343,8 +343,8 @@ pub(crate) fn constraint_sentence(evaluation: &Evaluation) -> Option<String> {
     if method.reachability.n > 0 {
         parts.push(format!(
             "{} % of fingertip positions lie where the training takes have been (recorded motion: {} %)",
-            percent(crate::json::mean(&method.reachability.inside)),
-            percent(crate::json::mean(&method.reachability.recorded_inside)),
+            percent(method.reachability.inside.mean()),
+            percent(method.reachability.recorded_inside.mean()),
         ));
     }
     if method.collision.n > 0 {

@@ -46,8 +46,14 @@ fn moved(session: &Session, shift_m: [f64; 5]) -> Vec<Option<Trajectory>> {
 fn a_copy_of_the_recording_has_no_error() {
     let session = at_rest();
     let (evaluation, rows) = session.evaluate(&session.copies());
-    assert_eq!((evaluation.error.n, evaluation.error.n_left_out), (40, 0));
-    assert_eq!((evaluation.error.max, evaluation.error.rmse), (0.0, 0.0));
+    assert_eq!(
+        (evaluation.error.all.n, evaluation.error.all.n_left_out),
+        (40, 0)
+    );
+    assert_eq!(
+        (evaluation.error.all.max, evaluation.error.all.rmse),
+        (0.0, 0.0)
+    );
     assert_eq!(evaluation.error_at_start.n, 10);
     assert_eq!(evaluation.error_at_goal.max, 0.0);
     assert_eq!(evaluation.median_error_by_sample_m, [0.0; 4]);
@@ -90,7 +96,7 @@ fn known_shifts_are_found_again() {
     let session = at_rest();
     let shift_m = [0.001, -0.002, 0.003, 0.0, 0.005];
     let (evaluation, rows) = session.evaluate(&moved(&session, shift_m));
-    for (finger, statistics) in evaluation.error_by_finger.iter() {
+    for (finger, statistics) in evaluation.error.by_finger.iter() {
         let expected = shift_m[finger.index()].abs();
         for found in [
             statistics.min,
@@ -103,7 +109,7 @@ fn known_shifts_are_found_again() {
         }
     }
     // 0, 1, 2, 3 and 5 mm, eight times each.
-    let pooled = &evaluation.error;
+    let pooled = &evaluation.error.all;
     near(pooled.mean, 0.0022);
     near(pooled.rmse, (39.0_f64 / 5.0).sqrt() * 1e-3);
     near(pooled.p25, 0.001);
@@ -298,9 +304,9 @@ fn filled_samples_count_where_they_matter() {
     fill(session.motions[0].object.as_mut().unwrap(), 8);
     fill(session.motions[0].object.as_mut().unwrap(), 9); // in no segment
     let (evaluation, _) = session.evaluate(&session.copies());
-    assert_eq!(evaluation.error.n_filled, 2);
-    assert_eq!(evaluation.error_by_finger[Finger::Ring].n_filled, 2);
-    assert_eq!(evaluation.error_by_finger[Finger::Thumb].n_filled, 0);
+    assert_eq!(evaluation.error.all.n_filled, 2);
+    assert_eq!(evaluation.error.by_finger[Finger::Ring].n_filled, 2);
+    assert_eq!(evaluation.error.by_finger[Finger::Thumb].n_filled, 0);
     assert_eq!(
         (
             evaluation.error_at_start.n_filled,

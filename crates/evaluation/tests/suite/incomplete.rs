@@ -23,7 +23,10 @@ fn session() -> Session {
 fn missing_objects_leave_contacts_out() {
     let session = session();
     let (evaluation, rows) = session.evaluate(&session.copies());
-    assert_eq!((evaluation.error.n, evaluation.error.n_left_out), (60, 40));
+    assert_eq!(
+        (evaluation.error.all.n, evaluation.error.all.n_left_out),
+        (60, 40)
+    );
     let contact = evaluation.contact.unwrap();
     // Samples 3, 4 and 5 are in segments, and two segments are gone.
     assert_eq!((contact.n, contact.n_left_out), (9, 3 + 8));
@@ -47,7 +50,10 @@ fn failed_plans_are_left_out_and_counted() {
     let mut planned = session.copies();
     planned[1] = None;
     let (evaluation, rows) = session.evaluate(&planned);
-    assert_eq!((evaluation.error.n, evaluation.error.n_left_out), (40, 60));
+    assert_eq!(
+        (evaluation.error.all.n, evaluation.error.all.n_left_out),
+        (40, 60)
+    );
     assert_eq!(
         (
             evaluation.error_at_start.n,
@@ -69,8 +75,11 @@ fn failed_plans_are_left_out_and_counted() {
 fn a_method_that_failed_throughout_has_no_numbers() {
     let session = session();
     let (evaluation, _) = session.evaluate(&[None, None, None]);
-    assert_eq!((evaluation.error.n, evaluation.error.n_left_out), (0, 100));
-    assert!(evaluation.error.p50.is_nan());
+    assert_eq!(
+        (evaluation.error.all.n, evaluation.error.all.n_left_out),
+        (0, 100)
+    );
+    assert!(evaluation.error.all.p50.is_nan());
     assert!(
         evaluation
             .median_error_by_sample_m
@@ -103,7 +112,10 @@ fn trajectories_that_do_not_fit_count_as_failed() {
     let longer = Trajectory::new(layout, vec![0.0; layout.rows()]).unwrap();
     let copies = session.copies();
     let (evaluation, rows) = session.evaluate(&[copies[0].clone(), Some(longer)]);
-    assert_eq!((evaluation.error.n, evaluation.error.n_left_out), (20, 80));
+    assert_eq!(
+        (evaluation.error.all.n, evaluation.error.all.n_left_out),
+        (20, 80)
+    );
     assert_eq!(rows.error_m.len(), 12);
 }
 
@@ -120,7 +132,7 @@ fn without_a_shape_or_an_object_there_are_no_contacts() {
     assert!(session.recorded().distance_m.is_none());
     let (evaluation, rows) = session.evaluate(&session.copies());
     assert!(evaluation.contact.is_none() && rows.in_contact.is_none());
-    assert_eq!(evaluation.error.n, 60);
+    assert_eq!(evaluation.error.all.n, 60);
 }
 
 #[test]
@@ -131,7 +143,7 @@ fn motions_that_are_not_there_leave_contacts_out() {
     session = Session::new(vec![other.clone(), other], 4, &origins, 0, anywhere());
     session.motions.pop();
     let (evaluation, _) = session.evaluate(&session.copies());
-    assert_eq!(evaluation.error.n, 40);
+    assert_eq!(evaluation.error.all.n, 40);
     let contact = evaluation.contact.unwrap();
     assert_eq!((contact.n, contact.n_left_out), (2, 6));
 }
@@ -141,7 +153,10 @@ fn a_session_without_segments_is_judged_too() {
     let tips = vec![beside_cube([0.0; 5]); 3];
     let session = Session::new(vec![motion(10.0, &tips, None)], 4, &[], 1, anywhere());
     let (evaluation, rows) = session.evaluate(&[]);
-    assert_eq!((evaluation.error.n, evaluation.error.n_left_out), (0, 20));
+    assert_eq!(
+        (evaluation.error.all.n, evaluation.error.all.n_left_out),
+        (0, 20)
+    );
     assert!(rows.error_m.is_empty());
 }
 

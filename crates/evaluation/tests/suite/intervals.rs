@@ -154,8 +154,8 @@ fn intervals_are_those_of_the_rows_of_the_draws() {
         assert_eq!(intervals.method, method.name);
         for finger in [None, Some(Finger::Ring)] {
             let found = match finger {
-                None => &intervals.error,
-                Some(finger) => &intervals.error_by_finger[finger],
+                None => &intervals.error.all,
+                Some(finger) => &intervals.error.by_finger[finger],
             };
             let found = found.as_ref().expect("there are rows")[3];
             let clusters = if method.name == "gappy" {
@@ -247,8 +247,8 @@ fn one_segment_has_no_interval_and_nothing_judged_has_no_statistic() {
     }
     rows.methods[1].error_m.fill(PerFinger::new([f64::NAN; 5]));
     let found = found(&rows);
-    let alone = found.methods[0].error.expect("one segment is judged")[0];
+    let alone = found.methods[0].error.all.expect("one segment is judged")[0];
     assert_eq!((alone.clusters, alone.interval), (1, None));
-    assert_eq!(found.methods[1].error, None);
+    assert_eq!(found.methods[1].error.all, None);
     assert!(difference(&found, "gappy", "cubic", None).is_none());
 }

@@ -279,7 +279,7 @@ fn a_corridor_of_the_right_covariance_holds_what_it_states() {
             } else {
                 width.share
             };
-            let inside = found.share_inside_by_finger[finger];
+            let inside = found.share_inside.by_finger[finger];
             assert!(
                 (inside - expected).abs() < 0.02,
                 "{finger}: {inside} {expected}"
@@ -287,9 +287,9 @@ fn a_corridor_of_the_right_covariance_holds_what_it_states() {
         }
         let pooled = (4.0 * width.share + share_of_normal(width.mahalanobis / 2.0)) / 5.0;
         assert!(
-            (found.share_inside - pooled).abs() < 0.01,
+            (found.share_inside.all - pooled).abs() < 0.01,
             "{}",
-            found.share_inside
+            found.share_inside.all
         );
     }
 }
@@ -322,17 +322,20 @@ fn instants_without_corridor_are_left_out_and_counted() {
             (19, 1, 61)
         );
     }
-    let by_finger = |k: usize| found[k].share_inside_by_finger.into_array();
+    let by_finger = |k: usize| found[k].share_inside.by_finger.into_array();
     assert_eq!(by_finger(0), [0.0, 1.0, 1.0, 0.0, 1.0]);
     // On the edge is inside.
     assert_eq!(by_finger(1), [1.0, 1.0, 1.0, 0.0, 1.0]);
     assert_eq!(by_finger(2), [1.0, 1.0, 1.0, 2.0 / 3.0, 1.0]);
-    let pooled: Vec<f64> = found.iter().map(|coverage| coverage.share_inside).collect();
+    let pooled: Vec<f64> = found
+        .iter()
+        .map(|coverage| coverage.share_inside.all)
+        .collect();
     assert_eq!(pooled, [12.0 / 19.0, 16.0 / 19.0, 18.0 / 19.0]);
 
     let nothing = coverage(&session, &[], &[width(1.0)]);
     assert_eq!((nothing[0].n, nothing[0].n_left_out), (0, 80));
-    assert!(nothing[0].share_inside.is_nan());
+    assert!(nothing[0].share_inside.all.is_nan());
     assert!(coverage(&session, &mahalanobis, &[]).is_empty());
     assert!(session.evaluate(&session.copies()).0.corridors.is_empty());
 }

@@ -101,11 +101,14 @@ fn counts_gaps_and_tracking() {
         filled,
         missing,
     };
-    assert_eq!(quality.recorded[Finger::Thumb], counts(20, 0, 0));
-    assert_eq!(quality.recorded[Finger::Ring], counts(15, 0, 5));
-    assert_eq!(quality.processed[Finger::Ring], counts(15, 2, 3));
+    assert_eq!(quality.fingers[Finger::Thumb].recorded, counts(20, 0, 0));
+    assert_eq!(quality.fingers[Finger::Ring].recorded, counts(15, 0, 5));
+    assert_eq!(quality.fingers[Finger::Ring].processed, counts(15, 2, 3));
     let expected_s = [0.0, 0.0, 0.0, 0.3, 0.1];
-    assert_eq!(quality.longest_gap_s, PerFinger::new(expected_s));
+    assert_eq!(
+        quality.fingers.map(|track| track.longest_gap_s),
+        PerFinger::new(expected_s)
+    );
     assert_eq!(
         (quality.hand_tracked, quality.object_tracked),
         (0.9, Some(0.95))
@@ -152,8 +155,8 @@ fn what_the_take_lacks_is_a_finding() {
         ..processed()
     };
     let quality = recording_quality(&recording, &roles(hand, None), &motion, "test");
-    assert_eq!(quality.recorded[Finger::Middle].missing, SAMPLES);
-    assert_eq!(quality.longest_gap_s[Finger::Middle], 2.0);
+    assert_eq!(quality.fingers[Finger::Middle].recorded.missing, SAMPLES);
+    assert_eq!(quality.fingers[Finger::Middle].longest_gap_s, 2.0);
     assert_eq!((quality.hand_tracked, quality.object_tracked), (0.0, None));
     let places: Vec<&str> = quality.findings.iter().map(|f| f.place.as_str()).collect();
     assert_eq!(places, ["middle", "Hand"]);

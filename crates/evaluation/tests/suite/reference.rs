@@ -194,7 +194,7 @@ fn an_evaluation_agrees_with_numpy() {
         }
     }
 
-    check_statistics("error", &found.error, &expected["error"]);
+    check_statistics("error", &found.error.all, &expected["error"]);
     check_statistics(
         "error at start",
         &found.error_at_start,
@@ -211,7 +211,7 @@ fn an_evaluation_agrees_with_numpy() {
         let what = |name: &str| format!("{name} {finger}");
         check_statistics(
             &what("error"),
-            &found.error_by_finger[finger],
+            &found.error.by_finger[finger],
             &expected["error_by_finger"][k],
         );
         check_statistics(

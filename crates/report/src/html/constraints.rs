@@ -7,7 +7,6 @@ use super::session::name;
 use super::statistics::finger_table;
 use super::table::{Column, Line, numbers, table, words};
 use super::{Body, Method, plan_status, plans};
-use crate::json::mean;
 use crate::number::{
     NARROW_SPACE, NONE, count, decimals, millimetres, percent, plain, scientific, to_mm,
 };
@@ -67,7 +66,7 @@ fn overview(methods: &[Method<'_>]) -> Markup {
 fn overview_cells(method: &MethodEvaluation) -> Vec<String> {
     let (reach, collision, velocity) = (&method.reachability, &method.collision, &method.velocity);
     vec![
-        judged(reach.n, percent(mean(&reach.inside))),
+        judged(reach.n, percent(reach.inside.mean())),
         judged(reach.n, millimetres(farthest(&reach.worst_outside_m))),
         judged(collision.n, part_of(collision.instants, collision.n)),
         judged(collision.n, millimetres(collision.nearest_m)),

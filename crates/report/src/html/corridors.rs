@@ -127,8 +127,8 @@ fn rows<'a>(width: &Width<'a, 'a>) -> Vec<Row<'a>> {
             label: &method.evaluation.name,
             class: &method.class,
             stressed: method.default,
-            pooled: coverage.share_inside,
-            by_finger: &coverage.share_inside_by_finger,
+            pooled: coverage.share_inside.all,
+            by_finger: &coverage.share_inside.by_finger,
         })
         .collect()
 }
@@ -177,8 +177,8 @@ fn cells(coverage: &CorridorCoverage) -> Vec<String> {
         .into_iter()
         .chain([
             decimals(coverage.mahalanobis, 2),
-            share(coverage.share_inside),
+            share(coverage.share_inside.all),
         ])
-        .chain(coverage.share_inside_by_finger.as_array().map(share))
+        .chain(coverage.share_inside.by_finger.as_array().map(share))
         .collect()
 }

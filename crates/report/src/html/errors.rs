@@ -40,7 +40,7 @@ pub(super) fn section(report: &Report<'_>, methods: &[Method<'_>]) -> Body {
 
 /// All fingers together by method, and the default method by finger.
 fn overview(methods: &[Method<'_>]) -> Figure {
-    let pooled = methods.iter().map(|method| &method.evaluation.error);
+    let pooled = methods.iter().map(|method| &method.evaluation.error.all);
     let end_mm = shared_end_mm(pooled.clone());
     let mut panels = vec![box_plot::draw(&BoxPlot {
         title: "All fingers, by method",
@@ -49,22 +49,22 @@ fn overview(methods: &[Method<'_>]) -> Figure {
         end_mm,
         rows: methods
             .iter()
-            .map(|method| row(method, &method.evaluation.error))
+            .map(|method| row(method, &method.evaluation.error.all))
             .collect(),
     })];
     let default = methods.iter().find(|method| method.default);
     panels.extend(default.map(default_by_finger));
     let sizes = sizes(methods.iter().map(|method| {
         let evaluation = method.evaluation;
-        (evaluation.name.as_str(), &evaluation.error)
+        (evaluation.name.as_str(), &evaluation.error.all)
     }));
     let all = methods.iter().map(|method| {
         let evaluation = method.evaluation;
-        ("all", evaluation.name.as_str(), &evaluation.error)
+        ("all", evaluation.name.as_str(), &evaluation.error.all)
     });
     let fingers = default
         .into_iter()
-        .flat_map(|method| finger_boxes(method, &method.evaluation.error_by_finger));
+        .flat_map(|method| finger_boxes(method, &method.evaluation.error.by_finger));
     Figure {
         id: "error-by-method",
         title: "Error of each method, and of the default method by finger.".to_owned(),
@@ -79,7 +79,7 @@ fn overview(methods: &[Method<'_>]) -> Figure {
 }
 
 fn default_by_finger(method: &Method<'_>) -> Panel {
-    let fingers = &method.evaluation.error_by_finger;
+    let fingers = &method.evaluation.error.by_finger;
     box_plot::draw(&BoxPlot {
         title: &format!("{}, by finger", method.evaluation.name),
         swatch: None,
@@ -111,7 +111,7 @@ fn by_finger(methods: &[Method<'_>]) -> Figure {
     let all = || {
         methods
             .iter()
-            .flat_map(|m| m.evaluation.error_by_finger.as_array())
+            .flat_map(|m| m.evaluation.error.by_finger.as_array())
     };
     let end_mm = shared_end_mm(all());
     let panel = |finger: Finger| {
@@ -122,7 +122,7 @@ fn by_finger(methods: &[Method<'_>]) -> Figure {
             end_mm,
             rows: methods
                 .iter()
-                .map(|method| row(method, &method.evaluation.error_by_finger[finger]))
+                .map(|method| row(method, &method.evaluation.error.by_finger[finger]))
                 .collect(),
         })
     };
@@ -134,14 +134,14 @@ fn by_finger(methods: &[Method<'_>]) -> Figure {
             finger_sizes(
                 methods
                     .iter()
-                    .map(|method| method.evaluation.error_by_finger.as_array())
+                    .map(|method| method.evaluation.error.by_finger.as_array())
             ),
             cut_words(cut_off(all(), end_mm), end_mm)
         ),
         data: box_plot::data(
             methods
                 .iter()
-                .flat_map(|method| finger_boxes(method, &method.evaluation.error_by_finger)),
+                .flat_map(|method| finger_boxes(method, &method.evaluation.error.by_finger)),
         ),
         legend: Vec::new(),
         panels: Finger::ALL.map(panel).into(),

@@ -145,7 +145,7 @@ fn estimates(intervals: &Intervals, methods: &[Named<'_>]) -> Markup {
         head: Some(
             html! { span.swatch.(crate::figure::palette::finger_class(finger)) {} (finger.name()) },
         ),
-        lines: lines(&|own| own.error_by_finger[finger]),
+        lines: lines(&|own| own.error.by_finger[finger]),
     });
     let contact_columns = [
         words("method"),
@@ -155,7 +155,7 @@ fn estimates(intervals: &Intervals, methods: &[Named<'_>]) -> Markup {
     ];
     let contacts = each(intervals, methods, &contact_cells);
     html! {
-        (table(&format!("Error with {confidence} % intervals, all fingers"), &columns, lines(&|own| own.error)))
+        (table(&format!("Error with {confidence} % intervals, all fingers"), &columns, lines(&|own| own.error.all)))
         details {
             summary { "The same for each finger" }
             (grouped("Error with intervals, by finger", &columns, &groups))

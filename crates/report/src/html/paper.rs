@@ -10,7 +10,7 @@ use maud::html;
 
 use super::Body;
 use super::table::{Line, table, words};
-use crate::json::{mean, settings_value};
+use crate::json::settings_value;
 use crate::number::{NARROW_SPACE, NONE, count, millimetres, percent, plain, to_mm};
 use crate::report::Report;
 use crate::verdict::default_method;
@@ -162,13 +162,13 @@ fn comparison(
         line(
             "Error that 75 % of instants stay below, worst finger",
             "1.2 mm",
-            &|m| largest(&m.error_by_finger, |s| s.p75),
+            &|m| largest(&m.error.by_finger, |s| s.p75),
         ),
         line("Largest error", "3.5 mm", &|m| {
-            largest(&m.error_by_finger, |s| s.max)
+            largest(&m.error.by_finger, |s| s.max)
         }),
         line("Points inside the training hull", "all", &|m| {
-            let share = mean(&m.reachability.inside);
+            let share = m.reachability.inside.mean();
             format!("{} %", percent(share))
         }),
         line("Instants with a collision", published.collisions, &|m| {

@@ -28,8 +28,14 @@ fn drawn<'a>(methods: &[Method<'a>]) -> (Option<&'a str>, Option<&'a str>) {
     let rivals = methods
         .iter()
         .filter(|method| method.evaluation.baseline && !method.default);
-    let rivals = rivals.filter(|method| method.evaluation.error.p75.is_finite());
-    let best = rivals.min_by(|a, b| a.evaluation.error.p75.total_cmp(&b.evaluation.error.p75));
+    let rivals = rivals.filter(|method| method.evaluation.error.all.p75.is_finite());
+    let best = rivals.min_by(|a, b| {
+        a.evaluation
+            .error
+            .all
+            .p75
+            .total_cmp(&b.evaluation.error.all.p75)
+    });
     (default.map(name), best.map(name))
 }
 

@@ -1,11 +1,12 @@
 //! Data quality of each take.
 
-use inhand_model::{Evaluation, Finding, Finger, TakeFacts, TakeQuality, TrackCounts};
+use inhand_model::{
+    Evaluation, Finding, Finger, TakeFacts, TakeQuality, TrackCounts, TrackQuality,
+};
 use maud::{Markup, html};
 
 use super::table::{Column, Line, numbers, table, words};
 use crate::number::{NARROW_SPACE, NONE, count, decimals, percent};
-use crate::quality::warnings;
 
 /// Findings of one take that are shown before they fold away.
 const FINDINGS_SHOWN: usize = 6;
@@ -76,7 +77,7 @@ fn take_line(role: &str, take: &TakeFacts, quality: &[TakeQuality]) -> Line {
             count(take.left_out, NARROW_SPACE),
             known(|q| percent(q.hand_tracked)),
             known(|q| q.object_tracked.map_or_else(|| NONE.to_owned(), percent)),
-            known(|q| count(warnings(q), NARROW_SPACE)),
+            known(|q| count(q.warnings(), NARROW_SPACE)),
         ],
         best: Vec::new(),
         stressed: false,
@@ -100,12 +101,15 @@ fn gap_lines(takes: &[TakeQuality]) -> Vec<Line> {
         .iter()
         .flat_map(|take| Finger::ALL.map(|finger| (take, finger)))
         .filter(|(take, finger)| {
-            take.recorded[*finger].missing > 0
-                || take.processed[*finger].filled > 0
-                || take.processed[*finger].missing > 0
+            let track = &take.fingers[*finger];
+            track.recorded.missing > 0 || track.processed.filled > 0 || track.processed.missing > 0
         })
         .map(|(take, finger)| {
-            let (recorded, processed) = (take.recorded[finger], take.processed[finger]);
+            let TrackQuality {
+                recorded,
+                processed,
+                longest_gap_s,
+            } = take.fingers[finger];
             Line {
                 head: html! { (take.take) },
                 cells: vec![
@@ -115,7 +119,7 @@ fn gap_lines(takes: &[TakeQuality]) -> Vec<Line> {
                     percent(recorded.missing as f64 / total(recorded) as f64),
                     count(processed.filled, NARROW_SPACE),
                     count(processed.missing, NARROW_SPACE),
-                    decimals(take.longest_gap_s[finger], 2),
+                    decimals(longest_gap_s, 2),
                 ],
                 best: Vec::new(),
                 stressed: false,

@@ -36,7 +36,7 @@ pub(super) fn error_table(methods: &[Method<'_>]) -> Markup {
         group(
             html! { "all fingers" },
             methods,
-            &of(|m| m.evaluation.error),
+            &of(|m| m.evaluation.error.all),
             true,
         ),
         group(
@@ -55,7 +55,7 @@ pub(super) fn error_table(methods: &[Method<'_>]) -> Markup {
     groups.extend(Finger::ALL.map(|finger| {
         let statistics: Vec<Statistics> = methods
             .iter()
-            .map(|method| method.evaluation.error_by_finger[finger])
+            .map(|method| method.evaluation.error.by_finger[finger])
             .collect();
         group(finger_head(finger), methods, &statistics, true)
     }));

@@ -136,7 +136,7 @@ fn verdict(summary: &Summary) -> String {
     let Some(method) = summary.methods.iter().find(|method| method.name == *name) else {
         return String::new();
     };
-    let mut text = format!("{name}: {}.", middle(&method.error));
+    let mut text = format!("{name}: {}.", middle(&method.error.all));
     if let Some(contacts) = method.contacts.filter(|contacts| contacts.n > 0) {
         let share = |part: usize| crate::number::percent(part as f64 / contacts.n as f64);
         text.push_str(&format!(

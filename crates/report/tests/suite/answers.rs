@@ -61,7 +61,7 @@ fn an_object_that_was_never_tracked_gives_no_share() {
     let mut evaluation = sample::evaluation(true);
     for method in &mut evaluation.methods {
         let contact = method.contact.as_mut().unwrap();
-        (contact.n, contact.three_or_more) = (0, 0.0);
+        (contact.n, contact.three_or_more) = (0, f64::NAN);
     }
     let page = html(&Report::new(&evaluation, &[])).unwrap();
     assert!(page.contains("Contacts could not be judged"));
@@ -80,14 +80,14 @@ fn an_object_that_was_never_tracked_gives_no_share() {
 fn a_method_without_a_trajectory_has_dashes_not_zeros() {
     let mut evaluation = sample::evaluation(true);
     let method = &mut evaluation.methods[0];
-    method.error = Statistics {
+    method.error.all = Statistics {
         n_left_out: 59_500,
         ..Statistics::default()
     };
-    method.error_by_finger = PerFinger::new([method.error; 5]);
-    method.error_at_start = method.error;
-    method.error_at_goal = method.error;
-    method.distance_difference = Some(method.error_by_finger);
+    method.error.by_finger = PerFinger::new([method.error.all; 5]);
+    method.error_at_start = method.error.all;
+    method.error_at_goal = method.error.all;
+    method.distance_difference = Some(method.error.by_finger);
     method.median_error_by_sample_m.fill(f64::NAN);
     method.reachability.n = 0;
     method.reachability.inside = PerFinger::new([f64::NAN; 5]);
@@ -144,8 +144,8 @@ fn numbers_that_are_none_never_reach_the_page() {
         ..Statistics::default()
     };
     for method in &mut evaluation.methods {
-        method.error = nan;
-        method.error_by_finger = PerFinger::new([nan; 5]);
+        method.error.all = nan;
+        method.error.by_finger = PerFinger::new([nan; 5]);
         method.reachability.worst_outside_m = PerFinger::new([f64::NAN; 5]);
         method.collision.limit_m = f64::NAN;
         for share in &mut method.contact.as_mut().unwrap().by_tau {
@@ -157,8 +157,8 @@ fn numbers_that_are_none_never_reach_the_page() {
             (object.position, object.angle) = (nan, nan);
         }
         for corridor in &mut method.corridors {
-            (corridor.share_inside, corridor.mahalanobis) = (f64::NAN, f64::INFINITY);
-            corridor.share_inside_by_finger = PerFinger::new([f64::NAN; 5]);
+            (corridor.share_inside.all, corridor.mahalanobis) = (f64::NAN, f64::INFINITY);
+            corridor.share_inside.by_finger = PerFinger::new([f64::NAN; 5]);
         }
         for facts in method.plan.iter_mut().flat_map(|plan| &mut plan.families) {
             (facts.worst_violation, facts.largest_relaxation) = (f64::NAN, f64::INFINITY);
@@ -217,7 +217,7 @@ fn takes_without_gaps_and_many_findings() {
         evaluation.quality[1].findings.clone(),
     );
     for quality in &mut evaluation.quality {
-        (quality.recorded, quality.processed) = (clean.recorded, clean.processed);
+        quality.fingers = clean.fingers;
         quality.findings.clear();
     }
     let page = html(&Report::new(&evaluation, &[])).unwrap();

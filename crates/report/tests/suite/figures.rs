@@ -376,7 +376,8 @@ fn published_numbers_stand_beside_runs_of_their_protocol_alone() {
         .find(|method| method.name == "paper")
         .unwrap();
     let worst = paper
-        .error_by_finger
+        .error
+        .by_finger
         .as_array()
         .iter()
         .map(|s| s.p75)
@@ -424,6 +425,7 @@ fn estimates_show_their_intervals() {
     let page = html(&Report::new(&evaluation, &[])).unwrap();
     let own = evaluation.intervals.as_ref().unwrap().methods[0]
         .error
+        .all
         .unwrap()[2];
     let [low, high] = own.interval.unwrap().map(|end| 1e3 * end);
     assert!(page.contains(&format!(
@@ -444,6 +446,7 @@ fn estimates_show_their_intervals() {
             .find(|m| m.name == name)
             .unwrap()
             .error
+            .all
             .p95
     };
     let expected = 100.0 * (errors("prior") / errors("hermite") - 1.0);

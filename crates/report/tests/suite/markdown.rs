@@ -40,7 +40,7 @@ fn tables_hold_what_was_found() {
     let found = tables(&plain);
     assert_eq!(found.len(), 1);
     assert_eq!(found[0].len(), 2 + evaluation.methods.len());
-    let residual = &evaluation.methods[0].error;
+    let residual = &evaluation.methods[0].error.all;
     assert_eq!(
         found[0][2],
         [

@@ -22,8 +22,8 @@ fn mm(metres: f64) -> String {
 fn statistics_shown_are_those_given() {
     let (evaluation, page) = (sample::evaluation(true), page());
     for method in &evaluation.methods {
-        let rows = std::iter::once(&method.error)
-            .chain(method.error_by_finger.as_array())
+        let rows = std::iter::once(&method.error.all)
+            .chain(method.error.by_finger.as_array())
             .chain(method.distance_difference.as_ref().unwrap().as_array());
         for s in rows {
             let cells: Vec<String> = [s.mean, s.rmse, s.p5, s.p25, s.p50, s.p75, s.p95, s.max]
@@ -67,7 +67,7 @@ fn boxes_lie_where_their_numbers_say() {
         let from = &from[from.find(&format!(" {name}=\"")).unwrap() + name.len() + 3..];
         from[..from.find('"').unwrap()].parse().unwrap()
     };
-    let s = &evaluation.methods[0].error;
+    let s = &evaluation.methods[0].error.all;
     let (box_x, width) = (attribute("box", "x"), attribute("box", "width"));
     let median = attribute("median", "x1");
     let share = (median - box_x) / width;

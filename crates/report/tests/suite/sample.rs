@@ -7,9 +7,10 @@ mod motion;
 use inhand_model::{
     Bandwidths, Collision, ConstraintFamily, ContactShare, CorridorCoverage, DeviationFacts,
     DictionaryFacts, DictionaryKind, Evaluation, ExpectationWeights, FamilyFacts, Finding, Finger,
-    InputHash, MethodCandidate, MethodChoice, MethodEvaluation, ObjectError, PerFinger, PlanFacts,
-    Provenance, Reachability, SessionFacts, Statistics, StopReason, TakeFacts, TakeQuality,
-    TauShare, TrackCounts, Validation, VelocityBounds, VelocityCheck,
+    HandAndFingers, InputHash, MethodCandidate, MethodChoice, MethodEvaluation, ObjectError,
+    PerFinger, PlanFacts, Provenance, Reachability, SessionFacts, Statistics, StopReason,
+    TakeFacts, TakeQuality, TauShare, TrackCounts, TrackQuality, Validation, VelocityBounds,
+    VelocityCheck,
 };
 
 const SEGMENTS: usize = 119;
@@ -123,8 +124,6 @@ fn finger_factor(finger: Finger) -> f64 {
 fn method(kind: &Kind, object: bool) -> MethodEvaluation {
     let &(name, description, baseline, median, tail, share) = kind;
     let n = SEGMENTS * SAMPLES;
-    let error_by_finger =
-        PerFinger::from_fn(|finger| skewed(n, median * finger_factor(finger), tail));
     let shape = |s: usize| {
         let t = s as f64 / (SAMPLES - 1) as f64;
         match name {
@@ -156,8 +155,10 @@ fn method(kind: &Kind, object: bool) -> MethodEvaluation {
         name: name.to_owned(),
         description: description.to_owned(),
         baseline,
-        error: skewed(5 * n, median, tail),
-        error_by_finger,
+        error: HandAndFingers {
+            all: skewed(5 * n, median, tail),
+            by_finger: PerFinger::from_fn(|f| skewed(n, median * finger_factor(f), tail)),
+        },
         error_at_start: skewed(5 * SEGMENTS, median * shape(0).max(0.02), tail),
         error_at_goal: skewed(5 * SEGMENTS, median * shape(SAMPLES - 1).max(0.02), tail),
         median_error_by_sample_m: (0..SAMPLES).map(|s| median * shape(s)).collect(),
@@ -209,10 +210,12 @@ fn method(kind: &Kind, object: bool) -> MethodEvaluation {
                         n: 5 * n,
                         n_filled: n / 100,
                         n_left_out: 0,
-                        share_inside: share_inside - less,
-                        share_inside_by_finger: PerFinger::from_fn(|f| {
-                            share_inside - less - 0.005 * (f.index() as f64 - 2.0)
-                        }),
+                        share_inside: HandAndFingers {
+                            all: share_inside - less,
+                            by_finger: PerFinger::from_fn(|f| {
+                                share_inside - less - 0.005 * (f.index() as f64 - 2.0)
+                            }),
+                        },
                     },
                 )
                 .into()
@@ -272,24 +275,20 @@ fn take_quality(place: usize, role: &str) -> TakeQuality {
     TakeQuality {
         take: format!("cube_{place:02}"),
         role: role.to_owned(),
-        recorded: PerFinger::from_fn(|f| TrackCounts {
-            measured: 12_000 - gap(f),
-            filled: 0,
-            missing: gap(f),
-        }),
-        processed: PerFinger::from_fn(|f| {
+        fingers: PerFinger::from_fn(|f| {
             let filled = gap(f).min(80);
-            TrackCounts {
+            let counts = |filled| TrackCounts {
                 measured: 12_000 - gap(f),
                 filled,
                 missing: gap(f) - filled,
-            }
-        }),
-        longest_gap_s: PerFinger::from_fn(|f| {
-            if gap(f) > 80 {
-                0.31
-            } else {
-                0.01 * gap(f).min(6) as f64
+            };
+            TrackQuality {
+                recorded: counts(0),
+                processed: counts(filled),
+                longest_gap_s: match gap(f) {
+                    81.. => 0.31,
+                    gap => 0.01 * gap.min(6) as f64,
+                },
             }
         }),
         hand_tracked: if place == 1 { 0.998 } else { 1.0 },

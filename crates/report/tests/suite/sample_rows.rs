@@ -1,8 +1,9 @@
 //! Rows and intervals of the sample, from closed forms as its numbers are.
 
 use inhand_model::{
-    Bootstrap, Cluster, Estimate, Evaluation, EvaluationRows, Finger, Intervals, Measure,
-    MethodIntervals, MethodRows, PairedDifference, PerFinger, SegmentLayout, SegmentOrigin,
+    Bootstrap, Cluster, Estimate, Evaluation, EvaluationRows, Finger, HandAndFingers, Intervals,
+    Measure, MethodIntervals, MethodRows, PairedDifference, PerFinger, SegmentLayout,
+    SegmentOrigin,
 };
 
 const SEGMENTS: usize = 30;
@@ -43,7 +44,7 @@ pub(crate) fn rows(evaluation: &Evaluation, object: bool) -> EvaluationRows {
         name: method.name.clone(),
         error_m: places()
             .map(|(segment, t)| {
-                PerFinger::from_fn(|finger| error_m(method.error.p50, segment, t, finger))
+                PerFinger::from_fn(|finger| error_m(method.error.all.p50, segment, t, finger))
             })
             .collect(),
         distance_m: distances(1.0 + 0.2 * place as f64),
@@ -102,8 +103,10 @@ pub(crate) fn intervals(evaluation: &Evaluation) -> Intervals {
     };
     let methods = evaluation.methods.iter().map(|method| MethodIntervals {
         method: method.name.clone(),
-        error: Some(estimates(&method.error)),
-        error_by_finger: PerFinger::from_fn(|f| Some(estimates(&method.error_by_finger[f]))),
+        error: HandAndFingers {
+            all: Some(estimates(&method.error.all)),
+            by_finger: PerFinger::from_fn(|f| Some(estimates(&method.error.by_finger[f]))),
+        },
         three_or_more: method
             .contact
             .as_ref()
@@ -117,7 +120,10 @@ pub(crate) fn intervals(evaluation: &Evaluation) -> Intervals {
         .filter(|method| method.name != baseline.name);
     let differences = others.flat_map(|method| {
         Measure::ALL.map(|measure| {
-            let (own, other) = (of(measure, &method.error), of(measure, &baseline.error));
+            let (own, other) = (
+                of(measure, &method.error.all),
+                of(measure, &baseline.error.all),
+            );
             PairedDifference {
                 method: method.name.clone(),
                 other: baseline.name.clone(),

@@ -170,10 +170,10 @@ fn lengths_are_millimetres() {
     let number = |path: &str| document.pointer(path).unwrap().as_f64().unwrap();
     let prior = &evaluation.methods[0];
     for (path, metres) in [
-        ("/methods/0/error_mm/all/p50", prior.error.p50),
+        ("/methods/0/error_mm/all/p50", prior.error.all.p50),
         (
             "/methods/0/error_mm/ring/p95",
-            prior.error_by_finger.as_array()[3].p95,
+            prior.error.by_finger.as_array()[3].p95,
         ),
         ("/methods/0/error_at_goal_mm/max", prior.error_at_goal.max),
         ("/methods/0/contact/tau_mm", 0.005),
@@ -273,11 +273,19 @@ fn assert_near(found: &str, expected: &str) {
     }
 }
 
+/// What the JSON reader says against a document.
+fn source(text: &str) -> String {
+    match read_evaluation_json(text).unwrap_err() {
+        ReportError::NotAnEvaluation { source } => source.to_string(),
+        other => panic!("{other:?}"),
+    }
+}
+
 #[test]
 fn a_phase_that_stands_for_nothing_is_refused() {
     let text = evaluation_json(&sample::evaluation(true), &[]).unwrap();
     let other = text.replace("\"finger_gaiting\"", "\"walking\"");
-    let refused = read_evaluation_json(&other).unwrap_err().to_string();
+    let refused = source(&other);
     assert!(
         refused.contains("phases.kind") && refused.contains("walking"),
         "{refused}"
@@ -317,7 +325,7 @@ fn another_version_a_cut_file_and_other_json_are_refused() {
         );
     }
     let odd = text.replacen("\"iteration_limit\"", "\"boredom\"", 1);
-    let refused = read_evaluation_json(&odd).unwrap_err().to_string();
+    let refused = source(&odd);
     assert!(
         refused.contains("boredom") && refused.contains("iteration_limit"),
         "{refused}"
@@ -357,7 +365,7 @@ fn planned_objects_and_corridors_are_written_and_read_back() {
     // A corridor over nothing has no share, and comes back as it was.
     let mut evaluation = evaluation;
     let corridor = &mut evaluation.methods[0].corridors[0];
-    (corridor.n, corridor.share_inside) = (0, f64::NAN);
+    (corridor.n, corridor.share_inside.all) = (0, f64::NAN);
     let text = evaluation_json(&evaluation, &[]).unwrap();
     let document: Value = serde_json::from_str(&text).unwrap();
     assert!(VALIDATOR.is_valid(&document));
@@ -366,7 +374,7 @@ fn planned_objects_and_corridors_are_written_and_read_back() {
         Value::Null
     );
     let (read, _) = read_evaluation_json(&text).unwrap();
-    assert!(read.methods[0].corridors[0].share_inside.is_nan());
+    assert!(read.methods[0].corridors[0].share_inside.all.is_nan());
 }
 
 #[test]
@@ -392,7 +400,7 @@ proptest! {
     #[test]
     fn any_number_makes_a_valid_document(value in any::<f64>(), n in 0usize..3) {
         let mut evaluation = SAMPLE.clone();
-        let error = &mut evaluation.methods[0].error;
+        let error = &mut evaluation.methods[0].error.all;
         (error.n, error.p50, error.max) = (n, value, -value);
         evaluation.methods[0].velocity.worst_ratio = value;
         let text = evaluation_json(&evaluation, &[]).unwrap();

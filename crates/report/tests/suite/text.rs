@@ -73,7 +73,7 @@ fn it_hurts_where_it_must() {
 #[test]
 fn other_outcomes_have_their_words() {
     let mut evaluation = sample::evaluation(true);
-    let best = evaluation.methods[6].error;
+    let best = evaluation.methods[6].error.all;
     let scaled = |factor: f64| {
         let mut error = best;
         for value in [
@@ -104,7 +104,7 @@ fn other_outcomes_have_their_words() {
             "hermite, which learns nothing, does better than residual everywhere: median",
         ),
     ] {
-        evaluation.methods[0].error = scaled(factor);
+        evaluation.methods[0].error.all = scaled(factor);
         let text = text_summary(&evaluation);
         assert!(text.contains(words), "{factor}: {text}");
         let page = html(&Report::new(&evaluation, &[])).unwrap();

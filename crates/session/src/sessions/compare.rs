@@ -150,7 +150,7 @@ fn method_of<'a>(rows: &'a EvaluationRows, method: &MethodEvaluation) -> Option<
 /// Changes of what both evaluations state, without intervals.
 fn stated_errors(old: &MethodEvaluation, new: &MethodEvaluation) -> Vec<ErrorChange> {
     let of = |method: &MethodEvaluation, finger: Option<Finger>| -> Statistics {
-        finger.map_or(method.error, |finger| method.error_by_finger[finger])
+        finger.map_or(method.error.all, |finger| method.error.by_finger[finger])
     };
     let value = |error: &Statistics, measure| match measure {
         Measure::Mean => error.mean,
@@ -171,6 +171,10 @@ fn stated_errors(old: &MethodEvaluation, new: &MethodEvaluation) -> Vec<ErrorCha
                 measure,
                 before_m: value(&before, measure),
                 after_m: value(&after, measure),
+                relative_change: ErrorChange::relative_change(
+                    value(&before, measure),
+                    value(&after, measure),
+                ),
                 absolute: None,
                 relative: None,
             })

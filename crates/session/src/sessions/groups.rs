@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use inhand_evaluation::SortedErrors;
-use inhand_model::{Finger, GroupSummary, PerFinger, Statistics};
+use inhand_model::{Finger, GroupSummary, HandAndFingers, PerFinger, Statistics};
 use inhand_statistics::quantiles::statistics;
 
 use super::part::Part;
@@ -59,8 +59,10 @@ impl Groups {
                     task: task.clone(),
                     sessions: sessions.len(),
                     method: method.to_owned(),
-                    error: all[place],
-                    error_by_finger: by_finger.each_ref().map(|of_groups| of_groups[place]),
+                    error: HandAndFingers {
+                        all: all[place],
+                        by_finger: by_finger.each_ref().map(|of_groups| of_groups[place]),
+                    },
                 },
             )
             .collect()
@@ -77,7 +79,7 @@ pub(super) fn counts<'a>(
     for part in parts {
         let methods = &part.evaluation.methods;
         if let Some(found) = methods.iter().find(|found| found.name == method) {
-            let error = finger.map_or(&found.error, |finger| &found.error_by_finger[finger]);
+            let error = finger.map_or(&found.error.all, |finger| &found.error.by_finger[finger]);
             counts.0 = counts.0.saturating_add(error.n_filled);
             counts.1 = counts.1.saturating_add(error.n_left_out);
         }

@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 
 use inhand_evaluation::{ContactCounts, Contestant, SortedErrors, best_baseline, intervals};
 use inhand_model::{
-    Bootstrap, Cluster, Finger, MethodEvaluation, MethodSummary, PerFinger, SessionMethod,
-    SessionSummary, SettingDifference, Severity, SharedContacts, Statistics, Summary,
+    Bootstrap, Cluster, Finger, HandAndFingers, MethodEvaluation, MethodSummary, PerFinger,
+    SessionMethod, SessionSummary, SettingDifference, Severity, SharedContacts, Statistics,
+    Summary,
 };
 use inhand_statistics::quantiles::sorted_statistics;
 use rayon::prelude::*;
@@ -63,7 +64,7 @@ pub fn merge(parts: &[Part], options: MergeOptions) -> Result<Summary, SessionEr
         .map(|(name, of_parts)| Contestant {
             name,
             baseline: of_parts.iter().all(|method| method.baseline),
-            mean_error_m: pooled_mean(of_parts.iter().map(|method| &method.error)),
+            mean_error_m: pooled_mean(of_parts.iter().map(|method| &method.error.all)),
         })
         .collect();
     let shown = [Some(default), best_baseline(&contestants)];
@@ -245,8 +246,10 @@ fn summary(
         name: name.to_owned(),
         description: first.description.clone(),
         baseline: first.baseline,
-        error: of(None),
-        error_by_finger: PerFinger::from_fn(|finger| of(Some(finger))),
+        error: HandAndFingers {
+            all: of(None),
+            by_finger: PerFinger::from_fn(|finger| of(Some(finger))),
+        },
         contacts: None,
     }
 }
@@ -331,8 +334,8 @@ fn session(part: &Part, name: String, methods: &[String]) -> SessionSummary {
         methods: (methods.iter())
             .filter_map(|name| method(part, name))
             .map(|method| SessionMethod {
+                name: method.name.clone(),
                 error: method.error,
-                error_by_finger: method.error_by_finger,
                 contacts: shared(method),
             })
             .collect(),

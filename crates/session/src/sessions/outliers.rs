@@ -1,6 +1,6 @@
 //! Sessions that are far from the others.
 
-use inhand_model::{Outlier, SessionSummary};
+use inhand_model::{Outlier, OutlierSession, SessionSummary};
 use inhand_statistics::quantiles::quantile;
 
 /// Fewer sessions do not show what is usual.
@@ -28,7 +28,7 @@ type Looked<'a> = (
 /// What is far off in which session, farthest first. `default` is the place of the method to look at.
 pub(super) fn outliers(sessions: &[SessionSummary], default: usize, name: &str) -> Vec<Outlier> {
     let share = |part: usize, rest: usize| 100.0 * part as f64 / (part as f64 + rest as f64);
-    let error = move |session: &SessionSummary| session.methods[default].error;
+    let error = move |session: &SessionSummary| session.methods[default].error.all;
     let contacts = move |session: &SessionSummary| session.methods[default].contacts;
     let looked: [Looked<'_>; 5] = [
         (
@@ -81,7 +81,7 @@ pub(super) fn outliers(sessions: &[SessionSummary], default: usize, name: &str) 
         b.score
             .abs()
             .total_cmp(&a.score.abs())
-            .then(a.session.cmp(&b.session))
+            .then(a.session.place.cmp(&b.session.place))
     });
     found
 }
@@ -112,7 +112,11 @@ fn far(
             matters && (score.abs() > FAR || much)
         })
         .map(|(session, value, score)| Outlier {
-            session,
+            session: OutlierSession {
+                place: session,
+                name: sessions[session].name.clone(),
+                file: sessions[session].file.clone(),
+            },
             what: what.to_owned(),
             unit,
             value,
@@ -142,7 +146,7 @@ fn median(values: &[f64]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use inhand_model::{PerFinger, SessionMethod, Statistics};
+    use inhand_model::{HandAndFingers, PerFinger, SessionMethod, Statistics};
 
     fn session(p50_mm: f64, left_out: usize) -> SessionSummary {
         let error = Statistics {
@@ -163,8 +167,11 @@ mod tests {
             left_out,
             warnings: 0,
             methods: vec![SessionMethod {
-                error,
-                error_by_finger: PerFinger::new([error; 5]),
+                name: String::new(),
+                error: HandAndFingers {
+                    all: error,
+                    by_finger: PerFinger::new([error; 5]),
+                },
                 contacts: None,
             }],
         }
@@ -176,7 +183,7 @@ mod tests {
         let sessions = [0.9, 0.95, 1.0, 1.05, 3.0].map(|mm| session(mm, 0));
         let found = outliers(&sessions, 0, "prior");
         assert_eq!(found.len(), 2);
-        assert_eq!((found[0].session, found[0].unit), (4, "mm"));
+        assert_eq!((found[0].session.place, found[0].unit), (4, "mm"));
         assert!((found[0].score - 0.6745 * 2.0 / 0.05).abs() < 1e-9);
         assert!((found[0].median - 1.0).abs() < 1e-12);
     }
@@ -187,7 +194,7 @@ mod tests {
         sessions[2].left_out = 10;
         let found = outliers(&sessions, 0, "prior");
         assert_eq!(found.len(), 1);
-        assert_eq!((found[0].session, found[0].unit), (2, "%"));
+        assert_eq!((found[0].session.place, found[0].unit), (2, "%"));
         // 50 % against 0 % in five others: a mean deviation of 50 / 6.
         assert!((found[0].score - 50.0 * MEAN_DEVIATION / (50.0 / 6.0)).abs() < 1e-9);
     }

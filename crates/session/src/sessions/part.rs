@@ -156,7 +156,7 @@ impl Part {
     ) -> Result<(), SessionError> {
         let stated = (self.evaluation.methods.iter())
             .find(|known| known.name == method)
-            .map(|known| known.error_by_finger[finger]);
+            .map(|known| known.error.by_finger[finger]);
         let mean = errors.iter().sum::<f64>() / errors.len() as f64;
         let same = stated.is_some_and(|stated| {
             let off = (mean - stated.mean).abs() > MEAN_ROUNDING * stated.mean.abs();

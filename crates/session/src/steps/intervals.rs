@@ -46,8 +46,8 @@ fn contestants(evaluation: &Evaluation) -> Vec<Contestant<'_>> {
         .map(|method| Contestant {
             name: &method.name,
             baseline: method.baseline,
-            mean_error_m: if judged(&method.error) {
-                method.error.mean
+            mean_error_m: if judged(&method.error.all) {
+                method.error.all.mean
             } else {
                 f64::NAN
             },

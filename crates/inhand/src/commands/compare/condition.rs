@@ -151,7 +151,7 @@ impl Condition {
     fn error_change(&self, change: &ErrorChange) -> Option<f64> {
         match self.unit {
             Unit::Percent => {
-                let own = self.pick(Some(change.relative_change()), change.relative.as_ref());
+                let own = self.pick(Some(change.relative_change), change.relative.as_ref());
                 own.map(|share| 100.0 * share)
             }
             Unit::Millimetres => {
@@ -222,6 +222,7 @@ mod tests {
             measure: Measure::P75,
             before_m,
             after_m,
+            relative_change: ErrorChange::relative_change(before_m, after_m),
             absolute: None,
             relative: Some(estimate((after_m - before_m) / before_m)),
         };

@@ -59,10 +59,10 @@ fn line(group: &GroupSummary) -> Line {
         stated(group.object.as_deref()),
         stated(group.task.as_deref()),
         count(group.sessions, NARROW_SPACE),
-        count(group.error.n, NARROW_SPACE),
-        middle(&group.error),
+        count(group.error.all.n, NARROW_SPACE),
+        middle(&group.error.all),
     ];
-    cells.extend(group.error_by_finger.as_array().iter().map(middle));
+    cells.extend(group.error.by_finger.as_array().iter().map(middle));
     Line {
         head: html! { (stated(group.participant.as_deref())) },
         cells,

@@ -38,7 +38,7 @@ fn line(contender: &Contender<'_>) -> Line {
         let contacts = method.contacts.filter(|contacts| contacts.n > 0);
         contacts.map_or_else(|| NONE.to_owned(), |c| percent(of(&c) as f64 / c.n as f64))
     };
-    let mut cells = statistics::cells(&method.error);
+    let mut cells = statistics::cells(&method.error.all);
     cells.push(share(|contacts| contacts.three_or_more));
     cells.push(share(|contacts| contacts.recorded_three_or_more));
     Line {
@@ -50,7 +50,11 @@ fn line(contender: &Contender<'_>) -> Line {
 }
 
 fn figure(contenders: &[Contender<'_>]) -> Option<Figure> {
-    let errors = || contenders.iter().map(|contender| &contender.summary.error);
+    let errors = || {
+        contenders
+            .iter()
+            .map(|contender| &contender.summary.error.all)
+    };
     if errors().all(|error| error.n == 0) {
         return None;
     }
@@ -65,13 +69,13 @@ fn figure(contenders: &[Contender<'_>]) -> Option<Figure> {
                 label: contender.named.name,
                 class: &contender.named.class,
                 stressed: contender.named.default,
-                statistics: &contender.summary.error,
+                statistics: &contender.summary.error.all,
             })
             .collect(),
     })];
     let default = contenders.iter().find(|contender| contender.named.default);
     if let Some(contender) = default {
-        let by_finger = &contender.summary.error_by_finger;
+        let by_finger = &contender.summary.error.by_finger;
         panels.push(box_plot::draw(&BoxPlot {
             title: &format!("{}, by finger", contender.named.name),
             swatch: None,
@@ -106,7 +110,9 @@ fn data(contenders: &[Contender<'_>]) -> FigureData {
     box_plot::data(contenders.iter().flat_map(|contender| {
         let summary = contender.summary;
         let name = summary.name.as_str();
-        let fingers = Finger::ALL.map(|f| (f.name(), name, &summary.error_by_finger[f]));
-        [("all", name, &summary.error)].into_iter().chain(fingers)
+        let fingers = Finger::ALL.map(|f| (f.name(), name, &summary.error.by_finger[f]));
+        [("all", name, &summary.error.all)]
+            .into_iter()
+            .chain(fingers)
     }))
 }

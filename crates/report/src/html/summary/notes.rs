@@ -36,7 +36,7 @@ pub(super) fn outliers(summary: &Summary) -> Option<Body> {
 }
 
 fn line(summary: &Summary, outlier: &Outlier) -> Line {
-    let session = &summary.sessions[outlier.session];
+    let session = &summary.sessions[outlier.session.place];
     let shown = |value: f64| format!("{} {}", decimals(value, 2), outlier.unit);
     let mut known = Vec::new();
     let all = session.segments + session.left_out;

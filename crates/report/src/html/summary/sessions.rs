@@ -60,7 +60,7 @@ pub(super) fn section(summary: &Summary, contenders: &[Contender<'_>]) -> Body {
 
 fn line(session: &SessionSummary, place: usize) -> Line {
     let method = &session.methods[place];
-    let s = &method.error;
+    let s = &method.error.all;
     let length = |metres: f64| {
         if s.n == 0 {
             NONE.to_owned()
@@ -99,13 +99,13 @@ fn head(session: &SessionSummary) -> Markup {
 fn figure(ranked: &[&SessionSummary], name: &str, class: &str, place: usize) -> Option<Figure> {
     let drawn: Vec<&SessionSummary> = (ranked.iter())
         .copied()
-        .filter(|session| session.methods[place].error.n > 0)
+        .filter(|session| session.methods[place].error.all.n > 0)
         .take(DRAWN)
         .collect();
     if drawn.is_empty() {
         return None;
     }
-    let errors: Vec<&Statistics> = drawn.iter().map(|s| &s.methods[place].error).collect();
+    let errors: Vec<&Statistics> = drawn.iter().map(|s| &s.methods[place].error.all).collect();
     let rows = |part: &[&SessionSummary]| {
         let panel = BoxPlot {
             title: &format!("{name}, by session"),
@@ -117,7 +117,7 @@ fn figure(ranked: &[&SessionSummary], name: &str, class: &str, place: usize) -> 
                     label: &session.name,
                     class,
                     stressed: false,
-                    statistics: &session.methods[place].error,
+                    statistics: &session.methods[place].error.all,
                 })
                 .collect(),
         };

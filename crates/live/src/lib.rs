@@ -9,23 +9,23 @@
 //! overtake what came before it, and a viewer that reads too slowly misses messages, is told so, and
 //! holds up nobody.
 
-mod audience;
+mod acceptor;
+mod advertisement;
+mod clients;
 mod clock;
 mod control;
-mod door;
 mod error;
-mod gate;
-mod held;
-mod notice;
-mod offer;
+mod event;
 mod outbox;
 mod player;
 mod protocol;
+mod retained;
 mod server;
+mod start;
 mod viewer;
 
 pub use clock::{Clock, FASTEST, SLOWEST};
 pub use control::{Control, Controls};
 pub use error::LiveError;
-pub use notice::{Farewell, Mode, Notice, Progress};
+pub use event::{DisconnectReason, Event, Mode, Progress};
 pub use server::{Played, Repeat, Server, Settings};

@@ -7,16 +7,16 @@ use std::time::{Duration, Instant};
 
 use inhand_container::Timeline;
 
-use crate::audience::Audience;
+use crate::advertisement::Advertisement;
+use crate::clients::Clients;
 use crate::clock::Clock;
 use crate::control::{Control, faster, slower};
 use crate::error::LiveError;
-use crate::gate::Gate;
-use crate::held::Held;
-use crate::notice::{Farewell, Mode, Notice, Progress};
-use crate::offer::Offer;
+use crate::event::{DisconnectReason, Event, Mode, Progress};
 use crate::protocol::{PlaybackRequest, PlaybackState, Request, Status};
+use crate::retained::Retained;
 use crate::server::Repeat;
+use crate::start::StartOnSubscribe;
 use crate::viewer::Viewer;
 
 /// Messages are sent at most so often, those due in between together.
@@ -25,7 +25,7 @@ const TICK: Duration = Duration::from_millis(4);
 /// How often viewers are told the time where there are no messages.
 const HEARTBEAT: Duration = Duration::from_millis(50);
 
-/// How often there is a [`Notice::Progress`].
+/// How often there is a [`Event::Progress`].
 const PROGRESS: Duration = Duration::from_millis(200);
 
 /// How long viewers may take to say goodbye.
@@ -39,7 +39,7 @@ pub(crate) enum Command {
     Arrived(Viewer),
     Asked(u64, Request),
     Misunderstood(u64, String),
-    Gone(u64, Farewell),
+    Gone(u64, DisconnectReason),
     Strange(SocketAddr),
     Full(SocketAddr, usize),
     Control(Control),
@@ -56,19 +56,19 @@ pub(crate) enum Ending {
 
 pub(crate) struct Player<R, N> {
     pub(crate) timeline: Timeline<R>,
-    pub(crate) offer: Offer,
+    pub(crate) advertisement: Advertisement,
     pub(crate) span: (u64, u64),
     pub(crate) greeting: Vec<String>,
     pub(crate) clock: Clock,
-    pub(crate) gate: Gate,
-    pub(crate) held: Held,
+    pub(crate) start: StartOnSubscribe,
+    pub(crate) retained: Retained,
     pub(crate) repeat: Repeat,
     /// Whether time should pass as soon as someone watches.
     pub(crate) wanted: bool,
     pub(crate) ended: bool,
     /// The time that viewers were told last.
     pub(crate) shown: u64,
-    pub(crate) audience: Audience,
+    pub(crate) clients: Clients,
     pub(crate) notify: N,
     pub(crate) times: Times,
 }
@@ -80,7 +80,7 @@ pub(crate) struct Times {
     progress: Option<(Duration, Mode, f64)>,
 }
 
-impl<R: Read + Seek, N: FnMut(Notice)> Player<R, N> {
+impl<R: Read + Seek, N: FnMut(Event)> Player<R, N> {
     /// Plays until there is an end or someone wants one.
     pub(crate) fn play(&mut self, commands: &Receiver<Command>) -> Result<Ending, LiveError> {
         let begun = Instant::now();
@@ -109,12 +109,12 @@ impl<R: Read + Seek, N: FnMut(Notice)> Player<R, N> {
 
     /// Says goodbye to all viewers. Waits until they have read what was sent, but not longer than
     /// `patience`, and then a moment for their goodbye.
-    pub(crate) fn farewell(&mut self, commands: &Receiver<Command>, patience: Duration) {
-        self.audience.close();
+    pub(crate) fn disconnect_all(&mut self, commands: &Receiver<Command>, patience: Duration) {
+        self.clients.close();
         let mut until = Instant::now() + patience;
         let mut sent = false;
-        while self.audience.len() > 0 {
-            if !sent && self.audience.is_all_sent() {
+        while self.clients.len() > 0 {
+            if !sent && self.clients.is_all_sent() {
                 sent = true;
                 until = until.min(Instant::now() + GOODBYE);
             }
@@ -135,8 +135,8 @@ impl<R: Read + Seek, N: FnMut(Notice)> Player<R, N> {
 
     /// Does what is due; how long there is nothing else to do, or `None` at the end.
     fn turn(&mut self, now: Duration) -> Result<Option<Duration>, LiveError> {
-        self.gate.watch(now, self.audience.is_watching());
-        let open = self.gate.is_open(now);
+        self.start.watch(now, self.clients.is_watching());
+        let open = self.start.is_open(now);
         match (self.wanted && open, self.clock.is_playing()) {
             (true, false) => self.clock.play(now),
             (false, true) => self.clock.pause(now),
@@ -146,7 +146,7 @@ impl<R: Read + Seek, N: FnMut(Notice)> Player<R, N> {
         if open && !more && self.wanted && self.clock.is_at_end(now) {
             match self.repeat {
                 // Whoever is behind is helped up first, and is told what it missed.
-                Repeat::Finish if self.audience.is_anyone_behind() => {}
+                Repeat::Finish if self.clients.is_anyone_behind() => {}
                 Repeat::Finish => return Ok(None),
                 Repeat::Stay | Repeat::Always => self.end(now)?,
             }
@@ -157,7 +157,7 @@ impl<R: Read + Seek, N: FnMut(Notice)> Player<R, N> {
             return Ok(Some(Duration::ZERO));
         }
         let mut wait = PROGRESS;
-        if let Some(next) = self.gate.opens_in(now) {
+        if let Some(next) = self.start.opens_in(now) {
             wait = wait.min(next);
         }
         if self.clock.is_playing() {
@@ -166,7 +166,7 @@ impl<R: Read + Seek, N: FnMut(Notice)> Player<R, N> {
                 None => self.clock.until(now, self.span.1),
             };
             wait = wait.min(due.unwrap_or(HEARTBEAT).max(TICK)).min(HEARTBEAT);
-        } else if self.audience.is_anyone_behind() {
+        } else if self.clients.is_anyone_behind() {
             wait = wait.min(HEARTBEAT);
         }
         Ok(Some(wait))
@@ -190,11 +190,11 @@ impl<R: Read + Seek, N: FnMut(Notice)> Player<R, N> {
             };
             if message.log_time > self.shown {
                 self.shown = message.log_time;
-                self.audience.time(self.shown);
+                self.clients.time(self.shown);
             }
-            if let Some(number) = self.offer.number(message.channel) {
-                (self.audience).message(number, message.log_time, message.data);
-                self.held.take(number, message.log_time, message.data);
+            if let Some(number) = self.advertisement.number(message.channel) {
+                (self.clients).message(number, message.log_time, message.data);
+                self.retained.take(number, message.log_time, message.data);
             }
         };
         if room < BATCH {
@@ -202,10 +202,10 @@ impl<R: Read + Seek, N: FnMut(Notice)> Player<R, N> {
         } else if position > self.shown && now.saturating_sub(self.times.sent) >= HEARTBEAT {
             self.times.sent = now;
             self.shown = position;
-            self.audience.time(position);
+            self.clients.time(position);
         }
         if self.times.sent == now {
-            self.audience.wake();
+            self.clients.wake();
         }
         Ok(more)
     }
@@ -221,22 +221,22 @@ impl<R: Read + Seek, N: FnMut(Notice)> Player<R, N> {
             self.ended = true;
             self.clock.pause(now);
             self.announce(now, false, None);
-            (self.notify)(Notice::Ended);
+            (self.notify)(Event::Ended);
         }
         Ok(())
     }
 
     /// Viewers that read too slowly go on from here.
     fn help_up(&mut self, now: Duration) {
-        if !self.audience.is_anyone_behind() {
+        if !self.clients.is_anyone_behind() {
             return;
         }
         // What was said of a seek in the meantime may not have reached it, and it jumps in any case.
         let state = self.state(now, true);
-        for (viewer, messages) in self.audience.caught_up(state) {
-            (self.audience).hold(viewer.number, self.shown, self.held.all());
+        for (viewer, messages) in self.clients.caught_up(state) {
+            (self.clients).hold(viewer.number, self.shown, self.retained.all());
             let viewer = viewer.address;
-            (self.notify)(Notice::Missed { viewer, messages });
+            (self.notify)(Event::Missed { viewer, messages });
         }
     }
 
@@ -245,10 +245,10 @@ impl<R: Read + Seek, N: FnMut(Notice)> Player<R, N> {
         match command {
             Command::Arrived(viewer) => self.arrived(now, viewer),
             Command::Asked(number, request) => self.answer(now, number, request)?,
-            Command::Misunderstood(number, why) => self.audience.warn(number, &why),
+            Command::Misunderstood(number, why) => self.clients.warn(number, &why),
             Command::Gone(number, how) => self.gone(number, how),
-            Command::Strange(viewer) => (self.notify)(Notice::Strange { viewer }),
-            Command::Full(viewer, viewers) => (self.notify)(Notice::Full { viewer, viewers }),
+            Command::Strange(viewer) => (self.notify)(Event::Strange { viewer }),
+            Command::Full(viewer, viewers) => (self.notify)(Event::Full { viewer, viewers }),
             Command::Control(control) => self.control(now, control)?,
         }
         Ok(())
@@ -257,16 +257,16 @@ impl<R: Read + Seek, N: FnMut(Notice)> Player<R, N> {
     fn arrived(&mut self, now: Duration, viewer: Viewer) {
         let address = viewer.address;
         let number = viewer.number;
-        self.audience.arrive(viewer, &self.greeting);
-        self.audience.introduce(number, self.state(now, false));
-        self.audience.hold(number, self.shown, []);
-        (self.notify)(Notice::Arrived { viewer: address });
+        self.clients.arrive(viewer, &self.greeting);
+        self.clients.introduce(number, self.state(now, false));
+        self.clients.hold(number, self.shown, []);
+        (self.notify)(Event::Arrived { viewer: address });
     }
 
-    fn gone(&mut self, number: u64, how: Farewell) {
-        if let Some(viewer) = self.audience.leave(number) {
+    fn gone(&mut self, number: u64, how: DisconnectReason) {
+        if let Some(viewer) = self.clients.leave(number) {
             let viewer = viewer.address;
-            (self.notify)(Notice::Left { viewer, how });
+            (self.notify)(Event::Left { viewer, how });
         }
     }
 
@@ -274,7 +274,7 @@ impl<R: Read + Seek, N: FnMut(Notice)> Player<R, N> {
         match request {
             Request::Subscribe(wanted) => self.subscribe(number, &wanted),
             Request::Unsubscribe(subscriptions) => {
-                self.audience.unsubscribe(number, &subscriptions);
+                self.clients.unsubscribe(number, &subscriptions);
             }
             Request::Playback(request) => self.playback(now, number, &request)?,
         }
@@ -284,17 +284,17 @@ impl<R: Read + Seek, N: FnMut(Notice)> Player<R, N> {
     fn subscribe(&mut self, number: u64, wanted: &[(u32, u64)]) {
         let mut new = Vec::new();
         for &(subscription, channel) in wanted {
-            let done = match self.offer.has(channel) {
-                true => self.audience.subscribe(number, subscription, channel),
+            let done = match self.advertisement.has(channel) {
+                true => self.clients.subscribe(number, subscription, channel),
                 false => Err(format!("there is no channel {channel}")),
             };
             match done {
                 Ok(()) => new.push((channel, subscription)),
-                Err(why) => self.audience.warn(number, &why),
+                Err(why) => self.clients.warn(number, &why),
             }
         }
-        self.audience
-            .catch_up(number, &new, self.shown, &self.held.all());
+        self.clients
+            .catch_up(number, &new, self.shown, &self.retained.all());
     }
 
     fn playback(
@@ -303,7 +303,7 @@ impl<R: Read + Seek, N: FnMut(Notice)> Player<R, N> {
         number: u64,
         request: &PlaybackRequest,
     ) -> Result<(), LiveError> {
-        self.audience.knows_playback(number);
+        self.clients.knows_playback(number);
         if request.speed > 0.0 {
             self.clock.set_speed(now, request.speed);
         }
@@ -359,10 +359,10 @@ impl<R: Read + Seek, N: FnMut(Notice)> Player<R, N> {
         self.clock.seek(now, log_time);
         let log_time = self.clock.at(now);
         self.timeline.seek(log_time);
-        self.held.clear();
+        self.retained.clear();
         for message in self.timeline.latest_before(log_time)? {
-            if let Some(number) = self.offer.number(message.channel) {
-                (self.held).take(number, message.log_time, &message.data);
+            if let Some(number) = self.advertisement.number(message.channel) {
+                (self.retained).take(number, message.log_time, &message.data);
             }
         }
         self.shown = log_time;
@@ -372,14 +372,14 @@ impl<R: Read + Seek, N: FnMut(Notice)> Player<R, N> {
 
     /// Tells viewers how playing stands; after a seek also what holds there.
     fn announce(&mut self, now: Duration, did_seek: bool, asker: Option<(u64, &str)>) {
-        self.audience.state(self.state(now, did_seek), asker);
+        self.clients.state(self.state(now, did_seek), asker);
         if did_seek {
-            self.audience.time(self.shown);
-            for (channel, log_time, data) in self.held.all() {
-                self.audience.message(channel, log_time, data);
+            self.clients.time(self.shown);
+            for (channel, log_time, data) in self.retained.all() {
+                self.clients.message(channel, log_time, data);
             }
         }
-        self.audience.wake();
+        self.clients.wake();
     }
 
     fn state(&self, now: Duration, did_seek: bool) -> PlaybackState {
@@ -400,7 +400,7 @@ impl<R: Read + Seek, N: FnMut(Notice)> Player<R, N> {
         let mode = match (self.ended, self.wanted) {
             (true, _) => Mode::Ended,
             (false, false) => Mode::Paused,
-            (false, true) if self.gate.is_open(now) => Mode::Playing,
+            (false, true) if self.start.is_open(now) => Mode::Playing,
             (false, true) => Mode::Waiting,
         };
         let speed = self.clock.speed();
@@ -413,12 +413,12 @@ impl<R: Read + Seek, N: FnMut(Notice)> Player<R, N> {
         if due {
             self.times.progress = Some((now, mode, speed));
             let seconds = |time: u64| time.saturating_sub(self.span.0) as f64 / 1e9;
-            (self.notify)(Notice::Progress(Progress {
+            (self.notify)(Event::Progress(Progress {
                 at_s: seconds(self.clock.at(now)),
                 duration_s: seconds(self.span.1),
                 speed,
                 mode,
-                viewers: self.audience.len(),
+                viewers: self.clients.len(),
             }));
         }
     }

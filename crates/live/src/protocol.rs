@@ -31,7 +31,7 @@ impl Subprotocol {
     }
 }
 
-/// Why a channel cannot be offered, in words; text schemas have to be text.
+/// Why a channel cannot be advertised, in words; text schemas have to be text.
 pub(crate) fn check_schema(channel: &TimelineChannel) -> Result<(), &'static str> {
     match &channel.schema {
         Some(schema) if !is_binary(&schema.encoding) && str::from_utf8(&schema.data).is_err() => {
@@ -65,7 +65,7 @@ fn split(nanos: u64) -> Value {
     json!({"sec": nanos / SECOND, "nsec": nanos % SECOND})
 }
 
-/// Offers channels by the numbers that viewers know them by.
+/// Advertises channels by the numbers that viewers know them by.
 pub(crate) fn advertise<'a>(
     channels: impl IntoIterator<Item = (u64, &'a TimelineChannel)>,
 ) -> String {

@@ -7,17 +7,17 @@ use std::time::{Duration, SystemTime};
 
 use inhand_container::Timeline;
 
-use crate::audience::Audience;
+use crate::acceptor::{Acceptor, bind};
+use crate::advertisement::Advertisement;
+use crate::clients::Clients;
 use crate::clock::{Clock, FASTEST, SLOWEST};
 use crate::control::Controls;
-use crate::door::{Door, bind};
 use crate::error::LiveError;
-use crate::gate::Gate;
-use crate::held::Held;
-use crate::notice::Notice;
-use crate::offer::Offer;
+use crate::event::Event;
 use crate::player::{Command, Ending, GOODBYE, Player, Times};
 use crate::protocol::server_info;
+use crate::retained::Retained;
+use crate::start::StartOnSubscribe;
 
 /// Commands that may wait; viewers that say more wait themselves.
 const WAITING: usize = 256;
@@ -179,9 +179,9 @@ impl<R: Read + Seek> Server<R> {
     ///
     /// [`LiveError::File`] where the file is damaged or changes while it is played,
     /// [`LiveError::Thread`].
-    pub fn run(self, notify: impl FnMut(Notice)) -> Result<Played, LiveError> {
+    pub fn run(self, notify: impl FnMut(Event)) -> Result<Played, LiveError> {
         let (settings, span) = (self.settings, self.span);
-        let offer = Offer::of(self.timeline.channels());
+        let advertisement = Advertisement::of(self.timeline.channels());
         let start = span
             .0
             .saturating_add((settings.start_s * 1e9).round() as u64);
@@ -190,44 +190,44 @@ impl<R: Read + Seek> Server<R> {
         let mut player = Player {
             greeting: vec![
                 server_info(&settings.name, &session(), span),
-                offer.advertise(),
+                advertisement.advertise(),
             ],
-            held: Held::new(offer.adding()),
+            retained: Retained::new(advertisement.adding()),
             timeline: self.timeline,
-            offer,
+            advertisement,
             span,
             clock,
-            gate: Gate::new(settings.unattended),
+            start: StartOnSubscribe::new(settings.unattended),
             repeat: settings.repeat,
             wanted: !settings.paused,
             ended: false,
             shown: span.0,
-            audience: Audience::default(),
+            clients: Clients::default(),
             notify,
             times: Times::default(),
         };
-        for (topic, why) in std::mem::take(&mut player.offer.left_out) {
+        for (topic, why) in std::mem::take(&mut player.advertisement.left_out) {
             let why = why.to_owned();
-            (player.notify)(Notice::LeftOut { topic, why });
+            (player.notify)(Event::LeftOut { topic, why });
         }
         player.jump(Duration::ZERO, start)?;
-        let door = Door::open(self.listener, self.address, self.sender)?;
+        let acceptor = Acceptor::open(self.listener, self.address, self.sender)?;
         let result = player.play(&self.commands);
         if let Err(error) = &result {
-            player.audience.fail(&error.to_string());
+            player.clients.fail(&error.to_string());
         }
         let patience = match result {
             Ok(Ending::Finished) => FINISHED,
             _ => GOODBYE,
         };
-        player.farewell(&self.commands, patience);
+        player.disconnect_all(&self.commands, patience);
         // Threads that still want to say something must not wait for an ear.
         drop(self.commands);
-        door.shut();
+        acceptor.shut();
         result.map(|_| Played {
-            viewers: player.audience.came,
-            sent: player.audience.sent,
-            missed: player.audience.missed,
+            viewers: player.clients.came,
+            sent: player.clients.sent,
+            missed: player.clients.missed,
         })
     }
 }

@@ -12,7 +12,7 @@ use tungstenite::http::{HeaderValue, StatusCode};
 use tungstenite::protocol::WebSocketConfig;
 use tungstenite::{Error, Message, WebSocket, accept_hdr_with_config};
 
-use crate::notice::Farewell;
+use crate::event::DisconnectReason;
 use crate::outbox::Outbox;
 use crate::player::Command;
 use crate::protocol::{Subprotocol, parse_bytes, parse_text};
@@ -62,10 +62,10 @@ pub(crate) fn serve(
             let how = match player.send(Command::Arrived(viewer)) {
                 Ok(()) => listen(number, socket, player),
                 // The player has stopped.
-                Err(_) => Farewell::Closed,
+                Err(_) => DisconnectReason::Closed,
             };
             match how {
-                Farewell::Closed => outbox.finish(),
+                DisconnectReason::Closed => outbox.finish(),
                 _ => outbox.abandon(),
             }
             match sender.join() {
@@ -73,7 +73,7 @@ pub(crate) fn serve(
                 _ => how,
             }
         }
-        Err(error) => Farewell::Vanished(error.to_string()),
+        Err(error) => DisconnectReason::Vanished(error.to_string()),
     };
     let _ = player.send(Command::Gone(number, how));
 }
@@ -144,27 +144,31 @@ fn refusal() -> ErrorResponse {
 }
 
 /// Passes what a viewer says on to the player until it leaves.
-fn listen(number: u64, mut socket: WebSocket<Wire>, player: &SyncSender<Command>) -> Farewell {
+fn listen(
+    number: u64,
+    mut socket: WebSocket<Wire>,
+    player: &SyncSender<Command>,
+) -> DisconnectReason {
     loop {
         let said = match socket.read() {
             Ok(Message::Text(text)) => parse_text(text.as_str()),
             Ok(Message::Binary(bytes)) => parse_bytes(&bytes),
             Ok(_) => continue,
-            Err(Error::ConnectionClosed | Error::AlreadyClosed) => return Farewell::Closed,
-            Err(Error::Io(error)) => return Farewell::Vanished(error.to_string()),
-            Err(error) => return Farewell::Vanished(error.to_string()),
+            Err(Error::ConnectionClosed | Error::AlreadyClosed) => return DisconnectReason::Closed,
+            Err(Error::Io(error)) => return DisconnectReason::Vanished(error.to_string()),
+            Err(error) => return DisconnectReason::Vanished(error.to_string()),
         };
         let command = match said {
             Ok(request) => Command::Asked(number, request),
             Err(why) => Command::Misunderstood(number, why),
         };
         if player.send(command).is_err() {
-            return Farewell::Closed;
+            return DisconnectReason::Closed;
         }
     }
 }
 
-type Sender = thread::JoinHandle<Result<(), Farewell>>;
+type Sender = thread::JoinHandle<Result<(), DisconnectReason>>;
 
 /// Sends what comes into an outbox until nothing more comes; then the connection ends.
 fn sender(mut socket: TcpStream, outbox: &Arc<Outbox>) -> io::Result<Sender> {
@@ -179,8 +183,8 @@ fn sender(mut socket: TcpStream, outbox: &Arc<Outbox>) -> io::Result<Sender> {
                     outbox.abandon();
                     use io::ErrorKind::{TimedOut, WouldBlock};
                     ended = Err(match error.kind() {
-                        TimedOut | WouldBlock => Farewell::Stalled,
-                        _ => Farewell::Vanished(error.to_string()),
+                        TimedOut | WouldBlock => DisconnectReason::Stalled,
+                        _ => DisconnectReason::Vanished(error.to_string()),
                     });
                     // Wakes the listening thread.
                     let _ = socket.shutdown(Shutdown::Both);

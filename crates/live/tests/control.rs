@@ -1,6 +1,6 @@
 //! Pause, seek and speed, by viewers and from within the program.
 
-use inhand_live::{Control, Mode, Notice, Settings};
+use inhand_live::{Control, Event, Mode, Settings};
 
 use crate::client::{Client, SDK, Said, WEBSOCKET, is_ended, messages};
 use crate::files::{self, MS, START, settings, start};
@@ -129,7 +129,7 @@ fn lichtblick_sees_a_seek_as_time_that_goes_back() {
     let mut client = Client::connect(server.address, WEBSOCKET);
     client.subscribe_all();
     client.until(|said| matches!(said, Said::Message(topic, ..) if topic == "/b"));
-    server.wait_for(|notice| *notice == Notice::Ended);
+    server.wait_for(|event| *event == Event::Ended);
     assert!(server.controls.send(Control::SeekTo(0.0)));
     let back = |said: &Said| *said == Said::Time(START);
     client.until(|said| *said == Said::Time(START + 1190 * MS));
@@ -216,7 +216,7 @@ fn time_stands_until_someone_watches_and_while_nobody_does() {
         ..settings()
     });
     let mode = |wanted: Mode| {
-        server.wait_for(|notice| matches!(notice, Notice::Progress(now) if now.mode == wanted))
+        server.wait_for(|event| matches!(event, Event::Progress(now) if now.mode == wanted))
     };
     mode(Mode::Waiting);
     let mut client = Client::connect(server.address, SDK);

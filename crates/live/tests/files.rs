@@ -7,7 +7,7 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use inhand_container::{Source, Timeline};
-use inhand_live::{Control, Controls, LiveError, Notice, Played, Server, Settings};
+use inhand_live::{Control, Controls, Event, LiveError, Played, Server, Settings};
 use mcap::records::MessageHeader;
 
 /// Log time of the first message: of a day in 2024, as recordings have it.
@@ -82,7 +82,7 @@ pub(crate) fn settings() -> Settings {
 pub(crate) struct Running {
     pub(crate) address: SocketAddr,
     pub(crate) controls: Controls,
-    pub(crate) notices: Receiver<Notice>,
+    pub(crate) events: Receiver<Event>,
     thread: JoinHandle<Result<Played, LiveError>>,
 }
 
@@ -95,22 +95,22 @@ where
     R: Read + Seek + Send + 'static,
 {
     let server = Server::open(timeline, settings).unwrap();
-    let (sender, notices) = mpsc::channel();
+    let (sender, events) = mpsc::channel();
     Running {
         address: server.address(),
         controls: server.controls(),
-        notices,
-        thread: thread::spawn(move || server.run(move |notice| drop(sender.send(notice)))),
+        events,
+        thread: thread::spawn(move || server.run(move |event| drop(sender.send(event)))),
     }
 }
 
 impl Running {
-    /// Waits for a notice.
-    pub(crate) fn wait_for(&self, wanted: impl Fn(&Notice) -> bool) -> Notice {
+    /// Waits for a event.
+    pub(crate) fn wait_for(&self, wanted: impl Fn(&Event) -> bool) -> Event {
         loop {
-            let notice = self.notices.recv_timeout(Duration::from_secs(60)).unwrap();
-            if wanted(&notice) {
-                return notice;
+            let event = self.events.recv_timeout(Duration::from_secs(60)).unwrap();
+            if wanted(&event) {
+                return event;
             }
         }
     }

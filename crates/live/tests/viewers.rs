@@ -5,7 +5,7 @@ use std::net::TcpStream;
 use std::time::Duration;
 
 use inhand_container::{ContainerError, Source, Timeline};
-use inhand_live::{Farewell, LiveError, Notice, Repeat, Settings};
+use inhand_live::{DisconnectReason, Event, LiveError, Repeat, Settings};
 use serde_json::json;
 use tungstenite::Message;
 
@@ -60,12 +60,12 @@ fn one_that_vanishes_does_not_disturb_another() {
         messages(&stays.until(is_close)).last(),
         files::messages().last()
     );
-    let gone = server.wait_for(|notice| matches!(notice, Notice::Left { .. }));
-    let Notice::Left { viewer, how } = gone else {
+    let gone = server.wait_for(|event| matches!(event, Event::Left { .. }));
+    let Event::Left { viewer, how } = gone else {
         unreachable!()
     };
     assert_eq!(viewer, address);
-    assert!(matches!(how, Farewell::Vanished(_)), "{how:?}");
+    assert!(matches!(how, DisconnectReason::Vanished(_)), "{how:?}");
     server.end().unwrap();
 }
 
@@ -75,12 +75,12 @@ fn one_that_says_goodbye_has_left() {
     let mut client = Client::connect(server.address, SDK);
     client.socket.close(None).unwrap();
     client.until(is_close);
-    let gone = server.wait_for(|notice| matches!(notice, Notice::Left { .. }));
+    let gone = server.wait_for(|event| matches!(event, Event::Left { .. }));
     assert!(
         matches!(
             gone,
-            Notice::Left {
-                how: Farewell::Closed,
+            Event::Left {
+                how: DisconnectReason::Closed,
                 ..
             }
         ),
@@ -134,8 +134,8 @@ fn one_that_does_not_read_misses_messages_and_goes_on_later() {
     let warned = |said: &Said| matches!(said, Said::Json(value) if value["op"] == "status");
     let kept = messages(&sleeps.until(warned));
     assert!(kept.windows(2).all(|pair| pair[1].1 == pair[0].1 + MS));
-    let missed = server.wait_for(|notice| matches!(notice, Notice::Missed { .. }));
-    let Notice::Missed {
+    let missed = server.wait_for(|event| matches!(event, Event::Missed { .. }));
+    let Event::Missed {
         viewer,
         messages: count,
     } = missed
@@ -193,12 +193,12 @@ fn one_that_sends_too_much_is_disconnected() {
     let mut client = Client::connect(server.address, SDK);
     // It may be cut off before all of it is sent.
     let _ = client.socket.send(Message::binary(vec![0; 2 << 20]));
-    let gone = server.wait_for(|notice| matches!(notice, Notice::Left { .. }));
+    let gone = server.wait_for(|event| matches!(event, Event::Left { .. }));
     assert!(
         matches!(
             gone,
-            Notice::Left {
-                how: Farewell::Vanished(_),
+            Event::Left {
+                how: DisconnectReason::Vanished(_),
                 ..
             }
         ),
@@ -246,7 +246,7 @@ fn a_browser_or_another_program_is_told_what_this_is() {
     stream.read_to_string(&mut answer).unwrap();
     assert!(answer.starts_with("HTTP/1.1 400"), "{answer}");
     assert!(answer.contains("foxglove.websocket.v1"), "{answer}");
-    server.wait_for(|notice| matches!(notice, Notice::Strange { .. }));
+    server.wait_for(|event| matches!(event, Event::Strange { .. }));
     server.stop();
 }
 
@@ -294,8 +294,8 @@ fn a_stop_reaches_every_viewer() {
     let mut idles = Client::connect(server.address, WEBSOCKET);
     // One that never says who it is does not hold it up.
     let silent = TcpStream::connect(server.address).unwrap();
-    server.wait_for(|notice| matches!(notice, Notice::Arrived { .. }));
-    server.wait_for(|notice| matches!(notice, Notice::Arrived { .. }));
+    server.wait_for(|event| matches!(event, Event::Arrived { .. }));
+    server.wait_for(|event| matches!(event, Event::Arrived { .. }));
     let address = server.address;
     server.stop();
     for client in [&mut watches, &mut idles] {

@@ -92,7 +92,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     data(&format!("ws://{address}\n"))?;
     let keys = Keys::listen(server.controls(), console.is_quiet());
     let mut status = Status::new(console, keys.is_some());
-    let played = server.run(|notice| status.tell(&notice));
+    let played = server.run(|event| status.tell(&event));
     // The terminal is as it was before anything more is said.
     drop((status, keys));
     say_played(console, played?);

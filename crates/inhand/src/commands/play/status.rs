@@ -3,7 +3,7 @@
 use std::io::{self, IsTerminal};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use inhand_live::{Mode, Notice, Progress};
+use inhand_live::{Event, Mode, Progress};
 
 use crate::console::Console;
 
@@ -27,10 +27,10 @@ impl<'a> Status<'a> {
         Self { console, bar, keys }
     }
 
-    pub(super) fn tell(&mut self, notice: &Notice) {
-        if let Notice::Progress(now) = notice {
+    pub(super) fn tell(&mut self, event: &Event) {
+        if let Event::Progress(now) = event {
             self.bar.set_message(line(now, self.keys));
-        } else if let Some(line) = words(notice) {
+        } else if let Some(line) = words(event) {
             self.bar.suspend(|| self.console.say(&line));
         }
     }
@@ -42,21 +42,21 @@ impl Drop for Status<'_> {
     }
 }
 
-fn words(notice: &Notice) -> Option<String> {
-    Some(match notice {
-        Notice::Arrived { viewer } => format!("viewer   {viewer} has come"),
-        Notice::Left { viewer, how } => format!("viewer   {viewer} {how}"),
-        Notice::Missed { viewer, messages } => {
+fn words(event: &Event) -> Option<String> {
+    Some(match event {
+        Event::Arrived { viewer } => format!("viewer   {viewer} has come"),
+        Event::Left { viewer, how } => format!("viewer   {viewer} {how}"),
+        Event::Missed { viewer, messages } => {
             format!("warning  {viewer} reads too slowly: {messages} messages were left out for it")
         }
-        Notice::Strange { viewer } => format!(
+        Event::Strange { viewer } => format!(
             "warning  {viewer} connected, but not as a Foxglove WebSocket viewer; it was told how"
         ),
-        Notice::Full { viewer, viewers } => {
+        Event::Full { viewer, viewers } => {
             format!("warning  {viewer} was turned away: there are {viewers} connections already")
         }
-        Notice::LeftOut { topic, why } => format!("warning  {topic} is left out: {why}"),
-        Notice::Ended => "end      of the recording; viewers can go back".to_owned(),
+        Event::LeftOut { topic, why } => format!("warning  {topic} is left out: {why}"),
+        Event::Ended => "end      of the recording; viewers can go back".to_owned(),
         _ => return None,
     })
 }

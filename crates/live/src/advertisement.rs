@@ -1,4 +1,4 @@
-//! The channels of a file as viewers are offered them.
+//! The channels of a file as they are advertised to clients.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -6,23 +6,25 @@ use inhand_container::{Latch, TimelineChannel, latch};
 
 use crate::protocol::{advertise, check_schema};
 
-/// What viewers can subscribe to.
+/// The channels that clients can subscribe to.
 #[derive(Default)]
-pub(crate) struct Offer {
+pub(crate) struct Advertisement {
     /// By number; channels that differ in nothing that a viewer sees are one.
     channels: BTreeMap<u64, TimelineChannel>,
     /// Numbers of the channels of the file.
     numbers: BTreeMap<u16, u64>,
-    /// Topics that cannot be offered, and why.
+    /// Topics that cannot be advertised, and why.
     pub(crate) left_out: Vec<(String, &'static str)>,
 }
 
-impl Offer {
+impl Advertisement {
     pub(crate) fn of<'a>(channels: impl IntoIterator<Item = &'a TimelineChannel>) -> Self {
-        let mut offer = Self::default();
+        let mut advertisement = Self::default();
         for channel in channels {
             if let Err(why) = check_schema(channel) {
-                offer.left_out.push((channel.facts.topic.clone(), why));
+                advertisement
+                    .left_out
+                    .push((channel.facts.topic.clone(), why));
                 continue;
             }
             let same = |other: &TimelineChannel| {
@@ -30,18 +32,18 @@ impl Offer {
                     && other.facts.message_encoding == channel.facts.message_encoding
                     && other.schema == channel.schema
             };
-            let known = (offer.channels.iter()).find(|(_, other)| same(other));
+            let known = (advertisement.channels.iter()).find(|(_, other)| same(other));
             let number = match known {
                 Some((&number, _)) => number,
                 None => {
-                    let number = offer.channels.len() as u64 + 1;
-                    offer.channels.insert(number, channel.clone());
+                    let number = advertisement.channels.len() as u64 + 1;
+                    advertisement.channels.insert(number, channel.clone());
                     number
                 }
             };
-            offer.numbers.insert(channel.facts.id, number);
+            advertisement.numbers.insert(channel.facts.id, number);
         }
-        offer
+        advertisement
     }
 
     /// The number of a channel of the file.

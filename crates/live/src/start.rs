@@ -5,14 +5,14 @@ use std::time::Duration;
 /// How long a viewer may take, after the first topic, to ask for the others.
 const SETTLE: Duration = Duration::from_millis(250);
 
-/// Open while someone watches, or always.
-pub(crate) struct Gate {
+/// Open while a client is subscribed, or always.
+pub(crate) struct StartOnSubscribe {
     always: bool,
-    /// Since when someone watches.
+    /// Since when a client is subscribed.
     since: Option<Duration>,
 }
 
-impl Gate {
+impl StartOnSubscribe {
     pub(crate) fn new(always: bool) -> Self {
         Self {
             always,
@@ -20,7 +20,7 @@ impl Gate {
         }
     }
 
-    /// Whether someone watches now.
+    /// Notes whether a client is subscribed now.
     pub(crate) fn watch(&mut self, now: Duration, watching: bool) {
         self.since = match (watching, self.since) {
             (true, None) => Some(now),
@@ -33,7 +33,7 @@ impl Gate {
         self.always || self.since.is_some_and(|since| now >= since + SETTLE)
     }
 
-    /// How long until it opens; `None` where it is open or nobody watches.
+    /// How long until it opens; `None` where it is open or no client is subscribed.
     pub(crate) fn opens_in(&self, now: Duration) -> Option<Duration> {
         let since = self.since.filter(|_| !self.is_open(now))?;
         Some((since + SETTLE).saturating_sub(now))
@@ -50,20 +50,20 @@ mod tests {
 
     #[test]
     fn it_opens_a_moment_after_the_first_one_watches_and_shuts_after_the_last() {
-        let mut gate = Gate::new(false);
-        assert_eq!((gate.is_open(ms(9)), gate.opens_in(ms(9))), (false, None));
-        gate.watch(ms(10), true);
-        gate.watch(ms(110), true);
+        let mut start = StartOnSubscribe::new(false);
+        assert_eq!((start.is_open(ms(9)), start.opens_in(ms(9))), (false, None));
+        start.watch(ms(10), true);
+        start.watch(ms(110), true);
         assert_eq!(
-            (gate.is_open(ms(110)), gate.opens_in(ms(110))),
+            (start.is_open(ms(110)), start.opens_in(ms(110))),
             (false, Some(ms(150)))
         );
         assert_eq!(
-            (gate.is_open(ms(260)), gate.opens_in(ms(260))),
+            (start.is_open(ms(260)), start.opens_in(ms(260))),
             (true, None)
         );
-        gate.watch(ms(300), false);
-        assert!(!gate.is_open(ms(900)));
-        assert!(Gate::new(true).is_open(ms(0)));
+        start.watch(ms(300), false);
+        assert!(!start.is_open(ms(900)));
+        assert!(StartOnSubscribe::new(true).is_open(ms(0)));
     }
 }

@@ -1,4 +1,4 @@
-//! All viewers that are connected, and what each of them wants.
+//! The connected clients and their subscriptions.
 
 use std::collections::BTreeMap;
 
@@ -9,19 +9,19 @@ use crate::viewer::Viewer;
 /// Subscriptions that one viewer may have.
 const MOST_SUBSCRIPTIONS: usize = 1 << 16;
 
-/// Everyone who is connected.
+/// The connected clients.
 #[derive(Default)]
-pub(crate) struct Audience {
-    guests: BTreeMap<u64, Guest>,
+pub(crate) struct Clients {
+    clients: BTreeMap<u64, Client>,
     /// Messages that were put into outboxes.
     pub(crate) sent: u64,
     /// Messages that were not, since viewers read too slowly.
     pub(crate) missed: u64,
-    /// Viewers that have been there.
+    /// Clients that have connected so far.
     pub(crate) came: u64,
 }
 
-struct Guest {
+struct Client {
     viewer: Viewer,
     /// Subscriptions of each channel.
     subscriptions: BTreeMap<u64, Vec<u32>>,
@@ -31,14 +31,14 @@ struct Guest {
     missed: u64,
 }
 
-impl Audience {
+impl Clients {
     pub(crate) fn len(&self) -> usize {
-        self.guests.len()
+        self.clients.len()
     }
 
     /// Whether anyone wants any messages.
     pub(crate) fn is_watching(&self) -> bool {
-        (self.guests.values()).any(|guest| !guest.subscriptions.is_empty())
+        (self.clients.values()).any(|client| !client.subscriptions.is_empty())
     }
 
     pub(crate) fn arrive(&mut self, viewer: Viewer, greeting: &[String]) {
@@ -46,19 +46,19 @@ impl Audience {
             viewer.outbox.text(text);
         }
         viewer.outbox.wake();
-        let guest = Guest {
+        let client = Client {
             controls: viewer.subprotocol == Subprotocol::Sdk,
             viewer,
             subscriptions: BTreeMap::new(),
             missed: 0,
         };
         self.came += 1;
-        self.guests.insert(guest.viewer.number, guest);
+        self.clients.insert(client.viewer.number, client);
     }
 
     /// Who leaves, if it was there.
     pub(crate) fn leave(&mut self, number: u64) -> Option<Viewer> {
-        self.guests.remove(&number).map(|guest| guest.viewer)
+        self.clients.remove(&number).map(|client| client.viewer)
     }
 
     /// Adds a subscription; an error is for the viewer.
@@ -68,17 +68,17 @@ impl Audience {
         subscription: u32,
         channel: u64,
     ) -> Result<(), String> {
-        let Some(guest) = self.guests.get_mut(&number) else {
+        let Some(client) = self.clients.get_mut(&number) else {
             return Ok(());
         };
-        let mut all = guest.subscriptions.values().flatten();
+        let mut all = client.subscriptions.values().flatten();
         if all.any(|&other| other == subscription) {
             return Err(format!("subscription {subscription} is there already"));
         }
-        if guest.subscriptions.values().flatten().count() >= MOST_SUBSCRIPTIONS {
+        if client.subscriptions.values().flatten().count() >= MOST_SUBSCRIPTIONS {
             return Err(format!("more than {MOST_SUBSCRIPTIONS} subscriptions"));
         }
-        guest
+        client
             .subscriptions
             .entry(channel)
             .or_default()
@@ -87,8 +87,8 @@ impl Audience {
     }
 
     pub(crate) fn unsubscribe(&mut self, number: u64, subscriptions: &[u32]) {
-        if let Some(guest) = self.guests.get_mut(&number) {
-            guest.subscriptions.retain(|_, ids| {
+        if let Some(client) = self.clients.get_mut(&number) {
+            client.subscriptions.retain(|_, ids| {
                 ids.retain(|id| !subscriptions.contains(id));
                 !ids.is_empty()
             });
@@ -97,48 +97,48 @@ impl Audience {
 
     /// Tells a viewer of something that it should not have said.
     pub(crate) fn warn(&self, number: u64, what: &str) {
-        if let Some(guest) = self.guests.get(&number) {
-            guest.viewer.outbox.text(&status(Level::Warning, what));
-            guest.viewer.outbox.wake();
+        if let Some(client) = self.clients.get(&number) {
+            client.viewer.outbox.text(&status(Level::Warning, what));
+            client.viewer.outbox.wake();
         }
     }
 
     /// Tells all viewers why there is an end.
     pub(crate) fn fail(&self, what: &str) {
-        for guest in self.guests.values() {
-            guest.viewer.outbox.text(&status(Level::Error, what));
+        for client in self.clients.values() {
+            client.viewer.outbox.text(&status(Level::Error, what));
         }
     }
 
     /// Remembers that a viewer knows what a playback state is.
     pub(crate) fn knows_playback(&mut self, number: u64) {
-        if let Some(guest) = self.guests.get_mut(&number) {
-            guest.controls = true;
+        if let Some(client) = self.clients.get_mut(&number) {
+            client.controls = true;
         }
     }
 
     /// Tells how playing stands; to `asker` as the answer to its request.
     pub(crate) fn state(&self, state: PlaybackState, asker: Option<(u64, &str)>) {
         let others = state.to_bytes("");
-        for (&number, guest) in self.guests.iter().filter(|(_, guest)| guest.controls) {
+        for (&number, client) in self.clients.iter().filter(|(_, client)| client.controls) {
             match asker.filter(|&(asker, _)| asker == number) {
-                Some((_, request)) => guest.viewer.outbox.binary(&[&state.to_bytes(request)]),
-                None => guest.viewer.outbox.binary(&[&others]),
+                Some((_, request)) => client.viewer.outbox.binary(&[&state.to_bytes(request)]),
+                None => client.viewer.outbox.binary(&[&others]),
             };
         }
     }
 
     pub(crate) fn time(&self, log_time: u64) {
         let bytes = time(log_time);
-        for guest in self.guests.values().filter(|guest| guest.missed == 0) {
-            guest.viewer.outbox.binary(&[&bytes]);
+        for client in self.clients.values().filter(|client| client.missed == 0) {
+            client.viewer.outbox.binary(&[&bytes]);
         }
     }
 
     /// Sends a message to all who subscribed to its channel.
     pub(crate) fn message(&mut self, channel: u64, log_time: u64, data: &[u8]) {
-        for guest in self.guests.values_mut() {
-            let (sent, missed) = guest.message(channel, log_time, data);
+        for client in self.clients.values_mut() {
+            let (sent, missed) = client.message(channel, log_time, data);
             self.sent += sent;
             self.missed += missed;
         }
@@ -146,8 +146,8 @@ impl Audience {
 
     /// Tells a viewer that has just come how playing stands.
     pub(crate) fn introduce(&self, number: u64, state: PlaybackState) {
-        if let Some(guest) = self.guests.get(&number).filter(|guest| guest.controls) {
-            guest.viewer.outbox.binary(&[&state.to_bytes("")]);
+        if let Some(client) = self.clients.get(&number).filter(|client| client.controls) {
+            client.viewer.outbox.binary(&[&state.to_bytes("")]);
         }
     }
 
@@ -158,18 +158,18 @@ impl Audience {
         now: u64,
         messages: impl IntoIterator<Item = (u64, u64, &'a [u8])>,
     ) {
-        let Some(guest) = self.guests.get_mut(&number) else {
+        let Some(client) = self.clients.get_mut(&number) else {
             return;
         };
-        if guest.missed == 0 {
-            guest.viewer.outbox.binary(&[&time(now)]);
+        if client.missed == 0 {
+            client.viewer.outbox.binary(&[&time(now)]);
         }
         for (channel, log_time, data) in messages {
-            let (sent, missed) = guest.message(channel, log_time, data);
+            let (sent, missed) = client.message(channel, log_time, data);
             self.sent += sent;
             self.missed += missed;
         }
-        guest.viewer.outbox.wake();
+        client.viewer.outbox.wake();
     }
 
     /// Sends what holds on channels to new subscriptions of one viewer, after the time.
@@ -180,17 +180,17 @@ impl Audience {
         now: u64,
         messages: &[(u64, u64, &[u8])],
     ) {
-        let Some(guest) = self.guests.get_mut(&number) else {
+        let Some(client) = self.clients.get_mut(&number) else {
             return;
         };
-        if guest.missed == 0 {
-            guest.viewer.outbox.binary(&[&time(now)]);
+        if client.missed == 0 {
+            client.viewer.outbox.binary(&[&time(now)]);
         }
         for &(channel, log_time, data) in messages {
             for &(_, subscription) in new.iter().filter(|(wanted, _)| *wanted == channel) {
                 match push(
-                    &guest.viewer,
-                    &mut guest.missed,
+                    &client.viewer,
+                    &mut client.missed,
                     subscription,
                     log_time,
                     data,
@@ -200,21 +200,21 @@ impl Audience {
                 }
             }
         }
-        guest.viewer.outbox.wake();
+        client.viewer.outbox.wake();
     }
 
     /// Those who were behind and have read all that there was since; they are told, and can go on.
     pub(crate) fn caught_up(&mut self, state: PlaybackState) -> Vec<(Viewer, u64)> {
         let mut caught_up = Vec::new();
-        for guest in self.guests.values_mut() {
-            if guest.missed > 0 && guest.viewer.outbox.is_empty() {
-                let missed = std::mem::take(&mut guest.missed);
+        for client in self.clients.values_mut() {
+            if client.missed > 0 && client.viewer.outbox.is_empty() {
+                let missed = std::mem::take(&mut client.missed);
                 let what = format!("read too slowly: {missed} messages were left out");
-                guest.viewer.outbox.text(&status(Level::Warning, &what));
-                if guest.controls {
-                    guest.viewer.outbox.binary(&[&state.to_bytes("")]);
+                client.viewer.outbox.text(&status(Level::Warning, &what));
+                if client.controls {
+                    client.viewer.outbox.binary(&[&state.to_bytes("")]);
                 }
-                caught_up.push((guest.viewer.clone(), missed));
+                caught_up.push((client.viewer.clone(), missed));
             }
         }
         caught_up
@@ -222,30 +222,30 @@ impl Audience {
 
     /// Whether anyone is behind.
     pub(crate) fn is_anyone_behind(&self) -> bool {
-        self.guests.values().any(|guest| guest.missed > 0)
+        self.clients.values().any(|client| client.missed > 0)
     }
 
     /// Whether nothing waits in any outbox.
     pub(crate) fn is_all_sent(&self) -> bool {
-        (self.guests.values()).all(|guest| guest.viewer.outbox.is_empty())
+        (self.clients.values()).all(|client| client.viewer.outbox.is_empty())
     }
 
     /// What was put into outboxes goes out.
     pub(crate) fn wake(&self) {
-        for guest in self.guests.values() {
-            guest.viewer.outbox.wake();
+        for client in self.clients.values() {
+            client.viewer.outbox.wake();
         }
     }
 
     /// Says goodbye to everyone, after what is still to be sent.
     pub(crate) fn close(&self) {
-        for guest in self.guests.values() {
-            guest.viewer.outbox.close();
+        for client in self.clients.values() {
+            client.viewer.outbox.close();
         }
     }
 }
 
-impl Guest {
+impl Client {
     /// How many messages were sent, and how many were not.
     fn message(&mut self, channel: u64, log_time: u64, data: &[u8]) -> (u64, u64) {
         let (mut sent, mut missed) = (0, 0);

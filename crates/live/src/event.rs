@@ -1,34 +1,36 @@
-//! Events of playback.
+//! Events of a playback, for the console.
 
 use std::fmt;
 use std::net::SocketAddr;
 
-/// How a viewer left.
+/// Why a viewer is disconnected.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Farewell {
-    /// As one should.
+pub enum DisconnectReason {
+    /// It closed the connection.
     Closed,
-    /// Without a word; what the system says of it.
+    /// The connection broke; the error of the system.
     Vanished(String),
     /// It read nothing for so long that it was disconnected.
     Stalled,
 }
 
-impl fmt::Display for Farewell {
+impl fmt::Display for DisconnectReason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Farewell::Closed => f.write_str("left"),
-            Farewell::Vanished(why) => write!(f, "vanished ({why})"),
-            Farewell::Stalled => f.write_str("was disconnected: it read nothing for too long"),
+            DisconnectReason::Closed => f.write_str("left"),
+            DisconnectReason::Vanished(why) => write!(f, "vanished ({why})"),
+            DisconnectReason::Stalled => {
+                f.write_str("was disconnected: it read nothing for too long")
+            }
         }
     }
 }
 
-/// Something to tell.
+/// A change while a recording is played.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
-pub enum Notice {
+pub enum Event {
     /// A viewer has connected.
     Arrived {
         /// Where it is.
@@ -39,7 +41,7 @@ pub enum Notice {
         /// Where it was.
         viewer: SocketAddr,
         /// How.
-        how: Farewell,
+        how: DisconnectReason,
     },
     /// A viewer read too slowly, did not get some messages, and goes on from here.
     Missed {
@@ -48,7 +50,7 @@ pub enum Notice {
         /// Messages that it did not get.
         messages: u64,
     },
-    /// Someone connected who does not speak the protocol.
+    /// A client connected that does not speak the protocol.
     Strange {
         /// Where it is.
         viewer: SocketAddr,
@@ -60,7 +62,7 @@ pub enum Notice {
         /// How many there are.
         viewers: usize,
     },
-    /// A topic cannot be offered.
+    /// A topic cannot be advertised.
     LeftOut {
         /// Its name.
         topic: String,

@@ -30,8 +30,8 @@ pub(crate) fn bind(host: &str, port: u16) -> Result<TcpListener, LiveError> {
     })
 }
 
-/// The thread that lets viewers in.
-pub(crate) struct Door {
+/// The thread that accepts connections.
+pub(crate) struct Acceptor {
     address: SocketAddr,
     shut: Arc<AtomicBool>,
     sockets: Sockets,
@@ -41,16 +41,16 @@ pub(crate) struct Door {
 /// Sockets of all connections, to end them with.
 type Sockets = Arc<Mutex<BTreeMap<u64, TcpStream>>>;
 
-impl Door {
+impl Acceptor {
     pub(crate) fn open(
         listener: TcpListener,
         address: SocketAddr,
         player: SyncSender<Command>,
     ) -> Result<Self, LiveError> {
         let (shut, sockets) = (Arc::<AtomicBool>::default(), Sockets::default());
-        let thread = thread::Builder::new().name("door".to_owned()).spawn({
+        let thread = thread::Builder::new().name("acceptor".to_owned()).spawn({
             let (shut, sockets) = (Arc::clone(&shut), Arc::clone(&sockets));
-            move || let_in(&listener, &shut, &sockets, &player)
+            move || accept_all(&listener, &shut, &sockets, &player)
         });
         Ok(Self {
             address,
@@ -81,7 +81,7 @@ impl Door {
     }
 }
 
-impl Drop for Door {
+impl Drop for Acceptor {
     fn drop(&mut self) {
         self.end();
     }
@@ -97,7 +97,7 @@ fn reachable(mut address: SocketAddr) -> SocketAddr {
     address
 }
 
-fn let_in(
+fn accept_all(
     listener: &TcpListener,
     shut: &AtomicBool,
     sockets: &Sockets,

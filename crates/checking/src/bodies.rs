@@ -1,12 +1,12 @@
 //! Bodies and their markers: fit, rigidity, orientations that jump.
 
 use inhand_model::{Body, Marker, MarkerKind, PoseTrack, Recording, Status, TrackedBody, World};
+use inhand_statistics::runs;
 
 use crate::checkup::{CheckResult, Level};
 use crate::numbers::Sorted;
 use crate::parts::Parts;
 use crate::settings::CheckSettings;
-use crate::timing::runs;
 use crate::words::{count, length, times};
 
 /// Markers of a body that are looked at, at most: pairs grow with the square.

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use inhand_model::Recording;
+use inhand_statistics::runs;
 
 use crate::checkup::{CheckResult, Level};
 use crate::origin::finding_id;
@@ -195,22 +196,4 @@ pub(crate) fn frozen(
         );
     }
     results
-}
-
-/// Maximal runs of samples among `range` for which something holds.
-pub(crate) fn runs(range: Range<usize>, holds: impl Fn(usize) -> bool) -> Vec<Range<usize>> {
-    let mut runs = Vec::new();
-    let mut start = None;
-    for k in range.clone() {
-        match (holds(k), start) {
-            (true, None) => start = Some(k),
-            (false, Some(from)) => {
-                runs.push(from..k);
-                start = None;
-            }
-            _ => {}
-        }
-    }
-    runs.extend(start.map(|from| from..range.end));
-    runs
 }

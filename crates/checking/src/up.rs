@@ -8,11 +8,11 @@
 use std::ops::Range;
 
 use inhand_model::{Body, PoseTrack, Recording, UpAxis, World};
+use inhand_statistics::runs;
 use nalgebra::Vector3;
 
 use crate::checkup::{CheckResult, Level};
 use crate::parts::Parts;
-use crate::timing::runs;
 use crate::words::length;
 
 /// Shortest rest, seconds.

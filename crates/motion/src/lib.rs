@@ -89,7 +89,6 @@ mod error;
 mod lookup;
 mod rigid_fit;
 mod spectrum;
-mod stretches;
 
 pub use body::fitted_bodies;
 pub use error::MotionError;

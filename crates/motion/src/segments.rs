@@ -3,12 +3,12 @@
 use std::ops::Range;
 
 use inhand_model::{EndConditions, Motion, SegmentLayout, SegmentOrigin, Segments};
+use inhand_statistics::runs;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use crate::error::MotionError;
 use crate::settings::SegmentSettings;
-use crate::stretches::runs;
 use crate::table::SegmentTable;
 
 /// Cuts segments of N samples out of every stretch in which all five fingertips are present
@@ -227,7 +227,7 @@ impl Cut {
 
     /// Stretches between gaps that are too long to be bridged.
     fn stretches(&self, table: &SegmentTable) -> Vec<Range<usize>> {
-        let runs = runs(table.len(), |k| table.is_present(k));
+        let runs = runs(0..table.len(), |k| table.is_present(k));
         let mut stretches: Vec<Range<usize>> = Vec::new();
         for run in runs {
             match stretches.last_mut() {

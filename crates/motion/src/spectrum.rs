@@ -3,10 +3,10 @@
 use std::f64::consts::TAU;
 
 use inhand_model::{Frame, PointTrack};
+use inhand_statistics::runs;
 use nalgebra::DMatrix;
 
 use crate::error::MotionError;
-use crate::stretches::runs;
 
 /// Windows that are transformed together: enough for a matrix product, few enough for any length of take.
 const TOGETHER: usize = 64;
@@ -108,7 +108,7 @@ impl Welch {
 
     /// Adds the three coordinates of every stretch of a track without missing samples.
     pub fn add_points<F: Frame>(&mut self, track: &PointTrack<F>) {
-        for run in runs(track.len(), |k| track.status(k).is_present()) {
+        for run in runs(0..track.len(), |k| track.status(k).is_present()) {
             for axis in 0..3 {
                 let stretch: Vec<f64> = track.values()[run.clone()]
                     .iter()

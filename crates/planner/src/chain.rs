@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use inhand_model::{PerFinger, Plan, PlanStatus, SegmentLayout, Trajectory};
+use inhand_model::{PerFinger, Plan, SegmentLayout, Trajectory};
 
 use crate::error::PlanError;
 use crate::given::{check_position, check_velocity};
@@ -39,14 +39,6 @@ pub struct Chain {
     pub starts_s: Vec<f64>,
     /// The whole motion, from the first knot to the last; `None` unless every segment has one.
     pub trajectory: Option<Trajectory>,
-}
-
-impl Chain {
-    /// Whether every segment has a solution.
-    pub fn is_solved(&self) -> bool {
-        let solved = |plan: &Plan| plan.status == PlanStatus::Solved;
-        self.trajectory.is_some() && self.plans.iter().all(solved)
-    }
 }
 
 /// Plans motion through knots, over as many segments as it takes.

@@ -99,5 +99,5 @@ fn rebuilt<T: Sample>(track: &Track<T>, value: impl Fn(usize) -> Option<T>) -> T
 
 /// Runs of present samples, in order.
 fn stretches<T: Sample>(track: &Track<T>) -> Vec<Range<usize>> {
-    crate::stretches::runs(track.len(), |k| track.status(k).is_present())
+    inhand_statistics::runs(0..track.len(), |k| track.status(k).is_present())
 }

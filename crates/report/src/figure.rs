@@ -153,6 +153,11 @@ impl Frame {
     pub(crate) fn height(&self) -> f64 {
         self.bottom - self.top
     }
+
+    /// A line from top to bottom that marks the value at `x`.
+    pub(crate) fn mark(&self, x: f64) -> Markup {
+        html! { line.mark x1=(Px(x)) y1=(Px(self.top)) x2=(Px(x)) y2=(Px(self.bottom)) {} }
+    }
 }
 
 #[cfg(test)]

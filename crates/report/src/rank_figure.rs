@@ -3,7 +3,7 @@
 use maud::{Markup, PreEscaped, html};
 
 use crate::figure::scale::{Scale, nice_end};
-use crate::figure::{Frame, Px, axes};
+use crate::figure::{Frame, Px, axes, line_chart};
 use crate::number::{decimals, percent, to_mm};
 
 const STYLE: &str = include_str!("rank_figure.css");
@@ -138,7 +138,7 @@ fn errors(figure: &RankFigure, x: &Scale) -> Markup {
         @if at(figure.limit_m).is_finite() {
             line.limit x1=(Px(frame.left)) y1=(Px(at(figure.limit_m))) x2=(Px(frame.right)) y2=(Px(at(figure.limit_m))) {}
         }
-        (mark(suggested, &frame))
+        (frame.mark(suggested))
         (mark_label(suggested, &frame, figure.suggested))
         @for line in &LINES {
             g.(line.class) {
@@ -177,7 +177,7 @@ fn variance(figure: &RankFigure, x: &Scale) -> Markup {
     html! {
         (axes::left(&frame, &y, 4, "training variance not explained, %"))
         (axes::bottom(&frame, x, WANTED_TICKS, "rank (number of primitives)"))
-        (mark(x.at(figure.suggested as f64), &frame))
+        (frame.mark(x.at(figure.suggested as f64)))
         g.plain {
             // What is explained in full has no place on a logarithmic axis.
             path.line d=(path(figure, x, |point| if left_percent(point) > 0.0 { y.at(left_percent(point)) } else { f64::NAN })) {}
@@ -199,10 +199,6 @@ fn frame((top, bottom): (f64, f64)) -> Frame {
     }
 }
 
-fn mark(at: f64, frame: &Frame) -> Markup {
-    html! { line.mark x1=(Px(at)) y1=(Px(frame.top)) x2=(Px(at)) y2=(Px(frame.bottom)) {} }
-}
-
 /// The suggested rank at its mark, on the side that has room.
 fn mark_label(at: f64, frame: &Frame, rank: usize) -> Markup {
     let (x, anchor) = if at < 0.5 * (frame.left + frame.right) {
@@ -219,19 +215,10 @@ fn error_bar(x: f64, top: f64, bottom: f64) -> Markup {
     }
 }
 
-/// A line through the points; one that is not finite breaks it.
+/// A line through the points.
 fn path(figure: &RankFigure, x: &Scale, y: impl Fn(&RankFigurePoint) -> f64) -> String {
-    let mut path = String::new();
-    let mut pen_down = false;
-    for point in &figure.points {
-        let (px, py) = (x.at(point.rank as f64), y(point));
-        if py.is_finite() {
-            path.push(if pen_down { 'L' } else { 'M' });
-            path.push_str(&format!("{} {}", Px(px), Px(py)));
-        }
-        pen_down = py.is_finite();
-    }
-    path
+    let points = figure.points.iter();
+    line_chart::path(points.map(|point| (x.at(point.rank as f64), y(point))))
 }
 
 /// What the figure shows, in words.

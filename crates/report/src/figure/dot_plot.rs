@@ -69,7 +69,7 @@ pub(crate) fn draw(plot: &DotPlot<'_>) -> Panel {
             text.tick x=(Px(stated)) y=(Px(TOP - 6.0)) text-anchor="middle" { "stated" }
             text.tick x=(Px(WIDTH - 1.0)) y=(Px(TOP - 6.0)) text-anchor="end" { "all" }
             (axes::bottom(&frame, &scale, WANTED_TICKS, plot.axis_name))
-            line.mark x1=(Px(stated)) y1=(Px(frame.top)) x2=(Px(stated)) y2=(Px(frame.bottom)) {}
+            (frame.mark(stated))
             @for (place, row) in plot.rows.iter().enumerate() {
                 @let y = TOP + ROW_HEIGHT * (place as f64 + 0.5);
                 g.row {

@@ -154,18 +154,8 @@ fn by_threshold(contacts: &[(&Method<'_>, &ContactShare)]) -> Option<Figure> {
     let chart = |title: &str, low: f64| {
         line_chart::draw(&LineChart {
             title,
-            x: AxisSpec {
-                name: "contact threshold tau (mm)",
-                low: 0.0,
-                high: widest,
-                log: false,
-            },
-            y: AxisSpec {
-                name: "share of instants (%)",
-                low,
-                high: 100.0,
-                log: false,
-            },
+            x: AxisSpec::linear("contact threshold tau (mm)", 0.0, widest),
+            y: AxisSpec::linear("share of instants (%)", low, 100.0),
             series: series.clone(),
             dots: true,
             marked_x: Some((

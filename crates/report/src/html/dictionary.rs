@@ -97,18 +97,8 @@ fn objective_figure(facts: &DictionaryFacts) -> Option<Figure> {
         legend: Vec::new(),
         panels: vec![line_chart::draw(&LineChart {
             title: "Objective while learning",
-            x: AxisSpec {
-                name: "sweep",
-                low: 0.0,
-                high: last as f64,
-                log: false,
-            },
-            y: AxisSpec {
-                name: "objective (mm², logarithmic)",
-                low,
-                high,
-                log: true,
-            },
+            x: AxisSpec::linear("sweep", 0.0, last as f64),
+            y: AxisSpec::log("objective (mm², logarithmic)", low, high),
             series,
             dots: false,
             marked_x: None,

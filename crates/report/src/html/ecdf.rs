@@ -68,18 +68,8 @@ pub(super) fn figure(rows: &EvaluationRows, methods: &[Method<'_>]) -> Option<Fi
             .collect(),
         panels: vec![line_chart::draw(&LineChart {
             title: "Distribution of errors",
-            x: AxisSpec {
-                name: "error (mm, logarithmic)",
-                low: LEAST_MM,
-                high: largest,
-                log: true,
-            },
-            y: AxisSpec {
-                name: "share of errors up to it (%)",
-                low: 0.0,
-                high: 100.0,
-                log: false,
-            },
+            x: AxisSpec::log("error (mm, logarithmic)", LEAST_MM, largest),
+            y: AxisSpec::linear("share of errors up to it (%)", 0.0, 100.0),
             series: drawn.into_iter().map(|(_, series)| series).collect(),
             dots: false,
             marked_x: None,

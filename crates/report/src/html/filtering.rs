@@ -59,18 +59,12 @@ fn stretch(filtering: &Filtering) -> Figure {
     let name = format!("{} (mm)", filtering.axis);
     let panel = line_chart::draw(&LineChart {
         title: "Before and after filtering",
-        x: AxisSpec {
-            name: "time since the take's first sample (s)",
-            low: filtering.time_s.first().copied().unwrap_or(0.0),
-            high: filtering.time_s.last().copied().unwrap_or(1.0),
-            log: false,
-        },
-        y: AxisSpec {
-            name: &name,
-            low,
-            high,
-            log: false,
-        },
+        x: AxisSpec::linear(
+            "time since the take's first sample (s)",
+            filtering.time_s.first().copied().unwrap_or(0.0),
+            filtering.time_s.last().copied().unwrap_or(1.0),
+        ),
+        y: AxisSpec::linear(&name, low, high),
         series: lines.clone(),
         dots: false,
         marked_x: None,
@@ -160,18 +154,12 @@ fn density(spectrum: &Spectrum) -> Figure {
     let rate_hz = spectrum.frequency_hz.last().map_or(0.0, |half| 2.0 * half);
     let panel = line_chart::draw(&LineChart {
         title: "Power spectral density",
-        x: AxisSpec {
-            name: "frequency (Hz, logarithmic)",
-            low: spectrum.frequency_hz.get(1).copied().unwrap_or(1.0),
-            high: spectrum.frequency_hz.last().copied().unwrap_or(10.0),
-            log: true,
-        },
-        y: AxisSpec {
-            name: "density (mm²/Hz, logarithmic)",
-            low,
-            high,
-            log: true,
-        },
+        x: AxisSpec::log(
+            "frequency (Hz, logarithmic)",
+            spectrum.frequency_hz.get(1).copied().unwrap_or(1.0),
+            spectrum.frequency_hz.last().copied().unwrap_or(10.0),
+        ),
+        y: AxisSpec::log("density (mm²/Hz, logarithmic)", low, high),
         series: lines,
         dots: false,
         marked_x: None,

@@ -58,18 +58,12 @@ pub(super) fn part(evaluation: &Evaluation, methods: &[Method<'_>]) -> Body {
     let chart = |title: &str, high: f64| {
         line_chart::draw(&LineChart {
             title,
-            x: AxisSpec {
-                name: "time in the segment (s)",
-                low: 0.0,
-                high: evaluation.session.segment_samples.saturating_sub(1) as f64 / rate_hz,
-                log: false,
-            },
-            y: AxisSpec {
-                name: "median error (mm)",
-                low: 0.0,
-                high,
-                log: false,
-            },
+            x: AxisSpec::linear(
+                "time in the segment (s)",
+                0.0,
+                evaluation.session.segment_samples.saturating_sub(1) as f64 / rate_hz,
+            ),
+            y: AxisSpec::linear("median error (mm)", 0.0, high),
             series: series.clone(),
             dots: false,
             marked_x: None,

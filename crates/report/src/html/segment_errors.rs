@@ -5,7 +5,7 @@ use maud::{Markup, html};
 
 use super::Method;
 use super::contact_raster::{is_rate, state};
-use crate::figure::line_chart::{Series, path};
+use crate::figure::line_chart::Series;
 use crate::figure::palette::finger_class;
 use crate::figure::scale::{Scale, nice_end};
 use crate::figure::strips::{self, State, Strip};
@@ -195,7 +195,7 @@ impl Shown<'_> {
             (axes::bottom(&whole, &x, WANTED_TICKS, "time in the segment (s)"))
             g data-x=(x.describe()) data-y=(y.describe()) data-x-name="time (s)" data-y-name="error (mm)" {
                 @for line in &lines {
-                    g.(line.class) { path.line d=(path(line, &x, &y)) { title { (line.label) } } }
+                    g.(line.class) { path.line d=(line.path(&x, &y)) { title { (line.label) } } }
                 }
             }
             @if self.tau_m.is_some() { (self.strips(&x, rate_hz)) }

@@ -102,18 +102,12 @@ fn used_most(kind: DictionaryKind, primitives: &[PrimitivePath], rate_hz: f64) -
                 primitive.index,
                 percent(primitive.share)
             ),
-            x: AxisSpec {
-                name: "time in the segment (s)",
-                low: 0.0,
-                high: samples.saturating_sub(1) as f64 / rate_hz,
-                log: false,
-            },
-            y: AxisSpec {
-                name: "displacement (mm)",
-                low: 0.0,
-                high,
-                log: false,
-            },
+            x: AxisSpec::linear(
+                "time in the segment (s)",
+                0.0,
+                samples.saturating_sub(1) as f64 / rate_hz,
+            ),
+            y: AxisSpec::linear("displacement (mm)", 0.0, high),
             series,
             dots: false,
             marked_x: None,
@@ -208,12 +202,7 @@ fn variance(explained: &ExplainedVariance) -> Option<Figure> {
         ],
         panels: vec![line_chart::draw(&LineChart {
             title: "Explained variance",
-            x: AxisSpec {
-                name: "primitives (logarithmic)",
-                low: 1.0,
-                high: highest.max(rank as f64),
-                log: true,
-            },
+            x: AxisSpec::log("primitives (logarithmic)", 1.0, highest.max(rank as f64)),
             y: AxisSpec {
                 name: "explained (%)",
                 // Multiples of ten.

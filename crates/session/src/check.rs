@@ -5,6 +5,7 @@ use std::path::Path;
 use inhand_checking::{CheckSettings, Checked, Suspicion, SuspicionKind, check};
 use inhand_cleaning::detect::{Suspects, all, flips, spikes};
 
+use crate::containers::name_of;
 use crate::error::SessionError;
 use crate::settings::Settings;
 use crate::take::{Take, read};
@@ -91,9 +92,7 @@ fn suspicions(take: &Take) -> Vec<Suspicion> {
 /// An error and its causes without the file's name, which stands beside them.
 fn reason(error: &SessionError, path: &Path) -> String {
     let file = path.display().to_string();
-    let name = (path.file_name().unwrap_or_default())
-        .to_string_lossy()
-        .into_owned();
+    let name = name_of(path);
     let short = |text: &str| {
         let rest = [&file, &name]
             .into_iter()

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use inhand_model::{Dictionary, InputHash, Provenance};
 
+use crate::containers::name_of;
 use crate::error::{Located, SessionError};
 use crate::output;
 use crate::take::hex_sha256;
@@ -26,10 +27,7 @@ pub struct DictionaryFile {
 /// [`SessionError::At`] for a file that holds none, [`SessionError::Io`].
 pub fn read(path: &Path) -> Result<DictionaryFile, SessionError> {
     let bytes = std::fs::read(path).map_err(SessionError::io("read", path))?;
-    let name = path
-        .file_name()
-        .map(|n| n.to_string_lossy().into_owned())
-        .unwrap_or_default();
+    let name = name_of(path);
     let (dictionary, provenance) = inhand_channels::read_dictionary(&bytes, &name).in_file(path)?;
     let hash = InputHash {
         name,

@@ -133,7 +133,7 @@ pub(crate) fn learn_provenance<'a>(
     Provenance {
         tool: TOOL.to_owned(),
         step: "learn".to_owned(),
-        settings_json: relevant.learning_json(),
+        settings_json: relevant.json(),
         inputs: takes.into_iter().map(|take| take.hash.clone()).collect(),
     }
 }

@@ -3,11 +3,13 @@
 mod files;
 mod write;
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use inhand_model::{Evaluation, InputHash, Motion, Provenance};
+use inhand_evaluation::Rows;
+use inhand_model::{Dictionary, Evaluation, InputHash, Motion, MotionRows, Provenance, Segments};
 use inhand_report::Report;
 use rayon::prelude::*;
 
@@ -16,8 +18,8 @@ use crate::error::SessionError;
 use crate::manifest::{self, Manifest, RunJson};
 use crate::session::{self, Session};
 use crate::settings::{Role, Settings};
-use crate::steps::{self, Illustrated, TakeResult};
-use crate::take;
+use crate::steps::{self, Comparison, Generated, Illustrated, Smoothing, TakeResult};
+use crate::take::{self, Take};
 pub use files::RunFiles;
 use files::check_output;
 use write::{plan_times, write_reports, write_takes};
@@ -77,175 +79,303 @@ pub fn run(
     options: &RunOptions,
     watch: &mut dyn FnMut(Event<'_>),
 ) -> Result<RunResult, SessionError> {
-    let begin = Instant::now();
-    let settings = &options.settings;
-    settings.validate()?;
-    let session = session::list_takes(&options.folder, settings)?;
-    let files = RunFiles::new(&options.output, &session);
-    check_output(options, &session, &files)?;
-    let mut timer = Timer {
-        watch,
-        timings_s: BTreeMap::new(),
-    };
-
-    let takes = timer.time("read", || take::read_session(&session, settings))?;
-    let provenance = provenance("run", settings, takes.iter().map(|take| take.hash.clone()));
-    let key = manifest::key(&session, &provenance, options.view);
-    if manifest::up_to_date(&files.run, &session.name, &key, &files.reproducible()) {
+    let run = Run::new(options, watch)?;
+    let settings = run.settings;
+    let takes = run.time("read", || take::read_session(&run.session, settings))?;
+    let hashes = takes.iter().map(|take| take.hash.clone());
+    let provenance = provenance("run", settings, hashes);
+    let key = manifest::key(&run.session, &provenance, options.view);
+    let outputs = run.files.reproducible();
+    if manifest::up_to_date(&run.files.run, &run.session.name, &key, &outputs) {
         // What failed then is as missing now.
-        let (evaluation, failed_plans) = (None, stored_failures(&files.evaluation)?);
         return Ok(RunResult {
-            evaluation,
-            files,
+            evaluation: None,
+            failed_plans: stored_failures(&run.files.evaluation)?,
+            files: run.files,
             dictionary_reused: true,
-            failed_plans,
         });
     }
-
-    for role in [Role::Train, Role::Test] {
-        let of_role = takes.iter().zip(&session.takes);
-        let of_role = of_role.filter(|(_, entry)| entry.role == role);
-        steps::used(of_role.map(|(take, _)| take), settings)?;
-    }
-    let in_hand = timer.time("hand_frame", || steps::motions_in_hand(&takes, settings))?;
-    let (motions, smoothing) = timer.time("filter", || {
-        let motions = steps::smooth_motions(&in_hand, settings)?;
-        let tests = |motions| motions_of_role(motions, &session, Role::Test);
-        // Before what was there before the filter goes.
-        let smoothing = steps::smoothing(&tests(&in_hand), &tests(&motions))?;
-        Ok((motions, smoothing))
-    })?;
-    drop(in_hand);
-    let results: Vec<_> = (takes.iter().zip(&motions).zip(&session.takes))
-        .map(|((take, motion), entry)| TakeResult {
-            take,
-            motion,
-            role: entry.role,
-        })
-        .collect();
-    let train_motions = motions_of(&results, Role::Train);
-    let test_motions = motions_of(&results, Role::Test);
-
-    let object = steps::carries_object(&train_motions, settings)?;
-    let train = steps::segments(&train_motions, Role::Train, object, settings)?;
-    let object = object && steps::carries_object(&test_motions, settings)?;
-    let test = steps::segments(&test_motions, Role::Test, object, settings)?;
-    if test.is_empty() {
-        let message = "no test segment: no stretch of the test takes is long enough without gaps";
-        return Err(SessionError::session(&options.folder, message));
-    }
-    let learned_by = learned_by(&results, settings);
-    let reused = dictionary_file::read_if(&files.dictionary, &learned_by);
-    let dictionary_reused = reused.is_some();
-    let dictionary = timer.time("learn", || match reused {
-        Some(dictionary) => Ok(dictionary),
-        None => steps::learn_and_choose(&train, steps::demonstrated(&train_motions)?, settings),
-    })?;
-    let plan_methods = steps::settled_methods(&dictionary, settings)?;
-    // Everything that can be wrong with the takes would have shown by now. From here on results
-    // are written one by one, and an interrupted run is known as ours to go on with.
-    manifest::claim(
-        &files.run,
-        &session.name,
-        &files.reproducible(),
-        &options.command,
-    )?;
-    if !dictionary_reused {
-        dictionary_file::write(&files.dictionary, &dictionary, &[learned_by])?;
-    }
-
-    let generated = timer.time("generate", || {
-        (plan_methods.iter())
-            .map(|&method| steps::generate(method, &dictionary, &test, settings))
-            .collect::<Result<Vec<_>, _>>()
-    })?;
-
-    let comparison = timer.time("contacts", || {
-        steps::measure_recorded(&test, &test_motions, &dictionary, settings)
-    })?;
-    let evaluated = timer.time("evaluate", || {
-        let all: Vec<_> = generated
-            .par_iter()
-            .map(|g| steps::evaluate(&comparison, g))
-            .collect();
-        Ok(all)
-    })?;
-    let (methods, rows): (Vec<_>, Vec<_>) = evaluated.into_iter().unzip();
-    let mut evaluation = steps::assemble(
-        steps::session_facts(&session.name, &results, Some(&train), &test, settings),
-        dictionary.choice.clone(),
-        steps::dictionary_facts(&dictionary, settings),
-        methods,
-        steps::quality(&results)?,
-    );
-
-    let motion = timer.time("motion", || {
-        steps::motion_analysis(&comparison, &generated, &rows, Some(&train), settings)
-    })?;
-    evaluation.movement = Some(motion.movement);
-    evaluation.contacts = motion.contacts;
-
-    timer.time("write", || {
+    let (motions, smoothing) = run.process(&takes)?;
+    let cut = run.cut(&takes, &motions)?;
+    let (dictionary, dictionary_reused) = run.learn(&cut)?;
+    let generated = run.generate(&cut, &dictionary, dictionary_reused)?;
+    let judged = run.judge(&cut, &dictionary, &generated)?;
+    run.time("write", || {
+        let motion = (&generated[..], &judged.rows[..]);
+        let hulls = &dictionary.demonstrated.hulls;
         write_takes(
-            &results,
-            &test,
-            (&generated, &rows),
-            &dictionary.demonstrated.hulls,
+            &cut.results,
+            &cut.test,
+            motion,
+            hulls,
             &provenance,
             options,
-            &files,
+            &run.files,
         )
     })?;
-    let rows = steps::evaluation_rows(&comparison, &generated, rows);
-    evaluation.intervals = timer.time("intervals", || {
-        steps::intervals(&evaluation, &rows, settings)
-    })?;
-    let illustrated = Illustrated {
-        takes: &results,
-        train: &train,
-        test: &test,
-        test_motions: &test_motions,
-        dictionary: &dictionary,
-        generated: &generated,
-        rows: &rows,
-        settings,
-    };
-    let illustrations = timer.time("illustrate", || steps::illustrate(&illustrated, smoothing))?;
-    let report = Report::new(&evaluation, std::slice::from_ref(&provenance))
-        .with_rows(&rows)
-        .with_illustrations(&illustrations);
-    let figures = timer.time("report", || {
-        write_reports(&report, &rows, &motion.rows, &files)
-    })?;
-    let mut written = files.reproducible();
-    written.extend(figures.iter().map(PathBuf::as_path));
-    let mut timings_s = timer.timings_s;
-    timings_s.insert("total".to_owned(), begin.elapsed().as_secs_f64());
-    manifest::write_run_json(
-        &files.run,
-        &RunJson {
-            timings_s,
-            plan_ms: plan_times(&generated),
-            peak_memory_bytes: manifest::peak_memory_bytes(),
-            threads: rayon::current_num_threads(),
-            command: options.command.clone(),
-            manifest: Manifest::of(&session.name, key, &options.output, &written)?,
-        },
-    )?;
-    let failed_plans = (generated.iter())
-        .map(|g| {
-            g.trajectories
-                .iter()
-                .filter(|trajectory| trajectory.is_none())
-                .count()
-        })
-        .sum();
+    let made = (&dictionary, &generated[..]);
+    let (evaluation, figures) = run.report(&cut, made, (judged, smoothing), &provenance)?;
+    run.finish(key, &figures, &generated)?;
+    let trajectories = generated.iter().flat_map(|g| &g.trajectories);
     Ok(RunResult {
         evaluation: Some(evaluation),
-        files,
+        files: run.files,
         dictionary_reused,
-        failed_plans,
+        failed_plans: trajectories.filter(|one| one.is_none()).count(),
     })
+}
+
+/// A session that is run, where its results go, and who watches.
+struct Run<'a> {
+    options: &'a RunOptions,
+    settings: &'a Settings,
+    session: Session,
+    files: RunFiles,
+    begin: Instant,
+    watch: RefCell<&'a mut dyn FnMut(Event<'_>)>,
+    timings_s: RefCell<BTreeMap<String, f64>>,
+}
+
+/// Segments of both roles with the motions that they are cut from.
+struct Cut<'a> {
+    results: Vec<TakeResult<'a>>,
+    train_motions: Vec<&'a Motion>,
+    test_motions: Vec<&'a Motion>,
+    train: Segments,
+    test: Segments,
+}
+
+/// Generated motion compared with the recorded one; intervals are not in the evaluation yet.
+struct Judged<'a> {
+    comparison: Comparison<'a>,
+    evaluation: Evaluation,
+    rows: Vec<Rows>,
+    motion: MotionRows,
+}
+
+impl<'a> Run<'a> {
+    /// Lists the takes and checks that the results may be written.
+    fn new(
+        options: &'a RunOptions,
+        watch: &'a mut dyn FnMut(Event<'_>),
+    ) -> Result<Self, SessionError> {
+        let (begin, settings) = (Instant::now(), &options.settings);
+        settings.validate()?;
+        let session = session::list_takes(&options.folder, settings)?;
+        let files = RunFiles::new(&options.output, &session);
+        check_output(options, &session, &files)?;
+        Ok(Self {
+            options,
+            settings,
+            session,
+            files,
+            begin,
+            watch: RefCell::new(watch),
+            timings_s: RefCell::default(),
+        })
+    }
+
+    fn time<T>(
+        &self,
+        step: &'static str,
+        work: impl FnOnce() -> Result<T, SessionError>,
+    ) -> Result<T, SessionError> {
+        (self.watch.borrow_mut())(Event::Started(step));
+        let begin = Instant::now();
+        let result = work()?;
+        let elapsed = begin.elapsed();
+        let timings_s = &mut *self.timings_s.borrow_mut();
+        timings_s.insert(step.to_owned(), elapsed.as_secs_f64());
+        (self.watch.borrow_mut())(Event::Finished(step, elapsed));
+        Ok(result)
+    }
+
+    /// What belongs to takes of a role, of all that is in the session's order.
+    fn of_role<'v, T>(&self, all: &'v [T], role: Role) -> Vec<&'v T> {
+        let of_role = all.iter().zip(&self.session.takes);
+        let of_role = of_role.filter(|(_, entry)| entry.role == role);
+        of_role.map(|(value, _)| value).collect()
+    }
+
+    /// Motions in the hand's frame, filtered, and what the filter did.
+    fn process(&self, takes: &[Take]) -> Result<(Vec<Motion>, Smoothing), SessionError> {
+        for role in [Role::Train, Role::Test] {
+            steps::used(self.of_role(takes, role), self.settings)?;
+        }
+        let in_hand = self.time("hand_frame", || {
+            steps::motions_in_hand(takes, self.settings)
+        })?;
+        self.time("filter", || {
+            let motions = steps::smooth_motions(&in_hand, self.settings)?;
+            let [before, after] = [&in_hand, &motions].map(|all| self.of_role(all, Role::Test));
+            let smoothing = steps::smoothing(&before, &after)?;
+            Ok((motions, smoothing))
+        })
+    }
+
+    fn cut<'t>(&self, takes: &'t [Take], motions: &'t [Motion]) -> Result<Cut<'t>, SessionError> {
+        let results = (takes.iter().zip(motions).zip(&self.session.takes))
+            .map(|((take, motion), entry)| TakeResult {
+                take,
+                motion,
+                role: entry.role,
+            })
+            .collect();
+        let settings = self.settings;
+        let train_motions = self.of_role(motions, Role::Train);
+        let test_motions = self.of_role(motions, Role::Test);
+        let object = steps::carries_object(&train_motions, settings)?;
+        let train = steps::segments(&train_motions, Role::Train, object, settings)?;
+        let object = object && steps::carries_object(&test_motions, settings)?;
+        let test = steps::segments(&test_motions, Role::Test, object, settings)?;
+        if test.is_empty() {
+            let message =
+                "no test segment: no stretch of the test takes is long enough without gaps";
+            return Err(SessionError::session(&self.options.folder, message));
+        }
+        Ok(Cut {
+            results,
+            train_motions,
+            test_motions,
+            train,
+            test,
+        })
+    }
+
+    /// The dictionary, and whether it is that of an earlier run.
+    fn learn(&self, cut: &Cut<'_>) -> Result<(Dictionary, bool), SessionError> {
+        let reused = dictionary_file::read_if(&self.files.dictionary, &self.learned_by(cut));
+        let is_reused = reused.is_some();
+        let dictionary = self.time("learn", || match reused {
+            Some(dictionary) => Ok(dictionary),
+            None => {
+                let demonstrated = steps::demonstrated(&cut.train_motions)?;
+                steps::learn_and_choose(&cut.train, demonstrated, self.settings)
+            }
+        })?;
+        Ok((dictionary, is_reused))
+    }
+
+    fn learned_by(&self, cut: &Cut<'_>) -> Provenance {
+        let train = self.of_role(&cut.results, Role::Train);
+        manifest::learn_provenance(self.settings, train.into_iter().map(|result| result.take))
+    }
+
+    /// Motion by every method, once the dictionary is written.
+    fn generate(
+        &self,
+        cut: &Cut<'_>,
+        dictionary: &Dictionary,
+        dictionary_reused: bool,
+    ) -> Result<Vec<Generated>, SessionError> {
+        let (files, session) = (&self.files, &self.session.name);
+        let methods = steps::settled_methods(dictionary, self.settings)?;
+        // Everything that can be wrong with the takes would have shown by now. From here on results
+        // are written one by one, and an interrupted run is known as ours to go on with.
+        let outputs = files.reproducible();
+        manifest::claim(&files.run, session, &outputs, &self.options.command)?;
+        if !dictionary_reused {
+            dictionary_file::write(&files.dictionary, dictionary, &[self.learned_by(cut)])?;
+        }
+        self.time("generate", || {
+            (methods.iter())
+                .map(|&method| steps::generate(method, dictionary, &cut.test, self.settings))
+                .collect()
+        })
+    }
+
+    fn judge<'c>(
+        &self,
+        cut: &'c Cut<'_>,
+        dictionary: &'c Dictionary,
+        generated: &[Generated],
+    ) -> Result<Judged<'c>, SessionError> {
+        let (settings, train) = (self.settings, Some(&cut.train));
+        let comparison = self.time("contacts", || {
+            steps::measure_recorded(&cut.test, &cut.test_motions, dictionary, settings)
+        })?;
+        let evaluated: Vec<_> = self.time("evaluate", || {
+            let all = generated.par_iter();
+            Ok(all.map(|g| steps::evaluate(&comparison, g)).collect())
+        })?;
+        let (methods, rows): (Vec<_>, Vec<_>) = evaluated.into_iter().unzip();
+        let name = &self.session.name;
+        let mut evaluation = steps::assemble(
+            steps::session_facts(name, &cut.results, train, &cut.test, settings),
+            dictionary.choice.clone(),
+            steps::dictionary_facts(dictionary, settings),
+            methods,
+            steps::quality(&cut.results)?,
+        );
+        let motion = self.time("motion", || {
+            steps::motion_analysis(&comparison, generated, &rows, train, settings)
+        })?;
+        evaluation.movement = Some(motion.movement);
+        evaluation.contacts = motion.contacts;
+        Ok(Judged {
+            comparison,
+            evaluation,
+            rows,
+            motion: motion.rows,
+        })
+    }
+
+    /// The evaluation with intervals, and the files of the figures; both and the page are written.
+    fn report(
+        &self,
+        cut: &Cut<'_>,
+        (dictionary, generated): (&Dictionary, &[Generated]),
+        (judged, smoothing): (Judged<'_>, Smoothing),
+        provenance: &Provenance,
+    ) -> Result<(Evaluation, Vec<PathBuf>), SessionError> {
+        let settings = self.settings;
+        let mut evaluation = judged.evaluation;
+        let rows = steps::evaluation_rows(&judged.comparison, generated, judged.rows);
+        let intervals = || steps::intervals(&evaluation, &rows, settings);
+        evaluation.intervals = self.time("intervals", intervals)?;
+        let illustrated = Illustrated {
+            takes: &cut.results,
+            train: &cut.train,
+            test: &cut.test,
+            test_motions: &cut.test_motions,
+            dictionary,
+            generated,
+            rows: &rows,
+            settings,
+        };
+        let illustrate = || steps::illustrate(&illustrated, smoothing);
+        let illustrations = self.time("illustrate", illustrate)?;
+        let report = Report::new(&evaluation, std::slice::from_ref(provenance))
+            .with_rows(&rows)
+            .with_illustrations(&illustrations);
+        let write = || write_reports(&report, &rows, &judged.motion, &self.files);
+        let figures = self.time("report", write)?;
+        Ok((evaluation, figures))
+    }
+
+    /// Writes `run.json`, which makes the results those of a finished run.
+    fn finish(
+        &self,
+        key: String,
+        figures: &[PathBuf],
+        generated: &[Generated],
+    ) -> Result<(), SessionError> {
+        let mut written = self.files.reproducible();
+        written.extend(figures.iter().map(PathBuf::as_path));
+        let mut timings_s = self.timings_s.take();
+        timings_s.insert("total".to_owned(), self.begin.elapsed().as_secs_f64());
+        manifest::write_run_json(
+            &self.files.run,
+            &RunJson {
+                timings_s,
+                plan_ms: plan_times(generated),
+                peak_memory_bytes: manifest::peak_memory_bytes(),
+                threads: rayon::current_num_threads(),
+                command: self.options.command.clone(),
+                manifest: Manifest::of(&self.session.name, key, &self.options.output, &written)?,
+            },
+        )
+    }
 }
 
 /// Plans without a trajectory, over all methods of an evaluation that was made earlier.
@@ -257,28 +387,6 @@ fn stored_failures(path: &Path) -> Result<usize, SessionError> {
         .iter()
         .filter_map(|method| method.plan.as_ref());
     Ok(plans.map(|plans| plans.infeasible + plans.failed).sum())
-}
-
-struct Timer<'a> {
-    watch: &'a mut dyn FnMut(Event<'_>),
-    timings_s: BTreeMap<String, f64>,
-}
-
-impl Timer<'_> {
-    fn time<T>(
-        &mut self,
-        step: &'static str,
-        work: impl FnOnce() -> Result<T, SessionError>,
-    ) -> Result<T, SessionError> {
-        (self.watch)(Event::Started(step));
-        let begin = Instant::now();
-        let result = work()?;
-        let elapsed = begin.elapsed();
-        self.timings_s
-            .insert(step.to_owned(), elapsed.as_secs_f64());
-        (self.watch)(Event::Finished(step, elapsed));
-        Ok(result)
-    }
 }
 
 /// What made a result of this step, for its file.
@@ -293,24 +401,4 @@ pub fn provenance(
         settings_json: settings.provenance_json(),
         inputs: inputs.into_iter().collect(),
     }
-}
-
-/// Motions of takes of a role, those of all takes being in the session's order.
-fn motions_of_role<'a>(motions: &'a [Motion], session: &Session, role: Role) -> Vec<&'a Motion> {
-    let of_role = motions.iter().zip(&session.takes);
-    let of_role = of_role.filter(|(_, entry)| entry.role == role);
-    of_role.map(|(motion, _)| motion).collect()
-}
-
-fn motions_of<'a>(results: &[TakeResult<'a>], role: Role) -> Vec<&'a Motion> {
-    results
-        .iter()
-        .filter(|result| result.role == role)
-        .map(|result| result.motion)
-        .collect()
-}
-
-fn learned_by(results: &[TakeResult<'_>], settings: &Settings) -> Provenance {
-    let train = results.iter().filter(|result| result.role == Role::Train);
-    manifest::learn_provenance(settings, train.map(|result| result.take))
 }

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use crate::containers::name_of;
 use crate::error::SessionError;
 use crate::settings::{Role, Settings};
 
@@ -196,10 +197,7 @@ fn name_apart(folder: &Path, takes: &mut [SessionTake]) -> Result<(), SessionErr
 
 /// Whether a file looks like a take by its extension.
 pub fn is_take(path: &Path) -> bool {
-    let name = path
-        .file_name()
-        .map(|n| n.to_string_lossy().into_owned())
-        .unwrap_or_default();
+    let name = name_of(path);
     let is_mcap = path
         .extension()
         .is_some_and(|e| e.eq_ignore_ascii_case("mcap"));

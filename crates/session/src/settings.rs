@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use inhand_dictionary::{NmfSettings, Precision, Start, Update};
 use inhand_model::DictionaryKind;
 use inhand_motion::GapFill;
+use inhand_planner::PlannerSettings;
 use serde::{Deserialize, Serialize};
 
 use crate::methods::Method;
@@ -367,7 +368,7 @@ impl Default for PlanSection {
             object_sigma_mm: 0.2,
             object_sigma_deg: 0.5,
             ridge: 1e-4,
-            velocity_factor: 1.1,
+            velocity_factor: PlannerSettings::VELOCITY_FACTOR,
             velocity_m_s: None,
             acceleration_m_s2: None,
             reachability: false,

@@ -18,6 +18,7 @@ use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
+use crate::containers::name_of;
 use crate::error::SessionError;
 use crate::settings::Settings;
 use crate::steps;
@@ -128,7 +129,6 @@ fn from_json(path: &Path) -> Result<State, SessionError> {
     let place = path.display().to_string();
     let state: StateJson = serde_json::from_slice(&bytes)
         .map_err(|error| fault(&place, "a state as JSON", &error.to_string()))?;
-    let name = path.file_name().unwrap_or(path.as_os_str());
     Ok(State {
         fingertips_m: tips(&place, "fingertips_m", &state.fingertips_m)?,
         velocity_m_s: tips(&place, "velocity_m_s", &state.velocity_m_s)?,
@@ -136,7 +136,7 @@ fn from_json(path: &Path) -> Result<State, SessionError> {
             .map(|object| pose(&place, &object))
             .transpose()?,
         source: InputHash {
-            name: name.to_string_lossy().into_owned(),
+            name: name_of(path),
             sha256: hex_sha256(&bytes),
         },
         path: path.to_owned(),

@@ -12,6 +12,7 @@ use inhand_tables::WideSettings;
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
+use crate::containers::name_of;
 use crate::error::{Located, SessionError};
 use crate::session::{Session, SessionTake};
 use crate::settings::{Role, Settings};
@@ -57,10 +58,7 @@ pub struct Cleaning {
 /// [`SessionError`] with file, line or topic.
 pub fn read(path: &Path, settings: &Settings) -> Result<Take, SessionError> {
     let bytes = std::fs::read(path).map_err(SessionError::io("read", path))?;
-    let file_name = path
-        .file_name()
-        .map(|n| n.to_string_lossy().into_owned())
-        .unwrap_or_default();
+    let file_name = name_of(path);
     let role_settings = settings.role_settings()?;
     // What a table cannot hold stands beside it, and counts as part of it.
     let facts = table_facts(path, &bytes)?;

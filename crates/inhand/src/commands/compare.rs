@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use inhand_session::sessions::{CompareOptions, Part, compare};
-use inhand_session::{check_target, write_text};
+use inhand_session::{EvaluateSection, check_target, write_text};
 
 use crate::console::{Console, data};
 use crate::exit::{Exit, UsageError};
@@ -41,10 +41,10 @@ pub(crate) struct Args {
     #[arg(long, value_name = "CONDITION")]
     fail_if: Vec<String>,
     /// Draws of the bootstrap; 0 for no intervals.
-    #[arg(long, value_name = "N", default_value_t = 2000, value_parser = draws)]
+    #[arg(long, value_name = "N", default_value_t = EvaluateSection::default().draws, value_parser = draws)]
     draws: usize,
     /// Share of the draws inside an interval.
-    #[arg(long, value_name = "SHARE", default_value_t = 0.95)]
+    #[arg(long, value_name = "SHARE", default_value_t = EvaluateSection::default().confidence)]
     confidence: f64,
     /// Markdown for a pull request.
     #[arg(short, long, value_name = "FILE.md")]

@@ -6,7 +6,7 @@ use inhand_model::{
     EvaluationRows, Finger, Measure, MethodEvaluation, Statistics,
 };
 
-use super::part::{Part, refused};
+use super::part::Part;
 use super::settings::differences;
 use crate::error::SessionError;
 use crate::steps::SEED;
@@ -107,7 +107,7 @@ fn pairs<'a>(
             .ok_or_else(|| {
                 let names: Vec<&str> = known.map(|method| method.name.as_str()).collect();
                 let message = format!("no method \"{name}\"; evaluated were {}", names.join(", "));
-                refused(&part.path, message)
+                SessionError::data(&part.path, message)
             })
     };
     let pairs: Vec<Pair<'a>> = match (&options.method, &options.against) {
@@ -127,7 +127,7 @@ fn pairs<'a>(
     if pairs.is_empty() || pairs.iter().all(same) {
         let message = "nothing to compare: name another evaluation, or two methods of this one with \
                        --method and --against";
-        return Err(refused(&after.path, message.to_owned()));
+        return Err(SessionError::data(&after.path, message));
     }
     Ok(pairs)
 }

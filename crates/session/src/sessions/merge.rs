@@ -13,9 +13,10 @@ use rayon::prelude::*;
 
 use super::groups::{Groups, counts};
 use super::outliers::outliers;
-use super::part::{Part, refused};
+use super::part::Part;
 use super::settings::differences;
 use crate::error::SessionError;
+use crate::settings::EvaluateSection;
 use crate::steps::SEED;
 
 /// How evaluations are joined.
@@ -31,10 +32,13 @@ pub struct MergeOptions {
 
 impl Default for MergeOptions {
     fn default() -> Self {
+        let EvaluateSection {
+            draws, confidence, ..
+        } = EvaluateSection::default();
         Self {
             allow_different: false,
-            draws: 2000,
-            confidence: 0.95,
+            draws,
+            confidence,
         }
     }
 }
@@ -131,7 +135,7 @@ fn check_twice(parts: &[Part]) -> Result<(), SessionError> {
                 "given twice (also as {}): a session counts once",
                 other.path.display()
             );
-            return Err(refused(&part.path, message));
+            return Err(SessionError::data(&part.path, message));
         }
     }
     for (place, part) in parts.iter().enumerate() {
@@ -142,12 +146,12 @@ fn check_twice(parts: &[Part]) -> Result<(), SessionError> {
                 "judged on the very files that {} was judged on: a session counts once",
                 other.path.display()
             );
-            return Err(refused(&part.path, message));
+            return Err(SessionError::data(&part.path, message));
         }
     }
     if parts.is_empty() {
-        let message = "no evaluation was given".to_owned();
-        return Err(refused("evaluation.json".as_ref(), message));
+        let message = "no evaluation was given";
+        return Err(SessionError::data("evaluation.json", message));
     }
     Ok(())
 }
@@ -170,7 +174,7 @@ fn check_same(parts: &[Part], different: &[SettingDifference]) -> Result<(), Ses
             parts[0].path.display(),
             first.values[0],
         );
-        return Err(refused(&parts[place].path, message));
+        return Err(SessionError::data(&parts[place].path, message));
     }
     let expected = parts[0].method_names();
     match parts.iter().find(|part| part.method_names() != expected) {
@@ -182,7 +186,7 @@ fn check_same(parts: &[Part], different: &[SettingDifference]) -> Result<(), Ses
                 parts[0].path.display(),
                 expected.join(", "),
             );
-            Err(refused(&part.path, message))
+            Err(SessionError::data(&part.path, message))
         }
     }
 }
@@ -193,8 +197,8 @@ fn common_methods(parts: &[Part]) -> Result<Vec<String>, SessionError> {
     let in_all = first.filter(|name| parts.iter().all(|part| method(part, name).is_some()));
     let common: Vec<String> = in_all.map(str::to_owned).collect();
     if common.is_empty() {
-        let message = "no method is in every evaluation".to_owned();
-        return Err(refused(&parts[0].path, message));
+        let message = "no method is in every evaluation";
+        return Err(SessionError::data(&parts[0].path, message));
     }
     Ok(common)
 }

@@ -43,7 +43,7 @@ impl Part {
         };
         let text = std::fs::read_to_string(&path).map_err(SessionError::io("read", &path))?;
         let (evaluation, provenance) = inhand_report::read_evaluation_json(&text)
-            .map_err(|error| refused(&path, reason(&error)))?;
+            .map_err(|error| SessionError::data(&path, reason(&error)))?;
         let beside = path.with_file_name(ROWS_FILE);
         let rows = (beside.is_file())
             .then(|| RowsFile::open(&beside).in_file(&beside))
@@ -82,7 +82,7 @@ impl Part {
                 self.path.display(),
                 self.method_names().join(", "),
             );
-            return Err(refused(beside, message));
+            return Err(SessionError::data(beside, message));
         }
         Ok(())
     }
@@ -104,7 +104,7 @@ impl Part {
                 "no {ROWS_FILE} stands beside it, and without the rows quantiles over sessions cannot be exact: \
                  keep the two files of a run together, or write it with `inhand evaluate --rows`"
             );
-            refused(&self.path, message)
+            SessionError::data(&self.path, message)
         })
     }
 
@@ -174,7 +174,7 @@ impl Part {
             errors.len(),
             mean * 1e3,
         );
-        Err(refused(&self.path, message))
+        Err(SessionError::data(&self.path, message))
     }
 
     /// Names and hashes of the files that the takes it was judged on came from.
@@ -206,8 +206,4 @@ fn reason(error: &inhand_report::ReportError) -> String {
         Some(source) => format!("{error}: {source}"),
         None => error.to_string(),
     }
-}
-
-pub(super) fn refused(path: &Path, message: String) -> SessionError {
-    SessionError::data(path, message)
 }

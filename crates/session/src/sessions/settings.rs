@@ -1,4 +1,4 @@
-//! Which settings evaluations do not share.
+//! Settings in which evaluations differ.
 
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -1,5 +1,6 @@
-//! Settings as the steps understand them, and what is wrong with them.
+//! Checks of settings, and the settings of each step.
 
+use std::fmt::Display;
 use std::path::Path;
 use std::str::FromStr;
 
@@ -74,11 +75,7 @@ impl Settings {
             up_axis,
             ..
         } = self.read_settings()?;
-        if let Some(rate_hz) = self.source.rate_hz
-            && !(rate_hz.is_finite() && rate_hz > 0.0)
-        {
-            return Err(invalid("source.rate_hz", "a positive number", &rate_hz));
-        }
+        positive("source.rate_hz", self.source.rate_hz)?;
         let parse = |(topic, text): (&String, &String)| match text.parse() {
             Ok(usage) => Ok((topic.clone(), usage)),
             Err(_) => Err(invalid(
@@ -210,81 +207,68 @@ impl Settings {
         self.clean.steps()?;
         self.process_settings()?;
         self.pad_offsets_m()?;
-        positive_or_zero("segments.margin_s", self.segments.margin_s)?;
-        positive_or_zero("segments.missing_s", self.segments.missing_s)?;
+        let Settings {
+            segments,
+            plan,
+            evaluate,
+            ..
+        } = self;
         self.learn.validate()?;
-        if self.learn.kind == DictionaryKind::Pca && self.segments.missing_s > 0.0 {
-            return Err(invalid(
-                "segments.missing_s",
-                "0 with learn.kind = \"pca\", which needs complete segments",
-                &self.segments.missing_s,
-            ));
+        for (key, value) in [
+            ("segments.margin_s", segments.margin_s),
+            ("segments.missing_s", segments.missing_s),
+            ("plan.velocity_factor", plan.velocity_factor),
+            ("evaluate.min_contact_s", evaluate.min_contact_s),
+            ("evaluate.max_lift_s", evaluate.max_lift_s),
+        ] {
+            positive_or_zero(key, value)?;
         }
-        positive_or_zero("plan.velocity_factor", self.plan.velocity_factor)?;
-        let plan = &self.plan;
-        if !plan.reachability_margin_mm.is_finite() {
-            let found = plan.reachability_margin_mm;
-            return Err(invalid(
-                "plan.reachability_margin_mm",
-                "a finite number",
-                &found,
-            ));
-        }
-        let given = [
+        for (key, value) in [
+            ("plan.sigma_mm", Some(plan.sigma_mm)),
+            ("plan.object_sigma_mm", Some(plan.object_sigma_mm)),
+            ("plan.object_sigma_deg", Some(plan.object_sigma_deg)),
+            ("plan.ridge", Some(plan.ridge)),
             ("plan.velocity_m_s", plan.velocity_m_s),
             ("plan.acceleration_m_s2", plan.acceleration_m_s2),
             ("plan.separation_mm", plan.separation_mm),
-        ];
-        let given = (given.into_iter()).filter_map(|(key, value)| Some((key, value?)));
-        for (key, value) in given.chain([
-            ("plan.sigma_mm", plan.sigma_mm),
-            ("plan.object_sigma_mm", plan.object_sigma_mm),
-            ("plan.object_sigma_deg", plan.object_sigma_deg),
-            ("plan.ridge", plan.ridge),
-            ("evaluate.tau_mm", self.evaluate.tau_mm),
-            ("evaluate.collision_mm", self.evaluate.collision_mm),
-        ]) {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(invalid(key, "a positive number", &value));
+            ("evaluate.tau_mm", Some(evaluate.tau_mm)),
+            ("evaluate.collision_mm", Some(evaluate.collision_mm)),
+        ] {
+            positive(key, value)?;
+        }
+        let missing_s = segments.missing_s;
+        let expected = "0 with learn.kind = \"pca\", which needs complete segments";
+        let fits = self.learn.kind == DictionaryKind::Nmf || missing_s <= 0.0;
+        require(fits, "segments.missing_s", expected, &missing_s)?;
+        let margin_mm = plan.reachability_margin_mm;
+        let key = "plan.reachability_margin_mm";
+        require(margin_mm.is_finite(), key, "a finite number", &margin_mm)?;
+        let fingers = evaluate.grasp_fingers;
+        let known = (1..=Finger::COUNT).contains(&fingers);
+        require(known, "evaluate.grasp_fingers", "1 to 5", &fingers)?;
+        let draws = evaluate.draws;
+        let usable = draws == 0 || DRAWS.contains(&draws);
+        require(usable, "evaluate.draws", "0, or 100 to 1000000", &draws)?;
+        let confidence = evaluate.confidence;
+        let expected = "a share above 0 and below 1, such as 0.95";
+        let share = confidence > 0.0 && confidence < 1.0;
+        require(share, "evaluate.confidence", expected, &confidence)?;
+        let methods = &plan.methods;
+        let some = !methods.is_empty();
+        require(some, "plan.methods", "at least one method", &"none")?;
+        let twice = |(place, method): &(usize, &Method)| methods[..*place].contains(method);
+        match methods.iter().enumerate().find(twice) {
+            None => Ok(()),
+            Some((_, method)) => {
+                let found = format!("{method} twice");
+                Err(invalid("plan.methods", "each method once", &found))
             }
         }
-        positive_or_zero("evaluate.min_contact_s", self.evaluate.min_contact_s)?;
-        positive_or_zero("evaluate.max_lift_s", self.evaluate.max_lift_s)?;
-        let fingers = self.evaluate.grasp_fingers;
-        if !(1..=Finger::COUNT).contains(&fingers) {
-            return Err(invalid("evaluate.grasp_fingers", "1 to 5", &fingers));
-        }
-        let draws = self.evaluate.draws;
-        if draws != 0 && !DRAWS.contains(&draws) {
-            return Err(invalid("evaluate.draws", "0, or 100 to 1000000", &draws));
-        }
-        let confidence = self.evaluate.confidence;
-        if !(confidence > 0.0 && confidence < 1.0) {
-            return Err(invalid(
-                "evaluate.confidence",
-                "a share above 0 and below 1, such as 0.95",
-                &confidence,
-            ));
-        }
-        let twice = |method: &&Method| {
-            let same = self.plan.methods.iter().filter(|other| other == method);
-            same.count() > 1
-        };
-        if let Some(method) = self.plan.methods.iter().find(twice) {
-            return Err(invalid(
-                "plan.methods",
-                "each method once",
-                &format!("{method} twice"),
-            ));
-        }
-        if self.plan.methods.is_empty() {
-            return Err(invalid("plan.methods", "at least one method", &"none"));
-        }
-        Ok(())
     }
 
-    /// Settings that a dictionary depends on, the training takes' time ranges among them.
-    pub(crate) fn learning_json(&self) -> String {
+    /// All settings as one line of JSON with sorted keys.
+    pub(crate) fn json(&self) -> String {
+        // Serialising plain structs of words and finite numbers cannot fail.
         serde_json::to_value(self).map_or_else(|e| e.to_string(), |v| v.to_string())
     }
 
@@ -294,13 +278,12 @@ impl Settings {
             takes: Vec::new(),
             ..self.clone()
         };
-        // Serialising plain structs of strings and finite numbers cannot fail.
-        serde_json::to_value(&without_takes).map_or_else(|e| e.to_string(), |v| v.to_string())
+        without_takes.json()
     }
 }
 
 /// An error about one setting.
-pub(crate) fn invalid(key: &str, expected: &str, found: &impl std::fmt::Display) -> SessionError {
+pub(crate) fn invalid(key: &str, expected: &str, found: &impl Display) -> SessionError {
     SessionError::Settings {
         key: key.to_owned(),
         expected: expected.to_owned(),
@@ -308,12 +291,24 @@ pub(crate) fn invalid(key: &str, expected: &str, found: &impl std::fmt::Display)
     }
 }
 
-fn positive_or_zero(key: &str, value: f64) -> Result<(), SessionError> {
-    if value.is_finite() && value >= 0.0 {
+fn require(ok: bool, key: &str, expected: &str, found: &impl Display) -> Result<(), SessionError> {
+    if ok {
         Ok(())
     } else {
-        Err(invalid(key, "a number not below zero", &value))
+        Err(invalid(key, expected, found))
     }
+}
+
+fn positive_or_zero(key: &str, value: f64) -> Result<(), SessionError> {
+    let ok = value.is_finite() && value >= 0.0;
+    require(ok, key, "a number not below zero", &value)
+}
+
+fn positive(key: &str, value: Option<f64>) -> Result<(), SessionError> {
+    value.map_or(Ok(()), |value| {
+        let ok = value.is_finite() && value > 0.0;
+        require(ok, key, "a positive number", &value)
+    })
 }
 
 pub(super) fn finger(name: &str, key: &str) -> Result<Finger, SessionError> {
@@ -342,9 +337,7 @@ impl LearnSection {
             ("learn.restarts", self.restarts),
             ("learn.sweeps", self.sweeps),
         ] {
-            if value == 0 {
-                return Err(invalid(key, "at least 1", &0));
-            }
+            require(value > 0, key, "at least 1", &value)?;
         }
         for (key, value) in [
             ("learn.relative_change", self.relative_change),

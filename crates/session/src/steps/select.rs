@@ -1,4 +1,4 @@
-//! Which stretches of takes are used, by their events.
+//! Selection of intervals of takes by their events.
 
 use std::collections::BTreeSet;
 

@@ -4,26 +4,27 @@ use std::io::Read;
 
 use inhand_model::{Finding, Recording};
 
-use crate::assembly::{Assembly, Opened, Text};
+use crate::assembly::{Assembly, Text};
 use crate::error::CaptureError;
+use crate::format::{Format, Reader};
 use crate::lines::Lines;
 use crate::settings::ReadSettings;
 use crate::table::Extent;
-use crate::{motive, qualisys, text, trc};
+use crate::{motive, text};
 
 /// Most samples of a block.
 const BLOCK_SAMPLES: usize = 16 * 1024;
 
-/// Reads a header from the beginning of a file.
-type Open = fn(&[u8], &str, &ReadSettings) -> Result<Opened, CaptureError>;
-
 /// Whether a file that starts like this has its take in rows of one kind, so that [`Blocks`] reads
 /// it. The row-typed Motive CSV before 1.2 names its markers only in its rows, and is read whole.
 pub fn has_even_rows(beginning: &[u8]) -> bool {
-    let text = beginning
-        .strip_prefix(text::BYTE_ORDER_MARK)
-        .unwrap_or(beginning);
-    qualisys::looks_like(text) || trc::looks_like(text) || motive::looks_like(text)
+    matches!(
+        Format::sniff(beginning),
+        Some(Format {
+            reader: Reader::Rows(_),
+            ..
+        })
+    )
 }
 
 /// A Motive CSV, Qualisys TSV or TRC file, read some thousand samples at a time: memory does not
@@ -75,7 +76,15 @@ impl<R: Read> Blocks<R> {
         let mut lines = Lines::new(input, file_name);
         let opened = lines.head(|head| {
             let text = text::without_byte_order_mark(head, file_name)?;
-            let mut opened = open_of(text)(text, file_name, settings)?;
+            let open = match Format::sniff(text) {
+                Some(Format {
+                    reader: Reader::Rows(open),
+                    ..
+                }) => *open,
+                // Says why the file is refused.
+                _ => motive::open,
+            };
+            let mut opened = open(text, file_name, settings)?;
             opened.data_start += head.len() - text.len();
             Ok(opened)
         })?;
@@ -107,31 +116,4 @@ impl<R: Read> Blocks<R> {
     pub fn findings(&self) -> Vec<Finding> {
         self.assembly.findings()
     }
-}
-
-fn open_of(text: &[u8]) -> Open {
-    if qualisys::looks_like(text) {
-        qualisys::open
-    } else if trc::looks_like(text) {
-        trc::open
-    } else {
-        motive::open
-    }
-}
-
-/// Reads a whole take from memory.
-pub(crate) fn read_whole(
-    open: Open,
-    bytes: &[u8],
-    file_name: &str,
-    settings: &ReadSettings,
-) -> Result<Recording, CaptureError> {
-    let text = text::without_byte_order_mark(bytes, file_name)?;
-    let opened = open(text, file_name, settings)?;
-    let mut extent = Extent::default();
-    extent.add(text);
-    let mut lines = Lines::new(&text[opened.data_start..], file_name);
-    lines.skip_head(0, opened.first_data_line);
-    let mut assembly = Assembly::of_text(lines, opened, extent, true);
-    assembly.read_whole()
 }

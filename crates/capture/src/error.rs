@@ -1,5 +1,6 @@
 //! Errors of reading and writing vendor files.
 
+use inhand_model::Setting;
 use inhand_model::{ClockError, RecordingError};
 use thiserror::Error;
 
@@ -91,8 +92,9 @@ pub enum CaptureError {
     },
     /// The file does not say in which unit its lengths are.
     #[error(
-        "{file}: the header has no \"{key}\": say it with --units \
-         (metres, centimetres, millimetres, inches, feet)"
+        "{file}: the header has no \"{key}\": say it with {} \
+         (metres, centimetres, millimetres, inches, feet)",
+        Setting::Units
     )]
     NoUnits {
         /// The file.
@@ -103,12 +105,16 @@ pub enum CaptureError {
     /// The file does not say in which order its Euler angles apply.
     #[error(
         "{file}: the header has no \"Rotation Type\" and {entity} has three rotation columns: say \
-         in which order the angles apply with --rotation-order (XYZ, XZY, YXZ, YZX, ZXY or ZYX){}",
+         in which order the angles apply with {} (XYZ, XZY, YXZ, YZX, ZXY or ZYX){}",
+        Setting::RotationOrder,
         if *.no_units {
-            "; it has no \"Length Units\" either: say it with --units (metres, centimetres, \
-             millimetres, inches, feet)"
+            format!(
+                "; it has no \"Length Units\" either: say it with {} (metres, centimetres, \
+                 millimetres, inches, feet)",
+                Setting::Units
+            )
         } else {
-            ""
+            String::new()
         }
     )]
     NoRotationOrder {
@@ -127,7 +133,7 @@ pub enum CaptureError {
         /// The file.
         file: String,
         /// The setting.
-        option: &'static str,
+        option: String,
         /// What the setting says.
         given: String,
         /// What the file says.

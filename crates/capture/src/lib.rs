@@ -45,6 +45,7 @@ mod assembly;
 mod blocks;
 pub mod c3d;
 mod error;
+mod format;
 mod lines;
 pub mod motive;
 pub mod qualisys;
@@ -62,6 +63,8 @@ pub use table::Extent;
 
 use inhand_model::Recording;
 
+use self::format::{FORMATS, Format, Reader};
+
 /// Reads a vendor file, whichever it is: its first bytes tell Motive CSV, Qualisys TSV, TRC and
 /// C3D apart.
 ///
@@ -77,17 +80,11 @@ pub fn read(
     file_name: &str,
     settings: &ReadSettings,
 ) -> Result<Recording, CaptureError> {
-    if c3d::looks_like(bytes) {
-        return c3d::read(bytes, file_name, settings);
-    }
-    let text = text::without_byte_order_mark(bytes, file_name)?;
-    if qualisys::looks_like(text) {
-        qualisys::read(bytes, file_name, settings)
-    } else if trc::looks_like(text) {
-        trc::read(bytes, file_name, settings)
-    } else {
-        // Also the place that says why a file of another kind is refused.
-        motive::read(bytes, file_name, settings)
+    match Format::sniff(bytes).map(|format| &format.reader) {
+        Some(Reader::Rows(open)) => assembly::read_text(*open, bytes, file_name, settings),
+        Some(Reader::Whole(read)) => read(bytes, file_name, settings),
+        // Reads the row-typed Motive CSV, and says why a file of another kind is refused.
+        None => motive::read(bytes, file_name, settings),
     }
 }
 
@@ -95,8 +92,6 @@ pub fn read(
 /// `.tsv`, `.trc` or `.c3d`.
 pub fn looks_like_capture_file(path_name: &str) -> bool {
     path_name.rsplit_once('.').is_some_and(|(_, extension)| {
-        ["csv", "tsv", "trc", "c3d"]
-            .iter()
-            .any(|known| extension.eq_ignore_ascii_case(known))
+        (FORMATS.iter()).any(|format| extension.eq_ignore_ascii_case(format.extension))
     })
 }

@@ -17,13 +17,13 @@
 
 use std::collections::BTreeMap;
 
-use inhand_model::{Clock, Finding, LengthUnit, MarkerKind, Recording, Source, StartTime, UpAxis};
+use inhand_model::{Finding, LengthUnit, MarkerKind, Recording, Source, StartTime, UpAxis};
 
 use crate::assembly::{self, Entity, Opened, Take};
 use crate::error::CaptureError;
-use crate::settings::{ReadSettings, stated_or_given};
+use crate::settings::ReadSettings;
 use crate::table::{Column, Table};
-use crate::{blocks, start_time, text};
+use crate::{start_time, text};
 
 /// Keys with which a header may start.
 const KEYS: [&[u8]; 6] = [
@@ -58,7 +58,7 @@ pub fn read(
     file_name: &str,
     settings: &ReadSettings,
 ) -> Result<Recording, CaptureError> {
-    blocks::read_whole(open, bytes, file_name, settings)
+    assembly::read_text(open, bytes, file_name, settings)
 }
 
 /// Reads the header, from the beginning of a file without byte-order mark.
@@ -82,25 +82,14 @@ pub(crate) fn open(
             hint: "export the 3D data",
         });
     }
-    let length_unit = stated_or_given(
-        file_name,
-        "--units",
-        Some(LengthUnit::Millimetres),
-        settings.length_unit,
-        |unit| unit.name().to_owned(),
-    )?;
+    let length_unit = settings.settle_length_unit(file_name, Some(LengthUnit::Millimetres))?;
     let start = start_time::parse(
         "TIME_STAMP",
         header
             .fact("TIME_STAMP")
             .and_then(|stamp| stamp.split('\t').next()),
     );
-    let clock = Clock::new(start.unix_nanos, start.known, header.rate_hz(file_name)?).map_err(
-        |source| CaptureError::Clock {
-            file: file_name.to_owned(),
-            source,
-        },
-    )?;
+    let clock = start.clock(header.rate_hz(file_name)?, file_name)?;
     let mut findings = header.findings();
     // QTM counts hours from 0 to 23, so only an unreadable time is odd.
     findings.extend(start.finding.filter(|_| start.known == StartTime::Unknown));

@@ -1,6 +1,6 @@
 //! Settings that supply what a file does not state.
 
-use inhand_model::{LengthUnit, RotationOrder, UpAxis};
+use inhand_model::{LengthUnit, RotationOrder, Setting, UpAxis};
 
 use crate::error::CaptureError;
 
@@ -14,6 +14,39 @@ pub struct ReadSettings {
     pub rotation_order: Option<RotationOrder>,
     /// Axis of the file's world that points up.
     pub up_axis: Option<UpAxis>,
+}
+
+impl ReadSettings {
+    pub(crate) fn settle_length_unit(
+        &self,
+        file: &str,
+        stated: Option<LengthUnit>,
+    ) -> Result<Option<LengthUnit>, CaptureError> {
+        stated_or_given(file, Setting::Units, stated, self.length_unit, |unit| {
+            unit.name().to_owned()
+        })
+    }
+
+    pub(crate) fn settle_rotation_order(
+        &self,
+        file: &str,
+        stated: Option<RotationOrder>,
+    ) -> Result<Option<RotationOrder>, CaptureError> {
+        let given = self.rotation_order;
+        stated_or_given(file, Setting::RotationOrder, stated, given, |order| {
+            order.to_string()
+        })
+    }
+
+    pub(crate) fn settle_up_axis(
+        &self,
+        file: &str,
+        stated: Option<UpAxis>,
+    ) -> Result<Option<UpAxis>, CaptureError> {
+        stated_or_given(file, Setting::Up, stated, self.up_axis, |axis| {
+            axis.name().to_owned()
+        })
+    }
 }
 
 /// A unit of length by its name, abbreviation, singular or plural: `mm`, `Millimeters`, `metres`.
@@ -58,9 +91,9 @@ pub fn parse_up_axis(name: &str) -> Option<UpAxis> {
 /// # Errors
 ///
 /// [`CaptureError::Contradiction`] where both are there and differ.
-pub(crate) fn stated_or_given<T: Copy + PartialEq>(
+fn stated_or_given<T: Copy + PartialEq>(
     file: &str,
-    option: &'static str,
+    setting: Setting,
     stated: Option<T>,
     given: Option<T>,
     name: impl Fn(T) -> String,
@@ -68,7 +101,7 @@ pub(crate) fn stated_or_given<T: Copy + PartialEq>(
     match (stated, given) {
         (Some(stated), Some(given)) if stated != given => Err(CaptureError::Contradiction {
             file: file.to_owned(),
-            option,
+            option: setting.to_string(),
             given: name(given),
             stated: name(stated),
         }),
@@ -114,9 +147,11 @@ mod tests {
     #[test]
     fn a_setting_may_agree_but_not_contradict() {
         let resolve = |stated, given| {
-            stated_or_given("a.csv", "--up-axis", stated, given, |axis: UpAxis| {
-                axis.name().to_owned()
-            })
+            let settings = ReadSettings {
+                up_axis: given,
+                ..ReadSettings::default()
+            };
+            settings.settle_up_axis("a.csv", stated)
         };
         assert_eq!(resolve(None, None).unwrap(), None);
         assert_eq!(resolve(None, Some(UpAxis::Z)).unwrap(), Some(UpAxis::Z));
@@ -127,7 +162,7 @@ mod tests {
         let error = resolve(Some(UpAxis::Z), Some(UpAxis::Y)).unwrap_err();
         assert_eq!(
             error.to_string(),
-            "a.csv: --up-axis says y, but the file itself states z: leave --up-axis out"
+            "a.csv: `source.up` says y, but the file itself states z: leave `source.up` out"
         );
     }
 }

@@ -1,9 +1,11 @@
 //! Start times as capture software writes them: local wall-clock time, day halves by locale, no
 //! zone.
 
-use inhand_model::{Finding, StartTime};
+use inhand_model::{Clock, Finding, StartTime};
 use jiff::civil::DateTime;
 use jiff::tz::TimeZone;
+
+use crate::error::CaptureError;
 
 /// Words for the two halves of the day, without dots and spaces, upper case.
 const BEFORE_NOON: [&str; 5] = ["AM", "DE", "上午", "午前", "오전"];
@@ -15,6 +17,16 @@ pub(crate) struct Start {
     pub(crate) unix_nanos: u64,
     pub(crate) known: StartTime,
     pub(crate) finding: Option<Finding>,
+}
+
+impl Start {
+    /// The clock of a take that starts then.
+    pub(crate) fn clock(&self, rate_hz: f64, file: &str) -> Result<Clock, CaptureError> {
+        Clock::new(self.unix_nanos, self.known, rate_hz).map_err(|source| CaptureError::Clock {
+            file: file.to_owned(),
+            source,
+        })
+    }
 }
 
 /// Reads `2023-03-29 06.23.40.520 PM` and its relatives: year, month, day, hour, minute, second,

@@ -1,6 +1,6 @@
 //! The whole check of a take.
 
-use inhand_model::{Motion, Recording, Roles, SegmentLayout};
+use inhand_model::{Motion, Recording, Roles, SegmentLayout, Setting};
 use inhand_motion::{Cut, SegmentSettings, SegmentTable, to_hand_frame};
 
 use crate::checkup::{CheckResult, Checkup, Level, SegmentShare};
@@ -76,7 +76,11 @@ fn unusable(why: &str) -> CheckResult {
     CheckResult::new("roles", Level::Fail, "")
         .expected("a hand whose pose can be told")
         .found(origin::what_and_what_there_is(why))
-        .advice("name another body or other markers with --hand and --object-body")
+        .advice(format!(
+            "name another body or other markers with {} and {}",
+            Setting::Hand,
+            Setting::Object
+        ))
 }
 
 /// A flip that a detector has found need not be said once more as a jump of the orientation.

@@ -8,7 +8,7 @@
 //! A file in which positions and rotations were mirrored alike is consistent, and nothing here can
 //! tell it from one that was not.
 
-use inhand_model::{Marker, MarkerKind, Recording, RotationOrder, TrackedBody};
+use inhand_model::{Marker, MarkerKind, Recording, RotationOrder, Setting, TrackedBody};
 use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 
 use crate::bodies::{MIN_MARKERS, markers_of};
@@ -243,7 +243,8 @@ fn readings(written: Option<RotationOrder>) -> Vec<Reading> {
             let name = RotationOrder::Euler(other);
             readings.push(Reading {
                 advice: format!(
-                    "read it with --rotation-order {name} where the file does not state one; else export again"
+                    "read it with {} {name} where the file does not state one; else export again",
+                    Setting::RotationOrder
                 ),
                 ..rotations(
                     &format!("its Euler angles are in the order {name}"),

@@ -1,6 +1,6 @@
 //! The unit of length, by the size of the hand.
 
-use inhand_model::{Finger, LengthUnit, Motion, Recording};
+use inhand_model::{Finger, LengthUnit, Motion, Recording, Setting};
 
 use crate::checkup::{CheckResult, Level};
 use crate::numbers::Sorted;
@@ -133,7 +133,8 @@ fn wrong_unit(
             best.name()
         ))
         .advice(format!(
-            "read it with --units {} if the file does not state a unit; else export again",
+            "read it with {} {} if the file does not state a unit; else export again",
+            Setting::Units,
             symbol(best)
         ))
         .number("hand_then_mm", 1e3 * in_unit(best), 1)
@@ -178,7 +179,10 @@ fn finger_place(far: &[(Finger, f64, usize)], settings: &CheckSettings) -> Optio
         )
         .expected(format!("at most {limit} from the back of the hand"))
         .found(format!("{} from the back of the hand", length(worst_m)))
-        .advice("another marker may be meant: --finger FINGER=MARKER")
+        .advice(format!(
+            "another marker may be meant: {} FINGER=MARKER",
+            Setting::Fingers
+        ))
         .number("distance_mm", 1e3 * worst_m, n),
     )
 }
@@ -210,7 +214,10 @@ pub(crate) fn volume(recording: &Recording) -> Option<CheckResult> {
                 "half of all coordinates are further than {} out, in {stated}",
                 length(middle_m)
             ))
-            .advice("the unit of length is probably another: --units")
+            .advice(format!(
+                "the unit of length is probably another: {}",
+                Setting::Units
+            ))
             .number("median_m", middle_m, coordinates.len())
     })
 }

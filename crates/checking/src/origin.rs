@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use inhand_model::{Finding, MarkerKind, Recording, Severity};
+use inhand_model::{Finding, MarkerKind, Recording, Setting, Severity};
 
 use crate::checkup::{CheckResult, Level};
 use crate::parts::Parts;
@@ -94,7 +94,11 @@ pub(crate) fn roles_open(why: &str) -> CheckResult {
     CheckResult::new("roles", Level::Fail, "")
         .expected("a hand and a marker on each of five fingertips")
         .found(what_and_what_there_is(why))
-        .advice("say who is who with --finger FINGER=MARKER and --hand NAME, or in inhand.toml")
+        .advice(format!(
+            "say who is who with {} FINGER=MARKER and {} NAME, or in inhand.toml",
+            Setting::Fingers,
+            Setting::Hand
+        ))
 }
 
 /// The first line of a message, and what the take has, cut where it gets long.

@@ -7,7 +7,7 @@
 
 use std::ops::Range;
 
-use inhand_model::{Body, PoseTrack, Recording, UpAxis, World};
+use inhand_model::{Body, PoseTrack, Recording, Setting, UpAxis, World};
 use inhand_statistics::runs;
 use nalgebra::Vector3;
 
@@ -75,10 +75,16 @@ pub(crate) fn up_axis(recording: &Recording, parts: &Parts<'_>) -> Option<CheckR
             length(lift_m)
         )));
     }
+    let with_up = |axis| {
+        format!(
+            "read it with {} {axis} if the file does not state it",
+            Setting::Up
+        )
+    };
     let advice = match (axis, sign > 0.0) {
-        (1, true) => "read it with --up y if the file does not state it",
-        (2, true) => "read it with --up z if the file does not state it",
-        _ => "export again with y or z up: views stand on their side",
+        (1, true) => with_up("y"),
+        (2, true) => with_up("z"),
+        _ => "export again with y or z up: views stand on their side".to_owned(),
     };
     Some(
         result

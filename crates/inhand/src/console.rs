@@ -5,7 +5,7 @@ use std::io::{self, IsTerminal, Write};
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
-use inhand_model::Finding;
+use inhand_model::{Finding, Setting};
 
 /// Where messages go.
 #[derive(Debug)]
@@ -145,7 +145,48 @@ pub(crate) fn data(text: &str) -> io::Result<()> {
     out.flush()
 }
 
+/// The flag of a setting.
+fn flag(setting: Setting) -> &'static str {
+    match setting {
+        Setting::Units => "--units",
+        Setting::RotationOrder => "--rotation-order",
+        Setting::Up => "--up",
+        Setting::Hand => "--hand",
+        Setting::Object => "--object-body",
+        Setting::Fingers => "--finger",
+    }
+}
+
+/// A message of a library with the flags of this program for the settings that it names.
+pub(crate) fn with_flags(message: &str) -> String {
+    (Setting::ALL.into_iter()).fold(message.to_owned(), |text, setting| {
+        text.replace(&setting.to_string(), flag(setting))
+    })
+}
+
 fn to_stderr(line: &str) {
+    let line = with_flags(line);
     // Nobody is left to tell when stderr itself is gone.
     let _ = writeln!(io::stderr().lock(), "{line}");
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::{Args, Command};
+
+    use super::*;
+    use crate::options::SourceOptions;
+
+    #[test]
+    fn every_setting_has_a_flag_that_exists() {
+        let command = SourceOptions::augment_args(Command::new("inhand"));
+        for setting in Setting::ALL {
+            let shown = with_flags(&format!("say it with {setting} X"));
+            let long = shown
+                .strip_prefix("say it with --")
+                .and_then(|s| s.strip_suffix(" X"));
+            let known = |arg: &clap::Arg| arg.get_long() == long;
+            assert!(command.get_arguments().any(known), "{shown}");
+        }
+    }
 }

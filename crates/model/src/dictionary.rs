@@ -7,7 +7,7 @@ use thiserror::Error;
 use crate::evaluation::MethodChoice;
 use crate::finger::PerFinger;
 use crate::residual::Residual;
-use crate::segments::{Configuration, SEGMENT_COORDINATES, SegmentLayout};
+use crate::segments::{Configuration, SegmentLayout};
 
 /// How a dictionary was learned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

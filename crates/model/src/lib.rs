@@ -47,6 +47,7 @@ mod residual;
 mod roles;
 mod rows;
 mod segments;
+mod setting;
 mod shape;
 mod summary;
 mod track;
@@ -107,6 +108,7 @@ pub use segments::{
     SEGMENT_COORDINATES, SegmentLayout, SegmentOrigin, Segments, SegmentsError,
     object_coordinates_m,
 };
+pub use setting::Setting;
 pub use shape::{Shape, ShapeError};
 pub use summary::{
     GroupSummary, MethodSummary, Outlier, OutlierSession, SessionMethod, SessionSummary,

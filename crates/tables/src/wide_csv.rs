@@ -2,7 +2,7 @@
 
 use inhand_model::{
     BodyKind, Clock, Finding, LengthUnit, Marker, MarkerKind, Pose, Position, Recording,
-    RotationOrder, Source, StartTime, Status, Track, TrackedBody, UpAxis,
+    RotationOrder, Setting, Source, StartTime, Status, Track, TrackedBody, UpAxis,
 };
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
@@ -355,7 +355,10 @@ fn source_of(
     let up_axis = settings.up_axis.unwrap_or_else(|| {
         findings.push(Finding::info(
             "",
-            "no facts are beside the table, so y is taken to point up; say it with --up",
+            format!(
+                "no facts are beside the table, so y is taken to point up; say it with {}",
+                Setting::Up
+            ),
         ));
         UpAxis::Y
     });

@@ -15,8 +15,9 @@ use self::frames::{Grid, TimeCheck};
 use self::series::{Scale, Series, Tracked};
 use crate::error::CaptureError;
 use crate::lines::Lines;
+use crate::settings::ReadSettings;
 use crate::table::{Extent, Rows, Table};
-use crate::text::excerpt;
+use crate::text::{self, excerpt};
 
 /// Where a body's rotation stands among the values of a row.
 #[derive(Clone, Copy, Debug)]
@@ -348,4 +349,24 @@ impl<P: Pieces> Assembly<P> {
         findings.extend(self.series.iter().flat_map(Series::findings));
         findings
     }
+}
+
+/// Reads a header from the beginning of a file without byte-order mark.
+pub(crate) type Open = fn(&[u8], &str, &ReadSettings) -> Result<Opened, CaptureError>;
+
+/// Reads a whole take of rows from memory.
+pub(crate) fn read_text(
+    open: Open,
+    bytes: &[u8],
+    file_name: &str,
+    settings: &ReadSettings,
+) -> Result<Recording, CaptureError> {
+    let text = text::without_byte_order_mark(bytes, file_name)?;
+    let opened = open(text, file_name, settings)?;
+    let mut extent = Extent::default();
+    extent.add(text);
+    let mut lines = Lines::new(&text[opened.data_start..], file_name);
+    lines.skip_head(0, opened.first_data_line);
+    let mut assembly = Assembly::of_text(lines, opened, extent, true);
+    assembly.read_whole()
 }

@@ -22,13 +22,13 @@ mod parameters;
 mod points;
 mod write;
 
-use inhand_model::{Clock, Finding, LengthUnit, Marker, MarkerKind, Recording, Source, UpAxis};
+use inhand_model::{Finding, LengthUnit, Marker, MarkerKind, Recording, Setting, Source, UpAxis};
 
 use self::parameters::Parameters;
 use self::points::Layout;
 pub use self::write::write;
 use crate::error::CaptureError;
-use crate::settings::{ReadSettings, parse_length_unit, stated_or_given};
+use crate::settings::{ReadSettings, parse_length_unit};
 use crate::{start_time, text};
 
 /// Bytes of a block.
@@ -56,18 +56,10 @@ pub fn read(
 ) -> Result<Recording, CaptureError> {
     let parameters = Parameters::read(bytes, file_name)?;
     let start = start_time::parse("", None);
-    let mut findings: Vec<Finding> = start.finding.into_iter().collect();
+    let mut findings: Vec<Finding> = start.finding.clone().into_iter().collect();
     let layout = Layout::of(&parameters, bytes, file_name, &mut findings)?;
     findings.extend(points::first_frame(&parameters, file_name)?);
-    let clock = Clock::new(
-        start.unix_nanos,
-        start.known,
-        rate_hz(&parameters, &mut findings),
-    )
-    .map_err(|source| CaptureError::Clock {
-        file: file_name.to_owned(),
-        source,
-    })?;
+    let clock = start.clock(rate_hz(&parameters, &mut findings), file_name)?;
     let length_unit = length_unit(&parameters, file_name, settings)?;
     let up_axis = up_axis(&parameters, file_name, settings, &mut findings)?;
     let tracks = layout.tracks(bytes, length_unit, &mut findings);
@@ -139,12 +131,10 @@ fn length_unit(
     let stated = parameters
         .text("POINT", "UNITS")
         .and_then(parse_length_unit);
-    let name = |unit: LengthUnit| unit.name().to_owned();
-    stated_or_given(file, "--units", stated, settings.length_unit, name)?.ok_or_else(|| {
-        CaptureError::NoUnits {
-            file: file.to_owned(),
-            key: "POINT:UNITS",
-        }
+    let unit = settings.settle_length_unit(file, stated)?;
+    unit.ok_or_else(|| CaptureError::NoUnits {
+        file: file.to_owned(),
+        key: "POINT:UNITS",
     })
 }
 
@@ -166,13 +156,14 @@ fn up_axis(
         }
         _ => None,
     };
-    let name = |axis: UpAxis| axis.name().to_owned();
-    let given = settings.up_axis;
-    let up_axis = stated_or_given(file, "--up", stated, given, name)?;
+    let up_axis = settings.settle_up_axis(file, stated)?;
     if up_axis.is_none() {
         findings.push(Finding::info(
             "POINT:Y_SCREEN",
-            "the file does not say which axis points up: z is assumed; --up y or --up z says it",
+            format!(
+                "the file does not say which axis points up: z is assumed; set {} to y or z",
+                Setting::Up
+            ),
         ));
     }
     Ok(up_axis.unwrap_or(UpAxis::Z))

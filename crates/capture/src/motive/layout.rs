@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use inhand_model::{BodyKind, Finding, MarkerKind, RotationOrder};
+use inhand_model::{BodyKind, Finding, MarkerKind, RotationOrder, Setting};
 
 use super::header::Header;
 use crate::assembly::{Entity, RotationColumns};
@@ -226,9 +226,9 @@ impl Candidate<'_> {
         let contradiction = |columns: &str, stated: RotationOrder| CaptureError::Contradiction {
             file: file.to_owned(),
             option: if header.fact("Rotation Type").is_none_or(str::is_empty) {
-                "--rotation-order"
+                Setting::RotationOrder.to_string()
             } else {
-                "\"Rotation Type\""
+                "\"Rotation Type\"".to_owned()
             },
             given: stated.to_string(),
             stated: format!("{columns} for body \"{}\"", self.name),

@@ -47,16 +47,14 @@ mod write;
 
 pub use write::write;
 
-use inhand_model::{Clock, Finding, LengthUnit, Recording, RotationOrder, Source, UpAxis};
+use inhand_model::{Finding, LengthUnit, Recording, RotationOrder, Source, UpAxis};
 
 use self::header::Header;
 use crate::assembly::{self, Opened, Take};
 use crate::error::CaptureError;
-use crate::settings::{
-    ReadSettings, parse_length_unit, parse_rotation_order, parse_up_axis, stated_or_given,
-};
+use crate::settings::{ReadSettings, parse_length_unit, parse_rotation_order, parse_up_axis};
 use crate::table::Table;
-use crate::{blocks, start_time, text};
+use crate::{start_time, text};
 
 /// Key under which [`write`] states an up axis other than Motive's own default.
 const UP_AXIS_KEY: &str = "Up Axis";
@@ -76,7 +74,7 @@ pub fn read(
     if row_typed::looks_like(text) {
         return row_typed::read(text, file_name, settings);
     }
-    blocks::read_whole(open, bytes, file_name, settings)
+    assembly::read_text(open, bytes, file_name, settings)
 }
 
 /// Whether the bytes start as the format from 1.2 on does.
@@ -113,13 +111,7 @@ pub(crate) fn open(
         }
     };
     let stated_up = header.fact(UP_AXIS_KEY).and_then(parse_up_axis);
-    let up_axis = stated_or_given(
-        file_name,
-        "--up-axis",
-        stated_up,
-        settings.up_axis,
-        |axis| axis.name().to_owned(),
-    )?;
+    let up_axis = settings.settle_up_axis(file_name, stated_up)?;
 
     let mut findings = layout.findings;
     let format = format!(
@@ -160,13 +152,8 @@ pub(crate) fn open(
         }
     }
     let start = start_time::parse("Capture Start Time", header.fact("Capture Start Time"));
-    findings.extend(start.finding);
-    let clock = Clock::new(start.unix_nanos, start.known, header.rate_hz(file_name)?).map_err(
-        |source| CaptureError::Clock {
-            file: file_name.to_owned(),
-            source,
-        },
-    )?;
+    findings.extend(start.finding.clone());
+    let clock = start.clock(header.rate_hz(file_name)?, file_name)?;
     let name = match header.facts.get("Take Name") {
         Some(name) if !name.trim().is_empty() => name.as_str(),
         _ => text::stem(file_name),
@@ -223,13 +210,7 @@ fn rotation_order(
             )
         }
     };
-    stated_or_given(
-        file,
-        "--rotation-order",
-        stated,
-        settings.rotation_order,
-        |order| order.to_string(),
-    )
+    settings.settle_rotation_order(file, stated)
 }
 
 fn length_unit(
@@ -249,7 +230,5 @@ fn length_unit(
             })?,
         ),
     };
-    stated_or_given(file, "--units", stated, settings.length_unit, |unit| {
-        unit.name().to_owned()
-    })
+    settings.settle_length_unit(file, stated)
 }

@@ -28,14 +28,14 @@ mod instants;
 mod layout;
 mod line;
 
-use inhand_model::{Clock, Finding, LengthUnit, Recording, RotationOrder, Source, UpAxis};
+use inhand_model::{Finding, LengthUnit, Recording, RotationOrder, Source, UpAxis};
 
 use self::entities::Entities;
 use self::instants::Instants;
 use self::layout::Layout;
 use crate::assembly::{self, Assembly, Parsed, Pieces, Take};
 use crate::error::CaptureError;
-use crate::settings::{ReadSettings, stated_or_given};
+use crate::settings::ReadSettings;
 use crate::table::Rows;
 use crate::{start_time, text};
 
@@ -83,19 +83,10 @@ pub(super) fn read(
     }
 
     let (unit, rotation) = (LengthUnit::Metres, RotationOrder::Quaternion);
-    stated_or_given(file, "--units", Some(unit), settings.length_unit, |unit| {
-        unit.name().to_owned()
-    })?;
-    let given = settings.rotation_order;
-    stated_or_given(file, "--rotation-order", Some(rotation), given, |order| {
-        order.to_string()
-    })?;
+    settings.settle_length_unit(file, Some(unit))?;
+    settings.settle_rotation_order(file, Some(rotation))?;
     let start = start_time::parse("start time", None);
-    let clock = Clock::new(start.unix_nanos, start.known, times.rate_hz(file)?);
-    let clock = clock.map_err(|source| CaptureError::Clock {
-        file: file.to_owned(),
-        source,
-    })?;
+    let clock = start.clock(times.rate_hz(file)?, file)?;
     let (layout, lost) = Layout::new(&entities).ok_or_else(|| CaptureError::Header {
         file: file.to_owned(),
         line: 1,

@@ -1,6 +1,6 @@
 //! Sources of the poses of hand and object.
 
-use inhand_model::{BodyKind, BodySource, MarkerKind, PerFinger, Recording};
+use inhand_model::{BodyKind, BodySource, MarkerKind, PerFinger, Recording, Setting};
 
 use super::error::{RoleError, body_names, listed, marker_names};
 use super::fingers::named_marker;
@@ -18,10 +18,12 @@ pub(super) fn hand(
     if let Some(choice) = &settings.hand {
         return chosen(recording, choice, "hand", fingers);
     }
-    found(recording, "hand", "--hand", fingers, words::is_hand)?.ok_or_else(|| RoleError::NoHand {
-        take: recording.name.clone(),
-        bodies: body_names(recording),
-        markers: marker_names(recording),
+    found(recording, "hand", Setting::Hand, fingers, words::is_hand)?.ok_or_else(|| {
+        RoleError::NoHand {
+            take: recording.name.clone(),
+            bodies: body_names(recording),
+            markers: marker_names(recording),
+        }
     })
 }
 
@@ -39,7 +41,7 @@ pub(super) fn object(
         (None, false) => found(
             recording,
             "object",
-            "--object-body",
+            Setting::Object,
             fingers,
             words::is_object,
         )?,
@@ -114,7 +116,7 @@ fn chosen(
 fn found(
     recording: &Recording,
     role: &'static str,
-    option: &'static str,
+    option: Setting,
     fingers: &PerFinger<String>,
     is_meant: fn(&str) -> bool,
 ) -> Result<Option<BodySource>, RoleError> {

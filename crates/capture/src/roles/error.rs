@@ -1,6 +1,6 @@
 //! Errors of assigning roles to the markers and bodies of a take.
 
-use inhand_model::{Finger, MarkerKind, Recording};
+use inhand_model::{Finger, MarkerKind, Recording, Setting};
 use thiserror::Error;
 
 /// Names listed before the rest is only counted.
@@ -13,8 +13,8 @@ pub enum RoleError {
     /// No marker is called like these fingers.
     #[error(
         "cannot tell which marker is the {}\n  take \"{take}\" has the markers: {markers}\n  say \
-         it with   --finger {}=\"MARKER\"   or in inhand.toml under [fingers]",
-        finger_names(.fingers), .fingers.first().map_or("thumb", |finger| finger.name())
+         it with   {} {}=\"MARKER\"   or in inhand.toml under [fingers]",
+        finger_names(.fingers), Setting::Fingers, .fingers.first().map_or("thumb", |finger| finger.name())
     )]
     NoFingertip {
         /// The take.
@@ -27,9 +27,9 @@ pub enum RoleError {
     /// More than one marker is called like a finger.
     #[error(
         "cannot tell which marker is the {finger}{}: take \"{take}\" has {candidates}\n  say it \
-         with   --finger {finger}=\"MARKER\"   or in inhand.toml under [fingers]; markers of the \
+         with   {} {finger}=\"MARKER\"   or in inhand.toml under [fingers]; markers of the \
          same name have to be renamed in the capture software",
-        if *.finger == Finger::Thumb { "" } else { " finger" }
+        if *.finger == Finger::Thumb { "" } else { " finger" }, Setting::Fingers
     )]
     AmbiguousFingertip {
         /// The take.
@@ -98,7 +98,8 @@ pub enum RoleError {
     #[error(
         "cannot tell what the hand is: take \"{take}\" has no rigid body and no three markers \
          called hand\n  it has the bodies: {bodies}\n  and the markers: {markers}\n  say it with   \
-         --hand \"BODY\"   or   --hand \"MARKER,MARKER,MARKER\"   or in inhand.toml"
+         {hand} \"BODY\"   or   {hand} \"MARKER,MARKER,MARKER\"   or in inhand.toml",
+        hand = Setting::Hand
     )]
     NoHand {
         /// The take.
@@ -121,7 +122,7 @@ pub enum RoleError {
         /// The bodies or clusters that could be meant.
         candidates: String,
         /// The setting that decides.
-        option: &'static str,
+        option: Setting,
     },
     /// Hand and object are the same body, or share markers.
     #[error("\"{name}\" is set as part of both hand and object in take \"{take}\"")]

@@ -6,7 +6,7 @@ use inhand_model::{Finding, LengthUnit};
 
 use super::MAGIC;
 use crate::error::CaptureError;
-use crate::settings::{ReadSettings, parse_length_unit, stated_or_given};
+use crate::settings::{ReadSettings, parse_length_unit};
 use crate::text;
 
 /// Line of the facts' values.
@@ -152,9 +152,7 @@ impl Header {
                     .ok_or_else(|| value_error(file, "Units", "m, cm, mm, in or ft", Some(name)))?,
             ),
         };
-        stated_or_given(file, "--units", stated, settings.length_unit, |unit| {
-            unit.name().to_owned()
-        })
+        settings.settle_length_unit(file, stated)
     }
 
     /// A count to compare with what is there. Nothing depends on it, so text that is none is a

@@ -32,7 +32,7 @@ mod header;
 mod layout;
 mod write;
 
-use inhand_model::{Clock, Finding, LengthUnit, MarkerKind, Recording, Source, UpAxis};
+use inhand_model::{Finding, LengthUnit, MarkerKind, Recording, Setting, Source, UpAxis};
 
 use self::header::{Header, Lines};
 use self::layout::{LEADING_COLUMNS, Layout};
@@ -40,7 +40,7 @@ use crate::assembly::{Entity, Opened, Take};
 use crate::error::CaptureError;
 use crate::settings::ReadSettings;
 use crate::table::Table;
-use crate::{blocks, start_time, text};
+use crate::{assembly, start_time, text};
 
 pub use self::write::write;
 
@@ -65,7 +65,7 @@ pub fn read(
     file_name: &str,
     settings: &ReadSettings,
 ) -> Result<Recording, CaptureError> {
-    blocks::read_whole(open, bytes, file_name, settings)
+    assembly::read_text(open, bytes, file_name, settings)
 }
 
 /// Reads the header, from the beginning of a file without byte-order mark.
@@ -96,19 +96,17 @@ pub(crate) fn open(
         }
     };
     let start = start_time::parse("", None);
-    let clock = Clock::new(start.unix_nanos, start.known, header.rate_hz(file_name)?).map_err(
-        |source| CaptureError::Clock {
-            file: file_name.to_owned(),
-            source,
-        },
-    )?;
+    let clock = start.clock(header.rate_hz(file_name)?, file_name)?;
 
-    let mut findings: Vec<Finding> = start.finding.into_iter().collect();
+    let mut findings: Vec<Finding> = start.finding.clone().into_iter().collect();
     findings.extend(header.version_finding());
     if settings.up_axis.is_none() {
         findings.push(Finding::info(
             "",
-            "TRC does not say which axis points up: y is assumed; --up y or --up z says it",
+            format!(
+                "TRC does not say which axis points up: y is assumed; set {} to y or z",
+                Setting::Up
+            ),
         ));
     }
     let declared_rows = header.count("NumFrames", &mut findings);

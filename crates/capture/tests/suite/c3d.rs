@@ -230,7 +230,7 @@ fn the_up_axis_is_that_of_the_screen() {
     let up = |file: ByHand| file.read().source.up_axis;
     let file = || ByHand::new(ALL[1]);
     assert_eq!(up(file()), UpAxis::Z);
-    let assumed = "z is assumed; --up";
+    let assumed = "z is assumed; set `source.up`";
     assert!(has_finding(&file().read(), assumed));
     let stated = file().with("POINT:Y_SCREEN", text("+Z")).read();
     assert!(!has_finding(&stated, assumed));
@@ -244,7 +244,7 @@ fn the_up_axis_is_that_of_the_screen() {
         ..ReadSettings::default()
     };
     let error = c3d::read(&bytes, "a.c3d", &settings).expect_err("they disagree");
-    assert!(error.to_string().contains("--up says z"), "{error}");
+    assert!(error.to_string().contains("`source.up` says z"), "{error}");
 }
 
 #[test]
@@ -293,7 +293,7 @@ fn units_may_come_from_the_user_alone() {
     let file = ByHand::new(ALL[0]).without("POINT:UNITS");
     let bytes = file.bytes();
     let error = c3d::read(&bytes, "a.c3d", &ReadSettings::default()).expect_err("no units");
-    assert!(error.to_string().contains("--units"), "{error}");
+    assert!(error.to_string().contains("`source.units`"), "{error}");
     let settings = ReadSettings {
         length_unit: Some(LengthUnit::Metres),
         ..ReadSettings::default()

@@ -398,8 +398,8 @@ fn what_the_user_says_fills_in_and_never_contradicts() {
     assert_eq!(
         silent.refusal(),
         "take.csv: the header has no \"Rotation Type\" and body \"Hand\" has three rotation \
-         columns: say in which order the angles apply with --rotation-order (XYZ, XZY, YXZ, YZX, \
-         ZXY or ZYX); it has no \"Length Units\" either: say it with --units (metres, \
+         columns: say in which order the angles apply with `source.rotation_order` (XYZ, XZY, YXZ, YZX, \
+         ZXY or ZYX); it has no \"Length Units\" either: say it with `source.units` (metres, \
          centimetres, millimetres, inches, feet)"
     );
     let mut settings = ReadSettings {
@@ -409,7 +409,7 @@ fn what_the_user_says_fills_in_and_never_contradicts() {
     let refusal = silent.read_with(&settings).unwrap_err().to_string();
     assert_eq!(
         refusal,
-        "take.csv: the header has no \"Length Units\": say it with --units (metres, centimetres, \
+        "take.csv: the header has no \"Length Units\": say it with `source.units` (metres, centimetres, \
          millimetres, inches, feet)"
     );
     settings.length_unit = Some(LengthUnit::Centimetres);
@@ -437,7 +437,7 @@ fn what_the_user_says_fills_in_and_never_contradicts() {
     };
     assert_eq!(
         quaternion.read_with(&settings).unwrap_err().to_string(),
-        "take.csv: --units says millimetres, but the file itself states metres: leave --units out"
+        "take.csv: `source.units` says millimetres, but the file itself states metres: leave `source.units` out"
     );
     settings = ReadSettings {
         rotation_order: Some(RotationOrder::Euler([0, 1, 2])),

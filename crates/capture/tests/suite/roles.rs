@@ -164,7 +164,7 @@ fn a_finger_without_marker_lists_what_there_is() {
     assert_eq!(
         error.to_string(),
         "cannot tell which marker is the little finger\n  take \"take\" has the markers: Thumb, \
-         Index, Middle, Ring, Marker 005, Unlabeled 1036\n  say it with   --finger \
+         Index, Middle, Ring, Marker 005, Unlabeled 1036\n  say it with   `fingers` \
          little=\"MARKER\"   or in inhand.toml under [fingers]"
     );
     let error = resolve(&["Hand"], &["Ring"]).unwrap_err().to_string();
@@ -180,7 +180,7 @@ fn two_that_claim_one_role_are_never_guessed_between() {
     assert_eq!(
         error.to_string(),
         "cannot tell which marker is the little finger: take \"take\" has \"Little\" (ID M4), \
-         \"Pinky\" (ID M5)\n  say it with   --finger little=\"MARKER\"   or in inhand.toml under \
+         \"Pinky\" (ID M5)\n  say it with   `fingers` little=\"MARKER\"   or in inhand.toml under \
          [fingers]; markers of the same name have to be renamed in the capture software"
     );
     let doubled = resolve(&["Hand"], &with(FINGERS, &["Ring"])).unwrap_err();
@@ -199,7 +199,7 @@ fn two_that_claim_one_role_are_never_guessed_between() {
         hands.contains("which is the hand") && hands.contains("\"RightHand\""),
         "{hands}"
     );
-    assert!(hands.contains("--hand"), "{hands}");
+    assert!(hands.contains("`roles.hand`"), "{hands}");
     let objects = resolve(&["Hand", "Cube", "Cylinder"], &FINGERS)
         .unwrap_err()
         .to_string();

@@ -19,7 +19,7 @@ const TRC: &str = "PathFileType\t4\t(X/Y/Z)\tC:\\takes\\one.trc\r\n\
 
 const NO_START: &str = "the file states no start time: the take starts at 1970-01-01";
 const UP_ASSUMED: &str =
-    "TRC does not say which axis points up: y is assumed; --up y or --up z says it";
+    "TRC does not say which axis points up: y is assumed; set `source.up` to y or z";
 
 fn read_with(text: &str, settings: &ReadSettings) -> Result<Recording, String> {
     inhand_capture::read(text.as_bytes(), "dir/take 1.trc", settings).map_err(|e| e.to_string())
@@ -182,7 +182,7 @@ fn units() {
     let unstated = TRC.replace("\tmm\t", "\t\t");
     assert_eq!(
         read(&unstated).unwrap_err(),
-        "dir/take 1.trc: the header has no \"Units\": say it with --units (metres, centimetres, \
+        "dir/take 1.trc: the header has no \"Units\": say it with `source.units` (metres, centimetres, \
          millimetres, inches, feet)"
     );
     let metres = ReadSettings {
@@ -194,7 +194,7 @@ fn units() {
     assert_eq!(recording.source.length_unit, LengthUnit::Metres);
     assert_eq!(recording.source.up_axis, UpAxis::Z);
     let error = read_with(TRC, &metres).unwrap_err();
-    assert!(error.contains("--units says metres, but the file itself states millimetres"));
+    assert!(error.contains("`source.units` says metres, but the file itself states millimetres"));
 }
 
 #[test]

@@ -63,7 +63,11 @@ fn a_recording_with_z_up_is_turned_so_that_y_is() {
     let found = trc::read(written(&z_up).as_bytes(), "a.trc", &ReadSettings::default());
     let found = found.expect("the file is sound");
     assert_eq!(found.source.up_axis, UpAxis::Y);
-    let assumed = |r: &Recording| r.findings.iter().any(|f| f.to_string().contains("--up"));
+    let assumed = |r: &Recording| {
+        r.findings
+            .iter()
+            .any(|f| f.to_string().contains("`source.up`"))
+    };
     assert!(assumed(&found), "{:?}", found.findings);
     // Upright, it is where it was.
     let turned = found.markers[0].track.get(0).expect("seen").to_array();

@@ -7,7 +7,7 @@ use clap::ValueEnum;
 use inhand_checking::{Checked, Level, ranked, to_json, to_markdown, to_text};
 use inhand_session::{check_take, check_target, write_text};
 
-use crate::console::{Console, data};
+use crate::console::{Console, data, with_flags};
 use crate::exit::Exit;
 use crate::options::SourceOptions;
 
@@ -93,7 +93,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     }
     let takes = ranked(takes);
     let shown = match args.format {
-        CheckFormat::Text => to_text(&takes),
+        CheckFormat::Text => with_flags(&to_text(&takes)),
         CheckFormat::Json => to_json(&takes),
         CheckFormat::Markdown => to_markdown(&takes),
     };

@@ -15,7 +15,7 @@ use clarabel::solver::{
     DefaultSettings, DefaultSettingsBuilder, DefaultSolver, IPSolver, NonnegativeConeT,
     SolverStatus, ZeroConeT,
 };
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
 use crate::active_set::Constraint;
 use crate::precision::Precision;
@@ -63,39 +63,12 @@ pub(crate) fn solve(
         *q = -pull;
     }
 
-    // Clarabel's form is A x + s = b with s in the cone: s = 0 for the target rows, s >= 0 below.
     let signed = if signs { rank } else { 0 };
-    let constraints = observed + signed + rows.len();
-    let (mut starts, mut indices, mut values) = (vec![0], Vec::new(), Vec::new());
-    let mut push = |row: usize, value: f64| {
-        if value != 0.0 {
-            indices.push(row);
-            values.push(value);
-        }
-        indices.len()
-    };
     let roots: Vec<f64> = match errors {
         0 => vec![1.0; observed],
         _ => problem.weights.iter().map(|w| w.sqrt()).collect(),
     };
-    for i in 0..rank {
-        // Where nothing is pushed, the column is empty.
-        let mut end = *starts.last().unwrap_or(&0);
-        for (k, root) in roots.iter().enumerate() {
-            end = push(k, targets[(k, i)] * root);
-        }
-        if signs {
-            end = push(observed + i, -1.0);
-        }
-        for (j, taken) in rows.iter().enumerate() {
-            end = push(observed + signed + j, -taken.normal[i]);
-        }
-        starts.push(end);
-    }
-    for k in 0..errors {
-        starts.push(push(k, -1.0));
-    }
-    let matrix = CscMatrix::new(constraints, unknowns, starts, indices, values);
+    let matrix = constraint_matrix(targets, &roots, signed, rows, errors);
     let right: Vec<f64> = instance
         .wanted
         .iter()
@@ -143,6 +116,45 @@ pub(crate) fn solve(
             .collect(),
         iterations,
     }
+}
+
+/// `A` of Clarabel's form `A x + s = b` with `s` in the cone: `s = 0` for the target rows, then `s >= 0`
+/// for the signs and for `rows`. Its columns are the unknowns `h`, then the errors `r`.
+fn constraint_matrix(
+    targets: &DMatrix<f64>,
+    roots: &[f64],
+    signed: usize,
+    rows: &[Taken],
+    errors: usize,
+) -> CscMatrix {
+    let (observed, rank) = targets.shape();
+    let (mut starts, mut indices, mut values) = (vec![0], Vec::new(), Vec::new());
+    let mut push = |row: usize, value: f64| {
+        if value != 0.0 {
+            indices.push(row);
+            values.push(value);
+        }
+        indices.len()
+    };
+    for i in 0..rank {
+        // Where nothing is pushed, the column is empty.
+        let mut end = *starts.last().unwrap_or(&0);
+        for (k, root) in roots.iter().enumerate() {
+            end = push(k, targets[(k, i)] * root);
+        }
+        if signed > 0 {
+            end = push(observed + i, -1.0);
+        }
+        for (j, taken) in rows.iter().enumerate() {
+            end = push(observed + signed + j, -taken.normal[i]);
+        }
+        starts.push(end);
+    }
+    for k in 0..errors {
+        starts.push(push(k, -1.0));
+    }
+    let constraints = observed + signed + rows.len();
+    CscMatrix::new(constraints, rank + errors, starts, indices, values)
 }
 
 /// Upper triangle of `diag(Λ, 1)`.

@@ -1,5 +1,8 @@
 //! Rules of the repository: which crate may use which, and who alone may know what.
 
+mod house;
+mod source;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
 

@@ -2,11 +2,12 @@
 
 mod commands;
 mod console;
+mod examples;
 mod exit;
 mod options;
 mod rank_option;
 
-use clap::Parser;
+use clap::{CommandFactory, FromArgMatches, Parser};
 
 use crate::commands::Command;
 use crate::console::Console;
@@ -31,7 +32,8 @@ struct Cli {
 }
 
 fn main() -> std::process::ExitCode {
-    let cli = Cli::parse();
+    let matches = examples::with_examples(Cli::command()).get_matches();
+    let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     let console = Console::new(cli.quiet);
     // The pool is built once, here; it can only fail where the system refuses threads.
     let pool = rayon::ThreadPoolBuilder::new()

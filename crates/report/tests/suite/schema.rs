@@ -275,7 +275,7 @@ fn assert_near(found: &str, expected: &str) {
 
 /// What the JSON reader says against a document.
 fn source(text: &str) -> String {
-    match read_evaluation_json(text).unwrap_err() {
+    match read_evaluation_json(text).expect_err("the text is not an evaluation") {
         ReportError::NotAnEvaluation { source } => source.to_string(),
         other => panic!("{other:?}"),
     }

@@ -175,10 +175,7 @@ const EXAMPLES: [(&str, [&str; 2]); 26] = [
     ),
     (
         "settings",
-        [
-            "inhand settings > inhand.toml",
-            "inhand settings --object cube:0.05",
-        ],
+        ["inhand settings > inhand.toml", "inhand settings session"],
     ),
 ];
 

@@ -92,9 +92,8 @@ pub fn evaluation_json(
 ///
 /// # Errors
 ///
-/// [`ReportError::NotAnEvaluation`] with line and column for text that is no such document,
-/// [`ReportError::Version`] for one of another version, [`ReportError::UnknownWord`] for a word
-/// that stands for nothing known, and as [`evaluation_json`].
+/// [`ReportError::NotAnEvaluation`] with line and column for text that is no such document or has an
+/// unknown word, [`ReportError::Version`] for one of another version, and as [`evaluation_json`].
 pub fn read_evaluation_json(text: &str) -> Result<(Evaluation, Vec<Provenance>), ReportError> {
     let (evaluation, provenance) = json::read(text)?;
     check_names(&evaluation)?;

@@ -13,7 +13,7 @@ const EDGES: [(&str, &[&str]); 22] = [
     ("model", &[]),
     ("matrices", &[]),
     ("statistics", &["model"]),
-    ("curves", &["model", "statistics"]),
+    ("curves", &["model"]),
     ("capture", &["model"]),
     ("container", &[]),
     ("channels", &["model", "container"]),

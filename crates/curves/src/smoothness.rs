@@ -16,64 +16,26 @@
 
 use std::f64::consts::TAU;
 
-use inhand_model::{Frame, Position};
+use inhand_model::{Frame, PathFacts, Position};
 
-use inhand_statistics::quantiles::quantile;
+/// The spectrum is taken of `2^(ceil(log2 N) + PADDING)` numbers, N speeds and then zeros. This, the
+/// cut-off and the threshold are those of the paper: values from others cannot be compared with
+/// published ones.
+const PADDING: u32 = 4;
 
-/// The most that [`ArcSettings::padding`] may be: beyond, the spectrum of a long take would not fit into
-/// memory.
-const MOST_PADDING: u32 = 10;
+/// Frequencies above are left out, Hz.
+const CUTOFF_HZ: f64 = 10.0;
+
+/// The arc ends at the highest frequency (not above the cut-off) whose magnitude is at least this
+/// share of the largest.
+const THRESHOLD: f64 = 0.05;
 
 /// A speed whose slope changes by less than this share of its peak from sample to sample is steady: a straight
 /// line at constant speed, as it comes out of sums and differences, is not smooth to a degree.
 const STEADY: f64 = 1e-9;
 
-/// How the arc of a spectrum is cut out.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ArcSettings {
-    /// The spectrum is taken of `2^(ceil(log2 N) + padding)` numbers, N speeds and then zeros;
-    /// 10 at most.
-    pub padding: u32,
-    /// Frequencies above are left out, Hz.
-    pub cutoff_hz: f64,
-    /// The arc ends at the highest frequency (not above the cut-off) whose magnitude is at least this
-    /// share of the largest.
-    pub threshold: f64,
-}
-
-impl ArcSettings {
-    /// Those of the paper: padding 4, 10 Hz, 0.05. Values from other settings cannot be compared with
-    /// published ones.
-    pub const PUBLISHED: ArcSettings = ArcSettings {
-        padding: 4,
-        cutoff_hz: 10.0,
-        threshold: 0.05,
-    };
-}
-
-/// What a fingertip did along its path.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PathMeasures {
-    /// Time from the first to the last sample, seconds.
-    pub duration_s: f64,
-    /// Sum of the distances of neighbouring samples, metres. Noise makes it longer.
-    pub length_m: f64,
-    /// The largest speed between neighbouring samples, m/s.
-    pub peak_speed_m_s: f64,
-    /// Share of the steps that are slower than the stated speed, 0 to 1.
-    pub static_share: f64,
-    /// [`spectral_arc_length`] of the speeds with [`ArcSettings::PUBLISHED`]; below 0, no unit.
-    pub sparc: Option<f64>,
-    /// [`log_dimensionless_jerk`] of the speeds; no unit.
-    pub ldlj_v: Option<f64>,
-    /// Median of [`jerks_m_s3`], m/s³; `None` with fewer than four samples.
-    pub jerk_p50_m_s3: Option<f64>,
-    /// 95th percentile of [`jerks_m_s3`], m/s³.
-    pub jerk_p95_m_s3: Option<f64>,
-}
-
 /// Measures of a path sampled at `rate_hz` without gaps. Steps slower than `static_speed_m_s` count as
-/// standing still.
+/// standing still. A measure of smoothness that is not defined is NaN.
 ///
 /// `None` for fewer than two positions, one that is not finite, and a rate or speed that makes no sense.
 ///
@@ -94,26 +56,21 @@ pub fn path_measures<F: Frame>(
     path: &[Position<F>],
     rate_hz: f64,
     static_speed_m_s: f64,
-) -> Option<PathMeasures> {
+) -> Option<PathFacts> {
     let speeds_m_s = speeds_m_s(path, rate_hz)?;
     if speeds_m_s.is_empty() || !is_positive(static_speed_m_s) {
         return None;
     }
     let n = speeds_m_s.len() as f64;
     let slow = speeds_m_s.iter().filter(|&&speed| speed < static_speed_m_s);
-    let mut jerks = jerks_m_s3(path, rate_hz)?;
-    jerks.sort_unstable_by(f64::total_cmp);
-    Some(PathMeasures {
-        duration_s: n / rate_hz,
+    Some(PathFacts {
         length_m: (path.windows(2))
             .map(|pair| pair[1].distance_m(pair[0]))
             .sum(),
         peak_speed_m_s: speeds_m_s.iter().copied().fold(0.0, f64::max),
         static_share: slow.count() as f64 / n,
-        sparc: spectral_arc_length(&speeds_m_s, rate_hz, ArcSettings::PUBLISHED),
-        ldlj_v: log_dimensionless_jerk(&speeds_m_s, rate_hz),
-        jerk_p50_m_s3: quantile(&jerks, 0.5),
-        jerk_p95_m_s3: quantile(&jerks, 0.95),
+        sparc: spectral_arc_length(&speeds_m_s, rate_hz).unwrap_or(f64::NAN),
+        ldlj: log_dimensionless_jerk(&speeds_m_s, rate_hz).unwrap_or(f64::NAN),
     })
 }
 
@@ -129,23 +86,6 @@ pub fn speeds_m_s<F: Frame>(path: &[Position<F>], rate_hz: f64) -> Option<Vec<f6
     usable.then_some(speeds)
 }
 
-/// Size of the third difference of positions times rate³, m/s³: three fewer than positions. `None` as for
-/// [`speeds_m_s`].
-///
-/// Noise of 0.1 mm at 100 Hz alone makes some 800 m/s³: these are numbers of filtered motion.
-pub fn jerks_m_s3<F: Frame>(path: &[Position<F>], rate_hz: f64) -> Option<Vec<f64>> {
-    let jerks: Vec<f64> = (path.windows(4))
-        .map(|p| {
-            let [a, b, c, d] = [0, 1, 2, 3].map(|k| p[k].coords_m());
-            ((d - a) - 3.0 * (c - b)).norm() * rate_hz.powi(3)
-        })
-        .collect();
-    let usable = is_positive(rate_hz)
-        && path.iter().all(|p| p.is_finite())
-        && jerks.iter().all(|jerk| jerk.is_finite());
-    usable.then_some(jerks)
-}
-
 /// Spectral arc length of a speed profile (SPARC), no unit, below 0: minus the length of the curve of
 /// normalised magnitude over normalised frequency,
 ///
@@ -159,34 +99,28 @@ pub fn jerks_m_s3<F: Frame>(path: &[Position<F>], rate_hz: f64) -> Option<Vec<f6
 /// Since no speed is negative, `M` is largest at frequency 0. Only the frequencies up to the cut-off are
 /// computed, each by its sum: O(N²) with the paper's settings.
 ///
-/// `None` for fewer than two speeds, one that is negative or not finite, no motion at all, and a cut-off that
-/// is not below half the rate, where the spectrum ends before the arc does.
+/// `None` for fewer than two speeds, one that is negative or not finite, no motion at all, and a rate of at
+/// most twice the cut-off of 10 Hz, where the spectrum ends before the arc does.
 ///
 /// ```
-/// use inhand_curves::smoothness::{ArcSettings, spectral_arc_length};
+/// use inhand_curves::smoothness::spectral_arc_length;
 ///
 /// // The example of the authors' own code, which prints -1.41403.
 /// let bell: Vec<f64> = (-100..100).map(|k| (-5.0 * (f64::from(k) / 100.0).powi(2)).exp()).collect();
-/// let sparc = spectral_arc_length(&bell, 100.0, ArcSettings::PUBLISHED).unwrap();
+/// let sparc = spectral_arc_length(&bell, 100.0).unwrap();
 /// assert!((sparc - -1.41403).abs() < 5e-6);
 /// ```
-pub fn spectral_arc_length(speeds_m_s: &[f64], rate_hz: f64, settings: ArcSettings) -> Option<f64> {
-    let cutoff_hz = settings.cutoff_hz;
-    if speeds_m_s.len() < 2
-        || !speeds_are_sound(speeds_m_s, rate_hz)
-        || !(cutoff_hz > 0.0 && cutoff_hz < rate_hz / 2.0)
-        || settings.padding > MOST_PADDING
-        || !(settings.threshold > 0.0 && settings.threshold <= 1.0)
+pub fn spectral_arc_length(speeds_m_s: &[f64], rate_hz: f64) -> Option<f64> {
+    if speeds_m_s.len() < 2 || !speeds_are_sound(speeds_m_s, rate_hz) || CUTOFF_HZ >= rate_hz / 2.0
     {
         return None;
     }
-    let padded =
-        (speeds_m_s.len().checked_next_power_of_two()?).checked_mul(1 << settings.padding)?;
+    let padded = (speeds_m_s.len().checked_next_power_of_two()?).checked_mul(1 << PADDING)?;
     let step_hz = rate_hz / padded as f64;
-    let count = (cutoff_hz / step_hz) as usize + 1;
+    let count = (CUTOFF_HZ / step_hz) as usize + 1;
     let magnitudes = magnitudes(speeds_m_s, padded, count);
     let largest = magnitudes[0];
-    let last = (magnitudes.iter()).rposition(|m| m / largest >= settings.threshold)?;
+    let last = (magnitudes.iter()).rposition(|m| m / largest >= THRESHOLD)?;
     if last == 0 {
         return None;
     }

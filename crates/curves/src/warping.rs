@@ -16,10 +16,8 @@
 //! its path gives the mean along a path which was not chosen for its mean. Distances are not squared.
 //! Weights belong to the pair that a step leads to, so that both motions backwards can differ a little.
 //!
-//! A sample is an array of `D` coordinates in metres: 3 for one fingertip ([`fingertip`]), 15 for a
-//! configuration ([`configurations`]), where `d` is the root of the summed squares over the fingers.
-
-use inhand_model::{Configuration, Finger, SegmentLayout, Trajectory};
+//! A sample is an array of `D` coordinates in metres: 3 for one fingertip, 15 for a
+//! configuration, where `d` is the root of the summed squares over the fingers.
 
 /// A lower bound is a sum of as many terms as the distance but in another order; only one this much
 /// beyond, relatively, rules a candidate out. Rounding of sums of 1e5 terms stays below.
@@ -40,28 +38,10 @@ pub struct Nearest {
     pub distance_m: f64,
 }
 
-/// All configurations of a trajectory, in order.
-pub fn configurations(trajectory: &Trajectory) -> Vec<Configuration> {
-    let samples = trajectory.layout().samples;
-    (0..samples)
-        .map(|t| trajectory.configuration_m(t))
-        .collect()
-}
-
-/// The path of one fingertip of a trajectory.
-pub fn fingertip(trajectory: &Trajectory, finger: Finger) -> Vec<[f64; 3]> {
-    (0..trajectory.layout().samples)
-        .map(|t| {
-            let row = SegmentLayout::row(t, finger, 0);
-            std::array::from_fn(|axis| trajectory.values_m()[row + axis])
-        })
-        .collect()
-}
-
 /// Normalised time-warped distance `D` of two motions, metres (see the [module](self)).
 ///
-/// With a `band` (samples; Sakoe and Chiba's adjustment window) only pairs with `|i - j| <= band` are
-/// matched: band 0 compares sample by sample.
+/// Only pairs with `|i - j| <= band` (samples; Sakoe and Chiba's adjustment window) are matched: band 0
+/// compares sample by sample, `usize::MAX` all with all.
 ///
 /// `None` if one of them is empty, a coordinate is not finite, or they differ in length by more than the
 /// band, so that no path stays in it. Time O(N M), memory O(M).
@@ -72,36 +52,21 @@ pub fn fingertip(trajectory: &Trajectory, finger: Finger) -> Vec<[f64; 3]> {
 /// // The same way, the second with a pause: no distance once time is warped.
 /// let steady = [[0.00], [0.01], [0.02], [0.03]];
 /// let paused = [[0.00], [0.01], [0.01], [0.01], [0.02], [0.03]];
-/// assert_eq!(distance_m(&steady, &paused, None), Some(0.0));
+/// assert_eq!(distance_m(&steady, &paused, usize::MAX), Some(0.0));
 /// // 1 mm aside throughout is 1 mm.
 /// let aside = steady.map(|[x]| [x, 0.001]);
 /// let steady = steady.map(|[x]| [x, 0.0]);
-/// assert!((distance_m(&steady, &aside, None).unwrap() - 0.001).abs() < 1e-15);
+/// assert!((distance_m(&steady, &aside, usize::MAX).unwrap() - 0.001).abs() < 1e-15);
 /// ```
-pub fn distance_m<const D: usize>(
-    a: &[[f64; D]],
-    b: &[[f64; D]],
-    band: Option<usize>,
-) -> Option<f64> {
+pub fn distance_m<const D: usize>(a: &[[f64; D]], b: &[[f64; D]], band: usize) -> Option<f64> {
     if !are_sound(a) || !are_sound(b) {
         return None;
     }
     sum_up_to(a, b, band, f64::INFINITY).map(|sum| sum / (a.len() + b.len()) as f64)
 }
 
-/// The candidate nearest to `query` by [`distance_m`], with the same result as computing all of them.
-///
-/// Candidates that have no distance to the query are passed over; `None` if all are. For many queries among
-/// the same candidates make [`Candidates`] once.
-pub fn nearest<'a, const D: usize>(
-    query: &[[f64; D]],
-    candidates: impl IntoIterator<Item = &'a [[f64; D]]>,
-    band: Option<usize>,
-) -> Option<Nearest> {
-    Candidates::new(candidates, band).nearest(query)
-}
-
-/// Motions that the nearest to others is looked for among, made ready once.
+/// Motions among which the nearest to others is searched, made ready once; the result is that of computing
+/// [`distance_m`] of all.
 ///
 /// Most are ruled out early: by two lower bounds, a quick and a close one, and by leaving a comparison once no
 /// path through it can be as short as the best one. Both bounds split the weight 2 of a diagonal step into 1 for
@@ -118,7 +83,7 @@ pub fn nearest<'a, const D: usize>(
 /// use inhand_curves::warping::Candidates;
 ///
 /// let (far, near) = ([[0.05], [0.06], [0.07]], [[0.01], [0.02], [0.03]]);
-/// let candidates = Candidates::new([&far[..], &near[..]], Some(1));
+/// let candidates = Candidates::new([&far[..], &near[..]], 1);
 /// let found = candidates.nearest(&[[0.01], [0.02], [0.04]]).unwrap();
 /// assert_eq!(found.index, 1);
 /// // The last pair is 10 mm apart and has weight 2 of 6.
@@ -127,7 +92,7 @@ pub fn nearest<'a, const D: usize>(
 #[derive(Clone, Debug)]
 pub struct Candidates<'a, const D: usize> {
     sound: Vec<Candidate<'a, D>>,
-    band: Option<usize>,
+    band: usize,
 }
 
 #[derive(Clone, Debug)]
@@ -140,7 +105,7 @@ struct Candidate<'a, const D: usize> {
 
 impl<'a, const D: usize> Candidates<'a, D> {
     /// Makes candidates ready. One without samples, or with a coordinate that is not finite, is near to nothing.
-    pub fn new(candidates: impl IntoIterator<Item = &'a [[f64; D]]>, band: Option<usize>) -> Self {
+    pub fn new(candidates: impl IntoIterator<Item = &'a [[f64; D]]>, band: usize) -> Self {
         let sound = (candidates.into_iter().enumerate())
             .filter(|(_, samples)| are_sound(samples))
             .map(|(index, samples)| Candidate {
@@ -153,7 +118,7 @@ impl<'a, const D: usize> Candidates<'a, D> {
         Self { sound, band }
     }
 
-    /// The one nearest to `query`; see [`nearest`].
+    /// The one nearest to `query`; `None` where none has a distance to it.
     pub fn nearest(&self, query: &[[f64; D]]) -> Option<Nearest> {
         if !are_sound(query) {
             return None;
@@ -161,7 +126,7 @@ impl<'a, const D: usize> Candidates<'a, D> {
         let of_query = Boxes::around(query, self.band);
         let blocks = blocks(query, self.band);
         let fits = |candidate: &&Candidate<'a, D>| {
-            (self.band).is_none_or(|band| query.len().abs_diff(candidate.samples.len()) <= band)
+            query.len().abs_diff(candidate.samples.len()) <= self.band
         };
         let mut quickly: Vec<(f64, &Candidate<'a, D>)> = (self.sound.iter().filter(fits))
             .map(|candidate| {
@@ -208,20 +173,17 @@ impl<'a, const D: usize> Candidates<'a, D> {
 #[derive(Clone, Debug)]
 struct Boxes<'a, const D: usize> {
     samples: &'a [[f64; D]],
-    band: Option<usize>,
-    /// By the sample of the other motion, as far as it is about as long; one for all without a band.
+    band: usize,
+    /// By the sample of the other motion, as far as it is about as long.
     boxes: Vec<([f64; D], [f64; D])>,
 }
 
 impl<'a, const D: usize> Boxes<'a, D> {
-    fn around(samples: &'a [[f64; D]], band: Option<usize>) -> Self {
+    fn around(samples: &'a [[f64; D]], band: usize) -> Self {
         let n = samples.len();
-        let boxes = match band {
-            None => vec![around(samples)],
-            Some(shift) => (0..n + shift.min(n))
-                .map(|i| around(&samples[window(i, n, band)]))
-                .collect(),
-        };
+        let boxes = (0..n + band.min(n))
+            .map(|i| around(&samples[window(i, n, band)]))
+            .collect();
         Self {
             samples,
             band,
@@ -234,11 +196,7 @@ impl<'a, const D: usize> Boxes<'a, D> {
     fn distance_m(&self, other: &[[f64; D]], limit: f64) -> f64 {
         let mut sum = 0.0;
         for (i, sample) in other.iter().enumerate() {
-            let of_sample = match (self.band, self.boxes.get(i)) {
-                (None, _) => self.boxes.first().copied(),
-                (Some(_), within) => within.copied(),
-            };
-            let (low, high) = of_sample
+            let (low, high) = (self.boxes.get(i).copied())
                 .unwrap_or_else(|| around(&self.samples[window(i, self.samples.len(), self.band)]));
             let nearest = std::array::from_fn(|k| sample[k].max(low[k]).min(high[k]));
             sum += between_m(sample, &nearest);
@@ -259,7 +217,7 @@ struct Block<const D: usize> {
     moved_m: f64,
 }
 
-fn blocks<const D: usize>(samples: &[[f64; D]], band: Option<usize>) -> Vec<Block<D>> {
+fn blocks<const D: usize>(samples: &[[f64; D]], band: usize) -> Vec<Block<D>> {
     let n = samples.len();
     let moved_m = |i: usize| {
         let near = samples[window(i, n, band)].iter();
@@ -300,8 +258,7 @@ fn between_m<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
 }
 
 /// Samples of the other motion that sample `i` may be matched with.
-fn window(i: usize, other: usize, band: Option<usize>) -> std::ops::Range<usize> {
-    let Some(band) = band else { return 0..other };
+fn window(i: usize, other: usize, band: usize) -> std::ops::Range<usize> {
     let end = i.saturating_add(band).saturating_add(1).min(other);
     i.saturating_sub(band).min(end)..end
 }
@@ -310,7 +267,7 @@ fn window(i: usize, other: usize, band: Option<usize>) -> std::ops::Range<usize>
 fn sum_up_to<const D: usize>(
     a: &[[f64; D]],
     b: &[[f64; D]],
-    band: Option<usize>,
+    band: usize,
     limit: f64,
 ) -> Option<f64> {
     let mut before = vec![f64::INFINITY; b.len()];

@@ -4,13 +4,9 @@ use std::borrow::Cow;
 
 use inhand_model::{Bootstrap, ContactChange, ErrorChange, EvaluationRows, Finger, Measure};
 use inhand_statistics::BootstrapError;
-use inhand_statistics::bootstrap::{
-    self, ClusteredRows, Difference, Resampling, differences, unpaired_differences,
-};
+use inhand_statistics::bootstrap::{ClusteredRows, differences};
 
-use crate::intervals::{
-    as_measured, common, estimate, ones_and_zeros, resampling, segment_contacts, segment_errors,
-};
+use crate::intervals::{common, ones_and_zeros, segment_contacts, segment_errors};
 
 /// A method in the rows of an evaluation.
 #[derive(Clone, Copy, Debug)]
@@ -59,29 +55,29 @@ pub fn compare_errors(
     };
     let (first, second) = (sorted(after)?, sorted(before)?);
     let fingers = [None].into_iter().chain(Finger::ALL.map(Some));
-    let measures = Measure::ALL.map(as_measured);
     let mut changes = Vec::new();
     for ((first, second), finger) in first.iter().zip(&second).zip(fingers) {
         let [first, second] = looked_at(paired, first, second);
-        let (first, second) = (first.as_ref(), second.as_ref());
-        let resampling = resampling(bootstrap);
-        let values = |rows| bootstrap::intervals(rows, &measures, &only_values(resampling));
-        let (of_first, of_second) = (values(first)?, values(second)?);
-        let found = differ(paired, first, second, &measures, &resampling)?;
-        for (k, measure) in Measure::ALL.into_iter().enumerate() {
-            if let (Some(a), Some(b), Some(found)) = (of_first[k], of_second[k], found[k]) {
-                changes.push(ErrorChange {
-                    before_method: before.name().to_owned(),
-                    after_method: after.name().to_owned(),
-                    finger,
-                    measure,
-                    before_m: b.value,
-                    after_m: a.value,
-                    relative_change: ErrorChange::relative_change(b.value, a.value),
-                    absolute: Some(estimate(&found.absolute, first)),
-                    relative: found.relative.map(|found| estimate(&found, first)),
-                });
-            }
+        let values = first
+            .measures(&Measure::ALL)
+            .into_iter()
+            .zip(second.measures(&Measure::ALL));
+        let found = differences(&first, &second, paired, &Measure::ALL, &bootstrap)?;
+        for ((measure, (after_m, before_m)), found) in
+            Measure::ALL.into_iter().zip(values).zip(found)
+        {
+            let Some(found) = found else { continue };
+            changes.push(ErrorChange {
+                before_method: before.name().to_owned(),
+                after_method: after.name().to_owned(),
+                finger,
+                measure,
+                before_m,
+                after_m,
+                relative_change: ErrorChange::relative_change(before_m, after_m),
+                absolute: Some(found.absolute),
+                relative: found.relative,
+            });
         }
     }
     Ok(changes)
@@ -106,20 +102,14 @@ pub fn compare_contacts(
     let first = ones_and_zeros(&first, |counts| counts.three_or_more)?;
     let second = ones_and_zeros(&second, |counts| counts.three_or_more)?;
     let [first, second] = looked_at(paired, &first, &second);
-    let mean = [bootstrap::Measure::Mean];
-    let resampling = resampling(bootstrap);
-    let value = |rows| -> Result<f64, BootstrapError> {
-        let found = bootstrap::intervals(rows, &mean, &only_values(resampling))?;
-        Ok(found[0].map_or(f64::NAN, |found| found.value))
-    };
-    let (after_share, before_share) = (value(&first)?, value(&second)?);
-    let found = differ(paired, &first, &second, &mean, &resampling)?;
+    let mean = [Measure::Mean];
+    let found = differences(&first, &second, paired, &mean, &bootstrap)?;
     Ok(found[0].map(|found| ContactChange {
         before_method: before.name().to_owned(),
         after_method: after.name().to_owned(),
-        before: before_share,
-        after: after_share,
-        absolute: Some(estimate(&found.absolute, &first)),
+        before: second.measures(&mean)[0],
+        after: first.measures(&mean)[0],
+        absolute: Some(found.absolute),
     }))
 }
 
@@ -133,27 +123,5 @@ fn looked_at<'a>(
         common(first, second)
     } else {
         [first, second].map(Cow::Borrowed)
-    }
-}
-
-fn differ(
-    paired: bool,
-    first: &ClusteredRows,
-    second: &ClusteredRows,
-    measures: &[bootstrap::Measure],
-    resampling: &Resampling,
-) -> Result<Vec<Option<Difference>>, BootstrapError> {
-    if paired {
-        differences(first, second, measures, resampling)
-    } else {
-        unpaired_differences(first, second, measures, resampling)
-    }
-}
-
-/// Statistics of the rows themselves do not need many draws.
-fn only_values(resampling: Resampling) -> Resampling {
-    Resampling {
-        draws: 1,
-        ..resampling
     }
 }

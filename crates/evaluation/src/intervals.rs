@@ -1,19 +1,16 @@
 //! Bootstrap confidence intervals of errors, contact shares and differences, over segments or sessions.
 //!
 //! Clusters are drawn with replacement, the same ones for every method, so that differences are paired
-//! ([`bootstrap`]). Every interval is the percentile interval: from quantile
-//! `(1 - confidence) / 2` to `(1 + confidence) / 2` of the statistic over the draws.
+//! ([`bootstrap`]).
 
 use std::borrow::Cow;
 
 use inhand_model::{
     Bootstrap, Estimate, EvaluationRows, Finger, HandAndFingers, Intervals, Measure,
-    MethodIntervals, PairedDifference, PerFinger,
+    MeasureEstimates, MethodIntervals, PairedDifference, PerFinger,
 };
 use inhand_statistics::BootstrapError;
-use inhand_statistics::bootstrap::{
-    self, ClusteredRows, Resampling, differences as bootstrap_differences,
-};
+use inhand_statistics::bootstrap::{self, ClusteredRows, Difference};
 use inhand_statistics::quantiles::sorted_statistics;
 use rayon::prelude::*;
 
@@ -63,7 +60,6 @@ pub fn intervals<E: From<BootstrapError>>(
     contacts: impl Fn(usize) -> Option<Vec<ContactCounts>>,
     mut seen: impl FnMut(usize, &SortedErrors),
 ) -> Result<Intervals, E> {
-    let resampling = resampling(bootstrap);
     let best = best_baseline(contestants);
     let default = contestants.iter().position(|method| method.name == default);
 
@@ -75,7 +71,7 @@ pub fn intervals<E: From<BootstrapError>>(
             contestants[place].name,
             &sample,
             counts.as_deref(),
-            &resampling,
+            &bootstrap,
         )?);
         seen(place, &sample);
         Ok(sample)
@@ -89,12 +85,12 @@ pub fn intervals<E: From<BootstrapError>>(
         (default, &of_default, best, &of_best)
     {
         let names = (name(default), name(best));
-        differences.extend(paired(names, None, &sample.all, &other.all, &resampling)?);
+        differences.extend(paired(names, None, &sample.all, &other.all, &bootstrap)?);
         let fingers: Vec<_> = Finger::ALL
             .into_par_iter()
             .map(|finger| {
                 let (one, other) = (&sample.by_finger[finger], &other.by_finger[finger]);
-                paired(names, Some(finger), one, other, &resampling)
+                paired(names, Some(finger), one, other, &bootstrap)
             })
             .collect();
         for finger in fingers {
@@ -112,7 +108,7 @@ pub fn intervals<E: From<BootstrapError>>(
         for (other, rows) in [(best, &of_best), (default, &of_default)] {
             if let (Some(other), Some(rows)) = (other, rows) {
                 let names = (name(place), name(other));
-                differences.extend(paired(names, None, &sample, rows, &resampling)?);
+                differences.extend(paired(names, None, &sample, rows, &bootstrap)?);
             }
         }
     }
@@ -259,47 +255,13 @@ fn measures_of(rows: &[f64]) -> [f64; Measure::ALL.len()] {
     })
 }
 
-pub(crate) fn resampling(bootstrap: Bootstrap) -> Resampling {
-    Resampling {
-        draws: bootstrap.draws,
-        seed: bootstrap.seed,
-        confidence: bootstrap.confidence,
-    }
-}
-
-pub(crate) fn as_measured(measure: Measure) -> bootstrap::Measure {
-    match measure {
-        Measure::Mean => bootstrap::Measure::Mean,
-        Measure::Rmse => bootstrap::Measure::Rmse,
-        Measure::P50 => bootstrap::Measure::Quantile(0.5),
-        Measure::P75 => bootstrap::Measure::Quantile(0.75),
-        Measure::P95 => bootstrap::Measure::Quantile(0.95),
-    }
-}
-
-/// A bootstrap estimate with what it rests on. There is no interval of few clusters, nor where no draw differs
-/// from another: an interval of no width would pass for certainty.
-pub(crate) fn estimate(found: &bootstrap::Estimate, rows: &ClusteredRows) -> Estimate {
-    let clusters = rows.sizes().iter().filter(|&&size| size > 0).count();
-    let interval = (found.percentile)
-        .filter(|interval| clusters >= Estimate::FEWEST_CLUSTERS && interval.low < interval.high);
-    Estimate {
-        value: found.value,
-        n: rows.sorted().len(),
-        clusters,
-        standard_error: found.standard_error.filter(|_| interval.is_some()),
-        interval: interval.map(|interval| [interval.low, interval.high]),
-    }
-}
-
-type Estimates = Option<[Estimate; Measure::ALL.len()]>;
-
-fn estimates(rows: &ClusteredRows, resampling: &Resampling) -> Result<Estimates, BootstrapError> {
-    let found = bootstrap::intervals(rows, &Measure::ALL.map(as_measured), resampling)?;
+fn estimates(
+    rows: &ClusteredRows,
+    bootstrap: &Bootstrap,
+) -> Result<Option<MeasureEstimates>, BootstrapError> {
+    let found = bootstrap::intervals(rows, &Measure::ALL, bootstrap)?;
     // Either there are rows, and every measure of them, or none.
-    let found: Option<Vec<Estimate>> = (found.iter())
-        .map(|found| found.as_ref().map(|found| estimate(found, rows)))
-        .collect();
+    let found: Option<Vec<Estimate>> = found.into_iter().collect();
     Ok(found.and_then(|found| found.try_into().ok()))
 }
 
@@ -307,20 +269,20 @@ fn method_intervals(
     method: &str,
     sample: &SortedErrors,
     contacts: Option<&[ContactCounts]>,
-    resampling: &Resampling,
+    bootstrap: &Bootstrap,
 ) -> Result<MethodIntervals, BootstrapError> {
-    let by_finger: Vec<Estimates> = (sample.by_finger.as_array().par_iter())
-        .map(|rows| estimates(&rows.rows, resampling))
+    let by_finger: Vec<_> = (sample.by_finger.as_array().par_iter())
+        .map(|rows| estimates(&rows.rows, bootstrap))
         .collect::<Result<_, _>>()?;
     let mut by_finger = by_finger.into_iter();
     let (three_or_more, three_or_more_less_recorded) = contacts
-        .map(|counts| contact_estimates(counts, resampling))
+        .map(|counts| contact_estimates(counts, bootstrap))
         .transpose()?
         .unwrap_or_default();
     Ok(MethodIntervals {
         method: method.to_owned(),
         error: HandAndFingers {
-            all: estimates(&sample.all.rows, resampling)?,
+            all: estimates(&sample.all.rows, bootstrap)?,
             by_finger: PerFinger::from_fn(|_| by_finger.next().flatten()),
         },
         three_or_more,
@@ -331,17 +293,14 @@ fn method_intervals(
 /// The share of instants with three or more contacts, and that share less the recorded one.
 fn contact_estimates(
     counts: &[ContactCounts],
-    resampling: &Resampling,
+    bootstrap: &Bootstrap,
 ) -> Result<(Option<Estimate>, Option<Estimate>), BootstrapError> {
     let planned = ones_and_zeros(counts, |counts| counts.three_or_more)?;
     let recorded = ones_and_zeros(counts, |counts| counts.recorded_three_or_more)?;
-    let mean = [bootstrap::Measure::Mean];
-    let share = bootstrap::intervals(&planned, &mean, resampling)?;
-    let less = bootstrap_differences(&planned, &recorded, &mean, resampling)?;
-    Ok((
-        share[0].map(|found| estimate(&found, &planned)),
-        less[0].map(|found| estimate(&found.absolute, &planned)),
-    ))
+    let mean = [Measure::Mean];
+    let share = bootstrap::intervals(&planned, &mean, bootstrap)?;
+    let less = bootstrap::differences(&planned, &recorded, true, &mean, bootstrap)?;
+    Ok((share[0], less[0].map(|found| found.absolute)))
 }
 
 /// What a share is the mean of.
@@ -394,21 +353,20 @@ fn paired(
     finger: Option<Finger>,
     first: &Rows,
     second: &Rows,
-    resampling: &Resampling,
+    bootstrap: &Bootstrap,
 ) -> Result<Vec<PairedDifference>, BootstrapError> {
-    let measures = Measure::ALL.map(as_measured);
     let same = judged_by_both(&first.rows, &second.rows);
     let [rows, of_other] = only(&same, &first.rows, &second.rows);
-    let found = bootstrap_differences(&rows, &of_other, &measures, resampling)?;
-    let of_measure = |(k, found): (usize, &Option<bootstrap::Difference>)| {
+    let found = bootstrap::differences(&rows, &of_other, true, &Measure::ALL, bootstrap)?;
+    let of_measure = |(k, found): (usize, &Option<Difference>)| {
         let found = (*found)?;
         Some(PairedDifference {
             method: method.to_owned(),
             other: other.to_owned(),
             finger,
             measure: Measure::ALL[k],
-            absolute: estimate(&found.absolute, &rows),
-            relative: (found.relative).map(|found| estimate(&found, &rows)),
+            absolute: found.absolute,
+            relative: found.relative,
             share_better: share_better(&first.by_cluster, &second.by_cluster, &same, k),
         })
     };

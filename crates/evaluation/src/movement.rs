@@ -74,7 +74,7 @@ pub fn movement(
         })
         .collect();
     let band = (layout.samples as f64 * settings.band_share).round() as usize;
-    let candidates = Candidates::new(paths.iter().map(Vec::as_slice), Some(band));
+    let candidates = Candidates::new(paths.iter().map(Vec::as_slice), band);
 
     let measure = |values_m: Option<&[f64]>| {
         values_m.map_or(UNKNOWN, |values_m| {
@@ -166,13 +166,7 @@ fn path_facts(
     static_speed_m_s: f64,
 ) -> PathFacts {
     let positions: Vec<Position<_>> = path.iter().map(|sample| tips(sample)[finger]).collect();
-    path_measures(&positions, rate_hz, static_speed_m_s).map_or(NO_PATH, |measures| PathFacts {
-        length_m: measures.length_m,
-        peak_speed_m_s: measures.peak_speed_m_s,
-        static_share: measures.static_share,
-        sparc: measures.sparc.unwrap_or(f64::NAN),
-        ldlj: measures.ldlj_v.unwrap_or(f64::NAN),
-    })
+    path_measures(&positions, rate_hz, static_speed_m_s).unwrap_or(NO_PATH)
 }
 
 fn summary(

@@ -7,93 +7,43 @@
 //! a cluster drawn twice counting twice (Davison and Hinkley, *Bootstrap Methods and their
 //! Application*, 1997, section 3.8: clusters resampled, rows in them kept).
 //!
-//! Which clusters a draw takes depends on seed, number of the draw and number of clusters alone
-//! ([`Draws`]), so that two methods on the same clusters are drawn together and no order of work
-//! changes a result.
+//! The interval is the percentile interval: from quantile `(1 - confidence) / 2` to
+//! `(1 + confidence) / 2` (type 7) of the statistic over the draws. There is none of fewer than
+//! [`Estimate::FEWEST_CLUSTERS`] clusters with rows, nor where no draw differs from another: an
+//! interval of no width would pass for certainty.
 //!
-//! Means, root mean squares and quantiles ([`Measure`]) do not need the rows of a draw put together:
-//! [`ClusteredRows`] sorts them once and finds the very numbers ([`intervals`]). Any other statistic
-//! goes through [`intervals_of`], which copies the rows of every draw.
+//! Which clusters a draw takes depends on seed, number of the draw and number of clusters alone
+//! ([`draw_clusters`]), so that two methods on the same clusters are drawn together and no order of
+//! work changes a result. The rows of a draw are never put together: [`ClusteredRows`] sorts them
+//! once and finds the very numbers.
 //!
 //! ```
-//! use inhand_statistics::bootstrap::{ClusteredRows, Measure, Resampling, intervals};
+//! use inhand_model::{Bootstrap, Cluster, Measure};
+//! use inhand_statistics::bootstrap::{ClusteredRows, intervals};
 //!
-//! // Errors (metres) in four segments of two instants each.
-//! let rows = ClusteredRows::new(&[[0.001, 0.002], [0.004, 0.002], [0.001, 0.003], [0.002, 0.005]])?;
-//! let resampling = Resampling { draws: 2000, seed: 7, confidence: 0.95 };
-//! let median = intervals(&rows, &[Measure::Quantile(0.5)], &resampling)?[0].unwrap();
+//! // Errors (metres) in five segments of two instants each.
+//! let rows = ClusteredRows::new(&[
+//!     [0.001, 0.002], [0.004, 0.002], [0.001, 0.003], [0.002, 0.005], [0.002, 0.001],
+//! ])?;
+//! let bootstrap = Bootstrap { cluster: Cluster::Segment, draws: 2000, seed: 7, confidence: 0.95 };
+//! let median = intervals(&rows, &[Measure::P50], &bootstrap)?[0].unwrap();
 //! assert_eq!(median.value, 0.002);
-//! let interval = median.percentile.unwrap();
-//! assert!(interval.low >= 0.001 && interval.low < 0.002 && interval.high <= 0.0045);
+//! let [low, high] = median.interval.unwrap();
+//! assert!(low >= 0.001 && low < 0.002 && high <= 0.0045);
 //! # Ok::<(), inhand_statistics::BootstrapError>(())
 //! ```
 
-mod draws;
-mod interval;
 mod rows;
 
-pub use draws::Draws;
-pub use rows::ClusteredRows;
+use inhand_model::{Bootstrap, Estimate, Measure};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
 
+pub use self::rows::ClusteredRows;
 use crate::error::BootstrapError;
-use interval::estimate;
+use crate::quantiles::quantile;
 
-/// How draws are made and how wide intervals are.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Resampling {
-    /// How many draws. The ends of a 95 % interval rest on a fortieth of them each: 2000 are usual.
-    pub draws: usize,
-    /// Seed of the draws. Two results that are to be compared have the same.
-    pub seed: u64,
-    /// Share of the distribution inside an interval, such as 0.95.
-    pub confidence: f64,
-}
-
-/// A statistic of rows that is found without putting the rows of a draw together.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Measure {
-    /// Arithmetic mean.
-    Mean,
-    /// Root of the mean square.
-    Rmse,
-    /// Quantile of type 7 at a share from 0 to 1 ([`quantile`](crate::quantiles::quantile)).
-    Quantile(f64),
-}
-
-/// Two ends, both included.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Interval {
-    /// Lower end.
-    pub low: f64,
-    /// Upper end.
-    pub high: f64,
-}
-
-/// A statistic with what the draws say of it; all in the unit of the statistic.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Estimate {
-    /// The statistic of the rows themselves.
-    pub value: f64,
-    /// Standard deviation of the statistic over the draws (divisor draws - 1); `None` where there is
-    /// no [`percentile`](Self::percentile) interval, and for a single draw.
-    pub standard_error: Option<f64>,
-    /// From quantile `(1 - confidence) / 2` to `(1 + confidence) / 2` of the statistic over the
-    /// draws (type 7). `None` with fewer than two clusters that have rows: drawing one cluster again
-    /// and again tells nothing, and an interval of no width would pass for certainty.
-    pub percentile: Option<Interval>,
-    /// The same, corrected for bias and for a spread that changes with the value (BCa; Efron,
-    /// *Better bootstrap confidence intervals*, J. Am. Stat. Assoc. 82(397), 1987, with the
-    /// acceleration from leaving out one cluster at a time). Better than
-    /// [`percentile`](Self::percentile) for means; for quantiles of few clusters its acceleration is
-    /// rough, since a quantile jumps when a cluster is left out. `None` where it is not defined: the
-    /// value outside all draws, or no change whichever cluster is left out.
-    pub bca: Option<Interval>,
-    /// Draws left out because the statistic was not defined on them (no rows, or a relative
-    /// difference to zero).
-    pub undefined_draws: usize,
-}
-
-/// How a statistic differs between two samples on the same clusters, drawn together.
+/// Difference of a statistic between two samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Difference {
     /// First less second; negative where the first is smaller. Unit of the rows.
@@ -103,7 +53,7 @@ pub struct Difference {
     pub relative: Option<Estimate>,
 }
 
-/// Intervals of several statistics of the same rows, in the order asked for, from the same draws.
+/// Estimates of several statistics of the same rows, in the order asked for, from the same draws.
 ///
 /// A statistic of no rows is `None`. The quantiles are bit for bit those of the rows of each draw
 /// sorted together; means and root mean squares add up per cluster and agree to rounding.
@@ -112,173 +62,167 @@ pub struct Difference {
 ///
 /// # Errors
 ///
-/// [`BootstrapError`] for a confidence, number of draws or quantile that makes no sense.
+/// [`BootstrapError`] for a confidence or number of draws that makes no sense.
 pub fn intervals(
     rows: &ClusteredRows,
     measures: &[Measure],
-    resampling: &Resampling,
+    bootstrap: &Bootstrap,
 ) -> Result<Vec<Option<Estimate>>, BootstrapError> {
-    check(measures, resampling)?;
-    Ok(estimate(
-        &(rows.sizes().iter().map(|&size| size > 0)).collect::<Vec<_>>(),
-        &[rows.sizes().len()],
-        measures.len(),
-        resampling,
-        |times, found| rows.measure(times, measures, found),
-    ))
+    let clusters = [rows.sizes().len()];
+    let measure = |times: &[u32], found: &mut [f64]| rows.measure(times, measures, found);
+    estimates(&[rows], &clusters, measures.len(), bootstrap, measure)
 }
 
-/// How statistics of `first` differ from those of `second`, with the same clusters drawn from both.
+/// Differences of statistics of `first` from those of `second`.
 ///
-/// What varies from cluster to cluster in both alike (hard segments are hard for every method) cancels:
-/// the interval of the difference is narrower than the two intervals apart would suggest. Clusters may
-/// have different numbers of rows in both, and none in one of them. `None` for a statistic of no rows.
+/// Where both are of the same clusters (`paired`), the same are drawn from both. What varies from cluster
+/// to cluster in both alike (hard segments are hard for every method) cancels: the interval of the
+/// difference is narrower than the two intervals apart would suggest. Clusters may have different numbers
+/// of rows in both, and none in one of them. Otherwise clusters of both are drawn apart, those of the
+/// second with the seed after the first's.
+///
+/// `None` for a statistic of no rows. Numbers of rows and clusters are those of the first.
 ///
 /// # Errors
 ///
-/// [`BootstrapError::Unpaired`] for different numbers of clusters; others as for [`intervals`].
+/// [`BootstrapError::Unpaired`] for pairs of different numbers of clusters; others as for [`intervals`].
 pub fn differences(
     first: &ClusteredRows,
     second: &ClusteredRows,
+    paired: bool,
     measures: &[Measure],
-    resampling: &Resampling,
+    bootstrap: &Bootstrap,
 ) -> Result<Vec<Option<Difference>>, BootstrapError> {
-    check(measures, resampling)?;
-    if first.sizes().len() != second.sizes().len() {
-        return Err(BootstrapError::Unpaired {
-            first: first.sizes().len(),
-            second: second.sizes().len(),
-        });
+    let clusters = [first.sizes().len(), second.sizes().len()];
+    if paired && clusters[0] != clusters[1] {
+        let [first, second] = clusters;
+        return Err(BootstrapError::Unpaired { first, second });
     }
-    let lone = |rows: &ClusteredRows| rows.sizes().iter().filter(|&&size| size > 0).count() < 2;
-    // Where one sample has rows in one cluster only, every draw that is defined repeats them: no interval.
-    let comparable = !(lone(first) || lone(second));
-    let occupied: Vec<bool> = (first.sizes().iter().zip(second.sizes()))
-        .map(|(&first, &second)| comparable && (first > 0 || second > 0))
-        .collect();
-    let found = difference(measures, |times, measures, of_first, of_second| {
-        first.measure(times, measures, of_first);
-        second.measure(times, measures, of_second);
-    });
-    let samples = [occupied.len()];
-    let n = measures.len();
-    Ok(paired_up(&estimate(
-        &occupied,
-        &samples,
-        2 * n,
-        resampling,
-        found,
-    )))
-}
-
-/// How statistics of `first` differ from those of `second`, which have nothing to do with each other: clusters of
-/// both are drawn apart, those of the second with the seed after the first's. The intervals are wider than those
-/// of [`differences`], and the only ones there are where the clusters are not the same.
-///
-/// # Errors
-///
-/// As for [`intervals`].
-pub fn unpaired_differences(
-    first: &ClusteredRows,
-    second: &ClusteredRows,
-    measures: &[Measure],
-    resampling: &Resampling,
-) -> Result<Vec<Option<Difference>>, BootstrapError> {
-    check(measures, resampling)?;
-    let samples = [first.sizes().len(), second.sizes().len()];
-    let sizes = first.sizes().iter().chain(second.sizes());
-    let occupied: Vec<bool> = sizes.map(|&size| size > 0).collect();
-    let found = difference(measures, |times, measures, of_first, of_second| {
-        let (times, of_others) = times.split_at(samples[0]);
-        first.measure(times, measures, of_first);
-        second.measure(of_others, measures, of_second);
-    });
-    let n = measures.len();
-    Ok(paired_up(&estimate(
-        &occupied,
-        &samples,
-        2 * n,
-        resampling,
-        found,
-    )))
-}
-
-/// Writes the differences of both samples' measures, then the relative ones.
-fn difference(
-    measures: &[Measure],
-    both: impl Fn(&[u32], &[Measure], &mut [f64], &mut [f64]),
-) -> impl FnMut(&[u32], &mut [f64]) {
+    let (drawn, start) = if paired {
+        (&clusters[..1], 0)
+    } else {
+        (&clusters[..], clusters[0])
+    };
     let mut of_second = vec![f64::NAN; measures.len()];
-    move |times, found| {
+    let difference = |times: &[u32], found: &mut [f64]| {
         let (absolute, relative) = found.split_at_mut(measures.len());
-        both(times, measures, absolute, &mut of_second);
+        first.measure(&times[..clusters[0]], measures, absolute);
+        second.measure(&times[start..], measures, &mut of_second);
         for ((absolute, relative), &second) in absolute.iter_mut().zip(relative).zip(&of_second) {
             *absolute -= second;
             *relative = *absolute / second.abs();
         }
+    };
+    let width = 2 * measures.len();
+    let found = estimates(&[first, second], drawn, width, bootstrap, difference)?;
+    let (absolute, relative) = found.split_at(measures.len());
+    Ok((absolute.iter().zip(relative))
+        .map(|(&absolute, &relative)| absolute.map(|absolute| Difference { absolute, relative }))
+        .collect())
+}
+
+/// Writes how many times draw number `draw` takes each cluster; it takes as many clusters as there are.
+///
+/// Anyone can repeat the draws: their numbers are those of ChaCha with 8 rounds, a 64-bit
+/// counter and a 64-bit stream number (Bernstein's layout), with the seed's eight bytes and 24 zeros
+/// (little-endian) as key and `draw` as stream. Each 64-bit word `x` (two 32-bit words, the lower first)
+/// takes cluster `floor(x * clusters / 2^64)`. (A cluster's probability is off by less than
+/// 2^-32 of itself.)
+///
+/// ```
+/// use inhand_statistics::bootstrap::draw_clusters;
+///
+/// let mut times = vec![0; 5];
+/// draw_clusters(1, 0, &mut times);
+/// assert_eq!(times.iter().sum::<u32>(), 5);
+/// ```
+pub fn draw_clusters(seed: u64, draw: u64, times: &mut [u32]) {
+    times.fill(0);
+    let mut key = [0; 32];
+    key[..8].copy_from_slice(&seed.to_le_bytes());
+    let mut random = ChaCha8Rng::from_seed(key);
+    random.set_stream(draw);
+    for _ in 0..times.len() {
+        let place = (u128::from(random.next_u64()) * times.len() as u128) >> 64;
+        times[place as usize] += 1;
     }
 }
 
-/// Differences and then relative ones, each with its own.
-fn paired_up(estimates: &[Option<Estimate>]) -> Vec<Option<Difference>> {
-    let (absolute, relative) = estimates.split_at(estimates.len() / 2);
-    (absolute.iter().zip(relative))
-        .map(|(&absolute, &relative)| absolute.map(|absolute| Difference { absolute, relative }))
-        .collect()
-}
-
-/// Intervals of any statistics: `statistics` gets the rows of all drawn clusters (those of a cluster
-/// drawn twice twice, clusters in their order) and returns as many numbers as it returns for
-/// `clusters` themselves; NaN or an infinity where one is not defined.
-///
-/// It is called draws + clusters + 1 times on about as many rows as there are.
-///
-/// # Errors
-///
-/// As for [`ClusteredRows::new`] and [`intervals`].
-pub fn intervals_of<const N: usize>(
-    clusters: &[impl AsRef<[f64]>],
-    resampling: &Resampling,
-    mut statistics: impl FnMut(&[f64]) -> [f64; N],
+/// Estimates of `width` statistics. `statistics` gets how many times each cluster is taken and writes
+/// `width` numbers, NaN or infinite where one is not defined. `clusters` are the numbers of those that are
+/// drawn together, one part after the other.
+fn estimates(
+    samples: &[&ClusteredRows],
+    clusters: &[usize],
+    width: usize,
+    bootstrap: &Bootstrap,
+    mut statistics: impl FnMut(&[u32], &mut [f64]),
 ) -> Result<Vec<Option<Estimate>>, BootstrapError> {
-    check(&[], resampling)?;
-    rows::check(clusters)?;
-    let mut pooled = Vec::new();
-    let occupied: Vec<bool> = (clusters.iter())
-        .map(|rows| !rows.as_ref().is_empty())
-        .collect();
-    let samples = [occupied.len()];
-    Ok(estimate(
-        &occupied,
-        &samples,
-        N,
-        resampling,
-        |times, found| {
-            pooled.clear();
-            for (rows, &times) in clusters.iter().zip(times) {
-                for _ in 0..times {
-                    pooled.extend_from_slice(rows.as_ref());
-                }
-            }
-            found.copy_from_slice(&statistics(&pooled));
-        },
-    ))
-}
-
-fn check(measures: &[Measure], resampling: &Resampling) -> Result<(), BootstrapError> {
-    let confidence = resampling.confidence;
+    let &Bootstrap {
+        draws,
+        seed,
+        confidence,
+        ..
+    } = bootstrap;
     if !(confidence > 0.0 && confidence < 1.0) {
         return Err(BootstrapError::Confidence { found: confidence });
     }
-    if resampling.draws == 0 {
+    if draws == 0 {
         return Err(BootstrapError::NoDraws);
     }
-    for measure in measures {
-        if let Measure::Quantile(q) = *measure
-            && !(0.0..=1.0).contains(&q)
-        {
-            return Err(BootstrapError::Quantile { found: q });
+    let mut times = vec![1; clusters.iter().sum()];
+    let mut found = vec![f64::NAN; width];
+    statistics(&times, &mut found);
+    let values = found.clone();
+
+    let mut drawn = vec![Vec::new(); width];
+    let occupied = |rows: &&ClusteredRows| rows.sizes().iter().filter(|&&size| size > 0).count();
+    let counted = samples.first().map_or(0, occupied);
+    // A sample with rows in one cluster only repeats them in every draw that is defined.
+    let spread = samples.iter().all(|rows| occupied(rows) >= 2);
+    let draws = if spread && counted >= Estimate::FEWEST_CLUSTERS {
+        draws as u64
+    } else {
+        0
+    };
+    for draw in 0..draws {
+        let mut rest = times.as_mut_slice();
+        for (&size, part) in clusters.iter().zip(0..) {
+            let (own, others) = rest.split_at_mut(size);
+            draw_clusters(seed.wrapping_add(part), draw, own);
+            rest = others;
+        }
+        statistics(&times, &mut found);
+        for (drawn, &found) in drawn.iter_mut().zip(&found) {
+            drawn.push(found);
         }
     }
-    Ok(())
+    let tail = (1.0 - confidence) / 2.0;
+    let estimate = |value, mut drawn: Vec<f64>| {
+        drawn.retain(|value| value.is_finite());
+        drawn.sort_unstable_by(f64::total_cmp);
+        let ends = quantile(&drawn, tail).zip(quantile(&drawn, 1.0 - tail));
+        let interval = ends.filter(|(low, high)| low < high);
+        Estimate {
+            value,
+            n: samples.first().map_or(0, |rows| rows.sorted().len()),
+            clusters: counted,
+            standard_error: interval.and_then(|_| standard_deviation(&drawn)),
+            interval: interval.map(|(low, high)| [low, high]),
+        }
+    };
+    Ok((values.into_iter().zip(drawn))
+        .map(|(value, drawn)| value.is_finite().then(|| estimate(value, drawn)))
+        .collect())
+}
+
+/// Standard deviation with divisor n - 1; `None` of a single value.
+fn standard_deviation(values: &[f64]) -> Option<f64> {
+    let n = values.len() as f64;
+    if values.len() < 2 {
+        return None;
+    }
+    let mean = values.iter().sum::<f64>() / n;
+    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+    Some((squares / (n - 1.0)).sqrt())
 }

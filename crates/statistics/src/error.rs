@@ -45,10 +45,4 @@ pub enum BootstrapError {
     /// No draws.
     #[error("0 draws were asked for: expected at least 1, 2000 are usual")]
     NoDraws,
-    /// A quantile that is no share.
-    #[error("the quantile at {found} was asked for: expected a share from 0 to 1")]
-    Quantile {
-        /// What was asked for.
-        found: f64,
-    },
 }

@@ -34,12 +34,10 @@ def ldlj(v, rate):
 def measures(path, rate, still):
     steps = np.linalg.norm(np.diff(path, axis=0), axis=1)
     v = steps * rate
-    jerk = np.linalg.norm(np.diff(path, 3, axis=0), axis=1) * rate**3
     return dict(
-        path=path.ravel(), rate_hz=rate, static_speed_m_s=still, duration_s=(len(path) - 1) / rate,
+        path=path.ravel(), rate_hz=rate, static_speed_m_s=still,
         length_m=steps.sum(), peak_speed_m_s=v.max(), static_share=(v < still).mean(),
         sparc=sparc(v, rate), ldlj_v=ldlj(v, rate),
-        jerk_p50_m_s3=np.quantile(jerk, 0.5), jerk_p95_m_s3=np.quantile(jerk, 0.95),
     )
 
 

@@ -5,7 +5,7 @@ use inhand_model::{
     Bootstrap, Cluster, EvaluationRows, Finger, Intervals, Measure, MethodRows, PairedDifference,
     PerFinger, SegmentLayout, SegmentOrigin,
 };
-use inhand_statistics::bootstrap::Draws;
+use inhand_statistics::bootstrap::draw_clusters;
 use inhand_statistics::quantiles::statistics;
 
 const SAMPLES: usize = 4;
@@ -117,14 +117,10 @@ fn p75(rows: &MethodRows, times: &[u32], finger: Option<Finger>) -> f64 {
 }
 
 fn ends(of_draw: impl Fn(&[u32]) -> f64) -> [f64; 2] {
-    let draws = Draws {
-        clusters: SEGMENTS,
-        seed: BOOTSTRAP.seed,
-    };
     let values = (0..BOOTSTRAP.draws as u64)
         .map(|draw| {
             let mut times = [0; SEGMENTS];
-            draws.times(draw, &mut times);
+            draw_clusters(BOOTSTRAP.seed, draw, &mut times);
             of_draw(&times)
         })
         .collect();

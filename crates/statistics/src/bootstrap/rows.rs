@@ -1,8 +1,8 @@
 //! Rows in clusters, sorted once.
 
+use inhand_model::Measure;
 use rayon::prelude::*;
 
-use crate::bootstrap::Measure;
 use crate::error::BootstrapError;
 
 /// Rows are counted in blocks of at least this many: shorter ones would not make the walk through a
@@ -32,31 +32,18 @@ pub struct ClusteredRows {
     sums_of_squares: Vec<f64>,
 }
 
-/// Rows ascend; equal ones stand in the order of their clusters.
-fn order(a: &(f64, u32), b: &(f64, u32)) -> std::cmp::Ordering {
-    a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))
-}
-
-/// # Errors
-///
-/// [`BootstrapError::NotFinite`], [`BootstrapError::TooMany`].
-pub(crate) fn check(clusters: &[impl AsRef<[f64]>]) -> Result<(), BootstrapError> {
-    for (cluster, rows) in clusters.iter().enumerate() {
-        if let Some(row) = rows.as_ref().iter().position(|value| !value.is_finite()) {
-            let found = rows.as_ref()[row];
-            return Err(BootstrapError::NotFinite {
-                cluster,
-                row,
-                found,
-            });
-        }
-    }
-    let n: usize = clusters.iter().map(|rows| rows.as_ref().len()).sum();
-    let (found, limit) = (n.max(clusters.len()), u32::MAX as usize);
+/// Refuses more rows or clusters than are counted with 32 bits.
+fn check_count(found: usize) -> Result<(), BootstrapError> {
+    let limit = u32::MAX as usize;
     if found > limit {
         return Err(BootstrapError::TooMany { found, limit });
     }
     Ok(())
+}
+
+/// Rows ascend; equal ones stand in the order of their clusters.
+fn order(a: &(f64, u32), b: &(f64, u32)) -> std::cmp::Ordering {
+    a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))
 }
 
 impl ClusteredRows {
@@ -67,7 +54,18 @@ impl ClusteredRows {
     /// [`BootstrapError::NotFinite`] for a row that is no number, [`BootstrapError::TooMany`] for more
     /// than 2^32 - 1 rows.
     pub fn new(clusters: &[impl AsRef<[f64]>]) -> Result<Self, BootstrapError> {
-        check(clusters)?;
+        for (cluster, rows) in clusters.iter().enumerate() {
+            if let Some(row) = rows.as_ref().iter().position(|value| !value.is_finite()) {
+                let found = rows.as_ref()[row];
+                return Err(BootstrapError::NotFinite {
+                    cluster,
+                    row,
+                    found,
+                });
+            }
+        }
+        let n: usize = clusters.iter().map(|rows| rows.as_ref().len()).sum();
+        check_count(n.max(clusters.len()))?;
         let mut rows: Vec<(f64, u32)> = (clusters.iter().zip(0..))
             .flat_map(|(rows, cluster)| rows.as_ref().iter().map(move |&value| (value, cluster)))
             .collect();
@@ -98,10 +96,7 @@ impl ClusteredRows {
             });
         }
         let n: usize = parts.iter().map(|part| part.sorted.len()).sum();
-        let limit = u32::MAX as usize;
-        if n > limit {
-            return Err(BootstrapError::TooMany { found: n, limit });
-        }
+        check_count(n)?;
         let (mut sorted, mut cluster) = (Vec::with_capacity(n), Vec::with_capacity(n));
         let mut heads = vec![0; parts.len()];
         let row = |part: usize, head: usize| {
@@ -197,6 +192,13 @@ impl ClusteredRows {
         &self.sorted
     }
 
+    /// Each measure of the rows themselves; NaN without rows.
+    pub fn measures(&self, measures: &[Measure]) -> Vec<f64> {
+        let mut found = vec![f64::NAN; measures.len()];
+        self.measure(&vec![1; self.sizes.len()], measures, &mut found);
+        found
+    }
+
     /// Each measure of the rows with cluster `c` taken `times[c]` times; NaN without rows.
     pub(crate) fn measure(&self, times: &[u32], measures: &[Measure], found: &mut [f64]) {
         let n: u64 = (times.iter().zip(&self.sizes))
@@ -212,7 +214,9 @@ impl ClusteredRows {
                 _ if n == 0 => f64::NAN,
                 Measure::Mean => weighted(&self.sums) / n as f64,
                 Measure::Rmse => (weighted(&self.sums_of_squares) / n as f64).sqrt(),
-                Measure::Quantile(q) => self.quantile(times, n, q),
+                Measure::P50 => self.quantile(times, n, 0.5),
+                Measure::P75 => self.quantile(times, n, 0.75),
+                Measure::P95 => self.quantile(times, n, 0.95),
             };
         }
     }

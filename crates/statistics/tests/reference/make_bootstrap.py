@@ -1,5 +1,5 @@
 """Reference values for bootstrap intervals: draws by ChaCha8 written out here, statistics by NumPy on the
-rows of each draw put together, BCa with the normal distribution of SciPy.
+rows of each draw put together.
 
     python make_bootstrap.py > bootstrap.json
 """
@@ -7,7 +7,6 @@ import json
 import sys
 
 import numpy as np
-from scipy.stats import norm
 
 MEASURES = [
     lambda v: v.mean(),
@@ -48,24 +47,17 @@ def taken(seed, draw, clusters):
     return [word * clusters >> 64 for word in chacha8(seed, draw, clusters)]
 
 
-def estimate(value, drawn, left_out, confidence):
-    drawn, left_out = np.array(drawn), np.array(left_out)
+def estimate(value, drawn, confidence):
+    drawn = np.array(drawn)
     tail = (1 - confidence) / 2
-    z0 = norm.ppf(((drawn < value).mean() + (drawn <= value).mean()) / 2)
-    d = left_out.mean() - left_out
-    a = (d**3).sum() / (6 * (d**2).sum() ** 1.5)
-    z = norm.ppf([tail, 1 - tail])
-    shares = norm.cdf(z0 + (z0 + z) / (1 - a * (z0 + z)))
     return dict(
-        value=value, standard_error=drawn.std(ddof=1),
-        percentile=np.quantile(drawn, [tail, 1 - tail]), bca=np.quantile(drawn, shares),
+        value=value, standard_error=drawn.std(ddof=1), percentile=np.quantile(drawn, [tail, 1 - tail])
     )
 
 
 def case(first, second, draws, seed, confidence):
     n = len(first)
     picks = [list(range(n))]
-    picks += [[c for c in range(n) if c != out] for out in range(n)]
     picks += [taken(seed, d, n) for d in range(draws)]
     pooled = lambda rows, pick: np.concatenate([rows[c] for c in pick])
     result = dict(first=first, second=second, draws=draws, seed=str(seed), confidence=confidence,
@@ -73,7 +65,7 @@ def case(first, second, draws, seed, confidence):
     for measure in MEASURES:
         a, b = (np.array([measure(pooled(rows, pick)) for pick in picks]) for rows in (first, second))
         for key, v in (("intervals", a), ("differences", a - b), ("relative", (a - b) / b)):
-            result[key].append(estimate(v[0], v[1 + n:], v[1:1 + n], confidence))
+            result[key].append(estimate(v[0], v[1:], confidence))
     return result
 
 

@@ -1,23 +1,24 @@
-//! Intervals over clusters, against plain resampling, NumPy and SciPy.
+//! Intervals over clusters, against plain resampling and NumPy.
 
+use inhand_model::{Bootstrap, Cluster, Estimate, Measure};
 use inhand_statistics::BootstrapError;
-use inhand_statistics::bootstrap::{
-    ClusteredRows, Draws, Estimate, Interval, Measure, Resampling, differences, intervals,
-    intervals_of, unpaired_differences,
-};
+use inhand_statistics::bootstrap::{ClusteredRows, differences, draw_clusters, intervals};
 use inhand_statistics::quantiles::quantile;
 use proptest::prelude::*;
 use serde_json::Value;
 
 use crate::{number, numbers};
 
-const MEASURES: [Measure; 5] = [
-    Measure::Mean,
-    Measure::Rmse,
-    Measure::Quantile(0.5),
-    Measure::Quantile(0.75),
-    Measure::Quantile(0.95),
-];
+const MEASURES: [Measure; 5] = Measure::ALL;
+
+fn bootstrap(draws: usize, seed: u64, confidence: f64) -> Bootstrap {
+    Bootstrap {
+        cluster: Cluster::Segment,
+        draws,
+        seed,
+        confidence,
+    }
+}
 
 fn recorded() -> Value {
     serde_json::from_str(include_str!("../reference/bootstrap.json")).unwrap()
@@ -56,12 +57,9 @@ fn check(found: &Estimate, expected: &Value, what: &str) {
         number(&expected["standard_error"]),
         what,
     );
-    let ends = |interval: Option<Interval>| interval.map(|i| vec![i.low, i.high]);
-    for (kind, found) in [("percentile", found.percentile), ("bca", found.bca)] {
-        let expected = numbers(&expected[kind]);
-        for (found, expected) in ends(found).unwrap().into_iter().zip(expected) {
-            close(found, expected, &format!("{kind} of {what}"));
-        }
+    let expected = numbers(&expected["percentile"]);
+    for (found, expected) in found.interval.unwrap().into_iter().zip(expected) {
+        close(found, expected, &format!("interval of {what}"));
     }
 }
 
@@ -74,7 +72,7 @@ fn draws_can_be_repeated_by_others() {
         let clusters = expected["clusters"].as_u64().unwrap() as usize;
         let seed = expected["seed"].as_str().unwrap().parse().unwrap();
         let mut times = vec![0; clusters];
-        Draws { clusters, seed }.times(expected["draw"].as_u64().unwrap(), &mut times);
+        draw_clusters(seed, expected["draw"].as_u64().unwrap(), &mut times);
         let expected: Vec<u32> = (expected["times"].as_array().unwrap().iter())
             .map(|n| n.as_u64().unwrap() as u32)
             .collect();
@@ -83,20 +81,20 @@ fn draws_can_be_repeated_by_others() {
 }
 
 #[test]
-fn intervals_agree_with_numpy_and_scipy() {
+fn intervals_agree_with_numpy() {
     let recorded = recorded();
     let cases = recorded["cases"].as_array().unwrap();
     assert_eq!(cases.len(), 3);
     for case in cases {
-        let resampling = Resampling {
-            draws: case["draws"].as_u64().unwrap() as usize,
-            seed: case["seed"].as_str().unwrap().parse().unwrap(),
-            confidence: number(&case["confidence"]),
-        };
+        let resampling = bootstrap(
+            case["draws"].as_u64().unwrap() as usize,
+            case["seed"].as_str().unwrap().parse().unwrap(),
+            number(&case["confidence"]),
+        );
         let first = ClusteredRows::new(&clusters(&case["first"])).unwrap();
         let second = ClusteredRows::new(&clusters(&case["second"])).unwrap();
         let found = intervals(&first, &MEASURES, &resampling).unwrap();
-        let paired = differences(&first, &second, &MEASURES, &resampling).unwrap();
+        let paired = differences(&first, &second, true, &MEASURES, &resampling).unwrap();
         for (k, measure) in MEASURES.iter().enumerate() {
             let name = format!("{measure:?}");
             check(&found[k].unwrap(), &case["intervals"][k], &name);
@@ -109,61 +107,38 @@ fn intervals_agree_with_numpy_and_scipy() {
 
 #[test]
 fn nothing_and_one_cluster_have_no_interval() {
-    let resampling = Resampling {
-        draws: 50,
-        seed: 1,
-        confidence: 0.9,
-    };
+    let resampling = bootstrap(50, 1, 0.9);
     let none: [&[f64]; 3] = [&[], &[], &[]];
     let rows = ClusteredRows::new(&none).unwrap();
     assert_eq!(intervals(&rows, &MEASURES, &resampling).unwrap(), [None; 5]);
     assert!(ClusteredRows::new(&none[..0]).unwrap().sorted().is_empty());
 
-    let one: [&[f64]; 3] = [&[], &[1.0, 2.0, 6.0], &[]];
-    let rows = ClusteredRows::new(&one).unwrap();
-    let mean = intervals(&rows, &[Measure::Mean], &resampling).unwrap()[0].unwrap();
-    assert_eq!(
-        (mean.value, mean.percentile, mean.bca, mean.standard_error),
-        (3.0, None, None, None)
-    );
-
-    // Of two clusters with rows and one without, one draw in 27 has no row at all.
-    let two: [&[f64]; 3] = [&[1.0], &[], &[3.0]];
-    let rows = ClusteredRows::new(&two).unwrap();
-    let many = Resampling {
-        draws: 2700,
-        ..resampling
-    };
-    let mean = intervals(&rows, &[Measure::Mean], &many).unwrap()[0].unwrap();
-    assert!((60..160).contains(&mean.undefined_draws));
-    let interval = mean.percentile.unwrap();
-    assert_eq!((interval.low, interval.high), (1.0, 3.0));
+    // Of four clusters there is a value alone.
+    for few in [[vec![], vec![1.0, 2.0, 6.0]].to_vec(), vec![vec![3.0]; 4]] {
+        let rows = ClusteredRows::new(&few).unwrap();
+        let mean = intervals(&rows, &[Measure::Mean], &resampling).unwrap()[0].unwrap();
+        assert_eq!(
+            (mean.value, mean.interval, mean.standard_error),
+            (3.0, None, None)
+        );
+    }
 }
 
 #[test]
 fn a_method_does_not_differ_from_itself() {
-    let rows = ClusteredRows::new(&[[1.0, 2.0], [2.0, 5.0], [0.5, 0.25]]).unwrap();
-    let resampling = Resampling {
-        draws: 200,
-        seed: 3,
-        confidence: 0.95,
-    };
-    for found in differences(&rows, &rows, &MEASURES, &resampling).unwrap() {
+    let rows =
+        ClusteredRows::new(&[[1.0, 2.0], [2.0, 5.0], [0.5, 0.25], [3.0, 3.5], [0.0, 1.0]]).unwrap();
+    let resampling = bootstrap(200, 3, 0.95);
+    for found in differences(&rows, &rows, true, &MEASURES, &resampling).unwrap() {
         let found = found.unwrap();
         for estimate in [found.absolute, found.relative.unwrap()] {
             assert_eq!(estimate.value, 0.0);
-            assert_eq!(
-                estimate.percentile,
-                Some(Interval {
-                    low: 0.0,
-                    high: 0.0
-                })
-            );
-            assert_eq!(estimate.bca, None);
+            // No draw differs from another: an interval of no width would pass for certainty.
+            assert_eq!(estimate.interval, None);
         }
     }
-    let zero = ClusteredRows::new(&[[0.0], [0.0], [0.0]]).unwrap();
-    let found = differences(&rows, &zero, &[Measure::Mean], &resampling).unwrap()[0].unwrap();
+    let zero = ClusteredRows::new(&[[0.0]; 5]).unwrap();
+    let found = differences(&rows, &zero, true, &[Measure::Mean], &resampling).unwrap()[0].unwrap();
     assert_eq!(found.relative, None);
 }
 
@@ -181,38 +156,28 @@ fn standard_error_of_a_mean_is_that_of_cluster_means() {
     let mean = means.iter().sum::<f64>() / 40.0;
     let variance = means.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / 40.0;
     let expected = (variance / 40.0).sqrt();
-    let resampling = Resampling {
-        draws: 20_000,
-        seed: 5,
-        confidence: 0.95,
-    };
+    let resampling = bootstrap(20_000, 5, 0.95);
     let rows = ClusteredRows::new(&clusters).unwrap();
     let found = intervals(&rows, &[Measure::Mean], &resampling).unwrap()[0].unwrap();
     // The spread of a spread over 20 000 draws is half a per cent.
     assert!((found.standard_error.unwrap() / expected - 1.0).abs() < 0.02);
-    let interval = found.percentile.unwrap();
-    assert!(((interval.high - interval.low) / (2.0 * 1.96 * expected) - 1.0).abs() < 0.05);
+    let [low, high] = found.interval.unwrap();
+    assert!(((high - low) / (2.0 * 1.96 * expected) - 1.0).abs() < 0.05);
 }
 
 #[test]
 fn settings_and_rows_that_make_no_sense_are_refused() {
     let rows = ClusteredRows::new(&[[1.0], [2.0]]).unwrap();
-    let good = Resampling {
-        draws: 10,
-        seed: 0,
-        confidence: 0.95,
-    };
+    let good = bootstrap(10, 0, 0.95);
     for confidence in [0.0, 1.0, -0.5, 95.0, f64::NAN] {
-        let bad = Resampling { confidence, ..good };
+        let bad = Bootstrap { confidence, ..good };
         let error = intervals(&rows, &MEASURES, &bad).unwrap_err();
         assert!(matches!(error, BootstrapError::Confidence { .. }));
     }
-    let error = intervals(&rows, &MEASURES, &Resampling { draws: 0, ..good }).unwrap_err();
+    let error = intervals(&rows, &MEASURES, &Bootstrap { draws: 0, ..good }).unwrap_err();
     assert_eq!(error, BootstrapError::NoDraws);
-    let error = intervals(&rows, &[Measure::Quantile(1.5)], &good).unwrap_err();
-    assert_eq!(error, BootstrapError::Quantile { found: 1.5 });
     let other = ClusteredRows::new(&[[1.0]]).unwrap();
-    let error = differences(&rows, &other, &MEASURES, &good).unwrap_err();
+    let error = differences(&rows, &other, true, &MEASURES, &good).unwrap_err();
     assert_eq!(
         error,
         BootstrapError::Unpaired {
@@ -225,19 +190,25 @@ fn settings_and_rows_that_make_no_sense_are_refused() {
         error.to_string(),
         "row 1 of cluster 1 is inf: expected a finite number, leave missing rows out and count them"
     );
-    assert!(intervals_of(&[[f64::NAN]], &good, |_| [0.0]).is_err());
 }
 
-fn bits(estimate: &Estimate) -> Vec<Option<u64>> {
-    let ends = |i: Option<Interval>| [i.map(|i| i.low.to_bits()), i.map(|i| i.high.to_bits())];
-    let mut all = vec![
-        Some(estimate.value.to_bits()),
-        estimate.standard_error.map(f64::to_bits),
-        Some(estimate.undefined_draws as u64),
-    ];
-    all.extend(ends(estimate.percentile));
-    all.extend(ends(estimate.bca));
-    all
+/// The statistics of each draw, rows put together, ascending by measure; draws without rows left out.
+fn drawn(clusters: &[Vec<f64>], resampling: &Bootstrap) -> [Vec<f64>; 5] {
+    let mut drawn: [Vec<f64>; 5] = Default::default();
+    for draw in 0..resampling.draws as u64 {
+        let mut times = vec![0; clusters.len()];
+        draw_clusters(resampling.seed, draw, &mut times);
+        let rows =
+            (clusters.iter().zip(times)).flat_map(|(rows, times)| rows.repeat(times as usize));
+        let found = plain(&rows.collect::<Vec<f64>>());
+        for (drawn, found) in drawn.iter_mut().zip(found) {
+            drawn.extend(Some(found).filter(|found| found.is_finite()));
+        }
+    }
+    drawn
+        .iter_mut()
+        .for_each(|drawn| drawn.sort_by(f64::total_cmp));
+    drawn
 }
 
 proptest! {
@@ -251,47 +222,44 @@ proptest! {
             prop::collection::vec(prop_oneof![3 => -1.0..1.0, 1 => Just(0.25)], 0..40), 1..20),
         seed in any::<u64>(),
     ) {
-        let resampling = Resampling { draws: 40, seed, confidence: 0.9 };
+        let resampling = bootstrap(40, seed, 0.9);
         let rows = ClusteredRows::new(&clusters).unwrap();
         let quick = intervals(&rows, &MEASURES, &resampling).unwrap();
-        let slow = intervals_of(&clusters, &resampling, plain).unwrap();
-        for (k, (quick, slow)) in quick.iter().zip(&slow).enumerate() {
-            prop_assert_eq!(quick.is_some(), slow.is_some());
-            let (Some(quick), Some(slow)) = (quick, slow) else { continue };
+        let (values, drawn) = (plain(&clusters.concat()), drawn(&clusters, &resampling));
+        for (k, (quick, drawn)) in quick.iter().zip(&drawn).enumerate() {
+            prop_assert_eq!(quick.is_some(), values[k].is_finite());
+            let Some(quick) = quick else { continue };
+            let tail = (1.0 - resampling.confidence) / 2.0;
+            let ends = quick.interval.map(|_| [tail, 1.0 - tail].map(|q| quantile(drawn, q).unwrap()));
             if k >= 2 {
-                prop_assert_eq!(bits(quick), bits(slow));
+                prop_assert_eq!((quick.value, quick.interval), (values[k], ends));
             } else {
-                prop_assert!((quick.value - slow.value).abs() < 1e-14);
-                if let (Some(quick), Some(slow)) = (quick.percentile, slow.percentile) {
-                    prop_assert!((quick.low - slow.low).abs() < 1e-13);
-                    prop_assert!((quick.high - slow.high).abs() < 1e-13);
+                prop_assert!((quick.value - values[k]).abs() < 1e-14);
+                for (quick, slow) in quick.interval.iter().flatten().zip(ends.iter().flatten()) {
+                    prop_assert!((quick - slow).abs() < 1e-13);
                 }
             }
         }
     }
 }
 
-const FEW: Resampling = Resampling {
-    draws: 200,
-    seed: 1,
-    confidence: 0.95,
-};
-
 #[test]
 fn samples_of_one_cluster_each_have_a_difference_and_no_interval() {
     let first = ClusteredRows::new(&[vec![1.0, 2.0], vec![]]).unwrap();
     let second = ClusteredRows::new(&[vec![], vec![5.0, 6.0]]).unwrap();
-    let found = differences(&first, &second, &[Measure::Mean], &FEW).unwrap();
+    let few = bootstrap(200, 1, 0.95);
+    let found = differences(&first, &second, true, &[Measure::Mean], &few).unwrap();
     let difference = found[0].unwrap();
     assert_eq!(difference.absolute.value, -4.0);
-    assert_eq!(difference.absolute.percentile, None);
+    assert_eq!(difference.absolute.interval, None);
 }
 
 #[test]
 fn relative_differences_have_the_sign_of_the_difference() {
     let first = ClusteredRows::new(&[vec![-1.4], vec![-1.4]]).unwrap();
     let second = ClusteredRows::new(&[vec![-1.6], vec![-1.6]]).unwrap();
-    let found = differences(&first, &second, &[Measure::Mean], &FEW).unwrap();
+    let few = bootstrap(200, 1, 0.95);
+    let found = differences(&first, &second, true, &[Measure::Mean], &few).unwrap();
     let relative = found[0].unwrap().relative.unwrap().value;
     assert!((relative - 0.125).abs() < 1e-12, "{relative}");
 }
@@ -318,7 +286,7 @@ proptest! {
         let expected = ClusteredRows::new(&together).unwrap();
         prop_assert_eq!(merged.sorted(), expected.sorted());
         prop_assert_eq!(merged.by_cluster(), expected.by_cluster());
-        let resampling = Resampling { draws: 20, seed: 3, confidence: 0.9 };
+        let resampling = bootstrap(20, 3, 0.9);
         // Small whole numbers add up exactly in any order.
         prop_assert_eq!(
             intervals(&merged, &MEASURES, &resampling).unwrap(),
@@ -329,24 +297,22 @@ proptest! {
 
 #[test]
 fn samples_of_other_clusters_are_drawn_apart() {
-    let first = vec![vec![1.0, 2.0], vec![4.0], vec![3.0, 8.0]];
+    let first = vec![
+        vec![1.0, 2.0],
+        vec![4.0],
+        vec![3.0, 8.0],
+        vec![2.5],
+        vec![7.0, 0.5],
+    ];
     let second = vec![vec![2.0], vec![5.0, 1.0]];
-    let resampling = Resampling {
-        draws: 200,
-        seed: 11,
-        confidence: 0.9,
-    };
+    let resampling = bootstrap(200, 11, 0.9);
     let rows = |clusters: &[Vec<f64>]| ClusteredRows::new(clusters).unwrap();
-    let found =
-        unpaired_differences(&rows(&first), &rows(&second), &MEASURES, &resampling).unwrap();
-    let drawn = |clusters: &[Vec<f64>], seed: u64, draw: u64| {
+    let apart = |second: &[Vec<f64>]| {
+        differences(&rows(&first), &rows(second), false, &MEASURES, &resampling).unwrap()
+    };
+    let statistics = |clusters: &[Vec<f64>], seed: u64, draw: u64| {
         let mut times = vec![0; clusters.len()];
-        let size = clusters.len();
-        Draws {
-            clusters: size,
-            seed,
-        }
-        .times(draw, &mut times);
+        draw_clusters(seed, draw, &mut times);
         let rows = clusters.iter().zip(times);
         plain(
             &rows
@@ -354,22 +320,21 @@ fn samples_of_other_clusters_are_drawn_apart() {
                 .collect::<Vec<f64>>(),
         )
     };
-    for (k, found) in found.iter().enumerate() {
+    for (k, found) in apart(&second).iter().enumerate() {
         let mut values: Vec<f64> = (0..resampling.draws as u64)
-            .map(|draw| drawn(&first, 11, draw)[k] - drawn(&second, 12, draw)[k])
+            .map(|draw| statistics(&first, 11, draw)[k] - statistics(&second, 12, draw)[k])
             .collect();
         values.sort_by(f64::total_cmp);
         let found = found.unwrap().absolute;
-        let interval = found.percentile.unwrap();
+        let [low, high] = found.interval.unwrap();
         close(
             found.value,
             plain(&first.concat())[k] - plain(&second.concat())[k],
             "value",
         );
-        close(interval.low, quantile(&values, 0.05).unwrap(), "low");
-        close(interval.high, quantile(&values, 0.95).unwrap(), "high");
+        close(low, quantile(&values, 0.05).unwrap(), "low");
+        close(high, quantile(&values, 0.95).unwrap(), "high");
     }
     // One cluster shows no spread.
-    let lone = unpaired_differences(&rows(&first), &rows(&second[..1]), &MEASURES, &resampling);
-    assert!(lone.unwrap()[0].unwrap().absolute.percentile.is_none());
+    assert!(apart(&second[..1])[0].unwrap().absolute.interval.is_none());
 }

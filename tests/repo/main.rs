@@ -9,7 +9,7 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Folder under `crates/` and the folders it may use. Kept as the table in `docs/architecture.md`.
-const EDGES: [(&str, &[&str]); 22] = [
+const EDGES: [(&str, &[&str]); 21] = [
     ("model", &[]),
     ("matrices", &[]),
     ("statistics", &["model"]),
@@ -20,8 +20,7 @@ const EDGES: [(&str, &[&str]); 22] = [
     ("import", &["model", "container", "channels"]),
     ("tables", &["model"]),
     ("motion", &["model", "statistics"]),
-    ("cleaning", &["model", "motion"]),
-    ("checking", &["model", "statistics", "motion"]),
+    ("inspection", &["model", "statistics", "motion"]),
     ("dictionary", &["model"]),
     ("contact", &["model"]),
     ("planner", &["model", "contact"]),
@@ -43,8 +42,7 @@ const EDGES: [(&str, &[&str]); 22] = [
             "matrices",
             "tables",
             "motion",
-            "cleaning",
-            "checking",
+            "inspection",
             "dictionary",
             "contact",
             "planner",
@@ -66,8 +64,7 @@ const EDGES: [(&str, &[&str]); 22] = [
             "matrices",
             "tables",
             "motion",
-            "cleaning",
-            "checking",
+            "inspection",
             "dictionary",
             "contact",
             "planner",

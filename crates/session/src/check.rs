@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use inhand_checking::{CheckSettings, Checked, Suspicion, SuspicionKind, check};
-use inhand_cleaning::detect::{Suspects, all, flips, spikes};
+use inhand_inspection::detect::{Suspects, all, flips, spikes};
+use inhand_inspection::{CheckSettings, Checked, Suspicion, SuspicionKind, check};
 
 use crate::containers::name_of;
 use crate::error::SessionError;

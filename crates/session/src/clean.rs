@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use inhand_channels::TakeFile;
-use inhand_cleaning::{CleanSettings, Cleaned};
+use inhand_inspection::{CleanSettings, Cleaned};
 use inhand_model::{Provenance, Shape};
 
 use crate::error::{Located, SessionError};
@@ -17,7 +17,7 @@ use crate::take_file;
 /// [`SessionError::At`], and [`SessionError::Data`] where roles cannot be told.
 pub fn clean_take(take: &Take, steps: &CleanSettings) -> Result<Cleaned, SessionError> {
     let mut cleaned =
-        inhand_cleaning::clean(&take.recording, take.roles()?, steps).in_file(&take.path)?;
+        inhand_inspection::clean(&take.recording, take.roles()?, steps).in_file(&take.path)?;
     if let Some(earlier) = &take.cleaning {
         // Changes count the samples of what was measured.
         let (from, to) = (take.recording.clock, earlier.measured.clock);

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::ValueEnum;
-use inhand_checking::{Checked, Level, ranked, to_json, to_markdown, to_text};
+use inhand_inspection::{Checked, Level, ranked, to_json, to_markdown, to_text};
 use inhand_session::{check_take, check_target, write_text};
 
 use crate::console::{Console, data, with_flags};

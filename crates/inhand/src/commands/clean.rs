@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result};
 use clap::ValueEnum;
-use inhand_cleaning::detect::{self, Suspects};
+use inhand_inspection::detect::{self, Suspects};
 use inhand_model::{Change, ChangeKind, Clock, Finger};
 use inhand_session::{
     CleanFill, CleanSection, Settings, Take, clean_take, provenance, write_cleaned,

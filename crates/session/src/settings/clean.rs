@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use inhand_cleaning::{CleanSettings, FillMethod, FillSettings, PadOffset};
+use inhand_inspection::{CleanSettings, FillMethod, FillSettings, PadOffset};
 use inhand_model::PerFinger;
 use serde::{Deserialize, Serialize};
 

@@ -1,0 +1,389 @@
+//! Rotations and positions of a body against the markers that it carries.
+//!
+//! Seen from a rigid body, its markers do not move: `R^T (marker - origin)` is constant, if rotations
+//! are read as they were written. Where it is not, but becomes constant under another reading (the
+//! opposite rotation, w before x, y, z, another order of Euler angles, positions with axes swapped or
+//! mirrored), that reading is how the file was written.
+//!
+//! A file in which positions and rotations were mirrored alike is consistent, and nothing here can
+//! tell it from one that was not.
+
+use inhand_model::{Marker, MarkerKind, Recording, RotationOrder, Setting, TrackedBody};
+use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
+
+use super::bodies::{MIN_MARKERS, markers_of};
+use super::checkup::{CheckResult, Level};
+use super::numbers::{Sorted, thinned};
+use super::words::length;
+
+/// Samples that are looked at, evenly spread.
+const SAMPLES: usize = 300;
+
+/// Fewest samples that prove anything.
+const MIN_SAMPLES: usize = 10;
+
+/// How far markers may move in the frame of their body, relative to their distance from it...
+const TOLERANCE_SHARE: f64 = 0.05;
+
+/// ...and at least, metres: noise of markers and of the fit.
+const TOLERANCE_M: f64 = 1.5e-3;
+
+/// Another reading has to be this many times better to be believed.
+const BETTER: f64 = 4.0;
+
+/// Readings whose markers wander this many times the least, and this much more in metres, are as good.
+const AS_GOOD: f64 = 1.5;
+/// See [`AS_GOOD`].
+const AS_GOOD_M: f64 = 1e-4;
+
+/// Turn that a body has to make before its rotations are proven, radians: 15 degrees.
+const MIN_TURN_RAD: f64 = 0.26;
+
+/// How the rotations and positions of a file could have to be read.
+#[derive(Clone, Debug)]
+struct Reading {
+    words: String,
+    advice: String,
+    rotation: Turned,
+    positions: Matrix3<f64>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Turned {
+    AsRead,
+    Inverse,
+    ScalarFirst,
+    Euler([u8; 3]),
+}
+
+/// Looks at every body that carries three or more markers.
+pub(crate) fn convention(recording: &Recording) -> Vec<CheckResult> {
+    let bodies = recording.bodies.iter();
+    bodies.filter_map(|body| of_body(recording, body)).collect()
+}
+
+fn of_body(recording: &Recording, body: &TrackedBody) -> Option<CheckResult> {
+    let kinds = [MarkerKind::RigidBodyMarker, MarkerKind::Labelled];
+    let markers = (kinds.into_iter())
+        .map(|kind| markers_of(recording, body, kind))
+        .find(|markers| markers.len() >= MIN_MARKERS)?;
+    let seen = Seen::of(body, &markers)?;
+    let stated = seen.wander_m(&Reading::as_read(), recording.source.rotation);
+    let tolerance_m = TOLERANCE_M.max(TOLERANCE_SHARE * seen.radius_m);
+    let base = |level| {
+        CheckResult::new("axes", level, body.name.clone())
+            .expected("markers that stay in place, seen from their body")
+            .number("wander_mm", 1e3 * stated, seen.n())
+            .number("turn_deg", seen.turn_rad.to_degrees(), seen.n())
+    };
+    if stated <= tolerance_m {
+        let turns = format!("turned by {:.0} degrees", seen.turn_rad.to_degrees());
+        return Some(if seen.turn_rad >= MIN_TURN_RAD {
+            base(Level::Ok).found("rotations and positions agree")
+        } else {
+            base(Level::Info).found(format!(
+                "no evidence on how rotations were written: {turns} at most"
+            ))
+        });
+    }
+    let readings = readings(recording.source.rotation);
+    let tried: Vec<_> = (readings.iter())
+        .map(|reading| (seen.wander_m(reading, recording.source.rotation), reading))
+        .collect();
+    let best_m = tried
+        .iter()
+        .map(|&(wander_m, _)| wander_m)
+        .fold(f64::INFINITY, f64::min);
+    // Of readings that are as good as each other, the likeliest, which is the first.
+    let as_good_m = AS_GOOD * best_m + AS_GOOD_M;
+    let better = (tried.into_iter())
+        .find(|&(wander_m, _)| wander_m <= as_good_m)
+        .filter(|&(wander_m, _)| wander_m <= tolerance_m && BETTER * wander_m <= stated);
+    let Some((wander_m, reading)) = better else {
+        return Some(
+            base(Level::Warn)
+                .found(format!(
+                    "its markers move by {} seen from the body, under any convention known",
+                    length(stated)
+                ))
+                .advice("the markers and poses do not belong together: export both again"),
+        );
+    };
+    Some(
+        base(Level::Warn)
+            .found(format!(
+                "its markers move by {} seen from the body; they stay within {} if {}",
+                length(stated),
+                length(wander_m),
+                reading.words
+            ))
+            .advice(reading.advice.clone())
+            .number("wander_then_mm", 1e3 * wander_m, seen.n()),
+    )
+}
+
+/// A body and its markers at some samples.
+struct Seen {
+    rotations: Vec<UnitQuaternion<f64>>,
+    /// Offsets from the body's origin, world axes; one list for each marker, `None` where missing.
+    offsets: Vec<Vec<Option<Vector3<f64>>>>,
+    radius_m: f64,
+    turn_rad: f64,
+}
+
+impl Seen {
+    fn of(body: &TrackedBody, markers: &[&Marker]) -> Option<Self> {
+        let present: Vec<usize> = (0..body.track.len())
+            .filter(|&k| body.track.status(k).is_present())
+            .collect();
+        let poses: Vec<_> = thinned(&present, SAMPLES)
+            .into_iter()
+            .filter_map(|k| Some((k, body.track.get(k)?.isometry())))
+            .collect();
+        if poses.len() < MIN_SAMPLES {
+            return None;
+        }
+        let offsets: Vec<Vec<_>> = (markers.iter())
+            .map(|marker| {
+                let at = |&(k, pose): &(usize, nalgebra::Isometry3<f64>)| {
+                    marker
+                        .track
+                        .get(k)
+                        .map(|p| p.coords_m() - pose.translation.vector)
+                };
+                poses.iter().map(at).collect()
+            })
+            .collect();
+        let radii = offsets.iter().flatten().flatten().map(Vector3::norm);
+        let radius_m = Sorted::of(radii).median();
+        let rotations: Vec<_> = poses.iter().map(|(_, pose)| pose.rotation).collect();
+        let first = rotations[0];
+        let turn_rad = rotations
+            .iter()
+            .map(|r| r.angle_to(&first))
+            .fold(0.0, f64::max);
+        radius_m.is_finite().then_some(Self {
+            rotations,
+            offsets,
+            radius_m,
+            turn_rad,
+        })
+    }
+
+    fn n(&self) -> usize {
+        self.rotations.len()
+    }
+
+    /// How far markers wander in the frame of the body under a reading: 90th percentile of the
+    /// distances from each marker's median place.
+    fn wander_m(&self, reading: &Reading, written: Option<RotationOrder>) -> f64 {
+        let body_from_world: Vec<Matrix3<f64>> = (self.rotations.iter())
+            .map(|&rotation| {
+                let matrix = turned(rotation, reading.rotation, written).to_rotation_matrix();
+                matrix.into_inner().transpose() * reading.positions
+            })
+            .collect();
+        let mut distances = Vec::with_capacity(self.n() * self.offsets.len());
+        for offsets in &self.offsets {
+            let places: Vec<Vector3<f64>> = (offsets.iter().zip(&body_from_world))
+                .filter_map(|(offset, turn)| Some(turn * (*offset)?))
+                .collect();
+            let middle = Vector3::from_fn(|axis, _| {
+                Sorted::of(places.iter().map(|place| place[axis])).median()
+            });
+            distances.extend(places.iter().map(|place| (place - middle).norm()));
+        }
+        Sorted::of(distances).quantile(0.9)
+    }
+}
+
+/// The rotation that a file meant, if it was written another way than it was read.
+fn turned(
+    read: UnitQuaternion<f64>,
+    how: Turned,
+    written: Option<RotationOrder>,
+) -> UnitQuaternion<f64> {
+    match how {
+        Turned::AsRead => read,
+        Turned::Inverse => read.inverse(),
+        // The four numbers were taken as x, y, z, w and are w, x, y, z.
+        Turned::ScalarFirst => {
+            let [x, y, z, w] = read.coords.into();
+            UnitQuaternion::new_normalize(Quaternion::new(x, y, z, w))
+        }
+        Turned::Euler(order) => match written {
+            Some(RotationOrder::Euler(stated)) => compose(angles(read, stated), order),
+            _ => read,
+        },
+    }
+}
+
+impl Reading {
+    fn as_read() -> Self {
+        Self {
+            words: String::new(),
+            advice: String::new(),
+            rotation: Turned::AsRead,
+            positions: Matrix3::identity(),
+        }
+    }
+}
+
+/// Other readings, the likeliest first.
+fn readings(written: Option<RotationOrder>) -> Vec<Reading> {
+    let rotations = |words: &str, rotation| Reading {
+        words: format!("{words}, and the file says {}", stated(written)),
+        advice: "export again with quaternions, or with the convention that the file states".into(),
+        rotation,
+        positions: Matrix3::identity(),
+    };
+    let mut readings = Vec::new();
+    if let Some(RotationOrder::Euler(order)) = written {
+        for other in EULER_ORDERS.into_iter().filter(|&other| other != order) {
+            let name = RotationOrder::Euler(other);
+            readings.push(Reading {
+                advice: format!(
+                    "read it with {} {name} where the file does not state one; else export again",
+                    Setting::RotationOrder
+                ),
+                ..rotations(
+                    &format!("its Euler angles are in the order {name}"),
+                    Turned::Euler(other),
+                )
+            });
+        }
+    } else {
+        readings.push(rotations("w comes before x, y and z", Turned::ScalarFirst));
+    }
+    readings.push(rotations(
+        "its rotations are the opposite ones",
+        Turned::Inverse,
+    ));
+    readings.extend(axis_changes().map(|(words, positions)| Reading {
+        words: format!("positions are taken with {words}, and rotations as they are"),
+        advice:
+            "positions and rotations are in different axes: export both in one convention".into(),
+        rotation: Turned::AsRead,
+        positions,
+    }));
+    readings
+}
+
+fn stated(written: Option<RotationOrder>) -> String {
+    written.map_or_else(|| "nothing".to_owned(), |order| order.to_string())
+}
+
+const EULER_ORDERS: [[u8; 3]; 6] = [
+    [0, 1, 2],
+    [0, 2, 1],
+    [1, 0, 2],
+    [1, 2, 0],
+    [2, 0, 1],
+    [2, 1, 0],
+];
+
+/// The other 47 ways to swap and mirror axes, those that change least first, with their words.
+fn axis_changes() -> impl Iterator<Item = (String, Matrix3<f64>)> {
+    let mut changes = Vec::new();
+    for order in EULER_ORDERS {
+        for signs in 0..8_u8 {
+            let sign = |axis: usize| if signs >> axis & 1 == 1 { -1.0 } else { 1.0 };
+            let mut matrix = Matrix3::zeros();
+            let mut words = Vec::new();
+            for (row, &from) in order.iter().enumerate() {
+                matrix[(row, usize::from(from))] = sign(row);
+                let minus = if sign(row) < 0.0 { "-" } else { "" };
+                words.push(format!("{minus}{}", ["x", "y", "z"][usize::from(from)]));
+            }
+            let moved = order
+                .iter()
+                .enumerate()
+                .filter(|&(row, &from)| row != usize::from(from));
+            let changed = moved.count() + signs.count_ones() as usize;
+            if changed > 0 {
+                changes.push((changed, format!("axes ({})", words.join(", ")), matrix));
+            }
+        }
+    }
+    changes.sort_by_key(|(changed, ..)| *changed);
+    changes
+        .into_iter()
+        .map(|(_, words, matrix)| (words, matrix))
+}
+
+/// Intrinsic Euler angles about x, y, z in radians, whose product in the stated order is the
+/// rotation; the middle one lies within a quarter turn, as capture software writes it.
+fn angles(rotation: UnitQuaternion<f64>, order: [u8; 3]) -> [f64; 3] {
+    let [i, j, k] = order.map(usize::from);
+    let r = rotation.to_rotation_matrix().into_inner();
+    // R = R_i(a) R_j(b) R_k(c); for odd orders the signs of the off-diagonal elements change.
+    let sign = if (i + 1) % 3 == j { 1.0 } else { -1.0 };
+    let mut angles = [0.0; 3];
+    angles[j] = (sign * r[(i, k)]).clamp(-1.0, 1.0).asin();
+    if r[(i, k)].abs() < 1.0 - 1e-12 {
+        angles[i] = (-sign * r[(j, k)]).atan2(r[(k, k)]);
+        angles[k] = (-sign * r[(i, j)]).atan2(r[(i, i)]);
+    } else {
+        // Both outer turns are about the same line: give all of it to the first.
+        angles[i] = (sign * r[(k, j)]).atan2(r[(j, j)]);
+    }
+    angles
+}
+
+/// The product of intrinsic rotations by angles about x, y, z, in an order.
+fn compose(angles: [f64; 3], order: [u8; 3]) -> UnitQuaternion<f64> {
+    let about = |axis: u8| {
+        let axis = usize::from(axis);
+        let mut direction = Vector3::zeros();
+        direction[axis] = angles[axis];
+        Rotation3::new(direction)
+    };
+    UnitQuaternion::from_rotation_matrix(&(about(order[0]) * about(order[1]) * about(order[2])))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn angles_and_their_product_are_opposite_in_every_order() {
+        for order in EULER_ORDERS {
+            for angles_rad in [[0.3, -0.7, 1.1], [-2.0, 0.4, 0.9], [0.1, 1.2, -3.0]] {
+                // The middle angle of each order within a quarter turn.
+                let mut angles_rad: [f64; 3] = angles_rad;
+                let middle = usize::from(order[1]);
+                angles_rad[middle] = angles_rad[middle].sin();
+                let found = angles(compose(angles_rad, order), order);
+                for axis in 0..3 {
+                    assert!(
+                        (found[axis] - angles_rad[axis]).abs() < 1e-12,
+                        "{order:?}: {found:?}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn angles_at_the_pole_still_give_the_rotation() {
+        for order in EULER_ORDERS {
+            let mut at_pole = [0.4, 0.4, 0.4];
+            at_pole[usize::from(order[1])] = std::f64::consts::FRAC_PI_2;
+            let rotation = compose(at_pole, order);
+            let again = compose(angles(rotation, order), order);
+            assert!(rotation.angle_to(&again) < 1e-6, "{order:?}");
+        }
+    }
+
+    #[test]
+    fn there_are_47_changes_of_axes_half_of_them_mirrored() {
+        let changes: Vec<_> = axis_changes().collect();
+        assert_eq!(changes.len(), 47);
+        let mirrored = changes
+            .iter()
+            .filter(|(_, m)| m.determinant() < 0.0)
+            .count();
+        assert_eq!(mirrored, 24);
+        assert_eq!(changes[0].0, "axes (-x, y, z)");
+    }
+}

@@ -1,0 +1,223 @@
+//! The unit of length, by the size of the hand.
+
+use inhand_model::{Finger, LengthUnit, Motion, Recording, Setting};
+
+use super::checkup::{CheckResult, Level};
+use super::numbers::Sorted;
+use super::settings::CheckSettings;
+use super::words::{length, names};
+
+/// Reach of a hand in the middle of what is plausible, metres: what a unit that fits best comes
+/// nearest to.
+const TYPICAL_REACH_M: f64 = 0.13;
+
+/// Fewest samples that prove anything.
+const MIN_SAMPLES: usize = 10;
+
+/// Fingertips that a sample has to show.
+const MIN_FINGERS: usize = 3;
+
+/// Farthest that the fingertips of one hand come apart, and nearest that five of them stay, metres.
+const SPREAD_M: [f64; 2] = [0.01, 0.28];
+
+/// How many times further than the finger in the middle one has to be to be another marker.
+const FAR: f64 = 2.0;
+
+/// Farthest that coordinates lie from the origin of any capture volume, metres.
+const VOLUME_M: f64 = 100.0;
+
+/// Every unit that a file can be in.
+const UNITS: [LengthUnit; 5] = [
+    LengthUnit::Metres,
+    LengthUnit::Centimetres,
+    LengthUnit::Millimetres,
+    LengthUnit::Inches,
+    LengthUnit::Feet,
+];
+
+/// The hand against the stated unit.
+pub(crate) fn hand_size(
+    recording: &Recording,
+    motion: &Motion,
+    settings: &CheckSettings,
+) -> Vec<CheckResult> {
+    let far = misplaced(motion, settings);
+    let (mut reach, mut spread) = (Vec::new(), Vec::new());
+    for k in 0..motion.len() {
+        let tips: Vec<_> = (Finger::ALL.into_iter())
+            .filter(|finger| !far.iter().any(|(other, ..)| other == finger))
+            .filter_map(|finger| motion.fingertips[finger].get(k))
+            .map(inhand_model::Position::coords_m)
+            .collect();
+        if tips.len() < MIN_FINGERS {
+            continue;
+        }
+        reach.push(tips.iter().map(nalgebra::Vector3::norm).fold(0.0, f64::max));
+        let apart = (tips.iter()).flat_map(|a| tips.iter().map(move |b| (a - b).norm()));
+        spread.push(apart.fold(0.0, f64::max));
+    }
+    let n = reach.len();
+    if n < MIN_SAMPLES {
+        return vec![
+            CheckResult::new("units", Level::Info, "")
+                .found("no evidence on the unit of length: hand and fingertips are hardly seen together")
+                .number("samples", n as f64, motion.len()),
+        ];
+    }
+    let reach_m = Sorted::of(reach).median();
+    let spread_m = Sorted::of(spread).median();
+    let stated = recording.source.length_unit;
+    let [least, most] = settings.hand_reach_m;
+    let base = |level| {
+        CheckResult::new("units", level, "")
+            .expected(format!(
+                "{} to {} from the back of the hand to the furthest fingertip",
+                length(least),
+                length(most)
+            ))
+            .number("hand_mm", 1e3 * reach_m, n)
+            .number("finger_spread_mm", 1e3 * spread_m, n)
+    };
+    if !(least..=most).contains(&reach_m) {
+        return vec![wrong_unit(base(Level::Warn), reach_m, stated, settings)];
+    }
+    let mut results = vec![base(Level::Ok).found(format!(
+        "{} agree with a hand of {}",
+        stated.name(),
+        length(reach_m)
+    ))];
+    results.extend(finger_place(&far, settings));
+    if !(SPREAD_M[0]..=SPREAD_M[1]).contains(&spread_m) {
+        results.push(
+            CheckResult::new("finger-spread", Level::Warn, "")
+                .expected(format!(
+                    "fingertips {} to {} apart",
+                    length(SPREAD_M[0]),
+                    length(SPREAD_M[1])
+                ))
+                .found(format!(
+                    "the fingertips furthest apart are {} apart",
+                    length(spread_m)
+                ))
+                .advice("see which marker is on which finger")
+                .number("finger_spread_mm", 1e3 * spread_m, n),
+        );
+    }
+    results
+}
+
+fn wrong_unit(
+    result: CheckResult,
+    reach_m: f64,
+    stated: LengthUnit,
+    settings: &CheckSettings,
+) -> CheckResult {
+    let [least, most] = settings.hand_reach_m;
+    // Numbers of the file times the metres of another unit.
+    let in_unit = |unit: LengthUnit| reach_m / stated.metres() * unit.metres();
+    let off = |unit: LengthUnit| (in_unit(unit) / TYPICAL_REACH_M).ln().abs();
+    let mut fitting: Vec<_> = (UNITS.into_iter())
+        .filter(|&unit| (least..=most).contains(&in_unit(unit)))
+        .collect();
+    fitting.sort_by(|&a, &b| off(a).total_cmp(&off(b)));
+    let size = format!("the hand measures {} in {}", length(reach_m), stated.name());
+    let Some(&best) = fitting.first() else {
+        return result
+            .found(format!("{size}, and no unit makes it a hand"))
+            .advice("see which body is the hand and which markers are fingertips");
+    };
+    result
+        .found(format!(
+            "{size}; it would be {} in {}",
+            length(in_unit(best)),
+            best.name()
+        ))
+        .advice(format!(
+            "read it with {} {} if the file does not state a unit; else export again",
+            Setting::Units,
+            symbol(best)
+        ))
+        .number("hand_then_mm", 1e3 * in_unit(best), 1)
+}
+
+const fn symbol(unit: LengthUnit) -> &'static str {
+    match unit {
+        LengthUnit::Metres => "m",
+        LengthUnit::Centimetres => "cm",
+        LengthUnit::Millimetres => "mm",
+        LengthUnit::Inches => "in",
+        LengthUnit::Feet => "ft",
+    }
+}
+
+/// Single fingers that are too far from a hand whose other fingers are not, with their distance in
+/// the middle of the take and how many samples it rests on. In a wrong unit all of them are.
+fn misplaced(motion: &Motion, settings: &CheckSettings) -> Vec<(Finger, f64, usize)> {
+    let distances: Vec<_> = (Finger::ALL.into_iter())
+        .map(|finger| {
+            let tips = motion.fingertips[finger].iter().flatten();
+            let distances = Sorted::of(tips.map(|tip| tip.coords_m().norm()));
+            (finger, distances.median(), distances.len())
+        })
+        .collect();
+    let typical_m = Sorted::of(distances.iter().map(|&(_, median, _)| median)).median();
+    let limit_m = settings.hand_reach_m[1].max(FAR * typical_m);
+    let far = distances
+        .into_iter()
+        .filter(|&(_, median, _)| median > limit_m);
+    far.collect()
+}
+
+fn finger_place(far: &[(Finger, f64, usize)], settings: &CheckSettings) -> Option<CheckResult> {
+    let &(_, worst_m, n) = far.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let limit = length(settings.hand_reach_m[1]);
+    Some(
+        CheckResult::new(
+            "finger-place",
+            Level::Warn,
+            names(far.iter().map(|(f, ..)| f.name())),
+        )
+        .expected(format!("at most {limit} from the back of the hand"))
+        .found(format!("{} from the back of the hand", length(worst_m)))
+        .advice(format!(
+            "another marker may be meant: {} FINGER=MARKER",
+            Setting::Fingers
+        ))
+        .number("distance_mm", 1e3 * worst_m, n),
+    )
+}
+
+/// Coordinates that no capture volume has, where there is no hand to measure.
+pub(crate) fn volume(recording: &Recording) -> Option<CheckResult> {
+    let markers = recording
+        .markers
+        .iter()
+        .flat_map(|m| m.track.iter().flatten());
+    let markers = markers.map(|p| p.coords_m().amax());
+    let bodies = recording
+        .bodies
+        .iter()
+        .flat_map(|b| b.track.iter().flatten());
+    let bodies = bodies.map(|pose| pose.origin().coords_m().amax());
+    // Far off by a unit is far off at every sample: some are enough.
+    let all = recording.len() * (recording.markers.len() + recording.bodies.len());
+    let coordinates = Sorted::of(markers.chain(bodies).step_by(all / 100_000 + 1));
+    let middle_m = coordinates.median();
+    let stated = recording.source.length_unit.name();
+    (middle_m > VOLUME_M).then(|| {
+        CheckResult::new("volume", Level::Warn, "")
+            .expected(format!(
+                "coordinates within {} of the origin",
+                length(VOLUME_M)
+            ))
+            .found(format!(
+                "half of all coordinates are further than {} out, in {stated}",
+                length(middle_m)
+            ))
+            .advice(format!(
+                "the unit of length is probably another: {}",
+                Setting::Units
+            ))
+            .number("median_m", middle_m, coordinates.len())
+    })
+}

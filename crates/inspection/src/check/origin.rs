@@ -1,0 +1,117 @@
+//! Checks of source findings, names and roles.
+
+use std::collections::BTreeMap;
+
+use inhand_model::{Finding, MarkerKind, Recording, Setting, Severity};
+
+use super::checkup::{CheckResult, Level};
+use super::parts::Parts;
+use super::words::{count, names};
+
+/// Identifiers of what readers find, by words of their messages; anything else is `source`.
+const FINDINGS: [(&str, &str); 7] = [
+    ("leaves out", "frame-jumps"),
+    ("time column", "time-column"),
+    ("promises", "declared-count"),
+    ("start time", "start-time"),
+    ("the take starts at", "start-time"),
+    ("half of the day", "start-time"),
+    ("taken as missing", "damaged-samples"),
+];
+
+/// What the reader found, in its order.
+pub(crate) fn findings(recording: &Recording) -> Vec<CheckResult> {
+    let result = |finding: &Finding| {
+        let level = match finding.severity {
+            Severity::Info => Level::Info,
+            Severity::Warning => Level::Warn,
+        };
+        let advice = match (level, finding_id(finding)) {
+            (Level::Warn, "frame-jumps" | "declared-count") => {
+                "the file was cut or edited after the export: use the original, if there is one"
+            }
+            (Level::Warn, "time-column") => "check the rate that the file states",
+            (Level::Warn, "damaged-samples") => "export again",
+            _ => "",
+        };
+        CheckResult::new(finding_id(finding), level, "")
+            .found(finding.to_string())
+            .advice(advice)
+    };
+    recording.findings.iter().map(result).collect()
+}
+
+pub(crate) fn finding_id(finding: &Finding) -> &'static str {
+    let known = FINDINGS
+        .iter()
+        .find(|(words, _)| finding.message.contains(words));
+    known.map_or("source", |(_, id)| id)
+}
+
+/// Names that more than one entity of a kind has.
+pub(crate) fn duplicate_names(recording: &Recording, parts: &Parts<'_>) -> Option<CheckResult> {
+    let mut seen: BTreeMap<(&str, &str), usize> = BTreeMap::new();
+    for marker in &recording.markers {
+        if marker.kind != MarkerKind::Unlabelled {
+            *seen.entry((marker.kind.name(), &marker.name)).or_default() += 1;
+        }
+    }
+    for body in &recording.bodies {
+        *seen.entry((body.kind.name(), &body.name)).or_default() += 1;
+    }
+    let double: Vec<_> = (seen.into_iter())
+        .filter(|&(_, n)| n > 1)
+        .map(|((_, name), _)| name)
+        .collect();
+    if double.is_empty() {
+        return None;
+    }
+    let matters = double.iter().any(|name| parts.has_marker(name));
+    let level = if matters { Level::Warn } else { Level::Info };
+    Some(
+        CheckResult::new("duplicate-names", level, "")
+            .expected("a name of its own for each entity of a kind")
+            .found(format!(
+                "{} more than one entity has: {}",
+                count(double.len(), ["name that", "names that"]),
+                names(double.iter().copied())
+            ))
+            .advice(if matters {
+                "the first one is used: rename them in the capture software"
+            } else {
+                ""
+            })
+            .number(
+                "names",
+                double.len() as f64,
+                recording.markers.len() + recording.bodies.len(),
+            ),
+    )
+}
+
+/// Roles that cannot be told, in the words of whoever tried.
+pub(crate) fn roles_open(why: &str) -> CheckResult {
+    CheckResult::new("roles", Level::Fail, "")
+        .expected("a hand and a marker on each of five fingertips")
+        .found(what_and_what_there_is(why))
+        .advice(format!(
+            "say who is who with {} FINGER=MARKER and {} NAME, or in inhand.toml",
+            Setting::Fingers,
+            Setting::Hand
+        ))
+}
+
+/// The first line of a message, and what the take has, cut where it gets long.
+pub(crate) fn what_and_what_there_is(why: &str) -> String {
+    const LONG: usize = 160;
+    let mut lines = why.lines().map(str::trim);
+    let first = lines.next().unwrap_or_default().to_owned();
+    let Some(second) = lines.next().filter(|line| !line.starts_with("say it")) else {
+        return first;
+    };
+    let mut cut: String = second.chars().take(LONG).collect();
+    if cut.len() < second.len() {
+        cut.push_str(" ...");
+    }
+    format!("{first}; {cut}")
+}

@@ -1,0 +1,104 @@
+//! Cleaning of recordings: the steps that settings ask for, one after the other.
+
+mod fill;
+mod offset;
+mod resample;
+
+use inhand_model::{Change, PerFinger, Recording, Roles};
+
+use crate::detect;
+use crate::error::CleaningError;
+use crate::repair;
+
+pub use fill::{FillMethod, FillSettings, fill};
+pub use offset::{PadOffset, to_pads};
+pub use resample::resample;
+
+/// Which steps are taken; [`CleanSettings::default`] takes none.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CleanSettings {
+    /// Whether flipped bodies are turned back.
+    pub flips: bool,
+    /// Whether exchanged fingertips are exchanged back.
+    pub swaps: bool,
+    /// Whether spikes are taken away.
+    pub spikes: bool,
+    /// Whether unlabelled pieces go to the fingertips that they are.
+    pub stitch: bool,
+    /// How gaps are filled, if at all.
+    pub fill: Option<FillSettings>,
+    /// Where pads are from markers, by finger.
+    pub pads: PerFinger<Option<PadOffset>>,
+    /// Rate of the result, Hz; that of the take where it is not given.
+    pub resample_hz: Option<f64>,
+}
+
+impl CleanSettings {
+    /// All repairs, no filling, no resampling.
+    pub fn repairs() -> Self {
+        Self {
+            flips: true,
+            swaps: true,
+            spikes: true,
+            stitch: true,
+            ..Self::default()
+        }
+    }
+}
+
+/// A cleaned recording.
+#[derive(Clone, Debug)]
+pub struct Cleaned {
+    /// The recording after all steps.
+    pub recording: Recording,
+    /// What each step changed, in the order of the steps. Samples are those of the measured recording: it
+    /// is resampled last.
+    pub changes: Vec<Change>,
+}
+
+/// Cleans a recording: flips, swaps, spikes, lost labels, gaps, pads, rate, in this order, the steps
+/// that `settings` wish for. The recording given stays as it is.
+///
+/// What is looked for in a later step is looked for with everything before it out of the way, whether
+/// that is repaired or not: a take whose swaps are not to be touched has its spikes found all the same.
+///
+/// # Errors
+///
+/// [`CleaningError`].
+pub fn clean(
+    recording: &Recording,
+    roles: &Roles,
+    settings: &CleanSettings,
+) -> Result<Cleaned, CleaningError> {
+    let mut cleaned = recording.clone();
+    let mut changes = Vec::new();
+    if settings.flips {
+        let found = detect::flips(&cleaned);
+        changes.extend(repair::flips(&mut cleaned, &found));
+    }
+    if settings.swaps {
+        let found = detect::swaps(&cleaned, roles)?;
+        changes.extend(repair::swaps(&mut cleaned, roles, &found)?);
+    }
+    if settings.spikes {
+        let found = detect::all(&cleaned, roles)?.spikes;
+        changes.extend(repair::spikes(&mut cleaned, &found));
+    }
+    if settings.stitch {
+        let found = detect::unlabelled(&cleaned, roles)?;
+        changes.extend(repair::stitch(&mut cleaned, roles, &found)?);
+    }
+    if let Some(settings) = &settings.fill {
+        changes.extend(fill(&mut cleaned, roles, settings)?);
+    }
+    changes.extend(to_pads(&mut cleaned, roles, &settings.pads)?);
+    if let Some(rate_hz) = settings.resample_hz {
+        let (resampled, change) = resample(&cleaned, rate_hz)?;
+        cleaned = resampled;
+        changes.extend(change);
+    }
+    Ok(Cleaned {
+        recording: cleaned,
+        changes,
+    })
+}

@@ -1,0 +1,51 @@
+//! Inspection of recordings: suspect samples, content checks, cleaning.
+//!
+//! * [`detect`] finds flipped bodies, swapped fingertips, spikes and lost labels, each with a range of
+//!   samples, a score and a suggested repair. Nothing is changed.
+//! * [`check()`] compares what a take's header states with what its data says (rate and repeated
+//!   frames, gaps, fit and shape of bodies, unit of length, rotation order, axes, usable segments).
+//!   Where there is no evidence the result says so. [`ranked`] puts many takes in the order in which a
+//!   person should look at them; [`to_text`], [`to_markdown`] and [`to_json`] show them.
+//! * [`clean()`] repairs, fills and resamples a recording. [`repair`], [`fill`], [`to_pads`] and
+//!   [`resample`] are its steps. Every step lists what it changed as [`Change`](inhand_model::Change)s.
+//!
+//! Nothing reads or writes files.
+//!
+//! ```
+//! use inhand_inspection::{CheckSettings, Level, check};
+//! use inhand_model::{BodySource, PerFinger, Roles};
+//! use inhand_simulation::{TakeSettings, simulate};
+//!
+//! let take = simulate(&TakeSettings { duration_s: 5.0, ..TakeSettings::cube("take") }, 7)?;
+//! let roles = Roles {
+//!     hand: BodySource::RigidBody("Hand".into()),
+//!     object: None,
+//!     fingers: PerFinger::from_fn(|f| ["Thumb", "Index", "Middle", "Ring", "Little"][f.index()].into()),
+//! };
+//! let checkup = check(&take.recording, Ok(&roles), &[], &CheckSettings::default());
+//! assert!(checkup.level() <= Level::Info, "{:?}", checkup.results);
+//! let units = checkup.result("units").ok_or("hand and fingers are there")?;
+//! assert!(units.found.starts_with("metres agree with a hand of"));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+pub mod detect;
+pub mod repair;
+
+mod check;
+mod clean;
+
+mod continuity;
+mod error;
+mod geometry;
+mod lookup;
+mod statistics;
+
+pub use check::{
+    CheckResult, CheckSettings, Checked, Checkup, Level, MAX_PLACES, Number, Place, SegmentShare,
+    Suspicion, SuspicionKind, check, ranked, to_json, to_markdown, to_text,
+};
+pub use clean::{
+    CleanSettings, Cleaned, FillMethod, FillSettings, PadOffset, clean, fill, resample, to_pads,
+};
+pub use error::CleaningError;

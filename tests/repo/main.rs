@@ -9,7 +9,7 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Folder under `crates/` and the folders it may use. Kept as the table in `docs/architecture.md`.
-const EDGES: [(&str, &[&str]); 21] = [
+const EDGES: [(&str, &[&str]); 22] = [
     ("model", &[]),
     ("matrices", &[]),
     ("statistics", &["model"]),
@@ -51,6 +51,7 @@ const EDGES: [(&str, &[&str]); 21] = [
             "simulation",
         ],
     ),
+    ("training", &["model", "motion", "dictionary", "session"]),
     (
         "inhand",
         &[
@@ -74,6 +75,7 @@ const EDGES: [(&str, &[&str]); 21] = [
             "live",
             "viewing",
             "session",
+            "training",
         ],
     ),
 ];

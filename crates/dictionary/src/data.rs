@@ -28,7 +28,7 @@ pub(crate) struct Survey {
 ///
 /// A fingertip that keeps a coordinate throughout is no fingertip. An object may: one that is only
 /// pushed does not turn.
-pub(crate) fn survey(columns: &impl Columns, may_miss: bool) -> Result<Survey, LearnError> {
+pub(crate) fn survey(columns: &dyn Columns, may_miss: bool) -> Result<Survey, LearnError> {
     let (layout, count) = (columns.layout(), columns.count());
     if count == 0 || layout.samples == 0 {
         return Err(LearnError::NoSegments {
@@ -77,7 +77,7 @@ pub(crate) fn checked_range(segments: &Segments) -> Result<Range, LearnError> {
 
 /// How many numbers of a column are missing.
 fn check_numbers(
-    columns: &impl Columns,
+    columns: &dyn Columns,
     segment: usize,
     column: &[f64],
     may_miss: bool,

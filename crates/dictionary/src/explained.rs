@@ -33,7 +33,7 @@ const POWERS: usize = 3;
 /// [`LearnError`] for no segments, a number that is missing or not finite, a fingertip's coordinate that never
 /// changes.
 pub fn explained_variance(
-    columns: &impl Columns,
+    columns: &dyn Columns,
     ranks: &[usize],
     learned: (usize, f64),
 ) -> Result<ExplainedVariance, LearnError> {
@@ -42,7 +42,7 @@ pub fn explained_variance(
 
 /// [`explained_variance`], exact up to this size.
 fn explained(
-    columns: &impl Columns,
+    columns: &dyn Columns,
     ranks: &[usize],
     learned: (usize, f64),
     exact: usize,

@@ -49,7 +49,7 @@ use crate::sums::Tree;
 /// segment, a number that is not finite (or, with [`NmfSettings::may_miss`], infinite), a fingertip's
 /// coordinate that never changes, a setting out of range.
 pub fn learn_nmf(
-    segments: &impl Columns,
+    segments: &dyn Columns,
     demonstrated: Demonstrated,
     settings: &NmfSettings,
 ) -> Result<Dictionary, LearnError> {
@@ -69,7 +69,7 @@ pub fn learn_nmf(
     let restarts = problem.compare(&states, best);
     let (seed, state) = &states[best];
     problem.settings.seed = *seed;
-    problem.finish(state, restarts, demonstrated, |block| {
+    problem.finish(state, restarts, demonstrated, &mut |block| {
         Ok(activations[block].clone())
     })
 }
@@ -89,7 +89,7 @@ const GIVEN_SWEEPS: usize = 500;
 /// As [`learn_nmf`]; [`LearnError::ColumnLength`] for primitives or an offset of another number of
 /// rows than the segments have; [`LearnError::OffsetAboveData`].
 pub fn describe_nmf(
-    columns: &impl Columns,
+    columns: &dyn Columns,
     demonstrated: Demonstrated,
     settings: &NmfSettings,
     primitives: &DMatrix<f64>,
@@ -141,7 +141,9 @@ pub fn describe_nmf(
     }
     let mut state = given.clone();
     problem.measure(&mut state, &sums.root(problem.blocks())?);
-    problem.finish(&state, Vec::new(), demonstrated, |block| Ok(fit(block)?.1))
+    problem.finish(&state, Vec::new(), demonstrated, &mut |block| {
+        Ok(fit(block)?.1)
+    })
 }
 
 /// How far data may lie below a given offset, metres: rounding of what other tools wrote.
@@ -169,7 +171,7 @@ struct Solved {
     activations: Vec<Activations>,
 }
 
-fn solve(problem: &NmfProblem, columns: &impl Columns) -> Result<Solved, LearnError> {
+fn solve(problem: &NmfProblem, columns: &dyn Columns) -> Result<Solved, LearnError> {
     let state = problem.start(columns)?;
     match problem.settings.precision {
         Precision::F64 => solve_in::<f64>(problem, state, columns),
@@ -182,7 +184,7 @@ fn solve(problem: &NmfProblem, columns: &impl Columns) -> Result<Solved, LearnEr
 fn solve_in<T: Stored>(
     problem: &NmfProblem,
     mut state: NmfState,
-    columns: &impl Columns,
+    columns: &dyn Columns,
 ) -> Result<Solved, LearnError> {
     let mut blocks: Vec<Block<T>> = (0..problem.blocks())
         .map(|block| Ok(problem.shifted(problem.read_block(columns, block)?)))
@@ -200,7 +202,7 @@ pub(crate) fn iterate<T: Real>(
     problem: &NmfProblem,
     state: &mut NmfState,
     blocks: &mut [Block<T>],
-    columns: &impl Columns,
+    columns: &dyn Columns,
 ) -> Result<(), LearnError> {
     loop {
         let basis = problem.basis(state);
@@ -266,7 +268,7 @@ impl NmfProblem {
         state: &NmfState,
         restarts: Vec<Restart>,
         demonstrated: Demonstrated,
-        mut activations: impl FnMut(usize) -> Result<Activations, LearnError>,
+        activations: &mut dyn FnMut(usize) -> Result<Activations, LearnError>,
     ) -> Result<Dictionary, LearnError> {
         let rank = self.settings.rank;
         if !self.settings.activation_penalty.is_none()

@@ -26,7 +26,7 @@ impl NmfProblem {
     ///
     /// Every batch is fitted once to the primitives as they are, its sums join those of the batches
     /// before, and the primitives follow. Steps depend on one another: a pass has no shards.
-    pub(crate) fn online_primitives(&self, columns: &impl Columns) -> Result<Vec<f64>, LearnError> {
+    pub(crate) fn online_primitives(&self, columns: &dyn Columns) -> Result<Vec<f64>, LearnError> {
         let settings = &self.settings;
         let (rank, rows) = (settings.rank, self.layout.rows());
         let mut primitives = self.random_primitives();

@@ -31,7 +31,7 @@ const SMALLEST_VARIANCE: f64 = 1e-13;
 /// have (at most one less than their number), a number that is not finite, a fingertip's coordinate
 /// that never changes.
 pub fn learn_pca(
-    columns: &impl Columns,
+    columns: &dyn Columns,
     demonstrated: Demonstrated,
     rank: usize,
 ) -> Result<Dictionary, LearnError> {
@@ -99,14 +99,14 @@ pub fn learn_pca(
 }
 
 /// Columns less their mean, read block by block.
-pub(crate) struct Centred<'a, C> {
-    columns: &'a C,
+pub(crate) struct Centred<'a> {
+    columns: &'a dyn Columns,
     rows: usize,
     mean: Vec<f64>,
 }
 
-impl<'a, C: Columns> Centred<'a, C> {
-    pub(crate) fn new(columns: &'a C) -> Result<Self, LearnError> {
+impl<'a> Centred<'a> {
+    pub(crate) fn new(columns: &'a dyn Columns) -> Result<Self, LearnError> {
         let rows = columns.layout().rows();
         let mut centred = Self {
             columns,

@@ -84,7 +84,7 @@ impl NmfProblem {
     /// # Errors
     ///
     /// As [`learn_nmf`](crate::learn_nmf).
-    pub fn new(columns: &impl Columns, settings: &NmfSettings) -> Result<Self, LearnError> {
+    pub fn new(columns: &dyn Columns, settings: &NmfSettings) -> Result<Self, LearnError> {
         settings.check()?;
         let Survey { range, missing } = survey(columns, settings.may_miss)?;
         let (layout, count) = (columns.layout(), columns.count());
@@ -118,13 +118,13 @@ impl NmfProblem {
     /// # Errors
     ///
     /// [`LearnError::Read`].
-    pub fn read_block(&self, columns: &impl Columns, block: usize) -> Result<Vec<f64>, LearnError> {
+    pub fn read_block(&self, columns: &dyn Columns, block: usize) -> Result<Vec<f64>, LearnError> {
         self.read(columns, self.block(block))
     }
 
     pub(crate) fn read(
         &self,
-        columns: &impl Columns,
+        columns: &dyn Columns,
         segments: std::ops::Range<usize>,
     ) -> Result<Vec<f64>, LearnError> {
         let mut columns_m = vec![0.0; segments.len() * self.layout.rows()];
@@ -280,7 +280,7 @@ impl NmfProblem {
         &self,
         mut state: NmfState,
         sums: &Sums,
-        columns: &impl Columns,
+        columns: &dyn Columns,
     ) -> Result<NmfState, LearnError> {
         self.measure(&mut state, sums);
         if state.stop.is_some() {
@@ -295,7 +295,7 @@ impl NmfProblem {
         state: NmfState,
         activation_gram_m2: &[f64],
         cross_m2: &[f64],
-        columns: &impl Columns,
+        columns: &dyn Columns,
     ) -> Result<NmfState, LearnError> {
         let rank = self.settings.rank;
         let mut primitives = state.primitives;
@@ -356,7 +356,7 @@ impl NmfProblem {
         &self,
         state: &mut NmfState,
         rank: usize,
-        columns: &impl Columns,
+        columns: &dyn Columns,
     ) -> Result<(), LearnError> {
         let squares = column_squares(&state.primitives, rank);
         let dead = (0..rank).filter(|&j| !squares[j].is_normal());

@@ -47,7 +47,7 @@ impl NmfProblem {
     /// # Errors
     ///
     /// [`LearnError::Read`].
-    pub fn start(&self, columns: &impl Columns) -> Result<NmfState, LearnError> {
+    pub fn start(&self, columns: &dyn Columns) -> Result<NmfState, LearnError> {
         let primitives = match self.settings.start {
             Start::Random => self.random_primitives(),
             Start::Segments => self.drawn_primitives(columns)?,
@@ -72,7 +72,7 @@ impl NmfProblem {
         primitives
     }
 
-    fn drawn_primitives(&self, columns: &impl Columns) -> Result<Vec<f64>, LearnError> {
+    fn drawn_primitives(&self, columns: &dyn Columns) -> Result<Vec<f64>, LearnError> {
         let rank = self.settings.rank;
         let mut primitives = vec![0.0; rank * self.layout.rows()];
         for (j, segment) in draw(self.count, rank, self.settings.seed)

@@ -60,7 +60,7 @@ fn in_shards(segments: &Segments, settings: &NmfSettings, shards: usize) -> Dict
         let sums = all.root(blocks).unwrap();
         state = problem.update(state, &sums, segments).unwrap();
     }
-    let finished = problem.finish(&state, Vec::new(), demonstrated(), |block| {
+    let finished = problem.finish(&state, Vec::new(), demonstrated(), &mut |block| {
         Ok(activations[block].clone().unwrap())
     });
     finished.unwrap()

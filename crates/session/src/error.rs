@@ -72,7 +72,7 @@ pub enum SessionError {
 
 impl SessionError {
     /// For `map_err` on file operations.
-    pub(crate) fn io(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
+    pub fn io(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
         let path = path.to_owned();
         move |source| SessionError::Io {
             action,
@@ -98,7 +98,8 @@ impl SessionError {
         }
     }
 
-    pub(crate) fn data(path: impl AsRef<Path>, message: impl Into<String>) -> Self {
+    /// An input that cannot be used: `path` is the file or another place.
+    pub fn data(path: impl AsRef<Path>, message: impl Into<String>) -> Self {
         SessionError::Data {
             place: path.as_ref().display().to_string(),
             message: message.into(),

@@ -31,7 +31,6 @@ mod dictionary_file;
 mod error;
 mod figures;
 mod found_events;
-pub mod learning;
 mod long_take;
 mod manifest;
 pub mod matrices;
@@ -62,7 +61,7 @@ pub use inhand_motion::GapFill;
 pub use long_take::{LongTake, LongTakeFacts};
 pub use manifest::{PlanMs, RunJson, peak_memory_bytes, plan_times_beside};
 pub use methods::Method;
-pub use output::{check_target, write_atomic, write_text};
+pub use output::{check_target, scratch_folder, write_atomic, write_durable, write_text};
 pub use plan::{PlanRequest, Planned, plan_motion, write_plan};
 pub use run::{Event, RunFiles, RunOptions, RunResult, TOOL, provenance, run};
 pub use session::{SETTINGS_FILE, Session, SessionTake, is_take, list_takes, locate};
@@ -73,7 +72,7 @@ pub use settings::{
 };
 pub use state::{State, StateRole, read_state};
 pub use stored::evaluate_stored;
-pub use take::{Cleaning, Take, describe_source, read, read_clean, read_session};
+pub use take::{Cleaning, Take, describe_source, hex_sha256, read, read_clean, read_session};
 pub use take_file::{
     GeneratedMotion, TakeContents, write as write_take, write_parts as write_take_parts,
 };

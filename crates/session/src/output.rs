@@ -4,10 +4,12 @@ use std::fs::File;
 use std::io::{BufWriter, Write as _};
 use std::path::Path;
 
+use tempfile::TempDir;
+
 use crate::error::SessionError;
 
 /// How the names of unfinished files begin.
-pub(crate) const TEMPORARY_PREFIX: &str = ".inhand-unfinished-";
+const TEMPORARY_PREFIX: &str = ".inhand-unfinished-";
 
 /// Removes what an interrupted run left unfinished in a folder.
 pub(crate) fn remove_unfinished(folder: &Path) {
@@ -39,7 +41,11 @@ pub fn write_atomic(
 }
 
 /// The same for a file that must outlast a crash of the machine.
-pub(crate) fn write_durable(
+///
+/// # Errors
+///
+/// As [`write_atomic`].
+pub fn write_durable(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<File>) -> Result<(), SessionError>,
 ) -> Result<(), SessionError> {
@@ -51,11 +57,7 @@ fn write_renamed(
     durable: bool,
     write: impl FnOnce(&mut BufWriter<File>) -> Result<(), SessionError>,
 ) -> Result<(), SessionError> {
-    let folder = path
-        .parent()
-        .filter(|p| !p.as_os_str().is_empty())
-        .unwrap_or(Path::new("."));
-    std::fs::create_dir_all(folder).map_err(SessionError::io("create folder", folder))?;
+    let folder = folder_of(path)?;
     let temporary = tempfile::Builder::new()
         .prefix(TEMPORARY_PREFIX)
         .tempfile_in(folder)
@@ -77,6 +79,27 @@ fn write_renamed(
     temporary_path
         .persist(path)
         .map_err(|error| SessionError::io("write", path)(error.error))
+}
+
+/// Folder of a file to be written, created where it is missing.
+fn folder_of(path: &Path) -> Result<&Path, SessionError> {
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty());
+    let folder = folder.unwrap_or(Path::new("."));
+    std::fs::create_dir_all(folder).map_err(SessionError::io("create folder", folder))?;
+    Ok(folder)
+}
+
+/// A temporary folder beside an output, on a disk that has room for it.
+///
+/// # Errors
+///
+/// [`SessionError::Io`].
+pub fn scratch_folder(output: &Path) -> Result<TempDir, SessionError> {
+    let folder = folder_of(output)?;
+    tempfile::Builder::new()
+        .prefix(TEMPORARY_PREFIX)
+        .tempdir_in(folder)
+        .map_err(SessionError::io("create a folder in", folder))
 }
 
 /// Writes text by [`write_atomic`].

@@ -29,8 +29,7 @@ mod rows;
 mod select;
 mod shown;
 
-pub(crate) use choose::choice;
-pub use choose::{choose_method, learn_and_choose, settled_methods};
+pub use choose::{choice, choose_method, learn_and_choose, settled_methods};
 pub use contacts::contacts;
 use contacts::evaluation_settings;
 use generate::velocity_bounds;
@@ -39,15 +38,12 @@ pub(crate) use generate::{Hold, corridors_of, hold_settings, plan_error, planner
 pub use illustrate::{Illustrated, Smoothing, illustrate, smoothing};
 pub(crate) use intervals::SEED;
 pub use intervals::intervals;
-pub use learn::learn;
-pub(crate) use learn::{
-    complete, drawn_demonstrations, learn_error, nmf_settings, nmf_settings_of, with_deviations,
-};
+pub(crate) use learn::nmf_settings_of;
+pub use learn::{complete, drawn_demonstrations, learn, nmf_settings, with_deviations};
 pub use motion::{MotionAnalysis, contact_rows, contact_rules, motion_analysis};
 pub use rank::judge_ranks;
 pub use rows::evaluation_rows;
-pub(crate) use select::{Tally, select};
-pub use select::{Used, used};
+pub use select::{Tally, Used, select, used};
 pub use shown::{Shown, demonstrated};
 
 /// Brings takes into the hand's frame and filters them, in order.
@@ -156,7 +152,11 @@ pub fn carries_object(motions: &[&Motion], settings: &Settings) -> Result<bool, 
 
 /// The same from each take's name, the samples at which its object is known (`None` where it is not
 /// tracked) and all of its samples.
-pub(crate) fn object_in_segments<'a>(
+///
+/// # Errors
+///
+/// As [`carries_object`].
+pub fn object_in_segments<'a>(
     takes: impl Iterator<Item = (&'a str, Option<usize>, usize)>,
     settings: &Settings,
 ) -> Result<bool, SessionError> {
@@ -212,11 +212,7 @@ fn segment_settings(motions: &[&Motion], role: Role, settings: &Settings) -> Seg
 }
 
 /// How takes of a role are cut into segments of a layout.
-pub(crate) fn cut_settings(
-    layout: SegmentLayout,
-    role: Role,
-    settings: &Settings,
-) -> SegmentSettings {
+pub fn cut_settings(layout: SegmentLayout, role: Role, settings: &Settings) -> SegmentSettings {
     let stride = match (role, settings.segments.stride) {
         (Role::Test, _) | (Role::Train, 0) => layout.samples,
         (Role::Train, stride) => stride,

@@ -344,7 +344,7 @@ pub fn describe_source(source: &BodySource) -> String {
 }
 
 /// SHA-256 as lower-case hexadecimal.
-pub(crate) fn hex_sha256(bytes: &[u8]) -> String {
+pub fn hex_sha256(bytes: &[u8]) -> String {
     hex(&Sha256::digest(bytes))
 }
 

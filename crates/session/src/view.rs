@@ -12,7 +12,7 @@ use self::stored::StoredParts;
 use crate::containers::{self, container};
 use crate::dictionary_file::DictionaryFile;
 use crate::error::SessionError;
-use crate::output::{TEMPORARY_PREFIX, write_atomic};
+use crate::output::{scratch_folder, write_atomic};
 use crate::settings::Settings;
 use crate::take::hex_sha256;
 use crate::take_file::recorded_contacts;
@@ -69,13 +69,7 @@ pub fn add_views(
                       take, with views",
         ));
     }
-    let folder = (output.parent()).filter(|folder| !folder.as_os_str().is_empty());
-    let folder = folder.unwrap_or(Path::new("."));
-    std::fs::create_dir_all(folder).map_err(SessionError::io("create folder", folder))?;
-    let scratch = tempfile::Builder::new()
-        .prefix(TEMPORARY_PREFIX)
-        .tempdir_in(folder)
-        .map_err(SessionError::io("write", output))?;
+    let scratch = scratch_folder(output)?;
     let [rest, views] = ["rest.mcap", "views.mcap"].map(|name| scratch.path().join(name));
     let file = File::of(input, &bytes)?;
     let kind = file.kind;

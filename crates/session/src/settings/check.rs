@@ -359,7 +359,7 @@ impl LearnSection {
                     expected,
                     found,
                 } => invalid(&format!("learn.{name}"), expected, &found),
-                other => crate::steps::learn_error(other),
+                other => SessionError::at("learning", other),
             })
     }
 

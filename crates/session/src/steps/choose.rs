@@ -36,8 +36,12 @@ pub fn learn_and_choose(
     })
 }
 
-/// How methods compare on these segments, where the settings name `auto`.
-pub(crate) fn choice(
+/// Compares the methods on these segments where the settings name `auto`.
+///
+/// # Errors
+///
+/// As [`choose_method`].
+pub fn choice(
     demonstrations: &Segments,
     demonstrated: &Demonstrated,
     settings: &Settings,

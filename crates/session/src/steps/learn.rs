@@ -1,11 +1,11 @@
 //! From training segments to a dictionary.
 
 use inhand_dictionary::{
-    LearnError, NmfSettings, Penalty, ResidualSettings, draw, learn_nmf, learn_pca, learn_residual,
+    NmfSettings, Penalty, ResidualSettings, draw, learn_nmf, learn_pca, learn_residual,
 };
 use inhand_model::{Demonstrated, Dictionary, DictionaryKind, Segments};
 
-use crate::error::SessionError;
+use crate::error::{Located as _, SessionError};
 use crate::settings::{LearnSection, Settings};
 
 /// Primitives where the settings name no number: as published.
@@ -30,12 +30,16 @@ pub fn learn(
             &nmf_settings(segments.len(), settings),
         ),
     }
-    .map_err(learn_error)?;
+    .during("learning")?;
     with_deviations(dictionary, &demonstrations(segments, settings), settings)
 }
 
 /// Adds deviations from the smooth curve, learned from the given segments.
-pub(crate) fn with_deviations(
+///
+/// # Errors
+///
+/// [`SessionError::At`].
+pub fn with_deviations(
     dictionary: Dictionary,
     demonstrations: &Segments,
     settings: &Settings,
@@ -43,17 +47,13 @@ pub(crate) fn with_deviations(
     let primitives = settings.learn.deviation_primitives;
     let residual = learn_residual(demonstrations, &ResidualSettings { primitives });
     Ok(Dictionary {
-        residual: Some(residual.map_err(learn_error)?),
+        residual: Some(residual.during("learning")?),
         ..dictionary
     })
 }
 
-pub(crate) fn learn_error(source: LearnError) -> SessionError {
-    SessionError::at("learning", source)
-}
-
 /// Which of `count` segments deviations are learned from, in order.
-pub(crate) fn drawn_demonstrations(count: usize, settings: &Settings) -> Vec<usize> {
+pub fn drawn_demonstrations(count: usize, settings: &Settings) -> Vec<usize> {
     let mut drawn = draw(
         count,
         settings.learn.deviation_segments,
@@ -73,7 +73,7 @@ pub(super) fn demonstrations(segments: &Segments, settings: &Settings) -> Segmen
 }
 
 /// The segments that miss nothing.
-pub(crate) fn complete(segments: &Segments) -> Segments {
+pub fn complete(segments: &Segments) -> Segments {
     let complete: Vec<usize> = (0..segments.len())
         .filter(|&segment| segments.is_complete(segment))
         .collect();
@@ -96,7 +96,8 @@ fn rank(segments: usize, settings: &Settings) -> usize {
     settings.learn.rank.unwrap_or(RANK.min(largest).max(1))
 }
 
-pub(crate) fn nmf_settings(segments: usize, settings: &Settings) -> NmfSettings {
+/// Settings of the factorisation of `segments` segments.
+pub fn nmf_settings(segments: usize, settings: &Settings) -> NmfSettings {
     NmfSettings {
         rank: rank(segments, settings),
         may_miss: settings.segments.missing_s > 0.0,

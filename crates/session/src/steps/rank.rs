@@ -3,8 +3,8 @@
 use inhand_dictionary::{RankCurve, RankMethod, RankPoint, rank_curve};
 use inhand_model::{DictionaryKind, Segments};
 
-use super::{learn_error, nmf_settings};
-use crate::error::SessionError;
+use super::nmf_settings;
+use crate::error::{Located as _, SessionError};
 use crate::settings::Settings;
 
 /// Judges dictionaries of the given ranks, of the kind and with the settings that [`learn`](super::learn())
@@ -25,5 +25,5 @@ pub fn judge_ranks(
         DictionaryKind::Pca => RankMethod::Pca,
         DictionaryKind::Nmf => RankMethod::Nmf(&nmf),
     };
-    rank_curve(segments, method, ranks, progress).map_err(learn_error)
+    rank_curve(segments, method, ranks, progress).during("learning")
 }

@@ -9,7 +9,11 @@ use crate::settings::{Settings, invalid};
 use crate::take::Take;
 
 /// Notes in each motion which of its samples are used.
-pub(crate) fn select(
+///
+/// # Errors
+///
+/// [`SessionError::Settings`] for labels that cannot be parsed.
+pub fn select(
     motions: &mut [Motion],
     takes: &[Take],
     settings: &Settings,
@@ -38,7 +42,7 @@ pub struct Used {
 
 /// Adds up what a selection uses of takes that come one at a time.
 #[derive(Debug)]
-pub(crate) struct Tally {
+pub struct Tally {
     selection: Selection,
     used: Used,
     /// Labels of events, for a message where nothing is left.
@@ -46,7 +50,12 @@ pub(crate) struct Tally {
 }
 
 impl Tally {
-    pub(crate) fn new(settings: &Settings) -> Result<Self, SessionError> {
+    /// An empty tally.
+    ///
+    /// # Errors
+    ///
+    /// [`SessionError::Settings`] for labels that cannot be parsed.
+    pub fn new(settings: &Settings) -> Result<Self, SessionError> {
         Ok(Self {
             selection: settings.selection()?,
             used: Used::default(),
@@ -54,7 +63,8 @@ impl Tally {
         })
     }
 
-    pub(crate) fn add(&mut self, take: &Take) {
+    /// Adds a take.
+    pub fn add(&mut self, take: &Take) {
         let (clock, samples) = (take.recording.clock, take.recording.len());
         let events = take.annotations.given();
         let selected = self.selection.samples(&events, clock, samples);
@@ -69,8 +79,12 @@ impl Tally {
         self.labels.extend(labels);
     }
 
-    /// What is used; `None` where everything is. Nothing at all is an error.
-    pub(crate) fn finish(self) -> Result<Option<Used>, SessionError> {
+    /// What is used; `None` where everything is.
+    ///
+    /// # Errors
+    ///
+    /// As [`used`].
+    pub fn finish(self) -> Result<Option<Used>, SessionError> {
         if self.selection.is_everything() {
             return Ok(None);
         }

@@ -6,7 +6,7 @@ use std::time::Instant;
 use anyhow::Result;
 use inhand_model::{DictionaryKind, StopReason};
 use inhand_session::check_target;
-use inhand_session::learning::{self, LearningFolder, Progress, Shard};
+use inhand_training::{LearningFolder, Progress, Shard};
 use serde_json::json;
 
 use super::whole::{RunOptions, round_text, write_learned};
@@ -83,7 +83,7 @@ pub(super) fn init(console: &Console, args: &InitArgs) -> Result<Exit> {
         return Err(UsageError(message).into());
     }
     let folder = (args.options).init(console, &args.output, &args.inputs, &settings)?;
-    learning::begin_rounds(&folder)?;
+    inhand_training::begin_rounds(&folder)?;
     let plan = folder.plan();
     match args.format {
         Format::Json => data(&format!(
@@ -111,7 +111,7 @@ pub(super) fn stats(console: &Console, args: &StatsArgs) -> Result<Exit> {
     let folder = LearningFolder::open(&args.folder)?;
     let begin = Instant::now();
     let mut blocks = 0;
-    let file = learning::stats(&folder, args.shard, &mut || blocks += 1)?;
+    let file = inhand_training::stats(&folder, args.shard, &mut || blocks += 1)?;
     match args.format {
         Format::Json => data(&format!(
             "{:#}\n",
@@ -129,7 +129,7 @@ pub(super) fn stats(console: &Console, args: &StatsArgs) -> Result<Exit> {
 
 pub(super) fn update(args: &UpdateArgs) -> Result<Exit> {
     let folder = LearningFolder::open(&args.folder)?;
-    let updated = learning::update(&folder, &args.sums)?;
+    let updated = inhand_training::update(&folder, &args.sums)?;
     let Progress {
         start,
         round,
@@ -161,7 +161,7 @@ pub(super) fn update(args: &UpdateArgs) -> Result<Exit> {
 pub(super) fn finish(console: &Console, args: &FinishArgs) -> Result<Exit> {
     check_target(&args.output, &[], || args.force)?;
     let folder = LearningFolder::open(&args.folder)?;
-    let learned = learning::finish(&folder)?;
+    let learned = inhand_training::finish(&folder)?;
     write_learned(console, &args.output, &learned, None, 0.0, args.format)?;
     Ok(Exit::Done)
 }

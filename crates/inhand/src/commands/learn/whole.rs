@@ -5,10 +5,8 @@ use std::time::Instant;
 
 use anyhow::Result;
 use inhand_model::DictionaryKind;
-use inhand_session::learning::{
-    self, Learned, LearningFolder, Progress, learn_given, learn_in, scratch_folder,
-};
-use inhand_session::{Settings, check_target, matrices, write_dictionary};
+use inhand_session::{Settings, check_target, matrices, scratch_folder, write_dictionary};
+use inhand_training::{Learned, LearningFolder, Progress, learn_given, learn_in};
 use serde_json::{Value, json};
 
 use crate::commands::learn_rank::{self, RankChoice};
@@ -83,7 +81,7 @@ impl RunOptions {
         settings: &Settings,
     ) -> Result<LearningFolder> {
         let reuse = !self.process.ask_for_processing();
-        Ok(learning::init(
+        Ok(inhand_training::init(
             folder,
             takes,
             settings,

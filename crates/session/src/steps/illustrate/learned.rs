@@ -6,8 +6,8 @@ use inhand_model::{
     Segments,
 };
 
-use crate::error::SessionError;
-use crate::steps::learn::{complete, learn_error};
+use crate::error::{Located as _, SessionError};
+use crate::steps::complete;
 
 /// How many primitives are shown.
 const SHOWN: usize = 6;
@@ -74,5 +74,5 @@ pub(super) fn explained(
     let learned = (dictionary.rank(), dictionary.learning.rms_m);
     explained_variance(&segments, &ranks, learned)
         .map(Some)
-        .map_err(learn_error)
+        .during("learning")
 }

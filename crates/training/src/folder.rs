@@ -4,15 +4,11 @@ use std::path::{Path, PathBuf};
 
 use inhand_dictionary::NmfProblem;
 use inhand_model::{Demonstrated, Hull, InputHash, PerFinger, SegmentLayout, VelocityBounds};
+use inhand_session::{SessionError, Settings, TOOL, hex_sha256, steps, write_text};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::arrays::{self, Arrays, Label};
-use crate::error::SessionError;
-use crate::output;
-use crate::settings::Settings;
-use crate::steps;
-use crate::take::hex_sha256;
+use crate::arrays::{self, Arrays, Label};
 
 /// Version of the folder's form.
 const FORMAT: u32 = 1;
@@ -109,13 +105,11 @@ impl LearningFolder {
         };
         let plan: LearningPlan = serde_json::from_str(&text)
             .map_err(|error| wrong(format!("not the plan of a run: {error}")))?;
-        if plan.format != FORMAT || plan.tool != crate::run::TOOL {
+        if plan.format != FORMAT || plan.tool != TOOL {
             return Err(wrong(format!(
                 "the run was begun by {} (form {}), this is {} (form {FORMAT}): go on with the \
                  version that began it, or begin again",
-                plan.tool,
-                plan.format,
-                crate::run::TOOL
+                plan.tool, plan.format, TOOL
             )));
         }
         plan.settings.validate()?;
@@ -166,7 +160,7 @@ impl LearningFolder {
     }
 
     /// Begins a run; `learning.json` is written last, by [`commit`](Self::commit).
-    pub(super) fn begin(root: &Path, plan: LearningPlan) -> Self {
+    pub(crate) fn begin(root: &Path, plan: LearningPlan) -> Self {
         Self {
             root: root.to_owned(),
             id: hex_sha256(plan.json().as_bytes()),
@@ -174,11 +168,11 @@ impl LearningFolder {
         }
     }
 
-    pub(super) fn commit(&self) -> Result<(), SessionError> {
-        output::write_text(&plan_path(&self.root), &self.plan.json())
+    pub(crate) fn commit(&self) -> Result<(), SessionError> {
+        write_text(&plan_path(&self.root), &self.plan.json())
     }
 
-    pub(super) const fn new_format() -> u32 {
+    pub(crate) const fn new_format() -> u32 {
         FORMAT
     }
 
@@ -197,7 +191,7 @@ impl LearningFolder {
         &self.id
     }
 
-    pub(super) fn table(&self, take: usize) -> PathBuf {
+    pub(crate) fn table(&self, take: usize) -> PathBuf {
         table_path(&self.root, take)
     }
 
@@ -205,24 +199,24 @@ impl LearningFolder {
         self.root.join("problem.bin")
     }
 
-    pub(super) fn start(&self, start: usize) -> PathBuf {
+    pub(crate) fn start(&self, start: usize) -> PathBuf {
         self.root.join(format!("start-{start:03}"))
     }
 
-    pub(super) fn round(&self, start: usize, round: usize) -> PathBuf {
+    pub(crate) fn round(&self, start: usize, round: usize) -> PathBuf {
         self.start(start).join(format!("round-{round:05}"))
     }
 
-    pub(super) fn state(&self, start: usize, round: usize) -> PathBuf {
+    pub(crate) fn state(&self, start: usize, round: usize) -> PathBuf {
         self.round(start, round).join("state.bin")
     }
 
-    pub(super) fn activations(&self, start: usize, round: usize, block: usize) -> PathBuf {
+    pub(crate) fn activations(&self, start: usize, round: usize, block: usize) -> PathBuf {
         let folder = self.round(start, round).join("activations");
         folder.join(format!("{block:08}.bin"))
     }
 
-    pub(super) fn label(&self, kind: &'static str, start: usize, round: usize) -> Label {
+    pub(crate) fn label(&self, kind: &'static str, start: usize, round: usize) -> Label {
         Label {
             kind,
             id: self.id.clone(),
@@ -231,13 +225,13 @@ impl LearningFolder {
         }
     }
 
-    pub(super) fn wrong(path: &Path) -> impl Fn(String) -> SessionError {
+    pub(crate) fn wrong(path: &Path) -> impl Fn(String) -> SessionError {
         let path = path.to_owned();
         move |message| SessionError::data(&path, message)
     }
 
     /// Writes what does not change from round to round.
-    pub(super) fn write_problem(
+    pub(crate) fn write_problem(
         &self,
         problem: &NmfProblem,
         demonstrated: &Demonstrated,
@@ -263,7 +257,7 @@ impl LearningFolder {
     /// # Errors
     ///
     /// [`SessionError::Data`].
-    pub(super) fn read_problem(
+    pub(crate) fn read_problem(
         &self,
         start: usize,
     ) -> Result<(NmfProblem, Demonstrated), SessionError> {
@@ -330,6 +324,6 @@ fn plan_path(root: &Path) -> PathBuf {
     root.join("learning.json")
 }
 
-pub(super) fn table_path(root: &Path, take: usize) -> PathBuf {
+pub(crate) fn table_path(root: &Path, take: usize) -> PathBuf {
     root.join("takes").join(format!("{take:05}.table"))
 }

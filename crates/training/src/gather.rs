@@ -5,15 +5,12 @@ use std::path::{Path, PathBuf};
 use inhand_dictionary::NmfProblem;
 use inhand_model::{BodySource, Motion, SegmentLayout};
 use inhand_motion::{Cut, SegmentTable};
+use inhand_session::steps::{self, Shown};
+use inhand_session::{Located as _, Role, SessionError, Settings, TOOL, Take, read_clean};
 use rayon::prelude::*;
 
-use super::folder::{LearningFolder, LearningPlan, PlannedTake, table_path};
-use super::tables::{TableColumns, read_table, write_table};
-use crate::error::{Located, SessionError};
-use crate::run::TOOL;
-use crate::settings::{Role, Settings};
-use crate::steps::{self, Shown};
-use crate::take::{self, Take};
+use crate::folder::{LearningFolder, LearningPlan, PlannedTake, table_path};
+use crate::tables::{TableColumns, read_table, write_table};
 
 /// What is kept of a take once its table is written.
 struct Gathered {
@@ -110,7 +107,7 @@ fn gather(
     for paths in paths.chunks(together.max(1)) {
         let read: Vec<_> = paths
             .par_iter()
-            .map(|path| take::read_clean(path, settings))
+            .map(|path| read_clean(path, settings))
             .collect();
         let takes = read.into_iter().collect::<Result<Vec<_>, _>>()?;
         takes.iter().for_each(&mut *seen);
@@ -230,8 +227,8 @@ fn begin(
     };
     let looked_through = LearningFolder::begin(root, plan.clone());
     let columns = TableColumns::new(&looked_through)?;
-    let problem = NmfProblem::new(&columns, &steps::nmf_settings(segments, settings))
-        .map_err(steps::learn_error)?;
+    let problem =
+        NmfProblem::new(&columns, &steps::nmf_settings(segments, settings)).during("learning")?;
     let mut shown = Shown::default();
     for take in gathered {
         shown.add(&take.shown);

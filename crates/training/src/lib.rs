@@ -31,7 +31,7 @@ mod rounds;
 mod stored;
 mod tables;
 
-pub use finish::{Learned, finish, learn_given, learn_in, scratch_folder};
+pub use finish::{Learned, finish, learn_given, learn_in};
 pub use folder::{LearningFolder, LearningPlan, PlannedTake};
 pub use gather::init;
 pub use rounds::{Progress, Shard, Updated, begin_rounds, stats, update};

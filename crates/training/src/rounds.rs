@@ -5,15 +5,14 @@ use std::str::FromStr;
 
 use inhand_dictionary::{NmfProblem, NmfState, Sums, Tree, smallest_objective};
 use inhand_model::{DictionaryKind, StopReason};
+use inhand_session::{Located as _, SessionError};
 
-use super::arrays;
-use super::folder::LearningFolder;
-use super::stored::{
+use crate::arrays;
+use crate::folder::LearningFolder;
+use crate::stored::{
     read_activations, read_state, sums_arrays, sums_nodes, write_activations, write_state,
 };
-use super::tables::TableColumns;
-use crate::error::SessionError;
-use crate::steps::learn_error;
+use crate::tables::TableColumns;
 
 /// Most parts of the work; more have nothing to do.
 const MOST_SHARDS: usize = 1_000_000;
@@ -92,14 +91,14 @@ pub struct Updated {
 }
 
 /// A start of a run and the state of its latest round.
-pub(super) struct Current {
-    pub(super) start: usize,
-    pub(super) problem: NmfProblem,
-    pub(super) state: NmfState,
+pub(crate) struct Current {
+    pub(crate) start: usize,
+    pub(crate) problem: NmfProblem,
+    pub(crate) state: NmfState,
 }
 
 impl Current {
-    pub(super) fn progress(&self) -> Progress {
+    pub(crate) fn progress(&self) -> Progress {
         Progress {
             start: self.start,
             starts: self.problem.settings.restarts,
@@ -127,7 +126,7 @@ pub fn begin_rounds(folder: &LearningFolder) -> Result<(), SessionError> {
 fn begin_start(folder: &LearningFolder, start: usize) -> Result<(), SessionError> {
     let (problem, _) = folder.read_problem(start)?;
     let columns = TableColumns::new(folder)?;
-    let state = problem.start(&columns).map_err(learn_error)?;
+    let state = problem.start(&columns).during("learning")?;
     write_state(folder, start, &state)
 }
 
@@ -136,12 +135,12 @@ fn begin_start(folder: &LearningFolder, start: usize) -> Result<(), SessionError
 /// # Errors
 ///
 /// [`SessionError::Data`] for a folder that cannot be used.
-pub(super) fn progress(folder: &LearningFolder) -> Result<Progress, SessionError> {
+pub(crate) fn progress(folder: &LearningFolder) -> Result<Progress, SessionError> {
     Ok(current(folder)?.progress())
 }
 
 /// The latest round of the latest start.
-pub(super) fn current(folder: &LearningFolder) -> Result<Current, SessionError> {
+pub(crate) fn current(folder: &LearningFolder) -> Result<Current, SessionError> {
     refuse_pca(folder)?;
     let starts = folder.plan().settings.learn.restarts;
     let start = (0..starts)
@@ -151,7 +150,7 @@ pub(super) fn current(folder: &LearningFolder) -> Result<Current, SessionError> 
 }
 
 /// The latest round of a start.
-pub(super) fn at_start(folder: &LearningFolder, start: usize) -> Result<Current, SessionError> {
+pub(crate) fn at_start(folder: &LearningFolder, start: usize) -> Result<Current, SessionError> {
     let (problem, _) = folder.read_problem(start)?;
     let round = latest_round(folder, start).unwrap_or(0);
     let state = read_state(folder, &problem, start, round)?;
@@ -244,7 +243,7 @@ fn shard_sums(
             0 => None,
             _ => Some(read_activations(folder, current, block)?),
         };
-        Ok((columns_m.map_err(learn_error)?, previous))
+        Ok((columns_m.during("learning")?, previous))
     };
     let mut tree = Tree::default();
     let mut next = blocks.clone().next().map(load).transpose()?;
@@ -263,10 +262,10 @@ fn shard_sums(
                     .transpose()
             },
         );
-        let (sums, activations) = done.map_err(learn_error)?;
+        let (sums, activations) = done.during("learning")?;
         next = loaded?;
         write_activations(folder, current, block, activations)?;
-        tree.push_block(block, sums).map_err(learn_error)?;
+        tree.push_block(block, sums).during("learning")?;
         tick();
     }
     Ok(tree)
@@ -296,7 +295,7 @@ pub fn update(folder: &LearningFolder, sums: &[PathBuf]) -> Result<Updated, Sess
     let before = std::mem::take(&mut current.state);
     current.state = (current.problem)
         .update(before, &total, &columns)
-        .map_err(learn_error)?;
+        .during("learning")?;
     write_state(folder, current.start, &current.state)?;
     let measured = Progress {
         round,
@@ -340,7 +339,7 @@ fn keep_best(folder: &LearningFolder, last: usize) -> Result<(), SessionError> {
 }
 
 /// The start with the smallest objective.
-pub(super) fn best_of(starts: &[Current]) -> usize {
+pub(crate) fn best_of(starts: &[Current]) -> usize {
     let states: Vec<_> = (starts.iter())
         .map(|current| (current.problem.settings.seed, &current.state))
         .collect();
@@ -406,12 +405,12 @@ fn total(
             return Err(incomplete(expected, path));
         }
         expected = (node.index + 1) << node.level;
-        tree.push(node).map_err(learn_error)?;
+        tree.push(node).during("learning")?;
     }
     if expected != current.problem.blocks() {
         return Err(incomplete(expected, &round));
     }
-    tree.root(current.problem.blocks()).map_err(learn_error)
+    tree.root(current.problem.blocks()).during("learning")
 }
 
 fn sums_files(round: &Path) -> Result<Vec<PathBuf>, SessionError> {

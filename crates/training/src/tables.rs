@@ -7,13 +7,11 @@ use std::sync::{Arc, Mutex, PoisonError};
 use inhand_dictionary::{Columns, LearnError};
 use inhand_model::{Hand, Object, Pose, SegmentLayout, SegmentOrigin, Segments};
 use inhand_motion::{Cut, SegmentTable};
+use inhand_session::{Located as _, Role, SessionError, steps};
 use nalgebra::{DMatrix, Isometry3, Quaternion, Translation3, UnitQuaternion};
 
-use super::arrays::{self, Arrays, Label};
-use super::folder::LearningFolder;
-use crate::error::{Located, SessionError};
-use crate::settings::Role;
-use crate::steps;
+use crate::arrays::{self, Arrays, Label};
+use crate::folder::LearningFolder;
 
 /// Tables are kept in memory up to this size, bytes; the last one always is.
 const CACHE_BYTES: usize = 64 << 20;
@@ -31,7 +29,7 @@ fn label(take: usize) -> Label {
     }
 }
 
-pub(super) fn write_table(
+pub(crate) fn write_table(
     path: &Path,
     take: usize,
     table: &SegmentTable,
@@ -57,7 +55,7 @@ pub(super) fn write_table(
     arrays::write(path, &label(take), &arrays)
 }
 
-pub(super) fn read_table(path: &Path, take: usize) -> Result<SegmentTable, SessionError> {
+pub(crate) fn read_table(path: &Path, take: usize) -> Result<SegmentTable, SessionError> {
     let mut arrays = arrays::read(path, &label(take))?;
     let mut parse = || {
         let fingertips_m = arrays.take_f64("fingertips_m")?;
@@ -91,7 +89,7 @@ struct CutTake {
 }
 
 /// The training columns of a learning folder, read as they are asked for.
-pub(super) struct TableColumns<'a> {
+pub(crate) struct TableColumns<'a> {
     folder: &'a LearningFolder,
     cut: Cut,
     /// Number of the first segment of each take, and at the end that of all.
@@ -100,7 +98,7 @@ pub(super) struct TableColumns<'a> {
 }
 
 impl<'a> TableColumns<'a> {
-    pub(super) fn new(folder: &'a LearningFolder) -> Result<Self, SessionError> {
+    pub(crate) fn new(folder: &'a LearningFolder) -> Result<Self, SessionError> {
         let plan = folder.plan();
         let settings = steps::cut_settings(plan.layout(), Role::Train, &plan.settings);
         let cut = Cut::new(&settings).during("processing training takes")?;
@@ -153,7 +151,7 @@ impl<'a> TableColumns<'a> {
     }
 
     /// Some of the segments with their end conditions.
-    pub(super) fn segments(&self, which: &[usize]) -> Result<Segments, SessionError> {
+    pub(crate) fn segments(&self, which: &[usize]) -> Result<Segments, SessionError> {
         let layout = self.layout();
         let mut columns_m = vec![0.0; which.len() * layout.rows()];
         let mut origins = Vec::with_capacity(which.len());

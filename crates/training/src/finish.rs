@@ -1,22 +1,18 @@
 //! From a run whose rounds are done to the dictionary, and all of it in one process.
 
-use std::path::PathBuf;
 use std::time::Instant;
 
 use inhand_dictionary::{LearnError, describe_nmf, learn_nmf, learn_pca};
 use inhand_model::{Demonstrated, Dictionary, DictionaryKind, InputHash, Provenance};
+use inhand_session::matrices::Given;
+use inhand_session::{Located as _, SessionError, provenance, steps};
 
-use super::folder::LearningFolder;
-use super::rounds::{
+use crate::folder::LearningFolder;
+use crate::rounds::{
     Current, Progress, Shard, at_start, begin_rounds, best_of, current, progress, stats, update,
 };
-use super::stored::read_activations;
-use super::tables::TableColumns;
-use crate::error::SessionError;
-use crate::matrices::Given;
-use crate::output;
-use crate::run::provenance;
-use crate::steps;
+use crate::stored::read_activations;
+use crate::tables::TableColumns;
 
 /// Largest size of all columns that one process holds at once, bytes; beyond it they are read block
 /// by block in every round.
@@ -64,14 +60,14 @@ pub fn finish(folder: &LearningFolder) -> Result<Learned, SessionError> {
         .collect();
     let restarts = best.problem.compare(&states, best.start);
     let (_, demonstrated) = folder.read_problem(best.start)?;
-    let read = |block| {
+    let mut read = |block| {
         read_activations(folder, best, block).map_err(|error| LearnError::Read {
             message: error.to_string(),
         })
     };
     let dictionary = (best.problem)
-        .finish(&best.state, restarts, demonstrated, read)
-        .map_err(steps::learn_error)?;
+        .finish(&best.state, restarts, demonstrated, &mut read)
+        .during("learning")?;
     with_the_rest(folder, dictionary, begin.elapsed().as_secs_f64())
 }
 
@@ -118,7 +114,7 @@ pub fn learn_in(
     } else {
         learn_pca(&columns, demonstrated, problem.settings.rank)
     }
-    .map_err(steps::learn_error)?;
+    .during("learning")?;
     with_the_rest(folder, dictionary, begin.elapsed().as_secs_f64())
 }
 
@@ -150,7 +146,7 @@ pub fn learn_given(
         &given.primitives,
         offset_m,
     )
-    .map_err(steps::learn_error)?;
+    .during("learning")?;
     let mut learned = with_the_rest(folder, dictionary, begin.elapsed().as_secs_f64())?;
     learned.provenance.inputs.push(source);
     Ok(learned)
@@ -178,19 +174,4 @@ fn with_the_rest(
         primitives_s,
         deviations_s: begin.elapsed().as_secs_f64(),
     })
-}
-
-/// Where the files of a run that nobody asked to keep go: beside the output, so that there is room.
-///
-/// # Errors
-///
-/// [`SessionError::Io`].
-pub fn scratch_folder(output: &std::path::Path) -> Result<tempfile::TempDir, SessionError> {
-    let parent = output.parent().filter(|p| !p.as_os_str().is_empty());
-    let parent: PathBuf = parent.unwrap_or(std::path::Path::new(".")).to_owned();
-    std::fs::create_dir_all(&parent).map_err(SessionError::io("create folder", &parent))?;
-    tempfile::Builder::new()
-        .prefix(output::TEMPORARY_PREFIX)
-        .tempdir_in(&parent)
-        .map_err(SessionError::io("create a folder in", &parent))
 }

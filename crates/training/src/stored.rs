@@ -2,13 +2,13 @@
 
 use inhand_dictionary::{Activations, NmfProblem, NmfState, Node, Sums};
 use inhand_model::StopReason;
+use inhand_session::SessionError;
 
-use super::arrays::{self, Array, Arrays};
-use super::folder::LearningFolder;
-use super::rounds::Current;
-use crate::error::SessionError;
+use crate::arrays::{self, Array, Arrays};
+use crate::folder::LearningFolder;
+use crate::rounds::Current;
 
-pub(super) fn write_state(
+pub(crate) fn write_state(
     folder: &LearningFolder,
     start: usize,
     state: &NmfState,
@@ -34,7 +34,7 @@ const STOPS: [StopReason; 3] = [
     StopReason::IterationLimit,
 ];
 
-pub(super) fn read_state(
+pub(crate) fn read_state(
     folder: &LearningFolder,
     problem: &NmfProblem,
     start: usize,
@@ -73,7 +73,7 @@ pub(super) fn read_state(
     parse().map_err(LearningFolder::wrong(&path))
 }
 
-pub(super) fn write_activations(
+pub(crate) fn write_activations(
     folder: &LearningFolder,
     current: &Current,
     block: usize,
@@ -92,7 +92,7 @@ pub(super) fn write_activations(
 }
 
 /// The activations that a block had last.
-pub(super) fn read_activations(
+pub(crate) fn read_activations(
     folder: &LearningFolder,
     current: &Current,
     block: usize,
@@ -118,7 +118,7 @@ fn round_of_activations(state: &NmfState) -> usize {
     }
 }
 
-pub(super) fn sums_arrays(nodes: Vec<Node>) -> Arrays {
+pub(crate) fn sums_arrays(nodes: Vec<Node>) -> Arrays {
     let mut arrays = Arrays::default();
     arrays.push_u64("level", nodes.iter().map(|node| node.level as usize));
     arrays.push_u64("index", nodes.iter().map(|node| node.index));
@@ -137,7 +137,7 @@ pub(super) fn sums_arrays(nodes: Vec<Node>) -> Arrays {
     arrays
 }
 
-pub(super) fn sums_nodes(mut arrays: Arrays, problem: &NmfProblem) -> Result<Vec<Node>, String> {
+pub(crate) fn sums_nodes(mut arrays: Arrays, problem: &NmfProblem) -> Result<Vec<Node>, String> {
     let (rank, rows) = (problem.settings.rank, problem.layout.rows());
     let levels = arrays.take_u64("level")?;
     let indices = arrays.take_u64("index")?;

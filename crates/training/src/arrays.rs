@@ -8,10 +8,8 @@
 use std::io::Write as _;
 use std::path::Path;
 
+use inhand_session::{SessionError, write_atomic, write_durable};
 use sha2::{Digest, Sha256};
-
-use crate::error::SessionError;
-use crate::output;
 
 const MAGIC: &[u8; 8] = b"INHAND\0\x01";
 const KIND_BYTES: usize = 16;
@@ -20,17 +18,17 @@ const CHECKSUM_BYTES: usize = 32;
 
 /// What a file is, and what it belongs to.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Label {
-    pub(super) kind: &'static str,
+pub(crate) struct Label {
+    pub(crate) kind: &'static str,
     /// Id of the run.
-    pub(super) id: String,
-    pub(super) start: usize,
-    pub(super) round: usize,
+    pub(crate) id: String,
+    pub(crate) start: usize,
+    pub(crate) round: usize,
 }
 
 /// Numbers of one kind.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Array {
+pub(crate) enum Array {
     F64(Vec<f64>),
     F32(Vec<f32>),
     U64(Vec<u64>),
@@ -38,24 +36,24 @@ pub(super) enum Array {
 
 /// Named arrays in order.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Arrays(Vec<(String, Array)>);
+pub(crate) struct Arrays(Vec<(String, Array)>);
 
 impl Arrays {
-    pub(super) fn push(&mut self, name: &str, array: Array) {
+    pub(crate) fn push(&mut self, name: &str, array: Array) {
         self.0.push((name.to_owned(), array));
     }
 
-    pub(super) fn push_f64(&mut self, name: &str, values: Vec<f64>) {
+    pub(crate) fn push_f64(&mut self, name: &str, values: Vec<f64>) {
         self.push(name, Array::F64(values));
     }
 
-    pub(super) fn push_u64(&mut self, name: &str, values: impl IntoIterator<Item = usize>) {
+    pub(crate) fn push_u64(&mut self, name: &str, values: impl IntoIterator<Item = usize>) {
         let values = values.into_iter().map(|v| v as u64).collect();
         self.push(name, Array::U64(values));
     }
 
     /// Takes an array out.
-    pub(super) fn take(&mut self, name: &str) -> Result<Array, String> {
+    pub(crate) fn take(&mut self, name: &str) -> Result<Array, String> {
         let place = self.0.iter().position(|(found, _)| found == name);
         match place {
             Some(place) => Ok(self.0.swap_remove(place).1),
@@ -63,14 +61,14 @@ impl Arrays {
         }
     }
 
-    pub(super) fn take_f64(&mut self, name: &str) -> Result<Vec<f64>, String> {
+    pub(crate) fn take_f64(&mut self, name: &str) -> Result<Vec<f64>, String> {
         match self.take(name)? {
             Array::F64(values) => Ok(values),
             _ => Err(format!("array `{name}` is not of double precision")),
         }
     }
 
-    pub(super) fn take_u64(&mut self, name: &str) -> Result<Vec<usize>, String> {
+    pub(crate) fn take_u64(&mut self, name: &str) -> Result<Vec<usize>, String> {
         match self.take(name)? {
             Array::U64(values) => Ok(values.into_iter().map(|v| v as usize).collect()),
             _ => Err(format!("array `{name}` is not of whole numbers")),
@@ -78,7 +76,7 @@ impl Arrays {
     }
 
     /// Takes out an array of one number.
-    pub(super) fn take_number(&mut self, name: &str) -> Result<f64, String> {
+    pub(crate) fn take_number(&mut self, name: &str) -> Result<f64, String> {
         match self.take_f64(name)?.as_slice() {
             [number] => Ok(*number),
             other => Err(format!(
@@ -90,7 +88,7 @@ impl Arrays {
 }
 
 /// Writes arrays whole or not at all.
-pub(super) fn write(path: &Path, label: &Label, arrays: &Arrays) -> Result<(), SessionError> {
+pub(crate) fn write(path: &Path, label: &Label, arrays: &Arrays) -> Result<(), SessionError> {
     let mut bytes = Vec::new();
     bytes.extend_from_slice(MAGIC);
     let mut kind = [0; KIND_BYTES];
@@ -117,9 +115,9 @@ pub(super) fn write(path: &Path, label: &Label, arrays: &Arrays) -> Result<(), S
             .map_err(SessionError::io("write", path))
     };
     if label.kind == "table" {
-        output::write_atomic(path, write)
+        write_atomic(path, write)
     } else {
-        output::write_durable(path, write)
+        write_durable(path, write)
     }
 }
 
@@ -142,7 +140,7 @@ fn append<T: Copy, const N: usize>(
 /// # Errors
 ///
 /// [`SessionError::Data`] with what was found instead.
-pub(super) fn read(path: &Path, expected: &Label) -> Result<Arrays, SessionError> {
+pub(crate) fn read(path: &Path, expected: &Label) -> Result<Arrays, SessionError> {
     let bytes = std::fs::read(path).map_err(SessionError::io("read", path))?;
     parse(&bytes, expected).map_err(|message| SessionError::data(path, message))
 }

@@ -21,7 +21,8 @@ fn a_dictionary_is_written_in_both_forms_with_the_same_numbers() {
         let printed: serde_json::Value =
             serde_json::from_str(&printed).expect("export prints JSON");
         assert_eq!(printed["matrices"]["primitives"][1], 12);
-        let matrices = inhand_matrices::read(&bench.bytes(name), name).expect("the file is sound");
+        let matrices =
+            inhand_export::matrices::read(&bench.bytes(name), name).expect("the file is sound");
         for (matrix, size) in printed["matrices"].as_object().expect("sizes by name") {
             let shape = matrices[matrix]
                 .numbers()
@@ -34,7 +35,7 @@ fn a_dictionary_is_written_in_both_forms_with_the_same_numbers() {
     let [npz, mat] = &read[..] else {
         panic!("two files")
     };
-    let bits = |matrices: &inhand_matrices::Variables| -> Vec<(String, Vec<u64>)> {
+    let bits = |matrices: &inhand_export::matrices::Variables| -> Vec<(String, Vec<u64>)> {
         (matrices.iter())
             .map(|(name, variable)| {
                 let numbers = variable.numbers().expect("every one is numbers");

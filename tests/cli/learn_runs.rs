@@ -346,19 +346,21 @@ fn primitives_without_their_offset_are_refused() {
     let bench = Bench::csv();
     learn(&bench, "own.mcap", &["--rank", "12", "--stride", "10"]);
     bench.ok(&["export", "own.mcap", "-o", "own.npz"]);
-    let mut own = inhand_matrices::read(&bench.bytes("own.npz"), "own.npz").expect("matrices");
+    let mut own =
+        inhand_export::matrices::read(&bench.bytes("own.npz"), "own.npz").expect("matrices");
     let mut refuse = |offset_m: Option<f64>, words: &[&str]| {
         own.retain(|name, _| name == "primitives");
         if let Some(offset_m) = offset_m {
             let one = nalgebra::DMatrix::from_element(1, 1, offset_m);
             own.insert(
                 "offset_m".to_owned(),
-                inhand_matrices::Variable::Numbers(one),
+                inhand_export::matrices::Variable::Numbers(one),
             );
         }
         let list: Vec<_> = own.clone().into_iter().collect();
-        let form = inhand_matrices::Form::Npz;
-        let bytes = inhand_matrices::write(form, "w.npz", &list).expect("matrices can be written");
+        let form = inhand_export::matrices::Form::Npz;
+        let bytes =
+            inhand_export::matrices::write(form, "w.npz", &list).expect("matrices can be written");
         bench.write("w.npz", bytes);
         let args = [
             &["learn"],

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use inhand_tables::ParquetTable;
+use inhand_export::ParquetTable;
 use serde_json::Value;
 
 use crate::support::{Bench, stderr};

@@ -111,7 +111,7 @@ pub fn read(path: &Path) -> Result<Annotated, SessionError> {
     })
 }
 
-/// Reads events from a CSV file (see [`inhand_tables::events`]) on the time line of `annotated`.
+/// Reads events from a CSV file (see [`inhand_export::events`]) on the time line of `annotated`.
 ///
 /// # Errors
 ///
@@ -120,7 +120,7 @@ pub fn read_csv(path: &Path, annotated: &Annotated) -> Result<Annotations, Sessi
     let bytes = std::fs::read(path).map_err(SessionError::io("read", path))?;
     let name = path.file_name().unwrap_or(path.as_os_str());
     let name = name.to_string_lossy();
-    inhand_tables::events::read(&bytes, &name, annotated.start_unix_nanos)
+    inhand_export::events::read(&bytes, &name, annotated.start_unix_nanos)
         .map_err(table_error(path))
 }
 

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use inhand_export::{Column, Table, Values, write_parquet};
 use inhand_report::{Figure, FigureData, FigureValues, Report};
-use inhand_tables::{Column, Table, Values, write_parquet};
 use rayon::prelude::*;
 
 use crate::error::{Located, SessionError};

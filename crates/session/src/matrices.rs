@@ -19,7 +19,7 @@ mod given;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use inhand_matrices::{Form, MatrixError, Variable, Variables};
+use inhand_export::matrices::{Form, MatrixError, Variable, Variables};
 use inhand_model::{Dictionary, DictionaryKind, Hull, InputHash, Residual, SegmentLayout};
 use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
@@ -82,7 +82,7 @@ pub fn form_of(path: &Path) -> Result<Form, MatricesError> {
 ///
 /// [`MatricesError::Extension`], [`MatricesError::Form`], [`MatricesError::File`].
 pub fn write(path: &Path, matrices: &Matrices) -> Result<(), MatricesError> {
-    let bytes = inhand_matrices::write(form_of(path)?, &name_of(path), matrices)?;
+    let bytes = inhand_export::matrices::write(form_of(path)?, &name_of(path), matrices)?;
     let written = output::write_atomic(path, |out| {
         out.write_all(&bytes)
             .map_err(SessionError::io("write", path))
@@ -99,7 +99,7 @@ pub fn read(path: &Path) -> Result<Variables, MatricesError> {
     let bytes = std::fs::read(path)
         .map_err(SessionError::io("read", path))
         .map_err(|error| MatricesError::File(Box::new(error)))?;
-    Ok(inhand_matrices::read(&bytes, &name_of(path))?)
+    Ok(inhand_export::matrices::read(&bytes, &name_of(path))?)
 }
 
 /// Reads a file by [`read`] and takes primitives from it by [`import_primitives`].

@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use inhand_channels::Metadata;
-use inhand_model::{EvaluationRows, MotionRows};
-use inhand_tables::bids::{self, BidsNames};
-use inhand_tables::{
+use inhand_export::bids::{self, BidsNames};
+use inhand_export::{
     Entity, TableError, contact_rows, evaluation_rows, facts_json, motion_entities, phase_rows,
     recording_entities, rows_facts, segment_rows, tidy, wide, write_csv, write_parquet,
     write_parquet_parts,
 };
+use inhand_model::{EvaluationRows, MotionRows};
 
 use crate::error::SessionError;
 use crate::output::{write_atomic, write_text};

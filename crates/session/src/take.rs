@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 
 use inhand_capture::roles::{RoleSettings, resolve};
 use inhand_channels::{CleanedTake, ReadCleaned, ReadTake};
+use inhand_export::WideSettings;
 use inhand_model::{
     Annotations, BodySource, Change, Finger, InputHash, Motion, PointTrack, Provenance, Recording,
     Roles, World,
 };
-use inhand_tables::WideSettings;
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
@@ -72,12 +72,12 @@ pub fn read(path: &Path, settings: &Settings) -> Result<Take, SessionError> {
             if inhand_channels::is_mcap(&bytes) {
                 let settings = settings.import_settings()?;
                 inhand_import::read_take(&bytes, &file_name, &settings).in_file(path)
-            } else if inhand_tables::looks_like_wide_csv(&bytes) {
+            } else if inhand_export::looks_like_wide_csv(&bytes) {
                 let settings = WideSettings {
                     up_axis: settings.read_settings()?.up_axis,
                 };
                 let recording =
-                    inhand_tables::read_wide_csv(&bytes, &file_name, facts.as_deref(), settings)
+                    inhand_export::read_wide_csv(&bytes, &file_name, facts.as_deref(), settings)
                         .in_file(path)?;
                 Ok(vendor_take(recording))
             } else {
@@ -146,7 +146,7 @@ pub fn read_clean(path: &Path, settings: &Settings) -> Result<Take, SessionError
 /// The facts beside a wide table, where there are any.
 fn table_facts(path: &Path, bytes: &[u8]) -> Result<Option<Vec<u8>>, SessionError> {
     let facts = facts_path(path);
-    if !inhand_tables::looks_like_wide_csv(bytes) || !facts.exists() {
+    if !inhand_export::looks_like_wide_csv(bytes) || !facts.exists() {
         return Ok(None);
     }
     std::fs::read(&facts)

@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 
-use inhand_matrices::{Variable, Variables};
+use inhand_export::matrices::{Variable, Variables};
 use inhand_model::{DictionaryKind, OBJECT_COORDINATES, SEGMENT_COORDINATES, SegmentLayout};
 use nalgebra::{DMatrix, DVector};
 

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use inhand_export::RowsFile;
 use inhand_model::{Evaluation, EvaluationRows, Finger, Provenance};
-use inhand_tables::RowsFile;
 
 use crate::error::{Located, SessionError};
 

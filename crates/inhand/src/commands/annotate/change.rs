@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use anyhow::Result;
+use inhand_export::events::{parse_instant, seconds_after};
 use inhand_model::{Annotations, Event, Label};
 use inhand_session::annotate::{self, Annotated, Vocabulary};
 use inhand_session::check_target;
-use inhand_tables::events::{parse_instant, seconds_after};
 
 use super::{AboutArgs, AddArgs, EditArgs, ImportArgs, RemoveArgs, Target};
 use crate::console::Console;

@@ -1,10 +1,10 @@
 //! Commands that show a file's events.
 
 use anyhow::{Context, Result};
+use inhand_export::events;
 use inhand_model::Event;
 use inhand_session::annotate::{self, Annotated};
 use inhand_session::{check_target, write_text};
-use inhand_tables::events;
 use serde_json::{Value, json};
 
 use super::{ExportArgs, ListArgs};

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use anyhow::Result;
+use inhand_export::bids::BidsNames;
 use inhand_session::tables::{self, Form};
 use inhand_session::{Take, check_target};
-use inhand_tables::bids::BidsNames;
 
 use super::Args;
 use crate::commands::read_takes;

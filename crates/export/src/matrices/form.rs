@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use crate::error::MatrixError;
-use crate::mat;
+use super::error::MatrixError;
+use super::mat;
 
 /// How archives of files start; an empty one has the second mark.
 const ZIP_MARKS: [&[u8]; 2] = [b"PK\x03\x04", b"PK\x05\x06"];
@@ -35,7 +35,7 @@ impl Form {
     /// The form that a file name asks for, whatever the case of its letters.
     ///
     /// ```
-    /// use inhand_matrices::Form;
+    /// use inhand_export::matrices::Form;
     /// assert_eq!(Form::of_path("a/W.MAT"), Some(Form::Mat));
     /// assert_eq!(Form::of_path("npz"), None);
     /// ```

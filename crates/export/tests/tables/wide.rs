@@ -1,10 +1,10 @@
 //! Wide and tidy CSV, and wide CSV back.
 
-use inhand_model::{Recording, Sample, StartTime, Status, Track, UpAxis};
-use inhand_tables::{
+use inhand_export::{
     TableError, WideSettings, facts_json, looks_like_wide_csv, read_wide_csv, recording_entities,
     tidy, wide, write_csv,
 };
+use inhand_model::{Recording, Sample, StartTime, Status, Track, UpAxis};
 use proptest::prelude::*;
 
 use crate::common::recording;

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use inhand_export::events::{parse_seconds, read, write};
 use inhand_model::{Annotations, Event};
-use inhand_tables::events::{parse_seconds, read, write};
 use proptest::prelude::*;
 
 const START: u64 = 1_700_000_000_000_000_000;

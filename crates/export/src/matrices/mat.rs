@@ -13,9 +13,9 @@ use std::io::Read as _;
 
 use flate2::read::ZlibDecoder;
 
-use crate::error::{Fault, MatrixError};
-use crate::number::{ByteOrder, matrix};
-use crate::{Variable, Variables};
+use super::error::{Fault, MatrixError};
+use super::number::{ByteOrder, matrix};
+use super::{Variable, Variables};
 use element::{COMPRESSED, Elements, MATRIX, Tag};
 pub(crate) use write::write;
 

@@ -57,7 +57,7 @@ pub fn seconds_after(unix_nanos: u64, start_unix_nanos: u64) -> String {
 /// (RFC 3339). `None` where it is neither, or not between 1970 and 2554.
 ///
 /// ```
-/// use inhand_tables::events::parse_instant;
+/// use inhand_export::events::parse_instant;
 ///
 /// assert_eq!(parse_instant("1.5", 1_000), Some(1_500_001_000));
 /// assert_eq!(parse_instant("1970-01-01T00:00:02Z", 1_000), Some(2_000_000_000));

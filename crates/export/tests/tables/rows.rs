@@ -1,7 +1,7 @@
 //! Rows of an evaluation go into Parquet and come back.
 
+use inhand_export::{RowsFile, TableError, evaluation_rows, rows_facts, write_parquet_parts};
 use inhand_model::{EvaluationRows, Finger, MethodRows, PerFinger, SegmentLayout, SegmentOrigin};
-use inhand_tables::{RowsFile, TableError, evaluation_rows, rows_facts, write_parquet_parts};
 
 const SAMPLES: usize = 3;
 

@@ -4,7 +4,7 @@
 //! nothing of what the matrices mean.
 //!
 //! ```
-//! use inhand_matrices::{Form, Variable, read, write};
+//! use inhand_export::matrices::{Form, Variable, read, write};
 //! use nalgebra::DMatrix;
 //!
 //! let primitives = DMatrix::from_row_slice(2, 3, &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
@@ -12,7 +12,7 @@
 //!     let bytes = write(form, "w", &[("primitives", Variable::from(primitives.clone()))])?;
 //!     assert_eq!(read(&bytes, "w")?["primitives"], Variable::Numbers(primitives.clone()));
 //! }
-//! # Ok::<(), inhand_matrices::MatrixError>(())
+//! # Ok::<(), inhand_export::matrices::MatrixError>(())
 //! ```
 //!
 //! # What is read

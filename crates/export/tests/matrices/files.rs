@@ -1,4 +1,4 @@
-use inhand_matrices::{Form, MatrixError, Variable, Variables, read, write};
+use inhand_export::matrices::{Form, MatrixError, Variable, Variables, read, write};
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 
@@ -139,7 +139,7 @@ fn what_is_written_is_what_numpy_and_scipy_have_read() {
     for (form, checked) in WRITTEN {
         let bytes = written(form);
         if std::env::var_os(WRITE).is_some() {
-            let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/reference");
+            let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/matrices/reference");
             std::fs::write(format!("{folder}/written.{}", form.extension()), &bytes).unwrap();
             continue;
         }

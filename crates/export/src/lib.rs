@@ -1,7 +1,7 @@
-//! Recordings, motions and events as tables that other tools read: CSV (wide and tidy), Parquet,
-//! Motion-BIDS; and events and wide CSV back.
+//! Recordings, motions, events and matrices as files that other tools read: CSV (wide and tidy),
+//! Parquet, Motion-BIDS, `.npz` and `.mat`; and events, wide CSV and matrices back.
 //!
-//! Units stand in the names of columns (`_m`, `_s`), a missing sample has blank cells, and every
+//! Units are in the names of columns (`_m`, `_s`), a missing sample has blank cells, and every
 //! entity has a `status` (`measured`, `filled`, `missing`). Numbers have as many digits as it takes
 //! to read them back unchanged.
 //!
@@ -10,7 +10,7 @@
 //!     Clock, LengthUnit, Marker, MarkerKind, PointTrack, Position, Recording, Source, StartTime,
 //!     UpAxis,
 //! };
-//! use inhand_tables::{recording_entities, wide, write_csv};
+//! use inhand_export::{recording_entities, wide, write_csv};
 //!
 //! let thumb = Marker {
 //!     name: "Thumb".to_owned(),
@@ -45,6 +45,7 @@
 //! * [`segment_rows`], [`contact_rows`], [`phase_rows`]: the segments, contacts and phases behind it.
 //! * [`events`]: events of a take as CSV and back.
 //! * [`bids`]: a take as files of a BIDS dataset.
+//! * [`matrices`]: named matrices for NumPy and MATLAB.
 
 pub mod bids;
 mod csv_file;
@@ -52,6 +53,7 @@ mod entity;
 mod error;
 pub mod events;
 mod facts;
+pub mod matrices;
 mod motion;
 mod parquet_file;
 mod parquet_read;

@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use super::HEADER_BYTES;
 use super::element::{MATRIX, TAG_BYTES};
-use crate::error::{MatrixError, not_written};
+use crate::matrices::error::{MatrixError, not_written};
 
 const TEXT: &[u8] = b"MATLAB 5.0 MAT-file, written by inhand";
 

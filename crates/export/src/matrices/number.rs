@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::error::Fault;
+use super::error::Fault;
 
 /// Integers beyond this are not all 64-bit floats.
 const EXACT_INTEGER: i128 = 1 << 53;

@@ -4,8 +4,8 @@
 
 use std::io::Read;
 
-use crate::error::Fault;
-use crate::number::{ByteOrder, Kind, Numbers};
+use crate::matrices::error::Fault;
+use crate::matrices::number::{ByteOrder, Kind, Numbers};
 
 const MARK: [u8; 6] = *b"\x93NUMPY";
 

@@ -1,7 +1,7 @@
 //! Elements: tag, data, padding.
 
-use crate::error::Fault;
-use crate::number::{ByteOrder, Kind, Numbers};
+use crate::matrices::error::Fault;
+use crate::matrices::number::{ByteOrder, Kind, Numbers};
 
 /// Type of an element that is a variable.
 pub(crate) const MATRIX: u32 = 14;

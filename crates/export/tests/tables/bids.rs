@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use inhand_export::bids::{BidsNames, files};
 use inhand_model::{Annotations, Event};
-use inhand_tables::bids::{BidsNames, files};
 
 use crate::common::{START, recording};
 

@@ -1,4 +1,4 @@
-use inhand_matrices::{MatrixError, read};
+use inhand_export::matrices::{MatrixError, read};
 use proptest::prelude::*;
 
 use crate::files::{BIG_ENDIAN_MAT, PACKED_MAT, PACKED_NPZ, STORED_MAT, STORED_NPZ};

@@ -9,9 +9,9 @@ use zip::result::ZipResult;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 
-use crate::error::{Fault, MatrixError, not_written};
-use crate::number::matrix;
-use crate::{Variable, Variables};
+use super::error::{Fault, MatrixError, not_written};
+use super::number::matrix;
+use super::{Variable, Variables};
 use header::{Content, Header};
 
 /// Extension of the arrays in the archive.

@@ -1,15 +1,13 @@
-//! Makes, breaks and durations of contacts, and the states of contact they add up to.
+//! Makes and breaks of contacts, and the states of contact they add up to.
 //!
 //! A [`ContactSeries`] says at every sample and of every finger whether it touches the object, or that
 //! this is not known. What is not known is never guessed: a missing sample ends a contact without
 //! counting as a break, and a contact that goes on after it does not count as a make. Such contacts, and
 //! those that are there at the first or last sample, are *censored*: they lasted at least as long as was
-//! seen, and their duration is kept apart from those seen from make to break.
-//!
-//! A sample stands for one period: a contact over n samples lasts n / rate.
+//! seen.
 //!
 //! ```
-//! use inhand_contact::events::ContactSeries;
+//! use inhand_contact::ContactSeries;
 //! use inhand_model::{Finger, PerFinger};
 //!
 //! // The thumb touches at samples 1 and 2 of 5 and again at the last, the others never, at 100 Hz.
@@ -17,18 +15,15 @@
 //!     PerFinger::from_fn(|finger| Some(finger == Finger::Thumb && thumb))
 //! });
 //! let series = ContactSeries::new(samples.to_vec(), 100.0)?;
-//! let thumb = series.finger(Finger::Thumb);
-//! assert_eq!((thumb.makes, thumb.breaks), (2, 1));
-//! assert_eq!(thumb.duty(), Some(0.6));
-//! assert_eq!(series.durations_s(&thumb).complete, [0.02]);
-//! assert_eq!(series.durations_s(&thumb).censored, [0.01]);
+//! let [first, last] = &series.contacts(Finger::Thumb)[..] else { panic!("two contacts") };
+//! assert_eq!((first.samples.clone(), first.made, first.broken), (1..3, true, true));
+//! assert_eq!((last.samples.clone(), last.made, last.broken), (4..5, true, false));
 //! # Ok::<(), inhand_contact::ContactError>(())
 //! ```
 
-use std::collections::BTreeMap;
 use std::ops::Range;
 
-use inhand_model::{Finger, FingerSet, PerFinger};
+use inhand_model::{Finger, FingerSet, PerFinger, StateRow};
 
 use crate::error::ContactError;
 
@@ -48,70 +43,6 @@ pub struct Contact {
     pub made: bool,
     /// Whether it was seen to end: the sample after is known and without contact.
     pub broken: bool,
-}
-
-impl Contact {
-    /// Seen from make to break, so that its duration is known.
-    pub fn is_complete(&self) -> bool {
-        self.made && self.broken
-    }
-}
-
-/// The contacts of one finger.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct FingerContacts {
-    /// Samples at which it is known whether the finger touches.
-    pub known: usize,
-    /// Samples of those at which it does.
-    pub touching: usize,
-    /// Contacts seen to begin.
-    pub makes: usize,
-    /// Contacts seen to end.
-    pub breaks: usize,
-    /// All contacts in order.
-    pub contacts: Vec<Contact>,
-}
-
-impl FingerContacts {
-    /// Share of the known samples in contact, 0 to 1 (the duty factor of gait analysis); `None` if
-    /// nothing is known.
-    pub fn duty(&self) -> Option<f64> {
-        (self.known > 0).then(|| self.touching as f64 / self.known as f64)
-    }
-}
-
-/// Durations of contacts, seconds.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Durations {
-    /// Of those seen from make to break.
-    pub complete: Vec<f64>,
-    /// Of the others, as far as they were seen: lower bounds.
-    pub censored: Vec<f64>,
-}
-
-/// A stretch in which the same fingers touch; all five are known throughout.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct StateRun {
-    /// The fingers that touch.
-    pub state: FingerSet,
-    /// The samples.
-    pub samples: Range<usize>,
-    /// Whether both ends are changes to other known states, so that the duration is known.
-    pub is_complete: bool,
-}
-
-/// How often and how long each state of contact was there, and what came after it. All over the samples
-/// at which all five fingers are known.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct States {
-    /// The stretches in order.
-    pub runs: Vec<StateRun>,
-    /// Samples in each state that occurs.
-    pub samples: BTreeMap<FingerSet, usize>,
-    /// How often each state was followed by each other, seen from one sample to the next: (from, to).
-    pub transitions: BTreeMap<(FingerSet, FingerSet), usize>,
-    /// Samples at which 0, 1, .. 5 fingers touch.
-    pub by_fingers: [usize; Finger::COUNT + 1],
 }
 
 impl ContactSeries {
@@ -176,67 +107,36 @@ impl ContactSeries {
         Ok(steady)
     }
 
-    /// The contacts of a finger.
-    pub fn finger(&self, finger: Finger) -> FingerContacts {
+    /// The contacts of a finger, in order.
+    pub fn contacts(&self, finger: Finger) -> Vec<Contact> {
         let runs = runs(self.samples.iter().map(|sample| sample[finger]));
         let is_off = |k: Option<usize>| {
             k.and_then(|k| runs.get(k))
                 .is_some_and(|(value, _)| *value == Some(false))
         };
-        let mut found = FingerContacts::default();
-        for (k, (value, samples)) in runs.iter().enumerate() {
-            let Some(touches) = value else { continue };
-            found.known += samples.len();
-            if !touches {
-                continue;
-            }
-            found.touching += samples.len();
-            let (made, broken) = (is_off(k.checked_sub(1)), is_off(Some(k + 1)));
-            found.makes += usize::from(made);
-            found.breaks += usize::from(broken);
-            found.contacts.push(Contact {
+        (runs.iter().enumerate())
+            .filter(|(_, (value, _))| *value == Some(true))
+            .map(|(k, (_, samples))| Contact {
                 samples: samples.clone(),
-                made,
-                broken,
-            });
-        }
-        found
+                made: is_off(k.checked_sub(1)),
+                broken: is_off(Some(k + 1)),
+            })
+            .collect()
     }
 
-    /// Durations of the contacts of a finger of this series.
-    pub fn durations_s(&self, finger: &FingerContacts) -> Durations {
-        let mut durations = Durations::default();
-        for contact in &finger.contacts {
-            let duration_s = contact.samples.len() as f64 / self.rate_hz;
-            if contact.is_complete() {
-                durations.complete.push(duration_s);
-            } else {
-                durations.censored.push(duration_s);
-            }
-        }
-        durations
-    }
-
-    /// States of contact with their transitions.
-    pub fn state_table(&self) -> States {
+    /// The stretches in which the same fingers touch, in order; all five are known throughout.
+    pub fn state_runs(&self) -> Vec<StateRow> {
         let runs = runs(self.states().into_iter());
-        let known = |k: Option<usize>| k.and_then(|k| runs.get(k)).and_then(|(state, _)| *state);
-        let mut table = States::default();
-        for (k, (state, samples)) in runs.iter().enumerate() {
-            let Some(state) = *state else { continue };
-            *table.samples.entry(state).or_default() += samples.len();
-            table.by_fingers[state.len()] += samples.len();
-            let next = known(Some(k + 1));
-            if let Some(next) = next {
-                *table.transitions.entry((state, next)).or_default() += 1;
-            }
-            table.runs.push(StateRun {
-                state,
-                samples: samples.clone(),
-                is_complete: next.is_some() && known(k.checked_sub(1)).is_some(),
-            });
-        }
-        table
+        let is_known = |k: Option<usize>| k.and_then(|k| runs.get(k)?.0).is_some();
+        (runs.iter().enumerate())
+            .filter_map(|(k, (state, samples))| {
+                Some(StateRow {
+                    fingers: (*state)?,
+                    samples: samples.clone(),
+                    complete: is_known(k.checked_sub(1)) && is_known(Some(k + 1)),
+                })
+            })
+            .collect()
     }
 
     /// The least number of samples that last at least this long.

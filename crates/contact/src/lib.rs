@@ -11,9 +11,8 @@
 //!   in the training takes, [`inside`] and [`hull_distance_m`] say whether and how far a planned
 //!   position is in it, [`HullProbe`] the same for whole trajectories.
 //!
-//! And of what touches over time: [`events`] finds makes, breaks, durations and states of contact,
-//! [`slip`] how pads move over the object meanwhile, [`phases`] in-grasp manipulation, finger gaiting and
-//! regrasps.
+//! And of what touches over time: [`ContactSeries`] finds makes, breaks and states of contact, [`slip_m`] how
+//! far pads move over the object meanwhile, [`phases`](fn@phases) in-grasp manipulation, finger gaiting and regrasps.
 //!
 //! Signs are the same everywhere: negative inside, 0 on the surface, positive outside. Lengths are
 //! metres.
@@ -42,15 +41,16 @@
 
 mod cloud;
 mod error;
-pub mod events;
+mod events;
 mod hull;
 mod pair;
-pub mod phases;
-pub mod slip;
+mod phases;
 mod surface;
 
 pub use cloud::SurfaceCloud;
 pub use error::ContactError;
+pub use events::{Contact, ContactSeries};
 pub use hull::{HullProbe, hull, hull_distance_m, inside};
 pub use pair::nearest_pair_m;
-pub use surface::{FingerOffsets, surface_distance_m};
+pub use phases::phases;
+pub use surface::{FingerOffsets, slip_m, surface_distance_m};

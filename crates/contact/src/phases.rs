@@ -10,114 +10,41 @@
 //!   1990; L. Han and J. C. Trinkle, *Dextrous manipulation by rolling and finger gaiting*, ICRA 1998).
 //! * **Regrasp**: the grasp is given up, fewer fingers than a grasp needs touch, and taken again.
 //!
-//! What needs a definition in numbers is in [`PhaseSettings`]; there are no defaults.
+//! What needs a definition in numbers is in [`ContactRules`]; there are no defaults.
 
-use std::ops::Range;
-
-use inhand_model::{Finger, FingerSet, Object, PerFinger, Position};
+use inhand_model::{
+    ContactRules, Finger, FingerSet, GaitRow, Object, PerFinger, PhaseKind, PhaseRow, Position,
+};
 
 use crate::error::ContactError;
 use crate::events::{ContactSeries, runs};
 
-/// What counts as a grasp, a contact, and a step of a finger.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PhaseSettings {
-    /// Fingers that hold at least: 3 for a stable grasp in arXiv 2308.15153, 2 in arXiv 2406.04950.
-    pub min_fingers: usize,
-    /// Contacts, and lifts, that last less are no changes ([`ContactSeries::debounced`]), seconds; with 0
-    /// every change counts.
-    pub min_duration_s: f64,
-    /// A finger that stays off longer has left the grasp: setting down again later is no gait, seconds.
-    pub max_lift_s: f64,
-}
-
-/// What kind of manipulation goes on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum PhaseKind {
-    /// The fingers of the phase keep their contacts, whether the object moves between them or is held still.
-    InGrasp,
-    /// At least one finger is on the way from a lift to where it sets down, others hold.
-    Gaiting,
-    /// Fewer fingers than a grasp needs, between two grasps.
-    Regrasp,
-    /// The same at the beginning or end of what is known: taken up or let go.
-    NoGrasp,
-}
-
-impl PhaseKind {
-    /// Lower-case name with `_`, as in files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            PhaseKind::InGrasp => "in_grasp",
-            PhaseKind::Gaiting => "finger_gaiting",
-            PhaseKind::Regrasp => "regrasp",
-            PhaseKind::NoGrasp => "no_grasp",
-        }
-    }
-}
-
-/// A stretch of one kind.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Phase {
-    /// Its kind.
-    pub kind: PhaseKind,
-    /// The samples.
-    pub samples: Range<usize>,
-    /// The fingers that touch throughout.
-    pub holding: FingerSet,
-}
-
-/// One step of a finger.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Gait {
-    /// The finger.
-    pub finger: Finger,
-    /// The samples without contact: lifted at the first, set down again at the end (the first sample in
-    /// contact).
-    pub samples: Range<usize>,
-    /// Which fingers touch all the while.
-    pub holding: FingerSet,
-    /// How far, in the object's frame, the pad at its first sample in contact is from its last one before
-    /// the lift, metres; `None` where one of them is missing, or no positions are given.
-    pub displacement_m: Option<f64>,
-}
-
-/// Phases and steps of a take.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Phases {
-    /// Phases in order: they do not overlap, and together they are all samples at which the contacts of
-    /// all five fingers are known.
-    pub phases: Vec<Phase>,
-    /// Steps, by their lifts.
-    pub gaits: Vec<Gait>,
-}
-
-/// Finds the phases of a series of contacts. `pads` are the positions of the pads in the object's frame at
-/// each sample, `None` or a shorter list where they are not known.
+/// Finds the phases of a series of contacts, and the steps of fingers by their lifts. Phases are in order, do not
+/// overlap, and together are all samples at which the contacts of all five fingers are known. `pads` are the
+/// positions of the pads in the object's frame at each sample, a shorter list where they are not known.
 ///
 /// In order: contacts are debounced; samples with fewer than `min_fingers` in contact are
-/// regrasp or no grasp; a finger's time without contact is a step ([`Gait`]) if it was seen to lift and to set
+/// regrasp or no grasp; a finger's time without contact is a step ([`GaitRow`]) if it was seen to lift and to set
 /// down within `max_lift_s`, and at every sample of it the contacts are known and at least
 /// `min_fingers` others hold; samples of steps are gaiting, also where several fingers' steps overlap; all
 /// others are in grasp, where a change of the fingers that hold begins a new phase.
 ///
 /// ```
-/// use inhand_contact::events::ContactSeries;
-/// use inhand_contact::phases::{PhaseKind, PhaseSettings, phases};
-/// use inhand_model::{Finger, PerFinger};
+/// use inhand_contact::{ContactSeries, phases};
+/// use inhand_model::{ContactRules, Finger, PerFinger, PhaseKind};
 ///
 /// // All fingers hold but the index at samples 4 to 6.
 /// let samples: Vec<_> = (0..10)
 ///     .map(|k| PerFinger::from_fn(|f| Some(f != Finger::Index || !(4..7).contains(&k))))
 ///     .collect();
 /// let series = ContactSeries::new(samples, 100.0)?;
-/// let settings = PhaseSettings { min_fingers: 3, min_duration_s: 0.0, max_lift_s: 1.0 };
-/// let found = phases(&series, None, &settings)?;
-/// let kinds: Vec<_> = found.phases.iter().map(|p| (p.kind, p.samples.clone())).collect();
+/// let rules = ContactRules { tau_m: 0.005, min_fingers: 3, min_duration_s: 0.0, max_lift_s: 1.0 };
+/// let (phases, gaits) = phases(&series, &[], &rules)?;
+/// let kinds: Vec<_> = phases.iter().map(|p| (p.kind, p.samples.clone())).collect();
 /// assert_eq!(kinds, [
-///     (PhaseKind::InGrasp, 0..4), (PhaseKind::Gaiting, 4..7), (PhaseKind::InGrasp, 7..10),
+///     (PhaseKind::InGrasp, 0..4), (PhaseKind::FingerGaiting, 4..7), (PhaseKind::InGrasp, 7..10),
 /// ]);
-/// assert_eq!(found.gaits[0].holding.to_string(), "thumb+middle+ring+little");
+/// assert_eq!(gaits[0].holding.to_string(), "thumb+middle+ring+little");
 /// # Ok::<(), inhand_contact::ContactError>(())
 /// ```
 ///
@@ -127,20 +54,20 @@ pub struct Phases {
 /// a grasp of no finger or of more than five.
 pub fn phases(
     series: &ContactSeries,
-    pads: Option<&[PerFinger<Option<Position<Object>>>]>,
-    settings: &PhaseSettings,
-) -> Result<Phases, ContactError> {
-    let needed = settings.min_fingers;
+    pads: &[PerFinger<Option<Position<Object>>>],
+    rules: &ContactRules,
+) -> Result<(Vec<PhaseRow>, Vec<GaitRow>), ContactError> {
+    let needed = rules.min_fingers;
     if !(1..=Finger::COUNT).contains(&needed) {
         return Err(ContactError::MinFingers { found: needed });
     }
-    series.samples_in("max_lift_s", settings.max_lift_s)?;
-    let steady = series.debounced(settings.min_duration_s)?;
+    series.samples_in("max_lift_s", rules.max_lift_s)?;
+    let steady = series.debounced(rules.min_duration_s)?;
     let states = steady.states();
 
-    let mut gaits: Vec<Gait> = Finger::ALL
+    let mut gaits: Vec<GaitRow> = Finger::ALL
         .into_iter()
-        .flat_map(|finger| gaits_of(finger, &steady, &states, pads, settings))
+        .flat_map(|finger| gaits_of(finger, &steady, &states, pads, rules))
         .collect();
     gaits.sort_by_key(|gait| (gait.samples.start, gait.finger));
 
@@ -148,45 +75,39 @@ pub fn phases(
     for gait in &gaits {
         is_gait[gait.samples.clone()].fill(true);
     }
-    Ok(Phases {
-        phases: labelled(&states, &is_gait, needed),
-        gaits,
-    })
+    Ok((labelled(&states, &is_gait, needed), gaits))
 }
 
 fn gaits_of(
     finger: Finger,
     series: &ContactSeries,
     states: &[Option<FingerSet>],
-    pads: Option<&[PerFinger<Option<Position<Object>>>]>,
-    settings: &PhaseSettings,
-) -> Vec<Gait> {
-    let contacts = series.finger(finger).contacts;
-    let pad = |k: usize| pads?.get(k).and_then(|pads| pads[finger]);
+    pads: &[PerFinger<Option<Position<Object>>>],
+    rules: &ContactRules,
+) -> Vec<GaitRow> {
+    let contacts = series.contacts(finger);
+    let pad = |k: usize| pads.get(k).and_then(|pads| pads[finger]);
     (contacts.windows(2))
         .filter(|pair| pair[0].broken && pair[1].made)
         .map(|pair| pair[0].samples.end..pair[1].samples.start)
         // Rounding of a duration must not decide.
-        .filter(|lift| lift.len() as f64 <= settings.max_lift_s * series.rate_hz() + 1e-6)
+        .filter(|lift| lift.len() as f64 <= rules.max_lift_s * series.rate_hz() + 1e-6)
         .filter_map(|lift| {
             // One contact after the other may still have missing samples between them.
             let states: Option<Vec<FingerSet>> = states[lift.clone()].iter().copied().collect();
             let states = states?;
-            if states
-                .iter()
-                .any(|state| state.len() < settings.min_fingers)
-            {
+            if states.iter().any(|state| state.len() < rules.min_fingers) {
                 return None;
             }
-            let displacement_m = pad(lift.start - 1)
+            let step_m = pad(lift.start - 1)
                 .zip(pad(lift.end))
                 .map(|(from, to)| to.distance_m(from))
                 .filter(|m| m.is_finite());
-            Some(Gait {
+            Some(GaitRow {
                 finger,
                 holding: in_all(&states),
                 samples: lift,
-                displacement_m,
+                step_m: step_m.unwrap_or(f64::NAN),
             })
         })
         .collect()
@@ -199,12 +120,12 @@ fn in_all(states: &[FingerSet]) -> FingerSet {
         .unwrap_or_default()
 }
 
-fn labelled(states: &[Option<FingerSet>], is_gait: &[bool], needed: usize) -> Vec<Phase> {
+fn labelled(states: &[Option<FingerSet>], is_gait: &[bool], needed: usize) -> Vec<PhaseRow> {
     // In grasp the fingers tell phases apart, elsewhere the kind alone does.
     let key = |(state, &gait): (&Option<FingerSet>, &bool)| {
         state.map(|state| match (state.len() < needed, gait) {
             (true, _) => (PhaseKind::NoGrasp, FingerSet::NONE),
-            (false, true) => (PhaseKind::Gaiting, FingerSet::NONE),
+            (false, true) => (PhaseKind::FingerGaiting, FingerSet::NONE),
             (false, false) => (PhaseKind::InGrasp, state),
         })
     };
@@ -224,7 +145,7 @@ fn labelled(states: &[Option<FingerSet>], is_gait: &[bool], needed: usize) -> Ve
             };
             let states: Vec<FingerSet> =
                 states[samples.clone()].iter().flatten().copied().collect();
-            Some(Phase {
+            Some(PhaseRow {
                 kind,
                 samples: samples.clone(),
                 holding: in_all(&states),

@@ -2,7 +2,7 @@
 
 use inhand_model::{Finger, Object, PerFinger, Position, Shape};
 use parry3d::math::Vector;
-use parry3d::query::PointQuery;
+use parry3d::query::{PointProjection, PointQuery};
 use parry3d::shape::{Cuboid, Cylinder};
 
 /// Signed distance of `p` to the surface of `shape`, metres: positive outside, 0 on the surface,
@@ -40,17 +40,30 @@ pub fn surface_distance_m(shape: &Shape, p: Position<Object>) -> f64 {
     if x.is_infinite() || y.is_infinite() || z.is_infinite() {
         return f64::INFINITY;
     }
+    let (p, on_surface) = projected(shape, [x, y, z]);
+    let distance_m = on_surface.point.distance(p);
+    if on_surface.is_inside {
+        -distance_m
+    } else {
+        distance_m
+    }
+}
+
+/// A point and its projection onto the surface, from inside too, in parry's frame ([`along_parry_cylinder`]).
+fn projected(shape: &Shape, p: [f64; 3]) -> (Vector, PointProjection) {
     match *shape {
         Shape::Cuboid { edges_m } => {
+            let p = Vector::from(p);
             let cuboid = Cuboid::new(Vector::from(edges_m) / 2.0);
-            projected_distance_m(&cuboid, Vector::new(x, y, z))
+            (p, cuboid.project_local_point(p, false))
         }
         Shape::Cylinder {
             diameter_m,
             height_m,
         } => {
+            let p = along_parry_cylinder(height_m, p);
             let cylinder = Cylinder::new(height_m / 2.0, diameter_m / 2.0);
-            projected_distance_m(&cylinder, along_parry_cylinder(height_m, [x, y, z]))
+            (p, cylinder.project_local_point(p, false))
         }
     }
 }
@@ -68,44 +81,51 @@ fn along_parry_cylinder(height_m: f64, [x, y, z]: [f64; 3]) -> Vector {
     Vector::new(y, z.abs().max(f64::EPSILON * height_m), x)
 }
 
-/// Distance of `p` to the surface of a solid, negative inside.
-fn projected_distance_m(solid: &impl PointQuery, p: Vector) -> f64 {
-    // Not solid: points inside are projected onto the surface too.
-    let on_surface = solid.project_local_point(p, false);
-    let distance_m = on_surface.point.distance(p);
-    if on_surface.is_inside {
-        -distance_m
-    } else {
-        distance_m
-    }
-}
-
 /// The point of the surface nearest to `p`; `None` for a coordinate that is not finite. One of those equally
 /// near.
-pub(crate) fn surface_point(shape: &Shape, p: Position<Object>) -> Option<Position<Object>> {
+fn surface_point(shape: &Shape, p: Position<Object>) -> Option<Position<Object>> {
     if !p.is_finite() {
         return None;
     }
-    let [x, y, z] = p.to_array();
-    match *shape {
-        Shape::Cuboid { edges_m } => {
-            let cuboid = Cuboid::new(Vector::from(edges_m) / 2.0);
-            let q = cuboid
-                .project_local_point(Vector::new(x, y, z), false)
-                .point;
-            Some(Position::new(q.x, q.y, q.z))
-        }
-        Shape::Cylinder {
-            diameter_m,
-            height_m,
-        } => {
-            let cylinder = Cylinder::new(height_m / 2.0, diameter_m / 2.0);
-            let mirrored = along_parry_cylinder(height_m, [x, y, z]);
-            let q = cylinder.project_local_point(mirrored, false).point;
-            // Back from the mirror image, and the axes back by one place.
-            Some(Position::new(q.z, q.x, q.y.copysign(z)))
-        }
-    }
+    let q = projected(shape, p.to_array()).1.point;
+    Some(match shape {
+        Shape::Cuboid { .. } => Position::new(q.x, q.y, q.z),
+        // Back from the mirror image, and the axes back by one place.
+        Shape::Cylinder { .. } => Position::new(q.z, q.x, q.y.copysign(p.to_array()[2])),
+    })
+}
+
+/// Apparent slip of a pad during a contact: the straight distance (the chord) between its first and last known
+/// positions on the surface, metres. `pad` holds its position in the object's frame at every sample of the contact
+/// (`object_from_hand * hand_tip`), `None` where tip or object is missing.
+///
+/// A pad that holds a point of the object stays where it is in the object's frame, however hand and object
+/// move. What it does move there is sliding, rolling of the round fingertip and give of its pulp together, which
+/// a marker cannot distinguish, and noise. Every position is moved to its nearest point on the surface first, so
+/// that pressing the pulp in counts nothing. Noise makes a path longer with every sample but this chord only once.
+///
+/// `None` unless two neighbouring samples are known.
+///
+/// ```
+/// use inhand_contact::slip_m;
+/// use inhand_model::{Position, Shape};
+///
+/// // A pad 1 mm above the top of a cube goes 3 mm along x and 4 mm along y in two steps.
+/// let pad = [[0.0, 0.0], [0.003, 0.0], [0.003, 0.004]]
+///     .map(|[x, y]| Some(Position::new(x, y, 0.026)));
+/// let cube = Shape::Cuboid { edges_m: [0.05; 3] };
+/// assert!((slip_m(&cube, &pad).unwrap() - 0.005).abs() < 1e-12);
+/// ```
+pub fn slip_m(shape: &Shape, pad: &[Option<Position<Object>>]) -> Option<f64> {
+    let on_surface: Vec<Option<Position<Object>>> = (pad.iter())
+        .map(|pad| surface_point(shape, (*pad)?))
+        .collect();
+    let was_followed = on_surface
+        .windows(2)
+        .any(|pair| pair[0].is_some() && pair[1].is_some());
+    let mut known = on_surface.iter().flatten();
+    let first = known.next().filter(|_| was_followed)?;
+    Some(known.next_back()?.distance_m(*first))
 }
 
 /// How far the pad of each finger reaches beyond its marker towards the object, metres.

@@ -2,14 +2,12 @@
 
 use std::ops::Range;
 
-use inhand_contact::ContactError;
-use inhand_contact::events::{ContactSeries, States};
-use inhand_contact::phases::{PhaseSettings, Phases, phases};
-use inhand_contact::slip::slip;
+use inhand_contact::{ContactError, ContactSeries, phases, slip_m};
 use inhand_model::{
-    ContactDynamics, ContactRow, ContactRows, ContactRules, Finger, GaitRow, Motion, Object,
-    PerFinger, PhaseRow, Pose, Position, SegmentLayout, Shape, StateRow, Status,
+    ContactDynamics, ContactRow, ContactRows, ContactRules, Finger, Motion, Object, PerFinger,
+    Pose, Position, SegmentLayout, Shape, Status,
 };
+use inhand_statistics::runs;
 use rayon::prelude::*;
 
 use crate::contacts::in_contact;
@@ -234,31 +232,22 @@ impl Stretch {
     ) -> Result<ContactRows, ContactError> {
         let samples = self.touches.len();
         let series = ContactSeries::new(self.touches, rate_hz)?;
-        let found = if with_phases {
-            let settings = PhaseSettings {
-                min_fingers: rules.min_fingers,
-                min_duration_s: rules.min_duration_s,
-                max_lift_s: rules.max_lift_s,
-            };
-            phases(&series, Some(&self.pads), &settings)?
+        let (phases, gaits) = if with_phases {
+            phases(&series, &self.pads, rules)?
         } else {
-            Phases::default()
+            Default::default()
         };
         let steady = series.debounced(rules.min_duration_s)?;
-        let pads = PerFinger::from_fn(|finger| {
-            self.pads
-                .iter()
-                .map(|pads| pads[finger])
-                .collect::<Vec<_>>()
-        });
         let contacts = PerFinger::from_fn(|finger| {
-            (steady.finger(finger).contacts.into_iter())
+            let pads: Vec<_> = self.pads.iter().map(|pads| pads[finger]).collect();
+            (steady.contacts(finger).into_iter())
                 .map(|contact| ContactRow {
                     made: contact.made,
                     broken: contact.broken,
                     filled: contact.samples.clone().any(|k| self.filled[k][finger]),
-                    slip_m: slip(shape, &pads[finger], &contact, rate_hz)
-                        .map_or(f64::NAN, |slip| slip.displacement_m),
+                    slip_m: (pads.get(contact.samples.clone()))
+                        .and_then(|pads| slip_m(shape, pads))
+                        .unwrap_or(f64::NAN),
                     samples: contact.samples,
                 })
                 .collect()
@@ -266,25 +255,12 @@ impl Stretch {
         Ok(ContactRows {
             samples,
             unknown: PerFinger::from_fn(|finger| {
-                unknown(steady.samples().iter().map(|sample| sample[finger]))
+                runs(0..samples, |k| steady.samples()[k][finger].is_none())
             }),
             contacts,
-            states: state_rows(steady.state_table()),
-            phases: (found.phases.into_iter())
-                .map(|phase| PhaseRow {
-                    kind: phase.kind.name(),
-                    samples: phase.samples,
-                    holding: phase.holding,
-                })
-                .collect(),
-            gaits: (found.gaits.into_iter())
-                .map(|gait| GaitRow {
-                    finger: gait.finger,
-                    samples: gait.samples,
-                    holding: gait.holding,
-                    step_m: gait.displacement_m.unwrap_or(f64::NAN),
-                })
-                .collect(),
+            states: steady.state_runs(),
+            phases,
+            gaits,
         })
     }
 }
@@ -292,26 +268,4 @@ impl Stretch {
 /// Whether a pad at a distance touches; not known where the distance is not.
 fn touches(distance_m: f64, tau_m: f64) -> Option<bool> {
     (!distance_m.is_nan()).then(|| in_contact(distance_m, tau_m))
-}
-
-fn state_rows(states: States) -> Vec<StateRow> {
-    (states.runs.into_iter())
-        .map(|run| StateRow {
-            fingers: run.state,
-            samples: run.samples,
-            complete: run.is_complete,
-        })
-        .collect()
-}
-
-/// Stretches of samples at which nothing is known.
-fn unknown(touches: impl Iterator<Item = Option<bool>>) -> Vec<Range<usize>> {
-    let mut stretches: Vec<Range<usize>> = Vec::new();
-    for (k, _) in touches.enumerate().filter(|(_, touches)| touches.is_none()) {
-        match stretches.last_mut() {
-            Some(last) if last.end == k => last.end = k + 1,
-            _ => stretches.push(k..k + 1),
-        }
-    }
-    stretches
 }

@@ -26,7 +26,7 @@ pub(crate) fn take_contacts(take: &str, rate_hz: f64, rows: &ContactRows) -> Tak
         transitions: transitions(&rows.states),
         phases: (rows.phases.iter())
             .map(|phase| PhaseFacts {
-                kind: phase.kind.to_owned(),
+                kind: phase.kind,
                 span_s: span_s(&phase.samples),
                 holding: phase.holding,
             })

@@ -250,7 +250,7 @@ pub fn phase_rows<'a>(session: &'a str, rows: &'a MotionRows) -> Table<'a> {
         }));
         list.extend(
             (of.rows.phases.iter())
-                .map(|phase| row("phase", &phase.samples, phase.kind, phase.holding)),
+                .map(|phase| row("phase", &phase.samples, phase.kind.name(), phase.holding)),
         );
         list.extend(of.rows.gaits.iter().map(|gait| Row {
             length_m: gait.step_m,

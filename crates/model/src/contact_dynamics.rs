@@ -1,7 +1,6 @@
 //! Contact dynamics: makes and breaks, states, phases, slip.
 
-use serde::de::Error;
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 
 use crate::evaluation::Statistics;
 use crate::finger::{Finger, PerFinger};
@@ -133,12 +132,37 @@ pub struct Transition {
     pub count: usize,
 }
 
+/// Kind of manipulation in a phase.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PhaseKind {
+    /// The fingers of the phase keep their contacts, whether the object moves between them or is held still.
+    InGrasp,
+    /// At least one finger is on the way from a lift to where it sets down, others hold.
+    FingerGaiting,
+    /// Fewer fingers than a grasp needs, between two grasps.
+    Regrasp,
+    /// The same at the beginning or end of what is known: taken up or let go.
+    NoGrasp,
+}
+
+impl PhaseKind {
+    /// Lower-case name with `_`, as in files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            PhaseKind::InGrasp => "in_grasp",
+            PhaseKind::FingerGaiting => "finger_gaiting",
+            PhaseKind::Regrasp => "regrasp",
+            PhaseKind::NoGrasp => "no_grasp",
+        }
+    }
+}
+
 /// A phase of manipulation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PhaseFacts {
-    /// `in_grasp`, `finger_gaiting`, `regrasp` or `no_grasp`.
-    #[serde(deserialize_with = "phase_kind")]
-    pub kind: String,
+    /// What goes on.
+    pub kind: PhaseKind,
     /// Begin and end, seconds since the take's first sample.
     #[serde(with = "AsIs")]
     pub span_s: [f64; 2],
@@ -159,14 +183,4 @@ pub struct GaitFacts {
     /// How far over the object it stepped, metres; NaN where that is not known.
     #[serde(rename = "step_mm", with = "Millimetres")]
     pub step_m: f64,
-}
-
-fn phase_kind<'de, D: Deserializer<'de>>(deserializer: D) -> Result<String, D::Error> {
-    let kind = String::deserialize(deserializer)?;
-    match kind.as_str() {
-        "in_grasp" | "finger_gaiting" | "regrasp" | "no_grasp" => Ok(kind),
-        _ => Err(D::Error::custom(format!(
-            "phases.kind is \"{kind}\", expected in_grasp, finger_gaiting, regrasp or no_grasp"
-        ))),
-    }
 }

@@ -59,8 +59,8 @@ pub use change::{Change, ChangeKind};
 pub use clock::{Clock, ClockError, StartTime};
 pub use comparison::{ComparedSide, ContactChange, Drawn, ErrorChange, EvaluationComparison};
 pub use contact_dynamics::{
-    ContactDynamics, ContactRules, FingerContactFacts, GaitFacts, PhaseFacts, SegmentContacts,
-    StateFacts, TakeContacts, Transition,
+    ContactDynamics, ContactRules, FingerContactFacts, GaitFacts, PhaseFacts, PhaseKind,
+    SegmentContacts, StateFacts, TakeContacts, Transition,
 };
 pub use contact_rule::in_contact;
 pub use dictionary::{

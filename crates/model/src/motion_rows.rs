@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use crate::contact_dynamics::PhaseKind;
 use crate::finger::{Finger, PerFinger};
 use crate::finger_set::FingerSet;
 use crate::segments::{SegmentLayout, SegmentOrigin};
@@ -123,8 +124,8 @@ pub struct StateRow {
 /// A phase of manipulation.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PhaseRow {
-    /// `in_grasp`, `finger_gaiting`, `regrasp` or `no_grasp`.
-    pub kind: &'static str,
+    /// What goes on.
+    pub kind: PhaseKind,
     /// The samples.
     pub samples: Range<usize>,
     /// The fingers that touch throughout.
@@ -136,10 +137,12 @@ pub struct PhaseRow {
 pub struct GaitRow {
     /// The finger.
     pub finger: Finger,
-    /// The samples without contact.
+    /// The samples without contact: lifted at the first, set down again at the end (the first sample in
+    /// contact).
     pub samples: Range<usize>,
     /// The fingers that touch all the while.
     pub holding: FingerSet,
-    /// How far over the object it stepped, metres.
+    /// How far, in the object's frame, the pad at its first sample in contact is from its last one before
+    /// the lift, metres; NaN where one of them is missing.
     pub step_m: f64,
 }

@@ -68,7 +68,7 @@ fn found(rows: &ContactRows, clock: Clock) -> impl Iterator<Item = Event> {
     };
     let holding = |fingers: FingerSet| ("holding", fingers.to_string());
     let phases = (rows.phases.iter()).map(move |phase| {
-        let kind = ("phase", phase.kind.to_owned());
+        let kind = ("phase", phase.kind.name().to_owned());
         event(&phase.samples, vec![kind, holding(phase.holding)])
     });
     let gaits = rows.gaits.iter().map(move |gait| {

@@ -98,17 +98,13 @@ def on_box(p, half):
     return q
 
 
-def slip(pad, a, b, half, rate):
+def slip(pad, a, b, half):
     q = np.array([on_box(p, half) if np.isfinite(p).all() else [np.nan] * 3 for p in pad[a:b]])
-    known = q[np.isfinite(q[:, 0])]
-    steps = np.linalg.norm(np.diff(q, axis=0), axis=1)
-    steps = steps[np.isfinite(steps)]
-    if len(steps) == 0:
+    seen = np.isfinite(q[:, 0])
+    if not (seen[1:] & seen[:-1]).any():
         return None
-    return [
-        np.linalg.norm(known[-1] - known[0]), np.linalg.norm(known - known[0], axis=1).max(),
-        steps.sum(), steps.max() * rate, steps.mean() * rate, len(steps), len(q) - len(known),
-    ]
+    known = q[seen]
+    return np.linalg.norm(known[-1] - known[0])
 
 
 def take(n, rate, needed, min_s, max_s):
@@ -123,13 +119,11 @@ def take(n, rate, needed, min_s, max_s):
         pads_m=[[None if np.isnan(p).any() else p for p in sample] for sample in pads],
         debounced=[debounced(s, round(min_s * rate)) for s in columns],
         contacts=[contacts(s) for s in columns],
-        duty=[s.count("1") / (n - s.count("?")) for s in columns],
-        slip=[[slip(pads[:, f], a, b, half, rate) for a, b, *_ in contacts(s)] for f, s in enumerate(columns)],
+        slip=[[slip(pads[:, f], a, b, half) for a, b, *_ in contacts(s)] for f, s in enumerate(columns)],
         edges_m=2 * half,
         state_samples=sorted([k, v] for k, v in Counter(x for x in states if x is not None).items()),
         transitions=sorted([a, b, v] for (a, b), v in Counter(
             (a[0], b[0]) for a, b in zip(state_runs, state_runs[1:]) if None not in (a[0], b[0])).items()),
-        by_fingers=[sum(x is not None and count(x) == c for x in states) for c in range(6)],
         **phases(columns, pads, rate, needed, min_s, max_s),
     )
 

@@ -1,9 +1,10 @@
-//! Makes, breaks, durations and states of contact; `../reference/make_events.py` made the numbers.
+//! Makes, breaks and states of contact; `../reference/make_events.py` made the numbers.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-use inhand_contact::ContactError;
-use inhand_contact::events::{Contact, ContactSeries};
+use std::collections::BTreeMap;
+
+use inhand_contact::{Contact, ContactError, ContactSeries};
 use inhand_model::{Finger, FingerSet, Object, PerFinger, Position};
 use proptest::prelude::*;
 use serde_json::{Value, json};
@@ -64,48 +65,45 @@ fn contacts_and_states_agree_with_the_reference() {
             .unwrap();
         for finger in Finger::ALL {
             let k = finger.index();
-            let found = series.finger(finger);
-            let listed: Vec<Value> = (found.contacts.iter())
+            let listed: Vec<Value> = (series.contacts(finger).iter())
                 .map(|c| json!([c.samples.start, c.samples.end, c.made, c.broken]))
                 .collect();
             assert_eq!(json!(listed), take["contacts"][k], "{finger}");
-            assert_eq!(
-                found.makes,
-                found.contacts.iter().filter(|c| c.made).count()
-            );
-            assert_eq!(
-                found.breaks,
-                found.contacts.iter().filter(|c| c.broken).count()
-            );
-            assert_eq!(found.duty(), take["duty"][k].as_f64());
             assert_eq!(
                 text(&steady, finger),
                 take["debounced"][k].as_str().unwrap()
             );
         }
-        let table = series.state_table();
-        let samples: Vec<Value> = (table.samples.iter())
-            .map(|(s, n)| json!([s.bits(), n]))
-            .collect();
+        let runs = series.state_runs();
+        let (mut samples, mut transitions) = (BTreeMap::new(), BTreeMap::new());
+        for run in &runs {
+            *samples.entry(run.fingers.bits()).or_insert(0) += run.samples.len();
+        }
+        for pair in runs.windows(2) {
+            if pair[0].samples.end == pair[1].samples.start {
+                let change = (pair[0].fingers.bits(), pair[1].fingers.bits());
+                *transitions.entry(change).or_insert(0) += 1;
+            }
+        }
+        let samples: Vec<Value> = samples.iter().map(|(s, n)| json!([s, n])).collect();
         assert_eq!(json!(samples), take["state_samples"]);
-        let transitions: Vec<Value> = (table.transitions.iter())
-            .map(|((from, to), n)| json!([from.bits(), to.bits(), n]))
+        let transitions: Vec<Value> = (transitions.iter())
+            .map(|((from, to), n)| json!([from, to, n]))
             .collect();
         assert_eq!(json!(transitions), take["transitions"]);
-        assert_eq!(json!(table.by_fingers), take["by_fingers"]);
     }
 }
 
 #[test]
 fn missing_samples_end_contacts_but_break_none() {
-    let found = series(["11?1001?0110"; 5], 10.0).finger(Finger::Ring);
+    let found = series(["11?1001?0110"; 5], 10.0).contacts(Finger::Ring);
     let contact = |samples, made, broken| Contact {
         samples,
         made,
         broken,
     };
     assert_eq!(
-        found.contacts,
+        found,
         [
             contact(0..2, false, false),
             contact(3..4, false, true),
@@ -113,23 +111,18 @@ fn missing_samples_end_contacts_but_break_none() {
             contact(9..11, true, true),
         ]
     );
-    assert_eq!(
-        (found.makes, found.breaks, found.known, found.touching),
-        (2, 2, 10, 6)
-    );
     let nothing = series(["???"; 5], 10.0);
-    assert_eq!(nothing.finger(Finger::Thumb).duty(), None);
-    assert_eq!(nothing.state_table(), Default::default());
+    assert!(nothing.contacts(Finger::Thumb).is_empty() && nothing.state_runs().is_empty());
     let empty = ContactSeries::new(Vec::new(), 10.0).unwrap();
-    assert!(empty.finger(Finger::Thumb).contacts.is_empty() && empty.states().is_empty());
+    assert!(empty.contacts(Finger::Thumb).is_empty() && empty.states().is_empty());
 }
 
 /// The duration of a state is known where both its ends were seen.
 #[test]
 fn states_at_ends_and_gaps_are_not_complete() {
-    let runs = series(["0011?0101"; 5], 100.0).state_table().runs;
+    let runs = series(["0011?0101"; 5], 100.0).state_runs();
     let found: Vec<_> = (runs.iter())
-        .map(|run| (run.samples.clone(), run.state.len(), run.is_complete))
+        .map(|run| (run.samples.clone(), run.fingers.len(), run.complete))
         .collect();
     assert_eq!(
         found,
@@ -211,19 +204,14 @@ proptest! {
     fn sums_hold(samples in any_series(), least in 0..5_u32) {
         let series = ContactSeries::new(samples.clone(), 100.0).unwrap();
         for finger in Finger::ALL {
-            let found = series.finger(finger);
-            let touching: usize = found.contacts.iter().map(|c| c.samples.len()).sum();
-            prop_assert_eq!(touching, found.touching);
-            prop_assert!(found.touching <= found.known);
-            let durations = series.durations_s(&found);
-            let seconds: f64 = durations.complete.iter().chain(&durations.censored).sum();
-            prop_assert!((seconds * 100.0 - touching as f64).abs() < 1e-9);
+            let touching: usize = series.contacts(finger).iter().map(|c| c.samples.len()).sum();
+            prop_assert_eq!(touching, samples.iter().filter(|s| s[finger] == Some(true)).count());
         }
-        let table = series.state_table();
+        let runs = series.state_runs();
         let known = series.states().iter().flatten().count();
-        prop_assert_eq!(table.by_fingers.iter().sum::<usize>(), known);
-        prop_assert_eq!(table.samples.values().sum::<usize>(), known);
-        prop_assert!(table.transitions.keys().all(|(from, to)| from != to));
+        prop_assert_eq!(runs.iter().map(|run| run.samples.len()).sum::<usize>(), known);
+        let mut pairs = runs.windows(2);
+        prop_assert!(pairs.all(|p| p[0].samples.end < p[1].samples.start || p[0].fingers != p[1].fingers));
 
         // Debouncing once is enough, and what is known stays known.
         let least_s = f64::from(least) / 100.0;

@@ -260,11 +260,7 @@ fn contacts_states_and_phases_of_a_take() {
     assert_eq!(transitions.len(), 3);
     assert!(transitions.contains(&(four, three, 1)) && transitions.contains(&(three, four, 1)));
 
-    let kinds: Vec<_> = take
-        .phases
-        .iter()
-        .map(|phase| phase.kind.as_str())
-        .collect();
+    let kinds: Vec<_> = take.phases.iter().map(|phase| phase.kind.name()).collect();
     assert_eq!(
         kinds,
         [

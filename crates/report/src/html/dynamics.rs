@@ -2,7 +2,7 @@
 
 use inhand_model::{
     ContactDynamics, ContactRules, Finger, FingerContactFacts, FingerSet, GaitFacts, PerFinger,
-    Statistics, TakeContacts,
+    PhaseKind, Statistics, TakeContacts,
 };
 use maud::{Markup, html};
 
@@ -19,11 +19,11 @@ pub(super) const TAKES: usize = 3;
 const STATES: usize = 10;
 
 /// Names of phases, in the order of tables, with their words and the class of their colour.
-pub(super) const PHASES: [(&str, &str, &str); 4] = [
-    ("in_grasp", "in grasp", "phase-grasp"),
-    ("finger_gaiting", "finger gaiting", "phase-gaiting"),
-    ("regrasp", "regrasp", "phase-regrasp"),
-    ("no_grasp", "no grasp", "phase-none"),
+pub(super) const PHASES: [(PhaseKind, &str, &str); 4] = [
+    (PhaseKind::InGrasp, "in grasp", "phase-grasp"),
+    (PhaseKind::FingerGaiting, "finger gaiting", "phase-gaiting"),
+    (PhaseKind::Regrasp, "regrasp", "phase-regrasp"),
+    (PhaseKind::NoGrasp, "no grasp", "phase-none"),
 ];
 
 /// The section's content; `None` where contacts were not judged over time.

@@ -42,8 +42,8 @@ pub(super) fn gaits(takes: &[TakeContacts]) -> Figure {
 
 fn diagram(take: &TakeContacts) -> crate::figure::Panel {
     let phases = take.phases.iter().map(|phase| {
-        let known = PHASES.iter().find(|(kind, ..)| *kind == phase.kind);
-        let (_, name, class) = known.copied().unwrap_or(("", "phase", "faded"));
+        let (_, name, class) = (PHASES.into_iter().find(|(kind, ..)| *kind == phase.kind))
+            .unwrap_or((phase.kind, "phase", "faded"));
         PhaseSpan {
             name,
             class,
@@ -71,7 +71,7 @@ fn gait_data(takes: &[TakeContacts]) -> FigureData {
             rows.extend(of("unknown", &take.unknown_s[finger]));
         }
         let phases = take.phases.iter();
-        rows.extend(phases.map(|p| (take.take.as_str(), "phase", p.kind.as_str(), p.span_s)));
+        rows.extend(phases.map(|p| (take.take.as_str(), "phase", p.kind.name(), p.span_s)));
     }
     FigureData::new([
         FigureColumn::words("take", rows.iter().map(|row| row.0)),

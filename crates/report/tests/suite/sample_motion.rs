@@ -2,8 +2,8 @@
 
 use inhand_model::{
     ContactDynamics, ContactRules, Finger, FingerContactFacts, FingerMovement, FingerSet,
-    GaitFacts, Movement, MovementAnalysis, PerFinger, PhaseFacts, SegmentContacts, StateFacts,
-    Statistics, TakeContacts, Transition,
+    GaitFacts, Movement, MovementAnalysis, PerFinger, PhaseFacts, PhaseKind, SegmentContacts,
+    StateFacts, Statistics, TakeContacts, Transition,
 };
 
 use super::{METHODS, SEGMENTS, finger_factor, statistics};
@@ -119,19 +119,19 @@ fn take() -> TakeContacts {
     let mut start_s = 0.0;
     for lift in &lifts {
         phases.push(PhaseFacts {
-            kind: "in_grasp".to_owned(),
+            kind: PhaseKind::InGrasp,
             span_s: [start_s, lift[0]],
             holding: all,
         });
         phases.push(PhaseFacts {
-            kind: "finger_gaiting".to_owned(),
+            kind: PhaseKind::FingerGaiting,
             span_s: *lift,
             holding: without(Finger::Index),
         });
         start_s = lift[1];
     }
     phases.push(PhaseFacts {
-        kind: "no_grasp".to_owned(),
+        kind: PhaseKind::NoGrasp,
         span_s: [start_s, LENGTH_S],
         holding: FingerSet::NONE,
     });

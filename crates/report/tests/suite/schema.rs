@@ -287,7 +287,7 @@ fn a_phase_that_stands_for_nothing_is_refused() {
     let other = text.replace("\"finger_gaiting\"", "\"walking\"");
     let refused = source(&other);
     assert!(
-        refused.contains("phases.kind") && refused.contains("walking"),
+        refused.contains("walking") && refused.contains("regrasp"),
         "{refused}"
     );
 }

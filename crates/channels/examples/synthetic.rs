@@ -17,9 +17,7 @@ use std::io::Cursor;
 use std::path::Path;
 use std::time::Instant;
 
-use inhand_channels::{
-    TakeFile, WriteSettings, info, read_take, write_dictionary, write_recording, write_take,
-};
+use inhand_channels::{TakeFile, WriteSettings, info, read_take, write_dictionary, write_take};
 
 fn main() {
     let mut arguments = std::env::args().skip(1);
@@ -65,10 +63,14 @@ fn main() {
         write_take(out, &train, &plain).unwrap();
     });
     write("recording.mcap", &|out| {
-        write_recording(out, &take.recording, Some(&take.roles), &[], &view).unwrap();
+        let file = TakeFile {
+            roles: Some(&take.roles),
+            ..TakeFile::new(&take.recording)
+        };
+        write_take(out, &file, &view).unwrap();
     });
     write("bare.mcap", &|out| {
-        write_recording(out, &take.recording, None, &[], &view).unwrap();
+        write_take(out, &TakeFile::new(&take.recording), &view).unwrap();
     });
     let dictionary = common::dictionary(200, 100, 100.0);
     write("dictionary.mcap", &|out| {

@@ -11,81 +11,39 @@ use serde_json::Value;
 
 use crate::error::ChannelError;
 use crate::metadata::{ABOUT, ANNOTATIONS, Metadata};
-use crate::output::{ChannelId, Output, PACKED};
+use crate::output::PACKED;
 use crate::records::{Depth, walk};
+use crate::streams::Streams;
 use crate::topic;
 use crate::wire::viewer_time;
-use crate::write::{Instant, Stream};
 
 /// Name of the schema that events have, whoever wrote them.
 const SCHEMA: &str = "foxglove.Event";
 
-/// The message of an event; labels come in the order of `keys`.
-fn message(event: &Event, keys: &[&str]) -> EventMessage {
-    let pair = |&key: &&str| {
-        let value = event.labels.get(key)?.clone();
-        let key = key.to_owned();
-        Some(KeyValuePair { key, value })
-    };
-    EventMessage {
-        start_time: Some(viewer_time(event.start_unix_nanos)),
-        end_time: Some(viewer_time(event.end_unix_nanos)),
-        metadata: keys.iter().filter_map(pair).collect(),
-    }
-}
-
-/// Writes each event when it begins; its sequence number is its place among those given.
-pub(crate) struct Events<'a> {
-    channel: ChannelId,
-    events: &'a [Event],
-    keys: Vec<&'a str>,
-    /// Places of events that are not written yet, latest start first.
-    waiting: Vec<usize>,
-}
-
-impl<'a> Events<'a> {
-    pub(crate) fn new(
-        annotations: &'a Annotations,
-        output: &mut Output,
-    ) -> Result<Self, ChannelError> {
-        let events = &annotations.events;
-        let mut waiting: Vec<usize> = (0..events.len()).collect();
-        waiting.sort_by_key(|&n| std::cmp::Reverse((events[n].start_unix_nanos, n)));
-        Ok(Self {
-            channel: output.channel::<EventMessage>(topic::ANNOTATIONS, None)?,
-            events,
-            keys: annotations.all_keys(),
-            waiting,
-        })
-    }
-
-    fn write_next(&mut self, output: &mut Output) -> Result<(), ChannelError> {
-        let Some(n) = self.waiting.pop() else {
-            return Ok(());
+/// Adds each event when it begins; its sequence number is its place among those given.
+pub(crate) fn add_events<'a>(
+    annotations: &'a Annotations,
+    streams: &mut Streams<'a>,
+) -> Result<(), ChannelError> {
+    let keys = annotations.all_keys();
+    let mut events: Vec<(usize, &Event)> = annotations.events.iter().enumerate().collect();
+    events.sort_by_key(|(_, event)| event.start_unix_nanos);
+    let message = move |(n, event): (usize, &Event)| {
+        let pair = |&key: &&str| {
+            let value = event.labels.get(key)?.clone();
+            let key = key.to_owned();
+            Some(KeyValuePair { key, value })
         };
-        let event = &self.events[n];
-        let message = message(event, &self.keys);
-        output.message(self.channel, n, event.start_unix_nanos, &message)
-    }
-}
-
-impl Stream for Events<'_> {
-    fn sample(&mut self, at: &Instant<'_>, output: &mut Output) -> Result<(), ChannelError> {
-        let unix_nanos = at.unix_nanos;
-        while let Some(&n) = self.waiting.last()
-            && self.events[n].start_unix_nanos <= unix_nanos
-        {
-            self.write_next(output)?;
-        }
-        Ok(())
-    }
-
-    fn finish(&mut self, output: &mut Output) -> Result<(), ChannelError> {
-        while !self.waiting.is_empty() {
-            self.write_next(output)?;
-        }
-        Ok(())
-    }
+        let message = EventMessage {
+            start_time: Some(viewer_time(event.start_unix_nanos)),
+            end_time: Some(viewer_time(event.end_unix_nanos)),
+            metadata: keys.iter().filter_map(pair).collect(),
+        };
+        (n, event.start_unix_nanos, message)
+    };
+    let channel = (streams.output).channel::<EventMessage>(topic::ANNOTATIONS, None)?;
+    streams.listed(channel, events.into_iter().map(message));
+    Ok(())
 }
 
 /// Events and facts that any MCAP file holds: messages of the schema `foxglove.Event` (protobuf or
@@ -311,11 +269,9 @@ pub fn write_annotations(
     annotations: &Annotations,
     profile: &str,
 ) -> Result<(), ChannelError> {
-    let mut output = Output::create_of(&mut out, PACKED, profile)?;
-    let mut events = Events::new(annotations, &mut output)?;
-    events.finish(&mut output)?;
-    drop(events);
-    output.finish()
+    let mut streams = Streams::create(&mut out, PACKED, profile, &Metadata::default())?;
+    add_events(annotations, &mut streams)?;
+    streams.finish()
 }
 
 /// The metadata records that annotations need beside their events: name and pairs.

@@ -4,9 +4,9 @@ use std::fmt::Display;
 use std::io::Write;
 
 use inhand_model::{
-    Demonstrated, Dictionary, Finger, Frame, Hand, Hull, Learning, MethodCandidate, MethodChoice,
-    OBJECT_COORDINATES, PerFinger, Provenance, Restart, SEGMENT_COORDINATES, SegmentLayout, Status,
-    VelocityBounds,
+    Clock, Demonstrated, Dictionary, Finger, Frame, Hand, Hull, Learning, MethodCandidate,
+    MethodChoice, OBJECT_COORDINATES, PerFinger, Provenance, Restart, SEGMENT_COORDINATES,
+    SegmentLayout, StartTime, Status, VelocityBounds,
 };
 use mcap::Compression;
 use mcap::records::Record;
@@ -16,14 +16,13 @@ use prost::{DecodeError, Message};
 use crate::error::ChannelError;
 use crate::messages;
 use crate::metadata::Metadata;
-use crate::output::Output;
 use crate::read::absent;
 use crate::records::{Depth, walk, walk_in_place, walk_while};
 use crate::residual;
+use crate::streams::{Sampling, Streams};
 use crate::topic;
-use crate::view::DictionaryView;
+use crate::view::draw_dictionary;
 use crate::wire::{Point, Timestamp};
-use crate::write::{fingertip, fingertips};
 
 /// A dictionary has no time of its own: its file starts at the epoch.
 const START_UNIX_NANOS: u64 = 0;
@@ -54,72 +53,56 @@ pub fn write_dictionary(
 ) -> Result<(), ChannelError> {
     (dictionary.validate())
         .map_err(|error| ChannelError::mismatch("dictionary", "one that fits together", error))?;
-    let mut output = Output::create(&mut out, UNPACKED)?;
+    let layout = dictionary.layout;
+    let clock = Clock::new(START_UNIX_NANOS, StartTime::Unknown, layout.rate_hz)
+        .map_err(|error| ChannelError::mismatch("dictionary", "a rate", error))?;
+    let samples = Sampling::all(clock, dictionary.rank() * layout.samples);
+    let mean = &dictionary.offset_m + &dictionary.primitives * &dictionary.activation_mean_m;
+    let deviations_m: Vec<f64> = (dictionary.activation_covariance_m2.diagonal().iter())
+        .map(|variance_m2| PLAYED_DEVIATIONS * variance_m2.max(0.0).sqrt())
+        .collect();
+    let position_m = |t, finger, value_m: &dyn Fn(usize) -> f64| {
+        [0, 1, 2].map(|axis| value_m(SegmentLayout::row(t, finger, axis)))
+    };
+    let mean_m = |t, finger| position_m(t, finger, &|row| mean[row]);
+    let played_m = |k: usize, finger| {
+        let (i, t) = (k / layout.samples, k % layout.samples);
+        position_m(t, finger, &|row| {
+            mean[row] + dictionary.primitives[(row, i)] * deviations_m[i]
+        })
+    };
+
     let mut metadata = Metadata::default();
     metadata.add_provenance(provenance);
-    for (name, facts) in &metadata.0 {
-        output.metadata(name, facts)?;
-    }
-    let model = output.channel::<messages::Dictionary>(topic::DICTIONARY, Some(Hand::NAME))?;
-    let primitives =
-        output.channel::<messages::Fingertips>(topic::DICTIONARY_PRIMITIVES, Some(Hand::NAME))?;
-    output.message(model, 0, START_UNIX_NANOS, &to_message(dictionary))?;
-    let profile =
-        output.channel::<messages::Profile>(topic::DICTIONARY_PROFILE, Some(Hand::NAME))?;
-    let mut view = DictionaryView::new(dictionary, START_UNIX_NANOS, &mut output)?;
-
-    let layout = dictionary.layout;
-    // The object's rows come behind those of the fingertips.
-    let rows = layout.samples * SEGMENT_COORDINATES;
-    let mean = &dictionary.offset_m + &dictionary.primitives * &dictionary.activation_mean_m;
-    for (i, primitive) in dictionary.primitives.column_iter().enumerate() {
-        let variance_m2 = dictionary.activation_covariance_m2[(i, i)];
-        let played = &mean + primitive * (PLAYED_DEVIATIONS * variance_m2.max(0.0).sqrt());
-        for t in 0..layout.samples {
-            let k = i * layout.samples + t;
-            let unix_nanos = START_UNIX_NANOS + (k as f64 * 1e9 / layout.rate_hz).round() as u64;
-            let position_m =
-                |finger| [0, 1, 2].map(|axis| played[SegmentLayout::row(t, finger, axis)]);
-            let message = fingertips(unix_nanos, |finger| {
-                fingertip(Some(position_m(finger)), Status::Measured)
-            });
-            output.message(primitives, k, unix_nanos, &message)?;
-            let message = departure(&played, &mean, (i, t), unix_nanos);
-            output.message(profile, k, unix_nanos, &message)?;
-            if t == 0 {
-                let paths = (&played.as_slice()[..rows], &mean.as_slice()[..rows]);
-                view.begin((i, k), unix_nanos, paths, &mut output)?;
-            }
-            view.sample(k, unix_nanos, PerFinger::from_fn(position_m), &mut output)?;
-        }
-    }
-    output.finish()
-}
-
-/// How far primitive `i` moves each fingertip at sample `t` of its second.
-fn departure(
-    played: &DVector<f64>,
-    mean: &DVector<f64>,
-    (i, t): (usize, usize),
-    unix_nanos: u64,
-) -> messages::Profile {
-    let distance_m = |finger| {
-        let square = |axis| {
-            let row = SegmentLayout::row(t, finger, axis);
-            (played[row] - mean[row]).powi(2)
-        };
-        (square(0) + square(1) + square(2)).sqrt()
-    };
-    messages::Profile {
-        timestamp: Some(Timestamp::from_unix_nanos(unix_nanos)),
-        // A dictionary has far fewer primitives than 32 bits count.
-        primitive: i as u32,
-        thumb_m: distance_m(Finger::Thumb),
-        index_m: distance_m(Finger::Index),
-        middle_m: distance_m(Finger::Middle),
-        ring_m: distance_m(Finger::Ring),
-        little_m: distance_m(Finger::Little),
-    }
+    let mut streams = Streams::create(&mut out, UNPACKED, "", &metadata)?;
+    let hand = Some(Hand::NAME);
+    let message = to_message(dictionary);
+    streams.once(topic::DICTIONARY, hand, START_UNIX_NANOS, &message)?;
+    streams.sampled(topic::DICTIONARY_PRIMITIVES, hand, samples, |at| {
+        Some(messages::Fingertips::new(at.unix_nanos, |finger| {
+            messages::Fingertip::new(Some(played_m(at.k, finger)), Status::Measured)
+        }))
+    })?;
+    streams.sampled(topic::DICTIONARY_PROFILE, hand, samples, |at| {
+        let (i, t) = (at.k / layout.samples, at.k % layout.samples);
+        let [thumb_m, index_m, middle_m, ring_m, little_m] = Finger::ALL.map(|finger| {
+            let (played, mean) = (played_m(at.k, finger), mean_m(t, finger));
+            let square = |axis: usize| (played[axis] - mean[axis]).powi(2);
+            (square(0) + square(1) + square(2)).sqrt()
+        });
+        Some(messages::Profile {
+            timestamp: Some(Timestamp::from_unix_nanos(at.unix_nanos)),
+            // A dictionary has far fewer primitives than 32 bits count.
+            primitive: i as u32,
+            thumb_m,
+            index_m,
+            middle_m,
+            ring_m,
+            little_m,
+        })
+    })?;
+    draw_dictionary(dictionary, samples, &mean_m, &played_m, &mut streams)?;
+    streams.finish()
 }
 
 /// Reads a dictionary that [`write_dictionary`] wrote, with what made it.

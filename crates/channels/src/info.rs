@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use foxglove::messages::{FrameTransform, FrameTransforms};
-use inhand_model::{Finger, PerFinger, Status, TrackCounts};
+use inhand_model::{PerFinger, Status, TrackCounts};
 use mcap::records::Record;
 use prost::Message;
 
@@ -325,8 +325,9 @@ impl Listing {
             Content::Other => return,
             Content::Fingertips(fingers) => {
                 if let Ok(message) = messages::Fingertips::decode(data) {
-                    for finger in Finger::ALL {
-                        fingers[finger].add(status(&message, finger));
+                    for (finger, tip) in message.tips().iter() {
+                        let status = tip.and_then(|tip| messages::Status::to_model(tip.status));
+                        fingers[finger].add(status.unwrap_or(Status::Missing));
                     }
                 }
                 return;
@@ -388,17 +389,4 @@ impl Listing {
             problem,
         }
     }
-}
-
-fn status(message: &messages::Fingertips, finger: Finger) -> Status {
-    let tip = match finger {
-        Finger::Thumb => &message.thumb,
-        Finger::Index => &message.index,
-        Finger::Middle => &message.middle,
-        Finger::Ring => &message.ring,
-        Finger::Little => &message.little,
-    };
-    (tip.as_ref())
-        .and_then(|tip| messages::Status::to_model(tip.status))
-        .unwrap_or(Status::Missing)
 }

@@ -73,6 +73,7 @@ mod records;
 mod residual;
 mod schema;
 mod shown;
+mod streams;
 mod take;
 mod topic;
 mod view;
@@ -96,9 +97,7 @@ pub use outline::Outline;
 pub use overlay::{
     MAX_LAYERS, OverlayFile, OverlayLayer, OverlayObject, layer_colour, write_overlay,
 };
-pub use read::{
-    ReadEvaluated, ReadMethod, absent, read_evaluated, read_generated, read_metadata, read_take,
-};
+pub use read::{ReadMethod, absent, read_evaluated, read_generated, read_metadata, read_take};
 pub use records::read_leading_metadata;
 pub use shown::{Shown, Whose, take_topics};
 pub use take::{
@@ -106,4 +105,4 @@ pub use take::{
     GeneratedSegment, RECORDED, ReadCleaned, ReadTake, TakeFile, UnsolvedPlan, WriteSettings,
 };
 pub use topic::{VIEW as VIEW_TOPICS, planned_fingertips_topic};
-pub use write::{TakeWriter, ViewsFor, view_channels, write_recording, write_take, write_views};
+pub use write::{TakeWriter, ViewsFor, view_channels, write_take, write_views};

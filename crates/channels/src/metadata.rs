@@ -42,6 +42,8 @@ pub(crate) const OBJECT: &str = "inhand.object";
 pub(crate) const ANNOTATIONS: &str = "inhand.annotations";
 /// What people say about the whole take.
 pub(crate) const ABOUT: &str = "inhand.about";
+/// What makes a file an overlay.
+pub(crate) const OVERLAY: &str = "inhand.overlay";
 pub(crate) const PROVENANCE: &str = "inhand.provenance.";
 
 /// Whether this is the provenance record of one of these steps.

@@ -226,8 +226,12 @@ impl<'a> Search<'a> {
                 let Ok(tips) = messages::Fingertips::decode(data) else {
                     return false;
                 };
-                let tips = [tips.thumb, tips.index, tips.middle, tips.ring, tips.little];
-                let points = tips.into_iter().flatten().filter_map(|tip| tip.position_m);
+                let points = tips
+                    .tips()
+                    .into_array()
+                    .into_iter()
+                    .flatten()
+                    .filter_map(|tip| tip.position_m);
                 // Better than markers, of which some may lie about anywhere.
                 self.add_points(frame, points.map(|p| Point3::new(p.x, p.y, p.z)).collect())
             }

@@ -2,7 +2,26 @@
 
 use inhand_model::{Finding, Recording};
 
-use crate::view;
+/// Views show at most this many instants a second: more than a screen needs only costs space.
+const MAX_RATE_HZ: f64 = 50.0;
+
+/// Scenes show at most this many instants a second: a scene is ten times the size of a cloud.
+const MAX_SCENE_RATE_HZ: f64 = 25.0;
+
+/// Every how many samples views show one.
+pub(crate) fn stride(rate_hz: f64) -> usize {
+    // The quotient of a rate and 50 is far below the largest integer; a tiny slack keeps 100.0001
+    // Hz at two.
+    ((rate_hz / MAX_RATE_HZ - 1e-3).ceil() as usize).max(1)
+}
+
+/// Every how many samples scenes show one: a multiple of [`stride`], so that all views speak of the same
+/// instants.
+pub(crate) fn scene_stride(rate_hz: f64) -> usize {
+    let stride = stride(rate_hz);
+    let view_hz = rate_hz / stride as f64;
+    stride * ((view_hz / MAX_SCENE_RATE_HZ - 1e-3).ceil() as usize).max(1)
+}
 
 /// What has to be known of a whole take before its first sample can be written. It is gathered in
 /// a first pass over the blocks of a take that is too long for memory.
@@ -27,7 +46,7 @@ impl Outline {
 
     /// Adds the samples that follow those so far. Findings of a block are not looked at.
     pub fn add(&mut self, block: &Recording) {
-        let stride = view::stride(block.clock.rate_hz());
+        let stride = stride(block.clock.rate_hz());
         // The first sample of the block that views show.
         let first = self.samples.next_multiple_of(stride) - self.samples;
         self.shown_bodies.resize(block.bodies.len(), false);

@@ -35,13 +35,6 @@ pub(crate) struct Output<'a> {
 }
 
 impl<'a> Output<'a> {
-    pub(crate) fn create(
-        out: &'a mut dyn Write,
-        packing: Option<Compression>,
-    ) -> Result<Self, ChannelError> {
-        Self::create_of(out, packing, "")
-    }
-
     /// A file that states what kind of content it has.
     pub(crate) fn create_of(
         out: &'a mut dyn Write,

@@ -4,22 +4,18 @@ use std::collections::BTreeMap;
 use std::io::Write;
 
 use inhand_model::{
-    Clock, Finger, Frame, Hand, Object, PerFinger, PointTrack, PoseTrack, Position, Provenance,
-    Shape, UpAxis, World,
+    Clock, Frame, Hand, Object, PerFinger, PointTrack, PoseTrack, Position, Provenance, Shape,
+    UpAxis, World,
 };
 
 use crate::colour::Rgb;
 use crate::error::ChannelError;
 use crate::messages;
-use crate::metadata::Metadata;
-use crate::output::{ChannelId, Output, PACKED};
+use crate::metadata::{Metadata, OVERLAY};
+use crate::output::PACKED;
+use crate::streams::{Sampling, Streams};
 use crate::topic::LayerTopics;
-use crate::view::overlay as view;
-use crate::wire::Timestamp;
-use crate::write::{fingertip, fingertips};
-
-/// Metadata record that makes a file an overlay.
-const OVERLAY: &str = "inhand.overlay";
+use crate::view::draw_overlay;
 
 /// As many layers as colours can tell apart: eight, and a darker shade of each.
 pub const MAX_LAYERS: usize = 16;
@@ -76,6 +72,14 @@ pub struct OverlayLayer<'a, F: Frame> {
     pub distances_m: &'a [PerFinger<f64>],
 }
 
+impl<F: Frame> OverlayLayer<'_, F> {
+    /// Samples that every finger has; a track of another length would be no part of the motion.
+    pub(crate) fn samples(&self) -> Sampling {
+        let lengths = self.tips.iter().map(|(_, track)| track.len());
+        Sampling::all(self.clock, lengths.min().unwrap_or_default())
+    }
+}
+
 /// An object.
 #[derive(Clone, Copy, Debug)]
 pub struct OverlayObject<'a, F: Frame> {
@@ -88,21 +92,6 @@ pub struct OverlayObject<'a, F: Frame> {
     pub track: &'a PoseTrack<F, Object>,
     /// Its shape, where it is known.
     pub shape: Option<Shape>,
-}
-
-/// Messages of one layer or object, sample by sample on its own clock.
-pub(crate) trait Source {
-    /// When its samples are.
-    fn clock(&self) -> Clock;
-    /// How many there are.
-    fn samples(&self) -> usize;
-    /// Writes what there is to say at sample `k`.
-    fn sample(
-        &mut self,
-        k: usize,
-        unix_nanos: u64,
-        output: &mut Output<'_>,
-    ) -> Result<(), ChannelError>;
 }
 
 /// Writes motions over each other as one MCAP file, by time; the same values give the same bytes.
@@ -119,52 +108,34 @@ pub fn write_overlay<F: Frame>(
     file: &OverlayFile<'_, F>,
 ) -> Result<(), ChannelError> {
     check(file)?;
-    let mut output = Output::create(&mut out, PACKED)?;
     let mut metadata = Metadata::default();
     for (key, value) in file.about {
         metadata.add_fact(OVERLAY, key, value.clone());
     }
     metadata.add_fact(OVERLAY, "frame", F::NAME.to_owned());
     metadata.add_provenance(file.provenance);
-    for (name, facts) in &metadata.0 {
-        output.metadata(name, facts)?;
-    }
-    let mut sources: Vec<(usize, Box<dyn Source + '_>)> = Vec::new();
+    let mut streams = Streams::create(&mut out, PACKED, "", &metadata)?;
+    let (first, frame) = (&file.layers[0], Some(F::NAME));
     for (n, layer) in file.layers.iter().enumerate() {
         let topics = LayerTopics::new(layer.name)?;
-        let channel = output.channel::<messages::Fingertips>(&topics.fingertips, Some(F::NAME))?;
-        sources.push((0, Box::new(Tips { channel, layer })));
-        if n > 0
-            && let Some(first) = file.layers.first()
-        {
-            let topic = &topics.distance;
-            let channel = output.channel::<messages::FingerErrors>(topic, Some(F::NAME))?;
-            let clock = first.clock;
-            let distances_m = layer.distances_m;
-            sources.push((
-                0,
-                Box::new(Distances {
-                    channel,
-                    clock,
-                    distances_m,
-                }),
-            ));
+        streams.sampled(&topics.fingertips, frame, layer.samples(), move |at| {
+            Some(messages::Fingertips::new(at.unix_nanos, |finger| {
+                let track = &layer.tips[finger];
+                let position_m = track.get(at.k).map(Position::to_array);
+                messages::Fingertip::new(position_m, track.status(at.k))
+            }))
+        })?;
+        if n > 0 {
+            let samples = Sampling::all(first.clock, layer.distances_m.len());
+            streams.sampled(&topics.distance, frame, samples, move |at| {
+                let distance_m = &layer.distances_m[at.k];
+                let known = !distance_m.as_array().iter().all(|metres| metres.is_nan());
+                known.then(|| messages::FingerErrors::new(at.unix_nanos, distance_m))
+            })?;
         }
     }
-    view::add(file, &mut output, &mut sources)?;
-    loop {
-        let times = (sources.iter().enumerate())
-            .filter(|(_, (k, source))| *k < source.samples())
-            .map(|(n, (k, source))| (source.clock().unix_nanos(*k), n));
-        let Some((unix_nanos, n)) = times.min() else {
-            break;
-        };
-        let (k, source) = &mut sources[n];
-        source.sample(*k, unix_nanos, &mut output)?;
-        *k += 1;
-    }
-    drop(sources);
-    output.finish()
+    draw_overlay(file, &mut streams)?;
+    streams.finish()
 }
 
 fn check<F: Frame>(file: &OverlayFile<'_, F>) -> Result<(), ChannelError> {
@@ -195,75 +166,5 @@ fn check<F: Frame>(file: &OverlayFile<'_, F>) -> Result<(), ChannelError> {
             format!("one of {layers}"),
             object.layer,
         )),
-    }
-}
-
-struct Tips<'a, F: Frame> {
-    channel: ChannelId,
-    layer: &'a OverlayLayer<'a, F>,
-}
-
-impl<F: Frame> Source for Tips<'_, F> {
-    fn clock(&self) -> Clock {
-        self.layer.clock
-    }
-
-    fn samples(&self) -> usize {
-        samples_of(self.layer.tips)
-    }
-
-    fn sample(
-        &mut self,
-        k: usize,
-        unix_nanos: u64,
-        output: &mut Output<'_>,
-    ) -> Result<(), ChannelError> {
-        let message = fingertips(unix_nanos, |finger| {
-            let track = &self.layer.tips[finger];
-            fingertip(track.get(k).map(Position::to_array), track.status(k))
-        });
-        output.message(self.channel, k, unix_nanos, &message)
-    }
-}
-
-/// Samples that every finger has; a track of another length would be no part of the motion.
-pub(crate) fn samples_of<F: Frame>(tips: &PerFinger<PointTrack<F>>) -> usize {
-    (tips.iter().map(|(_, track)| track.len()).min()).unwrap_or_default()
-}
-
-struct Distances<'a> {
-    channel: ChannelId,
-    clock: Clock,
-    distances_m: &'a [PerFinger<f64>],
-}
-
-impl Source for Distances<'_> {
-    fn clock(&self) -> Clock {
-        self.clock
-    }
-
-    fn samples(&self) -> usize {
-        self.distances_m.len()
-    }
-
-    fn sample(
-        &mut self,
-        k: usize,
-        unix_nanos: u64,
-        output: &mut Output<'_>,
-    ) -> Result<(), ChannelError> {
-        let distance_m = &self.distances_m[k];
-        if distance_m.as_array().iter().all(|metres| metres.is_nan()) {
-            return Ok(());
-        }
-        let message = messages::FingerErrors {
-            timestamp: Some(Timestamp::from_unix_nanos(unix_nanos)),
-            thumb_m: distance_m[Finger::Thumb],
-            index_m: distance_m[Finger::Index],
-            middle_m: distance_m[Finger::Middle],
-            ring_m: distance_m[Finger::Ring],
-            little_m: distance_m[Finger::Little],
-        };
-        output.message(self.channel, k, unix_nanos, &message)
     }
 }

@@ -17,7 +17,7 @@ use crate::metadata::{Metadata, RECORDING, RecordingFacts};
 use crate::records::{Depth, walk};
 use crate::take::ReadTake;
 use crate::topic;
-pub use evaluated::{ReadEvaluated, read_evaluated};
+pub use evaluated::read_evaluated;
 pub use generated::{ReadMethod, read_generated};
 
 use cleaned::{CleanedPart, CleanedParts};

@@ -19,7 +19,7 @@ pub(crate) struct Schema {
 }
 
 /// A message that can be written to a channel.
-pub(crate) trait Logged: Message {
+pub(crate) trait Logged: Message + 'static {
     fn schema() -> Schema;
 }
 

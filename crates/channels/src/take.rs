@@ -23,7 +23,7 @@ pub struct TakeFile<'a> {
     pub generated: &'a [GeneratedMethod<'a>],
     /// How trajectories compare with the recorded motion, by method. An entry named [`RECORDED`]
     /// says which recorded fingertips touch the object; viewers light them up.
-    pub evaluated: &'a [EvaluatedMethod<'a>],
+    pub evaluated: &'a [EvaluatedMethod],
     /// The object's shape, drawn in the frame `object`.
     pub object_shape: Option<Shape>,
     /// Where each fingertip has been in training, frame `hand`: viewers draw the outlines.
@@ -89,6 +89,21 @@ pub struct UnsolvedPlan<'a> {
     pub plan: &'a Plan,
 }
 
+/// Segments in the order in which they start.
+pub(crate) fn by_start<'a>(segments: &'a [GeneratedSegment<'a>]) -> Vec<&'a GeneratedSegment<'a>> {
+    let mut segments: Vec<_> = segments.iter().collect();
+    segments.sort_by_key(|segment| segment.start_sample);
+    segments
+}
+
+/// Which of the take's markers is on which fingertip.
+pub(crate) fn marker_indices(recording: &Recording, roles: &Roles) -> PerFinger<Option<usize>> {
+    roles.fingers.each_ref().map(|name| {
+        let named = recording.marker(name)?;
+        (recording.markers.iter()).position(|marker| std::ptr::eq(marker, named))
+    })
+}
+
 /// One trajectory and where in the take it belongs.
 #[derive(Clone, Copy, Debug)]
 pub struct GeneratedSegment<'a> {
@@ -104,10 +119,10 @@ pub struct GeneratedSegment<'a> {
 pub const RECORDED: &str = "recorded";
 
 /// How one method compares with the recorded motion.
-#[derive(Clone, Debug)]
-pub struct EvaluatedMethod<'a> {
+#[derive(Clone, Debug, PartialEq)]
+pub struct EvaluatedMethod {
     /// Name, such as `prior`; becomes part of topics.
-    pub name: &'a str,
+    pub name: String,
     /// The instants that were judged, in any order.
     pub samples: Vec<EvaluatedSample>,
 }

@@ -9,128 +9,62 @@
 //! only the last message of each topic. What holds for the whole take is sent once, on topics of
 //! its own.
 
-mod axes;
-mod cloud;
 mod dictionary;
-mod entities;
+mod draw;
 mod hulls;
 mod log;
-pub(crate) mod overlay;
-mod solid;
+mod object;
+mod overlay;
 mod tips;
 mod transforms;
 
-pub(crate) use dictionary::DictionaryView;
+pub(crate) use dictionary::draw_dictionary;
+pub(crate) use overlay::draw_overlay;
 pub(crate) use transforms::{UPRIGHT, transform};
 
-use inhand_model::{Clock, Finger, Frame, Hand, MarkerKind, Object, World};
+use std::rc::Rc;
+
+use inhand_model::{Clock, Finger, Frame, Hand, MarkerKind, PerFinger, World};
 
 use crate::colour::{FINGER_COLOURS, Rgb, method_colour};
 use crate::error::ChannelError;
-use crate::outline::Outline;
-use crate::output::{ChannelId, Output};
-use crate::take::{RECORDED, TakeFile};
+use crate::outline::{Outline, stride};
+use crate::streams::{Instant, Sampling, Streams};
+use crate::take::{GeneratedSegment, RECORDED, TakeFile, by_start, marker_indices};
 use crate::topic::{self, MethodTopics};
-use crate::view::cloud::Cloud;
-use crate::view::entities::{FingertipScene, Look};
-use crate::view::tips::{
-    ContactCloud, Contacts, Dot, FingertipCloud, GeneratedTips, Paint, ProcessedTips, RecordedTips,
-    Tips,
-};
-use crate::write::{Instant, Stream, Streams, marker_indices};
-use foxglove::messages::{PointCloud, SceneUpdate};
+use crate::view::draw::add_cloud;
+use crate::view::tips::{TipTopics, Tips};
 
-/// Views show at most this many instants a second: more than a screen needs only costs space.
-const MAX_RATE_HZ: f64 = 50.0;
+const LABELLED: Rgb = [0xF0, 0xE4, 0x42];
+const OF_BODY: Rgb = [0x00, 0x72, 0xB2];
+const UNLABELLED: Rgb = [0x99, 0x99, 0x99];
 
-/// Scenes show at most this many instants a second: a scene is ten times the size of a cloud.
-const MAX_SCENE_RATE_HZ: f64 = 25.0;
-
-/// Every how many samples views show one.
-pub(crate) fn stride(rate_hz: f64) -> usize {
-    // The quotient of a rate and 50 is far below the largest integer; a tiny slack keeps 100.0001
-    // Hz at two.
-    ((rate_hz / MAX_RATE_HZ - 1e-3).ceil() as usize).max(1)
-}
-
-/// Every how many samples scenes show one: a multiple of [`stride`], so that all views speak of the same
-/// instants.
-pub(crate) fn scene_stride(rate_hz: f64) -> usize {
-    let stride = stride(rate_hz);
-    let view_hz = rate_hz / stride as f64;
-    stride * ((view_hz / MAX_SCENE_RATE_HZ - 1e-3).ceil() as usize).max(1)
-}
-
-/// Adds the views of a take. `file.recording` is the one that is drawn; `measured` is the clock that
-/// changes by cleaning are counted by.
-pub(crate) fn add_take<'a>(
+/// Draws a take. `file.recording` is the one that is drawn; `measured` is the clock that changes by
+/// cleaning are counted by.
+pub(crate) fn draw_take<'a>(
     file: &TakeFile<'a>,
     measured: Clock,
     outline: &Outline,
-    output: &mut Output,
     streams: &mut Streams<'a>,
 ) -> Result<(), ChannelError> {
-    let recording = file.recording;
-    let rate_hz = recording.clock.rate_hz();
-    let stride = stride(rate_hz);
-    let start = recording.clock.unix_nanos(0);
-    let tree = transforms::add(file, outline, stride, output, streams)?;
-
-    if !recording.markers.is_empty() {
-        streams.push(Box::new(MarkerCloud::new(file, stride, output)?));
-    }
-    if !recording.bodies.is_empty() {
-        let channel = output.channel::<PointCloud>(topic::VIEW_BODIES, Some(World::NAME))?;
-        streams.push(Box::new(BodyCloud {
-            channel,
-            stride,
-            cloud: Cloud::new(World::NAME, "body"),
-        }));
-    }
-
-    let contacts = |method: &str| {
-        (file.evaluated.iter())
-            .find(|evaluated| evaluated.name == method)
-            .map(|evaluated| Contacts::new(&evaluated.samples))
-    };
-    let mut views = TipViews {
-        stride,
-        rate_hz,
-        output,
-        streams,
-    };
-    let recorded = TipTopics {
-        cloud: topic::VIEW_FINGERTIPS,
-        scene: Some(topic::VIEW_FINGERTIPS_SCENE),
-        balls: Some(topic::VIEW_FINGERTIP_BALLS),
-        contacts: Some(topic::VIEW_CONTACTS),
-    };
-    if let Some(motion) = file.motion.filter(|_| tree.hand) {
-        let look = in_hand(Paint::Fingers, true);
-        views.add(
-            &recorded,
-            look,
-            ProcessedTips { motion },
-            contacts(RECORDED),
-        )?;
-    } else if let Some(roles) = file.roles {
-        let markers = marker_indices(recording, roles);
-        let look = Look {
-            frame: World::NAME,
-            paint: Paint::Fingers,
-            links: false,
-            shells: false,
+    let clock = file.recording.clock;
+    let start = clock.unix_nanos(0);
+    let samples = Sampling::all(clock, outline.samples);
+    let shown = samples.every(stride(clock.rate_hz()));
+    let tree = transforms::add(file, outline, shown, streams)?;
+    draw_entities(file, shown, streams)?;
+    if let Some(tips) = recorded_tips(file, tree.hand) {
+        let topics = TipTopics {
+            cloud: topic::VIEW_FINGERTIPS,
+            scene: Some(topic::VIEW_FINGERTIPS_SCENE),
+            balls: Some(topic::VIEW_FINGERTIP_BALLS),
+            contacts: Some(topic::VIEW_CONTACTS),
         };
-        views.add(
-            &recorded,
-            look,
-            RecordedTips { markers },
-            contacts(RECORDED),
-        )?;
+        tips.add(&topics, samples, streams)?;
     }
     for (place, method) in file.generated.iter().enumerate().filter(|_| tree.hand) {
         let topics = MethodTopics::new(method.name)?;
-        let generated = TipTopics {
+        let topics = TipTopics {
             cloud: &topics.view_fingertips,
             // Scenes of all methods on top of each other would show none.
             scene: (place == 0).then_some(&topics.view_scene),
@@ -139,170 +73,124 @@ pub(crate) fn add_take<'a>(
         };
         // Planned motion alone needs telling apart from nothing: its fingers show which is which.
         let alone = file.motion.is_none() && file.roles.is_none() && place == 0;
-        let look = if alone {
-            in_hand(Paint::Fingers, true)
-        } else {
-            in_hand(Paint::One(method_colour(place)), false)
+        let segments = by_start(method.segments);
+        let tips = Tips {
+            frame: Hand::NAME,
+            position_m: Rc::new(move |at, finger| generated_position_m(&segments, at.k, finger)),
+            contacts: contacts(file, method.name),
+            shells: (!alone).then(|| method_colour(place)),
+            links: alone,
         };
-        let tips = GeneratedTips::new(method.segments);
-        views.add(&generated, look, tips, contacts(method.name))?;
+        tips.add(&topics, samples, streams)?;
     }
     if let Some(hulls) = file.hulls.filter(|_| tree.hand) {
-        hulls::write_outlines(hulls, start, output)?;
+        hulls::draw_outlines(hulls, start, streams)?;
     }
-    match file.object_shape {
-        Some(shape) if tree.object => solid::write(shape, Object::NAME, start, output)?,
-        None if tree.object => axes::write(Object::NAME, start, output)?,
-        _ => {}
+    if tree.object {
+        object::draw(file.object_shape, start, streams)?;
     }
-    log::add(file, measured, output, streams)
+    log::add(file, measured, streams)
 }
 
-const fn in_hand(paint: Paint, links: bool) -> Look {
-    Look {
-        frame: Hand::NAME,
-        paint,
-        links,
-        shells: matches!(paint, Paint::One(_)),
+/// Fingertips of the motion, frame `hand`, or else of the markers that have the roles, frame `world`.
+fn recorded_tips<'a>(file: &TakeFile<'a>, hand: bool) -> Option<Tips<'a>> {
+    let contacts = contacts(file, RECORDED);
+    if let Some(motion) = file.motion.filter(|_| hand) {
+        return Some(Tips {
+            frame: Hand::NAME,
+            position_m: Rc::new(|at, finger| Some(motion.fingertips[finger].get(at.k)?.to_array())),
+            contacts,
+            shells: None,
+            links: true,
+        });
     }
+    let markers = marker_indices(file.recording, file.roles?);
+    let position_m = move |at: &Instant<'_>, finger| {
+        let (recording, row) = at.recorded(None)?;
+        let marker = recording.markers.get(markers[finger]?)?;
+        Some(marker.track.get(row)?.to_array())
+    };
+    Some(Tips {
+        frame: World::NAME,
+        position_m: Rc::new(position_m),
+        contacts,
+        shells: None,
+        links: false,
+    })
 }
 
-/// Where views of one set of fingertips go.
-struct TipTopics<'t> {
-    cloud: &'t str,
-    scene: Option<&'t str>,
-    balls: Option<&'t str>,
-    contacts: Option<&'t str>,
+/// Where segments, sorted by their start, overlap, the one that started last counts.
+fn generated_position_m(
+    segments: &[&GeneratedSegment<'_>],
+    k: usize,
+    finger: Finger,
+) -> Option<[f64; 3]> {
+    let started = segments.partition_point(|segment| segment.start_sample <= k);
+    let segment = segments[..started].last()?;
+    let t = k - segment.start_sample;
+    let inside = t < segment.trajectory.layout().samples;
+    inside.then(|| segment.trajectory.position(t, finger).to_array())
 }
 
-/// Adds views of fingertips.
-struct TipViews<'s, 'o, 'a> {
-    stride: usize,
-    rate_hz: f64,
-    output: &'s mut Output<'o>,
-    streams: &'s mut Streams<'a>,
+/// Contacts of a method by sample.
+fn contacts<'a>(file: &TakeFile<'a>, method: &str) -> tips::Contacts<'a> {
+    let method = file
+        .evaluated
+        .iter()
+        .find(|evaluated| evaluated.name == method);
+    let samples = method.iter().flat_map(|method| &method.samples);
+    Rc::new(
+        samples
+            .filter_map(|judged| Some((judged.sample, judged.contact.as_ref()?)))
+            .collect(),
+    )
 }
 
-impl<'a> TipViews<'_, '_, 'a> {
-    /// A cloud, a scene, and a cloud of those in contact where that is known.
-    fn add(
-        &mut self,
-        topics: &TipTopics<'_>,
-        look: Look,
-        tips: impl Tips + Clone + 'a,
-        contacts: Option<Contacts<'a>>,
-    ) -> Result<(), ChannelError> {
-        let frame = look.frame;
-        let channel = self
-            .output
-            .channel::<PointCloud>(topics.cloud, Some(frame))?;
-        let cloud = FingertipCloud::new(
-            channel,
-            frame,
-            (self.stride, Dot::Point),
-            look.paint,
-            tips.clone(),
-        );
-        self.streams.push(Box::new(cloud));
-        let scene_stride = scene_stride(self.rate_hz);
-        if let Some(topic) = topics.balls {
-            let channel = self.output.channel::<PointCloud>(topic, Some(frame))?;
-            let balls = FingertipCloud::new(
-                channel,
-                frame,
-                (scene_stride, Dot::Ball),
-                look.paint,
-                tips.clone(),
-            );
-            self.streams.push(Box::new(balls));
-        }
-        let known = contacts.clone().filter(|contacts| !contacts.is_empty());
-        if let (Some(topic), Some(contacts)) = (topics.contacts, known) {
-            let channel = self.output.channel::<PointCloud>(topic, Some(frame))?;
-            let cloud = ContactCloud::new(channel, frame, scene_stride, tips.clone(), contacts);
-            self.streams.push(Box::new(cloud));
-        }
-        if let Some(topic) = topics.scene {
-            let channel = self.output.channel::<SceneUpdate>(topic, Some(frame))?;
-            let scene = FingertipScene::new(channel, look, self.rate_hz, tips, contacts);
-            self.streams.push(Box::new(scene));
-        }
-        Ok(())
-    }
-}
-
-const LABELLED: Rgb = [0xF0, 0xE4, 0x42];
-const OF_BODY: Rgb = [0x00, 0x72, 0xB2];
-const UNLABELLED: Rgb = [0x99, 0x99, 0x99];
-
-struct MarkerCloud {
-    channel: ChannelId,
-    stride: usize,
-    colours: Vec<Rgb>,
-    cloud: Cloud,
-}
-
-impl MarkerCloud {
-    fn new(file: &TakeFile<'_>, stride: usize, output: &mut Output) -> Result<Self, ChannelError> {
-        let colours = (file.recording.markers.iter())
-            .map(|marker| {
-                let finger = Finger::ALL.into_iter().find(|&finger| {
-                    file.roles.is_some_and(|roles| {
-                        (file.recording.marker(&roles.fingers[finger]))
-                            .is_some_and(|named| std::ptr::eq(named, marker))
-                    })
-                });
-                match (finger, marker.kind) {
-                    (Some(finger), _) => FINGER_COLOURS[finger],
-                    (None, MarkerKind::Labelled) => LABELLED,
-                    (None, MarkerKind::RigidBodyMarker) => OF_BODY,
-                    (None, MarkerKind::Unlabelled) => UNLABELLED,
-                }
+/// Draws markers and bodies as points.
+fn draw_entities<'a>(
+    file: &TakeFile<'a>,
+    sampling: Sampling,
+    streams: &mut Streams<'a>,
+) -> Result<(), ChannelError> {
+    let recording = file.recording;
+    if !recording.markers.is_empty() {
+        let tips = file.roles.map(|roles| marker_indices(recording, roles));
+        let finger_of = |n: usize| {
+            let mut tips = tips.iter().flat_map(PerFinger::iter);
+            tips.find_map(|(finger, tip)| (*tip == Some(n)).then_some(finger))
+        };
+        let colours: Vec<Rgb> = (recording.markers.iter().enumerate())
+            .map(|(n, marker)| match (finger_of(n), marker.kind) {
+                (Some(finger), _) => FINGER_COLOURS[finger],
+                (None, MarkerKind::Labelled) => LABELLED,
+                (None, MarkerKind::RigidBodyMarker) => OF_BODY,
+                (None, MarkerKind::Unlabelled) => UNLABELLED,
             })
             .collect();
-        Ok(Self {
-            channel: output.channel::<PointCloud>(topic::VIEW_MARKERS, Some(World::NAME))?,
-            stride,
-            colours,
-            cloud: Cloud::new(World::NAME, "marker"),
-        })
-    }
-}
-
-impl Stream for MarkerCloud {
-    fn sample(&mut self, at: &Instant<'_>, output: &mut Output) -> Result<(), ChannelError> {
-        let &Instant { k, unix_nanos, .. } = at;
-        if !k.is_multiple_of(self.stride) {
-            return Ok(());
-        }
-        self.cloud.clear();
-        for (n, (marker, &colour)) in at.block.markers.iter().zip(&self.colours).enumerate() {
-            if let Some(position) = marker.track.get(at.row) {
-                self.cloud.push(position.to_array(), n, colour);
+        let place = (topic::VIEW_MARKERS, World::NAME);
+        add_cloud(streams, place, &["marker"], sampling, move |at, cloud| {
+            let Some((recording, row)) = at.recorded(None) else {
+                return;
+            };
+            for (n, (marker, &colour)) in recording.markers.iter().zip(&colours).enumerate() {
+                if let Some(position) = marker.track.get(row) {
+                    cloud.push(position.to_array(), &[n], colour);
+                }
             }
-        }
-        output.message(self.channel, k, unix_nanos, self.cloud.message(unix_nanos))
+        })?;
     }
-}
-
-struct BodyCloud {
-    channel: ChannelId,
-    stride: usize,
-    cloud: Cloud,
-}
-
-impl Stream for BodyCloud {
-    fn sample(&mut self, at: &Instant<'_>, output: &mut Output) -> Result<(), ChannelError> {
-        let &Instant { k, unix_nanos, .. } = at;
-        if !k.is_multiple_of(self.stride) {
-            return Ok(());
-        }
-        self.cloud.clear();
-        for (n, body) in at.block.bodies.iter().enumerate() {
-            if let Some(pose) = body.track.get(at.row) {
-                self.cloud.push(pose.origin().to_array(), n, OF_BODY);
+    if !recording.bodies.is_empty() {
+        let place = (topic::VIEW_BODIES, World::NAME);
+        add_cloud(streams, place, &["body"], sampling, |at, cloud| {
+            let Some((recording, row)) = at.recorded(None) else {
+                return;
+            };
+            for (n, body) in recording.bodies.iter().enumerate() {
+                if let Some(pose) = body.track.get(row) {
+                    cloud.push(pose.origin().to_array(), &[n], OF_BODY);
+                }
             }
-        }
-        output.message(self.channel, k, unix_nanos, self.cloud.message(unix_nanos))
+        })?;
     }
+    Ok(())
 }

@@ -1,56 +1,25 @@
-//! A take's nouns as channels, sample by sample, so that messages lie in the file in time order.
+//! A take's nouns as channels, sample by sample, so that messages are in the file in time order.
 
 mod check;
-mod cleaned;
-mod evaluated;
-mod generated;
-mod processed;
-mod recorded;
+mod methods;
+mod tracks;
 mod views;
 
-pub(crate) use generated::by_start;
-pub(crate) use recorded::marker_indices;
 pub use views::{ViewsFor, view_channels, write_views};
 
 use std::io::Write;
 
-use inhand_model::{Clock, Finger, Provenance, Recording, Roles};
+use inhand_model::{Clock, Recording};
 
-use crate::annotations::Events;
+use crate::annotations::add_events;
 use crate::error::ChannelError;
-use crate::messages;
 use crate::metadata::{MOTION, Metadata};
 use crate::outline::Outline;
-use crate::output::{Output, PACKED};
+use crate::output::PACKED;
+use crate::streams::{Sampling, Streams};
 use crate::take::{TakeFile, WriteSettings};
-use crate::view;
-use crate::wire::{Point, Timestamp};
-
-/// A sample of the take, and where in a block of the recording it stands.
-pub(crate) struct Instant<'a> {
-    /// Number of the sample in the take.
-    pub(crate) k: usize,
-    /// Its time.
-    pub(crate) unix_nanos: u64,
-    /// Consecutive samples of the take, this one among them.
-    pub(crate) block: &'a Recording,
-    /// Number of the sample in the block.
-    pub(crate) row: usize,
-}
-
-/// Messages of one channel, or of a few that belong together.
-pub(crate) trait Stream {
-    /// Writes what there is to say at a sample of the take.
-    fn sample(&mut self, at: &Instant<'_>, output: &mut Output) -> Result<(), ChannelError>;
-
-    /// Writes what is left to say after the last sample.
-    fn finish(&mut self, _output: &mut Output) -> Result<(), ChannelError> {
-        Ok(())
-    }
-}
-
-/// All streams of a file, in the order in which they speak at one instant.
-pub(crate) type Streams<'a> = Vec<Box<dyn Stream + 'a>>;
+use crate::topic;
+use crate::view::draw_take;
 
 /// Writes everything about a take as one MCAP file; the same values give the same bytes.
 ///
@@ -100,7 +69,6 @@ pub fn write_take(
 /// # }
 /// ```
 pub struct TakeWriter<'a> {
-    output: Output<'a>,
     streams: Streams<'a>,
     clock: Clock,
     expected: usize,
@@ -108,7 +76,7 @@ pub struct TakeWriter<'a> {
 }
 
 impl<'a> TakeWriter<'a> {
-    /// Writes what stands before the first sample. Of `file.recording` only that is looked at
+    /// Writes the part before the first sample. Of `file.recording` only that is looked at
     /// which holds for the whole take: its name, clock, source, markers and bodies. Where the take was
     /// cleaned, both recordings are there whole, and the blocks are those of the cleaned one.
     ///
@@ -122,50 +90,49 @@ impl<'a> TakeWriter<'a> {
         settings: &WriteSettings,
     ) -> Result<Self, ChannelError> {
         check::parts(file, outline.samples)?;
-        let mut output = Output::create(out, PACKED)?;
-        for (name, facts) in &metadata(file, outline.samples).0 {
-            output.metadata(name, facts)?;
-        }
-
-        let mut streams = Streams::new();
+        let mut streams = Streams::create(out, PACKED, "", &metadata(file, outline.samples))?;
+        let (recording, clock) = (file.recording, file.used().clock);
+        let samples = Sampling::all(clock, outline.samples);
         if let Some(annotations) = file.annotations
             && !annotations.events.is_empty()
         {
-            streams.push(Box::new(Events::new(annotations, &mut output)?));
+            add_events(annotations, &mut streams)?;
         }
-        match &file.cleaned {
-            None => recorded::add(file, outline, &mut output, &mut streams)?,
-            Some(cleaned) => {
-                // The rest of the file follows the clock of the cleaned recording.
-                let mut measured = Streams::new();
-                recorded::add(file, outline, &mut output, &mut measured)?;
-                cleaned::add_changes(cleaned, file.recording.clock, &mut output, &mut measured)?;
-                streams.push(Box::new(cleaned::AtOwnTimes::new(file.recording, measured)));
-                cleaned::add(cleaned, &mut output, &mut streams)?;
-            }
+        // The rest of a file with a cleaned recording follows the clock of that one.
+        let (whole, measured) = match file.cleaned {
+            None => (None, samples),
+            Some(_) => (
+                Some(recording),
+                Sampling::all(recording.clock, recording.len()),
+            ),
+        };
+        let topics = [topic::RECORDING_MARKERS, topic::RECORDING_BODIES];
+        tracks::add_entities(recording, whole, topics, measured, &mut streams)?;
+        if let Some(roles) = file.roles {
+            tracks::add_recorded_tips(recording, whole, roles, measured, &mut streams)?;
+        }
+        let start = recording.clock.unix_nanos(0);
+        tracks::write_findings(&outline.findings, start, &mut streams)?;
+        if let Some(cleaned) = &file.cleaned {
+            tracks::add_changes(cleaned, measured, &mut streams)?;
+            let topics = [topic::CLEANED_MARKERS, topic::CLEANED_BODIES];
+            tracks::add_entities(cleaned.recording, None, topics, samples, &mut streams)?;
         }
         if let Some(motion) = file.motion {
-            processed::add(motion, &mut output, &mut streams)?;
+            tracks::add_motion(motion, samples, &mut streams)?;
         }
-        generated::add(file.generated, &mut output, &mut streams)?;
-        evaluated::add(file.evaluated, &mut output, &mut streams)?;
+        methods::add_generated(file.generated, clock, &mut streams)?;
+        methods::add_evaluated(file.evaluated, clock, &mut streams)?;
         if settings.view {
-            let seen = TakeFile {
+            let drawn = TakeFile {
                 recording: file.used(),
                 ..file.clone()
             };
-            view::add_take(
-                &seen,
-                file.recording.clock,
-                outline,
-                &mut output,
-                &mut streams,
-            )?;
+            draw_take(&drawn, recording.clock, outline, &mut streams)?;
         }
         Ok(Self {
-            output,
             streams,
-            clock: file.used().clock,
+            clock,
             expected: outline.samples,
             written: 0,
         })
@@ -177,29 +144,23 @@ impl<'a> TakeWriter<'a> {
     ///
     /// [`ChannelError::Write`].
     pub fn append(&mut self, block: &Recording) -> Result<(), ChannelError> {
-        for row in 0..block.len() {
-            let k = self.written + row;
-            let at = Instant {
-                k,
-                unix_nanos: self.clock.unix_nanos(k),
-                block,
-                row,
-            };
-            for stream in &mut self.streams {
-                stream.sample(&at, &mut self.output)?;
-            }
-        }
+        let first = self.written;
         self.written += block.len();
-        Ok(())
+        match self.written.checked_sub(1).filter(|_| !block.is_empty()) {
+            Some(last) => {
+                (self.streams).write_until(self.clock.unix_nanos(last), Some((block, first)))
+            }
+            None => Ok(()),
+        }
     }
 
-    /// Writes what stands behind the last sample.
+    /// Writes the part behind the last sample.
     ///
     /// # Errors
     ///
     /// [`ChannelError::Mismatch`] for another number of samples than the outline has;
     /// [`ChannelError::Write`].
-    pub fn finish(mut self) -> Result<(), ChannelError> {
+    pub fn finish(self) -> Result<(), ChannelError> {
         if self.written != self.expected {
             return Err(ChannelError::mismatch(
                 "samples of the take",
@@ -207,32 +168,8 @@ impl<'a> TakeWriter<'a> {
                 self.written,
             ));
         }
-        for stream in &mut self.streams {
-            stream.finish(&mut self.output)?;
-        }
-        drop(self.streams);
-        self.output.finish()
+        self.streams.finish()
     }
-}
-
-/// Writes a recording alone, as `convert` does; see [`write_take`].
-///
-/// # Errors
-///
-/// [`ChannelError::Write`] when writing fails.
-pub fn write_recording(
-    out: impl Write,
-    recording: &Recording,
-    roles: Option<&Roles>,
-    provenance: &[Provenance],
-    settings: &WriteSettings,
-) -> Result<(), ChannelError> {
-    let file = TakeFile {
-        roles,
-        provenance,
-        ..TakeFile::new(recording)
-    };
-    write_take(out, &file, settings)
 }
 
 fn metadata(file: &TakeFile, samples: usize) -> Metadata {
@@ -256,30 +193,4 @@ fn metadata(file: &TakeFile, samples: usize) -> Metadata {
     }
     metadata.add_provenance(file.provenance);
     metadata
-}
-
-/// A fingertip message; `None` is missing.
-pub(crate) fn fingertip(
-    position_m: Option<[f64; 3]>,
-    status: inhand_model::Status,
-) -> messages::Fingertip {
-    messages::Fingertip {
-        position_m: position_m.map(Point::from),
-        status: messages::Status::from(status).into(),
-    }
-}
-
-/// A fingertips message from each finger's own.
-pub(crate) fn fingertips(
-    unix_nanos: u64,
-    tip: impl Fn(Finger) -> messages::Fingertip,
-) -> messages::Fingertips {
-    messages::Fingertips {
-        timestamp: Some(Timestamp::from_unix_nanos(unix_nanos)),
-        thumb: Some(tip(Finger::Thumb)),
-        index: Some(tip(Finger::Index)),
-        middle: Some(tip(Finger::Middle)),
-        ring: Some(tip(Finger::Ring)),
-        little: Some(tip(Finger::Little)),
-    }
 }

@@ -5,7 +5,7 @@ use std::io::Cursor;
 use inhand_channels::{
     ChannelError, EvaluatedMethod, GeneratedMethod, GeneratedSegment, Outline, TakeFile,
     TakeWriter, UnsolvedPlan, WriteSettings, read_dictionary, read_generated,
-    read_leading_metadata, read_metadata, read_take, write_dictionary, write_recording, write_take,
+    read_leading_metadata, read_metadata, read_take, write_dictionary, write_take,
 };
 use inhand_model::{
     BodySource, Clock, DictionaryKind, Finger, Frame, LengthUnit, Motion, Plan, PoseTrack,
@@ -293,15 +293,12 @@ fn a_later_start_and_marker_clusters_come_back() {
         ..take.roles
     };
     let mut out = Cursor::new(Vec::new());
-    let settings = WriteSettings::default();
-    write_recording(
-        &mut out,
-        &recording,
-        Some(&roles),
-        &take.provenance,
-        &settings,
-    )
-    .unwrap();
+    let file = TakeFile {
+        roles: Some(&roles),
+        provenance: &take.provenance,
+        ..TakeFile::new(&recording)
+    };
+    write_take(&mut out, &file, &WriteSettings::default()).unwrap();
     let read = read_take(out.get_ref(), "slice.mcap").unwrap();
     assert_same_recording(&read.recording, &recording);
     assert_eq!(read.roles, Some(roles));

@@ -81,7 +81,7 @@ pub fn write(path: &Path, contents: &TakeContents<'_>, view: bool) -> Result<(),
     let recorded = recorded_contacts(contents.motion, contents.settings)?;
     let of_methods = (motion.iter()).flat_map(|motion| {
         methods.iter().zip(rows).map(|(g, rows)| EvaluatedMethod {
-            name: g.method.name(),
+            name: g.method.name().to_owned(),
             samples: motion.evaluated_samples(rows, &of_take),
         })
     });
@@ -173,7 +173,7 @@ impl<'a> GeneratedMotion<'a> {
 pub(crate) fn recorded_contacts(
     motion: &Motion,
     settings: &Settings,
-) -> Result<Option<EvaluatedMethod<'static>>, SessionError> {
+) -> Result<Option<EvaluatedMethod>, SessionError> {
     let contacts = steps::contacts(motion, settings)?;
     let samples: Vec<_> = (contacts.iter().enumerate())
         .filter_map(|(sample, contact)| {
@@ -189,7 +189,7 @@ pub(crate) fn recorded_contacts(
         })
         .collect();
     Ok((!samples.is_empty()).then_some(EvaluatedMethod {
-        name: RECORDED,
+        name: RECORDED.to_owned(),
         samples,
     }))
 }

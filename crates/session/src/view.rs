@@ -212,7 +212,7 @@ impl<'a> File<'a> {
                 unsolved,
             })
             .collect();
-        let mut evaluated = parts.evaluated();
+        let mut evaluated = parts.evaluated.clone();
         // Nobody could say what touches an object whose shape was not known.
         if let (None, Some(motion)) = (parts.shape, &take.stored_motion) {
             evaluated.extend(recorded_contacts(motion, settings)?);

@@ -372,14 +372,7 @@ impl FingertipTracks {
     pub(super) fn message(&mut self, channel: &Channel, data: &[u8]) -> Result<(), ChannelError> {
         self.miss(channel.lost_before(self.read));
         let message: messages::Fingertips = channel.next_sample(self.read, data)?;
-        let tips = [
-            message.thumb,
-            message.index,
-            message.middle,
-            message.ring,
-            message.little,
-        ];
-        for (track, tip) in self.tracks.iter_mut().zip(tips) {
+        for (track, tip) in self.tracks.iter_mut().zip(message.tips().into_array()) {
             let tip = tip.unwrap_or_default();
             channel.push_point(self.read, track, tip.position_m, tip.status)?;
         }

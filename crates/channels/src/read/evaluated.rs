@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use inhand_model::{Clock, PerFinger};
+use inhand_model::Clock;
 use mcap::records::Record;
 use prost::Message;
 
@@ -10,23 +10,14 @@ use super::read_metadata;
 use crate::error::ChannelError;
 use crate::messages;
 use crate::records::{Depth, walk};
-use crate::take::{ContactSample, EvaluatedSample};
-
-/// How one method compares with the recorded motion.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ReadEvaluated {
-    /// Name of the method.
-    pub name: String,
-    /// The instants that were judged, by time.
-    pub samples: Vec<EvaluatedSample>,
-}
+use crate::take::{EvaluatedMethod, EvaluatedSample};
 
 /// Reads errors and contacts of a take's methods, in the order of the file's channels.
 ///
 /// # Errors
 ///
 /// As for [`read_take`](crate::read_take).
-pub fn read_evaluated(bytes: &[u8], file_name: &str) -> Result<Vec<ReadEvaluated>, ChannelError> {
+pub fn read_evaluated(bytes: &[u8], file_name: &str) -> Result<Vec<EvaluatedMethod>, ChannelError> {
     let metadata = read_metadata(bytes, file_name)?;
     let Some(facts) = metadata.used_recording(file_name)? else {
         return Err(super::no_recording(bytes, file_name));
@@ -75,11 +66,11 @@ pub fn read_evaluated(bytes: &[u8], file_name: &str) -> Result<Vec<ReadEvaluated
             match part {
                 Part::Error => {
                     let message = messages::FingerErrors::decode(&*data).map_err(protobuf)?;
-                    judged.error_m = Some(errors(&message));
+                    judged.error_m = Some(message.to_model());
                 }
                 Part::Contact => {
                     let message = messages::Contacts::decode(&*data).map_err(protobuf)?;
-                    judged.contact = Some(contact(&message));
+                    judged.contact = Some(message.to_model());
                 }
             }
             Ok(())
@@ -87,7 +78,7 @@ pub fn read_evaluated(bytes: &[u8], file_name: &str) -> Result<Vec<ReadEvaluated
         _ => Ok(()),
     })?;
     Ok((methods.into_iter())
-        .map(|(name, samples)| ReadEvaluated {
+        .map(|(name, samples)| EvaluatedMethod {
             name,
             samples: samples.into_values().collect(),
         })
@@ -113,34 +104,4 @@ fn method_of(topic: &str) -> Option<(&str, Part)> {
 fn sample_at(clock: Clock, log_time: u64) -> usize {
     let since_start = log_time.saturating_sub(clock.start_unix_nanos());
     clock.nearest_sample(since_start as f64 / 1e9)
-}
-
-fn errors(message: &messages::FingerErrors) -> PerFinger<f64> {
-    PerFinger::new([
-        message.thumb_m,
-        message.index_m,
-        message.middle_m,
-        message.ring_m,
-        message.little_m,
-    ])
-}
-
-fn contact(message: &messages::Contacts) -> ContactSample {
-    ContactSample {
-        distance_m: PerFinger::new([
-            message.thumb_distance_m,
-            message.index_distance_m,
-            message.middle_distance_m,
-            message.ring_distance_m,
-            message.little_distance_m,
-        ]),
-        in_contact: PerFinger::new([
-            message.thumb_in_contact,
-            message.index_in_contact,
-            message.middle_in_contact,
-            message.ring_in_contact,
-            message.little_in_contact,
-        ]),
-        count: message.count as usize,
-    }
 }

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use inhand_model::{
-    Certificate, Clock, Configuration, ConstraintFamily, Hand, Object, Plan, PlanChecks,
-    PlanStatus, Pose, Relaxation, SEGMENT_COORDINATES,
+    Certificate, Clock, Configuration, ConstraintFamily, Hand, Object, Plan, PlanChecks, Pose,
+    Relaxation, SEGMENT_COORDINATES,
 };
 use nalgebra::{DVector, Isometry3, Quaternion, UnitQuaternion};
 use prost::Message;
@@ -130,13 +130,7 @@ impl Place<'_> {
             return Err(self.error("the time of a sample", format!("{} ns", self.log_time)));
         }
         let message: messages::Fingertips = self.decode(data)?;
-        let tips = [
-            message.thumb,
-            message.index,
-            message.middle,
-            message.ring,
-            message.little,
-        ];
+        let tips = message.tips().into_array();
         let mut configuration = [0.0; SEGMENT_COORDINATES];
         for (tip, place) in tips.into_iter().zip(configuration.chunks_exact_mut(3)) {
             let position = tip.and_then(|tip| tip.position_m);
@@ -155,13 +149,8 @@ impl Place<'_> {
 
     fn plan(&self, data: &[u8], method: &mut ReadMethod) -> Result<(), ChannelError> {
         let message: messages::Plan = self.decode(data)?;
-        let status = match messages::PlanStatus::try_from(message.status) {
-            Ok(messages::PlanStatus::Solved) => PlanStatus::Solved,
-            Ok(messages::PlanStatus::AlmostSolved) => PlanStatus::AlmostSolved,
-            Ok(messages::PlanStatus::Infeasible) => PlanStatus::Infeasible,
-            Ok(messages::PlanStatus::Failed) => PlanStatus::Failed,
-            _ => return Err(self.error("a status of a plan", message.status)),
-        };
+        let status = messages::PlanStatus::to_model(message.status)
+            .ok_or_else(|| self.error("a status of a plan", message.status))?;
         let plan = Plan {
             status,
             trajectory: None,

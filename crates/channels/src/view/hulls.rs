@@ -2,15 +2,13 @@
 
 use std::collections::BTreeSet;
 
-use foxglove::messages::{
-    LinePrimitive, Point3, SceneUpdate, TriangleListPrimitive, line_primitive,
-};
-use inhand_model::{Finger, Frame, Hand, Hull, PerFinger};
+use foxglove::messages::{LinePrimitive, Point3, TriangleListPrimitive, line_primitive};
+use inhand_model::{Frame, Hand, Hull, PerFinger};
 
-use super::entities::{colour, entity, identity};
+use super::draw::{colour, entity, point, pose, scene};
 use crate::colour::FINGER_COLOURS;
 use crate::error::ChannelError;
-use crate::output::Output;
+use crate::streams::Streams;
 use crate::topic;
 
 /// Hulls enclose each other and the fingertips.
@@ -20,69 +18,50 @@ const OUTLINE_ALPHA: f64 = 0.25;
 /// Thickness of an outline, metres.
 const OUTLINE_M: f64 = 0.0003;
 
-/// Sends filled hulls once, on a topic of their own.
-pub(crate) fn write_filled(
+/// Draws filled hulls once, on a topic of their own.
+pub(crate) fn draw_filled(
     hulls: &PerFinger<Hull>,
     unix_nanos: u64,
-    output: &mut Output,
+    streams: &mut Streams<'_>,
 ) -> Result<(), ChannelError> {
     let mut filled = entity(Hand::NAME, "hulls", unix_nanos);
-    filled.triangles = hulls.iter().map(|(f, hull)| triangles(f, hull)).collect();
-    let update = SceneUpdate {
-        deletions: Vec::new(),
-        entities: vec![filled],
-    };
-    let channel = output.channel::<SceneUpdate>(topic::VIEW_HULLS, Some(Hand::NAME))?;
-    output.message(channel, 0, unix_nanos, &update)
+    let triangles = hulls.iter().map(|(finger, hull)| TriangleListPrimitive {
+        pose: Some(pose([0.0; 3])),
+        points: points(hull),
+        color: Some(colour((FINGER_COLOURS[finger], FILLED_ALPHA))),
+        indices: hull.triangles.concat(),
+        ..TriangleListPrimitive::default()
+    });
+    filled.triangles = triangles.collect();
+    let scene = scene(vec![filled]);
+    streams.once(topic::VIEW_HULLS, Some(Hand::NAME), unix_nanos, &scene)
 }
 
-/// Sends outlines of hulls once, on a topic of their own: one entity a finger, to be told apart.
-pub(crate) fn write_outlines(
+/// Draws outlines of hulls once, on a topic of their own: one entity a finger, to be told apart.
+pub(crate) fn draw_outlines(
     hulls: &PerFinger<Hull>,
     unix_nanos: u64,
-    output: &mut Output,
+    streams: &mut Streams<'_>,
 ) -> Result<(), ChannelError> {
-    let entities = (hulls.iter())
-        .map(|(finger, hull)| {
-            let mut outlined = entity(Hand::NAME, finger.name(), unix_nanos);
-            outlined.lines.push(outline(finger, hull));
-            outlined
-        })
-        .collect();
-    let update = SceneUpdate {
-        deletions: Vec::new(),
-        entities,
-    };
-    let channel = output.channel::<SceneUpdate>(topic::VIEW_TAKE_HULLS, Some(Hand::NAME))?;
-    output.message(channel, 0, unix_nanos, &update)
+    let outlines = hulls.iter().map(|(finger, hull)| {
+        let mut outlined = entity(Hand::NAME, finger.name(), unix_nanos);
+        outlined.lines.push(LinePrimitive {
+            r#type: line_primitive::Type::LineList.into(),
+            pose: Some(pose([0.0; 3])),
+            thickness: OUTLINE_M,
+            points: points(hull),
+            color: Some(colour((FINGER_COLOURS[finger], OUTLINE_ALPHA))),
+            indices: edges(hull).into_iter().flatten().collect(),
+            ..LinePrimitive::default()
+        });
+        outlined
+    });
+    let scene = scene(outlines.collect());
+    streams.once(topic::VIEW_TAKE_HULLS, Some(Hand::NAME), unix_nanos, &scene)
 }
 
 fn points(hull: &Hull) -> Vec<Point3> {
-    (hull.vertices_m.iter())
-        .map(|&[x, y, z]| Point3 { x, y, z })
-        .collect()
-}
-
-fn triangles(finger: Finger, hull: &Hull) -> TriangleListPrimitive {
-    TriangleListPrimitive {
-        pose: Some(identity()),
-        points: points(hull),
-        color: Some(colour(FINGER_COLOURS[finger], FILLED_ALPHA)),
-        indices: hull.triangles.concat(),
-        ..TriangleListPrimitive::default()
-    }
-}
-
-fn outline(finger: Finger, hull: &Hull) -> LinePrimitive {
-    LinePrimitive {
-        r#type: line_primitive::Type::LineList.into(),
-        pose: Some(identity()),
-        thickness: OUTLINE_M,
-        points: points(hull),
-        color: Some(colour(FINGER_COLOURS[finger], OUTLINE_ALPHA)),
-        indices: edges(hull).into_iter().flatten().collect(),
-        ..LinePrimitive::default()
-    }
+    hull.vertices_m.iter().copied().map(point).collect()
 }
 
 /// The edges of a hull's triangles, each once, by its corners in rising order.

@@ -1,220 +1,187 @@
-//! Fingertips from wherever they are known, and their point clouds.
+//! Fingertips as point clouds, and as spheres with short trails, tied to the hand.
 
-use inhand_model::{Finger, Motion, PerFinger};
+use std::collections::{BTreeMap, VecDeque};
+use std::rc::Rc;
 
-use super::cloud::Cloud;
-use super::entities::{CONTACT_SPHERE_M, SPHERE_M};
+use foxglove::messages::Point3;
+use inhand_model::{Finger, PerFinger};
+
+use super::draw::{Dot, SPHERE_M, TRAIL_M, add_cloud, entity, point, scene, sphere, strip};
 use crate::colour::{FINGER_COLOURS, Rgb};
 use crate::error::ChannelError;
-use crate::output::{ChannelId, Output};
-use crate::take::{ContactSample, EvaluatedSample, GeneratedSegment};
-use crate::write::{Instant, Stream, by_start};
+use crate::outline::{scene_stride, stride};
+use crate::streams::{Instant, Sampling, Streams};
+use crate::take::ContactSample;
 
-/// Where fingertips are at each sample of a take, metres, in one frame.
-pub(crate) trait Tips {
-    fn position_m(&self, at: &Instant<'_>, finger: Finger) -> Option<[f64; 3]>;
-}
-
-/// As measured, frame `world`.
-#[derive(Clone)]
-pub(crate) struct RecordedTips {
-    /// Which of the take's markers.
-    pub(crate) markers: PerFinger<Option<usize>>,
-}
-
-impl Tips for RecordedTips {
-    fn position_m(&self, at: &Instant<'_>, finger: Finger) -> Option<[f64; 3]> {
-        let marker = at.block.markers.get(self.markers[finger]?)?;
-        Some(marker.track.get(at.row)?.to_array())
-    }
-}
-
-/// Processed, frame `hand`.
-#[derive(Clone)]
-pub(crate) struct ProcessedTips<'a> {
-    pub(crate) motion: &'a Motion,
-}
-
-impl Tips for ProcessedTips<'_> {
-    fn position_m(&self, at: &Instant<'_>, finger: Finger) -> Option<[f64; 3]> {
-        Some(self.motion.fingertips[finger].get(at.k)?.to_array())
-    }
-}
-
-/// Generated, frame `hand`; where segments overlap, the one that started last.
-#[derive(Clone)]
-pub(crate) struct GeneratedTips<'a> {
-    segments: Vec<&'a GeneratedSegment<'a>>,
-}
-
-impl<'a> GeneratedTips<'a> {
-    pub(crate) fn new(segments: &'a [GeneratedSegment<'a>]) -> Self {
-        Self {
-            segments: by_start(segments),
-        }
-    }
-}
-
-impl Tips for GeneratedTips<'_> {
-    fn position_m(&self, at: &Instant<'_>, finger: Finger) -> Option<[f64; 3]> {
-        let k = at.k;
-        let started = self.segments.partition_point(|s| s.start_sample <= k);
-        let segment = self.segments[..started].last()?;
-        let t = k - segment.start_sample;
-        let inside = t < segment.trajectory.layout().samples;
-        inside.then(|| segment.trajectory.position(t, finger).to_array())
-    }
-}
-
-/// Contacts by sample.
-#[derive(Clone)]
-pub(crate) struct Contacts<'a> {
-    samples: Vec<(usize, &'a ContactSample)>,
-}
-
-impl<'a> Contacts<'a> {
-    pub(crate) fn new(samples: &'a [EvaluatedSample]) -> Self {
-        let mut samples: Vec<_> = (samples.iter())
-            .filter_map(|judged| Some((judged.sample, judged.contact.as_ref()?)))
-            .collect();
-        samples.sort_by_key(|&(sample, _)| sample);
-        Self { samples }
-    }
-
-    /// Whether nothing is known at any sample.
-    pub(crate) fn is_empty(&self) -> bool {
-        self.samples.is_empty()
-    }
-
-    /// Whether the finger touches the object; `None` where nobody knows.
-    pub(crate) fn in_contact(&self, k: usize, finger: Finger) -> Option<bool> {
-        let n = (self.samples)
-            .binary_search_by_key(&k, |&(sample, _)| sample)
-            .ok()?;
-        Some(self.samples[n].1.in_contact[finger])
-    }
-}
-
-/// What a fingertip's colour says.
-#[derive(Clone, Copy)]
-pub(crate) enum Paint {
-    /// Which finger it is.
-    Fingers,
-    /// Whose motion it is.
-    One(Rgb),
-}
-
-impl Paint {
-    pub(crate) fn of(self, finger: Finger) -> Rgb {
-        match self {
-            Paint::Fingers => FINGER_COLOURS[finger],
-            Paint::One(colour) => colour,
-        }
-    }
-}
-
-/// What stands for a fingertip in a cloud.
-#[derive(Clone, Copy)]
-pub(crate) enum Dot {
-    Point,
-    /// A ball of its size, for viewers that draw no scenes.
-    Ball,
-}
-
-/// Fingertips as points or balls, numbered from the thumb.
-pub(crate) struct FingertipCloud<T> {
-    channel: ChannelId,
-    stride: usize,
-    dot: Dot,
-    paint: Paint,
-    tips: T,
-    cloud: Cloud,
-}
-
-impl<T: Tips> FingertipCloud<T> {
-    pub(crate) fn new(
-        channel: ChannelId,
-        frame: &str,
-        (stride, dot): (usize, Dot),
-        paint: Paint,
-        tips: T,
-    ) -> Self {
-        Self {
-            channel,
-            stride,
-            dot,
-            paint,
-            tips,
-            cloud: Cloud::new(frame, "finger"),
-        }
-    }
-}
-
-impl<T: Tips> Stream for FingertipCloud<T> {
-    fn sample(&mut self, at: &Instant<'_>, output: &mut Output) -> Result<(), ChannelError> {
-        let &Instant { k, unix_nanos, .. } = at;
-        if !k.is_multiple_of(self.stride) {
-            return Ok(());
-        }
-        self.cloud.clear();
-        for finger in Finger::ALL {
-            if let Some(position_m) = self.tips.position_m(at, finger) {
-                let (number, colour) = (finger.index(), self.paint.of(finger));
-                match self.dot {
-                    Dot::Point => self.cloud.push(position_m, number, colour),
-                    Dot::Ball => (self.cloud).push_ball(position_m, SPHERE_M, number, colour),
-                }
-            }
-        }
-        output.message(self.channel, k, unix_nanos, self.cloud.message(unix_nanos))
-    }
-}
-
-/// What touches, as points: brighter than any finger.
+/// Diameter and opacity of a fingertip that is drawn as a shell, metres.
+const SHELL_M: f64 = 0.007;
+const SHELL_ALPHA: f64 = 0.25;
+/// Diameter of the light around a fingertip that touches the object, metres.
+const CONTACT_SPHERE_M: f64 = 0.012;
+/// How bright it is: in the fingertip's own colour, which stays to be seen.
+const CONTACT_ALPHA: f64 = 0.35;
+/// Opacity of a trail.
+const TRAIL_ALPHA: f64 = 0.8;
+/// Length of a trail, seconds.
+const TRAIL_S: f64 = 0.4;
+/// Time between the points of a trail, seconds.
+const TRAIL_STEP_S: f64 = 0.04;
+/// Thickness and opacity of the line from the hand to a fingertip.
+const LINK_M: f64 = 0.0006;
+const LINK_ALPHA: f64 = 0.5;
+/// Fingertips in contact, as points: brighter than any finger.
 const TOUCHING: Rgb = [0xFF, 0xFF, 0xFF];
 
-/// The fingertips that touch the object: balls around them, numbered from the thumb.
-pub(crate) struct ContactCloud<'a, T> {
-    channel: ChannelId,
-    stride: usize,
-    tips: T,
-    contacts: Contacts<'a>,
-    cloud: Cloud,
+/// Contacts by sample.
+pub(crate) type Contacts<'a> = Rc<BTreeMap<usize, &'a ContactSample>>;
+
+/// Fingertips of one motion and how they look.
+#[derive(Clone)]
+pub(crate) struct Tips<'a> {
+    pub(crate) frame: &'static str,
+    /// Where a fingertip is, metres.
+    pub(crate) position_m: Rc<dyn Fn(&Instant<'_>, Finger) -> Option<[f64; 3]> + 'a>,
+    /// Contacts by sample, as far as they are known.
+    pub(crate) contacts: Contacts<'a>,
+    /// Colour of a planned motion, whose fingertips are shells that show what they are around: often within
+    /// a fraction of a millimetre of the recorded ones. Without, each finger has its own.
+    pub(crate) shells: Option<Rgb>,
+    /// Whether lines tie fingertips to the origin of the frame, which is then that of the hand.
+    pub(crate) links: bool,
 }
 
-impl<'a, T: Tips> ContactCloud<'a, T> {
-    pub(crate) fn new(
-        channel: ChannelId,
-        frame: &str,
-        stride: usize,
-        tips: T,
-        contacts: Contacts<'a>,
-    ) -> Self {
-        Self {
-            channel,
-            stride,
-            tips,
-            contacts,
-            cloud: Cloud::new(frame, "finger"),
+/// Topics for the views of one set of fingertips.
+pub(crate) struct TipTopics<'t> {
+    pub(crate) cloud: &'t str,
+    pub(crate) scene: Option<&'t str>,
+    pub(crate) balls: Option<&'t str>,
+    pub(crate) contacts: Option<&'t str>,
+}
+
+impl<'a> Tips<'a> {
+    /// Adds a cloud, a scene, and a cloud of those in contact where that is known.
+    pub(crate) fn add(
+        &self,
+        topics: &TipTopics<'_>,
+        samples: Sampling,
+        streams: &mut Streams<'a>,
+    ) -> Result<(), ChannelError> {
+        let rate_hz = samples.clock.rate_hz();
+        let scenes = samples.every(scene_stride(rate_hz));
+        self.add_cloud(
+            topics.cloud,
+            samples.every(stride(rate_hz)),
+            Dot::Point,
+            streams,
+        )?;
+        if let Some(topic) = topics.balls {
+            self.add_cloud(topic, scenes, Dot::Ball(SPHERE_M), streams)?;
+        }
+        if let Some(topic) = topics.contacts.filter(|_| !self.contacts.is_empty()) {
+            let tips = self.clone();
+            let touching = Dot::Ball(CONTACT_SPHERE_M);
+            add_cloud(
+                streams,
+                (topic, self.frame),
+                &["finger"],
+                scenes,
+                move |at, cloud| {
+                    for finger in Finger::ALL.into_iter().filter(|&f| tips.touches(at.k, f)) {
+                        if let Some(position_m) = (tips.position_m)(at, finger) {
+                            cloud.push_dot(touching, position_m, &[finger.index()], TOUCHING);
+                        }
+                    }
+                },
+            )?;
+        }
+        match topics.scene {
+            Some(topic) => self.clone().add_scene(topic, scenes, streams),
+            None => Ok(()),
         }
     }
-}
 
-impl<T: Tips> Stream for ContactCloud<'_, T> {
-    fn sample(&mut self, at: &Instant<'_>, output: &mut Output) -> Result<(), ChannelError> {
-        let &Instant { k, unix_nanos, .. } = at;
-        if !k.is_multiple_of(self.stride) {
-            return Ok(());
-        }
-        self.cloud.clear();
-        for finger in Finger::ALL {
-            if let Some(true) = self.contacts.in_contact(k, finger)
-                && let Some(position_m) = self.tips.position_m(at, finger)
-            {
-                let number = finger.index();
-                (self.cloud).push_ball(position_m, CONTACT_SPHERE_M, number, TOUCHING);
+    /// Fingertips as points or balls, numbered from the thumb.
+    fn add_cloud(
+        &self,
+        topic: &str,
+        sampling: Sampling,
+        dot: Dot,
+        streams: &mut Streams<'a>,
+    ) -> Result<(), ChannelError> {
+        let tips = self.clone();
+        add_cloud(
+            streams,
+            (topic, self.frame),
+            &["finger"],
+            sampling,
+            move |at, cloud| {
+                for finger in Finger::ALL {
+                    if let Some(position_m) = (tips.position_m)(at, finger) {
+                        cloud.push_dot(dot, position_m, &[finger.index()], tips.colour(finger));
+                    }
+                }
+            },
+        )
+    }
+
+    fn add_scene(
+        self,
+        topic: &str,
+        sampling: Sampling,
+        streams: &mut Streams<'a>,
+    ) -> Result<(), ChannelError> {
+        let (rate_hz, stride) = (sampling.clock.rate_hz(), sampling.stride);
+        let step = ((TRAIL_STEP_S * rate_hz / stride as f64).round() as usize).max(1) * stride;
+        let trail_points = (TRAIL_S * rate_hz / step as f64).round() as usize;
+        let mut trails = PerFinger::<VecDeque<Point3>>::default();
+        streams.sampled(topic, Some(self.frame), sampling, move |at| {
+            let mut tips = entity(self.frame, "fingertips", at.unix_nanos);
+            let mut lights = entity(self.frame, "contacts", at.unix_nanos);
+            for finger in Finger::ALL {
+                let Some(position_m) = (self.position_m)(at, finger) else {
+                    // A trail never bridges a gap.
+                    trails[finger].clear();
+                    continue;
+                };
+                let rgb = self.colour(finger);
+                let (diameter_m, alpha) = match self.shells {
+                    Some(_) => (SHELL_M, SHELL_ALPHA),
+                    None => (SPHERE_M, 1.0),
+                };
+                tips.spheres
+                    .push(sphere(position_m, diameter_m, (rgb, alpha)));
+                // Lights of a plan would outshine what was recorded.
+                if self.shells.is_none() && self.touches(at.k, finger) {
+                    let light = sphere(position_m, CONTACT_SPHERE_M, (rgb, CONTACT_ALPHA));
+                    lights.spheres.push(light);
+                }
+                let tip = point(position_m);
+                if self.links {
+                    let ends = vec![Point3::default(), tip];
+                    tips.lines.push(strip(ends, LINK_M, (rgb, LINK_ALPHA)));
+                }
+                let trail = &mut trails[finger];
+                let points: Vec<_> = trail.iter().copied().chain([tip]).collect();
+                if points.len() > 1 {
+                    tips.lines.push(strip(points, TRAIL_M, (rgb, TRAIL_ALPHA)));
+                }
+                if at.k.is_multiple_of(step) {
+                    if trail.len() >= trail_points {
+                        trail.pop_front();
+                    }
+                    trail.push_back(tip);
+                }
             }
-        }
-        output.message(self.channel, k, unix_nanos, self.cloud.message(unix_nanos))
+            Some(scene(vec![tips, lights]))
+        })
+    }
+
+    /// Whether the finger is known to touch the object.
+    fn touches(&self, k: usize, finger: Finger) -> bool {
+        (self.contacts.get(&k)).is_some_and(|contact| contact.in_contact[finger])
+    }
+
+    fn colour(&self, finger: Finger) -> Rgb {
+        self.shells.unwrap_or(FINGER_COLOURS[finger])
     }
 }

@@ -1,18 +1,15 @@
 //! The tree of frames.
 
 use foxglove::messages::{FrameTransform, FrameTransforms, Quaternion, Vector3};
-use inhand_model::{
-    BodySource, Frame, Hand, Motion, Object, Pose, PoseTrack, Recording, Roles, World,
-};
+use inhand_model::{BodySource, Frame, Hand, Object, Pose, World};
 use nalgebra::{Isometry3, UnitQuaternion};
 
 use crate::error::ChannelError;
 use crate::outline::Outline;
-use crate::output::{ChannelId, Output};
+use crate::streams::{Instant, Sampling, Streams};
 use crate::take::TakeFile;
 use crate::topic;
 use crate::wire::viewer_time;
-use crate::write::{Instant, Stream, Streams};
 
 /// Root of every tree: z points up.
 pub(crate) const UPRIGHT: &str = "upright";
@@ -28,42 +25,53 @@ pub(crate) fn write_static(
     child: &str,
     upright_from_child: UnitQuaternion<f64>,
     unix_nanos: u64,
-    output: &mut Output,
+    streams: &mut Streams<'_>,
 ) -> Result<(), ChannelError> {
     let isometry = Isometry3::from_parts(nalgebra::Translation3::identity(), upright_from_child);
     let message = FrameTransforms {
         transforms: vec![transform(UPRIGHT, child, isometry, unix_nanos)],
     };
-    let channel = output.channel::<FrameTransforms>(topic::TF_STATIC, None)?;
-    output.message(channel, 0, unix_nanos, &message)
+    streams.once(topic::TF_STATIC, None, unix_nanos, &message)
 }
 
+/// Parent, child, and the pose of the child seen from the parent.
+pub(crate) type Edge<'a> = (
+    &'static str,
+    &'static str,
+    Box<dyn Fn(&Instant<'_>) -> Option<Isometry3<f64>> + 'a>,
+);
+
+/// Adds a channel that places frames, where they are placed.
+pub(crate) fn add_edges<'a>(
+    edges: Vec<Edge<'a>>,
+    sampling: Sampling,
+    streams: &mut Streams<'a>,
+) -> Result<(), ChannelError> {
+    streams.sampled(topic::TF, None, sampling, move |at| {
+        let transforms: Vec<_> = (edges.iter())
+            .filter_map(|(parent, child, pose)| {
+                Some(transform(parent, child, pose(at)?, at.unix_nanos))
+            })
+            .collect();
+        (!transforms.is_empty()).then_some(FrameTransforms { transforms })
+    })
+}
+
+/// Adds the tree of a take.
 pub(crate) fn add<'a>(
     file: &TakeFile<'a>,
     outline: &Outline,
-    stride: usize,
-    output: &mut Output,
+    sampling: Sampling,
     streams: &mut Streams<'a>,
 ) -> Result<Tree, ChannelError> {
     let recording = file.recording;
     let start = recording.clock.unix_nanos(0);
-    let edges: Vec<Edge> = match file.motion {
-        Some(motion) => motion_edges(motion),
-        None => file
-            .roles
-            .map_or_else(Vec::new, |roles| role_edges(recording, roles)),
-    };
-    // A frame that no message would place must not be in the tree; the object hangs under the hand
-    // only if the hand does.
-    let edges: Vec<Edge> = (edges.into_iter())
-        .filter(|edge| edge.is_shown(outline, stride))
-        .collect();
     let recorded = file.motion.is_some()
         || file.roles.is_some()
         || !(recording.markers.is_empty() && recording.bodies.is_empty());
     if !recorded && !file.generated.is_empty() {
         // Planned motion alone: the hand is nowhere in the world, so the tree is the hand.
-        write_static(Hand::NAME, UnitQuaternion::identity(), start, output)?;
+        write_static(Hand::NAME, UnitQuaternion::identity(), start, streams)?;
         return Ok(Tree {
             hand: true,
             object: false,
@@ -71,128 +79,56 @@ pub(crate) fn add<'a>(
     }
     let upright_from_world = recording.source.up_axis.upright_from_world();
     let rotation = UnitQuaternion::from_rotation_matrix(&upright_from_world);
-    write_static(World::NAME, rotation, start, output)?;
-    let has = |child| edges.iter().any(|edge| edge.child == child);
+    write_static(World::NAME, rotation, start, streams)?;
+    let edges = edges(file, outline, sampling);
+    let has = |child| edges.iter().any(|edge| edge.1 == child);
     let tree = Tree {
         hand: has(Hand::NAME),
         object: has(Object::NAME),
     };
     if !edges.is_empty() {
-        streams.push(Box::new(Transforms {
-            channel: output.channel::<FrameTransforms>(topic::TF, None)?,
-            stride,
-            edges,
-        }));
+        add_edges(edges, sampling, streams)?;
     }
     Ok(tree)
 }
 
-fn motion_edges(motion: &Motion) -> Vec<Edge<'_>> {
-    let hand = Edge {
-        parent: World::NAME,
-        child: Hand::NAME,
-        pose: PoseSource::Hand(&motion.hand),
-    };
-    let object = motion.object.as_ref().map(|track| Edge {
-        parent: Hand::NAME,
-        child: Object::NAME,
+/// Frames that a sample of the views places: one that no message would place must not be in the tree.
+fn edges<'a>(file: &TakeFile<'a>, outline: &Outline, sampling: Sampling) -> Vec<Edge<'a>> {
+    let mut edges: Vec<Edge<'a>> = Vec::new();
+    if let Some(motion) = file.motion {
+        let hand = |k| motion.hand.get(k).map(Pose::isometry);
         // Where the hand is not placed, neither is what hangs under it.
-        pose: PoseSource::Object(track, &motion.hand),
-    });
-    [hand].into_iter().chain(object).collect()
-}
-
-/// Before processing, hand and object are where their rigid bodies are.
-fn role_edges<'a>(recording: &Recording, roles: &Roles) -> Vec<Edge<'a>> {
-    let body = |source: &BodySource| match source {
-        BodySource::RigidBody(name) => {
-            (recording.bodies.iter()).position(|body| body.name == *name)
+        let object = move |k| {
+            let pose = motion.object.as_ref()?.get(k)?;
+            hand(k).map(|_| pose.isometry())
+        };
+        let mut samples = (0..sampling.samples).step_by(sampling.stride);
+        if samples.clone().any(|k| hand(k).is_some()) {
+            edges.push((World::NAME, Hand::NAME, Box::new(move |at| hand(at.k))));
         }
-        BodySource::Markers(_) => None,
-    };
-    let hand = body(&roles.hand).map(|body| (Hand::NAME, body));
-    let object = (roles.object.as_ref().and_then(body)).map(|body| (Object::NAME, body));
-    (hand.into_iter().chain(object))
-        .map(|(child, body)| Edge {
-            parent: World::NAME,
-            child,
-            pose: PoseSource::Body(body),
-        })
-        .collect()
-}
-
-enum PoseSource<'a> {
-    Hand(&'a PoseTrack<World, Hand>),
-    Object(&'a PoseTrack<Hand, Object>, &'a PoseTrack<World, Hand>),
-    /// Which of the take's bodies.
-    Body(usize),
-}
-
-struct Edge<'a> {
-    parent: &'static str,
-    child: &'static str,
-    pose: PoseSource<'a>,
-}
-
-impl Edge<'_> {
-    /// The pose of the child seen from the parent.
-    fn at(&self, at: &Instant<'_>) -> Option<Isometry3<f64>> {
-        match self.pose {
-            PoseSource::Body(n) => at
-                .block
-                .bodies
-                .get(n)?
-                .track
-                .get(at.row)
-                .map(Pose::isometry),
-            _ => self.of_motion(at.k),
+        if samples.any(|k| object(k).is_some()) {
+            edges.push((Hand::NAME, Object::NAME, Box::new(move |at| object(at.k))));
         }
+        return edges;
     }
-
-    /// The pose at sample `k`, where it is one of the motion's.
-    fn of_motion(&self, k: usize) -> Option<Isometry3<f64>> {
-        match self.pose {
-            PoseSource::Hand(track) => track.get(k).map(Pose::isometry),
-            PoseSource::Object(track, hand) => {
-                let pose = track.get(k).map(Pose::isometry);
-                pose.filter(|_| hand.status(k).is_present())
-            }
-            PoseSource::Body(_) => None,
-        }
+    // Before processing, hand and object are where their rigid bodies are.
+    let hand = file.roles.map(|roles| (Hand::NAME, &roles.hand));
+    let object = file.roles.and_then(|roles| roles.object.as_ref());
+    for (child, source) in (hand.into_iter()).chain(object.map(|object| (Object::NAME, object))) {
+        let BodySource::RigidBody(name) = source else {
+            continue;
+        };
+        let body = (file.recording.bodies.iter()).position(|body| body.name == *name);
+        let Some(n) = body.filter(|&n| outline.shown_bodies.get(n) == Some(&true)) else {
+            continue;
+        };
+        let pose = move |at: &Instant<'_>| {
+            let (recording, row) = at.recorded(None)?;
+            recording.bodies[n].track.get(row).map(Pose::isometry)
+        };
+        edges.push((World::NAME, child, Box::new(pose)));
     }
-
-    /// Whether any sample that views show has the pose.
-    fn is_shown(&self, outline: &Outline, stride: usize) -> bool {
-        match self.pose {
-            PoseSource::Body(n) => outline.shown_bodies.get(n).is_some_and(|&shown| shown),
-            _ => {
-                let mut samples = (0..outline.samples).step_by(stride);
-                samples.any(|k| self.of_motion(k).is_some())
-            }
-        }
-    }
-}
-
-struct Transforms<'a> {
-    channel: ChannelId,
-    stride: usize,
-    edges: Vec<Edge<'a>>,
-}
-
-impl Stream for Transforms<'_> {
-    fn sample(&mut self, at: &Instant<'_>, output: &mut Output) -> Result<(), ChannelError> {
-        let &Instant { k, unix_nanos, .. } = at;
-        if !k.is_multiple_of(self.stride) {
-            return Ok(());
-        }
-        let transforms: Vec<_> = (self.edges.iter())
-            .filter_map(|edge| Some(transform(edge.parent, edge.child, edge.at(at)?, unix_nanos)))
-            .collect();
-        if transforms.is_empty() {
-            return Ok(());
-        }
-        output.message(self.channel, k, unix_nanos, &FrameTransforms { transforms })
-    }
+    edges
 }
 
 /// The pose of `child` seen from `parent`: takes coordinates in the child to the parent.

@@ -43,8 +43,8 @@ pub(super) fn parts(file: &TakeFile, samples: usize) -> Result<(), ChannelError>
     }
     let mut names = BTreeSet::new();
     for method in file.evaluated {
-        MethodTopics::new(method.name)?;
-        unique(&mut names, method.name)?;
+        MethodTopics::new(&method.name)?;
+        unique(&mut names, &method.name)?;
         if let Some(last) = method.samples.iter().map(|judged| judged.sample).max()
             && last >= samples
         {

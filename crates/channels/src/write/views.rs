@@ -8,14 +8,15 @@ use inhand_container::ChannelFacts;
 use inhand_model::{Frame, World};
 use nalgebra::Isometry3;
 
-use super::{Streams, TakeWriter, check};
+use super::check;
 use crate::error::ChannelError;
 use crate::metadata::Metadata;
 use crate::outline::Outline;
-use crate::output::{Output, PACKED};
+use crate::output::PACKED;
+use crate::streams::Streams;
 use crate::take::TakeFile;
 use crate::topic;
-use crate::view::{self, UPRIGHT, transform};
+use crate::view::{UPRIGHT, draw_take, transform};
 
 /// Whose file the views of a take are for.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -62,32 +63,18 @@ pub fn write_views(
     let used = file.used();
     let outline = Outline::of(used);
     check::parts(file, outline.samples)?;
-    let mut output = Output::create_of(&mut out, PACKED, profile)?;
+    let mut streams = Streams::create(&mut out, PACKED, profile, &Metadata::default())?;
     if let ViewsFor::ThirdParty { roots } = views_for {
-        output.rename_topics(beside_others);
-        place_roots(roots, used.clock.unix_nanos(0), &mut output)?;
+        streams.output.rename_topics(beside_others);
+        place_roots(roots, used.clock.unix_nanos(0), &mut streams)?;
     }
-    let seen = TakeFile {
+    let drawn = TakeFile {
         recording: used,
         ..file.clone()
     };
-    let mut streams = Streams::new();
-    view::add_take(
-        &seen,
-        file.recording.clock,
-        &outline,
-        &mut output,
-        &mut streams,
-    )?;
-    let mut writer = TakeWriter {
-        output,
-        streams,
-        clock: used.clock,
-        expected: outline.samples,
-        written: 0,
-    };
-    writer.append(used)?;
-    writer.finish()
+    draw_take(&drawn, file.recording.clock, &outline, &mut streams)?;
+    streams.write_until(u64::MAX, Some((used, 0)))?;
+    streams.finish()
 }
 
 fn beside_others(ours: &str) -> &str {
@@ -102,7 +89,7 @@ fn beside_others(ours: &str) -> &str {
 fn place_roots(
     roots: &BTreeMap<String, Isometry3<f64>>,
     unix_nanos: u64,
-    output: &mut Output,
+    streams: &mut Streams<'_>,
 ) -> Result<(), ChannelError> {
     // A frame without a name is no frame, and ours has its place already.
     let ours = [World::NAME, UPRIGHT];
@@ -113,6 +100,6 @@ fn place_roots(
     if transforms.is_empty() {
         return Ok(());
     }
-    let channel = output.channel::<FrameTransforms>(topic::VIEW_FRAMES, None)?;
-    output.message(channel, 0, unix_nanos, &FrameTransforms { transforms })
+    let message = FrameTransforms { transforms };
+    streams.once(topic::VIEW_FRAMES, None, unix_nanos, &message)
 }

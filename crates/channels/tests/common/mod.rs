@@ -344,7 +344,7 @@ pub(crate) fn generated<'a>(
     names.iter().map(method).collect()
 }
 
-pub(crate) fn evaluated<'a>(names: &[&'a str], take: &Take) -> Vec<EvaluatedMethod<'a>> {
+pub(crate) fn evaluated(names: &[&str], take: &Take) -> Vec<EvaluatedMethod> {
     let judged = |sample: usize| {
         let distance_m = PerFinger::from_fn(|f| 4e-3 + 3e-3 * noise(sample / 20 * 8 + f.index()));
         let in_contact = distance_m.map(|d| d <= 5e-3);
@@ -364,8 +364,8 @@ pub(crate) fn evaluated<'a>(names: &[&'a str], take: &Take) -> Vec<EvaluatedMeth
         .flat_map(|(start, trajectory, _)| *start..start + trajectory.layout().samples)
         .map(judged)
         .collect();
-    let method = |&name| EvaluatedMethod {
-        name,
+    let method = |name: &&str| EvaluatedMethod {
+        name: (*name).to_owned(),
         samples: samples.clone(),
     };
     names.iter().map(method).collect()
@@ -387,7 +387,7 @@ pub(crate) fn infeasible(take: &Take) -> Plan {
 pub(crate) fn take_file<'a>(
     take: &'a Take,
     generated: &'a [GeneratedMethod<'a>],
-    evaluated: &'a [EvaluatedMethod<'a>],
+    evaluated: &'a [EvaluatedMethod],
 ) -> TakeFile<'a> {
     TakeFile {
         cleaned: None,

@@ -2,9 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use inhand_channels::{
-    EvaluatedMethod, GeneratedSegment, Metadata, ReadEvaluated, ReadMethod, UnsolvedPlan,
-};
+use inhand_channels::{EvaluatedMethod, GeneratedSegment, Metadata, ReadMethod, UnsolvedPlan};
 use inhand_model::{Clock, Configuration, Plan, PlanStatus, SegmentLayout, Shape, Trajectory};
 
 use crate::error::SessionError;
@@ -13,7 +11,7 @@ use crate::error::SessionError;
 #[derive(Default)]
 pub(super) struct StoredParts {
     pub(super) generated: Vec<StoredMethod>,
-    evaluated: Vec<ReadEvaluated>,
+    pub(super) evaluated: Vec<EvaluatedMethod>,
     pub(super) shape: Option<Shape>,
 }
 
@@ -80,16 +78,6 @@ impl StoredParts {
                         plan,
                     })
                     .collect()
-            })
-            .collect()
-    }
-
-    /// How methods were judged.
-    pub(super) fn evaluated(&self) -> Vec<EvaluatedMethod<'_>> {
-        (self.evaluated.iter())
-            .map(|method| EvaluatedMethod {
-                name: &method.name,
-                samples: method.samples.clone(),
             })
             .collect()
     }

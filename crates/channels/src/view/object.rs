@@ -1,39 +1,45 @@
 //! The object: its solid for viewers that draw scenes, its edges and surface as points for those that do
-//! not.
+//! not. Of one whose shape is not known the axes are drawn.
 
 use std::f64::consts::TAU;
 
-use foxglove::messages::{CubePrimitive, CylinderPrimitive, PointCloud, SceneUpdate};
-use inhand_model::Shape;
+use foxglove::messages::{CubePrimitive, CylinderPrimitive, PointCloud, SceneEntity};
+use inhand_model::{Frame, Object, Shape};
 
-use super::cloud::Cloud;
-use super::entities::{colour, entity, identity, size};
+use super::draw::{Cloud, Paint, colour, entity, point, pose, scene, size, strip};
 use crate::colour::Rgb;
 use crate::error::ChannelError;
-use crate::output::Output;
+use crate::streams::Streams;
 use crate::topic;
 
-const OBJECT: Rgb = [0xBB, 0xBB, 0xBB];
+/// Fingers behind the object stay visible.
+const OBJECT: Paint = ([0xBB, 0xBB, 0xBB], 0.5);
 /// Points of the surface stay behind fingertips.
 const SURFACE: Rgb = [0x66, 0x66, 0x66];
-/// Fingers behind the object stay visible.
-const OBJECT_ALPHA: f64 = 0.5;
 /// Points along an edge of a box, or around a quarter of a circle.
 const EDGE_POINTS: usize = 12;
 /// Distance between points of the surface, metres.
 const GRID_M: f64 = 0.01;
 /// Most steps of the grid along one direction.
 const MOST_STEPS: usize = 40;
+/// x, y and z, as in most viewers.
+const AXES: [Rgb; 3] = [[0xE0, 0x3C, 0x31], [0x3F, 0xA3, 0x4D], [0x3A, 0x6F, 0xD8]];
+/// Length of an axis, metres: about half of what a hand turns.
+const AXIS_M: f64 = 0.025;
+/// Thickness of an axis, metres.
+const AXIS_THICKNESS_M: f64 = 0.001;
+/// Points along an axis.
+const AXIS_POINTS: usize = 10;
 
 /// The solid of a shape as an entity of this id.
-pub(crate) fn scene(
+pub(crate) fn solid(
     shape: Shape,
     (frame, id): (&str, &str),
-    (rgb, alpha): (Rgb, f64),
+    paint: Paint,
     unix_nanos: u64,
-) -> SceneUpdate {
+) -> SceneEntity {
     let mut solid = entity(frame, id, unix_nanos);
-    let (pose, color) = (Some(identity()), Some(colour(rgb, alpha)));
+    let (pose, color) = (Some(pose([0.0; 3])), Some(colour(paint)));
     match shape {
         Shape::Cuboid { edges_m } => solid.cubes.push(CubePrimitive {
             pose,
@@ -51,36 +57,60 @@ pub(crate) fn scene(
             color,
         }),
     }
-    SceneUpdate {
-        deletions: Vec::new(),
-        entities: vec![solid],
-    }
+    solid
 }
 
-/// Sends the object once, at the start, on topics of its own: it moves with its frame.
-pub(crate) fn write(
-    shape: Shape,
-    frame: &str,
+/// A cloud of the shape's edges, or of other numbered points.
+pub(crate) fn cloud(
+    (topic, frame, number): (&str, &str, &str),
+    points_m: impl IntoIterator<Item = (usize, [f64; 3])>,
+    colour: impl Fn(usize) -> Rgb,
     unix_nanos: u64,
-    output: &mut Output,
+    streams: &mut Streams<'_>,
 ) -> Result<(), ChannelError> {
-    let update = scene(shape, (frame, "object"), (OBJECT, OBJECT_ALPHA), unix_nanos);
-    let channel = output.channel::<SceneUpdate>(topic::VIEW_OBJECT, Some(frame))?;
-    output.message(channel, 0, unix_nanos, &update)?;
-
-    let mut cloud = Cloud::new(frame, "edge");
-    for (edge, point) in edge_points_m(shape) {
-        cloud.push(point, edge, OBJECT);
+    let mut cloud = Cloud::new(frame, &[number]);
+    for (n, point_m) in points_m {
+        cloud.push(point_m, &[n], colour(n));
     }
-    let channel = output.channel::<PointCloud>(topic::VIEW_OBJECT_EDGES, Some(frame))?;
-    output.message(channel, 0, unix_nanos, cloud.message(unix_nanos))?;
+    streams.once::<PointCloud>(topic, Some(frame), unix_nanos, cloud.message(unix_nanos))
+}
 
-    let mut cloud = Cloud::new(frame, "face");
-    for (face, point) in surface_points_m(shape) {
-        cloud.push(point, face, SURFACE);
-    }
-    let channel = output.channel::<PointCloud>(topic::VIEW_OBJECT_SURFACE, Some(frame))?;
-    output.message(channel, 0, unix_nanos, cloud.message(unix_nanos))
+/// Draws the object once, at the start, on topics of its own: it moves with its frame.
+pub(crate) fn draw(
+    shape: Option<Shape>,
+    unix_nanos: u64,
+    streams: &mut Streams<'_>,
+) -> Result<(), ChannelError> {
+    let (frame, object) = (Object::NAME, topic::VIEW_OBJECT);
+    let edges = (topic::VIEW_OBJECT_EDGES, frame, "edge");
+    let Some(shape) = shape else {
+        let mut axes = entity(frame, "object", unix_nanos);
+        for (axis, colour) in AXES.into_iter().enumerate() {
+            let ends = [0.0, 1.0].map(|share| point(along_axis(axis, share)));
+            let line = strip(ends.into(), AXIS_THICKNESS_M, (colour, 1.0));
+            axes.lines.push(line);
+        }
+        streams.once(object, Some(frame), unix_nanos, &scene(vec![axes]))?;
+        let points = (0..3).flat_map(|axis| {
+            let shares = (0..=AXIS_POINTS).map(|n| n as f64 / AXIS_POINTS as f64);
+            shares.map(move |share| (axis, along_axis(axis, share)))
+        });
+        return cloud(edges, points, |axis| AXES[axis], unix_nanos, streams);
+    };
+    let solid = solid(shape, (frame, "object"), OBJECT, unix_nanos);
+    streams.once(object, Some(frame), unix_nanos, &scene(vec![solid]))?;
+    let points = edge_points_m(shape);
+    cloud(edges, points, |_| OBJECT.0, unix_nanos, streams)?;
+    let surface = (topic::VIEW_OBJECT_SURFACE, frame, "face");
+    let points = surface_points_m(shape);
+    cloud(surface, points, |_| SURFACE, unix_nanos, streams)
+}
+
+/// The point at this share of an axis.
+fn along_axis(axis: usize, share: f64) -> [f64; 3] {
+    let mut point = [0.0; 3];
+    point[axis] = AXIS_M * share;
+    point
 }
 
 /// Points of a grid on every face, metres, each with the number of its face: of a box six, of a cylinder
@@ -147,7 +177,7 @@ fn ring(radius_m: f64) -> impl Iterator<Item = [f64; 2]> {
 }
 
 /// Points along the edges, metres, each with the number of its edge.
-pub(super) fn edge_points_m(shape: Shape) -> Vec<(usize, [f64; 3])> {
+pub(crate) fn edge_points_m(shape: Shape) -> Vec<(usize, [f64; 3])> {
     match shape {
         Shape::Cuboid { edges_m } => (0..12)
             .flat_map(|edge| {

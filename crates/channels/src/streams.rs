@@ -1,0 +1,190 @@
+//! Messages of many channels, merged by time into one file.
+
+use std::io::Write;
+
+use inhand_model::{Clock, Recording};
+use mcap::Compression;
+
+use crate::error::ChannelError;
+use crate::metadata::Metadata;
+use crate::output::{ChannelId, Output};
+use crate::schema::Logged;
+
+/// Consecutive samples of a take that is written block by block, and the number of the first one.
+type Block<'a> = Option<(&'a Recording, usize)>;
+
+/// The sample that a message is about.
+pub(crate) struct Instant<'a> {
+    /// Number of the sample.
+    pub(crate) k: usize,
+    /// Its time.
+    pub(crate) unix_nanos: u64,
+    block: Block<'a>,
+}
+
+impl<'a> Instant<'a> {
+    /// The recording that has the sample, and where: `whole`, or else the block that is being written.
+    pub(crate) fn recorded(&self, whole: Option<&'a Recording>) -> Option<(&'a Recording, usize)> {
+        let (recording, first) = whole.map(|recording| (recording, 0)).or(self.block)?;
+        let row = self.k - first;
+        (row < recording.len()).then_some((recording, row))
+    }
+}
+
+/// Samples that a channel has messages of.
+#[derive(Clone, Copy)]
+pub(crate) struct Sampling {
+    pub(crate) clock: Clock,
+    /// How many samples there are.
+    pub(crate) samples: usize,
+    /// Every how many samples there is a message.
+    pub(crate) stride: usize,
+}
+
+impl Sampling {
+    /// Every sample.
+    pub(crate) fn all(clock: Clock, samples: usize) -> Self {
+        Self {
+            clock,
+            samples,
+            stride: 1,
+        }
+    }
+
+    /// One of so many samples.
+    pub(crate) fn every(self, stride: usize) -> Self {
+        Self { stride, ..self }
+    }
+
+    fn time(&self, k: usize) -> Option<u64> {
+        (k < self.samples).then(|| self.clock.unix_nanos(k))
+    }
+}
+
+type WriteNext<'a> =
+    Box<dyn FnMut(Block<'_>, &mut Output<'_>) -> Result<Option<u64>, ChannelError> + 'a>;
+
+/// Messages of one channel in the order of their times.
+struct Stream<'a> {
+    /// Time of the next message; `None` after the last one.
+    next: Option<u64>,
+    /// Writes that message and gives the time of the one after it.
+    write: WriteNext<'a>,
+}
+
+/// A file being written, with the messages that wait for their time. Those of one instant come in the
+/// order in which their channels were added.
+pub(crate) struct Streams<'a> {
+    pub(crate) output: Output<'a>,
+    streams: Vec<Stream<'a>>,
+}
+
+impl<'a> Streams<'a> {
+    /// Begins a file of this profile with its metadata.
+    pub(crate) fn create(
+        out: &'a mut dyn Write,
+        packing: Option<Compression>,
+        profile: &str,
+        metadata: &Metadata,
+    ) -> Result<Self, ChannelError> {
+        let mut output = Output::create_of(out, packing, profile)?;
+        for (name, facts) in &metadata.0 {
+            output.metadata(name, facts)?;
+        }
+        Ok(Self {
+            output,
+            streams: Vec::new(),
+        })
+    }
+
+    /// A channel with a single message, which is written at once.
+    pub(crate) fn once<M: Logged>(
+        &mut self,
+        topic: &str,
+        frame: Option<&str>,
+        unix_nanos: u64,
+        message: &M,
+    ) -> Result<(), ChannelError> {
+        let channel = self.output.channel::<M>(topic, frame)?;
+        self.output.message(channel, 0, unix_nanos, message)
+    }
+
+    /// Messages that are known: sequence number, time, message; by time.
+    pub(crate) fn listed<M: Logged>(
+        &mut self,
+        channel: ChannelId,
+        messages: impl IntoIterator<Item = (usize, u64, M), IntoIter: 'a>,
+    ) {
+        let mut messages = messages.into_iter().peekable();
+        self.streams.push(Stream {
+            next: messages.peek().map(|&(_, time, _)| time),
+            write: Box::new(move |_, output| {
+                if let Some((sequence, unix_nanos, message)) = messages.next() {
+                    output.message(channel, sequence, unix_nanos, &message)?;
+                }
+                Ok(messages.peek().map(|&(_, time, _)| time))
+            }),
+        });
+    }
+
+    /// A channel with a message for each sample of which `message` makes one.
+    pub(crate) fn sampled<M: Logged>(
+        &mut self,
+        topic: &str,
+        frame: Option<&str>,
+        sampling: Sampling,
+        mut message: impl FnMut(&Instant<'_>) -> Option<M> + 'a,
+    ) -> Result<(), ChannelError> {
+        let channel = self.output.channel::<M>(topic, frame)?;
+        self.add(sampling, move |at, output| match message(at) {
+            Some(message) => output.message(channel, at.k, at.unix_nanos, &message),
+            None => Ok(()),
+        });
+        Ok(())
+    }
+
+    /// Calls `write` for each sample.
+    pub(crate) fn add(
+        &mut self,
+        sampling: Sampling,
+        mut write: impl FnMut(&Instant<'_>, &mut Output<'_>) -> Result<(), ChannelError> + 'a,
+    ) {
+        let mut k = 0;
+        self.streams.push(Stream {
+            next: sampling.time(0),
+            write: Box::new(move |block, output| {
+                let unix_nanos = sampling.clock.unix_nanos(k);
+                let at = Instant {
+                    k,
+                    unix_nanos,
+                    block,
+                };
+                write(&at, output)?;
+                k += sampling.stride;
+                Ok(sampling.time(k))
+            }),
+        });
+    }
+
+    /// Writes all messages up to a time.
+    pub(crate) fn write_until(
+        &mut self,
+        unix_nanos: u64,
+        block: Block<'_>,
+    ) -> Result<(), ChannelError> {
+        loop {
+            let waiting = (self.streams.iter_mut())
+                .filter(|stream| stream.next.is_some_and(|time| time <= unix_nanos));
+            let Some(stream) = waiting.min_by_key(|stream| stream.next) else {
+                return Ok(());
+            };
+            stream.next = (stream.write)(block, &mut self.output)?;
+        }
+    }
+
+    /// Writes all that waits, and ends the file.
+    pub(crate) fn finish(mut self) -> Result<(), ChannelError> {
+        self.write_until(u64::MAX, None)?;
+        self.output.finish()
+    }
+}

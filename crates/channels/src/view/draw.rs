@@ -1,0 +1,244 @@
+//! Shapes of scenes and points of clouds, as viewers draw them.
+
+use foxglove::messages::packed_element_field::NumericType;
+use foxglove::messages::{
+    Color, LinePrimitive, PackedElementField, Point3, PointCloud, Pose, Quaternion, SceneEntity,
+    SceneUpdate, SpherePrimitive, TextPrimitive, Vector3, line_primitive,
+};
+
+use crate::colour::Rgb;
+use crate::error::ChannelError;
+use crate::streams::{Instant, Sampling, Streams};
+use crate::wire::viewer_time;
+
+/// Diameter of a fingertip, metres: about that of a marker, so that neighbours stay apart.
+pub(crate) const SPHERE_M: f64 = 0.005;
+/// Thickness of a trail, metres.
+pub(crate) const TRAIL_M: f64 = 0.001;
+
+/// A colour and its opacity.
+pub(crate) type Paint = (Rgb, f64);
+
+pub(crate) fn pose([x, y, z]: [f64; 3]) -> Pose {
+    Pose {
+        position: Some(Vector3 { x, y, z }),
+        orientation: Some(Quaternion {
+            x: 0.0,
+            y: 0.0,
+            z: 0.0,
+            w: 1.0,
+        }),
+    }
+}
+
+pub(crate) fn size([x, y, z]: [f64; 3]) -> Vector3 {
+    Vector3 { x, y, z }
+}
+
+pub(crate) fn point([x, y, z]: [f64; 3]) -> Point3 {
+    Point3 { x, y, z }
+}
+
+pub(crate) fn colour((rgb, alpha): Paint) -> Color {
+    let [r, g, b] = rgb.map(|channel| f64::from(channel) / 255.0);
+    Color { r, g, b, a: alpha }
+}
+
+/// A message that draws these entities.
+pub(crate) fn scene(entities: Vec<SceneEntity>) -> SceneUpdate {
+    SceneUpdate {
+        deletions: Vec::new(),
+        entities,
+    }
+}
+
+/// An entity that replaces the one of the same id and moves with its frame.
+pub(crate) fn entity(frame: &str, id: &str, unix_nanos: u64) -> SceneEntity {
+    SceneEntity {
+        timestamp: Some(viewer_time(unix_nanos)),
+        frame_id: frame.to_owned(),
+        id: id.to_owned(),
+        frame_locked: true,
+        ..SceneEntity::default()
+    }
+}
+
+pub(crate) fn sphere(position_m: [f64; 3], diameter_m: f64, paint: Paint) -> SpherePrimitive {
+    SpherePrimitive {
+        pose: Some(pose(position_m)),
+        size: Some(size([diameter_m; 3])),
+        color: Some(colour(paint)),
+    }
+}
+
+/// A line through all points.
+pub(crate) fn strip(points: Vec<Point3>, thickness_m: f64, paint: Paint) -> LinePrimitive {
+    LinePrimitive {
+        r#type: line_primitive::Type::LineStrip.into(),
+        pose: Some(pose([0.0; 3])),
+        thickness: thickness_m,
+        points,
+        color: Some(colour(paint)),
+        ..LinePrimitive::default()
+    }
+}
+
+/// Letters of this height that face the viewer.
+pub(crate) fn text(position_m: [f64; 3], height_m: f64, rgb: Rgb, text: String) -> TextPrimitive {
+    TextPrimitive {
+        pose: Some(pose(position_m)),
+        billboard: true,
+        font_size: height_m,
+        scale_invariant: false,
+        color: Some(colour((rgb, 1.0))),
+        text,
+    }
+}
+
+/// Shape of a point in a cloud, with its diameter in metres.
+#[derive(Clone, Copy)]
+pub(crate) enum Dot {
+    /// A single point, which has a size on the screen.
+    Point,
+    /// Points on a sphere, which has a size in the scene, for viewers that draw no scenes.
+    Ball(f64),
+    /// Six points on a sphere, where there is less room.
+    Star(f64),
+}
+
+/// A message of coloured points with a number or two each, which every viewer draws without set-up.
+pub(crate) struct Cloud {
+    message: PointCloud,
+    data: Vec<u8>,
+}
+
+impl Cloud {
+    /// A cloud in `frame` whose points carry numbers of these names.
+    pub(crate) fn new(frame: &str, numbers: &[&str]) -> Self {
+        let mut message = PointCloud {
+            frame_id: frame.to_owned(),
+            pose: Some(pose([0.0; 3])),
+            ..PointCloud::default()
+        };
+        let floats = ["x", "y", "z"].map(|name| (name, NumericType::Float32, 4));
+        let numbers = numbers.iter().map(|&name| (name, NumericType::Uint32, 4));
+        let bytes = ["red", "green", "blue", "alpha"].map(|name| (name, NumericType::Uint8, 1));
+        for (name, numeric_type, width) in floats.into_iter().chain(numbers).chain(bytes) {
+            message.fields.push(PackedElementField {
+                name: name.to_owned(),
+                offset: message.point_stride,
+                r#type: numeric_type.into(),
+            });
+            message.point_stride += width;
+        }
+        Self {
+            message,
+            data: Vec::new(),
+        }
+    }
+
+    /// Adds a point, metres. Views are for the eye: 32 bits hold it to a micrometre at ten metres.
+    pub(crate) fn push(&mut self, position_m: [f64; 3], numbers: &[usize], rgb: Rgb) {
+        for coordinate in position_m {
+            (self.data).extend_from_slice(&(coordinate as f32).to_le_bytes());
+        }
+        for &number in numbers {
+            (self.data).extend_from_slice(&(number as u32).to_le_bytes());
+        }
+        self.data.extend_from_slice(&rgb);
+        self.data.push(u8::MAX);
+    }
+
+    /// Adds a point of this shape.
+    pub(crate) fn push_dot(
+        &mut self,
+        dot: Dot,
+        centre_m: [f64; 3],
+        numbers: &[usize],
+        colour: Rgb,
+    ) {
+        let (diameter_m, directions) = match dot {
+            Dot::Point => return self.push(centre_m, numbers, colour),
+            Dot::Star(diameter_m) => (diameter_m, face_directions().collect::<Vec<_>>()),
+            Dot::Ball(diameter_m) => (diameter_m, ball_directions().collect()),
+        };
+        for direction in directions {
+            let point =
+                [0, 1, 2].map(|axis: usize| centre_m[axis] + diameter_m / 2.0 * direction[axis]);
+            self.push(point, numbers, colour);
+        }
+    }
+
+    /// The message with the points since the last one.
+    pub(crate) fn message(&mut self, unix_nanos: u64) -> &PointCloud {
+        self.message.timestamp = Some(viewer_time(unix_nanos));
+        self.message.data = std::mem::take(&mut self.data).into();
+        &self.message
+    }
+}
+
+/// Adds a channel with a cloud for each sample, of the points that `fill` adds.
+pub(crate) fn add_cloud<'a>(
+    streams: &mut Streams<'a>,
+    (topic, frame): (&str, &str),
+    numbers: &[&str],
+    sampling: Sampling,
+    mut fill: impl FnMut(&Instant<'_>, &mut Cloud) + 'a,
+) -> Result<(), ChannelError> {
+    let channel = streams.output.channel::<PointCloud>(topic, Some(frame))?;
+    let mut cloud = Cloud::new(frame, numbers);
+    streams.add(sampling, move |at, output| {
+        fill(at, &mut cloud);
+        output.message(channel, at.k, at.unix_nanos, cloud.message(at.unix_nanos))
+    });
+    Ok(())
+}
+
+/// Towards the faces of a cube: 6 unit vectors.
+fn face_directions() -> impl Iterator<Item = [f64; 3]> {
+    (0..3).flat_map(|axis| {
+        [-1.0, 1.0].map(|sign| {
+            let mut direction = [0.0; 3];
+            direction[axis] = sign;
+            direction
+        })
+    })
+}
+
+/// Towards the faces and the corners of a cube: 14 unit vectors.
+fn ball_directions() -> impl Iterator<Item = [f64; 3]> {
+    let corner_axis = 1.0 / 3.0_f64.sqrt();
+    let corners = (0..8).map(move |corner| {
+        [0, 1, 2].map(|axis| {
+            if corner >> axis & 1 == 0 {
+                -corner_axis
+            } else {
+                corner_axis
+            }
+        })
+    });
+    face_directions().chain(corners)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ball_is_round_about_its_centre() {
+        let directions: Vec<_> = ball_directions().collect();
+        assert_eq!(directions.len(), 14);
+        let mut sum = [0.0; 3];
+        for direction in &directions {
+            assert!((direction.iter().map(|c| c * c).sum::<f64>() - 1.0).abs() < 1e-15);
+            for axis in 0..3 {
+                sum[axis] += direction[axis];
+            }
+        }
+        assert!(sum.iter().all(|c| c.abs() < 1e-15));
+
+        let mut cloud = Cloud::new("hand", &["finger"]);
+        cloud.push_dot(Dot::Ball(0.01), [1.0, 2.0, 3.0], &[4], [1, 2, 3]);
+        assert_eq!(cloud.data.len(), 14 * cloud.message.point_stride as usize);
+    }
+}

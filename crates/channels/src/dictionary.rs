@@ -101,7 +101,7 @@ pub fn write_dictionary(
             little_m,
         })
     })?;
-    draw_dictionary(dictionary, samples, &mean_m, &played_m, &mut streams)?;
+    draw_dictionary(dictionary, samples, mean_m, played_m, &mut streams)?;
     streams.finish()
 }
 

@@ -98,7 +98,7 @@ impl FingerErrors {
         }
     }
 
-    pub(crate) fn to_model(&self) -> PerFinger<f64> {
+    pub(crate) fn to_model(self) -> PerFinger<f64> {
         PerFinger::new([
             self.thumb_m,
             self.index_m,
@@ -129,7 +129,7 @@ impl Contacts {
         }
     }
 
-    pub(crate) fn to_model(&self) -> ContactSample {
+    pub(crate) fn to_model(self) -> ContactSample {
         ContactSample {
             distance_m: PerFinger::new([
                 self.thumb_distance_m,

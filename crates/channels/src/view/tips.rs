@@ -35,12 +35,14 @@ const TOUCHING: Rgb = [0xFF, 0xFF, 0xFF];
 /// Contacts by sample.
 pub(crate) type Contacts<'a> = Rc<BTreeMap<usize, &'a ContactSample>>;
 
+/// Position of a fingertip, metres.
+type PositionAt<'a> = dyn Fn(&Instant<'_>, Finger) -> Option<[f64; 3]> + 'a;
+
 /// Fingertips of one motion and how they look.
 #[derive(Clone)]
 pub(crate) struct Tips<'a> {
     pub(crate) frame: &'static str,
-    /// Where a fingertip is, metres.
-    pub(crate) position_m: Rc<dyn Fn(&Instant<'_>, Finger) -> Option<[f64; 3]> + 'a>,
+    pub(crate) position_m: Rc<PositionAt<'a>>,
     /// Contacts by sample, as far as they are known.
     pub(crate) contacts: Contacts<'a>,
     /// Colour of a planned motion, whose fingertips are shells that show what they are around: often within

@@ -27,14 +27,17 @@ pub(super) fn add_entities<'a>(
     if !recording.markers.is_empty() {
         let channel = (streams.output).channel::<messages::Markers>(markers_topic, WORLD)?;
         // Reused for every sample: the names stay.
-        let mut message = messages::Markers::default();
-        message.markers = (recording.markers.iter())
+        let markers = (recording.markers.iter())
             .map(|marker| messages::Marker {
                 name: marker.name.clone(),
                 id: marker.id.clone(),
                 ..messages::Marker::default()
             })
             .collect();
+        let mut message = messages::Markers {
+            timestamp: None,
+            markers,
+        };
         streams.add(samples, move |at, output| {
             let Some((recording, row)) = at.recorded(whole) else {
                 return Ok(());
@@ -50,13 +53,16 @@ pub(super) fn add_entities<'a>(
     }
     if !recording.bodies.is_empty() {
         let channel = (streams.output).channel::<messages::Bodies>(bodies_topic, WORLD)?;
-        let mut message = messages::Bodies::default();
-        message.bodies = (recording.bodies.iter())
+        let bodies = (recording.bodies.iter())
             .map(|body| messages::Body {
                 name: body.name.clone(),
                 ..messages::Body::default()
             })
             .collect();
+        let mut message = messages::Bodies {
+            timestamp: None,
+            bodies,
+        };
         streams.add(samples, move |at, output| {
             let Some((recording, row)) = at.recorded(whole) else {
                 return Ok(());

@@ -2,10 +2,12 @@
 
 use inhand_model::Recording;
 
-use crate::assembly::Open;
 use crate::error::CaptureError;
+use crate::header::Opened;
+use crate::motive::row_typed;
 use crate::settings::ReadSettings;
-use crate::{c3d, motive, qualisys, text, trc};
+use crate::text::{excerpt, without_byte_order_mark};
+use crate::{c3d, motive, qualisys, trc};
 
 /// A format of capture files.
 pub(crate) struct Format {
@@ -15,45 +17,56 @@ pub(crate) struct Format {
     pub(crate) reader: Reader,
 }
 
-/// How files of a format are read.
+/// How files of a format are read, from the first byte after a byte-order mark.
 pub(crate) enum Reader {
     /// Row by row after a header, so that memory need not grow with the take.
-    Rows(Open),
+    Rows(fn(&[u8], &str, &ReadSettings) -> Result<Opened, CaptureError>),
     /// All at once.
     Whole(fn(&[u8], &str, &ReadSettings) -> Result<Recording, CaptureError>),
 }
 
-/// Every format, but for the row-typed Motive CSV, which [`motive::read`] tells apart itself.
-pub(crate) const FORMATS: [Format; 4] = [
-    Format {
-        extension: "c3d",
-        looks_like: c3d::looks_like,
-        reader: Reader::Whole(c3d::read),
-    },
-    Format {
-        extension: "tsv",
-        looks_like: qualisys::looks_like,
-        reader: Reader::Rows(qualisys::open),
-    },
-    Format {
-        extension: "trc",
-        looks_like: trc::looks_like,
-        reader: Reader::Rows(trc::open),
-    },
-    Format {
-        extension: "csv",
-        looks_like: motive::looks_like,
-        reader: Reader::Rows(motive::open),
-    },
+/// Every format.
+pub(crate) const FORMATS: [Format; 5] = [
+    Format::new("c3d", c3d::looks_like, Reader::Whole(c3d::read)),
+    Format::new("tsv", qualisys::looks_like, Reader::Rows(qualisys::open)),
+    Format::new("trc", trc::looks_like, Reader::Rows(trc::open)),
+    Format::new("csv", motive::looks_like, Reader::Rows(motive::open)),
+    Format::new("csv", row_typed::looks_like, Reader::Whole(row_typed::read)),
 ];
 
 impl Format {
-    /// The format of a file that begins with these bytes.
-    pub(crate) fn sniff(beginning: &[u8]) -> Option<&'static Self> {
-        let text = beginning.strip_prefix(text::BYTE_ORDER_MARK);
-        let text = text.unwrap_or(beginning);
-        const { &FORMATS }
-            .iter()
-            .find(|format| (format.looks_like)(text))
+    const fn new(extension: &'static str, looks_like: fn(&[u8]) -> bool, reader: Reader) -> Self {
+        Self {
+            extension,
+            looks_like,
+            reader,
+        }
+    }
+
+    /// The format of a file that begins with these bytes, and the bytes after a byte-order mark.
+    pub(crate) fn detect<'a>(
+        bytes: &'a [u8],
+        file: &str,
+    ) -> Result<(&'static Self, &'a [u8]), CaptureError> {
+        let bytes = without_byte_order_mark(bytes, file)?;
+        let found = (const { &FORMATS }.iter()).find(|format| (format.looks_like)(bytes));
+        match found {
+            Some(format) => Ok((format, bytes)),
+            None => Err(Self::unknown(bytes, file)),
+        }
+    }
+
+    fn unknown(bytes: &[u8], file: &str) -> CaptureError {
+        let line = bytes.split(|&b| b == b'\n' || b == b'\r').next();
+        let found = match line.filter(|_| !bytes.is_empty()) {
+            Some(line) => format!("{:?}", excerpt(line)),
+            None => "an empty file".to_owned(),
+        };
+        let problem = format!(
+            "not a capture file: expected Motive CSV (starts with \"Format Version,\"), Qualisys \
+             TSV (starts with \"NO_OF_FRAMES\"), TRC (starts with \"PathFileType\") or C3D, found \
+             {found}"
+        );
+        CaptureError::in_file(file, problem)
     }
 }

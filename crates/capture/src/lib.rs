@@ -2,9 +2,9 @@
 //! C3D.
 //!
 //! A reader turns bytes into a [`Recording`]: metres, unit quaternions, an even clock, a status on
-//! every sample. What is odd but usable becomes a [`Finding`](inhand_model::Finding) on the
-//! recording; what cannot be used is a [`CaptureError`] that says where, what was expected, what
-//! was found and what to do. Nothing here opens a file. [`read()`] takes a file in memory, [`Blocks`]
+//! every sample. Odd but usable content becomes a [`Finding`](inhand_model::Finding) on the
+//! recording; unusable content is a [`CaptureError`] that says where, what was expected,
+//! what was found and what to do. Nothing here opens a file. [`read()`] takes a file in memory, [`Blocks`]
 //! one of any length.
 //!
 //! ```
@@ -35,20 +35,21 @@
 //! # Ok::<(), inhand_capture::CaptureError>(())
 //! ```
 //!
-//! * [`motive`]: reads Motive CSV, the row-typed versions 1 and 1.1 as well, writes 1.23.
-//! * [`qualisys`]: reads TSV files of Qualisys Track Manager.
-//! * [`trc`]: reads TRC files, as Cortex, Motive and OpenSim write them, and writes them.
-//! * [`c3d`]: reads C3D files of any processor, and writes them.
+//! * [`motive`]: Motive CSV, the row-typed versions 1 and 1.1 as well; writes 1.23.
+//! * [`qualisys`]: TSV files of Qualisys Track Manager.
+//! * [`trc`]: TRC files, as Cortex, Motive and OpenSim write them; writes them too.
+//! * [`c3d`]: C3D files of any processor; writes them too.
 //! * [`roles`]: which body or marker cluster is the hand, the object, which marker is which finger.
 
 mod assembly;
-mod blocks;
 pub mod c3d;
 mod error;
 mod format;
+mod header;
 mod lines;
 pub mod motive;
 pub mod qualisys;
+mod read;
 pub mod roles;
 mod settings;
 mod start_time;
@@ -56,42 +57,15 @@ mod table;
 mod text;
 pub mod trc;
 
-pub use blocks::{Blocks, has_even_rows};
 pub use error::CaptureError;
+pub use read::{Blocks, has_even_rows, read};
 pub use settings::{ReadSettings, parse_length_unit, parse_rotation_order, parse_up_axis};
 pub use table::Extent;
 
-use inhand_model::Recording;
-
-use self::format::{FORMATS, Format, Reader};
-
-/// Reads a vendor file, whichever it is: its first bytes tell Motive CSV, Qualisys TSV, TRC and
-/// C3D apart.
-///
-/// `file_name` is what messages call the file; its stem is the take's name where the file states
-/// none.
-///
-/// # Errors
-///
-/// [`CaptureError`] where the file is none of them, is damaged, or leaves open what `settings` do
-/// not say.
-pub fn read(
-    bytes: &[u8],
-    file_name: &str,
-    settings: &ReadSettings,
-) -> Result<Recording, CaptureError> {
-    match Format::sniff(bytes).map(|format| &format.reader) {
-        Some(Reader::Rows(open)) => assembly::read_text(*open, bytes, file_name, settings),
-        Some(Reader::Whole(read)) => read(bytes, file_name, settings),
-        // Reads the row-typed Motive CSV, and says why a file of another kind is refused.
-        None => motive::read(bytes, file_name, settings),
-    }
-}
-
-/// Whether a path names a file that [`read`] may be able to read, by its extension `.csv`,
+/// Whether a path names a file that [`read()`] may be able to read, by its extension `.csv`,
 /// `.tsv`, `.trc` or `.c3d`.
 pub fn looks_like_capture_file(path_name: &str) -> bool {
     path_name.rsplit_once('.').is_some_and(|(_, extension)| {
-        (FORMATS.iter()).any(|format| extension.eq_ignore_ascii_case(format.extension))
+        (format::FORMATS.iter()).any(|format| extension.eq_ignore_ascii_case(format.extension))
     })
 }

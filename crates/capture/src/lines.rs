@@ -75,10 +75,10 @@ impl<R: Read> Lines<R> {
         }
     }
 
-    /// Leaves out the first bytes of what [`Lines::head`] saw, which end before line `next_line`.
-    pub(crate) fn skip_head(&mut self, bytes: usize, next_line: usize) {
+    /// Leaves out the first bytes and lines of what [`Lines::head`] saw.
+    pub(crate) fn skip_head(&mut self, bytes: usize, lines: usize) {
         self.used = bytes.min(self.filled);
-        self.line = next_line;
+        self.line = lines + 1;
     }
 
     /// The next run of lines; `None` at the end of the file.
@@ -113,11 +113,11 @@ impl<R: Read> Lines<R> {
         match memchr(b'\n', line) {
             Some(end) => Ok(end + 1),
             None if line.len() <= MAX_LINE_BYTES => Ok(line.len()),
-            None => Err(CaptureError::LineTooLong {
-                file: self.file.clone(),
-                line: self.line,
-                limit_bytes: MAX_LINE_BYTES,
-            }),
+            None => Err(CaptureError::line_too_long(
+                &self.file,
+                self.line,
+                MAX_LINE_BYTES,
+            )),
         }
     }
 
@@ -220,12 +220,10 @@ mod tests {
             .head(|head| {
                 assert!(head.ends_with(b"\n"));
                 let at = memchr::memmem::find(head, b"end\n");
-                at.ok_or(CaptureError::NoSamples {
-                    file: String::new(),
-                })
+                at.ok_or_else(|| CaptureError::no_samples(""))
             })
             .unwrap();
-        lines.skip_head(at, 200_002);
+        lines.skip_head(at, 200_001);
         let run = lines.next_run().unwrap().unwrap();
         assert_eq!((run.bytes, run.first_line), (&b"end\n"[..], 200_002));
         assert!(lines.next_run().unwrap().is_none());

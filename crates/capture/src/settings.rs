@@ -1,5 +1,7 @@
 //! Settings that supply what a file does not state.
 
+use std::fmt::Display;
+
 use inhand_model::{LengthUnit, RotationOrder, Setting, UpAxis};
 
 use crate::error::CaptureError;
@@ -14,39 +16,6 @@ pub struct ReadSettings {
     pub rotation_order: Option<RotationOrder>,
     /// Axis of the file's world that points up.
     pub up_axis: Option<UpAxis>,
-}
-
-impl ReadSettings {
-    pub(crate) fn settle_length_unit(
-        &self,
-        file: &str,
-        stated: Option<LengthUnit>,
-    ) -> Result<Option<LengthUnit>, CaptureError> {
-        stated_or_given(file, Setting::Units, stated, self.length_unit, |unit| {
-            unit.name().to_owned()
-        })
-    }
-
-    pub(crate) fn settle_rotation_order(
-        &self,
-        file: &str,
-        stated: Option<RotationOrder>,
-    ) -> Result<Option<RotationOrder>, CaptureError> {
-        let given = self.rotation_order;
-        stated_or_given(file, Setting::RotationOrder, stated, given, |order| {
-            order.to_string()
-        })
-    }
-
-    pub(crate) fn settle_up_axis(
-        &self,
-        file: &str,
-        stated: Option<UpAxis>,
-    ) -> Result<Option<UpAxis>, CaptureError> {
-        stated_or_given(file, Setting::Up, stated, self.up_axis, |axis| {
-            axis.name().to_owned()
-        })
-    }
 }
 
 /// A unit of length by its name, abbreviation, singular or plural: `mm`, `Millimeters`, `metres`.
@@ -90,21 +59,19 @@ pub fn parse_up_axis(name: &str) -> Option<UpAxis> {
 ///
 /// # Errors
 ///
-/// [`CaptureError::Contradiction`] where both are there and differ.
-fn stated_or_given<T: Copy + PartialEq>(
+/// Both are there and differ.
+pub(crate) fn settle<T: Copy + PartialEq, N: Display>(
     file: &str,
     setting: Setting,
     stated: Option<T>,
     given: Option<T>,
-    name: impl Fn(T) -> String,
+    name: impl Fn(T) -> N,
 ) -> Result<Option<T>, CaptureError> {
     match (stated, given) {
-        (Some(stated), Some(given)) if stated != given => Err(CaptureError::Contradiction {
-            file: file.to_owned(),
-            option: setting.to_string(),
-            given: name(given),
-            stated: name(stated),
-        }),
+        (Some(stated), Some(given)) if stated != given => {
+            let (given, stated) = (name(given), name(stated));
+            Err(CaptureError::contradiction(file, setting, given, stated))
+        }
         (stated, given) => Ok(stated.or(given)),
     }
 }
@@ -146,13 +113,7 @@ mod tests {
 
     #[test]
     fn a_setting_may_agree_but_not_contradict() {
-        let resolve = |stated, given| {
-            let settings = ReadSettings {
-                up_axis: given,
-                ..ReadSettings::default()
-            };
-            settings.settle_up_axis("a.csv", stated)
-        };
+        let resolve = |stated, given| settle("a.csv", Setting::Up, stated, given, UpAxis::name);
         assert_eq!(resolve(None, None).unwrap(), None);
         assert_eq!(resolve(None, Some(UpAxis::Z)).unwrap(), Some(UpAxis::Z));
         assert_eq!(

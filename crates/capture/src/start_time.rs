@@ -6,10 +6,13 @@ use jiff::civil::DateTime;
 use jiff::tz::TimeZone;
 
 use crate::error::CaptureError;
+use crate::text::excerpt;
 
 /// Words for the two halves of the day, without dots and spaces, upper case.
 const BEFORE_NOON: [&str; 5] = ["AM", "DE", "上午", "午前", "오전"];
 const AFTER_NOON: [&str; 5] = ["PM", "DU", "下午", "午後", "오후"];
+
+const NO_DATE: &str = "no such date since 1970";
 
 /// A start time as nanoseconds since 1970-01-01 UTC, what is known of it, and what was odd.
 #[derive(Debug, PartialEq)]
@@ -22,10 +25,8 @@ pub(crate) struct Start {
 impl Start {
     /// The clock of a take that starts then.
     pub(crate) fn clock(&self, rate_hz: f64, file: &str) -> Result<Clock, CaptureError> {
-        Clock::new(self.unix_nanos, self.known, rate_hz).map_err(|source| CaptureError::Clock {
-            file: file.to_owned(),
-            source,
-        })
+        Clock::new(self.unix_nanos, self.known, rate_hz)
+            .map_err(|error| CaptureError::in_file(file, error))
     }
 }
 
@@ -37,87 +38,71 @@ impl Start {
 /// [`StartTime::Unknown`] and a finding.
 pub(crate) fn parse(key: &str, text: Option<&str>) -> Start {
     let text = text.map_or("", str::trim);
-    if text.is_empty() {
-        return unknown(Finding::info(
+    let parsed = match text {
+        "" => Err(Finding::info(
             key,
             "the file states no start time: the take starts at 1970-01-01",
-        ));
-    }
-    let odd = |what: &str| {
-        unknown(Finding::warning(
-            key,
-            format!(
-                "expected a time such as 2023-03-29 06.23.40.520 PM, found \"{}\" ({what}): the \
-                 take starts at 1970-01-01",
-                crate::text::excerpt(text.as_bytes())
-            ),
-        ))
+        )),
+        text => parse_stated(text).map_err(|what| {
+            let found = excerpt(text.as_bytes());
+            let message = format!(
+                "expected a time such as 2023-03-29 06.23.40.520 PM, found \"{found}\" ({what}): \
+                 the take starts at 1970-01-01"
+            );
+            Finding::warning(key, message)
+        }),
     };
-
-    let mut numbers = text
-        .split(|c: char| !c.is_ascii_digit())
-        .filter(|digits| !digits.is_empty());
-    let mut parts = [0_i16; 6];
-    for part in &mut parts {
-        match numbers.next().map(str::parse) {
-            Some(Ok(number)) => *part = number,
-            _ => return odd("not six numbers"),
-        }
-    }
-    let nanosecond = match numbers.next().map(fraction_nanos) {
-        None => 0,
-        Some(Some(nanos)) => nanos,
-        Some(None) => return odd("a fraction of more than nine digits"),
-    };
-    if numbers.next().is_some() {
-        return odd("more than seven numbers");
-    }
-
-    let half: String = text
-        .chars()
-        .filter(|c| c.is_alphabetic())
-        .flat_map(char::to_uppercase)
-        .collect();
-    let [year, month, day, hour, minute, second] = parts;
-    let (hour, finding) = if half.is_empty() {
-        // Locales without words for the halves of the day write 12-hour times all the same.
-        let finding = (1..=12).contains(&hour).then(|| {
-            Finding::info(
-                key,
-                format!("\"{text}\" names no half of the day: taken as a 24-hour time"),
-            )
-        });
-        (hour, finding)
-    } else if AFTER_NOON.contains(&half.as_str()) {
-        (if hour < 12 { hour + 12 } else { hour }, None)
-    } else if BEFORE_NOON.contains(&half.as_str()) {
-        (if hour == 12 { 0 } else { hour }, None)
-    } else {
-        return odd("a half of the day that is not known here");
-    };
-
-    let small = |number: i16| i8::try_from(number).ok();
-    let time = (|| {
-        let time = DateTime::new(
-            year,
-            small(month)?,
-            small(day)?,
-            small(hour)?,
-            small(minute)?,
-            small(second)?,
-            nanosecond,
-        );
-        let zoned = time.ok()?.to_zoned(TimeZone::UTC).ok()?;
-        u64::try_from(zoned.timestamp().as_nanosecond()).ok()
-    })();
-    match time {
-        Some(unix_nanos) => Start {
+    match parsed {
+        Ok((unix_nanos, is_clear)) => Start {
             unix_nanos,
             known: StartTime::AssumedUtc,
-            finding,
+            finding: (!is_clear).then(|| {
+                let message =
+                    format!("\"{text}\" names no half of the day: taken as a 24-hour time");
+                Finding::info(key, message)
+            }),
         },
-        None => odd("no such date since 1970"),
+        Err(finding) => Start {
+            unix_nanos: 0,
+            known: StartTime::Unknown,
+            finding: Some(finding),
+        },
     }
+}
+
+/// The time, and whether it is clear in which half of the day it is; or what is wrong with it.
+fn parse_stated(text: &str) -> Result<(u64, bool), &'static str> {
+    let numbers = text.split(|c: char| !c.is_ascii_digit());
+    let numbers: Vec<&str> = numbers.filter(|digits| !digits.is_empty()).collect();
+    let (numbers, fraction) = match numbers[..] {
+        [ref numbers @ .., fraction] if numbers.len() == 6 => (numbers, fraction),
+        ref numbers if numbers.len() == 6 => (numbers, "0"),
+        ref numbers if numbers.len() > 7 => return Err("more than seven numbers"),
+        _ => return Err("not six numbers"),
+    };
+    if fraction.len() > 9 {
+        return Err("a fraction of more than nine digits");
+    }
+    let [year, month, day, hour, minute, second] = numbers[..] else {
+        return Err("not six numbers");
+    };
+    let hour: u8 = hour.parse().map_err(|_| NO_DATE)?;
+    let half = text.chars().filter(|c| c.is_alphabetic());
+    let half: String = half.flat_map(char::to_uppercase).collect();
+    // Locales without words for the halves of the day write 12-hour times all the same.
+    let is_clear = !half.is_empty() || !(1..=12).contains(&hour);
+    let hour = match (half.as_str(), hour) {
+        (half, 0..12) if AFTER_NOON.contains(&half) => hour + 12,
+        (half, 12) if BEFORE_NOON.contains(&half) => 0,
+        (half, _) if half.is_empty() || AFTER_NOON.contains(&half) => hour,
+        (half, _) if BEFORE_NOON.contains(&half) => hour,
+        _ => return Err("a half of the day that is not known here"),
+    };
+    let time = format!("{year:0>4}-{month}-{day} {hour}:{minute}:{second}.{fraction}");
+    let time = DateTime::strptime("%Y-%m-%d %H:%M:%S%.f", time);
+    let zoned = time.and_then(|time| time.to_zoned(TimeZone::UTC));
+    let nanos = zoned.map_err(|_| NO_DATE)?.timestamp().as_nanosecond();
+    Ok((u64::try_from(nanos).map_err(|_| NO_DATE)?, is_clear))
 }
 
 /// A start time in Motive's spelling, English day halves; milliseconds, or as many digits as a
@@ -143,20 +128,6 @@ pub(crate) fn format(unix_nanos: u64) -> Option<String> {
         time.minute(),
         time.second(),
     ))
-}
-
-fn unknown(finding: Finding) -> Start {
-    Start {
-        unix_nanos: 0,
-        known: StartTime::Unknown,
-        finding: Some(finding),
-    }
-}
-
-fn fraction_nanos(digits: &str) -> Option<i32> {
-    let scale = 9_u32.checked_sub(u32::try_from(digits.len()).ok()?)?;
-    let number: i32 = digits.parse().ok()?;
-    number.checked_mul(10_i32.pow(scale))
 }
 
 #[cfg(test)]

@@ -56,16 +56,16 @@ impl Extent {
 }
 
 /// What the columns of text rows mean.
-#[derive(Debug)]
 pub(crate) struct Table {
     /// Name of the file, for messages.
-    pub(crate) file: String,
+    file: String,
     /// Byte between cells.
-    pub(crate) delimiter: u8,
-    /// One entry for each column of the header.
-    pub(crate) columns: Vec<Column>,
-    /// What each column is called in messages.
-    pub(crate) labels: Vec<String>,
+    delimiter: u8,
+    columns: Vec<Column>,
+    /// What messages call each column.
+    labels: Vec<String>,
+    /// Number of [`Column::Value`] columns.
+    values: usize,
     /// A row may end behind this many cells: all values behind them are then blank.
     pub(crate) may_end_after: Option<usize>,
 }
@@ -79,62 +79,43 @@ pub(crate) struct Rows {
     pub(crate) times_s: Vec<f64>,
     /// The [`Column::Value`] cells, row by row; NaN where blank.
     pub(crate) values: Vec<f64>,
-    /// Line of the file of each row, counted from `first_line`.
-    line_offsets: Vec<usize>,
-    /// Line of the file on which the block starts.
-    first_line: usize,
-}
-
-impl Rows {
-    /// Rows of values with their frames and lines.
-    pub(crate) fn new(frames: Vec<i64>, lines: Vec<usize>, values: Vec<f64>) -> Self {
-        Self {
-            frames,
-            times_s: Vec::new(),
-            values,
-            line_offsets: lines,
-            first_line: 0,
-        }
-    }
-
-    /// Number of rows.
-    pub(crate) fn len(&self) -> usize {
-        self.line_offsets.len()
-    }
-
-    /// Line of the file, from 1, of row `k`.
-    pub(crate) fn line(&self, k: usize) -> usize {
-        self.first_line + self.line_offsets[k]
-    }
-}
-
-/// What is wrong with a row, before it is known on which line of the file its block starts.
-struct RowError {
-    line_offset: usize,
-    problem: Problem,
-}
-
-enum Problem {
-    TooFewCells {
-        found: usize,
-    },
-    TooManyCells {
-        found: String,
-    },
-    Cell {
-        column: usize,
-        expected: &'static str,
-        found: String,
-    },
+    /// Line of the file of each row, from 1.
+    pub(crate) lines: Vec<usize>,
 }
 
 impl Table {
+    pub(crate) fn new(file: &str, delimiter: u8) -> Self {
+        Self {
+            file: file.to_owned(),
+            delimiter,
+            columns: Vec::new(),
+            labels: Vec::new(),
+            values: 0,
+            may_end_after: None,
+        }
+    }
+
+    /// Adds a column of which no value is kept.
+    pub(crate) fn push(&mut self, column: Column, label: String) {
+        self.columns.push(column);
+        self.labels.push(label);
+    }
+
+    /// Adds a column of numbers; returns its place among the values of a row.
+    pub(crate) fn push_value(&mut self, label: String) -> usize {
+        self.push(Column::Value, label);
+        self.values += 1;
+        self.values - 1
+    }
+
+    /// Adds the X, Y and Z of a marker; returns their places among the values of a row.
+    pub(crate) fn push_marker(&mut self, name: &str) -> [usize; 3] {
+        ["X", "Y", "Z"].map(|axis| self.push_value(format!("\"{name}\" {axis}")))
+    }
+
     /// Number of [`Column::Value`] columns.
     pub(crate) fn values(&self) -> usize {
-        self.columns
-            .iter()
-            .filter(|&&column| column == Column::Value)
-            .count()
+        self.values
     }
 
     /// An upper bound for the number of rows in so much text: no row is shorter than its
@@ -145,65 +126,45 @@ impl Table {
 
     /// Cells that every row must have: up to the last column that is read.
     fn required_cells(&self) -> usize {
-        self.columns
-            .iter()
-            .rposition(|&column| column != Column::Skip)
-            .map_or(0, |last| last + 1)
+        let last = (self.columns.iter()).rposition(|&column| column != Column::Skip);
+        last.map_or(0, |last| last + 1)
     }
 
-    /// Parses whole lines, in pieces that are handed on in order.
-    ///
-    /// # Errors
-    ///
-    /// Beside the rows before it, the first error, whichever thread meets one first.
-    pub(crate) fn parse(&self, run: &Run<'_>) -> (Vec<Rows>, Result<(), CaptureError>) {
-        let pieces: Vec<&[u8]> = blocks(run.bytes).collect();
-        let parsed: Vec<_> = pieces
-            .par_iter()
-            .map(|block| (self.parse_block(block), count_lines(block)))
-            .collect();
+    /// Parses whole lines: pieces in order, each of them rows or the error of one that is damaged.
+    pub(crate) fn parse(&self, run: &Run<'_>) -> Vec<Result<Rows, CaptureError>> {
         let mut line = run.first_line;
-        let mut pieces = Vec::with_capacity(parsed.len());
-        for (result, lines) in parsed {
-            match result {
-                Ok(mut rows) => {
-                    rows.first_line = line;
-                    pieces.push(rows);
-                }
-                Err(error) => return (pieces, Err(self.error(line, error))),
-            }
-            line += lines;
-        }
-        (pieces, Ok(()))
+        let pieces: Vec<(&[u8], usize)> = blocks(run.bytes)
+            .map(|block| {
+                let first_line = line;
+                line += count_lines(block);
+                (block, first_line)
+            })
+            .collect();
+        let parse = |&(block, first_line): &(&[u8], usize)| self.parse_block(block, first_line);
+        pieces.par_iter().map(parse).collect()
     }
 
-    fn parse_block(&self, block: &[u8]) -> Result<Rows, RowError> {
+    fn parse_block(&self, block: &[u8], first_line: usize) -> Result<Rows, CaptureError> {
         let mut rows = Rows::default();
-        let has = |column| self.columns.contains(&column);
-        let estimate = block.len() / self.required_cells().max(1) / 4 + 1;
-        rows.values.reserve(estimate * self.values());
-        let (has_frames, has_times) = (has(Column::Frame), has(Column::Time));
         let required = self.required_cells();
-
+        let estimate = block.len() / required.max(1) / 4 + 1;
+        rows.values.reserve(estimate * self.values);
+        let has_frames = self.columns.contains(&Column::Frame);
         let mut rest = block;
-        let mut line_offset = 0;
-        while !rest.is_empty() {
+        for number in first_line.. {
+            if rest.is_empty() {
+                break;
+            }
             let end = memchr(b'\n', rest).unwrap_or(rest.len());
             let line = &rest[..end];
             rest = rest.get(end + 1..).unwrap_or_default();
             let line = line.strip_suffix(b"\r").unwrap_or(line);
             if !self.is_no_row(line, has_frames) {
-                self.parse_row(line, required, &mut rows)
-                    .map_err(|problem| RowError {
-                        line_offset,
-                        problem,
-                    })?;
-                rows.line_offsets.push(line_offset);
+                self.parse_row(line, number, required, &mut rows)?;
+                rows.lines.push(number);
             }
-            line_offset += 1;
         }
-        debug_assert!(!has_frames || rows.frames.len() == rows.len());
-        debug_assert!(!has_times || rows.times_s.len() == rows.len());
+        debug_assert!(!has_frames || rows.frames.len() == rows.lines.len());
         Ok(rows)
     }
 
@@ -215,40 +176,50 @@ impl Table {
         line.first().is_none_or(nothing) && line.iter().all(nothing)
     }
 
-    fn parse_row(&self, line: &[u8], required: usize, rows: &mut Rows) -> Result<(), Problem> {
+    fn parse_row(
+        &self,
+        line: &[u8],
+        line_number: usize,
+        required: usize,
+        rows: &mut Rows,
+    ) -> Result<(), CaptureError> {
         let mut at = 0;
         for (index, &column) in self.columns.iter().enumerate() {
+            let error = |expected: &str, end: usize| {
+                let place = format_args!("{} ({})", index + 1, self.labels[index]);
+                let found = excerpt(&line[at..end]);
+                let problem = format_args!("expected {expected}, found {found:?}");
+                CaptureError::in_cell(&self.file, line_number, place, problem)
+            };
             let end = if column == Column::Skip {
                 cell_end(line, at, self.delimiter)
             } else {
-                let (number, end) =
-                    number(line, at, self.delimiter).ok_or_else(|| Problem::Cell {
-                        column: index,
-                        expected: "a number",
-                        found: excerpt(&line[at..cell_end(line, at, self.delimiter)]),
-                    })?;
+                let (number, end) = number(line, at, self.delimiter)
+                    .ok_or_else(|| error("a number", cell_end(line, at, self.delimiter)))?;
                 match column {
                     Column::Value => rows.values.push(number),
                     Column::Time => rows.times_s.push(number),
-                    _ => rows.frames.push(frame(number).ok_or_else(|| Problem::Cell {
-                        column: index,
-                        expected: "a frame number",
-                        found: excerpt(&line[at..end]),
-                    })?),
+                    _ => (rows.frames)
+                        .push(frame(number).ok_or_else(|| error("a frame number", end))?),
                 }
                 end
             };
             if end == line.len() {
                 let found = index + 1;
-                if found >= required {
-                    return Ok(());
+                if found < required {
+                    if self.may_end_after != Some(found) {
+                        let file = &self.file;
+                        return Err(CaptureError::too_few_cells(
+                            file,
+                            line_number,
+                            required,
+                            found,
+                        ));
+                    }
+                    let rest = self.columns[found..].iter();
+                    let blank = rest.filter(|&&column| column == Column::Value).count();
+                    rows.values.extend(std::iter::repeat_n(f64::NAN, blank));
                 }
-                if self.may_end_after != Some(found) {
-                    return Err(Problem::TooFewCells { found });
-                }
-                let rest = self.columns[found..].iter();
-                let blank = rest.filter(|&&column| column == Column::Value).count();
-                rows.values.extend(std::iter::repeat_n(f64::NAN, blank));
                 return Ok(());
             }
             at = end + 1;
@@ -256,44 +227,15 @@ impl Table {
         let rest = &line[at.min(line.len())..];
         let blank = |&byte: &u8| byte == self.delimiter || byte == b' ' || byte == b'\t';
         if rest.iter().all(blank) {
-            Ok(())
-        } else {
-            Err(Problem::TooManyCells {
-                found: excerpt(rest),
-            })
+            return Ok(());
         }
-    }
-
-    fn error(&self, first_line: usize, error: RowError) -> CaptureError {
-        let file = self.file.clone();
-        let line = first_line + error.line_offset;
-        match error.problem {
-            Problem::TooFewCells { found } => CaptureError::TooFewCells {
-                file,
-                line,
-                expected: self.required_cells(),
-                found,
-            },
-            Problem::TooManyCells { found } => CaptureError::TooManyCells {
-                file,
-                line,
-                column: self.columns.len() + 1,
-                expected: self.columns.len(),
-                found,
-            },
-            Problem::Cell {
-                column,
-                expected,
-                found,
-            } => CaptureError::Cell {
-                file,
-                line,
-                column: column + 1,
-                entity: self.labels.get(column).cloned().unwrap_or_default(),
-                expected,
-                found,
-            },
-        }
+        let (columns, found) = (self.columns.len(), excerpt(rest));
+        Err(CaptureError::too_many_cells(
+            &self.file,
+            line_number,
+            columns,
+            &found,
+        ))
     }
 }
 
@@ -423,13 +365,14 @@ mod tests {
     use super::*;
 
     fn table(columns: &[Column]) -> Table {
-        Table {
-            file: "a.csv".to_owned(),
-            delimiter: b',',
-            columns: columns.to_vec(),
-            labels: (0..columns.len()).map(|k| format!("c{k}")).collect(),
-            may_end_after: None,
+        let mut table = Table::new("a.csv", b',');
+        for (k, &column) in columns.iter().enumerate() {
+            match column {
+                Column::Value => drop(table.push_value(format!("c{k}"))),
+                _ => table.push(column, format!("c{k}")),
+            }
         }
+        table
     }
 
     const COLUMNS: [Column; 5] = [
@@ -447,9 +390,8 @@ mod tests {
             bytes: data,
             first_line: 8,
         };
-        let (pieces, result) = table(&COLUMNS).parse(&run);
-        result.map_err(|e| e.to_string())?;
-        for rows in pieces {
+        for rows in table(&COLUMNS).parse(&run) {
+            let rows = rows.map_err(|e| e.to_string())?;
             frames.extend_from_slice(&rows.frames);
             values.extend_from_slice(&rows.values);
         }

@@ -6,24 +6,19 @@ use crate::error::CaptureError;
 const EXCERPT_CHARS: usize = 40;
 
 /// What some programs put before UTF-8 text.
-pub(crate) const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
+const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
 
 /// The bytes after a UTF-8 byte-order mark, if there is one.
 ///
 /// # Errors
 ///
-/// [`CaptureError::Encoding`] for UTF-16, which spreadsheets call "Unicode text".
+/// UTF-16 is refused, which spreadsheets call "Unicode text".
 pub(crate) fn without_byte_order_mark<'a>(
     bytes: &'a [u8],
     file: &str,
 ) -> Result<&'a [u8], CaptureError> {
     if bytes.starts_with(&[0xFF, 0xFE]) || bytes.starts_with(&[0xFE, 0xFF]) {
-        return Err(CaptureError::Encoding {
-            file: file.to_owned(),
-            line: 1,
-            found: "UTF-16".to_owned(),
-            hint: "save it as UTF-8",
-        });
+        return Err(not_utf8(file, 1, "UTF-16", "save it as UTF-8"));
     }
     Ok(bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes))
 }
@@ -32,33 +27,27 @@ pub(crate) fn without_byte_order_mark<'a>(
 ///
 /// # Errors
 ///
-/// [`CaptureError::Encoding`] with the line of the first byte that does not fit.
+/// The first byte that does not fit is refused with its line.
 pub(crate) fn header_text<'a>(
     header: &'a [u8],
     first_line: usize,
     file: &str,
 ) -> Result<&'a str, CaptureError> {
-    let error = |at: usize, found: String, hint| CaptureError::Encoding {
-        file: file.to_owned(),
-        line: first_line + count_lines(&header[..at]),
-        found,
-        hint,
-    };
+    let line = |at: usize| first_line + count_lines(&header[..at]);
     if let Some(at) = memchr::memchr(0, header) {
-        return Err(error(
-            at,
-            "a NUL byte".to_owned(),
-            "is it a binary or damaged file?",
-        ));
+        let hint = "is it a binary or damaged file?";
+        return Err(not_utf8(file, line(at), "a NUL byte", hint));
     }
     std::str::from_utf8(header).map_err(|e| {
         let at = e.valid_up_to();
-        error(
-            at,
-            format!("the byte 0x{:02X}", header[at]),
-            "save it as UTF-8",
-        )
+        let found = format!("the byte 0x{:02X}", header[at]);
+        not_utf8(file, line(at), &found, "save it as UTF-8")
     })
+}
+
+fn not_utf8(file: &str, line: usize, found: &str, hint: &str) -> CaptureError {
+    let problem = format_args!("expected UTF-8 text, found {found}: {hint}");
+    CaptureError::in_line(file, line, problem)
 }
 
 /// Line ends in `bytes`.
@@ -77,15 +66,6 @@ pub(crate) fn excerpt(bytes: &[u8]) -> String {
     } else {
         short
     }
-}
-
-/// How a file starts, for the message that it is of no known kind.
-pub(crate) fn beginning(bytes: &[u8]) -> String {
-    if bytes.is_empty() {
-        return "an empty file".to_owned();
-    }
-    let line = bytes.split(|&b| b == b'\n' || b == b'\r').next();
-    format!("{:?}", excerpt(line.unwrap_or_default()))
 }
 
 /// A file name without folders and extension: the take's name where the file states none.

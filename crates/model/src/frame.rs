@@ -7,7 +7,7 @@ use std::fmt;
 use std::marker::PhantomData;
 use std::ops::Mul;
 
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Isometry3, Point3, Quaternion, UnitQuaternion, Vector3};
 
 /// A coordinate frame. All frames are right-handed, in metres.
 pub trait Frame: Copy + fmt::Debug + PartialEq + Send + Sync + 'static {
@@ -101,6 +101,26 @@ impl<F: Frame> fmt::Debug for Position<F> {
         let [x, y, z] = self.to_array();
         write!(f, "{}({x}, {y}, {z})", F::NAME)
     }
+}
+
+/// A quaternion whose length is further from 1 than this is no rotation: six decimals leave 1e-6,
+/// a spreadsheet set to three decimals 1e-3.
+const QUATERNION_LENGTH_TOLERANCE: f64 = 1e-2;
+
+/// Squared length up to which a quaternion counts as normalised already and is kept bit by bit.
+const NORMALISED: f64 = 4.0 * f64::EPSILON;
+
+/// A rotation from x, y, z, w as a file states them, unless their length is nowhere near 1. Its sign
+/// is kept.
+pub fn rotation_from_xyzw([x, y, z, w]: [f64; 4]) -> Option<UnitQuaternion<f64>> {
+    let quaternion = Quaternion::new(w, x, y, z);
+    let squared = quaternion.norm_squared();
+    if (squared - 1.0).abs() <= NORMALISED {
+        return Some(UnitQuaternion::new_unchecked(quaternion));
+    }
+    let length = squared.sqrt();
+    ((length - 1.0).abs() <= QUATERNION_LENGTH_TOLERANCE)
+        .then(|| UnitQuaternion::new_unchecked(quaternion / length))
 }
 
 /// A rigid transform that takes coordinates in `From` to coordinates in `To`; equally the pose of

@@ -77,7 +77,7 @@ pub use expectation::{Bandwidths, Distances, Expectation, ExpectationWeights};
 pub use finding::{Finding, Severity};
 pub use finger::{Finger, HandAndFingers, PerFinger, UnknownFinger};
 pub use finger_set::FingerSet;
-pub use frame::{Body, Frame, Hand, Object, Pose, Position, World};
+pub use frame::{Body, Frame, Hand, Object, Pose, Position, World, rotation_from_xyzw};
 pub use illustrations::{
     ExplainedVariance, Filtering, Illustrations, Path, PathExample, PointCloud, PrimitivePath,
     Spectrum, TakeGaps, TrackGaps, WorstCase,

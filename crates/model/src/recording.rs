@@ -38,6 +38,17 @@ impl LengthUnit {
         }
     }
 
+    /// A length in this unit in metres. Decimal units divide, so that 110.763 mm becomes the number
+    /// nearest to 0.110763 m, which a product with 0.001 misses.
+    #[inline]
+    pub fn to_metres(self, length: f64) -> f64 {
+        match self {
+            LengthUnit::Centimetres => length / 100.0,
+            LengthUnit::Millimetres => length / 1000.0,
+            unit => length * unit.metres(),
+        }
+    }
+
     /// Lower-case name, as in files.
     pub const fn name(self) -> &'static str {
         match self {

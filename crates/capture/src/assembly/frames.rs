@@ -27,12 +27,12 @@ const TIME_MARGIN_S: f64 = 1e-6;
 const TIME_SINGLE_PRECISION: f64 = 1.2e-7;
 
 /// Rows on the even grid of frames.
+#[derive(Default)]
 pub(super) struct Grid {
     file: String,
     rows_at_most: u64,
     limit: u64,
     pub(super) rows: u64,
-    pub(super) samples: usize,
     first_frame: i64,
     last_frame: i64,
     left_out: u64,
@@ -47,26 +47,18 @@ impl Grid {
             file: file.to_owned(),
             rows_at_most,
             limit: by_rows.max(LEFT_OUT_SAMPLES / entities.max(1) as u64),
-            rows: 0,
-            samples: 0,
-            first_frame: 0,
-            last_frame: 0,
-            left_out: 0,
-            jumps: 0,
-            first_jump: None,
+            ..Self::default()
         }
     }
 
     /// The number of frames left out before each row.
     pub(super) fn place(&mut self, rows: &Rows) -> Result<Vec<usize>, CaptureError> {
-        let mut gaps = Vec::with_capacity(rows.len());
-        for k in 0..rows.len() {
+        let mut gaps = Vec::with_capacity(rows.lines.len());
+        for (k, &line) in rows.lines.iter().enumerate() {
             // Without a frame column the rows are the frames.
             let frame = rows.frames.get(k).copied().unwrap_or(self.last_frame + 1);
-            let gap = self.gap_before(frame, rows.line(k))?;
-            gaps.push(gap);
+            gaps.push(self.gap_before(frame, line)?);
             self.rows += 1;
-            self.samples += gap + 1;
             self.last_frame = frame;
         }
         Ok(gaps)
@@ -80,12 +72,11 @@ impl Grid {
         let previous = self.last_frame;
         let step = frame - previous;
         if step < 1 {
-            return Err(CaptureError::FrameOrder {
-                file: self.file.clone(),
-                line,
-                previous,
-                found: frame,
-            });
+            let problem = format!(
+                "frame {frame} follows frame {previous}: expected rising frame numbers; are two \
+                 takes joined in this file?"
+            );
+            return Err(CaptureError::in_line(&self.file, line, problem));
         }
         let gap = step.unsigned_abs() - 1;
         if gap > 0 {
@@ -95,15 +86,15 @@ impl Grid {
         }
         match usize::try_from(gap) {
             Ok(gap) if self.left_out <= self.limit => Ok(gap),
-            _ => Err(CaptureError::FrameJump {
-                file: self.file.clone(),
-                line,
-                previous,
-                found: frame,
-                left_out: self.left_out,
-                rows: self.rows_at_most,
-                limit: self.limit,
-            }),
+            _ => {
+                let problem = format!(
+                    "frame {frame} follows frame {previous}: {} frames left out in a file of {} \
+                     rows cannot be one take (at most {} are taken as missing samples); split the \
+                     file there",
+                    self.left_out, self.rows_at_most, self.limit
+                );
+                Err(CaptureError::in_line(&self.file, line, problem))
+            }
         }
     }
 
@@ -121,6 +112,7 @@ impl Grid {
 }
 
 /// The time column against `(frame - first frame) / rate`.
+#[derive(Default)]
 pub(super) struct TimeCheck {
     rate_hz: f64,
     first_time_s: Option<(f64, i64)>,
@@ -134,10 +126,7 @@ impl TimeCheck {
     pub(super) fn new(rate_hz: f64) -> Self {
         Self {
             rate_hz,
-            first_time_s: None,
-            step: 0,
-            worst_s: 0.0,
-            worst: None,
+            ..Self::default()
         }
     }
 
@@ -147,8 +136,8 @@ impl TimeCheck {
                 continue;
             }
             let frame = rows.frames.get(k).copied();
-            let frame =
-                frame.unwrap_or(grid.first_frame + (grid.rows as i64) - (rows.len() - k) as i64);
+            let frame = frame
+                .unwrap_or(grid.first_frame + (grid.rows as i64) - (rows.lines.len() - k) as i64);
             while self.step + 1 < TIME_STEPS_S.len()
                 && !is_multiple(time_s, TIME_STEPS_S[self.step])
             {
@@ -159,7 +148,7 @@ impl TimeCheck {
             let off_s = (time_s - expected_s).abs() - TIME_SINGLE_PRECISION * time_s.abs();
             if off_s > self.worst_s {
                 self.worst_s = off_s;
-                self.worst = Some((rows.line(k), time_s, expected_s));
+                self.worst = Some((rows.lines[k], time_s, expected_s));
             }
         }
     }

@@ -3,307 +3,249 @@
 use std::ops::Range;
 
 use inhand_model::{
-    Body, Finding, LengthUnit, Marker, PointTrack, Pose, PoseTrack, Position, Status, TrackedBody,
-    World,
+    Body, BodyKind, Finding, LengthUnit, Marker, MarkerKind, PointTrack, Pose, PoseTrack, Position,
+    Status, TrackedBody, World, rotation_from_xyzw,
 };
-use nalgebra::{Isometry3, Translation3, Vector3};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
-use super::rotation::{euler, unit_quaternion};
-use super::{Entity, RotationColumns};
 use crate::table::Rows;
 
-/// From the source's unit to metres. Decimal units divide, so that 110.763 mm becomes the number
-/// nearest to 0.110763 m, which a product with 0.001 misses.
+/// Where a body's rotation is among the values of a row.
 #[derive(Clone, Copy)]
-pub(super) struct Scale {
-    factor: f64,
-    divisor: f64,
+pub(crate) enum RotationColumns {
+    /// x, y, z, w.
+    Quaternion([usize; 4]),
+    /// Angles about x, y, z in degrees, and the axes in the order in which the intrinsic rotations
+    /// follow each other.
+    Euler { angles: [usize; 3], axes: [u8; 3] },
 }
 
-impl Scale {
-    pub(super) fn of(unit: LengthUnit) -> Self {
-        let (factor, divisor) = match unit {
-            LengthUnit::Centimetres => (1.0, 100.0),
-            LengthUnit::Millimetres => (1.0, 1000.0),
-            _ => (unit.metres(), 1.0),
-        };
-        Self { factor, divisor }
-    }
-
-    fn metres(self, length: f64) -> f64 {
-        length * self.factor / self.divisor
-    }
+enum Samples {
+    Points(MarkerKind, PointTrack<World>),
+    Poses(BodyKind, RotationColumns, PoseTrack<World, Body>),
 }
 
-pub(super) enum Tracked {
-    Marker(Marker),
-    Body(TrackedBody),
-}
-
+/// Why a sample is missing though some of its cells are not blank.
 #[derive(Clone, Copy)]
-enum Slots {
-    Marker {
-        position: [usize; 3],
-        quality: Option<usize>,
-        zero_is_missing: bool,
-    },
-    Body {
-        rotation: RotationColumns,
-        position: [usize; 3],
-        marker_error: Option<usize>,
-    },
+enum Oddity {
+    Partial,
+    NoRotation,
+    AtOrigin,
 }
 
-/// How often something happened, and where first.
-#[derive(Clone, Copy, Default)]
-struct Occurrences {
-    count: usize,
-    first_line: usize,
-}
-
-impl Occurrences {
-    fn note(&mut self, line: usize) {
-        if self.count == 0 {
-            self.first_line = line;
-        }
-        self.count += 1;
-    }
-}
+/// What findings say of each [`Oddity`].
+const ODDITIES: [&str; 3] = [
+    "some of its cells are blank",
+    "its quaternion is not of unit length",
+    "it is exactly at the origin",
+];
 
 /// A marker or body while its rows come in.
-pub(super) struct Series {
-    pub(super) track: Tracked,
-    slots: Slots,
-    partial: Occurrences,
-    no_rotation: Occurrences,
-    at_origin: Occurrences,
+pub(crate) struct Series {
+    name: String,
+    id: String,
+    /// Places of the position among the values of a row.
+    position: [usize; 3],
+    samples: Samples,
+    /// Place and values of a marker's quality or a body's error.
+    extra: Option<(usize, Vec<f64>)>,
+    /// How often each [`Oddity`] happened, and on which line first.
+    odd: [(usize, usize); 3],
 }
 
 impl Series {
-    pub(super) fn new(entity: Entity, capacity: usize, zero_is_missing: bool) -> Self {
-        let column = |slot: Option<usize>| slot.map(|_| Vec::with_capacity(capacity));
-        let (track, slots) = match entity {
-            Entity::Marker {
-                name,
-                id,
-                kind,
-                position,
-                quality,
-            } => (
-                Tracked::Marker(Marker {
-                    name,
-                    id,
-                    kind,
-                    track: PointTrack::with_capacity(capacity),
-                    quality: column(quality),
-                }),
-                Slots::Marker {
-                    position,
-                    quality,
-                    zero_is_missing,
-                },
-            ),
-            Entity::Body {
-                name,
-                id,
-                kind,
-                rotation,
-                position,
-                marker_error,
-            } => (
-                Tracked::Body(TrackedBody {
-                    name,
-                    id,
-                    kind,
-                    track: PoseTrack::with_capacity(capacity),
-                    marker_error_m: column(marker_error),
-                }),
-                Slots::Body {
-                    rotation,
-                    position,
-                    marker_error,
-                },
-            ),
-        };
+    pub(crate) fn marker(
+        name: &str,
+        id: &str,
+        kind: MarkerKind,
+        position: [usize; 3],
+        quality: Option<usize>,
+    ) -> Self {
+        let samples = Samples::Points(kind, PointTrack::missing(0));
+        Self::new(name, id, samples, position, quality)
+    }
+
+    pub(crate) fn body(
+        name: &str,
+        id: &str,
+        kind: BodyKind,
+        rotation: RotationColumns,
+        position: [usize; 3],
+        marker_error: Option<usize>,
+    ) -> Self {
+        let samples = Samples::Poses(kind, rotation, PoseTrack::missing(0));
+        Self::new(name, id, samples, position, marker_error)
+    }
+
+    fn new(
+        name: &str,
+        id: &str,
+        samples: Samples,
+        position: [usize; 3],
+        extra: Option<usize>,
+    ) -> Self {
         Self {
-            track,
-            slots,
-            partial: Occurrences::default(),
-            no_rotation: Occurrences::default(),
-            at_origin: Occurrences::default(),
+            name: name.to_owned(),
+            id: id.to_owned(),
+            position,
+            samples,
+            extra: extra.map(|column| (column, Vec::new())),
+            odd: [(0, 0); 3],
         }
     }
 
     /// Appends samples that the file leaves out.
     pub(super) fn push_missing(&mut self, samples: usize) {
-        let nothing = || std::iter::repeat_n(f64::NAN, samples);
-        match &mut self.track {
-            Tracked::Marker(marker) => {
-                for _ in 0..samples {
-                    marker.track.push(None, Status::Missing);
-                }
-                marker.quality.iter_mut().for_each(|q| q.extend(nothing()));
+        for _ in 0..samples {
+            match &mut self.samples {
+                Samples::Points(_, track) => track.push(None, Status::Missing),
+                Samples::Poses(_, _, track) => track.push(None, Status::Missing),
             }
-            Tracked::Body(body) => {
-                for _ in 0..samples {
-                    body.track.push(None, Status::Missing);
-                }
-                (body.marker_error_m.iter_mut()).for_each(|e| e.extend(nothing()));
-            }
+        }
+        if let Some((_, values)) = &mut self.extra {
+            values.extend(std::iter::repeat_n(f64::NAN, samples));
         }
     }
 
     /// Appends some rows, of `width` values each.
-    pub(super) fn push(&mut self, rows: &Rows, range: Range<usize>, width: usize, scale: Scale) {
+    pub(super) fn push(
+        &mut self,
+        rows: &Rows,
+        range: Range<usize>,
+        width: usize,
+        unit: LengthUnit,
+        zero_is_missing: bool,
+    ) {
         for k in range {
             let values = &rows.values[k * width..][..width];
-            match (&mut self.track, self.slots) {
-                (
-                    Tracked::Marker(marker),
-                    Slots::Marker {
-                        position,
-                        quality,
-                        zero_is_missing,
-                    },
-                ) => {
-                    let coords = position.map(|slot| values[slot]);
-                    let mut sample = None;
-                    if coords.iter().all(|c| c.is_finite()) {
-                        if zero_is_missing && coords == [0.0; 3] {
-                            self.at_origin.note(rows.line(k));
-                        } else {
-                            sample = Some(Position::from(coords.map(|c| scale.metres(c))));
-                        }
-                    } else if coords.iter().any(|c| c.is_finite()) {
-                        self.partial.note(rows.line(k));
-                    }
-                    marker.track.push(sample, Status::Measured);
-                    if let (Some(series), Some(slot)) = (&mut marker.quality, quality) {
-                        series.push(values[slot]);
-                    }
+            let coords = self.position.map(|slot| values[slot]);
+            let odd = match &mut self.samples {
+                Samples::Points(_, track) => {
+                    let found = point(coords, unit, zero_is_missing);
+                    track.push(found.ok().flatten(), Status::Measured);
+                    found.err()
                 }
-                (
-                    Tracked::Body(body),
-                    Slots::Body {
-                        rotation,
-                        position,
-                        marker_error,
-                    },
-                ) => {
-                    let sample = match pose(values, rotation, position, scale) {
-                        Ok(pose) => Some(pose),
-                        Err(NoPose::Blank) => None,
-                        Err(NoPose::Partial) => {
-                            self.partial.note(rows.line(k));
-                            None
-                        }
-                        Err(NoPose::NoRotation) => {
-                            self.no_rotation.note(rows.line(k));
-                            None
-                        }
-                    };
-                    body.track.push(sample, Status::Measured);
-                    if let (Some(series), Some(slot)) = (&mut body.marker_error_m, marker_error) {
-                        series.push(scale.metres(values[slot]));
-                    }
+                Samples::Poses(_, rotation, track) => {
+                    let found = pose(values, coords, *rotation, unit);
+                    track.push(found.ok().flatten(), Status::Measured);
+                    found.err()
                 }
-                // `Series::new` makes both of the same kind.
-                _ => {}
+            };
+            if let Some(odd) = odd {
+                let (count, first_line) = &mut self.odd[odd as usize];
+                if *count == 0 {
+                    *first_line = rows.lines[k];
+                }
+                *count += 1;
+            }
+            if let Some((column, extra)) = &mut self.extra {
+                extra.push(match self.samples {
+                    Samples::Points(..) => values[*column],
+                    Samples::Poses(..) => unit.to_metres(values[*column]),
+                });
             }
         }
     }
 
-    /// The samples so far; the series goes on behind them.
-    pub(super) fn take(&mut self) -> Tracked {
-        let emptied = |series: &mut Option<Vec<f64>>| {
-            let room = series
-                .as_ref()
-                .map(|values| Vec::with_capacity(values.len()));
-            std::mem::replace(series, room)
-        };
-        match &mut self.track {
-            Tracked::Marker(marker) => {
-                let room = PointTrack::with_capacity(marker.track.len());
-                Tracked::Marker(Marker {
-                    name: marker.name.clone(),
-                    id: marker.id.clone(),
-                    kind: marker.kind,
-                    track: std::mem::replace(&mut marker.track, room),
-                    quality: emptied(&mut marker.quality),
-                })
-            }
-            Tracked::Body(body) => {
-                let room = PoseTrack::with_capacity(body.track.len());
-                Tracked::Body(TrackedBody {
-                    name: body.name.clone(),
-                    id: body.id.clone(),
-                    kind: body.kind,
-                    track: std::mem::replace(&mut body.track, room),
-                    marker_error_m: emptied(&mut body.marker_error_m),
-                })
-            }
+    /// Moves the samples so far into a marker or body; the series goes on behind them, with room for
+    /// some.
+    pub(super) fn take(
+        &mut self,
+        room: usize,
+        markers: &mut Vec<Marker>,
+        bodies: &mut Vec<TrackedBody>,
+    ) {
+        let (name, id) = (self.name.clone(), self.id.clone());
+        let extra = (self.extra.as_mut())
+            .map(|(_, values)| std::mem::replace(values, Vec::with_capacity(room)));
+        match &mut self.samples {
+            Samples::Points(kind, track) => markers.push(Marker {
+                name,
+                id,
+                kind: *kind,
+                track: std::mem::replace(track, PointTrack::with_capacity(room)),
+                quality: extra,
+            }),
+            Samples::Poses(kind, _, track) => bodies.push(TrackedBody {
+                name,
+                id,
+                kind: *kind,
+                track: std::mem::replace(track, PoseTrack::with_capacity(room)),
+                marker_error_m: extra,
+            }),
         }
     }
 
-    pub(super) fn findings(&self) -> impl Iterator<Item = Finding> + use<> {
-        let entity = match &self.track {
-            Tracked::Marker(marker) => format!("marker \"{}\"", marker.name),
-            Tracked::Body(body) => format!("body \"{}\"", body.name),
+    pub(super) fn findings(&self) -> impl Iterator<Item = Finding> {
+        let entity = match &self.samples {
+            Samples::Points(..) => format!("marker \"{}\"", self.name),
+            Samples::Poses(..) => format!("body \"{}\"", self.name),
         };
-        [
-            (self.partial, "some of its cells are blank"),
-            (self.no_rotation, "its quaternion is not of unit length"),
-            (self.at_origin, "it is exactly at the origin"),
-        ]
-        .into_iter()
-        .filter(|(occurrences, _)| occurrences.count > 0)
-        .map(move |(occurrences, what)| {
-            Finding::warning(
-                entity.clone(),
-                format!(
-                    "{what} in {} rows, first on line {}: taken as missing",
-                    occurrences.count, occurrences.first_line
-                ),
-            )
-        })
+        (self.odd.into_iter().zip(ODDITIES))
+            .filter(|((count, _), _)| *count > 0)
+            .map(move |((count, first_line), what)| {
+                let message =
+                    format!("{what} in {count} rows, first on line {first_line}: taken as missing");
+                Finding::warning(entity.clone(), message)
+            })
     }
 }
 
-enum NoPose {
-    Blank,
-    Partial,
-    NoRotation,
+/// A point in metres; `None` where all cells are blank.
+fn point(
+    coords: [f64; 3],
+    unit: LengthUnit,
+    zero_is_missing: bool,
+) -> Result<Option<Position<World>>, Oddity> {
+    match coords.iter().filter(|c| c.is_finite()).count() {
+        0 => Ok(None),
+        3 if zero_is_missing && coords == [0.0; 3] => Err(Oddity::AtOrigin),
+        3 => Ok(Some(Position::from(coords.map(|c| unit.to_metres(c))))),
+        _ => Err(Oddity::Partial),
+    }
 }
 
+/// A pose in metres; `None` where all cells are blank.
 fn pose(
     values: &[f64],
+    coords: [f64; 3],
     rotation: RotationColumns,
-    position: [usize; 3],
-    scale: Scale,
-) -> Result<Pose<World, Body>, NoPose> {
-    let coords = position.map(|slot| values[slot]);
-    let present = |slots: &[usize]| {
-        slots
-            .iter()
-            .filter(|&&slot| values[slot].is_finite())
-            .count()
+    unit: LengthUnit,
+) -> Result<Option<Pose<World, Body>>, Oddity> {
+    let slots = match &rotation {
+        RotationColumns::Quaternion(slots) => &slots[..],
+        RotationColumns::Euler { angles, .. } => angles,
     };
-    let (found, expected) = match &rotation {
-        RotationColumns::Quaternion(slots) => (present(slots) + present(&position), 7),
-        RotationColumns::Euler { angles, .. } => (present(angles) + present(&position), 6),
-    };
-    if found == 0 {
-        return Err(NoPose::Blank);
+    let rotations = slots.iter().map(|&slot| values[slot]);
+    let present = rotations.chain(coords).filter(|c| c.is_finite()).count();
+    if present == 0 {
+        return Ok(None);
     }
-    if found < expected {
-        return Err(NoPose::Partial);
+    if present < slots.len() + coords.len() {
+        return Err(Oddity::Partial);
     }
     let rotation = match rotation {
         RotationColumns::Quaternion(slots) => {
-            unit_quaternion(slots.map(|slot| values[slot])).ok_or(NoPose::NoRotation)?
+            rotation_from_xyzw(slots.map(|slot| values[slot])).ok_or(Oddity::NoRotation)?
         }
         RotationColumns::Euler { angles, axes } => euler(angles.map(|slot| values[slot]), axes),
     };
-    let translation = Translation3::from(Vector3::from(coords.map(|c| scale.metres(c))));
-    Ok(Pose::new(Isometry3::from_parts(translation, rotation)))
+    let translation = Translation3::from(Vector3::from(coords.map(|c| unit.to_metres(c))));
+    let isometry = Isometry3::from_parts(translation, rotation);
+    Ok(Some(Pose::new(isometry)))
+}
+
+/// A rotation from intrinsic Euler angles: `angles_deg` about x, y, z, the rotation about `axes[0]`
+/// first, each next one about the axis that the ones before have turned; as matrices
+/// `R(axes[0]) R(axes[1]) R(axes[2])`.
+fn euler(angles_deg: [f64; 3], axes: [u8; 3]) -> UnitQuaternion<f64> {
+    let about = |axis: u8| {
+        let angle = angles_deg[usize::from(axis)].to_radians();
+        match axis {
+            0 => UnitQuaternion::from_axis_angle(&Vector3::x_axis(), angle),
+            1 => UnitQuaternion::from_axis_angle(&Vector3::y_axis(), angle),
+            _ => UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle),
+        }
+    };
+    about(axes[0]) * about(axes[1]) * about(axes[2])
 }

@@ -15,20 +15,24 @@
 //! * **Lengths** are in `POINT:UNITS` and become metres.
 //! * **Up** is `POINT:Y_SCREEN`, where it is Y or Z; else Z with a finding, unless the user says it.
 //! * **Missing** samples have a negative residual, are no numbers or, as programs without a notion of
-//!   missing write them, lie exactly at the origin, which is counted in a finding.
+//!   missing write them, are exactly at the origin, which is counted in a finding.
 
 mod number;
 mod parameters;
 mod points;
 mod write;
 
-use inhand_model::{Finding, LengthUnit, Marker, MarkerKind, Recording, Setting, Source, UpAxis};
+use std::fmt::Display;
+
+use inhand_model::{
+    Finding, LengthUnit, Marker, MarkerKind, PointTrack, Recording, Setting, Source, UpAxis, World,
+};
 
 use self::parameters::Parameters;
-use self::points::Layout;
+use self::points::Points;
 pub use self::write::write;
 use crate::error::CaptureError;
-use crate::settings::{ReadSettings, parse_length_unit};
+use crate::settings::{ReadSettings, parse_length_unit, settle};
 use crate::{start_time, text};
 
 /// Bytes of a block.
@@ -44,62 +48,50 @@ pub(crate) fn looks_like(bytes: &[u8]) -> bool {
 }
 
 /// Reads a C3D file.
-///
-/// # Errors
-///
-/// [`CaptureError`] where it is no such file, is cut before its first frame, or leaves open what
-/// `settings` do not say.
-pub fn read(
+pub(crate) fn read(
     bytes: &[u8],
-    file_name: &str,
+    file: &str,
     settings: &ReadSettings,
 ) -> Result<Recording, CaptureError> {
-    let parameters = Parameters::read(bytes, file_name)?;
+    let parameters = Parameters::read(bytes, file)?;
     let start = start_time::parse("", None);
     let mut findings: Vec<Finding> = start.finding.clone().into_iter().collect();
-    let layout = Layout::of(&parameters, bytes, file_name, &mut findings)?;
-    findings.extend(points::first_frame(&parameters, file_name)?);
-    let clock = start.clock(rate_hz(&parameters, &mut findings), file_name)?;
-    let length_unit = length_unit(&parameters, file_name, settings)?;
-    let up_axis = up_axis(&parameters, file_name, settings, &mut findings)?;
-    let tracks = layout.tracks(bytes, length_unit, &mut findings);
-    let markers = markers(&parameters, tracks, &mut findings);
+    let points = Points::find(&parameters, bytes, file, &mut findings)?;
+    findings.extend(points::first_frame(&parameters, file)?);
+    let clock = start.clock(rate_hz(&parameters, &mut findings), file)?;
+    let stated = parameters
+        .text("POINT", "UNITS")
+        .and_then(parse_length_unit);
+    let given = settings.length_unit;
+    let length_unit = settle(file, Setting::Units, stated, given, LengthUnit::name)?
+        .ok_or_else(|| CaptureError::no_units(file, "POINT:UNITS"))?;
+    let up_axis = up_axis(&parameters, file, settings, &mut findings)?;
+    let tracks = points.tracks(bytes, length_unit, &mut findings);
     let mut header = parameters.facts();
-    header.insert(
-        "processor".to_owned(),
-        parameters.processor.name().to_owned(),
-    );
-    let mut recording = Recording::new(
-        text::stem(file_name).to_owned(),
-        clock,
-        Source {
-            format: "C3D".to_owned(),
-            length_unit,
-            up_axis,
-            rotation: None,
-            header,
-        },
-        layout.frames,
-        markers,
-        Vec::new(),
-    )
-    .map_err(|source| CaptureError::Recording {
-        file: file_name.to_owned(),
-        source,
-    })?;
+    let processor = parameters.processor.name();
+    header.insert("processor".to_owned(), processor.to_owned());
+    let source = Source {
+        format: "C3D".to_owned(),
+        length_unit,
+        up_axis,
+        rotation: None,
+        header,
+    };
+    let markers = markers(&parameters, tracks, &mut findings);
+    let name = text::stem(file).to_owned();
+    let mut recording = Recording::new(name, clock, source, points.frames, markers, Vec::new())
+        .map_err(|error| CaptureError::in_file(file, error))?;
     recording.findings = findings;
     Ok(recording)
 }
 
 /// An error about bytes that do not make sense.
-fn damaged(file: &str, offset: usize, expected: String, found: String) -> CaptureError {
-    CaptureError::Binary {
-        file: file.to_owned(),
-        format: "C3D",
-        offset,
-        expected,
-        found,
-    }
+fn damaged(file: &str, offset: usize, expected: impl Display, found: impl Display) -> CaptureError {
+    let problem = format_args!(
+        "not a sound C3D file: at byte {offset} expected {expected}, found {found}; copy the file \
+         again or export the take anew"
+    );
+    CaptureError::in_file(file, problem)
 }
 
 /// Says that header and parameter disagree, and which one counts.
@@ -123,21 +115,6 @@ fn rate_hz(parameters: &Parameters, findings: &mut Vec<Finding>) -> f64 {
     }
 }
 
-fn length_unit(
-    parameters: &Parameters,
-    file: &str,
-    settings: &ReadSettings,
-) -> Result<LengthUnit, CaptureError> {
-    let stated = parameters
-        .text("POINT", "UNITS")
-        .and_then(parse_length_unit);
-    let unit = settings.settle_length_unit(file, stated)?;
-    unit.ok_or_else(|| CaptureError::NoUnits {
-        file: file.to_owned(),
-        key: "POINT:UNITS",
-    })
-}
-
 fn up_axis(
     parameters: &Parameters,
     file: &str,
@@ -148,42 +125,36 @@ fn up_axis(
         Some("+Z" | "Z") => Some(UpAxis::Z),
         Some("+Y" | "Y") => Some(UpAxis::Y),
         Some(other) if !other.is_empty() => {
-            findings.push(Finding::warning(
-                "POINT:Y_SCREEN",
-                format!("expected +Y or +Z, found {other:?}"),
-            ));
+            let message = format!("expected +Y or +Z, found {other:?}");
+            findings.push(Finding::warning("POINT:Y_SCREEN", message));
             None
         }
         _ => None,
     };
-    let up_axis = settings.settle_up_axis(file, stated)?;
+    let up_axis = settle(file, Setting::Up, stated, settings.up_axis, UpAxis::name)?;
     if up_axis.is_none() {
-        findings.push(Finding::info(
-            "POINT:Y_SCREEN",
-            format!(
-                "the file does not say which axis points up: z is assumed; set {} to y or z",
-                Setting::Up
-            ),
-        ));
+        let message = format!(
+            "the file does not say which axis points up: z is assumed; set {} to y or z",
+            Setting::Up
+        );
+        findings.push(Finding::info("POINT:Y_SCREEN", message));
     }
     Ok(up_axis.unwrap_or(UpAxis::Z))
 }
 
 fn markers(
     parameters: &Parameters,
-    tracks: Vec<inhand_model::PointTrack<inhand_model::World>>,
+    tracks: Vec<PointTrack<World>>,
     findings: &mut Vec<Finding>,
 ) -> Vec<Marker> {
     let labels = parameters.texts("POINT", "LABELS");
     if labels.len() < tracks.len() {
-        findings.push(Finding::warning(
-            "POINT:LABELS",
-            format!(
-                "{} labels for {} points: the others stay unlabelled",
-                labels.len(),
-                tracks.len()
-            ),
-        ));
+        let message = format!(
+            "{} labels for {} points: the others stay unlabelled",
+            labels.len(),
+            tracks.len()
+        );
+        findings.push(Finding::warning("POINT:LABELS", message));
     }
     let named = |(k, track)| {
         let label = labels.get(k).map_or("", String::as_str);
@@ -192,10 +163,9 @@ fn markers(
         Marker {
             name: label.to_owned(),
             id: String::new(),
-            kind: if unlabelled {
-                MarkerKind::Unlabelled
-            } else {
-                MarkerKind::Labelled
+            kind: match unlabelled {
+                true => MarkerKind::Unlabelled,
+                false => MarkerKind::Labelled,
             },
             track,
             quality: None,

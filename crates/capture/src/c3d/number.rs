@@ -11,12 +11,12 @@ pub(super) enum Processor {
     Mips,
 }
 
-/// Exponent of a VAX number whose mantissa lies between 1 and 2.
+/// Exponent of a VAX number whose mantissa is between 1 and 2.
 const VAX_BIAS: i32 = 129;
 
 impl Processor {
     /// The processor of that code in a file.
-    pub(super) fn of(code: u8) -> Option<Self> {
+    pub(super) fn from_code(code: u8) -> Option<Self> {
         Some(match code {
             84 => Processor::Intel,
             85 => Processor::Dec,

@@ -9,8 +9,7 @@ use crate::error::CaptureError;
 /// Deepest array of a parameter.
 const MAX_DIMENSIONS: usize = 7;
 
-/// What the first block says.
-#[derive(Clone, Debug)]
+/// Numbers of the first block.
 pub(super) struct Header {
     pub(super) points: u16,
     pub(super) analog_per_frame: u16,
@@ -23,8 +22,7 @@ pub(super) struct Header {
 }
 
 /// A parameter's values.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) enum Values {
+enum Values {
     Texts(Vec<String>),
     Bytes(Vec<i8>),
     Integers(Vec<i16>),
@@ -35,7 +33,6 @@ pub(super) enum Values {
 type ByName = BTreeMap<(String, String), (usize, Values)>;
 
 /// Header and parameters of a file.
-#[derive(Debug)]
 pub(super) struct Parameters {
     pub(super) processor: Processor,
     pub(super) header: Header,
@@ -54,12 +51,9 @@ impl<'a> Reader<'a> {
     fn take(&mut self, length: usize) -> Result<&'a [u8], CaptureError> {
         let rest = self.bytes.get(self.at..).unwrap_or_default();
         let Some((taken, _)) = rest.split_at_checked(length) else {
-            return Err(damaged(
-                self.file,
-                self.at,
-                format!("{length} bytes of a parameter"),
-                format!("{} bytes to the end of the file", rest.len()),
-            ));
+            let expected = format_args!("{length} bytes of a parameter");
+            let found = format_args!("{} bytes to the end of the file", rest.len());
+            return Err(damaged(self.file, self.at, expected, found));
         };
         self.at += length;
         Ok(taken)
@@ -79,30 +73,25 @@ impl<'a> Reader<'a> {
 impl Parameters {
     /// Reads them from the beginning of a file.
     pub(super) fn read(bytes: &[u8], file: &str) -> Result<Self, CaptureError> {
-        let start = match bytes {
-            &[block @ 1..=u8::MAX, KEY, ..] => (usize::from(block) - 1) * BLOCK_BYTES,
-            _ => {
-                return Err(damaged(
-                    file,
-                    0,
-                    "the number of a block and the key 0x50".to_owned(),
-                    crate::text::beginning(bytes),
-                ));
-            }
+        let &[block @ 1..=u8::MAX, KEY, ..] = bytes else {
+            let expected = "the number of a block and the key 0x50";
+            return Err(damaged(
+                file,
+                0,
+                expected,
+                format_args!("{} other bytes", bytes.len()),
+            ));
         };
+        let start = (usize::from(block) - 1) * BLOCK_BYTES;
         let mut reader = Reader {
             file,
             bytes,
             at: start,
         };
         let [_, _, _, code] = reader.array()?;
-        let Some(processor) = Processor::of(code) else {
-            return Err(damaged(
-                file,
-                start + 3,
-                "the processor: 84 (Intel), 85 (DEC) or 86 (MIPS)".to_owned(),
-                code.to_string(),
-            ));
+        let Some(processor) = Processor::from_code(code) else {
+            let expected = "the processor: 84 (Intel), 85 (DEC) or 86 (MIPS)";
+            return Err(damaged(file, start + 3, expected, code));
         };
         let header = header(bytes, processor, file)?;
         Ok(Self {
@@ -144,11 +133,13 @@ impl Parameters {
             return Ok(Some(number as u64));
         }
         let place = self.values.get(&(group.to_owned(), name.to_owned()));
+        let expected = format_args!("a count from 0 to {most} as {group}:{name}");
+        let found = format_args!("{number}: export the file again, or correct the parameter");
         Err(damaged(
             file,
             place.map_or(0, |(at, _)| *at),
-            format!("a count from 0 to {most} as {group}:{name}"),
-            format!("{number}: export the file again, or correct the parameter"),
+            expected,
+            found,
         ))
     }
 
@@ -217,11 +208,12 @@ fn one<T: Copy>(values: &[T]) -> Option<T> {
 
 fn header(bytes: &[u8], processor: Processor, file: &str) -> Result<Header, CaptureError> {
     let Some(block) = bytes.get(..BLOCK_BYTES) else {
+        let expected = format_args!("a header of {BLOCK_BYTES} bytes");
         return Err(damaged(
             file,
             0,
-            format!("a header of {BLOCK_BYTES} bytes"),
-            format!("{} bytes", bytes.len()),
+            expected,
+            format_args!("{} bytes", bytes.len()),
         ));
     };
     // Words count from 1, as in the description of the format.
@@ -247,11 +239,8 @@ fn header(bytes: &[u8], processor: Processor, file: &str) -> Result<Header, Capt
 fn values(reader: &mut Reader<'_>, processor: Processor) -> Result<ByName, CaptureError> {
     let mut groups: BTreeMap<i8, String> = BTreeMap::new();
     let mut parameters: Vec<(i8, String, (usize, Values))> = Vec::new();
-    loop {
-        // A file may end with its parameters, or fill the rest of their blocks with zeros.
-        if reader.at >= reader.bytes.len() {
-            break;
-        }
+    // A file may end with its parameters, or fill the rest of their blocks with zeros.
+    while reader.at < reader.bytes.len() {
         let name_length = usize::from(reader.i8()?.unsigned_abs());
         if name_length == 0 {
             break;
@@ -265,9 +254,8 @@ fn values(reader: &mut Reader<'_>, processor: Processor) -> Result<ByName, Captu
         if group < 0 {
             groups.insert(group, name);
         } else {
-            let at = reader.at;
-            let values = content(reader, processor, &name)?;
-            parameters.push((group, name, (at, values)));
+            let values = (reader.at, content(reader, processor, &name)?);
+            parameters.push((group, name, values));
         }
         if way == 0 {
             break;
@@ -277,8 +265,8 @@ fn values(reader: &mut Reader<'_>, processor: Processor) -> Result<ByName, Captu
             return Err(damaged(
                 reader.file,
                 way_from,
-                "the way to the next parameter".to_owned(),
-                way.to_string(),
+                "the way to the next parameter",
+                way,
             ));
         }
         reader.at = next;
@@ -299,42 +287,26 @@ fn content(
     let kind = reader.i8()?;
     let dimensions = usize::from(reader.i8()?.unsigned_abs());
     if dimensions > MAX_DIMENSIONS {
-        return Err(damaged(
-            reader.file,
-            at + 1,
-            format!("at most {MAX_DIMENSIONS} dimensions of parameter {name}"),
-            dimensions.to_string(),
-        ));
+        let expected = format_args!("at most {MAX_DIMENSIONS} dimensions of parameter {name}");
+        return Err(damaged(reader.file, at + 1, expected, dimensions));
     }
-    let sizes: Vec<usize> = reader
-        .take(dimensions)?
-        .iter()
-        .map(|&n| usize::from(n))
-        .collect();
-    // At most 255^7, which a usize of 64 bits holds; the bytes have to be there anyway.
-    let count = sizes.iter().try_fold(1_usize, |all, &n| all.checked_mul(n));
+    let sizes = reader.take(dimensions)?;
     let width = match kind {
         -1 | 1 => 1,
         2 => 2,
         4 => 4,
         _ => {
-            return Err(damaged(
-                reader.file,
-                at,
-                format!("the type of parameter {name}: -1, 1, 2 or 4"),
-                kind.to_string(),
-            ));
+            let expected = format_args!("the type of parameter {name}: -1, 1, 2 or 4");
+            return Err(damaged(reader.file, at, expected, kind));
         }
     };
-    let bytes = count
-        .and_then(|count| count.checked_mul(width))
-        .unwrap_or(usize::MAX);
+    // At most 4 * 255^7, which a usize of 64 bits holds; the bytes have to be there anyway.
+    let bytes = (sizes.iter()).fold(width, |all: usize, &n| all.saturating_mul(n.into()));
     let content = reader.take(bytes)?;
     Ok(match kind {
         -1 => {
             let length = sizes.first().copied().unwrap_or(1).max(1);
-            let texts = content.chunks(length);
-            Values::Texts(texts.map(text).collect())
+            Values::Texts(content.chunks(length.into()).map(text).collect())
         }
         1 => Values::Bytes(content.iter().map(|b| b.cast_signed()).collect()),
         2 => {
@@ -343,11 +315,8 @@ fn content(
         }
         _ => {
             let words = content.chunks_exact(4);
-            Values::Reals(
-                words
-                    .map(|b| processor.f32([b[0], b[1], b[2], b[3]]))
-                    .collect(),
-            )
+            let real = |b: &[u8]| processor.f32([b[0], b[1], b[2], b[3]]);
+            Values::Reals(words.map(real).collect())
         }
     })
 }

@@ -19,69 +19,28 @@ const MOST: u32 = 65535;
 /// The number of the first frame in its trial.
 const START: (&str, &str) = ("TRIAL", "ACTUAL_START_FIELD");
 
-/// The frames of a file.
-#[derive(Debug)]
-pub(super) struct Layout {
+/// The points of a file: where they are and how they are stored.
+pub(super) struct Points {
     pub(super) frames: usize,
     processor: Processor,
+    /// Points of a frame.
     points: usize,
-    /// What integers are times; `None` for floating point.
+    /// Factor of integers; `None` for floating point.
     scale: Option<f64>,
     start: usize,
     frame_bytes: usize,
 }
 
-impl Layout {
-    /// Where the frames lie by header and parameters, as far as the file goes.
-    pub(super) fn of(
+impl Points {
+    /// Finds the points by header and parameters, as far as the file goes.
+    pub(super) fn find(
         parameters: &Parameters,
         bytes: &[u8],
         file: &str,
         findings: &mut Vec<Finding>,
     ) -> Result<Self, CaptureError> {
-        let header = &parameters.header;
-        let mut preferred = |name: &str, from_header: f64, parameter: Option<f64>| match parameter {
-            Some(value) if value != from_header => {
-                let place = format!("POINT:{name}");
-                findings.push(disagree(&place, from_header, value, "the parameter"));
-                value
-            }
-            _ => from_header,
-        };
-        let count = |name: &str| parameters.count(file, ("POINT", name), MOST);
-        let used = count("USED")?.map(|points| points as f64);
-        let points = preferred("USED", header.points.into(), used) as usize;
-        let scale = parameters.number("POINT", "SCALE");
-        let scale = scale.filter(|scale| scale.is_finite() && *scale != 0.0);
-        let scale = preferred("SCALE", header.scale.into(), scale);
-        let block = count("DATA_START")?.filter(|&block| block > 0);
-        let block = block.map(|block| block as f64);
-        let block = preferred("DATA_START", header.data_block.into(), block) as usize;
-        if points == 0 {
-            return Err(damaged(
-                file,
-                2,
-                "points".to_owned(),
-                "none: analog data alone is no motion".to_owned(),
-            ));
-        }
-        if !scale.is_finite() || scale == 0.0 {
-            let found = scale.to_string();
-            let expected = "a scale of points other than zero".to_owned();
-            return Err(damaged(file, 12, expected, found));
-        }
-        let start = block.saturating_sub(1).saturating_mul(BLOCK_BYTES);
-        let Some(data) = bytes.get(start..).filter(|_| block > 0) else {
-            return Err(damaged(
-                file,
-                16,
-                format!(
-                    "a block of data within the {} bytes of the file",
-                    bytes.len()
-                ),
-                format!("block {block}"),
-            ));
-        };
+        let (points, scale, start) = layout(parameters, bytes, file, findings)?;
+        let data_bytes = (bytes.len() - start) as u64;
         let width: u64 = if scale < 0.0 { 4 } else { 2 };
         let bytes_of = |analog: u64| {
             let numbers = ((NUMBERS * points) as u64).saturating_add(analog);
@@ -89,28 +48,24 @@ impl Layout {
         };
         let declared = declared_frames(parameters, file, findings)?;
         let analog = analog_numbers(parameters, file, |analog| {
-            declared.saturating_mul(bytes_of(analog)) <= data.len() as u64
+            declared.saturating_mul(bytes_of(analog)) <= data_bytes
         })?;
         // A frame that no memory holds is longer than the file.
         let frame_bytes = usize::try_from(bytes_of(analog)).unwrap_or(usize::MAX);
-        let held = data.len() / frame_bytes;
-        let frames = usize::try_from(declared).unwrap_or(usize::MAX).min(held);
+        let held = data_bytes / frame_bytes as u64;
+        let frames = declared.min(held);
         if frames == 0 {
-            return Err(CaptureError::NoSamples {
-                file: file.to_owned(),
-            });
+            return Err(CaptureError::no_samples(file));
         }
-        if (frames as u64) < declared {
-            findings.push(Finding::warning(
-                "POINT:FRAMES",
-                format!(
-                    "the file promises {declared} frames of {points} points and holds {held}: read \
-                     what is there; the file was cut"
-                ),
-            ));
+        if frames < declared {
+            let message = format!(
+                "the file promises {declared} frames of {points} points and holds {held}: read what \
+                 is there; the file was cut"
+            );
+            findings.push(Finding::warning("POINT:FRAMES", message));
         }
         Ok(Self {
-            frames,
+            frames: frames as usize,
             processor: parameters.processor,
             points,
             scale: (scale > 0.0).then_some(scale),
@@ -140,15 +95,14 @@ impl Layout {
                 at_origin += usize::from(origin);
                 let position = seen
                     .filter(|_| !origin)
-                    .map(|coordinates| Position::from(coordinates.map(|c| metres(c, unit))));
+                    .map(|coordinates| Position::from(coordinates.map(|c| unit.to_metres(c))));
                 track.push(position, Status::Measured);
             }
         }
         if at_origin > 0 {
-            findings.push(Finding::warning(
-                "points",
-                format!("{at_origin} samples lie exactly at the origin: taken as missing"),
-            ));
+            let message =
+                format!("{at_origin} samples are exactly at the origin: taken as missing");
+            findings.push(Finding::warning("points", message));
         }
         tracks
     }
@@ -176,13 +130,52 @@ impl Layout {
     }
 }
 
-/// Metres, decimal units by division: 110.763 mm becomes the number nearest to 0.110763 m.
-fn metres(length: f64, unit: LengthUnit) -> f64 {
-    match unit {
-        LengthUnit::Centimetres => length / 100.0,
-        LengthUnit::Millimetres => length / 1000.0,
-        _ => length * unit.metres(),
+/// Points of a frame, their scale (negative for floating point) and the first byte of the first frame:
+/// where header and parameter disagree the parameter counts.
+fn layout(
+    parameters: &Parameters,
+    bytes: &[u8],
+    file: &str,
+    findings: &mut Vec<Finding>,
+) -> Result<(usize, f64, usize), CaptureError> {
+    let header = &parameters.header;
+    let mut preferred = |name: &str, from_header: f64, parameter: Option<f64>| match parameter {
+        Some(value) if value != from_header => {
+            let place = format!("POINT:{name}");
+            findings.push(disagree(&place, from_header, value, "the parameter"));
+            value
+        }
+        _ => from_header,
+    };
+    let count = |name: &str| {
+        let count = parameters.count(file, ("POINT", name), MOST)?;
+        Ok::<_, CaptureError>(count.map(|count| count as f64))
+    };
+    let points = preferred("USED", header.points.into(), count("USED")?) as usize;
+    let scale = parameters.number("POINT", "SCALE");
+    let scale = scale.filter(|scale| scale.is_finite() && *scale != 0.0);
+    let scale = preferred("SCALE", header.scale.into(), scale);
+    let block = count("DATA_START")?.filter(|&block| block > 0.0);
+    let block = preferred("DATA_START", header.data_block.into(), block) as usize;
+    if points == 0 {
+        let found = "none: analog data alone is no motion";
+        return Err(damaged(file, 2, "points", found));
     }
+    if !scale.is_finite() || scale == 0.0 {
+        return Err(damaged(
+            file,
+            12,
+            "a scale of points other than zero",
+            scale,
+        ));
+    }
+    let start = block.saturating_sub(1).saturating_mul(BLOCK_BYTES);
+    if block == 0 || start > bytes.len() {
+        let bytes = bytes.len();
+        let expected = format_args!("a block of data within the {bytes} bytes of the file");
+        return Err(damaged(file, 16, expected, format_args!("block {block}")));
+    }
+    Ok((points, scale, start))
 }
 
 /// Frames by what counts them best: the trial's ends, where a word could not hold the count, then

@@ -1,6 +1,6 @@
 //! Markers as C3D.
 
-use std::io::Write;
+use std::io::{self, Write};
 
 use inhand_model::{Recording, UpAxis};
 
@@ -19,8 +19,6 @@ const MAX_ARRAY_BYTES: usize = 32_000;
 const INTEL: u8 = 84;
 /// The block of the parameters.
 const PARAMETER_BLOCK: u8 = 2;
-/// Bytes of points gathered before they are handed to the writer.
-const FLUSH_BYTES: usize = 64 * 1024;
 
 /// Writes the markers of a recording as C3D: Intel, floating point, millimetres, residual -1 where a
 /// sample is missing.
@@ -28,35 +26,36 @@ const FLUSH_BYTES: usize = 64 * 1024;
 /// Coordinates keep the seven digits of single precision. What the format cannot hold is lost:
 /// bodies, qualities, the mark on filled samples, the start time, findings.
 ///
+/// `out` should be buffered.
+///
 /// # Errors
 ///
-/// [`CaptureError::TooLarge`] for more markers than the format can count, [`CaptureError::Output`]
-/// where `out` fails.
+/// [`CaptureError::Output`] where `out` fails, or for more markers than the format can count.
 pub fn write(recording: &Recording, out: &mut impl Write) -> Result<(), CaptureError> {
+    write_all(recording, out).map_err(|source| CaptureError::Output {
+        format: "C3D",
+        source,
+    })
+}
+
+fn write_all(recording: &Recording, out: &mut impl Write) -> io::Result<()> {
     let points = recording.markers.len();
     if points > MAX_POINTS {
         return Err(too_large("markers", MAX_POINTS, points));
     }
-    let parameters = parameters(recording);
-    let blocks = (parameters.len() + 4).div_ceil(BLOCK_BYTES);
+    // Their length does not depend on where the data starts, which one of them says.
+    let blocks = (parameters(recording, 0).len() + 4).div_ceil(BLOCK_BYTES);
     if blocks > MAX_PARAMETER_BLOCKS {
-        return Err(too_large(
-            "bytes of marker names",
-            MAX_PARAMETER_BLOCKS * BLOCK_BYTES,
-            blocks * BLOCK_BYTES,
-        ));
+        let [most, found] = [MAX_PARAMETER_BLOCKS, blocks].map(|blocks| blocks * BLOCK_BYTES);
+        return Err(too_large("bytes of marker names", most, found));
     }
-    let fail = |source| CaptureError::Output {
-        format: "C3D",
-        source,
-    };
-    let data_block = usize::from(PARAMETER_BLOCK) + blocks;
-    let mut buffer = header(recording, data_block as u16);
+    let data_block = u16::from(PARAMETER_BLOCK) + blocks as u16;
+    let mut head = header(recording, data_block);
     // Reserved, reserved, blocks, processor.
-    buffer.extend([1, KEY, blocks as u8, INTEL]);
-    buffer.extend(parameters);
-    buffer.resize((data_block - 1) * BLOCK_BYTES, 0);
-    patch_data_start(&mut buffer, data_block as u16);
+    head.extend([1, KEY, blocks as u8, INTEL]);
+    head.extend(parameters(recording, data_block));
+    head.resize((1 + blocks) * BLOCK_BYTES, 0);
+    out.write_all(&head)?;
     for k in 0..recording.len() {
         for marker in &recording.markers {
             let numbers = match marker.track.get(k) {
@@ -66,28 +65,21 @@ pub fn write(recording: &Recording, out: &mut impl Write) -> Result<(), CaptureE
                 }
                 None => [0.0, 0.0, 0.0, -1.0],
             };
-            buffer.extend(numbers.iter().flat_map(|n| n.to_le_bytes()));
-        }
-        if buffer.len() >= FLUSH_BYTES {
-            out.write_all(&buffer).map_err(fail)?;
-            buffer.clear();
+            for number in numbers {
+                out.write_all(&number.to_le_bytes())?;
+            }
         }
     }
-    out.write_all(&buffer).map_err(fail)?;
     // Files end with a whole block.
     let data = recording.len() * points * 16;
-    let rest = data.next_multiple_of(BLOCK_BYTES) - data;
-    out.write_all(&vec![0; rest]).map_err(fail)?;
-    out.flush().map_err(fail)
+    out.write_all(&vec![0; data.next_multiple_of(BLOCK_BYTES) - data])?;
+    out.flush()
 }
 
-fn too_large(what: &'static str, most: usize, found: usize) -> CaptureError {
-    CaptureError::TooLarge {
-        format: "C3D",
-        what,
-        most,
-        found,
-    }
+fn too_large(what: &str, most: usize, found: usize) -> io::Error {
+    io::Error::other(format!(
+        "it holds at most {most} {what}, the recording has {found}: write another format"
+    ))
 }
 
 /// A count as a word; one that does not fit is full.
@@ -127,11 +119,7 @@ enum Content<'a> {
     Texts(&'a [&'a str]),
 }
 
-/// Where a parameter of one word with the block of the data lies is known only when all lengths are:
-/// it is written as this and found again.
-const DATA_START: (&str, u16) = ("DATA_START", 0xABCD);
-
-fn parameters(recording: &Recording) -> Vec<u8> {
+fn parameters(recording: &Recording, data_block: u16) -> Vec<u8> {
     let names: Vec<&str> = recording.markers.iter().map(|m| m.name.as_str()).collect();
     let (x_screen, y_screen) = match recording.source.up_axis {
         UpAxis::Y => ("+X", "+Y"),
@@ -143,7 +131,7 @@ fn parameters(recording: &Recording) -> Vec<u8> {
     group.add("USED", &Content::Word(word(names.len())));
     group.add("SCALE", &Content::Real(-1.0));
     group.add("RATE", &Content::Real(recording.clock.rate_hz() as f32));
-    group.add(DATA_START.0, &Content::Word(DATA_START.1));
+    group.add("DATA_START", &Content::Word(data_block));
     group.add("FRAMES", &Content::Word(word(frames)));
     group.add("UNITS", &Content::Text("mm"));
     group.add("X_SCREEN", &Content::Text(x_screen));
@@ -170,19 +158,6 @@ fn parameters(recording: &Recording) -> Vec<u8> {
     // The record behind the last one has no name.
     bytes.extend([0, 0]);
     bytes
-}
-
-/// Writes where the data starts into the parameter that says it.
-fn patch_data_start(buffer: &mut [u8], data_block: u16) {
-    let name = DATA_START.0.as_bytes();
-    // Name, way to the next parameter, type, number of dimensions, word.
-    let found = buffer.windows(name.len() + 6).position(|window| {
-        window.starts_with(name) && window.ends_with(&DATA_START.1.to_le_bytes())
-    });
-    if let Some(at) = found {
-        let at = at + name.len() + 4;
-        buffer[at..at + 2].copy_from_slice(&data_block.to_le_bytes());
-    }
 }
 
 /// A group while its parameters are added.

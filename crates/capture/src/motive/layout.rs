@@ -2,362 +2,314 @@
 
 use std::collections::BTreeMap;
 
-use inhand_model::{BodyKind, Finding, MarkerKind, RotationOrder, Setting};
+use inhand_model::{BodyKind, Finding, LengthUnit, MarkerKind, RotationOrder, Setting};
 
 use super::header::Header;
-use crate::assembly::{Entity, RotationColumns};
+use crate::assembly::{RotationColumns, Series};
 use crate::error::CaptureError;
-use crate::table::Column;
-use crate::text;
+use crate::table::{Column, Table};
+use crate::text::is_unlabelled;
 
 /// Columns named in the finding about those not read; the rest is counted.
 const NAMED_UNREAD: usize = 4;
 
-/// What the label rows say.
+/// Meaning of the columns of a file.
 pub(super) struct Layout {
-    pub(super) columns: Vec<Column>,
-    pub(super) labels: Vec<String>,
-    pub(super) entities: Vec<Entity>,
-    pub(super) has_bones: bool,
-    pub(super) has_fitted_markers: bool,
+    pub(super) table: Table,
+    pub(super) series: Vec<Series>,
     /// How rotations are written; `None` where there are none.
     pub(super) rotation: Option<RotationOrder>,
     pub(super) findings: Vec<Finding>,
+    /// What is not given in the world, where the header says so.
+    pub(super) local_space: Option<Finding>,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Type {
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum EntityType {
     RigidBody,
     Bone,
     FittedMarker,
     Marker,
 }
 
-impl Type {
+impl EntityType {
     fn parse(text: &str) -> Option<Self> {
         Some(match text.to_ascii_lowercase().as_str() {
-            "rigid body" => Type::RigidBody,
-            "bone" => Type::Bone,
-            "rigid body marker" | "bone marker" => Type::FittedMarker,
-            "marker" => Type::Marker,
+            "rigid body" => Self::RigidBody,
+            "bone" => Self::Bone,
+            "rigid body marker" | "bone marker" => Self::FittedMarker,
+            "marker" => Self::Marker,
             _ => return None,
         })
     }
 
     fn is_body(self) -> bool {
-        matches!(self, Type::RigidBody | Type::Bone)
+        matches!(self, Self::RigidBody | Self::Bone)
     }
 }
 
 // Places of an entity's columns in `Candidate::columns`.
 const ROTATION: usize = 0; // x, y, z, w
 const POSITION: usize = 4; // x, y, z
-const MARKER_ERROR: usize = 7;
-const QUALITY: usize = 8;
-const PLACES: usize = 9;
+const EXTRA: usize = 7; // quality of a marker, error of a body
+const PLACES: usize = 8;
 
 /// The place of a column among those of its entity, unless it is of no use to it.
-fn place(of: Type, kind: &str, axis: &str) -> Option<usize> {
-    let axis_number = |axis: &str| "xyzw".find(axis).filter(|_| axis.len() == 1);
-    match (
-        kind.to_ascii_lowercase().as_str(),
-        axis.to_ascii_lowercase().as_str(),
-    ) {
-        ("rotation", axis) if of.is_body() => Some(ROTATION + axis_number(axis)?),
-        ("position", axis) => Some(POSITION + axis_number(axis).filter(|&number| number < 3)?),
-        ("error per marker" | "mean marker error", _) if of.is_body() => Some(MARKER_ERROR),
-        ("marker quality", _) if !of.is_body() => Some(QUALITY),
+fn place(entity: EntityType, kind: &str, axis: &str) -> Option<usize> {
+    let axis = axis.to_ascii_lowercase();
+    let axis_number = || "xyzw".find(axis.as_str()).filter(|_| axis.len() == 1);
+    match kind.to_ascii_lowercase().as_str() {
+        "rotation" if entity.is_body() => Some(ROTATION + axis_number()?),
+        "position" => Some(POSITION + axis_number().filter(|&number| number < 3)?),
+        "error per marker" | "mean marker error" if entity.is_body() => Some(EXTRA),
+        "marker quality" if !entity.is_body() => Some(EXTRA),
         _ => None,
     }
 }
 
 /// An entity while its columns are collected.
 struct Candidate<'a> {
-    of: Type,
+    entity: EntityType,
     name: &'a str,
     id: &'a str,
-    /// Columns of the file by place.
-    columns: [Option<usize>; PLACES],
+    /// Column of the file and place among the values of a row.
+    columns: [Option<(usize, usize)>; PLACES],
 }
 
-/// Groups the columns into entities.
-///
-/// # Errors
-///
-/// [`CaptureError`] where a marker or body lacks columns, a body's columns do not fit the rotation
-/// type, or three rotation columns stand without any.
-pub(super) fn resolve(
-    header: &Header,
-    file: &str,
-    order: Option<RotationOrder>,
-) -> Result<Layout, CaptureError> {
-    let width = [
-        &header.axes,
-        &header.kinds,
-        &header.names,
-        &header.types,
-        &header.ids,
-    ]
-    .into_iter()
-    .map(Vec::len)
-    .max()
-    .unwrap_or(0);
-    let mut columns = vec![Column::Skip; width];
-    columns[0] = Column::Frame;
-    let mut candidates: Vec<Candidate<'_>> = Vec::new();
-    let mut latest: BTreeMap<(Type, &str, &str), usize> = BTreeMap::new();
-    let mut unread = Vec::new();
-
-    for (c, column) in columns.iter_mut().enumerate().skip(1) {
-        let [of, name, id, kind, axis] = [
-            &header.types,
-            &header.names,
-            &header.ids,
-            &header.kinds,
-            &header.axes,
-        ]
-        .map(|row| row.get(c).map_or("", String::as_str));
-        let [of, kind, axis] = [of, kind, axis].map(str::trim);
-        if c == 1 && axis.to_ascii_lowercase().starts_with("time") && !axis.contains("ode") {
-            *column = Column::Time;
-            continue;
-        }
-        if c == 1
-            || [of, name, id, kind, axis]
-                .iter()
-                .all(|cell| cell.trim().is_empty())
-        {
-            continue;
-        }
-        let Some(known) = Type::parse(of) else {
-            if of.is_empty() && !kind.is_empty() {
-                return Err(cut_label(header, file, c, kind, axis));
+impl Layout {
+    /// Groups the columns into entities.
+    ///
+    /// # Errors
+    ///
+    /// A marker or body lacks columns, a body's columns do not fit the rotation order, or there are
+    /// three rotation columns without any.
+    pub(super) fn new(
+        header: &Header<'_>,
+        order: Option<RotationOrder>,
+        length_unit: Option<LengthUnit>,
+    ) -> Result<Self, CaptureError> {
+        let mut table = Table::new(header.facts.file, b',');
+        let mut candidates: Vec<Candidate<'_>> = Vec::new();
+        let mut latest: BTreeMap<(EntityType, &str, &str), usize> = BTreeMap::new();
+        let mut unread = Vec::new();
+        for c in 0..header.width() {
+            let [of, name, id, kind, axis] = header.column(c);
+            let [of, kind, axis] = [of, kind, axis].map(str::trim);
+            let label = match c < 2 || name.is_empty() {
+                true => format!("{kind} {axis}").trim().to_owned(),
+                false => format!("\"{name}\" {kind} {axis}").trim().to_owned(),
+            };
+            if c < 2 {
+                let is_time =
+                    axis.to_ascii_lowercase().starts_with("time") && !axis.contains("ode");
+                let column = match c {
+                    0 => Column::Frame,
+                    _ if is_time => Column::Time,
+                    _ => Column::Skip,
+                };
+                table.push(column, label);
+                continue;
             }
-            unread.push((c, format!("{of} {name} {kind} {axis}")));
-            continue;
-        };
-        let Some(place) = place(known, kind, axis) else {
-            unread.push((c, format!("\"{name}\" {kind} {axis}")));
-            continue;
-        };
-        *column = Column::Value;
-        let fresh = candidates.len();
-        let entity = latest.entry((known, name, id)).or_insert(fresh);
-        // Entities may share type, name and ID; a column that is there already starts the next.
-        if candidates
-            .get(*entity)
-            .is_none_or(|candidate| candidate.columns[place].is_some())
-        {
-            *entity = fresh;
-            candidates.push(Candidate {
-                of: known,
-                name,
-                id,
-                columns: [None; PLACES],
+            let entity = EntityType::parse(of);
+            let Some((entity, place)) =
+                entity.and_then(|entity| Some((entity, place(entity, kind, axis)?)))
+            else {
+                if of.is_empty() && !kind.is_empty() {
+                    let expected =
+                        format!("a type such as Marker for column {} ({kind} {axis})", c + 1);
+                    let (file, line) = (header.facts.file, header.axes_line);
+                    return Err(CaptureError::header(file, line, expected, "none"));
+                }
+                let cells = [of, name, id, kind, axis];
+                if cells.iter().any(|cell| !cell.trim().is_empty()) {
+                    let what = match entity {
+                        Some(_) => format!("\"{name}\" {kind} {axis}"),
+                        None => format!("{of} {name} {kind} {axis}"),
+                    };
+                    unread.push((c, what));
+                }
+                table.push(Column::Skip, label);
+                continue;
+            };
+            let fresh = candidates.len();
+            let known = latest.entry((entity, name, id)).or_insert(fresh);
+            // Entities may share type, name and ID; a column that is there already starts the next.
+            if (candidates.get(*known)).is_none_or(|known| known.columns[place].is_some()) {
+                *known = fresh;
+                candidates.push(Candidate {
+                    entity,
+                    name,
+                    id,
+                    columns: [None; PLACES],
+                });
+            }
+            candidates[*known].columns[place] = Some((c, table.push_value(label)));
+        }
+
+        let mut rotation = None;
+        let mut series = Vec::with_capacity(candidates.len());
+        for candidate in &candidates {
+            series.push(match candidate.entity.is_body() {
+                true => {
+                    let (body, order) = candidate.body(header, order, length_unit)?;
+                    rotation = rotation.or(Some(order));
+                    body
+                }
+                false => candidate.marker(header)?,
             });
         }
-        candidates[*entity].columns[place] = Some(c);
+        let has = |entity| {
+            candidates
+                .iter()
+                .any(|candidate| candidate.entity == entity)
+        };
+        Ok(Self {
+            local_space: local_space(header, has(EntityType::Bone), has(EntityType::FittedMarker)),
+            table,
+            series,
+            rotation,
+            findings: unread_finding(&unread).into_iter().collect(),
+        })
     }
-
-    let slots = slots(&columns);
-    let mut layout = Layout {
-        labels: labels(header, width),
-        has_bones: candidates
-            .iter()
-            .any(|candidate| candidate.of == Type::Bone),
-        has_fitted_markers: candidates
-            .iter()
-            .any(|candidate| candidate.of == Type::FittedMarker),
-        columns,
-        entities: Vec::with_capacity(candidates.len()),
-        rotation: None,
-        findings: unread_finding(&unread).into_iter().collect(),
-    };
-    for candidate in &candidates {
-        let (entity, rotation) = candidate.entity(header, file, order, &slots)?;
-        layout.rotation = layout.rotation.or(rotation);
-        layout.entities.push(entity);
-    }
-    Ok(layout)
 }
 
 impl Candidate<'_> {
-    fn entity(
-        &self,
-        header: &Header,
-        file: &str,
-        order: Option<RotationOrder>,
-        slots: &[usize],
-    ) -> Result<(Entity, Option<RotationOrder>), CaptureError> {
-        let at = |place: usize| self.columns[place].map(|column| slots[column]);
-        let all = |places: [usize; 3]| match places.map(at) {
-            [Some(x), Some(y), Some(z)] => Some([x, y, z]),
-            _ => None,
-        };
-        let position = all([POSITION, POSITION + 1, POSITION + 2]);
-        let (name, id) = (self.name.to_owned(), self.id.to_owned());
-        if !self.of.is_body() {
-            let Some(position) = position else {
-                return Err(self.incomplete(header, file, "Position X, Y, Z"));
-            };
-            let kind = match self.of {
-                Type::FittedMarker => MarkerKind::RigidBodyMarker,
-                _ if text::is_unlabelled(self.name) => MarkerKind::Unlabelled,
-                _ => MarkerKind::Labelled,
-            };
-            let marker = Entity::Marker {
-                name,
-                id,
-                kind,
-                position,
-                quality: at(QUALITY),
-            };
-            return Ok((marker, None));
-        }
+    /// The place of a column among the values of a row.
+    fn at(&self, place: usize) -> Option<usize> {
+        self.columns[place].map(|(_, value)| value)
+    }
 
-        let angles = all([ROTATION, ROTATION + 1, ROTATION + 2]);
-        let (Some(position), Some(angles)) = (position, angles) else {
-            return Err(self.incomplete(
-                header,
-                file,
-                "Rotation X, Y, Z (and W) and Position X, Y, Z",
-            ));
+    /// The places of three columns that follow each other.
+    fn three(&self, first: usize) -> Option<[usize; 3]> {
+        let [x, y, z] = [first, first + 1, first + 2].map(|place| self.at(place));
+        Some([x?, y?, z?])
+    }
+
+    fn marker(&self, header: &Header<'_>) -> Result<Series, CaptureError> {
+        let position = self.three(POSITION);
+        let position = position.ok_or_else(|| self.incomplete(header, "Position X, Y, Z"))?;
+        let kind = match self.entity {
+            EntityType::FittedMarker => MarkerKind::RigidBodyMarker,
+            _ if is_unlabelled(self.name) => MarkerKind::Unlabelled,
+            _ => MarkerKind::Labelled,
         };
-        let contradiction = |columns: &str, stated: RotationOrder| CaptureError::Contradiction {
-            file: file.to_owned(),
-            option: if header.fact("Rotation Type").is_none_or(str::is_empty) {
-                Setting::RotationOrder.to_string()
-            } else {
-                "\"Rotation Type\"".to_owned()
-            },
-            given: stated.to_string(),
-            stated: format!("{columns} for body \"{}\"", self.name),
+        let quality = self.at(EXTRA);
+        Ok(Series::marker(self.name, self.id, kind, position, quality))
+    }
+
+    fn body(
+        &self,
+        header: &Header<'_>,
+        order: Option<RotationOrder>,
+        length_unit: Option<LengthUnit>,
+    ) -> Result<(Series, RotationOrder), CaptureError> {
+        let (Some(position), Some(angles)) = (self.three(POSITION), self.three(ROTATION)) else {
+            let expected = "Rotation X, Y, Z (and W) and Position X, Y, Z";
+            return Err(self.incomplete(header, expected));
         };
-        let (rotation, order) = match (at(ROTATION + 3), order) {
+        let file = header.facts.file;
+        let contradiction = |columns: &str, given: RotationOrder| {
+            let option = match header.facts.get("Rotation Type") {
+                None => Setting::RotationOrder.to_string(),
+                Some(_) => "\"Rotation Type\"".to_owned(),
+            };
+            let stated = format!("{columns} for body \"{}\"", self.name);
+            CaptureError::contradiction(file, option, given, stated)
+        };
+        let (rotation, order) = match (self.at(ROTATION + 3), order) {
             (Some(w), None | Some(RotationOrder::Quaternion)) => {
                 let [x, y, z] = angles;
-                (
-                    RotationColumns::Quaternion([x, y, z, w]),
-                    RotationOrder::Quaternion,
-                )
+                let columns = RotationColumns::Quaternion([x, y, z, w]);
+                (columns, RotationOrder::Quaternion)
             }
-            (None, Some(RotationOrder::Euler(axes))) => (
-                RotationColumns::Euler { angles, axes },
-                RotationOrder::Euler(axes),
-            ),
-            (None, None) => {
-                return Err(CaptureError::NoRotationOrder {
-                    file: file.to_owned(),
-                    entity: format!("body \"{}\"", self.name),
-                    no_units: false,
-                });
+            (None, Some(order @ RotationOrder::Euler(axes))) => {
+                (RotationColumns::Euler { angles, axes }, order)
             }
-            (Some(_), Some(stated)) => {
-                return Err(contradiction("four rotation columns, X, Y, Z, W,", stated));
+            (None, None) => return Err(self.no_rotation_order(file, length_unit)),
+            (Some(_), Some(given)) => {
+                return Err(contradiction("four rotation columns, X, Y, Z, W,", given));
             }
-            (None, Some(stated)) => {
-                return Err(contradiction("three rotation columns", stated));
-            }
+            (None, Some(given)) => return Err(contradiction("three rotation columns", given)),
         };
-        let body = Entity::Body {
-            name,
-            id,
-            kind: match self.of {
-                Type::Bone => BodyKind::Bone,
-                _ => BodyKind::RigidBody,
-            },
-            rotation,
-            position,
-            marker_error: at(MARKER_ERROR),
+        let kind = match self.entity {
+            EntityType::Bone => BodyKind::Bone,
+            _ => BodyKind::RigidBody,
         };
-        Ok((body, Some(order)))
+        let error = self.at(EXTRA);
+        let body = Series::body(self.name, self.id, kind, rotation, position, error);
+        Ok((body, order))
     }
 
-    fn incomplete(&self, header: &Header, file: &str, expected: &'static str) -> CaptureError {
-        let mut present: Vec<usize> = self.columns.iter().flatten().copied().collect();
+    /// Names what is unknown of the unit too, so that nobody has to come back twice.
+    fn no_rotation_order(&self, file: &str, length_unit: Option<LengthUnit>) -> CaptureError {
+        let units = match length_unit {
+            Some(_) => String::new(),
+            None => format!(
+                "; it has no \"Length Units\" either: say it with {} (metres, centimetres, \
+                 millimetres, inches, feet)",
+                Setting::Units
+            ),
+        };
+        let problem = format!(
+            "the header has no \"Rotation Type\" and body \"{}\" has three rotation columns: say \
+             in which order the angles apply with {} (XYZ, XZY, YXZ, YZX, ZXY or ZYX){units}",
+            self.name,
+            Setting::RotationOrder
+        );
+        CaptureError::in_file(file, problem)
+    }
+
+    fn incomplete(&self, header: &Header<'_>, expected: &str) -> CaptureError {
+        let mut present: Vec<usize> = self.columns.iter().flatten().map(|&(c, _)| c).collect();
         present.sort_unstable();
-        let names: Vec<String> = present
-            .iter()
-            .map(|&c| {
-                format!(
-                    "{} {}",
-                    header.kinds[c],
-                    header.axes.get(c).map_or("", String::as_str)
-                )
-                .trim()
-                .to_owned()
-            })
-            .collect();
-        CaptureError::Columns {
-            file: file.to_owned(),
-            line: header.axes_line,
-            column: present.first().map_or(0, |first| first + 1),
-            entity: format!(
-                "{} \"{}\"",
-                if self.of.is_body() { "body" } else { "marker" },
-                self.name
-            ),
-            expected,
-            found: format!("only {}", names.join(", ")),
-        }
-    }
-}
-
-/// For each column its place among the values of a row.
-fn slots(columns: &[Column]) -> Vec<usize> {
-    columns
-        .iter()
-        .scan(0, |next, &column| {
-            let slot = *next;
-            *next += usize::from(column == Column::Value);
-            Some(slot)
-        })
-        .collect()
-}
-
-/// What messages call each column: `"Ring" Position Y`, `Frame`.
-fn labels(header: &Header, width: usize) -> Vec<String> {
-    (0..width)
-        .map(|c| {
-            let [name, kind, axis] = [&header.names, &header.kinds, &header.axes]
-                .map(|row| row.get(c).map_or("", String::as_str));
-            if c < 2 || name.is_empty() {
-                format!("{kind} {axis}").trim().to_owned()
+        let names = present.iter().map(|&c| {
+            let [.., kind, axis] = header.column(c);
+            format!("{kind} {axis}").trim().to_owned()
+        });
+        let problem = format!(
+            "{} \"{}\" has only {}: expected {expected}; export the take again with all its columns",
+            if self.entity.is_body() {
+                "body"
             } else {
-                format!("\"{name}\" {kind} {axis}").trim().to_owned()
-            }
-        })
-        .collect()
+                "marker"
+            },
+            self.name,
+            names.collect::<Vec<_>>().join(", "),
+        );
+        let column = present.first().map_or(0, |first| first + 1);
+        CaptureError::in_cell(header.facts.file, header.axes_line, column, problem)
+    }
 }
 
-fn cut_label(header: &Header, file: &str, c: usize, kind: &str, axis: &str) -> CaptureError {
-    CaptureError::Header {
-        file: file.to_owned(),
-        line: header.axes_line,
-        expected: format!("a type such as Marker for column {} ({kind} {axis})", c + 1),
-        found: "none".to_owned(),
-        hint: "the header is cut; export the take again",
-    }
+fn local_space(header: &Header<'_>, has_bones: bool, has_fitted: bool) -> Option<Finding> {
+    const KEY: &str = "Coordinate Space";
+    let space = header.facts.get(KEY)?;
+    let bones = has_bones.then_some("poses of bones are relative to their parent bone");
+    let markers =
+        has_fitted.then_some("positions of rigid-body markers may be relative to their body");
+    let local: Vec<&str> = bones.into_iter().chain(markers).collect();
+    (space.eq_ignore_ascii_case("Local") && !local.is_empty()).then(|| {
+        let message = format!(
+            "Local: {}, not to the world: kept as they are",
+            local.join(", ")
+        );
+        Finding::warning(KEY, message)
+    })
 }
 
 fn unread_finding(unread: &[(usize, String)]) -> Option<Finding> {
     let (first, _) = unread.first()?;
-    let mut names: Vec<String> = unread
-        .iter()
-        .take(NAMED_UNREAD)
-        .map(|(c, what)| {
-            let words: Vec<&str> = what.split_whitespace().collect();
-            format!("{} ({})", c + 1, words.join(" "))
-        })
-        .collect();
+    let named = unread.iter().take(NAMED_UNREAD).map(|(c, what)| {
+        let words: Vec<&str> = what.split_whitespace().collect();
+        format!("{} ({})", c + 1, words.join(" "))
+    });
+    let mut names: Vec<String> = named.collect();
     if unread.len() > NAMED_UNREAD {
         names.push(format!("{} more", unread.len() - NAMED_UNREAD));
     }
-    Some(Finding::warning(
-        format!("column {}", first + 1),
-        format!(
-            "columns {} are neither position, rotation nor quality of a marker or body: not read",
-            names.join(", ")
-        ),
-    ))
+    let message = format!(
+        "columns {} are neither position, rotation nor quality of a marker or body: not read",
+        names.join(", ")
+    );
+    Some(Finding::warning(format!("column {}", first + 1), message))
 }

@@ -12,30 +12,28 @@
 //! ```
 //!
 //! In version 1 a rigid body is called `trackable`, and markers have no names. Rows are as long as
-//! what was seen at their frame, so that the file is looked through once for what there is in it,
-//! and then read.
+//! what was seen at their frame: which markers there are is known at the last line.
 //!
 //! * A **body** is placed in `frame` rows, where it is listed while it is tracked.
 //! * The places of its markers by the **fit** and as **seen** are in its own row of the frame; both
 //!   are called `Hand-Marker 1`, as version 1.1 does, and are of different kinds. A body that is not
 //!   tracked repeats its last fit there, which is missing.
-//! * **Other markers** of a `frame` row go by ID and name. Those without either are numbered in
-//!   their row's order, and a finding says so.
+//! * **Other markers** of a `frame` row are identified by ID and name. Those without either are
+//!   numbered in their row's order, and a finding says so.
 //! * **Lengths** are metres, **y** is up, **rates** are not stated: they come from the time stamps.
 
-mod entities;
-mod instants;
-mod layout;
 mod line;
+mod seen;
 
-use inhand_model::{Finding, LengthUnit, Recording, RotationOrder, Source, UpAxis};
+use inhand_model::{
+    BodyKind, Finding, LengthUnit, MarkerKind, Recording, RotationOrder, Setting, Source, UpAxis,
+};
 
-use self::entities::Entities;
-use self::instants::Instants;
-use self::layout::Layout;
-use crate::assembly::{self, Assembly, Parsed, Pieces, Take};
+use self::seen::{Samples, Seen};
+use crate::assembly::{Assembly, RotationColumns, Series, Take};
 use crate::error::CaptureError;
-use crate::settings::ReadSettings;
+use crate::header::Facts;
+use crate::settings::{ReadSettings, settle};
 use crate::table::Rows;
 use crate::{start_time, text};
 
@@ -50,111 +48,239 @@ const ROW_TYPES: [&[u8]; 7] = [
     b"lefthanded",
 ];
 
-/// Rows that are handed on at a time, and values at which that is enough.
+/// Most rows that are handed on at a time, and most values where a row has fewer.
 const PIECE_ROWS: usize = 1024;
 const PIECE_VALUES: usize = 1 << 17;
+
+/// Tracks get at most this many times the samples that the file has...
+const SAMPLES_PER_SEEN: u64 = 10;
+/// ...or this many: a marker seen once must not cost a sample for each frame of a long take.
+const SAMPLES_AT_LEAST: u64 = 1_000_000;
 
 /// A rate is taken to be a round number where that moves the last frame by less than this, frames.
 const ROUND_RATE_FRAMES: f64 = 0.25;
 
-/// How far a time stamp may be from the even clock, frames, before somebody should look at it.
+/// How far a time stamp may be from the even clock, frames, before a finding names it.
 const LATE_FRAMES: f64 = 0.5;
 
-pub(super) fn looks_like(bytes: &[u8]) -> bool {
+pub(crate) fn looks_like(bytes: &[u8]) -> bool {
     ROW_TYPES.iter().any(|kind| bytes.starts_with(kind))
 }
 
 /// Reads a whole file without byte-order mark.
-pub(super) fn read(
+pub(crate) fn read(
     bytes: &[u8],
     file: &str,
     settings: &ReadSettings,
 ) -> Result<Recording, CaptureError> {
-    let (prelude, mut instants) = Instants::open(bytes, file)?;
-    let (mut entities, mut times) = (Entities::new(&prelude), Times::default());
-    while let Some(instant) = instants.next()? {
-        times.add(instant.line, instant.frame.number, instant.frame.time_s);
-        entities.see(&instant);
+    let mut seen = Seen::read(bytes, file)?;
+    let frames = std::mem::take(&mut seen.frames);
+    if frames.is_empty() {
+        return Err(CaptureError::no_samples(file));
     }
-    if entities.frames == 0 {
-        return Err(CaptureError::NoSamples {
-            file: file.to_owned(),
-        });
-    }
-
     let (unit, rotation) = (LengthUnit::Metres, RotationOrder::Quaternion);
-    settings.settle_length_unit(file, Some(unit))?;
-    settings.settle_rotation_order(file, Some(rotation))?;
+    settle(
+        file,
+        Setting::Units,
+        Some(unit),
+        settings.length_unit,
+        LengthUnit::name,
+    )?;
+    let given = settings.rotation_order;
+    settle(
+        file,
+        Setting::RotationOrder,
+        Some(rotation),
+        given,
+        |order| order,
+    )?;
+    let stamped = frames
+        .iter()
+        .copied()
+        .filter(|(.., time_s)| time_s.is_finite());
+    let times = Times {
+        all: stamped.collect(),
+    };
     let start = start_time::parse("start time", None);
     let clock = start.clock(times.rate_hz(file)?, file)?;
-    let (layout, lost) = Layout::new(&entities).ok_or_else(|| CaptureError::Header {
-        file: file.to_owned(),
-        line: 1,
-        expected: "definitions of the bodies that the frames have".to_owned(),
-        found: format!(
-            "{} bodies for {} frames",
-            entities.bodies.len(),
-            entities.frames
-        ),
-        hint: "is the file damaged?",
-    })?;
-
     let mut findings: Vec<Finding> = start.finding.into_iter().collect();
     findings.extend(times.findings(clock.rate_hz()));
-    findings.extend(entities.findings());
-    findings.extend(lost);
-    let version = prelude.facts.get("version").map_or("1", String::as_str);
-    let declared_rows = prelude.facts.get("framecount").map(String::as_str);
-    let declared_rows = assembly::declared_rows("framecount", declared_rows, &mut findings);
+    findings.append(&mut seen.findings);
+    let facts = Facts {
+        file,
+        line: 1,
+        by_key: std::mem::take(&mut seen.facts),
+    };
+    let rotation = (!seen.bodies.is_empty()).then_some(rotation);
+    let mut columns = Columns::default();
+    if !columns.add_all(seen, frames.len(), &mut findings) {
+        let problem = "expected frames that place the bodies defined above them, found too few: is \
+                       the file damaged?";
+        return Err(CaptureError::in_line(file, 1, problem));
+    }
+    let declared_rows = facts.count("framecount", &mut findings);
     let take = Take {
         name: text::stem(file).to_owned(),
         clock,
         source: Source {
-            format: format!("Motive CSV {version}"),
+            format: format!("Motive CSV {}", facts.get("version").unwrap_or("1")),
             length_unit: unit,
             up_axis: settings.up_axis.unwrap_or(UpAxis::Y),
-            rotation: (!entities.bodies.is_empty()).then_some(rotation),
-            header: prelude.facts.clone(),
+            rotation,
+            header: facts.by_key,
         },
-        entities: layout.entities(&entities),
+        series: std::mem::take(&mut columns.series),
         zero_is_missing: false,
         declared_rows,
         findings,
     };
-    let (width, frames) = (layout.width, entities.frames);
-    let pieces = Frames {
-        instants: Instants::open(bytes, file)?.1,
-        entities: &entities,
-        layout,
-    };
-    Assembly::new(pieces, file, take, width, frames, frames).read_whole()
+    let mut assembly = Assembly::new(file, take, columns.width, frames.len() as u64);
+    let piece_rows = (PIECE_VALUES / columns.width.max(1)).clamp(1, PIECE_ROWS);
+    for (piece, frames) in frames.chunks(piece_rows).enumerate() {
+        assembly.add(columns.rows(piece * piece_rows, frames))?;
+        assembly.fill(usize::MAX);
+    }
+    assembly.finish()
+}
+
+/// The things of a file as columns of rows that are all alike.
+#[derive(Default)]
+struct Columns {
+    series: Vec<Series>,
+    /// Values of a row.
+    width: usize,
+    /// Place of each thing among the values of a row, its number of values, its samples, and how many
+    /// of them were passed on.
+    things: Vec<(usize, usize, Samples, usize)>,
+}
+
+impl Columns {
+    /// Makes room for all bodies, and for the other markers that are seen most often as far as memory
+    /// stays in proportion to the file; false where it cannot even hold the bodies.
+    fn add_all(&mut self, seen: Seen, frames: usize, findings: &mut Vec<Finding>) -> bool {
+        let samples = (SAMPLES_PER_SEEN * seen.count).max(SAMPLES_AT_LEAST);
+        let tracks = usize::try_from(samples / frames as u64).unwrap_or(usize::MAX);
+        let of_bodies = seen.bodies.iter().map(|body| 1 + 2 * body.parts.len());
+        let Some(left) = tracks.checked_sub(of_bodies.sum()) else {
+            return false;
+        };
+        for body in seen.bodies {
+            let at = self.add(7, body.pose);
+            let rotation = RotationColumns::Quaternion([at + 3, at + 4, at + 5, at + 6]);
+            let (kind, position) = (BodyKind::RigidBody, [at, at + 1, at + 2]);
+            let pose = Series::body(&body.name, &body.id, kind, rotation, position, None);
+            self.series.push(pose);
+            for (n, [fitted, seen]) in body.parts.into_iter().enumerate() {
+                let name = format!("{}-Marker {}", body.name, n + 1);
+                self.add_marker(&name, "", MarkerKind::RigidBodyMarker, 4, fitted);
+                self.add_marker(&name, "", MarkerKind::Labelled, 3, seen);
+            }
+        }
+        let mut by_count: Vec<usize> = (0..seen.others.len()).collect();
+        by_count.sort_by_key(|&n| std::cmp::Reverse(seen.others[n].samples.rows.len()));
+        let mut kept = vec![false; seen.others.len()];
+        by_count.iter().take(left).for_each(|&n| kept[n] = true);
+        let left = left.saturating_sub(by_count.len());
+        let mut lost = Vec::new();
+        for (other, kept) in seen.others.into_iter().zip(kept) {
+            if !kept {
+                lost.push(other.samples.rows.len());
+                continue;
+            }
+            // What the software cannot tell is called `Marker-1718`.
+            let kind = match other.name.is_empty() || other.name.starts_with("Marker-") {
+                true => MarkerKind::Unlabelled,
+                false => MarkerKind::Labelled,
+            };
+            let name = match other.name.as_str() {
+                "" => format!("Marker-{}", other.id),
+                name => name.to_owned(),
+            };
+            self.add_marker(&name, &other.id, kind, 3, other.samples);
+        }
+        for (n, samples) in seen.nameless.into_iter().enumerate() {
+            if n < left {
+                let name = format!("Unlabeled {}", n + 1);
+                self.add_marker(&name, "", MarkerKind::Unlabelled, 3, samples);
+            } else {
+                lost.push(samples.rows.len());
+            }
+        }
+        if !lost.is_empty() {
+            let message = format!(
+                "{} markers are seen too seldom to give each a track in {frames} frames: {} of \
+                 their samples are not read",
+                lost.len(),
+                lost.iter().sum::<usize>()
+            );
+            findings.push(Finding::warning("markers", message));
+        }
+        true
+    }
+
+    /// Adds a marker, with its quality behind the position where it has four values.
+    fn add_marker(
+        &mut self,
+        name: &str,
+        id: &str,
+        kind: MarkerKind,
+        values: usize,
+        samples: Samples,
+    ) {
+        let at = self.add(values, samples);
+        let quality = (values == 4).then_some(at + 3);
+        let marker = Series::marker(name, id, kind, [at, at + 1, at + 2], quality);
+        self.series.push(marker);
+    }
+
+    /// Adds a thing of so many values; returns its place.
+    fn add(&mut self, values: usize, samples: Samples) -> usize {
+        let at = self.width;
+        self.things.push((at, values, samples, 0));
+        self.width += values;
+        at
+    }
+
+    /// The rows of the frames from `start` on, NaN where they have no value.
+    fn rows(&mut self, start: usize, frames: &[(usize, i64, f64)]) -> Rows {
+        let mut values = vec![f64::NAN; self.width * frames.len()];
+        for (at, count, samples, next) in &mut self.things {
+            while let Some(&row) = samples.rows.get(*next)
+                && row < start + frames.len()
+            {
+                let place = (row - start) * self.width + *at;
+                let found = &samples.values[*next * *count..][..*count];
+                values[place..place + *count].copy_from_slice(found);
+                *next += 1;
+            }
+        }
+        Rows {
+            frames: frames.iter().map(|&(_, number, _)| number).collect(),
+            times_s: Vec::new(),
+            values,
+            lines: frames.iter().map(|&(line, ..)| line).collect(),
+        }
+    }
 }
 
 /// Time stamps against frame numbers.
-#[derive(Default)]
 struct Times {
     /// Line, frame and time of each row that has one.
     all: Vec<(usize, i64, f64)>,
 }
 
 impl Times {
-    fn add(&mut self, line: usize, frame: i64, time_s: f64) {
-        if time_s.is_finite() {
-            self.all.push((line, frame, time_s));
-        }
-    }
-
     /// The rate of the time stamps, made round where that fits.
     fn rate_hz(&self, file: &str) -> Result<f64, CaptureError> {
         let measured_hz = self.measured_hz().filter(|hz| hz.is_finite() && *hz > 0.0);
-        let measured_hz = measured_hz.ok_or_else(|| CaptureError::Header {
-            file: file.to_owned(),
-            line: self.all.last().map_or(1, |&(line, ..)| line),
-            expected: "two frames whose numbers and time stamps rise, since this format states no \
-                       rate"
-                .to_owned(),
-            found: format!("{} with a time stamp", self.all.len()),
-            hint: "export the take again",
+        let measured_hz = measured_hz.ok_or_else(|| {
+            let problem = format!(
+                "expected two frames whose numbers and time stamps rise, since this format states \
+                 no rate, found {} with a time stamp: export the take again",
+                self.all.len()
+            );
+            let line = self.all.last().map_or(1, |&(line, ..)| line);
+            CaptureError::in_line(file, line, problem)
         })?;
         let frames = match self.all[..] {
             [(_, first, _), .., (_, last, _)] => (last - first) as f64,
@@ -206,30 +332,5 @@ impl Times {
             ));
         }
         findings
-    }
-}
-
-/// The frames as rows of one kind.
-struct Frames<'a> {
-    instants: Instants<'a>,
-    entities: &'a Entities,
-    layout: Layout,
-}
-
-impl Pieces for Frames<'_> {
-    fn next(&mut self) -> Result<Option<Parsed>, CaptureError> {
-        let (mut frames, mut lines, mut values) = (Vec::new(), Vec::new(), Vec::new());
-        while values.len() < PIECE_VALUES
-            && let Some(instant) = self.instants.next()?
-        {
-            self.layout.fill(self.entities, &instant, &mut values);
-            frames.push(instant.frame.number);
-            lines.push(instant.line);
-            if frames.len() == PIECE_ROWS {
-                break;
-            }
-        }
-        let rows = Rows::new(frames, lines, values);
-        Ok((rows.len() > 0).then(|| (vec![rows], Ok(()))))
     }
 }

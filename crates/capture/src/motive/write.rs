@@ -10,11 +10,7 @@ use super::UP_AXIS_KEY;
 use crate::error::CaptureError;
 use crate::start_time;
 
-/// Bytes of rows gathered before they are handed to the writer.
-const FLUSH_BYTES: usize = 64 * 1024;
-
-/// Facts passed on from the source's header as they stand there, with what Motive would say
-/// otherwise.
+/// Facts passed on from the source's header as they are there, with what Motive would say otherwise.
 const TAKE_NOTES: &str = "Take Notes";
 const CAPTURE_RATE: &str = "Capture Frame Rate";
 const START_FRAME: &str = "Capture Start Frame";
@@ -33,39 +29,42 @@ enum Entity<'a> {
 /// hold is lost: the mark on filled samples, the zone of the start time, findings. An up axis other
 /// than Y, which Motive never states, is added to the header as `Up Axis`.
 ///
+/// `out` should be buffered.
+///
 /// # Errors
 ///
-/// [`CaptureError::Write`] where `out` fails.
+/// [`CaptureError::Output`] where `out` fails.
 pub fn write(recording: &Recording, out: &mut impl Write) -> Result<(), CaptureError> {
+    write_all(recording, out).map_err(|source| CaptureError::Output {
+        format: "Motive CSV",
+        source,
+    })
+}
+
+fn write_all(recording: &Recording, out: &mut impl Write) -> io::Result<()> {
     let entities = in_motive_order(recording);
-    write_header(recording, &entities, out)?;
-    let mut buffer = Vec::with_capacity(FLUSH_BYTES + 4096);
+    write_facts(recording, out)?;
+    write_labels(&entities, out)?;
     let rate_hz = recording.clock.rate_hz();
     for k in 0..recording.len() {
-        write!(buffer, "{k},{:.6}", k as f64 / rate_hz)?;
+        write!(out, "{k},{:.6}", k as f64 / rate_hz)?;
         for entity in &entities {
             match entity {
                 Entity::Body(body) => {
                     let pose = body.track.get(k);
-                    cells(&mut buffer, pose.map(Pose::quaternion_xyzw))?;
-                    cells(&mut buffer, pose.map(|pose| pose.origin().to_array()))?;
-                    quality(&mut buffer, body.marker_error_m.as_deref(), k)?;
+                    cells(out, pose.map(Pose::quaternion_xyzw))?;
+                    cells(out, pose.map(|pose| pose.origin().to_array()))?;
+                    quality(out, body.marker_error_m.as_deref(), k)?;
                 }
                 Entity::Marker(marker) => {
-                    cells(&mut buffer, marker.track.get(k).map(Position::to_array))?;
-                    quality(&mut buffer, marker.quality.as_deref(), k)?;
+                    cells(out, marker.track.get(k).map(Position::to_array))?;
+                    quality(out, marker.quality.as_deref(), k)?;
                 }
             }
         }
-        buffer.extend_from_slice(b"\r\n");
-        if buffer.len() >= FLUSH_BYTES {
-            out.write_all(&buffer)?;
-            buffer.clear();
-        }
+        out.write_all(b"\r\n")?;
     }
-    out.write_all(&buffer)?;
-    out.flush()?;
-    Ok(())
+    out.flush()
 }
 
 /// Bodies and markers, each in the recording's order, a body's fitted markers right after it.
@@ -84,11 +83,7 @@ fn in_motive_order(recording: &Recording) -> Vec<Entity<'_>> {
     entities
 }
 
-fn write_header(
-    recording: &Recording,
-    entities: &[Entity<'_>],
-    out: &mut impl Write,
-) -> io::Result<()> {
+fn write_facts(recording: &Recording, out: &mut impl Write) -> io::Result<()> {
     let samples = recording.len().to_string();
     let rate = format!("{:.6}", recording.clock.rate_hz());
     // As written, unless six decimals are not enough to say the rate.
@@ -101,42 +96,34 @@ fn write_header(
         _ => start_time::format(recording.clock.start_unix_nanos()),
     };
     let fact = |key: &str| recording.source.header.get(key).map(String::as_str);
-    let mut facts = vec![
-        ("Format Version", "1.23"),
-        ("Take Name", recording.name.as_str()),
-        (TAKE_NOTES, fact(TAKE_NOTES).unwrap_or_default()),
-        (CAPTURE_RATE, fact(CAPTURE_RATE).unwrap_or(&rate)),
-        ("Export Frame Rate", &rate),
-        ("Capture Start Time", start.as_deref().unwrap_or_default()),
+    let up_axis = Some(recording.source.up_axis).filter(|&axis| axis != UpAxis::Y);
+    let facts = [
+        ("Format Version", Some("1.23")),
+        ("Take Name", Some(recording.name.as_str())),
+        (TAKE_NOTES, fact(TAKE_NOTES).or(Some(""))),
+        (CAPTURE_RATE, fact(CAPTURE_RATE).or(Some(&rate))),
+        ("Export Frame Rate", Some(&rate)),
+        ("Capture Start Time", start.as_deref().or(Some(""))),
+        (START_FRAME, fact(START_FRAME)),
+        ("Total Frames in Take", Some(&samples)),
+        ("Total Exported Frames", Some(&samples)),
+        ("Rotation Type", Some("Quaternion")),
+        ("Length Units", Some("Meters")),
+        (SPACE, fact(SPACE).or(Some("Global"))),
+        (UP_AXIS_KEY, up_axis.map(UpAxis::name)),
     ];
-    if let Some(frame) = fact(START_FRAME) {
-        facts.push((START_FRAME, frame));
-    }
-    facts.extend([
-        ("Total Frames in Take", samples.as_str()),
-        ("Total Exported Frames", samples.as_str()),
-        ("Rotation Type", "Quaternion"),
-        ("Length Units", "Meters"),
-        (SPACE, fact(SPACE).unwrap_or("Global")),
-    ]);
-    if recording.source.up_axis != UpAxis::Y {
-        facts.push((UP_AXIS_KEY, recording.source.up_axis.name()));
-    }
+    let stated = facts.iter().filter_map(|&(key, value)| Some([key, value?]));
+    write_rows([stated.flatten()], out)?;
+    out.write_all(b"\r\n")
+}
 
-    let [mut types, mut names, mut ids] = ["Type", "Name", "ID"].map(|label| vec!["", label]);
-    let mut kinds = vec!["", ""];
-    let mut axes = vec!["Frame", "Time (Seconds)"];
+/// Writes the rows of types, names, IDs, kinds and axes.
+fn write_labels(entities: &[Entity<'_>], out: &mut impl Write) -> io::Result<()> {
+    let mut columns = vec![["", "", "", "", "Frame"]];
+    columns.push(["Type", "Name", "ID", "", "Time (Seconds)"]);
     for entity in entities {
-        let first = kinds.len();
         let (of, name, id) = match entity {
             Entity::Body(body) => {
-                kinds.extend(["Rotation"; 4]);
-                kinds.extend(["Position"; 3]);
-                axes.extend(["X", "Y", "Z", "W", "X", "Y", "Z"]);
-                if body.marker_error_m.is_some() {
-                    kinds.push("Mean Marker Error");
-                    axes.push("");
-                }
                 let of = match body.kind {
                     BodyKind::RigidBody => "Rigid Body",
                     BodyKind::Bone => "Bone",
@@ -144,12 +131,6 @@ fn write_header(
                 (of, &body.name, &body.id)
             }
             Entity::Marker(marker) => {
-                kinds.extend(["Position"; 3]);
-                axes.extend(["X", "Y", "Z"]);
-                if marker.quality.is_some() {
-                    kinds.push("Marker Quality");
-                    axes.push("");
-                }
                 let of = match marker.kind {
                     MarkerKind::RigidBodyMarker => "Rigid Body Marker",
                     MarkerKind::Labelled | MarkerKind::Unlabelled => "Marker",
@@ -157,43 +138,47 @@ fn write_header(
                 (of, &marker.name, &marker.id)
             }
         };
-        let columns = kinds.len() - first;
-        for (row, label) in [(&mut types, of), (&mut names, name), (&mut ids, id)] {
-            row.extend(std::iter::repeat_n(label, columns));
-        }
+        let (rotation, extra): (&[&str], _) = match entity {
+            Entity::Body(body) => {
+                let error = body.marker_error_m.as_ref().map(|_| "Mean Marker Error");
+                (&["X", "Y", "Z", "W"], error)
+            }
+            Entity::Marker(marker) => (&[], marker.quality.as_ref().map(|_| "Marker Quality")),
+        };
+        let rotation = rotation.iter().map(|&axis| ("Rotation", axis));
+        let position = ["X", "Y", "Z"].map(|axis| ("Position", axis));
+        let extra = extra.map(|kind| (kind, ""));
+        let all = rotation.chain(position).chain(extra);
+        columns.extend(all.map(|(kind, axis)| [of, name, id, kind, axis]));
     }
+    let row = |place: usize| columns.iter().map(move |column| column[place]);
+    write_rows((0..5).map(row), out)
+}
 
-    let mut csv = csv::WriterBuilder::new()
-        .flexible(true)
-        .terminator(csv::Terminator::CRLF)
-        .from_writer(Vec::new());
-    csv.write_record(facts.iter().flat_map(|&(key, value)| [key, value]))?;
-    out.write_all(&csv.into_inner().map_err(csv::IntoInnerError::into_error)?)?;
-    out.write_all(b"\r\n")?;
+fn write_rows<'a>(
+    rows: impl IntoIterator<Item = impl Iterator<Item = &'a str>>,
+    out: &mut impl Write,
+) -> io::Result<()> {
     let mut csv = csv::WriterBuilder::new()
         .terminator(csv::Terminator::CRLF)
-        .from_writer(Vec::new());
-    for row in [types, names, ids, kinds, axes] {
+        .from_writer(out);
+    for row in rows {
         csv.write_record(row)?;
     }
-    out.write_all(&csv.into_inner().map_err(csv::IntoInnerError::into_error)?)
+    csv.flush()
 }
 
-fn cells<const N: usize>(buffer: &mut Vec<u8>, numbers: Option<[f64; N]>) -> io::Result<()> {
+fn cells<const N: usize>(out: &mut impl Write, numbers: Option<[f64; N]>) -> io::Result<()> {
     match numbers {
-        Some(numbers) => numbers
-            .iter()
-            .try_for_each(|number| write!(buffer, ",{number}")),
-        None => {
-            buffer.extend_from_slice(&[b','; N]);
-            Ok(())
-        }
+        Some(numbers) => (numbers.iter()).try_for_each(|number| write!(out, ",{number}")),
+        None => out.write_all(&[b','; N]),
     }
 }
 
-fn quality(buffer: &mut Vec<u8>, series: Option<&[f64]>, k: usize) -> io::Result<()> {
-    series.map_or(Ok(()), |series| {
-        let number = series.get(k).copied().filter(|number| number.is_finite());
-        cells(buffer, number.map(|number| [number]))
-    })
+fn quality(out: &mut impl Write, series: Option<&[f64]>, k: usize) -> io::Result<()> {
+    let Some(series) = series else {
+        return Ok(());
+    };
+    let number = series.get(k).copied().filter(|number| number.is_finite());
+    cells(out, number.map(|number| [number]))
 }

@@ -243,7 +243,7 @@ fn the_up_axis_is_that_of_the_screen() {
         up_axis: Some(UpAxis::Z),
         ..ReadSettings::default()
     };
-    let error = c3d::read(&bytes, "a.c3d", &settings).expect_err("they disagree");
+    let error = inhand_capture::read(&bytes, "a.c3d", &settings).expect_err("they disagree");
     assert!(error.to_string().contains("`source.up` says z"), "{error}");
 }
 
@@ -292,13 +292,14 @@ fn a_count_that_fills_its_word_is_taken_from_the_trial() {
 fn units_may_come_from_the_user_alone() {
     let file = ByHand::new(ALL[0]).without("POINT:UNITS");
     let bytes = file.bytes();
-    let error = c3d::read(&bytes, "a.c3d", &ReadSettings::default()).expect_err("no units");
+    let error =
+        inhand_capture::read(&bytes, "a.c3d", &ReadSettings::default()).expect_err("no units");
     assert!(error.to_string().contains("`source.units`"), "{error}");
     let settings = ReadSettings {
         length_unit: Some(LengthUnit::Metres),
         ..ReadSettings::default()
     };
-    let recording = c3d::read(&bytes, "a.c3d", &settings).expect("the user says it");
+    let recording = inhand_capture::read(&bytes, "a.c3d", &settings).expect("the user says it");
     assert_eq!(at(&recording, 0, 0), Some([1.0, 2.0, 3.0]));
 }
 
@@ -351,7 +352,7 @@ fn counts_that_no_file_can_mean_are_refused() {
         for value in values {
             let content = [vec![4, 0], intel.real(value)].concat();
             let bytes = ByHand::new(intel).with(name, content).bytes();
-            let refused = c3d::read(&bytes, "a.c3d", &ReadSettings::default());
+            let refused = inhand_capture::read(&bytes, "a.c3d", &ReadSettings::default());
             let error = refused.expect_err(name).to_string();
             assert!(error.contains(&format!("as {name}")), "{value}: {error}");
         }
@@ -363,7 +364,7 @@ fn counts_that_no_file_can_mean_are_refused() {
     let used = ByHand::new(intel).with("POINT:USED", real(2.0));
     assert_eq!(used.read().markers.len(), 2);
     let analog_alone = ByHand::new(intel).with("POINT:USED", real(65536.0)).bytes();
-    assert!(c3d::read(&analog_alone, "a.c3d", &ReadSettings::default()).is_err());
+    assert!(inhand_capture::read(&analog_alone, "a.c3d", &ReadSettings::default()).is_err());
 }
 
 #[test]
@@ -429,7 +430,8 @@ fn more_markers_than_a_byte_counts_and_long_names() {
         .map(|k| vec![Some([f64::from(k) + 0.5, 1.0, 2.0]); 3])
         .collect();
     let expected = recording(&names, &values, UpAxis::Y);
-    let found = c3d::read(&written(&expected), "a.c3d", &ReadSettings::default()).expect("sound");
+    let found = inhand_capture::read(&written(&expected), "a.c3d", &ReadSettings::default())
+        .expect("sound");
     assert_same_to_single_precision(&found, &expected);
 }
 
@@ -437,7 +439,8 @@ fn more_markers_than_a_byte_counts_and_long_names() {
 fn more_frames_than_a_word_counts() {
     let values = vec![vec![Some([0.1, 0.2, 0.3]); 70_000]];
     let expected = recording(&["Thumb".to_owned()], &values, UpAxis::Z);
-    let found = c3d::read(&written(&expected), "a.c3d", &ReadSettings::default()).expect("sound");
+    let found = inhand_capture::read(&written(&expected), "a.c3d", &ReadSettings::default())
+        .expect("sound");
     assert_eq!(found.len(), 70_000);
     assert!(!has_finding(&found, "POINT"), "{:?}", found.findings);
     assert_same_to_single_precision(&found, &expected);
@@ -470,7 +473,7 @@ proptest! {
         let names: Vec<String> = (0..values.len()).map(|k| format!("Marker {k}")).collect();
         let up_axis = if y_up { UpAxis::Y } else { UpAxis::Z };
         let expected = recording(&names, &values, up_axis);
-        let found = c3d::read(&written(&expected), "a.c3d", &ReadSettings::default());
+        let found = inhand_capture::read(&written(&expected), "a.c3d", &ReadSettings::default());
         assert_same_to_single_precision(&found.expect("the file is sound"), &expected);
     }
 
@@ -486,6 +489,6 @@ proptest! {
             bytes[at] = value;
         }
         bytes.truncate(length.index(bytes.len() + 1));
-        let _ = c3d::read(&bytes, "a.c3d", &ReadSettings::default());
+        let _ = inhand_capture::read(&bytes, "a.c3d", &ReadSettings::default());
     }
 }

@@ -123,6 +123,16 @@ fn what_is_refused() {
         ),
         ("cut header", TSV[..100].to_owned(), "take 1.tsv"),
         (
+            "cut within the first line",
+            "NO_OF_FRAMES".to_owned(),
+            "take 1.tsv, line 1: \"FREQUENCY\" is missing: expected a rate in Hz",
+        ),
+        (
+            "one line",
+            "NO_OF_FRAMES\t3\r\n".to_owned(),
+            "take 1.tsv, line 1: \"FREQUENCY\" is missing: expected a rate in Hz",
+        ),
+        (
             "neither names nor column names",
             TSV.replace("MARKER_NAMES", "OTHER")
                 .replace("Frame\tTime\tthumb_tip X", "1\t0\t2"),

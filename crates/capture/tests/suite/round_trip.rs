@@ -129,7 +129,7 @@ proptest! {
     #[test]
     fn motive_csv_keeps_every_value(recording in recording()) {
         let text = written(&recording);
-        let read = motive::read(text.as_bytes(), "a.csv", &ReadSettings::default()).unwrap();
+        let read = inhand_capture::read(text.as_bytes(), "a.csv", &ReadSettings::default()).unwrap();
         assert_same(&read, &recording);
         assert_eq!(read.source.header["Take Notes"], "one, two");
         // What was written is what Motive would write: nothing in it is odd.
@@ -181,6 +181,6 @@ fn a_take_without_start_time_has_none_after_the_trip() {
     let recording =
         Recording::new("a".to_owned(), clock, source(UpAxis::Y), 1, vec![], vec![]).unwrap();
     let text = written(&recording);
-    let read = motive::read(text.as_bytes(), "a.csv", &ReadSettings::default()).unwrap();
+    let read = inhand_capture::read(text.as_bytes(), "a.csv", &ReadSettings::default()).unwrap();
     assert_eq!(read.clock, clock);
 }

@@ -1,6 +1,6 @@
 //! TRC.
 
-use inhand_capture::{ReadSettings, trc};
+use inhand_capture::ReadSettings;
 use inhand_model::{LengthUnit, MarkerKind, Position, Recording, StartTime, Status, UpAxis};
 use proptest::prelude::*;
 
@@ -373,11 +373,11 @@ fn what_is_refused() {
         let found = read(&text).expect_err(what);
         assert!(found.contains(expected), "{what}: {found}");
     }
-    let error = trc::read(b"Format Version,1.23", "a.trc", &ReadSettings::default()).unwrap_err();
+    let error = inhand_capture::read(b"Format 1.23", "a.trc", &ReadSettings::default());
+    let error = error.unwrap_err().to_string();
     assert!(
-        error
-            .to_string()
-            .contains("TRC (starts with \"PathFileType\") or C3D, found")
+        error.contains("TRC (starts with \"PathFileType\") or C3D, found"),
+        "{error}"
     );
 }
 

@@ -60,7 +60,7 @@ fn a_recording_with_z_up_is_turned_so_that_y_is() {
     let values = [vec![Some([0.25, 1.5, -2.0]), None]];
     let mut z_up = recording(&["Thumb"], &values, 100.0);
     z_up.source.up_axis = UpAxis::Z;
-    let found = trc::read(written(&z_up).as_bytes(), "a.trc", &ReadSettings::default());
+    let found = inhand_capture::read(written(&z_up).as_bytes(), "a.trc", &ReadSettings::default());
     let found = found.expect("the file is sound");
     assert_eq!(found.source.up_axis, UpAxis::Y);
     let assumed = |r: &Recording| {
@@ -78,7 +78,8 @@ fn a_recording_with_z_up_is_turned_so_that_y_is() {
         up_axis: Some(UpAxis::Y),
         ..ReadSettings::default()
     };
-    let told = trc::read(written(&z_up).as_bytes(), "a.trc", &told).expect("the file is sound");
+    let told =
+        inhand_capture::read(written(&z_up).as_bytes(), "a.trc", &told).expect("the file is sound");
     assert!(!assumed(&told));
 }
 

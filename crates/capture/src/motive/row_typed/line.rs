@@ -91,11 +91,8 @@ impl<'a> Lines<'a> {
         self.number += 1;
         let end = memchr(b'\n', self.rest).unwrap_or(self.rest.len());
         if end > MAX_LINE_BYTES {
-            return Err(CaptureError::LineTooLong {
-                file: self.file.to_owned(),
-                line: self.number,
-                limit_bytes: MAX_LINE_BYTES,
-            });
+            let (file, line) = (self.file, self.number);
+            return Err(CaptureError::line_too_long(file, line, MAX_LINE_BYTES));
         }
         let line = &self.rest[..end];
         self.rest = self.rest.get(end + 1..).unwrap_or_default();
@@ -220,14 +217,9 @@ impl<'a> Cells<'a> {
 
     fn bytes(&mut self, expected: &'static str) -> Result<&'a [u8], CaptureError> {
         let Some(rest) = self.rest else {
-            return Err(CaptureError::Cell {
-                file: self.file.to_owned(),
-                line: self.line,
-                column: self.column + 1,
-                entity: "the row is cut off".to_owned(),
-                expected,
-                found: String::new(),
-            });
+            let place = format_args!("{} (the row is cut off)", self.column + 1);
+            let problem = format_args!("expected {expected}, found \"\"");
+            return Err(CaptureError::in_cell(self.file, self.line, place, problem));
         };
         self.column += 1;
         // A quoted cell may hold commas.
@@ -298,12 +290,14 @@ impl<'a> Cells<'a> {
         if count <= left / each {
             return Ok(());
         }
-        Err(CaptureError::TooFewCells {
-            file: self.file.to_owned(),
-            line: self.line,
-            expected: count.saturating_mul(each).saturating_add(self.column),
-            found: self.column + left,
-        })
+        let expected = count.saturating_mul(each).saturating_add(self.column);
+        let (file, line) = (self.file, self.line);
+        Err(CaptureError::too_few_cells(
+            file,
+            line,
+            expected,
+            self.column + left,
+        ))
     }
 
     /// Which of two numbers of cells the `count` things that end the line have each.
@@ -317,25 +311,18 @@ impl<'a> Cells<'a> {
             None if count == 0 => Ok(each[0]),
             None => {
                 self.expect_more(count, each[0])?;
-                Err(CaptureError::TooManyCells {
-                    file: self.file.to_owned(),
-                    line: self.line,
-                    column: self.column + count * each[0] + 1,
-                    expected: self.column + count * each[0],
-                    found: excerpt(self.rest.unwrap_or_default()),
-                })
+                let expected = self.column + count * each[0];
+                let found = excerpt(self.rest.unwrap_or_default());
+                let (file, line) = (self.file, self.line);
+                Err(CaptureError::too_many_cells(file, line, expected, &found))
             }
         }
     }
 
     fn error(&self, expected: &'static str, cell: &[u8]) -> CaptureError {
-        CaptureError::Cell {
-            file: self.file.to_owned(),
-            line: self.line,
-            column: self.column,
-            entity: "row-typed format".to_owned(),
-            expected,
-            found: excerpt(cell),
-        }
+        let place = format_args!("{} (row-typed format)", self.column);
+        let found = excerpt(cell);
+        let problem = format_args!("expected {expected}, found {found:?}");
+        CaptureError::in_cell(self.file, self.line, place, problem)
     }
 }

@@ -201,8 +201,8 @@ fn columns(lines: &mut HeaderLines<'_>, file: &str) -> Result<(Table, Vec<Series
         let label = names.get(column).copied().unwrap_or_default();
         table.push(Column::Skip, label.to_owned());
     }
-    let marker = |name| {
-        let kind = match name == "" || is_unlabelled(name) {
+    let marker = |name: &str| {
+        let kind = match name.is_empty() || is_unlabelled(name) {
             true => MarkerKind::Unlabelled,
             false => MarkerKind::Labelled,
         };

@@ -89,63 +89,7 @@ impl Layout {
         length_unit: Option<LengthUnit>,
     ) -> Result<Self, CaptureError> {
         let mut table = Table::new(header.facts.file, b',');
-        let mut candidates: Vec<Candidate<'_>> = Vec::new();
-        let mut latest: BTreeMap<(EntityType, &str, &str), usize> = BTreeMap::new();
-        let mut unread = Vec::new();
-        for c in 0..header.width() {
-            let [of, name, id, kind, axis] = header.column(c);
-            let [of, kind, axis] = [of, kind, axis].map(str::trim);
-            let label = match c < 2 || name.is_empty() {
-                true => format!("{kind} {axis}").trim().to_owned(),
-                false => format!("\"{name}\" {kind} {axis}").trim().to_owned(),
-            };
-            if c < 2 {
-                let is_time =
-                    axis.to_ascii_lowercase().starts_with("time") && !axis.contains("ode");
-                let column = match c {
-                    0 => Column::Frame,
-                    _ if is_time => Column::Time,
-                    _ => Column::Skip,
-                };
-                table.push(column, label);
-                continue;
-            }
-            let entity = EntityType::parse(of);
-            let Some((entity, place)) =
-                entity.and_then(|entity| Some((entity, place(entity, kind, axis)?)))
-            else {
-                if of.is_empty() && !kind.is_empty() {
-                    let expected =
-                        format!("a type such as Marker for column {} ({kind} {axis})", c + 1);
-                    let (file, line) = (header.facts.file, header.axes_line);
-                    return Err(CaptureError::header(file, line, expected, "none"));
-                }
-                let cells = [of, name, id, kind, axis];
-                if cells.iter().any(|cell| !cell.trim().is_empty()) {
-                    let what = match entity {
-                        Some(_) => format!("\"{name}\" {kind} {axis}"),
-                        None => format!("{of} {name} {kind} {axis}"),
-                    };
-                    unread.push((c, what));
-                }
-                table.push(Column::Skip, label);
-                continue;
-            };
-            let fresh = candidates.len();
-            let known = latest.entry((entity, name, id)).or_insert(fresh);
-            // Entities may share type, name and ID; a column that is there already starts the next.
-            if (candidates.get(*known)).is_none_or(|known| known.columns[place].is_some()) {
-                *known = fresh;
-                candidates.push(Candidate {
-                    entity,
-                    name,
-                    id,
-                    columns: [None; PLACES],
-                });
-            }
-            candidates[*known].columns[place] = Some((c, table.push_value(label)));
-        }
-
+        let (candidates, unread) = collect(header, &mut table)?;
         let mut rotation = None;
         let mut series = Vec::with_capacity(candidates.len());
         for candidate in &candidates {
@@ -171,6 +115,72 @@ impl Layout {
             findings: unread_finding(&unread).into_iter().collect(),
         })
     }
+}
+
+/// Columns that are not read, and what they are.
+type Unread = Vec<(usize, String)>;
+
+/// Adds all columns to a table; the entities they belong to, and the columns that are not read.
+fn collect<'a>(
+    header: &'a Header<'_>,
+    table: &mut Table,
+) -> Result<(Vec<Candidate<'a>>, Unread), CaptureError> {
+    let mut candidates: Vec<Candidate<'_>> = Vec::new();
+    let mut latest: BTreeMap<(EntityType, &str, &str), usize> = BTreeMap::new();
+    let mut unread = Vec::new();
+    for c in 0..header.width() {
+        let [of, name, id, kind, axis] = header.column(c);
+        let [of, kind, axis] = [of, kind, axis].map(str::trim);
+        let label = match c < 2 || name.is_empty() {
+            true => format!("{kind} {axis}").trim().to_owned(),
+            false => format!("\"{name}\" {kind} {axis}").trim().to_owned(),
+        };
+        if c < 2 {
+            let is_time = axis.to_ascii_lowercase().starts_with("time") && !axis.contains("ode");
+            let column = match c {
+                0 => Column::Frame,
+                _ if is_time => Column::Time,
+                _ => Column::Skip,
+            };
+            table.push(column, label);
+            continue;
+        }
+        let entity = EntityType::parse(of);
+        let Some((entity, place)) =
+            entity.and_then(|entity| Some((entity, place(entity, kind, axis)?)))
+        else {
+            if of.is_empty() && !kind.is_empty() {
+                let expected =
+                    format!("a type such as Marker for column {} ({kind} {axis})", c + 1);
+                let (file, line) = (header.facts.file, header.axes_line);
+                return Err(CaptureError::header(file, line, expected, "none"));
+            }
+            let cells = [of, name, id, kind, axis];
+            if cells.iter().any(|cell| !cell.trim().is_empty()) {
+                let what = match entity {
+                    Some(_) => format!("\"{name}\" {kind} {axis}"),
+                    None => format!("{of} {name} {kind} {axis}"),
+                };
+                unread.push((c, what));
+            }
+            table.push(Column::Skip, label);
+            continue;
+        };
+        let fresh = candidates.len();
+        let known = latest.entry((entity, name, id)).or_insert(fresh);
+        // Entities may share type, name and ID; a column that is there already starts the next.
+        if (candidates.get(*known)).is_none_or(|known| known.columns[place].is_some()) {
+            *known = fresh;
+            candidates.push(Candidate {
+                entity,
+                name,
+                id,
+                columns: [None; PLACES],
+            });
+        }
+        candidates[*known].columns[place] = Some((c, table.push_value(label)));
+    }
+    Ok((candidates, unread))
 }
 
 impl Candidate<'_> {

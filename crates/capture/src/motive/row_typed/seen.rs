@@ -85,7 +85,7 @@ impl Seen {
                     let fact = seen.facts.entry(key.to_owned());
                     fact.or_insert_with(|| value.to_owned());
                 }
-                (Row::Definition(body), None) => seen.define(body),
+                (Row::Definition(body), None) => seen.define(&body),
                 (Row::Frame(next), _) => {
                     if let Some((line, frame)) = frame.replace((line, next)) {
                         seen.place(line, &frame, &std::mem::take(&mut bodies));
@@ -105,7 +105,7 @@ impl Seen {
         Ok(seen)
     }
 
-    fn define(&mut self, body: Definition<'_>) {
+    fn define(&mut self, body: &Definition<'_>) {
         let fresh = self.bodies.len();
         if *self.by_id.entry(body.id.to_owned()).or_insert(fresh) != fresh {
             self.findings.push(Finding::warning(

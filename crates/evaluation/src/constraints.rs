@@ -2,13 +2,13 @@
 
 use inhand_curves::velocity;
 use inhand_model::{
-    Collision, Finger, PerFinger, Reachability, SEGMENT_COORDINATES, Trajectory, VelocityBounds,
-    VelocityCheck,
+    Collision, Finger, MethodRows, PerFinger, Reachability, SEGMENT_COORDINATES, Trajectory,
+    VelocityBounds, VelocityCheck,
 };
 use rayon::prelude::*;
 
 use crate::instants::NearestPair;
-use crate::method::{Counts, Rows, finger_statistics};
+use crate::method::{Counts, finger_statistics};
 use crate::recorded::Recorded;
 
 /// How far a velocity may pass its bound, relative to the bound: solvers keep bounds to their
@@ -21,20 +21,21 @@ const VELOCITY_ROUNDING_M_S: f64 = 1e-12;
 
 /// Whether each fingertip stays where training has been (P1, reachability).
 pub(crate) fn reachability(
-    rows: &Rows,
+    rows: &MethodRows,
     recorded: &Recorded,
     tolerance_m: f64,
     counts: Counts,
 ) -> Reachability {
     let judged = || {
-        (rows.hull_distance_m.iter().zip(&recorded.hull_distance_m))
+        (rows.hull_distance_m.iter())
+            .zip(&recorded.rows.recorded_hull_distance_m)
             .filter(|(planned, _)| is_known(planned))
     };
     let n = judged().count();
     let share = |inside: &dyn Fn(Finger) -> usize| {
         PerFinger::from_fn(|finger| inside(finger) as f64 / n as f64)
     };
-    let distance = finger_statistics(&rows.hull_distance_m, &recorded.filled, counts);
+    let distance = finger_statistics(&rows.hull_distance_m, &recorded.rows.filled, counts);
     Reachability {
         n,
         inside: share(&|finger| judged().filter(|(d, _)| d[finger] <= tolerance_m).count()),
@@ -56,34 +57,28 @@ pub(crate) fn is_known(values: &PerFinger<f64>) -> bool {
 
 /// Whether fingertips come nearer than `limit_m` (P1, finger collision).
 pub(crate) fn collision(
-    rows: &Rows,
+    pairs: &[NearestPair],
     recorded: &Recorded,
     limit_m: f64,
     samples: usize,
 ) -> Collision {
-    let judged: Vec<(&NearestPair, &NearestPair)> = (rows.nearest_pair.iter())
-        .zip(&recorded.nearest_pair)
+    let judged: Vec<(&NearestPair, f64)> = (pairs.iter())
+        .zip(recorded.rows.recorded_nearest_pair_m.iter().copied())
         .filter(|(planned, _)| planned.0.is_finite())
         .collect();
+    let nearest = (judged.iter().map(|judged| judged.0)).min_by(|a, b| a.0.total_cmp(&b.0));
+    let recorded_nearest_m = (judged.iter().map(|judged| judged.1)).min_by(f64::total_cmp);
     let is_collision = |pair: &NearestPair| pair.0 < limit_m;
-    let nearest = (judged.iter().map(|pairs| pairs.0)).min_by(|a, b| a.0.total_cmp(&b.0));
-    let recorded_nearest_m = (judged.iter().map(|pairs| pairs.1.0)).min_by(f64::total_cmp);
     Collision {
         n: judged.len(),
         limit_m,
-        instants: judged
-            .iter()
-            .filter(|(planned, _)| is_collision(planned))
-            .count(),
-        trajectories: (rows.nearest_pair.chunks(samples.max(1)))
+        instants: judged.iter().filter(|(pair, _)| is_collision(pair)).count(),
+        trajectories: (pairs.chunks(samples.max(1)))
             .filter(|trajectory| trajectory.iter().any(is_collision))
             .count(),
         nearest_m: nearest.map_or(f64::NAN, |pair| pair.0),
         nearest_pair: nearest.map(|pair| (pair.1, pair.2)),
-        recorded_instants: judged
-            .iter()
-            .filter(|(_, recorded)| is_collision(recorded))
-            .count(),
+        recorded_instants: judged.iter().filter(|judged| judged.1 < limit_m).count(),
         recorded_nearest_m: recorded_nearest_m.unwrap_or(f64::NAN),
     }
 }

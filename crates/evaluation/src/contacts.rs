@@ -6,11 +6,11 @@
 //! farther outside: a method that puts fingers deep into the object does not score by it.
 
 pub(crate) use inhand_model::in_contact;
-use inhand_model::{ContactShare, Finger, PerFinger, Statistics, TauShare};
+use inhand_model::{ContactShare, Finger, MethodRows, PerFinger, Statistics, TauShare};
 
 use crate::constraints::is_known;
 use crate::input::EvaluationSettings;
-use crate::method::{Counts, Rows, finger_statistics};
+use crate::method::{Counts, finger_statistics};
 use crate::recorded::Recorded;
 
 /// Contacts that a stable grasp needs (P1).
@@ -18,18 +18,20 @@ pub(crate) const STABLE: usize = 3;
 
 /// Share of contacts over the instants at which planned and recorded distances are known.
 pub(crate) fn contact_share(
-    rows: &Rows,
+    rows: &MethodRows,
     recorded: &Recorded,
     settings: &EvaluationSettings,
     counts: Counts,
 ) -> Option<ContactShare> {
-    let (planned, of_recording) = (rows.distance_m.as_ref()?, recorded.distance_m.as_ref()?);
+    let (planned, of_recording) = (
+        rows.distance_m.as_ref()?,
+        recorded.rows.recorded_distance_m.as_ref()?,
+    );
     let judged: Vec<usize> = (0..planned.len().min(of_recording.len()))
         .filter(|&k| is_known(&planned[k]) && is_known(&of_recording[k]))
         .collect();
     let n = judged.len();
-    let is_filled =
-        |k: &&usize| recorded.object_filled[**k] || recorded.filled[**k].as_array().contains(&true);
+    let is_filled = |k: &&usize| recorded.any_filled(**k).as_array().contains(&true);
 
     // At least three are in contact at tau where the third nearest to the surface is.
     let third = |distance_m: &[PerFinger<f64>]| -> Vec<f64> {
@@ -75,18 +77,21 @@ pub(crate) fn contact_share(
 /// Absolute difference between planned and recorded distance to the object's surface, each finger:
 /// 0 for a pad planned as deep inside as it was recorded outside.
 pub(crate) fn distance_difference(
-    rows: &Rows,
+    rows: &MethodRows,
     recorded: &Recorded,
     counts: Counts,
 ) -> Option<PerFinger<Statistics>> {
-    let (planned, of_recording) = (rows.distance_m.as_ref()?, recorded.distance_m.as_ref()?);
+    let (planned, of_recording) = (
+        rows.distance_m.as_ref()?,
+        recorded.rows.recorded_distance_m.as_ref()?,
+    );
     let difference: Vec<PerFinger<f64>> = (planned.iter().zip(of_recording))
         .map(|(planned, recorded)| {
             PerFinger::from_fn(|finger| (planned[finger].abs() - recorded[finger].abs()).abs())
         })
         .collect();
-    let filled: Vec<PerFinger<bool>> = (recorded.filled.iter().zip(&recorded.object_filled))
-        .map(|(fingers, &object)| fingers.map(|finger| finger || object))
+    let filled: Vec<PerFinger<bool>> = (0..recorded.rows.filled.len())
+        .map(|k| recorded.any_filled(k))
         .collect();
     Some(finger_statistics(&difference, &filled, counts))
 }

@@ -22,7 +22,7 @@ pub(crate) fn coverage(
                 if !distances[finger].is_nan() {
                     known.push(distances[finger]);
                     let k = segment * counts.samples + t;
-                    n_filled += usize::from(recorded.filled[k][finger]);
+                    n_filled += usize::from(recorded.rows.filled[k][finger]);
                 }
             }
         }

@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use inhand_contact::{ContactError, ContactSeries, phases, slip_m};
 use inhand_model::{
-    ContactDynamics, ContactRow, ContactRows, ContactRules, Finger, Motion, Object, PerFinger,
-    Pose, Position, SegmentLayout, Shape, Status,
+    ContactDynamics, ContactRow, ContactRows, ContactRules, Motion, Object, PerFinger, Pose,
+    Position, Shape, Status, Trajectory,
 };
 use inhand_statistics::runs;
 use rayon::prelude::*;
@@ -13,8 +13,8 @@ use rayon::prelude::*;
 use crate::contacts::in_contact;
 use crate::dynamics_facts::{segment_contacts, take_contacts};
 use crate::input::{EvaluationSettings, TestData};
-use crate::instants::tips;
-use crate::method::has_times_of;
+use crate::instants::fingertips;
+use crate::method::usable;
 use crate::motion_contacts::motion_contacts;
 use crate::movement::JudgedMethod;
 use crate::recorded::Recorded;
@@ -37,14 +37,14 @@ pub struct DynamicsRows {
 /// # Errors
 ///
 /// [`ContactError`] for rules that make no sense.
-pub fn contact_dynamics(
-    data: &TestData<'_>,
+pub fn contact_dynamics<'a>(
+    data: &TestData<'a>,
     recorded: &Recorded,
-    methods: &[JudgedMethod<'_>],
+    methods: &[JudgedMethod<'a>],
     settings: &EvaluationSettings,
     rules: &ContactRules,
 ) -> Result<Option<(ContactDynamics, DynamicsRows)>, ContactError> {
-    let (Some(shape), Some(distance_m)) = (&data.shape, &recorded.distance_m) else {
+    let (Some(shape), Some(distance_m)) = (&data.shape, &recorded.rows.recorded_distance_m) else {
         return Ok(None);
     };
     let takes = (data.motions.par_iter())
@@ -52,14 +52,22 @@ pub fn contact_dynamics(
         .collect::<Result<Vec<_>, _>>()?;
 
     let layout = data.segments.layout();
-    let judged = SegmentsOf {
-        recorded,
-        shape,
-        rules,
-        layout,
-        count: data.segments.len(),
+    let judge = |distance_m: &[PerFinger<f64>],
+                 values_m: &(dyn Fn(usize) -> Option<&'a [f64]> + Sync)| {
+        let segment_rows = |segment: usize| {
+            let instants = segment * layout.samples..(segment + 1) * layout.samples;
+            let judged = (distance_m, rules.tau_m);
+            Stretch::of_segment(recorded, instants, judged, values_m(segment)).rows(
+                shape,
+                layout.rate_hz,
+                rules,
+                false,
+            )
+        };
+        let all = (0..data.segments.len()).into_par_iter();
+        all.map(segment_rows).collect::<Result<Vec<_>, _>>()
     };
-    let mut segments = vec![judged.rows(distance_m, |segment| {
+    let mut segments = vec![judge(distance_m, &|segment| {
         Some(data.segments.fingertips_m(segment))
     })?];
     for method in methods {
@@ -67,9 +75,8 @@ pub fn contact_dynamics(
         let Some(distance_m) = &method.rows.distance_m else {
             return Ok(None);
         };
-        segments.push(judged.rows(distance_m, |segment| {
-            let planned = method.trajectories.get(segment)?.as_ref()?;
-            has_times_of(planned.layout(), layout).then(|| planned.values_m())
+        segments.push(judge(distance_m, &|segment| {
+            usable(method.trajectories, segment, layout).map(Trajectory::values_m)
         })?);
     }
 
@@ -86,7 +93,7 @@ pub fn contact_dynamics(
         methods: (methods.iter().zip(&segments[1..]))
             .map(|(method, rows)| {
                 let contacts = segment_contacts(rows, layout.rate_hz);
-                (method.name.to_owned(), contacts)
+                (method.rows.name.clone(), contacts)
             })
             .collect(),
     };
@@ -113,39 +120,6 @@ pub fn contact_rows(
     rows.map(Some)
 }
 
-/// How the segments of one motion are looked at.
-struct SegmentsOf<'a> {
-    recorded: &'a Recorded,
-    shape: &'a Shape,
-    rules: &'a ContactRules,
-    layout: SegmentLayout,
-    count: usize,
-}
-
-impl SegmentsOf<'_> {
-    /// What touches in each segment of a motion, by its distances at all instants and its 15 N numbers of each
-    /// segment, `None` where the plan failed.
-    fn rows<'v>(
-        &self,
-        distance_m: &[PerFinger<f64>],
-        values_m: impl Fn(usize) -> Option<&'v [f64]> + Sync,
-    ) -> Result<Vec<ContactRows>, ContactError> {
-        let samples = self.layout.samples;
-        (0..self.count)
-            .into_par_iter()
-            .map(|segment| {
-                let stretch = Stretch::of_segment(
-                    self.recorded,
-                    segment * samples..(segment + 1) * samples,
-                    (distance_m, self.rules.tau_m),
-                    values_m(segment),
-                );
-                stretch.rows(self.shape, self.layout.rate_hz, self.rules, false)
-            })
-            .collect()
-    }
-}
-
 /// Fingertips and object over a stretch of time, sample by sample.
 struct Stretch {
     touches: Vec<PerFinger<Option<bool>>>,
@@ -166,9 +140,8 @@ impl Stretch {
         let object = motion.object.as_ref();
         let touches = (distances.iter())
             .map(|contact| {
-                PerFinger::from_fn(|finger| {
-                    contact.and_then(|contact| touches(contact.distance_m[finger], tau_m))
-                })
+                let unknown = PerFinger::default();
+                contact.map_or(unknown, |distance_m| distance_m.map(|d| touches(d, tau_m)))
             })
             .collect();
         let pads = (0..motion.len())
@@ -201,11 +174,7 @@ impl Stretch {
         (distance_m, tau_m): (&[PerFinger<f64>], f64),
         values_m: Option<&[f64]>,
     ) -> Self {
-        let positions: Vec<PerFinger<Position<_>>> = values_m.map_or_else(Vec::new, |values_m| {
-            <[f64]>::chunks_exact(values_m, 3 * Finger::COUNT)
-                .map(tips)
-                .collect()
-        });
+        let positions: Vec<_> = values_m.into_iter().flat_map(fingertips).collect();
         let pads = (instants.clone().enumerate())
             .map(|(t, k)| {
                 let object_from_hand = recorded.object_from_hand.get(k).copied().flatten();
@@ -217,9 +186,7 @@ impl Stretch {
                 .map(|k| distance_m[k].map(|distance_m| touches(distance_m, tau_m)))
                 .collect(),
             pads,
-            filled: instants
-                .map(|k| recorded.filled[k].map(|filled| filled || recorded.object_filled[k]))
-                .collect(),
+            filled: instants.map(|k| recorded.any_filled(k)).collect(),
         }
     }
 

@@ -99,9 +99,8 @@ pub use intervals::{
     ContactCounts, Contestant, ErrorsByCluster, SortedErrors, best_baseline, intervals,
     session_intervals,
 };
-pub use method::{Rows, evaluate_method};
-pub use motion_contacts::{SampleContacts, motion_contacts};
-pub use movement::{JudgedMethod, MovementSettings, movement};
-pub use object::PoseErrors;
+pub use method::evaluate_method;
+pub use motion_contacts::motion_contacts;
+pub use movement::{JudgedMethod, MovementSettings, filled_segments, movement};
 pub use quality::recording_quality;
 pub use recorded::{Recorded, recorded};

@@ -3,27 +3,16 @@
 use inhand_contact::FingerOffsets;
 use inhand_model::{Motion, PerFinger, Pose, Shape};
 
-use crate::contacts::in_contact;
 use crate::input::EvaluationSettings;
 
-/// Fingertips and the object at one sample of a take.
-#[derive(Clone, Copy, Debug)]
-pub struct SampleContacts {
-    /// Signed distance of each pad to the object's surface, metres, negative inside; NaN where the
-    /// fingertip is missing.
-    pub distance_m: PerFinger<f64>,
-    /// Whether each finger is in contact, its distance between -tau and tau.
-    pub in_contact: PerFinger<bool>,
-}
-
-/// What touches at each sample of a motion, as [`recorded`](crate::recorded) judges it inside segments;
-/// `None` at samples without the object, or without any fingertip. No sample at all where the motion has
+/// Signed distance of each pad to the object's surface at each sample of a motion, metres, negative inside, as
+/// [`recorded`](crate::recorded) measures it inside segments; NaN where the fingertip is missing. `None` at samples without the object, or without any fingertip. No sample at all where the motion has
 /// no object.
 pub fn motion_contacts(
     motion: &Motion,
     shape: &Shape,
     settings: &EvaluationSettings,
-) -> Vec<Option<SampleContacts>> {
+) -> Vec<Option<PerFinger<f64>>> {
     let Some(object) = &motion.object else {
         return Vec::new();
     };
@@ -38,10 +27,7 @@ pub fn motion_contacts(
                 })
             });
             let known = distance_m.as_array().iter().any(|d| !d.is_nan());
-            known.then(|| SampleContacts {
-                distance_m,
-                in_contact: distance_m.map(|d| in_contact(d, settings.tau_m)),
-            })
+            known.then_some(distance_m)
         })
         .collect()
 }

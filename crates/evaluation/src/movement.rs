@@ -4,26 +4,25 @@
 use inhand_curves::smoothness::path_measures;
 use inhand_curves::warping::Candidates;
 use inhand_model::{
-    Configuration, Finger, FingerMovement, Movement, MovementAnalysis, MovementRows, PathFacts,
-    PerFinger, Position, SEGMENT_COORDINATES, SegmentMovement, Segments, Statistics, Trajectory,
+    Configuration, Finger, FingerMovement, MethodRows, Movement, MovementAnalysis, MovementRows,
+    PathFacts, PerFinger, Position, SEGMENT_COORDINATES, SegmentMovement, Segments, Statistics,
+    Trajectory,
 };
 use inhand_statistics::quantiles::statistics;
 use rayon::prelude::*;
 
 use crate::input::TestData;
 use crate::instants::tips;
-use crate::method::{Rows, has_times_of};
+use crate::method::usable;
 use crate::recorded::Recorded;
 
 /// What a method made of the test segments, and what that does at every instant.
 #[derive(Clone, Copy, Debug)]
 pub struct JudgedMethod<'a> {
-    /// Name, such as `prior`.
-    pub name: &'a str,
     /// One for each segment, as in [`MethodResult`](crate::MethodResult).
     pub trajectories: &'a [Option<Trajectory>],
     /// What [`evaluate_method`](crate::evaluate_method) gave for it.
-    pub rows: &'a Rows,
+    pub rows: &'a MethodRows,
 }
 
 /// Choices about measures of motion; they are written into the result.
@@ -98,19 +97,17 @@ pub fn movement(
             .collect(),
     };
     let of_methods = methods.iter().map(|method| MovementRows {
-        name: method.name.to_owned(),
+        name: method.rows.name.clone(),
         segments: (0..segments)
             .into_par_iter()
             .map(|segment| {
-                let planned = method.trajectories.get(segment).and_then(Option::as_ref);
-                let planned = planned.filter(|planned| has_times_of(planned.layout(), layout));
-                measure(planned.map(Trajectory::values_m))
+                measure(usable(method.trajectories, segment, layout).map(Trajectory::values_m))
             })
             .collect(),
     });
     let rows: Vec<MovementRows> = std::iter::once(of_recording).chain(of_methods).collect();
 
-    let filled = filled_segments(recorded, layout.samples);
+    let filled = filled_segments(recorded);
     let whole = segments + data.segments.left_out;
     let of = |rows: &MovementRows| summary(rows, &filled, whole, !used.is_empty());
     let analysis = MovementAnalysis {
@@ -127,8 +124,9 @@ pub fn movement(
 }
 
 /// Whether any sample of each recorded fingertip was filled, for each segment.
-pub(crate) fn filled_segments(recorded: &Recorded, samples: usize) -> Vec<PerFinger<bool>> {
-    (recorded.filled.chunks(samples.max(1)))
+pub fn filled_segments(recorded: &Recorded) -> Vec<PerFinger<bool>> {
+    let rows = &recorded.rows;
+    (rows.filled.chunks(rows.layout.samples.max(1)))
         .map(|instants| PerFinger::from_fn(|finger| instants.iter().any(|filled| filled[finger])))
         .collect()
 }

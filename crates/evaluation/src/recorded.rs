@@ -1,26 +1,17 @@
 //! Measures of the recorded motion itself, computed once for all methods.
 
-use inhand_model::{Hand, Object, PerFinger, Pose, Status};
+use inhand_model::{EvaluationRows, Hand, Object, PerFinger, Pose, Status};
 use rayon::prelude::*;
 
 use crate::input::{EvaluationSettings, TestData};
-use crate::instants::{NearestPair, SegmentInstants, hull_probes, look};
+use crate::instants::measure;
 
 /// The recorded motion at every instant of the test segments: segment after segment, sample after
 /// sample, so that sample `t` of segment `s` has the index `s * N + t`.
 #[derive(Clone, Debug)]
 pub struct Recorded {
-    /// Whether each fingertip was filled there rather than measured.
-    pub filled: Vec<PerFinger<bool>>,
-    /// Whether the object's pose was filled there; `false` where it is missing.
-    pub object_filled: Vec<bool>,
-    /// Signed distance of each pad to the object's surface, metres, NaN where the object is missing;
-    /// `None` where no take has an object, or its shape is not known.
-    pub distance_m: Option<Vec<PerFinger<f64>>>,
-    /// Signed distance of each fingertip to its training hull, metres, negative inside.
-    pub hull_distance_m: Vec<PerFinger<f64>>,
-    /// Distance between the nearest two fingertips, metres, and which they are.
-    pub nearest_pair: Vec<NearestPair>,
+    /// What was measured, without any method.
+    pub rows: EvaluationRows,
     /// Where the object is, for planned fingertips and objects; empty where no take has one.
     pub(crate) object_from_hand: Vec<Option<Pose<Object, Hand>>>,
 }
@@ -31,66 +22,40 @@ pub struct Recorded {
 /// are those of the motion that each segment was cut from. Where a segment's take is not among the
 /// motions the object is missing.
 pub fn recorded(data: &TestData<'_>, settings: &EvaluationSettings) -> Recorded {
-    let samples = data.segments.layout().samples;
+    let layout = data.segments.layout();
     let has_object = data.motions.iter().any(|m| m.object.is_some());
-    let has_distance = has_object && data.shape.is_some();
-    let segments: Vec<(Vec<Known>, SegmentInstants)> = (0..data.segments.len())
+    let known: Vec<Known> = (0..data.segments.len() * layout.samples)
         .into_par_iter()
-        .map_init(
-            || hull_probes(data),
-            |probes, segment| {
-                let known: Vec<Known> = (0..samples).map(|t| known(data, segment, t)).collect();
-                let poses: Vec<_> = (known.iter().filter(|_| has_object))
-                    .map(|known| known.object_from_hand)
-                    .collect();
-                let instants = look(
-                    data,
-                    settings,
-                    probes,
-                    data.segments.fingertips_m(segment),
-                    &poses,
-                );
-                (known, instants)
-            },
-        )
+        .map(|k| known(data, k / layout.samples, k % layout.samples))
         .collect();
-
-    let count = samples * data.segments.len();
-    let mut recorded = Recorded {
-        filled: Vec::with_capacity(count),
-        object_filled: Vec::with_capacity(count),
-        distance_m: has_distance.then(|| Vec::with_capacity(count)),
-        hull_distance_m: Vec::with_capacity(count),
-        nearest_pair: Vec::with_capacity(count),
-        object_from_hand: Vec::with_capacity(if has_object { count } else { 0 }),
+    let object_from_hand: Vec<_> = (known.iter().filter(|_| has_object))
+        .map(|known| known.object_from_hand)
+        .collect();
+    let instants = measure(data, settings, &object_from_hand, |segment| {
+        Some(data.segments.fingertips_m(segment))
+    });
+    let has_distance = has_object && data.shape.is_some();
+    let rows = EvaluationRows {
+        layout,
+        takes: data.motions.iter().map(|m| m.name.clone()).collect(),
+        segments: data.segments.origins().to_vec(),
+        filled: known.iter().map(|known| known.filled).collect(),
+        object_filled: known.iter().map(|known| known.object_filled).collect(),
+        recorded_distance_m: has_distance.then_some(instants.distance_m),
+        recorded_hull_distance_m: instants.hull_distance_m,
+        recorded_nearest_pair_m: instants.nearest_pair.iter().map(|pair| pair.0).collect(),
+        methods: Vec::new(),
     };
-    for (known, instants) in segments {
-        for known in known {
-            recorded.filled.push(known.filled);
-            recorded.object_filled.push(known.object_filled);
-            if has_object {
-                recorded.object_from_hand.push(known.object_from_hand);
-            }
-        }
-        if let Some(distance_m) = &mut recorded.distance_m {
-            distance_m.extend(instants.distance_m);
-        }
-        recorded.hull_distance_m.extend(instants.hull_distance_m);
-        recorded.nearest_pair.extend(instants.nearest_pair);
+    Recorded {
+        rows,
+        object_from_hand,
     }
-    recorded
 }
 
 impl Recorded {
-    /// Poses of the object at the instants of a segment of `samples`; none where there is no object.
-    pub(crate) fn object_from_hand(
-        &self,
-        segment: usize,
-        samples: usize,
-    ) -> &[Option<Pose<Object, Hand>>] {
-        self.object_from_hand
-            .get(segment * samples..(segment + 1) * samples)
-            .unwrap_or_default()
+    /// Whether each fingertip or the object was filled at an instant.
+    pub(crate) fn any_filled(&self, k: usize) -> PerFinger<bool> {
+        self.rows.filled[k].map(|finger| finger || self.rows.object_filled[k])
     }
 }
 

@@ -8,8 +8,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use inhand_evaluation::Rows;
-use inhand_model::{Dictionary, Evaluation, InputHash, Motion, MotionRows, Provenance, Segments};
+use inhand_model::{
+    Dictionary, Evaluation, InputHash, MethodRows, Motion, MotionRows, Provenance, Segments,
+};
 use inhand_report::Report;
 use rayon::prelude::*;
 
@@ -149,7 +150,7 @@ struct Cut<'a> {
 struct Judged<'a> {
     comparison: Comparison<'a>,
     evaluation: Evaluation,
-    rows: Vec<Rows>,
+    rows: Vec<MethodRows>,
     motion: MotionRows,
 }
 
@@ -330,7 +331,7 @@ impl<'a> Run<'a> {
     ) -> Result<(Evaluation, Vec<PathBuf>), SessionError> {
         let settings = self.settings;
         let mut evaluation = judged.evaluation;
-        let rows = steps::evaluation_rows(&judged.comparison, generated, judged.rows);
+        let rows = steps::evaluation_rows(&judged.comparison, judged.rows);
         let intervals = || steps::intervals(&evaluation, &rows, settings);
         evaluation.intervals = self.time("intervals", intervals)?;
         let illustrated = Illustrated {

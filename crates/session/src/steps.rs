@@ -1,12 +1,13 @@
 //! The steps on values: process, demonstrate, learn, generate, evaluate. No file is touched here.
 
 use inhand_evaluation::{
-    Corridors, EvaluationSettings, MethodResult, ObjectPoses, Recorded, Rows, TestData,
-    evaluate_method, recorded, recording_quality,
+    Corridors, EvaluationSettings, MethodResult, ObjectPoses, Recorded, TestData, evaluate_method,
+    recorded, recording_quality,
 };
 use inhand_model::{
-    DeviationFacts, Dictionary, DictionaryFacts, Evaluation, MethodChoice, MethodEvaluation,
-    Motion, Plan, Roles, SegmentLayout, Segments, SessionFacts, TakeFacts, TakeQuality,
+    DeviationFacts, Dictionary, DictionaryFacts, Evaluation, EvaluationRows, MethodChoice,
+    MethodEvaluation, MethodRows, Motion, Plan, Roles, SegmentLayout, Segments, SessionFacts,
+    TakeFacts, TakeQuality,
 };
 use inhand_motion::{
     Cut, SegmentSettings, Templates, cut_segments, fit_templates, smooth, to_hand_frame,
@@ -25,7 +26,6 @@ mod intervals;
 mod learn;
 mod motion;
 mod rank;
-mod rows;
 mod select;
 mod shown;
 
@@ -42,7 +42,6 @@ pub(crate) use learn::nmf_settings_of;
 pub use learn::{complete, drawn_demonstrations, learn, nmf_settings, with_deviations};
 pub use motion::{MotionAnalysis, contact_rows, contact_rules, motion_analysis};
 pub use rank::judge_ranks;
-pub use rows::evaluation_rows;
 pub use select::{Tally, Used, select, used};
 pub use shown::{Shown, demonstrated};
 
@@ -264,7 +263,10 @@ pub fn measure_recorded<'a>(
 }
 
 /// Compares a method's motion with the recorded one.
-pub fn evaluate(comparison: &Comparison<'_>, generated: &Generated) -> (MethodEvaluation, Rows) {
+pub fn evaluate(
+    comparison: &Comparison<'_>,
+    generated: &Generated,
+) -> (MethodEvaluation, MethodRows) {
     let objects = planned_objects(generated);
     let method = MethodResult {
         name: generated.method.name(),
@@ -284,6 +286,14 @@ pub fn evaluate(comparison: &Comparison<'_>, generated: &Generated) -> (MethodEv
         &method,
         &comparison.settings,
     )
+}
+
+/// The rows of all methods, in the order of [`evaluate`], beside what the recording itself does.
+pub fn evaluation_rows(comparison: &Comparison<'_>, methods: Vec<MethodRows>) -> EvaluationRows {
+    EvaluationRows {
+        methods,
+        ..comparison.recorded.rows.clone()
+    }
 }
 
 /// Where a method plans the object to be; `None` for one that plans fingertips alone.

@@ -47,7 +47,7 @@ pub fn evaluate_stored(
         .map(|g| steps::evaluate(&comparison, g))
         .unzip();
     let motion = steps::motion_analysis(&comparison, &generated, &rows, None, settings)?;
-    let rows = steps::evaluation_rows(&comparison, &generated, rows);
+    let rows = steps::evaluation_rows(&comparison, rows);
     let results: Vec<_> = (takes.iter().zip(&motions))
         .map(|(take, motion)| TakeResult {
             take,

@@ -6,8 +6,7 @@ use inhand_channels::{
     ContactSample, EvaluatedMethod, EvaluatedSample, GeneratedMethod, GeneratedSegment, RECORDED,
     TakeFile, UnsolvedPlan, WriteSettings,
 };
-use inhand_evaluation::{Rows, SampleContacts};
-use inhand_model::{Hull, Motion, PerFinger, Provenance, Segments};
+use inhand_model::{Hull, MethodRows, Motion, PerFinger, Provenance, Segments, in_contact};
 
 use crate::error::{Located, SessionError};
 use crate::found_events;
@@ -41,7 +40,7 @@ pub struct GeneratedMotion<'a> {
     /// Methods with their trajectories.
     pub generated: &'a [Generated],
     /// Errors and distances of each method; empty before an evaluation.
-    pub rows: &'a [Rows],
+    pub rows: &'a [MethodRows],
     /// Where each fingertip has been in training.
     pub hulls: &'a PerFinger<Hull>,
 }
@@ -73,6 +72,7 @@ pub fn write(path: &Path, contents: &TakeContents<'_>, view: bool) -> Result<(),
             unsolved,
         })
         .collect();
+    let tau_m = contents.settings.evaluate.tau_mm / 1e3;
     let annotations = found_events::with_found(
         &contents.take.annotations,
         contents.motion,
@@ -82,7 +82,7 @@ pub fn write(path: &Path, contents: &TakeContents<'_>, view: bool) -> Result<(),
     let of_methods = (motion.iter()).flat_map(|motion| {
         methods.iter().zip(rows).map(|(g, rows)| EvaluatedMethod {
             name: g.method.name().to_owned(),
-            samples: motion.evaluated_samples(rows, &of_take),
+            samples: motion.evaluated_samples(rows, &of_take, tau_m),
         })
     });
     let evaluated: Vec<_> = recorded.into_iter().chain(of_methods).collect();
@@ -152,7 +152,12 @@ impl<'a> GeneratedMotion<'a> {
             .collect()
     }
 
-    fn evaluated_samples(&self, rows: &Rows, of_take: &[usize]) -> Vec<EvaluatedSample> {
+    fn evaluated_samples(
+        &self,
+        rows: &MethodRows,
+        of_take: &[usize],
+        tau_m: f64,
+    ) -> Vec<EvaluatedSample> {
         let samples = self.segments.layout().samples;
         let instants = of_take.iter().flat_map(|&segment| {
             let start = self.segments.origins()[segment].start;
@@ -163,7 +168,7 @@ impl<'a> GeneratedMotion<'a> {
             .map(|(sample, row)| EvaluatedSample {
                 sample,
                 error_m: Some(rows.error_m[row]),
-                contact: contact_sample(rows, row),
+                contact: contact_sample(rows, row, tau_m),
             })
             .collect()
     }
@@ -177,14 +182,11 @@ pub(crate) fn recorded_contacts(
     let contacts = steps::contacts(motion, settings)?;
     let samples: Vec<_> = (contacts.iter().enumerate())
         .filter_map(|(sample, contact)| {
-            let SampleContacts {
-                distance_m,
-                in_contact,
-            } = (*contact)?;
+            let distance_m = (*contact)?;
             Some(EvaluatedSample {
                 sample,
                 error_m: None,
-                contact: Some(counted(distance_m, in_contact)),
+                contact: Some(counted(distance_m, settings.evaluate.tau_mm / 1e3)),
             })
         })
         .collect();
@@ -194,9 +196,8 @@ pub(crate) fn recorded_contacts(
     }))
 }
 
-fn contact_sample(rows: &Rows, row: usize) -> Option<ContactSample> {
+fn contact_sample(rows: &MethodRows, row: usize, tau_m: f64) -> Option<ContactSample> {
     let distance_m = rows.distance_m.as_ref()?[row];
-    let in_contact = rows.in_contact.as_ref()?[row];
     if distance_m
         .as_array()
         .iter()
@@ -204,10 +205,11 @@ fn contact_sample(rows: &Rows, row: usize) -> Option<ContactSample> {
     {
         return None; // The object is missing at this instant.
     }
-    Some(counted(distance_m, in_contact))
+    Some(counted(distance_m, tau_m))
 }
 
-fn counted(distance_m: PerFinger<f64>, in_contact: PerFinger<bool>) -> ContactSample {
+fn counted(distance_m: PerFinger<f64>, tau_m: f64) -> ContactSample {
+    let in_contact = distance_m.map(|distance_m| in_contact(distance_m, tau_m));
     let touching = in_contact.as_array().iter().filter(|&&touches| touches);
     ContactSample {
         distance_m,

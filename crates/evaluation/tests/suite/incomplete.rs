@@ -2,8 +2,8 @@
 
 use inhand_evaluation::{EvaluationSettings, MethodResult, evaluate_method, motion_contacts};
 use inhand_model::{
-    Certificate, ConstraintFamily, Finger, PerFamily, PerFinger, Plan, PlanChecks, PlanStatus,
-    SegmentLayout, Shape, Status, Track, Trajectory,
+    Certificate, ConstraintFamily, Finger, PerFamily, Plan, PlanChecks, PlanStatus, SegmentLayout,
+    Shape, Status, Track, Trajectory,
 };
 use nalgebra::DVector;
 
@@ -41,7 +41,6 @@ fn missing_objects_leave_contacts_out() {
     );
     // Sample 3 of the take is the third of the first segment.
     assert!(rows.distance_m.unwrap()[2][Finger::Thumb].is_nan());
-    assert_eq!(rows.in_contact.unwrap()[2], PerFinger::default());
 }
 
 #[test]
@@ -68,7 +67,7 @@ fn failed_plans_are_left_out_and_counted() {
     assert_eq!(rows.error_m.len(), 12);
     assert!(rows.error_m[4][Finger::Thumb].is_nan());
     assert!(rows.hull_distance_m[7][Finger::Little].is_nan());
-    assert!(rows.nearest_pair[5].0.is_nan());
+    assert!(rows.nearest_pair_m[5].is_nan());
 }
 
 #[test]
@@ -125,13 +124,13 @@ fn without_a_shape_or_an_object_there_are_no_contacts() {
     session.shape = None;
     let (evaluation, rows) = session.evaluate(&session.copies());
     assert!(evaluation.contact.is_none() && evaluation.distance_difference.is_none());
-    assert!(rows.distance_m.is_none() && rows.in_contact.is_none());
+    assert!(rows.distance_m.is_none());
 
     let mut session = self::session();
     session.motions[0].object = None;
-    assert!(session.recorded().distance_m.is_none());
+    assert!(session.recorded().rows.recorded_distance_m.is_none());
     let (evaluation, rows) = session.evaluate(&session.copies());
-    assert!(evaluation.contact.is_none() && rows.in_contact.is_none());
+    assert!(evaluation.contact.is_none() && rows.distance_m.is_none());
     assert_eq!(evaluation.error.all.n, 60);
 }
 
@@ -238,17 +237,15 @@ fn a_whole_take_has_contacts_where_object_and_a_fingertip_are() {
     let contacts = motion_contacts(&session.motions[0], &shape, &EvaluationSettings::paper());
     assert_eq!(contacts.len(), 14);
     for (k, contact) in contacts.into_iter().enumerate() {
-        let Some(contact) = contact else {
+        let Some(distance_m) = contact else {
             assert!((3..=5).contains(&k) || k == 9, "sample {k}");
             continue;
         };
         let expected_m = [0.001, f64::NAN, 0.003, 0.004, 0.020];
         for (finger, expected_m) in Finger::ALL.into_iter().zip(expected_m) {
-            let found_m = contact.distance_m[finger];
+            let found_m = distance_m[finger];
             let equal = (found_m - expected_m).abs() < 1e-12;
             assert!(equal || (found_m.is_nan() && expected_m.is_nan()));
-            // tau is 5 mm; what is missing touches nothing.
-            assert_eq!(contact.in_contact[finger], expected_m <= 0.005);
         }
     }
     // Without an object nothing is known.

@@ -1,11 +1,9 @@
 //! Measures of motion, and contacts over time, where they can be worked out by hand.
 
-use inhand_evaluation::{
-    DynamicsRows, JudgedMethod, MovementSettings, Rows, contact_dynamics, movement,
-};
+use inhand_evaluation::{DynamicsRows, JudgedMethod, MovementSettings, contact_dynamics, movement};
 use inhand_model::{
-    ContactDynamics, ContactRules, Finger, FingerSet, MovementAnalysis, MovementRows, PerFinger,
-    Segments, Trajectory,
+    ContactDynamics, ContactRules, Finger, FingerSet, MethodRows, MovementAnalysis, MovementRows,
+    PerFinger, Segments, Trajectory,
 };
 
 use crate::session::{Session, anywhere, beside_cube, fill, motion, object_ahead};
@@ -25,8 +23,11 @@ fn moved(
     planned: &[Option<Trajectory>],
     demonstrations: Option<&Segments>,
 ) -> (MovementAnalysis, Vec<MovementRows>) {
-    let rows = session.evaluate(planned).1;
-    let method = judged(name, planned, &rows);
+    let rows = MethodRows {
+        name: name.to_owned(),
+        ..session.evaluate(planned).1
+    };
+    let method = judged(planned, &rows);
     session.with_data(|data| {
         let settings = MovementSettings::USUAL;
         movement(
@@ -39,23 +40,15 @@ fn moved(
     })
 }
 
-fn judged<'a>(
-    name: &'a str,
-    trajectories: &'a [Option<Trajectory>],
-    rows: &'a Rows,
-) -> JudgedMethod<'a> {
-    JudgedMethod {
-        name,
-        trajectories,
-        rows,
-    }
+fn judged<'a>(trajectories: &'a [Option<Trajectory>], rows: &'a MethodRows) -> JudgedMethod<'a> {
+    JudgedMethod { trajectories, rows }
 }
 
 /// Contacts of the session's takes, and of plans.
 fn touched(session: &Session, planned: &[Option<Trajectory>]) -> (ContactDynamics, DynamicsRows) {
     let rows = session.evaluate(planned).1;
     let found = session.with_data(|data| {
-        let method = judged("planned", planned, &rows);
+        let method = judged(planned, &rows);
         contact_dynamics(
             &data,
             &session.recorded(),
@@ -295,7 +288,7 @@ fn segments_stand_alone_and_failed_plans_are_left_out() {
     assert!((index.known_s - 0.4).abs() < 1e-12);
     assert_eq!(recorded.by_fingers, [0, 0, 0, 10, 30, 0]);
     let (name, method) = &found.methods[0];
-    assert_eq!((name.as_str(), method.segments), ("planned", 1));
+    assert_eq!((name.as_str(), method.segments), ("test", 1));
     assert_eq!(method.by_fingers, [0, 0, 0, 10, 10, 0]);
     assert!((method.by_finger[Finger::Index].duty - 0.5).abs() < 1e-12);
     assert_eq!(rows.segments[1][0].known(Finger::Thumb), 0);
@@ -309,7 +302,7 @@ fn without_an_object_there_are_no_contacts_and_bad_rules_are_named() {
     let rows = session.evaluate(&planned).1;
     let with = |session: &Session, rules: &ContactRules| {
         session.with_data(|data| {
-            let method = judged("planned", &planned, &rows);
+            let method = judged(&planned, &rows);
             contact_dynamics(
                 &data,
                 &session.recorded(),

@@ -1,6 +1,6 @@
 //! What holds for any session.
 
-use inhand_model::{PerFinger, Pose, Position};
+use inhand_model::{PerFinger, Pose, Position, in_contact};
 use nalgebra::{Isometry3, Vector3};
 use proptest::prelude::*;
 
@@ -80,8 +80,9 @@ proptest! {
             session.settings.tau_m = share.tau_m;
             let (evaluation, rows) = session.evaluate(&planned(&session, &off));
             prop_assert_eq!(evaluation.contact.unwrap().three_or_more, share.three_or_more);
-            let flags = rows.in_contact.unwrap();
-            let three = flags.iter().filter(|f| f.as_array().iter().filter(|&&c| c).count() >= 3);
+            let distance_m = rows.distance_m.unwrap();
+            let touching = |d: &PerFinger<f64>| d.as_array().iter().filter(|&&d| in_contact(d, share.tau_m)).count();
+            let three = distance_m.iter().filter(|d| touching(d) >= 3);
             prop_assert_eq!(three.count() as f64 / contact.n as f64, share.three_or_more);
         }
     }
@@ -91,10 +92,10 @@ proptest! {
         let recorded = session.recorded();
         let (_, rows) = session.evaluate(&planned(&session, &off));
         let distances = rows.distance_m.unwrap();
-        let of_recording = recorded.distance_m.unwrap();
+        let of_recording = recorded.rows.recorded_distance_m.unwrap();
         for k in 0..rows.error_m.len() {
             for (finger, error) in rows.error_m[k].iter() {
-                let hull = rows.hull_distance_m[k][finger] - recorded.hull_distance_m[k][finger];
+                let hull = rows.hull_distance_m[k][finger] - recorded.rows.recorded_hull_distance_m[k][finger];
                 prop_assert!(hull.abs() <= error + 1e-12);
                 let object = distances[k][finger] - of_recording[k][finger];
                 prop_assert!(object.is_nan() || object.abs() <= error + 1e-12);

@@ -181,9 +181,15 @@ fn an_evaluation_agrees_with_numpy() {
     for (name, found) in [
         ("error_m", &rows.error_m),
         ("distance_m", rows.distance_m.as_ref().unwrap()),
-        ("recorded_distance_m", recorded.distance_m.as_ref().unwrap()),
+        (
+            "recorded_distance_m",
+            recorded.rows.recorded_distance_m.as_ref().unwrap(),
+        ),
         ("hull_distance_m", &rows.hull_distance_m),
-        ("recorded_hull_distance_m", &recorded.hull_distance_m),
+        (
+            "recorded_hull_distance_m",
+            &recorded.rows.recorded_hull_distance_m,
+        ),
     ] {
         let expected = list(&reference["expected_rows"][name]);
         assert_eq!(found.len(), expected.len(), "{name}");

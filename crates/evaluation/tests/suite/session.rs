@@ -2,12 +2,12 @@
 
 use inhand_contact::hull;
 use inhand_evaluation::{
-    EvaluationSettings, MethodResult, Recorded, Rows, TestData, evaluate_method, recorded,
+    EvaluationSettings, MethodResult, Recorded, TestData, evaluate_method, recorded,
 };
 use inhand_model::{
-    Clock, Demonstrated, EndConditions, Hand, MethodEvaluation, Motion, Object, PerFinger, Pose,
-    PoseTrack, Position, SEGMENT_COORDINATES, SegmentLayout, SegmentOrigin, Segments, Shape,
-    StartTime, Status, Track, Trajectory, VelocityBounds,
+    Clock, Demonstrated, EndConditions, Hand, MethodEvaluation, MethodRows, Motion, Object,
+    PerFinger, Pose, PoseTrack, Position, SEGMENT_COORDINATES, SegmentLayout, SegmentOrigin,
+    Segments, Shape, StartTime, Status, Track, Trajectory, VelocityBounds,
 };
 use nalgebra::{DMatrix, Isometry3};
 
@@ -82,11 +82,14 @@ impl Session {
         self.with_data(|data| recorded(&data, &self.settings))
     }
 
-    pub(crate) fn evaluate(&self, trajectories: &[Option<Trajectory>]) -> (MethodEvaluation, Rows) {
+    pub(crate) fn evaluate(
+        &self,
+        trajectories: &[Option<Trajectory>],
+    ) -> (MethodEvaluation, MethodRows) {
         self.judge(&method(trajectories))
     }
 
-    pub(crate) fn judge(&self, method: &MethodResult<'_>) -> (MethodEvaluation, Rows) {
+    pub(crate) fn judge(&self, method: &MethodResult<'_>) -> (MethodEvaluation, MethodRows) {
         self.with_data(|data| evaluate_method(&data, &self.recorded(), method, &self.settings))
     }
 

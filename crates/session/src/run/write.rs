@@ -3,8 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use inhand_evaluation::Rows;
-use inhand_model::{EvaluationRows, Hull, MotionRows, PerFinger, Provenance, Segments};
+use inhand_model::{EvaluationRows, Hull, MethodRows, MotionRows, PerFinger, Provenance, Segments};
 use inhand_report::Report;
 use rayon::prelude::*;
 
@@ -22,7 +21,7 @@ use crate::take_file::{self, GeneratedMotion, TakeContents};
 pub(super) fn write_takes(
     results: &[TakeResult<'_>],
     test: &Segments,
-    (generated, rows): (&[Generated], &[Rows]),
+    (generated, rows): (&[Generated], &[MethodRows]),
     hulls: &PerFinger<Hull>,
     provenance: &Provenance,
     options: &RunOptions,

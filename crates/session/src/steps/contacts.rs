@@ -1,7 +1,7 @@
 //! Contact rule, and the contacts of a recorded motion.
 
-use inhand_evaluation::{EvaluationSettings, SampleContacts, motion_contacts};
-use inhand_model::Motion;
+use inhand_evaluation::{EvaluationSettings, motion_contacts};
+use inhand_model::{Motion, PerFinger};
 
 use crate::error::SessionError;
 use crate::settings::Settings;
@@ -16,7 +16,7 @@ pub(super) fn evaluation_settings(settings: &Settings) -> Result<EvaluationSetti
     })
 }
 
-/// What touches at each sample of a motion; no sample where the object's shape or pose is not known.
+/// Signed distance of each pad to the object at each sample of a motion, metres; no sample where the object's shape or pose is not known.
 ///
 /// # Errors
 ///
@@ -24,7 +24,7 @@ pub(super) fn evaluation_settings(settings: &Settings) -> Result<EvaluationSetti
 pub fn contacts(
     motion: &Motion,
     settings: &Settings,
-) -> Result<Vec<Option<SampleContacts>>, SessionError> {
+) -> Result<Vec<Option<PerFinger<f64>>>, SessionError> {
     Ok(match settings.shape()? {
         Some(shape) => motion_contacts(motion, &shape, &evaluation_settings(settings)?),
         None => Vec::new(),

@@ -1,8 +1,10 @@
 //! Movement and contact dynamics of the recording and of each method.
 
-use inhand_evaluation::{JudgedMethod, MovementSettings, Rows, contact_dynamics, movement};
+use inhand_evaluation::{
+    JudgedMethod, MovementSettings, contact_dynamics, filled_segments, movement,
+};
 use inhand_model::{
-    ContactDynamics, ContactRows, ContactRules, Motion, MotionRows, MovementAnalysis, PerFinger,
+    ContactDynamics, ContactRows, ContactRules, MethodRows, Motion, MotionRows, MovementAnalysis,
     Segments,
 };
 
@@ -30,14 +32,13 @@ pub struct MotionAnalysis {
 pub fn motion_analysis(
     comparison: &Comparison<'_>,
     generated: &[Generated],
-    rows: &[Rows],
+    rows: &[MethodRows],
     train: Option<&Segments>,
     settings: &Settings,
 ) -> Result<MotionAnalysis, SessionError> {
     let (data, recorded) = (&comparison.data, &comparison.recorded);
     let methods: Vec<_> = (generated.iter().zip(rows))
         .map(|(generated, rows)| JudgedMethod {
-            name: generated.method.name(),
             trajectories: &generated.trajectories,
             rows,
         })
@@ -48,18 +49,13 @@ pub fn motion_analysis(
         || contact_dynamics(data, recorded, &methods, &comparison.settings, &rules),
     );
     let (contacts, contact_rows) = contacts?.unzip();
-    let layout = data.segments.layout();
-    let filled = (recorded.filled.chunks(layout.samples.max(1)))
-        .map(|instants| PerFinger::from_fn(|finger| instants.iter().any(|filled| filled[finger])));
     let (take_contacts, segment_contacts) =
         contact_rows.map(|rows| (rows.takes, rows.segments)).unzip();
     let rows = MotionRows {
-        layout,
-        takes: (data.motions.iter())
-            .map(|motion| motion.name.clone())
-            .collect(),
-        segments: data.segments.origins().to_vec(),
-        filled: filled.collect(),
+        layout: recorded.rows.layout,
+        takes: recorded.rows.takes.clone(),
+        segments: recorded.rows.segments.clone(),
+        filled: filled_segments(recorded),
         movement: movement_rows,
         contacts: segment_contacts,
         take_contacts: take_contacts.unwrap_or_default(),

@@ -4,15 +4,14 @@ use std::collections::BTreeMap;
 use std::io::Write;
 
 use foxglove::messages::{Event as EventMessage, KeyValuePair};
+use inhand_container::{Depth, Record, walk};
 use inhand_model::{Annotations, Event, Finding};
-use mcap::records::Record;
 use prost::Message;
 use serde_json::Value;
 
 use crate::error::ChannelError;
 use crate::metadata::{ABOUT, ANNOTATIONS, Metadata};
 use crate::output::PACKED;
-use crate::records::{Depth, walk};
 use crate::streams::Streams;
 use crate::topic;
 use crate::wire::viewer_time;
@@ -52,7 +51,7 @@ pub(crate) fn add_events<'a>(
 ///
 /// # Errors
 ///
-/// As [`read_take`](crate::read_take) for bytes that are no sound MCAP file;
+/// As [`read_take`](crate::read_take) for bytes that are no intact MCAP file;
 /// [`ChannelError::Message`] for an event that cannot be read or that ends before it starts.
 pub fn read_annotations(bytes: &[u8], file_name: &str) -> Result<Annotations, ChannelError> {
     read_with(bytes, file_name, EventReader::default())
@@ -182,12 +181,8 @@ impl EventChannel {
     fn event(&mut self, data: &[u8], file: &str) -> Result<(Event, Vec<String>), ChannelError> {
         let number = self.read;
         self.read += 1;
-        let error = |expected: &str, found: String| ChannelError::Message {
-            file: file.to_owned(),
-            topic: self.topic.clone(),
-            message: number,
-            expected: expected.to_owned(),
-            found,
+        let error = |expected: &str, found: String| {
+            ChannelError::message(file, &self.topic, number, expected, found)
         };
         let parts = if self.json {
             from_json(data).ok_or_else(|| {
@@ -263,7 +258,7 @@ fn from_json(data: &[u8]) -> Option<JsonEvent> {
 ///
 /// # Errors
 ///
-/// [`ChannelError::Write`] when writing fails.
+/// [`ChannelError::Container`] when writing fails.
 pub fn write_annotations(
     mut out: impl Write,
     annotations: &Annotations,

@@ -3,21 +3,20 @@
 use std::fmt::Display;
 use std::io::Write;
 
+use inhand_container::{Depth, Record, walk_in_place, walk_while};
 use inhand_model::{
     Clock, Demonstrated, Dictionary, Finger, Frame, Hand, Hull, Learning, MethodCandidate,
     MethodChoice, OBJECT_COORDINATES, PerFinger, Provenance, Restart, SEGMENT_COORDINATES,
     SegmentLayout, StartTime, Status, VelocityBounds,
 };
 use mcap::Compression;
-use mcap::records::Record;
 use nalgebra::{DMatrix, DVector};
 use prost::{DecodeError, Message};
 
 use crate::error::ChannelError;
 use crate::messages;
 use crate::metadata::Metadata;
-use crate::read::absent;
-use crate::records::{Depth, walk, walk_in_place, walk_while};
+use crate::read::{absent, exact_fault};
 use crate::residual;
 use crate::streams::{Sampling, Streams};
 use crate::topic;
@@ -45,7 +44,7 @@ const PLAYED_DEVIATIONS: f64 = 2.0;
 /// # Errors
 ///
 /// [`ChannelError::Mismatch`] for a dictionary that is none ([`Dictionary::validate`]);
-/// [`ChannelError::Write`] when writing fails.
+/// [`ChannelError::Container`] when writing fails.
 pub fn write_dictionary(
     mut out: impl Write,
     dictionary: &Dictionary,
@@ -187,10 +186,7 @@ fn look_closely(bytes: &[u8], file_name: &str) -> Result<Found, ChannelError> {
     });
     match walked {
         Ok(()) => Ok(found),
-        // A look into every chunk may say more exactly where the fault lies.
-        Err(error) => Err(walk(file_name, bytes, Depth::Everything, |_| Ok(()))
-            .err()
-            .unwrap_or(error)),
+        Err(error) => Err(exact_fault(bytes, file_name, error)),
     }
 }
 

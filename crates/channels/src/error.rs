@@ -3,52 +3,16 @@
 use std::fmt::Display;
 use std::io;
 
+use inhand_container::ContainerError;
 use thiserror::Error;
 
 /// Why a file cannot be written or read.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ChannelError {
-    /// The bytes are something else.
-    #[error("{file}: not an MCAP file: expected it to start with \\x89MCAP0\\r\\n, found {found}")]
-    NotMcap {
-        /// File that was read.
-        file: String,
-        /// Its first bytes, in words.
-        found: String,
-    },
-    /// The file ends too early.
-    #[error(
-        "{file}: the file is cut off: {record} at byte {offset} needs {expected} bytes, {found} are left; copy the file again or record it anew (`inhand recover` saves what is complete)"
-    )]
-    Truncated {
-        /// File that was read.
-        file: String,
-        /// Where the record starts.
-        offset: u64,
-        /// What kind of record is cut.
-        record: String,
-        /// Bytes that it needs.
-        expected: u64,
-        /// Bytes that are left.
-        found: u64,
-    },
-    /// Bytes that contradict the format or their checksum.
-    #[error(
-        "{file}: damaged at byte {offset} ({record}): expected {expected}, found {found}; copy the file again (`inhand recover` saves what is sound)"
-    )]
-    Damaged {
-        /// File that was read.
-        file: String,
-        /// Where the record starts.
-        offset: u64,
-        /// What kind of record it is.
-        record: String,
-        /// What should be there.
-        expected: String,
-        /// What is there.
-        found: String,
-    },
+    /// The file is no intact MCAP file, or cannot be read or written.
+    #[error(transparent)]
+    Container(#[from] ContainerError),
     /// A message does not say what its channel promises.
     #[error("{file}: {topic}, message {message}: expected {expected}, found {found}")]
     Message {
@@ -63,7 +27,7 @@ pub enum ChannelError {
         /// What is there.
         found: String,
     },
-    /// A recording of others leaves open what its messages mean.
+    /// A third-party recording leaves open what its messages mean.
     #[error("{file}: {topic}: expected {expected}, found {found}; {hint}")]
     Unclear {
         /// File that was read.
@@ -93,7 +57,7 @@ pub enum ChannelError {
         /// What is there.
         found: String,
     },
-    /// A sound file without what was asked for.
+    /// An intact file without what was asked for.
     #[error("{file}: no {what}: the file has {found}; {hint}")]
     Absent {
         /// File that was read.
@@ -115,27 +79,31 @@ pub enum ChannelError {
         /// What was given.
         found: String,
     },
-    /// The file could not be read for another reason.
-    #[error(transparent)]
-    Container {
-        /// Why.
-        source: Box<inhand_container::ContainerError>,
-    },
-    /// The file could not be written.
-    #[error("writing MCAP failed")]
-    Write {
-        /// Why.
-        source: io::Error,
-    },
 }
 
 impl ChannelError {
+    /// The error of writing a file.
     pub(crate) fn write(error: mcap::McapError) -> Self {
-        ChannelError::Write {
-            source: match error {
-                mcap::McapError::Io(source) => source,
-                other => io::Error::other(other),
-            },
+        let source = match error {
+            mcap::McapError::Io(source) => source,
+            other => io::Error::other(other),
+        };
+        ContainerError::Write { source }.into()
+    }
+
+    pub(crate) fn message(
+        file: &str,
+        topic: &str,
+        message: usize,
+        expected: impl Display,
+        found: impl Display,
+    ) -> Self {
+        ChannelError::Message {
+            file: file.to_owned(),
+            topic: topic.to_owned(),
+            message,
+            expected: expected.to_string(),
+            found: found.to_string(),
         }
     }
 

@@ -3,14 +3,13 @@
 use std::collections::BTreeMap;
 
 use foxglove::messages::{FrameTransform, FrameTransforms};
+use inhand_container::{Depth, Record, is_mcap, walk};
 use inhand_model::{PerFinger, Status, TrackCounts};
-use mcap::records::Record;
 use prost::Message;
 
 use crate::error::ChannelError;
 use crate::messages;
 use crate::metadata::Metadata;
-use crate::records::{Depth, is_mcap, walk};
 
 /// What is in an MCAP file.
 #[derive(Debug)]
@@ -173,7 +172,7 @@ pub struct FingerInfo {
 ///
 /// # Errors
 ///
-/// [`ChannelError::NotMcap`].
+/// [`ChannelError::Container`] for bytes that are no MCAP file.
 pub fn info(bytes: &[u8], file_name: &str) -> Result<FileInfo, ChannelError> {
     let mut listing = Listing::default();
     let end = walk(file_name, bytes, Depth::Everything, |record| {

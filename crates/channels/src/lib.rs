@@ -69,7 +69,6 @@ mod outline;
 mod output;
 mod overlay;
 mod read;
-mod records;
 mod residual;
 mod schema;
 mod shown;
@@ -97,8 +96,10 @@ pub use outline::Outline;
 pub use overlay::{
     MAX_LAYERS, OverlayFile, OverlayLayer, OverlayObject, layer_colour, write_overlay,
 };
-pub use read::{ReadMethod, absent, read_evaluated, read_generated, read_metadata, read_take};
-pub use records::read_leading_metadata;
+pub use read::{
+    ReadMethod, absent, read_evaluated, read_generated, read_leading_metadata, read_metadata,
+    read_take,
+};
 pub use shown::{Shown, Whose, take_topics};
 pub use take::{
     CleanedTake, ContactSample, EvaluatedMethod, EvaluatedSample, GeneratedMethod,

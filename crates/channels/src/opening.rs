@@ -70,8 +70,7 @@ impl Seen {
 ///
 /// # Errors
 ///
-/// [`ChannelError::Truncated`] and [`ChannelError::Damaged`] where the records that are looked at do
-/// not follow each other, [`ChannelError::Container`].
+/// [`ChannelError::Container`] where the records that are looked at do not follow each other.
 pub fn opening<R: Read + Seek>(source: &mut Source<R>) -> Result<Opening, ChannelError> {
     let channels = channels(source)?;
     let mut search = Search::new(&channels);

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::io::Write;
 
+use inhand_container::ContainerError;
 use mcap::records::MessageHeader;
 use mcap::write::NoSeek;
 use mcap::{Compression, WriteOptions, Writer};
@@ -122,6 +123,8 @@ impl<'a> Output<'a> {
     pub(crate) fn finish(mut self) -> Result<(), ChannelError> {
         self.writer.finish().map_err(ChannelError::write)?;
         let mut out = self.writer.into_inner();
-        out.flush().map_err(|source| ChannelError::Write { source })
+        Ok(out
+            .flush()
+            .map_err(|source| ContainerError::Write { source })?)
     }
 }

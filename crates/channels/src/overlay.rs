@@ -102,7 +102,7 @@ pub struct OverlayObject<'a, F: Frame> {
 /// # Errors
 ///
 /// [`ChannelError::Mismatch`] for no layer or more than colours can tell apart, names that make no topic
-/// or come twice; [`ChannelError::Write`].
+/// or come twice; [`ChannelError::Container`].
 pub fn write_overlay<F: Frame>(
     mut out: impl Write,
     file: &OverlayFile<'_, F>,

@@ -1,33 +1,31 @@
 //! A take's nouns from its file.
 
-mod cleaned;
-mod decode;
-mod evaluated;
-mod generated;
+mod leading;
+mod methods;
+mod tracks;
 
 use std::collections::BTreeMap;
 
-use inhand_model::{Annotations, Finding, Hand, Motion, Object, PerFinger, Recording, World};
-use mcap::records::Record;
+use foxglove::messages::{Log, log};
+use inhand_container::{Depth, Record, walk};
+use inhand_model::{
+    Annotations, Body, Change, ChangeKind, Finding, Finger, Hand, Marker, Motion, Object,
+    PerFinger, Pose, Position, Recording, Severity, TrackedBody, World,
+};
+use mcap::records::MessageHeader;
+use prost::Message;
 
 use crate::annotations::EventReader;
 use crate::error::ChannelError;
 use crate::info::info;
-use crate::metadata::{Metadata, RECORDING, RecordingFacts};
-use crate::records::{Depth, walk};
-use crate::take::ReadTake;
+use crate::messages;
+use crate::metadata::{CLEANED, Metadata, RECORDING, RecordingFacts};
+use crate::take::{ReadCleaned, ReadTake};
 use crate::topic;
-pub use evaluated::read_evaluated;
-pub use generated::{ReadMethod, read_generated};
-
-use cleaned::{CleanedPart, CleanedParts};
-use decode::{
-    BodyTracks, Channel, Counter, FingertipTracks, MarkerTracks, PoseFromBodies, finding,
-};
-
-/// How far the time of a message may be from that of its sample. Both are rounded to nanoseconds, and a
-/// cut counts them from another sample; samples are much farther apart.
-pub(crate) const TIME_TOLERANCE_NANOS: u64 = 1000;
+pub use leading::read_leading_metadata;
+pub use methods::{ReadMethod, read_evaluated, read_generated};
+pub(crate) use tracks::TIME_TOLERANCE_NANOS;
+use tracks::{Place, TrackReader};
 
 /// Reads a take that [`write_take`](crate::write_take) wrote.
 ///
@@ -36,49 +34,55 @@ pub(crate) const TIME_TOLERANCE_NANOS: u64 = 1000;
 ///
 /// # Errors
 ///
-/// [`ChannelError::NotMcap`], [`ChannelError::Truncated`] and [`ChannelError::Damaged`] for bytes
-/// that are no sound MCAP file, [`ChannelError::Absent`] for one without a recording,
-/// [`ChannelError::Metadata`] and [`ChannelError::Message`] where one contradicts itself.
+/// [`ChannelError::Container`] for bytes that are no intact MCAP file, [`ChannelError::Absent`] for one
+/// without a recording, [`ChannelError::Metadata`] and [`ChannelError::Message`] where one contradicts
+/// itself.
 pub fn read_take(bytes: &[u8], file_name: &str) -> Result<ReadTake, ChannelError> {
     let metadata = read_metadata(bytes, file_name)?;
     let Some(facts) = metadata.recording(file_name)? else {
         return Err(no_recording(bytes, file_name));
     };
-    let motion_name = metadata.motion_name(file_name)?;
-    let cleaned = metadata.cleaned(file_name)?.map(CleanedParts::new);
-    let mut parts = Parts::new(&facts, motion_name.is_some(), cleaned);
-    let mut channels: BTreeMap<u16, Part> = BTreeMap::new();
+    let recorded = [topic::RECORDING_MARKERS, topic::RECORDING_BODIES];
+    let cleaned = [topic::CLEANED_MARKERS, topic::CLEANED_BODIES];
+    let mut reader = TakeReader {
+        measured: RecordingReader::new(RECORDING, facts, recorded),
+        cleaned: (metadata.cleaned(file_name)?)
+            .map(|facts| RecordingReader::new(CLEANED, facts, cleaned)),
+        motion: metadata.motion_name(file_name)?.map(MotionReader::new),
+        findings: Vec::new(),
+        changes: Vec::new(),
+    };
+    let mut topics: BTreeMap<u16, String> = BTreeMap::new();
     let mut events = EventReader::default();
     walk(file_name, bytes, Depth::Everything, |record| {
         events.record(&record, file_name)?;
         match record {
             Record::Channel(channel) => {
-                if let Some(part) = Part::of(&channel.topic) {
-                    parts.channel(part);
-                    channels.insert(channel.id, part);
+                if let (topic::PROCESSED_OBJECT, Some(motion)) =
+                    (&*channel.topic, &mut reader.motion)
+                {
+                    motion.has_object = true;
                 }
+                topics.insert(channel.id, channel.topic);
                 Ok(())
             }
-            Record::Message { header, data } => match channels.get(&header.channel_id) {
-                Some(&part) => {
-                    let at = (header.log_time, header.sequence);
-                    parts.message(part, at, &data, file_name, &facts)
-                }
+            Record::Message { header, data } => match topics.get(&header.channel_id) {
+                Some(topic) => reader.message(topic, &header, &data, file_name),
                 None => Ok(()),
             },
             _ => Ok(()),
         }
     })?;
-    parts.findings.extend(events.findings());
+    reader.findings.extend(events.findings());
     let annotations = events.finish(&metadata, file_name)?;
-    parts.into_take(facts, &metadata, motion_name, annotations, file_name)
+    reader.into_take(&metadata, annotations, file_name)
 }
 
 /// The metadata records of any MCAP file.
 ///
 /// # Errors
 ///
-/// As for [`read_take`], where the bytes are no sound MCAP file outside its chunks.
+/// As for [`read_take`], where the bytes are no intact MCAP file outside its chunks.
 pub fn read_metadata(bytes: &[u8], file_name: &str) -> Result<Metadata, ChannelError> {
     let mut metadata = Metadata::default();
     let outside = walk(file_name, bytes, Depth::Outside, |record| {
@@ -89,11 +93,15 @@ pub fn read_metadata(bytes: &[u8], file_name: &str) -> Result<Metadata, ChannelE
     });
     match outside {
         Ok(()) => Ok(metadata),
-        // A look into the chunks may say more exactly where the fault lies.
-        Err(error) => Err(walk(file_name, bytes, Depth::Everything, |_| Ok(()))
-            .err()
-            .unwrap_or(error)),
+        Err(error) => Err(exact_fault(bytes, file_name, error)),
     }
+}
+
+/// The fault of a file: a look into every chunk may say more exactly where it is.
+pub(crate) fn exact_fault(bytes: &[u8], file: &str, fault: ChannelError) -> ChannelError {
+    walk(file, bytes, Depth::Everything, |_| Ok(()))
+        .err()
+        .unwrap_or(fault)
 }
 
 fn no_recording(bytes: &[u8], file_name: &str) -> ChannelError {
@@ -105,7 +113,7 @@ fn no_recording(bytes: &[u8], file_name: &str) -> ChannelError {
     )
 }
 
-/// The error for a sound file without `what` was looked for: lists the topics that it has.
+/// The error for an intact file without `what` was looked for: lists the topics that it has.
 pub fn absent(bytes: &[u8], file_name: &str, what: String, hint: &str) -> ChannelError {
     let topics = match info(bytes, file_name) {
         Ok(info) => info.channels.into_iter().map(|channel| channel.topic),
@@ -124,227 +132,279 @@ pub fn absent(bytes: &[u8], file_name: &str, what: String, hint: &str) -> Channe
     }
 }
 
-/// What a channel is part of.
-#[derive(Clone, Copy)]
-enum Part {
-    Markers,
-    Bodies,
-    Findings,
-    Fingertips,
-    Object,
-    Hand,
-    Cleaned(CleanedPart),
+/// A recording as far as it has been read.
+struct RecordingReader {
+    record: &'static str,
+    facts: RecordingFacts,
+    markers: TrackReader<Position<World>>,
+    bodies: TrackReader<Pose<World, Body>>,
 }
 
-impl Part {
-    fn of(topic: &str) -> Option<Self> {
-        Some(match topic {
-            topic::RECORDING_MARKERS => Part::Markers,
-            topic::RECORDING_BODIES => Part::Bodies,
-            topic::RECORDING_FINDINGS => Part::Findings,
-            topic::PROCESSED_FINGERTIPS => Part::Fingertips,
-            topic::PROCESSED_OBJECT => Part::Object,
-            topic::PROCESSED_HAND => Part::Hand,
-            topic::CLEANED_MARKERS => Part::Cleaned(CleanedPart::Markers),
-            topic::CLEANED_BODIES => Part::Cleaned(CleanedPart::Bodies),
-            topic::CLEANED_CHANGES => Part::Cleaned(CleanedPart::Changes),
-            _ => return None,
-        })
-    }
-}
-
-/// Tracks as far as they have been read.
-struct Parts {
-    markers: MarkerTracks,
-    bodies: BodyTracks,
-    findings: Vec<Finding>,
-    findings_read: Counter,
-    fingertips: Option<FingertipTracks>,
-    object: Option<PoseFromBodies<Hand, Object>>,
-    hand: PoseFromBodies<World, Hand>,
-    cleaned: Option<CleanedParts>,
-}
-
-impl Parts {
-    fn new(facts: &RecordingFacts, motion: bool, cleaned: Option<CleanedParts>) -> Self {
+impl RecordingReader {
+    fn new(
+        record: &'static str,
+        facts: RecordingFacts,
+        [markers, bodies]: [&'static str; 2],
+    ) -> Self {
+        let qualities = facts.markers.iter().map(|marker| marker.has_quality);
+        let errors = facts.bodies.iter().map(|body| body.has_marker_error);
         Self {
-            markers: MarkerTracks::new(&facts.markers),
-            bodies: BodyTracks::new(&facts.bodies),
-            findings: Vec::new(),
-            findings_read: Counter::default(),
-            fingertips: motion.then(FingertipTracks::default),
-            object: None,
-            hand: PoseFromBodies::default(),
-            cleaned,
+            record,
+            markers: TrackReader::new(markers, tracks::markers, qualities),
+            bodies: TrackReader::new(bodies, tracks::bodies, errors),
+            facts,
         }
     }
 
-    /// An object that was never tracked has no channel; one in an empty take has.
-    fn channel(&mut self, part: Part) {
-        if let Part::Object = part {
-            self.object.get_or_insert_default();
-        }
+    /// Samples up to the last one that has a message.
+    fn read(&self) -> usize {
+        self.markers.read.max(self.bodies.read)
     }
 
-    fn message(
-        &mut self,
-        part: Part,
-        at: (u64, u32),
-        data: &[u8],
-        file: &str,
-        facts: &RecordingFacts,
-    ) -> Result<(), ChannelError> {
-        // The motion is of the cleaned recording where there is one.
-        let used = match part {
-            Part::Fingertips | Part::Object | Part::Hand => self.used(facts),
-            _ => facts,
-        };
-        let (clock, samples) = (used.clock, used.samples);
-        let channel = |topic| Channel {
-            file,
-            topic,
-            clock,
-            samples,
-            lossy: facts.lossy,
-            log_time: at.0,
-        };
-        match part {
-            Part::Markers => {
-                (self.markers).message(&channel(topic::RECORDING_MARKERS), &facts.markers, data)
-            }
-            Part::Bodies => {
-                (self.bodies).message(&channel(topic::RECORDING_BODIES), &facts.bodies, data)
-            }
-            Part::Findings => {
-                let channel = channel(topic::RECORDING_FINDINGS);
-                let finding = finding(&channel, &mut self.findings_read, data)?;
-                self.findings.push(finding);
-                Ok(())
-            }
-            Part::Fingertips => match &mut self.fingertips {
-                Some(tracks) => tracks.message(&channel(topic::PROCESSED_FINGERTIPS), data),
-                None => Ok(()),
-            },
-            Part::Object => (self.object.get_or_insert_default())
-                .message(&channel(topic::PROCESSED_OBJECT), data),
-            Part::Hand => self.hand.message(&channel(topic::PROCESSED_HAND), data),
-            Part::Cleaned(part) => match &mut self.cleaned {
-                Some(cleaned) => cleaned.message(part, at, data, file, facts.samples),
-                None => Ok(()),
-            },
-        }
+    fn end_at(&mut self, samples: usize) {
+        self.facts.samples = samples;
+        self.markers.end_at(samples);
+        self.bodies.end_at(samples);
     }
 
-    /// Ends a take, some of whose messages may be lost, with its last message.
-    fn end_where_messages_do(&mut self, facts: &mut RecordingFacts) {
-        let fingertips = self.fingertips.as_ref().map_or(0, |tips| tips.read.0);
-        let object = self.object.as_ref().map_or(0, |object| object.read.0);
-        let of_motion = fingertips.max(object).max(self.hand.read.0);
-        let measured = self.markers.read.0.max(self.bodies.read.0);
-        facts.samples = match &self.cleaned {
-            None => measured.max(of_motion),
-            Some(_) => measured,
-        };
-        let used = match &mut self.cleaned {
-            None => facts.samples,
-            Some(cleaned) => {
-                let samples = cleaned.reached().max(of_motion);
-                cleaned.end_at(samples);
-                samples
-            }
-        };
-        self.markers.miss(facts.samples - self.markers.read.0);
-        self.bodies.miss(facts.samples - self.bodies.read.0);
-        if let Some(fingertips) = &mut self.fingertips {
-            fingertips.miss(used - fingertips.read.0);
-            self.hand.miss(used - self.hand.read.0);
-        }
-        if let Some(object) = &mut self.object {
-            object.miss(used - object.read.0);
-        }
-    }
-
-    fn used<'a>(&'a self, facts: &'a RecordingFacts) -> &'a RecordingFacts {
-        self.cleaned
-            .as_ref()
-            .map_or(facts, |cleaned| &cleaned.facts)
-    }
-
-    fn into_take(
-        mut self,
-        mut facts: RecordingFacts,
-        metadata: &Metadata,
-        motion_name: Option<String>,
-        annotations: Annotations,
-        file: &str,
-    ) -> Result<ReadTake, ChannelError> {
-        if facts.lossy {
-            self.end_where_messages_do(&mut facts);
-        }
-        let (clock, of_motion) = (self.used(&facts).clock, self.used(&facts).samples);
+    fn into_recording(self, findings: Vec<Finding>, file: &str) -> Result<Recording, ChannelError> {
+        let facts = self.facts;
         let samples = facts.samples;
-        let complete = |topic: &str, samples: usize, found: usize| {
-            if found == samples {
-                return Ok(());
-            }
-            Err(ChannelError::Message {
-                file: file.to_owned(),
-                topic: topic.to_owned(),
-                message: found,
-                expected: format!("one message for each of the take's {samples} samples"),
-                found: format!("{found} messages"),
+        let markers = self.markers.into_tracks(samples, file)?;
+        let markers = (facts.markers.into_iter().zip(markers))
+            .map(|(facts, (track, quality))| Marker {
+                name: facts.name,
+                id: facts.id,
+                kind: facts.kind,
+                track,
+                quality,
             })
-        };
-        if !facts.markers.is_empty() {
-            complete(topic::RECORDING_MARKERS, samples, self.markers.read.0)?;
-        }
-        if !facts.bodies.is_empty() {
-            complete(topic::RECORDING_BODIES, samples, self.bodies.read.0)?;
-        }
-        let motion = match (motion_name, self.fingertips) {
-            (Some(name), Some(fingertips)) => {
-                complete(topic::PROCESSED_FINGERTIPS, of_motion, fingertips.read.0)?;
-                complete(topic::PROCESSED_HAND, of_motion, self.hand.read.0)?;
-                if let Some(object) = &self.object {
-                    complete(topic::PROCESSED_OBJECT, of_motion, object.read.0)?;
-                }
-                Some(Motion {
-                    name,
-                    clock,
-                    fingertips: PerFinger::new(fingertips.tracks),
-                    object: self.object.map(|object| object.track),
-                    hand: self.hand.track,
-                    selected: None,
-                })
-            }
-            _ => None,
-        };
-        let mut recording = Recording::new(
+            .collect();
+        let bodies = self.bodies.into_tracks(samples, file)?;
+        let bodies = (facts.bodies.into_iter().zip(bodies))
+            .map(|(facts, (track, marker_error_m))| TrackedBody {
+                name: facts.name,
+                id: facts.id,
+                kind: facts.kind,
+                track,
+                marker_error_m,
+            })
+            .collect();
+        let recording = Recording::new(
             facts.name,
             facts.clock,
             facts.source,
             samples,
-            self.markers.into_markers(facts.markers),
-            self.bodies.into_bodies(facts.bodies),
-        )
-        .map_err(|error| ChannelError::Metadata {
+            markers,
+            bodies,
+        );
+        let mut recording = recording.map_err(|error| ChannelError::Metadata {
             file: file.to_owned(),
-            record: RECORDING.to_owned(),
+            record: self.record.to_owned(),
             key: "samples".to_owned(),
             expected: "the number of samples of every marker and body".to_owned(),
             found: error.to_string(),
         })?;
-        recording.findings = self.findings;
-        let cleaned = (self.cleaned)
-            .map(|cleaned| cleaned.into_cleaned(&recording.findings, file))
-            .transpose()?;
+        recording.findings = findings;
+        Ok(recording)
+    }
+}
+
+/// A motion as far as it has been read.
+struct MotionReader {
+    name: String,
+    fingertips: TrackReader<Position<Hand>>,
+    object: TrackReader<Pose<Hand, Object>>,
+    /// An object that was never tracked has no channel; one in an empty take has.
+    has_object: bool,
+    hand: TrackReader<Pose<World, Hand>>,
+}
+
+impl MotionReader {
+    fn new(name: String) -> Self {
+        let tips = [false; Finger::COUNT];
+        Self {
+            name,
+            fingertips: TrackReader::new(topic::PROCESSED_FINGERTIPS, tracks::fingertips, tips),
+            object: TrackReader::new(topic::PROCESSED_OBJECT, tracks::bodies, [false]),
+            has_object: false,
+            hand: TrackReader::new(topic::PROCESSED_HAND, tracks::bodies, [false]),
+        }
+    }
+
+    /// Samples up to the last one that has a message.
+    fn read(&self) -> usize {
+        (self.fingertips.read)
+            .max(self.object.read)
+            .max(self.hand.read)
+    }
+
+    fn end_at(&mut self, samples: usize) {
+        self.fingertips.end_at(samples);
+        self.object.end_at(samples);
+        self.hand.end_at(samples);
+    }
+
+    /// The motion of a take with these facts, those of the cleaned one where it was cleaned.
+    fn into_motion(self, facts: &RecordingFacts, file: &str) -> Result<Motion, ChannelError> {
+        let samples = facts.samples;
+        let fingertips = self.fingertips.into_array(samples, file)?;
+        let [hand] = self.hand.into_array(samples, file)?;
+        let object = (self.has_object).then(|| self.object.into_array(samples, file));
+        Ok(Motion {
+            name: self.name,
+            clock: facts.clock,
+            fingertips: PerFinger::new(fingertips),
+            object: object.transpose()?.map(|[object]| object),
+            hand,
+            selected: None,
+        })
+    }
+}
+
+/// A take as far as it has been read.
+struct TakeReader {
+    measured: RecordingReader,
+    cleaned: Option<RecordingReader>,
+    motion: Option<MotionReader>,
+    findings: Vec<Finding>,
+    /// With their sequence numbers: the order of the steps.
+    changes: Vec<(u32, Change)>,
+}
+
+impl TakeReader {
+    fn message(
+        &mut self,
+        topic: &str,
+        header: &MessageHeader,
+        data: &[u8],
+        file: &str,
+    ) -> Result<(), ChannelError> {
+        let place = |facts: &RecordingFacts| Place {
+            file,
+            topic,
+            number: 0,
+            clock: facts.clock,
+            samples: facts.samples,
+            lossy: facts.lossy,
+            log_time: header.log_time,
+        };
+        let measured = place(&self.measured.facts);
+        match topic {
+            topic::RECORDING_MARKERS => return self.measured.markers.message(measured, data),
+            topic::RECORDING_BODIES => return self.measured.bodies.message(measured, data),
+            topic::RECORDING_FINDINGS => {
+                let number = self.findings.len();
+                let at = Place { number, ..measured };
+                let log: Log = at.decoded(Log::decode(data))?;
+                self.findings.push(Finding {
+                    severity: match log.level() {
+                        log::Level::Info => Severity::Info,
+                        _ => Severity::Warning,
+                    },
+                    place: log.name,
+                    message: log.message,
+                });
+            }
+            topic::CLEANED_CHANGES if self.cleaned.is_some() => {
+                let number = self.changes.len();
+                let change = change(data, &Place { number, ..measured })?;
+                self.changes.push((header.sequence, change));
+            }
+            _ => {}
+        }
+        // The motion is of the cleaned recording where there is one.
+        let used = (self.cleaned.as_ref()).map_or(measured, |cleaned| place(&cleaned.facts));
+        if let Some(cleaned) = &mut self.cleaned {
+            match topic {
+                topic::CLEANED_MARKERS => return cleaned.markers.message(used, data),
+                topic::CLEANED_BODIES => return cleaned.bodies.message(used, data),
+                _ => {}
+            }
+        }
+        if let Some(motion) = &mut self.motion {
+            match topic {
+                topic::PROCESSED_FINGERTIPS => return motion.fingertips.message(used, data),
+                topic::PROCESSED_OBJECT => return motion.object.message(used, data),
+                topic::PROCESSED_HAND => return motion.hand.message(used, data),
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// Ends a take, some of whose messages may be lost, with its last message.
+    fn end_where_messages_do(&mut self) {
+        let of_motion = self.motion.as_ref().map_or(0, MotionReader::read);
+        let measured = self.measured.read();
+        let used = match &mut self.cleaned {
+            None => measured.max(of_motion),
+            Some(cleaned) => {
+                let samples = cleaned.read().max(of_motion);
+                cleaned.end_at(samples);
+                samples
+            }
+        };
+        (self.measured).end_at(if self.cleaned.is_some() {
+            measured
+        } else {
+            used
+        });
+        if let Some(motion) = &mut self.motion {
+            motion.end_at(used);
+        }
+    }
+
+    fn into_take(
+        mut self,
+        metadata: &Metadata,
+        annotations: Annotations,
+        file: &str,
+    ) -> Result<ReadTake, ChannelError> {
+        if self.measured.facts.lossy {
+            self.end_where_messages_do();
+        }
+        let used = self.cleaned.as_ref().unwrap_or(&self.measured);
+        let motion = (self.motion).map(|motion| motion.into_motion(&used.facts, file));
+        let recording = (self.measured).into_recording(self.findings.clone(), file)?;
+        let mut changes = self.changes;
+        changes.sort_by_key(|(sequence, _)| *sequence);
+        let cleaned = self.cleaned.map(|cleaned| {
+            Ok::<_, ChannelError>(ReadCleaned {
+                recording: cleaned.into_recording(self.findings, file)?,
+                changes: changes.into_iter().map(|(_, change)| change).collect(),
+            })
+        });
         Ok(ReadTake {
             recording,
-            cleaned,
+            cleaned: cleaned.transpose()?,
             roles: metadata.roles(file)?,
-            motion,
+            motion: motion.transpose()?,
             annotations,
             provenance: metadata.provenance(file)?,
         })
     }
+}
+
+/// A change of the recording as measured.
+fn change(data: &[u8], at: &Place<'_>) -> Result<Change, ChannelError> {
+    let message = at.decoded(messages::Change::decode(data))?;
+    let kind = ChangeKind::from_name(&message.kind).ok_or_else(|| {
+        let kinds = ChangeKind::ALL.map(ChangeKind::name).join(", ");
+        at.error(format!("one of {kinds}"), format!("\"{}\"", message.kind))
+    })?;
+    let (first, measured) = (message.first_sample, at.samples);
+    let end = first.checked_add(message.samples);
+    let end = end.filter(|end| *end <= measured as u64).ok_or_else(|| {
+        at.error(
+            format!("samples of the take, below {measured}"),
+            format!("{} from {first}", message.samples),
+        )
+    })?;
+    Ok(Change {
+        kind,
+        entity: message.entity,
+        samples: first as usize..end as usize,
+        message: message.message,
+    })
 }

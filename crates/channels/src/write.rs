@@ -31,7 +31,7 @@ use crate::view::draw_take;
 ///
 /// [`ChannelError::Mismatch`] for parts that do not belong to one take (another clock or length, a
 /// trajectory past the end, a method name that makes no topic), before anything is written;
-/// [`ChannelError::Write`] when writing fails.
+/// [`ChannelError::Container`] when writing fails.
 pub fn write_take(
     mut out: impl Write,
     file: &TakeFile,
@@ -142,7 +142,7 @@ impl<'a> TakeWriter<'a> {
     ///
     /// # Errors
     ///
-    /// [`ChannelError::Write`].
+    /// [`ChannelError::Container`].
     pub fn append(&mut self, block: &Recording) -> Result<(), ChannelError> {
         let first = self.written;
         self.written += block.len();
@@ -159,7 +159,7 @@ impl<'a> TakeWriter<'a> {
     /// # Errors
     ///
     /// [`ChannelError::Mismatch`] for another number of samples than the outline has;
-    /// [`ChannelError::Write`].
+    /// [`ChannelError::Container`].
     pub fn finish(self) -> Result<(), ChannelError> {
         if self.written != self.expected {
             return Err(ChannelError::mismatch(

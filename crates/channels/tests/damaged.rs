@@ -7,6 +7,7 @@ use std::sync::LazyLock;
 use inhand_channels::{
     ChannelError, info, read_dictionary, read_generated, read_metadata, read_take, write_dictionary,
 };
+use inhand_container::ContainerError;
 use mcap::records::{MessageHeader, Record, op};
 use mcap::{Compression, WriteOptions};
 use proptest::prelude::*;
@@ -217,20 +218,23 @@ fn what_is_no_mcap_file_is_named() {
         .to_string();
     assert!(error.starts_with("Take 1.csv: not an MCAP file"), "{error}");
     assert!(error.contains("\"Format Versi\" (19 bytes)"), "{error}");
-    assert!(matches!(info(b"", "x"), Err(ChannelError::NotMcap { .. })));
+    assert!(matches!(
+        info(b"", "x"),
+        Err(ChannelError::Container(ContainerError::NotMcap { .. }))
+    ));
 }
 
 #[test]
 fn a_cut_file_says_where_and_what() {
     let cut = &TAKE[..TAKE.len() / 2];
     match read_take(cut, "cut.mcap").unwrap_err() {
-        ChannelError::Truncated {
+        ChannelError::Container(ContainerError::Truncated {
             file,
             offset,
             record,
             expected,
             found,
-        } => {
+        }) => {
             assert_eq!((file.as_str(), record.as_str()), ("cut.mcap", "chunk"));
             assert_eq!(offset + found, cut.len() as u64);
             assert!(expected > found);
@@ -258,7 +262,7 @@ fn a_changed_byte_in_a_chunk_is_found_at_its_chunk() {
     let mut bytes = TAKE.clone();
     bytes[start + 200] ^= 0x55;
     match read_take(&bytes, "changed.mcap").unwrap_err() {
-        ChannelError::Damaged { offset, record, .. } => {
+        ChannelError::Container(ContainerError::Damaged { offset, record, .. }) => {
             assert_eq!((offset, record.as_str()), (start as u64, "chunk"));
         }
         other => panic!("{other}"),

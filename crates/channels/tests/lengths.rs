@@ -1,6 +1,7 @@
 //! Records and chunks whose lengths lie: refused with the place, nothing allocated on their word.
 
 use inhand_channels::{ChannelError, info};
+use inhand_container::ContainerError;
 use mcap::records::op;
 
 /// A file of one record that gives its length as `length`.
@@ -31,7 +32,10 @@ fn problem(bytes: &[u8]) -> ChannelError {
 fn is_damaged_at_8(bytes: &[u8]) {
     let problem = problem(bytes);
     assert!(
-        matches!(problem, ChannelError::Damaged { offset: 8, .. }),
+        matches!(
+            problem,
+            ChannelError::Container(ContainerError::Damaged { offset: 8, .. })
+        ),
         "{problem}"
     );
 }
@@ -51,7 +55,10 @@ fn absurd_lengths_are_refused_before_anything_is_allocated() {
         for opcode in [op::CHUNK, op::MESSAGE, op::DATA_END, op::FOOTER, 0x80] {
             let problem = problem(&file_with(opcode, length, &body));
             assert!(
-                matches!(problem, ChannelError::Truncated { offset: 8, .. }),
+                matches!(
+                    problem,
+                    ChannelError::Container(ContainerError::Truncated { offset: 8, .. })
+                ),
                 "{problem}"
             );
         }
@@ -78,7 +85,7 @@ fn records_do_not_reach_past_their_chunk() {
 fn crc_of(records: &[u8]) -> u32 {
     let body = chunk("", records.len() as u64, 1, records);
     match problem(&file_with(op::CHUNK, body.len() as u64, &body)) {
-        ChannelError::Damaged { found, .. } => {
+        ChannelError::Container(ContainerError::Damaged { found, .. }) => {
             u32::from_str_radix(found.strip_prefix("CRC ").unwrap(), 16).unwrap()
         }
         other => panic!("{other}"),

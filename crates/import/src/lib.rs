@@ -96,7 +96,7 @@ pub fn read_take(
 ///
 /// # Errors
 ///
-/// As for [`read_recording`], where the bytes are no sound MCAP file.
+/// As for [`read_recording`], where the bytes are no intact MCAP file.
 pub fn views_for(
     bytes: &[u8],
     file_name: &str,
@@ -114,8 +114,7 @@ pub fn views_for(
 ///
 /// # Errors
 ///
-/// [`ChannelError::NotMcap`], [`ChannelError::Truncated`] and [`ChannelError::Damaged`] for bytes
-/// that are no sound MCAP file; [`ChannelError::Absent`], with a list of the topics, where none is
+/// [`ChannelError::Container`] for bytes that are no intact MCAP file; [`ChannelError::Absent`], with a list of the topics, where none is
 /// understood; [`ChannelError::Message`] where no message of them can be read;
 /// [`ChannelError::Unclear`] where they leave open what they mean.
 pub fn read_recording(

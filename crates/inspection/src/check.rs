@@ -9,10 +9,10 @@ mod json;
 mod markdown;
 mod numbers;
 mod origin;
-mod parts;
 mod rank;
 mod settings;
-mod suspicion;
+mod subject;
+mod suspects;
 mod text;
 mod timing;
 mod up;
@@ -21,67 +21,53 @@ mod words;
 use inhand_model::{Motion, Recording, Roles, SegmentLayout, Setting};
 use inhand_motion::{Cut, SegmentSettings, SegmentTable, to_hand_frame};
 
-use self::parts::Parts;
-use self::suspicion::suspected;
+use self::subject::Subject;
+use self::suspects::suspected;
 use self::words::percent;
+use crate::suspect::{Suspect, SuspectKind};
 
 pub use checkup::{CheckResult, Checkup, Level, MAX_PLACES, Number, Place, SegmentShare};
 pub use json::to_json;
 pub use markdown::to_markdown;
 pub use rank::{Checked, ranked};
 pub use settings::CheckSettings;
-pub use suspicion::{Suspicion, SuspicionKind};
 pub use text::to_text;
 
-/// Looks at everything that a take tells of itself.
+/// Compares what a take's header states with what its data says.
 ///
-/// `roles` say which marker is on which finger, or in words why that cannot be told; then what needs
-/// no roles is still looked at. `suspicions` are those of other detectors, which become results
+/// `roles` say which marker is on which finger, or in words why that is not known; then what needs
+/// no roles is still checked. `suspects` are what [`detect`](crate::detect) found, which become results
 /// beside the others. The take is not changed and a check cannot fail: what goes wrong is a result.
 pub fn check(
     recording: &Recording,
     roles: Result<&Roles, &str>,
-    suspicions: &[Suspicion],
+    suspects: &[Suspect],
     settings: &CheckSettings,
 ) -> Checkup {
     let mut results = origin::findings(recording);
-    let mut parts = Parts::default();
-    let mut motion = None;
-    match roles {
-        Ok(roles) => match Parts::of(recording, roles) {
-            Ok(found) => {
-                match to_hand_frame(recording, roles, &found.templates, &settings.process) {
-                    Ok(in_hand) => motion = Some(in_hand),
-                    Err(error) => results.push(unusable(&error.to_string())),
-                }
-                parts = found;
-            }
-            Err(error) => results.push(unusable(&error.to_string())),
-        },
-        Err(why) => results.push(origin::roles_open(why)),
-    }
+    let mut subject = Subject::new(recording, settings);
+    let motion = roles.map_err(origin::roles_open).and_then(|roles| {
+        (subject.set_roles(roles))
+            .and_then(|()| to_hand_frame(recording, roles, &subject.templates, &settings.process))
+            .map_err(|error| unusable(&error.to_string()))
+    });
+    let motion = motion.map_err(|result| results.push(result)).ok();
     results.extend(timing::rate(recording));
-    results.extend(timing::frozen(recording, settings, |name| {
-        parts.has_marker(name)
-    }));
-    results.extend(origin::duplicate_names(recording, &parts));
+    results.extend(timing::frozen(&subject));
+    results.extend(origin::duplicate_names(&subject));
     // What would be a wrong number comes before what is only missing.
-    results.extend(suspected(&recording.clock, suspicions));
-    results.extend(gaps::gaps(recording, &parts, settings));
-    results.extend(bodies::bodies(recording, &parts, settings));
-    without_flips_said_twice(&mut results, suspicions);
+    results.extend(suspected(&recording.clock, suspects));
+    results.extend(gaps::gaps(&subject));
+    results.extend(bodies::bodies(&subject));
+    without_flips_said_twice(&mut results, suspects);
     results.extend(convention::convention(recording));
-    results.extend(up::up_axis(recording, &parts));
+    results.extend(up::up_axis(&subject));
     match &motion {
         Some(motion) => results.extend(hand::hand_size(recording, motion, settings)),
         None => results.extend(hand::volume(recording)),
     }
     let segments = motion.map(|motion| segments(&motion, settings));
-    results.extend(
-        segments
-            .as_ref()
-            .map(|found| segment_result(*found, recording, settings)),
-    );
+    results.extend(segments.map(|found| segment_result(found, recording, settings)));
     // Stable: results of one level stay in the order above.
     results.sort_by_key(|result| std::cmp::Reverse(result.level));
     Checkup {
@@ -96,21 +82,22 @@ pub fn check(
 }
 
 fn unusable(why: &str) -> CheckResult {
+    let (hand, object) = (Setting::Hand, Setting::Object);
     CheckResult::new("roles", Level::Fail, "")
-        .expected("a hand whose pose can be told")
+        .expected("a hand whose pose is known")
         .found(origin::what_and_what_there_is(why))
         .advice(format!(
-            "name another body or other markers with {} and {}",
-            Setting::Hand,
-            Setting::Object
+            "name another body or other markers with {hand} and {object}"
         ))
 }
 
-/// A flip that a detector has found need not be said once more as a jump of the orientation.
-fn without_flips_said_twice(results: &mut Vec<CheckResult>, suspicions: &[Suspicion]) {
+/// Removes jumps of an orientation that a detected flip explains.
+fn without_flips_said_twice(results: &mut Vec<CheckResult>, suspects: &[Suspect]) {
     let flips = |entity: &str| {
-        let flips = suspicions.iter().filter(|s| s.kind == SuspicionKind::Flip);
-        flips.filter(|s| s.entity == entity).count()
+        let kinds = suspects.iter().map(|suspect| &suspect.kind);
+        kinds
+            .filter(|kind| matches!(kind, SuspectKind::Flip { name, .. } if name == entity))
+            .count()
     };
     // A flip goes there and back: two jumps.
     results.retain(|result| {
@@ -149,30 +136,28 @@ fn segment_result(
     settings: &CheckSettings,
 ) -> CheckResult {
     let SegmentShare { usable, possible } = segments;
-    let base = |level| {
+    let found = format!("{usable} of {possible} segments are usable");
+    let result = |level, found: String| {
         CheckResult::new("segments", level, "")
             .expected(format!("{} of them usable", percent(settings.usable_share)))
+            .found(found)
             .number("usable", usable as f64, possible)
             .number("possible", possible as f64, recording.len())
             .number("usable_share", segments.share(), possible)
     };
     if possible == 0 {
         let duration_s = recording.clock.time_s(recording.len());
-        return base(Level::Fail)
-            .expected("a second and what end velocities are taken over")
-            .found(format!("{duration_s:.2} s are too short for a segment"))
-            .advice("record longer takes");
+        result(
+            Level::Fail,
+            format!("{duration_s:.2} s are too short for a segment"),
+        )
+        .expected("a second and what end velocities are taken over")
+        .advice("record longer takes")
+    } else if usable == 0 {
+        result(Level::Fail, found).advice("gaps leave no whole second: see the gaps above")
+    } else if segments.share() < settings.usable_share {
+        result(Level::Warn, found).advice("gaps cut the others: see the gaps above")
+    } else {
+        result(Level::Ok, found)
     }
-    let found = format!("{usable} of {possible} segments are usable");
-    if usable == 0 {
-        return base(Level::Fail)
-            .found(found)
-            .advice("gaps leave no whole second: see the gaps above");
-    }
-    if segments.share() < settings.usable_share {
-        return base(Level::Warn)
-            .found(found)
-            .advice("gaps cut the others: see the gaps above");
-    }
-    base(Level::Ok).found(found)
 }

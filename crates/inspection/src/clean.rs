@@ -8,20 +8,21 @@ use inhand_model::{Change, PerFinger, Recording, Roles};
 
 use crate::detect;
 use crate::error::CleaningError;
-use crate::repair;
+use crate::repair::repair;
+use crate::suspect::Suspect;
 
 pub use fill::{FillMethod, FillSettings, fill};
 pub use offset::{PadOffset, to_pads};
 pub use resample::resample;
 
-/// Which steps are taken; [`CleanSettings::default`] takes none.
+/// Steps of cleaning; [`CleanSettings::default`] takes none.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CleanSettings {
     /// Whether flipped bodies are turned back.
     pub flips: bool,
     /// Whether exchanged fingertips are exchanged back.
     pub swaps: bool,
-    /// Whether spikes are taken away.
+    /// Whether spikes are removed.
     pub spikes: bool,
     /// Whether unlabelled pieces go to the fingertips that they are.
     pub stitch: bool,
@@ -56,6 +57,8 @@ pub struct Cleaned {
     pub changes: Vec<Change>,
 }
 
+type Detector = fn(&Recording, &Roles) -> Result<Vec<Suspect>, CleaningError>;
+
 /// Cleans a recording: flips, swaps, spikes, lost labels, gaps, pads, rate, in this order, the steps
 /// that `settings` wish for. The recording given stays as it is.
 ///
@@ -72,21 +75,17 @@ pub fn clean(
 ) -> Result<Cleaned, CleaningError> {
     let mut cleaned = recording.clone();
     let mut changes = Vec::new();
-    if settings.flips {
-        let found = detect::flips(&cleaned);
-        changes.extend(repair::flips(&mut cleaned, &found));
-    }
-    if settings.swaps {
-        let found = detect::swaps(&cleaned, roles)?;
-        changes.extend(repair::swaps(&mut cleaned, roles, &found)?);
-    }
-    if settings.spikes {
-        let found = detect::all(&cleaned, roles)?.spikes;
-        changes.extend(repair::spikes(&mut cleaned, &found));
-    }
-    if settings.stitch {
-        let found = detect::unlabelled(&cleaned, roles)?;
-        changes.extend(repair::stitch(&mut cleaned, roles, &found)?);
+    let repairs: [(bool, Detector); 4] = [
+        (settings.flips, |recording, _| Ok(detect::flips(recording))),
+        (settings.swaps, detect::swaps),
+        (settings.spikes, |recording, roles| {
+            detect::fingertips(recording, roles).map(|[_, spikes, _]| spikes)
+        }),
+        (settings.stitch, detect::unlabelled),
+    ];
+    for (_, detector) in repairs.into_iter().filter(|(wanted, _)| *wanted) {
+        let found = detector(&cleaned, roles)?;
+        changes.extend(repair(&mut cleaned, roles, &found)?);
     }
     if let Some(settings) = &settings.fill {
         changes.extend(fill(&mut cleaned, roles, settings)?);
@@ -95,7 +94,7 @@ pub fn clean(
     if let Some(rate_hz) = settings.resample_hz {
         let (resampled, change) = resample(&cleaned, rate_hz)?;
         cleaned = resampled;
-        changes.extend(change);
+        changes.push(change);
     }
     Ok(Cleaned {
         recording: cleaned,

@@ -6,7 +6,7 @@
 //!   frames, gaps, fit and shape of bodies, unit of length, rotation order, axes, usable segments).
 //!   Where there is no evidence the result says so. [`ranked`] puts many takes in the order in which a
 //!   person should look at them; [`to_text`], [`to_markdown`] and [`to_json`] show them.
-//! * [`clean()`] repairs, fills and resamples a recording. [`repair`], [`fill`], [`to_pads`] and
+//! * [`clean()`] repairs, fills and resamples a recording. [`repair()`], [`fill`], [`to_pads`] and
 //!   [`resample`] are its steps. Every step lists what it changed as [`Change`](inhand_model::Change)s.
 //!
 //! Nothing reads or writes files.
@@ -30,10 +30,11 @@
 //! ```
 
 pub mod detect;
-pub mod repair;
 
 mod check;
 mod clean;
+mod repair;
+mod suspect;
 
 mod continuity;
 mod error;
@@ -43,9 +44,11 @@ mod statistics;
 
 pub use check::{
     CheckResult, CheckSettings, Checked, Checkup, Level, MAX_PLACES, Number, Place, SegmentShare,
-    Suspicion, SuspicionKind, check, ranked, to_json, to_markdown, to_text,
+    check, ranked, to_json, to_markdown, to_text,
 };
 pub use clean::{
     CleanSettings, Cleaned, FillMethod, FillSettings, PadOffset, clean, fill, resample, to_pads,
 };
 pub use error::CleaningError;
+pub use repair::repair;
+pub use suspect::{FlipRepair, Suspect, SuspectKind};

@@ -1,143 +1,125 @@
-//! Undoing what was found. Each function changes a recording as findings suggest and says what it
-//! did.
+//! Repair of suspect samples.
 
 use std::ops::Range;
 
-use inhand_model::{Change, ChangeKind, Frame, PointTrack, Recording, Roles, Status};
+use inhand_model::{Change, ChangeKind, Frame, Marker, PointTrack, Recording, Roles, Status};
+use inhand_motion::fingertip_markers;
 
-use crate::detect::flips::undo;
-use crate::detect::{Flip, FlipRepair, Spike, Swap, Unlabelled};
 use crate::error::CleaningError;
-use crate::lookup::tips;
+use crate::suspect::{FlipRepair, Suspect, SuspectKind};
 
-/// Turns flipped bodies back, or takes their poses away where the way back is not known. Markers of a
-/// rigid body that the recording places by its pose ([`inhand_model::MarkerKind::RigidBodyMarker`]) stay as they
-/// are.
-pub fn flips(recording: &mut Recording, flips: &[Flip]) -> Vec<Change> {
-    let mut changes = Vec::new();
-    for flip in flips {
-        let body = &mut recording.bodies[flip.body];
-        undo(&mut body.track, flip);
-        let (kind, done) = match &flip.repair {
-            FlipRepair::TurnBack(_) => (ChangeKind::TurnedBack, "turned back"),
-            FlipRepair::Remove => (ChangeKind::Removed, "taken away"),
-        };
-        // The error was that of the wrong solution.
-        if let Some(error_m) = &mut body.marker_error_m {
-            error_m[flip.samples.clone()].fill(f64::NAN);
-        }
+/// Repairs a recording as suspects suggest, one after the other, and lists what was done.
+///
+/// * Flipped bodies are turned back, or lose their poses where the way back is not known. Markers of a
+///   rigid body that the recording places by its pose
+///   ([`inhand_model::MarkerKind::RigidBodyMarker`]) stay as they are.
+/// * Exchanged labels are given back to their fingers.
+/// * Spikes are removed: their samples are missing then.
+/// * Samples of unlabelled markers are given to the fingertips that they are; the unlabelled markers lose
+///   them. Their status stays: they were measured.
+///
+/// # Errors
+///
+/// [`CleaningError::Motion`] where a fingertip of the roles is not in the recording.
+pub fn repair(
+    recording: &mut Recording,
+    roles: &Roles,
+    suspects: &[Suspect],
+) -> Result<Vec<Change>, CleaningError> {
+    let mut changes = Vec::with_capacity(suspects.len());
+    for suspect in suspects {
+        let (kind, entity, done) = undo(recording, roles, suspect)?;
         changes.push(Change {
             kind,
-            entity: flip.name.clone(),
-            samples: flip.samples.clone(),
-            message: format!("{flip}: {done}"),
+            entity,
+            samples: suspect.samples.clone(),
+            message: format!("{suspect}: {done}"),
         });
     }
-    changes
+    Ok(changes)
 }
 
-/// Gives exchanged labels back to their fingers.
-///
-/// # Errors
-///
-/// [`CleaningError::NotInTake`].
-pub fn swaps(
+/// Does what a suspect suggests; the kind of change, what was changed, and what was done in words.
+fn undo(
     recording: &mut Recording,
     roles: &Roles,
-    swaps: &[Swap],
-) -> Result<Vec<Change>, CleaningError> {
-    let tips = tips(recording, roles)?;
-    let mut changes = Vec::new();
-    for swap in swaps {
-        for k in swap.samples.clone() {
-            let seen: Vec<_> = (swap.fingers.iter())
-                .map(|&label| {
-                    let marker = &recording.markers[tips[label]];
-                    let quality = marker.quality.as_ref().map_or(f64::NAN, |q| q[k]);
-                    (marker.track.get(k), marker.track.status(k), quality)
-                })
-                .collect();
-            for (i, (value, status, quality)) in seen.into_iter().enumerate() {
-                // Label i carries the samples of the next finger of the cycle.
-                let finger = swap.fingers[(i + 1) % swap.fingers.len()];
-                let marker = &mut recording.markers[tips[finger]];
-                marker.track.set(k, value, status);
-                if let Some(qualities) = &mut marker.quality {
-                    qualities[k] = quality;
+    suspect: &Suspect,
+) -> Result<(ChangeKind, String, &'static str), CleaningError> {
+    let samples = &suspect.samples;
+    Ok(match &suspect.kind {
+        SuspectKind::Flip {
+            body, name, repair, ..
+        } => {
+            let body = &mut recording.bodies[*body];
+            repair.apply(&mut body.track, samples);
+            // The error was that of the wrong solution.
+            if let Some(error_m) = &mut body.marker_error_m {
+                error_m[samples.clone()].fill(f64::NAN);
+            }
+            let (kind, done) = match repair {
+                FlipRepair::TurnBack(_) => (ChangeKind::TurnedBack, "turned back"),
+                FlipRepair::Remove => (ChangeKind::Removed, "removed"),
+            };
+            (kind, name.clone(), done)
+        }
+        SuspectKind::Swap { fingers } => {
+            let tips = fingertip_markers(recording, roles)?;
+            let labels: Vec<usize> = fingers.iter().map(|&finger| tips[finger]).collect();
+            let markers = &mut recording.markers;
+            for k in samples.clone() {
+                let sample = |&label: &usize| {
+                    let Marker { track, quality, .. } = &markers[label];
+                    let quality = quality.as_ref().map_or(f64::NAN, |quality| quality[k]);
+                    (track.get(k), track.status(k), quality)
+                };
+                // Each label carries the samples of the next finger of the cycle.
+                let mut carried: Vec<_> = labels.iter().map(sample).collect();
+                carried.rotate_right(1);
+                for (&label, (value, status, quality)) in labels.iter().zip(carried) {
+                    markers[label].track.set(k, value, status);
+                    if let Some(qualities) = &mut markers[label].quality {
+                        qualities[k] = quality;
+                    }
                 }
             }
+            let names: Vec<_> = labels
+                .iter()
+                .map(|&label| markers[label].name.as_str())
+                .collect();
+            (ChangeKind::Swapped, names.join(", "), "exchanged back")
         }
-        let names: Vec<_> = (swap.fingers.iter())
-            .map(|&finger| recording.markers[tips[finger]].name.as_str())
-            .collect();
-        changes.push(Change {
-            kind: ChangeKind::Swapped,
-            entity: names.join(", "),
-            samples: swap.samples.clone(),
-            message: format!("{swap}: exchanged back"),
-        });
-    }
-    Ok(changes)
+        SuspectKind::Spike { marker, .. } => {
+            let marker = &mut recording.markers[*marker];
+            remove(marker, samples);
+            (ChangeKind::Removed, marker.name.clone(), "removed")
+        }
+        SuspectKind::Unlabelled { marker, finger, .. } => {
+            let tip = fingertip_markers(recording, roles)?[*finger];
+            let source = recording.markers[*marker].clone();
+            remove(&mut recording.markers[*marker], samples);
+            let target = &mut recording.markers[tip];
+            take_over(&mut target.track, &source.track, samples);
+            if let Some(own) = &mut target.quality {
+                for k in samples.clone() {
+                    own[k] = source
+                        .quality
+                        .as_ref()
+                        .map_or(f64::NAN, |quality| quality[k]);
+                }
+            }
+            let done = "its samples are the fingertip's now";
+            (ChangeKind::Stitched, target.name.clone(), done)
+        }
+    })
 }
 
-/// Takes spikes away: their samples are missing then.
-pub fn spikes(recording: &mut Recording, spikes: &[Spike]) -> Vec<Change> {
-    let mut changes = Vec::new();
-    for spike in spikes {
-        let marker = &mut recording.markers[spike.marker];
-        for k in spike.samples.clone() {
-            marker.track.set(k, None, Status::Missing);
-            if let Some(quality) = &mut marker.quality {
-                quality[k] = f64::NAN;
-            }
+fn remove(marker: &mut Marker, samples: &Range<usize>) {
+    for k in samples.clone() {
+        marker.track.set(k, None, Status::Missing);
+        if let Some(quality) = &mut marker.quality {
+            quality[k] = f64::NAN;
         }
-        changes.push(Change {
-            kind: ChangeKind::Removed,
-            entity: marker.name.clone(),
-            samples: spike.samples.clone(),
-            message: format!("{spike}: taken away"),
-        });
     }
-    changes
-}
-
-/// Gives the samples of unlabelled markers to the fingertips that they are; the unlabelled markers lose
-/// them. Their status stays: they were measured.
-///
-/// # Errors
-///
-/// [`CleaningError::NotInTake`].
-pub fn stitch(
-    recording: &mut Recording,
-    roles: &Roles,
-    pieces: &[Unlabelled],
-) -> Result<Vec<Change>, CleaningError> {
-    let tips = tips(recording, roles)?;
-    let mut changes = Vec::new();
-    for piece in pieces {
-        let source = &mut recording.markers[piece.marker];
-        let (track, quality) = (source.track.clone(), source.quality.clone());
-        for k in piece.samples.clone() {
-            source.track.set(k, None, Status::Missing);
-            if let Some(own) = &mut source.quality {
-                own[k] = f64::NAN;
-            }
-        }
-        let target = &mut recording.markers[tips[piece.finger]];
-        take_over(&mut target.track, &track, &piece.samples);
-        if let Some(own) = &mut target.quality {
-            for k in piece.samples.clone() {
-                own[k] = quality.as_ref().map_or(f64::NAN, |quality| quality[k]);
-            }
-        }
-        changes.push(Change {
-            kind: ChangeKind::Stitched,
-            entity: target.name.clone(),
-            samples: piece.samples.clone(),
-            message: format!("{piece}: its samples are the fingertip's now"),
-        });
-    }
-    Ok(changes)
 }
 
 /// Puts the present samples of one track into the same places of another.

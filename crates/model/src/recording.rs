@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
+use std::ops::Range;
 
 use nalgebra::{Rotation3, Vector3};
 use thiserror::Error;
@@ -246,34 +247,34 @@ impl Recording {
         markers: Vec<Marker>,
         bodies: Vec<TrackedBody>,
     ) -> Result<Self, RecordingError> {
-        let series = |entity: &str, found: usize| {
-            if found == samples {
-                Ok(())
-            } else {
-                Err(RecordingError::Length {
-                    entity: entity.to_owned(),
-                    expected: samples,
-                    found,
-                })
-            }
+        let check = |entity: std::fmt::Arguments<'_>, found: Option<usize>| match found {
+            Some(found) if found != samples => Err(RecordingError::Length {
+                entity: entity.to_string(),
+                expected: samples,
+                found,
+            }),
+            _ => Ok(()),
         };
-        for marker in &markers {
-            series(&format!("marker \"{}\"", marker.name), marker.track.len())?;
-            if let Some(quality) = &marker.quality {
-                series(
-                    &format!("quality of marker \"{}\"", marker.name),
-                    quality.len(),
-                )?;
-            }
+        for Marker {
+            name,
+            track,
+            quality,
+            ..
+        } in &markers
+        {
+            check(format_args!("marker \"{name}\""), Some(track.len()))?;
+            check(
+                format_args!("quality of marker \"{name}\""),
+                quality.as_ref().map(Vec::len),
+            )?;
         }
         for body in &bodies {
-            series(&format!("body \"{}\"", body.name), body.track.len())?;
-            if let Some(error) = &body.marker_error_m {
-                series(
-                    &format!("marker error of body \"{}\"", body.name),
-                    error.len(),
-                )?;
-            }
+            let (name, errors) = (&body.name, &body.marker_error_m);
+            check(format_args!("body \"{name}\""), Some(body.track.len()))?;
+            check(
+                format_args!("marker error of body \"{name}\""),
+                errors.as_ref().map(Vec::len),
+            )?;
         }
         Ok(Self {
             name,
@@ -298,10 +299,15 @@ impl Recording {
 
     /// The first labelled marker of that name, else the first of any kind.
     pub fn marker(&self, name: &str) -> Option<&Marker> {
-        let named = || self.markers.iter().filter(|m| m.name == name);
-        named()
-            .find(|m| m.kind == MarkerKind::Labelled)
-            .or_else(|| named().next())
+        self.marker_index(name).map(|index| &self.markers[index])
+    }
+
+    /// Place of [`Recording::marker`] among the markers.
+    pub fn marker_index(&self, name: &str) -> Option<usize> {
+        let named = |marker: &Marker| marker.name == name;
+        let labelled = |marker: &Marker| named(marker) && marker.kind == MarkerKind::Labelled;
+        let markers = &self.markers;
+        (markers.iter().position(labelled)).or_else(|| markers.iter().position(named))
     }
 
     /// The first body of that name.
@@ -314,34 +320,59 @@ impl Recording {
     /// The samples `range` as a take of its own, which starts when its first sample was taken.
     /// A range that goes past the end is cut there.
     #[must_use]
-    pub fn slice(&self, range: std::ops::Range<usize>) -> Recording {
+    pub fn slice(&self, range: Range<usize>) -> Recording {
         let end = range.end.min(self.samples);
         let range = range.start.min(end)..end;
-        let series = |values: &Option<Vec<f64>>| values.as_ref().map(|v| v[range.clone()].to_vec());
-        Recording {
-            name: self.name.clone(),
-            clock: self.clock.starting_at(range.start),
-            source: self.source.clone(),
-            markers: (self.markers.iter())
-                .map(|marker| Marker {
-                    name: marker.name.clone(),
-                    id: marker.id.clone(),
-                    kind: marker.kind,
-                    track: marker.track.slice(range.clone()),
-                    quality: series(&marker.quality),
-                })
-                .collect(),
-            bodies: (self.bodies.iter())
-                .map(|body| TrackedBody {
-                    name: body.name.clone(),
-                    id: body.id.clone(),
-                    kind: body.kind,
-                    track: body.track.slice(range.clone()),
-                    marker_error_m: series(&body.marker_error_m),
-                })
-                .collect(),
-            findings: self.findings.clone(),
-            samples: range.len(),
-        }
+        self.with_samples(
+            self.clock.starting_at(range.start),
+            range.len(),
+            |points| points.slice(range.clone()),
+            |poses| poses.slice(range.clone()),
+            |numbers| numbers[range.clone()].to_vec(),
+        )
+    }
+
+    /// The recording with other samples: `points`, `poses` and `numbers` make those of tracks, qualities
+    /// and marker errors.
+    ///
+    /// # Panics
+    ///
+    /// If they make another number of samples.
+    #[must_use]
+    pub fn with_samples(
+        &self,
+        clock: Clock,
+        samples: usize,
+        points: impl Fn(&PointTrack<World>) -> PointTrack<World>,
+        poses: impl Fn(&PoseTrack<World, Body>) -> PoseTrack<World, Body>,
+        numbers: impl Fn(&[f64]) -> Vec<f64>,
+    ) -> Recording {
+        let series = |values: &Option<Vec<f64>>| values.as_ref().map(|values| numbers(values));
+        let markers = self.markers.iter().map(|marker| Marker {
+            name: marker.name.clone(),
+            id: marker.id.clone(),
+            kind: marker.kind,
+            track: points(&marker.track),
+            quality: series(&marker.quality),
+        });
+        let bodies = self.bodies.iter().map(|body| TrackedBody {
+            name: body.name.clone(),
+            id: body.id.clone(),
+            kind: body.kind,
+            track: poses(&body.track),
+            marker_error_m: series(&body.marker_error_m),
+        });
+        let (name, source) = (self.name.clone(), self.source.clone());
+        let made = Self::new(
+            name,
+            clock,
+            source,
+            samples,
+            markers.collect(),
+            bodies.collect(),
+        );
+        let mut made = made.expect("every track and series has `samples` samples");
+        made.findings.clone_from(&self.findings);
+        made
     }
 }

@@ -1,14 +1,16 @@
 //! Bodies of a take: as the capture software tracked them, or fitted to marker clusters.
 
+use std::borrow::Cow;
+
 use inhand_model::{
-    Body, BodyKind, BodySource, Frame, Pose, PoseTrack, Recording, Roles, Sample, Status, Track,
+    Body, BodyKind, BodySource, Frame, Pose, PoseTrack, Recording, Roles, Status, Track,
     TrackedBody, World,
 };
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use crate::error::MotionError;
-use crate::lookup::{body, marker};
+use crate::lookup::{body, marker_track};
 use crate::rigid_fit::{MIN_SPREAD, rigid_fit};
 use crate::template::{BodyRole, Templates};
 
@@ -35,7 +37,7 @@ pub fn fitted_bodies(
     templates: &Templates,
 ) -> Result<Vec<TrackedBody>, MotionError> {
     let mut bodies = Vec::new();
-    for role in [BodyRole::Hand, BodyRole::Object] {
+    for role in BodyRole::ALL {
         if let Some(BodySource::Markers(names)) = role.source(roles) {
             bodies.push(fitted_body(recording, role, names, templates)?);
         }
@@ -43,20 +45,26 @@ pub fn fitted_bodies(
     Ok(bodies)
 }
 
-/// The pose of a body over a take, whatever it is taken from; not filled, not filtered.
-pub(crate) fn pose_track<F: Frame>(
-    recording: &Recording,
+/// The body that plays a role, whatever it is taken from; not filled, not filtered.
+///
+/// # Errors
+///
+/// As for [`fitted_bodies`].
+pub fn role_body<'a>(
+    recording: &'a Recording,
     role: BodyRole,
     source: &BodySource,
     templates: &Templates,
-) -> Result<PoseTrack<World, F>, MotionError> {
-    let in_role = |pose: Pose<World, Body>| Pose::new(pose.isometry());
-    match source {
-        BodySource::RigidBody(name) => Ok(body(recording, role.name(), name)?.track.map(in_role)),
-        BodySource::Markers(names) => Ok(fitted_body(recording, role, names, templates)?
-            .track
-            .map(in_role)),
-    }
+) -> Result<Cow<'a, TrackedBody>, MotionError> {
+    Ok(match source {
+        BodySource::RigidBody(name) => Cow::Borrowed(body(recording, role.name(), name)?),
+        BodySource::Markers(names) => Cow::Owned(fitted_body(recording, role, names, templates)?),
+    })
+}
+
+/// Poses in the frame of the role that a body plays.
+pub fn in_role<F: Frame>(poses: &PoseTrack<World, Body>) -> PoseTrack<World, F> {
+    poses.map(|pose| Pose::new(pose.isometry()))
 }
 
 fn fitted_body(
@@ -66,18 +74,18 @@ fn fitted_body(
     templates: &Templates,
 ) -> Result<TrackedBody, MotionError> {
     let template = templates.get(role);
-    let Some(template) = template.filter(|template| template.markers() == names) else {
+    let Some(template) = template.filter(|template| template.markers == names) else {
         return Err(MotionError::NoTemplate {
             take: recording.name.clone(),
             role,
             markers: names.to_vec(),
-            template: template.map(|template| template.markers().to_vec()),
+            template: template.map(|template| template.markers.clone()),
         });
     };
     let tracks = (names.iter())
-        .map(|name| Ok(&marker(recording, role.name(), name)?.track))
+        .map(|name| marker_track(recording, role.name(), name))
         .collect::<Result<Vec<_>, MotionError>>()?;
-    let samples: Vec<FittedSample> = (0..recording.len())
+    let samples: Vec<_> = (0..recording.len())
         .into_par_iter()
         .with_min_len(SAMPLES_PER_TASK)
         .map_init(
@@ -86,58 +94,47 @@ fn fitted_body(
                 placed.clear();
                 seen.clear();
                 let mut status = Status::Measured;
-                for (track, &position_m) in tracks.iter().zip(template.positions_m()) {
+                for (track, &position_m) in tracks.iter().zip(&template.positions_m) {
                     if let Some(position) = track.get(k) {
                         placed.push(position_m);
                         seen.push(position.coords_m());
                         status = status.and(track.status(k));
                     }
                 }
-                fitted_sample(placed, seen, status)
+                (fitted_sample(placed, seen), status)
             },
         )
         .collect();
 
     let mut track = Track::with_capacity(samples.len());
-    for sample in &samples {
-        track.push(sample.pose, sample.status);
+    for &(fit, status) in &samples {
+        track.push(fit.map(|(pose, _)| pose), status);
     }
+    let errors_m = samples
+        .iter()
+        .map(|(fit, _)| fit.map_or(f64::NAN, |(_, error_m)| error_m));
     Ok(TrackedBody {
         name: role.name().to_owned(),
         id: String::new(),
         kind: BodyKind::RigidBody,
         track,
-        marker_error_m: Some(samples.iter().map(|sample| sample.error_m).collect()),
+        marker_error_m: Some(errors_m.collect()),
     })
 }
 
-struct FittedSample {
-    pose: Option<Pose<World, Body>>,
-    status: Status,
-    error_m: f64,
-}
-
-/// Fits the template's markers `placed` (body frame) to where they were `seen` (world).
-fn fitted_sample(placed: &[Vector3<f64>], seen: &[Vector3<f64>], status: Status) -> FittedSample {
-    let fit = (placed.len() >= MIN_MARKERS)
-        .then(|| rigid_fit(placed, seen))
-        .flatten()
-        .filter(|fit| fit.spread >= MIN_SPREAD);
-    let Some(fit) = fit else {
-        return FittedSample {
-            pose: None,
-            status: Status::Missing,
-            error_m: f64::NAN,
-        };
-    };
+/// Fits the template's markers `placed` (body frame) to where they were `seen` (world); the pose and the
+/// mean distance of the markers from their place, metres.
+fn fitted_sample(
+    placed: &[Vector3<f64>],
+    seen: &[Vector3<f64>],
+) -> Option<(Pose<World, Body>, f64)> {
+    if placed.len() < MIN_MARKERS {
+        return None;
+    }
+    let fit = rigid_fit(placed, seen).filter(|fit| fit.spread >= MIN_SPREAD)?;
     let distances = (placed.iter().zip(seen)).map(|(&placed, &seen)| {
         (fit.isometry.rotation * placed + fit.isometry.translation.vector - seen).norm()
     });
-    let pose = Pose::new(fit.isometry);
-    debug_assert!(Sample::is_finite(pose));
-    FittedSample {
-        pose: Some(pose),
-        status,
-        error_m: distances.sum::<f64>() / placed.len() as f64,
-    }
+    let error_m = distances.sum::<f64>() / placed.len() as f64;
+    Some((Pose::new(fit.isometry), error_m))
 }

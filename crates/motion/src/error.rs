@@ -140,7 +140,8 @@ pub enum MotionError {
 }
 
 impl MotionError {
-    pub(crate) fn setting(
+    /// A setting outside its range.
+    pub fn setting(
         setting: &'static str,
         found: impl fmt::Display,
         expected: impl Into<String>,

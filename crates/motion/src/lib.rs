@@ -90,10 +90,11 @@ mod lookup;
 mod rigid_fit;
 mod spectrum;
 
-pub use body::fitted_bodies;
+pub use body::{fitted_bodies, in_role, role_body};
 pub use error::MotionError;
 pub use gaps::{fill_points, fill_poses};
-pub use process::{process, smooth, to_hand_frame};
+pub use lookup::fingertip_markers;
+pub use process::{in_hand, process, smooth, to_hand_frame};
 pub use segments::{Cut, Starts, cut_segments};
 pub use settings::{Filter, GapFill, ProcessSettings, SegmentSettings};
 pub use spectrum::Welch;

@@ -1,16 +1,29 @@
 //! Finding what a role names.
 
-use inhand_model::{Marker, Recording, TrackedBody};
+use inhand_model::{PerFinger, PointTrack, Recording, Roles, TrackedBody, World};
 
 use crate::error::MotionError;
 
-/// The marker that `role` names.
-pub(crate) fn marker<'a>(
+/// Index of the marker of each fingertip.
+///
+/// # Errors
+///
+/// [`MotionError::NotInTake`].
+pub fn fingertip_markers(take: &Recording, roles: &Roles) -> Result<PerFinger<usize>, MotionError> {
+    PerFinger::try_from_fn(|finger| marker_index(take, finger.name(), &roles.fingers[finger]))
+}
+
+/// The track of the marker that `role` names.
+pub(crate) fn marker_track<'a>(
     take: &'a Recording,
     role: &str,
     name: &str,
-) -> Result<&'a Marker, MotionError> {
-    take.marker(name).ok_or_else(|| {
+) -> Result<&'a PointTrack<World>, MotionError> {
+    Ok(&take.markers[marker_index(take, role, name)?].track)
+}
+
+fn marker_index(take: &Recording, role: &str, name: &str) -> Result<usize, MotionError> {
+    take.marker_index(name).ok_or_else(|| {
         let names = take.markers.iter().map(|marker| marker.name.clone());
         not_in_take(take, role, "marker", name, names.collect())
     })

@@ -1,17 +1,17 @@
 //! From a recording to the motion of fingertips and object in the hand's frame.
 
 use inhand_model::{
-    Finger, Hand, Motion, Object, PerFinger, PointTrack, Pose, PoseTrack, Recording, Roles, Sample,
-    Track, World,
+    Finger, Hand, Motion, PerFinger, PointTrack, Pose, PoseTrack, Recording, Roles, Sample, Track,
+    World,
 };
 use nalgebra::Translation3;
 use rayon::prelude::*;
 
-use crate::body::pose_track;
+use crate::body::{in_role, role_body};
 use crate::error::MotionError;
 use crate::filter::{Smoother, smooth_points, smooth_poses};
 use crate::gaps::{fill_points, fill_poses};
-use crate::lookup::marker;
+use crate::lookup::fingertip_markers;
 use crate::settings::{Filter, ProcessSettings};
 use crate::template::{BodyRole, Templates};
 
@@ -59,26 +59,25 @@ pub fn to_hand_frame(
     let max_gap = settings.max_gap_samples(recording.clock.rate_hz())?;
     let offset = settings.object_offset()?;
 
-    let mut hand: PoseTrack<World, Hand> =
-        pose_track(recording, BodyRole::Hand, &roles.hand, templates)?;
+    let body = |role, source| role_body(recording, role, source, templates);
+    let mut hand: PoseTrack<World, Hand> = in_role(&body(BodyRole::Hand, &roles.hand)?.track);
     fill_poses(&mut hand, max_gap, settings.fill);
     let hand_from_world = hand.map(Pose::inverse);
 
-    let tips = PerFinger::try_from_fn(|finger| {
-        Ok(&marker(recording, finger.name(), &roles.fingers[finger])?.track)
-    })?;
+    let tips = fingertip_markers(recording, roles)?;
     let object = (roles.object.as_ref())
-        .map(|source| pose_track::<Object>(recording, BodyRole::Object, source, templates))
+        .map(|source| body(BodyRole::Object, source))
         .transpose()?;
 
     let fingertip = |finger: Finger| {
-        let mut track = in_hand(&hand_from_world, tips[finger], |pose, tip| pose * tip);
+        let tip = &recording.markers[tips[finger]].track;
+        let mut track = in_hand(&hand_from_world, tip, |pose, tip| pose * tip);
         fill_points(&mut track, max_gap, settings.fill);
         track
     };
     let object = || {
-        object.map(|world_from_body| {
-            let mut track = in_hand(&hand_from_world, &world_from_body, |pose, body| {
+        object.map(|body| {
+            let mut track = in_hand(&hand_from_world, &body.track, |pose, body| {
                 pose * Pose::new(body.isometry() * offset)
             });
             fill_poses(&mut track, max_gap, settings.fill);
@@ -130,7 +129,7 @@ fn each_finger(
 
 /// Combines the hand's pose with something else at each sample where both are present; what is known
 /// of the result is the lesser of what is known of the two.
-fn in_hand<T: Sample, U: Sample>(
+pub fn in_hand<T: Sample, U: Sample>(
     hand_from_world: &PoseTrack<Hand, World>,
     track: &Track<T>,
     combine: impl Fn(Pose<Hand, World>, T) -> U,

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 use rayon::prelude::*;
 
 use crate::error::MotionError;
-use crate::lookup::marker;
+use crate::lookup::marker_track;
 use crate::rigid_fit::{MIN_SPREAD, centroid, rigid_fit};
 
 /// Change of the mean shape, root mean square over markers, below which it counts as found: far
@@ -30,6 +30,9 @@ pub enum BodyRole {
 }
 
 impl BodyRole {
+    /// Both roles, the hand first.
+    pub const ALL: [BodyRole; 2] = [BodyRole::Hand, BodyRole::Object];
+
     /// Lower-case name, as in settings.
     pub const fn name(self) -> &'static str {
         match self {
@@ -57,34 +60,17 @@ impl fmt::Display for BodyRole {
 /// the first to the second named marker, z along the normal of the first three,
 /// `(m2 - m1) x (m3 - m1)`, y completing a right-handed frame.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Template {
-    markers: Vec<String>,
-    positions_m: Vec<Vector3<f64>>,
-    frames: usize,
-    rms_m: f64,
-}
-
-impl Template {
     /// Names of the markers, in the order that defines the axes.
-    pub fn markers(&self) -> &[String] {
-        &self.markers
-    }
-
+    pub markers: Vec<String>,
     /// Position of each marker in the body's frame, metres.
-    pub fn positions_m(&self) -> &[Vector3<f64>] {
-        &self.positions_m
-    }
-
+    pub positions_m: Vec<Vector3<f64>>,
     /// Complete frames that the shape is the mean of.
-    pub fn frames(&self) -> usize {
-        self.frames
-    }
-
+    pub frames: usize,
     /// Root mean square distance of the markers of those frames from their place in the shape,
     /// metres: the noise of the markers and how much the cluster deforms.
-    pub fn rms_m(&self) -> f64 {
-        self.rms_m
-    }
+    pub rms_m: f64,
 }
 
 /// The templates of a session. Empty where hand and object are rigid bodies of the takes.
@@ -205,7 +191,7 @@ fn complete_frames(
     frames: &mut Vec<Vector3<f64>>,
 ) -> Result<(), MotionError> {
     let tracks = (names.iter())
-        .map(|name| Ok(&marker(take, role.name(), name)?.track))
+        .map(|name| marker_track(take, role.name(), name))
         .collect::<Result<Vec<_>, MotionError>>()?;
     for k in 0..take.len() {
         if (tracks.iter()).all(|track| track.status(k) == Status::Measured) {

@@ -2,13 +2,12 @@
 
 use std::path::Path;
 
-use inhand_inspection::detect::{Suspects, all, flips, spikes};
-use inhand_inspection::{CheckSettings, Checked, Suspicion, SuspicionKind, check};
+use inhand_inspection::{CheckSettings, Checked, check, detect};
 
 use crate::containers::name_of;
 use crate::error::SessionError;
 use crate::settings::Settings;
-use crate::take::{Take, read};
+use crate::take::read;
 
 /// Reads a take, whatever its format, and looks at everything that it tells of itself. A file that
 /// cannot be read is a result with its reason, so that it does not end the check of others.
@@ -21,8 +20,11 @@ pub fn check_take(path: &Path, settings: &Settings) -> Result<Checked, SessionEr
     let outcome = match read(path, settings) {
         Ok(take) => {
             let roles = take.roles.as_ref().map_err(String::as_str);
-            let suspicions = suspicions(&take);
-            Ok(check(&take.recording, roles, &suspicions, &limits))
+            // Roles whose hand has no pose are a result of the check itself.
+            let suspects = (detect::all(&take.recording, roles.ok()))
+                .or_else(|_| detect::all(&take.recording, None))
+                .unwrap_or_default();
+            Ok(check(&take.recording, roles, &suspects, &limits))
         }
         Err(error) if error.is_usage() => return Err(error),
         Err(error) => Err(reason(&error, path)),
@@ -41,52 +43,6 @@ fn check_settings(settings: &Settings) -> Result<CheckSettings, SessionError> {
         missing_s: settings.segments.missing_s,
         ..CheckSettings::default()
     })
-}
-
-/// What detectors suspect. Without roles, what needs none.
-fn suspicions(take: &Take) -> Vec<Suspicion> {
-    let without_roles = || Suspects {
-        flips: flips(&take.recording),
-        spikes: spikes(&take.recording),
-        ..Suspects::default()
-    };
-    let found = match &take.roles {
-        // Roles whose hand has no pose are said by the check itself.
-        Ok(roles) => all(&take.recording, roles).unwrap_or_else(|_| without_roles()),
-        Err(_) => without_roles(),
-    };
-    let flips = found.flips.iter().map(|flip| Suspicion {
-        kind: SuspicionKind::Flip,
-        entity: flip.name.clone(),
-        samples: flip.samples.clone(),
-        score: flip.score,
-        message: flip.to_string(),
-    });
-    let swaps = found.swaps.iter().map(|swap| Suspicion {
-        kind: SuspicionKind::Swap,
-        entity: (swap.fingers.iter())
-            .map(|finger| finger.name())
-            .collect::<Vec<_>>()
-            .join(" and "),
-        samples: swap.samples.clone(),
-        score: swap.score,
-        message: swap.to_string(),
-    });
-    let spikes = found.spikes.iter().map(|spike| Suspicion {
-        kind: SuspicionKind::Spike,
-        entity: spike.name.clone(),
-        samples: spike.samples.clone(),
-        score: spike.score,
-        message: spike.to_string(),
-    });
-    let unlabelled = found.unlabelled.iter().map(|piece| Suspicion {
-        kind: SuspicionKind::Unlabelled,
-        entity: piece.finger.name().to_owned(),
-        samples: piece.samples.clone(),
-        score: piece.score,
-        message: piece.to_string(),
-    });
-    (flips.chain(swaps).chain(spikes).chain(unlabelled)).collect()
 }
 
 /// An error and its causes without the file's name, which stands beside them.

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result};
 use clap::ValueEnum;
-use inhand_inspection::detect::{self, Suspects};
+use inhand_inspection::{SuspectKind, detect};
 use inhand_model::{Change, ChangeKind, Clock, Finger};
 use inhand_session::{
     CleanFill, CleanSection, Settings, Take, clean_take, provenance, write_cleaned,
@@ -179,58 +179,30 @@ fn pad(pair: &str) -> Result<(Finger, [f64; 3])> {
 /// What looks wrong in a take, in order of time, and which steps would repair it.
 fn suggestions(take: &Take) -> Result<String> {
     let recording = &take.recording;
-    let suspects = match &take.roles {
-        Ok(roles) => {
-            detect::all(recording, roles).with_context(|| take.path.display().to_string())?
-        }
-        // Which fingers they are does not matter for these.
-        Err(_) => Suspects {
-            flips: detect::flips(recording),
-            spikes: detect::spikes(recording),
-            ..Suspects::default()
-        },
+    let suspects = detect::all(recording, take.roles.as_ref().ok())
+        .with_context(|| take.path.display().to_string())?;
+    let step = |kind: &SuspectKind| match kind {
+        SuspectKind::Flip { .. } => "--flips",
+        SuspectKind::Swap { .. } => "--swaps",
+        SuspectKind::Spike { .. } => "--spikes",
+        SuspectKind::Unlabelled { .. } => "--stitch",
     };
-    let Suspects {
-        flips,
-        swaps,
-        spikes,
-        unlabelled,
-    } = &suspects;
-    let mut lines: Vec<(Range<usize>, &str, String)> = Vec::with_capacity(suspects.len());
-    lines.extend(
-        flips
-            .iter()
-            .map(|f| (f.samples.clone(), "--flips", f.to_string())),
-    );
-    lines.extend(
-        swaps
-            .iter()
-            .map(|s| (s.samples.clone(), "--swaps", s.to_string())),
-    );
-    lines.extend(
-        spikes
-            .iter()
-            .map(|s| (s.samples.clone(), "--spikes", s.to_string())),
-    );
-    lines.extend(
-        unlabelled
-            .iter()
-            .map(|u| (u.samples.clone(), "--stitch", u.to_string())),
-    );
+    let mut lines: Vec<_> = (suspects.iter())
+        .map(|suspect| (&suspect.samples, step(&suspect.kind), suspect.to_string()))
+        .collect();
     lines.sort_by(|a, b| (a.0.start, a.1, &a.2).cmp(&(b.0.start, b.1, &b.2)));
+    let count = |wanted: &str| lines.iter().filter(|(_, step, _)| *step == wanted).count();
     let mut text = format!(
         "{}: {} swaps, {} flips, {} spikes, {} lost fingertips\n",
         take.path.display(),
-        swaps.len(),
-        flips.len(),
-        spikes.len(),
-        unlabelled.len()
+        count("--swaps"),
+        count("--flips"),
+        count("--spikes"),
+        count("--stitch")
     );
     for (samples, step, what) in lines {
-        text.push_str(&format!(
-            "{}  {step:<8}  {what}\n",
-            when(&samples, recording.clock)
-        ));
+        let when = when(samples, recording.clock);
+        text.push_str(&format!("{when}  {step:<8}  {what}\n"));
     }
     Ok(text)
 }

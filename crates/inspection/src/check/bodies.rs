@@ -1,18 +1,19 @@
 //! Bodies and their markers: fit, rigidity, orientations that jump.
 
-use inhand_model::{Body, Marker, MarkerKind, PoseTrack, Recording, Status, TrackedBody, World};
+use inhand_model::{Body, Clock, Marker, MarkerKind, PoseTrack, Recording, TrackedBody, World};
+use inhand_motion::BodyRole;
 use inhand_statistics::runs;
 
 use super::checkup::{CheckResult, Level};
 use super::numbers::Sorted;
-use super::parts::Parts;
-use super::settings::CheckSettings;
+use super::subject::Subject;
 use super::words::{count, length, times};
+use crate::lookup::is_named_after;
 
 /// Markers of a body that are looked at, at most: pairs grow with the square.
 const MAX_MARKERS: usize = 12;
 
-/// Stretches that a take is divided into to tell drift from noise.
+/// Intervals that a take is divided into to tell drift from noise.
 const BLOCKS: usize = 10;
 
 /// A drift counts from this many times what distances vary by within a tenth of the take.
@@ -36,15 +37,10 @@ pub(crate) fn markers_of<'a>(
     body: &TrackedBody,
     kind: MarkerKind,
 ) -> Vec<&'a Marker> {
-    let belongs = |marker: &&Marker| {
-        marker.name.strip_prefix(&body.name).is_some_and(|rest| {
-            let number = rest.strip_prefix('_').unwrap_or_default();
-            rest.starts_with(':')
-                || (!number.is_empty() && number.bytes().all(|b| b.is_ascii_digit()))
-        })
-    };
-    let markers = recording.markers.iter().filter(|m| m.kind == kind);
-    markers.filter(belongs).take(MAX_MARKERS).collect()
+    (recording.markers.iter())
+        .filter(|marker| marker.kind == kind && is_named_after(&marker.name, &body.name))
+        .take(MAX_MARKERS)
+        .collect()
 }
 
 /// The markers that show best whether a body is rigid: as cameras saw them, else as its fit places
@@ -61,67 +57,57 @@ fn shape_of<'a>(recording: &'a Recording, body: &TrackedBody) -> (Vec<&'a Marker
 }
 
 /// Fit and shape of every body, and of the clusters that roles name.
-pub(crate) fn bodies(
-    recording: &Recording,
-    parts: &Parts<'_>,
-    settings: &CheckSettings,
-) -> Vec<CheckResult> {
+pub(crate) fn bodies(subject: &Subject<'_>) -> Vec<CheckResult> {
+    let recording = subject.recording;
     let mut results = Vec::new();
     for body in &recording.bodies {
-        results.extend(marker_error(recording, body, settings));
+        results.extend(marker_error(subject, body));
         let (markers, seen) = shape_of(recording, body);
-        results.extend(rigidity(recording, &body.name, &markers, seen, settings));
-        results.extend(orientation(recording, &body.name, &body.track, settings));
+        results.extend(rigidity(subject, &body.name, &markers, seen));
+        results.extend(orientation(subject, &body.name, &body.track));
     }
-    for (role, names) in parts.clusters() {
+    let clusters = BodyRole::ALL.map(|role| (role, subject.templates.get(role)));
+    for (role, template) in clusters {
+        let names = template.map_or(&[][..], |template| &template.markers);
         let markers: Vec<_> = names
             .iter()
             .filter_map(|name| recording.marker(name))
             .collect();
-        results.extend(rigidity(recording, role, &markers, true, settings));
+        results.extend(rigidity(subject, role.name(), &markers, true));
     }
-    for (role, track) in parts.bodies() {
-        if recording.body(role).is_none() && parts.clusters().any(|(cluster, _)| cluster == role) {
-            results.extend(orientation(recording, role, track, settings));
+    for (role, track) in subject.bodies() {
+        if recording.body(role.name()).is_none() && subject.templates.get(role).is_some() {
+            results.extend(orientation(subject, role.name(), track));
         }
     }
     results
 }
 
 /// The error that the capture software states for the body's fit.
-fn marker_error(
-    recording: &Recording,
-    body: &TrackedBody,
-    settings: &CheckSettings,
-) -> Option<CheckResult> {
-    let errors = Sorted::of(body.marker_error_m.as_ref()?.iter().copied());
+fn marker_error(subject: &Subject<'_>, body: &TrackedBody) -> Option<CheckResult> {
+    let errors_m = body.marker_error_m.as_ref()?;
+    let errors = Sorted::of(errors_m.iter().copied());
     if errors.len() == 0 {
         return None;
     }
     let (median, p95) = (errors.median(), errors.quantile(0.95));
-    let limit = settings.marker_error_m;
+    let limit = subject.settings.marker_error_m;
     let base = |level| {
         CheckResult::new("marker-error", level, body.name.clone())
             .expected(format!("a median of at most {}", length(limit)))
             .number("median_mm", 1e3 * median, errors.len())
             .number("p95_mm", 1e3 * p95, errors.len())
     };
+    let (middle, high) = (length(median), length(p95));
     if median <= limit && p95 <= 3.0 * limit {
-        return Some(
-            base(Level::Ok).found(format!("marker error {} in the middle", length(median))),
-        );
+        return Some(base(Level::Ok).found(format!("marker error {middle} in the middle")));
     }
-    let high: Vec<f64> = body.marker_error_m.clone().unwrap_or_default();
-    let places = runs(0..recording.len(), |k| {
-        high.get(k).is_some_and(|&e| e > 3.0 * limit)
-    });
+    let places = runs(0..errors_m.len(), |k| errors_m[k] > 3.0 * limit);
     Some(
         base(Level::Warn)
-            .at(&recording.clock, &places)
+            .at(&subject.recording.clock, &places)
             .found(format!(
-                "marker error {} in the middle, {} at the 95th percentile",
-                length(median),
-                length(p95)
+                "marker error {middle} in the middle, {high} at the 95th percentile"
             ))
             .advice(
                 "the body's definition does not fit its markers: define it again, or calibrate",
@@ -130,26 +116,33 @@ fn marker_error(
 }
 
 /// Whether distances among the markers of a body stay what they are.
-pub(crate) fn rigidity(
-    recording: &Recording,
+fn rigidity(
+    subject: &Subject<'_>,
     name: &str,
     markers: &[&Marker],
     seen: bool,
-    settings: &CheckSettings,
 ) -> Option<CheckResult> {
     if markers.len() < MIN_MARKERS {
         return None;
     }
+    let Subject {
+        recording,
+        settings,
+        ..
+    } = *subject;
     let mut pairs = Vec::new();
     for (i, a) in markers.iter().enumerate() {
-        for b in &markers[i + 1..] {
-            pairs.extend(Pair::of(recording.len(), a, b));
-        }
+        pairs.extend(
+            markers[i + 1..]
+                .iter()
+                .filter_map(|b| Pair::of(recording.len(), a, b)),
+        );
     }
     let worst = pairs.iter().max_by(|a, b| a.p95_m.total_cmp(&b.p95_m))?;
     let drifting = pairs
         .iter()
         .max_by(|a, b| a.drift_m.total_cmp(&b.drift_m))?;
+    let largest_m = pairs.iter().map(|pair| pair.median_m).fold(0.0, f64::max);
     let n = pairs.iter().map(|pair| pair.n).sum();
     let spread = Sorted::of(pairs.iter().map(|pair| pair.p95_m)).median();
     let base = |level| {
@@ -158,50 +151,40 @@ pub(crate) fn rigidity(
             .number("p95_mm", 1e3 * worst.p95_m, worst.n)
             .number("typical_p95_mm", 1e3 * spread, n)
             .number("drift_mm", 1e3 * drifting.drift_m, drifting.n)
-            .number("largest_distance_mm", 1e3 * largest(&pairs), n)
+            .number("largest_distance_mm", 1e3 * largest_m, n)
     };
     let moved = (settings.drift_m)
         .max(settings.rigid_share * drifting.median_m)
         .max(DRIFT_OVER_NOISE * drifting.noise_m);
     if drifting.drift_m > moved {
+        let drift = length(drifting.drift_m);
         let how = match drifting.jump(&recording.clock) {
-            Some(at_s) => format!("jumps by {} near {at_s:.1} s", length(drifting.drift_m)),
-            None => format!("drifts by {}", length(drifting.drift_m)),
+            Some(at_s) => format!("jumps by {drift} near {at_s:.1} s"),
+            None => format!("drifts by {drift}"),
         };
+        let (names, distance) = (&drifting.names, length(drifting.median_m));
         return Some(
             base(Level::Warn)
-                .found(format!(
-                    "the distance {} of {} {how}",
-                    drifting.names,
-                    length(drifting.median_m)
-                ))
+                .found(format!("the distance {names} of {distance} {how}"))
                 .advice("a marker was moved, came loose or changed its name: see it in a viewer"),
         );
     }
+    let variation = length(worst.p95_m);
     let limit = settings.rigid_m.max(settings.rigid_share * worst.median_m);
     if worst.p95_m > limit {
+        let (names, distance) = (&worst.names, length(worst.median_m));
         return Some(
             base(Level::Warn)
                 .found(format!(
-                    "not rigid: the distance {} of {} varies by {} (95th percentile)",
-                    worst.names,
-                    length(worst.median_m),
-                    length(worst.p95_m)
+                    "not rigid: the distance {names} of {distance} varies by {variation} (95th \
+                     percentile)"
                 ))
                 .advice("markers changed names, or sit on something soft: leave the worst one out"),
         );
     }
     // Markers that the fit places are rigid by construction.
-    let how = if seen {
-        "markers rigid"
-    } else {
-        "fitted markers rigid"
-    };
-    Some(base(Level::Ok).found(format!("{how} within {}", length(worst.p95_m))))
-}
-
-fn largest(pairs: &[Pair]) -> f64 {
-    pairs.iter().map(|pair| pair.median_m).fold(0.0, f64::max)
+    let fitted = if seen { "" } else { "fitted " };
+    Some(base(Level::Ok).found(format!("{fitted}markers rigid within {variation}")))
 }
 
 /// Two markers of a body.
@@ -273,7 +256,7 @@ impl Pair {
     }
 
     /// When most of the drift happens at once.
-    fn jump(&self, clock: &inhand_model::Clock) -> Option<f64> {
+    fn jump(&self, clock: &Clock) -> Option<f64> {
         let step = |pair: &[Block]| (pair[1].median_m - pair[0].median_m).abs();
         let largest = (self.blocks.windows(2)).max_by(|a, b| step(a).total_cmp(&step(b)))?;
         let middle_s = |block: &Block| clock.time_s(block.middle);
@@ -284,19 +267,15 @@ impl Pair {
 
 /// Orientations that turn faster than anything does, and how often the quaternion changes its sign.
 fn orientation(
-    recording: &Recording,
+    subject: &Subject<'_>,
     name: &str,
     track: &PoseTrack<World, Body>,
-    settings: &CheckSettings,
 ) -> Option<CheckResult> {
-    let clock = recording.clock;
-    let limit_rad = (settings.turn_rad_s / clock.rate_hz()).max(MIN_JUMP_RAD);
+    let clock = subject.recording.clock;
+    let limit_rad = (subject.settings.turn_rad_s / clock.rate_hz()).max(MIN_JUMP_RAD);
     let (mut jumps, mut signs, mut steps, mut worst) = (Vec::new(), 0, 0, 0.0_f64);
     for k in 1..track.len() {
-        if track.status(k - 1) == Status::Missing || track.status(k) == Status::Missing {
-            continue;
-        }
-        let (Some(before), Some(now)) = (track.get(k - 1), track.get(k)) else {
+        let Some((before, now)) = track.get(k - 1).zip(track.get(k)) else {
             continue;
         };
         let (before, now) = (before.isometry().rotation, now.isometry().rotation);
@@ -311,27 +290,23 @@ fn orientation(
     if steps == 0 {
         return None;
     }
+    let (limit_deg, worst_deg) = (limit_rad.to_degrees(), worst.to_degrees());
     let base = |level| {
         CheckResult::new("orientation", level, name)
-            .expected(format!(
-                "turns below {:.0} degrees a sample",
-                limit_rad.to_degrees()
-            ))
-            .number("largest_turn_deg", worst.to_degrees(), steps)
+            .expected(format!("turns below {limit_deg:.0} degrees a sample"))
+            .number("largest_turn_deg", worst_deg, steps)
             .number("jumps", jumps.len() as f64, steps)
             .number("sign_changes", signs as f64, steps)
     };
     if jumps.is_empty() {
         return Some(base(Level::Ok).found("orientation continuous"));
     }
+    let (often, when) = (count(jumps.len(), ["time", "times"]), times(&clock, &jumps));
     Some(
         base(Level::Warn)
             .at(&clock, &jumps)
             .found(format!(
-                "the orientation jumps {} ({}), by up to {:.0} degrees",
-                count(jumps.len(), ["time", "times"]),
-                times(&clock, &jumps),
-                worst.to_degrees()
+                "the orientation jumps {often} ({when}), by up to {worst_deg:.0} degrees"
             ))
             .advice(if worst >= FLIP_RAD {
                 "the body was fitted the wrong way round: see it in a viewer"

@@ -3,9 +3,11 @@
 use std::ops::Range;
 
 use inhand_model::Clock;
+use serde::Serialize;
 
 /// How much a result matters.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Level {
     /// Looked at, nothing to do.
     Ok,
@@ -29,8 +31,8 @@ impl Level {
     }
 }
 
-/// A stretch of a take, seconds after its first sample.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// An interval of a take, seconds after its first sample.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Place {
     /// Time of the first sample, seconds.
     pub from_s: f64,
@@ -50,7 +52,7 @@ impl Place {
 }
 
 /// A number behind a result.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Number {
     /// What it is, with its unit at the end (`longest_s`, `p95_mm`); shares are 0 to 1.
     pub name: &'static str,
@@ -64,7 +66,7 @@ pub struct Number {
 pub const MAX_PLACES: usize = 100;
 
 /// One thing that was looked at.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CheckResult {
     /// What was looked at: a stable word for programs, such as `gaps`.
     pub id: &'static str,

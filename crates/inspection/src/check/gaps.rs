@@ -2,45 +2,33 @@
 
 use std::ops::Range;
 
-use inhand_model::{MarkerKind, Recording, Sample, Track};
+use inhand_model::{MarkerKind, Sample, Track};
 
 use super::checkup::{CheckResult, Level};
-use super::parts::Parts;
-use super::settings::CheckSettings;
+use super::subject::Subject;
 use super::words::{count, names, percent, times};
 
-/// Gaps of fingertips, hand and object; of everything that is tracked where these cannot be told.
-pub(crate) fn gaps(
-    recording: &Recording,
-    parts: &Parts<'_>,
-    settings: &CheckSettings,
-) -> Vec<CheckResult> {
-    let limit = Limit {
-        samples: (settings.process.max_gap_s * recording.clock.rate_hz() + 1e-6) as usize,
-        settings,
-    };
-    let mut results = Vec::new();
-    let mut complete = 0;
-    let mut add = |name: &str, gaps: &[Range<usize>]| {
-        let result = of_entity(recording, name, gaps, &limit);
-        complete += usize::from(result.is_none());
-        results.extend(result);
-    };
-    if parts.is_known() {
-        for (finger, track) in &parts.fingertips {
-            add(finger.name(), &track.gaps());
-        }
-        for (role, track) in parts.bodies() {
-            add(role, &track.gaps());
-        }
+/// Gaps of fingertips, hand and object; of all bodies without roles.
+pub(crate) fn gaps(subject: &Subject<'_>) -> Vec<CheckResult> {
+    let samples = subject.recording.len();
+    let mut looked_at: Vec<(&str, Vec<Range<usize>>)> = Vec::new();
+    if subject.has_roles() {
+        let fingertips = subject.fingertips.iter();
+        looked_at.extend(fingertips.map(|(finger, track)| (finger.name(), track.gaps())));
+        looked_at.extend(
+            subject
+                .bodies()
+                .map(|(role, track)| (role.name(), track.gaps())),
+        );
     } else {
-        for body in &recording.bodies {
-            add(&body.name, &body.track.gaps());
-        }
+        let bodies = subject.recording.bodies.iter();
+        looked_at.extend(bodies.map(|body| (body.name.as_str(), body.track.gaps())));
     }
-    let looked_at = results.len() + complete;
-    if complete > 0 && complete == looked_at {
-        let what = if parts.is_known() {
+    let mut results: Vec<CheckResult> = (looked_at.iter())
+        .filter_map(|(name, gaps)| of_entity(subject, name, gaps))
+        .collect();
+    if results.is_empty() && !looked_at.is_empty() {
+        let what = if subject.has_roles() {
             "fingertips, hand and object"
         } else {
             "bodies"
@@ -49,48 +37,24 @@ pub(crate) fn gaps(
             CheckResult::new("gaps", Level::Ok, "")
                 .expected("none")
                 .found(format!("no gaps in {what}"))
-                .number("looked_at", looked_at as f64, recording.len()),
+                .number("looked_at", looked_at.len() as f64, samples),
         );
     }
-    results.extend(others(recording, parts));
-    results.extend(unlabelled(recording));
-    results.extend(never_seen(recording, parts));
+    results.extend(
+        [others(subject), unlabelled(subject), never_seen(subject)]
+            .into_iter()
+            .flatten(),
+    );
     results
 }
 
-struct Limit<'a> {
-    /// Missing samples in the longest gap that is filled.
-    samples: usize,
-    settings: &'a CheckSettings,
-}
-
-fn of_entity(
-    recording: &Recording,
-    name: &str,
-    gaps: &[Range<usize>],
-    limit: &Limit<'_>,
-) -> Option<CheckResult> {
-    let (clock, n) = (recording.clock, recording.len());
-    let max_gap_s = limit.settings.process.max_gap_s;
-    let missing: usize = gaps.iter().map(ExactSizeIterator::len).sum();
-    let longest = gaps.iter().map(ExactSizeIterator::len).max()?;
+fn of_entity(subject: &Subject<'_>, name: &str, gaps: &[Range<usize>]) -> Option<CheckResult> {
+    let (clock, n) = (subject.recording.clock, subject.recording.len());
+    let max_gap_s = subject.settings.process.max_gap_s;
+    let longest_filled = (max_gap_s * clock.rate_hz() + 1e-6) as usize;
+    let missing: usize = gaps.iter().map(Range::len).sum();
+    let longest_s = clock.time_s(gaps.iter().map(Range::len).max()?);
     let share = missing as f64 / n as f64;
-    let open: Vec<_> = gaps
-        .iter()
-        .filter(|gap| gap.len() > limit.samples)
-        .cloned()
-        .collect();
-    let base = |level, places: &[Range<usize>]| {
-        CheckResult::new("gaps", level, name)
-            .at(&clock, places)
-            .expected(format!(
-                "gaps of at most {max_gap_s:.2} s, which are filled"
-            ))
-            .number("gaps", gaps.len() as f64, n)
-            .number("missing_share", share, n)
-            .number("longest_s", clock.time_s(longest), gaps.len())
-            .number("open", open.len() as f64, gaps.len())
-    };
     if missing == n {
         return Some(
             CheckResult::new("never-seen", Level::Fail, name)
@@ -100,122 +64,117 @@ fn of_entity(
                 .number("missing_share", 1.0, n),
         );
     }
-    if share >= limit.settings.useless_share {
-        return Some(
-            base(Level::Fail, &open)
-                .found(format!(
-                    "missing in {} of the take ({}, longest {:.2} s)",
-                    percent(share),
-                    count(gaps.len(), ["gap", "gaps"]),
-                    clock.time_s(longest)
-                ))
-                .advice("label it in the capture software, or record the take again"),
-        );
+    let open: Vec<_> = gaps
+        .iter()
+        .filter(|gap| gap.len() > longest_filled)
+        .cloned()
+        .collect();
+    let result = |level, places: &[Range<usize>], found: String| {
+        CheckResult::new("gaps", level, name)
+            .at(&clock, places)
+            .expected(format!(
+                "gaps of at most {max_gap_s:.2} s, which are filled"
+            ))
+            .found(found)
+            .number("gaps", gaps.len() as f64, n)
+            .number("missing_share", share, n)
+            .number("longest_s", longest_s, gaps.len())
+            .number("open", open.len() as f64, gaps.len())
+    };
+    let percent = percent(share);
+    let all = count(gaps.len(), ["gap", "gaps"]);
+    if share >= subject.settings.useless_share {
+        let found = format!("missing in {percent} of the take ({all}, longest {longest_s:.2} s)");
+        let advice = "label it in the capture software, or record the take again";
+        return Some(result(Level::Fail, &open, found).advice(advice));
     }
     if open.is_empty() {
-        return Some(base(Level::Info, gaps).found(format!(
-            "{}, {} of the take, the longest {:.2} s: short enough to be filled",
-            count(gaps.len(), ["gap", "gaps"]),
-            percent(share),
-            clock.time_s(longest)
-        )));
+        let found = format!(
+            "{all}, {percent} of the take, the longest {longest_s:.2} s: short enough to be filled"
+        );
+        return Some(result(Level::Info, gaps, found));
     }
     let stays = if open.len() == 1 { "stays" } else { "stay" };
-    Some(
-        base(Level::Warn, &open)
-            .found(format!(
-                "{} longer than {max_gap_s:.2} s ({}) {stays} open; {} missing in all, longest {:.2} s",
-                count(open.len(), ["gap", "gaps"]),
-                times(&clock, &open),
-                percent(share),
-                clock.time_s(longest),
-            ))
-            .advice("no segment crosses an open gap: fill them in the capture software, or live with fewer segments"),
-    )
+    let when = times(&clock, &open);
+    let long = count(open.len(), ["gap", "gaps"]);
+    let found = format!(
+        "{long} longer than {max_gap_s:.2} s ({when}) {stays} open; {percent} missing in all, \
+         longest {longest_s:.2} s"
+    );
+    let advice = "no segment crosses an open gap: fill them in the capture software, or live with fewer segments";
+    Some(result(Level::Warn, &open, found).advice(advice))
 }
 
 /// Markers that have no role, in one line.
-fn others(recording: &Recording, parts: &Parts<'_>) -> Option<CheckResult> {
-    let n = recording.len();
-    let labelled = recording
-        .markers
-        .iter()
-        .filter(|m| m.kind == MarkerKind::Labelled);
-    let mut with_gaps: Vec<(usize, &str)> = labelled
-        .filter(|marker| !parts.has_marker(&marker.name))
+fn others(subject: &Subject<'_>) -> Option<CheckResult> {
+    let markers = &subject.recording.markers;
+    let n = subject.recording.len();
+    let mut with_gaps: Vec<(usize, &str)> = (markers.iter())
+        .filter(|m| m.kind == MarkerKind::Labelled && !subject.plays_a_role(&m.name))
         .map(|marker| (missing(&marker.track), marker.name.as_str()))
         .filter(|&(missing, _)| missing > 0 && missing < n)
         .collect();
     with_gaps.sort_by_key(|&(missing, _)| std::cmp::Reverse(missing));
-    let worst = with_gaps.first()?.0 as f64 / n as f64;
+    let share = |missing: usize| missing as f64 / n as f64;
+    let worst = share(with_gaps.first()?.0);
     let listed: Vec<_> = (with_gaps.iter())
-        .map(|&(missing, name)| format!("{name} {}", percent(missing as f64 / n as f64)))
+        .map(|&(missing, name)| format!("{name} {}", percent(share(missing))))
         .collect();
+    let listed = names(listed.iter().map(String::as_str));
+    let have = count(with_gaps.len(), ["other marker has", "other markers have"]);
     Some(
         CheckResult::new("gaps-other", Level::Info, "")
-            .found(format!(
-                "{} gaps: {}",
-                count(with_gaps.len(), ["other marker has", "other markers have"]),
-                names(listed.iter().map(String::as_str))
-            ))
-            .number("markers", with_gaps.len() as f64, recording.markers.len())
+            .found(format!("{have} gaps: {listed}"))
+            .number("markers", with_gaps.len() as f64, markers.len())
             .number("worst_missing_share", worst, n),
     )
 }
 
 /// Unlabelled markers, in one line.
-fn unlabelled(recording: &Recording) -> Option<CheckResult> {
-    let n = recording.len();
-    let all: Vec<_> = (recording.markers.iter())
-        .filter(|m| m.kind == MarkerKind::Unlabelled && missing(&m.track) < n)
+fn unlabelled(subject: &Subject<'_>) -> Option<CheckResult> {
+    let markers = &subject.recording.markers;
+    let n = subject.recording.len();
+    let seen: Vec<usize> = (markers.iter())
+        .filter(|m| m.kind == MarkerKind::Unlabelled)
+        .map(|m| n - missing(&m.track))
+        .filter(|&seen| seen > 0)
         .collect();
-    if all.is_empty() {
-        return None;
-    }
-    let seen: usize = all.iter().map(|m| n - missing(&m.track)).sum();
-    Some(
+    let at_a_time = seen.iter().sum::<usize>() as f64 / n as f64;
+    let all = count(seen.len(), ["unlabelled marker", "unlabelled markers"]);
+    (!seen.is_empty()).then(|| {
         CheckResult::new("unlabelled", Level::Info, "")
-            .found(format!(
-                "{}, {:.1} at a time on average",
-                count(all.len(), ["unlabelled marker", "unlabelled markers"]),
-                seen as f64 / n as f64
-            ))
-            .number("markers", all.len() as f64, recording.markers.len())
-            .number("at_a_time", seen as f64 / n as f64, n),
-    )
+            .found(format!("{all}, {at_a_time:.1} at a time on average"))
+            .number("markers", seen.len() as f64, markers.len())
+            .number("at_a_time", at_a_time, n)
+    })
 }
 
 /// Entities without a role that have no sample at all.
-fn never_seen(recording: &Recording, parts: &Parts<'_>) -> Option<CheckResult> {
+fn never_seen(subject: &Subject<'_>) -> Option<CheckResult> {
+    let recording = subject.recording;
     let n = recording.len();
     let markers = (recording.markers.iter())
         .filter(|m| m.kind != MarkerKind::Unlabelled && missing(&m.track) == n)
         .map(|m| m.name.as_str());
     let bodies = (recording.bodies.iter())
         // Without roles each body has its own result.
-        .filter(|b| parts.is_known() && missing(&b.track) == n)
+        .filter(|b| subject.has_roles() && missing(&b.track) == n)
         .map(|b| b.name.as_str());
     let mut never: Vec<_> = markers
         .chain(bodies)
-        .filter(|name| !parts.has_marker(name))
+        .filter(|name| !subject.plays_a_role(name))
         .collect();
     never.dedup();
-    if never.is_empty() {
-        return None;
-    }
-    Some(
+    let are = count(never.len(), ["other entity is", "other entities are"]);
+    let entities = recording.markers.len() + recording.bodies.len();
+    (!never.is_empty()).then(|| {
         CheckResult::new("never-seen", Level::Info, "")
             .found(format!(
-                "{} never seen: {}",
-                count(never.len(), ["other entity is", "other entities are"]),
+                "{are} never seen: {}",
                 names(never.iter().copied())
             ))
-            .number(
-                "entities",
-                never.len() as f64,
-                recording.markers.len() + recording.bodies.len(),
-            ),
-    )
+            .number("entities", never.len() as f64, entities)
+    })
 }
 
 fn missing<T: Sample>(track: &Track<T>) -> usize {

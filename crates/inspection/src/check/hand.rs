@@ -1,6 +1,7 @@
 //! The unit of length, by the size of the hand.
 
-use inhand_model::{Finger, LengthUnit, Motion, Recording, Setting};
+use inhand_model::{Finger, LengthUnit, Motion, Pose, Recording, Setting};
+use nalgebra::Vector3;
 
 use super::checkup::{CheckResult, Level};
 use super::numbers::Sorted;
@@ -44,15 +45,14 @@ pub(crate) fn hand_size(
     let far = misplaced(motion, settings);
     let (mut reach, mut spread) = (Vec::new(), Vec::new());
     for k in 0..motion.len() {
-        let tips: Vec<_> = (Finger::ALL.into_iter())
-            .filter(|finger| !far.iter().any(|(other, ..)| other == finger))
-            .filter_map(|finger| motion.fingertips[finger].get(k))
-            .map(inhand_model::Position::coords_m)
+        let tips: Vec<_> = (motion.fingertips.iter())
+            .filter(|(finger, _)| !far.iter().any(|(other, ..)| other == finger))
+            .filter_map(|(_, track)| Some(track.get(k)?.coords_m()))
             .collect();
         if tips.len() < MIN_FINGERS {
             continue;
         }
-        reach.push(tips.iter().map(nalgebra::Vector3::norm).fold(0.0, f64::max));
+        reach.push(tips.iter().map(Vector3::norm).fold(0.0, f64::max));
         let apart = (tips.iter()).flat_map(|a| tips.iter().map(move |b| (a - b).norm()));
         spread.push(apart.fold(0.0, f64::max));
     }
@@ -69,11 +69,10 @@ pub(crate) fn hand_size(
     let stated = recording.source.length_unit;
     let [least, most] = settings.hand_reach_m;
     let base = |level| {
+        let (least, most) = (length(least), length(most));
         CheckResult::new("units", level, "")
             .expected(format!(
-                "{} to {} from the back of the hand to the furthest fingertip",
-                length(least),
-                length(most)
+                "{least} to {most} from the back of the hand to the furthest fingertip"
             ))
             .number("hand_mm", 1e3 * reach_m, n)
             .number("finger_spread_mm", 1e3 * spread_m, n)
@@ -81,24 +80,16 @@ pub(crate) fn hand_size(
     if !(least..=most).contains(&reach_m) {
         return vec![wrong_unit(base(Level::Warn), reach_m, stated, settings)];
     }
-    let mut results = vec![base(Level::Ok).found(format!(
-        "{} agree with a hand of {}",
-        stated.name(),
-        length(reach_m)
-    ))];
+    let (unit, reach) = (stated.name(), length(reach_m));
+    let mut results = vec![base(Level::Ok).found(format!("{unit} agree with a hand of {reach}"))];
     results.extend(finger_place(&far, settings));
     if !(SPREAD_M[0]..=SPREAD_M[1]).contains(&spread_m) {
+        let [nearest, farthest] = SPREAD_M.map(length);
+        let apart = length(spread_m);
         results.push(
             CheckResult::new("finger-spread", Level::Warn, "")
-                .expected(format!(
-                    "fingertips {} to {} apart",
-                    length(SPREAD_M[0]),
-                    length(SPREAD_M[1])
-                ))
-                .found(format!(
-                    "the fingertips furthest apart are {} apart",
-                    length(spread_m)
-                ))
+                .expected(format!("fingertips {nearest} to {farthest} apart"))
+                .found(format!("the fingertips furthest apart are {apart} apart"))
                 .advice("see which marker is on which finger")
                 .number("finger_spread_mm", 1e3 * spread_m, n),
         );
@@ -115,27 +106,23 @@ fn wrong_unit(
     let [least, most] = settings.hand_reach_m;
     // Numbers of the file times the metres of another unit.
     let in_unit = |unit: LengthUnit| reach_m / stated.metres() * unit.metres();
-    let off = |unit: LengthUnit| (in_unit(unit) / TYPICAL_REACH_M).ln().abs();
-    let mut fitting: Vec<_> = (UNITS.into_iter())
-        .filter(|&unit| (least..=most).contains(&in_unit(unit)))
-        .collect();
-    fitting.sort_by(|&a, &b| off(a).total_cmp(&off(b)));
+    let off = |unit: &LengthUnit| (in_unit(*unit) / TYPICAL_REACH_M).ln().abs();
+    let fitting = UNITS
+        .into_iter()
+        .filter(|&unit| (least..=most).contains(&in_unit(unit)));
+    let best = fitting.min_by(|a, b| off(a).total_cmp(&off(b)));
     let size = format!("the hand measures {} in {}", length(reach_m), stated.name());
-    let Some(&best) = fitting.first() else {
+    let Some(best) = best else {
         return result
             .found(format!("{size}, and no unit makes it a hand"))
             .advice("see which body is the hand and which markers are fingertips");
     };
+    let (then, unit) = (length(in_unit(best)), best.name());
+    let (setting, symbol) = (Setting::Units, symbol(best));
     result
-        .found(format!(
-            "{size}; it would be {} in {}",
-            length(in_unit(best)),
-            best.name()
-        ))
+        .found(format!("{size}; it would be {then} in {unit}"))
         .advice(format!(
-            "read it with {} {} if the file does not state a unit; else export again",
-            Setting::Units,
-            symbol(best)
+            "read it with {setting} {symbol} if the file does not state a unit; else export again"
         ))
         .number("hand_then_mm", 1e3 * in_unit(best), 1)
 }
@@ -153,71 +140,58 @@ const fn symbol(unit: LengthUnit) -> &'static str {
 /// Single fingers that are too far from a hand whose other fingers are not, with their distance in
 /// the middle of the take and how many samples it rests on. In a wrong unit all of them are.
 fn misplaced(motion: &Motion, settings: &CheckSettings) -> Vec<(Finger, f64, usize)> {
-    let distances: Vec<_> = (Finger::ALL.into_iter())
-        .map(|finger| {
-            let tips = motion.fingertips[finger].iter().flatten();
-            let distances = Sorted::of(tips.map(|tip| tip.coords_m().norm()));
-            (finger, distances.median(), distances.len())
-        })
-        .collect();
-    let typical_m = Sorted::of(distances.iter().map(|&(_, median, _)| median)).median();
+    let distances = motion.fingertips.iter().map(|(finger, track)| {
+        let distances = Sorted::of(track.iter().flatten().map(|tip| tip.coords_m().norm()));
+        (finger, distances.median(), distances.len())
+    });
+    let mut fingers: Vec<_> = distances.collect();
+    let typical_m = Sorted::of(fingers.iter().map(|&(_, median, _)| median)).median();
     let limit_m = settings.hand_reach_m[1].max(FAR * typical_m);
-    let far = distances
-        .into_iter()
-        .filter(|&(_, median, _)| median > limit_m);
-    far.collect()
+    fingers.retain(|&(_, median, _)| median > limit_m);
+    fingers
 }
 
 fn finger_place(far: &[(Finger, f64, usize)], settings: &CheckSettings) -> Option<CheckResult> {
     let &(_, worst_m, n) = far.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
-    let limit = length(settings.hand_reach_m[1]);
+    let fingers = names(far.iter().map(|(finger, ..)| finger.name()));
+    let (limit, worst) = (length(settings.hand_reach_m[1]), length(worst_m));
+    let setting = Setting::Fingers;
     Some(
-        CheckResult::new(
-            "finger-place",
-            Level::Warn,
-            names(far.iter().map(|(f, ..)| f.name())),
-        )
-        .expected(format!("at most {limit} from the back of the hand"))
-        .found(format!("{} from the back of the hand", length(worst_m)))
-        .advice(format!(
-            "another marker may be meant: {} FINGER=MARKER",
-            Setting::Fingers
-        ))
-        .number("distance_mm", 1e3 * worst_m, n),
+        CheckResult::new("finger-place", Level::Warn, fingers)
+            .expected(format!("at most {limit} from the back of the hand"))
+            .found(format!("{worst} from the back of the hand"))
+            .advice(format!(
+                "another marker may be meant: {setting} FINGER=MARKER"
+            ))
+            .number("distance_mm", 1e3 * worst_m, n),
     )
 }
 
 /// Coordinates that no capture volume has, where there is no hand to measure.
 pub(crate) fn volume(recording: &Recording) -> Option<CheckResult> {
-    let markers = recording
-        .markers
-        .iter()
-        .flat_map(|m| m.track.iter().flatten());
-    let markers = markers.map(|p| p.coords_m().amax());
-    let bodies = recording
-        .bodies
-        .iter()
-        .flat_map(|b| b.track.iter().flatten());
-    let bodies = bodies.map(|pose| pose.origin().coords_m().amax());
+    let markers = (recording.markers.iter()).flat_map(|m| m.track.iter().flatten());
+    let bodies = (recording.bodies.iter()).flat_map(|b| b.track.iter().flatten().map(Pose::origin));
+    let places = markers.chain(bodies).map(|place| place.coords_m().amax());
     // Far off by a unit is far off at every sample: some are enough.
     let all = recording.len() * (recording.markers.len() + recording.bodies.len());
-    let coordinates = Sorted::of(markers.chain(bodies).step_by(all / 100_000 + 1));
+    let coordinates = Sorted::of(places.step_by(all / 100_000 + 1));
     let middle_m = coordinates.median();
-    let stated = recording.source.length_unit.name();
-    (middle_m > VOLUME_M).then(|| {
+    if middle_m.is_nan() || middle_m <= VOLUME_M {
+        return None;
+    }
+    let (middle, limit, unit) = (
+        length(middle_m),
+        length(VOLUME_M),
+        recording.source.length_unit.name(),
+    );
+    let setting = Setting::Units;
+    Some(
         CheckResult::new("volume", Level::Warn, "")
-            .expected(format!(
-                "coordinates within {} of the origin",
-                length(VOLUME_M)
-            ))
+            .expected(format!("coordinates within {limit} of the origin"))
             .found(format!(
-                "half of all coordinates are further than {} out, in {stated}",
-                length(middle_m)
+                "half of all coordinates are further than {middle} out, in {unit}"
             ))
-            .advice(format!(
-                "the unit of length is probably another: {}",
-                Setting::Units
-            ))
-            .number("median_m", middle_m, coordinates.len())
-    })
+            .advice(format!("the unit of length is probably another: {setting}"))
+            .number("median_m", middle_m, coordinates.len()),
+    )
 }

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::checkup::{CheckResult, Checkup};
+use super::checkup::Checkup;
 use super::rank::{Checked, Tally};
 
 /// Raised when a key changes its meaning or goes away.
@@ -10,7 +10,7 @@ const SCHEMA_VERSION: u32 = 1;
 
 /// The document, with two spaces of indent and a line break at the end.
 pub fn to_json(takes: &[Checked]) -> String {
-    let tally = Tally::of(takes);
+    let tally = Tally::count(takes);
     let document = json!({
         "schema_version": SCHEMA_VERSION,
         "summary": {
@@ -32,7 +32,7 @@ fn take(take: &Checked) -> Value {
     };
     json!({
         "file": take.file,
-        "level": take.level().name(),
+        "level": take.level(),
         "score": take.score(),
         "error": error,
         "checkup": checkup,
@@ -51,24 +51,7 @@ fn content(checkup: &Checkup) -> Value {
             "possible": segments.possible,
             "share": segments.share(),
         })),
-        "results": checkup.results.iter().map(result).collect::<Vec<_>>(),
-    })
-}
-
-fn result(result: &CheckResult) -> Value {
-    let places = result.places.iter();
-    let numbers = result.numbers.iter();
-    json!({
-        "id": result.id,
-        "level": result.level.name(),
-        "entity": result.entity,
-        "places": places.map(|p| json!({ "from_s": p.from_s, "to_s": p.to_s })).collect::<Vec<_>>(),
-        "expected": result.expected,
-        "found": result.found,
-        "advice": result.advice,
         // A number that does not exist is null.
-        "numbers": numbers
-            .map(|x| json!({ "name": x.name, "value": x.value, "n": x.n }))
-            .collect::<Vec<_>>(),
+        "results": checkup.results,
     })
 }

@@ -1,107 +1,88 @@
 //! Results as Markdown, for a pull request or an issue.
 
-use std::fmt::Write as _;
-
 use super::checkup::{Checkup, Level};
 use super::rank::{Checked, Tally};
 
 /// A document: a table of takes where there are several, and for each take a table of what is not all
 /// right. Names from files cannot break it or call anyone.
 pub fn to_markdown(takes: &[Checked]) -> String {
-    let mut out = String::new();
-    write(takes, &mut out).expect("writing to a string cannot fail");
-    out
-}
-
-fn write(takes: &[Checked], out: &mut String) -> std::fmt::Result {
+    let mut lines = Vec::new();
     if takes.len() != 1 {
-        let tally = Tally::of(takes);
-        writeln!(out, "## {} takes: {}\n", takes.len(), tally.words())?;
-        writeln!(
-            out,
-            "| take | level | score | usable segments | fails | warnings |"
-        )?;
-        writeln!(out, "| --- | --- | ---: | ---: | ---: | ---: |")?;
-        for take in takes {
-            summary(take, out)?;
-        }
-        writeln!(out)?;
+        let words = Tally::count(takes).words();
+        lines.push(format!("## {} takes: {words}\n", takes.len()));
+        lines.push("| take | level | score | usable segments | fails | warnings |".to_owned());
+        lines.push("| --- | --- | ---: | ---: | ---: | ---: |".to_owned());
+        lines.extend(takes.iter().map(summary));
+        lines.push(String::new());
     }
-    for take in takes
-        .iter()
-        .filter(|t| takes.len() == 1 || t.level() >= Level::Warn)
-    {
-        details(take, out)?;
+    let shown = |take: &&Checked| takes.len() == 1 || take.level() >= Level::Warn;
+    for take in takes.iter().filter(shown) {
+        details(take, &mut lines);
     }
-    Ok(())
+    lines.into_iter().map(|line| line + "\n").collect()
 }
 
-fn summary(take: &Checked, out: &mut String) -> std::fmt::Result {
+fn row<const N: usize>(cells: [String; N]) -> String {
+    format!("| {} |", cells.join(" | "))
+}
+
+fn summary(take: &Checked) -> String {
     let file = escaped(&take.file);
     let Ok(checkup) = &take.outcome else {
-        return writeln!(out, "| {file} | cannot be read | | | | |");
+        return format!("| {file} | cannot be read | | | | |");
     };
-    let segments = checkup
-        .segments
-        .map_or_else(String::new, |s| format!("{} of {}", s.usable, s.possible));
-    writeln!(
-        out,
-        "| {file} | {} | {:.0} | {segments} | {} | {} |",
-        checkup.level().name(),
-        checkup.score(),
-        checkup.count(Level::Fail),
-        checkup.count(Level::Warn),
-    )
+    row([
+        file,
+        checkup.level().name().to_owned(),
+        format!("{:.0}", checkup.score()),
+        (checkup.segments).map_or_else(String::new, |s| format!("{} of {}", s.usable, s.possible)),
+        checkup.count(Level::Fail).to_string(),
+        checkup.count(Level::Warn).to_string(),
+    ])
 }
 
-fn details(take: &Checked, out: &mut String) -> std::fmt::Result {
-    writeln!(out, "### {}\n", escaped(&take.file))?;
+fn details(take: &Checked, lines: &mut Vec<String>) {
+    lines.push(format!("### {}\n", escaped(&take.file)));
     let checkup = match &take.outcome {
         Ok(checkup) => checkup,
-        Err(why) => return writeln!(out, "Cannot be read: {}\n", escaped(why)),
+        Err(why) => return lines.push(format!("Cannot be read: {}\n", escaped(why))),
     };
-    writeln!(
-        out,
-        "{}, {} samples at {} Hz, {:.2} s.\n",
-        escaped(&checkup.format),
-        checkup.samples,
-        checkup.rate_hz,
-        checkup.duration_s
-    )?;
-    writeln!(out, "| level | check | where | found | expected | to do |")?;
-    writeln!(out, "| --- | --- | --- | --- | --- | --- |")?;
-    for result in checkup.results.iter().filter(|r| r.level > Level::Ok) {
-        writeln!(
-            out,
-            "| {} | {} | {} | {} | {} | {} |",
-            result.level.name(),
-            result.id,
+    let Checkup {
+        format,
+        samples,
+        rate_hz,
+        duration_s,
+        ..
+    } = checkup;
+    let format = escaped(format);
+    lines.push(format!(
+        "{format}, {samples} samples at {rate_hz} Hz, {duration_s:.2} s.\n"
+    ));
+    lines.push("| level | check | where | found | expected | to do |".to_owned());
+    lines.push("| --- | --- | --- | --- | --- | --- |".to_owned());
+    let (good, odd): (Vec<_>, Vec<_>) = checkup
+        .results
+        .iter()
+        .partition(|result| result.level == Level::Ok);
+    lines.extend(odd.into_iter().map(|result| {
+        row([
+            result.level.name().to_owned(),
+            result.id.to_owned(),
             escaped(&result.entity),
             escaped(&result.found),
             escaped(&result.expected),
-            escaped(&result.advice)
-        )?;
+            escaped(&result.advice),
+        ])
+    }));
+    lines.push(String::new());
+    let good = good.into_iter().map(|result| {
+        let colon = if result.entity.is_empty() { "" } else { ": " };
+        escaped(&result.entity) + colon + &escaped(&result.found)
+    });
+    let good: Vec<_> = good.collect();
+    if !good.is_empty() {
+        lines.push(format!("All right: {}.\n", good.join(" · ")));
     }
-    writeln!(out)?;
-    good(checkup, out)
-}
-
-fn good(checkup: &Checkup, out: &mut String) -> std::fmt::Result {
-    let good: Vec<_> = (checkup.results.iter())
-        .filter(|r| r.level == Level::Ok)
-        .map(|r| {
-            let found = escaped(&r.found);
-            if r.entity.is_empty() {
-                found
-            } else {
-                format!("{}: {found}", escaped(&r.entity))
-            }
-        })
-        .collect();
-    if good.is_empty() {
-        return Ok(());
-    }
-    writeln!(out, "All right: {}.\n", good.join(" · "))
 }
 
 /// Text that means nothing to Markdown or HTML, in a line.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use inhand_model::{Finding, MarkerKind, Recording, Setting, Severity};
 
 use super::checkup::{CheckResult, Level};
-use super::parts::Parts;
+use super::subject::Subject;
 use super::words::{count, names};
 
 /// Identifiers of what readers find, by words of their messages; anything else is `source`.
@@ -49,55 +49,52 @@ pub(crate) fn finding_id(finding: &Finding) -> &'static str {
 }
 
 /// Names that more than one entity of a kind has.
-pub(crate) fn duplicate_names(recording: &Recording, parts: &Parts<'_>) -> Option<CheckResult> {
+pub(crate) fn duplicate_names(subject: &Subject<'_>) -> Option<CheckResult> {
+    let Recording {
+        markers, bodies, ..
+    } = subject.recording;
+    let named = (markers
+        .iter()
+        .filter(|marker| marker.kind != MarkerKind::Unlabelled))
+    .map(|marker| (marker.kind.name(), marker.name.as_str()))
+    .chain(
+        bodies
+            .iter()
+            .map(|body| (body.kind.name(), body.name.as_str())),
+    );
     let mut seen: BTreeMap<(&str, &str), usize> = BTreeMap::new();
-    for marker in &recording.markers {
-        if marker.kind != MarkerKind::Unlabelled {
-            *seen.entry((marker.kind.name(), &marker.name)).or_default() += 1;
-        }
-    }
-    for body in &recording.bodies {
-        *seen.entry((body.kind.name(), &body.name)).or_default() += 1;
-    }
-    let double: Vec<_> = (seen.into_iter())
-        .filter(|&(_, n)| n > 1)
-        .map(|((_, name), _)| name)
-        .collect();
-    if double.is_empty() {
+    named.for_each(|name| *seen.entry(name).or_default() += 1);
+    seen.retain(|_, n| *n > 1);
+    if seen.is_empty() {
         return None;
     }
-    let matters = double.iter().any(|name| parts.has_marker(name));
-    let level = if matters { Level::Warn } else { Level::Info };
+    let (level, advice) = if seen.keys().any(|(_, name)| subject.plays_a_role(name)) {
+        (
+            Level::Warn,
+            "the first one is used: rename them in the capture software",
+        )
+    } else {
+        (Level::Info, "")
+    };
+    let double = count(seen.len(), ["name that", "names that"]);
+    let listed = names(seen.keys().map(|&(_, name)| name));
     Some(
         CheckResult::new("duplicate-names", level, "")
             .expected("a name of its own for each entity of a kind")
-            .found(format!(
-                "{} more than one entity has: {}",
-                count(double.len(), ["name that", "names that"]),
-                names(double.iter().copied())
-            ))
-            .advice(if matters {
-                "the first one is used: rename them in the capture software"
-            } else {
-                ""
-            })
-            .number(
-                "names",
-                double.len() as f64,
-                recording.markers.len() + recording.bodies.len(),
-            ),
+            .found(format!("{double} more than one entity has: {listed}"))
+            .advice(advice)
+            .number("names", seen.len() as f64, markers.len() + bodies.len()),
     )
 }
 
-/// Roles that cannot be told, in the words of whoever tried.
+/// Roles that are not known, with the reason.
 pub(crate) fn roles_open(why: &str) -> CheckResult {
+    let (fingers, hand) = (Setting::Fingers, Setting::Hand);
     CheckResult::new("roles", Level::Fail, "")
         .expected("a hand and a marker on each of five fingertips")
         .found(what_and_what_there_is(why))
         .advice(format!(
-            "say who is who with {} FINGER=MARKER and {} NAME, or in inhand.toml",
-            Setting::Fingers,
-            Setting::Hand
+            "say who is who with {fingers} FINGER=MARKER and {hand} NAME, or in inhand.toml"
         ))
 }
 

@@ -42,7 +42,7 @@ pub(crate) struct Tally {
 }
 
 impl Tally {
-    pub(crate) fn of(takes: &[Checked]) -> Self {
+    pub(crate) fn count(takes: &[Checked]) -> Self {
         let mut tally = Self::default();
         for take in takes {
             let counter = match (&take.outcome, take.level()) {
@@ -56,10 +56,6 @@ impl Tally {
         tally
     }
 
-    pub(crate) fn to_look_at(self) -> usize {
-        self.unreadable + self.fail + self.warn
-    }
-
     /// `2 cannot be read, 3 fail, 1 with warnings, 12 without`.
     pub(crate) fn words(self) -> String {
         let parts = [
@@ -68,10 +64,10 @@ impl Tally {
             (self.warn, "with warnings"),
             (self.ok, "with nothing to look at"),
         ];
-        let parts = parts
-            .iter()
-            .filter(|(n, _)| *n > 0)
-            .map(|(n, words)| format!("{n} {words}"));
-        parts.collect::<Vec<_>>().join(", ")
+        let there = parts.iter().filter(|(n, _)| *n > 0);
+        there
+            .map(|(n, words)| format!("{n} {words}"))
+            .collect::<Vec<_>>()
+            .join(", ")
     }
 }

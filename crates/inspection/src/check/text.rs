@@ -1,7 +1,5 @@
 //! Results as lines for people.
 
-use std::fmt::Write as _;
-
 use super::checkup::{CheckResult, Checkup, Level};
 use super::rank::{Checked, Tally};
 use super::words::printable;
@@ -17,47 +15,58 @@ const OK_LINE: usize = 96;
 
 /// The results of one take, or the ranked list of several. Ends with a line break.
 pub fn to_text(takes: &[Checked]) -> String {
-    let mut out = String::new();
-    let written = match takes {
-        [take] => one(take, &mut out),
-        _ => many(takes, &mut out),
+    let lines = match takes {
+        [take] => one(take),
+        _ => many(takes),
     };
-    written.expect("writing to a string cannot fail");
-    out
+    lines.join("\n") + "\n"
 }
 
-fn one(take: &Checked, out: &mut String) -> std::fmt::Result {
+fn one(take: &Checked) -> Vec<String> {
     let checkup = match &take.outcome {
         Ok(checkup) => checkup,
-        Err(why) => return writeln!(out, "fail  {}: {}", printable(&take.file), indented(why)),
+        Err(why) => {
+            let file = printable(&take.file);
+            return vec![format!("fail  {file}: {}", indented(why))];
+        }
     };
-    // The segments are said in the last line.
-    let odd = (checkup.results.iter()).filter(|r| r.level > Level::Ok && r.id != "segments");
-    let odd: Vec<_> = odd.collect();
+    let mut lines = Vec::new();
+    let odd: Vec<_> = listed(checkup)
+        .filter(|result| result.level > Level::Ok)
+        .collect();
     for (k, result) in odd.iter().enumerate() {
-        writeln!(out, "{:<INDENT$}{}", result.level.name(), line(result))?;
+        lines.push(line(result));
         let said_next = (odd.get(k + 1)).is_some_and(|next| next.advice == result.advice);
         if !result.advice.is_empty() && !said_next {
-            writeln!(out, "{:INDENT$}-> {}", "", printable(&result.advice))?;
+            lines.push(format!("{:INDENT$}-> {}", "", printable(&result.advice)));
         }
     }
-    good(checkup, out)?;
-    last(checkup, out)
+    lines.extend(good(checkup));
+    lines.push(usable_segments(checkup));
+    lines
+}
+
+/// Results without that of the segments, which have a line of their own.
+fn listed(checkup: &Checkup) -> impl Iterator<Item = &CheckResult> + Clone {
+    checkup
+        .results
+        .iter()
+        .filter(|result| result.id != "segments")
 }
 
 /// A result in a line.
 fn line(result: &CheckResult) -> String {
-    let found = printable(&result.found);
+    let (level, found) = (result.level.name(), printable(&result.found));
     if result.entity.is_empty() {
-        return found;
+        return format!("{level:<INDENT$}{found}");
     }
-    format!("{}: {found}", printable(&result.entity))
+    format!("{level:<INDENT$}{}: {found}", printable(&result.entity))
 }
 
 /// What is all right, one entity after the other, in as few lines as it takes.
-fn good(checkup: &Checkup, out: &mut String) -> std::fmt::Result {
+fn good(checkup: &Checkup) -> Vec<String> {
     let mut groups: Vec<(&str, Vec<String>)> = Vec::new();
-    for result in (checkup.results.iter()).filter(|r| r.level == Level::Ok && r.id != "segments") {
+    for result in listed(checkup).filter(|result| result.level == Level::Ok) {
         let found = printable(&result.found);
         match groups
             .iter_mut()
@@ -67,37 +76,29 @@ fn good(checkup: &Checkup, out: &mut String) -> std::fmt::Result {
             None => groups.push((&result.entity, vec![found])),
         }
     }
-    let mut width = 0;
+    let mut lines: Vec<String> = Vec::new();
     for (entity, found) in groups {
         let text = if entity.is_empty() {
             found.join(" · ")
         } else {
             format!("{}: {}", printable(entity), found.join(", "))
         };
-        let long = text.chars().count();
-        if width == 0 {
-            write!(out, "{:<INDENT$}{text}", Level::Ok.name())?;
-        } else if width + long + 3 > OK_LINE {
-            write!(out, "\n{:INDENT$}{text}", "")?;
-            width = 0;
-        } else {
-            write!(out, " · {text}")?;
-            width += 3;
+        let long = text.chars().count() + 3;
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + long <= INDENT + OK_LINE => {
+                line.push_str(" · ");
+                line.push_str(&text);
+            }
+            Some(_) => lines.push(format!("{:INDENT$}{text}", "")),
+            None => lines.push(format!("{:<INDENT$}{text}", Level::Ok.name())),
         }
-        width += long;
     }
-    if width > 0 {
-        writeln!(out)?;
-    }
-    Ok(())
+    lines
 }
 
-fn last(checkup: &Checkup, out: &mut String) -> std::fmt::Result {
+fn usable_segments(checkup: &Checkup) -> String {
     let Some(segments) = checkup.segments else {
-        return writeln!(
-            out,
-            "usable segments: none, as hand and fingers cannot be told"
-        );
+        return "usable segments: none, as hand and fingers are not known".to_owned();
     };
     let level = checkup
         .result("segments")
@@ -108,70 +109,59 @@ fn last(checkup: &Checkup, out: &mut String) -> std::fmt::Result {
         String::new()
     };
     if segments.possible == 0 {
-        return writeln!(
-            out,
-            "usable segments: none, {:.2} s are too short{mark}",
-            checkup.duration_s
-        );
+        let duration_s = checkup.duration_s;
+        return format!("usable segments: none, {duration_s:.2} s are too short{mark}");
     }
-    writeln!(
-        out,
+    format!(
         "usable segments: {} of {}{mark}",
         segments.usable, segments.possible
     )
 }
 
-fn many(takes: &[Checked], out: &mut String) -> std::fmt::Result {
-    let tally = Tally::of(takes);
-    writeln!(out, "{} takes: {}", takes.len(), tally.words())?;
-    if tally.to_look_at() > 0 {
-        writeln!(out, "look at these, worst first\n")?;
-        writeln!(out, "{:>7}  {:>9}  take", "score", "segments")?;
+fn many(takes: &[Checked]) -> Vec<String> {
+    let tally = Tally::count(takes);
+    let mut lines = vec![format!("{} takes: {}", takes.len(), tally.words())];
+    let (good, odd): (Vec<_>, Vec<_>) = takes.iter().partition(|take| take.level() <= Level::Info);
+    if !odd.is_empty() {
+        lines.push("look at these, worst first\n".to_owned());
+        lines.push(format!("{:>7}  {:>9}  take", "score", "segments"));
     }
-    let mut good = Vec::new();
-    for take in takes {
-        if take.level() <= Level::Info {
-            good.push(printable(&take.file));
-            continue;
-        }
-        listed(take, out)?;
+    for take in odd {
+        ranked_lines(take, &mut lines);
     }
     if !good.is_empty() {
-        writeln!(out, "\nnothing to look at: {}", good.join(", "))?;
+        let files: Vec<_> = good.iter().map(|take| printable(&take.file)).collect();
+        lines.push(format!("\nnothing to look at: {}", files.join(", ")));
     }
-    Ok(())
+    lines
 }
 
-fn listed(take: &Checked, out: &mut String) -> std::fmt::Result {
+/// A take among several, with the worst reasons.
+fn ranked_lines(take: &Checked, lines: &mut Vec<String>) {
     let file = printable(&take.file);
     let checkup = match &take.outcome {
         Ok(checkup) => checkup,
         Err(why) => {
-            writeln!(out, "{:>7}  {:>9}  {file}", "-", "-")?;
-            return writeln!(out, "{:20}fail  {}", "", indented(why));
+            lines.push(format!("{:>7}  {:>9}  {file}", "-", "-"));
+            lines.push(format!("{:20}fail  {}", "", indented(why)));
+            return;
         }
     };
-    let segments = checkup.segments.map_or_else(
+    let segments = (checkup.segments).map_or_else(
         || "-".to_owned(),
         |s| format!("{}/{}", s.usable, s.possible),
     );
-    writeln!(out, "{:>7.0}  {segments:>9}  {file}", checkup.score())?;
-    // How many segments are left stands in the line above.
-    let reasons = (checkup.results.iter()).filter(|r| r.level >= Level::Warn && r.id != "segments");
-    let n = reasons.clone().count();
-    for result in reasons.take(REASONS) {
-        writeln!(
-            out,
-            "{:20}{:<INDENT$}{}",
-            "",
-            result.level.name(),
-            line(result)
-        )?;
+    lines.push(format!("{:>7.0}  {segments:>9}  {file}", checkup.score()));
+    let reasons = listed(checkup).filter(|result| result.level >= Level::Warn);
+    let more = reasons.clone().count().saturating_sub(REASONS);
+    lines.extend(
+        reasons
+            .take(REASONS)
+            .map(|result| format!("{:20}{}", "", line(result))),
+    );
+    if more > 0 {
+        lines.push(format!("{:20}{more} more: inhand check {file}", ""));
     }
-    if n > REASONS {
-        writeln!(out, "{:20}{} more: inhand check {file}", "", n - REASONS)?;
-    }
-    Ok(())
 }
 
 /// A message of several lines under its first.

@@ -1,13 +1,13 @@
-//! Rate, frames that repeat, tracks that stand still to the last digit.
+//! Rate, repeated frames, tracks that stand still to the last digit.
 
 use std::ops::Range;
 
-use inhand_model::Recording;
+use inhand_model::{Recording, Sample, Track};
 use inhand_statistics::runs;
 
 use super::checkup::{CheckResult, Level};
 use super::origin::finding_id;
-use super::settings::CheckSettings;
+use super::subject::Subject;
 use super::words::{count, names, percent, times};
 
 /// Share of repeated frames from which the rate itself is in doubt: a file exported at twice the
@@ -25,7 +25,7 @@ pub(crate) fn rate(recording: &Recording) -> Vec<CheckResult> {
     let (clock, n) = (recording.clock, recording.len());
     let stated_hz = clock.rate_hz();
     let repeated = repeated_frames(recording);
-    let frames: usize = repeated.iter().map(ExactSizeIterator::len).sum();
+    let frames: usize = repeated.iter().map(Range::len).sum();
     let steps = n.saturating_sub(1);
     let share = frames as f64 / steps.max(1) as f64;
     let base = |level| {
@@ -45,14 +45,14 @@ pub(crate) fn rate(recording: &Recording) -> Vec<CheckResult> {
     }
     if steps >= MIN_STEPS && share >= RATE_IN_DOUBT {
         let changes_hz = stated_hz * (1.0 - share);
+        let percent = percent(share);
         results.push(
             base(Level::Warn)
                 .at(&clock, &repeated)
                 .expected(format!("frames that differ, {stated_hz} Hz"))
                 .found(format!(
-                    "{} of frames repeat the one before: the data changes at about {changes_hz:.0} \
-                     Hz, the file says {stated_hz} Hz",
-                    percent(share)
+                    "{percent} of frames repeat the one before: the data changes at about \
+                     {changes_hz:.0} Hz, the file says {stated_hz} Hz"
                 ))
                 .advice("export at the rate of the capture")
                 .number("changes_hz", changes_hz, steps),
@@ -60,24 +60,22 @@ pub(crate) fn rate(recording: &Recording) -> Vec<CheckResult> {
         return results;
     }
     if frames > 0 {
+        let repeat = count(frames, ["frame repeats", "frames repeat"]);
+        let when = times(&clock, &repeated);
         results.push(
             CheckResult::new("repeated-frames", Level::Warn, "")
                 .at(&clock, &repeated)
                 .expected("noise in every frame")
-                .found(format!(
-                    "{} the one before to the last digit ({})",
-                    count(frames, ["frame repeats", "frames repeat"]),
-                    times(&clock, &repeated)
-                ))
+                .found(format!("{repeat} the one before to the last digit ({when})"))
                 .advice("velocities there are wrong: see whether the capture dropped frames, or cut around them")
                 .number("repeated_frames", frames as f64, steps),
         );
     }
     let jumped = (recording.findings.iter()).any(|f| finding_id(f) == "frame-jumps");
     let jumps = if jumped { "" } else { ", no jumps" };
+    let duration_s = clock.time_s(n);
     results.push(base(Level::Ok).expected("as stated").found(format!(
-        "rate {stated_hz:.2} Hz{jumps}, {n} samples ({:.2} s)",
-        clock.time_s(n)
+        "rate {stated_hz:.2} Hz{jumps}, {n} samples ({duration_s:.2} s)"
     )));
     results
 }
@@ -90,110 +88,108 @@ fn exported_below(recording: &Recording) -> Option<f64> {
     (capture_hz.is_finite() && (capture_hz - rate_hz).abs() > 1e-3 * rate_hz).then_some(capture_hz)
 }
 
-/// Runs of frames in which everything that is present equals the frame before, to the last bit.
+/// Whether sample `k` equals the one before to the last bit; `None` where both are missing.
+fn repeats<T: Sample + PartialEq>(track: &Track<T>, k: usize) -> Option<bool> {
+    let (before, now) = (track.get(k - 1), track.get(k));
+    (before.is_some() || now.is_some()).then(|| before == now)
+}
+
+/// Runs of frames in which everything that is present equals the frame before.
 fn repeated_frames(recording: &Recording) -> Vec<Range<usize>> {
-    let repeats = |k: usize| {
-        let mut present = false;
-        for marker in &recording.markers {
-            match (marker.track.get(k - 1), marker.track.get(k)) {
-                (None, None) => {}
-                (Some(before), Some(now)) if before == now => present = true,
-                _ => return false,
-            }
-        }
-        for body in &recording.bodies {
-            match (body.track.get(k - 1), body.track.get(k)) {
-                (None, None) => {}
-                (Some(before), Some(now)) if before == now => present = true,
-                _ => return false,
-            }
-        }
-        present
-    };
-    runs(1..recording.len(), repeats)
+    runs(1..recording.len(), |k| {
+        let markers = recording
+            .markers
+            .iter()
+            .filter_map(|m| repeats(&m.track, k));
+        let mut present =
+            markers.chain(recording.bodies.iter().filter_map(|b| repeats(&b.track, k)));
+        present.next() == Some(true) && present.all(|repeats| repeats)
+    })
 }
 
 /// Entities that report the very same numbers for longer than any camera does.
-pub(crate) fn frozen(
-    recording: &Recording,
-    settings: &CheckSettings,
-    matters: impl Fn(&str) -> bool,
-) -> Vec<CheckResult> {
+pub(crate) fn frozen(subject: &Subject<'_>) -> Vec<CheckResult> {
+    let Subject {
+        recording,
+        settings,
+        ..
+    } = *subject;
     let clock = recording.clock;
-    let n = recording.len();
-    let repeated = repeated_frames(recording);
-    let whole_frame = |k: usize| {
-        let next = repeated.partition_point(|range| range.end <= k);
-        repeated.get(next).is_some_and(|range| range.contains(&k))
-    };
     let shortest = ((settings.frozen_s * clock.rate_hz()).ceil() as usize).max(MIN_FROZEN_SAMPLES);
-    // What repeats with all else is a repeated frame, not a frozen track; and a pose is looked at
-    // before the markers that its fit places.
-    let find = |equal: &dyn Fn(usize) -> bool| -> Vec<Range<usize>> {
-        let mut found = runs(1..n, |k| equal(k) && !whole_frame(k));
-        found.retain(|range| range.len() + 1 >= shortest);
-        found
-    };
-    let mut results = Vec::new();
-    let mut others: Vec<(&str, usize)> = Vec::new();
-    let mut add = |name: &'_ str, found: &[Range<usize>]| {
-        let longest = found.iter().map(|range| range.len() + 1).max().unwrap_or(0);
+    let repeated = repeated_frames(recording);
+    let (mut results, mut others) = (Vec::new(), Vec::new());
+    // A pose is looked at before the markers that its fit places.
+    let bodies = (recording.bodies.iter()).map(|body| {
+        (
+            &body.name,
+            true,
+            frozen_runs(&body.track, &repeated, shortest),
+        )
+    });
+    let markers = recording.markers.iter().map(|marker| {
+        let found = frozen_runs(&marker.track, &repeated, shortest);
+        (&marker.name, subject.plays_a_role(&marker.name), found)
+    });
+    for (name, matters, found) in bodies
+        .chain(markers)
+        .filter(|(.., found)| !found.is_empty())
+    {
+        if !matters {
+            others.push(name.as_str());
+            continue;
+        }
+        let longest_s = clock.time_s(found.iter().map(|range| range.len() + 1).max().unwrap_or(0));
+        let intervals = count(found.len(), ["interval", "intervals"]);
+        let when = times(&clock, &found);
         results.push(
             CheckResult::new("frozen", Level::Warn, name)
-                .at(&clock, found)
+                .at(&clock, &found)
                 .expected("noise in every sample")
                 .found(format!(
-                    "the very same numbers over {} of up to {:.2} s ({})",
-                    count(found.len(), ["stretch", "stretches"]),
-                    clock.time_s(longest),
-                    times(&clock, found)
+                    "the very same numbers over {intervals} of up to {longest_s:.2} s ({when})"
                 ))
                 .advice(
                     "treat them as gaps: they were held or copied, or written with too few digits",
                 )
-                .number("longest_s", clock.time_s(longest), n)
-                .number("stretches", found.len() as f64, n),
+                .number("longest_s", longest_s, recording.len())
+                .number("stretches", found.len() as f64, recording.len()),
         );
-    };
-    for body in &recording.bodies {
-        let same = |k: usize| {
-            let both = body.track.get(k - 1).zip(body.track.get(k));
-            both.is_some_and(|(before, now)| before == now)
-        };
-        let found = find(&same);
-        if !found.is_empty() {
-            add(&body.name, &found);
-        }
-    }
-    for marker in &recording.markers {
-        let same = |k: usize| {
-            let both = marker.track.get(k - 1).zip(marker.track.get(k));
-            both.is_some_and(|(before, now)| before == now)
-        };
-        let found = find(&same);
-        if found.is_empty() {
-            continue;
-        }
-        if matters(&marker.name) {
-            add(&marker.name, &found);
-        } else {
-            others.push((&marker.name, found.len()));
-        }
     }
     if !others.is_empty() {
+        let report = count(
+            others.len(),
+            ["other marker reports", "other markers report"],
+        );
+        let listed = names(others.iter().copied());
+        let found = format!(
+            "{report} the very same numbers for {:.2} s or more: {listed}",
+            settings.frozen_s
+        );
         results.push(
             CheckResult::new("frozen-other", Level::Info, "")
-                .found(format!(
-                    "{} the very same numbers for {:.2} s or more: {}",
-                    count(
-                        others.len(),
-                        ["other marker reports", "other markers report"]
-                    ),
-                    settings.frozen_s,
-                    names(others.iter().map(|(name, _)| *name))
-                ))
+                .found(found)
                 .number("markers", others.len() as f64, recording.markers.len()),
         );
     }
     results
+}
+
+/// Long runs of samples that equal the one before. What repeats with all else is a repeated frame, not a
+/// frozen track.
+fn frozen_runs<T: Sample + PartialEq>(
+    track: &Track<T>,
+    repeated_frames: &[Range<usize>],
+    shortest: usize,
+) -> Vec<Range<usize>> {
+    let whole_frame = |k: usize| {
+        let next = repeated_frames.partition_point(|range| range.end <= k);
+        repeated_frames
+            .get(next)
+            .is_some_and(|range| range.contains(&k))
+    };
+    let mut found = runs(1..track.len(), |k| {
+        repeats(track, k) == Some(true) && !whole_frame(k)
+    });
+    found.retain(|range| range.len() + 1 >= shortest);
+    found
 }

@@ -8,11 +8,12 @@
 use std::ops::Range;
 
 use inhand_model::{Body, PoseTrack, Recording, Setting, UpAxis, World};
+use inhand_motion::BodyRole;
 use inhand_statistics::runs;
 use nalgebra::Vector3;
 
 use super::checkup::{CheckResult, Level};
-use super::parts::Parts;
+use super::subject::Subject;
 use super::words::length;
 
 /// Shortest rest, seconds.
@@ -30,28 +31,29 @@ const LIFT_M: f64 = 0.05;
 /// How far below a resting place a track may go: a table is flat within this, metres.
 const FLAT_M: f64 = 0.015;
 
-/// What rests of an object tell.
-pub(crate) fn up_axis(recording: &Recording, parts: &Parts<'_>) -> Option<CheckResult> {
-    let object = parts.object()?;
-    let (_, hand) = parts.bodies().find(|(role, _)| *role == "hand")?;
+/// The up axis by the rests of the object.
+pub(crate) fn up_axis(subject: &Subject<'_>) -> Option<CheckResult> {
+    let object = subject.body(BodyRole::Object)?;
+    let hand = subject.body(BodyRole::Hand)?;
+    let recording = subject.recording;
     let stated = recording.source.up_axis;
     let rests = rests(recording, object, hand);
     let found = directions(object, &rests);
-    let samples: usize = rests.iter().map(ExactSizeIterator::len).sum();
+    let samples: usize = rests.iter().map(Range::len).sum();
     let base = |level| {
         CheckResult::new("up-axis", level, "")
             .expected(format!("+{} up, as stated or assumed", stated.name()))
             .at(&recording.clock, &rests)
             .number("rests", rests.len() as f64, samples)
     };
-    let why = if rests.is_empty() {
-        "the object never lies still while the hand moves"
-    } else if found.is_empty() {
-        "the object lies still but is never lifted from there, or lies at different heights"
-    } else {
-        "from where the object lies still it goes one way along more than one axis"
-    };
     let [(axis, sign, lift_m)] = found[..] else {
+        let why = if rests.is_empty() {
+            "the object never lies still while the hand moves"
+        } else if found.is_empty() {
+            "the object lies still but is never lifted from there, or lies at different heights"
+        } else {
+            "from where the object lies still it goes one way along more than one axis"
+        };
         return Some(base(Level::Info).found(format!("no evidence on which axis is up: {why}")));
     };
     let name = format!(
@@ -59,44 +61,33 @@ pub(crate) fn up_axis(recording: &Recording, parts: &Parts<'_>) -> Option<CheckR
         if sign > 0.0 { '+' } else { '-' },
         ["x", "y", "z"][axis]
     );
-    let as_stated = sign > 0.0
-        && match stated {
-            UpAxis::Y => axis == 1,
-            UpAxis::Z => axis == 2,
-        };
-    let result = base(if as_stated { Level::Ok } else { Level::Warn }).number(
-        "lift_mm",
-        1e3 * lift_m,
-        samples,
-    );
-    if as_stated {
-        return Some(result.found(format!(
-            "{name} is up: the object is lifted {} from where it rests",
-            length(lift_m)
-        )));
+    let lift = length(lift_m);
+    let result = |level| base(level).number("lift_mm", 1e3 * lift_m, samples);
+    let up = match (axis, sign > 0.0) {
+        (1, true) => Some(UpAxis::Y),
+        (2, true) => Some(UpAxis::Z),
+        _ => None,
+    };
+    if up == Some(stated) {
+        let found = format!("{name} is up: the object is lifted {lift} from where it rests");
+        return Some(result(Level::Ok).found(found));
     }
-    let with_up = |axis| {
-        format!(
-            "read it with {} {axis} if the file does not state it",
-            Setting::Up
-        )
-    };
-    let advice = match (axis, sign > 0.0) {
-        (1, true) => with_up("y"),
-        (2, true) => with_up("z"),
-        _ => "export again with y or z up: views stand on their side".to_owned(),
-    };
-    Some(
-        result
-            .found(format!(
-                "{name} looks like up: the object is lifted {} along it from where it rests",
-                length(lift_m)
-            ))
-            .advice(advice),
-    )
+    let setting = Setting::Up;
+    let advice = up.map_or_else(
+        || "export again with y or z up: views stand on their side".to_owned(),
+        |up| {
+            format!(
+                "read it with {setting} {} if the file does not state it",
+                up.name()
+            )
+        },
+    );
+    let found =
+        format!("{name} looks like up: the object is lifted {lift} along it from where it rests");
+    Some(result(Level::Warn).found(found).advice(advice))
 }
 
-/// Stretches in which the object lies still and the hand does not.
+/// Ranges in which the object lies still and the hand does not.
 fn rests(
     recording: &Recording,
     object: &PoseTrack<World, Body>,
@@ -149,22 +140,14 @@ fn directions(object: &PoseTrack<World, Body>, rests: &[Range<usize>]) -> Vec<(u
         return Vec::new();
     }
     let (low, high) = extent((0..object.len()).filter_map(place));
+    let (lowest_rest, highest_rest) = extent(resting.into_iter());
     let mut found = Vec::new();
     for axis in 0..3 {
-        for sign in [1.0, -1.0] {
-            let (bottom, top) = if sign > 0.0 {
-                (low[axis], high[axis])
-            } else {
-                (-high[axis], -low[axis])
-            };
-            let at_bottom = resting
-                .iter()
-                .all(|rest| sign * rest[axis] - bottom <= FLAT_M);
-            let highest = resting
-                .iter()
-                .map(|rest| sign * rest[axis])
-                .fold(f64::NEG_INFINITY, f64::max);
-            if at_bottom && top - highest >= LIFT_M {
+        for (sign, bottom, top, highest) in [
+            (1.0, low[axis], high[axis], highest_rest[axis]),
+            (-1.0, -high[axis], -low[axis], -lowest_rest[axis]),
+        ] {
+            if highest - bottom <= FLAT_M && top - highest >= LIFT_M {
                 found.push((axis, sign, top - highest));
             }
         }

@@ -14,23 +14,23 @@ pub(crate) fn count(n: usize, [one, many]: [&str; 2]) -> String {
 
 /// When ranges start: `12.31 s, 48.02 s, 77.90 s and 4 more`.
 pub(crate) fn times(clock: &Clock, ranges: &[Range<usize>]) -> String {
-    let starts = ranges
-        .iter()
-        .map(|range| format!("{:.2} s", clock.time_s(range.start)));
-    some_of(starts, ranges.len())
+    some_of(
+        ranges
+            .iter()
+            .map(|range| format!("{:.2} s", clock.time_s(range.start))),
+    )
 }
 
 /// The first few of some things, and how many more there are.
 pub(crate) fn names<'a>(names: impl ExactSizeIterator<Item = &'a str>) -> String {
-    let n = names.len();
-    some_of(names.map(str::to_owned), n)
+    some_of(names.map(str::to_owned))
 }
 
-fn some_of(items: impl Iterator<Item = String>, n: usize) -> String {
+fn some_of(items: impl ExactSizeIterator<Item = String>) -> String {
+    let n = items.len();
     // "and 1 more" is no shorter than the one.
     let shown = if n <= LISTED + 1 { n } else { LISTED };
-    let listed: Vec<_> = items.take(shown).collect();
-    let listed = listed.join(", ");
+    let listed = items.take(shown).collect::<Vec<_>>().join(", ");
     match n - shown {
         0 => listed,
         more => format!("{listed} and {more} more"),

@@ -16,13 +16,14 @@ mod neighbours;
 use std::ops::Range;
 
 use inhand_model::{
-    Change, ChangeKind, Finger, Frame, Hand, MarkerKind, PerFinger, PointTrack, PoseTrack,
-    Position, Recording, Roles, Status, World,
+    Change, ChangeKind, Frame, Hand, MarkerKind, PerFinger, PointTrack, PoseTrack, Position,
+    Recording, Roles, Status, World,
 };
-use inhand_motion::GapFill;
+use inhand_motion::{GapFill, MotionError, fingertip_markers};
+use nalgebra::Vector3;
 
 use crate::error::CleaningError;
-use crate::lookup::{Flips, finger_of, hand_breaks, hand_poses, in_hand, tips};
+use crate::lookup::{Flips, finger_of, hand_breaks, hand_poses, in_hand};
 
 /// How gaps are filled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,11 +67,9 @@ impl FillSettings {
     /// Missing samples in the longest gap that is filled.
     fn limit_samples(&self, rate_hz: f64) -> Result<usize, CleaningError> {
         if !(self.limit_s.is_finite() && self.limit_s >= 0.0) {
-            return Err(CleaningError::Setting {
-                setting: "fill limit",
-                found: format!("{} s", self.limit_s),
-                expected: "a time in seconds, 0 or more",
-            });
+            let found = format!("{} s", self.limit_s);
+            let expected = "a time in seconds, 0 or more";
+            return Err(MotionError::setting("fill limit", found, expected).into());
         }
         // A whole number of samples must not be lost to rounding: 0.29 s * 100 Hz is 28.999...96.
         const SLACK_SAMPLES: f64 = 1e-6;
@@ -82,15 +81,14 @@ impl FillSettings {
 ///
 /// # Errors
 ///
-/// [`CleaningError::Setting`], [`CleaningError::NotInTake`], [`CleaningError::Hand`];
-/// [`CleaningError::TooFewMarkers`] where a cluster with a gap has too few others.
+/// [`CleaningError::Motion`]; [`CleaningError::TooFewMarkers`] where a cluster with a gap has too few others.
 pub fn fill(
     recording: &mut Recording,
     roles: &Roles,
     settings: &FillSettings,
 ) -> Result<Vec<Change>, CleaningError> {
     let limit = settings.limit_samples(recording.clock.rate_hz())?;
-    let tips = tips(recording, roles)?;
+    let tips = fingertip_markers(recording, roles)?;
     let filled = match settings.method {
         FillMethod::Linear | FillMethod::Cubic => {
             along_its_way(recording, roles, &tips, settings.method, limit)?
@@ -105,26 +103,18 @@ pub fn fill(
         }
     };
     let mut changes = Vec::new();
-    for Filled {
-        marker,
-        gap,
-        values,
-    } in filled
-    {
-        let target = &mut recording.markers[marker];
-        for (k, value) in gap.clone().zip(values) {
+    for filled in filled {
+        let target = &mut recording.markers[filled.marker];
+        for (k, value) in filled.gap.clone().zip(filled.values) {
             target.track.set(k, Some(value), Status::Filled);
         }
+        let (count, method) = (filled.gap.len(), settings.method.name());
+        let plural = if count == 1 { "" } else { "s" };
         changes.push(Change {
             kind: ChangeKind::Filled,
             entity: target.name.clone(),
-            message: format!(
-                "{} missing sample{} filled ({})",
-                gap.len(),
-                if gap.len() == 1 { "" } else { "s" },
-                settings.method.name()
-            ),
-            samples: gap,
+            message: format!("{count} missing sample{plural} filled ({method})"),
+            samples: filled.gap,
         });
     }
     changes.sort_by(|a, b| (a.samples.start, &a.entity).cmp(&(b.samples.start, &b.entity)));
@@ -164,18 +154,13 @@ fn along_its_way(
         if source.kind != MarkerKind::Labelled {
             continue;
         }
-        let in_the_hand = finger_of(tips, marker).map(|_: Finger| in_hand(&hand, &source.track));
+        let in_the_hand = finger_of(tips, marker).map(|_| in_hand(&hand, &source.track));
         for gap in inner_gaps(&source.track, limit) {
             let known = |k: usize| hand.get(k).is_some();
-            let by_hand = in_the_hand
-                .as_ref()
-                .filter(|_| (gap.start - 1..=gap.end).all(known) && !crosses(&gap, &breaks));
-            let values = match by_hand {
-                Some(track) => (one_gap(track, &gap, method).into_iter().zip(gap.clone()))
-                    .filter_map(|(at, k)| Some(hand.get(k)? * at))
-                    .collect(),
-                None => one_gap(&source.track, &gap, method),
-            };
+            let by_hand = (in_the_hand.as_ref())
+                .filter(|_| (gap.start - 1..=gap.end).all(known) && !crosses(&gap, &breaks))
+                .and_then(|track| to_world(&hand, &gap, one_gap(track, &gap, method)));
+            let values = by_hand.unwrap_or_else(|| one_gap(&source.track, &gap, method));
             filled.push(Filled {
                 marker,
                 gap,
@@ -202,9 +187,9 @@ fn one_gap<F: Frame>(
 /// Adds to a guess at every sample of a gap what it is off by on both sides, in proportion.
 fn join<F: Frame>(
     gap: &Range<usize>,
-    off_before: nalgebra::Vector3<f64>,
-    off_after: nalgebra::Vector3<f64>,
-    guess: impl Fn(usize) -> nalgebra::Vector3<f64>,
+    off_before: Vector3<f64>,
+    off_after: Vector3<f64>,
+    guess: impl Fn(usize) -> Vector3<f64>,
 ) -> Vec<Position<F>> {
     let steps = (gap.len() + 1) as f64;
     gap.clone()

@@ -12,17 +12,16 @@
 //! * an offset from the marker towards the centre of the object ([`PadOffset::TowardsObject`]): the pad
 //!   is on the side of the finger that faces what it holds. Only where the object is tracked.
 
-use std::ops::Range;
-
 use inhand_model::{
-    BodySource, Change, ChangeKind, Finger, PerFinger, PointTrack, Pose, Position, Recording,
-    Roles, World,
+    Change, ChangeKind, Finger, Hand, PerFinger, PointTrack, Pose, PoseTrack, Position, Recording,
+    Roles, Status, World,
 };
-use inhand_motion::{fit_templates, fitted_bodies};
+use inhand_motion::{BodyRole, MotionError, fingertip_markers, fit_templates, role_body};
+use inhand_statistics::runs;
 use nalgebra::Vector3;
 
 use crate::error::CleaningError;
-use crate::lookup::{Flips, hand_poses, tips};
+use crate::lookup::{Flips, hand_poses};
 
 /// Where the pad of a finger is from its marker.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,88 +47,106 @@ pub enum PadOffset {
 
 /// Moves the markers of fingers to their pads, with the poses as they are recorded. Where the frame
 /// that the offset needs is missing the pad is not known: the sample is missing then, and the range is
-/// told as a change of its own ([`ChangeKind::Removed`]).
+/// listed as a change of its own ([`ChangeKind::Removed`]).
 ///
 /// # Errors
 ///
-/// [`CleaningError::Setting`] for numbers that are not finite, [`CleaningError::NotInTake`],
-/// [`CleaningError::Hand`].
+/// [`CleaningError::Motion`] for numbers that are not finite and for roles that are not in the take.
 pub fn to_pads(
     recording: &mut Recording,
     roles: &Roles,
     offsets: &PerFinger<Option<PadOffset>>,
 ) -> Result<Vec<Change>, CleaningError> {
-    for offset in offsets.as_array().iter().flatten() {
+    let wanted: Vec<(Finger, PadOffset)> = offsets
+        .iter()
+        .filter_map(|(finger, &offset)| Some((finger, offset?)))
+        .collect();
+    for (_, offset) in &wanted {
         offset.check()?;
     }
-    let tips = tips(recording, roles)?;
-    let hand = hand_poses(recording, roles, Flips::Kept)?;
-    let wants_object = |offset: &PadOffset| matches!(offset, PadOffset::TowardsObject { .. });
-    let centres = if offsets.as_array().iter().flatten().any(wants_object) {
-        object_centres(recording, roles)?
-    } else {
-        PointTrack::missing(recording.len())
+    let tips = fingertip_markers(recording, roles)?;
+    let wants_object =
+        |(_, offset): &(Finger, PadOffset)| matches!(offset, PadOffset::TowardsObject { .. });
+    let frames = Frames {
+        hand: hand_poses(recording, roles, Flips::Kept)?,
+        object_centre: if wanted.iter().any(wants_object) {
+            object_centres(recording, roles)?
+        } else {
+            PointTrack::missing(recording.len())
+        },
     };
     let mut changes = Vec::new();
-    for finger in Finger::ALL {
-        let Some(offset) = offsets[finger] else {
-            continue;
-        };
+    for (finger, offset) in wanted {
         let marker = &mut recording.markers[tips[finger]];
-        let mut lost: Vec<Range<usize>> = Vec::new();
-        for k in 0..marker.track.len() {
-            let Some(at) = marker.track.get(k) else {
-                continue;
-            };
-            let frame = hand.get(k);
-            let (moved, frame_status) = match offset {
-                PadOffset::InHand { offset_m } => {
-                    let turned = frame.map(|f| f.isometry().rotation * Vector3::from(offset_m));
-                    (turned, hand.status(k))
-                }
-                PadOffset::AlongFinger { from_m, beyond_m } => {
-                    let from = frame.map(|f| (f * Position::from(from_m)).coords_m());
-                    (
-                        from.and_then(|from| along(from, at.coords_m(), beyond_m)),
-                        hand.status(k),
-                    )
-                }
-                PadOffset::TowardsObject { distance_m } => {
-                    let centre = centres.get(k).map(Position::coords_m);
-                    let towards = centre.and_then(|c| along(at.coords_m(), c, distance_m));
-                    (towards, centres.status(k))
-                }
-            };
-            let status = marker.track.status(k).and(frame_status);
+        let present = |k: usize| marker.track.get(k).is_some();
+        let seen: Vec<usize> = (0..marker.track.len()).filter(|&k| present(k)).collect();
+        for &k in &seen {
+            let at = marker.track.values()[k];
+            let (moved, frame_status) = frames.moved(&offset, k, at);
             let pad = moved.map(|moved| Position::from_coords(at.coords_m() + moved));
-            if pad.is_none() {
-                match lost.last_mut() {
-                    Some(last) if last.end == k => last.end = k + 1,
-                    _ => lost.push(k..k + 1),
-                }
-                if let Some(quality) = &mut marker.quality {
-                    quality[k] = f64::NAN;
-                }
+            if let Some(quality) = marker.quality.as_mut().filter(|_| pad.is_none()) {
+                quality[k] = f64::NAN;
             }
-            marker.track.set(k, pad, status);
+            marker
+                .track
+                .set(k, pad, marker.track.status(k).and(frame_status));
         }
+        let lost = |k: usize| seen.binary_search(&k).is_ok() && marker.track.get(k).is_none();
+        let lost = runs(0..marker.track.len(), lost);
         changes.push(Change {
             kind: ChangeKind::Moved,
             entity: marker.name.clone(),
             samples: 0..marker.track.len(),
             message: format!("moved to the pad of the {finger}: {}", offset.in_words()),
         });
+        let frame = offset.frame_in_words();
         changes.extend(lost.into_iter().map(|samples| Change {
             kind: ChangeKind::Removed,
             entity: marker.name.clone(),
             message: format!(
-                "no {} is known there to place the pad of the {finger} by: taken away",
-                offset.frame_in_words()
+                "no {frame} is known there to place the pad of the {finger} by: removed"
             ),
             samples,
         }));
     }
     Ok(changes)
+}
+
+/// What pads are placed by.
+struct Frames {
+    hand: PoseTrack<World, Hand>,
+    object_centre: PointTrack<World>,
+}
+
+impl Frames {
+    /// From a marker to its pad at sample `k`, metres in the world, and what is known of the frame.
+    fn moved(
+        &self,
+        offset: &PadOffset,
+        k: usize,
+        at: Position<World>,
+    ) -> (Option<Vector3<f64>>, Status) {
+        let at_m = at.coords_m();
+        let hand = self.hand.get(k);
+        match *offset {
+            PadOffset::InHand { offset_m } => {
+                let turned = hand.map(|hand| hand.isometry().rotation * Vector3::from(offset_m));
+                (turned, self.hand.status(k))
+            }
+            PadOffset::AlongFinger { from_m, beyond_m } => {
+                let from = hand.map(|hand| (hand * Position::from(from_m)).coords_m());
+                (
+                    from.and_then(|from| along(from, at_m, beyond_m)),
+                    self.hand.status(k),
+                )
+            }
+            PadOffset::TowardsObject { distance_m } => {
+                let centre = self.object_centre.get(k).map(Position::coords_m);
+                let towards = centre.and_then(|centre| along(at_m, centre, distance_m));
+                (towards, self.object_centre.status(k))
+            }
+        }
+    }
 }
 
 /// A vector of that length from one point towards another; `None` where they coincide.
@@ -141,23 +158,13 @@ fn object_centres(
     recording: &Recording,
     roles: &Roles,
 ) -> Result<PointTrack<World>, CleaningError> {
-    let not_there = |name: &str| CleaningError::NotInTake {
-        take: recording.name.clone(),
-        role: "object".to_owned(),
-        kind: "rigid body",
-        name: name.to_owned(),
+    let no_object = || {
+        let expected = "an offset in the hand, for the roles name no object";
+        MotionError::setting("pad offset", "towards the object", expected)
     };
-    let source = roles.object.as_ref().ok_or_else(|| not_there("object"))?;
-    let fitted;
-    let body = match source {
-        BodySource::RigidBody(name) => recording.body(name).ok_or_else(|| not_there(name))?,
-        BodySource::Markers(names) => {
-            let templates = fit_templates([(recording, roles)])?;
-            fitted = fitted_bodies(recording, roles, &templates)?;
-            // Hand and object are named after their roles; the object comes last.
-            fitted.last().ok_or_else(|| not_there(&names.join(", ")))?
-        }
-    };
+    let source = roles.object.as_ref().ok_or_else(no_object)?;
+    let templates = fit_templates([(recording, roles)])?;
+    let body = role_body(recording, BodyRole::Object, source, &templates)?;
     Ok(body.track.map(Pose::origin))
 }
 
@@ -176,11 +183,11 @@ impl PadOffset {
         if numbers.iter().all(|n| (-within..=within).contains(n)) {
             return Ok(());
         }
-        Err(CleaningError::Setting {
-            setting: "pad offset",
-            found: format!("{numbers:?} m"),
-            expected: "lengths of a finger at most, metres",
-        })
+        let (found, expected) = (
+            format!("{numbers:?} m"),
+            "lengths of a finger at most, metres",
+        );
+        Err(MotionError::setting("pad offset", found, expected).into())
     }
 
     const fn frame_in_words(&self) -> &'static str {

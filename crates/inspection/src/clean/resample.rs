@@ -19,6 +19,7 @@ use inhand_model::{
     Change, ChangeKind, Clock, Frame, PointTrack, Pose, PoseTrack, Position, Recording, Sample,
     Status, Track,
 };
+use inhand_motion::MotionError;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use crate::error::CleaningError;
@@ -38,74 +39,46 @@ const AT_SAMPLE: f64 = 1e-9;
 ///
 /// # Errors
 ///
-/// [`CleaningError::Setting`] for a rate out of 1 to 10000 Hz or too many samples.
-pub fn resample(
-    recording: &Recording,
-    rate_hz: f64,
-) -> Result<(Recording, Vec<Change>), CleaningError> {
+/// [`CleaningError::Motion`] for a rate out of 1 to 10000 Hz or too many samples.
+pub fn resample(recording: &Recording, rate_hz: f64) -> Result<(Recording, Change), CleaningError> {
     let from_hz = recording.clock.rate_hz();
-    let wrong = |found: String| CleaningError::Setting {
-        setting: "resample rate",
-        found,
-        expected: "1 to 10000 Hz, for 20 million samples at most",
+    let wrong = |found: String| {
+        let expected = "1 to 10000 Hz, for 20 million samples at most";
+        Err(MotionError::setting("resample rate", found, expected).into())
     };
     if !RATES_HZ.contains(&rate_hz) {
-        return Err(wrong(format!("{rate_hz} Hz")));
+        return wrong(format!("{rate_hz} Hz"));
     }
     let last = recording.len().saturating_sub(1) as f64;
     let count = (last * rate_hz / from_hz + AT_SAMPLE).floor() + 1.0;
     if count > MAX_SAMPLES {
-        return Err(wrong(format!("{rate_hz} Hz, which makes {count} samples")));
+        return wrong(format!("{rate_hz} Hz, which makes {count} samples"));
     }
     let samples = if recording.is_empty() {
         0
     } else {
         count as usize
     };
-    let grid = Grid {
-        samples,
-        step: from_hz / rate_hz,
-    };
-    let clock = Clock::new(
+    let step = from_hz / rate_hz;
+    let grid = Grid { samples, step };
+    let (start, start_time) = (
         recording.clock.start_unix_nanos(),
         recording.clock.start_time(),
-        rate_hz,
-    )?;
-    let series = |values: &Option<Vec<f64>>| values.as_ref().map(|values| grid.numbers(values));
-    let markers = (recording.markers.iter())
-        .map(|marker| inhand_model::Marker {
-            name: marker.name.clone(),
-            id: marker.id.clone(),
-            kind: marker.kind,
-            track: grid.points(&marker.track),
-            quality: series(&marker.quality),
-        })
-        .collect();
-    let bodies = (recording.bodies.iter())
-        .map(|body| inhand_model::TrackedBody {
-            name: body.name.clone(),
-            id: body.id.clone(),
-            kind: body.kind,
-            track: grid.poses(&body.track),
-            marker_error_m: series(&body.marker_error_m),
-        })
-        .collect();
-    let mut resampled = Recording::new(
-        recording.name.clone(),
-        clock,
-        recording.source.clone(),
+    );
+    let resampled = recording.with_samples(
+        Clock::new(start, start_time, rate_hz)?,
         samples,
-        markers,
-        bodies,
-    )?;
-    resampled.findings.clone_from(&recording.findings);
+        |points| grid.points(points),
+        |poses| grid.poses(poses),
+        |numbers| grid.numbers(numbers),
+    );
     let change = Change {
         kind: ChangeKind::Resampled,
         entity: "all markers and bodies".to_owned(),
         samples: 0..recording.len(),
         message: format!("from {from_hz} Hz to {rate_hz} Hz"),
     };
-    Ok((resampled, vec![change]))
+    Ok((resampled, change))
 }
 
 /// Instants of the new samples.

@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use inhand_model::{Finger, Hand, PointTrack};
 
-use super::Swap;
+use super::swaps::Swap;
 use crate::continuity::{UsualJumps, end_after, end_before};
 
 /// Longest visit, samples at any rate that matter: seconds times rate are given by the caller.

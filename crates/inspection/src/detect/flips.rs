@@ -7,10 +7,10 @@
 use std::ops::Range;
 
 use inhand_model::{Body, Pose, PoseTrack, Recording, TrackedBody, World};
-use nalgebra::{Isometry3, Translation3};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 
-use super::{Flip, FlipRepair};
 use crate::statistics::{median, quantile};
+use crate::suspect::{FlipRepair, Suspect, SuspectKind};
 
 /// Turns below this between two samples are never called jumps, radians (25 degrees). Wrong solutions
 /// of bodies that can be told apart at all are larger.
@@ -57,67 +57,78 @@ struct Jump {
 /// alone, for it may have been turned. A body that jumps and does not come back by the same turn within ten seconds
 /// is found, with [`FlipRepair::Remove`], where one side of the jump lasts a second at most or has a
 /// marker error that says that it is wrong.
-pub fn flips(recording: &Recording) -> Vec<Flip> {
+pub fn flips(recording: &Recording) -> Vec<Suspect> {
     let rate_hz = recording.clock.rate_hz();
-    let mut found: Vec<Flip> = (recording.bodies.iter().enumerate())
-        .flat_map(|(index, body)| flips_of(index, body, rate_hz))
-        .collect();
-    found.sort_by_key(|flip| (flip.samples.start, flip.body));
+    let mut found = Vec::new();
+    for (index, body) in recording.bodies.iter().enumerate() {
+        found.extend(flips_of(body, rate_hz).into_iter().map(|flip| Suspect {
+            kind: SuspectKind::Flip {
+                body: index,
+                name: body.name.clone(),
+                turn_rad: flip.jump.turn.rotation.angle(),
+                repair: flip.repair,
+            },
+            samples: flip.samples,
+            score: flip.jump.score,
+        }));
+    }
+    // Stable: those of one sample stay in the order of bodies.
+    found.sort_by_key(|flip| flip.samples.start);
     found
 }
 
-fn flips_of(index: usize, body: &TrackedBody, rate_hz: f64) -> Vec<Flip> {
-    let seen = seen_stretches(body, rate_hz);
+/// A body in a wrong pose from a jump on.
+struct Flip {
+    samples: Range<usize>,
+    jump: Jump,
+    repair: FlipRepair,
+}
+
+fn flips_of(body: &TrackedBody, rate_hz: f64) -> Vec<Flip> {
+    let seen = seen_ranges(body, rate_hz);
     let jumps = jumps_of(body, rate_hz);
     let mut flips = Vec::new();
-    for stretch in seen {
-        let from = jumps.partition_point(|jump| jump.from < stretch.start);
-        let to = jumps.partition_point(|jump| jump.from < stretch.end);
-        flips_within(index, body, rate_hz, &stretch, &jumps[from..to], &mut flips);
+    for range in seen {
+        let from = jumps.partition_point(|jump| jump.from < range.start);
+        let to = jumps.partition_point(|jump| jump.from < range.end);
+        flips_within(body, rate_hz, &range, &jumps[from..to], &mut flips);
     }
     flips
 }
 
-/// Flips within a stretch that is seen without a long gap, from its jumps.
+/// Flips within a range that is seen without a long gap, from its jumps.
 fn flips_within(
-    index: usize,
     body: &TrackedBody,
     rate_hz: f64,
-    stretch: &Range<usize>,
+    range: &Range<usize>,
     jumps: &[Jump],
     flips: &mut Vec<Flip>,
 ) {
     let longest = (LONGEST_S * rate_hz) as usize;
-    let make = |samples: Range<usize>, first: &Jump, repair| Flip {
-        body: index,
-        name: body.name.clone(),
-        turn_rad: first.turn.rotation.angle(),
-        error_ratio: error_ratio(body, &samples),
-        score: first.score,
-        samples,
-        repair,
-    };
     let mut next = 0;
     while next < jumps.len() {
-        let first = &jumps[next];
+        let jump = jumps[next];
         match way_back(&jumps[next..], longest) {
             Some(turns) => {
                 // Between the jumps the body is wrong by the turns so far.
-                for (pair, turn) in jumps[next..].windows(2).zip(&turns) {
-                    flips.push(make(
-                        pair[0].to..pair[1].from + 1,
-                        first,
-                        FlipRepair::TurnBack(*turn),
-                    ));
+                for (pair, &turn) in jumps[next..].windows(2).zip(&turns) {
+                    flips.push(Flip {
+                        samples: pair[0].to..pair[1].from + 1,
+                        jump,
+                        repair: FlipRepair::TurnBack(turn),
+                    });
                 }
                 next += turns.len() + 1;
             }
             None => {
-                let until = (jumps.get(next + 1)).map_or(stretch.end, |jump| jump.from + 1);
-                let since = (next.checked_sub(1)).map_or(stretch.start, |before| jumps[before].to);
-                let sides = [since..first.from + 1, first.to..until];
-                let wrong = wrong_side(body, sides, rate_hz);
-                flips.extend(wrong.map(|samples| make(samples, first, FlipRepair::Remove)));
+                let until = (jumps.get(next + 1)).map_or(range.end, |after| after.from + 1);
+                let since = (next.checked_sub(1)).map_or(range.start, |before| jumps[before].to);
+                let sides = [since..jump.from + 1, jump.to..until];
+                flips.extend(wrong_side(body, sides, rate_hz).map(|samples| Flip {
+                    samples,
+                    jump,
+                    repair: FlipRepair::Remove,
+                }));
                 next += 1;
             }
         }
@@ -146,17 +157,17 @@ fn wrong_side(
     (shorter.len() as f64 <= SHORT_S * rate_hz).then_some(shorter)
 }
 
-/// Stretches between gaps over which a turn says nothing, from the first present sample to one after the
+/// Ranges between gaps over which a turn says nothing, from the first present sample to one after the
 /// last.
-fn seen_stretches(body: &TrackedBody, rate_hz: f64) -> Vec<Range<usize>> {
-    let mut stretches: Vec<Range<usize>> = Vec::new();
+fn seen_ranges(body: &TrackedBody, rate_hz: f64) -> Vec<Range<usize>> {
+    let mut ranges: Vec<Range<usize>> = Vec::new();
     for k in (0..body.track.len()).filter(|&k| body.track.get(k).is_some()) {
-        match stretches.last_mut() {
+        match ranges.last_mut() {
             Some(last) if bridges(k - last.end, rate_hz) => last.end = k + 1,
-            _ => stretches.push(k..k + 1),
+            _ => ranges.push(k..k + 1),
         }
     }
-    stretches
+    ranges
 }
 
 /// Whether a turn over that many missing samples can be called a jump.
@@ -232,7 +243,7 @@ fn carried_on(body: &TrackedBody, from: usize, to: usize, rate_hz: f64) -> Isome
     let moved = (last.translation.vector - earlier.translation.vector) * steps;
     Isometry3::from_parts(
         Translation3::from(last.translation.vector + moved),
-        nalgebra::UnitQuaternion::from_scaled_axis(turn) * last.rotation,
+        UnitQuaternion::from_scaled_axis(turn) * last.rotation,
     )
 }
 
@@ -276,22 +287,23 @@ fn error_ratio(body: &TrackedBody, samples: &Range<usize>) -> Option<f64> {
 /// The poses of a body with its flips undone, or missing where that is not possible.
 pub(crate) fn without_flips(body: &TrackedBody, rate_hz: f64) -> PoseTrack<World, Body> {
     let mut track = body.track.clone();
-    for flip in flips_of(0, body, rate_hz) {
-        undo(&mut track, &flip);
+    for flip in flips_of(body, rate_hz) {
+        flip.repair.apply(&mut track, &flip.samples);
     }
     track
 }
 
-/// Does to a body's poses what a flip suggests.
-pub(crate) fn undo(track: &mut PoseTrack<World, Body>, flip: &Flip) {
-    for k in flip.samples.clone() {
-        let turned = match &flip.repair {
-            FlipRepair::TurnBack(turn) => {
-                (track.get(k)).map(|pose| Pose::new(pose.isometry() * turn.inverse()))
-            }
-            FlipRepair::Remove => None,
-        };
-        let status = track.status(k);
-        track.set(k, turned, status);
+impl FlipRepair {
+    /// Repairs the poses of a body at some samples.
+    pub(crate) fn apply(&self, track: &mut PoseTrack<World, Body>, samples: &Range<usize>) {
+        for k in samples.clone() {
+            let turned = match self {
+                FlipRepair::TurnBack(turn) => {
+                    (track.get(k)).map(|pose| Pose::new(pose.isometry() * turn.inverse()))
+                }
+                FlipRepair::Remove => None,
+            };
+            track.set(k, turned, track.status(k));
+        }
     }
 }

@@ -11,13 +11,13 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use inhand_model::{Marker, MarkerKind, PointTrack, Position, Recording, Status, World};
+use inhand_model::{MarkerKind, PointTrack, Position, Recording, Status, World};
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
-use super::Spike;
 use crate::continuity::{End, end_after, end_before};
 use crate::statistics::median;
+use crate::suspect::{Suspect, SuspectKind};
 
 /// Most samples of a spike. A wrong reconstruction lasts a frame or a few; what stays longer is a
 /// label on something else.
@@ -43,25 +43,35 @@ const ABOUT: usize = 25;
 
 /// Spikes of all labelled markers, in the world: a hand that is flipped does not matter. Linear in
 /// the samples.
-pub fn spikes(recording: &Recording) -> Vec<Spike> {
+pub fn spikes(recording: &Recording) -> Vec<Suspect> {
     let labelled = (recording.markers.par_iter().enumerate())
         .filter(|(_, marker)| marker.kind == MarkerKind::Labelled);
-    let mut found: Vec<Spike> = labelled
-        .flat_map_iter(|(index, marker)| spikes_of(index, marker, &spikes_in(&marker.track, true)))
+    let mut found: Vec<Suspect> = labelled
+        .flat_map_iter(|(index, marker)| {
+            let spike = move |run: Run| Suspect {
+                kind: SuspectKind::Spike {
+                    marker: index,
+                    name: marker.name.clone(),
+                    off_m: run.off_m,
+                },
+                samples: run.samples,
+                score: run.score,
+            };
+            spikes_in(&marker.track, true).into_iter().map(spike)
+        })
         .collect();
-    found.sort_by_key(|spike| (spike.samples.start, spike.marker));
+    sort(&mut found);
     found
 }
 
-fn spikes_of(index: usize, marker: &Marker, runs: &[Run]) -> Vec<Spike> {
-    let spike = |run: &Run| Spike {
-        marker: index,
-        name: marker.name.clone(),
-        samples: run.samples.clone(),
-        off_m: run.off_m,
-        score: run.score,
-    };
-    runs.iter().map(spike).collect()
+/// Orders spikes by time, those of one sample by marker.
+pub(super) fn sort(spikes: &mut [Suspect]) {
+    spikes.sort_by_key(|spike| {
+        let SuspectKind::Spike { marker, .. } = spike.kind else {
+            return (spike.samples.start, 0);
+        };
+        (spike.samples.start, marker)
+    });
 }
 
 /// A spike of one marker.

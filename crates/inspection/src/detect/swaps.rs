@@ -16,16 +16,19 @@
 //!
 //! Spikes are set aside before, so that no label is judged by one.
 
+use std::ops::Range;
+
 use inhand_model::{Finger, Hand, PerFinger, PointTrack, Recording, Roles, Status};
+use inhand_motion::fingertip_markers;
 use rayon::prelude::*;
 
-use super::Swap;
 use super::excursions::Visits;
 use super::spikes::spikes_in;
 use crate::continuity::{UsualJumps, end_after, end_before};
 use crate::error::CleaningError;
 use crate::geometry::{Geometry, INDEPENDENT_S};
-use crate::lookup::{Flips, hand_poses, in_hand, tips};
+use crate::lookup::{Flips, hand_poses, in_hand};
+use crate::suspect::{Suspect, SuspectKind};
 
 /// What a change of two labels costs, nats: a change is as rare as one in some thousand places where
 /// it might be.
@@ -45,18 +48,15 @@ const WRONG_START_NATS: f64 = 6.0;
 ///
 /// # Errors
 ///
-/// [`CleaningError::NotInTake`], [`CleaningError::Hand`].
-pub fn swaps(recording: &Recording, roles: &Roles) -> Result<Vec<Swap>, CleaningError> {
+/// [`CleaningError::Motion`].
+pub fn swaps(recording: &Recording, roles: &Roles) -> Result<Vec<Suspect>, CleaningError> {
     let hand = hand_poses(recording, roles, Flips::SetAside)?;
-    let tips = tips(recording, roles)?;
+    let tips = fingertip_markers(recording, roles)?;
     let labels: Vec<PointTrack<Hand>> = (tips.as_array().par_iter())
         .map(|&marker| {
             let track = &recording.markers[marker].track;
             let mut label = in_hand(&hand, track);
-            for k in spikes_in(track, false)
-                .into_iter()
-                .flat_map(|run| run.samples)
-            {
+            for k in (spikes_in(track, false).into_iter()).flat_map(|run| run.samples) {
                 label.set(k, None, Status::Missing);
             }
             label
@@ -68,7 +68,22 @@ pub fn swaps(recording: &Recording, roles: &Roles) -> Result<Vec<Swap>, Cleaning
     let visits = search.visits(&swaps, rate_hz);
     swaps.extend(visits);
     swaps.sort_by(|a, b| (a.samples.start, &a.fingers).cmp(&(b.samples.start, &b.fingers)));
-    Ok(swaps)
+    let suspect = |swap: Swap| Suspect {
+        kind: SuspectKind::Swap {
+            fingers: swap.fingers,
+        },
+        samples: swap.samples,
+        score: swap.score,
+    };
+    Ok(swaps.into_iter().map(suspect).collect())
+}
+
+/// Labels in a cycle of fingers, each on the next finger, and by how many nats that is likelier than as
+/// labelled.
+pub(super) struct Swap {
+    pub(super) fingers: Vec<Finger>,
+    pub(super) samples: Range<usize>,
+    pub(super) score: f64,
 }
 
 /// Which finger each label is on, by index.
@@ -167,18 +182,15 @@ impl<'a> Search<'a> {
     fn visits(&self, swaps: &[Swap], rate_hz: f64) -> Vec<Swap> {
         let mut labels = self.labels.to_vec();
         for swap in swaps {
-            let pieces: Vec<Vec<_>> = (swap.fingers.iter())
-                .map(|label| {
+            for k in swap.samples.clone() {
+                let sample = |label: &Finger| {
                     let track = &labels[label.index()];
-                    (swap.samples.clone())
-                        .map(|k| (track.get(k), track.status(k)))
-                        .collect()
-                })
-                .collect();
-            for (i, piece) in pieces.into_iter().enumerate() {
-                let finger = swap.fingers[(i + 1) % swap.fingers.len()].index();
-                for (k, (value, status)) in swap.samples.clone().zip(piece) {
-                    labels[finger].set(k, value, status);
+                    (track.get(k), track.status(k))
+                };
+                let mut carried: Vec<_> = swap.fingers.iter().map(sample).collect();
+                carried.rotate_right(1);
+                for (finger, (value, status)) in swap.fingers.iter().zip(carried) {
+                    labels[finger.index()].set(k, value, status);
                 }
             }
         }
@@ -197,10 +209,10 @@ impl<'a> Search<'a> {
             swaps.iter().all(|swap| {
                 swap.samples.end <= visit.samples.start
                     || visit.samples.end <= swap.samples.start
-                    || swap
+                    || !swap
                         .fingers
                         .iter()
-                        .all(|finger| !visit.fingers.contains(finger))
+                        .any(|finger| visit.fingers.contains(finger))
             })
         });
         found

@@ -8,13 +8,15 @@
 use std::ops::Range;
 
 use inhand_model::{Finger, Hand, MarkerKind, PerFinger, PointTrack, Recording, Roles};
+use inhand_motion::fingertip_markers;
 
-use super::Unlabelled;
 use crate::continuity::{End, UsualJumps, end_after, end_before, jump_m};
 use crate::error::CleaningError;
 use crate::geometry::Geometry;
-use crate::lookup::{Flips, hand_poses, in_hand, tips};
-use crate::repair;
+use crate::lookup::{Flips, hand_poses, in_hand};
+use crate::repair::take_over;
+use crate::statistics::median;
+use crate::suspect::{Suspect, SuspectKind};
 
 /// An end of a piece says whose it is if the finger was seen within this time of it, seconds.
 const NEAR_S: f64 = 0.15;
@@ -34,21 +36,22 @@ const LEAST_SAMPLES: usize = 3;
 ///
 /// # Errors
 ///
-/// [`CleaningError::NotInTake`], [`CleaningError::Hand`].
-pub fn unlabelled(recording: &Recording, roles: &Roles) -> Result<Vec<Unlabelled>, CleaningError> {
-    Ok(super::all(recording, roles)?.unlabelled)
+/// [`CleaningError::Motion`].
+pub fn unlabelled(recording: &Recording, roles: &Roles) -> Result<Vec<Suspect>, CleaningError> {
+    let [_, _, unlabelled] = super::fingertips(recording, roles)?;
+    Ok(unlabelled)
 }
 
 pub(crate) fn unlabelled_of_clean_tips(
     recording: &Recording,
     roles: &Roles,
-) -> Result<Vec<Unlabelled>, CleaningError> {
+) -> Result<Vec<Suspect>, CleaningError> {
     let pieces = pieces(recording);
     if pieces.is_empty() {
         return Ok(Vec::new());
     }
     let hand = hand_poses(recording, roles, Flips::SetAside)?;
-    let tips = tips(recording, roles)?;
+    let tips = fingertip_markers(recording, roles)?;
     let mut fingers = PerFinger::from_fn(|f| in_hand(&hand, &recording.markers[tips[f]].track));
     let rate_hz = recording.clock.rate_hz();
     let search = Search {
@@ -59,40 +62,30 @@ pub(crate) fn unlabelled_of_clean_tips(
     let mut found = Vec::new();
     for (marker, samples) in pieces {
         let source = &recording.markers[marker];
-        let piece = in_hand(&hand, &source.track.slice_as_track(&samples));
+        let mut piece = PointTrack::missing(source.track.len());
+        take_over(&mut piece, &source.track, &samples);
+        let piece = in_hand(&hand, &piece);
         let best = (Finger::ALL.into_iter())
             .filter_map(|finger| {
-                Some((
-                    search.fit(&fingers[finger], finger, &piece, &samples)?,
-                    finger,
-                ))
+                let ratio = search.ratio(&fingers[finger], finger, &piece, &samples)?;
+                Some((ratio, finger))
             })
-            .min_by(|(a, _), (b, _)| a.ratio.total_cmp(&b.ratio));
-        let Some((fit, finger)) = best else { continue };
-        repair::take_over(&mut fingers[finger], &piece, &samples);
-        found.push(Unlabelled {
-            marker,
-            name: source.name.clone(),
-            finger,
+            .min_by(|(a, _), (b, _)| a.total_cmp(b));
+        let Some((ratio, finger)) = best else {
+            continue;
+        };
+        take_over(&mut fingers[finger], &piece, &samples);
+        found.push(Suspect {
+            kind: SuspectKind::Unlabelled {
+                marker,
+                name: source.name.clone(),
+                finger,
+            },
             samples,
-            jump_m: fit.jump_m,
-            score: FITS_RATIO / fit.ratio.max(1e-3),
+            score: FITS_RATIO / ratio.max(1e-3),
         });
     }
     Ok(found)
-}
-
-trait Masked {
-    /// A track of the same length that is missing outside `samples`.
-    fn slice_as_track(&self, samples: &Range<usize>) -> Self;
-}
-
-impl Masked for PointTrack<inhand_model::World> {
-    fn slice_as_track(&self, samples: &Range<usize>) -> Self {
-        let mut track = PointTrack::missing(self.len());
-        repair::take_over(&mut track, self, samples);
-        track
-    }
 }
 
 /// Pieces of all unlabelled markers, in order of their first sample.
@@ -125,30 +118,22 @@ struct Search {
     rate_hz: f64,
 }
 
-/// How a piece fits a finger.
-struct Fit {
-    /// The larger jump at its ends, metres.
-    jump_m: f64,
-    /// The same in usual jumps.
-    ratio: f64,
-}
-
 impl Search {
-    /// `None` if the piece cannot be this finger's.
-    fn fit(
+    /// The larger jump at the ends of a piece in usual jumps, if the piece can be this finger's.
+    fn ratio(
         &self,
         finger_track: &PointTrack<Hand>,
         finger: Finger,
         piece: &PointTrack<Hand>,
         samples: &Range<usize>,
-    ) -> Option<Fit> {
+    ) -> Option<f64> {
         if samples.clone().any(|k| finger_track.get(k).is_some()) {
             return None;
         }
         let mut places: Vec<f64> = (samples.clone().filter_map(|k| piece.get(k)))
             .map(|at| self.places.deviations(finger, at))
             .collect();
-        if places.is_empty() || crate::statistics::median(&mut places) > FARTHEST_DEVIATIONS {
+        if places.is_empty() || median(&mut places) > FARTHEST_DEVIATIONS {
             return None;
         }
         let near = (NEAR_S * self.rate_hz).round() as usize;
@@ -162,24 +147,16 @@ impl Search {
         let start =
             before.and_then(|k| Some((end_before(finger_track, k)?, end_after(piece, first)?)));
         let end = after.and_then(|k| Some((end_before(piece, last)?, end_after(finger_track, k)?)));
-        let fits: Vec<Fit> = [start, end]
-            .into_iter()
-            .flatten()
-            .map(|ends| self.joint(&ends))
-            .collect();
-        let all_fit = fits
+        let ends: Vec<(End, End)> = [start, end].into_iter().flatten().collect();
+        let fits = |(before, after): &(End, End)| {
+            self.usual.ratio(before, after) <= FITS_RATIO
+                && jump_m(before, after, self.rate_hz) <= FITS_M
+        };
+        let ratios = ends
             .iter()
-            .all(|fit| fit.ratio <= FITS_RATIO && fit.jump_m <= FITS_M);
-        if fits.is_empty() || !all_fit {
-            return None;
-        }
-        fits.into_iter().max_by(|a, b| a.ratio.total_cmp(&b.ratio))
-    }
-
-    fn joint(&self, (before, after): &(End, End)) -> Fit {
-        Fit {
-            jump_m: jump_m(before, after, self.rate_hz),
-            ratio: self.usual.ratio(before, after),
-        }
+            .map(|(before, after)| self.usual.ratio(before, after));
+        (ends.iter().all(fits))
+            .then(|| ratios.max_by(f64::total_cmp))
+            .flatten()
     }
 }

@@ -4,6 +4,7 @@ use inhand_inspection::{
     CleanSettings, CleaningError, FillMethod, FillSettings, PadOffset, clean, detect,
 };
 use inhand_model::{BodySource, Finger, PerFinger, Roles, Status};
+use inhand_motion::MotionError;
 use inhand_simulation::{TakeSettings, simulate};
 use proptest::prelude::*;
 
@@ -42,7 +43,7 @@ fn roles_that_are_not_in_the_take_are_named() {
         fingers: PerFinger::from_fn(|f| format!("nobody's {f}")),
         ..roles(true)
     };
-    let error = detect::all(&take, &no_marker).expect_err("there is no such marker");
+    let error = detect::all(&take, Some(&no_marker)).expect_err("there is no such marker");
     assert!(error.to_string().contains("nobody's thumb"), "{error}");
     let no_hand = Roles {
         hand: BodySource::RigidBody("Foot".into()),
@@ -52,10 +53,10 @@ fn roles_that_are_not_in_the_take_are_named() {
     assert!(
         matches!(
             error,
-            CleaningError::NotInTake {
+            CleaningError::Motion(MotionError::NotInTake {
                 kind: "rigid body",
                 ..
-            }
+            })
         ),
         "{error}"
     );
@@ -96,7 +97,7 @@ fn takes_of_nothing_are_cleaned_to_nothing() {
     for samples in [0, 1, 2, 3] {
         let take = short().slice(0..samples);
         assert!(
-            detect::all(&take, &roles(true))
+            detect::all(&take, Some(&roles(true)))
                 .expect("roles are there")
                 .is_empty()
         );
@@ -109,7 +110,7 @@ fn takes_of_nothing_are_cleaned_to_nothing() {
         (0..300).for_each(|k| marker.track.set(k, None, Status::Missing));
     }
     assert!(
-        detect::all(&take, &roles(true))
+        detect::all(&take, Some(&roles(true)))
             .expect("roles are there")
             .is_empty()
     );
@@ -117,7 +118,7 @@ fn takes_of_nothing_are_cleaned_to_nothing() {
         (0..300).for_each(|k| body.track.set(k, None, Status::Missing));
     }
     assert!(
-        detect::all(&take, &roles(true))
+        detect::all(&take, Some(&roles(true)))
             .expect("roles are there")
             .is_empty()
     );

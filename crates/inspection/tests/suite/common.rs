@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use inhand_inspection::detect::Suspects;
+use inhand_inspection::{Suspect, SuspectKind};
 use inhand_model::{BodySource, Finger, PerFinger, Recording, Roles};
 use inhand_simulation::{Fault, FaultSettings, FaultyTake, TakeSettings, simulate_faulty};
 
@@ -63,7 +63,7 @@ struct Stretch {
 /// shares at least half of all samples of the two at which something was seen; a spike where one of
 /// the same marker shares a sample; a lost label where the piece is given to the right finger. Each
 /// finding counts for one fault, and every other one is a false alarm.
-pub(crate) fn compare(take: &FaultyTake, suspects: &Suspects) -> Tallies {
+pub(crate) fn compare(take: &FaultyTake, suspects: &[Suspect]) -> Tallies {
     let planted = |name: &str| -> Vec<Stretch> {
         let of_kind = |fault: &&Fault| fault.kind.name() == name;
         (take.faults.iter().filter(of_kind))
@@ -84,36 +84,34 @@ pub(crate) fn compare(take: &FaultyTake, suspects: &Suspects) -> Tallies {
             .body(name)
             .is_some_and(|body| body.track.get(k).is_some())
     };
-    let swaps: Vec<_> = (suspects.swaps.iter())
-        .map(|swap| Stretch {
-            about: swap.fingers.iter().map(|&f| label(f)).collect(),
-            samples: swap.samples.clone(),
-        })
-        .collect();
-    let flips: Vec<_> = (suspects.flips.iter())
-        .map(|flip| Stretch {
-            about: vec![flip.name.clone()],
-            samples: flip.samples.clone(),
-        })
-        .collect();
-    let spikes: Vec<_> = (suspects.spikes.iter())
-        .map(|spike| Stretch {
-            about: vec![spike.name.clone()],
-            samples: spike.samples.clone(),
-        })
-        .collect();
-    let pieces: Vec<_> = (suspects.unlabelled.iter())
-        .map(|piece| Stretch {
-            about: vec![label(piece.finger), piece.name.clone()],
-            samples: piece.samples.clone(),
-        })
-        .collect();
+    let found = |id: &str| -> Vec<Stretch> {
+        let of_kind = suspects.iter().filter(|suspect| suspect.kind.id() == id);
+        of_kind
+            .map(|suspect| Stretch {
+                about: match &suspect.kind {
+                    SuspectKind::Swap { fingers } => fingers.iter().map(|&f| label(f)).collect(),
+                    SuspectKind::Flip { name, .. } | SuspectKind::Spike { name, .. } => {
+                        vec![name.clone()]
+                    }
+                    SuspectKind::Unlabelled { finger, name, .. } => {
+                        vec![label(*finger), name.clone()]
+                    }
+                },
+                samples: suspect.samples.clone(),
+            })
+            .collect()
+    };
     let any = |_: &String, _: usize| true;
     Tallies {
-        swaps: tally(&planted("swap"), &swaps, 0.5, tip_seen),
-        flips: tally(&planted("flip"), &flips, 0.5, body_seen),
-        spikes: tally(&planted("spike"), &spikes, 0.0, any),
-        unlabelled: tally(&planted("unlabelled"), &pieces, 0.0, any),
+        swaps: tally(&planted("swap"), &found("swaps"), 0.5, tip_seen),
+        flips: tally(&planted("flip"), &found("flips"), 0.5, body_seen),
+        spikes: tally(&planted("spike"), &found("spikes"), 0.0, any),
+        unlabelled: tally(
+            &planted("unlabelled"),
+            &found("unlabelled-stretches"),
+            0.0,
+            any,
+        ),
     }
 }
 

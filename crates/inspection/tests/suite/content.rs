@@ -1,7 +1,7 @@
 //! Gaps, repeated frames, bodies, names: planted one at a time.
 
 use inhand_inspection::{
-    CheckSettings, Level, MAX_PLACES, SegmentShare, Suspicion, SuspicionKind, check,
+    CheckSettings, FlipRepair, Level, MAX_PLACES, SegmentShare, Suspect, SuspectKind, check,
 };
 use inhand_model::{Finding, Marker, MarkerKind, Recording, Status};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
@@ -272,30 +272,35 @@ fn sign_changes_are_no_jumps_and_flips_are() {
     assert_eq!((jumps.level, number(jumps, "jumps")), (Level::Warn, 2.0));
 
     // A detector that has found the flip says it; it is not said twice.
-    let flip = Suspicion {
-        kind: SuspicionKind::Flip,
-        entity: "Other".into(),
+    let flip = Suspect {
+        kind: SuspectKind::Flip {
+            body: 1,
+            name: "Other".into(),
+            turn_rad: std::f64::consts::PI,
+            repair: FlipRepair::Remove,
+        },
         samples: 300..310,
         score: 12.0,
-        message: "turned by 180 degrees".into(),
     };
     let checkup = check(&take, Ok(&roles()), &[flip], &CheckSettings::default());
     assert_eq!(complaints(&checkup), ["flips"]);
     let flips = result(&checkup, "flips", "Other");
     assert_eq!(
         flips.found,
-        "1 suspected flip (3.00 s): turned by 180 degrees"
+        "1 suspected flip (3.00 s): Other jumps by 180 degrees and does not come back that way"
     );
 }
 
 #[test]
-fn suspicions_are_grouped_by_kind_and_entity() {
-    let spike = |entity: &str, k: usize| Suspicion {
-        kind: SuspicionKind::Spike,
-        entity: entity.into(),
+fn suspects_are_grouped_by_kind_and_entity() {
+    let spike = |name: &str, k: usize| Suspect {
+        kind: SuspectKind::Spike {
+            marker: 0,
+            name: name.into(),
+            off_m: 0.01,
+        },
         samples: k..k + 2,
         score: k as f64,
-        message: "far off".into(),
     };
     let all = [
         spike("ring", 500),

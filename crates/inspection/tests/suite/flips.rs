@@ -1,12 +1,14 @@
 //! Bodies that turn, and bodies that jump.
 
-use inhand_inspection::detect::{FlipRepair, flips};
-use inhand_inspection::repair;
+use inhand_inspection::detect::flips;
+use inhand_inspection::{FlipRepair, Suspect, SuspectKind, repair};
 use inhand_model::{
     BodyKind, Clock, LengthUnit, Pose, Recording, Source, StartTime, Status, Track, TrackedBody,
     UpAxis,
 };
 use nalgebra::{Isometry3, Vector3};
+
+use crate::common::roles;
 
 /// A body that turns about one axis by so many degrees at each time in seconds.
 fn turning(rate_hz: f64, duration_s: f64, degrees: impl Fn(f64) -> f64) -> Recording {
@@ -40,6 +42,13 @@ fn turning(rate_hz: f64, duration_s: f64, degrees: impl Fn(f64) -> f64) -> Recor
 fn hide(take: &mut Recording, from_s: f64, to_s: f64) {
     let at = |s: f64| (s * take.clock.rate_hz()).round() as usize;
     (at(from_s)..at(to_s)).for_each(|k| take.bodies[0].track.set(k, None, Status::Missing));
+}
+
+fn repair_of(flip: &Suspect) -> FlipRepair {
+    let SuspectKind::Flip { repair, .. } = flip.kind else {
+        panic!("{flip:?} is no flip");
+    };
+    repair
 }
 
 fn assert_left_alone(take: &Recording, what: &str) {
@@ -99,8 +108,8 @@ fn a_flip_is_turned_back_in_motion_and_across_a_short_gap() {
         }
         let found = flips(&take);
         assert_eq!(found.len(), 1, "{rate_hz} Hz: {found:?}");
-        assert!(matches!(found[0].repair, FlipRepair::TurnBack(_)));
-        repair::flips(&mut take, &found);
+        assert!(matches!(repair_of(&found[0]), FlipRepair::TurnBack(_)));
+        repair(&mut take, &roles(true), &found).expect("flips need no roles");
         let right = turning(rate_hz, 20.0, truth);
         for (k, pose) in take.bodies[0].track.iter().enumerate() {
             let (Some(pose), Some(there)) = (pose, right.bodies[0].track.get(k)) else {
@@ -121,7 +130,7 @@ fn a_jump_alone_takes_only_what_is_short_or_has_a_large_error() {
     let found = flips(&jump(0.8));
     assert_eq!(found.len(), 1);
     assert_eq!(
-        (found[0].samples.clone(), found[0].repair),
+        (found[0].samples.clone(), repair_of(&found[0])),
         (1000..1080, FlipRepair::Remove)
     );
     assert_left_alone(&jump(5.0), "either side of the jump may be right");
@@ -131,7 +140,7 @@ fn a_jump_alone_takes_only_what_is_short_or_has_a_large_error() {
     let found = flips(&told);
     assert_eq!(found.len(), 1);
     assert_eq!(
-        (found[0].samples.clone(), found[0].repair),
+        (found[0].samples.clone(), repair_of(&found[0])),
         (1000..1500, FlipRepair::Remove)
     );
     // The other side is the one whose error is large: the short one is good.

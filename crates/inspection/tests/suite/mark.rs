@@ -27,7 +27,8 @@ fn planted_faults_are_found_and_little_else() {
     let mut all_minutes = 0.0;
     for (settings, seed, object) in takes() {
         let take = faulty(&settings, seed);
-        let suspects = detect::all(&take.recording, &roles(object)).expect("roles are in the take");
+        let suspects =
+            detect::all(&take.recording, Some(&roles(object))).expect("roles are in the take");
         sum.add(&compare(&take, &suspects));
         all_minutes += minutes(&take.recording);
     }
@@ -54,7 +55,8 @@ fn other_rates_and_noisier_markers_are_searched_as_well() {
             ..TakeSettings::cube("other")
         };
         let take = faulty(&settings, 311);
-        let suspects = detect::all(&take.recording, &roles(true)).expect("roles are in the take");
+        let suspects =
+            detect::all(&take.recording, Some(&roles(true))).expect("roles are in the take");
         let found = compare(&take, &suspects);
         for tally in [found.swaps, found.flips, found.spikes] {
             assert!(tally.share() >= 0.9, "{rate_hz} Hz, {noise_m} m: {found:?}");
@@ -78,7 +80,8 @@ fn nothing_is_found_in_takes_without_faults() {
             ..shape
         };
         let take = simulate(&settings, seed).expect("the settings are valid");
-        let suspects = detect::all(&take.recording, &roles(true)).expect("roles are in the take");
+        let suspects =
+            detect::all(&take.recording, Some(&roles(true))).expect("roles are in the take");
         assert!(suspects.is_empty(), "{suspects:?}");
     }
 }

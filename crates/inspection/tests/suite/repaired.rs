@@ -1,6 +1,6 @@
 //! What repairs leave is the take without faults.
 
-use inhand_inspection::{CleanSettings, clean, detect};
+use inhand_inspection::{CleanSettings, clean, detect, repair};
 use inhand_model::{ChangeKind, Finger, Position, Recording, Status};
 use inhand_simulation::{FaultKind, TakeSettings};
 
@@ -137,9 +137,14 @@ fn what_was_repaired_is_not_found_again() {
     let take = faulty(&TakeSettings::cylinder("cylinder"), 344);
     let cleaned = clean(&take.recording, &roles(true), &CleanSettings::repairs())
         .expect("roles are in the take");
-    let left = detect::all(&cleaned.recording, &roles(true)).expect("roles are in the take");
-    assert!(left.flips.is_empty() && left.swaps.is_empty(), "{left:?}");
-    assert!(left.spikes.len() <= 2, "{left:?}");
+    let left = detect::all(&cleaned.recording, Some(&roles(true))).expect("roles are in the take");
+    let count = |id: &str| {
+        left.iter()
+            .filter(|suspect| suspect.kind.id() == id)
+            .count()
+    };
+    assert_eq!((count("flips"), count("swaps")), (0, 0), "{left:?}");
+    assert!(count("spikes") <= 2, "{left:?}");
 }
 
 #[test]
@@ -169,7 +174,7 @@ fn holes_that_spikes_leave_are_no_reason_for_new_ones() {
         }
         let found = detect::spikes(&recording);
         first += found.len();
-        inhand_inspection::repair::spikes(&mut recording, &found);
+        repair(&mut recording, &roles(true), &found).expect("roles are in the take");
         second += detect::spikes(&recording).len();
     }
     assert!(first > 100, "{first}");

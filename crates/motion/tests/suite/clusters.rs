@@ -49,11 +49,7 @@ fn hand_cluster(names: &[&str]) -> Roles {
 
 fn template(take: &Recording, names: &[&str]) -> Result<Vec<Vector3<f64>>, MotionError> {
     let templates = fit_templates([(take, &hand_cluster(names))])?;
-    Ok(templates
-        .get(BodyRole::Hand)
-        .unwrap()
-        .positions_m()
-        .to_vec())
+    Ok(templates.get(BodyRole::Hand).unwrap().positions_m.to_vec())
 }
 
 fn pose() -> impl Strategy<Value = Isometry3<f64>> {
@@ -82,10 +78,10 @@ proptest! {
         let roles = hand_cluster(names);
         let templates = fit_templates([(&take, &roles)]).unwrap();
         let template = templates.get(BodyRole::Hand).unwrap();
-        prop_assert_eq!(template.frames(), poses.len());
-        prop_assert!(template.rms_m() < 1e-12);
+        prop_assert_eq!(template.frames, poses.len());
+        prop_assert!(template.rms_m < 1e-12);
         let centre = points.iter().sum::<Vector3<f64>>() / count as f64;
-        for (found, point) in template.positions_m().iter().zip(points) {
+        for (found, point) in template.positions_m.iter().zip(points) {
             prop_assert!((found - (point - centre)).norm() < 1e-12);
         }
 
@@ -225,7 +221,7 @@ fn threads_make_no_difference() {
         })
     };
     let alone = with_threads(1);
-    assert!(alone.0.get(BodyRole::Hand).unwrap().rms_m() > 5e-4);
+    assert!(alone.0.get(BodyRole::Hand).unwrap().rms_m > 5e-4);
     assert!(alone == with_threads(2) && alone == with_threads(5));
 }
 
@@ -239,7 +235,7 @@ fn one_hidden_marker_is_no_gap_and_two_are() {
     });
     let roles = hand_cluster(&NAMES);
     let templates = fit_templates([(&take, &roles)]).unwrap();
-    assert_eq!(templates.get(BodyRole::Hand).unwrap().frames(), 4);
+    assert_eq!(templates.get(BodyRole::Hand).unwrap().frames, 4);
     let body = &fitted_bodies(&take, &roles, &templates).unwrap()[0];
     assert_eq!(body.name, "hand");
     for k in 0..6 {
@@ -356,7 +352,7 @@ fn a_body_is_the_same_thing_in_all_takes() {
     // An object that training does not track is no difference.
     let with_object = roles(cluster(&["a", "b", "c"]), Some(cluster(&["b", "c", "d"])));
     let templates = fit_templates([(&take, &abc), (&take, &with_object)]).unwrap();
-    assert_eq!(templates.get(BodyRole::Object).unwrap().frames(), 1);
+    assert_eq!(templates.get(BodyRole::Object).unwrap().frames, 1);
 
     let templates = fit_templates([(&take, &abc)]).unwrap();
     let error = process(&take, &bac, &templates, &PLAIN).unwrap_err();

@@ -6,12 +6,12 @@ use inhand_model::{
     Body, BodySource, MarkerKind, PerFinger, Pose, PoseTrack, Position, Recording, Roles, Status,
     World,
 };
-use inhand_motion::{fit_templates, fitted_bodies};
+use inhand_motion::{BodyRole, fit_templates, role_body};
 use nalgebra::Vector3;
 
 use super::{Filled, inner_gaps, join};
 use crate::error::CleaningError;
-use crate::lookup::{finger_of, marker_index};
+use crate::lookup::{finger_of, is_named_after};
 use crate::statistics::median;
 
 /// Fewest other markers that say how a cluster is turned.
@@ -35,7 +35,7 @@ pub(super) fn from_clusters(
     }
     for body in &recording.bodies {
         for (marker, source) in recording.markers.iter().enumerate() {
-            if belongs_to(&body.name, &source.name)
+            if is_named_after(&source.name, &body.name)
                 && source.kind != MarkerKind::Unlabelled
                 && finger_of(tips, marker).is_none()
             {
@@ -55,7 +55,7 @@ fn from_role(
     limit: usize,
 ) -> Result<Vec<Filled>, CleaningError> {
     let cluster: Vec<(&String, usize)> = (names.iter())
-        .filter_map(|name| Some((name, marker_index(recording, name)?)))
+        .filter_map(|name| Some((name, recording.marker_index(name)?)))
         .filter(|&(_, marker)| finger_of(tips, marker).is_none())
         .collect();
     let mut filled = Vec::new();
@@ -76,36 +76,18 @@ fn from_role(
                 found: others.len(),
             });
         }
-        if let Some(poses) = fitted(recording, roles, others)? {
-            filled.extend(by_poses(recording, marker, &poses, limit));
-        }
+        // The pose of the cluster without the marker that is wanted.
+        let source = BodySource::Markers(others);
+        let without = Roles {
+            hand: source.clone(),
+            object: None,
+            ..roles.clone()
+        };
+        let templates = fit_templates([(recording, &without)])?;
+        let body = role_body(recording, BodyRole::Hand, &source, &templates)?;
+        filled.extend(by_poses(recording, marker, &body.track, limit));
     }
     Ok(filled)
-}
-
-/// Whether a marker is called after a body: `Body:...` or `Body_1`, but not `Body_Thumb`.
-fn belongs_to(body: &str, marker: &str) -> bool {
-    let Some(rest) = marker.strip_prefix(body) else {
-        return false;
-    };
-    let number = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
-    rest.starts_with(':') || rest.strip_prefix('_').is_some_and(number)
-}
-
-/// The pose of a cluster without the marker that is wanted.
-fn fitted(
-    recording: &Recording,
-    roles: &Roles,
-    others: Vec<String>,
-) -> Result<Option<PoseTrack<World, Body>>, CleaningError> {
-    let others = Roles {
-        hand: BodySource::Markers(others),
-        object: None,
-        ..roles.clone()
-    };
-    let templates = fit_templates([(recording, &others)])?;
-    let bodies = fitted_bodies(recording, &others, &templates)?;
-    Ok(bodies.into_iter().next().map(|body| body.track))
 }
 
 fn by_poses(
@@ -128,20 +110,14 @@ fn by_poses(
         median(&mut seen.map(|at| at.coords_m()[axis]).collect::<Vec<f64>>())
     };
     let place = Position::<Body>::new(axis(0), axis(1), axis(2));
-    let placed = |k: usize| {
-        poses
-            .get(k)
-            .map(|pose: Pose<World, Body>| (pose * place).coords_m())
-    };
+    let placed = |k: usize| (poses.get(k)).map(|pose: Pose<World, Body>| (pose * place).coords_m());
     gaps.into_iter()
         .filter_map(|gap| {
             let guesses: Vec<Vector3<f64>> = gap.clone().map(placed).collect::<Option<_>>()?;
             // The body may be missing beside the gap; then there is nothing to join to.
             let off = |k: usize| {
-                let here = track.get(k).map(Position::coords_m);
-                placed(k)
-                    .zip(here)
-                    .map_or(Vector3::zeros(), |(guess, here)| here - guess)
+                let both = placed(k).zip(track.get(k));
+                both.map_or(Vector3::zeros(), |(guess, here)| here.coords_m() - guess)
             };
             let (before, after) = (off(gap.start - 1), off(gap.end));
             let values = join(&gap, before, after, |k| guesses[k - gap.start]);

@@ -18,7 +18,7 @@ const EDGES: [(&str, &[&str]); 21] = [
     ("channels", &["model", "container"]),
     ("import", &["model", "container", "channels"]),
     ("export", &["model"]),
-    ("motion", &["model", "statistics"]),
+    ("motion", &["model"]),
     ("inspection", &["model", "statistics", "motion"]),
     ("dictionary", &["model"]),
     ("contact", &["model"]),

@@ -6,7 +6,7 @@ use std::ops::Range;
 use crate::clock::Clock;
 
 /// Key of a label that is one word alone: `slip` is short for `label=slip`.
-pub const PLAIN_LABEL: &str = "label";
+const PLAIN_LABEL: &str = "label";
 
 /// Label of events that inhand found in the motion itself, as against those that people gave: `by=inhand`.
 pub const FOUND: (&str, &str) = ("by", "inhand");

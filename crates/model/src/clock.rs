@@ -2,25 +2,17 @@
 
 use thiserror::Error;
 
-/// What is known of a take's start time.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum StartTime {
-    /// The source states it with its zone.
-    Stated,
-    /// The source states it without a zone; taken as UTC.
-    AssumedUtc,
-    /// The source states none; the take starts at the epoch.
-    Unknown,
-}
+use crate::names::named;
 
-impl StartTime {
-    /// Name in files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            StartTime::Stated => "stated",
-            StartTime::AssumedUtc => "assumed_utc",
-            StartTime::Unknown => "unknown",
-        }
+named! {
+    /// What is known of a take's start time.
+    pub enum StartTime {
+        /// The source states it with its zone.
+        Stated = "stated",
+        /// The source states it without a zone; taken as UTC.
+        AssumedUtc = "assumed_utc",
+        /// The source states none; the take starts at the epoch.
+        Unknown = "unknown",
     }
 }
 

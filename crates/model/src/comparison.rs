@@ -5,7 +5,7 @@ use serde::{Serialize, Serializer};
 use crate::finger::Finger;
 use crate::intervals::{Bootstrap, Estimate, Measure, finger_or_all};
 use crate::summary::SettingDifference;
-use crate::units::{AsIs, Millimetres, Unit};
+use crate::units::{Millimetres, Unit};
 
 /// One of two evaluations that are compared.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -69,7 +69,6 @@ pub struct ErrorChange {
     #[serde(rename = "after_mm", with = "Millimetres")]
     pub after_m: f64,
     /// After less before, over before; NaN where before is 0.
-    #[serde(with = "AsIs")]
     pub relative_change: f64,
     /// After less before, metres; `None` without rows.
     #[serde(rename = "absolute_mm", with = "Millimetres")]
@@ -94,10 +93,10 @@ pub struct ContactChange {
     /// Method after.
     pub after_method: String,
     /// Before, 0 to 1.
-    #[serde(rename = "three_or_more_before", with = "AsIs")]
+    #[serde(rename = "three_or_more_before")]
     pub before: f64,
     /// After.
-    #[serde(rename = "three_or_more_after", with = "AsIs")]
+    #[serde(rename = "three_or_more_after")]
     pub after: f64,
     /// After less before; `None` without rows.
     pub absolute: Option<Estimate>,

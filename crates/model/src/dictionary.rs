@@ -6,52 +6,35 @@ use thiserror::Error;
 
 use crate::evaluation::MethodChoice;
 use crate::finger::PerFinger;
+use crate::names::named;
 use crate::residual::Residual;
 use crate::segments::{Configuration, SegmentLayout};
 
-/// How a dictionary was learned.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum DictionaryKind {
-    /// Non-negative matrix factorisation: primitives and activations are non-negative.
-    Nmf,
-    /// Principal components: orthonormal primitives, activations of any sign.
-    Pca,
-}
-
-impl DictionaryKind {
-    /// Lower-case name, as in files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            DictionaryKind::Nmf => "nmf",
-            DictionaryKind::Pca => "pca",
-        }
+named! {
+    /// How a dictionary was learned.
+    #[derive(Serialize, Deserialize)]
+    #[serde(rename_all = "lowercase")]
+    pub enum DictionaryKind {
+        /// Non-negative matrix factorisation: primitives and activations are non-negative.
+        Nmf = "nmf",
+        /// Principal components: orthonormal primitives, activations of any sign.
+        Pca = "pca",
     }
 }
 
-/// Why learning stopped.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum StopReason {
-    /// The objective changed less than the tolerance.
-    Converged,
-    /// The wanted error was reached.
-    TargetReached,
-    /// The iteration limit was reached first.
-    IterationLimit,
-    /// The factorisation is exact, not iterative.
-    ClosedForm,
-}
-
-impl StopReason {
-    /// Lower-case name, as in files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            StopReason::Converged => "converged",
-            StopReason::TargetReached => "target_reached",
-            StopReason::IterationLimit => "iteration_limit",
-            StopReason::ClosedForm => "closed_form",
-        }
+named! {
+    /// Why learning stopped.
+    #[derive(Serialize, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum StopReason {
+        /// The objective changed less than the tolerance.
+        Converged = "converged",
+        /// The wanted error was reached.
+        TargetReached = "target_reached",
+        /// The iteration limit was reached first.
+        IterationLimit = "iteration_limit",
+        /// The factorisation is exact, not iterative.
+        ClosedForm = "closed_form",
     }
 }
 

@@ -4,23 +4,17 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// How much a finding matters.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Severity {
-    /// Worth knowing.
-    Info,
-    /// A number may be affected.
-    Warning,
-}
+use crate::names::named;
 
-impl Severity {
-    /// Lower-case name, as in files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Severity::Info => "info",
-            Severity::Warning => "warning",
-        }
+named! {
+    /// How much a finding matters.
+    #[derive(PartialOrd, Ord, Serialize, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum Severity {
+        /// Worth knowing.
+        Info = "info",
+        /// A number may be affected.
+        Warning = "warning",
     }
 }
 

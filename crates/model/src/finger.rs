@@ -7,49 +7,33 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize, Serializer};
 use thiserror::Error;
 
-/// A finger of the recorded hand.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Finger {
-    /// The thumb.
-    Thumb,
-    /// The index finger.
-    Index,
-    /// The middle finger.
-    Middle,
-    /// The ring finger.
-    Ring,
-    /// The little finger.
-    Little,
+use crate::names::named;
+
+named! {
+    /// A finger of the recorded hand.
+    #[derive(PartialOrd, Ord, Hash, Serialize, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum Finger {
+        /// The thumb.
+        Thumb = "thumb",
+        /// The index finger.
+        Index = "index",
+        /// The middle finger.
+        Middle = "middle",
+        /// The ring finger.
+        Ring = "ring",
+        /// The little finger.
+        Little = "little",
+    }
 }
 
 impl Finger {
     /// How many fingers there are.
     pub const COUNT: usize = 5;
 
-    /// All fingers in the order of every vector and table.
-    pub const ALL: [Finger; Finger::COUNT] = [
-        Finger::Thumb,
-        Finger::Index,
-        Finger::Middle,
-        Finger::Ring,
-        Finger::Little,
-    ];
-
     /// Place in [`Finger::ALL`].
     pub const fn index(self) -> usize {
         self as usize
-    }
-
-    /// Lower-case name, as in files and settings.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Finger::Thumb => "thumb",
-            Finger::Index => "index",
-            Finger::Middle => "middle",
-            Finger::Ring => "ring",
-            Finger::Little => "little",
-        }
     }
 }
 

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::finger::{Finger, HandAndFingers};
+use crate::names::named;
 use crate::units::{AsIs, Millimetres, Numbers, Unit};
 
 /// A statistic with its percentile bootstrap interval. All of them are in the unit of the statistic.
@@ -47,23 +48,15 @@ impl Estimate {
     pub const FEWEST_CLUSTERS: usize = 5;
 }
 
-/// What is drawn with replacement, with all of its rows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Cluster {
-    /// Segments of one session: the interval is about other segments of the same hand and object.
-    Segment,
-    /// Sessions: the interval is about other sessions of the same kind.
-    Session,
-}
-
-impl Cluster {
-    /// Lower-case name, as in files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Cluster::Segment => "segment",
-            Cluster::Session => "session",
-        }
+named! {
+    /// What is drawn with replacement, with all of its rows.
+    #[derive(Serialize, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum Cluster {
+        /// Segments of one session: the interval is about other segments of the same hand and object.
+        Segment = "segment",
+        /// Sessions: the interval is about other sessions of the same kind.
+        Session = "session",
     }
 }
 
@@ -80,41 +73,21 @@ pub struct Bootstrap {
     pub confidence: f64,
 }
 
-/// A statistic of errors that has an interval.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Measure {
-    /// Arithmetic mean.
-    Mean,
-    /// Root of the mean square.
-    Rmse,
-    /// Median.
-    P50,
-    /// Third quartile.
-    P75,
-    /// 95 % quantile.
-    P95,
-}
-
-impl Measure {
-    /// All of them, in the order of tables.
-    pub const ALL: [Measure; 5] = [
-        Measure::Mean,
-        Measure::Rmse,
-        Measure::P50,
-        Measure::P75,
-        Measure::P95,
-    ];
-
-    /// Lower-case name, as in files and on the command line.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Measure::Mean => "mean",
-            Measure::Rmse => "rmse",
-            Measure::P50 => "p50",
-            Measure::P75 => "p75",
-            Measure::P95 => "p95",
-        }
+named! {
+    /// A statistic of errors that has an interval.
+    #[derive(PartialOrd, Ord, Serialize, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum Measure {
+        /// Arithmetic mean.
+        Mean = "mean",
+        /// Root of the mean square.
+        Rmse = "rmse",
+        /// Median.
+        P50 = "p50",
+        /// Third quartile.
+        P75 = "p75",
+        /// 95 % quantile.
+        P95 = "p95",
     }
 }
 

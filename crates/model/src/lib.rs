@@ -40,6 +40,7 @@ mod intervals;
 mod motion;
 mod motion_rows;
 mod movement;
+mod names;
 mod plan;
 mod provenance;
 mod recording;
@@ -54,7 +55,7 @@ mod track;
 mod trajectory;
 mod units;
 
-pub use annotations::{Annotations, Event, FOUND, Label, LabelError, PLAIN_LABEL, Selection};
+pub use annotations::{Annotations, Event, FOUND, Label, LabelError, Selection};
 pub use change::{Change, ChangeKind};
 pub use clock::{Clock, ClockError, StartTime};
 pub use comparison::{ComparedSide, ContactChange, Drawn, ErrorChange, EvaluationComparison};
@@ -114,5 +115,5 @@ pub use summary::{
     GroupSummary, MethodSummary, Outlier, OutlierSession, SessionMethod, SessionSummary,
     SettingDifference, SharedContacts, Summary,
 };
-pub use track::{PointTrack, PoseTrack, Sample, Status, Track, TrackCounts};
+pub use track::{PointTrack, PoseTrack, Sample, Status, Track, TrackCounts, runs};
 pub use trajectory::{Trajectory, TrajectoryError};

@@ -58,13 +58,4 @@ impl Motion {
         }
         Cow::Owned(motion)
     }
-
-    /// The least that is known of any fingertip at sample `k`.
-    pub fn fingertip_status(&self, k: usize) -> Status {
-        Finger::ALL
-            .into_iter()
-            .fold(Status::Measured, |status, finger| {
-                status.and(self.fingertips[finger].status(k))
-            })
-    }
 }

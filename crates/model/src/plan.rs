@@ -8,85 +8,51 @@ use serde::{Deserialize, Serialize};
 
 use crate::finger::{Finger, PerFinger};
 use crate::frame::{Hand, Object, Pose, Position};
+use crate::names::named;
 use crate::segments::SegmentLayout;
 use crate::trajectory::Trajectory;
 
-/// How a solve ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PlanStatus {
-    /// Optimal, to the solver's full accuracy.
-    Solved,
-    /// Optimal, to the solver's reduced accuracy.
-    AlmostSolved,
-    /// No activations satisfy the constraints.
-    Infeasible,
-    /// The solver stopped before either was shown.
-    Failed,
-}
-
-impl PlanStatus {
-    /// Lower-case name, as in files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            PlanStatus::Solved => "solved",
-            PlanStatus::AlmostSolved => "almost_solved",
-            PlanStatus::Infeasible => "infeasible",
-            PlanStatus::Failed => "failed",
-        }
+named! {
+    /// How a solve ended.
+    pub enum PlanStatus {
+        /// Optimal, to the solver's full accuracy.
+        Solved = "solved",
+        /// Optimal, to the solver's reduced accuracy.
+        AlmostSolved = "almost_solved",
+        /// No activations satisfy the constraints.
+        Infeasible = "infeasible",
+        /// The solver stopped before either was shown.
+        Failed = "failed",
     }
 }
 
-/// A kind of constraint of a plan.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum ConstraintFamily {
-    /// Given positions (start, goal, waypoints, object poses) where they are hard.
-    Targets,
-    /// Given velocities where they are hard.
-    TargetVelocities,
-    /// Non-negative activations.
-    Activations,
-    /// Velocity bounds of each finger and axis.
-    Velocity,
-    /// Acceleration bounds of each finger and axis.
-    Acceleration,
-    /// Fingertips inside their training hulls.
-    Reachability,
-    /// Fingertips at a distance from one another.
-    Separation,
-    /// Holding fingers near their contact points.
-    Holding,
+named! {
+    /// A kind of constraint of a plan.
+    #[derive(PartialOrd, Ord, Hash, Serialize, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum ConstraintFamily {
+        /// Given positions (start, goal, waypoints, object poses) where they are hard.
+        Targets = "targets",
+        /// Given velocities where they are hard.
+        TargetVelocities = "target_velocities",
+        /// Non-negative activations.
+        Activations = "activations",
+        /// Velocity bounds of each finger and axis.
+        Velocity = "velocity",
+        /// Acceleration bounds of each finger and axis.
+        Acceleration = "acceleration",
+        /// Fingertips inside their training hulls.
+        Reachability = "reachability",
+        /// Fingertips at a distance from one another.
+        Separation = "separation",
+        /// Holding fingers near their contact points.
+        Holding = "holding",
+    }
 }
 
 impl ConstraintFamily {
     /// How many families there are.
     pub const COUNT: usize = 8;
-
-    /// All families, in the order of reports.
-    pub const ALL: [ConstraintFamily; ConstraintFamily::COUNT] = [
-        ConstraintFamily::Targets,
-        ConstraintFamily::TargetVelocities,
-        ConstraintFamily::Activations,
-        ConstraintFamily::Velocity,
-        ConstraintFamily::Acceleration,
-        ConstraintFamily::Reachability,
-        ConstraintFamily::Separation,
-        ConstraintFamily::Holding,
-    ];
-
-    /// Lower-case name, as in files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            ConstraintFamily::Targets => "targets",
-            ConstraintFamily::TargetVelocities => "target_velocities",
-            ConstraintFamily::Activations => "activations",
-            ConstraintFamily::Velocity => "velocity",
-            ConstraintFamily::Acceleration => "acceleration",
-            ConstraintFamily::Reachability => "reachability",
-            ConstraintFamily::Separation => "separation",
-            ConstraintFamily::Holding => "holding",
-        }
-    }
 
     /// Unit of the family's bounds.
     pub const fn unit(self) -> &'static str {

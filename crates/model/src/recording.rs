@@ -10,21 +10,23 @@ use thiserror::Error;
 use crate::clock::Clock;
 use crate::finding::Finding;
 use crate::frame::{Body, World};
+use crate::names::named;
 use crate::track::{PointTrack, PoseTrack};
 
-/// Unit of length of a source file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LengthUnit {
-    /// Metres.
-    Metres,
-    /// Centimetres.
-    Centimetres,
-    /// Millimetres.
-    Millimetres,
-    /// Inches.
-    Inches,
-    /// Feet.
-    Feet,
+named! {
+    /// Unit of length of a source file.
+    pub enum LengthUnit {
+        /// Metres.
+        Metres = "metres",
+        /// Centimetres.
+        Centimetres = "centimetres",
+        /// Millimetres.
+        Millimetres = "millimetres",
+        /// Inches.
+        Inches = "inches",
+        /// Feet.
+        Feet = "feet",
+    }
 }
 
 impl LengthUnit {
@@ -49,37 +51,19 @@ impl LengthUnit {
             unit => length * unit.metres(),
         }
     }
-
-    /// Lower-case name, as in files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            LengthUnit::Metres => "metres",
-            LengthUnit::Centimetres => "centimetres",
-            LengthUnit::Millimetres => "millimetres",
-            LengthUnit::Inches => "inches",
-            LengthUnit::Feet => "feet",
-        }
-    }
 }
 
-/// Axis of the source's world that points up.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum UpAxis {
-    /// Y points up, as Motive exports by default.
-    Y,
-    /// Z points up.
-    Z,
+named! {
+    /// Axis of the source's world that points up.
+    pub enum UpAxis {
+        /// Y points up, as Motive exports by default.
+        Y = "y",
+        /// Z points up.
+        Z = "z",
+    }
 }
 
 impl UpAxis {
-    /// Lower-case name, as in files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            UpAxis::Y => "y",
-            UpAxis::Z => "z",
-        }
-    }
-
     /// The proper rotation that stands the source's world upright, z up: for [`UpAxis::Y`] a
     /// quarter turn about x, so that (0, 1, 0) becomes (0, 0, 1).
     pub fn upright_from_world(self) -> Rotation3<f64> {
@@ -127,25 +111,15 @@ pub struct Source {
     pub header: BTreeMap<String, String>,
 }
 
-/// What kind of marker it is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum MarkerKind {
-    /// A marker with a name of its own.
-    Labelled,
-    /// A marker of a rigid body, as the body's fit places it.
-    RigidBodyMarker,
-    /// A marker that the capture software could not name.
-    Unlabelled,
-}
-
-impl MarkerKind {
-    /// Lower-case name, as in files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            MarkerKind::Labelled => "labelled",
-            MarkerKind::RigidBodyMarker => "rigid_body_marker",
-            MarkerKind::Unlabelled => "unlabelled",
-        }
+named! {
+    /// What kind of marker it is.
+    pub enum MarkerKind {
+        /// A marker with a name of its own.
+        Labelled = "labelled",
+        /// A marker of a rigid body, as the body's fit places it.
+        RigidBodyMarker = "rigid_body_marker",
+        /// A marker that the capture software could not name.
+        Unlabelled = "unlabelled",
     }
 }
 
@@ -164,22 +138,13 @@ pub struct Marker {
     pub quality: Option<Vec<f64>>,
 }
 
-/// What kind of body it is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum BodyKind {
-    /// A rigid body.
-    RigidBody,
-    /// A bone of a skeleton.
-    Bone,
-}
-
-impl BodyKind {
-    /// Lower-case name, as in files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            BodyKind::RigidBody => "rigid_body",
-            BodyKind::Bone => "bone",
-        }
+named! {
+    /// What kind of body it is.
+    pub enum BodyKind {
+        /// A rigid body.
+        RigidBody = "rigid_body",
+        /// A bone of a skeleton.
+        Bone = "bone",
     }
 }
 

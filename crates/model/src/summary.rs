@@ -5,7 +5,7 @@ use serde::Serialize;
 use crate::evaluation::Statistics;
 use crate::finger::HandAndFingers;
 use crate::intervals::Intervals;
-use crate::units::{AsIs, Millimetres, Unit};
+use crate::units::{Millimetres, Unit};
 
 /// What many sessions say together. Statistics over sessions are those of all their instants together, not
 /// means of the sessions' statistics.
@@ -44,7 +44,6 @@ pub struct SessionSummary {
     /// Test takes.
     pub takes: usize,
     /// Their length, seconds.
-    #[serde(with = "AsIs")]
     pub duration_s: f64,
     /// Test segments.
     pub segments: usize,
@@ -130,13 +129,11 @@ pub struct Outlier {
     /// `mm`, `%` or nothing.
     pub unit: &'static str,
     /// What it is there, in that unit.
-    #[serde(with = "AsIs")]
     pub value: f64,
     /// The median over sessions.
-    #[serde(with = "AsIs")]
     pub median: f64,
     /// Modified z-score.
-    #[serde(rename = "modified_z_score", with = "AsIs")]
+    #[serde(rename = "modified_z_score")]
     pub score: f64,
 }
 

@@ -1,20 +1,25 @@
 //! Samples over time, each with what is known of it: measured, filled or missing.
 
+use std::ops::Range;
+
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::frame::{Frame, Pose, Position};
+use crate::names::named;
 
-/// What is known of one sample.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Status {
-    /// As the cameras saw it (or computed from samples that were all measured).
-    Measured,
-    /// Interpolated, or computed from a sample that was.
-    Filled,
-    /// Not there.
-    #[default]
-    Missing,
+named! {
+    /// What is known of one sample.
+    #[derive(Default, PartialOrd, Ord, Hash)]
+    pub enum Status {
+        /// As the cameras saw it (or computed from samples that were all measured).
+        Measured = "measured",
+        /// Interpolated, or computed from a sample that was.
+        Filled = "filled",
+        /// Not there.
+        #[default]
+        Missing = "missing",
+    }
 }
 
 impl Status {
@@ -27,15 +32,6 @@ impl Status {
     /// Measured or filled.
     pub fn is_present(self) -> bool {
         self != Status::Missing
-    }
-
-    /// Lower-case name, as in files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Status::Measured => "measured",
-            Status::Filled => "filled",
-            Status::Missing => "missing",
-        }
     }
 }
 
@@ -171,10 +167,8 @@ impl<T: Sample> Track<T> {
 
     /// Values in order, `None` where missing.
     pub fn iter(&self) -> impl Iterator<Item = Option<T>> {
-        self.values
-            .iter()
-            .zip(&self.status)
-            .map(|(&value, status)| status.is_present().then_some(value))
+        let samples = self.values.iter().zip(&self.status);
+        samples.map(|(&value, status)| status.is_present().then_some(value))
     }
 
     /// A track of the same length, each present value changed, statuses kept.
@@ -192,7 +186,7 @@ impl<T: Sample> Track<T> {
     ///
     /// If the range goes outside the track.
     #[must_use]
-    pub fn slice(&self, range: std::ops::Range<usize>) -> Self {
+    pub fn slice(&self, range: Range<usize>) -> Self {
         Self {
             values: self.values[range.clone()].to_vec(),
             status: self.status[range].to_vec(),
@@ -213,22 +207,38 @@ impl<T: Sample> Track<T> {
     }
 
     /// Runs of missing samples as `start..end`, in order.
-    pub fn gaps(&self) -> Vec<std::ops::Range<usize>> {
-        let mut gaps = Vec::new();
-        let mut start = None;
-        for (k, status) in self.status.iter().enumerate() {
-            match (status.is_present(), start) {
-                (false, None) => start = Some(k),
-                (true, Some(from)) => {
-                    gaps.push(from..k);
-                    start = None;
-                }
-                _ => {}
-            }
-        }
-        gaps.extend(start.map(|from| from..self.len()));
-        gaps
+    pub fn gaps(&self) -> Vec<Range<usize>> {
+        runs(0..self.len(), |k| !self.status[k].is_present())
     }
+
+    /// Runs of present samples as `start..end`, in order.
+    pub fn present(&self) -> Vec<Range<usize>> {
+        runs(0..self.len(), |k| self.status[k].is_present())
+    }
+}
+
+/// Maximal runs of samples among `range` for which `holds` is true, in order.
+///
+/// ```
+/// use inhand_model::runs;
+///
+/// assert_eq!(runs(0..6, |k| k != 2 && k != 3), [0..2, 4..6]);
+/// ```
+pub fn runs(range: Range<usize>, holds: impl Fn(usize) -> bool) -> Vec<Range<usize>> {
+    let mut runs = Vec::new();
+    let mut start = None;
+    for k in range.clone() {
+        match (holds(k), start) {
+            (true, None) => start = Some(k),
+            (false, Some(from)) => {
+                runs.push(from..k);
+                start = None;
+            }
+            _ => {}
+        }
+    }
+    runs.extend(start.map(|from| from..range.end));
+    runs
 }
 
 fn normalised<T: Sample>(value: Option<T>, status: Status) -> (T, Status) {

@@ -27,16 +27,17 @@ pub(crate) trait Numbers: Sized {
 
 /// A unit of a document. Its functions `serialize` and `deserialize` are those that serde's `with` calls.
 pub(crate) trait Unit {
-    fn write(si: f64) -> f64;
-
-    fn read(written: f64) -> f64;
+    /// From SI to the document.
+    const WRITE: fn(f64) -> f64;
+    /// From the document to SI.
+    const READ: fn(f64) -> f64;
 
     fn serialize<T: Numbers, S: Serializer>(value: &T, serializer: S) -> Result<S::Ok, S::Error> {
-        value.write(Self::write).serialize(serializer)
+        value.write(Self::WRITE).serialize(serializer)
     }
 
     fn deserialize<'de, T: Numbers, D: Deserializer<'de>>(deserializer: D) -> Result<T, D::Error> {
-        T::Written::deserialize(deserializer).map(|written| T::read(written, Self::read))
+        T::Written::deserialize(deserializer).map(|written| T::read(written, Self::READ))
     }
 }
 
@@ -44,52 +45,32 @@ pub(crate) trait Unit {
 pub(crate) struct AsIs;
 
 impl Unit for AsIs {
-    fn write(si: f64) -> f64 {
-        si
-    }
-
-    fn read(written: f64) -> f64 {
-        written
-    }
+    const WRITE: fn(f64) -> f64 = |si| si;
+    const READ: fn(f64) -> f64 = |si| si;
 }
 
 /// Metres as millimetres, also for speeds.
 pub(crate) struct Millimetres;
 
 impl Unit for Millimetres {
-    fn write(si: f64) -> f64 {
-        si * 1e3
-    }
-
-    fn read(written: f64) -> f64 {
-        written / 1e3
-    }
+    const WRITE: fn(f64) -> f64 = |metres| metres * 1e3;
+    const READ: fn(f64) -> f64 = |mm| mm / 1e3;
 }
 
 /// Square metres as square millimetres.
 pub(crate) struct SquareMillimetres;
 
 impl Unit for SquareMillimetres {
-    fn write(si: f64) -> f64 {
-        si * 1e6
-    }
-
-    fn read(written: f64) -> f64 {
-        written / 1e6
-    }
+    const WRITE: fn(f64) -> f64 = |square_metres| square_metres * 1e6;
+    const READ: fn(f64) -> f64 = |mm2| mm2 / 1e6;
 }
 
 /// Radians as degrees.
 pub(crate) struct Degrees;
 
 impl Unit for Degrees {
-    fn write(si: f64) -> f64 {
-        si.to_degrees()
-    }
-
-    fn read(written: f64) -> f64 {
-        written.to_radians()
-    }
+    const WRITE: fn(f64) -> f64 = f64::to_degrees;
+    const READ: fn(f64) -> f64 = f64::to_radians;
 }
 
 /// Millimetres in which null is infinity: the mean error of a method whose plans failed.

@@ -2,8 +2,7 @@
 
 use std::ops::Range;
 
-use inhand_model::{EndConditions, Motion, SegmentLayout, SegmentOrigin, Segments};
-use inhand_statistics::runs;
+use inhand_model::{EndConditions, Motion, SegmentLayout, SegmentOrigin, Segments, runs};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 

@@ -3,7 +3,6 @@
 use std::f64::consts::TAU;
 
 use inhand_model::{Frame, PointTrack};
-use inhand_statistics::runs;
 use nalgebra::DMatrix;
 
 use crate::error::MotionError;
@@ -108,7 +107,7 @@ impl Welch {
 
     /// Adds the three coordinates of every stretch of a track without missing samples.
     pub fn add_points<F: Frame>(&mut self, track: &PointTrack<F>) {
-        for run in runs(0..track.len(), |k| track.status(k).is_present()) {
+        for run in track.present() {
             for axis in 0..3 {
                 let stretch: Vec<f64> = track.values()[run.clone()]
                     .iter()

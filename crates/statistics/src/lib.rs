@@ -2,7 +2,6 @@
 //!
 //! * [`quantiles`]: quantiles and summaries of a distribution.
 //! * [`bootstrap`]: intervals of statistics over clusters of rows, paired differences.
-//! * [`runs`](fn@runs): runs of samples for which a condition holds.
 //!
 //! ```
 //! use inhand_statistics::quantiles::statistics;
@@ -14,7 +13,5 @@
 pub mod bootstrap;
 mod error;
 pub mod quantiles;
-mod runs;
 
 pub use error::BootstrapError;
-pub use runs::runs;

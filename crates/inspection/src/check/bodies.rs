@@ -1,8 +1,9 @@
 //! Bodies and their markers: fit, rigidity, orientations that jump.
 
-use inhand_model::{Body, Clock, Marker, MarkerKind, PoseTrack, Recording, TrackedBody, World};
+use inhand_model::{
+    Body, Clock, Marker, MarkerKind, PoseTrack, Recording, TrackedBody, World, runs,
+};
 use inhand_motion::BodyRole;
-use inhand_statistics::runs;
 
 use super::checkup::{CheckResult, Level};
 use super::numbers::Sorted;

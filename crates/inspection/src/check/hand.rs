@@ -27,15 +27,6 @@ const FAR: f64 = 2.0;
 /// Farthest that coordinates lie from the origin of any capture volume, metres.
 const VOLUME_M: f64 = 100.0;
 
-/// Every unit that a file can be in.
-const UNITS: [LengthUnit; 5] = [
-    LengthUnit::Metres,
-    LengthUnit::Centimetres,
-    LengthUnit::Millimetres,
-    LengthUnit::Inches,
-    LengthUnit::Feet,
-];
-
 /// The hand against the stated unit.
 pub(crate) fn hand_size(
     recording: &Recording,
@@ -107,7 +98,7 @@ fn wrong_unit(
     // Numbers of the file times the metres of another unit.
     let in_unit = |unit: LengthUnit| reach_m / stated.metres() * unit.metres();
     let off = |unit: &LengthUnit| (in_unit(*unit) / TYPICAL_REACH_M).ln().abs();
-    let fitting = UNITS
+    let fitting = LengthUnit::ALL
         .into_iter()
         .filter(|&unit| (least..=most).contains(&in_unit(unit)));
     let best = fitting.min_by(|a, b| off(a).total_cmp(&off(b)));

@@ -2,8 +2,7 @@
 
 use std::ops::Range;
 
-use inhand_model::{Recording, Sample, Track};
-use inhand_statistics::runs;
+use inhand_model::{Recording, Sample, Track, runs};
 
 use super::checkup::{CheckResult, Level};
 use super::origin::finding_id;

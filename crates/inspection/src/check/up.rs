@@ -7,9 +7,8 @@
 
 use std::ops::Range;
 
-use inhand_model::{Body, PoseTrack, Recording, Setting, UpAxis, World};
+use inhand_model::{Body, PoseTrack, Recording, Setting, UpAxis, World, runs};
 use inhand_motion::BodyRole;
-use inhand_statistics::runs;
 use nalgebra::Vector3;
 
 use super::checkup::{CheckResult, Level};

@@ -14,10 +14,9 @@
 
 use inhand_model::{
     Change, ChangeKind, Finger, Hand, PerFinger, PointTrack, Pose, PoseTrack, Position, Recording,
-    Roles, Status, World,
+    Roles, Status, World, runs,
 };
 use inhand_motion::{BodyRole, MotionError, fingertip_markers, fit_templates, role_body};
-use inhand_statistics::runs;
 use nalgebra::Vector3;
 
 use crate::error::CleaningError;

@@ -17,7 +17,7 @@ pub(crate) fn smooth_points<F: Frame>(track: &PointTrack<F>, smoother: &Smoother
     let columns = (0..3)
         .map(|axis| (track.values().iter().map(|p| p.coords_m()[axis])).collect())
         .collect();
-    let columns = smooth_columns(columns, &stretches(track), smoother);
+    let columns = smooth_columns(columns, &track.present(), smoother);
     rebuilt(track, |k| {
         Some(Position::new(columns[0][k], columns[1][k], columns[2][k]))
     })
@@ -39,7 +39,7 @@ pub(crate) fn smooth_poses<To: Frame, From: Frame>(
         .collect();
     let quaternions = sign_continuous(track);
     columns.extend((0..4).map(|i| quaternions.iter().map(|q| q[i]).collect()));
-    let columns = smooth_columns(columns, &stretches(track), smoother);
+    let columns = smooth_columns(columns, &track.present(), smoother);
     rebuilt(track, |k| {
         let [x, y, z, i, j, l, w] = std::array::from_fn(|column| columns[column][k]);
         let rotation = UnitQuaternion::try_new(Quaternion::new(w, i, j, l), MIN_QUATERNION_NORM)?;
@@ -95,9 +95,4 @@ fn rebuilt<T: Sample>(track: &Track<T>, value: impl Fn(usize) -> Option<T>) -> T
         rebuilt.push(value(k), status);
     }
     rebuilt
-}
-
-/// Runs of present samples, in order.
-fn stretches<T: Sample>(track: &Track<T>) -> Vec<Range<usize>> {
-    inhand_statistics::runs(0..track.len(), |k| track.status(k).is_present())
 }

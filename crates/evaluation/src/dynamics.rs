@@ -5,9 +5,8 @@ use std::ops::Range;
 use inhand_contact::{ContactError, ContactSeries, phases, slip_m};
 use inhand_model::{
     ContactDynamics, ContactRow, ContactRows, ContactRules, Motion, Object, PerFinger, Pose,
-    Position, Shape, Status, Trajectory,
+    Position, Shape, Status, Trajectory, runs,
 };
-use inhand_statistics::runs;
 use rayon::prelude::*;
 
 use crate::contacts::in_contact;

@@ -46,12 +46,16 @@ pub fn check(
 ) -> Checkup {
     let mut results = origin::findings(recording);
     let mut subject = Subject::new(recording, settings);
-    let motion = roles.map_err(origin::roles_open).and_then(|roles| {
-        (subject.set_roles(roles))
+    let motion = match roles {
+        Ok(roles) => (subject.set_roles(roles))
             .and_then(|()| to_hand_frame(recording, roles, &subject.templates, &settings.process))
-            .map_err(|error| unusable(&error.to_string()))
-    });
-    let motion = motion.map_err(|result| results.push(result)).ok();
+            .map_err(|error| results.push(unusable(&error.to_string())))
+            .ok(),
+        Err(why) => {
+            results.push(origin::roles_open(why));
+            None
+        }
+    };
     results.extend(timing::rate(recording));
     results.extend(timing::frozen(&subject));
     results.extend(origin::duplicate_names(&subject));

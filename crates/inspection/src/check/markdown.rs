@@ -22,7 +22,7 @@ pub fn to_markdown(takes: &[Checked]) -> String {
     lines.into_iter().map(|line| line + "\n").collect()
 }
 
-fn row<const N: usize>(cells: [String; N]) -> String {
+fn row(cells: &[String]) -> String {
     format!("| {} |", cells.join(" | "))
 }
 
@@ -31,7 +31,7 @@ fn summary(take: &Checked) -> String {
     let Ok(checkup) = &take.outcome else {
         return format!("| {file} | cannot be read | | | | |");
     };
-    row([
+    row(&[
         file,
         checkup.level().name().to_owned(),
         format!("{:.0}", checkup.score()),
@@ -65,7 +65,7 @@ fn details(take: &Checked, lines: &mut Vec<String>) {
         .iter()
         .partition(|result| result.level == Level::Ok);
     lines.extend(odd.into_iter().map(|result| {
-        row([
+        row(&[
             result.level.name().to_owned(),
             result.id.to_owned(),
             escaped(&result.entity),

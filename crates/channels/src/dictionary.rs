@@ -3,13 +3,12 @@
 use std::fmt::Display;
 use std::io::Write;
 
-use inhand_container::{Depth, Record, walk_in_place, walk_while};
+use inhand_container::{Depth, Packing, Record, walk_in_place, walk_while};
 use inhand_model::{
     Clock, Demonstrated, Dictionary, Finger, Frame, Hand, Hull, Learning, MethodCandidate,
     MethodChoice, OBJECT_COORDINATES, PerFinger, Provenance, Restart, SEGMENT_COORDINATES,
     SegmentLayout, StartTime, Status, VelocityBounds,
 };
-use mcap::Compression;
 use nalgebra::{DMatrix, DVector};
 use prost::{DecodeError, Message};
 
@@ -28,7 +27,7 @@ const START_UNIX_NANOS: u64 = 0;
 
 /// A dictionary is read far more often than it is written, and what it holds are mantissas, of which
 /// zstd saves a quarter: unpacking them takes several times as long as everything else there is to do.
-const UNPACKED: Option<Compression> = None;
+const UNPACKED: Packing = Packing::None;
 
 /// How far a playable second departs from the mean motion, in standard deviations of the
 /// activation: enough to see, within what training has shown.

@@ -1,7 +1,6 @@
 //! Errors of writing and reading takes, dictionaries and events as MCAP.
 
 use std::fmt::Display;
-use std::io;
 
 use inhand_container::ContainerError;
 use thiserror::Error;
@@ -82,15 +81,6 @@ pub enum ChannelError {
 }
 
 impl ChannelError {
-    /// The error of writing a file.
-    pub(crate) fn write(error: mcap::McapError) -> Self {
-        let source = match error {
-            mcap::McapError::Io(source) => source,
-            other => io::Error::other(other),
-        };
-        ContainerError::Write { source }.into()
-    }
-
     pub(crate) fn message(
         file: &str,
         topic: &str,

@@ -163,7 +163,7 @@ impl<'a> Search<'a> {
         };
         for channel in channels.iter().filter(|c| c.message_encoding == "protobuf") {
             let frame = channel.metadata.get("frame").map_or("", String::as_str);
-            let looked = match (channel.schema.as_deref(), Shown::of(&channel.topic)) {
+            let looked = match (channel.schema_name(), Shown::of(&channel.topic)) {
                 (Some("foxglove.FrameTransforms"), _) => Looked::Transforms,
                 (Some("foxglove.FrameTransform"), _) => Looked::Transform,
                 (Some("inhand.Fingertips"), Some(Shown::Positions(whose))) => {

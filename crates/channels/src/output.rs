@@ -3,35 +3,24 @@
 use std::collections::BTreeMap;
 use std::io::Write;
 
-use inhand_container::ContainerError;
-use mcap::records::MessageHeader;
-use mcap::write::NoSeek;
-use mcap::{Compression, WriteOptions, Writer};
+use inhand_container::{Packing, Writer};
 
 use crate::error::ChannelError;
 use crate::schema::Logged;
 
-/// A fixed name: the same nouns give the same bytes, whatever version of mcap wrote them.
+/// A fixed name: the same nouns give the same bytes.
 const LIBRARY: &str = concat!("inhand ", env!("CARGO_PKG_VERSION"));
 
-/// Uncompressed size at which a chunk ends: what a viewer has to read to show one instant.
-const CHUNK_BYTES: u64 = 1024 * 1024;
-
-/// Level 1: higher ones take several times as long for a few per cent, since most bytes are
-/// mantissas that no level can shrink.
-const ZSTD_LEVEL: u32 = 1;
-
 /// How chunks are packed where a file is kept and read as a whole.
-pub(crate) const PACKED: Option<Compression> = Some(Compression::Zstd);
+pub(crate) const PACKED: Packing = Packing::Zstd;
 
 /// A channel of the file being written.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ChannelId(u16);
 
-/// A file being written, with one buffer for all messages.
+/// A file being written.
 pub(crate) struct Output<'a> {
-    writer: Writer<NoSeek<&'a mut dyn Write>>,
-    buffer: Vec<u8>,
+    writer: Writer<&'a mut dyn Write>,
     rename: fn(&str) -> &str,
 }
 
@@ -39,24 +28,11 @@ impl<'a> Output<'a> {
     /// A file that states what kind of content it has.
     pub(crate) fn create_of(
         out: &'a mut dyn Write,
-        packing: Option<Compression>,
+        packing: Packing,
         profile: &str,
     ) -> Result<Self, ChannelError> {
-        let writer = WriteOptions::new()
-            .profile(profile)
-            .library(LIBRARY)
-            .compression(packing)
-            .compression_level(ZSTD_LEVEL)
-            // Takes are written side by side; a pool inside each would only get in the way.
-            .compression_threads(0)
-            .chunk_size(Some(CHUNK_BYTES))
-            // Each chunk goes out whole, so that anything that takes bytes will do.
-            .disable_seeking(true)
-            .create(NoSeek::new(out))
-            .map_err(ChannelError::write)?;
         Ok(Self {
-            writer,
-            buffer: Vec::with_capacity(64 * 1024),
+            writer: Writer::new(out, profile, LIBRARY, packing)?,
             rename: |topic| topic,
         })
     }
@@ -71,11 +47,7 @@ impl<'a> Output<'a> {
         name: &str,
         facts: &BTreeMap<String, String>,
     ) -> Result<(), ChannelError> {
-        let metadata = mcap::records::Metadata {
-            name: name.to_owned(),
-            metadata: facts.clone(),
-        };
-        (self.writer.write_metadata(&metadata)).map_err(ChannelError::write)
+        Ok(self.writer.metadata(name, facts)?)
     }
 
     /// A channel whose coordinates are in `frame`, if it has any.
@@ -85,16 +57,13 @@ impl<'a> Output<'a> {
         frame: Option<&str>,
     ) -> Result<ChannelId, ChannelError> {
         let schema = M::schema();
-        let schema_id = (self.writer)
-            .add_schema(&schema.name, "protobuf", &schema.descriptors)
-            .map_err(ChannelError::write)?;
+        let schema_id = (self.writer).schema(&schema.name, "protobuf", &schema.descriptors)?;
         let metadata = (frame.iter())
             .map(|frame| ("frame".to_owned(), (*frame).to_owned()))
             .collect();
-        (self.writer)
-            .add_channel(schema_id, (self.rename)(topic), "protobuf", &metadata)
-            .map(ChannelId)
-            .map_err(ChannelError::write)
+        let topic = (self.rename)(topic);
+        let id = (self.writer).channel(schema_id, topic, "protobuf", &metadata)?;
+        Ok(ChannelId(id))
     }
 
     /// Writes a message of the instant `unix_nanos`.
@@ -105,26 +74,16 @@ impl<'a> Output<'a> {
         unix_nanos: u64,
         message: &M,
     ) -> Result<(), ChannelError> {
-        self.buffer.clear();
-        message.encode_raw(&mut self.buffer);
-        let header = MessageHeader {
-            channel_id: channel.0,
-            // The format has 32 bits for it; it only helps people who read a listing.
-            sequence: sequence as u32,
-            log_time: unix_nanos,
-            // A sample is published when it is taken.
-            publish_time: unix_nanos,
-        };
-        (self.writer)
-            .write_to_known_channel(&header, &self.buffer)
-            .map_err(ChannelError::write)
+        // The format has 32 bits for it; it only helps people who read a listing.
+        let sequence = sequence as u32;
+        let encode = |data: &mut Vec<u8>| message.encode_raw(data);
+        Ok(self
+            .writer
+            .message(channel.0, sequence, unix_nanos, encode)?)
     }
 
-    pub(crate) fn finish(mut self) -> Result<(), ChannelError> {
-        self.writer.finish().map_err(ChannelError::write)?;
-        let mut out = self.writer.into_inner();
-        Ok(out
-            .flush()
-            .map_err(|source| ContainerError::Write { source })?)
+    pub(crate) fn finish(self) -> Result<(), ChannelError> {
+        self.writer.finish()?;
+        Ok(())
     }
 }

@@ -2,8 +2,8 @@
 
 use std::io::Write;
 
+use inhand_container::Packing;
 use inhand_model::{Clock, Recording};
-use mcap::Compression;
 
 use crate::error::ChannelError;
 use crate::metadata::Metadata;
@@ -83,7 +83,7 @@ impl<'a> Streams<'a> {
     /// Begins a file of this profile with its metadata.
     pub(crate) fn create(
         out: &'a mut dyn Write,
-        packing: Option<Compression>,
+        packing: Packing,
         profile: &str,
         metadata: &Metadata,
     ) -> Result<Self, ChannelError> {

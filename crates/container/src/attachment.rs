@@ -3,24 +3,26 @@
 use std::io::{self, Read, Seek, Write};
 
 use crc32fast::Hasher;
-use mcap::records::op;
+use mcap::records::{AttachmentIndex, op};
 
 use crate::error::ContainerError;
-use crate::index::AttachmentFacts;
+use crate::fields::{attachment_index, summed_bytes};
+use crate::format::name_of;
 use crate::source::{Head, Source};
 use crate::writer::Writer;
 
 /// Bytes of an attachment in which its name and media type have to end.
 const START_BYTES: u64 = 1 << 20;
 
-/// What stands in front of an attachment's data.
-pub(crate) fn attachment_facts<R: Read + Seek>(
+/// The index entry of the attachment whose head was read last, yet without a place.
+pub(crate) fn read_index<R: Read + Seek>(
     source: &mut Source<R>,
     head: Head,
-) -> Result<AttachmentFacts, ContainerError> {
+) -> Result<AttachmentIndex, ContainerError> {
     let mut start = Vec::new();
     source.read_at(head.body(), head.bytes.min(START_BYTES), &mut start)?;
-    AttachmentFacts::of(&start, head.bytes)
+    source.back_to(head)?;
+    attachment_index(&start, head.bytes)
         .ok_or_else(|| source.place(head.offset).short(op::ATTACHMENT))
 }
 
@@ -30,10 +32,9 @@ pub(crate) fn pass_attachment<R: Read + Seek, W: Write>(
     head: Head,
     writer: &mut Writer<W>,
 ) -> Result<(), ContainerError> {
-    let facts = attachment_facts(source, head)?;
-    let summed = facts.summed_bytes;
-    source.back_to(head)?;
-    writer.attachment(facts, head.bytes, |out| {
+    let index = read_index(source, head)?;
+    let summed = summed_bytes(&index);
+    writer.attachment(index, head.bytes, |out| {
         check_attachment(source, head, summed, out)
     })
 }
@@ -52,18 +53,12 @@ pub(crate) fn check_attachment<R: Read + Seek>(
         stated: Vec::with_capacity(4),
     };
     source.pass_body(head, &mut summed)?;
-    let stated = summed
-        .stated
-        .first_chunk()
-        .map(|sum| u32::from_le_bytes(*sum));
     let calculated = summed.sum.finalize();
-    match stated {
-        Some(stated) if stated != 0 && stated != calculated => {
-            let error = mcap::McapError::BadAttachmentCrc {
-                saved: stated,
-                calculated,
-            };
-            Err(source.place(head.offset).damaged(op::ATTACHMENT, error))
+    match summed.stated.first_chunk() {
+        Some(&stated) if stated != [0; 4] && stated != calculated.to_le_bytes() => {
+            let place = source.place(head.offset);
+            let stated = u32::from_le_bytes(stated);
+            Err(place.bad_sum(name_of(op::ATTACHMENT), stated, calculated))
         }
         _ => Ok(()),
     }

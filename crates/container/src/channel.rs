@@ -1,8 +1,19 @@
-//! Description of a channel, for selections.
+//! Channels and their schemas.
 
 use std::collections::BTreeMap;
 
 use mcap::records::Record;
+
+/// The schema of a channel's messages.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SchemaFacts {
+    /// Its name.
+    pub name: String,
+    /// How it is written, such as `protobuf`, `jsonschema`, `ros2msg`.
+    pub encoding: String,
+    /// The description itself.
+    pub data: Vec<u8>,
+}
 
 /// A channel as its records describe it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -12,12 +23,19 @@ pub struct ChannelFacts {
     pub id: u16,
     /// Topic.
     pub topic: String,
-    /// Name of the schema; `None` for a channel without one.
-    pub schema: Option<String>,
+    /// `None` for a channel without one.
+    pub schema: Option<SchemaFacts>,
     /// How messages are written, such as `protobuf`, `json`, `cdr`.
     pub message_encoding: String,
     /// What the writer says about the channel.
     pub metadata: BTreeMap<String, String>,
+}
+
+impl ChannelFacts {
+    /// Name of its schema.
+    pub fn schema_name(&self) -> Option<&str> {
+        self.schema.as_ref().map(|schema| schema.name.as_str())
+    }
 }
 
 /// Which messages of a channel hold beyond the instant at which they were sent.
@@ -48,27 +66,36 @@ pub fn latch(channel: &ChannelFacts) -> Option<Latch> {
     transient.then_some(Latch::Last)
 }
 
-/// Schemas and channels of a file as far as they are known.
+/// Schemas and channels of a file as far as they are known, the first of each id.
 #[derive(Default)]
 pub(crate) struct Definitions {
-    schemas: BTreeMap<u16, String>,
+    schemas: BTreeMap<u16, SchemaFacts>,
+    pub(crate) channels: BTreeMap<u16, ChannelFacts>,
 }
 
 impl Definitions {
-    /// Learns a schema, or gives what a channel is.
-    pub(crate) fn add(&mut self, record: Record<'_>) -> Option<ChannelFacts> {
+    /// Learns a schema or a channel; gives a channel's id.
+    pub(crate) fn add(&mut self, record: &Record<'_>) -> Option<u16> {
         match record {
-            Record::Schema { header, .. } => {
-                self.schemas.insert(header.id, header.name);
+            Record::Schema { header, data } => {
+                (self.schemas.entry(header.id)).or_insert_with(|| SchemaFacts {
+                    name: header.name.clone(),
+                    encoding: header.encoding.clone(),
+                    data: data.to_vec(),
+                });
                 None
             }
-            Record::Channel(channel) => Some(ChannelFacts {
-                id: channel.id,
-                topic: channel.topic,
-                schema: self.schemas.get(&channel.schema_id).cloned(),
-                message_encoding: channel.message_encoding,
-                metadata: channel.metadata,
-            }),
+            Record::Channel(channel) => {
+                let schema = self.schemas.get(&channel.schema_id);
+                (self.channels.entry(channel.id)).or_insert_with(|| ChannelFacts {
+                    id: channel.id,
+                    topic: channel.topic.clone(),
+                    schema: schema.cloned(),
+                    message_encoding: channel.message_encoding.clone(),
+                    metadata: channel.metadata.clone(),
+                });
+                Some(channel.id)
+            }
             _ => None,
         }
     }

@@ -1,22 +1,33 @@
-//! Content of chunks: unpacked within bounds, packed again.
+//! Content of chunks: packed, and unpacked within bounds.
 
-use std::io::{self, Write as _};
+use std::io::{self, Read, Write as _};
 
-use mcap::McapError;
-use mcap::records::op;
-use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use mcap::records::{ChunkHeader, Record, op};
+use zstd::bulk::Compressor;
 
-use crate::format::{ChunkFacts, PREFIX_BYTES, push_record};
+use crate::error::{ContainerError, Place};
+use crate::format::{PREFIX_BYTES, Records, name_of};
 
 /// Chunks are meant to be a few MiB; any may unpack to this much.
-const ANY_CHUNK_BYTES: usize = 64 << 20;
+const ANY_CHUNK_BYTES: u64 = 64 << 20;
 
 /// A chunk beyond [`ANY_CHUNK_BYTES`] may unpack to this many times its packed size, far more than
 /// samples do; without a limit a few hostile bytes could fill the memory.
-const MAX_COMPRESSION_RATIO: usize = 1024;
+const MAX_COMPRESSION_RATIO: u64 = 1024;
 
-/// Level 1: higher ones take several times as long for a few per cent on samples.
-const ZSTD_LEVEL: i32 = 1;
+/// No chunk may unpack to more than this.
+const MOST_CHUNK_BYTES: u64 = (1 << 31) - 1;
+
+/// Room that is made for what a chunk unpacks to before any of it is there.
+const FIRST_BYTES: u64 = 4 << 20;
+
+/// Bytes in front of a chunk's packed records, but for the name of the compression: start and end time,
+/// size, CRC, two lengths.
+const CHUNK_HEADER_BYTES: usize = 40;
+
+/// Level 1: higher ones take several times as long for a few per cent, since most bytes of samples are
+/// mantissas that no level can shrink.
+pub(crate) const ZSTD_LEVEL: i32 = 1;
 
 /// How chunks are packed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,17 +51,21 @@ impl Packing {
     }
 
     /// By its name in a chunk record.
-    pub(crate) fn of(name: &str) -> Option<Self> {
+    pub(crate) fn from_name(name: &str) -> Option<Self> {
         [Packing::None, Packing::Lz4, Packing::Zstd]
             .into_iter()
             .find(|packing| packing.name() == name)
     }
 
     /// Packs the records of a chunk.
-    pub(crate) fn pack(self, records: &[u8]) -> io::Result<Vec<u8>> {
+    pub(crate) fn pack(
+        self,
+        records: &[u8],
+        zstd: &mut Compressor<'static>,
+    ) -> io::Result<Vec<u8>> {
         match self {
             Packing::None => Ok(records.to_vec()),
-            Packing::Zstd => zstd::bulk::compress(records, ZSTD_LEVEL),
+            Packing::Zstd => zstd.compress(records),
             Packing::Lz4 => {
                 let mut encoder = lz4::EncoderBuilder::new()
                     // Some readers get these checksums wrong; the chunk has one of its own.
@@ -64,86 +79,88 @@ impl Packing {
     }
 }
 
-/// Which bytes of a chunk there are.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Extent {
-    /// All of them; the checksum is compared before anything is given out.
-    Whole,
-    /// As many as there are, whatever the chunk says of its size and checksum.
-    Start,
+/// Bytes in front of a chunk's packed records.
+pub(crate) fn header_bytes(header: &ChunkHeader) -> usize {
+    CHUNK_HEADER_BYTES + header.compression.len()
 }
-
-/// No chunk may unpack to more than this.
-const MOST_CHUNK_BYTES: usize = (1 << 31) - 1;
 
 /// How many bytes a chunk of this packed size may unpack to.
-pub(crate) fn limit(packed: usize) -> usize {
-    (packed.saturating_mul(MAX_COMPRESSION_RATIO)).clamp(ANY_CHUNK_BYTES, MOST_CHUNK_BYTES)
+fn limit(packed: &[u8]) -> u64 {
+    (packed.len() as u64 * MAX_COMPRESSION_RATIO).clamp(ANY_CHUNK_BYTES, MOST_CHUNK_BYTES)
 }
 
-/// Unpacks what a chunk holds, given the body of its record. `records` are whole records, after an
-/// error those from before it.
+/// Unpacks a chunk, given the body of its record. `records` are whole records: all of them, after an
+/// error those before it, unless a checksum would have to vouch for them.
 pub(crate) fn unpack(
-    facts: &ChunkFacts,
+    place: Place<'_>,
     body: &[u8],
-    extent: Extent,
     records: &mut Vec<u8>,
-) -> Result<(), McapError> {
+) -> Result<ChunkHeader, ContainerError> {
     records.clear();
-    let packed = body.get(facts.header_bytes()..).unwrap_or_default();
-    // The reader gets the chunk as a file of its own, without bytes that may follow the packed
-    // ones: it would read on into them where a record claims to be longer than the chunk.
-    let there = usize::try_from(facts.packed_bytes).unwrap_or(usize::MAX);
-    let packed = &packed[..packed.len().min(there)];
-    let limit = limit(packed.len());
-    let mut facts = facts.clone();
-    if extent == Extent::Start {
-        facts.packed_bytes = packed.len() as u64;
-        facts.unpacked_bytes = u64::MAX;
+    let Record::Chunk { header, data } = place.parse(op::CHUNK, body)? else {
+        return Err(place.short(op::CHUNK));
+    };
+    let fault = |expected: String, found: String| place.error(name_of(op::CHUNK), expected, found);
+    let (size, limit) = (header.uncompressed_size, limit(&data));
+    if size > limit {
+        let expected = format!("at most {limit} bytes");
+        return Err(fault(expected, format!("a length of {size}")));
     }
-    let header = facts.to_bytes();
-    let mut prefix = [op::CHUNK; PREFIX_BYTES];
-    prefix[1..].copy_from_slice(&((header.len() + packed.len()) as u64).to_le_bytes());
-    let mut reader = LinearReader::new_with_options(
-        LinearReaderOptions::default()
-            .with_skip_start_magic(true)
-            .with_skip_end_magic(true)
-            .with_prevalidate_chunk_crcs(extent == Extent::Whole)
-            .with_record_length_limit(limit),
-    );
-    let mut parts = [&prefix[..], &header, packed];
-    while let Some(event) = reader.next_event() {
-        match event? {
-            LinearReadEvent::ReadRequest(want) => feed(&mut reader, &mut parts, want),
-            LinearReadEvent::Record { opcode, data } => {
-                if records.len() + data.len() > limit {
-                    return Err(McapError::ChunkTooLarge(facts.unpacked_bytes));
-                }
-                push_record(records, opcode, data);
-            }
+    let unpacked = decompress(&header.compression, &data, size, records);
+    let found = records.len() as u64;
+    let calculated = match header.uncompressed_crc {
+        0 => 0,
+        _ => crc32fast::hash(records),
+    };
+    let sound = calculated == header.uncompressed_crc;
+    records.truncate(if sound { whole_bytes(records) } else { 0 });
+    let ends_early = || {
+        let expected = format!("{size} bytes of whole records");
+        fault(expected, "an end before that".to_owned())
+    };
+    match unpacked {
+        Err(error) if error.kind() == io::ErrorKind::Unsupported => {
+            let expected = "compression by zstd, lz4 or none".to_owned();
+            Err(fault(expected, format!("\"{}\"", header.compression)))
         }
+        Err(error) if error.kind() != io::ErrorKind::UnexpectedEof => {
+            let expected = format!("{} data", header.compression);
+            Err(fault(expected, error.to_string()))
+        }
+        Err(_) => Err(ends_early()),
+        Ok(()) if found < size => Err(ends_early()),
+        Ok(()) if !sound => {
+            let stated = header.uncompressed_crc;
+            Err(place.bad_sum(name_of(op::CHUNK), stated, calculated))
+        }
+        Ok(()) if (records.len() as u64) < size => Err(ends_early()),
+        Ok(()) => Ok(header),
     }
-    Ok(())
 }
 
-/// Gives the reader as many bytes as it wants; none tells it that there are no more.
-fn feed(reader: &mut LinearReader, parts: &mut [&[u8]], want: usize) {
-    let mut left = want;
-    for part in parts {
-        let (now, later) = part.split_at(left.min(part.len()));
-        if now.is_empty() {
-            continue;
-        }
-        reader.insert(now.len()).copy_from_slice(now);
-        reader.notify_read(now.len());
-        *part = later;
-        left -= now.len();
-        if left == 0 {
-            return;
-        }
-    }
-    if left == want {
-        reader.insert(0);
-        reader.notify_read(0);
-    }
+/// Unpacks as many whole records as there are, whatever the chunk says of its size and checksum.
+pub(crate) fn unpack_start(header: &ChunkHeader, packed: &[u8], records: &mut Vec<u8>) {
+    records.clear();
+    // What was unpacked before an error is there.
+    let _ = decompress(&header.compression, packed, limit(packed), records);
+    records.truncate(whole_bytes(records));
+}
+
+/// Bytes of the whole records at the start of these.
+fn whole_bytes(records: &[u8]) -> usize {
+    (Records(records).flatten())
+        .map(|(_, body)| PREFIX_BYTES + body.len())
+        .sum()
+}
+
+/// Unpacks at most so many bytes; after an error those before it.
+fn decompress(compression: &str, packed: &[u8], most: u64, out: &mut Vec<u8>) -> io::Result<()> {
+    let unpacked: Box<dyn Read + '_> = match Packing::from_name(compression) {
+        Some(Packing::None) => Box::new(packed),
+        Some(Packing::Zstd) => Box::new(zstd::Decoder::with_buffer(packed)?),
+        Some(Packing::Lz4) => Box::new(lz4::Decoder::new(packed)?),
+        None => return Err(io::ErrorKind::Unsupported.into()),
+    };
+    out.reserve(usize::try_from(most.min(FIRST_BYTES)).unwrap_or_default());
+    unpacked.take(most).read_to_end(out).map(drop)
 }

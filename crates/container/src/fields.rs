@@ -3,7 +3,10 @@
 //! mcap takes memory for a text as long as its length says before it looks for the text: four bytes
 //! of a damaged file could ask for four gigabytes.
 
-use mcap::records::{Record, op};
+use std::io::Cursor;
+
+use binrw::BinReaderExt as _;
+use mcap::records::{AttachmentHeader, AttachmentIndex, ChunkHeader, Record, op};
 use mcap::{McapError, McapResult};
 
 /// What the body of a record consists of, as far as it matters how long it is.
@@ -18,6 +21,9 @@ enum Field {
     /// A length in four bytes, and pairs of a channel and a number of eight bytes.
     Numbers,
 }
+
+/// Bytes in front of an attachment's data, but for its texts: two times, three lengths.
+const ATTACHMENT_HEADER_BYTES: u64 = 8 + 8 + 4 + 4 + 8;
 
 /// Bytes of a pair of [`Field::Numbers`].
 const NUMBERS_BYTES: usize = 2 + 8;
@@ -48,13 +54,54 @@ fn fields(opcode: u8) -> &'static [Field] {
 ///
 /// [`McapError::UnexpectedEof`] where a length goes beyond the body, and what mcap says.
 pub(crate) fn parse_record(opcode: u8, body: &[u8]) -> McapResult<Record<'_>> {
-    let whole = fields(opcode)
-        .iter()
-        .try_fold(body, |rest, &field| after(field, rest));
-    match whole {
-        Some(_) => mcap::parse_record(opcode, body),
-        None => Err(McapError::UnexpectedEof),
+    if has_fields(opcode, body) {
+        mcap::parse_record(opcode, body)
+    } else {
+        Err(McapError::UnexpectedEof)
     }
+}
+
+/// The header of a chunk from the start of its record's body; `None` where that is too short or no
+/// text.
+pub(crate) fn chunk_header(start: &[u8]) -> Option<ChunkHeader> {
+    let whole = has_fields(op::CHUNK, start);
+    whole.then(|| Cursor::new(start).read_le().ok())?
+}
+
+/// The index entry of an attachment, yet without a place, from the start of its record's body; `None`
+/// where that is too short, no text, or the data and a checksum do not fit into `bytes` bytes of body.
+pub(crate) fn attachment_index(start: &[u8], bytes: u64) -> Option<AttachmentIndex> {
+    if !has_fields(op::ATTACHMENT, start) {
+        return None;
+    }
+    let mut start = Cursor::new(start);
+    let header: AttachmentHeader = start.read_le().ok()?;
+    let index = AttachmentIndex {
+        offset: 0,
+        length: 0,
+        log_time: header.log_time,
+        create_time: header.create_time,
+        data_size: start.read_le().ok()?,
+        name: header.name,
+        media_type: header.media_type,
+    };
+    (summed_bytes(&index).checked_add(4)? <= bytes).then_some(index)
+}
+
+/// Bytes of an attachment's body that its checksum covers; the sum follows, and after it there may be
+/// more.
+pub(crate) fn summed_bytes(index: &AttachmentIndex) -> u64 {
+    let texts = (index.name.len() + index.media_type.len()) as u64;
+    index
+        .data_size
+        .saturating_add(ATTACHMENT_HEADER_BYTES + texts)
+}
+
+/// Whether none of a record's lengths goes beyond the body.
+fn has_fields(opcode: u8, body: &[u8]) -> bool {
+    (fields(opcode).iter())
+        .try_fold(body, |rest, &field| after(field, rest))
+        .is_some()
 }
 
 /// What lies behind a field; `None` where it goes beyond the end.

@@ -1,5 +1,8 @@
 //! Records as bytes: an opcode, a length, a body.
 
+use std::io::Cursor;
+
+use binrw::{BinWrite, BinWriterExt as _};
 use mcap::records::op;
 
 /// Opcode and length in front of each record.
@@ -11,10 +14,6 @@ pub(crate) const FOOTER_BYTES: usize = PREFIX_BYTES + FOOTER_COVERED_BYTES + 4;
 /// Bytes of a footer's body that the checksum of the summary covers: where the summary and its
 /// offsets start.
 pub(crate) const FOOTER_COVERED_BYTES: usize = 16;
-
-/// Bytes of a chunk record in front of its packed records, but for the name of the compression:
-/// start and end time, size, CRC, two lengths.
-pub(crate) const CHUNK_HEADER_BYTES: usize = 40;
 
 /// Bytes of a message record in front of its data: channel, sequence, log time, publish time.
 pub(crate) const MESSAGE_HEADER_BYTES: usize = 22;
@@ -41,17 +40,43 @@ pub(crate) fn name_of(opcode: u8) -> &'static str {
     }
 }
 
+/// Whether records of this kind only point into the file or repeat it, so that a copy has its own.
+pub(crate) fn is_made_anew(opcode: u8) -> bool {
+    matches!(
+        opcode,
+        op::HEADER
+            | op::MESSAGE_INDEX
+            | op::CHUNK_INDEX
+            | op::ATTACHMENT_INDEX
+            | op::METADATA_INDEX
+            | op::STATISTICS
+            | op::SUMMARY_OFFSET
+    )
+}
+
+/// The bytes in front of a body of this length.
+pub(crate) fn prefix(opcode: u8, bytes: u64) -> [u8; PREFIX_BYTES] {
+    let mut prefix = [opcode; PREFIX_BYTES];
+    prefix[1..].copy_from_slice(&bytes.to_le_bytes());
+    prefix
+}
+
 /// Adds a record to the bytes.
 pub(crate) fn push_record(bytes: &mut Vec<u8>, opcode: u8, body: &[u8]) {
-    bytes.push(opcode);
-    bytes.extend_from_slice(&(body.len() as u64).to_le_bytes());
+    bytes.extend_from_slice(&prefix(opcode, body.len() as u64));
     bytes.extend_from_slice(body);
 }
 
-/// Adds a text with its length in front.
-pub(crate) fn push_text(bytes: &mut Vec<u8>, text: &str) {
-    bytes.extend_from_slice(&(text.len() as u32).to_le_bytes());
-    bytes.extend_from_slice(text.as_bytes());
+/// The body of a record, but for data that follow its header.
+pub(crate) fn to_bytes<T>(record: &T) -> Vec<u8>
+where
+    T: for<'a> BinWrite<Args<'a> = ()>,
+{
+    let mut bytes = Cursor::new(Vec::new());
+    bytes
+        .write_le(record)
+        .expect("memory takes the numbers and texts of a record");
+    bytes.into_inner()
 }
 
 /// Opcodes and bodies of the records that follow each other in these bytes; ends after `None`, where
@@ -83,7 +108,7 @@ impl<'a> Records<'a> {
     }
 }
 
-/// What stands in front of a message's data.
+/// The channel and log time of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct MessageFacts {
     pub(crate) channel: u16,
@@ -92,24 +117,19 @@ pub(crate) struct MessageFacts {
 
 impl MessageFacts {
     /// From the body of a message record; `None` where it is too short to be one.
-    pub(crate) fn of(body: &[u8]) -> Option<Self> {
-        if body.len() < MESSAGE_HEADER_BYTES {
-            return None;
-        }
-        let (channel, rest) = body.split_first_chunk()?;
-        let (_sequence, rest) = rest.split_first_chunk::<4>()?;
-        let (log_time, _) = rest.split_first_chunk()?;
+    pub(crate) fn read(body: &[u8]) -> Option<Self> {
+        let header = body.get(..MESSAGE_HEADER_BYTES)?;
         Some(Self {
-            channel: u16::from_le_bytes(*channel),
-            log_time: u64::from_le_bytes(*log_time),
+            channel: id_of(header)?,
+            log_time: u64::from_le_bytes(*header[6..].first_chunk()?),
         })
     }
 }
 
-/// Gives a message another channel.
-pub(crate) fn set_channel(body: &mut [u8], channel: u16) {
+/// Gives a schema, a channel or a message's channel another id.
+pub(crate) fn set_id(body: &mut [u8], id: u16) {
     if let Some(bytes) = body.first_chunk_mut() {
-        *bytes = channel.to_le_bytes();
+        *bytes = id.to_le_bytes();
     }
 }
 
@@ -120,56 +140,14 @@ pub(crate) fn set_log_time(body: &mut [u8], log_time: u64) {
     }
 }
 
-/// The number that a schema or channel goes by, which its body starts with.
+/// The id of a schema, a channel or a message's channel, which its body starts with.
 pub(crate) fn id_of(body: &[u8]) -> Option<u16> {
     body.first_chunk().map(|id| u16::from_le_bytes(*id))
 }
 
-/// The start of a chunk record's body.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct ChunkFacts {
-    pub(crate) start: u64,
-    pub(crate) end: u64,
-    pub(crate) unpacked_bytes: u64,
-    pub(crate) crc: u32,
-    pub(crate) compression: String,
-    pub(crate) packed_bytes: u64,
-}
-
-impl ChunkFacts {
-    /// From what a chunk record's body starts with; `None` where that is too short or no text.
-    pub(crate) fn of(body: &[u8]) -> Option<Self> {
-        let (start, rest) = body.split_first_chunk()?;
-        let (end, rest) = rest.split_first_chunk()?;
-        let (unpacked_bytes, rest) = rest.split_first_chunk()?;
-        let (crc, rest) = rest.split_first_chunk()?;
-        let (length, rest) = rest.split_first_chunk()?;
-        let length = usize::try_from(u32::from_le_bytes(*length)).ok()?;
-        let (compression, rest) = rest.split_at_checked(length)?;
-        let (packed_bytes, _) = rest.split_first_chunk()?;
-        Some(Self {
-            start: u64::from_le_bytes(*start),
-            end: u64::from_le_bytes(*end),
-            unpacked_bytes: u64::from_le_bytes(*unpacked_bytes),
-            crc: u32::from_le_bytes(*crc),
-            compression: str::from_utf8(compression).ok()?.to_owned(),
-            packed_bytes: u64::from_le_bytes(*packed_bytes),
-        })
-    }
-
-    /// Bytes of the body in front of the packed records.
-    pub(crate) fn header_bytes(&self) -> usize {
-        CHUNK_HEADER_BYTES + self.compression.len()
-    }
-
-    pub(crate) fn to_bytes(&self) -> Vec<u8> {
-        let mut bytes = Vec::with_capacity(self.header_bytes());
-        bytes.extend_from_slice(&self.start.to_le_bytes());
-        bytes.extend_from_slice(&self.end.to_le_bytes());
-        bytes.extend_from_slice(&self.unpacked_bytes.to_le_bytes());
-        bytes.extend_from_slice(&self.crc.to_le_bytes());
-        push_text(&mut bytes, &self.compression);
-        bytes.extend_from_slice(&self.packed_bytes.to_le_bytes());
-        bytes
-    }
+/// A range of log times that this one is in as well.
+pub(crate) fn spanned(span: Option<(u64, u64)>, time: u64) -> (u64, u64) {
+    span.map_or((time, time), |(start, end)| {
+        (start.min(time), end.max(time))
+    })
 }

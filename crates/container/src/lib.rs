@@ -1,4 +1,4 @@
-//! The records of any MCAP file as bytes, whoever wrote it: read, cut, filtered, merged, recovered.
+//! The records of any MCAP file as bytes, whoever wrote it: read, written, cut, filtered, merged, recovered.
 //!
 //! This crate knows no message. What it keeps of a file stays byte for byte; what the format makes of
 //! that (indexes, summary, checksums) it makes anew. Files of any size work: a [`Source`] is read from
@@ -7,19 +7,18 @@
 //! ```
 //! use std::io::Cursor;
 //!
-//! use inhand_container::{Interval, Selection, Source, select, span};
+//! use inhand_container::{Interval, Packing, Selection, Source, Writer, select, span};
 //!
-//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! # let mut file = Cursor::new(Vec::new());
-//! # let mut writer = mcap::Writer::new(&mut file)?;
-//! # let channel_id = writer.add_channel(0, "/a", "json", &Default::default())?;
-//! # for log_time in 0..10 {
-//! #     let header = mcap::records::MessageHeader { channel_id, sequence: 0, log_time, publish_time: 0 };
-//! #     writer.write_to_known_channel(&header, b"{}")?;
-//! # }
-//! # writer.finish()?;
-//! # drop(writer);
-//! let mut source = Source::open("bag.mcap", file)?;
+//! # fn main() -> Result<(), inhand_container::ContainerError> {
+//! let mut bag = Vec::new();
+//! let mut writer = Writer::new(&mut bag, "", "example", Packing::Zstd)?;
+//! let channel = writer.channel(0, "/a", "json", &Default::default())?;
+//! for log_time in 0..10 {
+//!     writer.message(channel, 0, log_time, |data| data.extend(b"{}"))?;
+//! }
+//! writer.finish()?;
+//!
+//! let mut source = Source::open("bag.mcap", Cursor::new(bag))?;
 //! assert_eq!(span(&mut source)?, Some((0, 9)));
 //! let selection = Selection {
 //!     keep: vec![Interval::new(3, Some(7))],
@@ -40,10 +39,10 @@ mod attachment;
 mod channel;
 mod chunk;
 mod error;
-mod fault;
+mod feed;
 mod fields;
 mod format;
-mod index;
+mod ids;
 mod interval;
 mod merge;
 mod overview;
@@ -56,10 +55,9 @@ mod verify;
 mod walk;
 mod writer;
 
-pub use channel::{ChannelFacts, Latch, latch};
+pub use channel::{ChannelFacts, Latch, SchemaFacts, latch};
 pub use chunk::Packing;
 pub use error::ContainerError;
-pub use index::Written;
 pub use interval::Interval;
 pub use mcap::records::Record;
 pub use merge::{Merge, Merged, merge};
@@ -68,6 +66,7 @@ pub use quick::walk_in_place;
 pub use recover::{Loss, Recovered, recover};
 pub use select::{Selected, Selection, select};
 pub use source::Source;
-pub use timeline::{KeptMessage, SchemaFacts, TimedMessage, Timeline, TimelineChannel};
+pub use timeline::{KeptMessage, TimedMessage, Timeline};
 pub use verify::verify;
 pub use walk::{Depth, is_mcap, walk, walk_source, walk_while};
+pub use writer::{Writer, Written};

@@ -3,34 +3,22 @@
 use std::collections::BTreeMap;
 use std::io::{Cursor, Read, Seek};
 
-use mcap::records::{Record, op};
+use mcap::records::{ChunkIndex, Metadata, Record, Statistics, op};
 
 use crate::channel::{ChannelFacts, Definitions};
 use crate::error::ContainerError;
+use crate::fields::{chunk_header, parse_record};
 use crate::format::{
-    ChunkFacts, FOOTER_BYTES, FOOTER_COVERED_BYTES, MessageFacts, PREFIX_BYTES, Records, id_of,
+    FOOTER_BYTES, FOOTER_COVERED_BYTES, MessageFacts, PREFIX_BYTES, Records, spanned, to_bytes,
 };
-use crate::index::spanned;
 use crate::source::Source;
-use crate::walk::{Depth, parse, walk_source};
+use crate::walk::{Depth, walk_source};
 
 /// What a chunk's header may take, with the name of its compression.
 pub(crate) const CHUNK_START_BYTES: u64 = 256;
 
 /// Bytes that a summary may have; one of a file of a terabyte has fewer.
 const MOST_SUMMARY_BYTES: u64 = 256 << 20;
-
-/// A chunk as the summary lists it.
-pub(crate) struct ListedChunk {
-    /// Channels with messages in it; none where it has no message index.
-    pub(crate) channels: Vec<u16>,
-    /// Log times from first to last.
-    pub(crate) span: (u64, u64),
-    /// Size of the record with its prefix.
-    pub(crate) bytes: u64,
-    /// Size of the message indexes behind it.
-    pub(crate) index_bytes: u64,
-}
 
 /// What the summary at the end of a file says.
 #[derive(Default)]
@@ -40,9 +28,8 @@ pub(crate) struct Overview {
     /// Bodies of channel records by id.
     pub(crate) channels: BTreeMap<u16, Vec<u8>>,
     /// The chunk that starts at a byte.
-    pub(crate) chunks: BTreeMap<u64, ListedChunk>,
-    /// Messages and their log times from first to last.
-    pub(crate) messages: Option<(u64, Option<(u64, u64)>)>,
+    pub(crate) chunks: BTreeMap<u64, ChunkIndex>,
+    pub(crate) statistics: Option<Statistics>,
     /// Whether all schemas, channels and chunks of the file are listed.
     pub(crate) complete: bool,
 }
@@ -61,10 +48,9 @@ impl Overview {
 
     fn parse(summary: &[u8]) -> Option<Self> {
         let mut overview = Self::default();
-        let mut counted = None;
         for record in Records(summary) {
             let (opcode, body) = record?;
-            match crate::fields::parse_record(opcode, body).ok()? {
+            match parse_record(opcode, body).ok()? {
                 Record::Schema { header, .. } => {
                     overview.schemas.insert(header.id, body.to_vec());
                 }
@@ -72,27 +58,24 @@ impl Overview {
                     overview.channels.insert(channel.id, body.to_vec());
                 }
                 Record::ChunkIndex(index) => {
-                    let listed = ListedChunk {
-                        channels: index.message_index_offsets.into_keys().collect(),
-                        span: (index.message_start_time, index.message_end_time),
-                        bytes: index.chunk_length,
-                        index_bytes: index.message_index_length,
-                    };
-                    overview.chunks.insert(index.chunk_start_offset, listed);
+                    overview.chunks.insert(index.chunk_start_offset, index);
                 }
-                Record::Statistics(statistics) => counted = Some(statistics),
+                Record::Statistics(statistics) => overview.statistics = Some(statistics),
                 _ => {}
             }
         }
-        if let Some(counted) = counted {
-            let span = (counted.message_start_time, counted.message_end_time);
-            let span = (counted.message_count > 0).then_some(span);
-            overview.messages = Some((counted.message_count, span));
-            overview.complete = usize::from(counted.schema_count) == overview.schemas.len()
+        overview.complete = overview.statistics.as_ref().is_some_and(|counted| {
+            usize::from(counted.schema_count) == overview.schemas.len()
                 && counted.channel_count as usize == overview.channels.len()
-                && counted.chunk_count as usize == overview.chunks.len();
-        }
+                && counted.chunk_count as usize == overview.chunks.len()
+        });
         Some(overview)
+    }
+
+    /// Opcodes and bodies of the schemas, then of the channels.
+    pub(crate) fn definitions(&self) -> impl Iterator<Item = (u8, &[u8])> {
+        let schemas = self.schemas.values().map(|body| (op::SCHEMA, &body[..]));
+        schemas.chain(self.channels.values().map(|body| (op::CHANNEL, &body[..])))
     }
 }
 
@@ -126,7 +109,7 @@ impl End {
         ) else {
             return Ok(None);
         };
-        let Ok(Record::Footer(footer)) = crate::fields::parse_record(opcode, body) else {
+        let Ok(Record::Footer(footer)) = parse_record(opcode, body) else {
             return Ok(None);
         };
         if footer.summary_start == 0 {
@@ -158,27 +141,20 @@ pub struct MetadataRecord {
 }
 
 impl MetadataRecord {
-    pub(crate) fn parse(body: &[u8]) -> Option<Self> {
-        match crate::fields::parse_record(op::METADATA, body).ok()? {
-            Record::Metadata(record) => Some(Self {
-                name: record.name,
-                facts: record.metadata,
-            }),
-            _ => None,
-        }
-    }
-
     pub(crate) fn to_bytes(&self) -> Vec<u8> {
-        let mut facts = Vec::new();
-        for (key, value) in &self.facts {
-            crate::format::push_text(&mut facts, key);
-            crate::format::push_text(&mut facts, value);
+        to_bytes(&Metadata {
+            name: self.name.clone(),
+            metadata: self.facts.clone(),
+        })
+    }
+}
+
+impl From<Metadata> for MetadataRecord {
+    fn from(record: Metadata) -> Self {
+        Self {
+            name: record.name,
+            facts: record.metadata,
         }
-        let mut bytes = Vec::new();
-        crate::format::push_text(&mut bytes, &self.name);
-        bytes.extend_from_slice(&(facts.len() as u32).to_le_bytes());
-        bytes.extend_from_slice(&facts);
-        bytes
     }
 }
 
@@ -198,11 +174,8 @@ pub fn metadata<R: Read + Seek>(
             op::METADATA => {
                 source.body(head, &mut body)?;
                 let place = source.place(head.offset);
-                if let Record::Metadata(record) = parse(place, head.opcode, &body)? {
-                    found.push(MetadataRecord {
-                        name: record.name,
-                        facts: record.metadata,
-                    });
+                if let Record::Metadata(record) = place.parse(head.opcode, &body)? {
+                    found.push(record.into());
                 }
             }
             op::DATA_END | op::FOOTER => break,
@@ -221,23 +194,27 @@ pub fn metadata<R: Read + Seek>(
 /// [`ContainerError::Truncated`] and [`ContainerError::Damaged`] for files without a summary whose
 /// records do not follow each other, [`ContainerError::Read`].
 pub fn span<R: Read + Seek>(source: &mut Source<R>) -> Result<Option<(u64, u64)>, ContainerError> {
-    if let Some((_, span)) = Overview::read(source)?.messages {
-        return Ok(span);
+    if let Some(counted) = Overview::read(source)?.statistics {
+        let span = (counted.message_start_time, counted.message_end_time);
+        return Ok((counted.message_count > 0).then_some(span));
     }
     let (mut span, mut start) = (None, Vec::new());
     while let Some(head) = source.next_head()? {
         match head.opcode {
             op::MESSAGE => {
                 source.read_at(head.body(), head.bytes.min(CHUNK_START_BYTES), &mut start)?;
-                if let Some(facts) = MessageFacts::of(&start) {
+                if let Some(facts) = MessageFacts::read(&start) {
                     span = Some(spanned(span, facts.log_time));
                 }
             }
             op::CHUNK => {
                 source.read_at(head.body(), head.bytes.min(CHUNK_START_BYTES), &mut start)?;
                 // Chunks without messages have no times.
-                if let Some(facts) = ChunkFacts::of(&start).filter(|facts| facts.end != 0) {
-                    span = Some(spanned(Some(spanned(span, facts.start)), facts.end));
+                if let Some(chunk) =
+                    chunk_header(&start).filter(|chunk| chunk.message_end_time != 0)
+                {
+                    span = Some(spanned(span, chunk.message_start_time));
+                    span = Some(spanned(span, chunk.message_end_time));
                 }
             }
             op::DATA_END | op::FOOTER => break,
@@ -260,28 +237,27 @@ pub fn channels<R: Read + Seek>(
 ) -> Result<Vec<ChannelFacts>, ContainerError> {
     let overview = Overview::read(source)?;
     let mut definitions = Definitions::default();
-    let mut found = BTreeMap::new();
-    let mut add = |record: Record<'_>| {
-        if let Some(channel) = definitions.add(record) {
-            found.entry(channel.id).or_insert(channel);
-        }
-    };
+    walk_definitions(source, &overview, |record| {
+        definitions.add(&record);
+        Ok(())
+    })?;
+    Ok(definitions.channels.into_values().collect())
+}
+
+/// Visits the schemas and channels of a file: as its summary lists them, else as its records define
+/// them, for which the file is read to its end. Then the source stands at its first record.
+pub(crate) fn walk_definitions<R: Read + Seek>(
+    source: &mut Source<R>,
+    overview: &Overview,
+    mut visit: impl FnMut(Record<'_>) -> Result<(), ContainerError>,
+) -> Result<(), ContainerError> {
     if overview.complete {
         let place = source.place(0);
-        for body in overview.schemas.values() {
-            add(parse(place, op::SCHEMA, body)?);
-        }
-        for body in overview.channels.values() {
-            add(parse(place, op::CHANNEL, body)?);
-        }
-    } else {
-        walk_source(source, |record| {
-            add(record);
-            Ok::<_, ContainerError>(Depth::Everything)
-        })?;
-        source.rewind()?;
+        let mut definitions = overview.definitions();
+        return definitions.try_for_each(|(opcode, body)| visit(place.parse(opcode, body)?));
     }
-    Ok(found.into_values().collect())
+    walk_source(source, |record| visit(record).map(|()| Depth::Everything))?;
+    source.rewind()
 }
 
 /// The metadata records of a file in memory; see [`metadata`].
@@ -291,9 +267,4 @@ pub fn channels<R: Read + Seek>(
 /// As for [`metadata`], and [`ContainerError::NotMcap`].
 pub fn metadata_of(file: &str, bytes: &[u8]) -> Result<Vec<MetadataRecord>, ContainerError> {
     metadata(&mut Source::open(file, Cursor::new(bytes))?)
-}
-
-/// The id of the schema that a channel's body names.
-pub(crate) fn schema_of(channel: &[u8]) -> Option<u16> {
-    channel.get(2..).and_then(id_of)
 }

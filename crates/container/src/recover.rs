@@ -6,19 +6,17 @@ mod scan;
 
 use std::io::{Read, Seek, Write};
 
-use mcap::records::op;
+use mcap::records::{ChunkHeader, op};
 
-use crate::attachment::{attachment_facts, check_attachment, pass_attachment};
-use crate::chunk::{Extent, unpack};
+use crate::attachment::{check_attachment, pass_attachment, read_index};
+use crate::chunk::{Packing, header_bytes, unpack_start};
 use crate::error::ContainerError;
-use crate::format::{ChunkFacts, PREFIX_BYTES, Records, name_of};
-use crate::overview::{CHUNK_START_BYTES, End, Overview};
+use crate::fields::{chunk_header, summed_bytes};
+use crate::format::{PREFIX_BYTES, Records, is_made_anew, name_of};
+use crate::overview::{CHUNK_START_BYTES, End, MetadataRecord, Overview};
 use crate::source::{Head, MOST_RECORD_BYTES, Source};
-use crate::walk::parse;
 use keeper::Keeper;
-use report::Report;
 pub use report::{Loss, Recovered};
-use scan::Scan;
 
 /// Bytes that are summed at once.
 const SUMMED_BYTES: u64 = 1 << 20;
@@ -34,6 +32,8 @@ const SUMMED_BYTES: u64 = 1 << 20;
 /// Bytes outside chunks have no checksum of their own: a message there that still looks like one is
 /// kept, and [`Recovered::unchecked`] says that nothing vouches for it.
 ///
+/// `add` may give a metadata record about what is lost, which is added at the end of the data.
+///
 /// # Errors
 ///
 /// [`ContainerError::NotMcap`] for bytes that are no MCAP file at all; [`ContainerError::Read`],
@@ -42,26 +42,26 @@ pub fn recover<R: Read + Seek, W: Write>(
     file: &str,
     input: R,
     out: W,
+    add: impl FnOnce(&Recovered) -> Option<MetadataRecord>,
 ) -> Result<Recovered, ContainerError> {
     let mut source = Source::unchecked(file, input)?;
     let overview = Overview::read(&mut source)?;
     let (header, start) = header(&mut source)?;
     let keeper = Keeper::create(out, header.as_deref().unwrap_or(&[0; 8]), overview)?;
     let mut recovery = Recovery {
-        scan: Scan::new(source),
+        source,
         keeper,
-        report: Report::default(),
         records: Vec::new(),
         after_data: false,
     };
     if header.is_none() || !recovery.starts_well()? {
-        recovery.report.repaired("the start of the file");
+        recovery.keeper.report.repair("the start of the file");
     }
     let mut offset = start;
     if header.is_none()
-        && let Some(first) = recovery.scan.head(start)?
-        && recovery.scan.fits(first)
-        && recovery.scan.may_start(first.end())?
+        && let Some(first) = recovery.source.head_at(start)?
+        && recovery.source.fits(first)
+        && recovery.source.may_start(first.end())?
     {
         // Whatever it calls itself now, it is where the header was.
         let what = "a damaged header".to_owned();
@@ -71,7 +71,7 @@ pub fn recover<R: Read + Seek, W: Write>(
     while let Some(next) = recovery.step(offset)? {
         offset = next;
     }
-    recovery.finish()
+    recovery.keeper.finish(add)
 }
 
 /// The body of the header record and where the record behind it starts.
@@ -84,7 +84,7 @@ fn header<R: Read + Seek>(
     let records = start.get(mcap::MAGIC.len()..).unwrap_or_default();
     let first = Records(records).next().flatten();
     if let Some((op::HEADER, body)) = first
-        && parse(source.place(magic_bytes), op::HEADER, body).is_ok()
+        && (source.place(magic_bytes).parse(op::HEADER, body)).is_ok()
     {
         return Ok((
             Some(body.to_vec()),
@@ -99,9 +99,8 @@ fn header<R: Read + Seek>(
 }
 
 struct Recovery<R, W> {
-    scan: Scan<R>,
+    source: Source<R>,
     keeper: Keeper<W>,
-    report: Report,
     records: Vec<u8>,
     /// Whether the record that ends the data has been met, after which nothing is missed.
     after_data: bool,
@@ -110,18 +109,18 @@ struct Recovery<R, W> {
 impl<R: Read + Seek, W: Write> Recovery<R, W> {
     fn starts_well(&mut self) -> Result<bool, ContainerError> {
         let mut magic = Vec::new();
-        let source = &mut self.scan.source;
-        source.read_at(0, mcap::MAGIC.len() as u64, &mut magic)?;
+        self.source
+            .read_at(0, mcap::MAGIC.len() as u64, &mut magic)?;
         Ok(magic == mcap::MAGIC)
     }
 
     /// Deals with what starts at this byte; gives where to go on, `None` at the end.
     fn step(&mut self, offset: u64) -> Result<Option<u64>, ContainerError> {
-        if self.after_data && offset == self.scan.source.bytes() {
+        if self.after_data && offset == self.source.bytes() {
             return Ok(None);
         }
-        let Some(head) = self.scan.head(offset)? else {
-            let left = self.scan.source.bytes().saturating_sub(offset);
+        let Some(head) = self.source.head_at(offset)? else {
+            let left = self.source.bytes().saturating_sub(offset);
             if left > 0 {
                 self.lose(offset, left, "the start of a record".to_owned(), None);
             }
@@ -130,8 +129,8 @@ impl<R: Read + Seek, W: Write> Recovery<R, W> {
         };
         let next = match head.opcode {
             op::CHUNK => self.chunk(head)?,
-            op::FOOTER if self.scan.is_end(head)? => return Ok(None),
-            _ if !self.scan.fits(head) => None,
+            op::FOOTER if self.source.is_end(head)? => return Ok(None),
+            _ if !self.source.fits(head) => None,
             op::ATTACHMENT => self.attachment(head)?,
             _ if head.bytes > MOST_RECORD_BYTES => None,
             _ => self.record(head)?,
@@ -139,11 +138,10 @@ impl<R: Read + Seek, W: Write> Recovery<R, W> {
         if next.is_some() {
             return Ok(next);
         }
-        let next = self
-            .scan
-            .next_record(offset + 1, &self.keeper.channel_ids())?;
-        let end = next.unwrap_or(self.scan.source.bytes());
-        let what = match self.scan.fits(head) {
+        let channels = self.keeper.channel_ids();
+        let next = self.source.next_record(offset + 1, &channels)?;
+        let end = next.unwrap_or(self.source.bytes());
+        let what = match self.source.fits(head) {
             true => format!("a damaged {}", name_of(head.opcode)),
             false if next.is_some() => "bytes that are no record".to_owned(),
             false => format!("a {} that is cut off", name_of(head.opcode)),
@@ -158,18 +156,18 @@ impl<R: Read + Seek, W: Write> Recovery<R, W> {
     /// The file has no footer.
     fn no_end(&mut self) {
         if self.after_data {
-            self.report.repaired("the end of the file");
+            self.keeper.report.repair("the end of the file");
         } else {
-            self.report.unfinished();
+            self.keeper.report.unfinished = true;
         }
     }
 
     /// Bytes behind the data only repeat it and point into it.
     fn lose(&mut self, offset: u64, bytes: u64, what: String, span: Option<(u64, u64)>) {
         if self.after_data {
-            self.report.repaired("the summary");
+            self.keeper.report.repair("the summary");
         } else {
-            self.report.lose(Loss {
+            self.keeper.report.lose(Loss {
                 offset,
                 bytes,
                 what,
@@ -181,22 +179,20 @@ impl<R: Read + Seek, W: Write> Recovery<R, W> {
     /// A record of moderate size outside chunks.
     fn record(&mut self, head: Head) -> Result<Option<u64>, ContainerError> {
         let mut body = Vec::new();
-        self.scan
-            .source
-            .read_at(head.body(), head.bytes, &mut body)?;
-        let place = self.scan.source.place(head.offset);
+        self.source.read_at(head.body(), head.bytes, &mut body)?;
+        let place = self.source.place(head.offset);
         // Kinds that nobody knows are more likely to be damage.
         let known = matches!(head.opcode, op::HEADER..=op::DATA_END);
         if !known && head.opcode < 0x80 {
             return Ok(None);
         }
-        if known && parse(place, head.opcode, &body).is_err() {
+        if known && place.parse(head.opcode, &body).is_err() {
             return Ok(None);
         }
         // Where nothing follows, either its length is wrong or what comes after it is damaged.
-        if !self.scan.may_start(head.end())? {
+        if !self.source.may_start(head.end())? {
             let channels = self.keeper.channel_ids();
-            let next = self.scan.next_record(head.offset + 1, &channels)?;
+            let next = self.source.next_record(head.offset + 1, &channels)?;
             if next.is_some_and(|next| next < head.end()) {
                 return Ok(None);
             }
@@ -204,29 +200,23 @@ impl<R: Read + Seek, W: Write> Recovery<R, W> {
         match head.opcode {
             op::DATA_END => {
                 self.after_data = true;
-                if !self.report.has_losses() {
+                if self.keeper.report.losses.is_empty() {
                     // All data are there; what follows repeats them.
                     self.check_data(head, &body)?;
                     self.check_summary()?;
-                    return Ok(Some(self.scan.source.bytes()));
+                    return Ok(Some(self.source.bytes()));
                 }
             }
             // The summary repeats them; others know what to do with private records of theirs there.
             op::SCHEMA | op::CHANNEL | 0x10.. if self.after_data => {}
-            op::HEADER
-            | op::FOOTER
-            | op::MESSAGE_INDEX
-            | op::CHUNK_INDEX
-            | op::ATTACHMENT_INDEX
-            | op::METADATA_INDEX
-            | op::STATISTICS
-            | op::SUMMARY_OFFSET => {}
+            op::FOOTER => {}
+            opcode if is_made_anew(opcode) => {}
             opcode => {
-                if self.report.has_losses() {
+                if !self.keeper.report.losses.is_empty() {
                     // It may come from a chunk whose checksum was lost.
-                    self.report.unchecked();
+                    self.keeper.report.unchecked = true;
                 }
-                self.keeper.alone(opcode, &body, &mut self.report)?;
+                self.keeper.alone(opcode, &body)?;
             }
         }
         Ok(Some(head.end()))
@@ -241,41 +231,39 @@ impl<R: Read + Seek, W: Write> Recovery<R, W> {
         let (mut sum, mut offset, mut piece) = (crc32fast::Hasher::new(), 0, Vec::new());
         while offset < head.offset {
             let bytes = SUMMED_BYTES.min(head.offset - offset);
-            self.scan.source.read_at(offset, bytes, &mut piece)?;
+            self.source.read_at(offset, bytes, &mut piece)?;
             sum.update(&piece);
             offset += bytes;
         }
         if sum.finalize() != stated {
-            self.report.unchecked();
+            self.keeper.report.unchecked = true;
         }
         Ok(())
     }
 
     /// Says what behind the data has to be made anew.
     fn check_summary(&mut self) -> Result<(), ContainerError> {
-        match End::read(&mut self.scan.source)? {
-            None => self.report.repaired("the end of the file"),
-            Some(End::Damaged) => self.report.repaired("the summary"),
+        match End::read(&mut self.source)? {
+            None => self.keeper.report.repair("the end of the file"),
+            Some(End::Damaged) => self.keeper.report.repair("the summary"),
             Some(End::Bare | End::Summary(_)) => {}
         }
         Ok(())
     }
 
     fn attachment(&mut self, head: Head) -> Result<Option<u64>, ContainerError> {
-        let source = &mut self.scan.source;
-        let Ok(facts) = attachment_facts(source, head) else {
+        let source = &mut self.source;
+        let Ok(index) = read_index(source, head) else {
             return Ok(None);
         };
-        source.back_to(head)?;
-        let checked = check_attachment(source, head, facts.summed_bytes, &mut std::io::sink());
-        match checked {
+        match check_attachment(source, head, summed_bytes(&index), &mut std::io::sink()) {
             Ok(()) => {
-                pass_attachment(source, head, self.keeper.writer())?;
+                pass_attachment(source, head, &mut self.keeper.writer)?;
                 Ok(Some(head.end()))
             }
             Err(error @ (ContainerError::Read { .. } | ContainerError::Write { .. })) => Err(error),
-            Err(_) if self.scan.may_start(head.end())? => {
-                let what = format!("attachment \"{}\", whose checksum differs", facts.name);
+            Err(_) if self.source.may_start(head.end())? => {
+                let what = format!("attachment \"{}\", whose checksum differs", index.name);
                 self.lose(head.offset, head.end() - head.offset, what, None);
                 Ok(Some(head.end()))
             }
@@ -285,36 +273,36 @@ impl<R: Read + Seek, W: Write> Recovery<R, W> {
 
     /// A chunk, whatever its lengths say; `None` where nothing here is one.
     fn chunk(&mut self, head: Head) -> Result<Option<u64>, ContainerError> {
-        let source = &mut self.scan.source;
-        let left = source.bytes() - head.body().min(source.bytes());
+        let end = self.source.bytes();
+        let left = end - head.body().min(end);
         let mut start = Vec::new();
-        source.read_at(head.body(), left.min(CHUNK_START_BYTES), &mut start)?;
-        let Some(facts) = ChunkFacts::of(&start)
-            .filter(|facts| crate::chunk::Packing::of(&facts.compression).is_some())
+        let bytes = left.min(CHUNK_START_BYTES);
+        self.source.read_at(head.body(), bytes, &mut start)?;
+        let Some(header) =
+            chunk_header(&start).filter(|header| Packing::from_name(&header.compression).is_some())
         else {
             return Ok(None);
         };
-        let header_bytes = facts.header_bytes() as u64;
+        let header_bytes = header_bytes(&header) as u64;
         let room = (left - header_bytes.min(left)).min(MOST_RECORD_BYTES);
         // The record and the chunk's header both say how long it is; either may be wrong.
-        let by_record = head
-            .bytes
-            .checked_sub(header_bytes)
-            .filter(|&bytes| bytes <= room);
-        let by_header = Some(facts.packed_bytes).filter(|&bytes| bytes <= room);
+        let by_record = head.bytes.checked_sub(header_bytes);
+        let by_record = by_record.filter(|&bytes| bytes <= room);
+        let by_header = Some(header.compressed_size).filter(|&bytes| bytes <= room);
         for packed_bytes in [by_header, by_record].into_iter().flatten() {
-            if let Some(next) = self.whole_chunk(head, &facts, packed_bytes)? {
+            if let Some(next) = self.whole_chunk(head, &header, packed_bytes)? {
                 return Ok(Some(next));
             }
         }
-        let span = (facts.end != 0 && facts.end >= facts.start).then_some((facts.start, facts.end));
+        let span = (header.message_start_time, header.message_end_time);
+        let span = Some(span).filter(|&(start, end)| end != 0 && end >= start);
         if by_header.is_none() && by_record.is_none() {
-            self.open_chunk(head, &facts, room, span)?;
-            return Ok(Some(self.scan.source.bytes()));
+            self.open_chunk(head, &header, room, span)?;
+            return Ok(Some(end));
         }
         let ends = [by_record, by_header].into_iter().flatten();
         for end in ends.map(|packed| head.body() + header_bytes + packed) {
-            if self.scan.may_start(end)? {
+            if self.source.may_start(end)? {
                 let what = "a chunk whose content is damaged".to_owned();
                 self.lose(head.offset, end - head.offset, what, span);
                 return Ok(Some(end));
@@ -323,35 +311,41 @@ impl<R: Read + Seek, W: Write> Recovery<R, W> {
         Ok(None)
     }
 
+    /// Unpacks so many packed bytes of a chunk as far as they are sound, and gives them.
+    fn unpack(
+        &mut self,
+        head: Head,
+        header: &ChunkHeader,
+        packed_bytes: u64,
+    ) -> Result<Vec<u8>, ContainerError> {
+        let mut packed = Vec::new();
+        let start = head.body() + header_bytes(header) as u64;
+        self.source.read_at(start, packed_bytes, &mut packed)?;
+        unpack_start(header, &packed, &mut self.records);
+        Ok(packed)
+    }
+
     /// Keeps a chunk of so many packed bytes if its checksum holds, or if it has none and is as long
     /// as it should be.
     fn whole_chunk(
         &mut self,
         head: Head,
-        facts: &ChunkFacts,
+        header: &ChunkHeader,
         packed_bytes: u64,
     ) -> Result<Option<u64>, ContainerError> {
-        let mut body = Vec::new();
-        let bytes = facts.header_bytes() as u64 + packed_bytes;
-        self.scan.source.read_at(head.body(), bytes, &mut body)?;
-        let mut facts = facts.clone();
-        facts.packed_bytes = packed_bytes;
-        // The end of the packed bytes is found by the sum; where it is found is no matter.
-        let _ = unpack(&facts, &body, Extent::Start, &mut self.records);
-        let sound = match facts.crc {
-            0 => self.records.len() as u64 == facts.unpacked_bytes,
+        let packed = self.unpack(head, header, packed_bytes)?;
+        let sound = match header.uncompressed_crc {
+            0 => self.records.len() as u64 == header.uncompressed_size,
             crc => crc == crc32fast::hash(&self.records),
         };
         if !sound {
             return Ok(None);
         }
-        let packed = &body[facts.header_bytes()..];
-        self.keeper
-            .chunk(&self.records, &facts.compression, packed, &mut self.report)?;
-        let end = head.body() + bytes;
+        (self.keeper).chunk(&self.records, &header.compression, &packed)?;
+        let end = head.body() + header_bytes(header) as u64 + packed_bytes;
         // There may be more in the record than the packed bytes.
-        let padded = head.end() > end && head.end() <= self.scan.source.bytes();
-        let next = match padded && self.scan.may_start(head.end())? {
+        let padded = head.end() > end && head.end() <= self.source.bytes();
+        let next = match padded && self.source.may_start(head.end())? {
             true => head.end(),
             false => end,
         };
@@ -362,26 +356,16 @@ impl<R: Read + Seek, W: Write> Recovery<R, W> {
     fn open_chunk(
         &mut self,
         head: Head,
-        facts: &ChunkFacts,
+        header: &ChunkHeader,
         packed_bytes: u64,
         span: Option<(u64, u64)>,
     ) -> Result<(), ContainerError> {
-        let mut body = Vec::new();
-        let bytes = facts.header_bytes() as u64 + packed_bytes;
-        self.scan.source.read_at(head.body(), bytes, &mut body)?;
-        let _ = unpack(facts, &body, Extent::Start, &mut self.records);
-        let kept = self
-            .keeper
-            .part(&self.records, &facts.compression, &mut self.report)?;
-        let end = self.scan.source.bytes();
+        self.unpack(head, header, packed_bytes)?;
+        let kept = (self.keeper).start_of_chunk(&self.records, &header.compression)?;
         let what = format!("the rest of a chunk that is cut off, after {kept} messages");
-        self.lose(head.offset, end - head.offset, what, span);
+        let bytes = self.source.bytes() - head.offset;
+        self.lose(head.offset, bytes, what, span);
         self.no_end();
         Ok(())
-    }
-
-    fn finish(self) -> Result<Recovered, ContainerError> {
-        let stated = self.keeper.stated_messages();
-        Ok(self.report.finish(self.keeper.finish()?, stated))
     }
 }

@@ -3,21 +3,23 @@
 mod latched;
 
 use std::collections::BTreeMap;
-use std::io::{Read, Seek, Write};
+use std::io::{Cursor, Read, Seek, Write};
 
-use mcap::records::op;
+use mcap::records::{Record, op};
 
 use crate::attachment::pass_attachment;
 use crate::channel::{ChannelFacts, Definitions, Latch, latch};
-use crate::chunk::{Extent, Packing, unpack};
-use crate::error::ContainerError;
-use crate::format::{ChunkFacts, MessageFacts, Records, push_record};
-use crate::index::Written;
+use crate::chunk::{Packing, header_bytes};
+use crate::error::{ContainerError, Place};
+use crate::feed::{Feed, Outside};
+use crate::fields::chunk_header;
+use crate::format::{MessageFacts, Records, id_of, is_made_anew, push_record};
+use crate::ids::Ids;
 use crate::interval::Interval;
-use crate::overview::{CHUNK_START_BYTES, MetadataRecord, Overview};
+use crate::merge::set_channel;
+use crate::overview::{CHUNK_START_BYTES, MetadataRecord, Overview, walk_definitions};
 use crate::source::{Head, Source};
-use crate::walk::{chunk_facts, chunk_fault, parse};
-use crate::writer::Writer;
+use crate::writer::{CHUNK_BYTES, Writer, Written};
 use latched::Latched;
 
 /// What is kept of a file.
@@ -37,6 +39,10 @@ pub struct Selection<'a> {
     pub replace: BTreeMap<String, BTreeMap<String, String>>,
     /// Metadata records to add at the end of the data.
     pub add: Vec<MetadataRecord>,
+    /// An MCAP file whose messages come between those that stay, by log time, chunk by chunk; its other
+    /// records are left out. Its channels become one with equal ones that stay, and get new ids where
+    /// theirs are taken.
+    pub append: Option<&'a [u8]>,
     /// How chunks are packed [as they were]. Messages that lie outside chunks are put into some.
     pub packing: Option<Packing>,
 }
@@ -52,6 +58,7 @@ impl Default for Selection<'_> {
             attachments: true,
             replace: BTreeMap::new(),
             add: Vec::new(),
+            append: None,
             packing: None,
         }
     }
@@ -74,6 +81,8 @@ impl std::fmt::Debug for Selection<'_> {
 pub struct Selected {
     /// What the output holds.
     pub written: Written,
+    /// Messages that were appended.
+    pub appended: u64,
     /// Messages that were read and left out.
     pub left_out: u64,
     /// Chunks that were not even read, since their times are outside all stretches.
@@ -92,55 +101,42 @@ pub struct Selected {
 /// # Errors
 ///
 /// [`ContainerError::Truncated`] and [`ContainerError::Damaged`] with the byte at which the file is
-/// wrong; [`ContainerError::Read`], [`ContainerError::Write`]. What was written then is no file.
+/// wrong; [`ContainerError::Collision`] for appended channels with other schemas than those of their
+/// topics; [`ContainerError::Read`], [`ContainerError::Write`]. What was written then is no file.
 pub fn select<R: Read + Seek, W: Write>(
     source: &mut Source<R>,
     out: W,
     selection: &Selection<'_>,
 ) -> Result<Selected, ContainerError> {
     let overview = Overview::read(source)?;
-    let mut body = Vec::new();
-    let header = header(source, &mut body)?;
+    let appended = (selection.append)
+        .map(|bytes| Appended::open(source, &overview, selection, bytes))
+        .transpose()?;
+    let header = source.header()?.unwrap_or_else(|| vec![0; 8]);
+    let packing = selection.packing.unwrap_or(Packing::Zstd);
     let mut copy = Copy {
+        source,
         overview,
         selection,
-        writer: Writer::create(out, &header, selection.packing.unwrap_or(Packing::Zstd))?,
+        writer: Writer::with_header(out, &header, packing)?,
+        appended,
         definitions: Definitions::default(),
-        channels: BTreeMap::new(),
+        fates: BTreeMap::new(),
         latched: Latched::default(),
         result: Selected::default(),
+        body: Vec::new(),
         records: Vec::new(),
         kept: Vec::new(),
     };
-    copy.learn_from_overview(source)?;
-    while let Some(head) = source.next_head()? {
+    copy.learn_from_overview()?;
+    while let Some(head) = copy.source.next_head()? {
         if matches!(head.opcode, op::DATA_END | op::FOOTER) {
-            // To the end, for its checksums.
-            source.body(head, &mut body)?;
-            while let Some(head) = source.next_head()? {
-                source.body(head, &mut body)?;
-            }
+            copy.source.read_to_end(head)?;
             break;
         }
-        copy.record(source, head, &mut body)?;
+        copy.record(head)?;
     }
     copy.finish()
-}
-
-/// The body of the header record; that of an empty one where the file does not start with one.
-pub(crate) fn header<R: Read + Seek>(
-    source: &mut Source<R>,
-    body: &mut Vec<u8>,
-) -> Result<Vec<u8>, ContainerError> {
-    if let Some(head) = source.next_head()?
-        && head.opcode == op::HEADER
-    {
-        source.body(head, body)?;
-        parse(source.place(head.offset), head.opcode, body)?;
-        return Ok(body.clone());
-    }
-    source.rewind()?;
-    Ok(vec![0; 8])
 }
 
 /// What is decided about a channel.
@@ -150,100 +146,81 @@ struct Fate {
     latch: Option<Latch>,
 }
 
-struct Copy<'a, W> {
+struct Copy<'a, R, W> {
+    source: &'a mut Source<R>,
     overview: Overview,
     selection: &'a Selection<'a>,
     writer: Writer<W>,
+    appended: Option<Appended<'a>>,
     definitions: Definitions,
-    channels: BTreeMap<u16, Fate>,
+    fates: BTreeMap<u16, Fate>,
     latched: Latched,
     result: Selected,
+    /// Body of the record at hand.
+    body: Vec<u8>,
     /// Records of the chunk at hand.
     records: Vec<u8>,
     /// Those of them that stay.
     kept: Vec<u8>,
 }
 
-impl<W: Write> Copy<'_, W> {
+impl<R: Read + Seek, W: Write> Copy<'_, R, W> {
     /// Channels are known from the summary before chunks are skipped.
-    fn learn_from_overview<R: Read + Seek>(
-        &mut self,
-        source: &Source<R>,
-    ) -> Result<(), ContainerError> {
-        let overview = &self.overview;
-        let bodies = (overview.schemas.values().map(|body| (op::SCHEMA, body)))
-            .chain(overview.channels.values().map(|body| (op::CHANNEL, body)));
-        let bodies: Vec<_> = bodies
-            .map(|(opcode, body)| (opcode, body.clone()))
-            .collect();
-        for (opcode, body) in bodies {
-            self.define(source, source.bytes(), opcode, &body)?;
+    fn learn_from_overview(&mut self) -> Result<(), ContainerError> {
+        let overview = std::mem::take(&mut self.overview);
+        for (opcode, body) in overview.definitions() {
+            self.define(self.source.bytes(), opcode, body)?;
         }
+        self.overview = overview;
         Ok(())
     }
 
     /// Learns a schema or channel; gives whether it stays.
-    fn define<R: Read + Seek>(
-        &mut self,
-        source: &Source<R>,
-        offset: u64,
-        opcode: u8,
-        body: &[u8],
-    ) -> Result<bool, ContainerError> {
-        let record = parse(source.place(offset), opcode, body)?;
-        let Some(channel) = self.definitions.add(record) else {
+    fn define(&mut self, offset: u64, opcode: u8, body: &[u8]) -> Result<bool, ContainerError> {
+        let record = self.source.place(offset).parse(opcode, body)?;
+        let Some(id) = self.definitions.add(&record) else {
             return Ok(true);
         };
-        let fate = Fate {
-            kept: self.selection.channels.is_none_or(|keep| keep(&channel)),
-            latch: (self.selection.latch)(&channel),
-        };
-        self.channels.insert(channel.id, fate);
+        let channel = &self.definitions.channels[&id];
+        let fate = self.fates.entry(id).or_insert_with(|| Fate {
+            kept: self.selection.keeps(channel),
+            latch: (self.selection.latch)(channel),
+        });
         Ok(fate.kept)
     }
 
-    fn record<R: Read + Seek>(
-        &mut self,
-        source: &mut Source<R>,
-        head: Head,
-        body: &mut Vec<u8>,
-    ) -> Result<(), ContainerError> {
+    fn record(&mut self, head: Head) -> Result<(), ContainerError> {
         match head.opcode {
-            op::CHUNK if self.skips(source, head)? => self.skipped(),
-            op::CHUNK => {
-                source.body(head, body)?;
-                self.chunk(source, head, body)
-            }
+            op::CHUNK if self.skips(head)? => return self.skipped(),
+            op::CHUNK => return self.chunk(head),
             op::ATTACHMENT if self.selection.attachments => {
-                pass_attachment(source, head, &mut self.writer)
+                return pass_attachment(self.source, head, &mut self.writer);
             }
-            op::ATTACHMENT => Ok(()),
-            op::MESSAGE_INDEX
-            | op::CHUNK_INDEX
-            | op::ATTACHMENT_INDEX
-            | op::METADATA_INDEX
-            | op::STATISTICS
-            | op::SUMMARY_OFFSET
-            | op::HEADER => source.body(head, body),
-            op::METADATA => {
-                source.body(head, body)?;
-                self.metadata(source, head, body)
-            }
-            opcode => {
-                source.body(head, body)?;
-                if !self.stays(source, head.offset, opcode, body)? {
-                    return Ok(());
-                }
+            op::ATTACHMENT => return Ok(()),
+            _ => {}
+        }
+        let mut body = std::mem::take(&mut self.body);
+        self.source.body(head, &mut body)?;
+        match head.opcode {
+            opcode if is_made_anew(opcode) => {}
+            op::METADATA => self.metadata(head, &body)?,
+            opcode if self.stays(head.offset, opcode, &body)? => {
                 let mut moved = std::mem::take(&mut self.kept);
                 moved.clear();
-                self.moved_before(opcode, body, &mut moved);
+                let time = self.moved_before(opcode, &body, &mut moved);
+                if time.is_some() {
+                    self.append_before(time)?;
+                }
                 for (opcode, body) in Records(&moved).flatten() {
                     self.alone(opcode, body)?;
                 }
                 self.kept = moved;
-                self.alone(opcode, body)
+                self.alone(opcode, &body)?;
             }
+            _ => {}
         }
+        self.body = body;
+        Ok(())
     }
 
     /// Writes a record that lies outside chunks.
@@ -255,132 +232,110 @@ impl<W: Write> Copy<'_, W> {
         }
     }
 
-    fn metadata<R: Read + Seek>(
-        &mut self,
-        source: &Source<R>,
-        head: Head,
-        body: &[u8],
-    ) -> Result<(), ContainerError> {
-        parse(source.place(head.offset), head.opcode, body)?;
+    fn metadata(&mut self, head: Head, body: &[u8]) -> Result<(), ContainerError> {
+        let record = self.source.place(head.offset).parse(head.opcode, body)?;
+        let Record::Metadata(record) = record else {
+            return Ok(());
+        };
         if !self.selection.metadata {
             return Ok(());
         }
-        let replaced = MetadataRecord::parse(body).and_then(|record| {
-            let facts = self.selection.replace.get(&record.name)?.clone();
-            Some(MetadataRecord { facts, ..record }.to_bytes())
-        });
-        let body = replaced.as_deref().unwrap_or(body);
-        self.writer.outside(op::METADATA, body)
+        match self.selection.replace.get(&record.name) {
+            Some(facts) => self.writer.metadata(&record.name, facts),
+            None => self.writer.outside(op::METADATA, body),
+        }
     }
 
     /// Whether a record that may lie in a chunk stays where it is.
-    fn stays<R: Read + Seek>(
-        &mut self,
-        source: &Source<R>,
-        offset: u64,
-        opcode: u8,
-        body: &[u8],
-    ) -> Result<bool, ContainerError> {
+    fn stays(&mut self, offset: u64, opcode: u8, body: &[u8]) -> Result<bool, ContainerError> {
         if matches!(opcode, op::SCHEMA | op::CHANNEL) {
-            return self.define(source, offset, opcode, body);
+            return self.define(offset, opcode, body);
         }
         if opcode != op::MESSAGE {
             return Ok(true);
         }
-        let facts =
-            MessageFacts::of(body).ok_or_else(|| source.place(offset).short(op::MESSAGE))?;
-        let fate = self.channels.get(&facts.channel).copied().unwrap_or(Fate {
+        let place = self.source.place(offset);
+        let message = MessageFacts::read(body).ok_or_else(|| place.short(op::MESSAGE))?;
+        let fate = self.fates.get(&message.channel).copied();
+        let fate = fate.unwrap_or(Fate {
             kept: self.selection.channels.is_none(),
             latch: None,
         });
-        let inside = (self.selection.keep.iter()).any(|stretch| stretch.contains(facts.log_time));
-        if fate.kept && inside {
+        let keep = &self.selection.keep;
+        if fate.kept && keep.iter().any(|range| range.contains(message.log_time)) {
             return Ok(true);
         }
-        match fate.latch {
-            Some(latch) if fate.kept => {
-                let forgotten = (self.latched).hold(&self.selection.keep, facts, latch, body);
-                self.result.left_out += forgotten;
-            }
-            _ => self.result.left_out += 1,
-        }
+        self.result.left_out += match fate.latch {
+            Some(latch) if fate.kept => self.latched.hold(keep, message, latch, body),
+            _ => 1,
+        };
         Ok(false)
     }
 
-    /// Adds the messages that a stretch starts with, if this is its first.
-    fn moved_before(&mut self, opcode: u8, body: &[u8], records: &mut Vec<u8>) {
-        let time = crate::writer::message_facts(opcode, body).map(|facts| facts.log_time);
-        let stretch = time.and_then(|time| {
-            let mut stretches = self.selection.keep.iter();
-            Some((stretches.position(|stretch| stretch.contains(time))?, time))
-        });
-        if let Some((stretch, time)) = stretch {
-            self.result.moved += self.latched.release(stretch, time, records);
+    /// Adds the messages that an interval starts with, if this is its first one; gives the log time of a
+    /// message.
+    fn moved_before(&mut self, opcode: u8, body: &[u8], records: &mut Vec<u8>) -> Option<u64> {
+        let message = (opcode == op::MESSAGE).then(|| MessageFacts::read(body));
+        let time = message.flatten()?.log_time;
+        let mut keep = self.selection.keep.iter();
+        if let Some(interval) = keep.position(|interval| interval.contains(time)) {
+            self.result.moved += self.latched.release(interval, time, records);
         }
+        Some(time)
     }
 
-    fn chunk<R: Read + Seek>(
-        &mut self,
-        source: &Source<R>,
-        head: Head,
-        body: &[u8],
-    ) -> Result<(), ContainerError> {
-        let place = source.place(head.offset);
-        let facts = chunk_facts(place, body)?;
+    fn chunk(&mut self, head: Head) -> Result<(), ContainerError> {
+        let mut body = std::mem::take(&mut self.body);
         let mut records = std::mem::take(&mut self.records);
         let mut kept = std::mem::take(&mut self.kept);
-        unpack(&facts, body, Extent::Whole, &mut records)
-            .map_err(|error| chunk_fault(place, &facts, body, error))?;
+        let header = self.source.chunk(head, &mut body, &mut records)?;
         kept.clear();
         for (opcode, data) in Records(&records).flatten() {
-            if self.stays(source, head.offset, opcode, data)? {
+            if self.stays(head.offset, opcode, data)? {
                 self.moved_before(opcode, data, &mut kept);
                 push_record(&mut kept, opcode, data);
             }
         }
-        let own = Packing::of(&facts.compression);
+        self.append_before(Some(header.message_start_time))?;
+        let own = Packing::from_name(&header.compression);
         let packing = self.selection.packing.or(own).unwrap_or(Packing::Zstd);
         if kept == records && Some(packing) == own {
-            let start = facts.header_bytes();
+            let start = header_bytes(&header);
             // As long as the chunk's parsing made sure of.
-            let packed = &body[start..start + facts.packed_bytes as usize];
+            let packed = &body[start..start + header.compressed_size as usize];
             self.writer.packed_chunk(&records, packing.name(), packed)?;
         } else if !kept.is_empty() {
             self.writer.chunk(&kept, packing)?;
         }
-        self.records = records;
-        self.kept = kept;
+        (self.body, self.records, self.kept) = (body, records, kept);
         Ok(())
     }
 
     /// Whether nothing of a chunk can be of use, by its times and what the summary says of it.
-    fn skips<R: Read + Seek>(
-        &mut self,
-        source: &mut Source<R>,
-        head: Head,
-    ) -> Result<bool, ContainerError> {
-        if !self.overview.complete || self.selection.keep == [Interval::ALL] {
+    fn skips(&mut self, head: Head) -> Result<bool, ContainerError> {
+        let keep = &self.selection.keep;
+        if !self.overview.complete || keep == &[Interval::ALL] {
             return Ok(false);
         }
         let mut start = Vec::new();
-        source.read_at(head.body(), head.bytes.min(CHUNK_START_BYTES), &mut start)?;
-        source.back_to(head)?;
-        let (Some(facts), Some(listed)) = (
-            ChunkFacts::of(&start),
-            self.overview.chunks.get(&head.offset),
-        ) else {
+        let bytes = head.bytes.min(CHUNK_START_BYTES);
+        self.source.read_at(head.body(), bytes, &mut start)?;
+        self.source.back_to(head)?;
+        let (Some(header), Some(listed)) =
+            (chunk_header(&start), self.overview.chunks.get(&head.offset))
+        else {
             return Ok(false);
         };
-        let used =
-            (self.selection.keep.iter()).any(|stretch| stretch.meets(facts.start, facts.end));
-        let latched = listed.channels.iter().any(|id| {
-            self.channels
-                .get(id)
-                .is_none_or(|fate| fate.latch.is_some())
+        let (first, last) = (header.message_start_time, header.message_end_time);
+        let used = keep.iter().any(|interval| interval.meets(first, last));
+        let mut channels = listed.message_index_offsets.keys();
+        let latched = channels.any(|id| {
+            let fate = self.fates.get(id);
+            fate.is_none_or(|fate| fate.latch.is_some())
         });
         // Without a single channel it may be that its writer made no message indexes.
-        let skips = !used && !latched && !listed.channels.is_empty();
-        if skips && let Some(packing) = Packing::of(&facts.compression) {
+        let skips = !used && !latched && !listed.message_index_offsets.is_empty();
+        if skips && let Some(packing) = Packing::from_name(&header.compression) {
             self.writer
                 .set_packing(self.selection.packing.unwrap_or(packing));
         }
@@ -390,35 +345,127 @@ impl<W: Write> Copy<'_, W> {
     /// What a skipped chunk may have defined comes from the summary.
     fn skipped(&mut self) -> Result<(), ContainerError> {
         self.result.chunks_skipped += 1;
-        for (&id, body) in &self.overview.schemas {
-            if !self.writer.index().schemas.contains_key(&id) {
-                self.writer.inside(op::SCHEMA, body)?;
-            }
-        }
-        for (&id, body) in &self.overview.channels {
-            let kept = self.channels.get(&id).is_none_or(|fate| fate.kept);
-            let known = self.writer.index().channels.contains_key(&id);
-            if kept && !known {
-                self.writer.inside(op::CHANNEL, body)?;
+        for (opcode, body) in self.overview.definitions() {
+            let fate = id_of(body).filter(|_| opcode == op::CHANNEL);
+            let fate = fate.and_then(|id| self.fates.get(&id));
+            if fate.is_none_or(|fate| fate.kept) {
+                self.writer.inside_once(opcode, body)?;
             }
         }
         self.writer.close_chunk()
     }
 
+    /// Writes appended messages up to this time; without one all that are left.
+    fn append_before(&mut self, time: Option<u64>) -> Result<(), ContainerError> {
+        let packing = self.selection.packing.unwrap_or(Packing::Zstd);
+        match &mut self.appended {
+            Some(appended) => appended.write_before(time, &mut self.writer, packing),
+            None => Ok(()),
+        }
+    }
+
     fn finish(mut self) -> Result<Selected, ContainerError> {
         let mut rest = Vec::new();
-        for (n, stretch) in self.selection.keep.iter().enumerate() {
-            let start = stretch.from_unix_nanos();
+        for (n, interval) in self.selection.keep.iter().enumerate() {
+            let start = interval.from_unix_nanos();
             self.result.moved += self.latched.release(n, start, &mut rest);
         }
         if !rest.is_empty() {
-            self.writer
-                .chunk(&rest, self.selection.packing.unwrap_or(Packing::Zstd))?;
+            let packing = self.selection.packing.unwrap_or(Packing::Zstd);
+            self.writer.chunk(&rest, packing)?;
         }
+        self.append_before(None)?;
+        self.result.appended = self.appended.map_or(0, |appended| appended.messages);
         for record in &self.selection.add {
-            self.writer.outside(op::METADATA, &record.to_bytes())?;
+            self.writer.metadata(&record.name, &record.facts)?;
         }
         self.result.written = self.writer.finish()?;
         Ok(self.result)
+    }
+}
+
+impl Selection<'_> {
+    fn keeps(&self, channel: &ChannelFacts) -> bool {
+        self.channels.is_none_or(|keep| keep(channel))
+    }
+}
+
+/// Messages of a second file, on their way into the copy of the first.
+struct Appended<'a> {
+    feed: Feed<Cursor<&'a [u8]>>,
+    ids: Ids,
+    /// Records that are not written yet.
+    records: Vec<u8>,
+    messages: u64,
+}
+
+impl<'a> Appended<'a> {
+    /// Leaves the ids alone that the first file has for what stays of it.
+    fn open<R: Read + Seek>(
+        source: &mut Source<R>,
+        overview: &Overview,
+        selection: &Selection<'_>,
+        bytes: &'a [u8],
+    ) -> Result<Self, ContainerError> {
+        let (mut ids, mut known) = (Ids::new(false), Definitions::default());
+        let file = source.file().to_owned();
+        let place = Place {
+            file: &file,
+            offset: 0,
+        };
+        walk_definitions(source, overview, |record| {
+            let id = known.add(&record);
+            if id.is_none_or(|id| selection.keeps(&known.channels[&id])) {
+                ids.learn(0, place, &record)?;
+            }
+            Ok(())
+        })?;
+        let added = format!("what is added to {file}");
+        let mut appended = Self {
+            feed: Feed::start(Source::open(&added, Cursor::new(bytes))?)?,
+            ids,
+            records: Vec::new(),
+            messages: 0,
+        };
+        appended.advance()?;
+        Ok(appended)
+    }
+
+    /// Goes on to the next message.
+    fn advance(&mut self) -> Result<(), ContainerError> {
+        let feed = &mut self.feed;
+        while let Some(outside) = feed.next()? {
+            if let Outside::Record(opcode @ (op::SCHEMA | op::CHANNEL)) = outside {
+                let body = (self.ids).define(1, feed.place(), opcode, feed.body())?;
+                push_record(&mut self.records, opcode, &body);
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes messages up to this time as far as they fill chunks; without one all that are left.
+    fn write_before<W: Write>(
+        &mut self,
+        time: Option<u64>,
+        writer: &mut Writer<W>,
+        packing: Packing,
+    ) -> Result<(), ContainerError> {
+        while let Some(next) = self.feed.message_time()
+            && time.is_none_or(|time| next < time)
+        {
+            set_channel(&self.ids, 1, &mut self.feed)?;
+            push_record(&mut self.records, op::MESSAGE, self.feed.body());
+            self.messages += 1;
+            self.advance()?;
+            if self.records.len() > CHUNK_BYTES {
+                writer.chunk(&self.records, packing)?;
+                self.records.clear();
+            }
+        }
+        if time.is_none() && !self.records.is_empty() {
+            writer.chunk(&self.records, packing)?;
+            self.records.clear();
+        }
+        Ok(())
     }
 }

@@ -3,11 +3,11 @@
 use std::io::{Read, Seek, SeekFrom, Write};
 
 use crc32fast::Hasher;
-use mcap::records::{Record, op};
+use mcap::records::{ChunkHeader, Record, op};
 
-use crate::error::ContainerError;
-use crate::fault::{Place, Rest};
-use crate::format::{FOOTER_COVERED_BYTES, PREFIX_BYTES, name_of};
+use crate::chunk::unpack;
+use crate::error::{ContainerError, Place, Rest};
+use crate::format::{FOOTER_COVERED_BYTES, PREFIX_BYTES, name_of, prefix};
 
 /// Bytes that go through memory at once where a record is passed on without being kept.
 const PASSED_BYTES: u64 = 1 << 20;
@@ -183,12 +183,8 @@ impl<R: Read + Seek> Source<R> {
         let sum = self.sum.take();
         let mut body = Vec::new();
         self.read_on(head.bytes.min(64), &mut body)?;
-        let place = Place {
-            file: &self.file,
-            offset: head.offset,
-        };
-        let record = crate::fields::parse_record(head.opcode, &body)
-            .map_err(|error| place.damaged(head.opcode, error))?;
+        let place = self.place(head.offset);
+        let record = place.parse(head.opcode, &body)?;
         match (record, sum, self.part) {
             (Record::DataEnd(end), Some(sum), Part::Data) if end.data_section_crc != 0 => {
                 let calculated = sum.finalize();
@@ -198,8 +194,7 @@ impl<R: Read + Seek> Source<R> {
                 }
             }
             (Record::Footer(footer), Some(mut sum), Part::Summary) if footer.summary_crc != 0 => {
-                sum.update(&[head.opcode]);
-                sum.update(&head.bytes.to_le_bytes());
+                sum.update(&prefix(head.opcode, head.bytes));
                 sum.update(&body[..FOOTER_COVERED_BYTES]);
                 let calculated = sum.finalize();
                 if calculated != footer.summary_crc {
@@ -243,6 +238,43 @@ impl<R: Read + Seek> Source<R> {
             }
         }
         Ok(())
+    }
+
+    /// Reads the chunk whose head was read last, its records unpacked; see [`unpack`].
+    pub(crate) fn chunk(
+        &mut self,
+        head: Head,
+        body: &mut Vec<u8>,
+        records: &mut Vec<u8>,
+    ) -> Result<ChunkHeader, ContainerError> {
+        self.body(head, body)?;
+        unpack(self.place(head.offset), body, records)
+    }
+
+    /// The body of the header record, where the source stands at one; then at the record behind it.
+    pub(crate) fn header(&mut self) -> Result<Option<Vec<u8>>, ContainerError> {
+        let mut body = Vec::new();
+        if let Some(head) = self.next_head()?
+            && head.opcode == op::HEADER
+        {
+            self.body(head, &mut body)?;
+            self.place(head.offset).parse(head.opcode, &body)?;
+            return Ok(Some(body));
+        }
+        self.rewind()?;
+        Ok(None)
+    }
+
+    /// Reads from the record whose head was read last to the end, for the checksums there.
+    pub(crate) fn read_to_end(&mut self, mut head: Head) -> Result<(), ContainerError> {
+        let mut body = Vec::new();
+        loop {
+            self.body(head, &mut body)?;
+            match self.next_head()? {
+                Some(next) => head = next,
+                None => return Ok(()),
+            }
+        }
     }
 
     /// Stands in front of the body of the record whose head was read last, after a look elsewhere.
@@ -304,7 +336,9 @@ impl<R: Read + Seek> Source<R> {
             return Err(self.cut(self.next)?);
         }
         if rest.bytes > magic || !rest.start.starts_with(mcap::MAGIC) {
-            return Err(self.place(self.next).bad_end(&rest));
+            let expected = "\\x89MCAP0\\r\\n and nothing after it";
+            let place = self.place(self.next);
+            return Err(place.error("end of the file", expected, rest.describe()));
         }
         Ok(())
     }

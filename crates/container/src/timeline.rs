@@ -9,35 +9,13 @@ use std::collections::{BTreeMap, BinaryHeap};
 use std::io::{Read, Seek};
 use std::sync::Arc;
 
-use mcap::records::{MessageHeader, Record, op};
+use mcap::records::{Record, op};
 
 use crate::channel::ChannelFacts;
 use crate::error::ContainerError;
-use crate::index::spanned;
+use crate::format::spanned;
 use crate::source::Source;
 use crate::timeline::blocks::{Block, Cache, Entry};
-use crate::walk::parse;
-
-/// What a channel's messages are described by.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct SchemaFacts {
-    /// Its name.
-    pub name: String,
-    /// How it is written, such as `protobuf`, `jsonschema`, `ros2msg`.
-    pub encoding: String,
-    /// The description itself.
-    pub data: Vec<u8>,
-}
-
-/// A channel of a [`Timeline`] with its whole schema.
-#[derive(Clone, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct TimelineChannel {
-    /// The channel as its record describes it.
-    pub facts: ChannelFacts,
-    /// `None` for a channel without one.
-    pub schema: Option<SchemaFacts>,
-}
 
 /// A message of a [`Timeline`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,19 +56,17 @@ pub struct KeptMessage {
 /// ```
 /// use std::io::Cursor;
 ///
-/// use inhand_container::{Source, Timeline};
+/// use inhand_container::{Packing, Source, Timeline, Writer};
 ///
-/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
-/// # let mut file = Cursor::new(Vec::new());
-/// # let mut writer = mcap::Writer::new(&mut file)?;
-/// # let channel_id = writer.add_channel(0, "/a", "json", &Default::default())?;
+/// # fn main() -> Result<(), inhand_container::ContainerError> {
+/// # let mut bag = Vec::new();
+/// # let mut writer = Writer::new(&mut bag, "", "example", Packing::Zstd)?;
+/// # let channel = writer.channel(0, "/a", "json", &Default::default())?;
 /// # for log_time in [3, 1, 2] {
-/// #     let header = mcap::records::MessageHeader { channel_id, sequence: 0, log_time, publish_time: 0 };
-/// #     writer.write_to_known_channel(&header, b"{}")?;
+/// #     writer.message(channel, 0, log_time, |data| data.extend(b"{}"))?;
 /// # }
 /// # writer.finish()?;
-/// # drop(writer);
-/// let mut timeline = Timeline::open(Source::open("bag.mcap", file)?)?;
+/// let mut timeline = Timeline::open(Source::open("bag.mcap", Cursor::new(bag))?)?;
 /// timeline.seek(2);
 /// let mut times = Vec::new();
 /// while let Some(message) = timeline.next_message()? {
@@ -103,7 +79,7 @@ pub struct KeptMessage {
 /// ```
 pub struct Timeline<R> {
     source: Source<R>,
-    channels: BTreeMap<u16, TimelineChannel>,
+    channels: BTreeMap<u16, ChannelFacts>,
     /// In the order of the file.
     blocks: Vec<Block>,
     /// Blocks by their first log time, then by their place in the file.
@@ -135,13 +111,13 @@ impl<R: Read + Seek> Timeline<R> {
     /// [`ContainerError::Truncated`] and [`ContainerError::Damaged`] where records do not follow each
     /// other or do not parse, [`ContainerError::Read`].
     pub fn open(mut source: Source<R>) -> Result<Self, ContainerError> {
-        let survey = survey::survey(&mut source)?;
-        let mut by_start: Vec<usize> = (0..survey.blocks.len()).collect();
-        by_start.sort_by_key(|&block| survey.blocks[block].span.0);
+        let (definitions, blocks) = survey::survey(&mut source)?;
+        let mut by_start: Vec<usize> = (0..blocks.len()).collect();
+        by_start.sort_by_key(|&block| blocks[block].span.0);
         Ok(Self {
             source,
-            channels: survey.channels,
-            blocks: survey.blocks,
+            channels: definitions.channels,
+            blocks,
             by_start,
             cache: Cache::default(),
             from: 0,
@@ -159,7 +135,7 @@ impl<R: Read + Seek> Timeline<R> {
     }
 
     /// The channels by their identifiers, those without messages too.
-    pub fn channels(&self) -> impl Iterator<Item = &TimelineChannel> {
+    pub fn channels(&self) -> impl Iterator<Item = &ChannelFacts> {
         self.channels.values()
     }
 
@@ -223,9 +199,16 @@ impl<R: Read + Seek> Timeline<R> {
         }
         let place = self.source.place(self.blocks[block].offset);
         let body = self.at_hand.get(entry.body).unwrap_or_default();
-        message(parse(place, op::MESSAGE, body)?, body)
-            .map(Some)
-            .ok_or_else(|| place.short(op::MESSAGE))
+        let Record::Message { header, data } = place.parse(op::MESSAGE, body)? else {
+            return Err(place.short(op::MESSAGE));
+        };
+        Ok(Some(TimedMessage {
+            channel: header.channel_id,
+            sequence: header.sequence,
+            log_time: header.log_time,
+            publish_time: header.publish_time,
+            data: &body[body.len() - data.len()..],
+        }))
     }
 
     /// Takes the messages of a block in that are not too early.
@@ -257,26 +240,6 @@ impl<R: Read + Seek> Timeline<R> {
         let block = &self.blocks[block];
         block.entries(records, self.source.place(block.offset), &self.channels)
     }
-}
-
-/// A parsed message with the bytes that it was parsed from.
-fn message<'a>(record: Record<'_>, body: &'a [u8]) -> Option<TimedMessage<'a>> {
-    let Record::Message { header, data } = record else {
-        return None;
-    };
-    let MessageHeader {
-        channel_id,
-        sequence,
-        log_time,
-        publish_time,
-    } = header;
-    Some(TimedMessage {
-        channel: channel_id,
-        sequence,
-        log_time,
-        publish_time,
-        data: body.get(body.len() - data.len()..)?,
-    })
 }
 
 impl<R> std::fmt::Debug for Timeline<R> {

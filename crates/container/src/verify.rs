@@ -5,9 +5,9 @@ use std::io::{Read, Seek};
 use mcap::records::Record;
 
 use crate::error::ContainerError;
-use crate::index::Written;
 use crate::source::Source;
 use crate::walk::{Depth, walk_source};
+use crate::writer::Written;
 
 /// Reads a whole file, compares every checksum and counts, and compares with what was written.
 ///
@@ -43,25 +43,20 @@ pub fn verify<R: Read + Seek>(
         ("chunks", written.chunks, found.chunks),
         ("attachments", written.attachments, found.attachments),
         ("metadata records", written.metadata, found.metadata),
-    ];
-    for (what, expected, found) in counts {
-        if expected != found {
-            return Err(ContainerError::Verification {
-                what: what.to_owned(),
-                expected,
-                found,
-            });
-        }
-    }
-    for (channel, &expected) in &written.messages_by_channel {
+    ]
+    .map(|(what, expected, found)| (what.to_owned(), expected, found));
+    let by_channel = (written.messages_by_channel.iter()).map(|(channel, &expected)| {
         let found = found.messages_by_channel.get(channel).copied();
-        if found != Some(expected) {
-            return Err(ContainerError::Verification {
-                what: format!("messages of channel {channel}"),
-                expected,
-                found: found.unwrap_or_default(),
-            });
-        }
+        let what = format!("messages of channel {channel}");
+        (what, expected, found.unwrap_or_default())
+    });
+    let mut counts = counts.into_iter().chain(by_channel);
+    match counts.find(|(_, expected, found)| expected != found) {
+        None => Ok(()),
+        Some((what, expected, found)) => Err(ContainerError::Verification {
+            what,
+            expected,
+            found,
+        }),
     }
-    Ok(())
 }

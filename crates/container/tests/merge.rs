@@ -10,7 +10,7 @@ use proptest::prelude::*;
 use crate::support::{PLAIN, check, file, messages, sent, shapes};
 
 fn merged(files: &[&[u8]], keep_both: bool) -> Result<(Vec<u8>, Merged), ContainerError> {
-    let mut sources: Vec<_> = (files.iter().enumerate())
+    let sources: Vec<_> = (files.iter().enumerate())
         .map(|(n, bytes)| Source::open(&format!("{n}.mcap"), Cursor::new(*bytes)).unwrap())
         .collect();
     let mut out = Vec::new();
@@ -20,7 +20,7 @@ fn merged(files: &[&[u8]], keep_both: bool) -> Result<(Vec<u8>, Merged), Contain
         metadata: &|_, record: MetadataRecord| record,
         packing: Packing::Zstd,
     };
-    let merged = merge(&mut sources, &mut out, &settings)?;
+    let merged = merge(sources, &mut out, &settings)?;
     check(&out, &merged.written);
     Ok((out, merged))
 }
@@ -131,4 +131,33 @@ fn a_damaged_file_is_named() {
     let (a, b) = (one(b"{}", "json", 3), one(b"{}", "json", 3));
     let error = merged(&[&a, &b[..b.len() / 2]], false).unwrap_err();
     assert!(error.to_string().starts_with("1.mcap: "), "{error}");
+}
+
+/// A file with two equal channels that differ in nothing but their ids.
+fn twins() -> Vec<u8> {
+    let mut out = Cursor::new(Vec::new());
+    let mut writer = mcap::Writer::new(&mut out).unwrap();
+    for id in [4, 6] {
+        (writer.add_channel_with_id(id, 0, "/a", "json", &Default::default())).unwrap();
+    }
+    for (channel_id, sequence) in [(4, 40), (6, 60)] {
+        let header = mcap::records::MessageHeader {
+            channel_id,
+            sequence,
+            log_time: 10,
+            publish_time: 10,
+        };
+        writer.write_to_known_channel(&header, b"{}").unwrap();
+    }
+    writer.finish().unwrap();
+    drop(writer);
+    out.into_inner()
+}
+
+#[test]
+fn equal_channels_of_one_file_stay_apart() {
+    let twins = twins();
+    let (_, result) = merged(&[&twins, &twins], false).unwrap();
+    let by_channel = result.written.messages_by_channel;
+    assert_eq!(by_channel.into_iter().collect::<Vec<_>>(), [(4, 2), (6, 2)]);
 }

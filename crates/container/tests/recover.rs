@@ -11,7 +11,7 @@ use crate::support::{PLAIN, Sent, Shape, check, file, messages, records, sent, s
 
 fn saved(bytes: &[u8]) -> (Vec<u8>, Recovered) {
     let mut out = Vec::new();
-    let recovered = recover("damaged.mcap", Cursor::new(bytes), &mut out).unwrap();
+    let recovered = recover("damaged.mcap", Cursor::new(bytes), &mut out, |_| None).unwrap();
     check(&out, &recovered.written);
     (out, recovered)
 }
@@ -122,7 +122,7 @@ proptest! {
         hostile.truncate(keep);
         hostile.extend(bytes);
         let mut out = Vec::new();
-        if let Ok(recovered) = recover("x", Cursor::new(&hostile), &mut out) {
+        if let Ok(recovered) = recover("x", Cursor::new(&hostile), &mut out, |_| None) {
             check(&out, &recovered.written);
         }
     }
@@ -278,7 +278,7 @@ fn what_is_no_such_file_is_refused() {
         &[0; 5000],
         b"\x89PNG\r\n\x1a\n and so on",
     ] {
-        let error = recover("x.csv", Cursor::new(bytes), std::io::sink()).unwrap_err();
+        let error = recover("x.csv", Cursor::new(bytes), std::io::sink(), |_| None).unwrap_err();
         assert!(matches!(error, ContainerError::NotMcap { .. }), "{error}");
     }
 }

@@ -7,7 +7,7 @@ use std::rc::Rc;
 
 use inhand_container::{
     ChannelFacts, ContainerError, Interval, Latch, MetadataRecord, Packing, Selection, Source,
-    latch, metadata_of, select, span,
+    Writer, latch, metadata_of, select, span,
 };
 use mcap::Compression;
 use proptest::prelude::*;
@@ -307,4 +307,45 @@ fn a_chunk_that_claims_too_much_is_refused() {
         matches!(error, ContainerError::Truncated { offset, .. } if offset == chunk as u64),
         "{error}"
     );
+}
+
+#[test]
+fn messages_of_a_second_file_are_appended() {
+    let messages: Vec<Sent> = (0..100).map(|k| (1 + (k % 3) as u16, k * 10)).collect();
+    let bytes = file(&PLAIN, &messages);
+    let mut added = Vec::new();
+    let mut writer = Writer::new(&mut added, "", "test", Packing::Zstd).unwrap();
+    let schema = writer.schema("other", "jsonschema", b"{}").unwrap();
+    let new = writer
+        .channel(schema, "/new", "json", &BTreeMap::new())
+        .unwrap();
+    let known = BTreeMap::from([("key".to_owned(), "channel 2".to_owned())]);
+    let known = writer.channel(0, "/b", "json", &known).unwrap();
+    for (channel, log_time) in [(new, 5), (known, 505), (new, 5000)] {
+        let sequence = 1000 + log_time as u32;
+        writer
+            .message(channel, sequence, log_time, |data| data.extend(b"{}"))
+            .unwrap();
+    }
+    writer.finish().unwrap();
+    let selection = Selection {
+        append: Some(&added),
+        ..Selection::default()
+    };
+    let (out, result) = selected(&bytes, &selection);
+    assert_eq!((result.appended, result.left_out), (3, 0));
+    let counts = &result.written.messages_by_channel;
+    // Equal channels become one, new ones get ids that are free.
+    assert_eq!(
+        counts[&2],
+        sent(&bytes).iter().filter(|m| m.0 == "/b").count() as u64 + 1
+    );
+    assert_eq!((counts.len(), result.written.channels), (4, 5));
+    let (new, old): (Vec<_>, Vec<_>) = sent(&out).into_iter().partition(|m| m.1 >= 1000);
+    assert_eq!(old, sent(&bytes));
+    let topics: Vec<_> = new.iter().map(|m| (m.0.as_str(), m.2)).collect();
+    assert_eq!(topics, [("/new", 5), ("/b", 505), ("/new", 5000)]);
+    // What was there stays byte for byte, chunk by chunk.
+    let kept = records(&out);
+    assert!(records(&bytes).iter().all(|record| kept.contains(record)));
 }

@@ -17,7 +17,7 @@ fn open(bytes: &[u8]) -> Result<Timeline<Cursor<&[u8]>>, ContainerError> {
 
 fn topics(timeline: &Timeline<Cursor<&[u8]>>) -> BTreeMap<u16, String> {
     (timeline.channels())
-        .map(|channel| (channel.facts.id, channel.facts.topic.clone()))
+        .map(|channel| (channel.id, channel.topic.clone()))
         .collect()
 }
 
@@ -129,10 +129,7 @@ fn channels_carry_their_schemas() {
         let bytes = file(&shape, &hundred());
         let timeline = open(&bytes).unwrap();
         let channels: Vec<_> = timeline.channels().collect();
-        let topics: Vec<_> = channels
-            .iter()
-            .map(|channel| &channel.facts.topic[..])
-            .collect();
+        let topics: Vec<_> = channels.iter().map(|channel| &channel.topic[..]).collect();
         assert_eq!(topics, ["/tf_static", "/a", "/b", "/a"], "{shape:?}");
         let schema = channels[1].schema.as_ref().unwrap();
         assert_eq!(

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use inhand_container::{Latch, TimelineChannel, latch};
+use inhand_container::{ChannelFacts, Latch, latch};
 
 use crate::protocol::{advertise, check_schema};
 
@@ -10,7 +10,7 @@ use crate::protocol::{advertise, check_schema};
 #[derive(Default)]
 pub(crate) struct Advertisement {
     /// By number; channels that differ in nothing that a viewer sees are one.
-    channels: BTreeMap<u64, TimelineChannel>,
+    channels: BTreeMap<u64, ChannelFacts>,
     /// Numbers of the channels of the file.
     numbers: BTreeMap<u16, u64>,
     /// Topics that cannot be advertised, and why.
@@ -18,18 +18,16 @@ pub(crate) struct Advertisement {
 }
 
 impl Advertisement {
-    pub(crate) fn of<'a>(channels: impl IntoIterator<Item = &'a TimelineChannel>) -> Self {
+    pub(crate) fn of<'a>(channels: impl IntoIterator<Item = &'a ChannelFacts>) -> Self {
         let mut advertisement = Self::default();
         for channel in channels {
             if let Err(why) = check_schema(channel) {
-                advertisement
-                    .left_out
-                    .push((channel.facts.topic.clone(), why));
+                advertisement.left_out.push((channel.topic.clone(), why));
                 continue;
             }
-            let same = |other: &TimelineChannel| {
-                other.facts.topic == channel.facts.topic
-                    && other.facts.message_encoding == channel.facts.message_encoding
+            let same = |other: &ChannelFacts| {
+                other.topic == channel.topic
+                    && other.message_encoding == channel.message_encoding
                     && other.schema == channel.schema
             };
             let known = (advertisement.channels.iter()).find(|(_, other)| same(other));
@@ -41,7 +39,7 @@ impl Advertisement {
                     number
                 }
             };
-            advertisement.numbers.insert(channel.facts.id, number);
+            advertisement.numbers.insert(channel.id, number);
         }
         advertisement
     }
@@ -58,7 +56,7 @@ impl Advertisement {
     /// Those on which each message adds to those before.
     pub(crate) fn adding(&self) -> BTreeSet<u64> {
         (self.channels.iter())
-            .filter(|(_, channel)| latch(&channel.facts) == Some(Latch::All))
+            .filter(|(_, channel)| latch(channel) == Some(Latch::All))
             .map(|(&number, _)| number)
             .collect()
     }

@@ -1,7 +1,7 @@
 //! The messages of the Foxglove WebSocket protocol that a player needs, as bytes and text.
 
 use data_encoding::BASE64;
-use inhand_container::TimelineChannel;
+use inhand_container::ChannelFacts;
 use serde_json::{Value, json};
 
 /// What viewers and server agree upon when they connect. Both have the same messages.
@@ -32,7 +32,7 @@ impl Subprotocol {
 }
 
 /// Why a channel cannot be advertised, in words; text schemas have to be text.
-pub(crate) fn check_schema(channel: &TimelineChannel) -> Result<(), &'static str> {
+pub(crate) fn check_schema(channel: &ChannelFacts) -> Result<(), &'static str> {
     match &channel.schema {
         Some(schema) if !is_binary(&schema.encoding) && str::from_utf8(&schema.data).is_err() => {
             Err("its schema is not text")
@@ -66,15 +66,13 @@ fn split(nanos: u64) -> Value {
 }
 
 /// Advertises channels by the numbers that viewers know them by.
-pub(crate) fn advertise<'a>(
-    channels: impl IntoIterator<Item = (u64, &'a TimelineChannel)>,
-) -> String {
+pub(crate) fn advertise<'a>(channels: impl IntoIterator<Item = (u64, &'a ChannelFacts)>) -> String {
     let channels: Vec<Value> = (channels.into_iter())
         .map(|(id, channel)| {
             let mut entry = json!({
                 "id": id,
-                "topic": channel.facts.topic,
-                "encoding": channel.facts.message_encoding,
+                "topic": channel.topic,
+                "encoding": channel.message_encoding,
                 "schemaName": "",
                 "schema": "",
             });

@@ -293,8 +293,7 @@ pub(crate) fn merge_as(
     };
     let mut merged = Merged::default();
     write_atomic(output, |out| {
-        merged =
-            inhand_container::merge(&mut sources, out, &settings).map_err(container(output))?;
+        merged = inhand_container::merge(sources, out, &settings).map_err(container(output))?;
         Ok(())
     })?;
     Ok(merged)
@@ -335,8 +334,8 @@ pub fn recover(input: &Path, output: &Path) -> Result<Recovered, SessionError> {
         .tempfile_in(folder.unwrap_or(Path::new(".")))
         .map_err(SessionError::io("write", output))?;
     let mut saved = BufWriter::with_capacity(1 << 20, scratch.as_file());
-    let mut recovered =
-        inhand_container::recover(&name_of(input), reader, &mut saved).map_err(container(input))?;
+    let mut recovered = inhand_container::recover(&name_of(input), reader, &mut saved, |_| None)
+        .map_err(container(input))?;
     saved.flush().map_err(SessionError::io("write", output))?;
     drop(saved);
     let mut saved = open(scratch.path())?;

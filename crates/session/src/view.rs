@@ -251,7 +251,7 @@ fn join(
     (library, packing): (String, Packing),
 ) -> Result<u64, SessionError> {
     let [rest, views] = parts;
-    let mut sources = [containers::open(rest)?, containers::open(views)?];
+    let sources = [containers::open(rest)?, containers::open(views)?].into();
     let settings = Merge {
         library: &library,
         keep_both: false,
@@ -260,8 +260,7 @@ fn join(
     };
     let mut messages = 0;
     write_atomic(output, |out| {
-        let merged =
-            inhand_container::merge(&mut sources, out, &settings).map_err(container(output))?;
+        let merged = inhand_container::merge(sources, out, &settings).map_err(container(output))?;
         messages = merged.written.messages;
         Ok(())
     })?;

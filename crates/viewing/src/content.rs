@@ -39,7 +39,7 @@ impl Content {
         for channel in opening.channels {
             self.add_topic(Topic {
                 name: channel.topic,
-                schema: channel.schema,
+                schema: channel.schema.map(|schema| schema.name),
             });
         }
         self.frames.extend(opening.frames);

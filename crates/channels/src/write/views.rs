@@ -43,7 +43,7 @@ pub fn view_channels(
     move |channel: &ChannelFacts| {
         let shown = channel.topic.starts_with(topic::VIEW)
             || tree && [topic::TF, topic::TF_STATIC].contains(&channel.topic.as_str());
-        let foxglove = (channel.schema.as_deref()).is_some_and(|s| s.starts_with("foxglove."));
+        let foxglove = (channel.schema_name()).is_some_and(|s| s.starts_with("foxglove."));
         ours && shown && foxglove && channel.message_encoding == "protobuf"
     }
 }

@@ -6,19 +6,21 @@ use std::io::Write;
 
 use mcap::records::{Record, op};
 
-use super::report::Report;
+use super::report::Recovered;
 use crate::chunk::Packing;
 use crate::error::ContainerError;
-use crate::format::{MessageFacts, Records, push_record};
-use crate::index::Written;
-use crate::overview::{Overview, schema_of};
+use crate::fields::parse_record;
+use crate::format::{MessageFacts, Records, push_record, set_id};
+use crate::overview::{MetadataRecord, Overview};
 use crate::writer::Writer;
 
 pub(super) struct Keeper<W> {
-    writer: Writer<W>,
+    pub(super) writer: Writer<W>,
+    pub(super) report: Recovered,
     overview: Overview,
     schemas: BTreeMap<u16, Vec<u8>>,
     channels: BTreeMap<u16, Vec<u8>>,
+    /// Records that are kept and not written yet.
     kept: Vec<u8>,
 }
 
@@ -28,17 +30,18 @@ impl<W: Write> Keeper<W> {
         header: &[u8],
         overview: Overview,
     ) -> Result<Self, ContainerError> {
+        let counted = overview.statistics.as_ref();
         Ok(Self {
-            writer: Writer::create(out, header, Packing::Zstd)?,
+            writer: Writer::with_header(out, header, Packing::Zstd)?,
+            report: Recovered {
+                stated_messages: counted.map(|counted| counted.message_count),
+                ..Recovered::default()
+            },
             overview,
             schemas: BTreeMap::new(),
             channels: BTreeMap::new(),
             kept: Vec::new(),
         })
-    }
-
-    pub(super) fn writer(&mut self) -> &mut Writer<W> {
-        &mut self.writer
     }
 
     /// Channels that messages can be of.
@@ -48,143 +51,135 @@ impl<W: Write> Keeper<W> {
             .collect()
     }
 
-    pub(super) fn stated_messages(&self) -> Option<u64> {
-        self.overview.messages.map(|(messages, _)| messages)
-    }
-
-    /// A sound record that lies outside chunks.
-    pub(super) fn alone(
-        &mut self,
-        opcode: u8,
-        body: &[u8],
-        report: &mut Report,
-    ) -> Result<(), ContainerError> {
-        let mut kept = std::mem::take(&mut self.kept);
-        kept.clear();
-        self.keep(opcode, body, &mut kept, report);
-        for (opcode, body) in Records(&kept).flatten() {
+    /// Writes a sound record that lies outside chunks.
+    pub(super) fn alone(&mut self, opcode: u8, body: &[u8]) -> Result<(), ContainerError> {
+        self.kept.clear();
+        self.keep(opcode, body);
+        for (opcode, body) in Records(&self.kept).flatten() {
+            if let (op::METADATA, Ok(Record::Metadata(record))) =
+                (opcode, parse_record(opcode, body))
+            {
+                self.report.metadata.insert(record.name);
+            }
             self.writer.outside(opcode, body)?;
         }
-        self.kept = kept;
         Ok(())
     }
 
-    /// A sound chunk.
+    /// Writes the records of a sound chunk.
     pub(super) fn chunk(
         &mut self,
         records: &[u8],
         compression: &str,
         packed: &[u8],
-        report: &mut Report,
     ) -> Result<(), ContainerError> {
-        let mut kept = std::mem::take(&mut self.kept);
-        self.keep_all(records, &mut kept, report);
-        if kept == records {
-            self.writer.packed_chunk(records, compression, packed)?;
-        } else if !kept.is_empty() {
-            self.writer
-                .chunk(&kept, Packing::of(compression).unwrap_or(Packing::Zstd))?;
+        self.keep_all(records);
+        if self.kept == records {
+            return self.writer.packed_chunk(records, compression, packed);
         }
-        self.kept = kept;
-        Ok(())
+        self.write_kept(compression)
     }
 
-    /// Records from the start of a chunk; gives how many messages are kept.
-    pub(super) fn part(
+    /// Writes records from the start of a chunk; gives how many messages are kept.
+    pub(super) fn start_of_chunk(
         &mut self,
         records: &[u8],
         compression: &str,
-        report: &mut Report,
-    ) -> Result<u64, ContainerError> {
-        let mut kept = std::mem::take(&mut self.kept);
-        self.keep_all(records, &mut kept, report);
-        let messages = (Records(&kept).flatten())
-            .filter(|(opcode, _)| *opcode == op::MESSAGE)
-            .count();
-        if !kept.is_empty() {
-            self.writer
-                .chunk(&kept, Packing::of(compression).unwrap_or(Packing::Zstd))?;
-        }
-        self.kept = kept;
-        Ok(messages as u64)
+    ) -> Result<usize, ContainerError> {
+        self.keep_all(records);
+        let kept = Records(&self.kept).flatten();
+        let messages = kept.filter(|(opcode, _)| *opcode == op::MESSAGE).count();
+        self.write_kept(compression)?;
+        Ok(messages)
     }
 
-    fn keep_all(&mut self, records: &[u8], kept: &mut Vec<u8>, report: &mut Report) {
-        kept.clear();
+    fn write_kept(&mut self, compression: &str) -> Result<(), ContainerError> {
+        let packing = Packing::from_name(compression).unwrap_or(Packing::Zstd);
+        match self.kept.is_empty() {
+            true => Ok(()),
+            false => self.writer.chunk(&self.kept, packing),
+        }
+    }
+
+    fn keep_all(&mut self, records: &[u8]) {
+        self.kept.clear();
         for (opcode, body) in Records(records).flatten() {
             if matches!(opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE | 0x80..) {
-                self.keep(opcode, body, kept, report);
+                self.keep(opcode, body);
             }
         }
     }
 
-    /// Adds a record to those that are kept, after what it needs.
-    fn keep(&mut self, opcode: u8, body: &[u8], kept: &mut Vec<u8>, report: &mut Report) {
+    /// Keeps a record, after what it needs.
+    fn keep(&mut self, opcode: u8, body: &[u8]) {
         match opcode {
-            op::SCHEMA => self.schema(body, kept, report),
-            op::CHANNEL => self.channel(body, kept, report),
+            op::SCHEMA => self.schema(body),
+            op::CHANNEL => self.channel(body),
             op::MESSAGE => {
-                let Some(facts) = MessageFacts::of(body) else {
+                let Some(MessageFacts { channel, .. }) = MessageFacts::read(body) else {
                     return;
                 };
-                if !self.channels.contains_key(&facts.channel)
-                    && let Some(body) = self.overview.channels.get(&facts.channel).cloned()
+                if !self.channels.contains_key(&channel)
+                    && let Some(body) = self.overview.channels.get(&channel).cloned()
                 {
-                    self.channel(&body, kept, report);
+                    self.channel(&body);
                 }
-                if self.channels.contains_key(&facts.channel) {
-                    push_record(kept, opcode, body);
+                if self.channels.contains_key(&channel) {
+                    push_record(&mut self.kept, opcode, body);
                 } else {
-                    report.without_channel(facts.channel);
+                    *self.report.without_channel.entry(channel).or_default() += 1;
                 }
             }
-            _ => push_record(kept, opcode, body),
+            _ => push_record(&mut self.kept, opcode, body),
         }
     }
 
-    fn schema(&mut self, body: &[u8], kept: &mut Vec<u8>, report: &mut Report) {
-        let Ok(Record::Schema { header, .. }) = crate::fields::parse_record(op::SCHEMA, body)
-        else {
-            return report.contradiction();
+    fn schema(&mut self, body: &[u8]) {
+        let Ok(Record::Schema { header, .. }) = parse_record(op::SCHEMA, body) else {
+            self.report.contradictions += 1;
+            return;
         };
-        match self.schemas.get(&header.id) {
-            Some(first) if first != body => report.contradiction(),
-            _ => {
-                self.schemas.insert(header.id, body.to_vec());
-                push_record(kept, op::SCHEMA, body);
-            }
+        let first = (self.schemas.entry(header.id)).or_insert_with(|| body.to_vec());
+        match first == body {
+            true => push_record(&mut self.kept, op::SCHEMA, body),
+            false => self.report.contradictions += 1,
         }
     }
 
-    fn channel(&mut self, body: &[u8], kept: &mut Vec<u8>, report: &mut Report) {
-        let (Ok(Record::Channel(channel)), Some(schema)) = (
-            crate::fields::parse_record(op::CHANNEL, body),
-            schema_of(body),
-        ) else {
-            return report.contradiction();
+    fn channel(&mut self, body: &[u8]) {
+        let Ok(Record::Channel(channel)) = parse_record(op::CHANNEL, body) else {
+            self.report.contradictions += 1;
+            return;
         };
-        if schema != 0
-            && !self.schemas.contains_key(&schema)
+        let schema = channel.schema_id;
+        if !self.schemas.contains_key(&schema)
             && let Some(body) = self.overview.schemas.get(&schema).cloned()
         {
-            self.schema(&body, kept, report);
+            self.schema(&body);
         }
         let mut body = body.to_vec();
         if schema != 0 && !self.schemas.contains_key(&schema) {
-            report.without_schema(&channel.topic);
+            self.report.without_schema.insert(channel.topic);
             // Number 0 stands for none.
-            body.splice(2..4, [0, 0]);
+            set_id(&mut body[2..], 0);
         }
-        match self.channels.get(&channel.id) {
-            Some(first) if *first != body => report.contradiction(),
-            _ => {
-                push_record(kept, op::CHANNEL, &body);
-                self.channels.insert(channel.id, body);
-            }
+        let first = (self.channels.entry(channel.id)).or_insert_with(|| body.clone());
+        match *first == body {
+            true => push_record(&mut self.kept, op::CHANNEL, &body),
+            false => self.report.contradictions += 1,
         }
     }
 
-    pub(super) fn finish(self) -> Result<Written, ContainerError> {
-        self.writer.finish()
+    /// Ends the file, after a record that says what was lost.
+    pub(super) fn finish(
+        mut self,
+        add: impl FnOnce(&Recovered) -> Option<MetadataRecord>,
+    ) -> Result<Recovered, ContainerError> {
+        self.report.written = self.writer.written();
+        if let Some(record) = add(&self.report) {
+            self.writer.metadata(&record.name, &record.facts)?;
+        }
+        self.report.written = self.writer.finish()?;
+        Ok(self.report)
     }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::index::Written;
+use crate::writer::Written;
 
 /// Most losses that are listed one by one.
 const MOST_LISTED: usize = 1000;
@@ -27,6 +27,8 @@ pub struct Loss {
 pub struct Recovered {
     /// What the output holds.
     pub written: Written,
+    /// Names of the metadata records in it.
+    pub metadata: BTreeSet<String>,
     /// What could not be used, in the file's order; the first thousand.
     pub losses: Vec<Loss>,
     /// Losses that are not listed.
@@ -63,53 +65,17 @@ impl Recovered {
                 .stated_messages
                 .is_some_and(|stated| stated > self.written.messages)
     }
-}
 
-/// A report being written.
-#[derive(Default)]
-pub(super) struct Report(Recovered);
-
-impl Report {
     pub(super) fn lose(&mut self, loss: Loss) {
-        self.0.lost_bytes += loss.bytes;
-        if self.0.losses.len() < MOST_LISTED {
-            self.0.losses.push(loss);
+        self.lost_bytes += loss.bytes;
+        if self.losses.len() < MOST_LISTED {
+            self.losses.push(loss);
         } else {
-            self.0.losses_unlisted += 1;
+            self.losses_unlisted += 1;
         }
     }
 
-    pub(super) fn has_losses(&self) -> bool {
-        !self.0.losses.is_empty()
-    }
-
-    pub(super) fn unfinished(&mut self) {
-        self.0.unfinished = true;
-    }
-
-    pub(super) fn repaired(&mut self, what: &str) {
-        self.0.repaired.insert(what.to_owned());
-    }
-
-    pub(super) fn unchecked(&mut self) {
-        self.0.unchecked = true;
-    }
-
-    pub(super) fn contradiction(&mut self) {
-        self.0.contradictions += 1;
-    }
-
-    pub(super) fn without_channel(&mut self, channel: u16) {
-        *self.0.without_channel.entry(channel).or_default() += 1;
-    }
-
-    pub(super) fn without_schema(&mut self, topic: &str) {
-        self.0.without_schema.insert(topic.to_owned());
-    }
-
-    pub(super) fn finish(mut self, written: Written, stated_messages: Option<u64>) -> Recovered {
-        self.0.written = written;
-        self.0.stated_messages = stated_messages;
-        self.0
+    pub(super) fn repair(&mut self, what: &str) {
+        self.repaired.insert(what.to_owned());
     }
 }

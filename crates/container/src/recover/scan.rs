@@ -7,10 +7,9 @@ use mcap::records::op;
 
 use crate::chunk::Packing;
 use crate::error::ContainerError;
-use crate::format::{ChunkFacts, MessageFacts, PREFIX_BYTES};
-use crate::index::AttachmentFacts;
+use crate::fields::{attachment_index, chunk_header};
+use crate::format::{MessageFacts, PREFIX_BYTES};
 use crate::source::{Head, Source};
-use crate::walk::parse;
 
 /// Bytes that are searched at once.
 const WINDOW_BYTES: u64 = 1 << 20;
@@ -18,26 +17,17 @@ const WINDOW_BYTES: u64 = 1 << 20;
 /// A record beyond this is taken for one by how it starts.
 const PARSED_BYTES: u64 = 64 << 10;
 
-pub(super) struct Scan<R> {
-    pub(super) source: Source<R>,
-}
-
-impl<R: Read + Seek> Scan<R> {
-    pub(super) fn new(source: Source<R>) -> Self {
-        Self { source }
-    }
-
+impl<R: Read + Seek> Source<R> {
     /// What the bytes here say as the head of a record; `None` where the file ends before it.
-    pub(super) fn head(&mut self, offset: u64) -> Result<Option<Head>, ContainerError> {
+    pub(super) fn head_at(&mut self, offset: u64) -> Result<Option<Head>, ContainerError> {
         let mut prefix = Vec::new();
-        self.source
-            .read_at(offset, PREFIX_BYTES as u64, &mut prefix)?;
+        self.read_at(offset, PREFIX_BYTES as u64, &mut prefix)?;
         Ok(head_of(offset, &prefix))
     }
 
     /// Whether the file is long enough for a record.
     pub(super) fn fits(&self, head: Head) -> bool {
-        head.bytes <= self.source.bytes().saturating_sub(head.body())
+        head.bytes <= self.bytes().saturating_sub(head.body())
     }
 
     /// Whether this is the footer at the very end.
@@ -46,8 +36,7 @@ impl<R: Read + Seek> Scan<R> {
             return Ok(false);
         }
         let mut magic = Vec::new();
-        self.source
-            .read_at(head.end(), mcap::MAGIC.len() as u64 + 1, &mut magic)?;
+        self.read_at(head.end(), mcap::MAGIC.len() as u64 + 1, &mut magic)?;
         Ok(magic == mcap::MAGIC)
     }
 
@@ -55,11 +44,10 @@ impl<R: Read + Seek> Scan<R> {
     /// likely to be as long as it says.
     pub(super) fn may_start(&mut self, offset: u64) -> Result<bool, ContainerError> {
         let mut prefix = Vec::new();
-        self.source
-            .read_at(offset, PREFIX_BYTES as u64, &mut prefix)?;
+        self.read_at(offset, PREFIX_BYTES as u64, &mut prefix)?;
         let magic = prefix.starts_with(mcap::MAGIC);
         Ok(match prefix.first() {
-            None => offset == self.source.bytes(),
+            None => offset == self.bytes(),
             Some(opcode) => magic || matches!(opcode, op::HEADER..=op::DATA_END | 0x80..),
         })
     }
@@ -71,8 +59,8 @@ impl<R: Read + Seek> Scan<R> {
         channels: &BTreeSet<u16>,
     ) -> Result<Option<u64>, ContainerError> {
         let mut window = Vec::new();
-        while offset < self.source.bytes() {
-            self.source.read_at(offset, WINDOW_BYTES, &mut window)?;
+        while offset < self.bytes() {
+            self.read_at(offset, WINDOW_BYTES, &mut window)?;
             for start in 0..window.len().saturating_sub(PREFIX_BYTES - 1) {
                 let at = offset + start as u64;
                 if let Some(head) = head_of(at, &window[start..])
@@ -116,20 +104,21 @@ impl<R: Read + Seek> Scan<R> {
     /// By its content, and by what follows.
     fn starts(&mut self, head: Head, channels: &BTreeSet<u16>) -> Result<bool, ContainerError> {
         let mut body = Vec::new();
-        self.source
-            .read_at(head.body(), head.bytes.min(PARSED_BYTES), &mut body)?;
+        self.read_at(head.body(), head.bytes.min(PARSED_BYTES), &mut body)?;
         let whole = body.len() as u64 == head.bytes;
         let content = match head.opcode {
             op::MESSAGE => {
-                MessageFacts::of(&body).is_some_and(|facts| channels.contains(&facts.channel))
+                MessageFacts::read(&body).is_some_and(|message| channels.contains(&message.channel))
             }
-            op::CHUNK => match ChunkFacts::of(&body) {
+            op::CHUNK => match chunk_header(&body) {
                 // An open one that says nothing of its length says nothing of anything.
-                Some(facts) => Packing::of(&facts.compression).is_some() && self.fits(head),
+                Some(header) => {
+                    Packing::from_name(&header.compression).is_some() && self.fits(head)
+                }
                 None => false,
             },
-            op::ATTACHMENT => AttachmentFacts::of(&body, head.bytes).is_some(),
-            opcode if whole => parse(self.source.place(head.offset), opcode, &body).is_ok(),
+            op::ATTACHMENT => attachment_index(&body, head.bytes).is_some(),
+            opcode if whole => self.place(head.offset).parse(opcode, &body).is_ok(),
             op::SCHEMA | op::CHANNEL | op::METADATA => true,
             _ => false,
         };
@@ -137,7 +126,7 @@ impl<R: Read + Seek> Scan<R> {
             return Ok(false);
         }
         // Two in a row are no accident.
-        Ok(match self.head(head.end())? {
+        Ok(match self.head_at(head.end())? {
             None => true,
             Some(next) => {
                 self.is_likely(next)
@@ -151,11 +140,10 @@ impl<R: Read + Seek> Scan<R> {
 fn head_of(offset: u64, bytes: &[u8]) -> Option<Head> {
     let (&[opcode, ref length @ ..], _) = bytes.split_first_chunk::<PREFIX_BYTES>()?;
     let length = u64::from_le_bytes(*length);
-    // Lengths beyond any file would run over where they are added.
-    let bytes = length.min(u64::MAX >> 1);
     Some(Head {
         offset,
         opcode,
-        bytes,
+        // Lengths beyond any file would run over where they are added.
+        bytes: length.min(u64::MAX >> 1),
     })
 }

@@ -7,13 +7,11 @@ use std::sync::Arc;
 
 use mcap::records::op;
 
-use crate::chunk::{Extent, unpack};
-use crate::error::ContainerError;
-use crate::fault::Place;
-use crate::format::{MessageFacts, PREFIX_BYTES, Records, name_of};
+use crate::channel::ChannelFacts;
+use crate::chunk::unpack;
+use crate::error::{ContainerError, Place};
+use crate::format::{MessageFacts, PREFIX_BYTES, Records, name_of, spanned};
 use crate::source::Source;
-use crate::timeline::TimelineChannel;
-use crate::walk::{chunk_facts, chunk_fault};
 
 /// Unpacked blocks that are kept, however many overlap.
 const KEPT_BYTES: usize = 64 << 20;
@@ -50,6 +48,12 @@ pub(super) struct Entry {
 }
 
 impl Block {
+    /// Counts a message in.
+    pub(super) fn add(&mut self, message: MessageFacts) {
+        self.span = spanned(Some(self.span), message.log_time);
+        self.channels.insert(message.channel);
+    }
+
     /// Reads its records, unpacked, its checksum compared.
     pub(super) fn load<R: Read + Seek>(
         &self,
@@ -62,7 +66,12 @@ impl Block {
         let Some((&[opcode, ref length @ ..], body)) =
             (bytes.split_first_chunk::<PREFIX_BYTES>()).filter(|_| found == self.bytes)
         else {
-            return Err(self.shrunk(source.file(), found));
+            // The file has become shorter than it was.
+            let record = match self.kind {
+                Kind::Chunk => op::CHUNK,
+                Kind::Loose => op::MESSAGE,
+            };
+            return Err(place.truncated(name_of(record), self.bytes, found));
         };
         if self.kind == Kind::Loose {
             return Ok(bytes);
@@ -71,26 +80,9 @@ impl Block {
             let expected = format!("a chunk of {} bytes, as when it was opened", self.bytes);
             return Err(place.error(name_of(op::CHUNK), expected, "other bytes"));
         }
-        let facts = chunk_facts(place, body)?;
         let mut records = Vec::new();
-        unpack(&facts, body, Extent::Whole, &mut records)
-            .map_err(|error| chunk_fault(place, &facts, body, error))?;
+        unpack(place, body, &mut records)?;
         Ok(records)
-    }
-
-    /// The file has become shorter than it was.
-    fn shrunk(&self, file: &str, found: u64) -> ContainerError {
-        let record = match self.kind {
-            Kind::Chunk => op::CHUNK,
-            Kind::Loose => op::MESSAGE,
-        };
-        ContainerError::Truncated {
-            file: file.to_owned(),
-            offset: self.offset,
-            record: name_of(record).to_owned(),
-            expected: self.bytes,
-            found,
-        }
     }
 
     /// Its messages in the order of the file.
@@ -98,7 +90,7 @@ impl Block {
         &self,
         records: &[u8],
         place: Place<'_>,
-        channels: &BTreeMap<u16, TimelineChannel>,
+        channels: &BTreeMap<u16, ChannelFacts>,
     ) -> Result<Vec<Entry>, ContainerError> {
         let mut entries = Vec::new();
         for (facts, body) in messages(records, place) {
@@ -138,7 +130,7 @@ pub(super) fn messages<'a>(
         };
         let range = start + PREFIX_BYTES..start + PREFIX_BYTES + body.len();
         start = range.end;
-        let facts = || MessageFacts::of(body).ok_or_else(|| place.short(op::MESSAGE));
+        let facts = || MessageFacts::read(body).ok_or_else(|| place.short(op::MESSAGE));
         (opcode == op::MESSAGE).then(|| (facts(), range))
     })
 }

@@ -8,18 +8,12 @@ use std::io::{Read, Seek};
 use crate::channel::{Latch, latch};
 use crate::error::ContainerError;
 use crate::format::MESSAGE_HEADER_BYTES;
+use crate::timeline::blocks::Entry;
 use crate::timeline::{KeptMessage, Timeline};
 
 /// Most different messages of channels on which each adds to those before; of more, those that lie
 /// first in the file count.
 const MOST_LASTING: usize = 4096;
-
-/// The best that was found of a channel.
-struct Found {
-    log_time: u64,
-    block: usize,
-    message: KeptMessage,
-}
 
 impl<R: Read + Seek> Timeline<R> {
     /// What holds just before an instant, in the order of log time: of each channel the last message
@@ -35,8 +29,8 @@ impl<R: Read + Seek> Timeline<R> {
             return Ok(Vec::new());
         };
         let adding: BTreeSet<u16> = (self.channels.values())
-            .filter(|channel| latch(&channel.facts) == Some(Latch::All))
-            .map(|channel| channel.facts.id)
+            .filter(|channel| latch(channel) == Some(Latch::All))
+            .map(|channel| channel.id)
             .collect();
         let mut kept = self.lasting(&adding)?;
         kept.retain(|message| message.log_time <= last);
@@ -52,7 +46,8 @@ impl<R: Read + Seek> Timeline<R> {
         without: &BTreeSet<u16>,
         last: u64,
     ) -> Result<Vec<KeptMessage>, ContainerError> {
-        let mut found: BTreeMap<u16, Found> = BTreeMap::new();
+        // The best of each channel so far, with its block.
+        let mut found: BTreeMap<u16, (usize, KeptMessage)> = BTreeMap::new();
         // Whatever a block holds that counts is at most as late as this.
         let reach = |end: u64| end.min(last);
         let mut candidates: Vec<usize> = (0..self.blocks.len())
@@ -62,46 +57,28 @@ impl<R: Read + Seek> Timeline<R> {
         for block in candidates {
             let reach = reach(self.blocks[block].span.1);
             let open = (self.blocks[block].channels.difference(without)).any(|channel| {
-                (found.get(channel)).is_none_or(|best| (best.log_time, best.block) < (reach, block))
+                (found.get(channel))
+                    .is_none_or(|(best, message)| (message.log_time, *best) < (reach, block))
             });
             if !open {
                 continue;
             }
             let records = self.records(block)?;
-            let mut newest = BTreeMap::new();
             for entry in self.entries(block, &records)? {
                 if entry.log_time > last || without.contains(&entry.channel) {
                     continue;
                 }
-                match newest.entry(entry.channel) {
-                    Place::Vacant(place) => {
-                        place.insert(entry);
-                    }
-                    Place::Occupied(mut place) => {
-                        if place.get().log_time <= entry.log_time {
-                            place.insert(entry);
-                        }
-                    }
-                }
-            }
-            for (channel, entry) in newest {
-                let better = (found.get(&channel))
-                    .is_none_or(|best| (best.log_time, best.block) < (entry.log_time, block));
+                // Of equal times the last in the file counts.
+                let better = (found.get(&entry.channel)).is_none_or(|(best, message)| {
+                    (message.log_time, *best) <= (entry.log_time, block)
+                });
                 if better {
-                    let message = kept(channel, entry.log_time, &records[entry.body]);
-                    let log_time = entry.log_time;
-                    found.insert(
-                        channel,
-                        Found {
-                            log_time,
-                            block,
-                            message,
-                        },
-                    );
+                    let message = kept(&entry, &records);
+                    found.insert(entry.channel, (block, message));
                 }
             }
         }
-        Ok(found.into_values().map(|found| found.message).collect())
+        Ok(found.into_values().map(|(_, message)| message).collect())
     }
 
     /// All different messages of these channels, the first of equal ones. They are looked for once, in
@@ -118,7 +95,7 @@ impl<R: Read + Seek> Timeline<R> {
             let records = self.records(block)?;
             let entries = self.entries(block, &records)?;
             for entry in (entries.into_iter()).filter(|entry| channels.contains(&entry.channel)) {
-                let message = kept(entry.channel, entry.log_time, &records[entry.body]);
+                let message = kept(&entry, &records);
                 let room = seen.len() < MOST_LASTING;
                 match seen.entry((entry.channel, message.data)) {
                     Place::Occupied(mut time) => {
@@ -143,13 +120,11 @@ impl<R: Read + Seek> Timeline<R> {
     }
 }
 
-fn kept(channel: u16, log_time: u64, body: &[u8]) -> KeptMessage {
+fn kept(entry: &Entry, records: &[u8]) -> KeptMessage {
+    let data = records[entry.body.clone()].get(MESSAGE_HEADER_BYTES..);
     KeptMessage {
-        channel,
-        log_time,
-        data: body
-            .get(MESSAGE_HEADER_BYTES..)
-            .unwrap_or_default()
-            .to_vec(),
+        channel: entry.channel,
+        log_time: entry.log_time,
+        data: data.unwrap_or_default().to_vec(),
     }
 }

@@ -3,22 +3,19 @@
 use std::io::{Read, Seek};
 use std::ops::Range;
 
-use mcap::records::{Record, op};
+use mcap::records::op;
 
-use crate::chunk::{Extent, unpack};
-use crate::error::ContainerError;
-use crate::fault::Place;
-use crate::format::{MessageFacts, PREFIX_BYTES};
-use crate::select::header;
+use crate::error::{ContainerError, Place};
+use crate::format::{MessageFacts, PREFIX_BYTES, is_made_anew};
 use crate::source::{Head, Source};
-use crate::walk::{chunk_facts, chunk_fault, parse};
 
 /// A file and the record that it stands at.
-pub(super) struct Feed<'a, R> {
-    pub(super) source: &'a mut Source<R>,
-    pub(super) profile: String,
-    /// Body of the record at hand where it lies outside chunks.
-    alone: Vec<u8>,
+pub(crate) struct Feed<R> {
+    pub(crate) source: Source<R>,
+    /// Body of the header record.
+    pub(crate) header: Option<Vec<u8>>,
+    /// Body of the record at hand where it lies outside chunks, or of the chunk.
+    outside: Vec<u8>,
     /// Records of the chunk at hand.
     records: Vec<u8>,
     /// Where the record at hand lies in it; `None` outside chunks.
@@ -28,68 +25,60 @@ pub(super) struct Feed<'a, R> {
     /// Where in the file the record or its chunk starts.
     offset: u64,
     message: Option<u64>,
-    packed: Vec<u8>,
 }
 
 /// What comes before the next message.
-pub(super) enum Outside {
+pub(crate) enum Outside {
     /// A record with this opcode, which is the record at hand.
     Record(u8),
     /// An attachment, whose body is still to be read.
     Attachment(Head),
 }
 
-impl<'a, R: Read + Seek> Feed<'a, R> {
-    pub(super) fn start(source: &'a mut Source<R>) -> Result<Self, ContainerError> {
+impl<R: Read + Seek> Feed<R> {
+    pub(crate) fn start(mut source: Source<R>) -> Result<Self, ContainerError> {
         source.rewind()?;
-        let mut body = Vec::new();
-        let header = header(source, &mut body)?;
-        let profile = match parse(source.place(0), op::HEADER, &header)? {
-            Record::Header(header) => header.profile,
-            _ => String::new(),
-        };
         Ok(Self {
+            header: source.header()?,
             source,
-            profile,
-            alone: body,
+            outside: Vec::new(),
             records: Vec::new(),
             inside: None,
             next: 0,
             offset: 0,
             message: None,
-            packed: Vec::new(),
         })
     }
 
     /// Log time of the message that the file stands at; `None` at its end.
-    pub(super) fn message_time(&self) -> Option<u64> {
+    pub(crate) fn message_time(&self) -> Option<u64> {
         self.message
     }
 
-    pub(super) fn body(&self) -> &[u8] {
+    pub(crate) fn body(&self) -> &[u8] {
         match &self.inside {
             Some(range) => &self.records[range.clone()],
-            None => &self.alone,
+            None => &self.outside,
         }
     }
 
-    pub(super) fn body_mut(&mut self) -> &mut [u8] {
+    pub(crate) fn body_mut(&mut self) -> &mut [u8] {
         match &self.inside {
             Some(range) => &mut self.records[range.clone()],
-            None => &mut self.alone,
+            None => &mut self.outside,
         }
     }
 
-    pub(super) fn in_chunk(&self) -> bool {
+    pub(crate) fn in_chunk(&self) -> bool {
         self.inside.is_some()
     }
 
-    pub(super) fn place(&self) -> Place<'_> {
+    pub(crate) fn place(&self) -> Place<'_> {
         self.source.place(self.offset)
     }
 
     /// Goes on to the next record; `None` where that is a message, or there is none.
-    pub(super) fn next(&mut self) -> Result<Option<Outside>, ContainerError> {
+    pub(crate) fn next(&mut self) -> Result<Option<Outside>, ContainerError> {
         self.message = None;
         loop {
             if let Some(opcode) = self.next_in_chunk() {
@@ -101,33 +90,20 @@ impl<'a, R: Read + Seek> Feed<'a, R> {
             self.offset = head.offset;
             match head.opcode {
                 op::CHUNK => {
-                    self.source.body(head, &mut self.packed)?;
-                    let place = self.source.place(head.offset);
-                    let facts = chunk_facts(place, &self.packed)?;
-                    unpack(&facts, &self.packed, Extent::Whole, &mut self.records)
-                        .map_err(|error| chunk_fault(place, &facts, &self.packed, error))?;
+                    (self.source).chunk(head, &mut self.outside, &mut self.records)?;
                     self.next = 0;
                 }
                 op::ATTACHMENT => return Ok(Some(Outside::Attachment(head))),
                 op::DATA_END | op::FOOTER => {
-                    // To the end, for its checksums.
-                    self.source.body(head, &mut self.packed)?;
-                    while let Some(head) = self.source.next_head()? {
-                        self.source.body(head, &mut self.packed)?;
-                    }
+                    self.source.read_to_end(head)?;
                     return Ok(None);
                 }
-                op::MESSAGE_INDEX
-                | op::CHUNK_INDEX
-                | op::ATTACHMENT_INDEX
-                | op::METADATA_INDEX
-                | op::STATISTICS
-                | op::SUMMARY_OFFSET
-                | op::HEADER => self.source.body(head, &mut self.packed)?,
                 opcode => {
-                    self.source.body(head, &mut self.alone)?;
-                    self.inside = None;
-                    return self.at(opcode);
+                    self.source.body(head, &mut self.outside)?;
+                    if !is_made_anew(opcode) {
+                        self.inside = None;
+                        return self.at(opcode);
+                    }
                 }
             }
         }
@@ -137,8 +113,9 @@ impl<'a, R: Read + Seek> Feed<'a, R> {
         if opcode != op::MESSAGE {
             return Ok(Some(Outside::Record(opcode)));
         }
-        let facts = MessageFacts::of(self.body()).ok_or_else(|| self.place().short(op::MESSAGE))?;
-        self.message = Some(facts.log_time);
+        let message = MessageFacts::read(self.body());
+        let message = message.ok_or_else(|| self.place().short(op::MESSAGE))?;
+        self.message = Some(message.log_time);
         Ok(None)
     }
 

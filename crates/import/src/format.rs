@@ -1,8 +1,7 @@
 //! The registry of message kinds that can be read.
 
-use crate::foxglove;
 use crate::reading::{Fault, Reading};
-use crate::ros::{self, Cdr};
+use crate::{foxglove, ros};
 
 /// Rank of messages made for motion capture.
 pub(crate) const MOTION_CAPTURE: u8 = 0;
@@ -13,24 +12,19 @@ pub(crate) const CLOUDS: u8 = 2;
 /// Rank of transforms, which robots send of all their parts.
 pub(crate) const TRANSFORMS: u8 = 3;
 
-type Readings<'a> = Result<Vec<Reading<'a>>, Fault>;
-
-/// Decoder of a message.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Decode {
-    Cdr(for<'a> fn(&mut Cdr<'a>) -> Readings<'a>),
-    Protobuf(fn(&[u8]) -> Readings<'static>),
-    Json(fn(&serde_json::Value) -> Readings<'static>),
-}
+/// The contents of a message.
+pub(crate) type Readings<'a> = Result<Vec<Reading<'a>>, Fault>;
 
 /// A message type in one encoding.
 #[derive(Debug)]
 pub(crate) struct MessageKind {
-    /// Names of its schema.
+    /// Names of its schema, without the folder `msg` that ROS 2 puts in.
     pub(crate) schemas: &'static [&'static str],
-    pub(crate) decode: Decode,
+    pub(crate) encoding: &'static str,
     /// How much a topic of this kind says about a take, 0 most.
     pub(crate) rank: u8,
+    /// Decodes a message.
+    pub(crate) read: for<'a> fn(&'a [u8]) -> Readings<'a>,
 }
 
 impl MessageKind {
@@ -38,29 +32,7 @@ impl MessageKind {
     pub(crate) fn find(schema: &str, encoding: &str) -> Option<&'static Self> {
         let name = schema.replacen("/msg/", "/", 1);
         let mut kinds = (ros::PACKAGES.into_iter().chain([foxglove::KINDS])).flatten();
-        kinds.find(|kind| kind.encoding() == encoding && kind.schemas.contains(&name.as_str()))
-    }
-
-    fn encoding(&self) -> &'static str {
-        match self.decode {
-            Decode::Cdr(_) => "cdr",
-            Decode::Protobuf(_) => "protobuf",
-            Decode::Json(_) => "json",
-        }
-    }
-
-    /// Decodes a message.
-    pub(crate) fn read<'a>(&self, message: &'a [u8]) -> Readings<'a> {
-        match self.decode {
-            Decode::Cdr(read) => {
-                let cdr = &mut Cdr::new(message)?;
-                let readings = read(cdr)?;
-                cdr.end()?;
-                Ok(readings)
-            }
-            Decode::Protobuf(read) => read(message),
-            Decode::Json(read) => read(&foxglove::parse_json(message)?),
-        }
+        kinds.find(|kind| kind.encoding == encoding && kind.schemas.contains(&name.as_str()))
     }
 
     pub(crate) fn is_cloud(&self) -> bool {

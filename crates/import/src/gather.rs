@@ -1,5 +1,6 @@
 //! Messages as they come in, sorted into series: one for each marker, body and transform.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use crate::format::MessageKind;
@@ -21,6 +22,9 @@ const MAX_NAME_BYTES: usize = 1000;
 
 /// A cloud with more points than this is a scan and no set of markers, unless the user says so.
 const MAX_CLOUD_MARKERS: usize = 512;
+
+/// The way out where a topic is no motion capture.
+const IGNORE: &str = "set this topic to \"ignore\" under [topics]";
 
 /// When the messages of a stream were taken, sent and written down, nanoseconds since 1970.
 #[derive(Clone, Debug, Default)]
@@ -47,8 +51,8 @@ pub(crate) struct Topic {
     pub(crate) unnamed: usize,
     pub(crate) points_of_a_scan: Option<usize>,
     is_static: bool,
-    stream: Option<usize>,
-    streams: BTreeMap<String, usize>,
+    /// By child frame where transforms come one by one.
+    streams: BTreeMap<Option<String>, usize>,
     /// By name or number; things of one name in a message follow each other.
     series: BTreeMap<String, Vec<Option<usize>>>,
 }
@@ -157,7 +161,6 @@ impl<'a> Gathered<'a> {
             unnamed: 0,
             points_of_a_scan: None,
             is_static: name.ends_with("tf_static"),
-            stream: None,
             streams: BTreeMap::new(),
             series: BTreeMap::new(),
         });
@@ -174,13 +177,12 @@ impl<'a> Gathered<'a> {
     ) -> Result<(), ChannelError> {
         let number = self.topics[topic].messages;
         self.topics[topic].messages += 1;
-        let readings = match self.topics[topic].format.read(data) {
+        let readings = match (self.topics[topic].format.read)(data) {
             Ok(readings) => readings,
             Err(fault) => {
                 self.topics[topic].unreadable += 1;
-                self.topics[topic]
-                    .first_fault
-                    .get_or_insert((number, fault));
+                let first_fault = &mut self.topics[topic].first_fault;
+                first_fault.get_or_insert((number, fault));
                 return Ok(());
             }
         };
@@ -211,7 +213,7 @@ impl<'a> Gathered<'a> {
                     topic,
                     "as many samples as fit the size of the file".to_owned(),
                     "more: the file unpacks to far more than motion capture does".to_owned(),
-                    "set this topic to \"ignore\" under [topics]",
+                    IGNORE,
                 )
             })?;
         let stream = self.stream(topic, &reading);
@@ -245,24 +247,18 @@ impl<'a> Gathered<'a> {
 
     /// Messages of a topic share their times; transforms come one by one and have their own.
     fn stream(&mut self, topic: usize, reading: &Reading<'_>) -> usize {
-        let next = self.streams.len();
-        let topic = &mut self.topics[topic];
-        let stream = match &reading.items[..] {
+        let child = match &reading.items[..] {
             [
                 Item {
                     kind: Kind::Transform,
                     label: Label::Name(child, _),
                     ..
                 },
-            ] => match topic.streams.get(child.as_ref()) {
-                Some(&known) => known,
-                None => *topic
-                    .streams
-                    .entry(child.as_ref().to_owned())
-                    .or_insert(next),
-            },
-            _ => *topic.stream.get_or_insert(next),
+            ] => Some(child.as_ref().to_owned()),
+            _ => None,
         };
+        let next = self.streams.len();
+        let stream = *self.topics[topic].streams.entry(child).or_insert(next);
         if stream == next {
             self.streams.push(Times::default());
         }
@@ -292,46 +288,36 @@ impl<'a> Gathered<'a> {
         frame: &str,
         item: &Item<'_>,
     ) -> Result<Option<usize>, ChannelError> {
-        let number;
         let key = match &item.label {
-            Label::Topic => "",
-            Label::Name(name, _) => name.as_ref(),
-            Label::Number(n) => {
-                number = n.to_string();
-                &number
-            }
-            Label::Place(place) => {
-                number = place.to_string();
-                &number
-            }
+            Label::Topic => Cow::Borrowed(""),
+            Label::Name(name, _) => Cow::Borrowed(name.as_ref()),
+            Label::Number(n) => Cow::Owned(n.to_string()),
+            Label::Place(place) => Cow::Owned(place.to_string()),
         };
-        if let Some(known) = self.topics[topic].series.get(key) {
-            for &series in known {
-                // One that this message has had already is another thing of the same name.
-                match series {
-                    Some(series) if self.series[series].message.last() == Some(&message) => {}
-                    known => return Ok(known),
-                }
-            }
+        let known = self.topics[topic].series.get(key.as_ref());
+        let known = known.map_or(&[][..], Vec::as_slice);
+        // One that this message has had already is another thing of the same name.
+        let is_had = |&series: &usize| self.series[series].message.last() == Some(&message);
+        if let Some(&free) = known
+            .iter()
+            .find(|series| !series.as_ref().is_some_and(is_had))
+        {
+            return Ok(free);
         }
-        let namesakes = (self.topics[topic].series.get(key)).map_or(0, Vec::len);
-        if namesakes >= MAX_NAMESAKES || key.len() > MAX_NAME_BYTES {
+        if known.len() >= MAX_NAMESAKES || key.len() > MAX_NAME_BYTES {
             return Err(self.unclear(
                 topic,
                 format!(
                     "names of at most {MAX_NAME_BYTES} bytes, each for at most {MAX_NAMESAKES} \
                      things in a message"
                 ),
-                format!("one of {} bytes for {} things", key.len(), namesakes + 1),
-                "set this topic to \"ignore\" under [topics]",
+                format!("one of {} bytes for {} things", key.len(), known.len() + 1),
+                IGNORE,
             ));
         }
-        let made = self.new_series(topic, stream, key, frame, item)?;
-        self.topics[topic]
-            .series
-            .entry(key.to_owned())
-            .or_default()
-            .push(made);
+        let made = self.new_series(topic, stream, &key, frame, item)?;
+        let known = self.topics[topic].series.entry(key.into_owned());
+        known.or_default().push(made);
         Ok(made)
     }
 
@@ -345,44 +331,16 @@ impl<'a> Gathered<'a> {
     ) -> Result<Option<usize>, ChannelError> {
         if self.series.len() >= MAX_SERIES {
             let more = "more: names that change from message to message name nothing";
-            return Err(self.unclear(
-                topic,
-                format!("at most {MAX_SERIES} markers and bodies"),
-                more.to_owned(),
-                "set this topic to \"ignore\" under [topics]",
-            ));
+            let expected = format!("at most {MAX_SERIES} markers and bodies");
+            return Err(self.unclear(topic, expected, more.to_owned(), IGNORE));
         }
-        let of = &mut self.topics[topic];
-        let part = self.settings.topics.get(&format!("{}#{key}", of.name));
-        let place = match item.label {
-            Label::Topic => Some(0),
-            Label::Place(place) => Some(place),
-            Label::Number(number) => usize::try_from(number).ok(),
-            Label::Name(..) => None,
-        };
-        let given = match (part, &of.setting) {
-            (Some(part), _) => Some((part, part.name(0))),
-            (None, Some(whole)) if whole.names() == 0 => Some((whole, None)),
-            (None, Some(whole)) => match place {
-                Some(place) => Some((whole, whole.name(place))),
-                None => {
-                    let found = format!("things with names of their own, such as \"{key}\"");
-                    let hint = format!("set \"{}#{key}\" instead", of.name);
-                    return Err(self.unclear(
-                        topic,
-                        "one thing, or things without names, to give a name to".to_owned(),
-                        found,
-                        &hint,
-                    ));
-                }
-            },
-            (None, None) => None,
-        };
+        let given = self.given(topic, key, item)?;
+        let of = &self.topics[topic];
         let becomes = match given {
             Some((TopicUse::Ignore, _)) => return Ok(None),
             // There are names, and this is beyond the last one.
             Some((usage, None)) if usage.names() > 0 => {
-                of.unnamed += 1;
+                self.topics[topic].unnamed += 1;
                 return Ok(None);
             }
             Some((TopicUse::Body(_), _)) => As::Body,
@@ -416,6 +374,38 @@ impl<'a> Gathered<'a> {
             rotation: Vec::new(),
         });
         Ok(Some(self.series.len() - 1))
+    }
+
+    /// The use that the user gives a thing on a topic, and the name.
+    fn given(
+        &self,
+        topic: usize,
+        key: &str,
+        item: &Item<'_>,
+    ) -> Result<Option<(&TopicUse, Option<&str>)>, ChannelError> {
+        let of = &self.topics[topic];
+        if let Some(part) = self.settings.topics.get(&format!("{}#{key}", of.name)) {
+            return Ok(Some((part, part.name(0))));
+        }
+        let Some(whole) = &of.setting else {
+            return Ok(None);
+        };
+        let place = match item.label {
+            Label::Topic => Some(0),
+            Label::Place(place) => Some(place),
+            Label::Number(number) => usize::try_from(number).ok(),
+            Label::Name(..) => None,
+        };
+        match place {
+            _ if whole.names() == 0 => Ok(Some((whole, None))),
+            Some(place) => Ok(Some((whole, whole.name(place)))),
+            None => Err(self.unclear(
+                topic,
+                "one thing, or things without names, to give a name to".to_owned(),
+                format!("things with names of their own, such as \"{key}\""),
+                &format!("set \"{}#{key}\" instead", of.name),
+            )),
+        }
     }
 
     pub(crate) fn unclear(

@@ -212,26 +212,23 @@ fn recording(
     let (placed, of_times) = place::place(gathered, used, timing);
     findings.extend(of_times);
     let mut entities = assemble::entities(gathered, used, &placed, timing.samples, settings);
-    world::tell_apart(gathered, &mut entities);
+    world::distinguish(gathered, &mut entities);
     findings.append(&mut entities.findings);
     findings.extend(world::frames(gathered, used));
     findings.extend(world::units_and_axes(&entities, settings));
-    let topics: BTreeSet<usize> = (used.iter())
-        .map(|&series| gathered.series[series].topic)
-        .collect();
-    let schemas: BTreeSet<&str> = (topics.iter())
-        .map(|&topic| gathered.topics[topic].schema.as_str())
-        .collect();
-    for &topic in &topics {
-        let of = &gathered.topics[topic];
-        let facts = format!("{}, {}, {} messages", of.schema, of.encoding, of.messages);
-        header.insert(format!("topic {}", of.name), facts);
+    let topics = used.iter().map(|&series| gathered.series[series].topic);
+    let mut schemas = BTreeSet::new();
+    for topic in topics.map(|topic| &gathered.topics[topic]) {
+        schemas.insert(topic.schema.as_str());
+        let facts = format!(
+            "{}, {}, {} messages",
+            topic.schema, topic.encoding, topic.messages
+        );
+        header.insert(format!("topic {}", topic.name), facts);
     }
+    let schemas: Vec<&str> = schemas.into_iter().collect();
     let source = Source {
-        format: format!(
-            "MCAP with {}",
-            schemas.into_iter().collect::<Vec<_>>().join(", ")
-        ),
+        format: format!("MCAP with {}", schemas.join(", ")),
         length_unit: settings.length_unit.unwrap_or(LengthUnit::Metres),
         up_axis: settings.up_axis.unwrap_or(UpAxis::Z),
         rotation: (!entities.bodies.is_empty()).then_some(RotationOrder::Quaternion),
@@ -240,17 +237,15 @@ fn recording(
     let name = file_name
         .rsplit_once('.')
         .map_or(file_name, |(stem, _)| stem);
+    let markers = entities.markers.into_iter().map(|(_, marker)| marker);
+    let bodies = entities.bodies.into_iter().map(|(_, body)| body);
     let mut recording = Recording::new(
         name.to_owned(),
         timing.clock,
         source,
         timing.samples,
-        entities
-            .markers
-            .into_iter()
-            .map(|(_, marker)| marker)
-            .collect(),
-        entities.bodies.into_iter().map(|(_, body)| body).collect(),
+        markers.collect(),
+        bodies.collect(),
     )
     .map_err(|error| ChannelError::Mismatch {
         what: file_name.to_owned(),

@@ -12,19 +12,17 @@ use crate::timing::Timing;
 /// clock.
 const OFF_CLOCK: f64 = 0.25;
 
-/// For each sample of a series where in the series it stands, if it is there.
-pub(crate) struct Placed {
-    at: Vec<u32>,
-}
+/// For each sample of a series its place in the series, or [`NOWHERE`].
+pub(crate) struct Placed(Vec<u32>);
 
 /// No place in a series.
 const NOWHERE: u32 = u32::MAX;
 
 impl Placed {
-    /// Where in the series sample `k` stands.
+    /// The place of sample `k` in the series.
     pub(crate) fn get(&self, k: usize) -> Option<usize> {
-        let at = self.at.get(k).copied().filter(|&at| at != NOWHERE);
-        at.map(|at| at as usize)
+        let at = self.0.get(k).filter(|&&at| at != NOWHERE);
+        at.map(|&at| at as usize)
     }
 }
 
@@ -116,56 +114,47 @@ fn place_series(
         let before = at[sample] as usize;
         let same = series.position[before] == series.position[k]
             && series.rotation[before] == series.rotation[k];
-        if same {
-            oddities.repeated += 1;
-        } else {
-            oddities.contradicted += 1;
-        }
+        oddities.repeated += usize::from(same);
+        oddities.contradicted += usize::from(!same);
     }
-    Placed { at }
+    Placed(at)
 }
 
 fn findings(topic: &str, oddities: &Oddities) -> Vec<Finding> {
-    let mut findings = Vec::new();
-    let mut warn = |message: String| findings.push(Finding::warning(topic, message));
-    if oddities.unstamped > 0 {
-        warn(format!(
-            "{} messages have no stamp, or one far from those of the others: left out",
-            oddities.unstamped
-        ));
-    }
-    if oddities.back_steps > 0 {
-        warn(format!(
-            "{} messages come after a later one: put in the order of their times",
-            oddities.back_steps
-        ));
-    }
-    if oddities.outside > 0 {
-        warn(format!(
-            "{} messages lie before the first or after the last sample of the take's clock: left \
-             out",
-            oddities.outside
-        ));
-    }
-    if oddities.repeated > 0 {
-        warn(format!(
-            "{} values come twice for one sample and are equal: taken once",
-            oddities.repeated
-        ));
-    }
-    if oddities.contradicted > 0 {
-        warn(format!(
-            "{} values come again for a sample and differ, as where two programs send on one topic \
-             or stamps jitter by more than half a sample: the first one is taken",
-            oddities.contradicted
-        ));
-    }
-    if let Some(off) = oddities.off_clock {
-        warn(format!(
-            "the times of messages lie {off:.2} samples off the take's clock in the median: they go \
-             by another clock or rate and stand at the nearest sample; \"ignore\" under [topics] \
-             leaves them out"
-        ));
-    }
-    findings
+    let counted = [
+        (
+            oddities.unstamped,
+            "messages have no stamp, or one far from those of the others: left out",
+        ),
+        (
+            oddities.back_steps,
+            "messages come after a later one: put in the order of their times",
+        ),
+        (
+            oddities.outside,
+            "messages are before the first or after the last sample of the take's clock: left out",
+        ),
+        (
+            oddities.repeated,
+            "values come twice for one sample and are equal: taken once",
+        ),
+        (
+            oddities.contradicted,
+            "values come again for a sample and differ, as where two programs send on one topic or \
+             stamps jitter by more than half a sample: the first one is taken",
+        ),
+    ];
+    let counted = counted.into_iter().filter(|(count, _)| *count > 0);
+    let counted = counted.map(|(count, what)| format!("{count} {what}"));
+    let off_clock = oddities.off_clock.map(|off| {
+        format!(
+            "the times of messages are {off:.2} samples off the take's clock in the median: they \
+             follow another clock or rate and are put at the nearest sample; \"ignore\" under \
+             [topics] leaves them out"
+        )
+    });
+    let messages = counted.chain(off_clock);
+    messages
+        .map(|message| Finding::warning(topic, message))
+        .collect()
 }

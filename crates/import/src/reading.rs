@@ -1,4 +1,4 @@
-//! Contents of one message, whatever its encoding.
+//! Contents of one message, independent of its encoding.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -28,7 +28,7 @@ impl fmt::Display for Fault {
     }
 }
 
-/// By what a message tells one of its items from the others.
+/// How a message distinguishes its items.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Label<'a> {
     /// By nothing: it is the only one of its topic.
@@ -71,17 +71,6 @@ pub(crate) struct Reading<'a> {
     pub(crate) stamp_nanos: u64,
     pub(crate) frame: Cow<'a, str>,
     pub(crate) items: Vec<Item<'a>>,
-}
-
-impl<'a> Reading<'a> {
-    /// One item at one instant.
-    pub(crate) fn one(stamp_nanos: u64, frame: Cow<'a, str>, item: Item<'a>) -> Self {
-        Self {
-            stamp_nanos,
-            frame,
-            items: vec![item],
-        }
-    }
 }
 
 /// Seconds and nanoseconds as nanoseconds; 0 for times before 1970.

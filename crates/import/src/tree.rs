@@ -2,43 +2,26 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
+use inhand_model::rotation_from_xyzw;
+use nalgebra::{Isometry3, Translation3};
 
 use crate::gather::{Gathered, Static};
 use crate::reading::Kind;
 
-/// A quaternion whose length is further from 1 than this is no rotation.
-const QUATERNION_LENGTH_TOLERANCE: f64 = 1e-2;
-
-/// Squared length up to which a quaternion counts as normalised already and is kept bit by bit.
-const NORMALISED: f64 = 4.0 * f64::EPSILON;
-
 /// Frames above each other at most.
 const MAX_DEPTH: usize = 64;
-
-/// A rotation from x, y, z, w, unless their length is nowhere near 1. Its sign is kept.
-pub(crate) fn unit_quaternion([x, y, z, w]: [f64; 4]) -> Option<UnitQuaternion<f64>> {
-    let quaternion = Quaternion::new(w, x, y, z);
-    let squared = quaternion.norm_squared();
-    if (squared - 1.0).abs() <= NORMALISED {
-        return Some(UnitQuaternion::new_unchecked(quaternion));
-    }
-    let length = squared.sqrt();
-    ((length - 1.0).abs() <= QUATERNION_LENGTH_TOLERANCE)
-        .then(|| UnitQuaternion::new_unchecked(quaternion / length))
-}
 
 /// A rigid transform from what a message says, in the unit of the source.
 pub(crate) fn isometry(position: [f64; 3], rotation: [f64; 4]) -> Option<Isometry3<f64>> {
     let finite = position.iter().all(|c| c.is_finite());
-    let rotation = unit_quaternion(rotation).filter(|_| finite)?;
+    let rotation = rotation_from_xyzw(rotation).filter(|_| finite)?;
     Some(Isometry3::from_parts(
         Translation3::from(position),
         rotation,
     ))
 }
 
-/// What lies between a frame and the one above it.
+/// The transform between a frame and the one above it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Link {
     /// A series, by its place in the list of those used.
@@ -48,7 +31,7 @@ pub(crate) enum Link {
 }
 
 /// The links above each transform among the used series, next one first, up to the highest frame
-/// that moves: what lies above that is where the capture volume stands. Also the frame at the top.
+/// that moves: transforms above that one place the capture volume. Also the frame at the top.
 ///
 /// `None` for series that are no transforms, and for frames that go round in a circle.
 pub(crate) fn links_above(
@@ -71,7 +54,7 @@ pub(crate) fn links_above(
     (0..used.len()).map(above).collect()
 }
 
-/// Where the root of a frame's tree stands, seen from the frame: `frame_from_root` over the static
+/// The root of a frame's tree, seen from the frame: `frame_from_root` over the static
 /// transforms above it. `None` where a transform above it moves, or they go round in a circle.
 pub(crate) fn root_of(gathered: &Gathered<'_>, frame: &str) -> Option<(String, Isometry3<f64>)> {
     let moves = |frame: &str| {
@@ -101,7 +84,7 @@ fn climb(
 ) -> Option<(Vec<Link>, String)> {
     let mut links = Vec::new();
     let mut frame = parent;
-    // The highest moving link so far, and the frame that it stands in.
+    // The highest moving link so far, and the frame above it.
     let (mut kept, mut top) = (0, parent);
     let mut seen = BTreeSet::new();
     while links.len() < MAX_DEPTH && seen.insert(frame) {

@@ -2,13 +2,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use inhand_model::{Finding, Marker, Pose, TrackedBody};
+use inhand_model::{Finding, Pose};
 
 use crate::assemble::Entities;
 use crate::gather::Gathered;
 use crate::pace::median;
 use crate::reading::Kind;
-use crate::topics::ImportSettings;
+use crate::topics::{ImportSettings, name_of_topic};
 use crate::tree::links_above;
 
 /// Things further than this from the origin, metres, suggest that lengths are no metres.
@@ -24,33 +24,26 @@ pub(crate) fn used(gathered: &Gathered<'_>) -> Vec<usize> {
     (0..gathered.series.len()).filter(usable).collect()
 }
 
-/// Tells things of one name on different topics apart: those on the most telling topic count; where
+/// Distinguishes things of one name on different topics: those on the most telling topic count; where
 /// several topics tell as much, each is called by its whole topic.
-pub(crate) fn tell_apart(gathered: &Gathered<'_>, entities: &mut Entities) {
-    let mut findings = Vec::new();
-    keep_apart(
-        gathered,
-        &mut entities.markers,
-        |marker: &mut Marker| &mut marker.name,
-        "marker",
-        &mut findings,
-    );
-    keep_apart(
-        gathered,
-        &mut entities.bodies,
-        |body: &mut TrackedBody| &mut body.name,
-        "body",
-        &mut findings,
-    );
-    entities.findings.append(&mut findings);
+pub(crate) fn distinguish(gathered: &Gathered<'_>, entities: &mut Entities) {
+    let Entities {
+        markers,
+        bodies,
+        findings,
+    } = entities;
+    distinguish_kind(gathered, markers, "marker", findings, |marker| {
+        &mut marker.name
+    });
+    distinguish_kind(gathered, bodies, "body", findings, |body| &mut body.name);
 }
 
-fn keep_apart<T>(
+fn distinguish_kind<T>(
     gathered: &Gathered<'_>,
     things: &mut Vec<(usize, T)>,
-    name: impl Fn(&mut T) -> &mut String,
     kind: &str,
     findings: &mut Vec<Finding>,
+    name: impl Fn(&mut T) -> &mut String,
 ) {
     let topic_of = |series: usize| gathered.series[series].topic;
     let mut topics: BTreeMap<String, BTreeSet<(u8, usize)>> = BTreeMap::new();
@@ -61,27 +54,23 @@ fn keep_apart<T>(
     }
     topics.retain(|_, topics| topics.len() > 1);
     for (shared, topics) in &topics {
-        let names: Vec<&str> = (topics.iter())
-            .map(|&(_, topic)| gathered.topics[topic].name.as_str())
-            .collect();
-        let best = most_telling(topics);
-        findings.push(if best.len() == 1 {
-            Finding::info(
-                format!("{kind} \"{shared}\""),
-                format!(
-                    "it is on the topics {}: read from the first",
-                    names.join(", ")
-                ),
-            )
-        } else {
-            Finding::warning(
-                format!("{kind} \"{shared}\""),
-                format!(
-                    "it is on the topics {}, which tell as much: each is called by its topic; \
-                     [topics] names or ignores them",
-                    names.join(", ")
-                ),
-            )
+        let names = topics
+            .iter()
+            .map(|&(_, topic)| gathered.topics[topic].name.as_str());
+        let names = names.collect::<Vec<_>>().join(", ");
+        let place = format!("{kind} \"{shared}\"");
+        findings.push(match most_telling(topics)[..] {
+            [_] => {
+                let message = format!("it is on the topics {names}: read from the first");
+                Finding::info(place, message)
+            }
+            _ => {
+                let message = format!(
+                    "it is on the topics {names}, which tell as much: each is called by its topic; \
+                     [topics] names or ignores them"
+                );
+                Finding::warning(place, message)
+            }
         });
     }
     things.retain_mut(|(series, thing)| {
@@ -94,9 +83,7 @@ fn keep_apart<T>(
         if best.len() > 1 {
             let whole = &gathered.topics[topic].name;
             *name = match gathered.series[*series].kind {
-                Kind::Pose | Kind::Marker if *name == crate::topics::name_of_topic(whole) => {
-                    whole.clone()
-                }
+                Kind::Pose | Kind::Marker if *name == name_of_topic(whole) => whole.clone(),
                 _ => format!("{whole}#{name}"),
             };
         }
@@ -111,36 +98,29 @@ fn most_telling(topics: &BTreeSet<(u8, usize)>) -> Vec<usize> {
     best.map(|&(_, topic)| topic).collect()
 }
 
-/// The frames in which coordinates stand.
+/// The frames in which coordinates are given.
 pub(crate) fn top_frames(gathered: &Gathered<'_>, used: &[usize]) -> BTreeSet<String> {
-    let chains = links_above(gathered, used);
-    let frames: BTreeSet<&str> = (used.iter().zip(&chains))
-        .filter_map(|(&series, chain)| {
-            let series = &gathered.series[series];
-            match (series.kind, chain) {
-                (Kind::Transform, Some((_, top))) => Some(top.as_str()),
-                (Kind::Transform, None) => None,
-                _ => Some(series.frame.as_str()),
-            }
-        })
-        .collect();
-    frames.into_iter().map(str::to_owned).collect()
+    let chains = links_above(gathered, used).into_iter();
+    let frames = used.iter().zip(chains).filter_map(|(&series, chain)| {
+        let series = &gathered.series[series];
+        match series.kind {
+            Kind::Transform => chain.map(|(_, top)| top),
+            _ => Some(series.frame.clone()),
+        }
+    });
+    frames.collect()
 }
 
-/// Whether everything stands in one frame, as is taken for granted.
+/// Whether everything is given in one frame, as is assumed.
 pub(crate) fn frames(gathered: &Gathered<'_>, used: &[usize]) -> Option<Finding> {
     let frames = top_frames(gathered, used);
     (frames.len() > 1).then(|| {
-        let frames: Vec<String> = (frames.iter().take(8))
-            .map(|f| format!("\"{f}\""))
-            .collect();
-        Finding::warning(
-            "",
-            format!(
-                "coordinates stand in the frames {}: taken for one and the same world",
-                frames.join(", ")
-            ),
-        )
+        let named = frames.iter().take(8).map(|frame| format!("\"{frame}\""));
+        let message = format!(
+            "coordinates are given in the frames {}: taken for one and the same world",
+            named.collect::<Vec<_>>().join(", ")
+        );
+        Finding::warning("", message)
     })
 }
 
@@ -156,13 +136,11 @@ pub(crate) fn units_and_axes(entities: &Entities, settings: &ImportSettings) -> 
             .flat_map(|(_, m)| m.track.iter().flatten());
         let distances = bodies.chain(markers).map(|at| at.coords_m().norm());
         if let Some(far_m) = median(distances.collect()).filter(|&far_m| far_m > FAR_M) {
-            findings.push(Finding::warning(
-                "",
-                format!(
-                    "metres are assumed, as ROS has them, and put things {far_m:.0} m from the \
-                     origin: source.units = \"mm\" if these are millimetres"
-                ),
-            ));
+            let message = format!(
+                "metres are assumed, as ROS has them, and put things {far_m:.0} m from the origin: \
+                 source.units = \"mm\" if these are millimetres"
+            );
+            findings.push(Finding::warning("", message));
         }
     }
     if settings.up_axis.is_none() {

@@ -5,21 +5,22 @@ use ::foxglove::messages::{PackedElementField, PointCloud};
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion};
 
 use super::{coordinates, limited, rotation, stamp};
+use crate::format::Readings;
 use crate::reading::{Fault, Item, Kind, Label, Reading};
 
 /// Fields that number a marker, the first that a cloud has.
 const NUMBER_FIELDS: [&str; 5] = ["id", "marker_id", "marker", "index", "label"];
 
 /// The points, by their number where the cloud has one, else by their place.
-pub(super) fn points(cloud: &PointCloud) -> Result<Vec<Reading<'static>>, Fault> {
-    let axes = ["x", "y", "z"].map(|axis| Column::of(cloud, axis));
+pub(super) fn points(cloud: &PointCloud) -> Readings<'static> {
+    let axes = ["x", "y", "z"].map(|axis| NumberField::find(cloud, axis));
     let [Some(x), Some(y), Some(z)] = axes else {
         return Err(Fault::new(
             "fields x, y and z, each with a numeric type and inside the point",
             format!("the fields {}", names(&cloud.fields)),
         ));
     };
-    let number = (NUMBER_FIELDS.iter()).find_map(|name| Column::of(cloud, name));
+    let number = (NUMBER_FIELDS.iter()).find_map(|name| NumberField::find(cloud, name));
     let stride = cloud.point_stride as usize;
     let points = cloud.data.chunks_exact(stride);
     if !points.remainder().is_empty() {
@@ -48,7 +49,7 @@ pub(super) fn points(cloud: &PointCloud) -> Result<Vec<Reading<'static>>, Fault>
     }])
 }
 
-/// Where the cloud's origin lies in its frame.
+/// Position and rotation of the cloud in its frame.
 fn pose(cloud: &PointCloud) -> Result<Isometry3<f64>, Fault> {
     let Some(pose) = &cloud.pose else {
         return Ok(Isometry3::identity());
@@ -59,10 +60,8 @@ fn pose(cloud: &PointCloud) -> Result<Isometry3<f64>, Fault> {
         UnitQuaternion::identity()
     } else {
         UnitQuaternion::try_new(Quaternion::new(w, x, y, z), 1e-6).ok_or_else(|| {
-            Fault::new(
-                "a pose with a rotation",
-                format!("quaternion {x}, {y}, {z}, {w}"),
-            )
+            let found = format!("quaternion {x}, {y}, {z}, {w}");
+            Fault::new("a pose with a rotation", found)
         })?
     };
     Ok(Isometry3::from_parts(
@@ -84,14 +83,14 @@ fn names(fields: &[PackedElementField]) -> String {
 
 /// A number of every point.
 #[derive(Clone, Copy)]
-struct Column {
+struct NumberField {
     offset: usize,
     numeric: NumericType,
 }
 
-impl Column {
+impl NumberField {
     /// The field of that name, if all of it lies inside a point.
-    fn of(cloud: &PointCloud, name: &str) -> Option<Self> {
+    fn find(cloud: &PointCloud, name: &str) -> Option<Self> {
         let field = (cloud.fields.iter()).find(|field| field.name.eq_ignore_ascii_case(name))?;
         let numeric = NumericType::try_from(field.r#type).ok()?;
         let offset = field.offset as usize;
@@ -101,7 +100,7 @@ impl Column {
 
     fn value(self, point: &[u8]) -> f64 {
         fn array<const N: usize>(bytes: &[u8]) -> [u8; N] {
-            // `of` has made sure that the number lies inside the point.
+            // `find` has made sure that the number is inside the point.
             bytes.first_chunk().copied().unwrap_or([0; N])
         }
         let bytes = &point[self.offset..];

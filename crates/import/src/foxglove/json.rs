@@ -4,13 +4,18 @@ use ::foxglove::messages::{
     FrameTransform, FrameTransforms, PackedElementField, PointCloud, Pose, PoseInFrame,
     PosesInFrame, Quaternion, Timestamp, Vector3,
 };
+use data_encoding::BASE64_NOPAD;
 use serde_json::Value;
 
 use crate::reading::Fault;
 
-/// A message as a JSON value; serde_json itself limits how deep values nest.
-pub(crate) fn parse(message: &[u8]) -> Result<Value, Fault> {
-    serde_json::from_slice(message).map_err(|error| Fault::new("JSON", error.to_string()))
+/// Decodes a message; serde_json itself limits how deep values nest.
+pub(super) fn decode<T>(
+    message: &[u8],
+    read: impl FnOnce(&Value) -> Result<T, Fault>,
+) -> Result<T, Fault> {
+    let value = serde_json::from_slice(message);
+    read(&value.map_err(|error| Fault::new("JSON", error.to_string()))?)
 }
 
 pub(super) fn pose_in_frame(value: &Value) -> Result<PoseInFrame, Fault> {
@@ -63,8 +68,10 @@ pub(super) fn point_cloud(value: &Value) -> Result<PointCloud, Fault> {
                 r#type: i32::try_from(whole(field, "type")?).unwrap_or(0),
             })
         })?,
-        data: base64(&text(value, "data")?)
-            .ok_or_else(|| Fault::new("\"data\" in base64", "something else"))?
+        // With or without the signs that fill it up.
+        data: BASE64_NOPAD
+            .decode(text(value, "data")?.trim_end_matches('=').as_bytes())
+            .map_err(|error| Fault::new("\"data\" in base64", error.to_string()))?
             .into(),
     })
 }
@@ -141,55 +148,4 @@ fn unexpected(value: &Value, key: &str, expected: &str) -> Fault {
         |found| found.to_string().chars().take(40).collect(),
     );
     Fault::new(format!("{expected} as \"{key}\""), found)
-}
-
-/// Bytes from base64 with or without the signs that fill it up.
-fn base64(text: &str) -> Option<Vec<u8>> {
-    let text = text.trim_end_matches('=').as_bytes();
-    let mut bytes = Vec::with_capacity(text.len() * 3 / 4);
-    for group in text.chunks(4) {
-        let mut bits = 0_u32;
-        for &letter in group {
-            let value = match letter {
-                b'A'..=b'Z' => letter - b'A',
-                b'a'..=b'z' => letter - b'a' + 26,
-                b'0'..=b'9' => letter - b'0' + 52,
-                b'+' => 62,
-                b'/' => 63,
-                _ => return None,
-            };
-            bits = bits << 6 | u32::from(value);
-        }
-        let [_, first, second, third] = (bits << (6 * (4 - group.len()))).to_be_bytes();
-        let whole = match group.len() {
-            2 => 1,
-            3 => 2,
-            4 => 3,
-            _ => return None,
-        };
-        bytes.extend_from_slice(&[first, second, third][..whole]);
-    }
-    Some(bytes)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn base64_as_in_rfc_4648() {
-        for (text, bytes) in [
-            ("", &b""[..]),
-            ("Zg==", b"f"),
-            ("Zm8=", b"fo"),
-            ("Zm9v", b"foo"),
-            ("Zm9vYg==", b"foob"),
-            ("Zm9vYmE", b"fooba"),
-            ("+/+/", &[0xfb, 0xff, 0xbf]),
-        ] {
-            assert_eq!(base64(text).as_deref(), Some(bytes), "{text}");
-        }
-        assert_eq!(base64("Zm9vY"), None);
-        assert_eq!(base64("Zm 9"), None);
-    }
 }

@@ -8,62 +8,58 @@ use ::foxglove::messages::{
     Vector3,
 };
 use prost::Message;
-use serde_json::Value;
 
-pub(crate) use self::json::parse as parse_json;
-use crate::format::{CLOUDS, Decode, MessageKind, POSES, TRANSFORMS};
+use crate::format::{CLOUDS, MessageKind, POSES, Readings, TRANSFORMS};
 use crate::reading::{Fault, Item, Kind, Label, MAX_ITEMS, Reading, nanos};
 
+const POSE: &[&str] = &["foxglove.PoseInFrame"];
+const POSES_IN_FRAME: &[&str] = &["foxglove.PosesInFrame"];
+const TRANSFORM: &[&str] = &["foxglove.FrameTransform"];
+const TRANSFORM_LIST: &[&str] = &["foxglove.FrameTransforms"];
+const CLOUD: &[&str] = &["foxglove.PointCloud"];
+
 pub(super) const KINDS: &[MessageKind] = &[
-    protobuf(&["foxglove.PoseInFrame"], POSES, |m| pose(decode(m)?)),
-    json(&["foxglove.PoseInFrame"], POSES, |m| {
-        pose(json::pose_in_frame(m)?)
+    protobuf(POSE, POSES, |m| pose(decode(m)?)),
+    json(POSE, POSES, |m| pose(json::decode(m, json::pose_in_frame)?)),
+    protobuf(POSES_IN_FRAME, POSES, |m| poses(decode(m)?)),
+    json(POSES_IN_FRAME, POSES, |m| {
+        poses(json::decode(m, json::poses_in_frame)?)
     }),
-    protobuf(&["foxglove.PosesInFrame"], POSES, |m| poses(decode(m)?)),
-    json(&["foxglove.PosesInFrame"], POSES, |m| {
-        poses(json::poses_in_frame(m)?)
+    protobuf(TRANSFORM, TRANSFORMS, |m| Ok(vec![transform(decode(m)?)])),
+    json(TRANSFORM, TRANSFORMS, |m| {
+        Ok(vec![transform(json::decode(m, json::frame_transform)?)])
     }),
-    protobuf(&["foxglove.FrameTransform"], TRANSFORMS, |m| {
-        Ok(vec![transform(decode(m)?)])
+    protobuf(TRANSFORM_LIST, TRANSFORMS, |m| transforms(decode(m)?)),
+    json(TRANSFORM_LIST, TRANSFORMS, |m| {
+        transforms(json::decode(m, json::frame_transforms)?)
     }),
-    json(&["foxglove.FrameTransform"], TRANSFORMS, |m| {
-        Ok(vec![transform(json::frame_transform(m)?)])
-    }),
-    protobuf(&["foxglove.FrameTransforms"], TRANSFORMS, |m| {
-        transforms(decode(m)?)
-    }),
-    json(&["foxglove.FrameTransforms"], TRANSFORMS, |m| {
-        transforms(json::frame_transforms(m)?)
-    }),
-    protobuf(&["foxglove.PointCloud"], CLOUDS, |m| {
-        cloud::points(&decode(m)?)
-    }),
-    json(&["foxglove.PointCloud"], CLOUDS, |m| {
-        cloud::points(&json::point_cloud(m)?)
+    protobuf(CLOUD, CLOUDS, |m| cloud::points(&decode(m)?)),
+    json(CLOUD, CLOUDS, |m| {
+        cloud::points(&json::decode(m, json::point_cloud)?)
     }),
 ];
 
 const fn protobuf(
     schemas: &'static [&'static str],
     rank: u8,
-    read: fn(&[u8]) -> Result<Vec<Reading<'static>>, Fault>,
+    read: for<'a> fn(&'a [u8]) -> Readings<'a>,
 ) -> MessageKind {
     MessageKind {
         schemas,
-        decode: Decode::Protobuf(read),
+        encoding: "protobuf",
         rank,
+        read,
     }
 }
 
 const fn json(
     schemas: &'static [&'static str],
     rank: u8,
-    read: fn(&Value) -> Result<Vec<Reading<'static>>, Fault>,
+    read: for<'a> fn(&'a [u8]) -> Readings<'a>,
 ) -> MessageKind {
     MessageKind {
-        schemas,
-        decode: Decode::Json(read),
-        rank,
+        encoding: "json",
+        ..protobuf(schemas, rank, read)
     }
 }
 
@@ -71,7 +67,7 @@ fn decode<M: Message + Default>(message: &[u8]) -> Result<M, Fault> {
     M::decode(message).map_err(|error| Fault::new("a protobuf message", error.to_string()))
 }
 
-fn pose(message: PoseInFrame) -> Result<Vec<Reading<'static>>, Fault> {
+fn pose(message: PoseInFrame) -> Readings<'static> {
     Ok(vec![Reading {
         stamp_nanos: stamp(message.timestamp),
         frame: message.frame_id.into(),
@@ -81,7 +77,7 @@ fn pose(message: PoseInFrame) -> Result<Vec<Reading<'static>>, Fault> {
     }])
 }
 
-fn poses(message: PosesInFrame) -> Result<Vec<Reading<'static>>, Fault> {
+fn poses(message: PosesInFrame) -> Readings<'static> {
     limited(message.poses.len(), "poses")?;
     let items = (message.poses.iter().enumerate()).map(|(k, pose)| item(pose, Label::Place(k)));
     Ok(vec![Reading {
@@ -91,7 +87,7 @@ fn poses(message: PosesInFrame) -> Result<Vec<Reading<'static>>, Fault> {
     }])
 }
 
-fn transforms(message: FrameTransforms) -> Result<Vec<Reading<'static>>, Fault> {
+fn transforms(message: FrameTransforms) -> Readings<'static> {
     limited(message.transforms.len(), "transforms")?;
     Ok(message.transforms.into_iter().map(transform).collect())
 }
@@ -103,8 +99,11 @@ fn transform(message: FrameTransform) -> Reading<'static> {
         position: coordinates(message.translation),
         rotation: rotation(message.rotation),
     };
-    let frame = message.parent_frame_id.into();
-    Reading::one(stamp(message.timestamp), frame, item)
+    Reading {
+        stamp_nanos: stamp(message.timestamp),
+        frame: message.parent_frame_id.into(),
+        items: vec![item],
+    }
 }
 
 fn item(pose: &Pose, label: Label<'static>) -> Item<'static> {

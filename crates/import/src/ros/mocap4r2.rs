@@ -1,16 +1,16 @@
 //! Package `mocap4r2_msgs`: markers and rigid bodies of motion capture.
 
-use super::{Cdr, header, kind, limited, point, pose};
-use crate::format::{MOTION_CAPTURE, MessageKind};
-use crate::reading::{Fault, Item, Kind, Label, Reading};
+use super::{Cdr, decode, header, kind, limited, point, pose};
+use crate::format::{MOTION_CAPTURE, MessageKind, Readings};
+use crate::reading::{Fault, Item, Kind, Label};
 
 // The second name of each is that of the package before it was renamed.
 pub(super) const KINDS: &[MessageKind] = &[
     kind(
         &["mocap4r2_msgs/Markers", "mocap_msgs/Markers"],
         MOTION_CAPTURE,
-        |cdr| {
-            frame_of(cdr, MARKER_BYTES, |cdr, items| {
+        |message| {
+            frame(message, MARKER_BYTES, |cdr, items| {
                 items.push(marker(cdr, None)?);
                 Ok(())
             })
@@ -19,7 +19,7 @@ pub(super) const KINDS: &[MessageKind] = &[
     kind(
         &["mocap4r2_msgs/RigidBodies", "mocap_msgs/RigidBodies"],
         MOTION_CAPTURE,
-        |cdr| frame_of(cdr, BODY_BYTES, body),
+        |message| frame(message, BODY_BYTES, body),
     ),
 ];
 
@@ -34,18 +34,20 @@ const USE_INDEX: i8 = 1;
 const USE_BOTH: i8 = 2;
 
 /// A message of mocap4r2: header, number of the frame, a sequence.
-fn frame_of<'a>(
-    cdr: &mut Cdr<'a>,
+fn frame<'a>(
+    message: &'a [u8],
     element_bytes: usize,
     mut element: impl FnMut(&mut Cdr<'a>, &mut Vec<Item<'a>>) -> Result<(), Fault>,
-) -> Result<Vec<Reading<'a>>, Fault> {
-    let mut reading = header(cdr)?;
-    cdr.u32()?; // Counts messages in some drivers and is always 0 in others.
-    for _ in 0..limited(cdr.count(element_bytes)?)? {
-        element(cdr, &mut reading.items)?;
-        limited(reading.items.len())?;
-    }
-    Ok(vec![reading])
+) -> Readings<'a> {
+    decode(message, |cdr| {
+        let mut reading = header(cdr)?;
+        cdr.u32()?; // Counts messages in some drivers and is always 0 in others.
+        for _ in 0..limited(cdr.count(element_bytes)?)? {
+            element(cdr, &mut reading.items)?;
+            limited(reading.items.len())?;
+        }
+        Ok(vec![reading])
+    })
 }
 
 /// A marker, of the rigid body of that name where there is one.

@@ -5,33 +5,45 @@ mod geometry;
 mod mocap4r2;
 mod tf;
 
-pub(crate) use self::cdr::Cdr;
-use crate::format::{Decode, MessageKind};
+use self::cdr::Cdr;
+use crate::format::{MessageKind, Readings};
 use crate::reading::{Fault, Item, Kind, Label, MAX_ITEMS, Reading, nanos};
 
 /// Message kinds by package.
 pub(super) const PACKAGES: [&[MessageKind]; 3] = [geometry::KINDS, mocap4r2::KINDS, tf::KINDS];
 
-/// A kind whose schema has one of these names, without the folder `msg` that ROS 2 puts in.
+/// A kind whose schema has one of these names.
 const fn kind(
     schemas: &'static [&'static str],
     rank: u8,
-    read: for<'a> fn(&mut Cdr<'a>) -> Result<Vec<Reading<'a>>, Fault>,
+    read: for<'a> fn(&'a [u8]) -> Readings<'a>,
 ) -> MessageKind {
     MessageKind {
         schemas,
-        decode: Decode::Cdr(read),
+        encoding: "cdr",
         rank,
+        read,
     }
 }
 
+/// Decodes a message, all of it.
+fn decode<'a>(message: &'a [u8], read: impl FnOnce(&mut Cdr<'a>) -> Readings<'a>) -> Readings<'a> {
+    let mut cdr = Cdr::new(message)?;
+    let readings = read(&mut cdr)?;
+    cdr.end()?;
+    Ok(readings)
+}
+
+/// Decodes a message that is a header and one item.
 fn one<'a>(
-    cdr: &mut Cdr<'a>,
+    message: &'a [u8],
     item: impl FnOnce(&mut Cdr<'a>) -> Result<Item<'a>, Fault>,
-) -> Result<Vec<Reading<'a>>, Fault> {
-    let mut reading = header(cdr)?;
-    reading.items.push(item(cdr)?);
-    Ok(vec![reading])
+) -> Readings<'a> {
+    decode(message, |cdr| {
+        let mut reading = header(cdr)?;
+        reading.items.push(item(cdr)?);
+        Ok(vec![reading])
+    })
 }
 
 fn limited(count: usize) -> Result<usize, Fault> {

@@ -1,27 +1,31 @@
 //! Transforms between frames.
 
-use super::{Cdr, header, kind, limited, pose};
+use super::{Cdr, decode, header, kind, limited, pose};
 use crate::format::{MessageKind, TRANSFORMS};
 use crate::reading::{Fault, Kind, Label, Reading};
 
 pub(super) const KINDS: &[MessageKind] = &[
-    kind(&["geometry_msgs/TransformStamped"], TRANSFORMS, |cdr| {
-        Ok(vec![transform(cdr)?])
+    kind(&["geometry_msgs/TransformStamped"], TRANSFORMS, |message| {
+        decode(message, |cdr| Ok(vec![transform(cdr)?]))
     }),
-    kind(&["tf2_msgs/TFMessage", "tf/tfMessage"], TRANSFORMS, |cdr| {
-        let count = limited(cdr.count(TRANSFORM_BYTES)?)?;
-        (0..count).map(|_| transform(cdr)).collect()
-    }),
+    kind(
+        &["tf2_msgs/TFMessage", "tf/tfMessage"],
+        TRANSFORMS,
+        |message| {
+            decode(message, |cdr| {
+                let count = limited(cdr.count(TRANSFORM_BYTES)?)?;
+                (0..count).map(|_| transform(cdr)).collect()
+            })
+        },
+    ),
 ];
 
 /// Fewest bytes of a transform: header, name of the child, pose.
 const TRANSFORM_BYTES: usize = 72;
 
 fn transform<'a>(cdr: &mut Cdr<'a>) -> Result<Reading<'a>, Fault> {
-    let Reading {
-        stamp_nanos, frame, ..
-    } = header(cdr)?;
+    let mut reading = header(cdr)?;
     let label = Label::Name(cdr.text()?, None);
-    let item = pose(cdr, label, Kind::Transform)?;
-    Ok(Reading::one(stamp_nanos, frame, item))
+    reading.items.push(pose(cdr, label, Kind::Transform)?);
+    Ok(reading)
 }

@@ -19,7 +19,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (mut evaluation, provenance) = (sample::evaluation(true), sample::provenance());
     evaluation.intervals = Some(sample_rows::intervals(&evaluation));
     let rows = sample_rows::rows(&evaluation, true);
-    let report = inhand_report::Report::new(&evaluation, &provenance).with_rows(&rows);
+    let report = inhand_report::Report {
+        rows: Some(&rows),
+        ..inhand_report::Report::new(&evaluation, &provenance)
+    };
     fs::create_dir_all(folder.join("figures"))?;
     fs::write(folder.join("report.html"), inhand_report::html(&report)?)?;
     fs::write(folder.join("report.md"), inhand_report::markdown(&report)?)?;

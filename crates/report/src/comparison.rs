@@ -4,45 +4,55 @@ use std::fmt::Write as _;
 
 use inhand_model::{ContactChange, Drawn, ErrorChange, Estimate, EvaluationComparison, Finger};
 
-use crate::figure::forest::signed;
-use crate::html::intervals::measure_words;
-use crate::markdown::{escaped, row};
-use crate::number::{decimals, percent, plain, to_mm};
+use crate::html::intervals::{measure_words, millimetres_3};
+use crate::number::{percent, plain, signed};
+use crate::table::{Table, escaped};
+
+/// A line of the comparison: method, fingers, statistic, change.
+type Change = (String, &'static str, &'static str, String);
+
+fn changes(comparison: &EvaluationComparison) -> Vec<Change> {
+    let methods = |before: &str, after: &str| match before == after {
+        true => after.to_owned(),
+        false => format!("{before} -> {after}"),
+    };
+    let errors = comparison.errors.iter().map(|change| {
+        let finger = change.finger.map_or("all fingers", Finger::name);
+        let who = methods(&change.before_method, &change.after_method);
+        (
+            who,
+            finger,
+            measure_words(change.measure),
+            error_change(change),
+        )
+    });
+    let contacts = comparison.contacts.iter().map(|change| {
+        let who = methods(&change.before_method, &change.after_method);
+        (who, "all fingers", CONTACTS, contact_change(change))
+    });
+    errors.chain(contacts).collect()
+}
+
+const CONTACTS: &str = "three or more contacts";
 
 /// A line for each statistic of the error, then contacts, then how intervals were made and settings that differ.
 pub(crate) fn text(comparison: &EvaluationComparison) -> String {
     let mut text = String::new();
-    let mut last = None;
-    for change in &comparison.errors {
-        let who = methods(&change.before_method, &change.after_method);
-        let head = (who.clone(), change.finger);
-        if last.as_ref() != Some(&head) {
-            let _ = writeln!(text, "{who}, {}", finger_words(change.finger));
-            last = Some(head);
+    let mut last = String::new();
+    for (who, finger, statistic, change) in changes(comparison) {
+        let contacts = statistic == CONTACTS;
+        let head = format!("{who}, {}\n", if contacts { statistic } else { finger });
+        if head != last {
+            text.push_str(&head);
+            last = head;
         }
-        let _ = writeln!(
-            text,
-            "  {:<7} {}",
-            measure_words(change.measure),
-            error_change(change)
-        );
-    }
-    for change in &comparison.contacts {
-        let who = methods(&change.before_method, &change.after_method);
-        let _ = writeln!(
-            text,
-            "{who}, three or more contacts\n  share   {}",
-            contact_change(change)
-        );
+        let name = if contacts { "share" } else { statistic };
+        let _ = writeln!(text, "  {name:<7} {change}");
     }
     let _ = writeln!(text, "{}", made_words(comparison));
     for difference in &comparison.settings {
-        let _ = writeln!(
-            text,
-            "setting {}: {}",
-            difference.key,
-            difference.values.join(" -> ")
-        );
+        let values = difference.values.join(" -> ");
+        let _ = writeln!(text, "setting {}: {values}", difference.key);
     }
     text
 }
@@ -50,37 +60,19 @@ pub(crate) fn text(comparison: &EvaluationComparison) -> String {
 /// The same as Markdown; names from files are text in it.
 pub(crate) fn markdown(comparison: &EvaluationComparison) -> String {
     let (before, after) = (&comparison.before, &comparison.after);
+    let table = Table::new("", changes(comparison), "method", |change| change.0.clone())
+        .words("finger", |change| change.1.to_owned())
+        .words("statistic", |change| change.2.to_owned())
+        .numbers("change", "", |change| change.3.clone());
     let mut text = format!(
-        "## In-hand manipulation: {} ({}) against {} ({})\n\n",
+        "## In-hand manipulation: {} ({}) compared with {} ({})\n\n{}\n{}\n",
         escaped(&after.session),
         escaped(&after.file),
         escaped(&before.session),
-        escaped(&before.file)
+        escaped(&before.file),
+        table.markdown(),
+        made_words(comparison)
     );
-    row(
-        &mut text,
-        &["method", "finger", "statistic", "change"].map(str::to_owned),
-    );
-    row(&mut text, &["---", "---", "---", "---"].map(str::to_owned));
-    for change in &comparison.errors {
-        let cells = [
-            escaped(&methods(&change.before_method, &change.after_method)),
-            finger_words(change.finger).to_owned(),
-            measure_words(change.measure).to_owned(),
-            error_change(change),
-        ];
-        row(&mut text, &cells);
-    }
-    for change in &comparison.contacts {
-        let cells = [
-            escaped(&methods(&change.before_method, &change.after_method)),
-            "all fingers".to_owned(),
-            "three or more contacts".to_owned(),
-            contact_change(change),
-        ];
-        row(&mut text, &cells);
-    }
-    let _ = writeln!(text, "\n{}", made_words(comparison));
     if !comparison.settings.is_empty() {
         text.push('\n');
     }
@@ -91,42 +83,28 @@ pub(crate) fn markdown(comparison: &EvaluationComparison) -> String {
     text
 }
 
-fn methods(before: &str, after: &str) -> String {
-    match before == after {
-        true => after.to_owned(),
-        false => format!("{before} -> {after}"),
-    }
-}
-
-fn finger_words(finger: Option<Finger>) -> &'static str {
-    finger.map_or("all fingers", Finger::name)
-}
-
-/// `1.39 -> 1.31 mm (-5.8 %, 95 % interval -8.1 .. -3.2)`.
+/// `1.39 -> 1.31 mm (-5.8 %, interval -8.1 % .. -3.2 %)`.
 fn error_change(change: &ErrorChange) -> String {
-    let mm = |metres: f64| decimals(to_mm(metres), 3);
-    let values = format!("{} -> {} mm", mm(change.before_m), mm(change.after_m));
+    let [before, after] = [change.before_m, change.after_m].map(millimetres_3);
+    let values = format!("{before} -> {after} mm");
     let relative = change.relative_change;
     if !relative.is_finite() {
         // Before was 0, so only the difference itself says anything.
-        return match interval(change.absolute.as_ref(), |metres| {
-            decimals(to_mm(metres), 3)
-        }) {
+        return match interval(change.absolute.as_ref(), millimetres_3) {
             Some(ends) => format!("{values} (interval {ends} mm)"),
             None => values,
         };
     }
-    let own = signed(100.0 * relative);
-    match interval(change.relative.as_ref(), |share| signed(100.0 * share)) {
-        Some(ends) => format!("{values} ({own}, interval {ends})"),
-        None => format!("{values} ({own})"),
+    let share = |share: f64| signed(100.0 * share, " %");
+    match interval(change.relative.as_ref(), share) {
+        Some(ends) => format!("{values} ({}, interval {ends})", share(relative)),
+        None => format!("{values} ({})", share(relative)),
     }
 }
 
 /// `99.1 -> 98.7 % (-0.4 points, interval -0.9 .. 0.1)`.
 fn contact_change(change: &ContactChange) -> String {
-    // Points, which are no percentage of anything.
-    let points = |share: f64| signed(100.0 * share).trim_end_matches(" %").to_owned();
+    let points = |share: f64| signed(100.0 * share, "");
     let values = format!("{} -> {} %", percent(change.before), percent(change.after));
     let own = points(change.after - change.before);
     match interval(change.absolute.as_ref(), points) {
@@ -149,13 +127,15 @@ fn made_words(comparison: &EvaluationComparison) -> String {
         bootstrap.seed
     );
     match comparison.drawn {
-        Drawn::Together => made + "the same ones for both, which judged the same segments",
+        Drawn::Together => {
+            made + "the same ones for both, which were evaluated on the same segments"
+        }
         Drawn::Apart => {
-            made + "drawn apart: the two did not judge the same segments, so that differences among \
+            made + "drawn apart: the two were not evaluated on the same segments, so that differences among \
                     segments count as well"
         }
         Drawn::NotAtAll => {
-            "no intervals: none were asked for, or no rows.parquet stands beside one of the two"
+            "no intervals: none were asked for, or one of the two has no rows.parquet beside it"
                 .to_owned()
         }
     }

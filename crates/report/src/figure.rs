@@ -11,15 +11,13 @@ pub(crate) mod axes;
 pub(crate) mod bars;
 pub(crate) mod box_plot;
 mod data;
-pub(crate) mod dot_plot;
-pub(crate) mod finger_rows;
-pub(crate) mod forest;
 pub(crate) mod gait_diagram;
 pub(crate) mod legend;
 pub(crate) mod line_chart;
 pub(crate) mod palette;
 mod print;
 pub(crate) mod projection;
+pub(crate) mod row_plot;
 pub(crate) mod scale;
 pub(crate) mod state_graph;
 pub(crate) mod strips;
@@ -30,7 +28,7 @@ use std::fmt;
 use maud::{Markup, html};
 
 pub use data::{FigureColumn, FigureData, FigureValues};
-pub(crate) use legend::Key;
+pub(crate) use legend::{Key, finger_keys};
 
 /// A figure of a report: its drawing, what to know to read it, and the numbers that are drawn.
 ///

@@ -1,47 +1,39 @@
 //! The page: a verdict first, then what it rests on, a file a section.
 
 mod body;
-mod choice;
 mod clouds;
 mod constraints;
-mod contact_count;
 mod contact_raster;
 mod contacts;
 mod corridors;
-mod deviation;
 mod dictionary;
 mod dynamics;
-mod dynamics_figures;
-mod ecdf;
 mod errors;
 mod filtering;
 mod gaps;
-mod illustrated;
 pub(crate) mod intervals;
 mod movement;
 mod object;
-mod over_time;
 mod paper;
 mod paths;
-mod plan_status;
-mod plan_times;
 mod plans;
 mod provenance;
 mod quality;
 mod segment_errors;
 mod session;
 mod shown;
-mod statistics;
 pub(crate) mod summary;
-mod table;
 mod worst;
 
 use inhand_model::MethodEvaluation;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use crate::figure::palette::method_classes;
+use crate::figure::box_plot::BoxRow;
+use crate::figure::line_chart::Series;
+use crate::figure::palette::{RECORDED_CLASS, classes};
 use crate::figure::{Figure, style};
 use crate::report::Report;
+use crate::table::{Head, Table};
 pub(crate) use body::Body;
 
 /// Styles, written into the page. Ours alone, so it needs no escaping.
@@ -54,37 +46,67 @@ const SCRIPT: &str = include_str!("html/page.js");
 /// page itself, and of scripts only the one with this hash runs: not one that a name smuggles in.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; script-src 'sha256-KNRghC7MrMJwftOgSWXfqvgZMMxrhzx4bQMZD8E4B4s='; base-uri 'none'; form-action 'none'";
 
-/// A method with the class of its colour.
-#[derive(Clone)]
-pub(crate) struct Method<'a> {
-    pub(crate) evaluation: &'a MethodEvaluation,
-    pub(crate) class: String,
-    /// Whether it is the one to look at first.
-    pub(crate) default: bool,
-}
-
-/// A method by its name alone, with the class of its colour.
-#[derive(Clone)]
-pub(crate) struct Named<'a> {
+/// A method with what is known of it and the class of its colour.
+pub(crate) struct Method<'a, T = MethodEvaluation> {
     pub(crate) name: &'a str,
+    pub(crate) evaluation: &'a T,
     pub(crate) class: String,
     /// Whether it is the one to look at first.
     pub(crate) default: bool,
 }
 
-impl<'a> Method<'a> {
-    pub(crate) fn named(&self) -> Named<'a> {
-        Named {
-            name: &self.evaluation.name,
-            class: self.class.clone(),
-            default: self.default,
+impl<'a, T> Method<'a, T> {
+    /// Methods with their colours. `of` is the name of one, and whether it is a baseline.
+    fn all(methods: &'a [T], default: &str, of: fn(&T) -> (&str, bool)) -> Vec<Self> {
+        (methods.iter().zip(classes(methods.iter().map(|m| of(m).1))))
+            .map(|(evaluation, class)| Method {
+                name: of(evaluation).0,
+                evaluation,
+                class,
+                default: of(evaluation).0 == default,
+            })
+            .collect()
+    }
+
+    /// The name with the colour it has in the figures.
+    fn head(&self) -> Head {
+        Head::coloured(&self.class, self.name)
+    }
+
+    /// A distribution of the method as a box.
+    fn box_row<'s>(&'s self, statistics: &'s inhand_model::Statistics) -> BoxRow<'s> {
+        BoxRow {
+            label: self.name,
+            class: &self.class,
+            stressed: self.default,
+            statistics,
         }
+    }
+
+    /// A line of the method.
+    fn line(&self, points: impl IntoIterator<Item = (f64, f64)>) -> Series {
+        Series::new(self.name, &self.class, points)
     }
 }
 
-/// A method's name with the colour it has in the figures.
-fn named(method: &Named<'_>) -> Markup {
-    html! { span.swatch.(method.class) {} (method.name) }
+/// The method to look at first.
+fn default<'m, 'a, T>(methods: &'m [Method<'a, T>]) -> Option<&'m Method<'a, T>> {
+    methods.iter().find(|method| method.default)
+}
+
+/// A table with methods as rows.
+fn method_table<'m, R: 'm, T: 'm>(
+    caption: impl Into<String>,
+    rows: impl IntoIterator<Item = R>,
+    method: impl Fn(&R) -> &Method<'m, T> + Copy + 'm,
+) -> Table<'m, R> {
+    Table::new(caption, rows, "method", move |row| method(row).head())
+        .stressed(move |row| method(row).default)
+}
+
+/// Recorded motion as the head of a line.
+fn recorded() -> Head {
+    Head::coloured(RECORDED_CLASS, "recorded")
 }
 
 /// A part of the page with its place in the table of contents.
@@ -94,76 +116,82 @@ struct Section {
     body: Body,
 }
 
+fn section(
+    id: &'static str,
+    title: &'static str,
+    body: impl Into<Option<Body>>,
+) -> Option<Section> {
+    let body = body.into()?;
+    Some(Section { id, title, body })
+}
+
 /// What the page says, a section a topic.
 fn sections(report: &Report<'_>) -> Vec<Section> {
     let evaluation = report.evaluation;
-    let methods: &[Method<'_>] = &methods(report);
-    let section = |id, title, body| Section { id, title, body };
+    let rate_hz = evaluation.session.rate_hz;
+    let methods = &Method::all(&evaluation.methods, &evaluation.default_method, |method| {
+        (&method.name, method.baseline)
+    });
+    let shown = report.illustrations;
     // What nobody planned or judged has no section.
     let sections = [
-        Some(section(
-            "methods",
-            "Methods",
-            session::methods(evaluation, methods).into(),
-        )),
-        Some(section(
-            "quality",
-            "Data quality",
-            quality::section(evaluation).into(),
-        )),
-        illustrated::processing(report).map(|body| section("processing", "Gaps and filter", body)),
-        Some(section(
+        section("methods", "Methods", session::methods(evaluation, methods)),
+        section("quality", "Data quality", quality::section(evaluation)),
+        section(
+            "processing",
+            "Gaps and filter",
+            shown.map(|all| gaps::part(&all.gaps).append(filtering::part(all))),
+        ),
+        section(
             "errors",
             "Fingertip error",
             errors::section(report, methods),
-        )),
-        illustrated::examples(report, methods)
-            .map(|body| section("examples", "Paths and worst errors", body)),
-        paper::section(report).map(|body| section("paper", "Beside the paper", body)),
-        object::section(methods).map(|body| section("object", "Object pose", body)),
-        Some(section(
-            "contacts",
-            "Contacts",
-            contacts::section(report, methods),
-        )),
-        illustrated::clouds(report).map(|body| section("clouds", "Clouds of points", body)),
-        dynamics::section(report, methods)
-            .map(|body| section("dynamics", "Contacts over time", body)),
-        movement::section(report, methods).map(|body| section("movement", "Movement", body)),
-        Some(section(
-            "constraints",
-            "Constraints",
-            constraints::section(methods),
-        )),
-        plan_times::section(report.plan_times, methods)
-            .map(|body| section("plan-times", "Plan times", body)),
-        corridors::section(methods).map(|body| section("corridors", "Corridors", body)),
-        Some(section(
-            "dictionary",
-            "Dictionary",
-            dictionary::section(evaluation),
-        )),
-        illustrated::training(report).map(|body| section("training", "What training showed", body)),
-        Some(section(
+        ),
+        section(
+            "examples",
+            "Paths and worst errors",
+            shown.map(|all| {
+                paths::part(&all.paths, methods).append(worst::part(&all.worst, rate_hz))
+            }),
+        ),
+        section("paper", "Beside the paper", paper::section(report)),
+        section("object", "Object pose", object::section(methods)),
+        section("contacts", "Contacts", contacts::section(report, methods)),
+        section(
+            "clouds",
+            "Clouds of points",
+            shown.and_then(|all| clouds::section(&all.point_clouds)),
+        ),
+        section(
+            "dynamics",
+            "Contacts over time",
+            dynamics::section(report, methods),
+        ),
+        section("movement", "Movement", movement::section(report, methods)),
+        section("constraints", "Constraints", constraints::section(methods)),
+        section(
+            "plan-times",
+            "Plan times",
+            plans::times(report.plan_times, methods),
+        ),
+        section(
+            "corridors",
+            "Prediction regions",
+            corridors::section(methods),
+        ),
+        section("dictionary", "Dictionary", dictionary::section(evaluation)),
+        section(
+            "training",
+            "Training data",
+            shown.map(|all| shown::section(all, evaluation.dictionary.kind, rate_hz)),
+        ),
+        section(
             "provenance",
             "Settings and provenance",
-            provenance::section(report.provenance).into(),
-        )),
+            Body::from(provenance::section(report.provenance)),
+        ),
     ];
     sections.into_iter().flatten().collect()
-}
-
-fn methods<'a>(report: &Report<'a>) -> Vec<Method<'a>> {
-    let methods = &report.evaluation.methods;
-    methods
-        .iter()
-        .zip(method_classes(methods))
-        .map(|(method, class)| Method {
-            evaluation: method,
-            class,
-            default: method.name == report.evaluation.default_method,
-        })
-        .collect()
 }
 
 /// Every figure of the page, in its order.

@@ -1,11 +1,9 @@
 //! Method choice on the training takes, in words: which method was chosen and why,
-//! what was learned of deviations, how honest corridors are.
+//! what was learned of deviations, whether prediction regions hold what they state.
 
-use inhand_model::{
-    CorridorCoverage, DeviationFacts, Evaluation, MethodCandidate, MethodChoice, Validation,
-};
+use inhand_model::{DeviationFacts, Evaluation, MethodCandidate, MethodChoice};
 
-use crate::number::{NARROW_SPACE, count, decimals, percent, plain, to_mm};
+use crate::number::{count, decimals, percent, plain, to_mm};
 use crate::verdict::default_method;
 
 /// Which method was chosen and why, in a sentence; `None` where no choice was asked for.
@@ -21,14 +19,14 @@ pub(crate) fn choice_sentence(evaluation: &Evaluation) -> Option<String> {
 fn reason(evaluation: &Evaluation, choice: &MethodChoice) -> String {
     let left_out = format!(
         "on {} training segments left out of learning",
-        count(choice.segments, NARROW_SPACE)
+        count(choice.segments)
     );
     let Some(chosen) = choice.candidates.iter().find(|c| c.name == choice.method) else {
-        return format!("it does best {left_out}");
+        return format!("it has the lowest error {left_out}");
     };
     let own_m = chosen.mean_error_m;
     let start = format!("{left_out} its mean error is {}", fine_mm(own_m));
-    let Some(rival) = rival(evaluation, choice) else {
+    let Some((rival, learned)) = rival(evaluation, choice) else {
         let least = (choice.candidates.iter()).all(|c| own_m.total_cmp(&c.mean_error_m).is_le());
         return match choice.candidates.len() {
             0 | 1 => format!("{start}, and nothing else was compared"),
@@ -36,56 +34,42 @@ fn reason(evaluation: &Evaluation, choice: &MethodChoice) -> String {
             _ => start,
         };
     };
-    let name = &rival.candidate.name;
-    let kind = if rival.learned {
-        "the best learned method"
-    } else {
-        "the best that learns nothing"
+    let kind = match learned {
+        true => "the best learned method",
+        false => "the best baseline",
     };
-    if !rival.candidate.mean_error_m.is_finite() {
-        return format!("{start}; {name}, {kind}, leaves segments without a motion");
+    let (name, error_m) = (&rival.name, rival.mean_error_m);
+    if !error_m.is_finite() {
+        return format!("{start}; {name}, {kind}, fails for some segments");
     }
-    let against = format!(
-        "{start}, against {} of {name}, {kind}",
-        fine_mm(rival.candidate.mean_error_m)
-    );
-    match choice.gain_m.filter(|gain_m| gain_m.is_finite()) {
-        None => against,
-        Some(gain_m) if !rival.learned => format!(
-            "{against}; the gain of {} is above its standard error",
-            gain_words(gain_m, choice.gain_standard_error_m)
-        ),
-        Some(gain_m) if gain_m > 0.0 => format!(
-            "{against}, whose gain of {} is not above its standard error",
-            gain_words(gain_m, choice.gain_standard_error_m)
-        ),
-        Some(_) => against,
+    let against = format!("{start}, against {} of {name}, {kind}", fine_mm(error_m));
+    let gain = choice.gain_m.filter(|gain_m| gain_m.is_finite());
+    let words = gain.map(|gain_m| gain_words(gain_m, choice.gain_standard_error_m));
+    match words {
+        Some(gain) if !learned => {
+            format!("{against}; the gain of {gain} is above its standard error")
+        }
+        Some(words) if gain > Some(0.0) => {
+            format!("{against}, whose gain of {words} is not above its standard error")
+        }
+        _ => against,
     }
 }
 
-/// The best candidate of the kind that was not chosen.
-struct Rival<'a> {
-    candidate: &'a MethodCandidate,
-    learned: bool,
-}
-
-/// `None` where the chosen method was not evaluated, so that its kind is not known, or where all
-/// candidates are of one kind.
-fn rival<'a>(evaluation: &Evaluation, choice: &'a MethodChoice) -> Option<Rival<'a>> {
+/// The best candidate of the kind that was not chosen, and whether it is learned; `None` where the chosen method was
+/// not evaluated, so that its kind is not known, or where all candidates are of one kind.
+fn rival<'a>(
+    evaluation: &Evaluation,
+    choice: &'a MethodChoice,
+) -> Option<(&'a MethodCandidate, bool)> {
     let baseline = |name: &str| {
         let mut methods = evaluation.methods.iter();
         Some(methods.find(|method| method.name == name)?.baseline)
     };
     let chosen = baseline(&choice.method)?;
-    let candidate = choice
-        .candidates
-        .iter()
-        .filter(|c| baseline(&c.name) == Some(!chosen))
-        .min_by(|a, b| a.mean_error_m.total_cmp(&b.mean_error_m))?;
-    Some(Rival {
-        candidate,
-        learned: chosen,
-    })
+    let others = (choice.candidates.iter()).filter(|c| baseline(&c.name) == Some(!chosen));
+    let best = others.min_by(|a, b| a.mean_error_m.total_cmp(&b.mean_error_m))?;
+    Some((best, chosen))
 }
 
 fn gain_words(gain_m: f64, standard_error_m: Option<f64>) -> String {
@@ -102,72 +86,55 @@ fn fine_mm(metres: f64) -> String {
     format!("{} mm", decimals(to_mm(metres), 3))
 }
 
-/// What cross-validation found of the deviation, in a sentence or two. `takes` is how many training
+/// Result of the cross-validation of the deviation, in a sentence or two. `takes` is how many training
 /// takes there are.
 pub(crate) fn deviation_sentence(facts: &DeviationFacts, takes: usize) -> String {
-    let Validation {
-        folds,
-        segments,
-        smooth_error_m,
-        error_m,
-        standard_error_m,
-    } = facts.validation;
-    let zero = [
-        facts.weights.profile,
-        facts.weights.hand,
-        facts.weights.finger,
-    ]
-    .iter()
-    .all(|weight| *weight == 0.0);
-    if segments < 2 {
-        let what = "There was too little training data to leave any out and see whether a deviation predicts it";
-        return if zero {
-            format!("{what}, so all weights are zero and plans fall back to the smooth curve.")
+    let found = &facts.validation;
+    let weights = &facts.weights;
+    let zero = [weights.profile, weights.hand, weights.finger] == [0.0; 3];
+    if found.segments < 2 {
+        let end = if zero {
+            ", so all weights are zero and plans fall back to the cubic baseline"
         } else {
-            format!("{what}.")
+            ""
         };
+        return format!(
+            "There was too little training data to leave any out and validate the deviation{end}."
+        );
     }
-    let of = if takes == 1 {
-        "stretches of the one training take"
-    } else {
-        "groups of takes"
+    let of = match takes {
+        1 => "intervals of the one training take",
+        _ => "groups of takes",
     };
-    let left_out = format!(
-        "{} left-out segments of {folds} {of}",
-        count(segments, NARROW_SPACE)
-    );
-    let smooth = fine_mm(smooth_error_m);
+    let (segments, folds) = (count(found.segments), found.folds);
+    let smooth = fine_mm(found.smooth_error_m);
     if zero {
         return format!(
-            "All weights are zero, so plans fall back to the smooth curve: on {left_out} it errs by {smooth}, and no learned deviation \
-             was better by more than the standard error of the difference."
+            "All weights are zero, so plans fall back to the cubic baseline: on {segments} left-out segments of {folds} {of} its error is \
+             {smooth}, and no learned deviation was better by more than the standard error of the difference."
         );
     }
     format!(
-        "On {left_out} the smooth curve errs by {smooth}, with the deviation {} (difference {} ± {}, the standard error over segments).",
-        fine_mm(error_m),
-        decimals(to_mm(error_m - smooth_error_m), 3).replace('-', "−"),
-        fine_mm(standard_error_m),
+        "On {segments} left-out segments of {folds} {of} the cubic baseline has an error of {smooth}, with the deviation {} (difference \
+         {} ± {}, the standard error over segments).",
+        fine_mm(found.error_m),
+        decimals(to_mm(found.error_m - found.smooth_error_m), 3).replace('-', "−"),
+        fine_mm(found.standard_error_m),
     )
 }
 
-/// How often the widest corridors of the default method hold the recorded motion, without a full
-/// stop; `None` where it has none or nothing was judged.
-pub(crate) fn corridor_words(evaluation: &Evaluation) -> Option<String> {
+/// How often the widest prediction regions of the default method contain the recorded motion, without a full
+/// stop; `None` where it has none or none was evaluated.
+pub(crate) fn region_words(evaluation: &Evaluation) -> Option<String> {
     let method = default_method(evaluation)?;
-    let widest =
-        |a: &&CorridorCoverage, b: &&CorridorCoverage| a.share_stated.total_cmp(&b.share_stated);
-    let coverage = method
-        .corridors
-        .iter()
-        .filter(|c| c.n > 0 && c.share_stated.is_finite())
-        .max_by(widest)?;
+    let known = (method.corridors.iter()).filter(|c| c.n > 0 && c.share_stated.is_finite());
+    let widest = known.max_by(|a, b| a.share_stated.total_cmp(&b.share_stated))?;
     Some(format!(
-        "{} % corridors of {} hold {} % of {} recorded fingertip positions",
-        stated_percent(coverage.share_stated),
+        "{} % prediction regions of {} contain {} % of {} recorded fingertip positions",
+        stated_percent(widest.share_stated),
         method.name,
-        percent(coverage.share_inside.all),
-        count(coverage.n, NARROW_SPACE),
+        percent(widest.share_inside.all),
+        count(widest.n),
     ))
 }
 

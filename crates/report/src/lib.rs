@@ -10,7 +10,7 @@
 //!
 //! [`read_evaluation_json`] turns the JSON back; [`rank_figure_svg`] draws errors of dictionaries
 //! against their rank. All are pure: same evaluation, same bytes. Lengths come in metres and leave in
-//! millimetres; a number that does not exist (nothing judged, not finite) leaves as `null` or as a
+//! millimetres; a number that does not exist (nothing evaluated, not finite) leaves as `null` or as a
 //! dash, never as zero. Text from files (names of takes, findings, settings) is escaped.
 //!
 //! ```
@@ -44,10 +44,10 @@
 //! # Ok::<(), inhand_report::ReportError>(())
 //! ```
 //!
-//! In reading order: `json`, `verdict` (how a method stands against the baselines, in words),
-//! `learned` (what the training takes say about the methods, in words), `text`, `markdown`, `number` (digits),
-//! `figure` (one value is a drawing for the page and for print with its numbers; scales, axes and kinds of plot), `html`
-//! (the page, a file a section; what a section holds is a `Body`).
+//! In reading order: `json`, `verdict` (a method compared with the baselines, in words),
+//! `learned` (method choice, deviation and prediction regions, in words), `table` (columns and rows for the page, Markdown
+//! and a terminal), `text`, `markdown`, `number` (digits), `figure` (one value is a drawing for the page and for print with
+//! its numbers; scales, axes, the row plot and other plots), `html` (the page, a file a section; a section is a `Body`).
 
 mod comparison;
 mod error;
@@ -60,6 +60,7 @@ mod number;
 mod rank_figure;
 mod report;
 mod summary;
+mod table;
 mod text;
 mod verdict;
 mod words;
@@ -167,11 +168,6 @@ pub fn comparison_json(comparison: &EvaluationComparison) -> Result<String, Repo
     json::write_comparison(comparison)
 }
 
-/// Every figure of [`summary_html`], in its order.
-pub fn summary_figures(summary: &Summary) -> Vec<Figure> {
-    html::summary::figures(summary)
-}
-
 /// The report in a few lines for a pull request or an issue: verdict, errors by method, differences from
 /// the best baseline, what the data is worth. Names from files are text in it: they neither end a cell nor
 /// begin a tag, a link or a mention.
@@ -185,8 +181,8 @@ pub fn markdown(report: &Report<'_>) -> Result<String, ReportError> {
 }
 
 /// The end of a run in plain text: per method the median, third quartile, 95 % quantile and
-/// largest error in millimetres, the share of time with three or more fingers in contact, how often
-/// corridors hold, which method was chosen and why, and for each learned method where a baseline
+/// largest error in millimetres, the share of time with three or more fingers in contact, the coverage of
+/// prediction regions, which method was chosen and why, and for each learned method where a baseline
 /// beats it. Lines end with a newline; no colour.
 pub fn text_summary(evaluation: &Evaluation) -> String {
     text::write(evaluation)

@@ -57,19 +57,37 @@ pub(crate) fn percent(share: f64) -> String {
 }
 
 /// A count with its digits in groups of three; four digits stay together.
-pub(crate) fn count(n: usize, separator: char) -> String {
+pub(crate) fn count(n: usize) -> String {
     let digits = n.to_string();
     if digits.len() <= 4 {
         return digits;
     }
-    let mut text = String::with_capacity(digits.len() + digits.len() / 3);
+    let mut text = String::with_capacity(digits.len() + digits.len());
     for (place, digit) in digits.chars().enumerate() {
         if place > 0 && (digits.len() - place).is_multiple_of(3) {
-            text.push(separator);
+            text.push(NARROW_SPACE);
         }
         text.push(digit);
     }
     text
+}
+
+/// `3 of 119`.
+pub(crate) fn part_of(part: usize, n: usize) -> String {
+    format!("{} of {}", count(part), count(n))
+}
+
+/// `1 take`, `2 takes`: a count with a noun whose plural ends in s.
+pub(crate) fn counted(n: usize, noun: &str) -> String {
+    format!("{} {noun}{}", count(n), if n == 1 { "" } else { "s" })
+}
+
+/// The range of the counts there are: `12`, or `3 to 12`.
+pub(crate) fn count_range(counts: &[usize]) -> String {
+    match (counts.iter().min(), counts.iter().max()) {
+        (Some(&low), Some(&high)) if low < high => format!("{} to {}", count(low), count(high)),
+        (low, _) => count(low.copied().unwrap_or(0)),
+    }
 }
 
 /// A number whose order of magnitude matters, such as a residual: two digits and an exponent.
@@ -81,6 +99,24 @@ pub(crate) fn scientific(value: f64) -> String {
     } else {
         format!("{value:.1e}")
     }
+}
+
+/// A difference in percent or points with its sign, whole where it is large, and its unit.
+pub(crate) fn signed(value: f64, unit: &str) -> String {
+    if !value.is_finite() {
+        return NONE.to_owned();
+    }
+    let digits = usize::from(value.abs() < 99.95);
+    let text = format!("{:.digits$}", value.abs());
+    if text.bytes().all(|b| matches!(b, b'0' | b'.')) {
+        return text + unit;
+    }
+    format!("{}{text}{unit}", if value < 0.0 { '−' } else { '+' })
+}
+
+/// A number with three decimals at most.
+pub(crate) fn short(value: f64) -> String {
+    plain((value * 1e3).round() / 1e3)
 }
 
 /// A setting or rate: as few digits as needed, six at most.
@@ -126,11 +162,25 @@ mod tests {
 
     #[test]
     fn counts_are_grouped() {
-        assert_eq!(count(0, ' '), "0");
-        assert_eq!(count(9999, ' '), "9999");
-        assert_eq!(count(12_000, ' '), "12 000");
-        assert_eq!(count(1_234_567, ' '), "1 234 567");
-        assert_eq!(count(123_456, ' '), "123 456");
+        let spaced = |n| count(n).replace(NARROW_SPACE, " ");
+        assert_eq!(spaced(0), "0");
+        assert_eq!(spaced(9999), "9999");
+        assert_eq!(spaced(12_000), "12 000");
+        assert_eq!(spaced(1_234_567), "1 234 567");
+        assert_eq!(spaced(123_456), "123 456");
+    }
+
+    #[test]
+    fn differences_have_signs() {
+        for (value, text) in [
+            (-12.34, "−12.3 %"),
+            (5.0, "+5.0 %"),
+            (0.01, "0.0 %"),
+            (340.4, "+340 %"),
+            (f64::NAN, NONE),
+        ] {
+            assert_eq!(signed(value, " %"), text);
+        }
     }
 
     #[test]

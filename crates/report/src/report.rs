@@ -11,7 +11,7 @@ pub struct Report<'a> {
     pub rows: Option<&'a EvaluationRows>,
     /// What figures show beside the numbers.
     pub illustrations: Option<&'a Illustrations>,
-    /// How long plans took, where that is known. It differs from run to run.
+    /// Times of plans, where they are known: they differ from run to run, so not for a page that has to be the same each time.
     pub plan_times: &'a [PlanTimes],
     /// The steps that led here.
     pub provenance: &'a [Provenance],
@@ -42,29 +42,5 @@ impl<'a> Report<'a> {
             plan_times: &[],
             provenance,
         }
-    }
-
-    /// With the rows that the evaluation was made from.
-    #[must_use]
-    pub fn with_rows(self, rows: &'a EvaluationRows) -> Self {
-        Self {
-            rows: Some(rows),
-            ..self
-        }
-    }
-
-    /// With illustrations.
-    #[must_use]
-    pub fn with_illustrations(self, illustrations: &'a Illustrations) -> Self {
-        Self {
-            illustrations: Some(illustrations),
-            ..self
-        }
-    }
-
-    /// With the times of plans: not for a page that has to be the same each time.
-    #[must_use]
-    pub fn with_plan_times(self, plan_times: &'a [PlanTimes]) -> Self {
-        Self { plan_times, ..self }
     }
 }

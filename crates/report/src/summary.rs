@@ -2,74 +2,58 @@
 
 use std::fmt::Write as _;
 
-use inhand_model::{Finger, SessionSummary, Statistics, Summary};
+use inhand_model::{
+    Finger, HandAndFingers, Measure, SessionSummary, SharedContacts, Statistics, Summary,
+};
 
-use crate::figure::{FigureColumn, FigureData};
-use crate::html::intervals::error_words;
-use crate::markdown::{escaped, row};
-use crate::number::{NARROW_SPACE, NONE, decimals, millimetres, percent, to_mm};
+use crate::figure::FigureData;
+use crate::html::intervals::{error_words, estimate, measure_words};
+use crate::number::{NARROW_SPACE, decimals, millimetres, percent};
+use crate::table::{Table, escaped, known};
 
 /// Sessions that the text lists, the worst ones.
 const LISTED: usize = 5;
+
+/// The distributions of all fingers together and of each, with their names.
+pub(crate) fn by_finger(
+    error: &HandAndFingers<Statistics>,
+) -> impl Iterator<Item = (&'static str, &Statistics)> {
+    let fingers = Finger::ALL.map(|finger| (finger.name(), &error.by_finger[finger]));
+    std::iter::once(("all", &error.all)).chain(fingers)
+}
+
+/// Shares of instants with three or more contacts, planned and recorded; NaN where none was evaluated.
+pub(crate) fn three_contacts(contacts: Option<SharedContacts>) -> [f64; 2] {
+    let known = contacts.filter(|contacts| contacts.n > 0);
+    known.map_or([f64::NAN; 2], |own| {
+        [own.three_or_more, own.recorded_three_or_more].map(|n| n as f64 / own.n as f64)
+    })
+}
 
 /// A line for each session, method and finger.
 pub(crate) fn table(summary: &Summary) -> FigureData {
     let mut rows: Vec<(&SessionSummary, &str, &str, &Statistics)> = Vec::new();
     for session in &summary.sessions {
         for (method, own) in summary.methods.iter().zip(&session.methods) {
-            rows.push((session, &method.name, "all", &own.error.all));
-            let fingers = Finger::ALL.map(|f| {
-                (
-                    session,
-                    method.name.as_str(),
-                    f.name(),
-                    &own.error.by_finger[f],
-                )
-            });
-            rows.extend(fingers);
+            let line = |(finger, error)| (session, method.name.as_str(), finger, error);
+            rows.extend(by_finger(&own.error).map(line));
         }
     }
-    let words = |name, of: fn(&SessionSummary) -> Option<&str>| {
-        FigureColumn::words(
-            name,
-            rows.iter().map(move |row| of(row.0).unwrap_or_default()),
+    FigureData::about(&rows)
+        .words("session", |row| &*row.0.name)
+        .words("file", |row| &*row.0.file)
+        .words("participant", |row| {
+            row.0.participant.as_deref().unwrap_or_default()
+        })
+        .words("object", |row| row.0.object.as_deref().unwrap_or_default())
+        .words("task", |row| row.0.task.as_deref().unwrap_or_default())
+        .words("method", |row| row.1)
+        .words("finger", |row| row.2)
+        .lengths(
+            &["mean", "rmse", "p5", "p25", "p50", "p75", "p95", "max"],
+            |row| row.3,
         )
-    };
-    let length = |name, of: fn(&Statistics) -> f64| {
-        FigureColumn::numbers(
-            name,
-            (rows.iter()).map(move |row| {
-                if row.3.n == 0 {
-                    f64::NAN
-                } else {
-                    to_mm(of(row.3))
-                }
-            }),
-        )
-    };
-    let counts = |name, of: fn(&Statistics) -> usize| {
-        FigureColumn::counts(name, rows.iter().map(move |row| of(row.3)))
-    };
-    FigureData::new([
-        words("session", |session| Some(&session.name)),
-        words("file", |session| Some(&session.file)),
-        words("participant", |session| session.participant.as_deref()),
-        words("object", |session| session.object.as_deref()),
-        words("task", |session| session.task.as_deref()),
-        FigureColumn::words("method", rows.iter().map(|row| row.1)),
-        FigureColumn::words("finger", rows.iter().map(|row| row.2)),
-        counts("n", |s| s.n),
-        counts("n_filled", |s| s.n_filled),
-        counts("n_left_out", |s| s.n_left_out),
-        length("mean_mm", |s| s.mean),
-        length("rmse_mm", |s| s.rmse),
-        length("p5_mm", |s| s.p5),
-        length("p25_mm", |s| s.p25),
-        length("p50_mm", |s| s.p50),
-        length("p75_mm", |s| s.p75),
-        length("p95_mm", |s| s.p95),
-        length("max_mm", |s| s.max),
-    ])
+        .done()
 }
 
 /// Methods with intervals over sessions, the worst sessions, outliers.
@@ -81,66 +65,38 @@ pub(crate) fn text(summary: &Summary, markdown: bool) -> String {
             name.to_owned()
         }
     };
-    let mut text = String::new();
-    if markdown {
-        let _ = writeln!(
-            text,
-            "## In-hand manipulation: {} sessions\n",
-            summary.sessions.len()
-        );
-    }
-    let mut lines = vec![
-        [
-            "method",
-            "n",
-            "median (mm)",
-            "75 % (mm)",
-            "95 % (mm)",
-            "three contacts, recorded -> planned (%)",
-        ]
-        .map(str::to_owned)
-        .to_vec(),
-    ];
-    for method in &summary.methods {
-        let found = summary
-            .intervals
-            .methods
-            .iter()
-            .find(|own| own.method == method.name);
-        let mut cells = vec![safe(&method.name), method.error.all.n.to_string()];
-        match found.and_then(|own| own.error.all.as_ref()) {
-            Some([_, _, p50, p75, p95]) => cells.extend([p50, p75, p95].map(error_words)),
-            None => cells.extend(std::iter::repeat_n(NONE.to_owned(), 3)),
-        }
-        cells.push(match method.contacts.filter(|contacts| contacts.n > 0) {
-            Some(c) => {
-                let share = |part: usize| percent(part as f64 / c.n as f64);
-                format!(
-                    "{} -> {}",
-                    share(c.recorded_three_or_more),
-                    share(c.three_or_more)
-                )
-            }
-            None => NONE.to_owned(),
-        });
-        lines.push(cells);
-    }
-    if markdown {
-        lines.insert(
-            1,
-            ["---", "---:", "---:", "---:", "---:", "---:"]
-                .map(str::to_owned)
-                .to_vec(),
-        );
-        lines.iter().for_each(|cells| row(&mut text, cells));
-    } else {
-        text.push_str(&aligned(&lines));
-    }
+    let table = Table::new("", &summary.methods, "method", |method| method.name.clone()).numbers(
+        "n",
+        "",
+        |method| method.error.all.n.to_string(),
+    );
+    let measures = [Measure::P50, Measure::P75, Measure::P95];
+    let table = measures.into_iter().fold(table, |table, measure| {
+        table.numbers(measure_words(measure), "mm", move |method| {
+            let mut found = summary.intervals.methods.iter();
+            let own = found.find(|own| own.method == method.name);
+            let estimates = own.and_then(|own| own.error.all.as_ref());
+            known(estimates.map(|all| error_words(estimate(all, measure))))
+        })
+    });
+    let table = table.numbers("three contacts, recorded -> planned", "%", |method| {
+        let [planned, recorded] = three_contacts(method.contacts);
+        let shares = format!("{} -> {}", percent(recorded), percent(planned));
+        known(planned.is_finite().then_some(shares))
+    });
+    let mut text = match markdown {
+        true => format!(
+            "## In-hand manipulation: {} sessions\n\n{}",
+            summary.sessions.len(),
+            table.markdown()
+        ),
+        false => table.aligned(),
+    };
     worst(&mut text, summary, safe);
     for outlier in &summary.outliers {
         let _ = writeln!(
             text,
-            "{}unlike the others: {}, {} {} {} (median of the sessions {}, score {})",
+            "{}outlier: {}, {} {} {} (median of the sessions {}, score {})",
             if markdown { "* " } else { "" },
             safe(&outlier.session.name),
             outlier.what,
@@ -169,24 +125,17 @@ pub(crate) fn worst_first(summary: &Summary, place: usize) -> Vec<&SessionSummar
     sessions
 }
 
-/// The sessions with the largest third quartile of the method to look at first.
+/// The sessions with the largest third quartile of the default method.
 fn worst(text: &mut String, summary: &Summary, safe: impl Fn(&str) -> String) {
-    let default = |method: &inhand_model::MethodSummary| method.name == summary.default_method;
-    let Some(place) = summary.methods.iter().position(default) else {
+    let mut methods = summary.methods.iter();
+    let Some(place) = methods.position(|method| method.name == summary.default_method) else {
         return;
     };
-    let judged = worst_first(summary, place)
-        .into_iter()
-        .filter(|s| s.methods[place].error.all.n > 0);
-    let listed: Vec<String> = judged
+    let listed: Vec<String> = (worst_first(summary, place).into_iter())
+        .map(|session| (session, &session.methods[place].error.all))
+        .filter(|(_, error)| error.n > 0)
         .take(LISTED)
-        .map(|s| {
-            format!(
-                "{} {} mm",
-                safe(&s.name),
-                millimetres(s.methods[place].error.all.p75)
-            )
-        })
+        .map(|(session, error)| format!("{} {} mm", safe(&session.name), millimetres(error.p75)))
         .collect();
     if !listed.is_empty() {
         let _ = writeln!(
@@ -196,25 +145,4 @@ fn worst(text: &mut String, summary: &Summary, safe: impl Fn(&str) -> String) {
             listed.join(", ")
         );
     }
-}
-
-/// Cells in columns as wide as their widest, words to the left and numbers to the right.
-fn aligned(lines: &[Vec<String>]) -> String {
-    let columns = lines.iter().map(Vec::len).max().unwrap_or(0);
-    let width = |column: usize| {
-        let cells = lines.iter().filter_map(|line| line.get(column));
-        cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
-    };
-    let widths: Vec<usize> = (0..columns).map(width).collect();
-    let mut text = String::new();
-    for line in lines {
-        let cells: Vec<String> = (line.iter().zip(&widths).enumerate())
-            .map(|(column, (cell, &width))| match column {
-                0 => format!("{cell:<width$}"),
-                _ => format!("{cell:>width$}"),
-            })
-            .collect();
-        let _ = writeln!(text, "{}", cells.join("  ").trim_end());
-    }
-    text
 }

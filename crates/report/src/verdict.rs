@@ -1,84 +1,47 @@
 //! Comparison of a method with the baselines, in words. The same words
 //! open the HTML and close the terminal table, so that neither can flatter.
 
-use inhand_model::{Evaluation, Finger, MethodEvaluation, Statistics};
+use inhand_model::{Evaluation, Finger, Measure, MethodEvaluation, Statistics};
 
-use crate::number::{NARROW_SPACE, count, millimetres, percent};
+use crate::number::{count, counted, millimetres, part_of, percent, plain, to_mm};
+use crate::table::judged;
 use crate::words::join_words;
 
-/// Differences up to this share of the better value count as level: they vanish in the rounding
+/// Differences up to this share of the better value count as ties: they vanish in the rounding
 /// of the printed numbers, and a session's segments are far too few to establish them. So does a
-/// difference whose interval holds zero.
-const LEVEL_SHARE: f64 = 0.02;
+/// difference whose interval contains zero.
+const TIE_SHARE: f64 = 0.02;
 
-/// A place in the distribution of errors at which methods are compared.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Measure {
-    Median,
-    ThirdQuartile,
-    P95,
-    Max,
-}
+/// A place in the distribution of errors at which methods are compared: its name in a sentence, its value, and the
+/// measure whose interval is known; none of a maximum.
+type Place = (&'static str, fn(&Statistics) -> f64, Option<Measure>);
 
-impl Measure {
-    pub(crate) const ALL: [Measure; 4] = [
-        Measure::Median,
-        Measure::ThirdQuartile,
-        Measure::P95,
-        Measure::Max,
-    ];
-
-    /// Name in a sentence.
-    pub(crate) const fn words(self) -> &'static str {
-        match self {
-            Measure::Median => "median",
-            Measure::ThirdQuartile => "third quartile",
-            Measure::P95 => "95 % quantile",
-            Measure::Max => "maximum",
-        }
-    }
-
-    /// The statistic that intervals are worked out of; none of a maximum.
-    const fn with_interval(self) -> Option<inhand_model::Measure> {
-        match self {
-            Measure::Median => Some(inhand_model::Measure::P50),
-            Measure::ThirdQuartile => Some(inhand_model::Measure::P75),
-            Measure::P95 => Some(inhand_model::Measure::P95),
-            Measure::Max => None,
-        }
-    }
-
-    /// The value, unless nothing was judged.
-    pub(crate) fn of(self, statistics: &Statistics) -> Option<f64> {
-        let value = match self {
-            Measure::Median => statistics.p50,
-            Measure::ThirdQuartile => statistics.p75,
-            Measure::P95 => statistics.p95,
-            Measure::Max => statistics.max,
-        };
-        (statistics.n > 0 && value.is_finite()).then_some(value)
-    }
-}
+const PLACES: [Place; 4] = [
+    ("median", |s| s.p50, Some(Measure::P50)),
+    ("third quartile", |s| s.p75, Some(Measure::P75)),
+    ("95 % quantile", |s| s.p95, Some(Measure::P95)),
+    ("maximum", |s| s.max, None),
+];
 
 /// How a method's value compares with the best baseline's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Outcome {
-    Ahead,
-    Level,
-    Behind,
+    Lower,
+    Tie,
+    Higher,
 }
 
-/// One measure of one method beside the best baseline.
+/// One place of one method beside the best baseline.
 #[derive(Clone, Debug)]
 pub(crate) struct Comparison<'a> {
-    pub(crate) measure: Measure,
-    pub(crate) own_m: f64,
-    pub(crate) baseline: &'a str,
-    pub(crate) baseline_m: f64,
+    place: &'static str,
+    own_m: f64,
+    baseline: &'a str,
+    baseline_m: f64,
     pub(crate) outcome: Outcome,
 }
 
-/// Compares `method` with the best baseline at each measure that both have. Only baselines that were judged at as
+/// Compares `method` with the best baseline at each place that both have. Only baselines that were evaluated at as
 /// many positions count: where plans of a method failed, it has been spared what is hard.
 pub(crate) fn comparisons<'a>(
     method: &MethodEvaluation,
@@ -86,21 +49,23 @@ pub(crate) fn comparisons<'a>(
 ) -> Vec<Comparison<'a>> {
     let comparable =
         || baselines(method, evaluation).filter(|other| other.error.all.n == method.error.all.n);
-    Measure::ALL
-        .into_iter()
-        .filter_map(|measure| {
-            let own_m = measure.of(&method.error.all)?;
+    (PLACES.into_iter())
+        .filter_map(|(place, of, measure)| {
+            let value = |method: &MethodEvaluation| {
+                Some(judged(&method.error.all, of)).filter(|value| value.is_finite())
+            };
+            let own_m = value(method)?;
             let (baseline_m, baseline) = comparable()
-                .filter_map(|other| Some((measure.of(&other.error.all)?, other.name.as_str())))
+                .filter_map(|other| Some((value(other)?, other.name.as_str())))
                 .min_by(|a, b| a.0.total_cmp(&b.0))?;
-            let told_apart = told_apart(evaluation, (&method.name, baseline), measure);
+            let uncertain = may_be_zero(evaluation, (&method.name, baseline), measure);
             Some(Comparison {
-                measure,
+                place,
                 own_m,
                 baseline,
                 baseline_m,
-                outcome: match told_apart {
-                    Some(false) => Outcome::Level,
+                outcome: match uncertain {
+                    Some(true) => Outcome::Tie,
                     _ => outcome(own_m, baseline_m),
                 },
             })
@@ -117,9 +82,13 @@ fn baselines<'a>(
     others.filter(move |other| other.baseline && other.name != name)
 }
 
-/// Whether the interval of the difference of two methods leaves zero out; `None` without an interval.
-fn told_apart(evaluation: &Evaluation, names: (&str, &str), measure: Measure) -> Option<bool> {
-    let measure = measure.with_interval()?;
+/// Whether the interval of the difference of two methods contains zero; `None` without an interval.
+fn may_be_zero(
+    evaluation: &Evaluation,
+    names: (&str, &str),
+    measure: Option<Measure>,
+) -> Option<bool> {
+    let measure = measure?;
     let differences = &evaluation.intervals.as_ref()?.differences;
     let found = differences.iter().find(|difference| {
         let own = (difference.method.as_str(), difference.other.as_str());
@@ -128,29 +97,28 @@ fn told_apart(evaluation: &Evaluation, names: (&str, &str), measure: Measure) ->
             && (own == names || own == (names.1, names.0))
     })?;
     let [low, high] = found.absolute.interval?;
-    Some(!(low <= 0.0 && 0.0 <= high))
+    Some(low <= 0.0 && 0.0 <= high)
 }
 
 fn outcome(own_m: f64, baseline_m: f64) -> Outcome {
-    if (own_m - baseline_m).abs() <= LEVEL_SHARE * own_m.min(baseline_m) {
-        Outcome::Level
+    if (own_m - baseline_m).abs() <= TIE_SHARE * own_m.min(baseline_m) {
+        Outcome::Tie
     } else if own_m < baseline_m {
-        Outcome::Ahead
+        Outcome::Lower
     } else {
-        Outcome::Behind
+        Outcome::Higher
     }
 }
 
 /// The default method, or the first one where a caller skipped the check of names.
 pub(crate) fn default_method(evaluation: &Evaluation) -> Option<&MethodEvaluation> {
-    evaluation
-        .methods
-        .iter()
+    let mut methods = evaluation.methods.iter();
+    methods
         .find(|method| method.name == evaluation.default_method)
         .or(evaluation.methods.first())
 }
 
-/// What the error of the default method is, in a sentence.
+/// The error of the default method, in a sentence.
 pub(crate) fn error_sentence(evaluation: &Evaluation) -> String {
     let Some(method) = default_method(evaluation) else {
         return "No method was evaluated.".to_owned();
@@ -158,98 +126,80 @@ pub(crate) fn error_sentence(evaluation: &Evaluation) -> String {
     let (name, error) = (&method.name, &method.error.all);
     if error.n == 0 {
         return format!(
-            "{name} could not be judged: no planned instant has a recorded one beside it."
+            "{name} could not be evaluated: no planned instant has a recorded one beside it."
         );
     }
-    let all: usize = (evaluation.session.test.iter())
-        .map(|take| take.segments)
-        .sum();
+    let all: usize = evaluation.session.test.iter().map(|t| t.segments).sum();
     // Plans that failed have no positions.
-    let judged = method.error_at_start.n.div_ceil(Finger::COUNT);
-    let segments = match judged == all {
-        true => format!("{} test segments", count(all, NARROW_SPACE)),
-        false => format!(
-            "{} of {} test segments",
-            count(judged, NARROW_SPACE),
-            count(all, NARROW_SPACE)
-        ),
+    let evaluated = method.error_at_start.n.div_ceil(Finger::COUNT);
+    let segments = match evaluated == all {
+        true => count(all),
+        false => part_of(evaluated, all),
     };
     format!(
         "{name}, the default method, has a median fingertip error of {} mm and stays within {} mm \
-         three quarters of the time, over {} fingertip positions in {segments}.",
+         three quarters of the time, over {} fingertip positions in {segments} test segments.",
         millimetres(error.p50),
         millimetres(error.p75),
-        count(error.n, NARROW_SPACE),
+        count(error.n),
     )
 }
 
-/// How `method` stands against the best baseline, in a sentence or two.
-pub(crate) fn standing_sentence(method: &MethodEvaluation, evaluation: &Evaluation) -> String {
+/// `method` compared with the best baseline, in a sentence or two.
+pub(crate) fn comparison_sentence(method: &MethodEvaluation, evaluation: &Evaluation) -> String {
     let comparisons = comparisons(method, evaluation);
     let name = &method.name;
     if comparisons.is_empty() {
-        let mut baselines = baselines(method, evaluation).peekable();
-        let Some(first) = baselines.peek() else {
-            return format!(
-                "There is no baseline to compare {name} with, so its numbers stand alone."
-            );
+        let Some(first) = baselines(method, evaluation).next() else {
+            return format!("There is no baseline to compare {name} with.");
         };
         if method.error.all.n > 0 && first.error.all.n > 0 {
             return format!(
-                "{name} was judged at {} fingertip positions, {} at {}: where plans failed, what is hard may be what is \
-                 missing, so that these numbers say nothing of who does better.",
-                count(method.error.all.n, NARROW_SPACE),
+                "{name} was evaluated at {} fingertip positions, {} at {}: failed plans leave out what may be the hardest \
+                 segments, so their errors cannot be compared.",
+                count(method.error.all.n),
                 first.name,
-                count(first.error.all.n, NARROW_SPACE),
+                count(first.error.all.n),
             );
         }
         return format!("{name} cannot be compared with a baseline: one of them has no errors.");
     }
     let total = comparisons.len();
     let group = |outcome| -> Vec<&Comparison<'_>> {
-        comparisons
-            .iter()
-            .filter(|c| c.outcome == outcome)
-            .collect()
+        let group = comparisons.iter();
+        group.filter(|c| c.outcome == outcome).collect()
     };
-    let (behind, level, ahead) = (
-        group(Outcome::Behind),
-        group(Outcome::Level),
-        group(Outcome::Ahead),
-    );
-    if ahead.len() == total {
-        return format!(
-            "{name} does better than every baseline: {}.",
-            places(&ahead)
-        );
+    let lower = group(Outcome::Lower);
+    if lower.len() == total {
+        let places = places(&lower);
+        return format!("{name} has a lower error than every baseline: {places}.");
     }
     let mut sentences = Vec::new();
-    let better = by_baseline(&behind);
-    if behind.len() == total && better.len() > 1 {
-        sentences.push(format!("Baselines do better than {name} everywhere"));
+    let better = by_baseline(&group(Outcome::Higher));
+    if better.len() > 1 && better.iter().map(|(_, at)| at.len()).sum::<usize>() == total {
+        sentences.push(format!(
+            "Baselines have lower errors than {name} everywhere"
+        ));
     }
-    for (baseline, behind) in better {
-        let place = if behind.len() == total {
+    for (baseline, at) in better {
+        let everywhere = if at.len() == total {
             "everywhere:"
         } else {
             "at the"
         };
         sentences.push(format!(
-            "{baseline}, which learns nothing, does better than {name} {place} {}",
-            places(&behind),
+            "{baseline}, which learns nothing, has a lower error than {name} {everywhere} {}",
+            places(&at),
         ));
     }
-    if !level.is_empty() {
-        sentences.push(format!(
-            "{name} is level with the best baseline at the {}",
-            places(&level)
-        ));
-    }
-    if !ahead.is_empty() {
-        sentences.push(format!(
-            "{name} does better than every baseline at the {}",
-            places(&ahead)
-        ));
+    for (outcome, words) in [
+        (Outcome::Tie, "ties with the best baseline"),
+        (Outcome::Lower, "has a lower error than every baseline"),
+    ] {
+        let at = group(outcome);
+        if !at.is_empty() {
+            sentences.push(format!("{name} {words} at the {}", places(&at)));
+        }
     }
     format!("{}.", sentences.join(". "))
 }
@@ -260,10 +210,8 @@ fn by_baseline<'a, 'b>(
 ) -> Vec<(&'a str, Vec<&'b Comparison<'a>>)> {
     let mut groups: Vec<(&str, Vec<&Comparison<'_>>)> = Vec::new();
     for &comparison in comparisons {
-        match groups
-            .iter_mut()
-            .find(|(baseline, _)| *baseline == comparison.baseline)
-        {
+        let mut known = groups.iter_mut();
+        match known.find(|(baseline, _)| *baseline == comparison.baseline) {
             Some((_, group)) => group.push(comparison),
             None => groups.push((comparison.baseline, vec![comparison])),
         }
@@ -271,25 +219,16 @@ fn by_baseline<'a, 'b>(
     groups
 }
 
-/// Where, with the better number first.
+/// Where, with the lower number first.
 fn places(comparisons: &[&Comparison<'_>]) -> String {
-    let items: Vec<String> = comparisons
-        .iter()
-        .map(|c| {
-            let (own, theirs) = (millimetres(c.own_m), millimetres(c.baseline_m));
-            match c.outcome {
-                Outcome::Behind => format!("{} ({theirs} against {own} mm)", c.measure.words()),
-                Outcome::Level | Outcome::Ahead => {
-                    format!(
-                        "{} ({own} against {theirs} mm by {})",
-                        c.measure.words(),
-                        c.baseline
-                    )
-                }
-            }
-        })
-        .collect();
-    join_words(&items)
+    let item = |c: &&Comparison<'_>| {
+        let (own, theirs) = (millimetres(c.own_m), millimetres(c.baseline_m));
+        match c.outcome {
+            Outcome::Higher => format!("{} ({theirs} vs {own} mm)", c.place),
+            _ => format!("{} ({own} vs {theirs} mm of {})", c.place, c.baseline),
+        }
+    };
+    join_words(&comparisons.iter().map(item).collect::<Vec<_>>())
 }
 
 /// How often three fingertips or more touch the object, in a sentence; `None` without an object.
@@ -298,7 +237,7 @@ pub(crate) fn contact_sentence(evaluation: &Evaluation) -> Option<String> {
     let contact = method.contact.as_ref()?;
     if contact.n == 0 {
         return Some(format!(
-            "Contacts could not be judged: there is no instant with a tracked object and a trajectory of {}.",
+            "Contacts could not be evaluated: there is no instant with a tracked object and a trajectory of {}.",
             method.name
         ));
     }
@@ -308,52 +247,49 @@ pub(crate) fn contact_sentence(evaluation: &Evaluation) -> Option<String> {
         percent(contact.three_or_more),
         method.name,
         percent(contact.recorded_three_or_more),
-        crate::number::plain(1e3 * contact.tau_m),
+        plain(to_mm(contact.tau_m)),
     ))
 }
 
-/// Whether the default method's plans exist and keep their constraints, in a sentence.
+/// Whether the default method's plans exist and satisfy their constraints, in a sentence.
 pub(crate) fn constraint_sentence(evaluation: &Evaluation) -> Option<String> {
     let method = default_method(evaluation)?;
     let mut parts = Vec::new();
     if let Some(plan) = &method.plan {
         let total = plan.solved + plan.infeasible + plan.failed;
-        parts.push(if plan.solved == total {
-            format!("all {} plans were solved", count(total, NARROW_SPACE))
-        } else {
-            format!(
-                "{} of {} plans were solved, {} are infeasible and {} failed",
-                count(plan.solved, NARROW_SPACE),
-                count(total, NARROW_SPACE),
-                count(plan.infeasible, NARROW_SPACE),
-                count(plan.failed, NARROW_SPACE),
-            )
-        });
-    }
-    if method.velocity.n > 0 {
-        parts.push(match method.velocity.outside {
-            0 => "no velocity is outside its bounds".to_owned(),
-            outside => format!(
-                "{} of {} velocities are outside their bounds",
-                count(outside, NARROW_SPACE),
-                count(method.velocity.n, NARROW_SPACE),
+        parts.push(match plan.solved == total {
+            true => format!("all {} were solved", counted(total, "plan")),
+            false => format!(
+                "{} plans were solved, {} are infeasible and {} failed",
+                part_of(plan.solved, total),
+                count(plan.infeasible),
+                count(plan.failed),
             ),
         });
     }
-    if method.reachability.n > 0 {
+    let (velocity, reach, collision) = (&method.velocity, &method.reachability, &method.collision);
+    if velocity.n > 0 {
+        parts.push(match velocity.outside {
+            0 => "no velocity is outside its bounds".to_owned(),
+            outside => format!(
+                "{} velocities are outside their bounds",
+                part_of(outside, velocity.n)
+            ),
+        });
+    }
+    if reach.n > 0 {
         parts.push(format!(
-            "{} % of fingertip positions lie where the training takes have been (recorded motion: {} %)",
-            percent(method.reachability.inside.mean()),
-            percent(method.reachability.recorded_inside.mean()),
+            "{} % of fingertip positions are inside the hull of the training takes (recorded motion: {} %)",
+            percent(reach.inside.mean()),
+            percent(reach.recorded_inside.mean()),
         ));
     }
-    if method.collision.n > 0 {
+    if collision.n > 0 {
         parts.push(format!(
-            "fingertips come nearer than {} mm to each other at {} of {} instants (recorded: {})",
-            crate::number::plain(1e3 * method.collision.limit_m),
-            count(method.collision.instants, NARROW_SPACE),
-            count(method.collision.n, NARROW_SPACE),
-            count(method.collision.recorded_instants, NARROW_SPACE),
+            "fingertips come nearer than {} mm to each other at {} instants (recorded: {})",
+            plain(to_mm(collision.limit_m)),
+            part_of(collision.instants, collision.n),
+            count(collision.recorded_instants),
         ));
     }
     (!parts.is_empty()).then(|| format!("With {}, {}.", method.name, join_words(&parts)))
@@ -365,10 +301,10 @@ mod tests {
 
     #[test]
     fn outcomes_by_hand() {
-        assert_eq!(outcome(0.001, 0.002), Outcome::Ahead);
-        assert_eq!(outcome(0.002, 0.001), Outcome::Behind);
-        assert_eq!(outcome(0.001_019, 0.001), Outcome::Level);
-        assert_eq!(outcome(0.001_021, 0.001), Outcome::Behind);
-        assert_eq!(outcome(0.0, 0.0), Outcome::Level);
+        assert_eq!(outcome(0.001, 0.002), Outcome::Lower);
+        assert_eq!(outcome(0.002, 0.001), Outcome::Higher);
+        assert_eq!(outcome(0.001_019, 0.001), Outcome::Tie);
+        assert_eq!(outcome(0.001_021, 0.001), Outcome::Higher);
+        assert_eq!(outcome(0.0, 0.0), Outcome::Tie);
     }
 }

@@ -40,8 +40,8 @@ fn write_figure(folder: &Path, figure: &Figure) -> Result<[PathBuf; 3], SessionE
 
 fn table(data: &FigureData) -> Table<'_> {
     let columns = data.columns.iter().map(|column| Column {
-        name: column.name.to_owned(),
-        unit: unit(column.name),
+        name: column.name.clone(),
+        unit: unit(&column.name),
         frame: "",
         values: match &column.values {
             FigureValues::Numbers(values) => {

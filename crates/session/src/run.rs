@@ -346,9 +346,11 @@ impl<'a> Run<'a> {
         };
         let illustrate = || steps::illustrate(&illustrated, smoothing);
         let illustrations = self.time("illustrate", illustrate)?;
-        let report = Report::new(&evaluation, std::slice::from_ref(provenance))
-            .with_rows(&rows)
-            .with_illustrations(&illustrations);
+        let report = Report {
+            rows: Some(&rows),
+            illustrations: Some(&illustrations),
+            ..Report::new(&evaluation, std::slice::from_ref(provenance))
+        };
         let write = || write_reports(&report, &rows, &judged.motion, &self.files);
         let figures = self.time("report", write)?;
         Ok((evaluation, figures))

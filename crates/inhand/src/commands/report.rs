@@ -54,10 +54,11 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     }
     let rows = part.read_rows()?;
     let plan_times = plan_times_beside(&part.path);
-    let mut report = Report::new(&part.evaluation, &part.provenance).with_plan_times(&plan_times);
-    if let Some(rows) = &rows {
-        report = report.with_rows(rows);
-    }
+    let report = Report {
+        rows: rows.as_ref(),
+        plan_times: &plan_times,
+        ..Report::new(&part.evaluation, &part.provenance)
+    };
     for (output, form) in args.output.iter().zip(forms) {
         let text = match form {
             "md" => inhand_report::markdown(&report)?,

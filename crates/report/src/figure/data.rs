@@ -1,5 +1,10 @@
 //! The numbers behind a figure.
 
+use inhand_model::Statistics;
+
+use crate::number::to_mm;
+use crate::table::{Statistic, judged};
+
 /// The table behind a figure: named columns of the same length.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FigureData {
@@ -11,7 +16,7 @@ pub struct FigureData {
 #[derive(Clone, Debug, PartialEq)]
 pub struct FigureColumn {
     /// Name, with the unit at its end where there is one: `error_mm`, `share_percent`.
-    pub name: &'static str,
+    pub name: String,
     /// Its cells.
     pub values: FigureValues,
 }
@@ -28,24 +33,6 @@ pub enum FigureValues {
 }
 
 impl FigureColumn {
-    /// A column of numbers.
-    pub fn numbers(name: &'static str, values: impl IntoIterator<Item = f64>) -> Self {
-        let values = FigureValues::Numbers(values.into_iter().collect());
-        Self { name, values }
-    }
-
-    /// A column of counts.
-    pub fn counts(name: &'static str, values: impl IntoIterator<Item = usize>) -> Self {
-        let values = FigureValues::Counts(values.into_iter().collect());
-        Self { name, values }
-    }
-
-    /// A column of words.
-    pub fn words<W: Into<String>>(name: &'static str, values: impl IntoIterator<Item = W>) -> Self {
-        let values = FigureValues::Words(values.into_iter().map(Into::into).collect());
-        Self { name, values }
-    }
-
     /// How many cells it has.
     pub fn len(&self) -> usize {
         match &self.values {
@@ -74,18 +61,10 @@ impl FigureColumn {
 }
 
 impl FigureData {
-    /// A table of these columns.
-    pub fn new(columns: impl IntoIterator<Item = FigureColumn>) -> Self {
-        let data = Self {
-            columns: columns.into_iter().collect(),
-        };
-        debug_assert!(
-            data.columns
-                .iter()
-                .all(|column| column.len() == data.rows()),
-            "columns of a figure's table are equally long"
-        );
-        data
+    /// Begins a table about these rows.
+    pub(crate) fn about<R>(rows: &[R]) -> DataColumns<'_, R> {
+        let columns = Vec::new();
+        DataColumns { rows, columns }
     }
 
     /// How many rows it has.
@@ -102,13 +81,88 @@ impl FigureData {
     /// that give the same number back; a number that is not known is an empty cell.
     pub fn csv(&self) -> String {
         let line = |cells: Vec<String>| cells.join(",") + "\n";
-        let mut text = line(self.columns.iter().map(|c| c.name.to_owned()).collect());
+        let mut text = line(self.columns.iter().map(|c| c.name.clone()).collect());
         for row in 0..self.rows() {
             text.push_str(&line(self.columns.iter().map(|c| c.cell(row)).collect()));
         }
         text
     }
 }
+
+/// Columns of a table, each read off the same rows.
+pub(crate) struct DataColumns<'a, R> {
+    rows: &'a [R],
+    columns: Vec<FigureColumn>,
+}
+
+impl<'a, R> DataColumns<'a, R> {
+    fn column(mut self, name: impl Into<String>, values: FigureValues) -> Self {
+        let name = name.into();
+        self.columns.push(FigureColumn { name, values });
+        self
+    }
+
+    /// Adds a column of words.
+    pub(crate) fn words<W: Into<String>>(self, name: &str, words: impl Fn(&'a R) -> W) -> Self {
+        let values = self.rows.iter().map(|row| words(row).into()).collect();
+        self.column(name, FigureValues::Words(values))
+    }
+
+    /// Adds a column of counts.
+    pub(crate) fn counts(self, name: &str, count: impl Fn(&'a R) -> usize) -> Self {
+        let values = self.rows.iter().map(count).collect();
+        self.column(name, FigureValues::Counts(values))
+    }
+
+    /// Adds a column of numbers.
+    pub(crate) fn numbers(self, name: impl Into<String>, number: impl Fn(&'a R) -> f64) -> Self {
+        let values = self.rows.iter().map(number).collect();
+        self.column(name, FigureValues::Numbers(values))
+    }
+
+    /// Adds a column for each coordinate of a point, millimetres.
+    pub(crate) fn points(self, point_mm: impl Fn(&'a R) -> [f64; 3]) -> Self {
+        (["x_mm", "y_mm", "z_mm"].into_iter().enumerate()).fold(self, |columns, (axis, name)| {
+            columns.numbers(name, |row| point_mm(row)[axis])
+        })
+    }
+
+    /// Adds the sizes of a distribution of lengths and those of its statistics that are named.
+    pub(crate) fn lengths(self, names: &[&str], of: impl Fn(&'a R) -> &'a Statistics) -> Self {
+        let sizes = self
+            .counts("n", |row| of(row).n)
+            .counts("n_filled", |row| of(row).n_filled)
+            .counts("n_left_out", |row| of(row).n_left_out);
+        let named = STATISTICS.iter().filter(|(name, _)| names.contains(name));
+        named.fold(sizes, |columns, &(name, statistic)| {
+            columns.numbers(format!("{name}_mm"), |row| {
+                to_mm(judged(of(row), statistic))
+            })
+        })
+    }
+
+    /// The table.
+    pub(crate) fn done(self) -> FigureData {
+        FigureData {
+            columns: self.columns,
+        }
+    }
+}
+
+/// Statistics by their names in tables.
+const STATISTICS: [Statistic; 11] = [
+    ("mean", |s| s.mean),
+    ("rmse", |s| s.rmse),
+    ("min", |s| s.min),
+    ("whisker_low", |s| s.whisker_low),
+    ("p5", |s| s.p5),
+    ("p25", |s| s.p25),
+    ("p50", |s| s.p50),
+    ("p75", |s| s.p75),
+    ("p95", |s| s.p95),
+    ("whisker_high", |s| s.whisker_high),
+    ("max", |s| s.max),
+];
 
 /// A cell with words, in quotes where its letters could be taken for structure.
 fn quoted(text: &str) -> String {
@@ -125,11 +179,16 @@ mod tests {
 
     #[test]
     fn tables_become_csv() {
-        let data = FigureData::new([
-            FigureColumn::words("take", ["a,b", "say \"hi\"", "plain"]),
-            FigureColumn::numbers("error_mm", [0.1, f64::NAN, 1.5e-7]),
-            FigureColumn::counts("n", [3, 0, 12_000]),
-        ]);
+        let rows = [
+            ("a,b", 0.1, 3),
+            ("say \"hi\"", f64::NAN, 0),
+            ("plain", 1.5e-7, 12_000),
+        ];
+        let data = FigureData::about(&rows)
+            .words("take", |row| row.0)
+            .numbers("error_mm", |row| row.1)
+            .counts("n", |row| row.2)
+            .done();
         assert_eq!(
             data.csv(),
             "take,error_mm,n\n\"a,b\",0.1,3\n\"say \"\"hi\"\"\",,0\nplain,0.00000015,12000\n"

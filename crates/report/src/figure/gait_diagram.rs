@@ -6,7 +6,7 @@ use maud::{Markup, html};
 use super::palette::finger_class;
 use super::scale::Scale;
 use super::{Frame, Panel, Px, axes};
-use crate::number::plain;
+use crate::number::{plain, short};
 use crate::words::shortened;
 
 /// A phase over time.
@@ -44,10 +44,10 @@ const BLOCK_HEIGHT: f64 = LANE_HEIGHT * (Finger::COUNT as f64) + 18.0;
 /// From the end of a row's lanes to the next row's: tick labels.
 const BLOCK_GAP: f64 = 30.0;
 const WANTED_TICKS: usize = 12;
-/// Least width of a stretch that is there at all: short is not never.
+/// Least width of an interval that is there at all: short is not never.
 const LEAST: f64 = 0.6;
 
-/// The longest stretch in a row of a diagram, seconds.
+/// The longest interval in a row of a diagram, seconds.
 pub(crate) const ROW_S: f64 = 60.0;
 /// Rows of a diagram; what comes later is not drawn.
 pub(crate) const ROWS: usize = 4;
@@ -94,28 +94,28 @@ fn block(diagram: &GaitDiagram<'_>, span_s: [f64; 2], top: f64, is_last: bool) -
             @let y = top + LANE_HEIGHT * finger.index() as f64;
             text.label x=(Px(LEFT - 8.0)) y=(Px(y + 10.5)) text-anchor="end" { (finger.name()) }
             g.(finger_class(finger)) {
-                @for stretch in inside(&diagram.contacts_s[finger], span_s) {
-                    (bar(&x, stretch, y + 1.0, BAR_HEIGHT, || format!("{finger} touches")))
+                @for interval in inside(&diagram.contacts_s[finger], span_s) {
+                    (bar(&x, interval, y + 1.0, BAR_HEIGHT, || format!("{finger} touches")))
                 }
             }
             g.missing {
-                @for stretch in inside(&diagram.unknown_s[finger], span_s) {
-                    (bar(&x, stretch, y + 0.5 * LANE_HEIGHT - 1.0, 1.5, || format!("{finger}: not known")))
+                @for interval in inside(&diagram.unknown_s[finger], span_s) {
+                    (bar(&x, interval, y + 0.5 * LANE_HEIGHT - 1.0, 1.5, || format!("{finger}: not known")))
                 }
             }
         }
         text.label x=(Px(LEFT - 8.0)) y=(Px(phases_top + 9.0)) text-anchor="end" { "phase" }
         @for phase in &diagram.phases {
-            @for stretch in inside(&[phase.span_s], span_s) {
-                g.(phase.class) { (bar(&x, stretch, phases_top, PHASE_HEIGHT, || phase.name.to_owned())) }
+            @for interval in inside(&[phase.span_s], span_s) {
+                g.(phase.class) { (bar(&x, interval, phases_top, PHASE_HEIGHT, || phase.name.to_owned())) }
             }
         }
     }
 }
 
-fn bar(x: &Scale, stretch: Stretch, top: f64, height: f64, name: impl Fn() -> String) -> Markup {
-    let (left, right) = (x.at(stretch.drawn_s[0]), x.at(stretch.drawn_s[1]));
-    let [start, end] = stretch.whole_s.map(|s| plain((s * 1e3).round() / 1e3));
+fn bar(x: &Scale, interval: Interval, top: f64, height: f64, name: impl Fn() -> String) -> Markup {
+    let (left, right) = (x.at(interval.drawn_s[0]), x.at(interval.drawn_s[1]));
+    let [start, end] = interval.whole_s.map(short);
     html! {
         rect.area x=(Px(left)) y=(Px(top)) width=(Px((right - left).max(LEAST))) height=(Px(height)) {
             title { (name()) ", " (start) " to " (end) " s" }
@@ -123,17 +123,17 @@ fn bar(x: &Scale, stretch: Stretch, top: f64, height: f64, name: impl Fn() -> St
     }
 }
 
-/// A stretch of time, and the part of it in a row.
+/// An interval of time, and the part of it in a row.
 #[derive(Clone, Copy)]
-struct Stretch {
+struct Interval {
     whole_s: [f64; 2],
     drawn_s: [f64; 2],
 }
 
-fn inside(stretches: &[[f64; 2]], span_s: [f64; 2]) -> impl Iterator<Item = Stretch> {
-    (stretches.iter())
+fn inside(intervals: &[[f64; 2]], span_s: [f64; 2]) -> impl Iterator<Item = Interval> {
+    (intervals.iter())
         .filter(move |s| s[0] < span_s[1] && s[1] > span_s[0])
-        .map(move |&whole_s| Stretch {
+        .map(move |&whole_s| Interval {
             whole_s,
             drawn_s: [whole_s[0].max(span_s[0]), whole_s[1].min(span_s[1])],
         })

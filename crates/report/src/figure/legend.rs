@@ -1,8 +1,10 @@
 //! Legend of lines and swatches.
 
+use inhand_model::Finger;
 use maud::{Markup, html};
 
 use super::Px;
+use super::palette::finger_class;
 use crate::words::shortened;
 
 /// An entry of a legend.
@@ -14,6 +16,12 @@ pub(crate) struct Key {
     pub(crate) class: String,
     /// How it looks in the figure.
     pub(crate) mark: Mark,
+}
+
+/// An entry for each finger.
+pub(crate) fn finger_keys(key: fn(&'static str, &'static str) -> Key) -> Vec<Key> {
+    let keys = Finger::ALL.map(|finger| key(finger.name(), finger_class(finger)));
+    keys.into()
 }
 
 /// How an entry looks in the figure.

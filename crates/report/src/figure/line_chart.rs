@@ -3,7 +3,7 @@
 use maud::html;
 
 use super::scale::Scale;
-use super::{FigureColumn, FigureData, Frame, Panel, Px, axes};
+use super::{FigureData, Frame, Key, Panel, Px, axes};
 
 /// One line. Points that are not finite break it.
 #[derive(Clone)]
@@ -17,13 +17,40 @@ pub(crate) struct Series {
 }
 
 impl Series {
+    /// A line of points.
+    pub(crate) fn new(
+        label: impl Into<String>,
+        class: impl Into<String>,
+        points: impl IntoIterator<Item = (f64, f64)>,
+    ) -> Self {
+        Self {
+            label: label.into(),
+            class: class.into(),
+            points: points.into_iter().collect(),
+        }
+    }
+
     /// The line on these scales.
     pub(crate) fn path(&self, x: &Scale, y: &Scale) -> String {
         path(self.points.iter().map(|&(a, b)| (x.at(a), y.at(b))))
     }
 }
 
+/// Entries of a legend for the lines.
+pub(crate) fn keys(series: &[Series]) -> Vec<Key> {
+    (series.iter())
+        .map(|line| Key::line(&line.label, &line.class))
+        .collect()
+}
+
+/// Those of the second values of all points that are finite.
+pub(crate) fn heights(series: &[Series]) -> impl Iterator<Item = f64> {
+    let points = series.iter().flat_map(|line| &line.points);
+    points.map(|point| point.1).filter(|y| y.is_finite())
+}
+
 /// What an axis shows.
+#[derive(Default)]
 pub(crate) struct AxisSpec<'a> {
     /// Name with its unit.
     pub(crate) name: &'a str,
@@ -54,7 +81,8 @@ impl<'a> AxisSpec<'a> {
         }
     }
 
-    fn scale(&self, from_px: f64, to_px: f64) -> Scale {
+    /// The axis over these pixels.
+    pub(crate) fn scale(&self, from_px: f64, to_px: f64) -> Scale {
         if self.log {
             Scale::log(self.low, self.high, from_px, to_px)
         } else {
@@ -64,6 +92,7 @@ impl<'a> AxisSpec<'a> {
 }
 
 /// A figure of lines.
+#[derive(Default)]
 pub(crate) struct LineChart<'a> {
     /// What is shown, above the figure and for those who do not see it.
     pub(crate) title: &'a str,
@@ -72,7 +101,7 @@ pub(crate) struct LineChart<'a> {
     /// Vertical axis.
     pub(crate) y: AxisSpec<'a>,
     /// Lines, the last one on top.
-    pub(crate) series: Vec<Series>,
+    pub(crate) series: &'a [Series],
     /// Whether each point gets a dot with its values as tooltip.
     pub(crate) dots: bool,
     /// A value on the horizontal axis to mark, with its name.
@@ -119,7 +148,7 @@ pub(crate) fn draw(chart: &LineChart<'_>) -> Panel {
                     line.mark x1=(Px(at)) y1=(Px(MARGIN)) x2=(Px(at)) y2=(Px(MARGIN + frame.height())) {}
                     text.tick x=(Px(at + 5.0)) y=(Px(frame.height() - 7.0)) { (name) }
                 }
-                @for series in &chart.series {
+                @for series in chart.series {
                     g.(series.class) {
                         path.line d=(series.path(&inner_x, &inner_y)) { title { (series.label) } }
                         @if chart.dots {
@@ -142,15 +171,15 @@ pub(crate) fn draw(chart: &LineChart<'_>) -> Panel {
 }
 
 /// The table behind lines: a row for each point, `x` and `y` naming the columns.
-pub(crate) fn data(x: &'static str, y: &'static str, series: &[Series]) -> FigureData {
-    let points = || series.iter().flat_map(|line| line.points.iter());
-    let names = (series.iter())
-        .flat_map(|line| std::iter::repeat_n(line.label.as_str(), line.points.len()));
-    FigureData::new([
-        FigureColumn::words("line", names),
-        FigureColumn::numbers(x, points().map(|point| point.0)),
-        FigureColumn::numbers(y, points().map(|point| point.1)),
-    ])
+pub(crate) fn data(x: &str, y: &str, series: &[Series]) -> FigureData {
+    let points: Vec<(&str, &(f64, f64))> = (series.iter())
+        .flat_map(|line| line.points.iter().map(|point| (line.label.as_str(), point)))
+        .collect();
+    FigureData::about(&points)
+        .words("line", |point| point.0)
+        .numbers(x, |point| point.1.0)
+        .numbers(y, |point| point.1.1)
+        .done()
 }
 
 /// A line through points in pixels; one that is not finite breaks it.
@@ -170,18 +199,9 @@ pub(crate) fn path(points: impl IntoIterator<Item = (f64, f64)>) -> String {
 }
 
 fn summary(chart: &LineChart<'_>) -> String {
-    let names: Vec<&str> = chart
-        .series
-        .iter()
-        .map(|series| series.label.as_str())
-        .collect();
-    format!(
-        "{}: {} over {}, lines {}",
-        chart.title,
-        chart.y.name,
-        chart.x.name,
-        names.join(", ")
-    )
+    let names: Vec<&str> = chart.series.iter().map(|s| s.label.as_str()).collect();
+    let (title, y, x) = (chart.title, chart.y.name, chart.x.name);
+    format!("{title}: {y} over {x}, lines {}", names.join(", "))
 }
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
 //! Which class of the style sheet colours what. Fingers have the same colour in every figure;
-//! methods have a scheme of their own, told apart by dashes as well as by colour, learned methods
+//! methods have a scheme of their own, distinguished by dashes as well as by colour, learned methods
 //! solid and baselines dashed.
 
-use inhand_model::{Finger, MethodEvaluation};
+use inhand_model::Finger;
 
 /// Learned methods that get a colour of their own before colours repeat.
 const LEARNED: usize = 4;
@@ -26,12 +26,7 @@ pub(crate) const PLAIN_CLASS: &str = "plain";
 /// Class of recorded motion, which is no method.
 pub(crate) const RECORDED_CLASS: &str = "recorded";
 
-/// Class of each method, by its place among the learned ones or the baselines.
-pub(crate) fn method_classes(methods: &[MethodEvaluation]) -> Vec<String> {
-    classes(methods.iter().map(|method| method.baseline))
-}
-
-/// The same, from whether each of them is a baseline.
+/// Class of each method, by its place among the learned ones or the baselines, from whether it is a baseline.
 pub(crate) fn classes(baselines: impl IntoIterator<Item = bool>) -> Vec<String> {
     let (mut learned, mut known) = (0, 0);
     baselines

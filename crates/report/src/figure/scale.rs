@@ -73,9 +73,9 @@ impl Scale {
         )
     }
 
-    /// Largest value on the axis.
-    pub(crate) fn high(&self) -> f64 {
-        self.high
+    /// Smallest and largest value on the axis.
+    pub(crate) fn ends(&self) -> [f64; 2] {
+        [self.low, self.high]
     }
 
     /// Pixel of a value; outside the axis for values outside the range.
@@ -117,6 +117,29 @@ pub(crate) fn nice_end(value: f64, wanted: usize) -> f64 {
     }
     let step = nice_step(value, wanted);
     (value / step - STEP_ROUNDING).ceil() * step
+}
+
+/// Ends on whole steps around those of the values that are finite, at least `shortest` apart; 0 to 1 where there
+/// are none.
+pub(crate) fn whole_steps(
+    values: impl IntoIterator<Item = f64>,
+    shortest: f64,
+    wanted: usize,
+) -> [f64; 2] {
+    let values = values.into_iter().filter(|value| value.is_finite());
+    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+        (low.min(value), high.max(value))
+    });
+    if low > high {
+        return [0.0, 1.0];
+    }
+    let missing = 0.5 * (shortest - (high - low)).max(0.0);
+    let (low, high) = (low - missing, high + missing);
+    if low == high {
+        return [low, low + 1.0];
+    }
+    let step = nice_step(high - low, wanted);
+    [(low / step).floor() * step, (high / step).ceil() * step]
 }
 
 fn linear_ticks(low: f64, high: f64, wanted: usize) -> Vec<Tick> {
@@ -291,6 +314,18 @@ mod tests {
     }
 
     #[test]
+    fn axes_hold_all_values_and_are_no_drama_of_rounding() {
+        assert_eq!(whole_steps([-12.0, -18.0, 0.0], 10.0, 4), [-20.0, 0.0]);
+        assert_eq!(
+            whole_steps([52.0, 44.0, 61.0, f64::NAN], 10.0, 5),
+            [40.0, 65.0]
+        );
+        assert_eq!(whole_steps([95.0], 10.0, 5), [90.0, 100.0]);
+        assert_eq!(whole_steps([2.0], 0.0, 5), [2.0, 3.0]);
+        assert_eq!(whole_steps([f64::NAN], 10.0, 5), [0.0, 1.0]);
+    }
+
+    #[test]
     fn empty_and_broken_ranges_still_make_an_axis() {
         for (low, high) in [
             (0.0, 0.0),
@@ -299,10 +334,10 @@ mod tests {
             (0.0, f64::INFINITY),
         ] {
             let scale = Scale::linear(low, high, 0.0, 100.0);
-            assert!(scale.at(scale.high()).is_finite());
+            assert!(scale.at(scale.ends()[1]).is_finite());
             assert!(!scale.ticks(5).is_empty());
             let scale = Scale::log(low, high, 0.0, 100.0);
-            assert_eq!(scale.at(scale.high()), 100.0);
+            assert_eq!(scale.at(scale.ends()[1]), 100.0);
             assert!(scale.ticks(5).len() >= 2);
         }
     }

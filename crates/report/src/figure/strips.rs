@@ -1,4 +1,4 @@
-//! Strips over time: when something holds.
+//! Strips over time: when something is true.
 
 use maud::{Markup, html};
 
@@ -8,15 +8,15 @@ use super::scale::Scale;
 /// What is known at one sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum State {
-    /// It holds.
+    /// True.
     On,
-    /// It does not.
+    /// False.
     Off,
-    /// Nobody knows.
+    /// Not known.
     Unknown,
 }
 
-/// A stretch of equal samples: from the first up to but without the last.
+/// A run of equal samples: from the first up to but without the last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Run {
     /// What is known all along.
@@ -27,7 +27,7 @@ pub(crate) struct Run {
     pub(crate) end: usize,
 }
 
-/// Stretches of equal neighbours; samples come in rising order, and one that is left out ends a stretch.
+/// Runs of equal neighbours; samples come in rising order, and one that is left out ends a run.
 pub(crate) fn runs(samples: impl IntoIterator<Item = (usize, State)>) -> Vec<Run> {
     let mut runs: Vec<Run> = Vec::new();
     for (sample, state) in samples {
@@ -49,17 +49,17 @@ pub(crate) struct Strip<'a> {
     pub(crate) label: String,
     /// Class of its colour.
     pub(crate) class: &'a str,
-    /// Its stretches.
+    /// Its runs.
     pub(crate) runs: &'a [Run],
     /// Samples a second.
     pub(crate) rate_hz: f64,
     /// Upper edge.
     pub(crate) top: f64,
-    /// Height where it holds.
+    /// Height where it is true.
     pub(crate) height: f64,
 }
 
-/// Draws a strip; `x` takes seconds. It is pale where it does not hold; where nothing is known there is a thin
+/// Draws a strip; `x` takes seconds. It is pale where it is false; where nothing is known there is a thin
 /// grey line.
 pub(crate) fn draw(strip: &Strip<'_>, x: &Scale) -> Markup {
     let on = path(strip, x, State::On, strip.top, strip.height);
@@ -79,38 +79,49 @@ pub(crate) fn draw(strip: &Strip<'_>, x: &Scale) -> Markup {
     }
 }
 
-/// A strip with more stretches than this is drawn without gaps that nobody could see.
+/// A strip with more runs than this is drawn without gaps that nobody could see.
 pub(crate) const MANY: usize = 2000;
 /// Narrowest gap that is drawn there, user units.
 const LEAST_GAP: f64 = 0.25;
 
 fn path(strip: &Strip<'_>, x: &Scale, state: State, top: f64, height: f64) -> String {
     let at = |sample: usize| x.at(sample as f64 / strip.rate_hz);
-    let least = if strip.runs.len() > MANY {
+    let gap = if strip.runs.len() > MANY {
         LEAST_GAP
     } else {
         0.0
     };
-    let mut spans: Vec<[f64; 2]> = Vec::new();
-    for run in strip.runs.iter().filter(|run| run.state == state) {
-        let (left, right) = (at(run.begin), at(run.end));
-        match spans.last_mut() {
-            Some(last) if left - last[1] < least => last[1] = right,
-            _ => spans.push([left, right]),
+    let runs = strip.runs.iter().filter(|run| run.state == state);
+    rectangles(
+        runs.map(|run| [at(run.begin), at(run.end)]),
+        0.0,
+        gap,
+        top,
+        height,
+    )
+}
+
+/// Rectangles over spans in rising order, each at least `least` wide; those no farther apart than `gap` are one.
+pub(crate) fn rectangles(
+    spans: impl IntoIterator<Item = [f64; 2]>,
+    least: f64,
+    gap: f64,
+    top: f64,
+    height: f64,
+) -> String {
+    let mut drawn: Vec<[f64; 2]> = Vec::new();
+    for [left, right] in spans {
+        let right = right.max(left + least);
+        match drawn.last_mut() {
+            Some(last) if left - last[1] <= gap => last[1] = last[1].max(right),
+            _ => drawn.push([left, right]),
         }
     }
-    (spans.iter())
-        .map(|&[left, right]| {
-            format!(
-                "M{} {}H{}v{}H{}z",
-                Px(left),
-                Px(top),
-                Px(right),
-                Px(height),
-                Px(left)
-            )
-        })
-        .collect()
+    let rectangle = |[left, right]: [f64; 2]| {
+        let [left, right, top, height] = [left, right, top, height].map(Px);
+        format!("M{left} {top}H{right}v{height}H{left}z")
+    };
+    drawn.into_iter().map(rectangle).collect()
 }
 
 #[cfg(test)]
@@ -118,7 +129,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn equal_neighbours_make_one_stretch() {
+    fn equal_neighbours_make_one_run() {
         use State::{Off, On, Unknown};
         let samples = [(3, On), (4, On), (5, Off), (6, Unknown), (7, On), (9, On)];
         let found: Vec<_> = (runs(samples).iter())
@@ -137,10 +148,10 @@ mod tests {
 
     #[test]
     fn long_strips_are_drawn_in_bounded_room() {
-        let lane = |stretches: usize| {
+        let lane = |n: usize| {
             let state = |k| if k % 2 == 0 { State::On } else { State::Off };
-            let runs = runs((0..stretches).map(|k| (k, state(k))));
-            let x = Scale::linear(0.0, stretches as f64, 0.0, 800.0);
+            let runs = runs((0..n).map(|k| (k, state(k))));
+            let x = Scale::linear(0.0, n as f64, 0.0, 800.0);
             let strip = Strip {
                 label: String::new(),
                 class: "plain",
@@ -151,7 +162,7 @@ mod tests {
             };
             path(&strip, &x, State::On, 0.0, 8.0).matches('M').count()
         };
-        assert_eq!(lane(2000), 1000, "every stretch");
+        assert_eq!(lane(2000), 1000, "every run");
         assert_eq!(lane(3000), 1500, "gaps that can be seen stay");
         assert_eq!(lane(100_000), 1);
     }

@@ -3,48 +3,48 @@
 //! A page is made of sections and a folder of figures is collected from the same sections, so that no
 //! figure is on the page alone.
 
-use maud::{Markup, html};
+use maud::{Markup, Render, html};
 
 use crate::figure::Figure;
 
 /// Parts of a section from top to bottom.
 #[derive(Default)]
-pub(crate) struct Body(Vec<Part>);
+pub(crate) struct Body(Vec<BodyPart>);
 
-enum Part {
+enum BodyPart {
     /// Headings, paragraphs, tables.
     Prose(Markup),
     Figure(Box<Figure>),
     /// Parts that a reader unfolds.
-    Folded(String, Body),
+    Folded(&'static str, Body),
 }
 
 impl Body {
-    /// Adds headings, paragraphs, tables.
-    pub(crate) fn prose(&mut self, markup: Markup) -> &mut Self {
-        self.0.push(Part::Prose(markup));
+    fn with(mut self, part: impl IntoIterator<Item = BodyPart>) -> Self {
+        self.0.extend(part);
         self
+    }
+
+    /// Adds headings, paragraphs or a table.
+    pub(crate) fn prose(self, content: impl Render) -> Self {
+        self.with([BodyPart::Prose(content.render())])
     }
 
     /// Adds a figure; nothing where there is none to draw.
-    pub(crate) fn figure(&mut self, figure: impl Into<Option<Figure>>) -> &mut Self {
-        self.0
-            .extend(figure.into().map(|figure| Part::Figure(Box::new(figure))));
-        self
+    pub(crate) fn figure(self, figure: impl Into<Option<Figure>>) -> Self {
+        let figure = figure.into();
+        self.with(figure.map(|figure| BodyPart::Figure(Box::new(figure))))
     }
 
     /// Adds parts that a reader unfolds; nothing where there are none.
-    pub(crate) fn folded(&mut self, summary: &str, body: Body) -> &mut Self {
-        if !body.0.is_empty() {
-            self.0.push(Part::Folded(summary.to_owned(), body));
-        }
-        self
+    pub(crate) fn folded(self, summary: &'static str, body: Body) -> Self {
+        let part = (!body.0.is_empty()).then_some(BodyPart::Folded(summary, body));
+        self.with(part)
     }
 
-    /// Adds all parts of another body.
-    pub(crate) fn append(&mut self, mut other: Body) -> &mut Self {
-        self.0.append(&mut other.0);
-        self
+    /// Adds all parts of another body, where there is one.
+    pub(crate) fn append(self, other: impl Into<Option<Body>>) -> Self {
+        self.with(other.into().unwrap_or_default().0)
     }
 
     /// The section on the page.
@@ -52,9 +52,9 @@ impl Body {
         html! {
             @for part in &self.0 {
                 @match part {
-                    Part::Prose(markup) => (markup),
-                    Part::Figure(figure) => (figure.embed()),
-                    Part::Folded(summary, body) => details {
+                    BodyPart::Prose(markup) => (markup),
+                    BodyPart::Figure(figure) => (figure.embed()),
+                    BodyPart::Folded(summary, body) => details {
                         summary { (summary) }
                         (body.draw())
                     },
@@ -66,9 +66,9 @@ impl Body {
     /// Its figures in their order.
     pub(crate) fn into_figures(self) -> Vec<Figure> {
         let figures = self.0.into_iter().map(|part| match part {
-            Part::Prose(_) => Vec::new(),
-            Part::Figure(figure) => vec![*figure],
-            Part::Folded(_, body) => body.into_figures(),
+            BodyPart::Prose(_) => Vec::new(),
+            BodyPart::Figure(figure) => vec![*figure],
+            BodyPart::Folded(_, body) => body.into_figures(),
         });
         figures.flatten().collect()
     }
@@ -76,6 +76,6 @@ impl Body {
 
 impl From<Markup> for Body {
     fn from(markup: Markup) -> Self {
-        Self(vec![Part::Prose(markup)])
+        Self::default().prose(markup)
     }
 }

@@ -1,55 +1,74 @@
-//! Whether planned motion keeps what it had to keep: reach, collisions, velocities, optimality.
+//! Whether planned motion satisfies its constraints: reach, collisions, velocities, optimality.
 
-use inhand_model::{Finger, MethodEvaluation, PerFinger, Reachability, Statistics};
+use inhand_model::{Collision, PerFinger, PlanFacts};
 use maud::{Markup, html};
 
-use super::session::name;
-use super::statistics::finger_table;
-use super::table::{Column, Line, numbers, table, words};
-use super::{Body, Method, plan_status, plans};
+use super::errors::finger_table;
+use super::{Body, Method, default, method_table, plans, recorded};
 use crate::number::{
-    NARROW_SPACE, NONE, count, decimals, millimetres, percent, plain, scientific, to_mm,
+    NONE, count, decimals, millimetres, part_of, percent, plain, scientific, to_mm,
 };
+use crate::table::{Head, Table, known};
 
 /// The section's content.
 pub(super) fn section(methods: &[Method<'_>]) -> Body {
-    let mut body = Body::from(html! {
-        (overview(methods))
-        (reach_table(methods))
-        (collision_table(methods))
-    });
-    body.figure(plan_status::figure(methods))
-        .prose(plans::tables(methods));
-    body
+    let distances: Vec<_> = (methods.iter())
+        .map(|method| (method, &method.evaluation.reachability.distance))
+        .collect();
+    let caption = "Signed distance to the hull, negative inside";
+    Body::from(overview(methods))
+        .prose(reach_table(methods))
+        .folded(
+            "Signed distance to the surface of the hull",
+            Body::default().prose(finger_table(caption, &distances)),
+        )
+        .prose(collision_table(methods))
+        .append(plans::section(methods))
 }
-
-const OVERVIEW: [Column<'static>; 9] = [
-    words("method"),
-    numbers("inside the hull", "%"),
-    numbers("farthest outside", "mm"),
-    numbers("colliding", "instants"),
-    numbers("nearest pair", "mm"),
-    numbers("velocity outside", "steps"),
-    numbers("worst ratio", "to bound"),
-    numbers("infeasible", "plans"),
-    numbers("KKT residual", "worst"),
-];
 
 fn overview(methods: &[Method<'_>]) -> Markup {
     let limit = methods
         .first()
         .map(|method| method.evaluation.collision.limit_m);
-    let lines = methods
-        .iter()
-        .map(|method| Line {
-            head: name(method),
-            cells: overview_cells(method.evaluation),
-            best: Vec::new(),
-            stressed: method.default,
+    let plan = |m: &&Method<'_>, text: fn(&PlanFacts) -> String| {
+        known(m.evaluation.plan.as_ref().map(text))
+    };
+    let caption = "Constraints, checked on the result and not taken from the solver";
+    let table = method_table(caption, methods, |method| method)
+        .numbers("inside the hull", "%", |m| {
+            let reach = &m.evaluation.reachability;
+            evaluated(reach.n, percent(reach.inside.mean()))
         })
-        .collect();
+        .numbers("farthest outside", "mm", |m| {
+            let reach = &m.evaluation.reachability;
+            evaluated(reach.n, millimetres(farthest(&reach.worst_outside_m)))
+        })
+        .numbers("colliding", "instants", |m| {
+            let collision = &m.evaluation.collision;
+            evaluated(collision.n, part_of(collision.instants, collision.n))
+        })
+        .numbers("nearest pair", "mm", |m| {
+            let collision = &m.evaluation.collision;
+            evaluated(collision.n, millimetres(collision.nearest_m))
+        })
+        .numbers("velocity outside", "steps", |m| {
+            let velocity = &m.evaluation.velocity;
+            evaluated(velocity.n, part_of(velocity.outside, velocity.n))
+        })
+        .numbers("worst ratio", "to bound", |m| {
+            let velocity = &m.evaluation.velocity;
+            evaluated(velocity.n, decimals(velocity.worst_ratio, 3))
+        })
+        .numbers("infeasible", "plans", move |m| {
+            plan(m, |plan| {
+                part_of(plan.infeasible, plan.solved + plan.infeasible + plan.failed)
+            })
+        })
+        .numbers("KKT residual", "worst", move |m| {
+            plan(m, |plan| scientific(plan.worst_kkt_residual))
+        });
     html! {
-        (table("Constraints, checked on the result and not taken from the solver", &OVERVIEW, lines))
+        (table)
         p.note {
             "Inside: share of fingertip positions inside the convex hull of the training takes. "
             @if let Some(limit) = limit {
@@ -57,163 +76,101 @@ fn overview(methods: &[Method<'_>]) -> Markup {
             }
             "Velocity: steps between neighbouring samples, per finger and axis, outside the bounds by more than a millionth; the ratio is the \
              largest velocity over its bound, so that 1 is just allowed. KKT residual: largest violation of the optimality conditions over all \
-             plans and all rows of the full problem, recomputed apart from the solver. Baselines solve no optimisation and know no bounds: \
+             plans and all rows of the full problem, recomputed independently of the solver. Baselines solve no optimisation and know no bounds: \
              their lines show which constraints a smooth curve breaks on its own."
         }
     }
 }
 
-fn overview_cells(method: &MethodEvaluation) -> Vec<String> {
-    let (reach, collision, velocity) = (&method.reachability, &method.collision, &method.velocity);
-    vec![
-        judged(reach.n, percent(reach.inside.mean())),
-        judged(reach.n, millimetres(farthest(&reach.worst_outside_m))),
-        judged(collision.n, part_of(collision.instants, collision.n)),
-        judged(collision.n, millimetres(collision.nearest_m)),
-        judged(velocity.n, part_of(velocity.outside, velocity.n)),
-        judged(velocity.n, decimals(velocity.worst_ratio, 3)),
-        method.plan.as_ref().map_or_else(
-            || NONE.to_owned(),
-            |plan| part_of(plan.infeasible, plan.solved + plan.infeasible + plan.failed),
-        ),
-        method.plan.as_ref().map_or_else(
-            || NONE.to_owned(),
-            |plan| scientific(plan.worst_kkt_residual),
-        ),
-    ]
-}
-
-fn judged(n: usize, text: String) -> String {
+/// A dash where nothing was evaluated.
+fn evaluated(n: usize, text: String) -> String {
     if n == 0 { NONE.to_owned() } else { text }
-}
-
-pub(super) fn part_of(part: usize, n: usize) -> String {
-    format!(
-        "{} of {}",
-        count(part, NARROW_SPACE),
-        count(n, NARROW_SPACE)
-    )
 }
 
 /// A value that is not a number wins, so that it shows.
 fn farthest(values: &PerFinger<f64>) -> f64 {
-    values
-        .as_array()
-        .iter()
-        .copied()
-        .fold(0.0, |a, b| if b.is_nan() || b > a { b } else { a })
+    let values = values.as_array().iter().copied();
+    values.fold(0.0, |a, b| if b.is_nan() || b > a { b } else { a })
 }
 
-fn recorded() -> Markup {
-    html! { span.swatch.recorded {} "recorded" }
-}
+/// A motion of a table: a method, or the recorded motion, which stands beside the instants of the default method.
+type Motion<'m, 'a> = (&'m Method<'a>, bool);
 
-/// The method whose recorded instants stand for the recorded motion.
-fn reference<'a, 'b>(methods: &'a [Method<'b>]) -> Option<&'a Method<'b>> {
-    methods
-        .iter()
-        .find(|method| method.default)
+fn motion_table<'m>(caption: &str, methods: &'m [Method<'m>]) -> Table<'m, Motion<'m, 'm>> {
+    let reference = default(methods)
         .or(methods.first())
-}
-
-fn reach_table(methods: &[Method<'_>]) -> Markup {
-    let mut columns = vec![words("motion"), numbers("n", "a finger")];
-    columns.extend(Finger::ALL.map(|finger| numbers(finger.name(), "%")));
-    columns.extend(Finger::ALL.map(|finger| numbers(finger.name(), "mm out")));
-    let shares = |reach: &Reachability, shares: &PerFinger<f64>| -> Vec<String> {
-        std::iter::once(count(reach.n, NARROW_SPACE))
-            .chain(
-                shares
-                    .as_array()
-                    .map(|share| judged(reach.n, percent(share))),
-            )
-            .collect()
+        .map(|method| (method, true));
+    let motions = reference
+        .into_iter()
+        .chain(methods.iter().map(|method| (method, false)));
+    let head = |(method, is_recorded): &Motion<'_, '_>| -> Head {
+        if *is_recorded {
+            recorded()
+        } else {
+            method.head()
+        }
     };
-    let mut lines = Vec::new();
-    if let Some(method) = reference(methods) {
-        let reach = &method.evaluation.reachability;
-        let mut cells = shares(reach, &reach.recorded_inside);
-        cells.extend(std::iter::repeat_n(String::new(), Finger::COUNT));
-        lines.push(Line {
-            head: recorded(),
-            cells,
-            best: Vec::new(),
-            stressed: false,
-        });
-    }
-    for method in methods {
-        let reach = &method.evaluation.reachability;
-        let mut cells = shares(reach, &reach.inside);
-        let outside = reach.worst_outside_m.as_array();
-        cells.extend(outside.map(|metres| judged(reach.n, millimetres(metres))));
-        lines.push(Line {
-            head: name(method),
-            cells,
-            best: Vec::new(),
-            stressed: method.default,
-        });
-    }
-    let distances: Vec<&[Statistics; Finger::COUNT]> = methods
-        .iter()
-        .map(|method| method.evaluation.reachability.distance.as_array())
-        .collect();
-    html! {
-        (table(
-            "Reachability: share of instants inside the training hull (%), and farthest distance outside it (mm), by finger",
-            &columns,
-            lines,
-        ))
-        details {
-            summary { "Signed distance to the surface of the hull" }
-            (finger_table("Signed distance to the hull, negative inside", methods, &distances, false))
-        }
-    }
+    Table::new(caption, motions, "motion", head)
+        .stressed(|(method, is_recorded)| method.default && !is_recorded)
 }
 
-fn collision_table(methods: &[Method<'_>]) -> Markup {
-    let columns = [
-        words("motion"),
-        numbers("n", "instants"),
-        numbers("colliding", "instants"),
-        numbers("with a collision", "trajectories"),
-        numbers("nearest pair", "mm"),
-        words("which pair"),
-    ];
-    let mut lines = Vec::new();
-    if let Some(method) = reference(methods) {
-        let collision = &method.evaluation.collision;
-        lines.push(Line {
-            head: recorded(),
-            cells: vec![
-                count(collision.n, NARROW_SPACE),
-                judged(
-                    collision.n,
-                    count(collision.recorded_instants, NARROW_SPACE),
-                ),
-                String::new(),
-                judged(collision.n, millimetres(collision.recorded_nearest_m)),
-                String::new(),
-            ],
-            best: Vec::new(),
-            stressed: false,
-        });
-    }
-    lines.extend(methods.iter().map(|method| {
-        let collision = &method.evaluation.collision;
-        Line {
-            head: name(method),
-            cells: vec![
-                count(collision.n, NARROW_SPACE),
-                judged(collision.n, count(collision.instants, NARROW_SPACE)),
-                judged(collision.n, count(collision.trajectories, NARROW_SPACE)),
-                judged(collision.n, millimetres(collision.nearest_m)),
-                collision
-                    .nearest_pair
-                    .map_or_else(|| NONE.to_owned(), |(a, b)| format!("{a}, {b}")),
-            ],
-            best: Vec::new(),
-            stressed: method.default,
+fn reach_table<'m>(methods: &'m [Method<'m>]) -> Table<'m, Motion<'m, 'm>> {
+    let caption = "Reachability: share of instants inside the training hull (%), and farthest distance outside it (mm), by finger";
+    motion_table(caption, methods)
+        .counts("n", "a finger", |(method, _)| {
+            method.evaluation.reachability.n
+        })
+        .fingers("%", |(method, is_recorded), finger| {
+            let reach = &method.evaluation.reachability;
+            let shares = if *is_recorded {
+                &reach.recorded_inside
+            } else {
+                &reach.inside
+            };
+            evaluated(reach.n, percent(shares[finger]))
+        })
+        .fingers("mm out", |(method, is_recorded), finger| {
+            let reach = &method.evaluation.reachability;
+            let outside = evaluated(reach.n, millimetres(reach.worst_outside_m[finger]));
+            if *is_recorded { String::new() } else { outside }
+        })
+}
+
+fn collision_table<'m>(methods: &'m [Method<'m>]) -> Table<'m, Motion<'m, 'm>> {
+    // What is not known of the recorded motion is left blank.
+    let planned = |(method, is_recorded): &Motion<'_, '_>, text: fn(&Collision) -> String| {
+        if *is_recorded {
+            String::new()
+        } else {
+            text(&method.evaluation.collision)
         }
-    }));
-    table("Collisions of fingertips", &columns, lines)
+    };
+    motion_table("Collisions of fingertips", methods)
+        .counts("n", "instants", |(method, _)| method.evaluation.collision.n)
+        .numbers("colliding", "instants", |(method, is_recorded)| {
+            let collision = &method.evaluation.collision;
+            let instants = match is_recorded {
+                true => collision.recorded_instants,
+                false => collision.instants,
+            };
+            evaluated(collision.n, count(instants))
+        })
+        .numbers("with a collision", "trajectories", move |row| {
+            planned(row, |collision| {
+                evaluated(collision.n, count(collision.trajectories))
+            })
+        })
+        .numbers("nearest pair", "mm", |(method, is_recorded)| {
+            let collision = &method.evaluation.collision;
+            let nearest_m = match is_recorded {
+                true => collision.recorded_nearest_m,
+                false => collision.nearest_m,
+            };
+            evaluated(collision.n, millimetres(nearest_m))
+        })
+        .words("which pair", move |row| {
+            planned(row, |collision| {
+                known(collision.nearest_pair.map(|(a, b)| format!("{a}, {b}")))
+            })
+        })
 }

@@ -3,11 +3,11 @@
 use inhand_model::{EvaluationRows, Finger, PerFinger, in_contact};
 use maud::html;
 
-use super::Method;
+use super::{Method, default};
 use crate::figure::palette::{PLAIN_CLASS, RECORDED_CLASS, finger_class};
 use crate::figure::scale::Scale;
 use crate::figure::strips::{self, Run, State, Strip};
-use crate::figure::{Figure, FigureColumn, FigureData, Frame, Key, Panel, Px, axes};
+use crate::figure::{Figure, FigureData, Frame, Key, Panel, Px, axes, finger_keys};
 use crate::number::{plain, to_mm};
 use crate::words::shortened;
 
@@ -24,7 +24,7 @@ const PLANNED_TOP: f64 = 14.0;
 const PLANNED_HEIGHT: f64 = 8.0;
 const LETTERS: usize = 12;
 
-/// Stretches of contact of one finger, or of three fingers at once.
+/// Runs of contact of one finger, or of three fingers at once.
 struct Lane {
     finger: Option<Finger>,
     recorded: Vec<Run>,
@@ -34,8 +34,7 @@ struct Lane {
 /// `None` without an object or without plans of the default method.
 pub(super) fn figure(rows: &EvaluationRows, methods: &[Method<'_>], tau_m: f64) -> Option<Figure> {
     let recorded = rows.recorded_distance_m.as_deref()?;
-    let method = methods.iter().find(|method| method.default)?;
-    let name = method.evaluation.name.as_str();
+    let name = default(methods)?.name;
     let own = rows.methods.iter().find(|own| own.name == name)?;
     let planned = own.distance_m.as_deref()?;
     let takes: Vec<(usize, Vec<Lane>)> = (0..rows.takes.len())
@@ -63,15 +62,14 @@ pub(super) fn figure(rows: &EvaluationRows, methods: &[Method<'_>], tau_m: f64) 
         .flat_map(|(_, lanes)| lanes)
         .flat_map(|lane| [lane.recorded.len(), lane.planned.len()]);
     if longest.max() > Some(strips::MANY) {
-        caption.push_str(" Changes too short to be seen at this width are not drawn; the numbers behind the figure hold them all.");
+        caption.push_str(" Changes too short to be seen at this width are not drawn; the numbers behind the figure contain them all.");
     }
-    let keys = Finger::ALL.map(|finger| Key::area(finger.name(), finger_class(finger)));
     Some(Figure {
         id: "contact-raster",
         title: "Contacts over the test takes.".to_owned(),
         caption,
         data: data(rows, shown, name),
-        legend: keys.into(),
+        legend: finger_keys(Key::area),
         panels: (shown.iter())
             .map(|(take, lanes)| panel(&rows.takes[*take], lanes, name, rate_hz))
             .collect(),
@@ -83,7 +81,7 @@ pub(super) fn is_rate(rate_hz: f64) -> bool {
     rate_hz.is_finite() && rate_hz > 0.0
 }
 
-/// Stretches of one take, its segments in the order of time.
+/// Runs of one take, its segments in the order of time.
 fn lanes(
     rows: &EvaluationRows,
     take: usize,
@@ -203,13 +201,13 @@ fn strip<'a>(
 
 fn data(rows: &EvaluationRows, takes: &[(usize, Vec<Lane>)], method: &str) -> FigureData {
     let rate_hz = rows.layout.rate_hz;
-    let mut stretches: Vec<(&str, &str, &str, &Run)> = Vec::new();
+    let mut all: Vec<(&str, &str, &str, &Run)> = Vec::new();
     for (take, lanes) in takes {
         for lane in lanes {
             let finger = lane.finger.map_or("three_or_more", Finger::name);
             for (motion, runs) in [("recorded", &lane.recorded), (method, &lane.planned)] {
                 let on_or_unknown = runs.iter().filter(|run| run.state != State::Off);
-                stretches.extend(
+                all.extend(
                     on_or_unknown.map(|run| (rows.takes[*take].as_str(), finger, motion, run)),
                 );
             }
@@ -219,15 +217,12 @@ fn data(rows: &EvaluationRows, takes: &[(usize, Vec<Lane>)], method: &str) -> Fi
         State::On => "contact",
         _ => "unknown",
     };
-    FigureData::new([
-        FigureColumn::words("take", stretches.iter().map(|s| s.0)),
-        FigureColumn::words("finger", stretches.iter().map(|s| s.1)),
-        FigureColumn::words("motion", stretches.iter().map(|s| s.2)),
-        FigureColumn::words("state", stretches.iter().map(|s| word(s.3))),
-        FigureColumn::numbers(
-            "begin_s",
-            stretches.iter().map(|s| s.3.begin as f64 / rate_hz),
-        ),
-        FigureColumn::numbers("end_s", stretches.iter().map(|s| s.3.end as f64 / rate_hz)),
-    ])
+    FigureData::about(&all)
+        .words("take", |row| row.0)
+        .words("finger", |row| row.1)
+        .words("motion", |row| row.2)
+        .words("state", |row| word(row.3))
+        .numbers("begin_s", |row| row.3.begin as f64 / rate_hz)
+        .numbers("end_s", |row| row.3.end as f64 / rate_hz)
+        .done()
 }

@@ -1,131 +1,144 @@
 //! Fingertips on the object: distances and contacts, planned beside recorded.
 
-use inhand_model::{ContactShare, Finger, PerFinger, Statistics, TauShare};
-use maud::{Markup, html};
+use inhand_model::{
+    ContactShare, EvaluationRows, Finger, PerFinger, Statistics, TauShare, in_contact,
+};
+use maud::html;
 
-use super::errors::{BOX_WORDS, cut_words, finger_boxes, finger_sizes, row};
-use super::session::name;
-use super::statistics::finger_table;
-use super::table::{Line, numbers, table, words};
-use super::{Body, Method, contact_count, contact_raster};
-use crate::figure::box_plot::{self, BoxPlot, cut_off, shared_end_mm};
+use super::errors::{finger_figure, finger_table};
+use super::{Body, Method, contact_raster, recorded};
+use crate::figure::bars::{self, BarSeries, Bars};
 use crate::figure::line_chart::{self, AxisSpec, LineChart, Series};
-use crate::figure::palette::{RECORDED_CLASS, finger_class};
-use crate::figure::{Figure, Key};
-use crate::number::{NARROW_SPACE, NONE, count, percent, plain, to_mm};
+use crate::figure::palette::RECORDED_CLASS;
+use crate::figure::{Figure, FigureData, Key};
+use crate::number::{NONE, count, percent, plain, to_mm};
 use crate::report::Report;
+use crate::table::{Head, Table};
+
+/// A method with its contacts.
+type Contacts<'m, 'a> = (&'m Method<'a>, &'a ContactShare);
+/// A method with its differences of distances.
+type Differences<'m, 'a> = (&'m Method<'a>, &'a PerFinger<Statistics>);
 
 /// The section's content.
 pub(super) fn section(report: &Report<'_>, methods: &[Method<'_>]) -> Body {
-    let contacts: Vec<(&Method<'_>, &ContactShare)> = methods
-        .iter()
+    let contacts: Vec<Contacts<'_, '_>> = (methods.iter())
         .filter_map(|method| Some((method, method.evaluation.contact.as_ref()?)))
         .collect();
-    let differences: Vec<Differences<'_, '_>> = methods
-        .iter()
+    let differences: Vec<Differences<'_, '_>> = (methods.iter())
         .filter_map(|method| Some((method, method.evaluation.distance_difference.as_ref()?)))
         .collect();
     let mut body = Body::default();
     if contacts.is_empty() && differences.is_empty() {
-        body.prose(html! {
+        body = body.prose(html! {
             p {
-                "Contacts were not judged: they need the object's pose in the test takes and its shape \
+                "Contacts were not evaluated: they need the object's pose in the test takes and its shape \
                  (for example " code { "--object cube:0.05" } ")."
             }
         });
     }
     if let Some((_, first)) = contacts.first() {
-        body.prose(html! {
-            p {
-                "A fingertip is in contact when its distance to the object's surface is at most "
-                (plain(to_mm(first.tau_m))) " mm, from outside or inside; one deeper inside the object than that is not in contact. \
-                 The threshold is a choice: the figure shows what another one would have given. \
-                 A grasp counts as stable with three fingertips in contact."
-            }
-            (share_table(&contacts))
-        });
-        body.figure(by_threshold(&contacts));
-        if let Some(rows) = report.rows {
-            body.figure(contact_count::figure(rows, methods, first.tau_m))
-                .figure(contact_raster::figure(rows, methods, first.tau_m));
-        }
+        let of_rows = |figure: fn(&EvaluationRows, &[Method<'_>], f64) -> Option<Figure>| {
+            report
+                .rows
+                .and_then(|rows| figure(rows, methods, first.tau_m))
+        };
+        body = body
+            .prose(html! {
+                p {
+                    "A fingertip is in contact when its distance to the object's surface is at most "
+                    (plain(to_mm(first.tau_m))) " mm, from outside or inside; one deeper inside the object than that is not in contact. \
+                     The threshold is a choice: the figure shows what another one would have given. \
+                     A grasp counts as stable with three fingertips in contact."
+                }
+                (share_table(&contacts))
+                p.note { "n: instants evaluated, those with a tracked object. Filled: those among them at which a fingertip or the object rests on an interpolated sample. Left out: object not tracked, a gap, or a plan that failed. A finger more often in contact than recorded is off the recorded motion just as one less often is." }
+            })
+            .figure(by_threshold(&contacts))
+            .figure(of_rows(contact_count))
+            .figure(of_rows(contact_raster::figure));
     }
-    if !differences.is_empty() {
-        body.append(difference_part(&differences));
+    if differences.is_empty() {
+        return body;
     }
-    body
+    let caption = "Difference of distances to the object, absolute";
+    let table = finger_table(caption, &differences).smallest_marked();
+    body.prose(html! { h3 { "Distance to the object, planned against recorded" } })
+        .figure(Figure {
+            id: "distance-difference",
+            title: "Absolute difference between the planned and the recorded distance of a fingertip to the object's surface."
+                .to_owned(),
+            ..finger_figure(
+                &differences,
+                "Neither counts on which side of the surface the fingertip is. ",
+                "difference of distances (mm)",
+            )
+        })
+        .folded("Statistics of the distance difference", Body::default().prose(table))
 }
 
-/// Largest distance that counts as contact, metres; `None` where contacts were not judged.
+/// Largest distance that counts as contact, metres; `None` where contacts were not evaluated.
 pub(super) fn tau_m(methods: &[Method<'_>]) -> Option<f64> {
-    let contacts = methods
+    let mut contacts = methods
         .iter()
         .filter_map(|method| method.evaluation.contact.as_ref());
-    contacts.map(|contact| contact.tau_m).next()
+    contacts.next().map(|contact| contact.tau_m)
 }
 
-/// A method with its differences of distances.
-type Differences<'a, 'b> = (&'a Method<'b>, &'b PerFinger<Statistics>);
+/// A motion in the table of shares.
+struct Share<'a> {
+    head: Head,
+    stressed: bool,
+    contact: &'a ContactShare,
+    three_or_more: f64,
+    by_finger: &'a PerFinger<f64>,
+}
 
-fn share_table(contacts: &[(&Method<'_>, &ContactShare)]) -> Markup {
-    let mut columns = vec![
-        words("motion"),
-        numbers("n", ""),
-        numbers("filled", ""),
-        numbers("left out", ""),
-        numbers("three or more", "%"),
-    ];
-    columns.extend(Finger::ALL.map(|finger| numbers(finger.name(), "%")));
-    let share = |contact: &ContactShare, value: f64| {
-        if contact.n == 0 {
-            NONE.to_owned()
-        } else {
-            percent(value)
-        }
-    };
-    let cells = |contact: &ContactShare, three: f64, fingers: &PerFinger<f64>| -> Vec<String> {
-        [contact.n, contact.n_filled, contact.n_left_out]
-            .map(|n| count(n, NARROW_SPACE))
-            .into_iter()
-            .chain([share(contact, three)])
-            .chain(fingers.as_array().map(|value| share(contact, value)))
-            .collect()
-    };
-    let mut lines = Vec::new();
+fn share_table<'a>(contacts: &[Contacts<'_, 'a>]) -> Table<'a, Share<'a>> {
+    let mut rows = Vec::new();
     // The recorded motion is the same for every method unless some plans are missing.
     for (place, (method, contact)) in contacts.iter().enumerate() {
-        let seen = contacts[..place]
-            .iter()
-            .any(|(_, other)| same_recorded(other, contact));
-        if !seen {
-            let others = contacts
-                .iter()
-                .all(|(_, other)| same_recorded(other, contact));
-            lines.push(Line {
-                head: html! {
-                    span.swatch.(RECORDED_CLASS) {} "recorded"
-                    @if !others { " (instants of " (method.evaluation.name) ")" }
+        let same = |others: &[Contacts<'_, '_>]| -> usize {
+            let others = others.iter();
+            others
+                .filter(|(_, other)| same_recorded(other, contact))
+                .count()
+        };
+        if same(&contacts[..place]) == 0 {
+            rows.push(Share {
+                head: match same(contacts) == contacts.len() {
+                    true => recorded(),
+                    false => Head::coloured(
+                        RECORDED_CLASS,
+                        format!("recorded (instants of {})", method.name),
+                    ),
                 },
-                cells: cells(
-                    contact,
-                    contact.recorded_three_or_more,
-                    &contact.recorded_by_finger,
-                ),
-                best: Vec::new(),
                 stressed: false,
+                contact,
+                three_or_more: contact.recorded_three_or_more,
+                by_finger: &contact.recorded_by_finger,
             });
         }
-        lines.push(Line {
-            head: name(method),
-            cells: cells(contact, contact.three_or_more, &contact.by_finger),
-            best: Vec::new(),
+        rows.push(Share {
+            head: method.head(),
             stressed: method.default,
+            contact,
+            three_or_more: contact.three_or_more,
+            by_finger: &contact.by_finger,
         });
     }
-    html! {
-        (table("Share of instants in contact, planned and recorded", &columns, lines))
-        p.note { "n: instants judged, those with a tracked object. Filled: those among them at which a fingertip or the object rests on an interpolated sample. Left out: object not tracked, a gap, or a plan that failed. A finger more often in contact than recorded is off the recorded motion just as one less often is." }
-    }
+    let share = |row: &Share<'_>, value: f64| match row.contact.n {
+        0 => NONE.to_owned(),
+        _ => percent(value),
+    };
+    let caption = "Share of instants in contact, planned and recorded";
+    Table::new(caption, rows, "motion", |row| row.head.clone())
+        .stressed(|row| row.stressed)
+        .sizes(|row| [row.contact.n, row.contact.n_filled, row.contact.n_left_out])
+        .numbers("three or more", "%", move |row| {
+            share(row, row.three_or_more)
+        })
+        .fingers("%", move |row, finger| share(row, row.by_finger[finger]))
 }
 
 fn same_recorded(a: &ContactShare, b: &ContactShare) -> bool {
@@ -134,88 +147,67 @@ fn same_recorded(a: &ContactShare, b: &ContactShare) -> bool {
         && a.recorded_by_finger == b.recorded_by_finger
 }
 
-/// `None` where nothing was judged at any threshold.
-fn by_threshold(contacts: &[(&Method<'_>, &ContactShare)]) -> Option<Figure> {
-    let judged: Vec<_> = contacts
-        .iter()
-        .filter(|(_, c)| c.n > 0 && !c.by_tau.is_empty())
+/// `None` where nothing was evaluated at any threshold.
+fn by_threshold(contacts: &[Contacts<'_, '_>]) -> Option<Figure> {
+    let known = || {
+        contacts
+            .iter()
+            .filter(|(_, c)| c.n > 0 && !c.by_tau.is_empty())
+    };
+    let (_, first) = known().next()?;
+    let curve = |contact: &ContactShare, of: fn(&TauShare) -> f64| -> Vec<(f64, f64)> {
+        let points = contact.by_tau.iter();
+        points.map(|at| (to_mm(at.tau_m), 100.0 * of(at))).collect()
+    };
+    let mut series: Vec<Series> = known()
+        .map(|(method, contact)| method.line(curve(contact, |at| at.three_or_more)))
         .collect();
-    let (_, first) = judged.first()?;
-    let series: Vec<Series> = judged
-        .iter()
-        .map(|(method, contact)| curve(&method.evaluation.name, &method.class, contact, false))
-        .chain([curve("recorded", RECORDED_CLASS, first, true)])
-        .collect();
-    let widest = first
-        .by_tau
-        .iter()
-        .map(|at| to_mm(at.tau_m))
-        .fold(0.0, f64::max);
+    let recorded = curve(first, |at| at.recorded_three_or_more);
+    let widest = recorded.iter().map(|at| at.0).fold(0.0, f64::max);
+    series.push(Series::new("recorded", RECORDED_CLASS, recorded));
+    let tau_mm = to_mm(first.tau_m);
     let chart = |title: &str, low: f64| {
         line_chart::draw(&LineChart {
             title,
             x: AxisSpec::linear("contact threshold tau (mm)", 0.0, widest),
             y: AxisSpec::linear("share of instants (%)", low, 100.0),
-            series: series.clone(),
+            series: &series,
             dots: true,
-            marked_x: Some((
-                to_mm(first.tau_m),
-                format!("used: {} mm", plain(to_mm(first.tau_m))),
-            )),
+            marked_x: Some((tau_mm, format!("used: {} mm", plain(tau_mm)))),
         })
     };
     let mut panels = vec![chart("Three or more fingertips in contact", 0.0)];
     let mut caption = format!(
         "n = {} instants. Where the lines are steep at the threshold used, the share says more about the threshold \
-         than about the motion.",
-        count(first.n, NARROW_SPACE)
+        than about the motion.",
+        count(first.n)
     );
-    let default = judged.iter().find(|(method, _)| method.default);
-    if let Some(low) = enlarged_from(default.map(|(_, contact)| *contact)) {
+    let default = known().find(|(method, _)| method.default);
+    if let Some(low) = default.and_then(|(_, contact)| enlarged_from(contact)) {
         panels.push(chart("The same, upper part enlarged", low));
         caption.push_str(&format!(
             " The second axis starts at {} %, not at zero; lines that leave it at the bottom are cut.",
             plain(low)
         ));
     }
-    let keys = judged
-        .iter()
-        .map(|(method, _)| Key::line(&method.evaluation.name, &method.class));
+    let mut legend = line_chart::keys(&series);
+    legend.rotate_right(1);
     Some(Figure {
         id: "three-contacts-by-tau",
         title: "Share of instants with three or more fingertips in contact against the threshold."
             .to_owned(),
         caption,
         data: line_chart::data("tau_mm", "share_percent", &series),
-        legend: std::iter::once(Key::line("recorded", RECORDED_CLASS))
-            .chain(keys)
-            .collect(),
+        legend,
         panels,
     })
-}
-
-fn curve(label: &str, class: &str, contact: &ContactShare, recorded: bool) -> Series {
-    let share = |at: &TauShare| match recorded {
-        true => at.recorded_three_or_more,
-        false => at.three_or_more,
-    };
-    Series {
-        label: label.to_owned(),
-        class: class.to_owned(),
-        points: contact
-            .by_tau
-            .iter()
-            .map(|at| (to_mm(at.tau_m), 100.0 * share(at)))
-            .collect(),
-    }
 }
 
 /// Shares from here up are drawn a second time where they crowd under 100 %.
 const CROWDED_FROM: f64 = 0.8;
 
 /// Where an axis starts that has room for the default method at the threshold used, in percent.
-fn enlarged_from(contact: Option<&ContactShare>) -> Option<f64> {
-    let contact = contact?;
+fn enlarged_from(contact: &ContactShare) -> Option<f64> {
     let lowest = contact.three_or_more.min(contact.recorded_three_or_more);
     (CROWDED_FROM..1.0).contains(&lowest).then(|| {
         // Twice as far down as the share is below all, on a whole percent.
@@ -223,53 +215,111 @@ fn enlarged_from(contact: Option<&ContactShare>) -> Option<f64> {
     })
 }
 
-fn difference_part(differences: &[Differences<'_, '_>]) -> Body {
-    let owners: Vec<Method<'_>> = differences
-        .iter()
-        .map(|(method, _)| (*method).clone())
+/// Instants at which 0, 1, .. 5 fingers are in contact.
+type Counts = [usize; Finger::COUNT + 1];
+
+/// Number of fingers in contact at once; `None` without an object.
+fn contact_count(rows: &EvaluationRows, methods: &[Method<'_>], tau_m: f64) -> Option<Figure> {
+    let recorded = rows.recorded_distance_m.as_deref()?;
+    let mut counted: Vec<(&str, &str, Counts)> = Vec::new();
+    for method in methods {
+        let own = rows.methods.iter().find(|own| own.name == method.name);
+        let Some(planned) = own.and_then(|own| own.distance_m.as_deref()) else {
+            continue;
+        };
+        if method.default {
+            let counts = counts(recorded, planned, tau_m);
+            counted.insert(0, ("recorded", RECORDED_CLASS, counts));
+        }
+        counted.push((method.name, &method.class, counts(planned, recorded, tau_m)));
+    }
+    counted.retain(|(.., counts)| counts.iter().sum::<usize>() > 0);
+    let n: usize = counted.first()?.2.iter().sum();
+    let cells: Vec<(&str, usize, usize, f64)> = (counted.iter())
+        .flat_map(|(label, _, counts)| {
+            let shares = shares(counts).into_iter().enumerate();
+            shares.map(|(fingers, share)| (*label, fingers, counts[fingers], 100.0 * share))
+        })
         .collect();
-    let distributions: Vec<_> = differences
+    let series = counted.iter().map(|(label, class, counts)| BarSeries {
+        label,
+        class,
+        shares: shares(counts),
+    });
+    let legend = counted
         .iter()
-        .map(|(_, fingers)| fingers.as_array())
-        .collect();
-    let mut body = Body::from(html! { h3 { "Distance to the object, planned against recorded" } });
-    let caption = "Difference of distances to the object, absolute";
-    let table = finger_table(caption, &owners, &distributions, true);
-    body.figure(difference_figure(differences))
-        .folded("Statistics of the distance difference", table.into());
-    body
+        .map(|(label, class, _)| Key::area(*label, *class));
+    Some(Figure {
+        id: "contact-count",
+        title: "Fingers in contact at once.".to_owned(),
+        caption: format!(
+            "Share of instants at which so many fingertips are within {} mm of the object's surface, n = {} instants at which \
+             planned and recorded distances of all five fingers are known. A bar that stands for anything at all is drawn; one that is not there \
+             stands for never.",
+            plain(to_mm(tau_m)),
+            count(n)
+        ),
+        data: FigureData::about(&cells)
+            .words("motion", |cell| cell.0)
+            .counts("fingers", |cell| cell.1)
+            .counts("instants", |cell| cell.2)
+            .numbers("share_percent", |cell| cell.3)
+            .done(),
+        legend: legend.collect(),
+        panels: vec![bars::draw(&Bars {
+            title: "Fingers in contact at once",
+            x_name: "fingers in contact",
+            y_name: "share of instants (%)",
+            groups: (0..=Finger::COUNT).map(|n| n.to_string()).collect(),
+            series: series.collect(),
+        })],
+    })
 }
 
-fn difference_figure(differences: &[Differences<'_, '_>]) -> Figure {
-    let all = || {
-        differences
-            .iter()
-            .flat_map(|(_, fingers)| fingers.as_array())
-    };
-    let end_mm = shared_end_mm(all());
-    let panel = |finger: Finger| {
-        box_plot::draw(&BoxPlot {
-            title: finger.name(),
-            swatch: Some(finger_class(finger)),
-            axis_name: "difference of distances (mm)",
-            end_mm,
-            rows: differences
-                .iter()
-                .map(|(method, fingers)| row(method, &fingers[finger]))
-                .collect(),
-        })
-    };
-    Figure {
-        id: "distance-difference",
-        title: "Absolute difference between the planned and the recorded distance of a fingertip to the object's surface."
-            .to_owned(),
-        caption: format!(
-            "Neither counts on which side of the surface the fingertip is. {BOX_WORDS} {} {}",
-            finger_sizes(differences.iter().map(|(_, fingers)| fingers.as_array())),
-            cut_words(cut_off(all(), end_mm), end_mm)
-        ),
-        data: box_plot::data(differences.iter().flat_map(|(method, fingers)| finger_boxes(method, fingers))),
-        legend: Vec::new(),
-        panels: Finger::ALL.map(panel).into(),
+/// Counts of one motion, over instants at which another is known too.
+fn counts(own: &[PerFinger<f64>], other: &[PerFinger<f64>], tau_m: f64) -> Counts {
+    let known = |fingers: &PerFinger<f64>| fingers.as_array().iter().all(|d| !d.is_nan());
+    let mut counts = Counts::default();
+    for (own, _) in own
+        .iter()
+        .zip(other)
+        .filter(|(own, other)| known(own) && known(other))
+    {
+        let distances = own.as_array().iter();
+        counts[distances.filter(|&&d| in_contact(d, tau_m)).count()] += 1;
+    }
+    counts
+}
+
+fn shares(counts: &Counts) -> Vec<f64> {
+    let n = counts.iter().sum::<usize>() as f64;
+    counts.iter().map(|&own| own as f64 / n).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fingers_are_counted_where_both_motions_are_known() {
+        let at = |distances: [f64; 5]| PerFinger::new(distances);
+        let planned = [
+            at([0.0, 0.001, -0.002, 0.006, 0.1]),
+            at([0.0; 5]),
+            at([f64::NAN, 0.0, 0.0, 0.0, 0.0]),
+            at([1.0; 5]),
+        ];
+        let recorded = [
+            at([0.0; 5]),
+            at([0.005, 0.0051, -0.0051, -0.005, 0.0]),
+            at([0.0; 5]),
+            at([0.0, f64::NAN, 0.0, 0.0, 0.0]),
+        ];
+        assert_eq!(counts(&planned, &recorded, 0.005), [0, 0, 0, 1, 0, 1]);
+        assert_eq!(counts(&recorded, &planned, 0.005), [0, 0, 0, 1, 0, 1]);
+        assert_eq!(
+            shares(&[1, 0, 0, 0, 0, 3]),
+            [0.25, 0.0, 0.0, 0.0, 0.0, 0.75]
+        );
     }
 }

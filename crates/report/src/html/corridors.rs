@@ -1,184 +1,175 @@
-//! Whether plans know how far they may be off: stated corridors against recorded motion.
+//! Prediction regions of plans compared with recorded motion.
 
 use inhand_model::{CorridorCoverage, Finger};
-use maud::{Markup, html};
+use maud::html;
 
-use super::session::name;
-use super::table::{Group, Line, grouped, numbers, words};
 use super::{Body, Method};
-use crate::figure::dot_plot::{self, DotPlot, Row};
-use crate::figure::palette::finger_class;
-use crate::figure::{Figure, FigureColumn, FigureData, Key};
+use crate::figure::line_chart::AxisSpec;
+use crate::figure::row_plot::{self, Mark, MarkShape, PlotRow, RowPlot, WANTED_TICKS};
+use crate::figure::scale::whole_steps;
+use crate::figure::{Figure, FigureData, Key, finger_keys};
 use crate::learned::stated_percent;
-use crate::number::{NARROW_SPACE, NONE, count, decimals, percent};
+use crate::number::{NONE, percent};
+use crate::table::Table;
 
-/// Methods with a corridor of one stated share.
-struct Width<'a, 'b> {
+/// Prediction regions of one stated share, by method.
+struct Region<'m, 'a> {
     share_stated: f64,
-    methods: Vec<(&'a Method<'b>, &'b CorridorCoverage)>,
+    methods: Vec<(&'m Method<'a>, &'a CorridorCoverage)>,
 }
 
-/// The section's content; `None` where no method plans a corridor.
+/// The section's content; `None` where no method plans a prediction region.
 pub(super) fn section(methods: &[Method<'_>]) -> Option<Body> {
-    let widths = widths(methods);
-    if widths.is_empty() {
+    let regions = regions(methods);
+    if regions.is_empty() {
         return None;
     }
-    let mut body = Body::from(html! {
+    let body = Body::from(html! {
         p {
-            "A corridor says, for each fingertip and instant, how far from the plan the recorded fingertip may be when both do the same task. \
-             It is honest where it holds the stated share of the recorded motion: a smaller share means that plans claim to know more than \
-             they do, a larger one that they know more than they claim."
+            "A prediction region states, for each fingertip and instant, how far from the plan the recorded fingertip may be when both do the same task. \
+             It is calibrated where it contains the stated share of the recorded motion: a smaller share means that regions are too narrow, \
+             a larger one that they are too wide."
         }
     });
-    body.figure(figure(&widths)).prose(html! {
-        (share_table(&widths))
+    let groups = regions.iter().map(|region| {
+        let head = format!("stated: {} %", stated_percent(region.share_stated));
+        (head, region.methods.clone())
+    });
+    let share = |coverage: &CorridorCoverage, share: f64| match coverage.n {
+        0 => NONE.to_owned(),
+        _ => percent(share),
+    };
+    let caption =
+        "Share of recorded fingertip positions inside the prediction region, on the test segments";
+    let table = Table::grouped(caption, groups, "method", |(method, _)| method.head())
+        .stressed(|(method, _)| method.default)
+        .counts("n", "positions", |(_, own)| own.n)
+        .counts("filled", "", |(_, own)| own.n_filled)
+        .counts("left out", "", |(_, own)| own.n_left_out)
+        .decimals("width", "std. dev.", 2, |(_, own)| own.mahalanobis)
+        .numbers("all fingers", "% inside", move |(_, own)| {
+            share(own, own.share_inside.all)
+        })
+        .fingers("%", move |(_, own), finger| {
+            share(own, own.share_inside.by_finger[finger])
+        });
+    Some(body.figure(figure(&regions)).prose(table).prose(html! {
         p.note {
-            "n: recorded fingertip positions judged, of all fingers. Filled: those among them that rest on an interpolated sample. Left out: a gap, a \
-             plan that failed, or one without a corridor. Width: as a Mahalanobis distance, in standard deviations of the corridor's own \
+            "n: recorded fingertip positions evaluated, of all fingers. Filled: those among them that rest on an interpolated sample. Left out: a gap, a \
+             plan that failed, or one without a prediction region. Width: as a Mahalanobis distance, in standard deviations of the region's own \
              three-dimensional covariance. Neighbouring instants are not independent, so a share is less certain than n suggests."
         }
-    });
-    Some(body)
+    }))
 }
 
 /// Stated shares in rising order, each with the methods that state it.
-fn widths<'a, 'b>(methods: &'a [Method<'b>]) -> Vec<Width<'a, 'b>> {
-    let mut widths: Vec<Width<'a, 'b>> = Vec::new();
+fn regions<'m, 'a>(methods: &'m [Method<'a>]) -> Vec<Region<'m, 'a>> {
+    let mut regions: Vec<Region<'m, 'a>> = Vec::new();
     for method in methods {
         for coverage in &method.evaluation.corridors {
-            let same = |width: &&mut Width<'_, '_>| width.share_stated == coverage.share_stated;
-            match widths.iter_mut().find(same) {
-                Some(width) => width.methods.push((method, coverage)),
-                None => widths.push(Width {
-                    share_stated: coverage.share_stated,
+            let share_stated = coverage.share_stated;
+            match regions
+                .iter_mut()
+                .find(|region| region.share_stated == share_stated)
+            {
+                Some(region) => region.methods.push((method, coverage)),
+                None => regions.push(Region {
+                    share_stated,
                     methods: vec![(method, coverage)],
                 }),
             }
         }
     }
-    widths.sort_by(|a, b| a.share_stated.total_cmp(&b.share_stated));
-    widths
+    regions.sort_by(|a, b| a.share_stated.total_cmp(&b.share_stated));
+    regions
 }
 
-/// `None` where nothing was judged.
-fn figure(widths: &[Width<'_, '_>]) -> Option<Figure> {
-    let drawn: Vec<(&Width<'_, '_>, Vec<Row<'_>>)> = widths
-        .iter()
-        .map(|width| (width, rows(width)))
-        .filter(|(_, rows)| !rows.is_empty())
-        .collect();
-    if drawn.is_empty() {
-        return None;
-    }
-    let data = data(&drawn);
-    let panels = drawn.into_iter().map(|(width, rows)| {
-        dot_plot::draw(&DotPlot {
-            title: &format!("{} % corridors", stated_percent(width.share_stated)),
-            axis_name: "recorded positions inside (%)",
-            stated: width.share_stated,
+/// Shortest axis, percentage points: less would make a drama of rounding.
+const SHORTEST: f64 = 10.0;
+
+/// `None` where nothing was evaluated.
+fn figure(regions: &[Region<'_, '_>]) -> Option<Figure> {
+    // Method, finger, stated and found percentages.
+    let mut cells: Vec<(&str, &str, f64, f64)> = Vec::new();
+    let mut panels = Vec::new();
+    for region in regions {
+        let known = region.methods.iter();
+        let known = known.filter(|(_, own)| own.n > 0 && region.share_stated.is_finite());
+        let rows: Vec<PlotRow<'_>> = known
+            .clone()
+            .map(|(method, own)| row(method, own))
+            .collect();
+        if rows.is_empty() {
+            continue;
+        }
+        let stated = 100.0 * region.share_stated;
+        let first = cells.len();
+        for (method, own) in known {
+            let shares = &own.share_inside;
+            let cell = |finger, share: f64| (method.name, finger, stated, 100.0 * share);
+            cells.push(cell("all", shares.all));
+            cells.extend(
+                shares
+                    .by_finger
+                    .iter()
+                    .map(|(f, &share)| cell(f.name(), share)),
+            );
+        }
+        let shown = cells[first..].iter().map(|cell| cell.3).chain([stated]);
+        let [low, high] = whole_steps(shown, SHORTEST, WANTED_TICKS);
+        panels.push(row_plot::draw(&RowPlot {
+            title: &format!(
+                "{} % prediction regions",
+                stated_percent(region.share_stated)
+            ),
+            axis: AxisSpec::linear(
+                "recorded positions inside (%)",
+                low.max(0.0),
+                high.min(100.0),
+            ),
+            marked: Some((stated, "stated")),
+            numbers: &["all"],
             rows,
-        })
-    });
-    Some(Figure {
+            ..RowPlot::default()
+        }));
+    }
+    (!panels.is_empty()).then(|| Figure {
         id: "corridor-coverage",
-        title: "Share of the recorded motion inside the corridors.".to_owned(),
+        title: "Share of the recorded motion inside the prediction regions.".to_owned(),
         caption: "One dot a finger; upright line: all fingers, also as a number at the right; dotted: the share \
             stated. The axes differ and do not start at zero."
             .to_owned(),
-        data,
-        legend: Finger::ALL
-            .map(|finger| Key::area(finger.name(), finger_class(finger)))
-            .into(),
-        panels: panels.collect(),
+        data: FigureData::about(&cells)
+            .words("motion", |cell| cell.0)
+            .words("finger", |cell| cell.1)
+            .numbers("stated_percent", |cell| cell.2)
+            .numbers("inside_percent", |cell| cell.3)
+            .done(),
+        legend: finger_keys(Key::area),
+        panels,
     })
 }
 
-fn data(drawn: &[(&Width<'_, '_>, Vec<Row<'_>>)]) -> FigureData {
-    // Stated share, method, finger, share found.
-    let points: Vec<(f64, &str, &str, f64)> = drawn
-        .iter()
-        .flat_map(|(width, rows)| rows.iter().map(|row| (width.share_stated, row)))
-        .flat_map(|(stated, row)| {
-            let fingers = row
-                .by_finger
-                .iter()
-                .map(|(finger, &share)| (finger.name(), share));
-            std::iter::once(("all", row.pooled))
-                .chain(fingers)
-                .map(move |(finger, share)| (stated, row.label, finger, share))
-        })
-        .collect();
-    FigureData::new([
-        FigureColumn::words("motion", points.iter().map(|point| point.1)),
-        FigureColumn::words("finger", points.iter().map(|point| point.2)),
-        FigureColumn::numbers("stated_percent", points.iter().map(|point| 100.0 * point.0)),
-        FigureColumn::numbers("inside_percent", points.iter().map(|point| 100.0 * point.3)),
-    ])
-}
-
-/// Methods of which anything was judged.
-fn rows<'a>(width: &Width<'a, 'a>) -> Vec<Row<'a>> {
-    width
-        .methods
-        .iter()
-        .filter(|(_, coverage)| coverage.n > 0 && width.share_stated.is_finite())
-        .map(|(method, coverage)| Row {
-            label: &method.evaluation.name,
-            class: &method.class,
-            stressed: method.default,
-            pooled: coverage.share_inside.all,
-            by_finger: &coverage.share_inside.by_finger,
-        })
-        .collect()
-}
-
-fn share_table(widths: &[Width<'_, '_>]) -> Markup {
-    let mut columns = vec![
-        words("method"),
-        numbers("n", "positions"),
-        numbers("filled", ""),
-        numbers("left out", ""),
-        numbers("width", "std. dev."),
-        numbers("all fingers", "% inside"),
-    ];
-    columns.extend(Finger::ALL.map(|finger| numbers(finger.name(), "%")));
-    let groups: Vec<Group> = widths
-        .iter()
-        .map(|width| Group {
-            head: Some(html! { "stated: " (stated_percent(width.share_stated)) " %" }),
-            lines: width
-                .methods
-                .iter()
-                .map(|(method, coverage)| Line {
-                    head: name(method),
-                    cells: cells(coverage),
-                    best: Vec::new(),
-                    stressed: method.default,
-                })
-                .collect(),
-        })
-        .collect();
-    grouped(
-        "Share of recorded fingertip positions inside the stated corridor, on the test segments",
-        &columns,
-        &groups,
-    )
-}
-
-fn cells(coverage: &CorridorCoverage) -> Vec<String> {
-    let share = |value: f64| match coverage.n {
-        0 => NONE.to_owned(),
-        _ => percent(value),
+/// A mark for all fingers together, then one for each.
+fn row<'m>(method: &'m Method<'_>, coverage: &CorridorCoverage) -> PlotRow<'m> {
+    let shares = &coverage.share_inside;
+    let with_sign = |share: f64| match share.is_finite() {
+        true => format!("{} %", percent(share)),
+        false => NONE.to_owned(),
     };
-    let counts = [coverage.n, coverage.n_filled, coverage.n_left_out];
-    counts
-        .map(|n| count(n, NARROW_SPACE))
-        .into_iter()
-        .chain([
-            decimals(coverage.mahalanobis, 2),
-            share(coverage.share_inside.all),
-        ])
-        .chain(coverage.share_inside.by_finger.as_array().map(share))
-        .collect()
+    let mut marks = vec![Mark::at(MarkShape::Across, 100.0 * shares.all)];
+    marks.extend(Finger::ALL.map(|finger| {
+        let mark = Mark::at(MarkShape::Dot, 100.0 * shares.by_finger[finger]);
+        mark.of_finger(finger, String::new())
+    }));
+    let fingers = Finger::ALL.map(|f| format!("{f} {}", with_sign(shares.by_finger[f])));
+    let all = with_sign(shares.all);
+    PlotRow {
+        label: method.name,
+        class: &method.class,
+        stressed: method.default,
+        tooltip: format!("{}: all fingers {all}; {}", method.name, fingers.join(", ")),
+        marks,
+        numbers: vec![percent(shares.all)],
+    }
 }

@@ -1,32 +1,36 @@
-//! Learning of the primitives.
+//! Learning of the primitives, and of deviations from the cubic Hermite baseline.
 
-use inhand_model::{DictionaryFacts, DictionaryKind, Evaluation, Finger, StopReason};
+use inhand_model::{
+    DeviationFacts, DictionaryFacts, DictionaryKind, Evaluation, Finger, StopReason, VelocityBounds,
+};
 use maud::{Markup, html};
 
-use super::table::{Line, numbers, table, words};
-use super::{Body, deviation};
+use super::Body;
 use crate::figure::Figure;
 use crate::figure::line_chart::{self, AxisSpec, LineChart, Series};
-use crate::figure::palette::{PLAIN_CLASS, finger_class};
-use crate::number::{NARROW_SPACE, count, decimals, percent, to_mm};
+use crate::figure::palette::PLAIN_CLASS;
+use crate::learned::deviation_sentence;
+use crate::number::{NONE, count, decimals, percent, short, to_mm};
+use crate::table::Table;
+use crate::words::tied;
 
 const MM2_PER_M2: f64 = 1e6;
 
 /// The section's content.
 pub(super) fn section(evaluation: &Evaluation) -> Body {
     let facts = &evaluation.dictionary;
-    let mut body = Body::from(html! { p { (sentence(facts)) } });
-    body.figure(objective_figure(facts));
-    body.prose(html! {
-        @if let Some(learned) = &facts.deviation {
-            (deviation::part(learned, evaluation.session.train.len()))
-        }
-        details {
-            summary { "Velocity bounds that plans had to keep" }
-            (bounds_table(facts))
-        }
-    });
-    body
+    let takes = evaluation.session.train.len();
+    let deviation = facts
+        .deviation
+        .as_ref()
+        .map(|learned| deviation(learned, takes));
+    Body::from(html! { p { (sentence(facts)) } })
+        .figure(objective_figure(facts))
+        .append(deviation.map(Body::from))
+        .folded(
+            "Velocity bounds of plans",
+            Body::default().prose(bounds_table(&facts.velocity_bounds)),
+        )
 }
 
 fn sentence(facts: &DictionaryFacts) -> String {
@@ -34,17 +38,13 @@ fn sentence(facts: &DictionaryFacts) -> String {
         DictionaryKind::Nmf => "non-negative matrix factorisation",
         DictionaryKind::Pca => "principal components",
     };
-    let iterations = count(facts.iterations, NARROW_SPACE);
+    let iterations = count(facts.iterations);
     let stop = match facts.stop_reason {
         StopReason::Converged => {
-            format!(
-                "Learning converged after {iterations} iterations: the objective no longer changed."
-            )
+            format!("Learning converged after {iterations} iterations.")
         }
         StopReason::TargetReached => {
-            format!(
-                "Learning stopped after {iterations} iterations, when the wanted error was reached."
-            )
+            format!("Learning stopped after {iterations} iterations, at the target error.")
         }
         StopReason::IterationLimit => {
             format!(
@@ -56,8 +56,8 @@ fn sentence(facts: &DictionaryFacts) -> String {
     format!(
         "{} primitives by {kind} from {} training segments. {stop} The primitives reproduce the training \
          segments to {} mm root mean square a coordinate (relative error {} %).",
-        count(facts.rank, NARROW_SPACE),
-        count(facts.segments, NARROW_SPACE),
+        count(facts.rank),
+        count(facts.segments),
         decimals(to_mm(facts.rms_m), 3),
         percent(facts.relative_error),
     )
@@ -65,28 +65,17 @@ fn sentence(facts: &DictionaryFacts) -> String {
 
 /// `None` where learning does not iterate.
 fn objective_figure(facts: &DictionaryFacts) -> Option<Figure> {
-    let points: Vec<(f64, f64)> = facts
-        .objective_history_m2
-        .iter()
-        .enumerate()
-        .map(|(sweep, objective)| (sweep as f64, objective * MM2_PER_M2))
-        .collect();
-    let last = points.len().checked_sub(1).filter(|last| *last > 0)?;
-    let positive = || {
-        points
-            .iter()
-            .map(|point| point.1)
-            .filter(|v| v.is_finite() && *v > 0.0)
-    };
-    let (low, high) = (
-        positive().fold(f64::INFINITY, f64::min),
-        positive().fold(0.0, f64::max),
-    );
-    let series = vec![Series {
-        label: "objective".to_owned(),
-        class: PLAIN_CLASS.to_owned(),
-        points,
-    }];
+    let history = facts.objective_history_m2.iter().enumerate();
+    let points = history.map(|(sweep, objective)| (sweep as f64, objective * MM2_PER_M2));
+    let series = [Series::new("objective", PLAIN_CLASS, points)];
+    let last = series[0]
+        .points
+        .len()
+        .checked_sub(1)
+        .filter(|last| *last > 0)?;
+    let positive = || line_chart::heights(&series).filter(|v| *v > 0.0);
+    let low = positive().fold(f64::INFINITY, f64::min);
+    let high = positive().fold(0.0, f64::max);
     Some(Figure {
         id: "dictionary-objective",
         title: "Objective after each sweep.".to_owned(),
@@ -99,35 +88,72 @@ fn objective_figure(facts: &DictionaryFacts) -> Option<Figure> {
             title: "Objective while learning",
             x: AxisSpec::linear("sweep", 0.0, last as f64),
             y: AxisSpec::log("objective (mm², logarithmic)", low, high),
-            series,
-            dots: false,
-            marked_x: None,
+            series: &series,
+            ..LineChart::default()
         })],
     })
 }
 
-fn bounds_table(facts: &DictionaryFacts) -> Markup {
-    let columns = [
-        words("finger"),
-        numbers("x min", "mm/s"),
-        numbers("x max", "mm/s"),
-        numbers("y min", "mm/s"),
-        numbers("y max", "mm/s"),
-        numbers("z min", "mm/s"),
-        numbers("z max", "mm/s"),
-    ];
-    let bounds = &facts.velocity_bounds;
-    let lines = Finger::ALL
-        .map(|finger| Line {
-            head: html! { span.swatch.(finger_class(finger)) {} (finger.name()) },
-            cells: (0..3)
-                .map(|axis| 3 * finger.index() + axis)
-                .flat_map(|row| [bounds.min_m_s[row], bounds.max_m_s[row]])
-                .map(|velocity| decimals(to_mm(velocity), 1))
-                .collect(),
-            best: Vec::new(),
-            stressed: false,
+fn bounds_table(bounds: &VelocityBounds) -> Table<'_, Finger> {
+    let caption = "Velocity bounds in the hand's frame";
+    let table = Table::new(caption, Finger::ALL, "finger", |finger| *finger);
+    let columns = [(0, "x"), (1, "y"), (2, "z")]
+        .into_iter()
+        .flat_map(|(axis, name)| {
+            let ends = [("min", &bounds.min_m_s), ("max", &bounds.max_m_s)];
+            ends.map(|(end, values)| (format!("{name} {end}"), axis, values))
+        });
+    columns.fold(table, |table, (name, axis, values)| {
+        table.numbers(name, "mm/s", move |finger| {
+            decimals(to_mm(values[3 * finger.index() + axis]), 1)
         })
-        .into();
-    table("Velocity bounds in the hand's frame", &columns, lines)
+    })
+}
+
+/// The learned deviation. `takes` is how many training takes there are.
+fn deviation(facts: &DeviationFacts, takes: usize) -> Markup {
+    let (weights, widths) = (facts.weights, facts.bandwidths);
+    let parts = [
+        (
+            "course over time",
+            "one for all fingers and axes, in proportion to displacement and end velocities",
+            weights.profile,
+            None,
+        ),
+        (
+            "whole hand",
+            "mean of the demonstrations in which all fingers had similar boundary conditions",
+            weights.hand,
+            Some(widths.hand),
+        ),
+        (
+            "each finger",
+            "mean of the demonstrations in which that finger moved between similar boundary conditions, wherever in the hand",
+            weights.finger,
+            Some(widths.finger),
+        ),
+    ];
+    // Three digits are more than cross-validation can determine.
+    let caption = "Deviation predictor: the sum of three parts";
+    let table = Table::new(caption, parts, "part", |(name, ..)| *name)
+        .numbers("weight", "", |(_, _, weight, _)| short(*weight))
+        .numbers("kernel width", "std. dev.", |(_, _, weight, width)| {
+            let width = width.filter(|_| *weight != 0.0);
+            width.map_or_else(|| NONE.to_owned(), short)
+        })
+        .words("what it predicts", |(_, what, ..)| (*what).to_owned());
+    html! {
+        h3 { "Deviation from the cubic baseline" }
+        p {
+            "In addition to the primitives above, the deviation of the recorded motion from the cubic Hermite baseline through the boundary conditions was learned: "
+            (count(facts.primitives)) " primitives, and a predictor (kernel regression) of their activations from "
+            (count(facts.demonstrations)) " demonstrations. " (tied(&deviation_sentence(facts, takes)))
+        }
+        (table)
+        p.note {
+            "Kernel width: how far the boundary conditions of a demonstration may be from those of a plan to count, in standard deviations of the \
+             training data. Weights and widths are those that predict left-out takes best; all weights are then lowered the nearer the gain is \
+             to its own standard error, down to none."
+        }
+    }
 }

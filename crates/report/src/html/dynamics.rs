@@ -1,67 +1,64 @@
 //! Contact dynamics: makes and breaks, states, phases, slip.
 
 use inhand_model::{
-    ContactDynamics, ContactRules, Finger, FingerContactFacts, FingerSet, GaitFacts, PerFinger,
-    PhaseKind, Statistics, TakeContacts,
+    ContactDynamics, ContactRules, Finger, FingerContactFacts, FingerSet, GaitFacts, PhaseKind,
+    Statistics, TakeContacts,
 };
 use maud::{Markup, html};
 
-use super::session::name;
-use super::table::{Column, Group, Line, grouped, numbers, table, words};
-use super::{Body, Method, dynamics_figures};
-use crate::figure::palette::{RECORDED_CLASS, finger_class};
-use crate::number::{NARROW_SPACE, NONE, count, decimals, millimetres, percent, plain, to_mm};
+use super::{Body, Method, recorded};
+use crate::figure::gait_diagram::{self, GaitDiagram, PhaseSpan};
+use crate::figure::palette::finger_class;
+use crate::figure::state_graph::{self, Edge, Node, StateGraph};
+use crate::figure::{Figure, FigureData, Key, Panel, finger_keys};
+use crate::number::{counted, plain, to_mm};
 use crate::report::Report;
+use crate::table::{Head, Table, judged};
 
 /// Takes that have tables and figures of their own; all are in `evaluation.json`.
-pub(super) const TAKES: usize = 3;
-/// Lines of the tables of states and of changes.
+const TAKES: usize = 3;
+/// States in the tables and in the graph: the most frequent ones.
 const STATES: usize = 10;
 
 /// Names of phases, in the order of tables, with their words and the class of their colour.
-pub(super) const PHASES: [(PhaseKind, &str, &str); 4] = [
+const PHASES: [(PhaseKind, &str, &str); 4] = [
     (PhaseKind::InGrasp, "in grasp", "phase-grasp"),
     (PhaseKind::FingerGaiting, "finger gaiting", "phase-gaiting"),
     (PhaseKind::Regrasp, "regrasp", "phase-regrasp"),
     (PhaseKind::NoGrasp, "no grasp", "phase-none"),
 ];
 
-/// The section's content; `None` where contacts were not judged over time.
+/// The section's content; `None` where contacts were not evaluated over time.
 pub(super) fn section(report: &Report<'_>, methods: &[Method<'_>]) -> Option<Body> {
     let contacts = report.evaluation.contacts.as_ref()?;
+    let all = contacts.takes.len();
+    let shown = &contacts.takes[..all.min(TAKES)];
     let mut body = Body::from(rules(&contacts.rules));
-    let shown = &contacts.takes[..contacts.takes.len().min(TAKES)];
-    if contacts.takes.len() > shown.len() {
-        let all = contacts.takes.len();
-        body.prose(html! {
+    if all > shown.len() {
+        body = body.prose(html! {
             p { "The first " (shown.len()) " of " (all) " test takes are shown; all are in " code { "evaluation.json" } "." }
         });
     }
     if !shown.is_empty() {
-        body.prose(take_table(shown));
-        body.figure(dynamics_figures::gaits(shown));
-        body.prose(phase_table(shown));
-        body.figure(dynamics_figures::states(shown));
-        let mut tables = Body::default();
-        for take in shown {
-            tables.prose(state_tables(take));
-        }
-        body.folded("States of contact and what came after what", tables);
+        let tables = shown
+            .iter()
+            .map(state_tables)
+            .fold(Body::default(), Body::prose);
+        body = body
+            .prose(take_table(shown))
+            .figure(gaits(shown))
+            .prose(phase_table(shown))
+            .figure(states(shown))
+            .folded("Contact states and transitions", tables);
     }
-    body.prose(segment_table(contacts, methods));
-    Some(body)
+    Some(body.prose(segment_table(contacts, methods)))
 }
 
 fn rules(rules: &ContactRules) -> Markup {
-    let fingers = if rules.min_fingers == 1 {
-        " finger"
-    } else {
-        " fingers"
-    };
     html! {
         p {
             "Contact is within " (plain(to_mm(rules.tau_m))) " mm of the surface; contacts, and lifts, shorter than "
-            (plain(rules.min_duration_s)) " s count as no change. " b { "In grasp" } ": " (rules.min_fingers) (fingers) " or more hold and keep their contacts. "
+            (plain(rules.min_duration_s)) " s count as no change. " b { "In grasp" } ": " (counted(rules.min_fingers, "finger")) " or more hold and keep their contacts. "
             b { "Finger gaiting" } ": a finger has lifted and sets down again within " (plain(rules.max_lift_s)) " s while "
             (rules.min_fingers) " or more others hold. " b { "Regrasp" } ": fewer hold, between two grasps; " b { "no grasp" } ": the same at the \
              beginning or end of what is known. Phases and steps are events of the takes, too (" code { "by=inhand" } ")."
@@ -69,52 +66,31 @@ fn rules(rules: &ContactRules) -> Markup {
     }
 }
 
-const FACTS: [Column<'static>; 10] = [
-    words("finger"),
-    numbers("known", "s"),
-    numbers("in contact", "%"),
-    numbers("makes", ""),
-    numbers("breaks", ""),
-    numbers("n", ""),
-    numbers("duration", "s"),
-    numbers("cut", ""),
-    numbers("n", ""),
-    numbers("slip", "mm"),
-];
-
-fn facts(facts: &FingerContactFacts) -> Vec<String> {
-    let median = |s: &Statistics, print: fn(f64) -> String| match s.n {
-        0 => NONE.to_owned(),
-        _ => print(s.p50),
-    };
-    vec![
-        decimals(facts.known_s, 1),
-        percent(facts.duty),
-        count(facts.makes, NARROW_SPACE),
-        count(facts.breaks, NARROW_SPACE),
-        count(facts.duration_s.n, NARROW_SPACE),
-        median(&facts.duration_s, |s| decimals(s, 2)),
-        count(facts.censored, NARROW_SPACE),
-        count(facts.slip_m.n, NARROW_SPACE),
-        median(&facts.slip_m, millimetres),
-    ]
-}
-
-fn finger_head(finger: Finger) -> Markup {
-    html! { span.swatch.(finger_class(finger)) {} (finger.name()) }
+fn fact_columns<R>(
+    table: Table<'_, R>,
+    of: impl Fn(&R) -> &FingerContactFacts + Copy + 'static,
+) -> Table<'_, R> {
+    let median = |s: &Statistics| judged(s, |s| s.p50);
+    table
+        .decimals("known", "s", 1, move |row| of(row).known_s)
+        .percents("in contact", "%", move |row| of(row).duty)
+        .counts("makes", "", move |row| of(row).makes)
+        .counts("breaks", "", move |row| of(row).breaks)
+        .counts("n", "", move |row| of(row).duration_s.n)
+        .decimals("duration", "s", 2, move |row| median(&of(row).duration_s))
+        .counts("cut", "", move |row| of(row).censored)
+        .counts("n", "", move |row| of(row).slip_m.n)
+        .lengths("slip", move |row| median(&of(row).slip_m))
 }
 
 fn take_table(takes: &[TakeContacts]) -> Markup {
-    let groups: Vec<Group> = (takes.iter())
-        .map(|take| Group {
-            head: Some(html! { (take.take) }),
-            lines: (take.by_finger.iter())
-                .map(|(finger, own)| plain_line(finger_head(finger), facts(own)))
-                .collect(),
-        })
-        .collect();
+    let groups = takes
+        .iter()
+        .map(|take| (&*take.take, take.by_finger.iter().collect()));
+    let caption = "Contacts of whole test takes as recorded";
+    let table = Table::grouped(caption, groups, "finger", |(finger, _)| *finger);
     html! {
-        (grouped("Contacts of whole test takes as recorded", &FACTS, &groups))
+        (fact_columns(table, |row: &(Finger, &FingerContactFacts)| row.1))
         p.note {
             "In contact: share of the time over which it is known whether the finger touches. Duration: median of the n contacts seen from make to \
              break; cut: contacts that an end or a gap cuts, which lasted at least as long as was seen and are in no duration, so that the more are cut the shorter durations seem. Slip: median over \
@@ -124,86 +100,63 @@ fn take_table(takes: &[TakeContacts]) -> Markup {
     }
 }
 
-fn plain_line(head: Markup, cells: Vec<String>) -> Line {
-    Line {
-        head,
-        cells,
-        best: Vec::new(),
-        stressed: false,
-    }
-}
-
 /// How long each phase lasted in all, and how often fingers stepped.
 fn phase_table(takes: &[TakeContacts]) -> Markup {
-    const COLUMNS: [Column<'static>; 4] = [
-        words("phase"),
-        numbers("how often", ""),
-        numbers("time", "s"),
-        numbers("share", "%"),
-    ];
-    const STEPS: [Column<'static>; 4] = [
-        words("finger"),
-        numbers("steps", ""),
-        numbers("lift", "s"),
-        numbers("step", "mm"),
-    ];
-    let phases = |take: &TakeContacts| {
-        // A sum of nothing would be a negative zero.
-        let sum_s = |lengths_s: &mut dyn Iterator<Item = f64>| lengths_s.fold(0.0, |a, b| a + b);
-        let known_s = sum_s(&mut take.phases.iter().map(|phase| length_s(phase.span_s)));
-        PHASES
-            .iter()
-            .map(|(kind, words, class)| {
-                let own = || take.phases.iter().filter(|phase| phase.kind == *kind);
-                let own_s = sum_s(&mut own().map(|phase| length_s(phase.span_s)));
-                let head = html! { span.swatch.(class) {} (words) };
-                let cells = vec![
-                    count(own().count(), NARROW_SPACE),
-                    decimals(own_s, 2),
-                    percent(own_s / known_s),
-                ];
-                plain_line(head, cells)
-            })
-            .collect()
-    };
-    let steps = |take: &TakeContacts| {
-        Finger::ALL
-            .into_iter()
-            .map(|finger| {
-                let own: Vec<&GaitFacts> = (take.gaits.iter())
-                    .filter(|gait| gait.finger == finger)
-                    .collect();
-                let lift_s = median(own.iter().map(|gait| length_s(gait.span_s)));
-                let step_m = median(own.iter().map(|gait| gait.step_m));
-                let cells = vec![
-                    count(own.len(), NARROW_SPACE),
-                    decimals(lift_s, 2),
-                    millimetres(step_m),
-                ];
-                plain_line(finger_head(finger), cells)
-            })
-            .collect()
-    };
-    let by_take = |lines: &dyn Fn(&TakeContacts) -> Vec<Line>| -> Vec<Group> {
-        (takes.iter())
-            .map(|take| Group {
-                head: Some(html! { (take.take) }),
-                lines: lines(take),
-            })
-            .collect()
-    };
-    let stepped = takes.iter().any(|take| !take.gaits.is_empty());
+    // A sum of nothing would be a negative zero.
+    let sum_s = |spans: &[[f64; 2]]| spans.iter().map(|&s| length_s(s)).fold(0.0, |a, b| a + b);
+    let phases = takes.iter().map(|take| {
+        let spans = |kind: Option<PhaseKind>| -> Vec<[f64; 2]> {
+            let own = take
+                .phases
+                .iter()
+                .filter(|p| kind.is_none_or(|kind| p.kind == kind));
+            own.map(|phase| phase.span_s).collect()
+        };
+        let known_s = sum_s(&spans(None));
+        let row = |(kind, words, class)| {
+            let own = spans(Some(kind));
+            (
+                Head::coloured(class, words),
+                own.len(),
+                sum_s(&own),
+                known_s,
+            )
+        };
+        (&*take.take, PHASES.map(row).into())
+    });
+    let caption = "Phases of the test takes as recorded";
+    let phases = Table::grouped(caption, phases, "phase", |row| row.0.clone())
+        .counts("how often", "", |row| row.1)
+        .decimals("time", "s", 2, |row| row.2)
+        .percents("share", "%", |row| row.2 / row.3);
+    let steps = takes.iter().map(|take| {
+        let row = |finger| -> (Finger, Vec<&GaitFacts>) {
+            let own = take.gaits.iter().filter(|gait| gait.finger == finger);
+            (finger, own.collect())
+        };
+        (&*take.take, Finger::ALL.map(row).into())
+    });
+    let caption =
+        "Steps of fingers: medians of how long they lift and how far over the object they set down";
+    let steps = Table::grouped(caption, steps, "finger", |(finger, _)| *finger)
+        .counts("steps", "", |(_, own)| own.len())
+        .decimals("lift", "s", 2, |(_, own)| {
+            median(own.iter().map(|gait| length_s(gait.span_s)))
+        })
+        .lengths("step", |(_, own)| {
+            median(own.iter().map(|gait| gait.step_m))
+        });
     html! {
-        (grouped("Phases of the test takes as recorded", &COLUMNS, &by_take(&phases)))
-        @if stepped {
-            (grouped("Steps of fingers: medians of how long they lift and how far over the object they set down", &STEPS, &by_take(&steps)))
+        (phases)
+        @if takes.iter().any(|take| !take.gaits.is_empty()) {
+            (steps)
         } @else {
             p { "No finger lifts and sets down again while others hold." }
         }
     }
 }
 
-pub(super) fn length_s([start, end]: [f64; 2]) -> f64 {
+fn length_s([start, end]: [f64; 2]) -> f64 {
     end - start
 }
 
@@ -220,82 +173,209 @@ fn median(values: impl Iterator<Item = f64>) -> f64 {
 }
 
 /// A set of fingers with their colours.
-fn fingers(set: FingerSet) -> Markup {
-    html! {
-        @for finger in set.iter() { span.swatch.(finger_class(finger)) {} }
-        (set)
-    }
+fn fingers(set: FingerSet) -> Head {
+    let classes = set.iter().map(|finger| finger_class(finger).to_owned());
+    Head::with_swatches(classes.collect(), set.to_string())
 }
 
 fn state_tables(take: &TakeContacts) -> Markup {
-    const COLUMNS: [Column<'static>; 5] = [
-        words("fingers that hold"),
-        numbers("share", "%"),
-        numbers("stretches", ""),
-        numbers("n", ""),
-        numbers("duration", "s"),
-    ];
-    let states = take.states.iter().take(STATES).map(|state| {
-        let duration = match state.duration_s.n {
-            0 => NONE.to_owned(),
-            _ => decimals(state.duration_s.p50, 2),
-        };
-        let cells = vec![
-            percent(state.share),
-            count(state.runs, NARROW_SPACE),
-            count(state.duration_s.n, NARROW_SPACE),
-            duration,
-        ];
-        plain_line(fingers(state.fingers), cells)
+    let caption = format!(
+        "{}: contact states, with the median duration of the n intervals seen from change to change",
+        take.take
+    );
+    let states = take.states.iter().take(STATES);
+    let states = Table::new(caption, states, "fingers that hold", |state| {
+        fingers(state.fingers)
+    })
+    .percents("share", "%", |state| state.share)
+    .counts("intervals", "", |state| state.runs)
+    .counts("n", "", |state| state.duration_s.n)
+    .decimals("duration", "s", 2, |state| {
+        judged(&state.duration_s, |s| s.p50)
     });
-    let changes = take.transitions.iter().take(STATES).map(|change| {
-        let cells = vec![change.to.to_string(), count(change.count, NARROW_SPACE)];
-        plain_line(fingers(change.from), cells)
-    });
+    let caption = format!("{}: transitions from one sample to the next", take.take);
+    let changes = take.transitions.iter().take(STATES);
+    let changes = Table::new(caption, changes, "from", |change| fingers(change.from))
+        .words("to", |change| change.to.to_string())
+        .counts("times", "", |change| change.count);
     let rest = |all: usize, what: &str| {
         let more = all.saturating_sub(STATES);
         html! { @if more > 0 { p.note { (more) " rarer " (what) " are in " code { "evaluation.json" } "." } } }
     };
     html! {
-        (table(&format!("{}: states of contact, with the median duration of the n stretches seen from change to change", take.take), &COLUMNS, states.collect()))
+        (states)
         (rest(take.states.len(), "states"))
-        @if !take.transitions.is_empty() {
-            (table(&format!("{}: changes from one sample to the next", take.take), &[words("from"), words("to"), numbers("times", "")], changes.collect()))
-            (rest(take.transitions.len(), "changes"))
+        @if !changes.is_empty() {
+            (changes)
+            (rest(take.transitions.len(), "transitions"))
         }
     }
 }
 
 /// The recording and each method inside the test segments.
 fn segment_table(contacts: &ContactDynamics, methods: &[Method<'_>]) -> Markup {
-    let mut columns = FACTS;
-    columns[0] = words("motion");
-    let planned: Vec<(&Method<'_>, &PerFinger<FingerContactFacts>)> = (methods.iter())
-        .filter_map(|method| {
-            let own = &method.evaluation.name;
-            let (_, found) = contacts.methods.iter().find(|(name, _)| name == own)?;
-            Some((method, &found.by_finger))
-        })
-        .collect();
+    let mut motions = vec![(recorded(), false, &contacts.recorded.by_finger)];
+    motions.extend(methods.iter().filter_map(|method| {
+        let (_, found) = contacts
+            .methods
+            .iter()
+            .find(|(name, _)| name == method.name)?;
+        Some((method.head(), method.default, &found.by_finger))
+    }));
     let groups = Finger::ALL.map(|finger| {
-        let recorded = plain_line(
-            html! { span.swatch.(RECORDED_CLASS) {} "recorded" },
-            facts(&contacts.recorded.by_finger[finger]),
-        );
-        let planned = planned.iter().map(|(method, found)| Line {
-            stressed: method.default,
-            ..plain_line(name(method), facts(&found[finger]))
-        });
-        Group {
-            head: Some(finger_head(finger)),
-            lines: std::iter::once(recorded).chain(planned).collect(),
-        }
+        let rows = motions.iter().map(|motion| (motion, &motion.2[finger]));
+        (finger, rows.collect())
     });
+    let caption = "Contacts inside the test segments, recorded and planned";
+    let table = Table::grouped(caption, groups, "motion", |(motion, _)| motion.0.clone())
+        .stressed(|(motion, _)| motion.1);
     html! {
-        (grouped("Contacts inside the test segments, recorded and planned", &columns, &groups))
+        (fact_columns(table, |row| row.1))
         p.note {
-            "Each segment stands alone: a contact that goes on beyond it is cut there, so that most are. Compare motions with one another, not with \
+            "Each segment is evaluated alone: a contact that goes on beyond it is cut there, so that most are. Compare motions with one another, not with \
              whole takes. Planned fingertips slip over the object as it was recorded. Failed plans are left out: less time is known."
         }
     }
+}
+
+/// When each finger touches, with the phases beneath.
+fn gaits(takes: &[TakeContacts]) -> Figure {
+    let mut legend = finger_keys(Key::area);
+    legend.extend(PHASES.map(|(_, words, class)| Key::area(words, class)));
+    let longest_s = takes.iter().map(|take| take.duration_s).fold(0.0, f64::max);
+    let shown_s = gait_diagram::shown_s(longest_s);
+    let cut = if shown_s < longest_s {
+        format!(
+            " Of longer takes the first {} s are drawn; all contacts are in evaluation.json and contacts.parquet.",
+            plain(shown_s)
+        )
+    } else {
+        String::new()
+    };
+    Figure {
+        id: "gait-diagram",
+        title: "Which finger holds when.".to_owned(),
+        caption: format!(
+            "Coloured where a finger touches, as recorded; thin grey line: not known. Beneath, the phases that makes.{cut}"
+        ),
+        data: gait_data(takes),
+        legend,
+        panels: takes.iter().map(diagram).collect(),
+    }
+}
+
+fn diagram(take: &TakeContacts) -> Panel {
+    let phases = take.phases.iter().map(|phase| {
+        let mut phases = PHASES.into_iter();
+        let known = phases.find(|(kind, ..)| *kind == phase.kind);
+        let (_, name, class) = known.unwrap_or((phase.kind, "phase", "faded"));
+        PhaseSpan {
+            name,
+            class,
+            span_s: phase.span_s,
+        }
+    });
+    gait_diagram::draw(&GaitDiagram {
+        take: &take.take,
+        duration_s: take.duration_s,
+        contacts_s: &take.contacts_s,
+        unknown_s: &take.unknown_s,
+        phases: phases.collect(),
+    })
+}
+
+fn gait_data(takes: &[TakeContacts]) -> FigureData {
+    let mut rows: Vec<(&str, &str, &str, [f64; 2])> = Vec::new();
+    for take in takes {
+        for finger in Finger::ALL {
+            let of = |kind, spans: &[[f64; 2]]| -> Vec<_> {
+                let row = |&span| (&*take.take, kind, finger.name(), span);
+                spans.iter().map(row).collect()
+            };
+            rows.extend(of("contact", &take.contacts_s[finger]));
+            rows.extend(of("unknown", &take.unknown_s[finger]));
+        }
+        let phases = take.phases.iter();
+        rows.extend(phases.map(|p| (&*take.take, "phase", p.kind.name(), p.span_s)));
+    }
+    FigureData::about(&rows)
+        .words("take", |row| row.0)
+        .words("kind", |row| row.1)
+        .words("what", |row| row.2)
+        .numbers("start_s", |row| row.3[0])
+        .numbers("end_s", |row| row.3[1])
+        .done()
+}
+
+/// Contact states and transitions; `None` where nothing changes.
+fn states(takes: &[TakeContacts]) -> Option<Figure> {
+    let changing: Vec<&TakeContacts> = (takes.iter())
+        .filter(|take| !take.transitions.is_empty())
+        .collect();
+    if changing.is_empty() {
+        return None;
+    }
+    let cut = if changing.iter().any(|take| take.states.len() > STATES) {
+        format!(" The {STATES} most frequent states are drawn.")
+    } else {
+        String::new()
+    };
+    Some(Figure {
+        id: "contact-states",
+        title: "Contact states and transitions.".to_owned(),
+        caption: format!(
+            "A circle is a set of fingers that hold (filled dots, from thumb to little finger), its area and the number at it the share of the \
+             time; an arrow is a transition from one sample to the next, thicker the more often.{cut}"
+        ),
+        data: state_data(&changing),
+        legend: finger_keys(Key::area),
+        panels: changing.iter().map(|take| graph(take)).collect(),
+    })
+}
+
+fn graph(take: &TakeContacts) -> Panel {
+    let nodes: Vec<Node> = (take.states.iter().take(STATES))
+        .map(|state| Node {
+            fingers: state.fingers,
+            share: state.share,
+        })
+        .collect();
+    let place = |fingers| nodes.iter().position(|node| node.fingers == fingers);
+    let edges = (take.transitions.iter())
+        .filter_map(|change| {
+            Some(Edge {
+                from: place(change.from)?,
+                to: place(change.to)?,
+                count: change.count,
+            })
+        })
+        .collect();
+    state_graph::draw(&StateGraph {
+        take: &take.take,
+        nodes,
+        edges,
+    })
+}
+
+/// States first, each with its share; then changes, each with its count.
+fn state_data(takes: &[&TakeContacts]) -> FigureData {
+    let mut rows: Vec<(&str, String, String, f64, f64)> = Vec::new();
+    for take in takes {
+        let name = take.take.as_str();
+        rows.extend(take.states.iter().map(|state| {
+            let set = state.fingers.to_string();
+            (name, set, String::new(), 100.0 * state.share, f64::NAN)
+        }));
+        rows.extend(take.transitions.iter().map(|change| {
+            let (from, to) = (change.from.to_string(), change.to.to_string());
+            (name, from, to, f64::NAN, change.count as f64)
+        }));
+    }
+    FigureData::about(&rows)
+        .words("take", |row| row.0)
+        .words("fingers", |row| &*row.1)
+        .words("followed_by", |row| &*row.2)
+        .numbers("share_percent", |row| row.3)
+        .numbers("times", |row| row.4)
+        .done()
 }

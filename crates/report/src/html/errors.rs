@@ -1,213 +1,381 @@
 //! Distance between planned and recorded fingertips.
 
-use inhand_model::{Finger, PerFinger, Statistics};
-use maud::html;
+use inhand_model::{Evaluation, EvaluationRows, Finger, HandAndFingers, PerFinger, Statistics};
+use maud::{Render, html};
 
-use super::{
-    Body, Method, contacts::tau_m, ecdf, intervals, over_time, segment_errors, statistics,
-};
-use crate::figure::box_plot::{self, BoxPlot, Row, cut_off, shared_end_mm};
-use crate::figure::palette::finger_class;
+use super::{Body, Method, contacts::tau_m, default, intervals, segment_errors};
+use crate::figure::box_plot::{self, BOX_WORDS, BoxRow, MILLIMETRES};
+use crate::figure::line_chart::{self, AxisSpec, LineChart, Series};
+use crate::figure::scale::nice_end;
 use crate::figure::{Figure, Panel};
-use crate::number::{NARROW_SPACE, count, plain};
+use crate::number::{count, count_range, millimetres, plain, to_mm};
 use crate::report::Report;
+use crate::table::{Head, SPREAD, Table};
 
-const AXIS_NAME: &str = "distance to recorded fingertip (mm)";
-/// What is meant by the parts of a box, stated under every figure of them.
-pub(super) const BOX_WORDS: &str = "Box: first to third quartile; line: median; whiskers: farthest value within 1.5 \
-    interquartile ranges of the box; dot: 95 % quantile. Values beyond the whiskers are not drawn one by one, the largest is the number at the right. \
-    Quantiles interpolate linearly (type 7).";
+/// Name of the axis of errors.
+pub(super) const AXIS_NAME: &str = "distance to recorded fingertip (mm)";
 
 /// The section's content.
 pub(super) fn section(report: &Report<'_>, methods: &[Method<'_>]) -> Body {
-    let evaluation = report.evaluation;
-    let mut body = Body::from(html! {
+    let rows = report.rows;
+    Body::from(html! {
         p {
             "Distance between the planned and the recorded fingertip, both in the hand's frame, at every sample of every test segment."
         }
-    });
-    body.figure(overview(methods))
-        .figure(by_finger(methods))
-        .figure(report.rows.and_then(|rows| ecdf::figure(rows, methods)))
-        .append(over_time::part(evaluation, methods))
-        .figure(
-            (report.rows).and_then(|rows| segment_errors::figure(rows, methods, tau_m(methods))),
-        )
-        .append(intervals::part(evaluation, methods).unwrap_or_default())
-        .prose(statistics::error_table(methods));
-    body
+    })
+    .figure(overview(methods))
+    .figure(by_finger(methods))
+    .figure(rows.and_then(|rows| distribution(rows, methods)))
+    .append(over_time(report.evaluation, methods))
+    .figure(rows.and_then(|rows| segment_errors::figure(rows, methods, tau_m(methods))))
+    .append(intervals::part(report.evaluation, methods))
+    .prose(error_table(methods))
+    .prose(html! {
+        p.note {
+            "n: fingertip positions compared. Filled: those among them that rest on an interpolated sample. Left out: those that test takes \
+             without gaps, and plans without failures, would have given in addition. Bold: smallest of its column among the methods."
+        }
+    })
+}
+
+/// Rows of the table behind boxes of one method by finger.
+fn finger_boxes<'a>(
+    name: &'a str,
+    fingers: &'a PerFinger<Statistics>,
+) -> impl Iterator<Item = (&'a str, &'a str, &'a Statistics)> {
+    (fingers.iter()).map(move |(finger, statistics)| (finger.name(), name, statistics))
+}
+
+/// A panel with all fingers together by method and one with the default method by finger, and their caption.
+pub(super) fn overview_panels<T>(
+    methods: &[Method<'_, T>],
+    error: fn(&T) -> &HandAndFingers<Statistics>,
+    sizes: &str,
+) -> (Vec<Panel>, String) {
+    let pooled = || methods.iter().map(|method| &error(method.evaluation).all);
+    let end = MILLIMETRES.shared_end(pooled());
+    let rows = methods
+        .iter()
+        .map(|method| method.box_row(&error(method.evaluation).all));
+    let title = "All fingers, by method";
+    let mut panels = vec![MILLIMETRES.boxes(title, None, AXIS_NAME, end, rows)];
+    panels.extend(default(methods).map(|method| {
+        let fingers = &error(method.evaluation).by_finger;
+        let title = format!("{}, by finger", method.name);
+        let end = MILLIMETRES.shared_end(fingers.as_array());
+        let rows = fingers
+            .iter()
+            .map(|(finger, s)| BoxRow::of_finger(finger, s));
+        MILLIMETRES.boxes(&title, None, AXIS_NAME, end, rows)
+    }));
+    let cut = MILLIMETRES.cut_words(pooled(), end);
+    (
+        panels,
+        format!("{BOX_WORDS} {sizes}The two axes differ. {cut}"),
+    )
 }
 
 /// All fingers together by method, and the default method by finger.
 fn overview(methods: &[Method<'_>]) -> Figure {
-    let pooled = methods.iter().map(|method| &method.evaluation.error.all);
-    let end_mm = shared_end_mm(pooled.clone());
-    let mut panels = vec![box_plot::draw(&BoxPlot {
-        title: "All fingers, by method",
-        swatch: None,
-        axis_name: AXIS_NAME,
-        end_mm,
-        rows: methods
-            .iter()
-            .map(|method| row(method, &method.evaluation.error.all))
-            .collect(),
-    })];
-    let default = methods.iter().find(|method| method.default);
-    panels.extend(default.map(default_by_finger));
-    let sizes = sizes(methods.iter().map(|method| {
-        let evaluation = method.evaluation;
-        (evaluation.name.as_str(), &evaluation.error.all)
-    }));
-    let all = methods.iter().map(|method| {
-        let evaluation = method.evaluation;
-        ("all", evaluation.name.as_str(), &evaluation.error.all)
-    });
-    let fingers = default
-        .into_iter()
-        .flat_map(|method| finger_boxes(method, &method.evaluation.error.by_finger));
+    let pooled = || methods.iter().map(|m| (m.name, &m.evaluation.error.all));
+    let (panels, caption) = overview_panels(methods, |method| &method.error, &sizes(pooled()));
+    let mut boxes: Vec<_> = pooled().map(|(name, error)| ("all", name, error)).collect();
+    boxes.extend(
+        default(methods)
+            .into_iter()
+            .flat_map(|method| finger_boxes(method.name, &method.evaluation.error.by_finger)),
+    );
     Figure {
         id: "error-by-method",
         title: "Error of each method, and of the default method by finger.".to_owned(),
-        caption: format!(
-            "{BOX_WORDS} {sizes} The two axes differ. {}",
-            cut_words(cut_off(pooled, end_mm), end_mm)
-        ),
-        data: box_plot::data(all.chain(fingers)),
+        caption,
+        data: box_plot::data(&boxes),
         legend: Vec::new(),
         panels,
     }
 }
 
-fn default_by_finger(method: &Method<'_>) -> Panel {
-    let fingers = &method.evaluation.error.by_finger;
-    box_plot::draw(&BoxPlot {
-        title: &format!("{}, by finger", method.evaluation.name),
-        swatch: None,
-        axis_name: AXIS_NAME,
-        end_mm: shared_end_mm(fingers.as_array()),
-        rows: Finger::ALL
-            .map(|finger| Row {
-                label: finger.name(),
-                class: finger_class(finger),
-                stressed: false,
-                statistics: &fingers[finger],
-            })
-            .into(),
-    })
-}
-
-/// Rows of the table behind boxes of one method.
-pub(super) fn finger_boxes<'a>(
-    method: &Method<'a>,
-    fingers: &'a PerFinger<Statistics>,
-) -> impl Iterator<Item = (&'a str, &'a str, &'a Statistics)> {
-    let name = method.evaluation.name.as_str();
-    fingers
-        .iter()
-        .map(move |(finger, s)| (finger.name(), name, s))
+/// How many values each box stands for: once where all are the same, else each.
+fn sizes<'a>(distributions: impl Iterator<Item = (&'a str, &'a Statistics)> + Clone) -> String {
+    let mut sizes = distributions.clone().map(|(_, s)| s.n);
+    let Some(first) = sizes.next() else {
+        return String::new();
+    };
+    if sizes.all(|n| n == first) {
+        return format!("n = {} for each method over all fingers. ", count(first));
+    }
+    let words = distributions.map(|(name, s)| format!("{name} {}", count(s.n)));
+    format!(
+        "n over all fingers: {}. ",
+        words.collect::<Vec<_>>().join(", ")
+    )
 }
 
 fn by_finger(methods: &[Method<'_>]) -> Figure {
-    let all = || {
-        methods
-            .iter()
-            .flat_map(|m| m.evaluation.error.by_finger.as_array())
-    };
-    let end_mm = shared_end_mm(all());
-    let panel = |finger: Finger| {
-        box_plot::draw(&BoxPlot {
-            title: finger.name(),
-            swatch: Some(finger_class(finger)),
-            axis_name: AXIS_NAME,
-            end_mm,
-            rows: methods
-                .iter()
-                .map(|method| row(method, &method.evaluation.error.by_finger[finger]))
-                .collect(),
-        })
-    };
+    let rows = methods
+        .iter()
+        .map(|method| (method, &method.evaluation.error.by_finger));
     Figure {
         id: "error-by-finger",
         title: "Error by finger and method, one axis for all five.".to_owned(),
+        ..finger_figure(&rows.collect::<Vec<_>>(), "", AXIS_NAME)
+    }
+}
+
+/// A panel a finger with boxes by method on one axis. The caption begins with `lead`.
+pub(super) fn finger_figure(
+    rows: &[(&Method<'_>, &PerFinger<Statistics>)],
+    lead: &str,
+    axis_name: &str,
+) -> Figure {
+    let all = || rows.iter().flat_map(|(_, fingers)| fingers.as_array());
+    let end = MILLIMETRES.shared_end(all());
+    let panel = |finger: Finger| {
+        let rows = rows
+            .iter()
+            .map(|(method, fingers)| method.box_row(&fingers[finger]));
+        MILLIMETRES.boxes(finger.name(), Some(finger), axis_name, end, rows)
+    };
+    let sizes: Vec<usize> = all().map(|s| s.n).collect();
+    let differ = match sizes.iter().all(|n| *n == sizes[0]) {
+        true => " for each box",
+        false => ", different for different boxes: point at a box, or see the statistics",
+    };
+    let boxes = rows
+        .iter()
+        .flat_map(|(method, fingers)| finger_boxes(method.name, fingers));
+    Figure {
+        id: "",
+        title: String::new(),
         caption: format!(
-            "{BOX_WORDS} {} {}",
-            finger_sizes(
-                methods
-                    .iter()
-                    .map(|method| method.evaluation.error.by_finger.as_array())
-            ),
-            cut_words(cut_off(all(), end_mm), end_mm)
+            "{lead}{BOX_WORDS} n = {}{differ}. {}",
+            count_range(&sizes),
+            MILLIMETRES.cut_words(all(), end)
         ),
-        data: box_plot::data(
-            methods
-                .iter()
-                .flat_map(|method| finger_boxes(method, &method.evaluation.error.by_finger)),
-        ),
+        data: box_plot::data(&boxes.collect::<Vec<_>>()),
         legend: Vec::new(),
         panels: Finger::ALL.map(panel).into(),
     }
 }
 
-/// A row of a figure with methods as rows.
-pub(super) fn row<'a>(method: &'a Method<'_>, statistics: &'a Statistics) -> Row<'a> {
-    Row {
-        label: &method.evaluation.name,
-        class: &method.class,
-        stressed: method.default,
-        statistics,
+/// Points that are drawn of a distribution. All of them are exact; between them a reader sees no difference.
+const POINTS: usize = 300;
+/// Where its axis starts, mm: smaller errors are below what any camera resolves.
+const LEAST_MM: f64 = 0.01;
+
+/// The distribution of errors, one curve a method; `None` without rows of any method.
+fn distribution(rows: &EvaluationRows, methods: &[Method<'_>]) -> Option<Figure> {
+    let mut sizes = Vec::new();
+    let mut curves: Vec<(bool, Series)> = Vec::new();
+    for method in methods {
+        let Some(own) = rows.methods.iter().find(|own| own.name == method.name) else {
+            continue;
+        };
+        let errors = own.error_m.iter().flat_map(|fingers| *fingers.as_array());
+        let (n, points) = exact_points(errors, POINTS);
+        sizes.push(n);
+        if n > 0 {
+            let points = points
+                .into_iter()
+                .map(|(m, share)| (to_mm(m), 100.0 * share));
+            curves.push((method.default, method.line(points)));
+        }
     }
+    let ends = curves.iter().filter_map(|(_, series)| series.points.last());
+    let largest = ends.map(|point| point.0).fold(LEAST_MM, f64::max);
+    if curves.is_empty() {
+        return None;
+    }
+    let series: Vec<Series> = curves.iter().map(|(_, series)| series.clone()).collect();
+    // The default method is drawn last, on top.
+    curves.sort_by_key(|(default, _)| *default);
+    let drawn: Vec<Series> = curves.into_iter().map(|(_, series)| series).collect();
+    Some(Figure {
+        id: "error-ecdf",
+        title: "Share of errors up to a size.".to_owned(),
+        caption: format!(
+            "Empirical distribution of the errors of all fingers at all instants, n = {}, on a logarithmic axis; \
+             {POINTS} points of each curve are drawn, all exact. Of two curves the one farther left has the smaller errors. Errors \
+             below {LEAST_MM} mm lie left of the axis.",
+            count_range(&sizes)
+        ),
+        data: line_chart::data("error_mm", "share_percent", &series),
+        legend: line_chart::keys(&series),
+        panels: vec![line_chart::draw(&LineChart {
+            title: "Distribution of errors",
+            x: AxisSpec::log("error (mm, logarithmic)", LEAST_MM, largest),
+            y: AxisSpec::linear("share of errors up to it (%)", 0.0, 100.0),
+            series: &drawn,
+            ..LineChart::default()
+        })],
+    })
 }
 
-/// How many values stand behind each box: once where all are the same, else each.
-fn sizes<'a>(distributions: impl Iterator<Item = (&'a str, &'a Statistics)>) -> String {
-    let each: Vec<(&str, usize)> = distributions.map(|(name, s)| (name, s.n)).collect();
-    match each.as_slice() {
-        [] => String::new(),
-        [(_, first), rest @ ..] if rest.iter().all(|(_, n)| n == first) => {
-            format!(
-                "n = {} for each method over all fingers.",
-                count(*first, NARROW_SPACE)
-            )
-        }
-        _ => {
-            let words: Vec<String> = each
+/// How many of the values are finite, and at most `wanted` points of their empirical distribution: the smallest, the
+/// largest, and others at even shares. Each is a value with the share of values up to it.
+fn exact_points(values: impl Iterator<Item = f64>, wanted: usize) -> (usize, Vec<(f64, f64)>) {
+    let mut sorted: Vec<f64> = values.filter(|value| value.is_finite()).collect();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let (n, drawn) = (sorted.len(), sorted.len().min(wanted));
+    let places = (0..drawn).map(|k| k * (n - 1) / drawn.saturating_sub(1).max(1));
+    let points = places.map(|place| {
+        // Of equal values the last one says how many are up to it.
+        let up_to = sorted.partition_point(|value| *value <= sorted[place]);
+        (sorted[place], up_to as f64 / n as f64)
+    });
+    (n, points.collect())
+}
+
+/// The lowest curves are enlarged where the highest is this many times as high.
+const ENLARGE_FROM: f64 = 2.5;
+
+/// Median error over the time within a segment, and the lower part of the curves enlarged where one method is far
+/// above the rest.
+fn over_time(evaluation: &Evaluation, methods: &[Method<'_>]) -> Body {
+    let rate_hz = evaluation.session.rate_hz;
+    let curves: Vec<(bool, Series)> = (methods.iter())
+        .filter(|method| !method.evaluation.median_error_by_sample_m.is_empty())
+        .map(|method| {
+            let errors = method
+                .evaluation
+                .median_error_by_sample_m
                 .iter()
-                .map(|(name, n)| format!("{name} {}", count(*n, NARROW_SPACE)))
-                .collect();
-            format!("n over all fingers: {}.", words.join(", "))
-        }
+                .enumerate();
+            let points = errors.map(|(sample, &m)| (sample as f64 / rate_hz, to_mm(m)));
+            (method.default, method.line(points))
+        })
+        .collect();
+    if curves.is_empty() {
+        return html! { p { "No method has errors over the time within a segment." } }.into();
     }
+    let lines = |which: fn(bool) -> bool| -> Vec<Series> {
+        let curves = curves.iter().filter(|(default, _)| which(*default));
+        curves.map(|(_, series)| series.clone()).collect()
+    };
+    // The default method is drawn last, on top.
+    let series = [lines(|default| !default), lines(|default| default)].concat();
+    let highest = line_chart::heights(&series).fold(0.0, f64::max);
+    let lowest = line_chart::heights(&lines(|default| default)).fold(0.0, f64::max);
+    let last_s = evaluation.session.segment_samples.saturating_sub(1) as f64 / rate_hz;
+    let chart = |title: &str, high: f64| {
+        line_chart::draw(&LineChart {
+            title,
+            x: AxisSpec::linear("time in the segment (s)", 0.0, last_s),
+            y: AxisSpec::linear("median error (mm)", 0.0, high),
+            series: &series,
+            ..LineChart::default()
+        })
+    };
+    let mut panels = vec![chart(
+        "Over the time within a segment",
+        nice_end(highest, 6),
+    )];
+    let mut caption =
+        "Median over test segments of the error of all fingers at each sample. Methods that are \
+        given both ends are right there and farthest off between them."
+            .to_owned();
+    if lowest > 0.0 && highest > ENLARGE_FROM * lowest {
+        let enlarged = nice_end(1.5 * lowest, 6);
+        panels.push(chart("The same, lower part enlarged", enlarged));
+        caption.push_str(&format!(
+            " The second axis ends at {} mm; lines that leave it at the top are cut.",
+            plain(enlarged)
+        ));
+    }
+    Body::default().figure(Figure {
+        id: "error-within-segment",
+        title: "Median error against time within the segment.".to_owned(),
+        caption,
+        data: line_chart::data("time_s", "median_error_mm", &series),
+        legend: line_chart::keys(&lines(|_| true)),
+        panels,
+    })
 }
 
-/// How many values stand behind each box of a figure with five panels.
-pub(super) fn finger_sizes<'a>(
-    methods: impl Iterator<Item = &'a [Statistics; Finger::COUNT]>,
-) -> String {
-    let sizes: Vec<usize> = methods.flatten().map(|s| s.n).collect();
-    match (sizes.iter().min(), sizes.iter().max()) {
-        (Some(low), Some(high)) if low == high => {
-            format!("n = {} for each box.", count(*low, NARROW_SPACE))
-        }
-        (Some(low), Some(high)) => format!(
-            "n = {} to {}, different for different boxes: point at a box, or see the statistics.",
-            count(*low, NARROW_SPACE),
-            count(*high, NARROW_SPACE)
+/// A distribution of a method.
+type Distribution<'m, 'a> = (&'m Method<'a>, Statistics);
+
+/// Errors of all methods: pooled, at the ends, and of each finger.
+fn error_table(methods: &[Method<'_>]) -> impl Render {
+    let of = |choose: &dyn Fn(&Method<'_>) -> Statistics| -> Vec<Distribution<'_, '_>> {
+        methods
+            .iter()
+            .map(|method| (method, choose(method)))
+            .collect()
+    };
+    let mut groups: Vec<(Head, _)> = vec![
+        ("all fingers".into(), of(&|m| m.evaluation.error.all)),
+        (
+            "all fingers, first sample".into(),
+            of(&|m| m.evaluation.error_at_start),
         ),
-        _ => String::new(),
-    }
+        (
+            "all fingers, last sample".into(),
+            of(&|m| m.evaluation.error_at_goal),
+        ),
+    ];
+    groups.extend(
+        Finger::ALL.map(|finger| (finger.into(), of(&|m| m.evaluation.error.by_finger[finger]))),
+    );
+    distribution_table("Error statistics", groups).smallest_marked()
 }
 
-/// Whether a box reaches past the axis.
-pub(super) fn cut_words(cut: usize, end_mm: f64) -> String {
-    match cut {
-        0 => "No box, whisker or dot is cut off.".to_owned(),
-        1 => format!(
-            "One row reaches past the axis, which ends at {} mm; ▸ marks it.",
-            plain(end_mm)
-        ),
-        n => format!(
-            "{n} rows reach past the axis, which ends at {} mm; ▸ marks them.",
-            plain(end_mm)
-        ),
+/// Distributions of methods by finger.
+pub(super) fn finger_table<'m>(
+    caption: &str,
+    rows: &[(&'m Method<'m>, &PerFinger<Statistics>)],
+) -> Table<'m, Distribution<'m, 'm>> {
+    let groups = Finger::ALL.map(|finger| {
+        let rows = rows
+            .iter()
+            .map(|(method, fingers)| (*method, fingers[finger]));
+        (finger.into(), rows.collect())
+    });
+    distribution_table(caption, groups)
+}
+
+fn distribution_table<'m>(
+    caption: &str,
+    groups: impl IntoIterator<Item = (Head, Vec<Distribution<'m, 'm>>)>,
+) -> Table<'m, Distribution<'m, 'm>> {
+    spread_columns(
+        Table::grouped(caption, groups, "method", |row| row.0.head()).stressed(|row| row.0.default),
+        |row| row.1,
+    )
+}
+
+/// Sizes and statistics of errors.
+pub(super) fn spread_columns<'a, R: 'a>(
+    table: Table<'a, R>,
+    of: fn(&R) -> Statistics,
+) -> Table<'a, R> {
+    table
+        .sizes(move |row| [of(row).n, of(row).n_filled, of(row).n_left_out])
+        .statistics(&SPREAD, "mm", millimetres, of)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_are_those_of_the_distribution() {
+        // Of 1, 2, .. 1000 a share of k / 1000 is up to k.
+        let (n, points) = exact_points((1..=1000).rev().map(f64::from), 37);
+        assert_eq!((n, points.len()), (1000, 37));
+        assert_eq!((points[0], points[36]), ((1.0, 0.001), (1000.0, 1.0)));
+        assert!(points.iter().all(|&(value, share)| share == value / 1000.0));
+        assert!(points.windows(2).all(|pair| pair[0].0 < pair[1].0));
+    }
+
+    #[test]
+    fn few_equal_and_missing_values_have_their_points_too() {
+        let values = [2.0, f64::NAN, 1.0, 2.0, f64::INFINITY];
+        assert_eq!(
+            exact_points(values.into_iter(), 10),
+            (3, vec![(1.0, 1.0 / 3.0), (2.0, 1.0), (2.0, 1.0)])
+        );
+        assert_eq!(exact_points([3.0].into_iter(), 10).1, [(3.0, 1.0)]);
+        assert_eq!(exact_points([f64::NAN].into_iter(), 10), (0, vec![]));
     }
 }

@@ -6,8 +6,9 @@ use maud::{Markup, html};
 use super::Body;
 use crate::figure::palette::{PLAIN_CLASS, finger_class};
 use crate::figure::scale::Scale;
-use crate::figure::{Figure, FigureColumn, FigureData, Frame, Key, Panel, Px, axes};
-use crate::number::{NARROW_SPACE, count, decimals};
+use crate::figure::strips::rectangles;
+use crate::figure::{Figure, FigureData, Frame, Key, Panel, Px, axes, finger_keys};
+use crate::number::{count, decimals};
 use crate::words::shortened;
 
 /// Takes that are drawn at most; those with most to show.
@@ -22,12 +23,12 @@ const HEIGHT: f64 = 9.0;
 const HEAD: f64 = 24.0;
 const NAME_LETTERS: usize = 60;
 const WANTED_TICKS: usize = 10;
-/// Pixels that a stretch takes at least.
+/// Pixels that a interval takes at least.
 const LEAST: f64 = 1.0;
 
 /// The raster, or a sentence where no take has a gap.
 pub(super) fn part(gaps: &[TakeGaps]) -> Body {
-    let mut worst: Vec<&TakeGaps> = gaps.iter().filter(|take| stretches(take) > 0).collect();
+    let mut worst: Vec<&TakeGaps> = gaps.iter().filter(|take| intervals(take) > 0).collect();
     if gaps.is_empty() {
         return Body::default();
     }
@@ -44,36 +45,31 @@ pub(super) fn part(gaps: &[TakeGaps]) -> Body {
         .filter(|take| worst.iter().any(|other| std::ptr::eq(*other, *take)))
         .collect();
     let mut caption = "Solid: missing. Pale and half as high: short enough to be filled by interpolation. Where the \
-        hand is missing, so is everything in its frame. Stretches narrower than a pixel are drawn one wide."
+        hand is missing, so is everything in its frame. Intervals narrower than a pixel are drawn one wide."
         .to_owned();
     if let Some(least) = least {
         caption.push_str(&format!(
             " Of the takes with gaps {} are not drawn, with {} s of gaps at most.",
-            count(left_out, NARROW_SPACE),
+            count(left_out),
             decimals(gaps_s(least), 2)
         ));
     }
     if whole > 0 {
-        caption.push_str(&format!(
-            " Takes without any gap: {}.",
-            count(whole, NARROW_SPACE)
-        ));
+        caption.push_str(&format!(" Takes without any gap: {}.", count(whole)));
     }
-    let mut keys = vec![Key::area("hand, object", PLAIN_CLASS)];
-    keys.extend(Finger::ALL.map(|finger| Key::area(finger.name(), finger_class(finger))));
-    let mut body = Body::default();
-    body.figure(Figure {
+    let mut legend = vec![Key::area("hand, object", PLAIN_CLASS)];
+    legend.extend(finger_keys(Key::area));
+    Body::default().figure(Figure {
         id: "gaps",
         title: "Gaps of each track over each take.".to_owned(),
         caption,
         data: data(gaps),
-        legend: keys,
+        legend,
         panels: vec![panel(&shown)],
-    });
-    body
+    })
 }
 
-fn stretches(take: &TakeGaps) -> usize {
+fn intervals(take: &TakeGaps) -> usize {
     let tracks = take.tracks.iter();
     tracks
         .map(|track| track.missing_s.len() + track.filled_s.len())
@@ -81,7 +77,7 @@ fn stretches(take: &TakeGaps) -> usize {
 }
 
 fn gaps_s(take: &TakeGaps) -> f64 {
-    let of = |stretches_s: &[[f64; 2]]| stretches_s.iter().map(|[a, b]| b - a).sum::<f64>();
+    let of = |intervals_s: &[[f64; 2]]| intervals_s.iter().map(|[a, b]| b - a).sum::<f64>();
     let tracks = take.tracks.iter();
     tracks
         .map(|track| of(&track.missing_s) + of(&track.filled_s))
@@ -93,18 +89,18 @@ fn data(gaps: &[TakeGaps]) -> FigureData {
     for take in gaps {
         for track in &take.tracks {
             let (missing, filled) = (track.missing_s.iter(), track.filled_s.iter());
-            rows.extend(missing.map(|stretch_s| (take, track, "missing", *stretch_s)));
-            rows.extend(filled.map(|stretch_s| (take, track, "filled", *stretch_s)));
+            rows.extend(missing.map(|interval_s| (take, track, "missing", *interval_s)));
+            rows.extend(filled.map(|interval_s| (take, track, "filled", *interval_s)));
         }
     }
-    FigureData::new([
-        FigureColumn::words("take", rows.iter().map(|row| row.0.take.as_str())),
-        FigureColumn::words("role", rows.iter().map(|row| row.0.role.as_str())),
-        FigureColumn::words("track", rows.iter().map(|row| row.1.track.as_str())),
-        FigureColumn::words("status", rows.iter().map(|row| row.2)),
-        FigureColumn::numbers("start_s", rows.iter().map(|row| row.3[0])),
-        FigureColumn::numbers("end_s", rows.iter().map(|row| row.3[1])),
-    ])
+    FigureData::about(&rows)
+        .words("take", |row| &*row.0.take)
+        .words("role", |row| &*row.0.role)
+        .words("track", |row| &*row.1.track)
+        .words("status", |row| row.2)
+        .numbers("start_s", |row| row.3[0])
+        .numbers("end_s", |row| row.3[1])
+        .done()
 }
 
 fn panel(takes: &[&TakeGaps]) -> Panel {
@@ -128,7 +124,7 @@ fn panel(takes: &[&TakeGaps]) -> Panel {
         height: frame.bottom + axes::BOTTOM_ROOM,
         summary: format!("Gaps over time in {}", names.join(", ")),
         shapes: html! {
-            text.title x="0" y="12.5" { "Missing and filled stretches" }
+            text.title x="0" y="12.5" { "Missing and filled intervals" }
             (axes::bottom(&frame, &x, WANTED_TICKS, "time since the take's first sample (s)"))
             @for (take, top) in takes.iter().zip(tops) {
                 text.stressed x="0" y=(Px(top + 16.0)) {
@@ -150,12 +146,12 @@ fn row(track: &TrackGaps, duration_s: f64, x: &Scale, top: f64) -> Markup {
     let (from, to) = (x.at(0.0), x.at(duration_s));
     let missing = strip(&track.missing_s, x, top, HEIGHT);
     let filled = strip(&track.filled_s, x, top + 0.25 * HEIGHT, 0.5 * HEIGHT);
-    let say = |stretches: &[[f64; 2]], what: &str| {
-        let sum_s: f64 = stretches.iter().map(|[a, b]| b - a).sum();
+    let say = |intervals: &[[f64; 2]], what: &str| {
+        let sum_s: f64 = intervals.iter().map(|[a, b]| b - a).sum();
         format!(
-            "{}, {what}: {} stretches, {} s",
+            "{}, {what}: {} intervals, {} s",
             track.track,
-            count(stretches.len(), NARROW_SPACE),
+            count(intervals.len()),
             decimals(sum_s, 2)
         )
     };
@@ -169,29 +165,10 @@ fn row(track: &TrackGaps, duration_s: f64, x: &Scale, top: f64) -> Markup {
     }
 }
 
-/// Rectangles over stretches, those in the same pixels as one.
-fn strip(stretches_s: &[[f64; 2]], x: &Scale, top: f64, height: f64) -> String {
-    let mut drawn: Vec<[f64; 2]> = Vec::new();
-    for [start_s, end_s] in stretches_s {
-        let (from, to) = (x.at(*start_s), x.at(*end_s));
-        let to = to.max(from + LEAST);
-        match drawn.last_mut() {
-            Some(last) if from <= last[1] => last[1] = last[1].max(to),
-            _ => drawn.push([from, to]),
-        }
-    }
-    (drawn.iter())
-        .map(|[from, to]| {
-            format!(
-                "M{} {}h{}v{}H{}z",
-                Px(*from),
-                Px(top),
-                Px(to - from),
-                Px(height),
-                Px(*from)
-            )
-        })
-        .collect()
+/// Rectangles over intervals, those in the same pixels as one.
+fn strip(intervals_s: &[[f64; 2]], x: &Scale, top: f64, height: f64) -> String {
+    let spans = intervals_s.iter().map(|ends_s| ends_s.map(|s| x.at(s)));
+    rectangles(spans, LEAST, 0.0, top, height)
 }
 
 #[cfg(test)]
@@ -199,10 +176,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn stretches_in_the_same_pixel_are_one() {
+    fn intervals_in_the_same_pixel_are_one() {
         let x = Scale::linear(0.0, 100.0, 0.0, 100.0);
-        let stretches = [[1.0, 1.1], [1.5, 1.6], [10.0, 30.0], [50.0, 50.01]];
-        let path = strip(&stretches, &x, 0.0, 8.0);
-        assert_eq!(path, "M1 0h1.5v8H1zM10 0h20v8H10zM50 0h1v8H50z");
+        let intervals = [[1.0, 1.1], [1.5, 1.6], [10.0, 30.0], [50.0, 50.01]];
+        let path = strip(&intervals, &x, 0.0, 8.0);
+        assert_eq!(path, "M1 0H2.5v8H1zM10 0H30v8H10zM50 0H51v8H50z");
     }
 }

@@ -4,18 +4,24 @@ use inhand_model::{
     Bootstrap, Cluster, Estimate, Evaluation, Finger, Intervals, Measure, MethodIntervals,
     PairedDifference,
 };
-use maud::{Markup, html};
+use maud::html;
 
-use super::table::{Column, Group, Line, grouped, numbers, table, words};
-use super::{Body, Method, Named, named};
-use crate::figure::forest::{self, Forest, ForestRow, axis_ends, signed};
-use crate::figure::{Figure, FigureColumn, FigureData};
-use crate::number::{NARROW_SPACE, NONE, count, decimals, percent, plain, to_mm};
+use super::{Body, Method, method_table};
+use crate::figure::line_chart::AxisSpec;
+use crate::figure::row_plot::{self, Mark, MarkShape, PlotRow, RowPlot, WANTED_TICKS};
+use crate::figure::scale::whole_steps;
+use crate::figure::{Figure, FigureData};
+use crate::number::{count, decimals, percent, plain, signed, to_mm};
+use crate::table::{Table, known};
 
-/// Measures of which differences are drawn.
-const DRAWN: [Measure; 3] = [Measure::P50, Measure::P75, Measure::P95];
+/// Measures of which differences are drawn, with the titles of their panels.
+const DRAWN: [(Measure, &str); 3] = [
+    (Measure::P50, "Median error"),
+    (Measure::P75, "Third quartile"),
+    (Measure::P95, "95 % quantile"),
+];
 
-/// What a measure is called in headings.
+/// A measure in headings.
 pub(crate) const fn measure_words(measure: Measure) -> &'static str {
     match measure {
         Measure::Mean => "mean",
@@ -26,36 +32,39 @@ pub(crate) const fn measure_words(measure: Measure) -> &'static str {
     }
 }
 
+/// The estimate of a measure.
+pub(crate) fn estimate(all: &[Estimate; Measure::ALL.len()], measure: Measure) -> &Estimate {
+    let place = Measure::ALL.iter().position(|own| *own == measure);
+    &all[place.unwrap_or(0)]
+}
+
 /// The part of the section on errors; `None` where no intervals were worked out.
 pub(super) fn part(evaluation: &Evaluation, methods: &[Method<'_>]) -> Option<Body> {
-    let methods: Vec<Named<'_>> = methods.iter().map(Method::named).collect();
-    let mut part = Body::from(html! { h3 { "How sure these numbers are" } });
-    part.append(body(evaluation.intervals.as_ref()?, &methods));
-    Some(part)
+    let intervals = evaluation.intervals.as_ref()?;
+    let heading = html! { h3 { "Confidence intervals" } };
+    Some(Body::from(heading).append(body(intervals, methods)))
 }
 
 /// Intervals and differences of the methods.
-pub(super) fn body(intervals: &Intervals, methods: &[Named<'_>]) -> Body {
-    let mut body = Body::from(html! {
-        p { (made_words(&intervals.bootstrap)) }
-        (estimates(intervals, methods))
-    });
-    if let Some(baseline) = &intervals.best_baseline {
-        body.prose(html! {
-            h3 { "Differences from the best baseline" }
-            p {
-                "Each method less " b { (baseline) } ", the baseline with the smallest mean error, on the same "
-                (plural(intervals.bootstrap.cluster)) ": below zero the method is better. Those in which a plan of one failed are left out for both. An interval that \
-                 leaves zero out speaks for a difference; with as many as are looked at here, some do so by chance."
-            }
-        });
-        body.figure(differences_figure(intervals, baseline, methods));
-        body.prose(differences(intervals, baseline, methods));
-    }
-    body
+pub(super) fn body<T>(intervals: &Intervals, methods: &[Method<'_, T>]) -> Body {
+    let body = Body::from(html! { p { (made_words(&intervals.bootstrap)) } })
+        .append(estimates(intervals, methods));
+    let Some(baseline) = &intervals.best_baseline else {
+        return body;
+    };
+    body.prose(html! {
+        h3 { "Differences from the best baseline" }
+        p {
+            "Each method less " b { (baseline) } ", the baseline with the smallest mean error, on the same "
+            (plural(intervals)) ": below zero the method is better. Those in which a plan of one failed are left out for both. An interval that \
+             does not contain zero indicates a difference; with as many as are shown here, some do so by chance."
+        }
+    })
+    .figure(differences_figure(intervals, baseline, methods))
+    .folded("Differences as numbers", differences(intervals, baseline, methods))
 }
 
-/// How a method stands against the best baseline, as a sentence with a space before it.
+/// A method compared with the best baseline, as a sentence with a space before it.
 pub(super) fn against_words(intervals: &Intervals, method: &str, baseline: &str) -> Option<String> {
     let mut found = against(intervals, baseline, Measure::P75).filter(|d| d.method == method);
     let relative = found.next()?.relative?;
@@ -65,8 +74,8 @@ pub(super) fn against_words(intervals: &Intervals, method: &str, baseline: &str)
     ))
 }
 
-const fn plural(cluster: Cluster) -> &'static str {
-    match cluster {
+const fn plural(intervals: &Intervals) -> &'static str {
+    match intervals.bootstrap.cluster {
         Cluster::Segment => "segments",
         Cluster::Session => "sessions",
     }
@@ -74,31 +83,26 @@ const fn plural(cluster: Cluster) -> &'static str {
 
 /// How intervals were made, in words.
 pub(crate) fn made_words(bootstrap: &Bootstrap) -> String {
-    let about = match bootstrap.cluster {
-        Cluster::Segment => {
+    let (clusters, about, caution) = match bootstrap.cluster {
+        Cluster::Segment => (
+            "segments",
             "segments are drawn, not instants, because neighbouring instants are not independent; the \
-             intervals are about other segments of the same hand, object and task"
-        }
-        Cluster::Session => {
-            "sessions are drawn, not segments or instants; the intervals are about other sessions of the same kind"
-        }
-    };
-    let caution = match bootstrap.cluster {
-        Cluster::Segment => {
-            "Segments that follow one another in a take are alike too, which makes intervals somewhat too narrow."
-        }
-        Cluster::Session => {
-            "Of few sessions intervals are too narrow: of six they hold the true value some 83 times in a hundred, not 95."
-        }
+             intervals are about other segments of the same hand, object and task",
+            "Segments that follow one another in a take are alike too, which makes intervals somewhat too narrow.",
+        ),
+        Cluster::Session => (
+            "sessions",
+            "sessions are drawn, not segments or instants; the intervals are about other sessions of the same kind",
+            "Of few sessions intervals are too narrow: of six they contain the true value some 83 times in a hundred, not 95.",
+        ),
     };
     format!(
-        "Intervals hold the middle {} % of {} bootstrap draws (seed {}). A draw takes as many {} as there are, with replacement \
+        "Intervals contain the middle {} % of {} bootstrap draws (seed {}). A draw takes as many {clusters} as there are, with replacement \
          and with all of their instants: {about}. Methods are compared within the same draws. \
          {caution}",
         plain(100.0 * bootstrap.confidence),
-        count(bootstrap.draws, NARROW_SPACE),
+        count(bootstrap.draws),
         bootstrap.seed,
-        plural(bootstrap.cluster),
     )
 }
 
@@ -121,98 +125,84 @@ pub(crate) fn error_words(estimate: &Estimate) -> String {
     in_a_line(estimate, millimetres_3)
 }
 
-/// One decimal more than elsewhere: intervals are narrow.
-fn millimetres_3(metres: f64) -> String {
+/// Millimetres with one decimal more than elsewhere: intervals are narrow.
+pub(crate) fn millimetres_3(metres: f64) -> String {
     decimals(to_mm(metres), 3)
 }
 
 /// A relative difference with its interval.
 pub(crate) fn relative_words(estimate: &Estimate) -> String {
-    in_a_line(estimate, |share| signed(100.0 * share))
+    in_a_line(estimate, |share| signed(100.0 * share, " %"))
 }
 
-fn estimates(intervals: &Intervals, methods: &[Named<'_>]) -> Markup {
-    let clusters = format!("({})", plural(intervals.bootstrap.cluster));
+/// A method with the intervals of its errors, where they are known.
+type Estimated<'m, 'a, T> = (&'m Method<'a, T>, Option<[Estimate; Measure::ALL.len()]>);
+
+fn estimates<T>(intervals: &Intervals, methods: &[Method<'_, T>]) -> Body {
     let confidence = plain(100.0 * intervals.bootstrap.confidence);
-    let mut columns = vec![words("method"), numbers("n", &clusters)];
-    columns.extend(Measure::ALL.map(|measure| numbers(measure_words(measure), "mm")));
-    let lines = |of: &dyn Fn(&MethodIntervals) -> Option<[Estimate; Measure::ALL.len()]>| {
-        each(intervals, methods, &|own| {
-            Some(error_cells(of(own).as_ref()))
+    let clusters = format!("({})", plural(intervals));
+    let all: Vec<(&Method<'_, T>, &MethodIntervals)> = (methods.iter())
+        .filter_map(|method| {
+            let mut found = intervals.methods.iter();
+            Some((method, found.find(|own| own.method == method.name)?))
         })
-    };
-    let groups = Finger::ALL.map(|finger| Group {
-        head: Some(
-            html! { span.swatch.(crate::figure::palette::finger_class(finger)) {} (finger.name()) },
-        ),
-        lines: lines(&|own| own.error.by_finger[finger]),
+        .collect();
+    let pooled = all.iter().map(|(method, own)| (*method, own.error.all));
+    let by_finger = Finger::ALL.map(|finger| {
+        let rows = all
+            .iter()
+            .map(|(method, own)| (*method, own.error.by_finger[finger]));
+        (finger, rows.collect())
     });
-    let contact_columns = [
-        words("method"),
-        numbers("n", &clusters),
-        numbers("three or more", "%"),
-        numbers("less recorded", "points"),
-    ];
-    let contacts = each(intervals, methods, &contact_cells);
-    html! {
-        (table(&format!("Error with {confidence} % intervals, all fingers"), &columns, lines(&|own| own.error.all)))
-        details {
-            summary { "The same for each finger" }
-            (grouped("Error with intervals, by finger", &columns, &groups))
-        }
-        @if !contacts.is_empty() {
-            (table(
-                &format!("Share of instants with three or more contacts, with {confidence} % intervals"),
-                &contact_columns,
-                contacts,
-            ))
-        }
-    }
-}
-
-/// A line for each method of which there are cells.
-fn each(
-    intervals: &Intervals,
-    methods: &[Named<'_>],
-    cells: &dyn Fn(&MethodIntervals) -> Option<Vec<String>>,
-) -> Vec<Line> {
-    let line = |method: &Named<'_>| {
-        let own = (intervals.methods.iter()).find(|own| own.method == method.name)?;
-        Some(Line {
-            head: named(method),
-            cells: cells(own)?,
-            best: Vec::new(),
-            stressed: method.default,
+    let caption = format!("Error with {confidence} % intervals, all fingers");
+    let pooled = method_table(caption, pooled, |row| row.0);
+    let caption = "Error with intervals, by finger";
+    let by_finger = Table::grouped(caption, by_finger, "method", |row| row.0.head());
+    let by_finger = by_finger.stressed(|row| row.0.default);
+    let contacts = all.iter().filter_map(|(method, own)| {
+        let share = own.three_or_more.as_ref()?;
+        Some((*method, share, own.three_or_more_less_recorded.as_ref()))
+    });
+    let caption =
+        format!("Share of instants with three or more contacts, with {confidence} % intervals");
+    let contacts = method_table(caption, contacts, |row| row.0)
+        .numbers("n", &clusters, |(_, share, _)| made_of(share))
+        .numbers("three or more", "%", |(_, share, _)| {
+            in_a_cell(share, percent)
         })
-    };
-    methods.iter().filter_map(line).collect()
-}
-
-fn error_cells(error: Option<&[Estimate; Measure::ALL.len()]>) -> Vec<String> {
-    match error {
-        Some(error) => std::iter::once(made_of(&error[0]))
-            .chain(error.each_ref().map(|own| in_a_cell(own, millimetres_3)))
-            .collect(),
-        None => vec![NONE.to_owned(); 1 + Measure::ALL.len()],
+        .numbers("less recorded", "points", |(.., less)| {
+            known(less.map(|own| in_a_cell(own, |value| decimals(100.0 * value, 2))))
+        });
+    let body = Body::default()
+        .prose(error_columns(pooled, &clusters))
+        .folded(
+            "The same for each finger",
+            Body::default().prose(error_columns(by_finger, &clusters)),
+        );
+    if contacts.is_empty() {
+        return body;
     }
+    body.prose(contacts)
 }
 
-/// `None` without an object.
-fn contact_cells(own: &MethodIntervals) -> Option<Vec<String>> {
-    let share = own.three_or_more.as_ref()?;
-    let points = |value: f64| decimals(100.0 * value, 2);
-    let less = own.three_or_more_less_recorded.as_ref();
-    Some(vec![
-        made_of(share),
-        in_a_cell(share, percent),
-        less.map_or_else(|| NONE.to_owned(), |own| in_a_cell(own, points)),
-    ])
+fn error_columns<'m, 'a, T>(
+    table: Table<'m, Estimated<'m, 'a, T>>,
+    clusters: &str,
+) -> Table<'m, Estimated<'m, 'a, T>> {
+    let table = table.numbers("n", clusters, |(_, error)| {
+        known(error.as_ref().map(|error| made_of(&error[0])))
+    });
+    Measure::ALL.into_iter().fold(table, |table, measure| {
+        table.numbers(measure_words(measure), "mm", move |(_, error)| {
+            let own = error.as_ref().map(|error| estimate(error, measure));
+            known(own.map(|own| in_a_cell(own, millimetres_3)))
+        })
+    })
 }
 
-/// How many rows and clusters stand behind an estimate.
+/// How many rows and clusters an estimate is made of.
 fn made_of(estimate: &Estimate) -> String {
-    let [n, clusters] = [estimate.n, estimate.clusters].map(|n| count(n, NARROW_SPACE));
-    format!("{n}\n({clusters})")
+    format!("{}\n({})", count(estimate.n), count(estimate.clusters))
 }
 
 /// Differences of all fingers together against the best baseline.
@@ -226,53 +216,66 @@ pub(crate) fn against<'a>(
     })
 }
 
+/// Twice as large is as far as an axis reaches: a larger difference is shown by its number.
+const REACH: f64 = 100.0;
+/// Shortest axis, percentage points: less would make a drama of rounding.
+const SHORTEST: f64 = 10.0;
+
 /// `None` where no difference is relative to anything.
-fn differences_figure(
+fn differences_figure<T>(
     intervals: &Intervals,
     baseline: &str,
-    methods: &[Named<'_>],
+    methods: &[Method<'_, T>],
 ) -> Option<Figure> {
-    let of = |difference: &PairedDifference| {
-        methods
-            .iter()
-            .find(|method| method.name == difference.method)
-    };
-    let rows = |measure: Measure| -> Vec<ForestRow<'_>> {
-        against(intervals, baseline, measure)
-            .filter_map(|difference| {
-                let (relative, method) = (difference.relative?, of(difference)?);
-                Some(ForestRow {
-                    label: method.name,
-                    class: &method.class,
-                    stressed: method.default,
-                    value: 100.0 * relative.value,
-                    interval: relative.interval.map(|ends| ends.map(|end| 100.0 * end)),
-                })
-            })
-            .collect()
-    };
-    let drawn: Vec<(Measure, Vec<ForestRow<'_>>)> = DRAWN
-        .map(|measure| (measure, rows(measure)))
-        .into_iter()
-        .filter(|(_, rows)| !rows.is_empty())
+    let all: Vec<&PairedDifference> = (DRAWN.iter())
+        .flat_map(|(measure, _)| against(intervals, baseline, *measure))
         .collect();
-    if drawn.is_empty() {
-        return None;
-    }
-    let ends = axis_ends(drawn.iter().flat_map(|(_, rows)| rows));
-    let panels = drawn.into_iter().map(|(measure, rows)| {
-        forest::draw(&Forest {
-            title: match measure {
-                Measure::P50 => "Median error",
-                Measure::P75 => "Third quartile",
-                _ => "95 % quantile",
-            },
-            axis_name: "difference from the baseline (%)",
-            ends,
-            rows,
-        })
+    let relative = all.iter().filter_map(|difference| difference.relative);
+    let reached = relative.flat_map(|own| {
+        let ends = own.interval.unwrap_or([own.value; 2]);
+        [own.value, ends[0], ends[1]].map(|share| (100.0 * share).clamp(-REACH, REACH))
     });
-    Some(Figure {
+    let [low, high] = whole_steps(reached.chain([0.0]), SHORTEST, WANTED_TICKS);
+    let row = |difference: &PairedDifference| {
+        let relative = difference.relative?;
+        let method = methods
+            .iter()
+            .find(|method| method.name == difference.method)?;
+        let value = 100.0 * relative.value;
+        let interval = relative.interval.map(|ends| ends.map(|end| 100.0 * end));
+        let bar = interval.map(|ends| Mark::over(MarkShape::Bar, ends));
+        let words = match interval {
+            Some(_) => relative_words(&relative),
+            None => relative_words(&relative) + ", no interval",
+        };
+        Some(PlotRow {
+            label: method.name,
+            class: &method.class,
+            stressed: method.default,
+            tooltip: format!("{}: {words}", method.name),
+            marks: bar
+                .into_iter()
+                .chain([Mark::at(MarkShape::Dot, value)])
+                .collect(),
+            numbers: vec![signed(value, " %")],
+        })
+    };
+    let panels = DRAWN.iter().filter_map(|(measure, title)| {
+        let rows: Vec<_> = against(intervals, baseline, *measure)
+            .filter_map(row)
+            .collect();
+        let plot = RowPlot {
+            title,
+            axis: AxisSpec::linear("difference from the baseline (%)", low, high),
+            marked: Some((0.0, "equal")),
+            numbers: &[""],
+            rows,
+            ..RowPlot::default()
+        };
+        (!plot.rows.is_empty()).then(|| row_plot::draw(&plot))
+    });
+    let panels: Vec<_> = panels.collect();
+    (!panels.is_empty()).then(|| Figure {
         id: "differences-from-baseline",
         title: format!("Error relative to the best baseline, {baseline}."),
         caption: format!(
@@ -280,83 +283,64 @@ fn differences_figure(
              better. ▸: more than the axis holds.",
             plain(100.0 * intervals.bootstrap.confidence)
         ),
-        data: difference_data(intervals, baseline),
+        data: difference_data(&all),
         legend: Vec::new(),
-        panels: panels.collect(),
+        panels,
     })
 }
 
-fn difference_data(intervals: &Intervals, baseline: &str) -> FigureData {
-    let all: Vec<&PairedDifference> = (DRAWN.iter())
-        .flat_map(|&measure| against(intervals, baseline, measure))
-        .collect();
-    let relative = |of: fn(&Estimate) -> f64| {
-        (all.iter()).map(move |d| d.relative.as_ref().map_or(f64::NAN, |e| 100.0 * of(e)))
+fn difference_data(all: &[&PairedDifference]) -> FigureData {
+    let ends = |estimate: &Estimate| {
+        let [low, high] = estimate.interval.unwrap_or([f64::NAN; 2]);
+        [estimate.value, low, high]
     };
-    let absolute = |of: fn(&Estimate) -> f64| all.iter().map(move |d| to_mm(of(&d.absolute)));
-    let low = |e: &Estimate| e.interval.map_or(f64::NAN, |ends| ends[0]);
-    let high = |e: &Estimate| e.interval.map_or(f64::NAN, |ends| ends[1]);
-    FigureData::new([
-        FigureColumn::words("motion", all.iter().map(|d| d.method.as_str())),
-        FigureColumn::words("baseline", all.iter().map(|d| d.other.as_str())),
-        FigureColumn::words("measure", all.iter().map(|d| d.measure.name())),
-        FigureColumn::numbers("relative_percent", relative(|e| e.value)),
-        FigureColumn::numbers("relative_low_percent", relative(low)),
-        FigureColumn::numbers("relative_high_percent", relative(high)),
-        FigureColumn::numbers("absolute_mm", absolute(|e| e.value)),
-        FigureColumn::numbers("absolute_low_mm", absolute(low)),
-        FigureColumn::numbers("absolute_high_mm", absolute(high)),
-        FigureColumn::numbers("better_percent", all.iter().map(|d| 100.0 * d.share_better)),
-    ])
+    let columns = (FigureData::about(all).words("motion", |d| &*d.method))
+        .words("baseline", |d| &*d.other)
+        .words("measure", |d| d.measure.name());
+    let parts = ["", "_low", "_high"].into_iter().enumerate();
+    let columns = parts.clone().fold(columns, |columns, (place, part)| {
+        columns.numbers(format!("relative{part}_percent"), |d| {
+            d.relative
+                .as_ref()
+                .map_or(f64::NAN, |own| 100.0 * ends(own)[place])
+        })
+    });
+    parts
+        .fold(columns, |columns, (place, part)| {
+            columns.numbers(format!("absolute{part}_mm"), |d| {
+                to_mm(ends(&d.absolute)[place])
+            })
+        })
+        .numbers("better_percent", |d| 100.0 * d.share_better)
+        .done()
 }
 
-const DIFFERENCES: [Column<'static>; 6] = [
-    words("method"),
-    numbers("difference", "mm"),
-    numbers("difference", "%"),
-    numbers("better in", "%"),
-    numbers("n", ""),
-    numbers("clusters", ""),
-];
-
-fn differences(intervals: &Intervals, baseline: &str, methods: &[Named<'_>]) -> Markup {
-    let lines = |measure: Measure| -> Vec<Line> {
-        against(intervals, baseline, measure)
-            .map(|difference| {
-                let method = methods.iter().find(|m| m.name == difference.method);
-                Line {
-                    head: method.map_or_else(|| html! { (difference.method) }, named),
-                    cells: vec![
-                        error_words(&difference.absolute),
-                        difference
-                            .relative
-                            .as_ref()
-                            .map_or_else(|| NONE.to_owned(), relative_words),
-                        percent(difference.share_better),
-                        count(difference.absolute.n, NARROW_SPACE),
-                        count(difference.absolute.clusters, NARROW_SPACE),
-                    ],
-                    best: Vec::new(),
-                    stressed: method.is_some_and(|m| m.default),
-                }
-            })
-            .collect()
+fn differences<T>(intervals: &Intervals, baseline: &str, methods: &[Method<'_, T>]) -> Body {
+    let method = |difference: &PairedDifference| {
+        methods
+            .iter()
+            .find(|method| method.name == difference.method)
     };
-    let groups: Vec<Group> = Measure::ALL
-        .map(|measure| Group {
-            head: Some(html! { (measure_words(measure)) }),
-            lines: lines(measure),
-        })
-        .into_iter()
-        .filter(|group| !group.lines.is_empty())
-        .collect();
-    html! {
-        details {
-            summary { "Differences as numbers" }
-            (grouped(&format!("Error less that of {baseline}, all fingers, on the same {}", plural(intervals.bootstrap.cluster)), &DIFFERENCES, &groups))
-            p.note {
-                "Better in: share of " (plural(intervals.bootstrap.cluster)) " in which the method has the smaller error, a tie counting half, so that 50 % is chance."
-            }
+    let groups = Measure::ALL.map(|measure| {
+        let rows = against(intervals, baseline, measure).map(|d| (d, method(d)));
+        (measure_words(measure), rows.collect())
+    });
+    let clusters = plural(intervals);
+    let caption = format!("Error less that of {baseline}, all fingers, on the same {clusters}");
+    let table = Table::grouped(caption, groups, "method", |(difference, method)| {
+        method.map_or_else(|| (&*difference.method).into(), Method::head)
+    })
+    .stressed(|(_, method)| method.is_some_and(|method| method.default))
+    .numbers("difference", "mm", |(d, _)| error_words(&d.absolute))
+    .numbers("difference", "%", |(d, _)| {
+        known(d.relative.as_ref().map(relative_words))
+    })
+    .percents("better in", "%", |(d, _)| d.share_better)
+    .counts("n", "", |(d, _)| d.absolute.n)
+    .counts("clusters", "", |(d, _)| d.absolute.clusters);
+    Body::default().prose(table).prose(html! {
+        p.note {
+            "Better in: share of " (clusters) " in which the method has the smaller error, a tie counting half, so that 50 % is chance."
         }
-    }
+    })
 }

@@ -3,14 +3,14 @@
 use inhand_model::{Finger, FingerMovement, Movement, MovementAnalysis, Statistics};
 use maud::{Markup, html};
 
-use super::session::name;
-use super::table::{Column, Group, Line, grouped, numbers, table, words};
-use super::{Body, Method};
-use crate::figure::finger_rows::{self, FingerRow, FingerRows};
-use crate::figure::palette::{RECORDED_CLASS, finger_class};
-use crate::figure::{Figure, FigureColumn, FigureData, Key};
-use crate::number::{NARROW_SPACE, NONE, count, decimals, millimetres, percent, plain, to_mm};
+use super::{Body, Method, recorded};
+use crate::figure::line_chart::AxisSpec;
+use crate::figure::row_plot::{self, Mark, MarkShape, PlotRow, RowPlot, WANTED_TICKS};
+use crate::figure::scale::whole_steps;
+use crate::figure::{Figure, FigureData, Key, Panel, finger_keys};
+use crate::number::{count, millimetres, plain, short, to_mm};
 use crate::report::Report;
+use crate::table::{Head, Table, UPPER, judged};
 
 /// A measure of a fingertip's motion.
 struct Measure {
@@ -64,7 +64,7 @@ const MEASURES: [Measure; 5] = [
 /// A motion with its head in tables.
 struct Moving<'a> {
     name: &'a str,
-    head: Markup,
+    head: Head,
     stressed: bool,
     movement: &'a Movement,
 }
@@ -73,14 +73,15 @@ struct Moving<'a> {
 pub(super) fn section(report: &Report<'_>, methods: &[Method<'_>]) -> Option<Body> {
     let analysis = report.evaluation.movement.as_ref()?;
     let motions = motions(analysis, methods);
-    let mut body = Body::from(html! {
+    let body = Body::from(html! {
         p {
             "How each fingertip moves over the test segments, as recorded and as planned: a value for each segment, medians here, whole \
              distributions in " code { "evaluation.json" } " and every segment in " code { "segments.parquet" } "."
         }
-    });
-    body.figure(figure(&motions)).prose(html! {
-        (finger_table(&motions))
+    })
+    .figure(figure(&motions))
+    .prose(finger_table(&motions))
+    .prose(html! {
         p.note {
             "Speeds are those between neighbouring samples; standing still is slower than " (plain(to_mm(analysis.static_speed_m_s))) " mm/s. "
             b { "SPARC" } ": minus the arc length of the normalised spectrum of the speed up to 10 Hz; " b { "LDLJ" } ": minus the logarithm of the \
@@ -91,23 +92,22 @@ pub(super) fn section(report: &Report<'_>, methods: &[Method<'_>]) -> Option<Bod
              motion that has no such measure (a fingertip that stays has no smoothness, one of constant speed no jerk)."
         }
     });
-    body.prose(nearest_part(analysis, &motions));
-    Some(body)
+    Some(body.prose(nearest_part(analysis, &motions)))
 }
 
 fn motions<'a>(analysis: &'a MovementAnalysis, methods: &'a [Method<'_>]) -> Vec<Moving<'a>> {
     let recorded = Moving {
         name: "recorded",
-        head: html! { span.swatch.(RECORDED_CLASS) {} "recorded" },
+        head: recorded(),
         stressed: false,
         movement: &analysis.recorded,
     };
     let planned = methods.iter().filter_map(|method| {
-        let own = &method.evaluation.name;
-        let (name_, movement) = analysis.methods.iter().find(|(name, _)| name == own)?;
+        let mut found = analysis.methods.iter();
+        let (_, movement) = found.find(|(name, _)| name == method.name)?;
         Some(Moving {
-            name: name_,
-            head: name(method),
+            name: method.name,
+            head: method.head(),
             stressed: method.default,
             movement,
         })
@@ -115,148 +115,133 @@ fn motions<'a>(analysis: &'a MovementAnalysis, methods: &'a [Method<'_>]) -> Vec
     std::iter::once(recorded).chain(planned).collect()
 }
 
-fn finger_table(motions: &[Moving<'_>]) -> Markup {
-    const COLUMNS: [Column<'static>; 8] = [
-        words("motion"),
-        numbers("n", ""),
-        numbers("left out", ""),
-        numbers("length", "mm"),
-        numbers("peak speed", "mm/s"),
-        numbers("still", "%"),
-        numbers("SPARC", ""),
-        numbers("LDLJ", ""),
-    ];
-    let groups = Finger::ALL.map(|finger| Group {
-        head: Some(html! { span.swatch.(finger_class(finger)) {} (finger.name()) }),
-        lines: (motions.iter())
-            .map(|motion| line(motion, &motion.movement.by_finger[finger]))
-            .collect(),
+fn finger_table<'a>(motions: &'a [Moving<'a>]) -> Table<'a, (&'a Moving<'a>, &'a FingerMovement)> {
+    let groups = Finger::ALL.map(|finger| {
+        let rows = motions
+            .iter()
+            .map(|motion| (motion, &motion.movement.by_finger[finger]));
+        (finger, rows.collect())
     });
-    grouped(
-        "Motion of each fingertip: medians over segments",
-        &COLUMNS,
-        &groups,
-    )
-}
-
-fn line(motion: &Moving<'_>, finger: &FingerMovement) -> Line {
-    let median = |s: Statistics, print: fn(f64) -> String| match s.n {
-        0 => NONE.to_owned(),
-        _ => print(s.p50),
-    };
-    Line {
-        head: motion.head.clone(),
-        cells: vec![
-            count(finger.length_m.n, NARROW_SPACE),
-            count(finger.length_m.n_left_out, NARROW_SPACE),
-            median(finger.length_m, millimetres),
-            median(finger.peak_speed_m_s, |speed| decimals(to_mm(speed), 1)),
-            median(finger.static_share, percent),
-            median(finger.sparc, |sparc| decimals(sparc, 2)),
-            median(finger.ldlj, |ldlj| decimals(ldlj, 2)),
-        ],
-        best: Vec::new(),
-        stressed: motion.stressed,
-    }
+    let caption = "Motion of each fingertip: medians over segments";
+    let median = |s: &Statistics| judged(s, |s| s.p50);
+    Table::grouped(caption, groups, "motion", |(motion, _)| motion.head.clone())
+        .stressed(|(motion, _)| motion.stressed)
+        .counts("n", "", |(_, own)| own.length_m.n)
+        .counts("left out", "", |(_, own)| own.length_m.n_left_out)
+        .lengths("length", move |(_, own)| median(&own.length_m))
+        .decimals("peak speed", "mm/s", 1, move |(_, own)| {
+            to_mm(median(&own.peak_speed_m_s))
+        })
+        .percents("still", "%", move |(_, own)| median(&own.static_share))
+        .decimals("SPARC", "", 2, move |(_, own)| median(&own.sparc))
+        .decimals("LDLJ", "", 2, move |(_, own)| median(&own.ldlj))
 }
 
 fn nearest_part(analysis: &MovementAnalysis, motions: &[Moving<'_>]) -> Markup {
-    const COLUMNS: [Column<'static>; 7] = [
-        words("motion"),
-        numbers("n", ""),
-        numbers("left out", ""),
-        numbers("median", "mm"),
-        numbers("75 %", "mm"),
-        numbers("95 %", "mm"),
-        numbers("max", "mm"),
-    ];
-    let lines: Vec<Line> = (motions.iter())
-        .filter_map(|motion| Some((motion, motion.movement.nearest_demonstration_m?)))
-        .map(|(motion, s)| Line {
-            head: motion.head.clone(),
-            cells: [s.n, s.n_left_out]
-                .map(|n| count(n, NARROW_SPACE))
-                .into_iter()
-                .chain([s.p50, s.p75, s.p95, s.max].map(|length| match s.n {
-                    0 => NONE.to_owned(),
-                    _ => millimetres(length),
-                }))
-                .collect(),
-            best: Vec::new(),
-            stressed: motion.stressed,
-        })
-        .collect();
-    if lines.is_empty() {
-        return html! {
-            p { "How near motion is to what was demonstrated is not known here: the training segments were not at hand." }
-        };
-    }
-    let looked_at = count(analysis.demonstrations, NARROW_SPACE);
-    let available = count(analysis.demonstrations_available, NARROW_SPACE);
+    let rows = motions
+        .iter()
+        .filter_map(|motion| Some((motion, motion.movement.nearest_demonstration_m?)));
+    let caption = "Time-warped distance of the whole hand to the nearest demonstration (mm)";
+    let table = Table::new(caption, rows, "motion", |(motion, _)| motion.head.clone())
+        .stressed(|(motion, _)| motion.stressed)
+        .counts("n", "", |(_, s)| s.n)
+        .counts("left out", "", |(_, s)| s.n_left_out)
+        .statistics(&UPPER, "mm", millimetres, |(_, s)| *s);
+    let available = analysis.demonstrations_available;
     html! {
-        (table("Time-warped distance of the whole hand to the nearest demonstration (mm)", &COLUMNS, lines))
-        p.note {
-            "The nearest of " (looked_at) " training segments"
-            @if looked_at != available { ", an even spread of the " (available) " there are" }
-            ". Dynamic time warping in the symmetric form of H. Sakoe and S. Chiba (1978)"
-            @if let Some(band) = analysis.warping_band { ", shifts of at most " (band) " samples" }
-            ": the sum over the path through the alignment, of weight 2 for diagonal steps, over the number of samples of both motions. It is the mean \
-             distance of matched configurations, each the root of the sum of squares over the five fingertips, \
-             and does not grow with the length of a segment. The recorded line shows how near unseen motion of the same hand comes."
+        @if table.is_empty() {
+            p { "The distance to the nearest demonstration is not known: the training segments were not available." }
+        } @else {
+            (table)
+            p.note {
+                "The nearest of " (count(analysis.demonstrations)) " training segments"
+                @if analysis.demonstrations != available { ", an even spread of the " (count(available)) " there are" }
+                ". Dynamic time warping in the symmetric form of H. Sakoe and S. Chiba (1978)"
+                @if let Some(band) = analysis.warping_band { ", shifts of at most " (band) " samples" }
+                ": the sum over the path through the alignment, of weight 2 for diagonal steps, over the number of samples of both motions. It is the mean \
+                 distance of matched configurations, each the root of the sum of squares over the five fingertips, \
+                 and does not grow with the length of a segment. The recorded line shows how near unseen motion of the same hand comes."
+            }
         }
     }
 }
 
 fn figure(motions: &[Moving<'_>]) -> Figure {
-    let panels = MEASURES.iter().map(|measure| {
-        finger_rows::draw(&FingerRows {
-            title: measure.title,
-            axis_name: measure.axis,
-            scale: measure.scale,
-            rows: (motions.iter())
-                .map(|motion| FingerRow {
-                    label: motion.name,
-                    stressed: motion.stressed,
-                    by_finger: (motion.movement.by_finger.each_ref()).map(measure.of),
-                })
-                .collect(),
+    let cells: Vec<(&Measure, &str, Finger, Statistics)> = (MEASURES.iter())
+        .flat_map(|measure| motions.iter().map(move |motion| (measure, motion)))
+        .flat_map(|(measure, motion)| {
+            let fingers = motion.movement.by_finger.iter();
+            fingers.map(move |(finger, own)| (measure, motion.name, finger, (measure.of)(own)))
         })
-    });
+        .collect();
+    let scaled = |cell: &(&Measure, &str, Finger, Statistics), of: fn(&Statistics) -> f64| {
+        cell.0.scale * judged(&cell.3, of)
+    };
     Figure {
         id: "movement",
         title: "How each fingertip moves.".to_owned(),
-        caption: "Point: median over segments. Line: from the first to the third quartile. A dash: no segment has such a measure.".to_owned(),
-        data: data(motions),
-        legend: Finger::ALL.map(|finger| Key::area(finger.name(), finger_class(finger))).into(),
-        panels: panels.collect(),
+        caption: "Point: median over segments. Line: from the first to the third quartile."
+            .to_owned(),
+        data: FigureData::about(&cells)
+            .words("measure", |cell| cell.0.key)
+            .words("motion", |cell| cell.1)
+            .words("finger", |cell| cell.2.name())
+            .counts("n", |cell| cell.3.n)
+            .counts("n_left_out", |cell| cell.3.n_left_out)
+            .numbers("p25", |cell| scaled(cell, |s| s.p25))
+            .numbers("p50", |cell| scaled(cell, |s| s.p50))
+            .numbers("p75", |cell| scaled(cell, |s| s.p75))
+            .done(),
+        legend: finger_keys(Key::area),
+        panels: MEASURES
+            .iter()
+            .map(|measure| panel(measure, motions))
+            .collect(),
     }
 }
 
-fn data(motions: &[Moving<'_>]) -> FigureData {
-    let cells = || {
-        MEASURES.iter().flat_map(move |measure| {
-            motions.iter().flat_map(move |motion| {
-                Finger::ALL.into_iter().map(move |finger| {
-                    let s = (measure.of)(&motion.movement.by_finger[finger]);
-                    (measure, motion.name, finger, s)
-                })
-            })
-        })
+/// A row a motion: for each finger a line from quartile to quartile with the median on it.
+fn panel(measure: &Measure, motions: &[Moving<'_>]) -> Panel {
+    let quartiles = |own: &FingerMovement| {
+        let s = (measure.of)(own);
+        let scaled = [s.p25, s.p50, s.p75].map(|value| measure.scale * value);
+        (s.n > 0).then_some((s.n, scaled))
     };
-    let number = |of: fn(&Statistics) -> f64| {
-        cells().map(move |(measure, .., s)| match s.n {
-            0 => f64::NAN,
-            _ => measure.scale * of(&s),
-        })
+    let row = |motion: &Moving<'_>| {
+        let fingers = motion.movement.by_finger.iter();
+        let marks = fingers.filter_map(|(finger, own)| {
+            let (n, [p25, p50, p75]) = quartiles(own)?;
+            let [a, b, c] = [p25, p50, p75].map(short);
+            let words = format!("{finger}: median {b}, quartiles {a} and {c} (n = {n})");
+            Some([
+                Mark::over(MarkShape::Bar, [p25, p75]).of_finger(finger, words.clone()),
+                Mark::at(MarkShape::Dot, p50).of_finger(finger, words),
+            ])
+        });
+        marks.flatten().collect()
     };
-    FigureData::new([
-        FigureColumn::words("measure", cells().map(|cell| cell.0.key)),
-        FigureColumn::words("motion", cells().map(|cell| cell.1)),
-        FigureColumn::words("finger", cells().map(|cell| cell.2.name())),
-        FigureColumn::counts("n", cells().map(|cell| cell.3.n)),
-        FigureColumn::counts("n_left_out", cells().map(|cell| cell.3.n_left_out)),
-        FigureColumn::numbers("p25", number(|s| s.p25)),
-        FigureColumn::numbers("p50", number(|s| s.p50)),
-        FigureColumn::numbers("p75", number(|s| s.p75)),
-    ])
+    let fingers = motions
+        .iter()
+        .flat_map(|motion| motion.movement.by_finger.as_array());
+    let ends = fingers
+        .filter_map(quartiles)
+        .flat_map(|(_, [p25, _, p75])| [p25, p75]);
+    let mut shown: Vec<f64> = ends.filter(|value| value.is_finite()).collect();
+    // What cannot be negative starts at 0.
+    if shown.iter().all(|value| *value >= 0.0) {
+        shown.push(0.0);
+    }
+    let [low, high] = whole_steps(shown, 0.0, WANTED_TICKS);
+    let rows = motions.iter().map(|motion| PlotRow {
+        label: motion.name,
+        stressed: motion.stressed,
+        marks: row(motion),
+        ..PlotRow::default()
+    });
+    row_plot::draw(&RowPlot {
+        title: measure.title,
+        axis: AxisSpec::linear(measure.axis, low, high),
+        rows: rows.collect(),
+        ..RowPlot::default()
+    })
 }

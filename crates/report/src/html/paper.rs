@@ -4,15 +4,15 @@
 //! two minutes a take, five takes for training and one for testing).
 
 use inhand_model::{
-    DictionaryKind, Evaluation, Finger, MethodEvaluation, PerFinger, Provenance, Shape, Statistics,
+    DictionaryKind, Evaluation, MethodEvaluation, PerFinger, Provenance, Shape, Statistics,
 };
 use maud::html;
 
 use super::Body;
-use super::table::{Line, table, words};
 use crate::json::settings_value;
-use crate::number::{NARROW_SPACE, NONE, count, millimetres, percent, plain, to_mm};
+use crate::number::{millimetres, part_of, percent, plain, to_mm};
 use crate::report::Report;
+use crate::table::{Table, known};
 use crate::verdict::default_method;
 use crate::words::join_words;
 
@@ -41,29 +41,20 @@ const CYLINDER: Published = Published {
     three_contacts: "93 %",
 };
 
-/// The section's content; `None` where the published method was not planned, so that nobody compares.
+/// The section's content; `None` where the published method was not planned.
 pub(super) fn section(report: &Report<'_>) -> Option<Body> {
     let evaluation = report.evaluation;
-    let method = evaluation
-        .methods
-        .iter()
-        .find(|method| method.name == METHOD)?;
-    let published = object(evaluation);
-    let mut differing = differing(report);
-    if published.is_none() {
-        differing.insert(
-            0,
-            "the object is neither a cube with an edge of 50 mm nor a cylinder of 50 mm by 50 mm"
-                .to_owned(),
-        );
-    }
-    let Some(published) = published.filter(|_| differing.is_empty()) else {
-        return Some(html! {
+    let mut methods = evaluation.methods.iter();
+    let method = methods.find(|method| method.name == METHOD)?;
+    let differing = differing(report);
+    let Some(published) = object(evaluation).filter(|_| differing.is_empty()) else {
+        let body = html! {
             p {
-                "The published numbers of " (SOURCE) " do not stand beside this run, because it does not follow their protocol: "
+                "The published numbers of " (SOURCE) " are not shown beside this run, because it does not follow their protocol: "
                 (join_words(&differing)) "."
             }
-        }.into());
+        };
+        return Some(body.into());
     };
     let default = default_method(evaluation).filter(|default| default.name != METHOD);
     Some(comparison(&published, method, default))
@@ -81,50 +72,52 @@ fn object(evaluation: &Evaluation) -> Option<Published> {
     }
 }
 
-/// In what the run differs from the published protocol, in words.
+/// Differences of the run from the published protocol, in words.
 fn differing(report: &Report<'_>) -> Vec<String> {
-    let evaluation = report.evaluation;
-    let mut words = Vec::new();
-    let mut check = |same: bool, otherwise: String| {
-        if !same {
-            words.push(otherwise);
-        }
-    };
-    check(
-        filtered_by_median(report.provenance),
-        "motion was not filtered by a median of 50 samples, or that is not known".to_owned(),
-    );
-    let rate_hz = evaluation.session.rate_hz;
-    check(
-        rate_hz == 100.0,
-        format!("it was sampled at {} Hz, not 100 Hz", plain(rate_hz)),
-    );
-    let samples = evaluation.session.segment_samples;
-    check(
-        samples == 100,
-        format!("segments have {samples} samples, not 100"),
-    );
-    let dictionary = &evaluation.dictionary;
-    check(
-        dictionary.kind == DictionaryKind::Nmf && dictionary.rank == 200,
-        format!(
-            "the dictionary has {} {} primitives, not 200 of a non-negative factorisation",
-            dictionary.rank,
-            dictionary.kind.name().to_uppercase()
-        ),
-    );
-    let tau_m = evaluation
+    let (session, dictionary) = (&report.evaluation.session, &report.evaluation.dictionary);
+    let (rate_hz, samples) = (session.rate_hz, session.segment_samples);
+    let (kind, rank) = (dictionary.kind, dictionary.rank);
+    let mut contacts = report
+        .evaluation
         .methods
         .iter()
-        .find_map(|method| Some(method.contact.as_ref()?.tau_m));
-    check(
-        tau_m.is_some_and(|tau_m| (tau_m - 0.005).abs() < 1e-9),
-        tau_m.map_or_else(
-            || "contacts were not judged".to_owned(),
-            |tau_m| format!("contacts count up to {} mm, not 5 mm", plain(to_mm(tau_m))),
+        .filter_map(|m| m.contact.as_ref());
+    let tau_m = contacts.next().map(|contact| contact.tau_m);
+    let checks = [
+        (
+            object(report.evaluation).is_some(),
+            "the object is neither a cube with an edge of 50 mm nor a cylinder of 50 mm by 50 mm"
+                .to_owned(),
         ),
-    );
-    words
+        (
+            filtered_by_median(report.provenance),
+            "motion was not filtered by a median of 50 samples, or that is not known".to_owned(),
+        ),
+        (
+            rate_hz == 100.0,
+            format!("it was sampled at {} Hz, not 100 Hz", plain(rate_hz)),
+        ),
+        (
+            samples == 100,
+            format!("segments have {samples} samples, not 100"),
+        ),
+        (
+            kind == DictionaryKind::Nmf && rank == 200,
+            format!(
+                "the dictionary has {rank} {} primitives, not 200 of a non-negative factorisation",
+                kind.name().to_uppercase()
+            ),
+        ),
+        (
+            tau_m.is_some_and(|tau_m| (tau_m - 0.005).abs() < 1e-9),
+            tau_m.map_or_else(
+                || "contacts were not evaluated".to_owned(),
+                |tau_m| format!("contacts count up to {} mm, not 5 mm", plain(to_mm(tau_m))),
+            ),
+        ),
+    ];
+    let differing = checks.into_iter().filter(|(same, _)| !same);
+    differing.map(|(_, words)| words).collect()
 }
 
 /// Whether the last step that says how it filtered did so by a median of 50 samples.
@@ -138,84 +131,74 @@ fn filtered_by_median(provenance: &[Provenance]) -> bool {
     last.is_some_and(|(filter, window)| filter == "median" && window == Some(50.into()))
 }
 
+/// A published measure, and how the same is found for a method; `None` where it was not evaluated.
+type PublishedMeasure = (
+    &'static str,
+    &'static str,
+    fn(&MethodEvaluation) -> Option<String>,
+);
+
+fn measures(published: &Published) -> [PublishedMeasure; 7] {
+    [
+        (
+            "Error that 75 % of instants stay below, worst finger",
+            "1.2 mm",
+            |m| largest(&m.error.by_finger, |s| s.p75),
+        ),
+        ("Largest error", "3.5 mm", |m| {
+            largest(&m.error.by_finger, |s| s.max)
+        }),
+        ("Points inside the training hull", "all", |m| {
+            Some(format!("{} %", percent(m.reachability.inside.mean())))
+        }),
+        ("Instants with a collision", published.collisions, |m| {
+            Some(part_of(m.collision.instants, m.collision.n) + " instants")
+        }),
+        (
+            "Median difference of distances to the object, by finger",
+            "0 to 5 mm",
+            |m| {
+                let fingers = m.distance_difference.as_ref()?;
+                let medians = || values(fingers, |s| s.p50);
+                let low = millimetres(medians().fold(f64::NAN, f64::min));
+                Some(format!("{low} to {}", largest(fingers, |s| s.p50)?))
+            },
+        ),
+        ("Largest difference of distances", "below 15 mm", |m| {
+            largest(m.distance_difference.as_ref()?, |s| s.max)
+        }),
+        (
+            "Instants with three or more contacts",
+            published.three_contacts,
+            |m| Some(format!("{} %", percent(m.contact.as_ref()?.three_or_more))),
+        ),
+    ]
+}
+
 fn comparison(
     published: &Published,
     method: &MethodEvaluation,
     default: Option<&MethodEvaluation>,
 ) -> Body {
-    let mut columns = vec![
-        words("measure"),
-        words("published"),
-        words("this run, paper"),
-    ];
-    let heading = default.map(|default| format!("this run, {}", default.name));
-    columns.extend(heading.as_deref().map(words));
-    let line = |measure: &str, stated: &str, of: &dyn Fn(&MethodEvaluation) -> String| Line {
-        head: html! { (measure) },
-        cells: std::iter::once(stated.to_owned())
-            .chain(std::iter::once(method).chain(default).map(of))
-            .collect(),
-        best: Vec::new(),
-        stressed: false,
-    };
-    let lines = vec![
-        line(
-            "Error that 75 % of instants stay below, worst finger",
-            "1.2 mm",
-            &|m| largest(&m.error.by_finger, |s| s.p75),
-        ),
-        line("Largest error", "3.5 mm", &|m| {
-            largest(&m.error.by_finger, |s| s.max)
-        }),
-        line("Points inside the training hull", "all", &|m| {
-            let share = m.reachability.inside.mean();
-            format!("{} %", percent(share))
-        }),
-        line("Instants with a collision", published.collisions, &|m| {
-            let collision = &m.collision;
-            format!(
-                "{} of {} instants",
-                count(collision.instants, NARROW_SPACE),
-                count(collision.n, NARROW_SPACE)
-            )
-        }),
-        line(
-            "Median difference of distances to the object, by finger",
-            "0 to 5 mm",
-            &|m| {
-                (m.distance_difference.as_ref()).map_or_else(
-                    || NONE.to_owned(),
-                    |fingers| {
-                        format!(
-                            "{} to {}",
-                            smallest(fingers, |s| s.p50),
-                            largest(fingers, |s| s.p50)
-                        )
-                    },
-                )
-            },
-        ),
-        line("Largest difference of distances", "below 15 mm", &|m| {
-            (m.distance_difference.as_ref())
-                .map_or_else(|| NONE.to_owned(), |fingers| largest(fingers, |s| s.max))
-        }),
-        line(
-            "Instants with three or more contacts",
-            published.three_contacts,
-            &|m| {
-                (m.contact.as_ref()).map_or_else(
-                    || NONE.to_owned(),
-                    |contact| format!("{} %", percent(contact.three_or_more)),
-                )
-            },
-        ),
-    ];
+    let caption = format!(
+        "Published numbers for the {} beside this run",
+        published.object
+    );
+    let rows = measures(published);
+    let table = Table::new(caption, rows, "measure", |(measure, ..)| *measure)
+        .words("published", |(_, stated, _)| (*stated).to_owned());
+    let methods = std::iter::once(method).chain(default);
+    let table = methods.fold(table, |table, method| {
+        table.words(format!("this run, {}", method.name), |(.., of)| {
+            known(of(method))
+        })
+    });
     Body::from(html! {
         p {
             "This run follows the published protocol (" (published.object) " of 50 mm, median filter of 50 samples, segments of one second at \
-             100 Hz, 200 primitives of a non-negative factorisation, contacts up to 5 mm), so the numbers of " (SOURCE) " stand beside it."
+             100 Hz, 200 primitives of a non-negative factorisation, contacts up to 5 mm), so the numbers of " (SOURCE) " are shown beside it."
         }
-        (table(&format!("Published numbers for the {} beside this run", published.object), &columns, lines))
+        (table)
         p.note {
             "Published: as the text of " (SOURCE) " states them, for its own recordings of one subject and 100 trajectories. Other data gives other \
              numbers by any method, so the baselines above, on the same data, say more than this column. The published problem knows no start and has \
@@ -224,23 +207,17 @@ fn comparison(
     })
 }
 
-fn smallest(fingers: &PerFinger<Statistics>, of: fn(&Statistics) -> f64) -> String {
-    millimetres(values(fingers, of).into_iter().fold(f64::NAN, f64::min))
+fn largest(fingers: &PerFinger<Statistics>, of: fn(&Statistics) -> f64) -> Option<String> {
+    let value = values(fingers, of).fold(f64::NAN, f64::max);
+    value
+        .is_finite()
+        .then(|| format!("{} mm", millimetres(value)))
 }
 
-fn largest(fingers: &PerFinger<Statistics>, of: fn(&Statistics) -> f64) -> String {
-    let value = values(fingers, of).into_iter().fold(f64::NAN, f64::max);
-    if value.is_finite() {
-        format!("{} mm", millimetres(value))
-    } else {
-        NONE.to_owned()
-    }
-}
-
-/// Values of fingers of which anything was judged.
-fn values(fingers: &PerFinger<Statistics>, of: fn(&Statistics) -> f64) -> Vec<f64> {
-    (Finger::ALL.iter().map(|&finger| &fingers[finger]))
-        .filter(|s| s.n > 0)
-        .map(of)
-        .collect()
+/// Values of fingers of which anything was evaluated.
+fn values(
+    fingers: &PerFinger<Statistics>,
+    of: fn(&Statistics) -> f64,
+) -> impl Iterator<Item = f64> {
+    fingers.as_array().iter().filter(|s| s.n > 0).map(of)
 }

@@ -3,10 +3,10 @@
 use inhand_model::{Finger, Path, PathExample};
 use maud::html;
 
-use super::{Body, Method};
+use super::{Body, Method, default};
 use crate::figure::palette::{PLAIN_CLASS, finger_class};
 use crate::figure::projection::{self, Drawn, Shape};
-use crate::figure::{Figure, FigureColumn, FigureData, Key};
+use crate::figure::{Figure, FigureData, Key, finger_keys};
 use crate::number::{decimals, to_mm};
 
 /// The examples; a sentence where there are none.
@@ -14,43 +14,34 @@ pub(super) fn part(examples: &[PathExample], methods: &[Method<'_>]) -> Body {
     if examples.is_empty() {
         return html! { p { "No segment was planned, so no path is shown." } }.into();
     }
-    let mut body = Body::default();
-    for example in examples {
-        body.figure(figure(example, methods));
-    }
-    body
+    let figures = examples.iter().map(|example| figure(example, methods));
+    figures.fold(Body::default(), Body::figure)
 }
 
-/// The default method, and the best of those that learn nothing by their third quartile.
-fn drawn<'a>(methods: &[Method<'a>]) -> (Option<&'a str>, Option<&'a str>) {
-    let name = |method: &Method<'a>| method.evaluation.name.as_str();
-    let default = methods.iter().find(|method| method.default);
-    let rivals = methods
+/// The best baseline by its third quartile, besides the default method.
+fn best_baseline<'a>(methods: &[Method<'a>]) -> Option<&'a str> {
+    let p75 = |method: &Method<'_>| method.evaluation.error.all.p75;
+    let others = methods
         .iter()
-        .filter(|method| method.evaluation.baseline && !method.default);
-    let rivals = rivals.filter(|method| method.evaluation.error.all.p75.is_finite());
-    let best = rivals.min_by(|a, b| {
-        a.evaluation
-            .error
-            .all
-            .p75
-            .total_cmp(&b.evaluation.error.all.p75)
-    });
-    (default.map(name), best.map(name))
+        .filter(|m| m.evaluation.baseline && !m.default);
+    let best = others.filter(|method| p75(method).is_finite());
+    let best = best.min_by(|a, b| p75(a).total_cmp(&p75(b)));
+    best.map(|method| method.name)
 }
 
 fn figure(example: &PathExample, methods: &[Method<'_>]) -> Option<Figure> {
-    let (default, baseline) = drawn(methods);
+    let default = default(methods).map(|method| method.name);
     let path_of = |name: Option<&str>| {
-        let path = example
+        let mut paths = example
             .methods
             .iter()
-            .find(|(method, _)| Some(method.as_str()) == name);
-        path.map(|(name, path)| (name.as_str(), path))
+            .map(|(method, path)| (&**method, path));
+        paths.find(|(method, _)| Some(*method) == name)
     };
     // The recorded motion last, on top.
     let motions = [
-        path_of(baseline).map(|(name, path)| (name, " dotted thin", Drawn::Path, path)),
+        path_of(best_baseline(methods))
+            .map(|(name, path)| (name, " dotted thin", Drawn::Path, path)),
         path_of(default).map(|(name, path)| (name, " dashed thin", Drawn::Path, path)),
         Some(("recorded", " thin", Drawn::Started, &example.recorded_m)),
     ];
@@ -75,34 +66,24 @@ fn figure(example: &PathExample, methods: &[Method<'_>]) -> Option<Figure> {
         let shapes: Vec<Shape> = shapes.into_iter().filter(alone).collect();
         panels.extend(projection::panels(&capitalised(finger), &shapes));
     }
-    let mut legend: Vec<Key> = Finger::ALL
-        .map(|finger| Key::area(finger.name(), finger_class(finger)))
-        .into();
-    legend.extend(
-        motions
-            .iter()
-            .rev()
-            .flatten()
-            .map(|&(name, style, ..)| Key::line(name, format!("{PLAIN_CLASS}{style}"))),
-    );
-    let (id, which) = match example.why {
-        "median" => ("path-median", "A usual segment"),
-        _ => ("path-worst", "The worst segment"),
+    let mut legend = finger_keys(Key::area);
+    let styles = motions.iter().rev().flatten();
+    legend
+        .extend(styles.map(|&(name, style, ..)| Key::line(name, format!("{PLAIN_CLASS}{style}"))));
+    let (id, which, place) = match example.why {
+        "median" => ("path-median", "The median segment", "median"),
+        _ => ("path-worst", "The worst segment", "largest"),
     };
     Some(Figure {
         id,
         title: format!("{which}, recorded and planned."),
         caption: format!(
             "Paths of the fingertips in the hand's frame, seen along its three axes: segment {} of the \
-             test takes, {} from {} s on. Of all segments its mean error over fingers and instants is the {}. Above all \
+             test takes, {} from {} s on. Of all segments its mean error over fingers and instants is the {place}. Above all \
              fingers at one scale, below the one that is farthest off, larger. Dots: where the recorded motion starts. Methods that are not drawn are in the data.",
             example.segment,
             example.take,
             decimals(example.start_s, 2),
-            match example.why {
-                "median" => "median",
-                _ => "largest",
-            },
         ),
         data: data(example),
         legend,
@@ -130,26 +111,19 @@ fn capitalised(finger: Finger) -> String {
 
 fn data(example: &PathExample) -> FigureData {
     let mut rows: Vec<(&str, Finger, f64, [f64; 3])> = Vec::new();
-    let recorded = std::iter::once(("recorded", &example.recorded_m));
-    let methods = example
-        .methods
-        .iter()
-        .map(|(name, path)| (name.as_str(), path));
-    let all: Vec<(&str, &Path)> = recorded.chain(methods).collect();
-    for (name, path) in all {
-        for finger in Finger::ALL {
-            rows.extend(path[finger].iter().enumerate().map(|(t, point)| {
+    let methods = example.methods.iter().map(|(name, path)| (&**name, path));
+    for (name, path) in std::iter::once(("recorded", &example.recorded_m)).chain(methods) {
+        for (finger, points) in path.iter() {
+            rows.extend(points.iter().enumerate().map(|(t, point)| {
                 let time_s = example.start_s + t as f64 / example.rate_hz;
                 (name, finger, time_s, point.map(to_mm))
             }));
         }
     }
-    FigureData::new([
-        FigureColumn::words("motion", rows.iter().map(|row| row.0)),
-        FigureColumn::words("finger", rows.iter().map(|row| row.1.name())),
-        FigureColumn::numbers("time_s", rows.iter().map(|row| row.2)),
-        FigureColumn::numbers("x_mm", rows.iter().map(|row| row.3[0])),
-        FigureColumn::numbers("y_mm", rows.iter().map(|row| row.3[1])),
-        FigureColumn::numbers("z_mm", rows.iter().map(|row| row.3[2])),
-    ])
+    FigureData::about(&rows)
+        .words("motion", |row| row.0)
+        .words("finger", |row| row.1.name())
+        .numbers("time_s", |row| row.2)
+        .points(|row| row.3)
+        .done()
 }

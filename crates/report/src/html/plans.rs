@@ -1,155 +1,183 @@
-//! Certificates of all plans, and activity of each family of constraints.
+//! Plans: how they ended, their certificates, the activity of constraints, and how long they took.
 
 use inhand_model::{ConstraintFamily, FamilyFacts, PlanFacts};
-use maud::{Markup, html};
+use maud::html;
 
-use super::Method;
-use super::constraints::part_of;
-use super::session::name;
-use super::table::{Column, Group, Line, grouped, numbers, table, words};
-use crate::number::{NARROW_SPACE, NONE, count, decimals, scientific, to_mm};
+use super::{Body, Method, method_table};
+use crate::figure::line_chart::AxisSpec;
+use crate::figure::palette::PLAIN_CLASS;
+use crate::figure::row_plot::{self, Mark, MarkShape, PlotRow, RowPlot};
+use crate::figure::{Figure, FigureData, Key};
+use crate::number::{NONE, count, decimals, part_of, scientific, to_mm};
+use crate::report::PlanTimes;
+use crate::table::{Table, known};
 
 /// A method with what is known of its plans.
-type Planned<'a, 'b> = (&'a Method<'b>, &'b PlanFacts);
+type Planned<'m, 'a> = (&'m Method<'a>, &'a PlanFacts);
 
-/// Certificates by method, then families of constraints by method.
-pub(super) fn tables(methods: &[Method<'_>]) -> Markup {
-    let planned: Vec<Planned<'_, '_>> = methods
-        .iter()
+/// How plans ended, certificates by method, then families of constraints by method.
+pub(super) fn section(methods: &[Method<'_>]) -> Body {
+    let planned: Vec<Planned<'_, '_>> = (methods.iter())
         .filter_map(|method| Some((method, method.evaluation.plan.as_ref()?)))
         .collect();
-    html! {
-        @if planned.is_empty() {
-            p { "No method solved an optimisation." }
-        } @else {
-            (certificates(&planned))
-            @if planned.iter().any(|(_, plan)| !plan.families.is_empty()) {
-                (families(&planned))
-            }
-        }
+    if planned.is_empty() {
+        return html! { p { "No method solved an optimisation." } }.into();
     }
+    Body::default()
+        .figure(status(&planned))
+        .append(certificates(&planned))
+        .append(families(&planned))
 }
 
-const CERTIFICATES: [Column<'static>; 7] = [
-    words("method"),
-    numbers("solved", "plans"),
-    numbers("infeasible", "plans"),
-    numbers("failed", "plans"),
-    numbers("velocity bound active", "plans"),
-    numbers("velocity outside", "plans"),
-    numbers("KKT residual", "worst"),
+/// Ends of a plan with the class of their colour.
+const ENDS: [(&str, &str); 3] = [
+    ("solved", "status-solved"),
+    ("infeasible", "status-infeasible"),
+    ("failed", "status-failed"),
 ];
 
-fn certificates(planned: &[Planned<'_, '_>]) -> Markup {
-    let with_hull = planned.iter().any(|(_, plan)| plan.outside_hull.is_some());
-    let mut columns: Vec<Column<'_>> = CERTIFICATES.into();
-    if with_hull {
-        columns.push(numbers("outside the hull", "plans"));
+/// `None` where there is no plan.
+fn status(planned: &[Planned<'_, '_>]) -> Option<Figure> {
+    let counts = |plan: &PlanFacts| [plan.solved, plan.infeasible, plan.failed];
+    let ended = planned.iter().map(|(method, plan)| (*method, counts(plan)));
+    let ended: Vec<_> = ended
+        .filter(|(_, counts)| counts.iter().sum::<usize>() > 0)
+        .collect();
+    if ended.is_empty() {
+        return None;
     }
-    let lines = planned
-        .iter()
-        .map(|(method, plan)| {
-            let outside = method.evaluation.velocity.trajectories_outside;
-            let mut cells: Vec<String> = [
-                plan.solved,
-                plan.infeasible,
-                plan.failed,
-                plan.velocity_bound_active,
-                outside,
-            ]
-            .map(|n| count(n, NARROW_SPACE))
-            .into();
-            cells.push(scientific(plan.worst_kkt_residual));
-            if with_hull {
-                cells.push(match plan.outside_hull {
-                    Some(outside) if plan.solved > 0 => part_of(outside, plan.solved),
-                    _ => NONE.to_owned(),
-                });
-            }
-            Line {
-                head: name(method),
-                cells,
-                best: Vec::new(),
-                stressed: method.default,
-            }
+    let cells: Vec<(&str, &str, usize)> = (ended.iter())
+        .flat_map(|(method, counts)| {
+            ENDS.iter()
+                .zip(counts)
+                .map(|((end, _), n)| (method.name, *end, *n))
         })
         .collect();
-    html! {
-        (table("Plans and their certificates", &columns, lines))
+    let rows = ended.iter().map(|(method, counts)| {
+        let n: usize = counts.iter().sum();
+        let share = |ends: usize| 100.0 * counts[..ends].iter().sum::<usize>() as f64 / n as f64;
+        let ends = ENDS
+            .iter()
+            .enumerate()
+            .filter(|(place, _)| counts[*place] > 0);
+        let marks = ends.map(|(place, (end, class))| {
+            let words = format!("{} {end}", part_of(counts[place], n));
+            Mark::over(MarkShape::Area, [share(place), share(place + 1)]).coloured(class, words)
+        });
+        PlotRow {
+            label: method.name,
+            stressed: method.default,
+            marks: marks.collect(),
+            numbers: vec![part_of(counts[0], n)],
+            ..PlotRow::default()
+        }
+    });
+    Some(Figure {
+        id: "plan-status",
+        title: "How plans ended.".to_owned(),
+        caption: "Share of each method's plans; numbers at the right: solved of all.".to_owned(),
+        data: FigureData::about(&cells)
+            .words("method", |cell| cell.0)
+            .words("end", |cell| cell.1)
+            .counts("plans", |cell| cell.2)
+            .done(),
+        legend: ENDS.map(|(end, class)| Key::area(end, class)).into(),
+        panels: vec![row_plot::draw(&RowPlot {
+            title: "How plans ended",
+            axis: AxisSpec::linear("share of plans (%)", 0.0, 100.0),
+            numbers: &["solved"],
+            rows: rows.collect(),
+            ..RowPlot::default()
+        })],
+    })
+}
+
+fn certificates(planned: &[Planned<'_, '_>]) -> Body {
+    let with_hull = planned.iter().any(|(_, plan)| plan.outside_hull.is_some());
+    let planned = planned.iter();
+    let mut table = method_table("Plans and their certificates", planned, |row| row.0)
+        .counts("solved", "plans", |(_, plan)| plan.solved)
+        .counts("infeasible", "plans", |(_, plan)| plan.infeasible)
+        .counts("failed", "plans", |(_, plan)| plan.failed)
+        .counts("velocity bound active", "plans", |(_, plan)| {
+            plan.velocity_bound_active
+        })
+        .counts("velocity outside", "plans", |(method, _)| {
+            method.evaluation.velocity.trajectories_outside
+        })
+        .numbers("KKT residual", "worst", |(_, plan)| {
+            scientific(plan.worst_kkt_residual)
+        });
+    if with_hull {
+        table = table.numbers("outside the hull", "plans", |(_, plan)| {
+            let outside = plan.outside_hull.filter(|_| plan.solved > 0);
+            known(outside.map(|outside| part_of(outside, plan.solved)))
+        });
+    }
+    Body::default().prose(table).prose(html! {
         p.note {
             "Infeasible: shown to have no solution. Failed: the solver ended with neither a solution nor such a proof. Neither has a \
              trajectory, so neither is in the statistics above."
             @if with_hull {
                 " Outside the hull: solved plans with a fingertip outside its training hull at some instant. That is a finding and no error \
                  unless reachability was asked for: recorded motion leaves the hull of the training takes as well, and a plan starts and \
-                 ends where it is told to."
+                 ends at its targets."
             }
         }
-    }
+    })
 }
 
-const FAMILIES: [Column<'static>; 3] = [
-    words("constraint"),
-    numbers("active", "plans"),
-    words("worst violation"),
-];
-
-fn families(planned: &[Planned<'_, '_>]) -> Markup {
-    // Where every plan has a solution there is nothing to mend.
+fn families(planned: &[Planned<'_, '_>]) -> Option<Body> {
+    // Where every plan has a solution nothing has to be relaxed.
     let any_infeasible = planned.iter().any(|(_, plan)| plan.infeasible > 0);
-    let mut columns: Vec<Column<'_>> = FAMILIES.into();
-    if any_infeasible {
-        columns.push(numbers("would mend", "infeasible plans"));
-        columns.push(numbers("largest relaxation", "needed for that"));
+    let groups = planned.iter().map(|(method, plan)| {
+        let rows = plan.families.iter().map(|facts| (*plan, facts));
+        (method.head(), rows.collect())
+    });
+    let caption = "Activity of each family of constraints, by method";
+    let mut table = Table::grouped(caption, groups, "constraint", |(_, facts)| {
+        family_words(facts.family)
+    })
+    .numbers("active", "plans", |(plan, facts)| {
+        part_of(facts.active, plan.solved)
+    })
+    .words("worst violation", |(plan, facts)| {
+        violation_words(facts, plan.solved)
+    });
+    if table.is_empty() {
+        return None;
     }
-    let groups: Vec<Group> = planned
-        .iter()
-        .filter(|(_, plan)| !plan.families.is_empty())
-        .map(|(method, plan)| Group {
-            head: Some(name(method)),
-            lines: plan
-                .families
-                .iter()
-                .map(|facts| Line {
-                    head: html! { (family_words(facts.family)) },
-                    cells: cells(plan, facts, any_infeasible),
-                    best: Vec::new(),
-                    stressed: false,
-                })
-                .collect(),
-        })
-        .collect();
-    html! {
-        (grouped("What each family of constraints did, by method", &columns, &groups))
+    if any_infeasible {
+        table = table
+            .numbers(
+                "would mend",
+                "infeasible plans",
+                |(plan, facts)| match plan.infeasible {
+                    0 => NONE.to_owned(),
+                    infeasible => part_of(facts.would_mend, infeasible),
+                },
+            )
+            .numbers(
+                "largest relaxation",
+                "needed for that",
+                |(_, facts)| match facts.would_mend {
+                    0 => NONE.to_owned(),
+                    _ => amount(facts.largest_relaxation, facts.family),
+                },
+            );
+    }
+    Some(Body::default().prose(table).prose(html! {
         p.note {
-            "Families that were off are not listed. Active: solved plans with at least one bound that held them back. Worst violation: over \
+            "Families that were off are not listed. Active: solved plans with at least one active bound. Worst violation: over \
              all bounds of all solved plans, recomputed from the motion; one far below what cameras resolve is the solver's rounding. "
             @if any_infeasible {
-                "Would mend: infeasible plans that would have a solution if this family alone gave way, all its bounds moving outwards by at \
+                "Would mend: infeasible plans that would have a solution if this family alone were relaxed, all its bounds moving outwards by at \
                  most the largest relaxation."
             } @else {
-                "No plan was infeasible, so no constraint had to give way."
+                "No plan was infeasible, so no constraint had to be relaxed."
             }
         }
-    }
-}
-
-fn cells(plan: &PlanFacts, facts: &FamilyFacts, any_infeasible: bool) -> Vec<String> {
-    let mut cells = vec![
-        part_of(facts.active, plan.solved),
-        violation_words(facts, plan.solved),
-    ];
-    if any_infeasible {
-        cells.push(match plan.infeasible {
-            0 => NONE.to_owned(),
-            infeasible => part_of(facts.would_mend, infeasible),
-        });
-        cells.push(match facts.would_mend {
-            0 => NONE.to_owned(),
-            _ => amount(facts.largest_relaxation, facts.family),
-        });
-    }
-    cells
+    }))
 }
 
 fn violation_words(facts: &FamilyFacts, solved: usize) -> String {
@@ -157,33 +185,32 @@ fn violation_words(facts: &FamilyFacts, solved: usize) -> String {
     if solved == 0 || !violation.is_finite() {
         NONE.to_owned()
     } else if violation < 0.0 {
-        format!("kept with {} to spare", amount(-violation, facts.family))
+        format!("satisfied (margin {})", amount(-violation, facts.family))
     } else if violation == 0.0 {
-        "kept exactly".to_owned()
+        "satisfied exactly".to_owned()
     } else {
         amount(violation, facts.family)
     }
 }
 
 /// A number in the family's unit, with the metre turned into millimetres as everywhere in reports.
-/// Small ones keep their order of magnitude, which tells rounding from a bound that was broken.
+/// Small ones keep their order of magnitude, which distinguishes rounding from a bound that was broken.
 fn amount(value: f64, family: ConstraintFamily) -> String {
     let value = to_mm(value);
     if !value.is_finite() {
         return NONE.to_owned();
     }
-    let digits = if value < 0.01 {
-        scientific(value)
-    } else {
-        decimals(value, 2)
+    let digits = match value < 0.01 {
+        true => scientific(value),
+        false => decimals(value, 2),
     };
     format!("{digits} m{}", family.unit())
 }
 
 const fn family_words(family: ConstraintFamily) -> &'static str {
     match family {
-        ConstraintFamily::Targets => "given positions met",
-        ConstraintFamily::TargetVelocities => "given velocities met",
+        ConstraintFamily::Targets => "target positions met",
+        ConstraintFamily::TargetVelocities => "target velocities met",
         ConstraintFamily::Activations => "activations not negative",
         ConstraintFamily::Velocity => "velocity",
         ConstraintFamily::Acceleration => "acceleration",
@@ -191,6 +218,69 @@ const fn family_words(family: ConstraintFamily) -> &'static str {
         ConstraintFamily::Separation => "distance between fingertips",
         ConstraintFamily::Holding => "contact points held",
     }
+}
+
+/// Times of single plans; `None` where none is known.
+pub(super) fn times(times: &[PlanTimes], methods: &[Method<'_>]) -> Option<Body> {
+    let positive = |ms: f64| ms > 0.0 && ms.is_finite();
+    let times: Vec<&PlanTimes> = (times.iter())
+        .filter(|t| t.n > 0 && [t.p50_ms, t.p95_ms, t.max_ms].into_iter().all(positive))
+        .collect();
+    let low = times.iter().map(|t| t.p50_ms).fold(f64::INFINITY, f64::min);
+    let high = times.iter().map(|t| t.max_ms).fold(0.0, f64::max);
+    if times.is_empty() {
+        return None;
+    }
+    let rows = times.iter().map(|own| {
+        let method = methods.iter().find(|method| method.name == own.method);
+        let [p50, p95, max] = [own.p50_ms, own.p95_ms, own.max_ms].map(|ms| decimals(ms, 2));
+        PlotRow {
+            label: &own.method,
+            class: method.map_or(PLAIN_CLASS, |method| &method.class),
+            tooltip: format!(
+                "{}: {} plans; median {p50}, 95 % {p95}, longest {max} ms",
+                own.method,
+                count(own.n)
+            ),
+            marks: vec![
+                Mark::over(MarkShape::Whisker, [own.p50_ms, own.max_ms]),
+                Mark::at(MarkShape::Median, own.p50_ms),
+                Mark::at(MarkShape::Ring, own.p95_ms),
+            ],
+            numbers: vec![p50],
+            ..PlotRow::default()
+        }
+    });
+    let figure = Figure {
+        id: "plan-times",
+        title: "Time of single plans.".to_owned(),
+        caption: "From the median (line) over the 95 % quantile (dot) to the longest (end). Times are those of the machine \
+            that made the run, and of other work on it meanwhile."
+            .to_owned(),
+        data: FigureData::about(&times)
+            .words("method", |own| &*own.method)
+            .counts("n", |own| own.n)
+            .numbers("p50_ms", |own| own.p50_ms)
+            .numbers("p95_ms", |own| own.p95_ms)
+            .numbers("max_ms", |own| own.max_ms)
+            .done(),
+        legend: Vec::new(),
+        panels: vec![row_plot::draw(&RowPlot {
+            title: "Time of a plan",
+            axis: AxisSpec::log("time (ms, logarithmic)", low, high),
+            numbers: &["median"],
+            rows: rows.collect(),
+            ..RowPlot::default()
+        })],
+    };
+    let table = Table::new("Time of single plans", &times, "method", |own| {
+        own.method.clone()
+    })
+    .counts("plans", "", |own| own.n)
+    .decimals("median", "ms", 2, |own| own.p50_ms)
+    .decimals("95 %", "ms", 2, |own| own.p95_ms)
+    .decimals("longest", "ms", 2, |own| own.max_ms);
+    Some(Body::default().figure(figure).prose(table))
 }
 
 #[cfg(test)]
@@ -213,12 +303,12 @@ mod tests {
             (
                 ConstraintFamily::Reachability,
                 -0.000_31,
-                "kept with 0.31 mm to spare",
+                "satisfied (margin 0.31 mm)",
             ),
             (ConstraintFamily::Velocity, 2.0e-12, "2.0e-9 mm/s"),
             (ConstraintFamily::Velocity, 0.012_5, "12.50 mm/s"),
             (ConstraintFamily::Acceleration, 1.5, "1500.00 mm/s²"),
-            (ConstraintFamily::Targets, 0.0, "kept exactly"),
+            (ConstraintFamily::Targets, 0.0, "satisfied exactly"),
             (ConstraintFamily::Separation, f64::NAN, NONE),
             (ConstraintFamily::Separation, f64::NEG_INFINITY, NONE),
         ] {

@@ -4,6 +4,7 @@ use inhand_model::Provenance;
 use maud::{Markup, html};
 
 use crate::json::settings_value;
+use crate::number::counted;
 
 /// The section's content.
 pub(super) fn section(provenance: &[Provenance]) -> Markup {
@@ -17,7 +18,7 @@ pub(super) fn section(provenance: &[Provenance]) -> Markup {
             details {
                 summary {
                     b { (step.step) }
-                    " " (step.tool) ", " (inputs_words(step.inputs.len()))
+                    " " (step.tool) ", " (counted(step.inputs.len(), "input"))
                 }
                 h4 { "Settings" }
                 pre { (pretty(&step.settings_json)) }
@@ -32,14 +33,6 @@ pub(super) fn section(provenance: &[Provenance]) -> Markup {
                 }
             }
         }
-    }
-}
-
-fn inputs_words(n: usize) -> String {
-    match n {
-        0 => "no inputs".to_owned(),
-        1 => "1 input".to_owned(),
-        n => format!("{n} inputs"),
     }
 }
 

@@ -1,148 +1,113 @@
 //! Data quality of each take.
 
-use inhand_model::{
-    Evaluation, Finding, Finger, TakeFacts, TakeQuality, TrackCounts, TrackQuality,
-};
+use inhand_model::{Evaluation, Finding, Finger, TakeFacts, TakeQuality, TrackQuality};
 use maud::{Markup, html};
 
-use super::table::{Column, Line, numbers, table, words};
-use crate::number::{NARROW_SPACE, NONE, count, decimals, percent};
+use super::Body;
+use crate::number::{count, percent};
+use crate::table::{Table, known};
 
 /// Findings of one take that are shown before they fold away.
 const FINDINGS_SHOWN: usize = 6;
 
 /// The section's content.
-pub(super) fn section(evaluation: &Evaluation) -> Markup {
-    let gaps = gap_lines(&evaluation.quality);
+pub(super) fn section(evaluation: &Evaluation) -> Body {
+    let gaps = gaps(&evaluation.quality);
     let tracks = evaluation.quality.len() * Finger::COUNT;
-    html! {
-        (table("Takes", &TAKE_COLUMNS, take_lines(evaluation)))
+    let body = Body::default().prose(takes(evaluation)).prose(html! {
         p.note {
             "Left out: segments that a take without gaps would have given in addition. Tracked: share of samples in which \
              the hand's or object's pose is known."
         }
-        @if gaps.is_empty() {
-            p {
-                @if tracks == 0 { "Nothing is known of the takes' gaps." }
-                @else { "No fingertip is missing at any sample of any take." }
-            }
-        } @else {
-            @let complete = tracks - gaps.len();
-            (table("Gaps of the fingertips", &GAP_COLUMNS, gaps))
+    });
+    let body = match gaps.len() {
+        0 if tracks == 0 => body.prose(html! { p { "The gaps of the takes are not known." } }),
+        0 => body.prose(html! { p { "No fingertip is missing at any sample of any take." } }),
+        n => body.prose(gap_table(gaps)).prose(html! {
             p.note {
                 "Missing: samples without a measurement, as recorded. Filled: short gaps closed by interpolation, marked as such in \
                  every later step. Open: still missing after processing; segments that touch them are left out of all statistics. "
-                @if complete > 0 { "The other " (complete) " of " (tracks) " fingertip tracks are complete." }
+                @if n < tracks { "The other " (tracks - n) " of " (tracks) " fingertip tracks are complete." }
             }
-        }
-        @if !evaluation.quality.is_empty() { (findings(&evaluation.quality)) }
-    }
+        }),
+    };
+    body.prose(findings(&evaluation.quality))
 }
 
-const TAKE_COLUMNS: [Column<'static>; 9] = [
-    words("take"),
-    words("role"),
-    numbers("length", "s"),
-    numbers("samples", ""),
-    numbers("segments", ""),
-    numbers("left out", ""),
-    numbers("hand tracked", "%"),
-    numbers("object tracked", "%"),
-    numbers("warnings", ""),
-];
+/// A take with its role and its quality.
+type Take<'a> = (&'static str, &'a TakeFacts, Option<&'a TakeQuality>);
 
-fn take_lines(evaluation: &Evaluation) -> Vec<Line> {
+fn takes(evaluation: &Evaluation) -> Table<'_, Take<'_>> {
     let session = &evaluation.session;
-    let roles = [("train", &session.train), ("test", &session.test)];
-    roles
-        .into_iter()
-        .flat_map(|(role, takes)| takes.iter().map(move |take| (role, take)))
-        .map(|(role, take)| take_line(role, take, &evaluation.quality))
-        .collect()
-}
-
-fn take_line(role: &str, take: &TakeFacts, quality: &[TakeQuality]) -> Line {
     // One take may serve for both roles, in different time ranges.
-    let quality = quality
-        .iter()
-        .find(|q| q.take == take.name && q.role == role);
-    let known = |text: fn(&TakeQuality) -> String| quality.map_or_else(|| NONE.to_owned(), text);
-    Line {
-        head: html! { (take.name) },
-        cells: vec![
-            role.to_owned(),
-            decimals(take.duration_s, 1),
-            count(take.samples, NARROW_SPACE),
-            count(take.segments, NARROW_SPACE),
-            count(take.left_out, NARROW_SPACE),
-            known(|q| percent(q.hand_tracked)),
-            known(|q| q.object_tracked.map_or_else(|| NONE.to_owned(), percent)),
-            known(|q| count(q.warnings(), NARROW_SPACE)),
-        ],
-        best: Vec::new(),
-        stressed: false,
-    }
+    let quality = |role: &str, take: &TakeFacts| {
+        let mut all = evaluation.quality.iter();
+        all.find(|q| q.take == take.name && q.role == role)
+    };
+    let roles = [("train", &session.train), ("test", &session.test)];
+    let takes = roles.into_iter().flat_map(|(role, takes)| {
+        takes
+            .iter()
+            .map(move |take| (role, take, quality(role, take)))
+    });
+    Table::new("Takes", takes, "take", |(_, take, _)| take.name.clone())
+        .words("role", |(role, ..)| (*role).to_owned())
+        .decimals("length", "s", 1, |(_, take, _)| take.duration_s)
+        .counts("samples", "", |(_, take, _)| take.samples)
+        .counts("segments", "", |(_, take, _)| take.segments)
+        .counts("left out", "", |(_, take, _)| take.left_out)
+        .numbers("hand tracked", "%", |(.., q)| {
+            known(q.map(|q| percent(q.hand_tracked)))
+        })
+        .numbers("object tracked", "%", |(.., q)| {
+            known(q.and_then(|q| q.object_tracked).map(percent))
+        })
+        .numbers("warnings", "", |(.., q)| {
+            known(q.map(|q| count(q.warnings())))
+        })
 }
 
-const GAP_COLUMNS: [Column<'static>; 8] = [
-    words("take"),
-    words("role"),
-    words("finger"),
-    numbers("missing", "samples"),
-    numbers("missing", "%"),
-    numbers("filled", "samples"),
-    numbers("open", "samples"),
-    numbers("longest gap", "s"),
-];
+/// A fingertip of a take.
+type Track<'a> = (&'a TakeQuality, Finger, &'a TrackQuality);
 
-/// A line for each track with a gap; a complete track needs none.
-fn gap_lines(takes: &[TakeQuality]) -> Vec<Line> {
-    takes
-        .iter()
-        .flat_map(|take| Finger::ALL.map(|finger| (take, finger)))
-        .filter(|(take, finger)| {
-            let track = &take.fingers[*finger];
-            track.recorded.missing > 0 || track.processed.filled > 0 || track.processed.missing > 0
-        })
-        .map(|(take, finger)| {
-            let TrackQuality {
-                recorded,
-                processed,
-                longest_gap_s,
-            } = take.fingers[finger];
-            Line {
-                head: html! { (take.take) },
-                cells: vec![
-                    take.role.clone(),
-                    finger.name().to_owned(),
-                    count(recorded.missing, NARROW_SPACE),
-                    percent(recorded.missing as f64 / total(recorded) as f64),
-                    count(processed.filled, NARROW_SPACE),
-                    count(processed.missing, NARROW_SPACE),
-                    decimals(longest_gap_s, 2),
-                ],
-                best: Vec::new(),
-                stressed: false,
-            }
-        })
-        .collect()
+/// The tracks with a gap; a complete track needs no line.
+fn gaps(takes: &[TakeQuality]) -> Vec<Track<'_>> {
+    let tracks = takes.iter().flat_map(|take| {
+        take.fingers
+            .iter()
+            .map(move |(finger, track)| (take, finger, track))
+    });
+    let gap = |track: &TrackQuality| {
+        track.recorded.missing > 0 || track.processed.filled > 0 || track.processed.missing > 0
+    };
+    tracks.filter(|(.., track)| gap(track)).collect()
 }
 
-fn total(counts: TrackCounts) -> usize {
-    counts.measured + counts.filled + counts.missing
+fn gap_table(gaps: Vec<Track<'_>>) -> Table<'_, Track<'_>> {
+    Table::new("Gaps of the fingertips", gaps, "take", |(take, ..)| {
+        take.take.clone()
+    })
+    .words("role", |(take, ..)| take.role.clone())
+    .words("finger", |(_, finger, _)| finger.name().to_owned())
+    .counts("missing", "samples", |(.., track)| track.recorded.missing)
+    .percents("missing", "%", |(.., track)| {
+        let recorded = track.recorded;
+        let all = recorded.measured + recorded.filled + recorded.missing;
+        recorded.missing as f64 / all as f64
+    })
+    .counts("filled", "samples", |(.., track)| track.processed.filled)
+    .counts("open", "samples", |(.., track)| track.processed.missing)
+    .decimals("longest gap", "s", 2, |(.., track)| track.longest_gap_s)
 }
 
 fn findings(takes: &[TakeQuality]) -> Markup {
-    let odd: Vec<&TakeQuality> = takes
-        .iter()
-        .filter(|take| !take.findings.is_empty())
-        .collect();
+    let odd = || takes.iter().filter(|take| !take.findings.is_empty());
     html! {
-        h3 { "Findings" }
-        @if odd.is_empty() {
-            p { "Nothing odd was found in any take." }
+        @if !takes.is_empty() {
+            h3 { "Findings" }
+            @if odd().next().is_none() { p { "Every take is OK." } }
         }
-        @for take in odd {
+        @for take in odd() {
             h4 { (take.take) span.faint { " (" (take.role) ")" } }
             @let (shown, folded) = take.findings.split_at(take.findings.len().min(FINDINGS_SHOWN));
             (finding_list(shown))

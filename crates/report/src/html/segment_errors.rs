@@ -3,13 +3,13 @@
 use inhand_model::{EvaluationRows, Finger, MethodRows};
 use maud::{Markup, html};
 
-use super::Method;
 use super::contact_raster::{is_rate, state};
+use super::{Method, default};
 use crate::figure::line_chart::Series;
 use crate::figure::palette::finger_class;
 use crate::figure::scale::{Scale, nice_end};
 use crate::figure::strips::{self, State, Strip};
-use crate::figure::{Figure, FigureColumn, FigureData, Frame, Key, Panel, Px, axes};
+use crate::figure::{Figure, FigureData, Frame, Key, Panel, Px, axes, finger_keys};
 use crate::number::{decimals, plain, to_mm};
 use crate::words::shortened;
 
@@ -25,27 +25,6 @@ const STRIPS_TOP: f64 = FRAME.bottom + 12.0;
 const FINGER_HEIGHT: f64 = 17.0;
 const STRIP_HEIGHT: f64 = 6.0;
 const WANTED_TICKS: usize = 5;
-const ERROR_NAMES: [&str; Finger::COUNT] = [
-    "thumb_error_mm",
-    "index_error_mm",
-    "middle_error_mm",
-    "ring_error_mm",
-    "little_error_mm",
-];
-const PLANNED_NAMES: [&str; Finger::COUNT] = [
-    "thumb_contact_planned",
-    "index_contact_planned",
-    "middle_contact_planned",
-    "ring_contact_planned",
-    "little_contact_planned",
-];
-const RECORDED_NAMES: [&str; Finger::COUNT] = [
-    "thumb_contact_recorded",
-    "index_contact_recorded",
-    "middle_contact_recorded",
-    "ring_contact_recorded",
-    "little_contact_recorded",
-];
 
 /// A segment that is shown.
 struct Shown<'a> {
@@ -63,11 +42,11 @@ pub(super) fn figure(
     methods: &[Method<'_>],
     tau_m: Option<f64>,
 ) -> Option<Figure> {
-    let default = methods.iter().find(|method| method.default)?;
+    let default = default(methods)?;
     if !is_rate(rows.layout.rate_hz) {
         return None;
     }
-    let method = (rows.methods.iter()).find(|own| own.name == default.evaluation.name)?;
+    let method = (rows.methods.iter()).find(|own| own.name == default.name)?;
     let ranked = ranked(rows, method);
     let ((median, median_mean), (worst, worst_mean)) =
         (*ranked.get((ranked.len().max(1) - 1) / 2)?, *ranked.last()?);
@@ -91,18 +70,13 @@ pub(super) fn figure(
     });
     Some(Figure {
         id: "error-over-time",
-        title: format!(
-            "Error of each finger against time, {}.",
-            default.evaluation.name
-        ),
+        title: format!("Error of each finger against time, {}.", default.name),
         caption: format!(
             "The test segments with the median and the largest mean error over fingers and instants, of {}. The error axes differ.{contacts}",
             ranked.len()
         ),
         data: data(&shown),
-        legend: Finger::ALL
-            .map(|finger| Key::line(finger.name(), finger_class(finger)))
-            .into(),
+        legend: finger_keys(Key::line),
         panels: shown.iter().map(Shown::panel).collect(),
     })
 }
@@ -180,12 +154,11 @@ impl Shown<'_> {
             bottom: FRAME.bottom + strips,
             ..FRAME
         };
-        let lines = Finger::ALL.map(|finger| Series {
-            label: format!("{finger}: {}", self.range_words(finger)),
-            class: finger_class(finger).to_owned(),
-            points: (self.instants().enumerate())
-                .map(|(t, row)| (t as f64 / rate_hz, self.error_mm(row, finger)))
-                .collect(),
+        let lines = Finger::ALL.map(|finger| {
+            let instants = self.instants().enumerate();
+            let points = instants.map(|(t, row)| (t as f64 / rate_hz, self.error_mm(row, finger)));
+            let label = format!("{finger}: {}", self.range_words(finger));
+            Series::new(label, finger_class(finger), points)
         });
         let shapes = html! {
             text.title x="0" y="12.5" {
@@ -245,39 +218,38 @@ impl Shown<'_> {
 }
 
 fn data(shown: &[Shown<'_>]) -> FigureData {
-    let instants = || {
-        (shown.iter()).flat_map(|one| {
+    let instants: Vec<(&Shown<'_>, usize, usize)> = (shown.iter())
+        .flat_map(|one| {
             one.instants()
                 .enumerate()
                 .map(move |(t, row)| (one, t, row))
         })
-    };
-    let contact = |planned: bool, finger: Finger| {
-        instants().map(move |(one, _, row)| match one.state(row, finger, planned) {
-            State::On => 1.0,
-            State::Off => 0.0,
-            State::Unknown => f64::NAN,
-        })
-    };
+        .collect();
     let time = |one: &Shown<'_>, t: usize| one.start_s() + t as f64 / one.rows.layout.rate_hz;
-    let mut columns = vec![
-        FigureColumn::words("which", instants().map(|(one, ..)| one.why)),
-        FigureColumn::words("take", instants().map(|(one, ..)| one.take())),
-        FigureColumn::counts("segment", instants().map(|(one, ..)| one.segment)),
-        FigureColumn::numbers("time_s", instants().map(|(one, t, _)| time(one, t))),
-    ];
-    columns.extend(Finger::ALL.map(|finger| {
-        let errors = instants().map(|(one, _, row)| one.error_mm(row, finger));
-        FigureColumn::numbers(ERROR_NAMES[finger.index()], errors)
-    }));
+    let columns = FigureData::about(&instants)
+        .words("which", |(one, ..)| one.why)
+        .words("take", |(one, ..)| one.take())
+        .counts("segment", |(one, ..)| one.segment)
+        .numbers("time_s", |(one, t, _)| time(one, *t));
+    let mut columns = Finger::ALL.into_iter().fold(columns, |columns, finger| {
+        let name = format!("{finger}_error_mm");
+        columns.numbers(name, |(one, _, row)| one.error_mm(*row, finger))
+    });
     if shown.iter().any(|one| one.tau_m.is_some()) {
-        for (names, planned) in [(PLANNED_NAMES, true), (RECORDED_NAMES, false)] {
-            columns.extend(Finger::ALL.map(|finger| {
-                FigureColumn::numbers(names[finger.index()], contact(planned, finger))
-            }));
+        for (motion, planned) in [("planned", true), ("recorded", false)] {
+            for finger in Finger::ALL {
+                let name = format!("{finger}_contact_{motion}");
+                columns = columns.numbers(name, |(one, _, row)| {
+                    match one.state(*row, finger, planned) {
+                        State::On => 1.0,
+                        State::Off => 0.0,
+                        State::Unknown => f64::NAN,
+                    }
+                });
+            }
         }
     }
-    FigureData::new(columns)
+    columns.done()
 }
 
 #[cfg(test)]

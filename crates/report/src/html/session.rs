@@ -3,13 +3,13 @@
 use inhand_model::{Evaluation, MethodEvaluation, TakeFacts};
 use maud::{Markup, html};
 
-use super::table::{Line, table, words};
-use super::{Method, choice};
-use crate::learned::corridor_words;
-use crate::number::{NARROW_SPACE, NONE, count, decimals, plain};
+use super::{Body, Method, method_table};
+use crate::learned::{choice_sentence, region_words};
+use crate::number::{NONE, counted, decimals, plain, to_mm};
+use crate::table::Table;
 use crate::verdict::{
-    Outcome, comparisons, constraint_sentence, contact_sentence, default_method, error_sentence,
-    standing_sentence,
+    Outcome, comparison_sentence, comparisons, constraint_sentence, contact_sentence,
+    default_method, error_sentence,
 };
 use crate::words::tied;
 
@@ -18,6 +18,7 @@ pub(super) fn header(evaluation: &Evaluation) -> Markup {
     let session = &evaluation.session;
     let dictionary = &evaluation.dictionary;
     let seconds = session.segment_samples as f64 / session.rate_hz;
+    let kind = dictionary.kind.name().to_uppercase();
     html! {
         header {
             p.kind { "In-hand manipulation report" }
@@ -28,9 +29,7 @@ pub(super) fn header(evaluation: &Evaluation) -> Markup {
                 (fact("Test", &takes(&session.test)))
                 (fact("Sample rate", &format!("{} Hz", plain(session.rate_hz))))
                 (fact("Segment", &format!("{} samples, {} s", session.segment_samples, plain(seconds))))
-                (fact("Dictionary", &format!(
-                    "{}, {} primitives", dictionary.kind.name().to_uppercase(), dictionary.rank
-                )))
+                (fact("Dictionary", &format!("{kind}, {} primitives", dictionary.rank)))
                 @if let Some(deviation) = &dictionary.deviation {
                     (fact("Deviation", &format!("{} primitives", deviation.primitives)))
                 }
@@ -40,52 +39,46 @@ pub(super) fn header(evaluation: &Evaluation) -> Markup {
     }
 }
 
-fn fact(name: &str, value: &str) -> Markup {
+/// A fact with its name.
+pub(super) fn fact(name: &str, value: &str) -> Markup {
     html! { div { dt { (name) } dd { (value) } } }
 }
 
 fn takes(takes: &[TakeFacts]) -> String {
     let seconds: f64 = takes.iter().map(|take| take.duration_s).sum();
     let segments: usize = takes.iter().map(|take| take.segments).sum();
-    format!(
-        "{} {}, {} s, {} {}",
-        takes.len(),
-        if takes.len() == 1 { "take" } else { "takes" },
-        decimals(seconds, 0),
-        count(segments, NARROW_SPACE),
-        if segments == 1 { "segment" } else { "segments" },
-    )
+    let (takes, segments) = (counted(takes.len(), "take"), counted(segments, "segment"));
+    format!("{takes}, {} s, {segments}", decimals(seconds, 0))
 }
 
 fn verdict(evaluation: &Evaluation) -> Markup {
     let method = default_method(evaluation);
-    let outcomes: Vec<Outcome> = method
-        .map(|method| comparisons(method, evaluation))
-        .into_iter()
-        .flatten()
+    let outcomes: Vec<Outcome> = (method.into_iter())
+        .flat_map(|method| comparisons(method, evaluation))
         .map(|comparison| comparison.outcome)
         .collect();
-    let unsolved = method
-        .and_then(|method| method.plan.as_ref())
-        .is_some_and(|plan| plan.infeasible + plan.failed > 0);
-    let class = if unsolved || outcomes.contains(&Outcome::Behind) {
+    let plan = method.and_then(|method| method.plan.as_ref());
+    let unsolved = plan.is_some_and(|plan| plan.infeasible + plan.failed > 0);
+    let class = if unsolved || outcomes.contains(&Outcome::Higher) {
         "verdict behind"
     } else if outcomes.is_empty() {
         "verdict"
     } else {
         "verdict kept-up"
     };
+    let compared = method.map(|method| comparison_sentence(method, evaluation));
+    let lead = [Some(error_sentence(evaluation)), compared];
+    let more = [
+        contact_sentence(evaluation),
+        region_words(evaluation).map(|words| format!("{words}.")),
+        constraint_sentence(evaluation),
+    ];
     html! {
         div class=(class) {
-            p.lead { (tied(&error_sentence(evaluation))) }
-            @if let Some(method) = method {
-                p.lead { (tied(&standing_sentence(method, evaluation))) }
-            }
-            @if let Some(sentence) = contact_sentence(evaluation) { p { (tied(&sentence)) } }
-            @if let Some(words) = corridor_words(evaluation) { p { (tied(&format!("{words}."))) } }
-            @if let Some(sentence) = constraint_sentence(evaluation) { p { (tied(&sentence)) } }
+            @for sentence in lead.iter().flatten() { p.lead { (tied(sentence)) } }
+            @for sentence in more.iter().flatten() { p { (tied(sentence)) } }
             p.note {
-                "Up to 2 % apart counts as level, and so does a difference whose interval holds zero; a maximum has no interval. \
+                "Differences under 2 %, or whose 95 % interval contains zero, are ties; a maximum has no interval. \
                  Neighbouring instants are not independent of one another, so small differences between methods may not hold on \
                  another session."
             }
@@ -93,60 +86,70 @@ fn verdict(evaluation: &Evaluation) -> Markup {
     }
 }
 
-/// What each method knows.
-pub(super) fn methods(evaluation: &Evaluation, methods: &[Method<'_>]) -> Markup {
-    let lines = methods
-        .iter()
-        .map(|method| Line {
-            head: name(method),
-            cells: vec![
-                method.evaluation.description.clone(),
-                if method.evaluation.baseline {
-                    "no, a baseline"
-                } else {
-                    "yes"
-                }
-                .to_owned(),
-                standing(method.evaluation, evaluation),
-            ],
-            best: Vec::new(),
-            stressed: method.default,
+/// What each method knows, how it compares, and which one was chosen.
+pub(super) fn methods(evaluation: &Evaluation, methods: &[Method<'_>]) -> Body {
+    let caption = "Methods, and how the error of each learned one compares with that of the best baseline at the median, third quartile, 95 % \
+        quantile and maximum";
+    let table = method_table(caption, methods, |method| method)
+        .words("what it does", |m| m.evaluation.description.clone())
+        .words("learned", |m| match m.evaluation.baseline {
+            true => "no, a baseline".to_owned(),
+            false => "yes".to_owned(),
         })
-        .collect();
-    html! {
+        .words("error", |m| outcomes(m.evaluation, evaluation));
+    Body::from(html! {
         p {
             "Every method plans the same test segments. A baseline has learned nothing from the training takes; \
-             a learned method is worth its trouble only where it does better than all baselines."
+             a learned method is useful only if it beats every baseline."
         }
-        (table(
-            "Methods, and how each learned one stands against the baseline that is best at the median, third quartile, 95 % quantile and maximum of its error",
-            &[words("method"), words("what it does"), words("learned"), words("against the best one there")],
-            lines,
-        ))
-        (choice::part(evaluation, methods))
-    }
+    })
+    .prose(table)
+    .append(choice(evaluation, methods))
 }
 
-/// A method's name with the colour it has in the figures.
-pub(super) fn name(method: &Method<'_>) -> Markup {
-    super::named(&method.named())
-}
-
-fn standing(method: &MethodEvaluation, evaluation: &Evaluation) -> String {
+fn outcomes(method: &MethodEvaluation, evaluation: &Evaluation) -> String {
     if method.baseline {
         return String::new();
     }
-    let marks: Vec<&str> = comparisons(method, evaluation)
-        .iter()
-        .map(|c| match c.outcome {
-            Outcome::Ahead => "better",
-            Outcome::Level => "level",
-            Outcome::Behind => "worse",
+    let marks: Vec<&str> = (comparisons(method, evaluation).iter())
+        .map(|comparison| match comparison.outcome {
+            Outcome::Lower => "lower",
+            Outcome::Tie => "tie",
+            Outcome::Higher => "higher",
         })
         .collect();
-    if marks.is_empty() {
-        NONE.to_owned()
-    } else {
-        marks.join(" · ")
+    match marks.is_empty() {
+        true => NONE.to_owned(),
+        false => marks.join(" · "),
     }
+}
+
+/// The comparison on left-out training takes, where one was asked for.
+fn choice(evaluation: &Evaluation, methods: &[Method<'_>]) -> Option<Body> {
+    let (choice, sentence) = (evaluation.choice.as_ref()?, choice_sentence(evaluation)?);
+    let mut candidates = choice.candidates.clone();
+    candidates.sort_by(|a, b| a.mean_error_m.total_cmp(&b.mean_error_m));
+    let caption = "Methods on training takes that were left out of learning, lowest error first";
+    let table = Table::new(caption, candidates, "method", |candidate| {
+        let known = methods.iter().find(|m| m.name == candidate.name);
+        known.map_or_else(|| (&*candidate.name).into(), Method::head)
+    })
+    .stressed(|candidate| candidate.name == choice.method)
+    .numbers("mean error", "mm", |c| match c.mean_error_m.is_finite() {
+        true => decimals(to_mm(c.mean_error_m), 3),
+        false => "a plan failed".to_owned(),
+    })
+    .counts("n", "segments", |_| choice.segments);
+    let are = if choice.folds == 1 { "is" } else { "are" };
+    let groups = counted(choice.folds, "group");
+    Some(Body::from(html! {
+        h3 { "Which method was chosen" }
+        p { (tied(&sentence)) }
+        @if !table.is_empty() { (table) }
+        p.note {
+            "Over all segments, fingers and instants. " (groups) " of training takes " (are) " left out in turn, and everything is learned from the \
+             rest; test takes are not used. A learned method is chosen where it is better than the best baseline by more than \
+             the standard error of the difference over segments."
+        }
+    }))
 }

@@ -1,6 +1,8 @@
 //! Training data: fingertip hulls, primitives, explained variance.
 
-use inhand_model::{DictionaryKind, ExplainedVariance, Finger, Hull, PerFinger, PrimitivePath};
+use inhand_model::{
+    DictionaryKind, ExplainedVariance, Finger, Hull, Illustrations, PerFinger, PrimitivePath,
+};
 use maud::html;
 
 use super::Body;
@@ -8,11 +10,22 @@ use crate::figure::line_chart::{self, AxisSpec, LineChart, Series};
 use crate::figure::palette::{PLAIN_CLASS, finger_class};
 use crate::figure::projection::{self, Drawn, Shape};
 use crate::figure::scale::nice_end;
-use crate::figure::{Figure, FigureColumn, FigureData, Key};
-use crate::number::{NARROW_SPACE, count, percent, to_mm};
+use crate::figure::{Figure, FigureData, Key, finger_keys};
+use crate::number::{count, percent, to_mm};
 use crate::words::tied;
 
-const LEARNED_CLASS: &str = "l0";
+/// The section's content; sentences where something is not available.
+pub(super) fn section(all: &Illustrations, kind: DictionaryKind, rate_hz: f64) -> Body {
+    let body = Body::default().figure(all.hulls.as_ref().and_then(hulls));
+    let body = match all.explained.as_ref().and_then(variance) {
+        Some(figure) => body.figure(figure),
+        None => body.prose(html! { p { "Every training segment has missing samples; explained variance is not available." } }),
+    };
+    match all.primitives.is_empty() {
+        true => body.prose(html! { p { "No training segment uses any primitive." } }),
+        false => body.figure(used_most(kind, &all.primitives, rate_hz)),
+    }
+}
 
 /// Hulls in three projections.
 pub(super) fn hulls(hulls: &PerFinger<Hull>) -> Option<Figure> {
@@ -37,42 +50,13 @@ pub(super) fn hulls(hulls: &PerFinger<Hull>) -> Option<Figure> {
         caption: "Convex hulls of all positions in the training takes, in the hand's frame: their outlines seen along \
             its three axes, at one scale."
             .to_owned(),
-        data: FigureData::new([
-            FigureColumn::words("finger", corners.iter().map(|corner| corner.0.name())),
-            FigureColumn::numbers("x_mm", corners.iter().map(|corner| corner.1[0])),
-            FigureColumn::numbers("y_mm", corners.iter().map(|corner| corner.1[1])),
-            FigureColumn::numbers("z_mm", corners.iter().map(|corner| corner.1[2])),
-        ]),
+        data: FigureData::about(&corners)
+            .words("finger", |corner| corner.0.name())
+            .points(|corner| corner.1)
+            .done(),
         legend: finger_keys(Key::area),
         panels,
     })
-}
-
-fn finger_keys(key: fn(&'static str, &'static str) -> Key) -> Vec<Key> {
-    Finger::ALL
-        .map(|finger| key(finger.name(), finger_class(finger)))
-        .into()
-}
-
-/// Primitives, and the variance they explain.
-pub(super) fn dictionary(
-    kind: DictionaryKind,
-    primitives: &[PrimitivePath],
-    explained: Option<&ExplainedVariance>,
-    rate_hz: f64,
-) -> Body {
-    let mut body = Body::default();
-    match explained.and_then(variance) {
-        Some(figure) => body.figure(figure),
-        None => body
-            .prose(html! { p { "Every training segment misses something: no variance is told." } }),
-    };
-    if primitives.is_empty() {
-        body.prose(html! { p { "No training segment uses any primitive." } });
-    } else {
-        body.figure(used_most(kind, primitives, rate_hz));
-    }
-    body
 }
 
 fn length_mm(point: &[f64; 3]) -> f64 {
@@ -86,31 +70,20 @@ fn used_most(kind: DictionaryKind, primitives: &[PrimitivePath], rate_hz: f64) -
     });
     let high = nice_end(lengths.fold(0.0, f64::max), 6);
     let panels = primitives.iter().map(|primitive| {
-        let series: Vec<Series> = Finger::ALL
-            .map(|finger| Series {
-                label: finger.name().to_owned(),
-                class: finger_class(finger).to_owned(),
-                points: (primitive.path_m[finger].iter().enumerate())
-                    .map(|(t, point)| (t as f64 / rate_hz, length_mm(point)))
-                    .collect(),
-            })
-            .into();
+        let series = Finger::ALL.map(|finger| {
+            let path = primitive.path_m[finger].iter().enumerate();
+            let points = path.map(|(t, point)| (t as f64 / rate_hz, length_mm(point)));
+            Series::new(finger.name(), finger_class(finger), points)
+        });
         let samples = primitive.path_m[Finger::Thumb].len();
+        let last_s = samples.saturating_sub(1) as f64 / rate_hz;
+        let share = percent(primitive.share);
         line_chart::draw(&LineChart {
-            title: &format!(
-                "Primitive {}, {} %",
-                primitive.index,
-                percent(primitive.share)
-            ),
-            x: AxisSpec::linear(
-                "time in the segment (s)",
-                0.0,
-                samples.saturating_sub(1) as f64 / rate_hz,
-            ),
+            title: &format!("Primitive {}, {share} %", primitive.index),
+            x: AxisSpec::linear("time in the segment (s)", 0.0, last_s),
             y: AxisSpec::linear("displacement (mm)", 0.0, high),
-            series,
-            dots: false,
-            marked_x: None,
+            series: &series,
+            ..LineChart::default()
         })
     });
     let (use_of, size) = match kind {
@@ -137,82 +110,57 @@ fn primitive_data(primitives: &[PrimitivePath], rate_hz: f64) -> FigureData {
     let mut rows: Vec<(&PrimitivePath, Finger, usize, &[f64; 3])> = Vec::new();
     for primitive in primitives {
         for (finger, path) in primitive.path_m.iter() {
-            rows.extend(
-                path.iter()
-                    .enumerate()
-                    .map(|(t, point)| (primitive, finger, t, point)),
-            );
+            let points = path.iter().enumerate();
+            rows.extend(points.map(|(t, point)| (primitive, finger, t, point)));
         }
     }
-    FigureData::new([
-        FigureColumn::counts("primitive", rows.iter().map(|row| row.0.index)),
-        FigureColumn::numbers("share_percent", rows.iter().map(|row| 100.0 * row.0.share)),
-        FigureColumn::words("finger", rows.iter().map(|row| row.1.name())),
-        FigureColumn::numbers("time_s", rows.iter().map(|row| row.2 as f64 / rate_hz)),
-        FigureColumn::numbers("x_mm", rows.iter().map(|row| to_mm(row.3[0]))),
-        FigureColumn::numbers("y_mm", rows.iter().map(|row| to_mm(row.3[1]))),
-        FigureColumn::numbers("z_mm", rows.iter().map(|row| to_mm(row.3[2]))),
-        FigureColumn::numbers("length_mm", rows.iter().map(|row| length_mm(row.3))),
-    ])
+    FigureData::about(&rows)
+        .counts("primitive", |row| row.0.index)
+        .numbers("share_percent", |row| 100.0 * row.0.share)
+        .words("finger", |row| row.1.name())
+        .numbers("time_s", |row| row.2 as f64 / rate_hz)
+        .points(|row| row.3.map(to_mm))
+        .numbers("length_mm", |row| length_mm(row.3))
+        .done()
 }
 
 /// Share of the variance against rank.
 fn variance(explained: &ExplainedVariance) -> Option<Figure> {
     let percents = |points: &[(usize, f64)]| -> Vec<(f64, f64)> {
+        let points = points.iter();
         points
-            .iter()
             .map(|(rank, share)| (*rank as f64, 100.0 * share))
             .collect()
     };
-    let principal = percents(&explained.principal);
-    let highest = principal.last()?.0;
-    let learned = percents(&[explained.learned]);
     let (rank, share) = explained.learned;
-    let lowest = principal
-        .iter()
-        .chain(&learned)
-        .map(|point| point.1)
-        .fold(100.0, f64::min);
-    let series = vec![
-        Series {
-            label: "principal components".to_owned(),
-            class: PLAIN_CLASS.to_owned(),
-            points: principal,
-        },
-        Series {
-            label: "the learned dictionary".to_owned(),
-            class: LEARNED_CLASS.to_owned(),
-            points: learned,
-        },
+    let highest = explained.principal.last()?.0.max(rank);
+    let names = ["principal components", "the learned dictionary"];
+    let series = [
+        Series::new(names[0], PLAIN_CLASS, percents(&explained.principal)),
+        Series::new(names[1], "l0", percents(&[explained.learned])),
     ];
+    // Multiples of ten.
+    let lowest = line_chart::heights(&series).fold(100.0, f64::min).max(0.0);
+    let low = (lowest / 10.0).floor() * 10.0;
     Some(Figure {
         id: "explained-variance",
         title: "Explained variance against rank.".to_owned(),
         caption: tied(&format!(
             "Share of the variance of {} training segments about their mean that a dictionary of so many primitives can \
              explain at best (principal components). The learned dictionary explains {} % with {} primitives.",
-            count(explained.segments, NARROW_SPACE),
+            count(explained.segments),
             percent(share),
-            count(rank, NARROW_SPACE),
+            count(rank),
         )),
         data: line_chart::data("rank", "explained_percent", &series),
-        legend: vec![
-            Key::line("principal components", PLAIN_CLASS),
-            Key::area("the learned dictionary", LEARNED_CLASS),
-        ],
+        legend: vec![Key::line(names[0], PLAIN_CLASS), Key::area(names[1], "l0")],
         panels: vec![line_chart::draw(&LineChart {
             title: "Explained variance",
-            x: AxisSpec::log("primitives (logarithmic)", 1.0, highest.max(rank as f64)),
-            y: AxisSpec {
-                name: "explained (%)",
-                // Multiples of ten.
-                low: (lowest.max(0.0) / 10.0).floor() * 10.0,
-                high: 100.0,
-                log: false,
-            },
-            series,
+            x: AxisSpec::log("primitives (logarithmic)", 1.0, highest as f64),
+            y: AxisSpec::linear("explained (%)", low, 100.0),
+            series: &series,
             dots: true,
-            marked_x: None,
+            ..LineChart::default()
         })],
     })
 }

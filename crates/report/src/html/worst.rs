@@ -4,11 +4,12 @@ use inhand_model::{Finger, WorstCase};
 use maud::{Markup, html};
 
 use super::Body;
-use super::table::{Line, numbers, table, words};
+use crate::figure::line_chart;
 use crate::figure::palette::finger_class;
 use crate::figure::scale::{Scale, nice_end};
-use crate::figure::{Figure, FigureColumn, FigureData, Frame, Key, Panel, Px, axes};
+use crate::figure::{Figure, FigureData, Frame, Key, Panel, Px, axes};
 use crate::number::{decimals, millimetres, plain, to_mm};
+use crate::table::Table;
 use crate::words::shortened;
 
 const WIDTH: f64 = 380.0;
@@ -28,7 +29,6 @@ pub(super) fn part(cases: &[WorstCase], rate_hz: f64) -> Body {
     let Some(first) = cases.first() else {
         return html! { p { "No segment was planned, so there is no worst error." } }.into();
     };
-    let mut body = Body::default();
     let highest = cases
         .iter()
         .map(|case| to_mm(case.error_m))
@@ -37,22 +37,22 @@ pub(super) fn part(cases: &[WorstCase], rate_hz: f64) -> Body {
     let mut fingers: Vec<Finger> = cases.iter().map(|case| case.finger).collect();
     fingers.sort_unstable();
     fingers.dedup();
-    body.figure(Figure {
+    let keys = fingers
+        .into_iter()
+        .map(|finger| Key::line(finger.name(), finger_class(finger)));
+    let panels =
+        (cases.iter().enumerate()).map(|(place, case)| panel(place + 1, case, rate_hz, end_mm));
+    let figure = Figure {
         id: "worst-errors",
         title: format!("The {} segments with the largest errors of {}.", cases.len(), first.method),
         caption: "Error of the finger that is farthest off over the segment, one a segment, largest first; the dot is \
             the worst instant. All axes end at the same height."
             .to_owned(),
         data: data(cases, rate_hz),
-        legend: (fingers.into_iter())
-            .map(|finger| Key::line(finger.name(), finger_class(finger)))
-            .collect(),
-        panels: (cases.iter().enumerate())
-            .map(|(place, case)| panel(place + 1, case, rate_hz, end_mm))
-            .collect(),
-    });
-    body.prose(where_to_look(cases));
-    body
+        legend: keys.collect(),
+        panels: panels.collect(),
+    };
+    Body::default().figure(figure).prose(where_to_look(cases))
 }
 
 fn panel(place: usize, case: &WorstCase, rate_hz: f64, end_mm: f64) -> Panel {
@@ -64,16 +64,7 @@ fn panel(place: usize, case: &WorstCase, rate_hz: f64, end_mm: f64) -> Panel {
         .map(|(t, error_m)| (x.at(t as f64 / rate_hz), y.at(to_mm(*error_m))))
         .collect();
     let worst = points.iter().copied().min_by(|a, b| a.1.total_cmp(&b.1));
-    let line: String = (points.iter().enumerate())
-        .map(|(place, (x, y))| {
-            format!(
-                "{}{} {}",
-                if place == 0 { 'M' } else { 'L' },
-                Px(*x),
-                Px(*y)
-            )
-        })
-        .collect();
+    let line = line_chart::path(points.iter().copied());
     let title = format!("{place}. {} mm, {}", millimetres(case.error_m), case.finger);
     let below = format!("{}, {} s", case.take, decimals(case.time_s, 2));
     Panel {
@@ -102,55 +93,34 @@ fn data(cases: &[WorstCase], rate_hz: f64) -> FigureData {
     let rows: Vec<(usize, &WorstCase, usize)> = (cases.iter().enumerate())
         .flat_map(|(place, case)| (0..case.errors_m.len()).map(move |t| (place + 1, case, t)))
         .collect();
-    FigureData::new([
-        FigureColumn::counts("place", rows.iter().map(|row| row.0)),
-        FigureColumn::words("method", rows.iter().map(|row| row.1.method.as_str())),
-        FigureColumn::words("take", rows.iter().map(|row| row.1.take.as_str())),
-        FigureColumn::words("file", rows.iter().map(|row| row.1.file.as_str())),
-        FigureColumn::words("topic", rows.iter().map(|row| row.1.topic.as_str())),
-        FigureColumn::counts("segment", rows.iter().map(|row| row.1.segment)),
-        FigureColumn::words("finger", rows.iter().map(|row| row.1.finger.name())),
-        FigureColumn::numbers("worst_time_s", rows.iter().map(|row| row.1.time_s)),
-        FigureColumn::numbers(
-            "time_in_segment_s",
-            rows.iter().map(|row| row.2 as f64 / rate_hz),
-        ),
-        FigureColumn::numbers(
-            "error_mm",
-            rows.iter().map(|row| to_mm(row.1.errors_m[row.2])),
-        ),
-    ])
+    FigureData::about(&rows)
+        .counts("place", |row| row.0)
+        .words("method", |row| &*row.1.method)
+        .words("take", |row| &*row.1.take)
+        .words("file", |row| &*row.1.file)
+        .words("topic", |row| &*row.1.topic)
+        .counts("segment", |row| row.1.segment)
+        .words("finger", |row| row.1.finger.name())
+        .numbers("worst_time_s", |row| row.1.time_s)
+        .numbers("time_in_segment_s", |row| row.2 as f64 / rate_hz)
+        .numbers("error_mm", |row| to_mm(row.1.errors_m[row.2]))
+        .done()
 }
 
 fn where_to_look(cases: &[WorstCase]) -> Markup {
-    let columns = [
-        words("place"),
-        numbers("error", "mm"),
-        words("finger"),
-        words("file"),
-        numbers("time", "s"),
-        numbers("segment", ""),
-        words("topic"),
-    ];
-    let lines = (cases.iter().enumerate())
-        .map(|(place, case)| Line {
-            head: html! { (place + 1) },
-            cells: vec![
-                millimetres(case.error_m),
-                case.finger.name().to_owned(),
-                case.file.clone(),
-                decimals(case.time_s, 2),
-                case.segment.to_string(),
-                case.topic.clone(),
-            ],
-            best: Vec::new(),
-            stressed: false,
-        })
-        .collect();
+    let rows = cases.iter().enumerate();
+    let caption = "Where the worst errors are";
+    let table = Table::new(caption, rows, "place", |(place, _)| (place + 1).to_string())
+        .lengths("error", |(_, case)| case.error_m)
+        .words("finger", |(_, case)| case.finger.name().to_owned())
+        .words("file", |(_, case)| case.file.clone())
+        .decimals("time", "s", 2, |(_, case)| case.time_s)
+        .numbers("segment", "", |(_, case)| case.segment.to_string())
+        .words("topic", |(_, case)| case.topic.clone());
     html! {
-        (table("Where the worst errors are", &columns, lines))
+        (table)
         p.note {
-            "Files lie beside this report; times count from the take's first sample, segments over all test takes from 0. \
+            "Files are beside this report; times count from the take's first sample, segments over all test takes from 0. \
              A few seconds around each, to open in a viewer:"
         }
         details {

@@ -44,7 +44,7 @@ fn two_methods_of_one_name_are_refused() {
 fn without_an_object_contacts_are_said_to_be_missing() {
     let evaluation = sample::evaluation(false);
     let page = html(&Report::new(&evaluation, &[])).unwrap();
-    assert!(page.contains("Contacts were not judged"));
+    assert!(page.contains("Contacts were not evaluated"));
     assert!(!page.contains("contact threshold tau"));
     let document: Value =
         serde_json::from_str(&evaluation_json(&evaluation, &[]).unwrap()).unwrap();
@@ -64,7 +64,7 @@ fn an_object_that_was_never_tracked_gives_no_share() {
         (contact.n, contact.three_or_more) = (0, f64::NAN);
     }
     let page = html(&Report::new(&evaluation, &[])).unwrap();
-    assert!(page.contains("Contacts could not be judged"));
+    assert!(page.contains("Contacts could not be evaluated"));
     assert!(!page.contains("contact threshold tau"));
     let document: Value =
         serde_json::from_str(&evaluation_json(&evaluation, &[]).unwrap()).unwrap();
@@ -72,7 +72,7 @@ fn an_object_that_was_never_tracked_gives_no_share() {
         document["methods"][0]["contact"]["three_or_more"],
         Value::Null
     );
-    assert!(text_summary(&evaluation).contains("not judged, no instant with a tracked object"));
+    assert!(text_summary(&evaluation).contains("not evaluated, no instant with a tracked object"));
 }
 
 /// Failed plans leave a method without a single instant: nothing becomes zero.
@@ -107,8 +107,8 @@ fn a_method_without_a_trajectory_has_dashes_not_zeros() {
     ) = (0, 117, 2, f64::NAN);
 
     let page = html(&Report::new(&evaluation, &[])).unwrap();
-    assert!(page.contains("residual could not be judged"));
-    assert!(page.contains("nothing to judge"));
+    assert!(page.contains("residual could not be evaluated"));
+    assert!(page.contains("nothing to evaluate"));
     assert!(page.contains("0 of 119 plans were solved, 117 are infeasible and 2 failed"));
     assert!(!page.contains("NaN"));
     let document: Value =
@@ -199,7 +199,7 @@ fn one_take_no_quality_no_provenance_no_history() {
     for words in [
         "1 take, 120",
         "0 takes, 0",
-        "Nothing is known of the takes",
+        "The gaps of the takes are not known",
         "No provenance was recorded",
         "does not iterate",
         "no baseline to compare residual with",
@@ -222,7 +222,7 @@ fn takes_without_gaps_and_many_findings() {
     }
     let page = html(&Report::new(&evaluation, &[])).unwrap();
     assert!(page.contains("No fingertip is missing at any sample"));
-    assert!(page.contains("Nothing odd was found"));
+    assert!(page.contains("Every take is OK."));
     evaluation.quality[2].findings = (0..10).flat_map(|_| findings.clone()).collect();
     assert!(
         html(&Report::new(&evaluation, &[]))

@@ -18,7 +18,11 @@ fn whole() -> (Evaluation, EvaluationRows) {
 
 fn all() -> Vec<Figure> {
     let (evaluation, rows) = whole();
-    figures(&Report::new(&evaluation, &[]).with_rows(&rows)).expect("the sample has figures")
+    figures(&Report {
+        rows: Some(&rows),
+        ..Report::new(&evaluation, &[])
+    })
+    .expect("the sample has figures")
 }
 
 fn figure(id: &str) -> Figure {
@@ -150,7 +154,10 @@ fn files_are_well_formed_and_no_figure_is_empty() {
 #[test]
 fn the_page_shows_what_the_files_show() {
     let (evaluation, rows) = whole();
-    let report = Report::new(&evaluation, &[]).with_rows(&rows);
+    let report = Report {
+        rows: Some(&rows),
+        ..Report::new(&evaluation, &[])
+    };
     let (page, figures) = (html(&report).unwrap(), figures(&report).unwrap());
     assert_eq!(page.matches("<figure ").count(), figures.len());
     for figure in &figures {
@@ -194,7 +201,10 @@ fn names_from_files_make_no_elements() {
     }
     rows.takes[0] = nasty.to_owned();
     evaluation.intervals = Some(sample_rows::intervals(&evaluation));
-    let report = Report::new(&evaluation, &[]).with_rows(&rows);
+    let report = Report {
+        rows: Some(&rows),
+        ..Report::new(&evaluation, &[])
+    };
     let figures = figures(&report).unwrap();
     assert_eq!(figures.len(), all().len());
     for figure in figures {

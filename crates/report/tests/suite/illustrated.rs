@@ -137,7 +137,10 @@ const IDS: [&str; 9] = [
 
 fn with(illustrations: &Illustrations) -> (String, Vec<Figure>) {
     let (evaluation, provenance) = (sample::evaluation(true), sample::provenance());
-    let report = Report::new(&evaluation, &provenance).with_illustrations(illustrations);
+    let report = Report {
+        illustrations: Some(illustrations),
+        ..Report::new(&evaluation, &provenance)
+    };
     let page = html(&report).expect("the sample makes a page");
     (page, figures(&report).expect("and figures"))
 }
@@ -233,11 +236,11 @@ fn what_is_not_there_has_a_sentence_and_no_figure() {
     for sentence in [
         "No track of any take has a gap.",
         "No test take has a few seconds without a gap",
-        "No stretch of the test takes is long enough for a spectrum.",
+        "No interval of the test takes is long enough for a spectrum.",
         "No segment was planned, so no path is shown.",
         "No segment was planned, so there is no worst error.",
         "No training segment uses any primitive.",
-        "no variance is told",
+        "explained variance is not available",
     ] {
         assert!(page.contains(sentence), "{sentence}");
     }

@@ -227,7 +227,7 @@ fn every_table_shows_what_was_given() {
         "cube_01|train|ring|252|2.1|80|172|0.31",
         "cube_01|train|little|31|0.3|31|0|0.06",
         // Methods.
-        "prior|start + end, NMF 200|yes|worse · worse · better · worse",
+        "prior|start + end, NMF 200|yes|higher · higher · lower · higher",
         // Contacts: recorded, planned.
         "recorded|11 900|23|0|> 99.9|100.0|97.5|95.0|92.5|90.0",
         "prior|11 900|23|0|99.1|99.1|96.1|93.2|90.2|87.2",
@@ -240,15 +240,15 @@ fn every_table_shows_what_was_given() {
         "line|11 900|3|1|9.31|ring, little",
         "paper|119|0|0|4|0|3.1e-9|9 of 119",
         // Families of constraints: with room, at the bound, within rounding.
-        "acceleration|0 of 119|kept with 410.00 mm/s² to spare",
-        "distance between fingertips|2 of 119|kept exactly",
+        "acceleration|0 of 119|satisfied (margin 410.00 mm/s²)",
+        "distance between fingertips|2 of 119|satisfied exactly",
         "velocity|4 of 119|2.0e-9 mm/s",
-        // Corridors by stated share, the object, the choice, the deviation.
+        // Prediction regions by stated share, the object, the choice, the deviation.
         "residual|59 500|119|0|1.61|52.0|53.0|52.5|52.0|51.5|51.0",
         "prior|59 500|119|0|3.02|90.1|91.1|90.6|90.1|89.6|89.1",
         "residual|11 900|23|0|0.32|0.67|2.25|9.03|0.46|0.95|3.22|12.93",
         "hermite|0.727|590",
-        "whole hand|0.36|2|mean of the demonstrations in which all fingers had similar ends",
+        "whole hand|0.36|2|mean of the demonstrations in which all fingers had similar boundary conditions",
         // Velocity bounds.
         "index|-240.0|260.0|-250.0|270.0|-260.0|280.0",
     ] {

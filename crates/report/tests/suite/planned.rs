@@ -11,7 +11,7 @@ fn words(evaluation: &Evaluation) -> String {
 }
 
 #[test]
-fn infeasible_plans_say_which_constraint_would_have_to_give_way() {
+fn infeasible_plans_say_which_constraint_would_have_to_be_relaxed() {
     let mut evaluation = sample::evaluation(true);
     let all_solved = words(&evaluation);
     assert!(all_solved.contains("No plan was infeasible"));
@@ -26,8 +26,8 @@ fn infeasible_plans_say_which_constraint_would_have_to_give_way() {
     for expected in [
         "velocity|4 of 116|2.0e-9 mm/s|2 of 3|12.50 mm/s",
         // Neither did this family mend anything, nor had this method anything to mend.
-        "activations not negative|116 of 116|kept exactly|0 of 3|–",
-        "distance between fingertips|2 of 119|kept exactly|–|–",
+        "activations not negative|116 of 116|satisfied exactly|0 of 3|–",
+        "distance between fingertips|2 of 119|satisfied exactly|–|–",
     ] {
         assert!(
             rows.iter()
@@ -53,7 +53,7 @@ fn what_nobody_planned_has_no_section() {
     let page = html(&Report::new(&evaluation, &[])).unwrap();
     for gone in [
         "corridor",
-        "Corridor",
+        "rediction region",
         "Object pose",
         "family of constraints",
         "outside the hull",
@@ -64,22 +64,22 @@ fn what_nobody_planned_has_no_section() {
         assert!(!page.contains(gone), "{gone}");
     }
     let text = text_summary(&evaluation);
-    assert!(!text.contains("corridor") && !text.contains("auto"));
+    assert!(!text.contains("prediction region") && !text.contains("auto"));
 }
 
 #[test]
-fn corridors_are_told_by_the_widest_one_of_the_default_method() {
+fn the_widest_prediction_regions_of_the_default_method_are_stated() {
     let mut evaluation = sample::evaluation(true);
-    let line = "95 % corridors of residual hold 94.1 % of 59 500 recorded fingertip positions\n";
+    let line = "95 % prediction regions of residual contain 94.1 % of 59 500 recorded fingertip positions\n";
     assert!(text_summary(&evaluation).contains(line));
     assert!(words(&evaluation).contains(line.trim_end()));
-    // None judged: dashes in the table, no figure, no sentence.
+    // None evaluated: dashes in the table, no figure, no sentence.
     for method in &mut evaluation.methods {
         for corridor in &mut method.corridors {
             corridor.n = 0;
         }
     }
-    assert!(!text_summary(&evaluation).contains("corridor"));
+    assert!(!text_summary(&evaluation).contains("prediction region"));
     let page = html(&Report::new(&evaluation, &[])).unwrap();
     assert!(!page.contains("recorded positions inside (%)"));
     assert!(rows(&page).iter().any(|row| {
@@ -92,7 +92,7 @@ fn corridors_are_told_by_the_widest_one_of_the_default_method() {
 #[test]
 fn dots_lie_where_their_numbers_say() {
     let page = html(&Report::new(&sample::evaluation(true), &[])).unwrap();
-    let figure = &page[page.find("95 % corridors</text>").unwrap()..];
+    let figure = &page[page.find("95 % prediction regions</text>").unwrap()..];
     let figure = &figure[..figure.find("</svg>").unwrap()];
     let numbers = |start: &str| -> Vec<f64> {
         figure
@@ -114,16 +114,16 @@ fn dots_lie_where_their_numbers_say() {
 }
 
 #[test]
-fn the_deviation_says_what_it_is_worth() {
+fn the_deviation_states_its_validation() {
     let mut evaluation = sample::evaluation(true);
     assert!(words(&evaluation).contains(
-        "On 590 left-out segments of 5 groups of takes the smooth curve errs by 0.727 mm, with the \
+        "On 590 left-out segments of 5 groups of takes the cubic baseline has an error of 0.727 mm, with the \
          deviation 0.629 mm (difference −0.098 ± 0.009 mm, the standard error over segments)."
     ));
     evaluation.session.train.truncate(1);
     assert!(
         words(&evaluation)
-            .contains("590 left-out segments of 5 stretches of the one training take")
+            .contains("590 left-out segments of 5 intervals of the one training take")
     );
 
     let deviation = evaluation.dictionary.deviation.as_mut().unwrap();
@@ -131,14 +131,16 @@ fn the_deviation_says_what_it_is_worth() {
     deviation.validation.error_m = deviation.validation.smooth_error_m;
     deviation.validation.standard_error_m = 0.0;
     let told = words(&evaluation);
-    assert!(told.contains("All weights are zero, so plans fall back to the smooth curve: on 590"));
+    assert!(
+        told.contains("All weights are zero, so plans fall back to the cubic baseline: on 590")
+    );
     assert!(told.contains("no learned deviation was better by more than the standard error"));
 
     let deviation = evaluation.dictionary.deviation.as_mut().unwrap();
     (deviation.validation.folds, deviation.validation.segments) = (0, 0);
     assert!(words(&evaluation).contains(
-        "too little training data to leave any out and see whether a deviation predicts it, so all \
-         weights are zero and plans fall back to the smooth curve."
+        "too little training data to leave any out and validate the deviation, so all weights are \
+         zero and plans fall back to the cubic baseline."
     ));
 }
 
@@ -159,7 +161,7 @@ fn the_choice_has_its_reason() {
     check(
         &evaluation,
         &format!(
-            "{learned}, against 0.727 mm of hermite, the best that learns nothing; the gain of \
+            "{learned}, against 0.727 mm of hermite, the best baseline; the gain of \
              0.098 ± 0.009 mm is above its standard error"
         ),
     );
@@ -180,7 +182,7 @@ fn the_choice_has_its_reason() {
         (
             f64::INFINITY,
             f64::NEG_INFINITY,
-            "; residual, the best learned method, leaves segments without a motion",
+            "; residual, the best learned method, fails for some segments",
         ),
     ] {
         let choice = evaluation.choice.as_mut().unwrap();

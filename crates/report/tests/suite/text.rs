@@ -35,11 +35,11 @@ fn the_table_shows_every_method_and_the_contacts() {
 }
 
 #[test]
-fn a_default_method_that_is_ahead_or_level_is_said_to_be() {
-    let expected = "residual is level with the best baseline at the median (0.40 against 0.40 mm by \
-        hermite) and maximum (11.28 against 11.20 mm by hermite). residual does better than every \
-        baseline at the third quartile (0.83 against 0.93 mm by hermite) and 95 % quantile (2.81 \
-        against 3.69 mm by line).";
+fn a_lower_error_or_a_tie_of_the_default_method_is_stated() {
+    let expected = "residual ties with the best baseline at the median (0.40 vs 0.40 mm of \
+        hermite) and maximum (11.28 vs 11.20 mm of hermite). residual has a lower error than every \
+        baseline at the third quartile (0.83 vs 0.93 mm of hermite) and 95 % quantile (2.81 \
+        vs 3.69 mm of line).";
     let evaluation = sample::evaluation(true);
     assert!(text_summary(&evaluation).contains(expected));
     let page = html(&Report::new(&evaluation, &[]))
@@ -50,11 +50,11 @@ fn a_default_method_that_is_ahead_or_level_is_said_to_be() {
 }
 
 #[test]
-fn it_hurts_where_it_must() {
-    let expected = "hermite, which learns nothing, does better than prior at the median \
-        (0.40 against 0.79 mm), third quartile (0.93 against 1.32 mm) and maximum \
-        (11.20 against 22.12 mm). prior does better than every baseline at the 95 % quantile \
-        (3.13 against 3.69 mm by line).";
+fn a_higher_error_is_stated_first() {
+    let expected = "hermite, which learns nothing, has a lower error than prior at the median \
+        (0.40 vs 0.79 mm), third quartile (0.93 vs 1.32 mm) and maximum \
+        (11.20 vs 22.12 mm). prior has a lower error than every baseline at the 95 % quantile \
+        (3.13 vs 3.69 mm of line).";
     let mut evaluation = sample::evaluation(true);
     evaluation.default_method = "prior".to_owned();
     assert!(text_summary(&evaluation).contains(expected));
@@ -93,15 +93,15 @@ fn other_outcomes_have_their_words() {
     for (factor, words) in [
         (
             0.5,
-            "residual does better than every baseline: median (0.20 against 0.40 mm by hermite)",
+            "residual has a lower error than every baseline: median (0.20 vs 0.40 mm of hermite)",
         ),
         (
             1.0,
-            "residual is level with the best baseline at the median (0.40 against 0.40 mm by hermite)",
+            "residual ties with the best baseline at the median (0.40 vs 0.40 mm of hermite)",
         ),
         (
             2.0,
-            "hermite, which learns nothing, does better than residual everywhere: median",
+            "hermite, which learns nothing, has a lower error than residual everywhere: median",
         ),
     ] {
         evaluation.methods[0].error.all = scaled(factor);

@@ -1,0 +1,248 @@
+//! Named rows on one axis: boxes, intervals, shares, each with its numbers at the right.
+
+use inhand_model::Finger;
+use maud::{Markup, html};
+
+use super::line_chart::AxisSpec;
+use super::palette::finger_class;
+use super::scale::Scale;
+use super::{Frame, Panel, Px, axes};
+use crate::words::shortened;
+
+/// Rows on one axis.
+#[derive(Default)]
+pub(crate) struct RowPlot<'a> {
+    /// What is shown, above the figure.
+    pub(crate) title: &'a str,
+    /// Class of a swatch before the title.
+    pub(crate) swatch: Option<&'a str>,
+    /// The axis.
+    pub(crate) axis: AxisSpec<'a>,
+    /// A value on the axis to mark, with its name.
+    pub(crate) marked: Option<(f64, &'a str)>,
+    /// What the numbers at the right are.
+    pub(crate) numbers: &'a [&'a str],
+    /// Rows from top to bottom.
+    pub(crate) rows: Vec<PlotRow<'a>>,
+}
+
+/// A row of a plot.
+#[derive(Default)]
+pub(crate) struct PlotRow<'a> {
+    /// Name at the left.
+    pub(crate) label: &'a str,
+    /// Class that colours its marks.
+    pub(crate) class: &'a str,
+    /// Whether the name is stressed.
+    pub(crate) stressed: bool,
+    /// Everything in words, shown under the pointer; empty where the marks have words of their own.
+    pub(crate) tooltip: String,
+    /// Marks from the lowest to the one on top; without any nothing was evaluated.
+    pub(crate) marks: Vec<Mark>,
+    /// Numbers at the right.
+    pub(crate) numbers: Vec<String>,
+}
+
+/// A shape on the axis.
+pub(crate) struct Mark {
+    shape: MarkShape,
+    /// From where to where; twice the same for a shape at one value.
+    ends: [f64; 2],
+    class: &'static str,
+    /// How far below the middle of the row.
+    down: f64,
+    tooltip: String,
+}
+
+/// How a mark looks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum MarkShape {
+    /// A thin line with a short bar at its second end.
+    Whisker,
+    /// A box.
+    Box,
+    /// A heavy line across the box.
+    Median,
+    /// A ring.
+    Ring,
+    /// A thick line.
+    Bar,
+    /// A filled dot.
+    Dot,
+    /// A line across the row.
+    Across,
+    /// A filled area, as high as a box.
+    Area,
+}
+
+impl Mark {
+    /// A mark that reaches over a range.
+    pub(crate) fn over(shape: MarkShape, ends: [f64; 2]) -> Self {
+        Self {
+            shape,
+            ends,
+            class: "",
+            down: 0.0,
+            tooltip: String::new(),
+        }
+    }
+
+    /// A mark at a value.
+    pub(crate) fn at(shape: MarkShape, value: f64) -> Self {
+        Self::over(shape, [value; 2])
+    }
+
+    /// In another colour than the row, with words of its own.
+    pub(crate) fn coloured(self, class: &'static str, tooltip: String) -> Self {
+        Self {
+            class,
+            tooltip,
+            ..self
+        }
+    }
+
+    /// In the colour and at the height of a finger.
+    pub(crate) fn of_finger(self, finger: Finger, tooltip: String) -> Self {
+        Self {
+            down: FINGER_STEP * (finger.index() as f64 - 2.0),
+            ..self.coloured(finger_class(finger), tooltip)
+        }
+    }
+
+    fn draw(&self, scale: &Scale, middle: f64) -> Markup {
+        let [low, high] = scale.ends();
+        let [from, to] = self.ends.map(|end| scale.at(end.clamp(low, high)));
+        let past = self.ends[1] > high;
+        let y = middle + self.down;
+        let top = y - 0.5 * BOX_HEIGHT;
+        // A box without width is still a box.
+        let width = (to - from).max(0.5);
+        let line = |class: &str, x: f64, half: f64| html! { line class=(class) x1=(Px(x)) y1=(Px(y - half)) x2=(Px(x)) y2=(Px(y + half)) {} };
+        let along = |class: &str| html! { line class=(class) x1=(Px(from)) y1=(Px(y)) x2=(Px(to)) y2=(Px(y)) {} };
+        let visible = self.ends[0] <= high && self.ends[1] >= low;
+        html! {
+            g class=[(!self.class.is_empty()).then_some(self.class)] {
+                @if !self.tooltip.is_empty() { title { (self.tooltip) } }
+                @if visible {
+                    @match self.shape {
+                        MarkShape::Whisker => {
+                            (along("whisker"))
+                            @if !past { (line("whisker", to, 0.25 * BOX_HEIGHT)) }
+                        }
+                        MarkShape::Bar => (along("bar")),
+                        MarkShape::Box => rect.box x=(Px(from)) y=(Px(top)) width=(Px(width)) height=(Px(BOX_HEIGHT)) {},
+                        MarkShape::Area => rect.area x=(Px(from)) y=(Px(top)) width=(Px(width)) height=(Px(BOX_HEIGHT)) {},
+                        MarkShape::Median => (line("median", to, 0.5 * BOX_HEIGHT)),
+                        MarkShape::Across => (line("pooled", to, 0.9 * BOX_HEIGHT)),
+                        MarkShape::Ring => circle.dot cx=(Px(to)) cy=(Px(y)) r="2.6" {},
+                        MarkShape::Dot => circle.point cx=(Px(to)) cy=(Px(y)) r="3" {},
+                    }
+                }
+            }
+        }
+    }
+}
+
+const WIDTH: f64 = 380.0;
+/// Longest name that is written out; a longer one ends in an ellipsis and is whole in the tooltip.
+const LABEL_LETTERS: usize = 20;
+/// Width of a letter at the figure's text size, generous enough for bold and for most fonts.
+const LETTER_WIDTH: f64 = 7.2;
+const GAP: f64 = 8.0;
+const TOP: f64 = 38.0;
+const ROW_HEIGHT: f64 = 26.0;
+/// Height of a row with a mark for each finger.
+const FINGERS_HEIGHT: f64 = 36.0;
+/// From one finger's mark down to the next one's, so that equal values do not hide one another.
+const FINGER_STEP: f64 = 5.6;
+const BOX_HEIGHT: f64 = 14.0;
+/// Ticks wanted on the axis.
+pub(crate) const WANTED_TICKS: usize = 5;
+
+/// Draws the figure. What is past the end of the axis is replaced by an arrow head there.
+pub(crate) fn draw(plot: &RowPlot<'_>) -> Panel {
+    let fingers = plot.rows.iter().flat_map(|row| &row.marks);
+    let height = match fingers.map(|mark| mark.down).any(|down| down != 0.0) {
+        true => FINGERS_HEIGHT,
+        false => ROW_HEIGHT,
+    };
+    let letters = plot.rows.iter().map(|row| row.label.chars().count()).max();
+    let ends = number_ends(plot);
+    let frame = Frame {
+        left: GAP + LETTER_WIDTH * letters.unwrap_or(0).min(LABEL_LETTERS) as f64,
+        top: TOP,
+        right: ends.first().map_or(WIDTH - 12.0, |first| first.0 - first.1),
+        bottom: TOP + height * plot.rows.len() as f64,
+    };
+    let scale = plot.axis.scale(frame.left, frame.right);
+    let [_, high] = scale.ends();
+    let shapes = html! {
+        @if let Some(class) = plot.swatch {
+            g.(class) { rect.key x="0.5" y="2.5" width="11" height="11" rx="2" {} }
+        }
+        text.title x=(if plot.swatch.is_some() { "18" } else { "0" }) y="12.5" { (plot.title) }
+        @for (name, (end, _)) in plot.numbers.iter().zip(&ends) {
+            text.tick x=(Px(*end)) y=(Px(TOP - 6.0)) text-anchor="end" { (name) }
+        }
+        (axes::bottom(&frame, &scale, WANTED_TICKS, plot.axis.name))
+        @if let Some((value, name)) = plot.marked {
+            text.tick x=(Px(scale.at(value))) y=(Px(TOP - 6.0)) text-anchor="middle" { (name) }
+            (frame.mark(scale.at(value)))
+        }
+        @for (place, row) in plot.rows.iter().enumerate() {
+            @let y = TOP + height * (place as f64 + 0.5);
+            g.row {
+                @if !row.tooltip.is_empty() { title { (row.tooltip) } }
+                rect.hover x="0" y=(Px(y - 0.5 * height)) width=(Px(WIDTH)) height=(Px(height)) {}
+                text.label.stressed[row.stressed] x=(Px(frame.left - GAP)) y=(Px(y + 4.0)) text-anchor="end" { (shortened(row.label, LABEL_LETTERS)) }
+                g.(row.class) {
+                    @for mark in &row.marks { (mark.draw(&scale, y)) }
+                    @if row.marks.iter().any(|mark| mark.ends[1] > high) {
+                        path.past d={ "M" (Px(frame.right - 1.0)) " " (Px(y - 4.0)) "l6 4l-6 4z" } {}
+                    }
+                }
+                @if row.marks.is_empty() { text.tick x=(Px(frame.left + GAP)) y=(Px(y + 4.0)) { "nothing to evaluate" } }
+                @for (place, (number, (end, _))) in row.numbers.iter().zip(&ends).enumerate() {
+                    text.value.faint[place > 0] x=(Px(*end)) y=(Px(y + 4.0)) text-anchor="end" { (number) }
+                }
+            }
+        }
+    };
+    Panel {
+        width: WIDTH,
+        height: frame.bottom + axes::BOTTOM_ROOM,
+        summary: summary(plot),
+        shapes,
+    }
+}
+
+/// Where each column of numbers ends at the right, and its width.
+fn number_ends(plot: &RowPlot<'_>) -> Vec<(f64, f64)> {
+    let letters = |column: usize| {
+        let cells = plot.rows.iter().filter_map(|row| row.numbers.get(column));
+        let cells = cells.map(|cell| cell.chars().count());
+        cells.chain([plot.numbers[column].chars().count()]).max()
+    };
+    let widths = (0..plot.numbers.len()).map(|column| letters(column).unwrap_or(0));
+    let widths: Vec<f64> = widths.map(|n| GAP + LETTER_WIDTH * n as f64).collect();
+    let ends = widths.iter().enumerate();
+    ends.map(|(place, &width)| (WIDTH - 1.0 - widths[place + 1..].iter().sum::<f64>(), width))
+        .collect()
+}
+
+/// What the figure says, for those who do not see it.
+fn summary(plot: &RowPlot<'_>) -> String {
+    let row = |row: &PlotRow<'_>| {
+        let numbers = plot.numbers.iter().zip(&row.numbers);
+        let numbers = numbers.map(|(name, number)| format!("{name} {number}"));
+        let words = row.marks.iter().map(|mark| mark.tooltip.clone());
+        let mut said: Vec<String> = numbers.chain(words.filter(|w| !w.is_empty())).collect();
+        said.dedup();
+        match said.is_empty() {
+            true => format!("{} nothing to evaluate", row.label),
+            false => format!("{} {}", row.label, said.join(", ")),
+        }
+    };
+    let rows: Vec<String> = plot.rows.iter().map(row).collect();
+    format!("{} ({}): {}", plot.title, plot.axis.name, rows.join("; "))
+}

@@ -1,27 +1,27 @@
 //! A take as files of a BIDS dataset (Motion-BIDS, BIDS 1.10: `sub-*/[ses-*/]motion/`).
 //!
 //! Coordinates are metres in the frame `world`, rotations unit quaternions (world from body); a
-//! missing value is `n/a`. Which samples are filled says a channel of type `MISC` for each entity
-//! that has any.
+//! missing value is `n/a`. A channel of type `MISC` marks the filled samples of each entity that has
+//! any.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use inhand_model::{Annotations, Recording, Status};
+use inhand_model::{Annotations, Event, Recording, Status};
 use serde_json::json;
 
-use crate::entity::{Entity, recording_entities};
-use crate::error::TableError;
-use crate::events::seconds;
-use crate::table::unique_names;
+use crate::error::ExportError;
+use crate::events::{self, seconds_after};
+use crate::table::{TableBuilder, write_tsv};
+use crate::take::{Entity, recording_entities, unique_names};
 
 /// Version of BIDS that the files follow.
 const BIDS_VERSION: &str = "1.10.0";
 
-/// What stands in a file for a value that is not there.
+/// A value that is not there.
 const MISSING: &str = "n/a";
 
-/// Components of a channel by BIDS's names, with the letters of our columns' order.
+/// BIDS's names of the components of a channel, in the order of an entity's.
 const COMPONENTS: [&str; 7] = ["x", "y", "z", "quat_x", "quat_y", "quat_z", "quat_w"];
 
 /// The labels that make up file names.
@@ -44,8 +44,8 @@ impl BidsNames {
     ///
     /// # Errors
     ///
-    /// [`TableError::Name`].
-    pub fn check(&self) -> Result<(), TableError> {
+    /// [`ExportError::Content`].
+    pub fn check(&self) -> Result<(), ExportError> {
         let labels = [
             ("the subject", Some(&self.subject)),
             ("the session", self.session.as_ref()),
@@ -55,11 +55,9 @@ impl BidsNames {
         for (what, label) in labels {
             let Some(label) = label else { continue };
             if label.is_empty() || !label.chars().all(|c| c.is_ascii_alphanumeric()) {
-                return Err(TableError::Name {
-                    what,
-                    found: label.clone(),
-                    expected: "letters and digits alone, as BIDS wants them in file names",
-                });
+                let expected = "letters and digits alone, as BIDS wants them in file names";
+                let message = format!("{what} is \"{label}\": expected {expected}");
+                return Err(ExportError::Content(message));
             }
         }
         Ok(())
@@ -92,7 +90,7 @@ impl BidsNames {
 }
 
 /// Writes what a file holds.
-type Content<'a> = Box<dyn Fn(&mut dyn Write) -> Result<(), TableError> + 'a>;
+type Content<'a> = Box<dyn Fn(&mut dyn Write) -> Result<(), ExportError> + 'a>;
 
 /// A file of a dataset.
 pub struct BidsFile<'a> {
@@ -126,8 +124,8 @@ impl<'a> BidsFile<'a> {
     ///
     /// # Errors
     ///
-    /// [`TableError::Write`].
-    pub fn write(&self, out: &mut dyn Write) -> Result<(), TableError> {
+    /// [`ExportError::Write`].
+    pub fn write(&self, out: &mut dyn Write) -> Result<(), ExportError> {
         (self.content)(out)
     }
 }
@@ -136,12 +134,12 @@ impl<'a> BidsFile<'a> {
 ///
 /// # Errors
 ///
-/// [`TableError::Name`].
+/// [`ExportError::Content`].
 pub fn files<'a>(
     recording: &'a Recording,
     annotations: &'a Annotations,
     names: &BidsNames,
-) -> Result<Vec<BidsFile<'a>>, TableError> {
+) -> Result<Vec<BidsFile<'a>>, ExportError> {
     names.check()?;
     let folder = names.folder();
     let file = |tracking_system, suffix: &str| {
@@ -194,80 +192,46 @@ fn entities(recording: &Recording) -> Vec<(Entity<'_>, String, bool)> {
     let names = unique_names(&entities);
     (entities.into_iter().zip(names))
         .map(|(entity, name)| {
-            let filled = (0..recording.len()).any(|k| entity.track.status(k) == Status::Filled);
+            let filled = (0..recording.len()).any(|k| entity.status(k) == Status::Filled);
             (entity, name, filled)
         })
         .collect()
 }
 
-fn write_motion(recording: &Recording, out: &mut dyn Write) -> Result<(), TableError> {
+fn write_motion(recording: &Recording, out: &mut dyn Write) -> Result<(), ExportError> {
     let entities = entities(recording);
-    let mut line = String::new();
-    for k in 0..recording.len() {
-        line.clear();
-        for (entity, _, filled) in &entities {
-            let value = entity.track.value(k);
-            let components = if entity.has_rotation { 7 } else { 3 };
-            for component in 0..components {
-                let number = value.and_then(|(position, rotation)| match component {
-                    0..3 => Some(position[component]),
-                    _ => rotation.map(|quaternion| quaternion[component - 3]),
-                });
-                push_cell(
-                    &mut line,
-                    number.map(|number| number.to_string()).as_deref(),
-                );
-            }
-            if *filled {
-                let is_filled = entity.track.status(k) == Status::Filled;
-                push_cell(&mut line, Some(if is_filled { "1" } else { "0" }));
-            }
+    let mut table = TableBuilder::new(recording.len(), |sample| sample);
+    for (entity, name, filled) in &entities {
+        for component in 0..entity.components() {
+            table.numbers(name, "", move |k| entity.number(k, component));
         }
-        line.push('\n');
-        out.write_all(line.as_bytes())?;
+        if *filled {
+            table.counts(name, |k| (entity.status(k) == Status::Filled).into());
+        }
     }
-    Ok(())
+    write_tsv(&table.finish(), false, out)
 }
 
-fn push_cell(line: &mut String, cell: Option<&str>) {
-    if !line.is_empty() {
-        line.push('\t');
-    }
-    line.push_str(cell.unwrap_or(MISSING));
-}
-
-fn write_channels(recording: &Recording, out: &mut dyn Write) -> Result<(), TableError> {
-    writeln!(
-        out,
-        "name\tcomponent\ttype\ttracked_point\tunits\treference_frame"
-    )?;
+fn write_channels(recording: &Recording, out: &mut dyn Write) -> Result<(), ExportError> {
+    let mut channels = Vec::new();
     for (entity, name, filled) in entities(recording) {
-        let name = one_line(&name);
-        for (component, letter) in COMPONENTS.iter().enumerate() {
-            let (kind, unit) = match component {
-                0..3 => ("POS", "m"),
-                _ if entity.has_rotation => ("ORNT", MISSING),
-                _ => continue,
-            };
-            writeln!(
-                out,
-                "{name}_{letter}\t{letter}\t{kind}\t{name}\t{unit}\t{}",
-                entity.frame
-            )?;
+        for (component, letter) in COMPONENTS[..entity.components()].iter().enumerate() {
+            let (kind, unit) = [("ORNT", ""), ("POS", "m")][usize::from(component < 3)];
+            let channel = format!("{name}_{letter}");
+            let cells = [&*channel, letter, kind, &*name, unit, entity.frame];
+            channels.push(cells.map(str::to_owned));
         }
         if filled {
-            writeln!(
-                out,
-                "{name}_filled\t{MISSING}\tMISC\t{name}\t{MISSING}\t{MISSING}"
-            )?;
+            let channel = format!("{name}_filled");
+            channels.push([&*channel, "", "MISC", &*name, "", ""].map(str::to_owned));
         }
     }
-    Ok(())
-}
-
-/// A name without what would break a line or a cell.
-fn one_line(text: &str) -> String {
-    text.replace(['\t', '\n', '\r'], " ")
+    let mut table = TableBuilder::new(channels.len(), |row| &channels[row]);
+    let titles = "name component type tracked_point units reference_frame";
+    for (place, title) in titles.split(' ').enumerate() {
+        table.words(title, move |channel| &channel[place]);
+    }
+    write_tsv(&table.finish(), true, out)
 }
 
 fn frames_json(recording: &Recording) -> serde_json::Value {
@@ -291,12 +255,10 @@ fn frames_json(recording: &Recording) -> serde_json::Value {
 
 fn motion_json(recording: &Recording, names: &BidsNames) -> serde_json::Value {
     let entities = entities(recording);
-    let with_rotation = entities
-        .iter()
-        .filter(|(entity, ..)| entity.has_rotation)
-        .count();
     let filled = entities.iter().filter(|(.., filled)| *filled).count();
-    let (positions, rotations) = (3 * entities.len(), 4 * with_rotation);
+    let components: usize = entities.iter().map(|(e, ..)| e.components()).sum();
+    let positions = 3 * entities.len();
+    let rotations = components - positions;
     let rate_hz = recording.clock.rate_hz();
     json!({
         "TaskName": names.task,
@@ -305,7 +267,7 @@ fn motion_json(recording: &Recording, names: &BidsNames) -> serde_json::Value {
         "TrackingSystemName": names.tracking_system,
         "RecordingDuration": recording.clock.time_s(recording.len()),
         "TrackedPointsCount": entities.len(),
-        "MotionChannelCount": positions + rotations + filled,
+        "MotionChannelCount": components + filled,
         "POSChannelCount": positions,
         "ORNTChannelCount": rotations,
         "MISCChannelCount": filled,
@@ -318,31 +280,17 @@ fn write_events(
     annotations: &Annotations,
     start_unix_nanos: u64,
     out: &mut dyn Write,
-) -> Result<(), TableError> {
-    let keys = annotations.all_keys();
-    let headings = ["onset", "duration"]
-        .into_iter()
-        .chain(keys.iter().copied());
-    let headings: Vec<String> = headings.map(one_line).collect();
-    writeln!(out, "{}", headings.join("\t"))?;
+) -> Result<(), ExportError> {
     let mut events: Vec<_> = annotations.events.iter().collect();
     // BIDS wants events in the order of their onset.
     events.sort_by_key(|event| event.start_unix_nanos);
-    for event in events {
-        let (start, end) = (event.start_unix_nanos, event.end_unix_nanos);
-        let mut line = seconds(i128::from(start) - i128::from(start_unix_nanos));
-        push_cell(&mut line, Some(&seconds(i128::from(end - start))));
-        for key in &keys {
-            push_cell(
-                &mut line,
-                event
-                    .labels
-                    .get(*key)
-                    .map(|value| one_line(value))
-                    .as_deref(),
-            );
-        }
-        writeln!(out, "{line}")?;
-    }
-    Ok(())
+    let times = |event: &Event| {
+        let start = event.start_unix_nanos;
+        [
+            seconds_after(start, start_unix_nanos),
+            seconds_after(event.end_unix_nanos, start),
+        ]
+    };
+    let table = events::table(annotations, events, ["onset", "duration"], times);
+    write_tsv(&table, true, out)
 }

@@ -1,110 +1,111 @@
-//! Errors of reading and writing tables.
+//! Errors of reading and writing files of other tools.
 
+use std::fmt::Display;
 use std::io;
 
 use thiserror::Error;
 
-/// Why a table cannot be read or written.
+/// Why a file cannot be read or written.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-pub enum TableError {
-    /// A cell that is not what its column holds.
-    #[error(
-        "{file}, line {line}, column {column} (\"{title}\"): expected {expected}, found {found}"
-    )]
-    Cell {
-        /// The file.
-        file: String,
-        /// Line, from 1.
-        line: u64,
-        /// Column, from 1.
-        column: usize,
-        /// Heading of the column.
-        title: String,
-        /// What belongs there.
-        expected: String,
-        /// What is there.
-        found: String,
-    },
-    /// The file as a whole, or its first line.
-    #[error("{file}: expected {expected}, found {found}; {hint}")]
-    File {
-        /// The file.
-        file: String,
-        /// What was expected.
-        expected: String,
-        /// What was found.
-        found: String,
-        /// What to do.
-        hint: String,
-    },
-    /// Text that is no CSV.
-    #[error("{file}, line {line}: {message}")]
-    Csv {
-        /// The file.
-        file: String,
-        /// Line, from 1; 0 where it cannot be told.
-        line: u64,
-        /// What is wrong.
-        message: String,
-    },
-    /// A name that cannot be part of another name.
-    #[error("{what} is \"{found}\": expected {expected}")]
-    Name {
-        /// What is named.
-        what: &'static str,
-        /// The name.
-        found: String,
-        /// What a name has to be like.
-        expected: &'static str,
-    },
+pub enum ExportError {
+    /// Content that cannot be used: where it is, what was expected, what was found, what to do.
+    #[error("{0}")]
+    Content(String),
     /// Writing failed.
-    #[error("cannot write the table: {source}")]
-    Write {
-        /// Why.
-        #[from]
-        source: io::Error,
-    },
+    #[error("cannot write the table: {0}")]
+    Write(#[from] io::Error),
     /// The Parquet writer refused something.
-    #[error("cannot write the Parquet file: {source}")]
-    Parquet {
-        /// Why.
-        #[from]
-        source: parquet::errors::ParquetError,
-    },
+    #[error("cannot write the Parquet file: {0}")]
+    Parquet(#[from] parquet::errors::ParquetError),
 }
 
-impl TableError {
-    /// An error of the csv crate while reading.
-    pub(crate) fn csv(file: &str, bytes: &[u8], error: &csv::Error) -> Self {
-        let line = error.position().map_or(0, |place| line_of(bytes, place));
-        TableError::Csv {
-            file: file.to_owned(),
-            line,
-            message: match error.kind() {
-                csv::ErrorKind::Utf8 { .. } => {
-                    "expected text in UTF-8, found other bytes".to_owned()
-                }
-                csv::ErrorKind::UnequalLengths {
-                    expected_len, len, ..
-                } => format!("expected {expected_len} cells as in the first line, found {len}"),
-                _ => error.to_string(),
-            },
-        }
+/// The csv crate fails at writing only where the file does.
+impl From<csv::Error> for ExportError {
+    fn from(error: csv::Error) -> Self {
+        ExportError::Write(error.into())
     }
 }
 
-/// The line of a record, from 1. The csv crate counts one too few where lines end in CR LF.
-pub(crate) fn line_of(bytes: &[u8], place: &csv::Position) -> u64 {
-    let at = usize::try_from(place.byte())
-        .unwrap_or(usize::MAX)
-        .min(bytes.len());
-    // A record may be said to begin at the end of the line before.
-    let ends = bytes[at..]
-        .iter()
-        .take_while(|byte| matches!(byte, b'\r' | b'\n'));
-    let at = at + ends.count();
-    1 + bytes[..at].iter().filter(|&&byte| byte == b'\n').count() as u64
+impl ExportError {
+    /// Content of a file as a whole.
+    pub(crate) fn file(
+        file: &str,
+        expected: impl Display,
+        found: impl Display,
+        hint: &str,
+    ) -> Self {
+        ExportError::Content(format!(
+            "{file}: expected {expected}, found {found}; {hint}"
+        ))
+    }
+}
+
+/// A CSV file in memory, for errors with their place in it.
+#[derive(Clone, Copy)]
+pub(crate) struct CsvFile<'a> {
+    pub(crate) name: &'a str,
+    pub(crate) bytes: &'a [u8],
+}
+
+impl<'a> CsvFile<'a> {
+    /// A file without its byte order mark.
+    pub(crate) fn new(name: &'a str, bytes: &'a [u8]) -> Self {
+        let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+        Self { name, bytes }
+    }
+
+    /// The line of a record, from 1. The csv crate counts one too few where lines end in CR LF.
+    pub(crate) fn line(self, place: &csv::Position) -> u64 {
+        let at = usize::try_from(place.byte())
+            .unwrap_or(usize::MAX)
+            .min(self.bytes.len());
+        // A record may be said to begin at the end of the line before.
+        let ends = self.bytes[at..]
+            .iter()
+            .take_while(|byte| matches!(byte, b'\r' | b'\n'));
+        let before = &self.bytes[..at + ends.count()];
+        1 + before.iter().filter(|&&byte| byte == b'\n').count() as u64
+    }
+
+    /// An error in a line; 0 where the line is not known.
+    pub(crate) fn line_error(self, line: u64, message: impl Display) -> ExportError {
+        ExportError::Content(format!("{}, line {line}: {message}", self.name))
+    }
+
+    /// An error of the csv crate while reading.
+    pub(crate) fn csv_error(self, error: &csv::Error) -> ExportError {
+        let line = error.position().map_or(0, |place| self.line(place));
+        match error.kind() {
+            csv::ErrorKind::Utf8 { .. } => {
+                self.line_error(line, "expected text in UTF-8, found other bytes")
+            }
+            csv::ErrorKind::UnequalLengths {
+                expected_len, len, ..
+            } => {
+                let expected = format!("{expected_len} cells as in the first line");
+                self.line_error(line, format!("expected {expected}, found {len}"))
+            }
+            _ => self.line_error(line, error),
+        }
+    }
+
+    /// A cell that is not what its column holds.
+    pub(crate) fn cell_error(
+        self,
+        row: &csv::StringRecord,
+        column: usize,
+        title: &str,
+        expected: &str,
+    ) -> ExportError {
+        ExportError::Content(format!(
+            "{}, line {}, column {} (\"{title}\"): expected {expected}, found {}",
+            self.name,
+            row.position().map_or(0, |place| self.line(place)),
+            column + 1,
+            shown(row.get(column).unwrap_or_default().trim()),
+        ))
+    }
 }
 
 /// A cell as messages show it: not a whole line of it.

@@ -11,8 +11,8 @@ use std::io::Write;
 
 use inhand_model::{Annotations, Event};
 
-use crate::csv_file::csv_error;
-use crate::error::{TableError, line_of, shown};
+use crate::error::{CsvFile, ExportError, shown};
+use crate::table::{Table, table_of, write_csv};
 
 const NANOS_PER_SECOND: i128 = 1_000_000_000;
 
@@ -23,29 +23,43 @@ const MOST_DIGITS: usize = 15;
 ///
 /// # Errors
 ///
-/// [`TableError::Write`].
+/// [`ExportError::Write`].
 pub fn write(
     annotations: &Annotations,
     start_unix_nanos: u64,
     out: impl Write,
-) -> Result<(), TableError> {
-    let keys = annotations.all_keys();
-    let mut writer = csv::Writer::from_writer(out);
-    let headings = ["start_s", "end_s"].into_iter().chain(keys.iter().copied());
-    writer.write_record(headings).map_err(csv_error)?;
-    for event in &annotations.events {
-        let time = |unix_nanos| seconds(i128::from(unix_nanos) - i128::from(start_unix_nanos));
-        let times = [time(event.start_unix_nanos), time(event.end_unix_nanos)];
-        for time in times {
-            writer.write_field(time).map_err(csv_error)?;
-        }
-        for key in &keys {
-            let value = event.labels.get(*key).map_or("", String::as_str);
-            writer.write_field(value).map_err(csv_error)?;
-        }
-        writer.write_record(None::<&[u8]>).map_err(csv_error)?;
+) -> Result<(), ExportError> {
+    let times = |event: &Event| {
+        [event.start_unix_nanos, event.end_unix_nanos]
+            .map(|unix_nanos| seconds_after(unix_nanos, start_unix_nanos))
+    };
+    let events = annotations.events.iter().collect();
+    write_csv(
+        &table(annotations, events, ["start_s", "end_s"], times),
+        out,
+    )
+}
+
+/// A table of events: two columns of times, then one for each label.
+pub(crate) fn table<'a>(
+    annotations: &'a Annotations,
+    events: Vec<&'a Event>,
+    titles: [&str; 2],
+    times: impl Fn(&Event) -> [String; 2] + Copy + Sync + 'a,
+) -> Table<'a> {
+    let mut table = table_of(events);
+    for (place, title) in titles.into_iter().enumerate() {
+        table.words(title, move |event| {
+            let [start, end] = times(event);
+            if place == 0 { start } else { end }
+        });
     }
-    Ok(writer.flush()?)
+    for key in annotations.all_keys() {
+        table.words(key, move |event| {
+            event.labels.get(key).map_or("", String::as_str)
+        });
+    }
+    table.finish()
 }
 
 /// An instant in seconds after another, exact to the nanosecond.
@@ -87,25 +101,23 @@ pub(crate) fn seconds(nanos: i128) -> String {
 ///
 /// # Errors
 ///
-/// [`TableError::File`] without columns for the times, [`TableError::Cell`] with line and column for
-/// a time that is none, an event that ends before it starts or lies before 1970.
-pub fn read(bytes: &[u8], file: &str, start_unix_nanos: u64) -> Result<Annotations, TableError> {
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    let tabs =
-        (bytes.split(|&byte| byte == b'\n').next()).is_some_and(|line| line.contains(&b'\t'));
+/// [`ExportError::Content`] without columns for the times, and with line and column for a time that is none, an
+/// event that ends before it starts or is before 1970.
+pub fn read(bytes: &[u8], file: &str, start_unix_nanos: u64) -> Result<Annotations, ExportError> {
+    let csv = CsvFile::new(file, bytes);
+    let mut lines = csv.bytes.split(|&byte| byte == b'\n');
+    let tabs = lines.next().is_some_and(|line| line.contains(&b'\t'));
     let mut reader = csv::ReaderBuilder::new()
         .delimiter(if tabs { b'\t' } else { b',' })
-        .from_reader(bytes);
+        .from_reader(csv.bytes);
     let headings = (reader.headers())
-        .map_err(|error| TableError::csv(file, bytes, &error))?
+        .map_err(|error| csv.csv_error(&error))?
         .clone();
-    let columns = TimeColumns::of(file, &headings)?;
+    let columns = TimeColumns::find(file, &headings)?;
     let labels: Vec<usize> = (0..headings.len())
         .filter(|&column| column != columns.start && Some(column) != columns.end)
         .collect();
-    let keys = labels
-        .iter()
-        .map(|&column| headings[column].trim().to_owned());
+    let keys = (labels.iter()).map(|&column| headings[column].trim().to_owned());
     let mut annotations = Annotations {
         keys: keys.collect(),
         ..Annotations::default()
@@ -113,16 +125,16 @@ pub fn read(bytes: &[u8], file: &str, start_unix_nanos: u64) -> Result<Annotatio
     check_keys(file, &annotations.keys)?;
     let mut row = csv::StringRecord::new();
     let mut last = None;
-    while (reader.read_record(&mut row)).map_err(|error| TableError::csv(file, bytes, &error))? {
+    while (reader.read_record(&mut row)).map_err(|error| csv.csv_error(&error))? {
         last = row.position().cloned().zip(open_cell(&row));
-        let (start, end) = columns.times(file, bytes, &row, start_unix_nanos)?;
+        let (start, end) = columns.times(csv, &row, start_unix_nanos)?;
         let pairs = labels
             .iter()
             .zip(&annotations.keys)
             .filter_map(|(&column, key)| {
                 let value = row.get(column)?;
                 let absent =
-                    value.trim().is_empty() || columns.kind == Kind::Onset && value == "n/a";
+                    value.trim().is_empty() || columns.kind == TimeKind::Onset && value == "n/a";
                 (!absent).then(|| (key.clone(), value.to_owned()))
             });
         let labels: BTreeMap<String, String> = pairs.collect();
@@ -133,7 +145,7 @@ pub fn read(bytes: &[u8], file: &str, start_unix_nanos: u64) -> Result<Annotatio
         });
     }
     if let Some((place, (column, cell))) = last {
-        check_quotes(file, bytes, &place, column, &cell)?;
+        check_quotes(csv, &place, column, &cell)?;
     }
     Ok(annotations)
 }
@@ -146,51 +158,42 @@ fn open_cell(row: &csv::StringRecord) -> Option<(usize, String)> {
 
 /// A quote that is opened and not closed takes in all lines behind it, so it can only be in the last row.
 fn check_quotes(
-    file: &str,
-    bytes: &[u8],
+    csv: CsvFile<'_>,
     last: &csv::Position,
     column: usize,
     cell: &str,
-) -> Result<(), TableError> {
+) -> Result<(), ExportError> {
     let start = usize::try_from(last.byte())
         .unwrap_or(usize::MAX)
-        .min(bytes.len());
-    let quotes = bytes[start..].iter().filter(|&&byte| byte == b'"').count();
-    if quotes % 2 == 0 {
+        .min(csv.bytes.len());
+    let quotes = csv.bytes[start..].iter().filter(|&&byte| byte == b'"');
+    if quotes.count() % 2 == 0 {
         return Ok(());
     }
-    Err(TableError::Csv {
-        file: file.to_owned(),
-        line: line_of(bytes, last),
-        message: format!(
-            "column {}: expected a quote that is closed, found {}",
-            column + 1,
-            shown(cell)
-        ),
-    })
+    let (column, found) = (column + 1, shown(cell));
+    let message = format!("column {column}: expected a quote that is closed, found {found}");
+    Err(csv.line_error(csv.line(last), message))
 }
 
-fn check_keys(file: &str, keys: &[String]) -> Result<(), TableError> {
-    let wrong = |found: String| TableError::File {
-        file: file.to_owned(),
-        expected: "a name of its own over each column".to_owned(),
-        found,
-        hint: "name the column, or take it out".to_owned(),
+fn check_keys(file: &str, keys: &[String]) -> Result<(), ExportError> {
+    let wrong = |found: &str| {
+        let expected = "a name of its own over each column";
+        ExportError::file(file, expected, found, "name the column, or take it out")
     };
     for (n, key) in keys.iter().enumerate() {
         if key.is_empty() {
-            return Err(wrong("a column without a heading".to_owned()));
+            return Err(wrong("a column without a heading"));
         }
         if keys[..n].contains(key) {
-            return Err(wrong(format!("the heading \"{key}\" twice")));
+            return Err(wrong(&format!("the heading \"{key}\" twice")));
         }
     }
     Ok(())
 }
 
-/// How the two time columns are to be read.
+/// Meaning of the two time columns.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Kind {
+enum TimeKind {
     /// Seconds after the take's start.
     Seconds,
     /// Instants.
@@ -200,102 +203,84 @@ enum Kind {
 }
 
 struct TimeColumns {
-    kind: Kind,
+    kind: TimeKind,
+    titles: [&'static str; 2],
     start: usize,
     end: Option<usize>,
 }
 
 impl TimeColumns {
-    fn title(&self, column: usize) -> &'static str {
-        let [start, end] = self.kind.titles();
-        if column == self.start { start } else { end }
-    }
-}
-
-impl Kind {
-    fn titles(self) -> [&'static str; 2] {
-        match self {
-            Kind::Seconds => ["start_s", "end_s"],
-            Kind::Instants => ["start_time", "end_time"],
-            Kind::Onset => ["onset", "duration"],
-        }
-    }
-}
-
-impl TimeColumns {
-    fn of(file: &str, headings: &csv::StringRecord) -> Result<Self, TableError> {
+    fn find(file: &str, headings: &csv::StringRecord) -> Result<Self, ExportError> {
         let find = |name: &str| {
             headings
                 .iter()
                 .position(|h| h.trim().eq_ignore_ascii_case(name))
         };
-        for kind in [Kind::Seconds, Kind::Instants, Kind::Onset] {
-            let [start, end] = kind.titles();
-            if let Some(start) = find(start) {
-                let end = find(end);
-                return Ok(Self { kind, start, end });
+        for (kind, titles) in [
+            (TimeKind::Seconds, ["start_s", "end_s"]),
+            (TimeKind::Instants, ["start_time", "end_time"]),
+            (TimeKind::Onset, ["onset", "duration"]),
+        ] {
+            if let Some(start) = find(titles[0]) {
+                return Ok(Self {
+                    kind,
+                    titles,
+                    start,
+                    end: find(titles[1]),
+                });
             }
         }
         let found: Vec<&str> = headings.iter().take(12).collect();
-        Err(TableError::File {
-            file: file.to_owned(),
-            expected: "a column start_s, start_time or onset in the first line".to_owned(),
-            found: format!("the columns {}", found.join(", ")),
-            hint: "name the column of the start of events so, and that of their end end_s, \
-                   end_time or duration"
-                .to_owned(),
-        })
+        Err(ExportError::file(
+            file,
+            "a column start_s, start_time or onset in the first line",
+            format!("the columns {}", found.join(", ")),
+            "name the column of the start of events so, and that of their end end_s, end_time or \
+             duration",
+        ))
     }
 
+    /// Start and end of an event, nanoseconds since 1970.
     fn times(
         &self,
-        file: &str,
-        bytes: &[u8],
+        csv: CsvFile<'_>,
         row: &csv::StringRecord,
         origin: u64,
-    ) -> Result<(u64, u64), TableError> {
-        let error = |column: usize, expected: &str| TableError::Cell {
-            file: file.to_owned(),
-            line: row.position().map_or(0, |place| line_of(bytes, place)),
-            column: column + 1,
-            title: self.title(column).to_owned(),
-            expected: expected.to_owned(),
-            found: shown(row.get(column).unwrap_or_default()),
+    ) -> Result<(u64, u64), ExportError> {
+        let error = |column: usize, expected: &str| {
+            let title = self.titles[usize::from(column != self.start)];
+            csv.cell_error(row, column, title, expected)
         };
         let text = |column: usize| row.get(column).unwrap_or_default().trim();
-        let origin = i128::from(origin);
-        let start = match self.kind {
-            Kind::Instants => instant(text(self.start))
-                .ok_or_else(|| error(self.start, "a time such as 2026-11-03T10:12:00.5Z")),
-            Kind::Seconds | Kind::Onset => parse_seconds(text(self.start))
-                .map(|nanos| origin + nanos)
-                .ok_or_else(|| error(self.start, "a number of seconds")),
-        }?;
-        let given = self.end.map(|column| (column, text(column)));
-        let end = match given.filter(|(_, text)| !text.is_empty() && *text != "n/a") {
-            None => start,
-            Some((column, text)) => match self.kind {
-                Kind::Instants => instant(text)
-                    .ok_or_else(|| error(column, "a time such as 2026-11-03T10:12:00.5Z"))?,
-                Kind::Seconds => parse_seconds(text)
-                    .map(|nanos| origin + nanos)
-                    .ok_or_else(|| error(column, "a number of seconds"))?,
-                Kind::Onset => parse_seconds(text)
-                    .map(|nanos| start + nanos)
-                    .ok_or_else(|| error(column, "a number of seconds"))?,
-            },
+        let time = |column: usize, origin: i128| {
+            let (time, expected) = match self.kind {
+                TimeKind::Instants => (
+                    instant(text(column)),
+                    "a time such as 2026-11-03T10:12:00.5Z",
+                ),
+                TimeKind::Seconds | TimeKind::Onset => (
+                    parse_seconds(text(column)).map(|nanos| origin + nanos),
+                    "a number of seconds",
+                ),
+            };
+            time.ok_or_else(|| error(column, expected))
         };
+        let start = time(self.start, origin.into())?;
+        let end = match self.end {
+            Some(column) if !["", "n/a"].contains(&text(column)) => match self.kind {
+                TimeKind::Onset => time(column, start)?,
+                TimeKind::Seconds | TimeKind::Instants => time(column, origin.into())?,
+            },
+            _ => start,
+        };
+        let end_column = self.end.unwrap_or(self.start);
+        if end < start {
+            return Err(error(end_column, "an end that is not before the start"));
+        }
         let nanos = |time: i128, column| {
             u64::try_from(time).map_err(|_| error(column, "a time after 1970 and before 2554"))
         };
-        if end < start {
-            let column = self.end.unwrap_or(self.start);
-            return Err(error(column, "an end that is not before the start"));
-        }
-        Ok((
-            nanos(start, self.start)?,
-            nanos(end, self.end.unwrap_or(self.start))?,
-        ))
+        Ok((nanos(start, self.start)?, nanos(end, end_column)?))
     }
 }
 
@@ -316,11 +301,8 @@ pub fn parse_seconds(text: &str) -> Option<i128> {
     if whole.len() > MOST_DIGITS {
         return None;
     }
-    let whole: i128 = if whole.is_empty() {
-        0
-    } else {
-        whole.parse().ok()?
-    };
+    // In front of a blank whole part, as of ".5", a zero is meant.
+    let whole: i128 = format!("0{whole}").parse().ok()?;
     let mut nanos = 0;
     for digit in fraction.bytes().chain(std::iter::repeat(b'0')).take(9) {
         nanos = nanos * 10 + i128::from(digit - b'0');

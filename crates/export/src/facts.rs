@@ -1,15 +1,12 @@
-//! JSON beside a wide table, for what its columns cannot hold.
+//! JSON beside a wide table: facts that its columns cannot hold.
 
 use std::collections::BTreeMap;
 
-use inhand_model::{
-    BodyKind, Clock, LengthUnit, MarkerKind, Recording, RotationOrder, Source, StartTime, UpAxis,
-};
+use inhand_model::{Clock, LengthUnit, Recording, RotationOrder, Source, StartTime, UpAxis};
 use serde::{Deserialize, Serialize};
 
-use crate::entity::recording_entities;
-use crate::error::{TableError, shown};
-use crate::table::unique_names;
+use crate::error::{ExportError, shown};
+use crate::take::{recording_entities, unique_names};
 
 /// Version of the file; raised when a key changes its meaning.
 const VERSION: u32 = 1;
@@ -17,7 +14,7 @@ const VERSION: u32 = 1;
 /// Facts of a recording beside its wide table.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct Facts {
-    /// What the file is.
+    /// Version of the file.
     inhand_table: u32,
     pub(crate) name: String,
     pub(crate) samples: usize,
@@ -43,14 +40,14 @@ pub(crate) struct SourceFacts {
 
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct EntityFacts {
-    /// What its columns begin with.
+    /// Prefix of its columns.
     pub(crate) columns: String,
     pub(crate) name: String,
     pub(crate) id: String,
     pub(crate) kind: String,
 }
 
-/// What a wide table of a recording cannot hold, as JSON: clock, source, names and kinds. Written
+/// Facts of a recording that a wide table cannot hold, as JSON: clock, source, names and kinds. Written
 /// beside the table as `<table>.json`, it lets [`read_wide_csv`](crate::read_wide_csv) give the
 /// recording again.
 pub fn facts_json(recording: &Recording) -> String {
@@ -98,37 +95,31 @@ pub fn facts_json(recording: &Recording) -> String {
     text
 }
 
+const HINT: &str = "write it again with inhand export, or remove it to read the table alone";
+
 impl Facts {
-    pub(crate) fn parse(text: &[u8], file: &str) -> Result<Self, TableError> {
-        let wrong = |found: String| TableError::File {
-            file: file.to_owned(),
-            expected: format!("the facts of a table, version {VERSION}"),
-            found,
-            hint: "write it again with inhand export, or take it away to read the table alone"
-                .to_owned(),
+    pub(crate) fn parse(text: &[u8], file: &str) -> Result<Self, ExportError> {
+        let wrong = |found: &str| {
+            let expected = format!("the facts of a table, version {VERSION}");
+            ExportError::file(file, expected, found, HINT)
         };
         let facts: Facts =
-            serde_json::from_slice(text).map_err(|error| wrong(error.to_string()))?;
-        if facts.inhand_table == VERSION {
-            Ok(facts)
-        } else {
-            Err(wrong(format!("version {}", facts.inhand_table)))
+            serde_json::from_slice(text).map_err(|error| wrong(&error.to_string()))?;
+        match facts.inhand_table {
+            VERSION => Ok(facts),
+            other => Err(wrong(&format!("version {other}"))),
         }
     }
 
-    pub(crate) fn clock(&self, file: &str) -> Result<Clock, TableError> {
-        let start_time = one_of(
-            file,
-            "start_time",
-            &self.start_time,
-            &[StartTime::Stated, StartTime::AssumedUtc, StartTime::Unknown],
-            StartTime::name,
-        )?;
+    pub(crate) fn clock(&self, file: &str) -> Result<Clock, ExportError> {
+        let times = [StartTime::Stated, StartTime::AssumedUtc, StartTime::Unknown];
+        let start_time = self.start_time.as_str();
+        let start_time = one_of(file, "start_time", start_time, &times, StartTime::name)?;
         Clock::new(self.start_unix_nanos, start_time, self.rate_hz)
             .map_err(|error| fact(file, "rate_hz", "a positive number", &error.to_string()))
     }
 
-    pub(crate) fn source(&self, file: &str) -> Result<Source, TableError> {
+    pub(crate) fn source(&self, file: &str) -> Result<Source, ExportError> {
         let source = &self.source;
         let rotation = match source.rotation.as_deref() {
             None => None,
@@ -138,60 +129,37 @@ impl Facts {
                     .map(|axis| "XYZ".find(axis).map(|index| index as u8))
                     .collect();
                 let axes = axes.and_then(|axes| axes.try_into().ok());
-                Some(RotationOrder::Euler(axes.ok_or_else(|| {
-                    fact(
-                        file,
-                        "source.rotation",
-                        "quaternion or an order such as XYZ",
-                        order,
-                    )
-                })?))
+                let expected = "quaternion or an order such as XYZ";
+                let wrong = || fact(file, "source.rotation", expected, order);
+                Some(RotationOrder::Euler(axes.ok_or_else(wrong)?))
             }
         };
+        let units = [
+            LengthUnit::Metres,
+            LengthUnit::Centimetres,
+            LengthUnit::Millimetres,
+            LengthUnit::Inches,
+            LengthUnit::Feet,
+        ];
+        let (unit, axis) = (&source.length_unit, &source.up_axis);
+        let axes = [UpAxis::Y, UpAxis::Z];
         Ok(Source {
             format: source.format.clone(),
-            length_unit: one_of(
-                file,
-                "source.length_unit",
-                &source.length_unit,
-                &[
-                    LengthUnit::Metres,
-                    LengthUnit::Centimetres,
-                    LengthUnit::Millimetres,
-                    LengthUnit::Inches,
-                    LengthUnit::Feet,
-                ],
-                LengthUnit::name,
-            )?,
-            up_axis: one_of(
-                file,
-                "source.up_axis",
-                &source.up_axis,
-                &[UpAxis::Y, UpAxis::Z],
-                UpAxis::name,
-            )?,
+            length_unit: one_of(file, "source.length_unit", unit, &units, LengthUnit::name)?,
+            up_axis: one_of(file, "source.up_axis", axis, &axes, UpAxis::name)?,
             rotation,
             header: source.header.clone(),
         })
     }
 }
 
-/// The kind of a body by its name in files.
-pub(crate) fn body_kind(name: &str) -> Option<BodyKind> {
-    [BodyKind::RigidBody, BodyKind::Bone]
-        .into_iter()
-        .find(|kind| kind.name() == name)
-}
-
-/// The kind of a marker by its name in files.
-pub(crate) fn marker_kind(name: &str) -> Option<MarkerKind> {
-    [
-        MarkerKind::Labelled,
-        MarkerKind::RigidBodyMarker,
-        MarkerKind::Unlabelled,
-    ]
-    .into_iter()
-    .find(|kind| kind.name() == name)
+/// The value of this name.
+pub(crate) fn by_name<T: Copy>(
+    values: &[T],
+    name: impl Fn(T) -> &'static str,
+    found: &str,
+) -> Option<T> {
+    values.iter().copied().find(|&value| name(value) == found)
 }
 
 fn one_of<T: Copy>(
@@ -200,20 +168,18 @@ fn one_of<T: Copy>(
     found: &str,
     values: &[T],
     name: impl Fn(T) -> &'static str,
-) -> Result<T, TableError> {
-    let value = values.iter().copied().find(|&value| name(value) == found);
-    value.ok_or_else(|| {
+) -> Result<T, ExportError> {
+    by_name(values, &name, found).ok_or_else(|| {
         let names: Vec<_> = values.iter().map(|&value| name(value)).collect();
         fact(file, key, &names.join(", "), found)
     })
 }
 
-pub(crate) fn fact(file: &str, key: &str, expected: &str, found: &str) -> TableError {
-    TableError::File {
-        file: file.to_owned(),
-        expected: format!("\"{key}\" to be {expected}"),
-        found: shown(found),
-        hint: "write it again with inhand export, or take it away to read the table alone"
-            .to_owned(),
-    }
+pub(crate) fn fact(file: &str, key: &str, expected: &str, found: &str) -> ExportError {
+    ExportError::file(
+        file,
+        format!("\"{key}\" to be {expected}"),
+        shown(found),
+        HINT,
+    )
 }

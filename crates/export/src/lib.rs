@@ -40,7 +40,7 @@
 //! ```
 //!
 //! * [`wide`], [`tidy`]: a recording or motion as a [`Table`]; [`write_csv`], [`write_parquet`].
-//! * [`facts_json`], [`read_wide_csv`]: what columns cannot hold, and a wide table as a recording.
+//! * [`facts_json`], [`read_wide_csv`]: facts beside a wide table, and the table as a recording.
 //! * [`evaluation_rows`]: every instant behind an evaluation; [`RowsFile`] reads it back.
 //! * [`segment_rows`], [`contact_rows`], [`phase_rows`]: the segments, contacts and phases behind it.
 //! * [`events`]: events of a take as CSV and back.
@@ -48,28 +48,22 @@
 //! * [`matrices`]: named matrices for NumPy and MATLAB.
 
 pub mod bids;
-mod csv_file;
-mod entity;
 mod error;
 pub mod events;
 mod facts;
 pub mod matrices;
 mod motion;
 mod parquet_file;
-mod parquet_read;
 mod rows;
-mod rows_read;
 mod table;
+mod take;
 mod wide_csv;
 
-pub use csv_file::write_csv;
-pub use entity::{Entity, motion_entities, recording_entities};
-pub use error::TableError;
+pub use error::ExportError;
 pub use facts::facts_json;
 pub use motion::{contact_rows, phase_rows, segment_rows};
-pub use parquet_file::{write_parquet, write_parquet_parts};
-pub use parquet_read::ParquetTable;
-pub use rows::evaluation_rows;
-pub use rows_read::{RowsFile, rows_facts};
-pub use table::{Column, Table, Values, tidy, wide};
+pub use parquet_file::{ParquetTable, write_parquet, write_parquet_parts};
+pub use rows::{RowsFile, evaluation_rows, rows_facts};
+pub use table::{Column, Table, TableBuilder, write_csv};
+pub use take::{Entity, motion_entities, recording_entities, tidy, wide};
 pub use wide_csv::{WideSettings, looks_like_wide_csv, read_wide_csv};

@@ -1,7 +1,7 @@
 //! Named matrices as NumPy (`.npz`) and MATLAB (`.mat`, level 5) files and back.
 //!
-//! So that what was learned here can be used in Python and MATLAB, and the other way round. Knows
-//! nothing of what the matrices mean.
+//! With them Python and MATLAB use dictionaries learned here, and the other way round. The module does
+//! not know the meaning of the matrices.
 //!
 //! ```
 //! use inhand_export::matrices::{Form, Variable, read, write};
@@ -12,7 +12,7 @@
 //!     let bytes = write(form, "w", &[("primitives", Variable::from(primitives.clone()))])?;
 //!     assert_eq!(read(&bytes, "w")?["primitives"], Variable::Numbers(primitives.clone()));
 //! }
-//! # Ok::<(), inhand_export::matrices::MatrixError>(())
+//! # Ok::<(), inhand_export::ExportError>(())
 //! ```
 //!
 //! # What is read
@@ -20,8 +20,8 @@
 //! Real numbers of any type that the tools write (floats of 2 to 8 bytes, integers, truth values), in
 //! either byte order, with one or two dimensions, packed or not; they become 64-bit floats. A vector of
 //! NumPy becomes one column. Integers beyond 2^53 are refused rather than rounded. Variables that are
-//! no such matrix (text, complex and sparse numbers, cells, structures, more dimensions) do not stand
-//! in the way of the others: they are listed with what they are ([`Variable::Other`]).
+//! no such matrix (text, complex and sparse numbers, cells, structures, more dimensions) do not prevent
+//! reading the others: they are listed with their kind ([`Variable::Other`]).
 //!
 //! # What is written
 //!
@@ -37,7 +37,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
 
-pub use error::MatrixError;
+use crate::error::ExportError;
 pub use form::Form;
 
 /// A variable of a file.
@@ -88,9 +88,9 @@ impl From<f64> for Variable {
 ///
 /// # Errors
 ///
-/// [`MatrixError::Form`] for other files, [`MatrixError::TooNew`] for MATLAB's `-v7.3`,
-/// [`MatrixError::Damaged`] where the bytes contradict themselves.
-pub fn read(bytes: &[u8], file: &str) -> Result<Variables, MatrixError> {
+/// [`ExportError::Content`] for other files, among them those of MATLAB's `-v7.3`, and where the bytes
+/// contradict themselves.
+pub fn read(bytes: &[u8], file: &str) -> Result<Variables, ExportError> {
     match Form::of_bytes(bytes) {
         Some(Form::Npz) => npz::read(bytes, file),
         Some(Form::Mat) => mat::read(bytes, file),
@@ -102,22 +102,22 @@ pub fn read(bytes: &[u8], file: &str) -> Result<Variables, MatrixError> {
 ///
 /// # Errors
 ///
-/// [`MatrixError::Name`] for a name that MATLAB does not take, or one that comes twice;
-/// [`MatrixError::NotWritten`] for [`Variable::Other`] and for matrices too large for the form.
+/// [`ExportError::Content`] for a name that MATLAB does not take or that comes twice, for
+/// [`Variable::Other`] and for matrices too large for the form.
 pub fn write<N: AsRef<str>>(
     form: Form,
     file: &str,
     variables: &[(N, Variable)],
-) -> Result<Vec<u8>, MatrixError> {
+) -> Result<Vec<u8>, ExportError> {
     let mut matrices: Vec<(&str, &DMatrix<f64>)> = Vec::with_capacity(variables.len());
     for (name, variable) in variables {
         let name = name.as_ref();
         let again = matrices.iter().any(|&(earlier, _)| earlier == name);
         if again || !form::is_name(name) {
-            return Err(MatrixError::Name {
-                file: file.to_owned(),
-                name: name.to_owned(),
-            });
+            return Err(ExportError::Content(format!(
+                "{file}: variable \"{name}\": expected names of letters, digits and _ that start with a \
+                 letter, have at most 63 characters and come once"
+            )));
         }
         match variable {
             Variable::Numbers(matrix) => matrices.push((name, matrix)),

@@ -1,33 +1,44 @@
-//! Tables as Parquet.
+//! Tables as Parquet, and columns of such a table, read one at a time.
 
+use std::collections::BTreeMap;
+use std::fmt::Display;
+use std::fs::File;
 use std::io::Write;
+use std::ops::Range;
+use std::path::Path;
 use std::sync::Arc;
 
 use parquet::basic::{Compression, Encoding, LogicalType, Repetition, Type as Physical, ZstdLevel};
-use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
+use parquet::column::reader::ColumnReaderImpl;
+use parquet::data_type::{ByteArray, ByteArrayType, DataType, DoubleType, Int64Type};
+use parquet::errors::ParquetError;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
+use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
 use parquet::schema::types::Type;
 use serde_json::{Value, json};
 
-use crate::error::TableError;
+use crate::error::ExportError;
 use crate::table::{Column, Table, Values};
 
 /// Rows of a group: what is held in memory of one column at a time.
 const GROUP_ROWS: usize = 64 * 1024;
+
+/// Rows that room is made for before any is read.
+const MOST_AT_ONCE: usize = 1 << 16;
 
 /// Writes a table as Parquet (version 2, zstd). Blank cells are null. The file's metadata has under
 /// `inhand.columns` a JSON object with unit and frame of each column, and the pairs of `about`.
 ///
 /// # Errors
 ///
-/// [`TableError::Parquet`], [`TableError::Write`].
+/// [`ExportError::Parquet`], [`ExportError::Write`].
 pub fn write_parquet(
     table: &Table<'_>,
     about: &[(&str, String)],
     out: impl Write + Send,
-) -> Result<(), TableError> {
+) -> Result<(), ExportError> {
     write_parquet_parts(table, table.rows, about, out)
 }
 
@@ -36,16 +47,16 @@ pub fn write_parquet(
 ///
 /// # Errors
 ///
-/// [`TableError::Parquet`], [`TableError::Write`].
+/// [`ExportError::Parquet`], [`ExportError::Write`].
 pub fn write_parquet_parts(
     table: &Table<'_>,
     part_rows: usize,
     about: &[(&str, String)],
     mut out: impl Write + Send,
-) -> Result<(), TableError> {
+) -> Result<(), ExportError> {
     let fields = (table.columns.iter())
         .map(|column| Ok(Arc::new(field(column)?)))
-        .collect::<Result<Vec<_>, TableError>>()?;
+        .collect::<Result<Vec<_>, ExportError>>()?;
     let schema = Type::group_type_builder("inhand")
         .with_fields(fields)
         .build()?;
@@ -69,9 +80,9 @@ pub fn write_parquet_parts(
         let rows = start..(start + GROUP_ROWS).min(part_end).min(table.rows);
         let mut group = writer.next_row_group()?;
         for column in &table.columns {
-            let mut cells = group.next_column()?.ok_or_else(|| {
-                parquet::errors::ParquetError::General("fewer columns than the schema".to_owned())
-            })?;
+            let mut cells = group
+                .next_column()?
+                .ok_or_else(|| ParquetError::General("fewer columns than the schema".to_owned()))?;
             write_cells(column, rows.clone(), &mut cells)?;
             cells.close()?;
         }
@@ -82,7 +93,7 @@ pub fn write_parquet_parts(
     Ok(out.flush()?)
 }
 
-fn field(column: &Column<'_>) -> Result<Type, TableError> {
+fn field(column: &Column<'_>) -> Result<Type, ExportError> {
     let builder = |physical| Type::primitive_type_builder(&column.name, physical);
     let builder = match &column.values {
         Values::Numbers(_) => builder(Physical::DOUBLE).with_repetition(Repetition::OPTIONAL),
@@ -109,9 +120,9 @@ fn columns_json(table: &Table<'_>) -> Value {
 
 fn write_cells(
     column: &Column<'_>,
-    rows: std::ops::Range<usize>,
+    rows: Range<usize>,
     cells: &mut SerializedColumnWriter<'_>,
-) -> Result<(), TableError> {
+) -> Result<(), ExportError> {
     match &column.values {
         Values::Numbers(number) => {
             let numbers: Vec<f64> = rows.map(number).collect();
@@ -125,9 +136,193 @@ fn write_cells(
             (cells.typed::<Int64Type>()).write_batch(&counts, None, None)?;
         }
         Values::Words(word) => {
-            let words: Vec<ByteArray> = rows.map(|row| ByteArray::from(word(row))).collect();
+            let words: Vec<ByteArray> = rows.map(|row| ByteArray::from(&*word(row))).collect();
             (cells.typed::<ByteArrayType>()).write_batch(&words, None, None)?;
         }
+    }
+    Ok(())
+}
+
+const AGAIN: &str = "it may be cut or damaged: make it again";
+
+/// A Parquet file whose columns are read one at a time, so that a file far larger than memory can be read.
+pub struct ParquetTable {
+    file: String,
+    reader: SerializedFileReader<File>,
+    columns: BTreeMap<String, usize>,
+    /// Rows of each group.
+    groups: Vec<Range<usize>>,
+}
+
+impl std::fmt::Debug for ParquetTable {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "ParquetTable({}, {} rows)", self.file, self.rows())
+    }
+}
+
+impl ParquetTable {
+    /// Opens a file and reads what it says of itself.
+    ///
+    /// # Errors
+    ///
+    /// [`ExportError::Content`] for a file that cannot be read or is no whole Parquet file.
+    pub fn open(path: &Path) -> Result<Self, ExportError> {
+        let file = path.display().to_string();
+        let refused =
+            |found: &dyn Display| ExportError::file(&file, "a whole Parquet file", found, AGAIN);
+        let handle = File::open(path).map_err(|error| refused(&error))?;
+        let reader = SerializedFileReader::new(handle).map_err(|error| refused(&error))?;
+        let schema = reader.metadata().file_metadata().schema_descr();
+        let columns = (schema.columns().iter().enumerate())
+            .map(|(place, column)| (column.name().to_owned(), place))
+            .collect();
+        let mut end = 0;
+        let groups = (reader.metadata().row_groups().iter())
+            .map(|group| {
+                let start = end;
+                end = usize::try_from(group.num_rows())
+                    .unwrap_or(0)
+                    .saturating_add(end);
+                start..end
+            })
+            .collect();
+        Ok(Self {
+            file,
+            reader,
+            columns,
+            groups,
+        })
+    }
+
+    /// Rows.
+    pub fn rows(&self) -> usize {
+        self.groups.last().map_or(0, |group| group.end)
+    }
+
+    /// Whether there is a column of this name.
+    pub fn has(&self, column: &str) -> bool {
+        self.columns.contains_key(column)
+    }
+
+    /// What the file says of itself under a key.
+    pub fn fact(&self, key: &str) -> Option<&str> {
+        let facts = self.reader.metadata().file_metadata();
+        let facts = facts.key_value_metadata()?;
+        facts.iter().find(|fact| fact.key == key)?.value.as_deref()
+    }
+
+    /// Numbers of some rows, NaN where a cell is blank.
+    ///
+    /// # Errors
+    ///
+    /// [`ExportError::Content`] for a column that is not there or holds no numbers, and damaged bytes.
+    pub fn numbers(&self, column: &str, rows: Range<usize>) -> Result<Vec<f64>, ExportError> {
+        self.cells::<DoubleType>(column, rows, "numbers", &f64::NAN)
+    }
+
+    /// Whole numbers of some rows.
+    ///
+    /// # Errors
+    ///
+    /// As for [`numbers`](Self::numbers).
+    pub fn counts(&self, column: &str, rows: Range<usize>) -> Result<Vec<i64>, ExportError> {
+        self.cells::<Int64Type>(column, rows, "whole numbers", &0)
+    }
+
+    /// Words of some rows.
+    ///
+    /// # Errors
+    ///
+    /// As for [`numbers`](Self::numbers).
+    pub fn words(&self, column: &str, rows: Range<usize>) -> Result<Vec<String>, ExportError> {
+        let words = self.cells::<ByteArrayType>(column, rows, "words", &ByteArray::new())?;
+        let text = |word: &ByteArray| {
+            (word.as_utf8().map(str::to_owned)).map_err(|error| self.damaged(column, &error))
+        };
+        words.iter().map(text).collect()
+    }
+
+    /// Cells of some rows, from every group that has any of them; a blank one becomes `blank`.
+    fn cells<D: DataType>(
+        &self,
+        column: &str,
+        rows: Range<usize>,
+        what: &str,
+        blank: &D::T,
+    ) -> Result<Vec<D::T>, ExportError> {
+        let Some(&place) = self.columns.get(column) else {
+            let others = format!("{} others", self.columns.len());
+            return Err(self.refused(format!("a column \"{column}\""), others));
+        };
+        if rows.end > self.rows() {
+            let expected = format!("{} rows", rows.end);
+            return Err(self.refused(expected, self.rows()));
+        }
+        // The file may lie about its size: no room is made on its word.
+        let mut found = Vec::with_capacity(rows.len().min(MOST_AT_ONCE));
+        for (k, group) in self.groups.iter().enumerate() {
+            let part = rows.start.max(group.start)..rows.end.min(group.end);
+            if part.is_empty() {
+                continue;
+            }
+            let before = found.len();
+            let reader = (self.reader.get_row_group(k))
+                .and_then(|group| group.get_column_reader(place))
+                .map_err(|error| self.damaged(column, &error))?;
+            let reader = D::get_column_reader(reader).ok_or_else(|| {
+                let expected = format!("{what} in column \"{column}\"");
+                self.refused(expected, "others")
+            })?;
+            cells(reader, group.len(), blank, &mut found)
+                .map_err(|error| self.damaged(column, &error))?;
+            if found.len() - before != group.len() {
+                let missing = format!("{} cells in column \"{column}\"", group.len());
+                return Err(self.refused(missing, found.len() - before));
+            }
+            found.truncate(before + part.end - group.start);
+            found.drain(before..before + part.start - group.start);
+        }
+        Ok(found)
+    }
+
+    fn damaged(&self, column: &str, error: &ParquetError) -> ExportError {
+        self.refused(format!("intact bytes in column \"{column}\""), error)
+    }
+
+    fn refused(&self, expected: impl Display, found: impl Display) -> ExportError {
+        ExportError::file(&self.file, expected, found, AGAIN)
+    }
+}
+
+/// All cells of a column in one group; a blank one becomes `blank`.
+fn cells<D: DataType>(
+    mut reader: ColumnReaderImpl<D>,
+    count: usize,
+    blank: &D::T,
+    out: &mut Vec<D::T>,
+) -> Result<(), ParquetError> {
+    let (mut values, mut present) = (Vec::with_capacity(count.min(MOST_AT_ONCE)), Vec::new());
+    let mut read = 0;
+    while read < count {
+        let (rows, ..) = reader.read_records(
+            (count - read).min(MOST_AT_ONCE),
+            Some(&mut present),
+            None,
+            &mut values,
+        )?;
+        if rows == 0 {
+            break;
+        }
+        read += rows;
+    }
+    if present.is_empty() {
+        out.append(&mut values);
+        return Ok(());
+    }
+    let mut values = values.into_iter();
+    for present in present {
+        let value = if present == 0 { None } else { values.next() };
+        out.push(value.unwrap_or_else(|| blank.clone()));
     }
     Ok(())
 }

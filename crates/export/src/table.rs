@@ -1,21 +1,10 @@
-//! Tables: named columns with units over rows.
+//! Tables: named columns with units over rows, and their text forms.
 
-use std::collections::BTreeMap;
+use std::borrow::Cow;
+use std::io::Write;
+use std::sync::Arc;
 
-use inhand_model::Clock;
-
-use crate::entity::Entity;
-
-/// Components of a value in the order of columns, with the unit of each.
-const COMPONENTS: [(&str, &str); 7] = [
-    ("x_m", "m"),
-    ("y_m", "m"),
-    ("z_m", "m"),
-    ("qx", "1"),
-    ("qy", "1"),
-    ("qz", "1"),
-    ("qw", "1"),
-];
+use crate::error::ExportError;
 
 /// A column of a table.
 pub struct Column<'a> {
@@ -25,24 +14,20 @@ pub struct Column<'a> {
     pub unit: &'static str,
     /// Frame of a coordinate, else nothing.
     pub frame: &'static str,
-    /// The cells.
-    pub values: Values<'a>,
+    pub(crate) values: Values<'a>,
 }
 
 /// Cells of a column, by row.
-pub enum Values<'a> {
+pub(crate) enum Values<'a> {
     /// Numbers; NaN is a blank cell.
     Numbers(Box<dyn Fn(usize) -> f64 + Sync + 'a>),
-    /// Whole numbers.
     Counts(Box<dyn Fn(usize) -> i64 + Sync + 'a>),
-    /// Words.
-    Words(Box<dyn Fn(usize) -> &'a str + Sync + 'a>),
+    Words(Box<dyn Fn(usize) -> Cow<'a, str> + Sync + 'a>),
 }
 
 /// Columns of one length.
 pub struct Table<'a> {
-    /// The columns.
-    pub columns: Vec<Column<'a>>,
+    pub(crate) columns: Vec<Column<'a>>,
     /// Rows of each.
     pub rows: usize,
 }
@@ -54,139 +39,168 @@ impl std::fmt::Debug for Table<'_> {
     }
 }
 
-/// Names of entities that differ: the second of a name is `name#2`.
-pub(crate) fn unique_names(entities: &[Entity<'_>]) -> Vec<String> {
-    let mut seen: BTreeMap<String, usize> = BTreeMap::new();
-    let mut names: Vec<String> = Vec::with_capacity(entities.len());
-    for entity in entities {
-        let name = loop {
-            let count = seen.entry(entity.name.clone()).or_insert(0);
-            *count += 1;
-            let name = match *count {
-                1 => entity.name.clone(),
-                n => format!("{}#{n}", entity.name),
-            };
-            // A source may itself name something `a#2`.
-            if !names.contains(&name) {
-                break name;
+/// Describes a table column by column; each cell is computed from the row's value `R` when it is written.
+///
+/// ```
+/// use inhand_export::{TableBuilder, write_csv};
+///
+/// let samples = [0.5, f64::NAN];
+/// let mut table = TableBuilder::new(samples.len(), |row| (row, samples[row]));
+/// table.counts("sample", |(row, _)| row);
+/// table.numbers("length_m", "m", |(_, length_m)| length_m);
+/// let mut csv = Vec::new();
+/// write_csv(&table.finish(), &mut csv)?;
+/// assert_eq!(csv, b"sample,length_m\n0,0.5\n1,\n");
+/// # Ok::<(), inhand_export::ExportError>(())
+/// ```
+pub struct TableBuilder<'a, F> {
+    row: F,
+    table: Table<'a>,
+}
+
+impl<F> std::fmt::Debug for TableBuilder<'_, F> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.table.fmt(f)
+    }
+}
+
+impl<'a, R, F: Fn(usize) -> R + Clone + Sync + 'a> TableBuilder<'a, F> {
+    /// A table without columns whose rows are what `row` returns.
+    pub fn new(rows: usize, row: F) -> Self {
+        let columns = Vec::new();
+        Self {
+            row,
+            table: Table { columns, rows },
+        }
+    }
+
+    /// Adds a column of words.
+    pub fn words<W: Into<Cow<'a, str>>>(
+        &mut self,
+        name: impl Into<String>,
+        word: impl Fn(R) -> W + Sync + 'a,
+    ) -> &mut Column<'a> {
+        let row = self.row.clone();
+        let values = Values::Words(Box::new(move |k| word(row(k)).into()));
+        self.add(name.into(), "", values)
+    }
+
+    /// Adds a column of whole numbers.
+    pub fn counts(
+        &mut self,
+        name: impl Into<String>,
+        count: impl Fn(R) -> usize + Sync + 'a,
+    ) -> &mut Column<'a> {
+        let row = self.row.clone();
+        // Lists in memory have far fewer places than 63 bits count.
+        let values = Values::Counts(Box::new(move |k| count(row(k)) as i64));
+        self.add(name.into(), "1", values)
+    }
+
+    /// Adds a column of numbers with their unit; NaN is a blank cell.
+    pub fn numbers(
+        &mut self,
+        name: impl Into<String>,
+        unit: &'static str,
+        number: impl Fn(R) -> f64 + Sync + 'a,
+    ) -> &mut Column<'a> {
+        let row = self.row.clone();
+        let values = Values::Numbers(Box::new(move |k| number(row(k))));
+        self.add(name.into(), unit, values)
+    }
+
+    fn add(&mut self, name: String, unit: &'static str, values: Values<'a>) -> &mut Column<'a> {
+        let columns = &mut self.table.columns;
+        let place = columns.len();
+        columns.push(Column {
+            name,
+            unit,
+            frame: "",
+            values,
+        });
+        &mut columns[place]
+    }
+
+    /// The table.
+    pub fn finish(self) -> Table<'a> {
+        self.table
+    }
+}
+
+/// A table of these rows, still without columns.
+pub(crate) fn table_of<'a, R: Clone + Send + Sync + 'a>(
+    rows: Vec<R>,
+) -> TableBuilder<'a, impl Fn(usize) -> R + Clone + Sync + 'a> {
+    let rows: Arc<[R]> = rows.into();
+    TableBuilder::new(rows.len(), move |row| rows[row].clone())
+}
+
+/// Writes a table as CSV: a heading, then a line for each row, LF, quotes where they are needed.
+///
+/// # Errors
+///
+/// [`ExportError::Write`].
+pub fn write_csv(table: &Table<'_>, out: impl Write) -> Result<(), ExportError> {
+    let mut writer = csv::Writer::from_writer(out);
+    writer.write_record(table.columns.iter().map(|column| &column.name))?;
+    write_rows(table, writer, |_| ())
+}
+
+/// Writes a table as tab-separated values as BIDS has them: no quotes, `n/a` for blank cells.
+pub(crate) fn write_tsv(
+    table: &Table<'_>,
+    heading: bool,
+    out: impl Write,
+) -> Result<(), ExportError> {
+    let mut writer = csv::WriterBuilder::new()
+        .delimiter(b'\t')
+        .quote_style(csv::QuoteStyle::Never)
+        .from_writer(out);
+    let fit = |cell: &mut Vec<u8>| {
+        for byte in cell.iter_mut() {
+            if matches!(byte, b'\t' | b'\n' | b'\r') {
+                *byte = b' ';
             }
-        };
-        names.push(name);
-    }
-    names
-}
-
-/// One row for each sample, and for each entity its columns: `NAME.x_m`, `.y_m`, `.z_m`, with a
-/// rotation `.qx`, `.qy`, `.qz`, `.qw`, then `.status`, and what else the source says.
-pub fn wide<'a>(entities: &'a [Entity<'a>], clock: Clock, samples: usize) -> Table<'a> {
-    let mut columns = vec![time_column(move |row| clock.time_s(row))];
-    for (entity, name) in entities.iter().zip(unique_names(entities)) {
-        let components = if entity.has_rotation { 7 } else { 3 };
-        for (component, (suffix, unit)) in COMPONENTS.iter().enumerate().take(components) {
-            columns.push(Column {
-                name: format!("{name}.{suffix}"),
-                unit,
-                frame: entity.frame,
-                values: Values::Numbers(Box::new(move |row| number(entity, row, component))),
-            });
         }
-        columns.push(Column {
-            name: format!("{name}.status"),
-            unit: "",
-            frame: "",
-            values: Values::Words(Box::new(move |row| entity.track.status(row).name())),
-        });
-        if let Some((suffix, unit, series)) = entity.extra {
-            columns.push(Column {
-                name: format!("{name}.{suffix}"),
-                unit,
-                frame: "",
-                values: Values::Numbers(Box::new(move |row| series[row])),
-            });
+        if cell.is_empty() {
+            cell.extend(b"n/a");
         }
-    }
-    Table {
-        columns,
-        rows: samples,
-    }
-}
-
-/// One row for each sample of each entity, all entities of a sample after one another.
-pub fn tidy<'a>(entities: &'a [Entity<'a>], clock: Clock, samples: usize) -> Table<'a> {
-    let count = entities.len();
-    // Without entities there are no rows, so that nothing is divided by zero.
-    let at = move |row: usize| (row / count, &entities[row % count]);
-    let word = |name: &str, words: Box<dyn Fn(usize) -> &'a str + Sync + 'a>| Column {
-        name: name.to_owned(),
-        unit: "",
-        frame: "",
-        values: Values::Words(words),
     };
-    let mut columns = vec![
-        time_column(move |row| clock.time_s(at(row).0)),
-        Column {
-            name: "sample".to_owned(),
-            unit: "1",
-            frame: "",
-            values: Values::Counts(Box::new(move |row| at(row).0 as i64)),
-        },
-        word("entity", Box::new(move |row| at(row).1.name.as_str())),
-        word("kind", Box::new(move |row| at(row).1.kind)),
-        word("frame", Box::new(move |row| at(row).1.frame)),
-    ];
-    for (component, (name, unit)) in COMPONENTS.iter().enumerate() {
-        columns.push(Column {
-            name: (*name).to_owned(),
-            unit,
-            frame: "",
-            values: Values::Numbers(Box::new(move |row| {
-                let (sample, entity) = at(row);
-                number(entity, sample, component)
-            })),
+    if heading {
+        let names = table.columns.iter().map(|column| {
+            let mut name = column.name.clone().into_bytes();
+            fit(&mut name);
+            name
         });
+        writer.write_record(names)?;
     }
-    columns.push(word(
-        "status",
-        Box::new(move |row| {
-            let (sample, entity) = at(row);
-            entity.track.status(sample).name()
-        }),
-    ));
-    for (name, unit) in [("marker_error_m", "m"), ("quality", "1")] {
-        columns.push(Column {
-            name: name.to_owned(),
-            unit,
-            frame: "",
-            values: Values::Numbers(Box::new(move |row| {
-                let (sample, entity) = at(row);
-                match entity.extra {
-                    Some((extra, _, series)) if extra == name => series[sample],
-                    _ => f64::NAN,
+    write_rows(table, writer, fit)
+}
+
+/// Writes all rows; `fit` changes cells to what the format can hold.
+fn write_rows(
+    table: &Table<'_>,
+    mut writer: csv::Writer<impl Write>,
+    fit: impl Fn(&mut Vec<u8>),
+) -> Result<(), ExportError> {
+    let mut cell = Vec::new();
+    for row in 0..table.rows {
+        for column in &table.columns {
+            cell.clear();
+            match &column.values {
+                Values::Numbers(number) => {
+                    let number = number(row);
+                    if !number.is_nan() {
+                        write!(cell, "{number}")?;
+                    }
                 }
-            })),
-        });
+                Values::Counts(count) => write!(cell, "{}", count(row))?,
+                Values::Words(word) => cell.extend_from_slice(word(row).as_bytes()),
+            }
+            fit(&mut cell);
+            writer.write_field(&cell)?;
+        }
+        writer.write_record(None::<&[u8]>)?;
     }
-    Table {
-        columns,
-        rows: samples * count,
-    }
-}
-
-fn time_column<'a>(time_s: impl Fn(usize) -> f64 + Sync + 'a) -> Column<'a> {
-    Column {
-        name: "time_s".to_owned(),
-        unit: "s",
-        frame: "",
-        values: Values::Numbers(Box::new(time_s)),
-    }
-}
-
-/// A component of a value, NaN where missing.
-fn number(entity: &Entity<'_>, sample: usize, component: usize) -> f64 {
-    let value = entity.track.value(sample);
-    let number = value.and_then(|(position, rotation)| match component {
-        0..3 => Some(position[component]),
-        _ => rotation.map(|quaternion| quaternion[component - 3]),
-    });
-    number.unwrap_or(f64::NAN)
+    Ok(writer.flush()?)
 }

@@ -6,8 +6,8 @@ use inhand_model::{
 };
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
-use crate::error::{TableError, line_of, shown};
-use crate::facts::{Facts, body_kind, fact, marker_kind};
+use crate::error::{CsvFile, ExportError};
+use crate::facts::{Facts, by_name, fact};
 
 /// Rotations off unit length by more than this are no rotations; tables may be rounded.
 const UNIT_TOLERANCE: f64 = 1e-3;
@@ -18,7 +18,7 @@ const TIME_TOLERANCE: f64 = 0.1;
 /// A line is no longer than this: a name and ten cells for each of many thousand entities.
 const MAX_LINE_BYTES: usize = 16 << 20;
 
-/// What a user may say of a table without facts beside it.
+/// Settings for a table without facts beside it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WideSettings {
     /// Axis that points up; y where nothing is said, with a finding.
@@ -38,34 +38,32 @@ pub fn looks_like_wide_csv(bytes: &[u8]) -> bool {
 
 /// Reads a wide table, as [`wide`](crate::wide) and [`write_csv`](crate::write_csv) make them, as a
 /// recording. `facts` is the content of the JSON beside it, as
-/// [`facts_json`](crate::facts_json) makes it; without it the rate comes from the times, bodies are
-/// what has a rotation, and the take starts at an unknown time.
+/// [`facts_json`](crate::facts_json) makes it; without it the rate comes from the times, entities with a
+/// rotation are bodies, and the take starts at an unknown time.
 ///
 /// # Errors
 ///
-/// [`TableError::Cell`] with line and column, [`TableError::File`] where headings, times or facts do
-/// not go together, [`TableError::Csv`] for lines of another length.
+/// [`ExportError::Content`] with line and column for cells, and where headings, times or facts do not go
+/// together.
 pub fn read_wide_csv(
     bytes: &[u8],
     file: &str,
     facts: Option<&[u8]>,
     settings: WideSettings,
-) -> Result<Recording, TableError> {
-    let facts = facts
-        .map(|facts| Facts::parse(facts, &format!("{file}.json")))
-        .transpose()?;
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    let mut reader = csv::Reader::from_reader(bytes);
+) -> Result<Recording, ExportError> {
+    let facts_file = format!("{file}.json");
+    let facts = (facts.map(|facts| Facts::parse(facts, &facts_file))).transpose()?;
+    let csv = CsvFile::new(file, bytes);
+    let mut reader = csv::Reader::from_reader(csv.bytes);
     let headings = (reader.headers())
-        .map_err(|error| TableError::csv(file, bytes, &error))?
+        .map_err(|error| csv.csv_error(&error))?
         .clone();
     let mut columns = columns(file, &headings)?;
     let mut times_s = Vec::new();
     let mut row = csv::StringRecord::new();
-    while (reader.read_record(&mut row)).map_err(|error| TableError::csv(file, bytes, &error))? {
+    while (reader.read_record(&mut row)).map_err(|error| csv.csv_error(&error))? {
         let cells = Cells {
-            file,
-            bytes,
+            csv,
             headings: &headings,
             row: &row,
         };
@@ -75,47 +73,35 @@ pub fn read_wide_csv(
             column.push(&cells)?;
         }
     }
+    let samples = times_s.len();
     let mut findings = Vec::new();
     let clock = match &facts {
-        Some(facts) => facts.clock(&format!("{file}.json"))?,
+        Some(facts) => facts.clock(&facts_file)?,
         None => clock_of(file, &times_s)?,
     };
     check_times(file, &times_s, clock)?;
-    let source = match &facts {
-        Some(facts) => facts.source(&format!("{file}.json"))?,
-        None => source_of(&columns, settings, &mut findings),
+    let (name, source) = match &facts {
+        Some(facts) => (facts.name.as_str(), facts.source(&facts_file)?),
+        None => {
+            let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
+            (stem, source_of(&columns, settings, &mut findings))
+        }
     };
-    for column in &columns {
-        findings.extend(column.finding());
+    findings.extend(columns.iter().filter_map(EntityColumns::finding));
+    if let Some(stated) = (facts.as_ref().map(|facts| facts.samples)).filter(|&n| n != samples) {
+        let message =
+            format!("the facts beside the table state {stated} samples, it has {samples}");
+        findings.push(Finding::warning("", message));
     }
-    let name = match &facts {
-        Some(facts) => facts.name.clone(),
-        None => file
-            .rsplit_once('.')
-            .map_or(file, |(stem, _)| stem)
-            .to_owned(),
-    };
-    let (markers, bodies) = entities(file, columns, facts.as_ref())?;
-    let samples = times_s.len();
-    if let Some(facts) = &facts
-        && facts.samples != samples
-    {
-        findings.push(Finding::warning(
-            "",
-            format!(
-                "the facts beside the table state {} samples, it has {samples}",
-                facts.samples
-            ),
-        ));
-    }
-    let mut recording =
-        Recording::new(name, clock, source, samples, markers, bodies).map_err(|error| {
-            TableError::File {
-                file: file.to_owned(),
-                expected: "columns of one length".to_owned(),
-                found: error.to_string(),
-                hint: "write the table again".to_owned(),
-            }
+    let (markers, bodies) = entities(&facts_file, columns, facts.as_ref())?;
+    let mut recording = Recording::new(name.to_owned(), clock, source, samples, markers, bodies)
+        .map_err(|error| {
+            ExportError::file(
+                file,
+                "columns of one length",
+                error,
+                "write the table again",
+            )
         })?;
     recording.findings = findings;
     Ok(recording)
@@ -123,23 +109,18 @@ pub fn read_wide_csv(
 
 /// The cells of a row.
 struct Cells<'a> {
-    file: &'a str,
-    bytes: &'a [u8],
+    csv: CsvFile<'a>,
     headings: &'a csv::StringRecord,
     row: &'a csv::StringRecord,
 }
 
 impl Cells<'_> {
-    fn line(&self) -> u64 {
-        (self.row.position()).map_or(0, |place| line_of(self.bytes, place))
-    }
-
     fn text(&self, column: usize) -> &str {
         self.row.get(column).unwrap_or_default().trim()
     }
 
     /// The number of a cell; nothing where it is blank or says NaN.
-    fn number(&self, column: usize) -> Result<Option<f64>, TableError> {
+    fn number(&self, column: usize) -> Result<Option<f64>, ExportError> {
         let text = self.text(column);
         if text.is_empty() || text.eq_ignore_ascii_case("nan") {
             return Ok(None);
@@ -150,19 +131,13 @@ impl Cells<'_> {
         }
     }
 
-    fn error(&self, column: usize, expected: &str) -> TableError {
-        TableError::Cell {
-            file: self.file.to_owned(),
-            line: self.line(),
-            column: column + 1,
-            title: self.headings.get(column).unwrap_or_default().to_owned(),
-            expected: expected.to_owned(),
-            found: shown(self.text(column)),
-        }
+    fn error(&self, column: usize, expected: &str) -> ExportError {
+        let title = self.headings.get(column).unwrap_or_default();
+        self.csv.cell_error(self.row, column, title, expected)
     }
 }
 
-/// The columns of one entity with what was read from them.
+/// The columns of one entity and its samples so far.
 struct EntityColumns {
     name: String,
     position: [usize; 3],
@@ -181,7 +156,7 @@ enum Samples {
 }
 
 /// Columns by entity, in the order in which entities first appear.
-fn columns(file: &str, headings: &csv::StringRecord) -> Result<Vec<EntityColumns>, TableError> {
+fn columns(file: &str, headings: &csv::StringRecord) -> Result<Vec<EntityColumns>, ExportError> {
     let find = |name: &str, suffix: &str| {
         headings.iter().position(|heading| {
             (heading.trim().rsplit_once('.')).is_some_and(|(n, s)| n == name && s == suffix)
@@ -193,21 +168,20 @@ fn columns(file: &str, headings: &csv::StringRecord) -> Result<Vec<EntityColumns
             continue;
         };
         let need = |suffix| {
-            find(name, suffix).ok_or_else(|| TableError::File {
-                file: file.to_owned(),
-                expected: format!("a column \"{name}.{suffix}\" beside \"{name}.x_m\""),
-                found: "none".to_owned(),
-                hint: "keep all coordinates of an entity".to_owned(),
+            find(name, suffix).ok_or_else(|| {
+                let expected = format!("a column \"{name}.{suffix}\" beside \"{name}.x_m\"");
+                ExportError::file(file, expected, "none", "keep all coordinates of an entity")
             })
         };
         let position = [need("x_m")?, need("y_m")?, need("z_m")?];
         if entities.iter().any(|e| e.position[0] == position[0]) {
-            return Err(TableError::File {
-                file: file.to_owned(),
-                expected: "headings that differ".to_owned(),
-                found: format!("\"{name}.x_m\" twice"),
-                hint: "rename one of the entities".to_owned(),
-            });
+            let (expected, twice) = ("headings that differ", format!("\"{name}.x_m\" twice"));
+            return Err(ExportError::file(
+                file,
+                expected,
+                twice,
+                "rename one of the entities",
+            ));
         }
         let rotation = match find(name, "qx") {
             None => None,
@@ -231,7 +205,7 @@ fn columns(file: &str, headings: &csv::StringRecord) -> Result<Vec<EntityColumns
 }
 
 impl EntityColumns {
-    fn push(&mut self, cells: &Cells<'_>) -> Result<(), TableError> {
+    fn push(&mut self, cells: &Cells<'_>) -> Result<(), ExportError> {
         let mut numbers = [None; 7];
         let rotation = self.rotation.unwrap_or_default();
         let used = if self.rotation.is_some() { 7 } else { 3 };
@@ -242,7 +216,10 @@ impl EntityColumns {
         let there = numbers[..used].iter().flatten().count();
         if there > 0 && there < used {
             if self.partly.0 == 0 {
-                self.partly.1 = cells.line();
+                self.partly.1 = cells
+                    .row
+                    .position()
+                    .map_or(0, |place| cells.csv.line(place));
             }
             self.partly.0 += 1;
         }
@@ -273,19 +250,16 @@ impl EntityColumns {
         Ok(())
     }
 
-    fn status(&self, cells: &Cells<'_>, whole: bool) -> Result<Status, TableError> {
-        let Some(column) = self.status.filter(|&column| !cells.text(column).is_empty()) else {
-            return Ok(if whole {
-                Status::Measured
-            } else {
-                Status::Missing
-            });
+    fn status(&self, cells: &Cells<'_>, whole: bool) -> Result<Status, ExportError> {
+        let stated = self.status.map(|column| (column, cells.text(column)));
+        let status = match stated {
+            None | Some((_, "")) => Status::Measured,
+            Some((column, word)) => {
+                let all = [Status::Measured, Status::Filled, Status::Missing];
+                by_name(&all, Status::name, word)
+                    .ok_or_else(|| cells.error(column, "measured, filled or missing"))?
+            }
         };
-        let word = cells.text(column);
-        let status = [Status::Measured, Status::Filled, Status::Missing]
-            .into_iter()
-            .find(|status| status.name() == word)
-            .ok_or_else(|| cells.error(column, "measured, filled or missing"))?;
         Ok(if whole { status } else { Status::Missing })
     }
 
@@ -304,15 +278,14 @@ impl EntityColumns {
 }
 
 /// The clock of evenly spaced times.
-fn clock_of(file: &str, times_s: &[f64]) -> Result<Clock, TableError> {
-    let wrong = |found: String| TableError::File {
-        file: file.to_owned(),
-        expected: "rising, evenly spaced times in column time_s".to_owned(),
-        found,
-        hint: format!("state rate_hz in {file}.json, as inhand export writes it"),
+fn clock_of(file: &str, times_s: &[f64]) -> Result<Clock, ExportError> {
+    let wrong = |found: &str| {
+        let expected = "rising, evenly spaced times in column time_s";
+        let hint = format!("state rate_hz in {file}.json, as inhand export writes it");
+        ExportError::file(file, expected, found, &hint)
     };
     let (Some(first), Some(last)) = (times_s.first(), times_s.last()) else {
-        return Err(wrong("no row".to_owned()));
+        return Err(wrong("no row"));
     };
     let rate_hz = (times_s.len() - 1) as f64 / (last - first);
     // Times in a table are rounded; a rate is hardly ever off a round number by a millionth.
@@ -322,12 +295,16 @@ fn clock_of(file: &str, times_s: &[f64]) -> Result<Clock, TableError> {
     } else {
         rate_hz
     };
-    Clock::new(0, StartTime::Unknown, rate_hz)
-        .map_err(|_| wrong(format!("{} rows from {first} s to {last} s", times_s.len())))
+    Clock::new(0, StartTime::Unknown, rate_hz).map_err(|_| {
+        wrong(&format!(
+            "{} rows from {first} s to {last} s",
+            times_s.len()
+        ))
+    })
 }
 
 /// Every row is where the clock says, seen from the first one.
-fn check_times(file: &str, times_s: &[f64], clock: Clock) -> Result<(), TableError> {
+fn check_times(file: &str, times_s: &[f64], clock: Clock) -> Result<(), ExportError> {
     let first = times_s.first().copied().unwrap_or_default();
     let off = |(row, time_s): (usize, &f64)| {
         let expected = first + clock.time_s(row);
@@ -336,14 +313,13 @@ fn check_times(file: &str, times_s: &[f64], clock: Clock) -> Result<(), TableErr
     };
     match times_s.iter().enumerate().find_map(off) {
         None => Ok(()),
-        Some((row, time_s, expected)) => Err(TableError::File {
-            file: file.to_owned(),
-            expected: format!("{expected} s in row {} at {} Hz", row + 1, clock.rate_hz()),
-            found: format!("{time_s} s"),
-            hint: "a table has a row for every sample; leave rows of missing samples blank, but \
-                   keep them"
-                .to_owned(),
-        }),
+        Some((row, time_s, expected)) => Err(ExportError::file(
+            file,
+            format!("{expected} s in row {} at {} Hz", row + 1, clock.rate_hz()),
+            format!("{time_s} s"),
+            "a table has a row for every sample; leave rows of missing samples blank, but keep \
+             them",
+        )),
     }
 }
 
@@ -356,7 +332,7 @@ fn source_of(
         findings.push(Finding::info(
             "",
             format!(
-                "no facts are beside the table, so y is taken to point up; say it with {}",
+                "no facts are beside the table, so y is taken to point up; set it with {}",
                 Setting::Up
             ),
         ));
@@ -376,44 +352,43 @@ fn source_of(
 type Entities = (Vec<Marker>, Vec<TrackedBody>);
 
 fn entities(
-    file: &str,
+    facts_file: &str,
     columns: Vec<EntityColumns>,
     facts: Option<&Facts>,
-) -> Result<Entities, TableError> {
+) -> Result<Entities, ExportError> {
+    const MARKERS: [MarkerKind; 3] = [
+        MarkerKind::Labelled,
+        MarkerKind::RigidBodyMarker,
+        MarkerKind::Unlabelled,
+    ];
+    const BODIES: [BodyKind; 2] = [BodyKind::RigidBody, BodyKind::Bone];
     let (mut markers, mut bodies) = (Vec::new(), Vec::new());
     for column in columns {
-        let stated = facts.and_then(|facts| {
-            let mut entities = facts.entities.iter();
-            entities.find(|entity| entity.columns == column.name)
-        });
+        let mut stated = facts.iter().flat_map(|facts| &facts.entities);
+        let stated = stated.find(|entity| entity.columns == column.name);
         let (name, id) = match stated {
             Some(stated) => (stated.name.clone(), stated.id.clone()),
             None => (column.name.clone(), String::new()),
         };
-        let wrong = |expected: &str, found: &str| {
+        let kind = stated.map(|stated| stated.kind.as_str());
+        let wrong = |expected| {
             let key = format!("entities: kind of {}", column.name);
-            fact(&format!("{file}.json"), &key, expected, found)
+            fact(facts_file, &key, expected, kind.unwrap_or_default())
         };
         match column.samples {
             Samples::Points(track) => markers.push(Marker {
                 name,
                 id,
-                kind: match stated {
-                    None => MarkerKind::Labelled,
-                    Some(stated) => marker_kind(&stated.kind)
-                        .ok_or_else(|| wrong("a kind of marker", &stated.kind))?,
-                },
+                kind: by_name(&MARKERS, MarkerKind::name, kind.unwrap_or("labelled"))
+                    .ok_or_else(|| wrong("a kind of marker"))?,
                 track,
                 quality: column.quality.map(|(_, series)| series),
             }),
             Samples::Poses(track) => bodies.push(TrackedBody {
                 name,
                 id,
-                kind: match stated {
-                    None => BodyKind::RigidBody,
-                    Some(stated) => body_kind(&stated.kind)
-                        .ok_or_else(|| wrong("a kind of body", &stated.kind))?,
-                },
+                kind: by_name(&BODIES, BodyKind::name, kind.unwrap_or("rigid_body"))
+                    .ok_or_else(|| wrong("a kind of body"))?,
                 track,
                 marker_error_m: column.marker_error.map(|(_, series)| series),
             }),

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use inhand_export::{Column, Table, Values, write_parquet};
+use inhand_export::{Table, TableBuilder, write_parquet};
 use inhand_report::{Figure, FigureData, FigureValues, Report};
 use rayon::prelude::*;
 
@@ -39,27 +39,22 @@ fn write_figure(folder: &Path, figure: &Figure) -> Result<[PathBuf; 3], SessionE
 }
 
 fn table(data: &FigureData) -> Table<'_> {
-    let columns = data.columns.iter().map(|column| Column {
-        name: column.name.clone(),
-        unit: unit(&column.name),
-        frame: "",
-        values: match &column.values {
-            FigureValues::Numbers(values) => {
-                Values::Numbers(Box::new(|row| values.get(row).copied().unwrap_or(f64::NAN)))
+    let mut table = TableBuilder::new(data.rows(), |row| row);
+    for column in &data.columns {
+        let added = match &column.values {
+            FigureValues::Numbers(values) => table.numbers(&column.name, "", |row| {
+                values.get(row).copied().unwrap_or(f64::NAN)
+            }),
+            FigureValues::Counts(values) => {
+                table.counts(&column.name, |row| values.get(row).copied().unwrap_or(0))
             }
-            FigureValues::Counts(values) => Values::Counts(Box::new(|row| {
-                let count = values.get(row).copied().unwrap_or(0);
-                i64::try_from(count).unwrap_or(i64::MAX)
-            })),
-            FigureValues::Words(values) => {
-                Values::Words(Box::new(|row| values.get(row).map_or("", String::as_str)))
-            }
-        },
-    });
-    Table {
-        columns: columns.collect(),
-        rows: data.rows(),
+            FigureValues::Words(values) => table.words(&column.name, |row| {
+                values.get(row).map_or("", String::as_str)
+            }),
+        };
+        added.unit = unit(&column.name);
     }
+    table.finish()
 }
 
 /// The unit that a column's name ends in; none where it is no unit.

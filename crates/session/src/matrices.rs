@@ -19,7 +19,8 @@ mod given;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use inhand_export::matrices::{Form, MatrixError, Variable, Variables};
+use inhand_export::ExportError;
+use inhand_export::matrices::{Form, Variable, Variables};
 use inhand_model::{Dictionary, DictionaryKind, Hull, InputHash, Residual, SegmentLayout};
 use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
@@ -48,7 +49,7 @@ pub enum MatricesError {
     File(#[source] Box<SessionError>),
     /// Content that is no matrices, or none that can be written.
     #[error(transparent)]
-    Form(#[from] MatrixError),
+    Form(#[from] ExportError),
     /// Matrices that are no primitives for these takes.
     #[error("{file}: {what}: expected {expected}, found {found}; {hint}")]
     Given {

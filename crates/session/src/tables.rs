@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use inhand_channels::Metadata;
 use inhand_export::bids::{self, BidsNames};
 use inhand_export::{
-    Entity, TableError, contact_rows, evaluation_rows, facts_json, motion_entities, phase_rows,
+    Entity, ExportError, contact_rows, evaluation_rows, facts_json, motion_entities, phase_rows,
     recording_entities, rows_facts, segment_rows, tidy, wide, write_csv, write_parquet,
     write_parquet_parts,
 };
@@ -237,7 +237,7 @@ pub fn write_bids(folder: &Path, take: &Take, names: &BidsNames) -> Result<(), S
     Ok(())
 }
 
-pub(crate) fn table_error(path: &Path) -> impl Fn(TableError) -> SessionError + '_ {
+pub(crate) fn table_error(path: &Path) -> impl Fn(ExportError) -> SessionError + '_ {
     |source| SessionError::at(path.display(), source)
 }
 

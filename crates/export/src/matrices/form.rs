@@ -1,9 +1,9 @@
-//! Which file is which.
+//! Formats of files of matrices.
 
 use std::path::Path;
 
-use super::error::MatrixError;
 use super::mat;
+use crate::error::ExportError;
 
 /// How archives of files start; an empty one has the second mark.
 const ZIP_MARKS: [&[u8]; 2] = [b"PK\x03\x04", b"PK\x05\x06"];
@@ -60,27 +60,26 @@ pub(crate) fn is_name(name: &str) -> bool {
         && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
 }
 
-/// Why bytes have none of the forms.
-pub(crate) fn unknown(bytes: &[u8], file: &str) -> MatrixError {
-    let file = file.to_owned();
-    // HDF5's own mark, where it stands without or behind MATLAB's text.
+/// The error for bytes of none of the forms.
+pub(crate) fn unknown(bytes: &[u8], file: &str) -> ExportError {
+    // HDF5's own mark, without MATLAB's text in front or after it.
     const HDF5: &[u8] = b"\x89HDF\r\n\x1a\n";
-    if bytes.starts_with(HDF5) || bytes.get(512..).is_some_and(|rest| rest.starts_with(HDF5)) {
-        return MatrixError::TooNew { file };
-    }
-    if mat::looks_like_level_4(bytes) {
-        return MatrixError::TooOld { file };
-    }
-    let found = if bytes.starts_with(b"\x93NUMPY") {
-        "a single array (.npy): save it with numpy.savez(file, primitives=array)".to_owned()
-    } else if bytes.is_empty() {
-        "nothing".to_owned()
-    } else {
-        let start: String = (bytes.iter().take(12))
-            .flat_map(|byte| byte.escape_ascii())
-            .map(char::from)
-            .collect();
-        format!("\"{start}\" ({} bytes)", bytes.len())
-    };
-    MatrixError::Form { file, found }
+    let matrices = "no file of matrices: expected .npz (numpy.savez) or .mat (MATLAB's save -v7)";
+    let level_5 = "expected a MAT file of level 5";
+    let message =
+        if bytes.starts_with(HDF5) || bytes.get(512..).is_some_and(|rest| rest.starts_with(HDF5)) {
+            format!("{level_5}, found one of MATLAB 7.3 (HDF5): save it again with `save -v7`")
+        } else if mat::looks_like_level_4(bytes) {
+            let remedy = "save it again with `save -v7` (scipy.io.savemat: format='5')";
+            format!("{level_5}, found what looks like one of level 4: {remedy}")
+        } else if bytes.starts_with(b"\x93NUMPY") {
+            let remedy = "save it with numpy.savez(file, primitives=array)";
+            format!("{matrices}, found a single array (.npy): {remedy}")
+        } else if bytes.is_empty() {
+            format!("{matrices}, found nothing")
+        } else {
+            let start = bytes[..bytes.len().min(12)].escape_ascii();
+            format!("{matrices}, found \"{start}\" ({} bytes)", bytes.len())
+        };
+    ExportError::Content(format!("{file}: {message}"))
 }

@@ -3,7 +3,7 @@
 //!
 //! A header of 128 bytes, then elements: a tag with type and length, the data, and zeros up to a
 //! multiple of eight bytes. A variable is an element of elements: flags, dimensions, name, numbers; by
-//! default MATLAB packs each into an element of zlib data. Numbers lie in the smallest type that
+//! default MATLAB packs each into an element of zlib data. Numbers are in the smallest type that
 //! holds them, whatever the variable's class.
 
 mod element;
@@ -13,15 +13,16 @@ use std::io::Read as _;
 
 use flate2::read::ZlibDecoder;
 
-use super::error::{Fault, MatrixError};
+use super::error::Fault;
 use super::number::{ByteOrder, matrix};
 use super::{Variable, Variables};
+use crate::error::ExportError;
 use element::{COMPRESSED, Elements, MATRIX, Tag};
 pub(crate) use write::write;
 
 const HEADER_BYTES: usize = 128;
 
-/// How level 5 and, unfortunately, only most writers begin their text.
+/// Start of the text of level 5 as most writers write it, but not all.
 const TEXT: &[u8] = b"MATLAB 5.0 MAT-file";
 
 /// Flag of complex numbers.
@@ -62,7 +63,7 @@ pub(crate) fn looks_like_level_4(bytes: &[u8]) -> bool {
 }
 
 /// Reads every variable.
-pub(crate) fn read(bytes: &[u8], file: &str) -> Result<Variables, MatrixError> {
+pub(crate) fn read(bytes: &[u8], file: &str) -> Result<Variables, ExportError> {
     let Some(order) = byte_order(bytes) else {
         let expected = "a header of 128 bytes that ends with version 1.0 and IM or MI";
         let found = bytes
@@ -102,7 +103,7 @@ fn element(elements: &mut Elements, name: &mut String) -> Result<Option<Variable
         MATRIX => variable(Elements::new(data, order), name),
         COMPRESSED => {
             let mut input = ZlibDecoder::new(data);
-            let fault = |error| Fault::new("sound zlib data", error);
+            let fault = |error| Fault::new("intact zlib data", error);
             let mut start = [0; 8];
             input.read_exact(&mut start).map_err(fault)?;
             let Tag { kind, length, .. } = Tag::read(&start, order)?;
@@ -134,14 +135,14 @@ fn variable(mut parts: Elements, name: &mut String) -> Result<Option<Variable>, 
     if parts.is_empty() {
         return Ok(None);
     }
-    let flags = parts.integers("flags")?;
+    let flags = parts.integers()?;
     let flags =
         u32::try_from(flags.first().copied().unwrap_or_default() & 0xFFFF_FFFF).unwrap_or_default();
     let class = flags & 0xFF;
     let dimensions = if class == OPAQUE {
         Vec::new()
     } else {
-        parts.integers("dimensions")?
+        parts.integers()?
     };
     let (_, text) = parts.next_element()?;
     *name = String::from_utf8_lossy(text)

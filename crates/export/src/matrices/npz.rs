@@ -9,16 +9,17 @@ use zip::result::ZipResult;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 
-use super::error::{Fault, MatrixError, not_written};
+use super::error::{Fault, not_written};
 use super::number::matrix;
 use super::{Variable, Variables};
+use crate::error::ExportError;
 use header::{Content, Header};
 
 /// Extension of the arrays in the archive.
 const ARRAY: &str = ".npy";
 
 /// Reads every array of an archive.
-pub(crate) fn read(bytes: &[u8], file: &str) -> Result<Variables, MatrixError> {
+pub(crate) fn read(bytes: &[u8], file: &str) -> Result<Variables, ExportError> {
     let archive = |error| Fault::new("a zip archive", error).at(file, "the archive");
     let mut zip = ZipArchive::new(Cursor::new(bytes)).map_err(archive)?;
     let mut variables = Variables::new();
@@ -67,7 +68,7 @@ fn array(input: &mut impl Read) -> Result<Variable, Fault> {
     let most = (count * numbers.width) as u64;
     let mut bytes = Vec::new();
     (input.take(most.saturating_add(1)).read_to_end(&mut bytes))
-        .map_err(|error| Fault::new("sound packed data", error))?;
+        .map_err(|error| Fault::new("intact packed data", error))?;
     let numbers = numbers.read(&bytes, count)?;
     matrix(rows, columns, by_column, numbers).map(Variable::Numbers)
 }
@@ -76,7 +77,7 @@ fn array(input: &mut impl Read) -> Result<Variable, Fault> {
 pub(crate) fn write(
     file: &str,
     matrices: &[(&str, &DMatrix<f64>)],
-) -> Result<Vec<u8>, MatrixError> {
+) -> Result<Vec<u8>, ExportError> {
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
     for (name, matrix) in matrices {
         add(&mut zip, name, matrix).map_err(|error| not_written(file, name, error))?;

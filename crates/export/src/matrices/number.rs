@@ -7,7 +7,7 @@ use super::error::Fault;
 /// Integers beyond this are not all 64-bit floats.
 const EXACT_INTEGER: i128 = 1 << 53;
 
-/// How bytes of a number follow each other.
+/// Order of the bytes of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ByteOrder {
     Little,
@@ -22,7 +22,7 @@ pub(crate) enum Kind {
     Unsigned,
 }
 
-/// How numbers lie in bytes.
+/// Type of numbers and their layout in bytes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Numbers {
     pub(crate) kind: Kind,

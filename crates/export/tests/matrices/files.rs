@@ -1,4 +1,4 @@
-use inhand_export::matrices::{Form, MatrixError, Variable, Variables, read, write};
+use inhand_export::matrices::{Form, Variable, Variables, read, write};
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 
@@ -155,7 +155,10 @@ fn names_that_a_tool_would_not_take_are_refused() {
     let one = || Variable::from(1.0);
     for name in ["", "1st", "a-b", "_a", "ä", &"a".repeat(64)] {
         let error = write(Form::Npz, "a.npz", &[(name, one())]).unwrap_err();
-        assert!(matches!(error, MatrixError::Name { .. }), "{error}");
+        assert!(
+            error.to_string().contains("expected names of letters"),
+            "{error}"
+        );
     }
     let twice = [("a", one()), ("a", one())];
     assert!(write(Form::Mat, "a.mat", &twice).is_err());

@@ -1,7 +1,7 @@
 //! Wide and tidy CSV, and wide CSV back.
 
 use inhand_export::{
-    TableError, WideSettings, facts_json, looks_like_wide_csv, read_wide_csv, recording_entities,
+    ExportError, WideSettings, facts_json, looks_like_wide_csv, read_wide_csv, recording_entities,
     tidy, wide, write_csv,
 };
 use inhand_model::{Recording, Sample, StartTime, Status, Track, UpAxis};
@@ -264,7 +264,7 @@ proptest! {
             match read_wide_csv(&csv, "a.csv", facts, WideSettings::default()) {
                 Ok(back) => prop_assert!(back.len() <= 20),
                 Err(error) => {
-                    let writing = matches!(error, TableError::Write { .. });
+                    let writing = matches!(error, ExportError::Write(_));
                     prop_assert!(!writing, "{error}");
                 },
             }

@@ -100,8 +100,10 @@ impl<'a> Elements<'a> {
     }
 
     /// Whole numbers of the next element.
-    pub(crate) fn integers(&mut self, what: &str) -> Result<Vec<i64>, Fault> {
-        let numbers = self.numbers_of(what)?;
+    pub(crate) fn integers(&mut self) -> Result<Vec<i64>, Fault> {
+        let (kind, data) = self.next_element()?;
+        let numbers = numbers_of_type(kind, self.order)?;
+        let numbers = numbers.read(data, data.len() / numbers.width)?;
         Ok(numbers.into_iter().map(|v| v as i64).collect())
     }
 
@@ -110,19 +112,9 @@ impl<'a> Elements<'a> {
         let (kind, data) = self.next_element()?;
         numbers_of_type(kind, self.order)?.read(data, count)
     }
-
-    fn numbers_of(&mut self, what: &str) -> Result<Vec<f64>, Fault> {
-        let (kind, data) = self.next_element()?;
-        let numbers = numbers_of_type(kind, self.order)?;
-        let count = data.len() / numbers.width;
-        numbers.read(data, count).map_err(|fault| Fault {
-            expected: format!("{what}: {}", fault.expected),
-            ..fault
-        })
-    }
 }
 
-/// How numbers of a type lie in an element.
+/// Layout of the numbers in an element of a type.
 fn numbers_of_type(kind: u32, order: ByteOrder) -> Result<Numbers, Fault> {
     let (kind, width) = match kind {
         1 => (Kind::Signed, 1),

@@ -4,7 +4,8 @@ use nalgebra::DMatrix;
 
 use super::HEADER_BYTES;
 use super::element::{MATRIX, TAG_BYTES};
-use crate::matrices::error::{MatrixError, not_written};
+use crate::error::ExportError;
+use crate::matrices::error::not_written;
 
 const TEXT: &[u8] = b"MATLAB 5.0 MAT-file, written by inhand";
 
@@ -26,7 +27,7 @@ const DOUBLE_CLASS: u32 = 6;
 pub(crate) fn write(
     file: &str,
     matrices: &[(&str, &DMatrix<f64>)],
-) -> Result<Vec<u8>, MatrixError> {
+) -> Result<Vec<u8>, ExportError> {
     let mut out = TEXT.to_vec();
     out.resize(TEXT_BYTES, b' ');
     out.resize(HEADER_BYTES - 4, 0);

@@ -15,7 +15,7 @@ const ALIGNMENT: usize = 64;
 /// Headers are far shorter; this much is read of one that claims to be longer.
 const LONGEST: u64 = 1 << 16;
 
-/// What an array holds.
+/// Content of an array.
 #[derive(Debug)]
 pub(crate) enum Content {
     Numbers(Numbers),
@@ -23,7 +23,7 @@ pub(crate) enum Content {
     Other(String),
 }
 
-/// What is known of an array before its data.
+/// Facts of an array before its data.
 #[derive(Debug)]
 pub(crate) struct Header {
     pub(crate) content: Content,
@@ -41,22 +41,17 @@ impl Header {
             let found = mark.escape_ascii();
             return Err(Fault::new("an array that starts with \\x93NUMPY", found));
         }
-        let length = match major {
-            1 => {
-                let mut length = [0; 2];
-                input.read_exact(&mut length).map_err(fault)?;
-                u64::from(u16::from_le_bytes(length))
-            }
-            2 | 3 => {
-                let mut length = [0; 4];
-                input.read_exact(&mut length).map_err(fault)?;
-                u64::from(u32::from_le_bytes(length))
-            }
+        let bytes = match major {
+            1 => 2,
+            2 | 3 => 4,
             _ => {
                 let found = format!("{major}.{minor}");
                 return Err(Fault::new("version 1, 2 or 3 of the array's header", found));
             }
         };
+        let mut length = [0; 4];
+        input.read_exact(&mut length[..bytes]).map_err(fault)?;
+        let length = u64::from(u32::from_le_bytes(length));
         if length > LONGEST {
             let expected = format!("a header of at most {LONGEST} bytes");
             return Err(Fault::new(expected, length));
@@ -121,7 +116,7 @@ fn shape_of(tuple: &str) -> Option<Vec<usize>> {
         .collect()
 }
 
-/// What a type such as `'<f8'` stands for.
+/// Content of an array of a type such as `'<f8'`.
 fn content(descr: &str) -> Content {
     let other = |what: &str| Content::Other(format!("{what} ({descr})"));
     let quoted = ['\'', '"']

@@ -6,6 +6,7 @@ use foxglove::messages::{FrameTransform, FrameTransforms};
 use inhand_container::{Depth, Record, is_mcap, walk};
 use inhand_model::{PerFinger, Status, TrackCounts};
 use prost::Message;
+use serde::Serialize;
 
 use crate::error::ChannelError;
 use crate::messages;
@@ -66,7 +67,7 @@ impl FileInfo {
 }
 
 /// One channel.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ChannelInfo {
     /// Identifier in the file.
     pub id: u16,
@@ -106,7 +107,7 @@ fn span_s(first: Option<u64>, last: Option<u64>) -> f64 {
 }
 
 /// All chunks together.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct ChunkInfo {
     /// How many there are; 0 for a file without chunks.
     pub count: u64,
@@ -119,7 +120,7 @@ pub struct ChunkInfo {
 }
 
 /// One attachment.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct AttachmentInfo {
     /// Name.
     pub name: String,
@@ -130,7 +131,7 @@ pub struct AttachmentInfo {
 }
 
 /// One edge of the tree of frames.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct FrameInfo {
     /// The parent frame.
     pub parent: String,

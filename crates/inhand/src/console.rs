@@ -2,12 +2,16 @@
 
 use std::cell::Cell;
 use std::io::{self, IsTerminal, Write};
+use std::path::Path;
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
-use inhand_model::{Finding, Setting};
+use inhand_model::{Finding, PerFinger, Setting};
+use serde_json::Value;
 
-/// Where messages go.
+use crate::options::Format;
+
+/// Messages on stderr.
 #[derive(Debug)]
 pub(crate) struct Console {
     quiet: bool,
@@ -30,7 +34,12 @@ impl Console {
         }
     }
 
-    /// Something odd about a file that was used all the same.
+    /// Names a file that was written.
+    pub(crate) fn wrote(&self, file: &Path) {
+        self.say(&format!("wrote {}", file.display()));
+    }
+
+    /// A finding about a file that is used all the same.
     pub(crate) fn finding(&self, file: &str, finding: &Finding) {
         self.say(&format!("{:<8} {file}: {finding}", finding.severity.name()));
     }
@@ -49,17 +58,10 @@ impl Console {
         to_stderr(&lines);
     }
 
-    /// Shows how far many sessions are; on a terminal with a bar and the time that is left.
+    /// Shows the progress of many sessions; on a terminal with a bar and the remaining time.
     pub(crate) fn batch(&self, sessions: usize) -> Batch {
-        let shown = !self.quiet && io::stderr().is_terminal();
-        let bar = if shown {
-            ProgressBar::new(sessions as u64)
-        } else {
-            ProgressBar::hidden()
-        };
-        let style = ProgressStyle::with_template("{bar:20} {pos}/{len}  {eta} left  {msg}")
-            .unwrap_or_else(|_| ProgressStyle::default_bar());
-        bar.set_style(style);
+        let bar = self.bar("{bar:20} {pos}/{len}  {eta} left  {msg}");
+        bar.set_length(sessions as u64);
         bar.enable_steady_tick(Duration::from_millis(500));
         Batch {
             quiet: self.quiet,
@@ -70,18 +72,21 @@ impl Console {
 
     /// Shows a step until it is done; on a terminal with a spinner after a second.
     pub(crate) fn step(&self, name: &str) -> Step {
-        let shown = !self.quiet && io::stderr().is_terminal();
-        let bar = if shown {
-            ProgressBar::new_spinner()
-        } else {
-            ProgressBar::hidden()
-        };
-        let style = ProgressStyle::with_template("{spinner} {msg}")
-            .unwrap_or_else(|_| ProgressStyle::default_spinner());
-        bar.set_style(style);
+        let bar = self.bar("{spinner} {msg}");
         bar.set_message(name.to_owned());
         bar.enable_steady_tick(Duration::from_millis(250));
         Step { bar }
+    }
+
+    /// A progress line of this form on a terminal; hidden elsewhere.
+    pub(crate) fn bar(&self, template: &str) -> ProgressBar {
+        let bar = match !self.quiet && io::stderr().is_terminal() {
+            true => ProgressBar::no_length(),
+            false => ProgressBar::hidden(),
+        };
+        let style = ProgressStyle::with_template(template);
+        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+        bar
     }
 }
 
@@ -106,7 +111,7 @@ impl Batch {
     /// A session ended, as the line says.
     pub(crate) fn done(&self, line: &str, failed: bool) {
         self.failed.set(self.failed.get() + usize::from(failed));
-        // Why a session failed is said whatever is asked for.
+        // The reason of a failure is printed even when the console is quiet.
         if failed || !self.quiet {
             self.bar.suspend(|| to_stderr(line));
         }
@@ -143,6 +148,28 @@ pub(crate) fn data(text: &str) -> io::Result<()> {
     let mut out = io::stdout().lock();
     out.write_all(text.as_bytes())?;
     out.flush()
+}
+
+/// Prints an outcome as text or as JSON.
+pub(crate) fn print(
+    format: Format,
+    text: impl FnOnce() -> String,
+    json: impl FnOnce() -> Value,
+) -> io::Result<()> {
+    data(&match format {
+        Format::Text => text(),
+        Format::Json => format!("{:#}\n", json()),
+    })
+}
+
+/// A JSON object with a value for each finger.
+pub(crate) fn by_finger<T>(values: &PerFinger<T>, json: impl Fn(&T) -> Value) -> Value {
+    let values = values.iter();
+    Value::Object(
+        values
+            .map(|(finger, value)| (finger.name().to_owned(), json(value)))
+            .collect(),
+    )
 }
 
 /// The flag of a setting.

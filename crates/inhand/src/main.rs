@@ -5,6 +5,7 @@ mod console;
 mod examples;
 mod exit;
 mod options;
+mod output;
 mod rank_option;
 
 use clap::{CommandFactory, FromArgMatches, Parser};

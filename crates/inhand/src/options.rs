@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use inhand_dictionary::{Precision, Start, Update};
-use inhand_model::DictionaryKind;
+use inhand_model::{DictionaryKind, Label};
 use inhand_session::{EndsKind, FilterKind, GapFill, Method, ObjectInSegments, Settings};
 use serde::de::value::Error as ValueError;
 use serde::de::{DeserializeOwned, IntoDeserializer};
@@ -412,6 +413,22 @@ impl EvaluateOptions {
         }
         Ok(())
     }
+}
+
+/// A parser of words that stand for values; help and errors list the words.
+pub(crate) fn one_of<T: Copy + Send + Sync + 'static>(
+    values: &'static [(&'static str, T)],
+) -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(values.iter().map(|&(word, _)| word)).try_map(|found| {
+        let value = values.iter().find(|(word, _)| *word == found);
+        value.map(|&(_, value)| value).ok_or("no such word")
+    })
+}
+
+/// A label of events, such as task=rotate, or slip (short for label=slip).
+pub(crate) fn labels(flag: &str, texts: &[String]) -> Result<Vec<Label>, UsageError> {
+    let parse = |text: &String| text.parse().map_err(|e| UsageError(format!("{flag}: {e}")));
+    texts.iter().map(parse).collect()
 }
 
 /// A word of a setting, by its name in inhand.toml.

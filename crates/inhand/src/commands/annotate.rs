@@ -10,10 +10,12 @@ use anyhow::Result;
 use crate::console::Console;
 use crate::exit::Exit;
 use crate::options::Format;
+use crate::output::{OutputFile, TextOutput};
 
-/// Edit the events of an MCAP file of any origin, stored as `foxglove.Event` messages that viewers
-/// show; everything else in the file stays byte for byte. Other commands select data by them
-/// (--event, --without).
+/// Edit the events of an MCAP file of any origin.
+///
+/// Events are `foxglove.Event` messages, which viewers show; everything else in the file stays byte for byte.
+/// Other commands select data by events (--event, --without).
 #[derive(Debug, clap::Args)]
 #[command(args_conflicts_with_subcommands = true)]
 pub(crate) struct Args {
@@ -29,7 +31,7 @@ enum Verb {
     Import(ImportArgs),
     /// Change one event
     Edit(EditArgs),
-    /// Take events out
+    /// Remove events
     Remove(RemoveArgs),
     /// State facts about the whole take: subject, object, task, ...
     About(AboutArgs),
@@ -39,57 +41,51 @@ enum Verb {
     Export(ExportArgs),
 }
 
-/// Where the changed file goes.
+/// The file to change, and the output.
 #[derive(Debug, clap::Args)]
 struct Target {
-    /// Output file.
-    #[arg(short, long, value_name = "FILE")]
-    output: PathBuf,
+    /// An MCAP file.
+    file: PathBuf,
+    #[command(flatten)]
+    output: OutputFile,
     /// Refuse labels that are not in this vocabulary: a TOML file with a line for each key, such as
     /// task = ["rotate", "lift"], or note = "any".
     #[arg(long, value_name = "FILE")]
     vocabulary: Option<PathBuf>,
-    /// Replace an output that is there.
-    #[arg(long)]
-    force: bool,
 }
 
-/// Adds an event: `--at 63.4..63.6 --label slip --label finger=index`.
+/// Add an event: `--at 63.4..63.6 --label slip --label finger=index`.
 #[derive(Debug, clap::Args)]
 struct AddArgs {
-    /// An MCAP file.
-    file: PathBuf,
-    /// From when to when, both included, or one instant: seconds after the file's start, or times
+    #[command(flatten)]
+    target: Target,
+    /// Start and end, both included, or one instant: seconds after the file's start, or times
     /// such as 2026-11-03T10:12:00Z.
     #[arg(long, value_name = "FROM..TO", allow_hyphen_values = true)]
     at: String,
     /// A label as KEY=VALUE, or a word (short for label=WORD); repeat for more.
     #[arg(long, value_name = "LABEL", required = true)]
     label: Vec<String>,
-    #[command(flatten)]
-    target: Target,
 }
 
-/// Adds the events of a CSV file. Its first columns are start_s and end_s, seconds after the file's
+/// Add the events of a CSV file. Its first columns are start_s and end_s, seconds after the file's
 /// start (or start_time and end_time, or BIDS's onset and duration); every other column is a label.
 #[derive(Debug, clap::Args)]
 struct ImportArgs {
-    /// An MCAP file.
-    file: PathBuf,
-    /// Events.
-    csv: PathBuf,
-    /// Take the events that are there out first.
-    #[arg(long)]
-    replace: bool,
     #[command(flatten)]
     target: Target,
+    /// Events.
+    csv: PathBuf,
+    /// Remove the existing events first.
+    #[arg(long)]
+    replace: bool,
 }
 
-/// Changes one event.
+/// Change one event.
 #[derive(Debug, clap::Args)]
 struct EditArgs {
-    /// An MCAP file.
-    file: PathBuf,
+    #[command(flatten)]
+    target: Target,
     /// Number of the event, as `annotate list` prints it.
     #[arg(long, value_name = "N")]
     event: usize,
@@ -99,44 +95,38 @@ struct EditArgs {
     /// A label to set; repeat for more.
     #[arg(long, value_name = "LABEL")]
     label: Vec<String>,
-    /// Key of a label to take off; repeat for more.
+    /// Key of a label to remove; repeat for more.
     #[arg(long, value_name = "KEY")]
     remove_label: Vec<String>,
-    #[command(flatten)]
-    target: Target,
 }
 
-/// Takes events out, by number or by label.
+/// Remove events, by number or by label.
 #[derive(Debug, clap::Args)]
 struct RemoveArgs {
-    /// An MCAP file.
-    file: PathBuf,
+    #[command(flatten)]
+    target: Target,
     /// Number of an event, as `annotate list` prints it; repeat for more.
     #[arg(long, value_name = "N", required_unless_present = "label")]
     event: Vec<usize>,
     /// Every event with this label; repeat for any of several.
     #[arg(long, value_name = "LABEL")]
     label: Vec<String>,
-    #[command(flatten)]
-    target: Target,
 }
 
-/// States facts about the whole take.
+/// State facts about the whole take.
 #[derive(Debug, clap::Args)]
 struct AboutArgs {
-    /// An MCAP file.
-    file: PathBuf,
+    #[command(flatten)]
+    target: Target,
     /// A fact, such as subject=s01; repeat for more.
     #[arg(long, value_name = "KEY=VALUE", required_unless_present = "unset")]
     set: Vec<String>,
-    /// Key of a fact to take out; repeat for more.
+    /// Key of a fact to remove; repeat for more.
     #[arg(long, value_name = "KEY")]
     unset: Vec<String>,
-    #[command(flatten)]
-    target: Target,
 }
 
-/// Prints events and facts.
+/// Print events and facts.
 #[derive(Debug, clap::Args)]
 struct ListArgs {
     /// An MCAP file.
@@ -146,17 +136,13 @@ struct ListArgs {
     format: Format,
 }
 
-/// Writes events as CSV that `annotate import` reads again.
+/// Write events as CSV that `annotate import` reads again.
 #[derive(Debug, clap::Args)]
 struct ExportArgs {
     /// An MCAP file.
     file: PathBuf,
-    /// CSV file; without it the CSV is printed.
-    #[arg(short, long, value_name = "FILE")]
-    output: Option<PathBuf>,
-    /// Replace an output that is there.
-    #[arg(long)]
-    force: bool,
+    #[command(flatten)]
+    output: TextOutput,
 }
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {

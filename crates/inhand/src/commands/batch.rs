@@ -8,20 +8,19 @@ use std::time::Instant;
 
 use anyhow::Result;
 use inhand_session::sessions::{MergeOptions, Part, merge};
-use inhand_session::{RunOptions, check_target, locate, write_text};
+use inhand_session::write_text;
 
-use super::run::{SessionOptions, run_quietly};
+use super::run::SessionOptions;
 use crate::console::{Console, data};
 use crate::exit::{Exit, UsageError};
 use crate::options::OutputOptions;
+use crate::output::check_outputs;
 use record::{Outcome, Record, State};
 
 /// Run many sessions, skip and report those that fail, join their evaluations
 ///
-/// Each session goes into a folder of its own, and one report over all of them is made at the end.
-///
-/// A session that fails is reported and skipped. Called again, it does only what is not up to date: sessions that
-/// failed, were interrupted or have changed.
+/// Each session is written into a folder of its own; a report over all of them is written at the end. Called
+/// again, it runs only sessions that failed, were interrupted or have changed.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Sessions: folders with train/ and test/ takes, or files inhand.toml.
@@ -30,7 +29,7 @@ pub(crate) struct Args {
     /// Folder for the results: a folder for each session, summary.html, batch.json.
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// Join sessions in summary.html although their settings differ; it says in what.
+    /// Join sessions in summary.html although their settings differ; it lists the differences.
     #[arg(long)]
     allow_different: bool,
     #[command(flatten)]
@@ -42,12 +41,11 @@ pub(crate) struct Args {
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let record_file = args.output.join(record::FILE);
     let summary_file = args.output.join("summary.html");
-    // A folder with our record is ours to go on with.
-    let ours = args.writing.force || Record::is_one(&record_file);
-    for target in [&record_file, &summary_file] {
-        check_target(target, &[], || ours)?;
-    }
-    let mut record = Record::read(&record_file);
+    let earlier = Record::read(&record_file);
+    // Results beside a record are those of an earlier call.
+    let force = args.writing.force || earlier.is_some();
+    check_outputs([&record_file, &summary_file], &args.sessions, force)?;
+    let mut record = earlier.unwrap_or_default();
     let known = record.folders();
     let names = names::unique(&args.sessions, &known).map_err(UsageError)?;
     let batch = console.batch(args.sessions.len());
@@ -85,16 +83,8 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
 
 /// Runs one session.
 fn one(args: &Args, session: &Path, folder: &Path) -> Result<State> {
-    let (takes, beside) = locate(session)?;
-    let options = RunOptions {
-        folder: takes,
-        settings: args.overrides.settings(beside.as_deref())?,
-        output: folder.to_owned(),
-        force: args.writing.force,
-        view: !args.writing.no_view,
-        command: std::env::args().collect(),
-    };
-    let result = run_quietly(&options)?;
+    let options = args.overrides.of_run(session, folder, &args.writing)?;
+    let result = inhand_session::run(&options, &mut |_| ())?;
     Ok(match (&result.evaluation, result.failed_plans) {
         (_, 1..) => State::PlansFailed,
         (None, 0) => State::UpToDate,
@@ -116,10 +106,9 @@ fn line(name: &str, state: State, error: Option<&str>, seconds: f64) -> String {
 }
 
 fn say_failures(console: &Console, record: &Record) {
-    let count = |state: State| record.sessions.iter().filter(|s| s.state == state).count();
     let mut parts = vec![format!("{} sessions", record.sessions.len())];
     for state in State::ALL {
-        let n = count(state);
+        let n = record.sessions.iter().filter(|s| s.state == state).count();
         if n > 0 {
             parts.push(format!("{n} {}", state.words()));
         }
@@ -130,9 +119,7 @@ fn say_failures(console: &Console, record: &Record) {
 /// Makes the report over all sessions that have an evaluation; `false` where they cannot be joined.
 fn join(console: &Console, args: &Args, record: &Record, target: &Path) -> Result<bool> {
     let done = (record.sessions.iter()).filter(|session| session.state != State::Failed);
-    let folders: Vec<PathBuf> = done
-        .map(|session| args.output.join(&session.name))
-        .collect();
+    let folders: Vec<PathBuf> = done.map(|s| args.output.join(&s.name)).collect();
     // A report over other sessions than these must not stay.
     if target.exists() {
         std::fs::remove_file(target)?;
@@ -144,11 +131,7 @@ fn join(console: &Console, args: &Args, record: &Record, target: &Path) -> Resul
         allow_different: args.allow_different,
         ..MergeOptions::default()
     };
-    let parts = folders
-        .iter()
-        .map(|folder| Part::read(folder).map(Part::for_summary));
-    let parts: Result<Vec<_>, _> = parts.collect();
-    match parts.and_then(|parts| merge(&parts, options)) {
+    match Part::read_all(&folders).and_then(|parts| merge(&parts, options)) {
         Ok(summary) => {
             write_text(target, &inhand_report::summary_html(&summary))?;
             data(&inhand_report::summary_text(&summary, false))?;

@@ -5,16 +5,16 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::ValueEnum;
 use inhand_inspection::{Checked, Level, ranked, to_json, to_markdown, to_text};
-use inhand_session::{check_take, check_target, write_text};
+use inhand_session::check_take;
 
-use crate::console::{Console, data, with_flags};
+use crate::console::{Console, with_flags};
 use crate::exit::Exit;
 use crate::options::SourceOptions;
+use crate::output::TextOutput;
 
-/// Check the rate, gaps, bodies, units and axes that takes state against their data, and count the
-/// usable segments. Several takes are listed worst first.
+/// Check takes for gaps, swapped markers, wrong rates, units and axes, and count the usable segments.
 ///
-/// Changes nothing. Exits with 3 where --fail-on is met.
+/// Several takes are listed worst first. Nothing is changed. The exit code is 3 where --fail-on is met.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Takes: Motive CSV, Qualisys TSV, TRC, C3D, ROS 2 bags and other MCAP recordings.
@@ -23,15 +23,11 @@ pub(crate) struct Args {
     /// Print as text, JSON (schemas/check.schema.json) or Markdown.
     #[arg(long, value_enum, default_value_t)]
     format: CheckFormat,
-    /// From which level on to exit with 3.
+    /// Exit with 3 from this level on.
     #[arg(long, value_enum, default_value_t, value_name = "LEVEL")]
     fail_on: FailOn,
-    /// Write to this file instead of printing.
-    #[arg(short, long, value_name = "FILE")]
-    output: Option<PathBuf>,
-    /// Replace the output if it exists.
-    #[arg(long)]
-    force: bool,
+    #[command(flatten)]
+    output: TextOutput,
     /// Longest gap that is filled, seconds [default: 0.1].
     #[arg(long, value_name = "SECONDS")]
     max_gap: Option<f64>,
@@ -42,7 +38,7 @@ pub(crate) struct Args {
 /// Form of the results.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 enum CheckFormat {
-    /// For people.
+    /// For reading.
     #[default]
     Text,
     /// For programs.
@@ -80,10 +76,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         settings.process.max_gap_s = max_gap_s;
     }
     settings.validate()?;
-    if let Some(output) = &args.output {
-        let inputs: Vec<_> = args.inputs.iter().map(PathBuf::as_path).collect();
-        check_target(output, &inputs, || args.force)?;
-    }
+    args.output.check(&args.inputs)?;
     // One take in memory at a time: results are small.
     let mut takes = Vec::with_capacity(args.inputs.len());
     for path in &args.inputs {
@@ -97,13 +90,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         CheckFormat::Json => to_json(&takes),
         CheckFormat::Markdown => to_markdown(&takes),
     };
-    match &args.output {
-        Some(output) => {
-            write_text(output, &shown)?;
-            console.say(&format!("wrote {}", output.display()));
-        }
-        None => data(&shown)?,
-    }
+    args.output.write(console, &shown)?;
     Ok(if args.fail_on.is_met(&takes) {
         Exit::Lossy
     } else {

@@ -4,21 +4,21 @@ use std::ops::Range;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
-use clap::ValueEnum;
 use inhand_inspection::{SuspectKind, detect};
 use inhand_model::{Change, ChangeKind, Clock, Finger};
 use inhand_session::{
     CleanFill, CleanSection, Settings, Take, clean_take, provenance, write_cleaned,
 };
 
-use crate::commands::{check_take_target, read_takes, targets};
+use crate::commands::{read_takes, takes_and_targets};
 use crate::console::{Console, data};
 use crate::exit::{Exit, UsageError};
-use crate::options::{OutputOptions, SourceOptions};
+use crate::options::{OutputOptions, SourceOptions, one_of};
 
-/// List suspect samples in takes: swapped fingertips, flipped bodies, spikes, lost fingertips among
-/// unlabelled markers. With steps and -o, repair what they name and write cleaned takes; the
-/// measured data stays in them beside the cleaned recording, and every change is listed.
+/// List suspect samples in takes; with steps and -o, repair them and write cleaned takes.
+///
+/// Suspect samples are swapped fingertips, flipped bodies, spikes, and fingertips lost among unlabelled markers.
+/// The measured data stays in cleaned takes beside the cleaned recording, and every change is listed.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Takes.
@@ -27,7 +27,7 @@ pub(crate) struct Args {
     /// Output file; a folder for several inputs. Without steps nothing is written.
     #[arg(short, long, value_name = "PATH")]
     output: Option<PathBuf>,
-    #[command(flatten, next_help_heading = "Steps, taken in this order")]
+    #[command(flatten, next_help_heading = "Steps, in this order")]
     steps: StepOptions,
     #[command(flatten, next_help_heading = "Source")]
     source: SourceOptions,
@@ -44,18 +44,19 @@ struct StepOptions {
     /// Exchange swapped fingertips back.
     #[arg(long)]
     swaps: bool,
-    /// Take spikes away.
+    /// Remove spikes.
     #[arg(long)]
     spikes: bool,
-    /// Give unlabelled pieces to the fingertips that they are.
+    /// Assign unlabelled intervals to their fingertips.
     #[arg(long)]
     stitch: bool,
     /// All four repairs.
     #[arg(long)]
     repair: bool,
-    /// Fill gaps.
-    #[arg(long, value_enum, value_name = "METHOD")]
-    fill: Option<Fill>,
+    /// Fill gaps: by the straight line, the cubic through the motion on both sides, the other markers of the same
+    /// rigid cluster, or the other fingertips.
+    #[arg(long, value_parser = one_of(&FILLS), value_name = "METHOD")]
+    fill: Option<CleanFill>,
     /// Longest gap that is filled, seconds [default: 0.1].
     #[arg(long, value_name = "SECONDS", requires = "fill")]
     fill_limit: Option<f64>,
@@ -68,17 +69,12 @@ struct StepOptions {
     resample: Option<f64>,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Fill {
-    /// The straight line.
-    Linear,
-    /// The cubic that goes on with the motion on both sides.
-    Cubic,
-    /// From the other markers of the same rigid cluster.
-    Cluster,
-    /// From the other fingertips.
-    Neighbours,
-}
+const FILLS: [(&str, CleanFill); 4] = [
+    ("linear", CleanFill::Linear),
+    ("cubic", CleanFill::Cubic),
+    ("cluster", CleanFill::Cluster),
+    ("neighbours", CleanFill::Neighbours),
+];
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let mut settings = args.source.effective(None)?;
@@ -87,7 +83,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     args.steps.apply(&mut settings.clean)?;
     settings.validate()?;
     let steps = settings.clean.steps()?;
-    // Takes are read as they are; the steps are taken here.
+    // Takes are read as measured; the steps follow here.
     let as_measured = Settings {
         clean: CleanSection::default(),
         ..settings.clone()
@@ -100,23 +96,22 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
             return Err(UsageError(message.to_owned()).into());
         }
         let takes = read_takes(console, &args.inputs, &as_measured)?;
-        let mut text = String::new();
-        for take in &takes {
-            text.push_str(&suggestions(take)?);
-        }
-        data(&text)?;
+        let text: Result<String> = takes.iter().map(suggestions).collect();
+        data(&text?)?;
         return Ok(Exit::Done);
     };
     let Some(output) = &args.output else {
-        let message = "steps change takes: name the output with -o, or leave the steps out to see \
-                       what looks wrong";
+        let message = "steps change takes: name the output with -o, or leave the steps out to list \
+                       suspect samples";
         return Err(UsageError(message.to_owned()).into());
     };
-    let targets = targets(&args.inputs, output, "mcap")?;
-    let inputs: Vec<_> = args.inputs.iter().map(PathBuf::as_path).collect();
-    let takes = read_takes(console, &args.inputs, &as_measured)?;
-    for (take, target) in takes.iter().zip(&targets) {
-        check_take_target(target, &inputs, &take.hash, args.writing.force)?;
+    let (takes, targets) = takes_and_targets(
+        console,
+        (&args.inputs, None),
+        (output, args.writing.force),
+        &as_measured,
+    )?;
+    for take in &takes {
         take.roles()?;
     }
     for (take, target) in takes.iter().zip(&targets) {
@@ -140,20 +135,9 @@ impl StepOptions {
         clean.swaps |= self.swaps || self.repair;
         clean.spikes |= self.spikes || self.repair;
         clean.stitch |= self.stitch || self.repair;
-        if let Some(method) = self.fill {
-            clean.fill = match method {
-                Fill::Linear => CleanFill::Linear,
-                Fill::Cubic => CleanFill::Cubic,
-                Fill::Cluster => CleanFill::Cluster,
-                Fill::Neighbours => CleanFill::Neighbours,
-            };
-        }
-        if let Some(limit_s) = self.fill_limit {
-            clean.fill_limit_s = limit_s;
-        }
-        if self.resample.is_some() {
-            clean.resample_hz = self.resample;
-        }
+        clean.fill = self.fill.unwrap_or(clean.fill);
+        clean.fill_limit_s = self.fill_limit.unwrap_or(clean.fill_limit_s);
+        clean.resample_hz = self.resample.or(clean.resample_hz);
         for pair in &self.pad_mm {
             let (finger, offset_mm) = pad(pair)?;
             clean.pad_mm.insert(finger.name().to_owned(), offset_mm);
@@ -176,7 +160,7 @@ fn pad(pair: &str) -> Result<(Finger, [f64; 3])> {
     Ok(parsed.ok_or_else(message)?)
 }
 
-/// What looks wrong in a take, in order of time, and which steps would repair it.
+/// Suspect samples of a take in order of time, with the steps that would repair them.
 fn suggestions(take: &Take) -> Result<String> {
     let recording = &take.recording;
     let suspects = detect::all(recording, take.roles.as_ref().ok())
@@ -201,8 +185,7 @@ fn suggestions(take: &Take) -> Result<String> {
         count("--stitch")
     );
     for (samples, step, what) in lines {
-        let when = when(samples, recording.clock);
-        text.push_str(&format!("{when}  {step:<8}  {what}\n"));
+        text += &format!("{}  {step:<8}  {what}\n", when(samples, recording.clock));
     }
     Ok(text)
 }
@@ -215,27 +198,19 @@ fn listed(changes: &[Change], clock: Clock) -> String {
 
 /// From the first sample to the end of the last, seconds after the take's start.
 fn when(samples: &Range<usize>, clock: Clock) -> String {
-    format!(
-        "{:9.3} .. {:9.3} s",
-        clock.time_s(samples.start),
-        clock.time_s(samples.end)
-    )
+    let (start_s, end_s) = (clock.time_s(samples.start), clock.time_s(samples.end));
+    format!("{start_s:9.3} .. {end_s:9.3} s")
 }
 
 fn counted(changes: &[Change]) -> String {
     let counts: Vec<String> = (ChangeKind::ALL.into_iter())
-        .map(|kind| {
-            (
-                kind,
-                changes.iter().filter(|change| change.kind == kind).count(),
-            )
+        .filter_map(|kind| {
+            let count = changes.iter().filter(|change| change.kind == kind).count();
+            (count > 0).then(|| format!("{count} {}", kind.name().replace('_', " ")))
         })
-        .filter(|(_, count)| *count > 0)
-        .map(|(kind, count)| format!("{count} {}", kind.name().replace('_', " ")))
         .collect();
-    if counts.is_empty() {
-        "nothing to change was found".to_owned()
-    } else {
-        counts.join(", ")
+    match counts.is_empty() {
+        true => "nothing to change was found".to_owned(),
+        false => counts.join(", "),
     }
 }

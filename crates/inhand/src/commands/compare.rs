@@ -6,19 +6,20 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use inhand_session::sessions::{CompareOptions, Part, compare};
-use inhand_session::{EvaluateSection, check_target, write_text};
+use inhand_session::{EvaluateSection, write_text};
 
 use crate::console::{Console, data};
 use crate::exit::{Exit, UsageError};
 use crate::options::Format;
+use crate::output::check_outputs;
 use condition::Condition;
 
 /// Compare two evaluations or two methods, with intervals; fail on a condition
 ///
-/// Compares an evaluation with one before, or two methods of one evaluation, with bootstrap intervals over segments.
-/// For use in tests: with --fail-if it ends with exit code 3.
+/// Compares an evaluation with an earlier one, or two methods of one evaluation, with bootstrap intervals over
+/// segments. For use in tests: with --fail-if the exit code is 3 where the condition holds.
 ///
-/// Where both judged the same segments, these are drawn together, and intervals are as narrow as they can be.
+/// Segments that both evaluations share are drawn together, which gives the narrowest intervals.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// evaluation.json before the change, or the folder with it.
@@ -31,13 +32,13 @@ pub(crate) struct Args {
     /// Method before the change, where it is another one.
     #[arg(long, value_name = "METHOD")]
     against: Option<String>,
-    /// End with exit code 3 if this holds: `[METHOD:]STATISTIC[.FINGER][.low|.high] OP NUMBER[%|mm]`.
+    /// Exit with 3 if this holds: `[METHOD:]STATISTIC[.FINGER][.low|.high] OP NUMBER[%|mm]`.
     ///
-    /// STATISTIC is mean, rmse, p50, p75, p95 or three_or_more, OP one of > >= < <=. The change from before to after
-    /// is meant: "p75 > 5%" holds if the third quartile of the error of the method shown first grew by more than
-    /// 5 %, "prior:p95.thumb > 0.2mm" if that of the thumb with prior grew by more than 0.2 mm. For
-    /// three_or_more % are points. With .low the lower end of the interval is meant: "p75.low > 0%" holds only
-    /// if the error surely grew.
+    /// STATISTIC is mean, rmse, p50, p75, p95 or three_or_more, OP one of > >= < <=. The number is the change from
+    /// before to after: "p75 > 5%" holds if the third quartile of the error of the first method grew by more than
+    /// 5 %, "prior:p95.thumb > 0.2mm" if the 95 % quantile of the thumb with prior grew by more than 0.2 mm. For
+    /// three_or_more, % are percentage points. With .low the lower end of the interval is compared: "p75.low > 0%"
+    /// holds only if the whole interval is above zero.
     #[arg(long, value_name = "CONDITION")]
     fail_if: Vec<String>,
     /// Draws of the bootstrap; 0 for no intervals.
@@ -52,7 +53,7 @@ pub(crate) struct Args {
     /// Print text, or JSON.
     #[arg(long, value_enum, default_value_t)]
     format: Format,
-    /// Replace a file that is there.
+    /// Replace a file that exists.
     #[arg(long)]
     force: bool,
 }
@@ -66,13 +67,8 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         return Err(UsageError(message.to_owned()).into());
     }
     let before = Part::read(&args.before)?;
-    let after = match &args.after {
-        Some(after) => Part::read(after)?,
-        None => Part::read(&args.before)?,
-    };
-    if let Some(output) = &args.output {
-        check_target(output, &[&before.path, &after.path], || args.force)?;
-    }
+    let after = Part::read(args.after.as_ref().unwrap_or(&args.before))?;
+    check_outputs(&args.output, &[&before.path, &after.path], args.force)?;
     let options = CompareOptions {
         method: args.method.clone(),
         against: args.against.clone(),
@@ -86,7 +82,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     }
     if let Some(output) = &args.output {
         write_text(output, &inhand_report::comparison_markdown(&comparison))?;
-        console.say(&format!("wrote {}", output.display()));
+        console.wrote(output);
     }
     let mut exit = Exit::Done;
     for condition in &conditions {

@@ -4,23 +4,25 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 use inhand_channels::TakeFile;
-use inhand_model::{BodySource, Finger, InputHash, PerFinger, Recording, Roles};
+use inhand_model::{BodySource, Finger, InputHash, Recording, Roles};
 use inhand_session::{
-    Coverage, Located, LongTake, LongTakeFacts, Settings, Take, check_target, describe_source,
-    provenance, write_atomic, write_take_parts,
+    Coverage, Located, LongTake, LongTakeFacts, Settings, Take, describe_source, provenance,
+    write_atomic, write_take_parts,
 };
 
 use crate::commands::{check_take_target, say_findings, targets};
 use crate::console::Console;
 use crate::exit::{Exit, UsageError};
 use crate::options::{OutputOptions, SourceOptions};
+use crate::output::check_outputs;
 
-/// Convert takes (Motive CSV, Qualisys TSV, TRC, C3D, ROS 2 bags and other MCAP recordings) to MCAP
-/// recordings; with an output that ends in .csv, .trc or .c3d, a recording to Motive CSV 1.23, TRC or
-/// C3D. Any take converts, whether or not it has a hand in it.
+/// Convert takes to MCAP recordings, or a recording to Motive CSV 1.23, TRC or C3D.
 ///
-/// TRC and C3D hold markers alone: a take without any is refused, and where rigid bodies are left out
-/// the exit code is 3. TRC is written with Y up, turned where Z is.
+/// Inputs are Motive CSV, Qualisys TSV, TRC, C3D, ROS 2 bags and other MCAP recordings, with or without a hand.
+/// An output that ends in .csv, .trc or .c3d is written in that format.
+///
+/// TRC and C3D hold only markers: a take without any is refused, and the exit code is 3 where rigid bodies are left
+/// out. TRC is written with Y up; takes with Z up are rotated.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Takes.
@@ -50,24 +52,20 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         let message = "-o names one file: expected one input, or a folder for several";
         return Err(UsageError(message.to_owned()).into());
     }
-    let targets = targets(&args.inputs, &args.output, "mcap")?;
-    let inputs: Vec<_> = args.inputs.iter().map(PathBuf::as_path).collect();
+    let inputs = &args.inputs;
+    let targets = targets(inputs, &args.output)?;
     let mut takes = Vec::with_capacity(inputs.len());
-    for path in &inputs {
+    for path in inputs {
         let take = Input::read(path, &settings, vendor.is_some())?;
         say_findings(console, take.hash(), take.header());
         takes.push(take);
     }
-    for (take, target) in takes.iter().zip(&targets) {
-        if vendor.is_some() {
-            check_target(target, &inputs, || args.writing.force)?;
-        } else {
-            check_take_target(target, &inputs, take.hash(), args.writing.force)?;
-        }
-    }
-    if let Some(format) = vendor {
-        for (take, path) in takes.iter().zip(&inputs) {
+    for ((take, target), path) in takes.iter().zip(&targets).zip(inputs) {
+        if let Some(format) = vendor {
+            check_outputs([target], inputs, args.writing.force)?;
             format.check(path, take.header())?;
+        } else {
+            check_take_target(target, inputs, take.hash(), args.writing.force)?;
         }
     }
     let mut exit = Exit::Done;
@@ -75,7 +73,13 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         take.describe(console);
         match (take, vendor) {
             (Input::Whole(take), Some(format)) => {
-                if write_vendor(console, target, format, take)? > 0 {
+                format.write(target, &take.recording)?;
+                let left_out = take.recording.bodies.len();
+                if left_out > 0 && !format.holds_bodies() {
+                    let bodies = bodies(left_out);
+                    console.say(&format!(
+                        "left out: {bodies}; the format holds only markers"
+                    ));
                     exit = Exit::Lossy;
                 }
             }
@@ -140,7 +144,7 @@ impl Input {
         Ok(())
     }
 
-    /// Says what a take holds: the lines a person checks before going on.
+    /// Prints the facts of a take that a user checks before going on.
     fn describe(&self, console: &Console) {
         match self {
             Input::Long(take) => describe(console, &take.header, &take.coverage, &take.roles),
@@ -177,13 +181,13 @@ impl VendorFormat {
         self == VendorFormat::Csv
     }
 
-    /// Refuses a take of which nothing would be left.
+    /// Refuses a take without any data that the format holds.
     fn check(self, input: &Path, recording: &Recording) -> Result<()> {
         if self.holds_bodies() || !recording.markers.is_empty() {
             return Ok(());
         }
         bail!(
-            "{}: expected markers, which are all that TRC and C3D hold, found none beside {}: \
+            "{}: expected markers, the only data that TRC and C3D hold, found none beside {}: \
              nothing is written; -o x.csv or -o x.mcap keeps bodies",
             input.display(),
             bodies(recording.bodies.len()),
@@ -202,29 +206,6 @@ impl VendorFormat {
     }
 }
 
-/// Writes a take and says how many bodies are left out of it.
-fn write_vendor(
-    console: &Console,
-    target: &Path,
-    format: VendorFormat,
-    take: &Take,
-) -> Result<usize> {
-    format.write(target, &take.recording)?;
-    let left_out = if format.holds_bodies() {
-        0
-    } else {
-        take.recording.bodies.len()
-    };
-    if left_out > 0 {
-        let is = if left_out == 1 { "is" } else { "are" };
-        console.say(&format!(
-            "{} {is} left out: the format holds markers alone",
-            bodies(left_out)
-        ));
-    }
-    Ok(left_out)
-}
-
 fn bodies(count: usize) -> String {
     match count {
         1 => "1 body".to_owned(),
@@ -239,9 +220,8 @@ fn describe(
     roles: &Result<Roles, String>,
 ) {
     let source = &header.source;
-    let rotation = source
-        .rotation
-        .map_or_else(|| "no rotations".to_owned(), |order| order.to_string());
+    let rotation = source.rotation.map(|order| order.to_string());
+    let rotation = rotation.unwrap_or_else(|| "no rotations".to_owned());
     console.say(&format!(
         "{}, {} Hz, {} frames, {}, {rotation}, {} up",
         source.format,
@@ -254,8 +234,8 @@ fn describe(
         Ok(roles) => describe_roles(console, header, coverage, roles),
         Err(message) => {
             console
-                .say("the roles of hand, object and fingers cannot all be told; the recording is");
-            console.say("kept whole, and later steps need to be told:");
+                .say("could not identify every role of hand, object and fingers; the recording is");
+            console.say("complete, but later steps need the roles:");
             console.say(&format!("  {}", message.replace('\n', "\n  ")));
         }
     }
@@ -264,15 +244,17 @@ fn describe(
 fn describe_roles(console: &Console, header: &Recording, coverage: &Coverage, roles: &Roles) {
     let samples = coverage.samples.max(1) as f64;
     let body = |role: &str, source: &BodySource| {
+        let mut bodies = header.bodies.iter().zip(&coverage.bodies);
         let tracked = match source {
-            BodySource::RigidBody(name) => {
-                let bodies = header.bodies.iter().zip(&coverage.bodies);
-                let mut named = bodies.filter(|(body, _)| body.name == *name);
-                (named.next()).map(|(_, presence)| presence.measured as f64 / samples)
-            }
+            BodySource::RigidBody(name) => bodies.find(|(body, _)| body.name == *name),
             BodySource::Markers(_) => None,
         };
-        let share = tracked.map_or_else(String::new, |t| format!("  {:.1} % tracked", t * 100.0));
+        let share = tracked.map_or_else(String::new, |(_, presence)| {
+            format!(
+                "  {:.1} % tracked",
+                presence.measured as f64 / samples * 100.0
+            )
+        });
         console.say(&format!("{role:<8} {}{share}", describe_source(source)));
     };
     body("hand", &roles.hand);
@@ -280,22 +262,13 @@ fn describe_roles(console: &Console, header: &Recording, coverage: &Coverage, ro
         Some(object) => body("object", object),
         None => console.say("object   none"),
     }
-    let names: Vec<_> = roles
-        .fingers
-        .iter()
+    let fingers = roles.fingers.iter();
+    let names: Vec<_> = fingers
         .map(|(finger, marker)| format!("{finger} \"{marker}\""))
         .collect();
     console.say(&format!("fingers  {}", names.join(" · ")));
-    let gaps = gaps(header, coverage, &roles.fingers);
-    console.say(&format!(
-        "gaps     {}",
-        if gaps.is_empty() { "none" } else { &gaps }
-    ));
-}
-
-fn gaps(header: &Recording, coverage: &Coverage, fingers: &PerFinger<String>) -> String {
-    let of_finger = |finger: Finger| {
-        let named = header.marker(&fingers[finger])?;
+    let of_finger = |(finger, marker): (Finger, &String)| {
+        let named = header.marker(marker)?;
         let mut markers = header.markers.iter().zip(&coverage.markers);
         let (_, presence) = markers.find(|(marker, _)| std::ptr::eq(*marker, named))?;
         (presence.missing > 0).then(|| {
@@ -306,9 +279,10 @@ fn gaps(header: &Recording, coverage: &Coverage, fingers: &PerFinger<String>) ->
             )
         })
     };
-    Finger::ALL
-        .into_iter()
-        .filter_map(of_finger)
-        .collect::<Vec<_>>()
-        .join(", ")
+    let gaps: Vec<_> = roles.fingers.iter().filter_map(of_finger).collect();
+    let gaps = match gaps.is_empty() {
+        true => "none".to_owned(),
+        false => gaps.join(", "),
+    };
+    console.say(&format!("gaps     {gaps}"));
 }

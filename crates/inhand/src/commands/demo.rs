@@ -5,10 +5,10 @@ use std::time::Instant;
 
 use anyhow::Result;
 use inhand_model::Shape;
-use inhand_session::{DEMO_SESSION, RunOptions, TakeFormat, locate, simulate_session};
+use inhand_session::{DEMO_SESSION, TakeFormat, simulate_session};
 use inhand_simulation::SessionSettings;
 
-use crate::commands::run::{SessionOptions, finish, run_shown};
+use crate::commands::run::{SessionOptions, run_shown};
 use crate::console::Console;
 use crate::exit::Exit;
 use crate::options::{Format, OutputOptions};
@@ -39,20 +39,11 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         simulated.train_takes, simulated.duration_s, simulated.test_takes
     );
     let step = console.step(&line);
-    // The demo's session is its own to make again.
+    // A session of an earlier demo may be replaced.
     let again = args.writing.force || session.join(inhand_session::SETTINGS_FILE).is_file();
     simulate_session(&session, &simulated, args.seed, TakeFormat::Mcap, again)?;
     step.done(console, &line, begin.elapsed());
 
-    let (folder, beside) = locate(&session)?;
-    let options = RunOptions {
-        folder,
-        settings: SessionOptions::default().settings(beside.as_deref())?,
-        output: args.output.clone(),
-        force: args.writing.force,
-        view: !args.writing.no_view,
-        command: std::env::args().collect(),
-    };
-    let result = run_shown(console, &options)?;
-    finish(console, &result, Format::Text)
+    let options = SessionOptions::default().of_run(&session, &args.output, &args.writing)?;
+    run_shown(console, &options, Format::Text)
 }

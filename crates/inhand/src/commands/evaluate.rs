@@ -4,14 +4,15 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use inhand_session::tables::{Form, write_rows};
-use inhand_session::{check_target, evaluate_stored, provenance, write_text};
+use inhand_session::{evaluate_stored, provenance, write_text};
 
 use crate::commands::{read_takes, say_used};
 use crate::console::{Console, data};
 use crate::exit::{Exit, UsageError};
 use crate::options::{EvaluateOptions, Format, ProcessOptions, SelectOptions, SourceOptions};
+use crate::output::{OutputFile, check_outputs};
 
-/// Compare the generated motion in takes with the recorded one and write evaluation.json.
+/// Compare generated with recorded motion in takes and write evaluation.json.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Takes with generated channels, as `generate` and `run` write them.
@@ -20,10 +21,9 @@ pub(crate) struct Args {
     /// Dictionary that the motion was generated with.
     #[arg(short, long, value_name = "FILE")]
     dictionary: PathBuf,
-    /// evaluation.json to write.
-    #[arg(short, long, value_name = "FILE")]
-    output: PathBuf,
-    /// Every judged instant behind it as a table: .parquet or .csv.
+    #[command(flatten)]
+    output: OutputFile,
+    /// Write every evaluated instant as a table: .parquet or .csv.
     #[arg(long, value_name = "FILE")]
     rows: Option<PathBuf>,
     /// Print the table as text, or evaluation.json.
@@ -40,9 +40,6 @@ pub(crate) struct Args {
     velocity_factor: Option<f64>,
     #[command(flatten, next_help_heading = "Evaluation")]
     evaluate: EvaluateOptions,
-    /// Replace an output that is there.
-    #[arg(long)]
-    force: bool,
 }
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
@@ -54,16 +51,12 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     }
     args.evaluate.apply(&mut settings)?;
     settings.validate()?;
-    let mut inputs: Vec<_> = args.inputs.iter().map(PathBuf::as_path).collect();
-    inputs.push(&args.dictionary);
-    for target in [Some(&args.output), args.rows.as_ref()]
-        .into_iter()
-        .flatten()
-    {
-        check_target(target, &inputs, || args.force)?;
-    }
+    let output = &args.output.output;
+    let inputs: Vec<_> = args.inputs.iter().chain([&args.dictionary]).collect();
+    let outputs = [output].into_iter().chain(&args.rows);
+    check_outputs(outputs, &inputs, args.output.force)?;
     if let Some(path) = &args.rows {
-        check_rows(path, &args.output)?;
+        check_rows(path, output)?;
     }
     let dictionary = inhand_session::read_dictionary(&args.dictionary)?;
     let takes = read_takes(console, &args.inputs, &settings)?;
@@ -74,16 +67,13 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         &settings,
         !args.process.ask_for_processing(),
     )?;
-    let mut hashes: Vec<_> = takes.iter().map(|take| take.hash.clone()).collect();
-    hashes.push(dictionary.hash.clone());
+    let hashes = takes.iter().map(|take| &take.hash);
+    let hashes = hashes.chain([&dictionary.hash]).cloned();
     let made = provenance("evaluate", &settings, hashes);
-    let mut chain: Vec<_> = takes
-        .iter()
-        .flat_map(|take| take.provenance.clone())
-        .collect();
-    chain.push(made);
+    let steps = takes.iter().flat_map(|take| take.provenance.clone());
+    let chain: Vec<_> = steps.chain([made]).collect();
     let text = inhand_report::evaluation_json(&evaluation, &chain)?;
-    write_text(&args.output, &text)?;
+    write_text(output, &text)?;
     if let Some(path) = &args.rows {
         write_rows(path, &evaluation.session.name, &rows)?;
     }
@@ -91,17 +81,15 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         Format::Json => data(&text)?,
         Format::Text => data(&format!("{}\n", inhand_report::text_summary(&evaluation)))?,
     }
-    console.say(&format!("wrote {}", args.output.display()));
+    console.wrote(output);
     Ok(Exit::Done)
 }
 
 /// Refuses a table of no known form, or in the place of the evaluation.
 fn check_rows(path: &Path, evaluation: &Path) -> Result<()> {
     if Form::of(path).is_none() {
-        let message = format!(
-            "--rows {}: expected a file that ends in .parquet or .csv",
-            path.display()
-        );
+        let shown = path.display();
+        let message = format!("--rows {shown}: expected a file that ends in .parquet or .csv");
         return Err(UsageError(message).into());
     }
     if path == evaluation {

@@ -10,26 +10,27 @@ use inhand_session::tables::{Form, Layout, What};
 
 use crate::console::Console;
 use crate::exit::{Exit, UsageError};
-use crate::options::{Format, SourceOptions};
+use crate::options::{Format, SourceOptions, one_of};
 
-/// Write a take as a table (.csv, .parquet) or into a BIDS dataset (--bids), or the numbers of a
-/// dictionary as named matrices for NumPy (.npz) or MATLAB (.mat). Metres and seconds everywhere.
+/// Write a take as a table (.csv, .parquet) or into a BIDS dataset (--bids), or a dictionary as matrices.
+///
+/// Dictionaries become named matrices for NumPy (.npz) or MATLAB (.mat). Lengths are metres, times seconds.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// A take of any format, or a dictionary.
     input: PathBuf,
-    /// Output; its extension says the form: .csv or .parquet for a take, .npz or .mat for a
+    /// Output; its extension is the format: .csv or .parquet for a take, .npz or .mat for a
     /// dictionary. With --bids, the folder of the dataset.
     #[arg(short, long, value_name = "PATH")]
     output: PathBuf,
-    /// How a table is laid out: wide has a row for each sample, tidy one for each sample of each
+    /// Layout of a table: wide has a row for each sample, tidy one for each sample of each
     /// marker and body. A wide .csv can be read as a take again, with the .csv.json beside it.
-    #[arg(long, value_enum, default_value_t)]
-    layout: LayoutOption,
-    /// What of a take: recorded are markers and bodies, after cleaning where the take was cleaned;
+    #[arg(long, value_parser = one_of(&LAYOUTS), default_value = "wide")]
+    layout: Layout,
+    /// Part of a take: recorded are markers and bodies, after cleaning where the take was cleaned;
     /// measured are those before cleaning; processed are fingertips and object in the hand's frame.
-    #[arg(long, value_enum, default_value_t)]
-    what: WhatOption,
+    #[arg(long, value_parser = one_of(&PARTS), default_value = "recorded")]
+    what: What,
     /// Write the take into a BIDS dataset as sub=LABEL,task=LABEL, and where wanted ses=LABEL,
     /// run=NUMBER, tracksys=LABEL. Without sub and task, those that `annotate about` stored.
     #[arg(long, value_name = "KEY=LABEL,...", num_args = 0..=1, default_missing_value = "",
@@ -37,28 +38,21 @@ pub(crate) struct Args {
     bids: Option<String>,
     #[command(flatten, next_help_heading = "Source")]
     source: SourceOptions,
-    /// Print what the matrices of a dictionary are as text or JSON.
+    /// Print the sizes of a dictionary's matrices as text or JSON.
     #[arg(long, value_enum, default_value_t)]
     format: Format,
-    /// Replace outputs that are there.
+    /// Replace outputs that exist.
     #[arg(long)]
     force: bool,
 }
 
-#[derive(Clone, Copy, Debug, Default, clap::ValueEnum)]
-enum LayoutOption {
-    #[default]
-    Wide,
-    Tidy,
-}
+const LAYOUTS: [(&str, Layout); 2] = [("wide", Layout::Wide), ("tidy", Layout::Tidy)];
 
-#[derive(Clone, Copy, Debug, Default, clap::ValueEnum)]
-enum WhatOption {
-    #[default]
-    Recorded,
-    Measured,
-    Processed,
-}
+const PARTS: [(&str, What); 3] = [
+    ("recorded", What::Recorded),
+    ("measured", What::Measured),
+    ("processed", What::Processed),
+];
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     if let Some(names) = &args.bids {
@@ -85,23 +79,4 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
 
 fn is_matrices(path: &Path) -> bool {
     inhand_session::matrices::form_of(path).is_ok()
-}
-
-impl From<LayoutOption> for Layout {
-    fn from(option: LayoutOption) -> Self {
-        match option {
-            LayoutOption::Wide => Layout::Wide,
-            LayoutOption::Tidy => Layout::Tidy,
-        }
-    }
-}
-
-impl From<WhatOption> for What {
-    fn from(option: WhatOption) -> Self {
-        match option {
-            WhatOption::Recorded => What::Recorded,
-            WhatOption::Measured => What::Measured,
-            WhatOption::Processed => What::Processed,
-        }
-    }
 }

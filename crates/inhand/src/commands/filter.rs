@@ -3,15 +3,15 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
-use clap::ValueEnum;
 use inhand_container::{ChannelFacts, Packing, Selection};
-use inhand_session::{check_target, containers};
+use inhand_session::containers;
 use regex_lite::Regex;
 use serde_json::json;
 
-use crate::console::{Console, data};
+use crate::console::{Console, print};
 use crate::exit::{Exit, UsageError};
-use crate::options::Format;
+use crate::options::{Format, one_of};
+use crate::output::OutputFile;
 
 /// Select some topics of an MCAP file of any origin, or change its compression; what stays is
 /// byte for byte as it was.
@@ -31,45 +31,26 @@ pub(crate) struct Args {
     /// Leave out attachments.
     #[arg(long)]
     no_attachments: bool,
-    /// How chunks are packed [default: as they are].
-    #[arg(long, value_enum)]
-    compression: Option<Compression>,
-    /// Output file.
-    #[arg(short, long, value_name = "FILE")]
-    output: PathBuf,
+    /// Compression of chunks: zstd is small, lz4 quicker to write [default: as in the input].
+    #[arg(long, value_parser = one_of(&PACKINGS))]
+    compression: Option<Packing>,
+    #[command(flatten)]
+    output: OutputFile,
     /// Print the outcome as text or JSON.
     #[arg(long, value_enum, default_value_t)]
     format: Format,
-    /// Replace an output that is there.
-    #[arg(long)]
-    force: bool,
 }
 
-/// How chunks are packed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Compression {
-    /// Small and quick.
-    Zstd,
-    /// Quicker, not as small.
-    Lz4,
-    /// Not at all.
-    None,
-}
-
-impl From<Compression> for Packing {
-    fn from(compression: Compression) -> Self {
-        match compression {
-            Compression::Zstd => Packing::Zstd,
-            Compression::Lz4 => Packing::Lz4,
-            Compression::None => Packing::None,
-        }
-    }
-}
+const PACKINGS: [(&str, Packing); 3] = [
+    ("zstd", Packing::Zstd),
+    ("lz4", Packing::Lz4),
+    ("none", Packing::None),
+];
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let included = patterns("--include-topic-regex", &args.include_topic_regex)?;
     let excluded = patterns("--exclude-topic-regex", &args.exclude_topic_regex)?;
-    check_target(&args.output, &[&args.input], || args.force)?;
+    args.output.check(&[&args.input])?;
     let matches = |patterns: &[Regex], topic: &str| patterns.iter().any(|p| p.is_match(topic));
     let keep = |channel: &ChannelFacts| {
         (included.is_empty() || matches(&included, &channel.topic))
@@ -80,35 +61,35 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         channels: (!all).then_some(&keep),
         metadata: !args.no_metadata,
         attachments: !args.no_attachments,
-        packing: args.compression.map(Packing::from),
+        packing: args.compression,
         ..Selection::default()
     };
-    let filtered = containers::filter(&args.input, &args.output, &selection)?;
+    let filtered = containers::filter(&args.input, &args.output.output, &selection)?;
     let written = &filtered.written;
-    data(&match args.format {
-        Format::Text => format!(
+    let text = || {
+        format!(
             "messages  {} of {} channels kept, {} left out\nsize      {:.2} MB\n",
             written.messages,
             written.channels,
             filtered.left_out,
             written.bytes as f64 / 1e6,
-        ),
-        Format::Json => format!(
-            "{:#}\n",
-            json!({
-                "messages": written.messages,
-                "left_out": filtered.left_out,
-                "channels": written.channels,
-                "metadata": written.metadata,
-                "attachments": written.attachments,
-                "bytes": written.bytes,
-            })
-        ),
-    })?;
+        )
+    };
+    let json = || {
+        json!({
+            "messages": written.messages,
+            "left_out": filtered.left_out,
+            "channels": written.channels,
+            "metadata": written.metadata,
+            "attachments": written.attachments,
+            "bytes": written.bytes,
+        })
+    };
+    print(args.format, text, json)?;
     if written.channels == 0 && !all {
         console.say("warning  no topic matches");
     }
-    console.say(&format!("wrote {}", args.output.display()));
+    console.wrote(&args.output.output);
     Ok(Exit::Done)
 }
 

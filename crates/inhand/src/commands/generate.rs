@@ -5,15 +5,14 @@ use std::path::PathBuf;
 use anyhow::Result;
 use inhand_session::{GeneratedMotion, Role, TakeContents, provenance, steps, write_take};
 
-use crate::commands::{check_take_target, read_takes, say_used, targets};
+use crate::commands::{say_used, takes_and_targets};
 use crate::console::Console;
 use crate::exit::Exit;
 use crate::options::{
     MethodOptions, OutputOptions, PlanOptions, ProcessOptions, SelectOptions, SourceOptions,
 };
 
-/// Cut takes into segments and generate a trajectory for each by every method; add the
-/// generated channels.
+/// Generate a trajectory for each segment of takes by every method; add the generated channels.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Takes.
@@ -46,15 +45,14 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     args.method.apply(&mut settings);
     args.plan.apply(&mut settings);
     settings.validate()?;
-    let targets = targets(&args.inputs, &args.output, "mcap")?;
-    let mut inputs: Vec<_> = args.inputs.iter().map(PathBuf::as_path).collect();
-    inputs.push(&args.dictionary);
     let dictionary = inhand_session::read_dictionary(&args.dictionary)?;
     let methods = steps::settled_methods(&dictionary.dictionary, &settings)?;
-    let takes = read_takes(console, &args.inputs, &settings)?;
-    for (take, target) in takes.iter().zip(&targets) {
-        check_take_target(target, &inputs, &take.hash, args.writing.force)?;
-    }
+    let (takes, targets) = takes_and_targets(
+        console,
+        (&args.inputs, Some(&args.dictionary)),
+        (&args.output, args.writing.force),
+        &settings,
+    )?;
     say_used(console, &takes, &settings)?;
     let motions = steps::motions(&takes, &settings, !args.process.ask_for_processing())?;
     let mut failed = 0;
@@ -80,11 +78,8 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
             settings: &settings,
         };
         write_take(target, &contents, !args.writing.no_view)?;
-        let lost = generated
-            .iter()
-            .flat_map(|g| &g.trajectories)
-            .filter(|t| t.is_none())
-            .count();
+        let trajectories = generated.iter().flat_map(|g| &g.trajectories);
+        let lost = trajectories.filter(|t| t.is_none()).count();
         console.say(&format!(
             "wrote {} ({} segments by {} methods, {lost} without a trajectory)",
             target.display(),

@@ -1,20 +1,21 @@
 //! `inhand info FILE`.
 
-use std::fmt::Write as _;
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
 use inhand_channels::{FileInfo, info};
-use inhand_model::{Dictionary, Finger, Provenance};
 use serde_json::{Value, json};
 
 use crate::commands::info_dictionary;
-use crate::console::{Console, data};
+use crate::console::{Console, by_finger, print};
 use crate::exit::Exit;
 use crate::options::Format;
 
-/// Print what is in an MCAP file of any origin: channels with schema, counts and rates, frames,
-/// gaps of each finger, metadata, attachments. Every checksum is compared on the way.
+/// Print the content of an MCAP file of any origin.
+///
+/// Lists channels with schema, counts and rates, frames, gaps of each finger, metadata, attachments. Every
+/// checksum is compared on the way.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// An MCAP file.
@@ -32,121 +33,101 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let dictionary = has_dictionary
         .then(|| inhand_channels::read_dictionary(&bytes, &shown))
         .and_then(Result::ok);
-    data(&match args.format {
-        Format::Text => text(&info, dictionary.as_ref()),
-        Format::Json => {
-            let mut json = to_json(&info);
-            if let Some((dictionary, made)) = &dictionary {
-                json["dictionary"] = info_dictionary::to_json(dictionary, made);
-            }
-            format!("{json:#}\n")
+    let text = || {
+        let dictionary = (dictionary.iter()).map(|(d, made)| info_dictionary::text(d, made));
+        text(&info) + &dictionary.collect::<String>()
+    };
+    let json = || {
+        let mut json = to_json(&info);
+        if let Some((dictionary, made)) = &dictionary {
+            json["dictionary"] = info_dictionary::to_json(dictionary, made);
         }
-    })?;
+        json
+    };
+    print(args.format, text, json)?;
     if let Some(problem) = &info.problem {
-        console.say(&format!(
-            "warning  {problem}; what is listed comes from before it"
-        ));
+        console.say(&format!("warning  {problem}; the list ends before it"));
         return Ok(Exit::Lossy);
     }
     Ok(Exit::Done)
 }
 
-fn text(info: &FileInfo, dictionary: Option<&(Dictionary, Vec<Provenance>)>) -> String {
-    let mut out = String::new();
-    lines(info, &mut out).expect("writing to a string cannot fail");
-    if let Some((dictionary, made)) = dictionary {
-        info_dictionary::lines(dictionary, made, &mut out)
-            .expect("writing to a string cannot fail");
-    }
-    out
-}
-
-fn lines(info: &FileInfo, out: &mut String) -> std::fmt::Result {
-    writeln!(out, "{}  {:.2} MB", info.file, info.bytes as f64 / 1e6)?;
-    writeln!(out, "library   {}", or_none(&info.library))?;
-    if !info.profile.is_empty() {
-        writeln!(out, "profile   {}", info.profile)?;
-    }
-    writeln!(
-        out,
-        "messages  {} over {:.3} s",
-        info.messages,
-        info.duration_s()
-    )?;
-    let compression: Vec<_> = info
-        .chunks
-        .compression
-        .iter()
-        .map(|(name, count)| format!("{count} {name}"))
-        .collect();
-    writeln!(
-        out,
-        "chunks    {} ({}), {:.2} MB unpacked{}",
-        info.chunks.count,
-        if compression.is_empty() {
-            "none".to_owned()
-        } else {
-            compression.join(", ")
-        },
-        info.chunks.unpacked_bytes as f64 / 1e6,
-        if info.has_summary {
-            ""
-        } else {
-            "; no summary: viewers may refuse the file"
-        },
-    )?;
-    if let Some(facts) = info.metadata.0.get("inhand.recording") {
-        writeln!(out, "recording")?;
-        for (key, value) in facts.iter().filter(|(_, value)| value.len() <= 120) {
-            writeln!(out, "  {key:<24} {value}")?;
-        }
-    }
-    writeln!(out, "channels")?;
-    let width = info
-        .channels
-        .iter()
-        .map(|c| c.topic.len())
-        .max()
-        .unwrap_or(0);
+fn text(info: &FileInfo) -> String {
+    let mut text = header(info);
+    let width = info.channels.iter().map(|c| c.topic.len()).max();
+    let width = width.unwrap_or(0);
     for channel in &info.channels {
-        let rate = channel
-            .rate_hz()
-            .map_or_else(String::new, |rate| format!("{rate:.2} Hz"));
-        writeln!(
-            out,
-            "  {:<width$}  {:<28} {:<9} {:>8}  {rate:>10}",
+        let rate = (channel.rate_hz()).map_or_else(String::new, |rate| format!("{rate:.2} Hz"));
+        text += &format!(
+            "  {:<width$}  {:<28} {:<9} {:>8}  {rate:>10}\n",
             channel.topic,
             channel.schema.as_deref().unwrap_or("-"),
             or_none(&channel.message_encoding),
             channel.messages,
-        )?;
+        );
     }
     for frame in &info.frames {
-        writeln!(
-            out,
-            "frame     {} -> {} ({})",
+        text += &format!(
+            "frame     {} -> {} ({})\n",
             frame.parent, frame.child, frame.topic
-        )?;
+        );
     }
     for fingertips in &info.fingertips {
-        writeln!(out, "{}", fingertips.topic)?;
+        text += &format!("{}\n", fingertips.topic);
         for (finger, facts) in fingertips.fingers.iter() {
             let counts = facts.counts;
-            writeln!(
-                out,
-                "  {finger:<7} {} measured, {} filled, {} missing in {} gaps, longest {:.2} s",
+            text += &format!(
+                "  {finger:<7} {} measured, {} filled, {} missing in {} gaps, longest {:.2} s\n",
                 counts.measured, counts.filled, counts.missing, facts.gaps, facts.longest_gap_s,
-            )?;
+            );
         }
     }
     for name in info.metadata.0.keys() {
-        writeln!(out, "metadata  {name}")?;
+        text += &format!("metadata  {name}\n");
     }
     for attachment in &info.attachments {
         let (name, kind) = (&attachment.name, or_none(&attachment.media_type));
-        writeln!(out, "attached  {name} ({kind}, {} bytes)", attachment.bytes)?;
+        text += &format!("attached  {name} ({kind}, {} bytes)\n", attachment.bytes);
     }
-    Ok(())
+    text
+}
+
+/// The lines about the file as a whole and the recording in it.
+fn header(info: &FileInfo) -> String {
+    let mut text = format!("{}  {:.2} MB\n", info.file, info.bytes as f64 / 1e6);
+    text += &format!("library   {}\n", or_none(&info.library));
+    if !info.profile.is_empty() {
+        text += &format!("profile   {}\n", info.profile);
+    }
+    text += &format!(
+        "messages  {} over {:.3} s\n",
+        info.messages,
+        info.duration_s()
+    );
+    let compression = info.chunks.compression.iter();
+    let compression: Vec<_> = compression
+        .map(|(name, count)| format!("{count} {name}"))
+        .collect();
+    let compression = match compression.is_empty() {
+        true => "none".to_owned(),
+        false => compression.join(", "),
+    };
+    text += &format!(
+        "chunks    {} ({compression}), {:.2} MB unpacked{}\n",
+        info.chunks.count,
+        info.chunks.unpacked_bytes as f64 / 1e6,
+        match info.has_summary {
+            true => "",
+            false => "; no summary: viewers may refuse the file",
+        },
+    );
+    if let Some(facts) = info.metadata.0.get("inhand.recording") {
+        text += "recording\n";
+        for (key, value) in facts.iter().filter(|(_, value)| value.len() <= 120) {
+            text += &format!("  {key:<24} {value}\n");
+        }
+    }
+    text + "channels\n"
 }
 
 fn or_none(text: &str) -> &str {
@@ -156,42 +137,24 @@ fn or_none(text: &str) -> &str {
 fn to_json(info: &FileInfo) -> Value {
     let channels: Vec<_> = (info.channels.iter())
         .map(|channel| {
-            json!({
-                "id": channel.id,
-                "topic": channel.topic,
-                "schema": channel.schema,
-                "schema_encoding": channel.schema_encoding,
-                "message_encoding": channel.message_encoding,
-                "metadata": channel.metadata,
-                "messages": channel.messages,
-                "bytes": channel.bytes,
-                "first_unix_nanos": channel.first_unix_nanos,
-                "last_unix_nanos": channel.last_unix_nanos,
-                "rate_hz": channel.rate_hz(),
-            })
+            let mut json = json!(channel);
+            json["rate_hz"] = json!(channel.rate_hz());
+            json
         })
         .collect();
-    let frames: Vec<_> = (info.frames.iter())
-        .map(|f| json!({ "parent": f.parent, "child": f.child, "topic": f.topic, "transforms": f.transforms }))
-        .collect();
-    let fingertips: serde_json::Map<_, _> = (info.fingertips.iter())
+    let fingertips: BTreeMap<_, _> = (info.fingertips.iter())
         .map(|fingertips| {
-            let fingers = Finger::ALL.into_iter().map(|finger| {
-                let facts = fingertips.fingers[finger];
-                let value = json!({
+            let fingers = by_finger(&fingertips.fingers, |facts| {
+                json!({
                     "measured": facts.counts.measured,
                     "filled": facts.counts.filled,
                     "missing": facts.counts.missing,
                     "gaps": facts.gaps,
                     "longest_gap_s": facts.longest_gap_s,
-                });
-                (finger.name().to_owned(), value)
+                })
             });
-            (fingertips.topic.clone(), Value::Object(fingers.collect()))
+            (&fingertips.topic, fingers)
         })
-        .collect();
-    let attachments: Vec<_> = (info.attachments.iter())
-        .map(|a| json!({ "name": a.name, "media_type": a.media_type, "bytes": a.bytes }))
         .collect();
     json!({
         "file": info.file,
@@ -204,16 +167,11 @@ fn to_json(info: &FileInfo) -> Value {
         "last_unix_nanos": info.last_unix_nanos(),
         "has_summary": info.has_summary,
         "problem": info.problem.as_ref().map(ToString::to_string),
-        "chunks": {
-            "count": info.chunks.count,
-            "packed_bytes": info.chunks.packed_bytes,
-            "unpacked_bytes": info.chunks.unpacked_bytes,
-            "compression": info.chunks.compression,
-        },
+        "chunks": info.chunks,
         "channels": channels,
-        "frames": frames,
+        "frames": info.frames,
         "fingertips": fingertips,
         "metadata": info.metadata.0,
-        "attachments": attachments,
+        "attachments": info.attachments,
     })
 }

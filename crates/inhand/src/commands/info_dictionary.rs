@@ -1,68 +1,50 @@
 //! Dictionary part of `inhand info`.
 
-use std::fmt::Write as _;
-
 use inhand_model::{Dictionary, Provenance};
 use serde_json::{Value, json};
 
-/// The facts that judge a dictionary, and what it was made from, as lines.
-pub(super) fn lines(
-    dictionary: &Dictionary,
-    made: &[Provenance],
-    out: &mut String,
-) -> std::fmt::Result {
+/// Learning, reconstruction error and inputs of a dictionary as lines.
+pub(super) fn text(dictionary: &Dictionary, made: &[Provenance]) -> String {
     let learning = &dictionary.learning;
-    writeln!(out, "dictionary")?;
-    writeln!(
-        out,
-        "  {} primitives ({}) from {} segments of {} samples at {} Hz{}",
+    let mm = |metres: f64| format!("{:.4} mm rms", metres * 1000.0);
+    let mut text = format!(
+        "dictionary\n  {} primitives ({}) from {} segments of {} samples at {} Hz{}\n",
         dictionary.rank(),
         dictionary.kind.name(),
         learning.segments,
         dictionary.layout.samples,
         dictionary.layout.rate_hz,
-        if dictionary.layout.object {
-            ", with the object"
-        } else {
-            ""
-        },
-    )?;
-    writeln!(
-        out,
-        "  {:.4} mm rms after {} iterations ({}), seed {}",
-        learning.rms_m * 1000.0,
+        ["", ", with the object"][usize::from(dictionary.layout.object)],
+    );
+    text += &format!(
+        "  {} after {} iterations ({}), seed {}\n",
+        mm(learning.rms_m),
         learning.iterations,
         learning.stop_reason.name().replace('_', " "),
         learning.seed,
-    )?;
+    );
     for restart in &learning.restarts {
-        writeln!(
-            out,
-            "  start with seed {}: {:.4} mm rms, mean matched cosine {:.4}",
-            restart.seed,
-            restart.rms_m * 1000.0,
-            restart.matched_cosine
-        )?;
+        let (seed, rms, cosine) = (restart.seed, mm(restart.rms_m), restart.matched_cosine);
+        text += &format!("  start with seed {seed}: {rms}, mean matched cosine {cosine:.4}\n");
     }
     if let Some(residual) = &dictionary.residual {
-        writeln!(
-            out,
-            "  deviations from the smooth curve: {} primitives, {} demonstrations",
+        text += &format!(
+            "  deviations from the cubic baseline: {} primitives, {} demonstrations\n",
             residual.primitives.ncols(),
             residual.expectation.demonstrations(),
-        )?;
+        );
     }
     if let Some(choice) = &dictionary.choice {
-        writeln!(out, "  best method on left-out takes: {}", choice.method)?;
+        text += &format!("  best method on left-out takes: {}\n", choice.method);
     }
     for input in made.iter().flat_map(|step| &step.inputs) {
         let short = input.sha256.get(..12).unwrap_or(&input.sha256);
-        writeln!(out, "  from {} (sha256 {short}...)", input.name)?;
+        text += &format!("  from {} (sha256 {short}...)\n", input.name);
     }
-    Ok(())
+    text
 }
 
-/// The same for programs.
+/// The same as JSON.
 pub(super) fn to_json(dictionary: &Dictionary, made: &[Provenance]) -> Value {
     let learning = &dictionary.learning;
     let restarts: Vec<_> = (learning.restarts.iter())

@@ -3,18 +3,19 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use inhand_session::{check_target, containers};
+use inhand_session::containers;
 use serde_json::json;
 
 use crate::commands::cut::seconds;
-use crate::console::{Console, data};
+use crate::console::{Console, print};
 use crate::exit::{Exit, UsageError};
 use crate::options::Format;
+use crate::output::OutputFile;
 
 /// Merge MCAP files of any origin into one, by the log time of their messages.
 ///
-/// Channels with equal topic, schema, encoding and metadata become one. Metadata records that several
-/// files have word for word are written once.
+/// Channels with equal topic, schema, encoding and metadata become one. Metadata records that
+/// several files share word for word are written once.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Two or more MCAP files.
@@ -24,15 +25,11 @@ pub(crate) struct Args {
     /// a take; the result is then no take.
     #[arg(long)]
     keep_both: bool,
-    /// Output file.
-    #[arg(short, long, value_name = "FILE")]
-    output: PathBuf,
+    #[command(flatten)]
+    output: OutputFile,
     /// Print the outcome as text or JSON.
     #[arg(long, value_enum, default_value_t)]
     format: Format,
-    /// Replace an output that is there.
-    #[arg(long)]
-    force: bool,
 }
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
@@ -47,37 +44,35 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
             return Err(UsageError(message).into());
         }
     }
-    check_target(&args.output, &inputs, || args.force)?;
-    let merged = containers::merge(&inputs, &args.output, args.keep_both)?;
+    args.output.check(&inputs)?;
+    let merged = containers::merge(&inputs, &args.output.output, args.keep_both)?;
     let written = &merged.written;
-    data(&match args.format {
-        Format::Text => {
-            let mut lines = format!(
-                "messages  {} in {} channels over {:.3} s\n",
-                written.messages,
-                written.channels,
-                seconds(written.span),
-            );
-            for topic in &merged.joined {
-                lines.push_str(&format!("joined    {topic}\n"));
-            }
-            for topic in &merged.side_by_side {
-                lines.push_str(&format!("two kinds {topic}\n"));
-            }
-            lines
+    let text = || {
+        let mut lines = format!(
+            "messages  {} in {} channels over {:.3} s\n",
+            written.messages,
+            written.channels,
+            seconds(written.span),
+        );
+        for topic in &merged.joined {
+            lines += &format!("joined    {topic}\n");
         }
-        Format::Json => format!(
-            "{:#}\n",
-            json!({
-                "messages": written.messages,
-                "channels": written.channels,
-                "joined": merged.joined,
-                "side_by_side": merged.side_by_side,
-                "metadata_once": merged.metadata_once,
-                "bytes": written.bytes,
-            })
-        ),
-    })?;
-    console.say(&format!("wrote {}", args.output.display()));
+        for topic in &merged.side_by_side {
+            lines += &format!("two kinds {topic}\n");
+        }
+        lines
+    };
+    let json = || {
+        json!({
+            "messages": written.messages,
+            "channels": written.channels,
+            "joined": merged.joined,
+            "side_by_side": merged.side_by_side,
+            "metadata_once": merged.metadata_once,
+            "bytes": written.bytes,
+        })
+    };
+    print(args.format, text, json)?;
+    console.wrote(&args.output.output);
     Ok(Exit::Done)
 }

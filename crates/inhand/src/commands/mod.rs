@@ -1,4 +1,4 @@
-//! One file a command.
+//! Commands, one file each.
 
 mod annotate;
 mod batch;
@@ -41,7 +41,7 @@ use inhand_session::{Settings, Take, check_target};
 use crate::console::Console;
 use crate::exit::{Exit, UsageError};
 
-/// What to do. Where a variant says nothing, the first line of its arguments does, and `--help` the rest.
+/// The commands; a variant without a line of its own takes the first line of its arguments.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     /// Run every step on a session: one MCAP per take, dictionary, evaluation and report
@@ -125,7 +125,7 @@ impl Command {
 }
 
 /// Output file of each input: `-o` itself for one input, a file in the folder `-o` for several.
-fn targets(inputs: &[PathBuf], output: &Path, extension: &str) -> Result<Vec<PathBuf>> {
+fn targets(inputs: &[PathBuf], output: &Path) -> Result<Vec<PathBuf>> {
     if let [_] = inputs
         && !output.is_dir()
     {
@@ -145,7 +145,7 @@ fn targets(inputs: &[PathBuf], output: &Path, extension: &str) -> Result<Vec<Pat
             .file_stem()
             .unwrap_or(input.as_os_str())
             .to_string_lossy();
-        let target = output.join(format!("{stem}.{extension}"));
+        let target = output.join(format!("{stem}.mcap"));
         if targets.contains(&target) {
             let message = format!("two inputs would both be written as {}", target.display());
             return Err(UsageError(message).into());
@@ -156,7 +156,12 @@ fn targets(inputs: &[PathBuf], output: &Path, extension: &str) -> Result<Vec<Pat
 }
 
 /// Refuses outputs that are inputs, or that exist and were not made from the same take.
-fn check_take_target(target: &Path, inputs: &[&Path], take: &InputHash, force: bool) -> Result<()> {
+fn check_take_target<P: AsRef<Path>>(
+    target: &Path,
+    inputs: &[P],
+    take: &InputHash,
+    force: bool,
+) -> Result<()> {
     let from_same = || {
         let earlier = File::open(target)
             .and_then(|file| inhand_channels::read_leading_metadata(BufReader::new(file)));
@@ -165,21 +170,40 @@ fn check_take_target(target: &Path, inputs: &[&Path], take: &InputHash, force: b
             steps.last().is_some_and(|made| made.inputs.contains(take))
         })
     };
-    Ok(check_target(target, inputs, || force || from_same())?)
+    let inputs: Vec<&Path> = inputs.iter().map(AsRef::as_ref).collect();
+    Ok(check_target(target, &inputs, || force || from_same())?)
 }
 
-/// Reads takes in order, saying what was odd about each.
-fn read_takes(console: &Console, paths: &[PathBuf], settings: &Settings) -> Result<Vec<Take>> {
-    let mut takes = Vec::with_capacity(paths.len());
-    for path in paths {
-        let take = inhand_session::read_clean(path, settings)?;
-        say_findings(console, &take.hash, &take.recording);
-        takes.push(take);
+/// Reads takes in order, prints the findings of each, and checks the output file of each. Inputs may have another
+/// file that is read; the output is what -o names, with whether to replace files.
+fn takes_and_targets(
+    console: &Console,
+    (inputs, also_read): (&[PathBuf], Option<&PathBuf>),
+    (output, force): (&Path, bool),
+    settings: &Settings,
+) -> Result<(Vec<Take>, Vec<PathBuf>)> {
+    let targets = targets(inputs, output)?;
+    let takes = read_takes(console, inputs, settings)?;
+    let read: Vec<&PathBuf> = inputs.iter().chain(also_read).collect();
+    for (take, target) in takes.iter().zip(&targets) {
+        check_take_target(target, &read, &take.hash, force)?;
     }
-    Ok(takes)
+    Ok((takes, targets))
 }
 
-/// Says how much of takes the events that were asked for leave to use.
+/// Reads takes in order and prints the findings of each.
+fn read_takes(console: &Console, paths: &[PathBuf], settings: &Settings) -> Result<Vec<Take>> {
+    let takes = paths.iter().map(|path| read_take(console, path, settings));
+    takes.collect()
+}
+
+fn read_take(console: &Console, path: &Path, settings: &Settings) -> Result<Take> {
+    let take = inhand_session::read_clean(path, settings)?;
+    say_findings(console, &take.hash, &take.recording);
+    Ok(take)
+}
+
+/// Prints how much of the takes the selected events leave.
 fn say_used(console: &Console, takes: &[Take], settings: &Settings) -> Result<()> {
     if let Some(used) = inhand_session::steps::used(takes, settings)? {
         console.say(&format!(

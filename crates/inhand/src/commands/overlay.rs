@@ -1,19 +1,16 @@
 //! `inhand overlay TAKE TAKE... -o OUT`.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::Result;
-use clap::ValueEnum;
-use inhand_model::{Finger, Label};
-use inhand_session::check_target;
-use inhand_session::overlay::{
-    Align, Overlaid, OverlaidLayer, OverlayMethods, OverlayOptions, overlay,
-};
+use inhand_model::PerFinger;
+use inhand_session::overlay::{Align, Overlaid, OverlayMethods, OverlayOptions, overlay};
 use serde_json::{Value, json};
 
-use crate::console::{Console, data};
+use crate::console::{Console, by_finger, print};
 use crate::exit::{Exit, UsageError};
-use crate::options::{Format, SourceOptions};
+use crate::options::{Format, SourceOptions, one_of};
+use crate::output::OutputFile;
 
 /// Overlay takes or methods in one file, each in its colour
 ///
@@ -32,10 +29,10 @@ pub(crate) struct Args {
     /// Generated motion to show beside what was recorded: methods separated by commas, or all.
     #[arg(long, value_name = "METHOD,...", value_delimiter = ',')]
     methods: Vec<String>,
-    /// How time lines lie over each other [default: clock for one take or takes that overlap in time,
-    /// start otherwise].
-    #[arg(long, value_enum)]
-    align: Option<AlignWord>,
+    /// Alignment of times: start (all takes begin together) or clock (by their stated times) [default: clock
+    /// for one take or takes that overlap in time, start otherwise].
+    #[arg(long, value_parser = one_of(&ALIGNS))]
+    align: Option<ClockAlign>,
     /// Put the start of the first event with this label in each take at one instant, such as
     /// task=rotate, or slip (short for label=slip).
     #[arg(long, value_name = "LABEL", conflicts_with = "align")]
@@ -43,31 +40,23 @@ pub(crate) struct Args {
     /// Name of a take in topics, in the order of the takes; repeat for each [default: that of its file].
     #[arg(long, value_name = "NAME")]
     name: Vec<String>,
-    /// Shape of the objects, where files do not state it: cube:0.05, box:0.04x0.05x0.06 or
+    /// Shape of the objects, where the files do not state it: cube:0.05, box:0.04x0.05x0.06 or
     /// cylinder:0.05x0.07 (metres).
     #[arg(long, value_name = "SHAPE")]
     object: Option<String>,
     #[command(flatten, next_help_heading = "Source")]
     source: SourceOptions,
-    /// Output file.
-    #[arg(short, long, value_name = "FILE")]
-    output: PathBuf,
+    #[command(flatten)]
+    output: OutputFile,
     /// Print distances as text or JSON.
     #[arg(long, value_enum, default_value_t)]
     format: Format,
-    /// Replace an output that is there.
-    #[arg(long)]
-    force: bool,
 }
 
-/// How time lines lie over each other.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum AlignWord {
-    /// All begin where the first begins.
-    Start,
-    /// As their times say.
-    Clock,
-}
+/// Alignments without a label.
+type ClockAlign = fn() -> Align;
+
+const ALIGNS: [(&str, ClockAlign); 2] = [("start", || Align::Start), ("clock", || Align::Clock)];
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let mut settings = args.source.effective(None)?;
@@ -81,20 +70,17 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         methods: methods(&args.methods),
         align: align(args)?,
     };
-    let inputs: Vec<&Path> = args.inputs.iter().map(PathBuf::as_path).collect();
-    check_target(&args.output, &inputs, || args.force)?;
-    let overlaid = overlay(&options, &args.output, &settings)?;
+    args.output.check(&args.inputs)?;
+    let output = &args.output.output;
+    let overlaid = overlay(&options, output, &settings)?;
     for (file, finding) in &overlaid.findings {
         console.finding(file, finding);
     }
     for note in &overlaid.notes {
         console.say(note);
     }
-    data(&match args.format {
-        Format::Text => text(&overlaid),
-        Format::Json => format!("{:#}\n", as_json(&overlaid)),
-    })?;
-    console.say(&format!("wrote {}", args.output.display()));
+    print(args.format, || text(&overlaid), || as_json(&overlaid))?;
+    console.wrote(output);
     Ok(Exit::Done)
 }
 
@@ -109,15 +95,12 @@ fn methods(given: &[String]) -> OverlayMethods {
 
 fn align(args: &Args) -> Result<Align> {
     let Some(label) = &args.event else {
-        return Ok(match args.align {
-            None => Align::Auto,
-            Some(AlignWord::Start) => Align::Start,
-            Some(AlignWord::Clock) => Align::Clock,
-        });
+        return Ok(args.align.map_or(Align::Auto, |align| align()));
     };
-    let label: Label =
-        (label.parse()).map_err(|error| UsageError(format!("--event {label}: {error}")))?;
-    Ok(Align::Event(label))
+    let label = label.parse();
+    Ok(Align::Event(label.map_err(|error| {
+        UsageError(format!("--event: {error}"))
+    })?))
 }
 
 fn hex([red, green, blue]: [u8; 3]) -> String {
@@ -130,63 +113,47 @@ fn text(overlaid: &Overlaid) -> String {
     let mut lines = String::new();
     for layer in &overlaid.layers {
         let method = layer.method.as_deref().unwrap_or("recorded");
-        lines.push_str(&format!(
+        lines += &format!(
             "{:<width$}  {}  {method} motion of {}, {} samples at {} Hz\n",
             layer.name,
             hex(layer.colour),
             layer.file,
             layer.samples,
             (layer.rate_hz * 1e3).round() / 1e3
-        ));
+        );
     }
     let Some(first) = overlaid.layers.first() else {
         return lines;
     };
-    lines.push_str(&format!(
+    lines += &format!(
         "\ndistance to {} (mm)\n{:<width$}  {:<6} {:>8} {:>9} {:>9}\n",
         first.name, "", "finger", "n", "median", "p95"
-    ));
-    for layer in &overlaid.layers {
-        lines.push_str(&distances(layer, width));
-    }
-    lines
-}
-
-fn distances(layer: &OverlaidLayer, width: usize) -> String {
-    let Some(apart) = &layer.apart else {
-        return String::new();
-    };
+    );
     let mm = |metres: Option<f64>| metres.map_or("-".to_owned(), |m| format!("{:.3}", m * 1e3));
-    (Finger::ALL.into_iter())
-        .map(|finger| {
-            let of = &apart[finger];
-            format!(
+    for layer in &overlaid.layers {
+        for (finger, of) in layer.apart.iter().flat_map(PerFinger::iter) {
+            lines += &format!(
                 "{:<width$}  {:<6} {:>8} {:>9} {:>9}\n",
                 layer.name,
                 finger.name(),
                 of.n,
                 mm(of.median_m),
                 mm(of.p95_m)
-            )
-        })
-        .collect()
+            );
+        }
+    }
+    lines
 }
 
 fn as_json(overlaid: &Overlaid) -> Value {
     let mm = |metres: Option<f64>| metres.map(|metres| metres * 1e3);
     let layers: Vec<Value> = (overlaid.layers.iter())
         .map(|layer| {
-            let fingers = layer.apart.as_ref().map(|apart| -> Value {
-                let of = |finger: Finger| {
-                    let of = &apart[finger];
-                    let numbers = json!({
-                        "n": of.n,
-                        "median_mm": mm(of.median_m),
-                        "p95_mm": mm(of.p95_m),
-                    });
-                    (finger.name().to_owned(), numbers)
-                };
-                Value::Object(Finger::ALL.into_iter().map(of).collect())
+            let fingers = layer.apart.as_ref().map(|apart| {
+                by_finger(
+                    apart,
+                    |of| json!({ "n": of.n, "median_mm": mm(of.median_m), "p95_mm": mm(of.p95_m) }),
+                )
             });
             json!({
                 "name": layer.name,

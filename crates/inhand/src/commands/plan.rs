@@ -3,20 +3,21 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
-use inhand_model::{ConstraintFamily, Finger, Plan, PlanStatus, Trajectory};
+use inhand_model::{ConstraintFamily, Finger, PerFinger, Plan, PlanStatus, Trajectory};
 use inhand_session::{
-    Method, PlanRequest, Planned, Settings, State, StateRole, check_target, plan_motion,
-    provenance, read_state, steps, write_plan,
+    Method, PlanRequest, Planned, Settings, State, StateRole, plan_motion, provenance, read_state,
+    steps, write_plan,
 };
 use serde_json::json;
 
-use crate::console::{Console, data};
+use crate::console::{Console, by_finger, print};
 use crate::exit::{Exit, UsageError};
 use crate::options::{
     EvaluateOptions, Format, OutputOptions, PlanOptions, ProcessOptions, SourceOptions, word,
 };
+use crate::output::check_outputs;
 
-/// A plan that passes farther from what it was given than this says so loudly, metres.
+/// Largest miss of a target that is no reason for a warning, metres.
 const MISSED_M: f64 = 1e-3;
 
 /// Plan one motion from a start to a goal, each from a JSON file or from a take at a time.
@@ -25,26 +26,26 @@ pub(crate) struct Args {
     /// Dictionary that `learn` or `run` wrote.
     #[arg(short, long, value_name = "FILE")]
     dictionary: PathBuf,
-    /// Where the motion starts: FILE.json ({"fingertips_m": {"thumb": [x, y, z], ...},
+    /// Start of the motion: FILE.json ({"fingertips_m": {"thumb": [x, y, z], ...},
     /// "velocity_m_s": {...}, "object": {"position_m": [...], "quaternion_xyzw": [...]}} in the frame of
     /// the hand, any part left out), or TAKE@SECONDS.
     #[arg(long, value_name = "STATE")]
     from: String,
-    /// Where it ends: a state as --from.
+    /// End of the motion: a state as --from.
     #[arg(long, value_name = "STATE")]
     to: String,
-    /// What it passes at a time since the start; repeat for more. Of a take its positions count, of a
-    /// file its velocities too.
+    /// State to pass at a time since the start; repeat for more. Of a take only positions are used, of a
+    /// file velocities too.
     #[arg(long, value_name = "SECONDS=STATE", allow_hyphen_values = true)]
     via: Vec<String>,
-    /// How long it takes, seconds [default: one segment of the dictionary]. Motion of another length is
-    /// a chain of segments, which passes everything it is given exactly, as with --ends hard.
+    /// Duration, seconds [default: one segment of the dictionary]. Motion of another length is
+    /// a chain of segments, which meets all targets exactly, as with --ends hard.
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     duration: Option<f64>,
     /// Method: residual, prior, paper, or auto where the dictionary compared them.
     #[arg(long, default_value = "residual", value_parser = word::<Method>)]
     method: Method,
-    /// Fingers that have to reach what is given; the others follow [default: all].
+    /// Fingers that must reach their targets; the others follow [default: all].
     #[arg(long, value_name = "FINGER,...", value_delimiter = ',')]
     fingers: Vec<String>,
     /// Output file.
@@ -82,22 +83,15 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         duration_s: args.duration,
         fingers,
     };
-    let states = [&request.start, &request.goal];
-    let states = states
-        .into_iter()
-        .chain(request.via.iter().map(|(_, state)| state));
-    let read: Vec<PathBuf> = states.clone().map(|state| state.path.clone()).collect();
-    let inputs: Vec<_> = (read.iter())
-        .chain([&args.dictionary])
-        .map(PathBuf::as_path)
-        .collect();
-    check_target(&args.output, &inputs, || args.writing.force)?;
+    let via = request.via.iter().map(|(_, state)| state);
+    let states = [&request.start, &request.goal].into_iter().chain(via);
+    let read: Vec<_> = states.clone().map(|state| &state.path).collect();
+    let read = [&read[..], &[&args.dictionary]].concat();
+    check_outputs([&args.output], &read, args.writing.force)?;
 
     let planned = plan_motion(&dictionary.dictionary, &request, &settings)?;
-    match args.format {
-        Format::Text => data(&format!("{}\n", in_words(&planned)))?,
-        Format::Json => data(&format!("{:#}\n", as_json(&planned)))?,
-    }
+    let text = || format!("{}\n", in_words(&planned));
+    print(args.format, text, || as_json(&planned))?;
     if planned.trajectory.is_none() {
         console.say("no motion, nothing written");
         return Ok(Exit::Failed);
@@ -106,14 +100,9 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let made = provenance("plan", &settings, hashes.chain([dictionary.hash.clone()]));
     let mut steps = dictionary.provenance;
     steps.push(made);
-    write_plan(
-        &args.output,
-        &planned,
-        &settings,
-        &steps,
-        !args.writing.no_view,
-    )?;
-    console.say(&format!("wrote {}", args.output.display()));
+    let view = !args.writing.no_view;
+    write_plan(&args.output, &planned, &settings, &steps, view)?;
+    console.wrote(&args.output);
     Ok(Exit::Done)
 }
 
@@ -148,18 +137,17 @@ fn via(text: &str, settings: &Settings, reuse: bool) -> Result<(f64, State)> {
     Ok((time_s, read_state(state, StateRole::Goal, settings, reuse)?))
 }
 
-/// One line, or a few where there is no motion.
+/// The outcome: one line, or a few where there is no motion.
 fn in_words(planned: &Planned) -> String {
     let ms = planned.time.as_secs_f64() * 1000.0;
     if let Some(plan) = planned.plans.iter().find(|plan| plan.trajectory.is_none()) {
         return without_motion(planned, plan);
     }
+    let plans = planned.plans.iter();
     let active: Vec<_> = (ConstraintFamily::ALL.into_iter())
         .filter(|&family| family != ConstraintFamily::Activations)
         .filter_map(|family| {
-            let count: usize = (planned.plans.iter())
-                .map(|plan| plan.checks.active[family])
-                .sum();
+            let count: usize = plans.clone().map(|plan| plan.checks.active[family]).sum();
             (count > 0).then(|| format!("{count} {} bounds", family.name().replace('_', " ")))
         })
         .collect();
@@ -167,21 +155,16 @@ fn in_words(planned: &Planned) -> String {
         true => "no bound active".to_owned(),
         false => format!("{} active", active.join(", ")),
     };
-    let outside_m = planned
-        .plans
-        .iter()
-        .filter_map(|plan| plan.checks.hull_distance_m);
+    let outside_m = plans.clone().filter_map(|plan| plan.checks.hull_distance_m);
     let hull = match outside_m.reduce(f64::max) {
         Some(outside_m) if outside_m > 0.0 => {
-            format!(
-                " · up to {:.1} mm outside the demonstrated hull",
-                outside_m * 1000.0
-            )
+            let outside_mm = outside_m * 1000.0;
+            format!(" · up to {outside_mm:.1} mm outside the demonstrated hull")
         }
         Some(_) => " · inside the demonstrated hull".to_owned(),
         None => String::new(),
     };
-    let worst = planned.plans.iter().map(|plan| plan.certificate.worst());
+    let worst = plans.map(|plan| plan.certificate.worst());
     let segments = match planned.plans.len() {
         1 => String::new(),
         n => format!("{n} segments · "),
@@ -190,15 +173,9 @@ fn in_words(planned: &Planned) -> String {
     let seconds = whole.map_or(0.0, |layout| layout.duration_s());
     let missed = match planned.worst_miss_m {
         Some(miss_m) if miss_m > MISSED_M => {
-            format!(
-                " · MISSES what it was given by up to {:.1} mm",
-                miss_m * 1000.0
-            )
+            format!(" · TARGET MISSED by up to {:.1} mm", miss_m * 1000.0)
         }
-        Some(miss_m) => format!(
-            " · passes what it was given within {:.2} mm",
-            miss_m * 1000.0
-        ),
+        Some(miss_m) => format!(" · targets met within {:.2} mm", miss_m * 1000.0),
         None => String::new(),
     };
     format!(
@@ -215,34 +192,23 @@ fn without_motion(planned: &Planned, plan: &Plan) -> String {
         n => format!(" in segment {n}"),
     };
     let mut text = match plan.status {
-        PlanStatus::Infeasible => format!("no motion keeps all constraints{place}"),
+        PlanStatus::Infeasible => format!("no motion satisfies all constraints{place}"),
         _ => format!("the solver failed{place}"),
     };
     for relaxation in &plan.relaxations {
-        let family = relaxation.family;
-        let alone = if relaxation.joint {
-            "together with the others"
-        } else {
-            "alone"
-        };
-        text.push_str(&format!(
-            "\n  {} would have to give way by {:.4} {} {alone}",
-            family.name().replace('_', " "),
-            relaxation.by,
-            family.unit(),
-        ));
+        let (family, by) = (relaxation.family, relaxation.by);
+        let (name, unit) = (family.name().replace('_', " "), family.unit());
+        let alone = ["alone", "together with the others"][usize::from(relaxation.joint)];
+        text += &format!("\n  {name} would have to be relaxed by {by:.4} {unit} {alone}");
     }
     text
 }
 
 fn as_json(planned: &Planned) -> serde_json::Value {
     let plans: Vec<_> = planned.plans.iter().map(plan_json).collect();
-    let tips = |values: &[f64]| -> serde_json::Value {
-        let tips = values.as_chunks::<3>().0;
-        (Finger::ALL.iter().zip(tips))
-            .map(|(finger, tip)| (finger.name().to_owned(), json!(tip)))
-            .collect::<serde_json::Map<_, _>>()
-            .into()
+    let tips = |values: &[f64]| {
+        let tips = PerFinger::from_fn(|finger| &values[3 * finger.index()..][..3]);
+        by_finger(&tips, |tip| json!(tip))
     };
     let trajectory = planned.trajectory.as_ref().map(|trajectory| {
         let configurations = trajectory.values_m().chunks_exact(3 * Finger::COUNT);
@@ -259,35 +225,24 @@ fn as_json(planned: &Planned) -> serde_json::Value {
 }
 
 fn plan_json(plan: &Plan) -> serde_json::Value {
-    let families: Vec<_> = (plan.checks.violation.iter())
+    let families = plan
+        .checks
+        .violation
+        .iter()
         .filter_map(|(family, violation)| {
+            let (name, unit) = (family.name(), family.unit());
+            let active = plan.checks.active[family];
             let violation = (*violation)?;
-            Some(json!({
-                "family": family.name(),
-                "unit": family.unit(),
-                "active": plan.checks.active[family],
-                "violation": violation,
-            }))
-        })
-        .collect();
-    let relaxations: Vec<_> = (plan.relaxations.iter())
-        .map(|r| {
-            json!({
-                "family": r.family.name(),
-                "unit": r.family.unit(),
-                "by": r.by,
-                "joint": r.joint,
-            })
-        })
-        .collect();
-    let object: Vec<_> = (plan.object.iter())
-        .map(|pose| {
-            json!({
-                "position_m": pose.origin().to_array(),
-                "quaternion_xyzw": pose.quaternion_xyzw(),
-            })
-        })
-        .collect();
+            Some(json!({ "family": name, "unit": unit, "active": active, "violation": violation }))
+        });
+    let relaxations = plan.relaxations.iter().map(|r| {
+        let (name, unit) = (r.family.name(), r.family.unit());
+        json!({ "family": name, "unit": unit, "by": r.by, "joint": r.joint })
+    });
+    let object = plan.object.iter().map(|pose| {
+        let (position_m, rotation) = (pose.origin().to_array(), pose.quaternion_xyzw());
+        json!({ "position_m": position_m, "quaternion_xyzw": rotation })
+    });
     let certificate = plan.certificate;
     json!({
         "status": plan.status.name(),
@@ -299,9 +254,9 @@ fn plan_json(plan: &Plan) -> serde_json::Value {
             "complementarity": certificate.complementarity,
         },
         "rows": plan.checks.rows,
-        "constraints": families,
+        "constraints": families.collect::<Vec<_>>(),
         "hull_distance_m": plan.checks.hull_distance_m,
-        "relaxations": relaxations,
-        "object": object,
+        "relaxations": relaxations.collect::<Vec<_>>(),
+        "object": object.collect::<Vec<_>>(),
     })
 }

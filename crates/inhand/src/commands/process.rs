@@ -6,13 +6,14 @@ use anyhow::Result;
 use inhand_model::Finger;
 use inhand_session::{TakeContents, provenance, steps, write_take};
 
-use crate::commands::{check_take_target, read_takes, targets};
+use crate::commands::takes_and_targets;
 use crate::console::Console;
 use crate::exit::Exit;
 use crate::options::{OutputOptions, ProcessOptions, SourceOptions};
 
 /// Transform takes into the hand's frame, fill short gaps and filter; add the processed channels.
-/// Bodies that are fitted to markers get one template over all the takes of the call.
+///
+/// Bodies fitted to markers get one template over all takes of the call.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Takes.
@@ -33,12 +34,12 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let mut settings = args.source.effective(None)?;
     args.process.apply(&mut settings)?;
     settings.validate()?;
-    let targets = targets(&args.inputs, &args.output, "mcap")?;
-    let inputs: Vec<_> = args.inputs.iter().map(PathBuf::as_path).collect();
-    let takes = read_takes(console, &args.inputs, &settings)?;
-    for (take, target) in takes.iter().zip(&targets) {
-        check_take_target(target, &inputs, &take.hash, args.writing.force)?;
-    }
+    let (takes, targets) = takes_and_targets(
+        console,
+        (&args.inputs, None),
+        (&args.output, args.writing.force),
+        &settings,
+    )?;
     let motions = steps::process_takes(&takes, &settings)?;
     for ((take, motion), target) in takes.iter().zip(&motions).zip(&targets) {
         let made = provenance("process", &settings, [take.hash.clone()]);
@@ -50,18 +51,13 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
             settings: &settings,
         };
         write_take(target, &contents, !args.writing.no_view)?;
-        let of = |count: fn(&inhand_model::TrackCounts) -> usize| -> usize {
-            Finger::ALL
-                .into_iter()
-                .map(|f| count(&motion.fingertips[f].counts()))
-                .sum()
-        };
+        let counts = Finger::ALL.map(|finger| motion.fingertips[finger].counts());
         console.say(&format!(
             "wrote {} ({} samples; of all fingertip samples {} filled, {} missing)",
             target.display(),
             motion.len(),
-            of(|counts| counts.filled),
-            of(|counts| counts.missing),
+            counts.iter().map(|counts| counts.filled).sum::<usize>(),
+            counts.iter().map(|counts| counts.missing).sum::<usize>(),
         ));
     }
     Ok(Exit::Done)

@@ -4,46 +4,38 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use inhand_container::{Loss, Recovered};
-use inhand_session::{check_target, containers};
+use inhand_session::containers;
 use serde_json::{Value, json};
 
-use crate::console::{Console, data};
+use crate::console::{Console, print};
 use crate::exit::Exit;
 use crate::options::Format;
+use crate::output::OutputFile;
 
 /// Losses that are printed; the rest are counted.
 const MOST_PRINTED: usize = 20;
 
-/// Recover intact data from an MCAP file that is cut off, damaged or was never finished, and report
-/// what is lost. The output is read back, with every checksum, before it is kept.
+/// Recover intact data from an MCAP file that is cut off, damaged or was never finished.
 ///
-/// Exits 3 when something is lost, 0 when nothing is.
+/// Losses are reported. The output is read back, with every checksum, before it is kept. The exit code is 3
+/// when something is lost, 0 when nothing is.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// A damaged MCAP file.
     input: PathBuf,
-    /// Output file.
-    #[arg(short, long, value_name = "FILE")]
-    output: PathBuf,
+    #[command(flatten)]
+    output: OutputFile,
     /// Print the outcome as text or JSON.
     #[arg(long, value_enum, default_value_t)]
     format: Format,
-    /// Replace an output that is there.
-    #[arg(long)]
-    force: bool,
 }
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
-    check_target(&args.output, &[&args.input], || args.force)?;
-    let recovered = containers::recover(&args.input, &args.output)?;
-    data(&match args.format {
-        Format::Text => text(&recovered),
-        Format::Json => format!("{:#}\n", as_json(&recovered)),
-    })?;
-    console.say(&format!(
-        "wrote {}, and read it back",
-        args.output.display()
-    ));
+    args.output.check(&[&args.input])?;
+    let output = &args.output.output;
+    let recovered = containers::recover(&args.input, output)?;
+    print(args.format, || text(&recovered), || as_json(&recovered))?;
+    console.say(&format!("wrote {}, and read it back", output.display()));
     Ok(if recovered.is_lossy() {
         Exit::Lossy
     } else {
@@ -54,52 +46,49 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
 fn text(recovered: &Recovered) -> String {
     let written = &recovered.written;
     let of = (recovered.stated_messages).map_or_else(String::new, |stated| format!(" of {stated}"));
-    let mut lines = vec![format!(
-        "saved     {}{of} messages in {} channels, {} metadata records, {} attachments",
+    let mut text = format!(
+        "saved     {}{of} messages in {} channels, {} metadata records, {} attachments\n",
         written.messages, written.channels, written.metadata, written.attachments,
-    )];
+    );
+    let mut lost = |what: String| text += &format!("lost      {what}\n");
     for loss in recovered.losses.iter().take(MOST_PRINTED) {
-        lines.push(format!("lost      {}", in_words(loss)));
+        lost(in_words(loss));
     }
     let unlisted =
         recovered.losses.len().saturating_sub(MOST_PRINTED) as u64 + recovered.losses_unlisted;
     if unlisted > 0 {
-        lines.push(format!("lost      {unlisted} more stretches"));
+        lost(format!("{unlisted} more ranges"));
     }
     if recovered.lost_bytes > 0 {
-        lines.push(format!("lost      {} bytes in all", recovered.lost_bytes));
+        lost(format!("{} bytes in all", recovered.lost_bytes));
     }
     for (channel, messages) in &recovered.without_channel {
-        lines.push(format!(
-            "lost      {messages} messages of channel {channel}, whose topic is lost"
+        lost(format!(
+            "{messages} messages of channel {channel}, whose topic is lost"
         ));
     }
     for topic in &recovered.without_schema {
-        lines.push(format!(
-            "lost      the schema of {topic}; its messages are kept"
-        ));
+        lost(format!("the schema of {topic}; its messages are kept"));
     }
     if recovered.contradictions > 0 {
         let count = recovered.contradictions;
-        lines.push(format!(
-            "lost      {count} schemas or channels that contradict others"
+        lost(format!(
+            "{count} schemas or channels that contradict others"
         ));
     }
     if recovered.unfinished {
-        lines.push("lost      whatever came after: the file has no end".to_owned());
+        lost("all data after that: the file has no end".to_owned());
     }
     if recovered.unchecked {
-        lines.push(
-            "warning   no checksum vouches for the records that lie outside chunks".to_owned(),
-        );
+        text += "warning   no checksum covers the records outside chunks\n";
     }
     for part in &recovered.repaired {
-        lines.push(format!("repaired  {part}"));
+        text += &format!("repaired  {part}\n");
     }
     if !recovered.is_lossy() {
-        lines.push("nothing is lost".to_owned());
+        text += "nothing is lost\n";
     }
-    lines.join("\n") + "\n"
+    text
 }
 
 fn in_words(loss: &Loss) -> String {

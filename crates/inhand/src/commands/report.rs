@@ -2,21 +2,22 @@
 
 mod merge;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Subcommand;
 use inhand_report::Report;
 use inhand_session::sessions::Part;
-use inhand_session::{check_target, plan_times_beside, write_text};
+use inhand_session::{plan_times_beside, write_text};
 
 use crate::console::Console;
 use crate::exit::{Exit, UsageError};
+use crate::output::check_outputs;
 
 /// Write an evaluation as a page or in Markdown; join many into one report
 ///
-/// The rows.parquet beside the evaluation gives it the figures of single instants, the run.json beside it the
-/// times of plans. Figures of takes and primitives are in the page that `run` writes alone.
+/// Figures of single instants come from the rows.parquet beside the evaluation, times of plans from the run.json
+/// beside it. Only the page that `run` writes has figures of takes and primitives.
 #[derive(Debug, clap::Args)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub(crate) struct Args {
@@ -28,12 +29,12 @@ pub(crate) struct Args {
     /// File to write: .html for a page, .md for Markdown; several may be named.
     #[arg(short, long, value_name = "FILE", required = true)]
     output: Vec<PathBuf>,
-    /// Replace a file that is there.
+    /// Replace a file that exists.
     #[arg(long)]
     force: bool,
 }
 
-/// What is made from several evaluations.
+/// Reports over several evaluations.
 #[derive(Debug, Subcommand)]
 enum OfMany {
     Merge(merge::Args),
@@ -49,9 +50,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     };
     let forms = forms(&args.output, &["html", "htm", "md"])?;
     let part = Part::read(path)?;
-    for output in &args.output {
-        check_target(output, &[&part.path], || args.force)?;
-    }
+    check_outputs(&args.output, &[&part.path], args.force)?;
     let rows = part.read_rows()?;
     let plan_times = plan_times_beside(&part.path);
     let report = Report {
@@ -65,34 +64,30 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
             _ => inhand_report::html(&report)?,
         };
         write_text(output, &text)?;
-        console.say(&format!("wrote {}", output.display()));
+        console.wrote(output);
     }
     Ok(Exit::Done)
 }
 
-/// The form of each output, as its extension names it.
-fn forms<'a>(outputs: &[PathBuf], known: &[&'a str]) -> Result<Vec<&'a str>> {
+/// The format of each output, as its extension names it.
+fn forms<'a>(outputs: &[PathBuf], known: &[&'a str]) -> Result<Vec<&'a str>, UsageError> {
     let form = |path: &PathBuf| {
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-        let found = known
-            .iter()
-            .find(|known| Some(**known) == extension.as_deref());
-        found.copied().ok_or_else(|| unknown_form(path, known))
+        let mut known = known.iter().copied();
+        known.find(|known| Some(*known) == extension.as_deref())
     };
-    let forms = outputs.iter().map(form).collect::<Result<_>>()?;
-    let twice = |path: &&PathBuf| outputs.iter().filter(|other| other == path).count() > 1;
-    match outputs.iter().find(twice) {
-        Some(path) => Err(UsageError(format!("-o names {} twice", path.display())).into()),
-        None => Ok(forms),
+    let mut forms = Vec::with_capacity(outputs.len());
+    for (place, output) in outputs.iter().enumerate() {
+        let shown = output.display();
+        if outputs[..place].contains(output) {
+            return Err(UsageError(format!("-o names {shown} twice")));
+        }
+        forms.push(form(output).ok_or_else(|| {
+            let endings = known.join(", .");
+            UsageError(format!(
+                "-o {shown}: expected a file that ends in .{endings}"
+            ))
+        })?);
     }
-}
-
-fn unknown_form(path: &Path, known: &[&str]) -> anyhow::Error {
-    let endings: Vec<String> = known.iter().map(|known| format!(".{known}")).collect();
-    let message = format!(
-        "-o {}: expected a file that ends in {}",
-        path.display(),
-        endings.join(", ")
-    );
-    UsageError(message).into()
+    Ok(forms)
 }

@@ -1,9 +1,9 @@
 //! `inhand run SESSION -o OUT`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use inhand_session::{Event, RunOptions, RunResult, Settings, locate};
+use inhand_session::{Event, RunOptions, Settings, locate};
 
 use crate::console::{Console, data};
 use crate::exit::Exit;
@@ -12,10 +12,12 @@ use crate::options::{
     ProcessOptions, SelectOptions, SourceOptions,
 };
 
-/// Run every step on a session: takes in; recordings, dictionary, evaluation.json and report.html out.
+/// Run every step on a session.
+///
+/// Reads its takes; writes an MCAP file for each, dictionary, evaluation.json and report.html.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// Folder with train/ and test/ takes, or an inhand.toml that lists takes.
+    /// Folder with train/ and test/ takes, or an inhand.toml.
     session: PathBuf,
     /// Folder for the results.
     #[arg(short, long, value_name = "DIR")]
@@ -32,10 +34,10 @@ pub(crate) struct Args {
 /// Every setting of a session as an option.
 #[derive(Debug, Default, clap::Args)]
 pub(crate) struct SessionOptions {
-    /// Who was recorded, for tables over sessions.
+    /// Participant, for tables over sessions.
     #[arg(long, value_name = "NAME")]
     participant: Option<String>,
-    /// What they did, for tables over sessions.
+    /// Task, for tables over sessions.
     #[arg(long, value_name = "NAME")]
     task: Option<String>,
     #[command(flatten, next_help_heading = "Source")]
@@ -56,7 +58,7 @@ pub(crate) struct SessionOptions {
 
 impl SessionOptions {
     /// Settings file, if any, with these options on top.
-    pub(crate) fn settings(&self, beside: Option<&std::path::Path>) -> Result<Settings> {
+    fn settings(&self, beside: Option<&Path>) -> Result<Settings> {
         let mut settings = self.source.effective(beside)?;
         settings.participant = self.participant.clone().or(settings.participant);
         settings.task = self.task.clone().or(settings.task);
@@ -70,24 +72,33 @@ impl SessionOptions {
         settings.validate()?;
         Ok(settings)
     }
+
+    /// A run of a session with these options.
+    pub(crate) fn of_run(
+        &self,
+        session: &Path,
+        output: &Path,
+        writing: &OutputOptions,
+    ) -> Result<RunOptions> {
+        let (folder, beside) = locate(session)?;
+        Ok(RunOptions {
+            folder,
+            settings: self.settings(beside.as_deref())?,
+            output: output.to_owned(),
+            force: writing.force,
+            view: !writing.no_view,
+            command: std::env::args().collect(),
+        })
+    }
 }
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
-    let (folder, beside) = locate(&args.session)?;
-    let options = RunOptions {
-        folder,
-        settings: args.overrides.settings(beside.as_deref())?,
-        output: args.output.clone(),
-        force: args.writing.force,
-        view: !args.writing.no_view,
-        command: std::env::args().collect(),
-    };
-    let result = run_shown(console, &options)?;
-    finish(console, &result, args.format)
+    let options = (args.overrides).of_run(&args.session, &args.output, &args.writing)?;
+    run_shown(console, &options, args.format)
 }
 
-/// Runs a session and shows its steps.
-pub(crate) fn run_shown(console: &Console, options: &RunOptions) -> Result<RunResult> {
+/// Runs a session, shows its steps and prints the results.
+pub(crate) fn run_shown(console: &Console, options: &RunOptions, format: Format) -> Result<Exit> {
     let mut step = None;
     let mut watch = |event: Event<'_>| match event {
         Event::Started(name) => step = Some(console.step(name)),
@@ -97,16 +108,7 @@ pub(crate) fn run_shown(console: &Console, options: &RunOptions) -> Result<RunRe
             }
         }
     };
-    Ok(inhand_session::run(options, &mut watch)?)
-}
-
-/// Runs a session without a word.
-pub(crate) fn run_quietly(options: &RunOptions) -> Result<RunResult> {
-    Ok(inhand_session::run(options, &mut |_| ())?)
-}
-
-/// Says what came out.
-pub(crate) fn finish(console: &Console, result: &RunResult, format: Format) -> Result<Exit> {
+    let result = inhand_session::run(options, &mut watch)?;
     let files = &result.files;
     match &result.evaluation {
         None => console.say("up to date: inputs, settings and version have not changed"),

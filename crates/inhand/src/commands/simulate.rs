@@ -3,15 +3,15 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
-use clap::ValueEnum;
 use inhand_model::Shape;
 use inhand_session::{TakeFormat, simulate_session};
 use inhand_simulation::{FaultSettings, GapSettings, SessionSettings};
 
 use crate::console::{Console, data};
 use crate::exit::Exit;
+use crate::options::one_of;
 
-/// Simulate a session: a hand that turns a cube or cylinder, as Motive CSV or MCAP takes.
+/// Simulate a session of a hand that turns a cube or cylinder, as Motive CSV or MCAP takes.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Folder for the session.
@@ -38,28 +38,23 @@ pub(crate) struct Args {
     /// Share of fingertip samples lost in gaps.
     #[arg(long, default_value_t = 0.0, value_name = "SHARE")]
     gaps: f64,
-    /// Plant what goes wrong in captures: 2 % gaps, and a minute 10 swapped labels, 5 flipped bodies,
-    /// 20 spikes, 3 lost labels; where is written beside each take as TAKE.truth.json.
+    /// Add the faults of real captures: 2 % gaps, and in each minute 10 swapped labels, 5 flipped bodies,
+    /// 20 spikes, 3 lost labels; TAKE.truth.json beside each take lists them.
     #[arg(long, conflicts_with = "gaps")]
     faults: bool,
     /// Track the object in the training takes too.
     #[arg(long)]
     track_object: bool,
-    /// Format of the takes.
-    #[arg(long, value_enum, default_value_t = Format::Csv)]
-    format: Format,
-    /// Replace takes that are there.
+    /// Format of the takes: Motive CSV 1.23 or MCAP recordings.
+    #[arg(long, value_parser = one_of(&FORMATS), default_value = "csv")]
+    format: TakeFormat,
+    /// Replace takes that exist.
     #[arg(long)]
     force: bool,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Format {
-    /// Motive CSV 1.23.
-    Csv,
-    /// MCAP recordings.
-    Mcap,
-}
+const FORMATS: [(&str, TakeFormat); 2] =
+    [("csv", TakeFormat::MotiveCsv), ("mcap", TakeFormat::Mcap)];
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let shape: Shape = args.object.parse()?;
@@ -71,16 +66,9 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     settings.rate_hz = args.rate;
     settings.gaps = (args.gaps != 0.0).then(|| GapSettings::with_share(args.gaps));
     settings.faults = args.faults.then(FaultSettings::bad_session);
-    let format = match args.format {
-        Format::Csv => TakeFormat::MotiveCsv,
-        Format::Mcap => TakeFormat::Mcap,
-    };
-    let files = simulate_session(&args.output, &settings, args.seed, format, args.force)?;
-    let listed: String = files
-        .iter()
-        .map(|file| format!("{}\n", file.display()))
-        .collect();
-    data(&listed)?;
+    let files = simulate_session(&args.output, &settings, args.seed, args.format, args.force)?;
+    let lines = files.iter().map(|file| format!("{}\n", file.display()));
+    data(&lines.collect::<String>())?;
     console.say(&format!(
         "inhand run {} -o results    runs it",
         args.output.display()

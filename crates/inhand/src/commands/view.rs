@@ -1,20 +1,21 @@
 //! `inhand view FILE... -o OUTPUT`.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::Result;
-use inhand_session::{ViewedKind, add_views, check_target};
+use inhand_session::{ViewedKind, add_views};
 
 use crate::commands::targets;
 use crate::console::Console;
 use crate::exit::Exit;
 use crate::options::SourceOptions;
+use crate::output::check_outputs;
 
 /// Add visualisation channels to files
 ///
-/// Takes, dictionaries and third-party recordings with motion capture in them get the channels that viewers
-/// draw without set-up: a tree of frames, fingertips with trails, the object, what was
-/// generated. Earlier views are replaced; everything else stays byte for byte.
+/// Takes, dictionaries and third-party recordings of motion capture get the channels that viewers draw without
+/// set-up: a tree of frames, fingertips with trails, the object, generated motion. Earlier views are replaced;
+/// everything else stays byte for byte.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// MCAP files.
@@ -27,12 +28,12 @@ pub(crate) struct Args {
     /// cylinder:0.05x0.07 (metres).
     #[arg(long, value_name = "SHAPE")]
     object: Option<String>,
-    /// The dictionary that generated motion comes from: where fingertips have been in training is drawn.
+    /// Dictionary of the generated motion: the hulls of its training fingertips are drawn.
     #[arg(long, value_name = "FILE")]
     dictionary: Option<PathBuf>,
     #[command(flatten, next_help_heading = "Source")]
     source: SourceOptions,
-    /// Replace an output that is there.
+    /// Replace an output that exists.
     #[arg(long)]
     force: bool,
 }
@@ -43,17 +44,12 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         settings.object.shape.clone_from(&args.object);
     }
     settings.validate()?;
-    let targets = targets(&args.inputs, &args.output, "mcap")?;
-    let inputs: Vec<&Path> = args.inputs.iter().map(PathBuf::as_path).collect();
-    let read: Vec<&Path> = (inputs.iter().copied())
-        .chain(args.dictionary.as_deref())
-        .collect();
-    for target in &targets {
-        check_target(target, &read, || args.force)?;
-    }
+    let targets = targets(&args.inputs, &args.output)?;
+    let read: Vec<_> = args.inputs.iter().chain(&args.dictionary).collect();
+    check_outputs(&targets, &read, args.force)?;
     let dictionary = (args.dictionary.as_deref()).map(inhand_session::read_dictionary);
     let dictionary = dictionary.transpose()?;
-    for (input, target) in inputs.iter().zip(&targets) {
+    for (input, target) in args.inputs.iter().zip(&targets) {
         let viewed = add_views(input, target, dictionary.as_ref(), &settings)?;
         for finding in &viewed.findings {
             console.finding(&input.display().to_string(), finding);

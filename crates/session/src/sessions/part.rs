@@ -58,6 +58,16 @@ impl Part {
         Ok(part)
     }
 
+    /// Reads several, each [`for_summary`](Self::for_summary).
+    ///
+    /// # Errors
+    ///
+    /// As for [`read`](Self::read); the first one.
+    pub fn read_all(paths: &[PathBuf]) -> Result<Vec<Self>, SessionError> {
+        let parts = paths.iter().map(|path| Self::read(path));
+        parts.map(|part| part.map(Self::for_summary)).collect()
+    }
+
     /// Without what no summary over sessions says, so that many parts fit into memory.
     #[must_use]
     pub fn for_summary(mut self) -> Self {

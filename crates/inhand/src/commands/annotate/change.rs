@@ -1,61 +1,47 @@
 //! Commands that change a file's events.
 
-use std::path::Path;
+use std::path::PathBuf;
 
 use anyhow::Result;
 use inhand_export::events::{parse_instant, seconds_after};
-use inhand_model::{Annotations, Event, Label};
+use inhand_model::{Annotations, Event};
 use inhand_session::annotate::{self, Annotated, Vocabulary};
-use inhand_session::check_target;
 
 use super::{AboutArgs, AddArgs, EditArgs, ImportArgs, RemoveArgs, Target};
 use crate::console::Console;
 use crate::exit::{Exit, UsageError};
+use crate::options::labels;
 
 pub(super) fn add(console: &Console, args: &AddArgs) -> Result<Exit> {
-    change(
-        console,
-        &args.file,
-        &[],
-        &args.target,
-        |annotated, annotations| {
-            let (start_unix_nanos, end_unix_nanos) = stretch(&args.at, annotated.start_unix_nanos)?;
-            let labels = labels("--label", &args.label)?;
-            note_keys(annotations, &labels);
-            annotations.events.push(Event {
-                start_unix_nanos,
-                end_unix_nanos,
-                labels: labels.into_iter().map(|l| (l.key, l.value)).collect(),
-            });
-            Ok("1 event added".to_owned())
-        },
-    )
+    args.target.change(console, None, |annotated, annotations| {
+        let (start_unix_nanos, end_unix_nanos) = interval(&args.at, annotated.start_unix_nanos)?;
+        let labels = labels("--label", &args.label)?;
+        (labels.iter()).for_each(|label| note_key(annotations, &label.key));
+        annotations.events.push(Event {
+            start_unix_nanos,
+            end_unix_nanos,
+            labels: labels.into_iter().map(|l| (l.key, l.value)).collect(),
+        });
+        Ok("1 event added".to_owned())
+    })
 }
 
 pub(super) fn import(console: &Console, args: &ImportArgs) -> Result<Exit> {
-    change(
-        console,
-        &args.file,
-        &[&args.csv],
-        &args.target,
-        |annotated, annotations| {
+    args.target
+        .change(console, Some(&args.csv), |annotated, annotations| {
             let given = annotate::read_csv(&args.csv, annotated)?;
             let count = given.events.len();
             if args.replace || annotations.events.is_empty() {
                 annotations.keys = given.keys;
                 annotations.events = given.events;
             } else {
-                let new = given
-                    .keys
-                    .into_iter()
-                    .filter(|key| !annotations.keys.contains(key));
-                let new: Vec<String> = new.collect();
-                annotations.keys.extend(new);
+                for key in given.keys {
+                    note_key(annotations, &key);
+                }
                 annotations.events.extend(given.events);
             }
             Ok(counted(count, "event added", "events added"))
-        },
-    )
+        })
 }
 
 pub(super) fn edit(console: &Console, args: &EditArgs) -> Result<Exit> {
@@ -63,36 +49,30 @@ pub(super) fn edit(console: &Console, args: &EditArgs) -> Result<Exit> {
         let message = "expected --at, --label or --remove-label: what to change";
         return Err(UsageError(message.to_owned()).into());
     }
-    change(
-        console,
-        &args.file,
-        &[],
-        &args.target,
-        |annotated, annotations| {
-            check_number(args.event, annotations)?;
-            let labels = labels("--label", &args.label)?;
-            note_keys(annotations, &labels);
-            let event = &mut annotations.events[args.event - 1];
-            if let Some(at) = &args.at {
-                let (start, end) = stretch(at, annotated.start_unix_nanos)?;
-                (event.start_unix_nanos, event.end_unix_nanos) = (start, end);
+    args.target.change(console, None, |annotated, annotations| {
+        check_number(args.event, annotations)?;
+        let labels = labels("--label", &args.label)?;
+        (labels.iter()).for_each(|label| note_key(annotations, &label.key));
+        let event = &mut annotations.events[args.event - 1];
+        if let Some(at) = &args.at {
+            let (start, end) = interval(at, annotated.start_unix_nanos)?;
+            (event.start_unix_nanos, event.end_unix_nanos) = (start, end);
+        }
+        for key in &args.remove_label {
+            if event.labels.remove(key).is_none() {
+                let message = format!("--remove-label {key}: event {} has none", args.event);
+                return Err(UsageError(message).into());
             }
-            for key in &args.remove_label {
-                if event.labels.remove(key).is_none() {
-                    let message = format!("--remove-label {key}: event {} has none", args.event);
-                    return Err(UsageError(message).into());
-                }
-            }
-            event
-                .labels
-                .extend(labels.into_iter().map(|l| (l.key, l.value)));
-            Ok(format!("event {} changed", args.event))
-        },
-    )
+        }
+        event
+            .labels
+            .extend(labels.into_iter().map(|l| (l.key, l.value)));
+        Ok(format!("event {} changed", args.event))
+    })
 }
 
 pub(super) fn remove(console: &Console, args: &RemoveArgs) -> Result<Exit> {
-    change(console, &args.file, &[], &args.target, |_, annotations| {
+    args.target.change(console, None, |_, annotations| {
         for &number in &args.event {
             check_number(number, annotations)?;
         }
@@ -103,13 +83,13 @@ pub(super) fn remove(console: &Console, args: &RemoveArgs) -> Result<Exit> {
             number += 1;
             !args.event.contains(&number) && !labels.iter().any(|label| event.has(label))
         });
-        let taken = before - annotations.events.len();
-        Ok(counted(taken, "event taken out", "events taken out"))
+        let removed = before - annotations.events.len();
+        Ok(counted(removed, "event removed", "events removed"))
     })
 }
 
 pub(super) fn about(console: &Console, args: &AboutArgs) -> Result<Exit> {
-    change(console, &args.file, &[], &args.target, |_, annotations| {
+    args.target.change(console, None, |_, annotations| {
         for fact in &args.set {
             let (key, value) = fact.split_once('=').unwrap_or((fact, ""));
             let (key, value) = (key.trim(), value.trim());
@@ -130,42 +110,44 @@ pub(super) fn about(console: &Console, args: &AboutArgs) -> Result<Exit> {
     })
 }
 
-/// Reads a file's events, changes them and writes the file with them.
-fn change(
-    console: &Console,
-    file: &Path,
-    also_read: &[&Path],
-    target: &Target,
-    change: impl FnOnce(&Annotated, &mut Annotations) -> Result<String>,
-) -> Result<Exit> {
-    let inputs: Vec<&Path> = (also_read.iter().copied())
-        .chain(target.vocabulary.as_deref())
-        .chain([file])
-        .collect();
-    check_target(&target.output, &inputs, || target.force)?;
-    let annotated = annotate::read(file)?;
-    let mut annotations = annotated.own.clone();
-    let done = change(&annotated, &mut annotations)?;
-    if let Some(vocabulary) = &target.vocabulary {
-        Vocabulary::read(vocabulary)?.check(file, &annotations.events)?;
+impl Target {
+    /// Reads the file's events, changes them and writes the file with them.
+    fn change(
+        &self,
+        console: &Console,
+        also_read: Option<&PathBuf>,
+        change: impl FnOnce(&Annotated, &mut Annotations) -> Result<String>,
+    ) -> Result<Exit> {
+        let read = [&self.file]
+            .into_iter()
+            .chain(also_read)
+            .chain(&self.vocabulary);
+        self.output.check(&read.collect::<Vec<_>>())?;
+        let (file, output) = (&self.file, &self.output.output);
+        let annotated = annotate::read(file)?;
+        let mut annotations = annotated.own.clone();
+        let done = change(&annotated, &mut annotations)?;
+        if let Some(vocabulary) = &self.vocabulary {
+            Vocabulary::read(vocabulary)?.check(file, &annotations.events)?;
+        }
+        annotate::write(file, output, &annotated, &annotations)?;
+        for event in annotations
+            .events
+            .iter()
+            .filter(|event| annotated.is_outside(event))
+        {
+            let start = seconds_after(event.start_unix_nanos, annotated.start_unix_nanos);
+            console.say(&format!(
+                "warning  the event at {start} s is outside the take"
+            ));
+        }
+        console.say(&format!("wrote {} ({done})", output.display()));
+        Ok(Exit::Done)
     }
-    annotate::write(file, &target.output, &annotated, &annotations)?;
-    for event in annotations
-        .events
-        .iter()
-        .filter(|event| annotated.is_outside(event))
-    {
-        let start = seconds_after(event.start_unix_nanos, annotated.start_unix_nanos);
-        console.say(&format!(
-            "warning  the event at {start} s lies outside the take"
-        ));
-    }
-    console.say(&format!("wrote {} ({done})", target.output.display()));
-    Ok(Exit::Done)
 }
 
 /// `FROM..TO` or one instant, as nanoseconds since 1970.
-fn stretch(text: &str, origin: u64) -> Result<(u64, u64), UsageError> {
+fn interval(text: &str, origin: u64) -> Result<(u64, u64), UsageError> {
     let wrong = |what: &str| {
         UsageError(format!(
             "--at {text}: expected {what}, such as 63.4..63.6 (seconds after the start) or 12.5"
@@ -182,17 +164,10 @@ fn stretch(text: &str, origin: u64) -> Result<(u64, u64), UsageError> {
     Ok((from, to))
 }
 
-fn labels(flag: &str, texts: &[String]) -> Result<Vec<Label>, UsageError> {
-    let parse = |text: &String| text.parse().map_err(|e| UsageError(format!("{flag}: {e}")));
-    texts.iter().map(parse).collect()
-}
-
-/// Tables show keys in the order in which they were first used.
-fn note_keys(annotations: &mut Annotations, labels: &[Label]) {
-    for label in labels {
-        if !annotations.keys.contains(&label.key) {
-            annotations.keys.push(label.key.clone());
-        }
+/// Adds a key to those of the table, which shows them in the order of their first use.
+fn note_key(annotations: &mut Annotations, key: &str) {
+    if !annotations.keys.iter().any(|known| known == key) {
+        annotations.keys.push(key.to_owned());
     }
 }
 

@@ -4,38 +4,25 @@ use anyhow::{Context, Result};
 use inhand_export::events;
 use inhand_model::Event;
 use inhand_session::annotate::{self, Annotated};
-use inhand_session::{check_target, write_text};
 use serde_json::{Value, json};
 
 use super::{ExportArgs, ListArgs};
-use crate::console::{Console, data};
+use crate::console::{Console, print};
 use crate::exit::Exit;
-use crate::options::Format;
 
 pub(super) fn list(args: &ListArgs) -> Result<Exit> {
     let annotated = annotate::read(&args.file)?;
-    data(&match args.format {
-        Format::Text => text(&annotated),
-        Format::Json => format!("{:#}\n", to_json(&annotated)),
-    })?;
+    print(args.format, || text(&annotated), || to_json(&annotated))?;
     Ok(Exit::Done)
 }
 
 pub(super) fn export(console: &Console, args: &ExportArgs) -> Result<Exit> {
-    if let Some(output) = &args.output {
-        check_target(output, &[&args.file], || args.force)?;
-    }
+    args.output.check(&[&args.file])?;
     let annotated = annotate::read(&args.file)?;
     let mut csv = Vec::new();
     events::write(&annotated.own, annotated.start_unix_nanos, &mut csv)?;
     let csv = String::from_utf8(csv).context("labels are text")?;
-    match &args.output {
-        None => data(&csv)?,
-        Some(output) => {
-            write_text(output, &csv)?;
-            console.say(&format!("wrote {}", output.display()));
-        }
-    }
+    args.output.write(console, &csv)?;
     Ok(Exit::Done)
 }
 

@@ -1,4 +1,4 @@
-//! `batch.json`: what became of each session.
+//! `batch.json`: the outcome of each session.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -12,7 +12,7 @@ use crate::exit::Exit;
 /// Name of the file.
 pub(super) const FILE: &str = "batch.json";
 
-/// What became of a session.
+/// State of a session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum State {
@@ -44,7 +44,7 @@ impl State {
     }
 }
 
-/// A session and what became of it.
+/// Outcome of a session.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Outcome {
     /// Folder of its results, beside the record.
@@ -64,16 +64,10 @@ pub(super) struct Record {
 }
 
 impl Record {
-    /// Whether a file is a record of ours.
-    pub(super) fn is_one(path: &Path) -> bool {
-        let text = std::fs::read_to_string(path).unwrap_or_default();
-        serde_json::from_str::<Record>(&text).is_ok()
-    }
-
-    /// What earlier calls did; nothing where there is no record.
-    pub(super) fn read(path: &Path) -> Self {
-        let text = std::fs::read_to_string(path).unwrap_or_default();
-        serde_json::from_str(&text).unwrap_or_default()
+    /// The record of earlier calls, where there is one.
+    pub(super) fn read(path: &Path) -> Option<Self> {
+        let text = std::fs::read_to_string(path).ok()?;
+        serde_json::from_str(&text).ok()
     }
 
     /// The folder of results that each session has had so far.
@@ -84,13 +78,10 @@ impl Record {
             .collect()
     }
 
-    /// Adds what became of a session, or replaces what became of it earlier.
+    /// Adds the outcome of a session, or replaces an earlier one.
     pub(super) fn set(&mut self, outcome: Outcome) {
-        match self
-            .sessions
-            .iter_mut()
-            .find(|known| known.session == outcome.session)
-        {
+        let mut known = self.sessions.iter_mut();
+        match known.find(|known| known.session == outcome.session) {
             Some(known) => *known = outcome,
             None => self.sessions.push(outcome),
         }
@@ -104,14 +95,13 @@ impl Record {
 
     /// Failed where nothing was made; lossy where something is missing.
     pub(super) fn exit(&self) -> Exit {
-        let is = |state: State| move |outcome: &Outcome| outcome.state == state;
-        if self.sessions.iter().all(is(State::Failed)) {
+        let complete = |o: &Outcome| matches!(o.state, State::Done | State::UpToDate);
+        if self.sessions.iter().all(|o| o.state == State::Failed) {
             Exit::Failed
-        } else if (self.sessions.iter()).any(|o| is(State::Failed)(o) || is(State::PlansFailed)(o))
-        {
-            Exit::Lossy
-        } else {
+        } else if self.sessions.iter().all(complete) {
             Exit::Done
+        } else {
+            Exit::Lossy
         }
     }
 }

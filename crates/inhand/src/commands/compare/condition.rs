@@ -1,6 +1,6 @@
 //! Conditions on a comparison, such as `p75 > 5%`.
 
-use inhand_model::{ErrorChange, Estimate, EvaluationComparison, Finger, Measure};
+use inhand_model::{Estimate, EvaluationComparison, Finger, Measure};
 
 use crate::exit::UsageError;
 
@@ -8,7 +8,7 @@ const EXPECTED: &str =
     "expected [METHOD:]STATISTIC[.FINGER][.low|.high] OP NUMBER[%|mm], such as \"p75 > 5%\"";
 const SHARE: &str = "three_or_more";
 
-/// What is looked at.
+/// The compared number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Quantity {
     Error(Measure, Option<Finger>),
@@ -23,22 +23,22 @@ enum End {
     High,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Operator {
-    Above,
-    AtLeast,
-    Below,
-    AtMost,
-}
+/// A comparison of two numbers, with its sign.
+type Operator = (&'static str, fn(&f64, &f64) -> bool);
 
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Unit {
-    Percent,
-    Millimetres,
-}
+/// The longer signs first, since they begin with the shorter ones.
+const OPERATORS: [Operator; 4] = [
+    (">=", f64::ge),
+    ("<=", f64::le),
+    (">", f64::gt),
+    ("<", f64::lt),
+];
+
+const PERCENT: &str = "%";
+const MILLIMETRES: &str = "mm";
 
 /// A condition on the change from before to after.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub(super) struct Condition {
     text: String,
     method: Option<String>,
@@ -46,23 +46,16 @@ pub(super) struct Condition {
     end: End,
     operator: Operator,
     limit: f64,
-    unit: Unit,
+    unit: &'static str,
 }
 
 impl Condition {
     /// Reads a condition as a person types it.
     pub(super) fn parse(text: &str) -> Result<Self, UsageError> {
         let wrong = |what: String| UsageError(format!("--fail-if \"{text}\": {what}; {EXPECTED}"));
-        let operators = [
-            (">=", Operator::AtLeast),
-            ("<=", Operator::AtMost),
-            (">", Operator::Above),
-            ("<", Operator::Below),
-        ];
-        let found = operators
-            .iter()
-            .find_map(|(sign, operator)| Some((text.split_once(sign)?, *operator)));
-        let Some(((left, right), operator)) = found else {
+        let mut found = (OPERATORS.into_iter())
+            .filter_map(|operator| Some((operator, text.split_once(operator.0)?)));
+        let Some((operator, (left, right))) = found.next() else {
             return Err(wrong("no operator >, >=, < or <=".to_owned()));
         };
         // Names of methods hold no colon, statistics neither.
@@ -71,15 +64,14 @@ impl Condition {
             None => (None, left.trim()),
         };
         let (quantity, end) = quantity(what).map_err(&wrong)?;
-        let (number, unit) = match right.trim() {
-            number if number.ends_with('%') => (number.trim_end_matches('%'), Unit::Percent),
-            number if number.ends_with("mm") => (number.trim_end_matches("mm"), Unit::Millimetres),
-            number => return Err(wrong(format!("\"{number}\" has no unit"))),
-        };
-        let limit: f64 = (number.trim().parse().ok())
+        let right = right.trim();
+        let (number, unit) = ([PERCENT, MILLIMETRES].into_iter())
+            .find_map(|unit| Some((right.strip_suffix(unit)?.trim(), unit)))
+            .ok_or_else(|| wrong(format!("\"{right}\" has no unit")))?;
+        let limit: f64 = (number.parse().ok())
             .filter(|limit: &f64| limit.is_finite())
-            .ok_or_else(|| wrong(format!("\"{}\" is no number", number.trim())))?;
-        if (quantity, unit) == (Quantity::ThreeOrMore, Unit::Millimetres) {
+            .ok_or_else(|| wrong(format!("\"{number}\" is no number")))?;
+        if quantity == Quantity::ThreeOrMore && unit == MILLIMETRES {
             return Err(wrong("a share changes by % (points)".to_owned()));
         }
         Ok(Self {
@@ -93,7 +85,7 @@ impl Condition {
         })
     }
 
-    /// What holds, in words, with the number found; `None` where the condition does not.
+    /// The condition with the number, where it holds; `None` where it does not.
     ///
     /// # Errors
     ///
@@ -109,17 +101,9 @@ impl Condition {
         let value = found.filter(|value| value.is_finite()).ok_or_else(|| {
             wrong("it has no such number: no interval (rows.parquet beside both evaluations gives one), or a change relative to 0")
         })?;
-        let holds = match self.operator {
-            Operator::Above => value > self.limit,
-            Operator::AtLeast => value >= self.limit,
-            Operator::Below => value < self.limit,
-            Operator::AtMost => value <= self.limit,
-        };
-        let unit = match self.unit {
-            Unit::Percent => "%",
-            Unit::Millimetres => "mm",
-        };
-        Ok(holds.then(|| format!("{}: it is {value:.3} {unit}", self.text)))
+        let (_, compare) = self.operator;
+        let holds = compare(&value, &self.limit);
+        Ok(holds.then(|| format!("{}: it is {value:.3} {}", self.text, self.unit)))
     }
 
     /// The change in the unit of the condition: `None` without such a line, `Some(None)` without the number.
@@ -127,48 +111,34 @@ impl Condition {
         let of_method = |name: &str| self.method.as_deref().is_none_or(|method| method == name);
         match self.quantity {
             Quantity::Error(measure, finger) => {
-                let mut of_kind = comparison.errors.iter().filter(|change| {
-                    change.measure == measure
-                        && change.finger == finger
+                let mut changes = comparison.errors.iter();
+                let change = changes.find(|change| {
+                    (change.measure, change.finger) == (measure, finger)
                         && of_method(&change.after_method)
-                });
-                of_kind.next().map(|change| self.error_change(change))
-            }
-            Quantity::ThreeOrMore => {
-                let mut of_kind = comparison
-                    .contacts
-                    .iter()
-                    .filter(|change| of_method(&change.after_method));
-                of_kind.next().map(|change| {
-                    let own = change.after - change.before;
-                    self.pick(Some(own), change.absolute.as_ref())
-                        .map(|share| 100.0 * share)
+                })?;
+                Some(if self.unit == PERCENT {
+                    self.pick(100.0, change.relative_change, &change.relative)
+                } else {
+                    self.pick(1e3, change.after_m - change.before_m, &change.absolute)
                 })
             }
-        }
-    }
-
-    fn error_change(&self, change: &ErrorChange) -> Option<f64> {
-        match self.unit {
-            Unit::Percent => {
-                let own = self.pick(Some(change.relative_change), change.relative.as_ref());
-                own.map(|share| 100.0 * share)
-            }
-            Unit::Millimetres => {
-                let own = change.after_m - change.before_m;
-                let picked = self.pick(Some(own), change.absolute.as_ref());
-                picked.map(|metres| 1e3 * metres)
+            Quantity::ThreeOrMore => {
+                let mut changes = comparison.contacts.iter();
+                let change = changes.find(|change| of_method(&change.after_method))?;
+                Some(self.pick(100.0, change.after - change.before, &change.absolute))
             }
         }
     }
 
-    fn pick(&self, value: Option<f64>, estimate: Option<&Estimate>) -> Option<f64> {
-        let ends = estimate.and_then(|estimate| estimate.interval);
-        match self.end {
-            End::Value => value,
-            End::Low => ends.map(|[low, _]| low),
-            End::High => ends.map(|[_, high]| high),
-        }
+    /// The value or an end of its interval, times a factor.
+    fn pick(&self, factor: f64, value: f64, estimate: &Option<Estimate>) -> Option<f64> {
+        let interval = estimate.as_ref().and_then(|estimate| estimate.interval);
+        let picked = match self.end {
+            End::Value => Some(value),
+            End::Low => interval.map(|[low, _]| low),
+            End::High => interval.map(|[_, high]| high),
+        };
+        picked.map(|picked| factor * picked)
     }
 }
 
@@ -191,9 +161,8 @@ fn quantity(what: &str) -> Result<(Quantity, End), String> {
             Some(finger) => Err(format!("{SHARE} is of all fingers, not of the {finger}")),
         };
     }
-    let measure = Measure::ALL
-        .into_iter()
-        .find(|measure| measure.name() == name);
+    let mut measures = Measure::ALL.into_iter();
+    let measure = measures.find(|measure| measure.name() == name);
     let measure = measure.ok_or_else(|| format!("no statistic \"{name}\""))?;
     Ok((Quantity::Error(measure, finger), end))
 }
@@ -201,7 +170,7 @@ fn quantity(what: &str) -> Result<(Quantity, End), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use inhand_model::{Bootstrap, Cluster, ComparedSide, ContactChange, Drawn};
+    use inhand_model::{Bootstrap, Cluster, ComparedSide, ContactChange, Drawn, ErrorChange};
 
     fn comparison() -> EvaluationComparison {
         let side = || ComparedSide {

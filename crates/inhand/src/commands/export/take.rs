@@ -4,28 +4,25 @@ use std::collections::BTreeMap;
 
 use anyhow::Result;
 use inhand_export::bids::BidsNames;
+use inhand_session::Take;
 use inhand_session::tables::{self, Form};
-use inhand_session::{Take, check_target};
 
 use super::Args;
-use crate::commands::read_takes;
+use crate::commands::read_take;
 use crate::console::Console;
 use crate::exit::{Exit, UsageError};
+use crate::output::check_outputs;
 
 pub(super) fn to_table(console: &Console, args: &Args, form: Form) -> Result<Exit> {
-    let (what, layout) = (args.what.into(), args.layout.into());
+    let (what, layout) = (args.what, args.layout);
     let mut outputs = vec![args.output.clone()];
     if tables::has_facts(what, layout, form) {
         outputs.push(tables::facts_path(&args.output));
     }
-    for output in &outputs {
-        check_target(output, &[&args.input], || args.force)?;
-    }
+    check_outputs(&outputs, &[&args.input], args.force)?;
     let take = take(console, args)?;
     tables::write_table(&args.output, &take, what, layout, form)?;
-    for output in &outputs {
-        console.say(&format!("wrote {}", output.display()));
-    }
+    outputs.iter().for_each(|output| console.wrote(output));
     Ok(Exit::Done)
 }
 
@@ -40,32 +37,21 @@ pub(super) fn to_bids(console: &Console, args: &Args, names: &str) -> Result<Exi
     let take = take(console, args)?;
     let names = bids_names(names, &take.annotations.about)?;
     let outputs = tables::bids_paths(&args.output, &take, &names)?;
-    for output in &outputs {
-        check_target(output, &[&args.input], || args.force)?;
-    }
+    check_outputs(&outputs, &[&args.input], args.force)?;
     tables::write_bids(&args.output, &take, &names)?;
-    for output in &outputs {
-        console.say(&format!("wrote {}", output.display()));
-    }
+    outputs.iter().for_each(|output| console.wrote(output));
     Ok(Exit::Done)
 }
 
 fn take(console: &Console, args: &Args) -> Result<Take> {
     let settings = args.source.effective(None)?;
-    let takes = read_takes(console, std::slice::from_ref(&args.input), &settings);
-    if takes.is_err() && inhand_session::read_dictionary(&args.input).is_ok() {
-        let message = format!(
-            "{} is a dictionary: expected -o to end in .npz or .mat",
-            args.input.display()
-        );
+    let take = read_take(console, &args.input, &settings);
+    if take.is_err() && inhand_session::read_dictionary(&args.input).is_ok() {
+        let input = args.input.display();
+        let message = format!("{input} is a dictionary: expected -o to end in .npz or .mat");
         return Err(UsageError(message).into());
     }
-    let takes = takes?;
-    // One path was given, so one take was read.
-    takes
-        .into_iter()
-        .next()
-        .ok_or_else(|| anyhow::anyhow!("no take was read"))
+    take
 }
 
 /// Names from `KEY=LABEL,...`, and for what is not there from the facts stored with the take.
@@ -89,7 +75,7 @@ fn bids_names(text: &str, about: &BTreeMap<String, String>) -> Result<BidsNames,
     let needed = |key: &str, fact: &str| {
         label(key, fact).ok_or_else(|| {
             UsageError(format!(
-                "--bids: expected {key}=LABEL, as the take says nothing of its {fact}"
+                "--bids: expected {key}=LABEL, as the take does not state its {fact}"
             ))
         })
     };

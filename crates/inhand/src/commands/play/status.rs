@@ -1,8 +1,6 @@
 //! Status output of `play`: lines about viewers, and a progress line on a terminal.
 
-use std::io::{self, IsTerminal};
-
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::ProgressBar;
 use inhand_live::{Event, Mode, Progress};
 
 use crate::console::Console;
@@ -17,13 +15,7 @@ pub(super) struct Status<'a> {
 impl<'a> Status<'a> {
     /// `keys`: whether keys are read, so that they can be told.
     pub(super) fn new(console: &'a Console, keys: bool) -> Self {
-        let shown = !console.is_quiet() && io::stderr().is_terminal();
-        let bar = match shown {
-            true => ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr()),
-            false => ProgressBar::hidden(),
-        };
-        let style = ProgressStyle::with_template("{msg}");
-        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()));
+        let bar = console.bar("{msg}");
         Self { console, bar, keys }
     }
 

@@ -5,19 +5,21 @@ use std::path::PathBuf;
 use anyhow::Result;
 use inhand_model::Summary;
 use inhand_session::sessions::{MergeOptions, Part, merge};
-use inhand_session::{check_target, write_text};
+use inhand_session::write_text;
 
 use super::forms;
 use crate::console::{Console, data};
 use crate::exit::Exit;
+use crate::output::check_outputs;
 
 /// Join the evaluations of many sessions in one report
 ///
-/// It has errors with intervals over sessions, sessions ranked, outliers, tables by participant, object, task and finger.
+/// The report has errors with intervals over sessions, ranked sessions, outliers, and tables by participant, object,
+/// task and finger.
 ///
 /// Each evaluation.json needs the rows.parquet of the same run beside it, and nothing else: quantiles over
-/// all sessions are exact, and recordings are not read. Sessions that were worked on with different settings
-/// are refused unless --allow-different is given.
+/// all sessions are exact, and recordings are not read. Sessions with different settings are refused unless
+/// --allow-different is given.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Files evaluation.json, or folders with one.
@@ -27,7 +29,7 @@ pub(crate) struct Args {
     /// be named.
     #[arg(short, long, value_name = "FILE", required = true)]
     output: Vec<PathBuf>,
-    /// Join sessions although settings or methods differ; the report says in what.
+    /// Join sessions although settings or methods differ; the report lists the differences.
     #[arg(long)]
     allow_different: bool,
     /// Draws of the bootstrap over sessions.
@@ -36,18 +38,16 @@ pub(crate) struct Args {
     /// Share of the draws inside an interval.
     #[arg(long, value_name = "SHARE", default_value_t = MergeOptions::default().confidence)]
     confidence: f64,
-    /// Replace a file that is there.
+    /// Replace a file that exists.
     #[arg(long)]
     force: bool,
 }
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let forms = forms(&args.output, &["html", "htm", "md", "json", "csv"])?;
-    let parts = read(&args.parts)?;
-    let inputs: Vec<_> = parts.iter().map(|part| part.path.as_path()).collect();
-    for output in &args.output {
-        check_target(output, &inputs, || args.force)?;
-    }
+    let parts = Part::read_all(&args.parts)?;
+    let inputs: Vec<_> = parts.iter().map(|part| &part.path).collect();
+    check_outputs(&args.output, &inputs, args.force)?;
     let options = MergeOptions {
         allow_different: args.allow_different,
         draws: args.draws as usize,
@@ -58,18 +58,8 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         write_text(output, &text_of(&summary, form)?)?;
     }
     data(&inhand_report::summary_text(&summary, false))?;
-    for output in &args.output {
-        console.say(&format!("wrote {}", output.display()));
-    }
+    args.output.iter().for_each(|output| console.wrote(output));
     Ok(Exit::Done)
-}
-
-/// Opens all parts; which of them is wrong is said at once.
-fn read(paths: &[PathBuf]) -> Result<Vec<Part>> {
-    let parts = paths
-        .iter()
-        .map(|path| Part::read(path).map(Part::for_summary));
-    Ok(parts.collect::<Result<_, _>>()?)
 }
 
 fn text_of(summary: &Summary, form: &str) -> Result<String> {

@@ -65,12 +65,35 @@ fn examples(command: &str) -> impl Iterator<Item = &'static str> {
         .filter(move |line| line.split(' ').nth(1) == Some(command))
 }
 
-/// The command line with examples under the help of each command.
+/// Headings of settings that `-h` leaves to `--help`.
+const SETTINGS: [&str; 8] = [
+    "Session",
+    "Source",
+    "Events",
+    "Processing",
+    "Learning",
+    "Generation",
+    "Contact",
+    "Evaluation",
+];
+
+/// The command line with examples under the help of each command, and a `-h` that fits a screen.
 pub(crate) fn with_examples(cli: Command) -> Command {
     cli.mut_subcommands(|command| {
         let lines: Vec<_> = examples(command.get_name()).collect();
-        command.after_help(format!("Examples:\n  {}", lines.join("\n  ")))
+        short(command.after_help(format!("Examples:\n  {}", lines.join("\n  "))))
     })
+}
+
+fn short(command: Command) -> Command {
+    let command = command.mut_args(|arg| {
+        let is_setting = SETTINGS.contains(&arg.get_help_heading().unwrap_or_default());
+        // The help of --format names the values.
+        let is_format = arg.get_id() == "format";
+        arg.hide_short_help(is_setting)
+            .hide_possible_values(is_format)
+    });
+    command.mut_subcommands(short)
 }
 
 #[cfg(test)]

@@ -23,11 +23,13 @@ use crate::exit::Exit;
 struct Cli {
     #[command(subcommand)]
     command: Command,
-    /// Threads, at most 256; 0 uses every core. Results do not depend on it.
+    /// Number of threads; 0 for all cores.
+    ///
+    /// At most 256. Results do not depend on it.
     #[arg(long, global = true, default_value_t = 0, value_name = "N",
           value_parser = clap::value_parser!(u16).range(0..=256))]
     threads: u16,
-    /// Print nothing but results and errors.
+    /// Print only results and errors.
     #[arg(long, short, global = true)]
     quiet: bool,
 }

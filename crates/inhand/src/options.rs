@@ -14,74 +14,74 @@ use serde::de::{DeserializeOwned, IntoDeserializer};
 use crate::exit::UsageError;
 use crate::rank_option::RankOption;
 
-/// Form of what is printed.
+/// Format of printed results.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Format {
-    /// For people.
+    /// For reading.
     #[default]
     Text,
     /// For programs.
     Json,
 }
 
-/// What a source file may leave open, and who is who.
+/// Facts that source files may not state, and the roles of bodies and markers.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct SourceOptions {
-    /// Settings file; beside a session, inhand.toml is found by itself.
-    #[arg(long, value_name = "FILE")]
+    /// Settings file [default: inhand.toml of a session].
+    #[arg(long, value_name = "FILE", help_heading = None)]
     pub(crate) settings: Option<PathBuf>,
-    /// Unit of length, where a file does not state it: m, cm, mm, in, ft.
+    /// Unit of length where a file does not state it: m, cm, mm, in or ft.
     #[arg(long, value_name = "UNIT")]
     units: Option<String>,
-    /// quaternion, or the order of Euler angles such as XYZ, where a file does not state it.
+    /// Form of rotations where a file does not state it: quaternion, or an order of Euler angles such as XYZ.
     #[arg(long, value_name = "ORDER")]
     rotation_order: Option<String>,
-    /// Axis that points up, where a file does not state it: y or z.
+    /// Axis that points up where a file does not state it: y or z.
     #[arg(long, value_name = "AXIS")]
     up: Option<String>,
-    /// What a topic of an MCAP recording of others is: TOPIC=body:Hand, TOPIC=marker:Thumb or
-    /// TOPIC=ignore; repeat for each topic whose name does not say it.
+    /// Meaning of a topic of a third-party MCAP recording: TOPIC=body:Hand, TOPIC=marker:Thumb or
+    /// TOPIC=ignore; repeat for each topic whose name does not show it.
     #[arg(long, value_name = "TOPIC=WORD")]
     topic: Vec<String>,
-    /// The hand: a rigid body, or three or more marker names separated by commas.
+    /// The hand: a rigid body, or three or more markers separated by commas.
     #[arg(long, value_name = "NAME[,NAME...]")]
     hand: Option<String>,
     /// The object: a rigid body, or three or more markers; none ignores objects.
     #[arg(long, value_name = "NAME[,NAME...]")]
     object_body: Option<String>,
-    /// Marker on a fingertip; repeat for each finger whose name is not found by itself.
+    /// Marker on a fingertip; repeat for each finger that is not recognised by its name.
     #[arg(long, value_name = "FINGER=MARKER")]
     finger: Vec<String>,
 }
 
-/// Which stretches of takes are used.
+/// Selection of takes by their events.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct SelectOptions {
-    /// Use only stretches of events with this label, such as task=rotate, or slip (short for
+    /// Use only the times of events with this label, such as task=rotate, or slip (short for
     /// label=slip); repeat for any of several.
     #[arg(long, value_name = "LABEL")]
     event: Vec<String>,
-    /// Leave out stretches of events with this label; repeat for several.
+    /// Leave out the times of events with this label; repeat for several.
     #[arg(long, value_name = "LABEL")]
     without: Vec<String>,
 }
 
-/// How takes are processed.
+/// Processing of takes.
 #[derive(Clone, Debug, Default, PartialEq, Args)]
 pub(crate) struct ProcessOptions {
-    /// Shape of the object in metres: cube:EDGE, box:XxYxZ or cylinder:DIAMETERxHEIGHT.
-    #[arg(long, value_name = "SHAPE")]
+    /// Shape of the object: cube:EDGE, box:XxYxZ or cylinder:DIAMETERxHEIGHT, in metres.
+    #[arg(long, value_name = "SHAPE", help_heading = None)]
     object: Option<String>,
-    /// From the tracked body's origin to the object's centre, in the body's frame, metres.
+    /// Offset from the tracked body's origin to the object's centre, in the body's frame, metres.
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     object_offset: Option<String>,
-    /// Longest gap that is filled, seconds [default: 0.1].
+    /// Longest gap to fill, seconds [default: 0.1].
     #[arg(long, value_name = "SECONDS")]
     max_gap: Option<f64>,
-    /// How gaps are filled: cubic, linear or none [default: cubic].
+    /// Method of filling gaps: cubic, linear or none [default: cubic].
     #[arg(long, value_name = "METHOD", value_parser = word::<GapFill>)]
     fill: Option<GapFill>,
-    /// median, savitzky-golay, butterworth or none [default: median].
+    /// Filter: median, savitzky-golay, butterworth or none [default: median].
     #[arg(long, value_name = "FILTER", value_parser = word::<FilterKind>)]
     filter: Option<FilterKind>,
     /// Window of the median and Savitzky-Golay filters, samples [default: 50].
@@ -95,54 +95,53 @@ pub(crate) struct ProcessOptions {
     cutoff: Option<f64>,
 }
 
-/// How a dictionary is learned.
+/// Learning of a dictionary.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct LearnOptions {
     /// Kind of primitives: nmf or pca [default: nmf].
     #[arg(long, value_name = "KIND", value_parser = word::<DictionaryKind>)]
     kind: Option<DictionaryKind>,
-    /// Number of primitives [default: 200, or as many as there are segments]. With `learn`, also
-    /// FROM..TO (a dozen in even steps) or FROM..TO:STEP: each is judged on takes left out of
-    /// learning, and the smallest that predicts as well as any is used.
-    #[arg(long, value_name = "N|FROM..TO")]
+    /// Number of primitives [default: 200, or the number of segments].
+    ///
+    /// With `learn`, also FROM..TO (a dozen in even steps) or FROM..TO:STEP: each rank is evaluated on takes
+    /// left out of learning, and the smallest whose prediction error is within one standard error of the least is
+    /// used.
+    #[arg(long, value_name = "N|FROM..TO", help_heading = None)]
     rank: Option<RankOption>,
-    /// Primitives of each finger's deviation from the smooth curve [default: 28].
+    /// Primitives of each finger's deviation from the cubic Hermite baseline [default: 28].
     #[arg(long, value_name = "N")]
     deviation_primitives: Option<usize>,
-    /// Whether segments carry the object: auto (where all takes track it), yes or no
-    /// [default: auto].
+    /// Include the object in segments: auto (where all takes track it), yes or no [default: auto].
     #[arg(long, value_name = "WORD", value_parser = word::<ObjectInSegments>)]
     object_in_segments: Option<ObjectInSegments>,
-    /// Samples from one training segment to the next; 0 for no overlap [default: 0].
+    /// Samples between the starts of training segments; 0 for no overlap [default: 0].
     #[arg(long, value_name = "SAMPLES")]
     stride: Option<usize>,
-    /// Seconds kept free at both ends of a stretch [default: 0.04].
+    /// Margin without segments at both ends of an interval, seconds [default: 0.04].
     #[arg(long, value_name = "SECONDS")]
     margin: Option<f64>,
-    /// How much of a training segment may be missing between its ends, seconds [default: 0].
+    /// Longest missing part of a training segment between its ends, seconds [default: 0].
     #[arg(long, value_name = "SECONDS")]
     missing: Option<f64>,
-    /// Most segments that deviations are learned from; of more, some are drawn [default: 4096].
+    /// Largest number of segments to learn deviations from; of more, a sample is drawn [default: 4096].
     #[arg(long, value_name = "N")]
     deviation_segments: Option<usize>,
-    /// Update of the factors: hals, or multiplicative for comparison with older work
-    /// [default: hals].
+    /// Update of the factors: hals, or multiplicative for comparison with earlier work [default: hals].
     #[arg(long, value_name = "WORD", value_parser = word::<Update>)]
     update: Option<Update>,
-    /// Where primitives start: random, segments, nndsvd, or online for one pass in batches
-    /// [default: random].
+    /// Initial primitives: random, segments, nndsvd, or online for one pass in batches [default: random].
     #[arg(long, value_name = "WORD", value_parser = word::<Start>)]
     start: Option<Start>,
     /// Seed of the random start [default: 0].
     #[arg(long)]
     seed: Option<u64>,
-    /// Random starts; the best is kept, and how alike they are is told [default: 1].
+    /// Number of random starts; the best is kept and their similarity is reported [default: 1].
     #[arg(long, value_name = "N")]
     restarts: Option<usize>,
-    /// Kind of numbers: f64 or f32 [default: f64].
+    /// Precision of numbers: f64 or f32 [default: f64].
     #[arg(long, value_name = "WORD", value_parser = word::<Precision>)]
     precision: Option<Precision>,
-    /// Weight of the sum of activations; penalise primitives as well [default: 0].
+    /// Weight of the sum of activations; use with a penalty of primitives [default: 0].
     #[arg(long, value_name = "WEIGHT")]
     activation_l1: Option<f64>,
     /// Weight of half the sum of their squares [default: 0].
@@ -154,13 +153,13 @@ pub(crate) struct LearnOptions {
     /// Weight of half the sum of their squares [default: 0].
     #[arg(long, value_name = "WEIGHT")]
     primitive_l2: Option<f64>,
-    /// Most iterations [default: 10].
+    /// Largest number of iterations [default: 10].
     #[arg(long, value_name = "N")]
     max_iterations: Option<usize>,
     /// Sweeps over each factor in an iteration [default: 3].
     #[arg(long, value_name = "N")]
     sweeps: Option<usize>,
-    /// Stop when an iteration lowers the objective by less than this share [default: 1e-4].
+    /// Stop when an iteration lowers the objective by less than this fraction [default: 1e-4].
     #[arg(long, value_name = "SHARE")]
     relative_change: Option<f64>,
     /// Stop at this reconstruction error, millimetres.
@@ -168,30 +167,31 @@ pub(crate) struct LearnOptions {
     stop_rms_mm: Option<f64>,
 }
 
-/// By which methods trajectories are generated.
+/// Choice of methods.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct MethodOptions {
-    /// Methods in the order of the report, separated by commas; the first is the default one. auto
-    /// stands for the one that does best on training takes left out of learning, which is then done
-    /// once more for each group of takes.
-    #[arg(long, value_name = "METHOD,...", value_delimiter = ',', value_parser = word::<Method>)]
+    /// Methods in the order of the report, separated by commas; the first is the default one.
+    ///
+    /// auto is the method with the lowest error on training takes left out of learning, which is then repeated for
+    /// each group of takes.
+    #[arg(long, value_name = "METHOD,...", value_delimiter = ',', value_parser = word::<Method>,
+          help_heading = None)]
     methods: Vec<Method>,
 }
 
-/// How trajectories are generated.
+/// Generation of trajectories.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct PlanOptions {
-    /// How exactly start and goal are met, millimetres [default: 0.1].
+    /// Standard deviation of start and goal, millimetres [default: 0.1].
     #[arg(long, value_name = "MM")]
     sigma_mm: Option<f64>,
-    /// Whether start and goal are weighed (a deviation of --sigma-mm each) or met exactly: soft or
-    /// hard [default: soft].
+    /// Start and goal: soft (within --sigma-mm) or hard (met exactly) [default: soft].
     #[arg(long, value_name = "WORD", value_parser = word::<EndsKind>)]
     ends: Option<EndsKind>,
-    /// Ridge that makes `paper` unique, in units of millimetres [default: 1e-4].
+    /// Ridge that makes the solution of `paper` unique, millimetres [default: 1e-4].
     #[arg(long, value_name = "WEIGHT")]
     ridge: Option<f64>,
-    /// Velocity bounds: training extremes times this; 0 for none [default: 1.1].
+    /// Velocity bounds as a multiple of the training extremes; 0 for none [default: 1.1].
     #[arg(long, value_name = "FACTOR")]
     velocity_factor: Option<f64>,
     /// Velocity bound of every finger and axis instead, m/s.
@@ -200,13 +200,13 @@ pub(crate) struct PlanOptions {
     /// Acceleration bound of every finger and axis, m/s².
     #[arg(long, value_name = "M/S2")]
     acceleration_m_s2: Option<f64>,
-    /// Fingertips stay inside their training hulls.
+    /// Keep fingertips inside their training hulls.
     #[arg(long)]
     reachability: bool,
     /// Least distance between two fingertips, millimetres.
     #[arg(long, value_name = "MM")]
     separation_mm: Option<f64>,
-    /// Fingers in contact at start and goal stay within --tau-mm of their contact points.
+    /// Keep fingers in contact at start and goal within --tau-mm of their contact points.
     #[arg(long)]
     holding: bool,
 }
@@ -217,36 +217,36 @@ pub(crate) struct EvaluateOptions {
     /// Largest distance to the object that counts as contact, millimetres [default: 5].
     #[arg(long, value_name = "MM")]
     tau_mm: Option<f64>,
-    /// Two fingertips nearer than this collide, millimetres [default: 10].
+    /// Distance below which two fingertips collide, millimetres [default: 10].
     #[arg(long, value_name = "MM")]
     collision_mm: Option<f64>,
     /// Distance from a finger's marker to its pad, millimetres.
     #[arg(long, value_name = "FINGER=MM")]
     pad_offset_mm: Vec<String>,
-    /// Contacts, and lifts, that last less count as no change of contact, seconds [default: 0.05].
+    /// Shortest contact or lift that counts as a change of contact, seconds [default: 0.05].
     #[arg(long, value_name = "S")]
     min_contact_s: Option<f64>,
-    /// A finger that lifts for longer has left the grasp: no gait, seconds [default: 1].
+    /// Longest lift of a gait, seconds; after a longer one the finger has left the grasp [default: 1].
     #[arg(long, value_name = "S")]
     max_lift_s: Option<f64>,
-    /// Fingers in contact that make a grasp, for phases [default: 3].
+    /// Number of fingers in contact that make a grasp, for phases [default: 3].
     #[arg(long, value_name = "N")]
     grasp_fingers: Option<usize>,
-    /// Draws of the bootstrap behind intervals, 0 for no intervals [default: 2000].
+    /// Draws of the bootstrap for intervals; 0 for no intervals [default: 2000].
     #[arg(long, value_name = "N")]
     draws: Option<usize>,
-    /// Share of the draws inside an interval [default: 0.95].
+    /// Confidence of intervals, 0 to 1 [default: 0.95].
     #[arg(long, value_name = "SHARE")]
     confidence: Option<f64>,
 }
 
-/// How outputs are written.
+/// Writing of outputs.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct OutputOptions {
-    /// Replace an output that was not made from the same inputs.
+    /// Replace existing outputs that were made from other inputs.
     #[arg(long)]
     pub(crate) force: bool,
-    /// Leave out the channels that viewers draw without set-up.
+    /// Do not write visualisation channels.
     #[arg(long)]
     pub(crate) no_view: bool,
 }
@@ -295,7 +295,7 @@ impl SelectOptions {
 }
 
 impl ProcessOptions {
-    /// Whether an option asks for other processing than a take may have stored.
+    /// Whether an option other than the shape is given: stored processed motion is then not used.
     pub(crate) fn ask_for_processing(&self) -> bool {
         let shape_alone = ProcessOptions {
             object: self.object.clone(),

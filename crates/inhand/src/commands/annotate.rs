@@ -131,7 +131,7 @@ struct AboutArgs {
 struct ListArgs {
     /// An MCAP file.
     file: PathBuf,
-    /// Print as text or JSON.
+    /// Print as text or json.
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }

@@ -20,7 +20,7 @@ pub(crate) struct Args {
     /// Takes: Motive CSV, Qualisys TSV, TRC, C3D, ROS 2 bags and other MCAP recordings.
     #[arg(required = true, value_name = "TAKE")]
     inputs: Vec<PathBuf>,
-    /// Print as text, JSON (schemas/check.schema.json) or Markdown.
+    /// Print as text, json (schemas/check.schema.json) or markdown.
     #[arg(long, value_enum, default_value_t)]
     format: CheckFormat,
     /// Exit with 3 from this level on.
@@ -28,7 +28,7 @@ pub(crate) struct Args {
     fail_on: FailOn,
     #[command(flatten)]
     output: TextOutput,
-    /// Longest gap that is filled, seconds [default: 0.1].
+    /// Longest gap to fill, seconds [default: 0.1].
     #[arg(long, value_name = "SECONDS")]
     max_gap: Option<f64>,
     #[command(flatten, next_help_heading = "Source")]

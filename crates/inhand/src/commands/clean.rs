@@ -57,7 +57,7 @@ struct StepOptions {
     /// rigid cluster, or the other fingertips.
     #[arg(long, value_parser = one_of(&FILLS), value_name = "METHOD")]
     fill: Option<CleanFill>,
-    /// Longest gap that is filled, seconds [default: 0.1].
+    /// Longest gap to fill, seconds [default: 0.1].
     #[arg(long, value_name = "SECONDS", requires = "fill")]
     fill_limit: Option<f64>,
     /// Move a fingertip from its marker to its pad, in the axes of the hand's body, millimetres;

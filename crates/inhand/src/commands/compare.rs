@@ -44,13 +44,13 @@ pub(crate) struct Args {
     /// Draws of the bootstrap; 0 for no intervals.
     #[arg(long, value_name = "N", default_value_t = EvaluateSection::default().draws, value_parser = draws)]
     draws: usize,
-    /// Share of the draws inside an interval.
+    /// Confidence of intervals, 0 to 1.
     #[arg(long, value_name = "SHARE", default_value_t = EvaluateSection::default().confidence)]
     confidence: f64,
     /// Markdown for a pull request.
     #[arg(short, long, value_name = "FILE.md")]
     output: Option<PathBuf>,
-    /// Print text, or JSON.
+    /// Print as text or json.
     #[arg(long, value_enum, default_value_t)]
     format: Format,
     /// Replace a file that exists.

@@ -40,7 +40,7 @@ pub(crate) struct Args {
     /// file of each event.
     #[arg(short, long, value_name = "PATH")]
     output: PathBuf,
-    /// Print the outcome as text or JSON.
+    /// Print the outcome as text or json.
     #[arg(long, value_enum, default_value_t)]
     format: Format,
     /// Replace an output that exists.

@@ -26,7 +26,7 @@ pub(crate) struct Args {
     /// Write every evaluated instant as a table: .parquet or .csv.
     #[arg(long, value_name = "FILE")]
     rows: Option<PathBuf>,
-    /// Print the table as text, or evaluation.json.
+    /// Print the evaluation as text or json.
     #[arg(long, value_enum, default_value_t)]
     format: Format,
     #[command(flatten, next_help_heading = "Source")]
@@ -35,7 +35,7 @@ pub(crate) struct Args {
     select: SelectOptions,
     #[command(flatten, next_help_heading = "Processing")]
     process: ProcessOptions,
-    /// Velocity bounds: training extremes times this [default: 1.1].
+    /// Velocity bounds as a multiple of the training extremes [default: 1.1].
     #[arg(long, value_name = "FACTOR")]
     velocity_factor: Option<f64>,
     #[command(flatten, next_help_heading = "Evaluation")]

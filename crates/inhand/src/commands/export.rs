@@ -38,7 +38,7 @@ pub(crate) struct Args {
     bids: Option<String>,
     #[command(flatten, next_help_heading = "Source")]
     source: SourceOptions,
-    /// Print the sizes of a dictionary's matrices as text or JSON.
+    /// Print the sizes of a dictionary's matrices as text or json.
     #[arg(long, value_enum, default_value_t)]
     format: Format,
     /// Replace outputs that exist.

@@ -36,7 +36,7 @@ pub(crate) struct Args {
     compression: Option<Packing>,
     #[command(flatten)]
     output: OutputFile,
-    /// Print the outcome as text or JSON.
+    /// Print the outcome as text or json.
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }

@@ -20,7 +20,7 @@ use crate::options::Format;
 pub(crate) struct Args {
     /// An MCAP file.
     file: PathBuf,
-    /// Print as text or JSON.
+    /// Print as text or json.
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }

@@ -27,7 +27,7 @@ pub(crate) struct Args {
     keep_both: bool,
     #[command(flatten)]
     output: OutputFile,
-    /// Print the outcome as text or JSON.
+    /// Print the outcome as text or json.
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }

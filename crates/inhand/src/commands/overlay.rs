@@ -48,7 +48,7 @@ pub(crate) struct Args {
     source: SourceOptions,
     #[command(flatten)]
     output: OutputFile,
-    /// Print distances as text or JSON.
+    /// Print distances as text or json.
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }

@@ -51,7 +51,7 @@ pub(crate) struct Args {
     /// Output file.
     #[arg(short, long, value_name = "PATH")]
     output: PathBuf,
-    /// Print the outcome as text, or as JSON with the trajectory.
+    /// Print the outcome as text, or as json with the trajectory.
     #[arg(long, value_enum, default_value_t)]
     format: Format,
     #[command(flatten, next_help_heading = "Source")]

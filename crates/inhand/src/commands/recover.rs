@@ -25,7 +25,7 @@ pub(crate) struct Args {
     input: PathBuf,
     #[command(flatten)]
     output: OutputFile,
-    /// Print the outcome as text or JSON.
+    /// Print the outcome as text or json.
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }

@@ -22,7 +22,7 @@ pub(crate) struct Args {
     /// Folder for the results.
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// Print the evaluation table as text, or evaluation.json.
+    /// Print the evaluation as text or json.
     #[arg(long, value_enum, default_value_t)]
     format: Format,
     #[command(flatten)]
@@ -35,10 +35,10 @@ pub(crate) struct Args {
 #[derive(Debug, Default, clap::Args)]
 pub(crate) struct SessionOptions {
     /// Participant, for tables over sessions.
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", help_heading = "Session")]
     participant: Option<String>,
     /// Task, for tables over sessions.
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", help_heading = "Session")]
     task: Option<String>,
     #[command(flatten, next_help_heading = "Source")]
     source: SourceOptions,

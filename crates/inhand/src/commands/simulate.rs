@@ -45,7 +45,7 @@ pub(crate) struct Args {
     /// Track the object in the training takes too.
     #[arg(long)]
     track_object: bool,
-    /// Format of the takes: Motive CSV 1.23 or MCAP recordings.
+    /// Format of the takes: csv (Motive CSV 1.23) or mcap.
     #[arg(long, value_parser = one_of(&FORMATS), default_value = "csv")]
     format: TakeFormat,
     /// Replace takes that exist.

@@ -22,7 +22,7 @@ pub(super) struct InitArgs {
     /// Folder of the run.
     #[arg(short, long, value_name = "FOLDER")]
     output: PathBuf,
-    /// Print the outcome as text or JSON.
+    /// Print the outcome as text or json.
     #[arg(long, value_enum, default_value_t)]
     format: Format,
     #[command(flatten)]
@@ -36,7 +36,7 @@ pub(super) struct StatsArgs {
     /// Which part of the blocks: I/N, from 1/N to N/N.
     #[arg(long, value_name = "I/N", default_value = "1/1")]
     shard: Shard,
-    /// Print the outcome as text or JSON.
+    /// Print the outcome as text or json.
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }
@@ -47,7 +47,7 @@ pub(super) struct UpdateArgs {
     folder: PathBuf,
     /// Sums of all shards, where they are not in the round's folder.
     sums: Vec<PathBuf>,
-    /// Print the outcome as text or JSON.
+    /// Print the outcome as text or json.
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }
@@ -59,10 +59,10 @@ pub(super) struct FinishArgs {
     /// Dictionary file.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// Print the outcome as text or JSON.
+    /// Print the outcome as text or json.
     #[arg(long, value_enum, default_value_t)]
     format: Format,
-    /// Replace an output that is there.
+    /// Replace an output that exists.
     #[arg(long)]
     force: bool,
 }

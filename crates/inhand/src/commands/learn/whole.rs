@@ -31,12 +31,12 @@ pub(crate) struct WholeArgs {
     /// `components_`; with `offset_m`, what the data was shifted by), and learn the rest.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["work", "rank", "restarts"])]
     primitives: Option<PathBuf>,
-    /// Print the outcome as text or JSON.
+    /// Print the outcome as text or json.
     #[arg(long, value_enum, default_value_t)]
     format: Format,
     #[command(flatten)]
     options: RunOptions,
-    /// Replace an output that is there.
+    /// Replace an output that exists.
     #[arg(long)]
     force: bool,
 }

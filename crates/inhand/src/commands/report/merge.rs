@@ -35,7 +35,7 @@ pub(crate) struct Args {
     /// Draws of the bootstrap over sessions.
     #[arg(long, value_name = "N", default_value_t = 2000, value_parser = clap::value_parser!(u32).range(100..=1_000_000))]
     draws: u32,
-    /// Share of the draws inside an interval.
+    /// Confidence of intervals, 0 to 1.
     #[arg(long, value_name = "SHARE", default_value_t = MergeOptions::default().confidence)]
     confidence: f64,
     /// Replace a file that exists.

@@ -137,7 +137,7 @@ fn what_cannot_be_is_explained() {
     assert_eq!(output.status.code(), Some(1));
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(
-        text.contains("velocity would have to give way by"),
+        text.contains("velocity would have to be relaxed by"),
         "{text}"
     );
     assert!(text.contains("m/s alone"), "{text}");

@@ -1,8 +1,8 @@
 //! Sources of the poses of hand and object.
 
-use inhand_model::{BodyKind, BodySource, MarkerKind, PerFinger, Recording, Setting};
+use inhand_model::{BodyKind, BodySource, MarkerKind, PerFinger, Recording, Setting, TrackedBody};
 
-use super::error::{RoleError, body_names, listed, marker_names};
+use super::error::{RoleError, listed, marker_names};
 use super::fingers::named_marker;
 use super::{BodyChoice, RoleSettings, words};
 
@@ -18,12 +18,16 @@ pub(super) fn hand(
     if let Some(choice) = &settings.hand {
         return chosen(recording, choice, "hand", fingers);
     }
-    found(recording, "hand", Setting::Hand, fingers, words::is_hand)?.ok_or_else(|| {
-        RoleError::NoHand {
-            take: recording.name.clone(),
-            bodies: body_names(recording),
-            markers: marker_names(recording),
-        }
+    let hand = named_by_role(recording, "hand", Setting::Hand, fingers, words::is_hand)?;
+    hand.ok_or_else(|| {
+        RoleError(format!(
+            "cannot tell what the hand is: take \"{}\" has no rigid body and no three markers \
+             called hand\n  {}\n  say it with   {hand} \"BODY\"   or   {hand} \
+             \"MARKER,MARKER,MARKER\"   or in inhand.toml",
+            recording.name,
+            contents(recording),
+            hand = Setting::Hand
+        ))
     })
 }
 
@@ -35,16 +39,17 @@ pub(super) fn object(
     hand: &BodySource,
 ) -> Result<Option<BodySource>, RoleError> {
     let object = match (&settings.object, settings.no_object) {
-        (Some(_), true) => return Err(RoleError::ObjectDenied),
+        (Some(_), true) => {
+            let message = "an object is set and at the same time that there is none: leave one of \
+                           both out";
+            return Err(RoleError(message.to_owned()));
+        }
         (None, true) => None,
         (Some(choice), false) => Some(chosen(recording, choice, "object", fingers)?),
-        (None, false) => found(
-            recording,
-            "object",
-            Setting::Object,
-            fingers,
-            words::is_object,
-        )?,
+        (None, false) => {
+            let is_object = words::is_object;
+            named_by_role(recording, "object", Setting::Object, fingers, is_object)?
+        }
     };
     let shared = match (hand, &object) {
         (BodySource::RigidBody(a), Some(BodySource::RigidBody(b))) if a == b => Some(a),
@@ -52,10 +57,10 @@ pub(super) fn object(
         _ => None,
     };
     match shared {
-        Some(name) => Err(RoleError::SharedBody {
-            take: recording.name.clone(),
-            name: name.clone(),
-        }),
+        Some(name) => Err(RoleError(format!(
+            "\"{name}\" is set as part of both hand and object in take \"{}\"",
+            recording.name
+        ))),
         None => Ok(object),
     }
 }
@@ -76,10 +81,11 @@ fn chosen(
                 }
             }
             if markers.len() < CLUSTER_MARKERS {
-                return Err(RoleError::SmallCluster {
-                    role,
-                    found: markers.len(),
-                });
+                return Err(RoleError(format!(
+                    "the {role} is set to {} different markers: expected three or more, as a pose \
+                     needs",
+                    markers.len()
+                )));
             }
             Ok(BodySource::Markers(markers))
         }
@@ -93,27 +99,33 @@ fn chosen(
             if let (Some(body), None) = (alike.next(), alike.next()) {
                 return Ok(BodySource::RigidBody(body.name.clone()));
             }
-            let markers = clusters(recording, fingers, same)
-                .into_iter()
-                .flat_map(|(_, markers)| markers)
-                .collect::<Vec<_>>();
+            let clusters = clusters(recording, fingers, same).into_iter();
+            let markers: Vec<_> = clusters.flat_map(|(_, markers)| markers).collect();
             if markers.len() >= CLUSTER_MARKERS {
                 return Ok(BodySource::Markers(markers));
             }
-            Err(RoleError::NoSuchBody {
-                take: recording.name.clone(),
-                role,
-                name: name.clone(),
-                bodies: body_names(recording),
-                markers: marker_names(recording),
-            })
+            Err(RoleError(format!(
+                "take \"{}\" has no rigid body \"{name}\", which is set for the {role}, and no \
+                 three markers whose names start with it\n  {}",
+                recording.name,
+                contents(recording)
+            )))
         }
     }
 }
 
+/// The bodies and markers of a take, for messages.
+fn contents(recording: &Recording) -> String {
+    format!(
+        "it has the bodies: {}\n  and the markers: {}",
+        listed(recording.bodies.iter().map(|body| body.name.as_str())),
+        marker_names(recording)
+    )
+}
+
 /// The only rigid body of such a name, else the only bone, else the only cluster; none where there
 /// is none.
-fn found(
+fn named_by_role(
     recording: &Recording,
     role: &'static str,
     option: Setting,
@@ -121,41 +133,34 @@ fn found(
     is_meant: fn(&str) -> bool,
 ) -> Result<Option<BodySource>, RoleError> {
     let ambiguous = |candidates: Vec<String>| {
-        Err(RoleError::AmbiguousBody {
-            take: recording.name.clone(),
-            role,
-            candidates: listed(candidates.iter().map(String::as_str)),
-            option,
-        })
+        Err(RoleError(format!(
+            "cannot tell which is the {role}: take \"{}\" has {}\n  say it with   {option} \
+             \"NAME\"   or in inhand.toml",
+            recording.name,
+            listed(candidates.iter().map(String::as_str))
+        )))
     };
     for kind in [BodyKind::RigidBody, BodyKind::Bone] {
-        let candidates: Vec<_> = recording
-            .bodies
-            .iter()
-            .filter(|body| body.kind == kind && is_meant(&body.name))
-            .collect();
+        let candidates = recording.bodies.iter();
+        let candidates = candidates.filter(|body| body.kind == kind && is_meant(&body.name));
+        let candidates: Vec<_> = candidates.collect();
         match candidates[..] {
             [] => {}
             [body] => return Ok(Some(BodySource::RigidBody(body.name.clone()))),
             _ => {
-                return ambiguous(
-                    candidates
-                        .iter()
-                        .map(|body| format!("the body \"{}\" (ID {})", body.name, body.id))
-                        .collect(),
-                );
+                let described =
+                    |body: &&TrackedBody| format!("the body \"{}\" (ID {})", body.name, body.id);
+                return ambiguous(candidates.iter().map(described).collect());
             }
         }
     }
     let mut clusters = clusters(recording, fingers, is_meant);
     clusters.retain(|(_, markers)| markers.len() >= CLUSTER_MARKERS);
     if clusters.len() > 1 {
-        return ambiguous(
-            clusters
-                .iter()
-                .map(|(shared, markers)| format!("the markers {shared} ({})", markers.join(", ")))
-                .collect(),
-        );
+        let described = |(shared, markers): &(String, Vec<String>)| {
+            format!("the markers {shared} ({})", markers.join(", "))
+        };
+        return ambiguous(clusters.iter().map(described).collect());
     }
     Ok(clusters
         .pop()

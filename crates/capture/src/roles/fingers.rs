@@ -1,6 +1,8 @@
 //! Markers on fingertips.
 
-use inhand_model::{Finger, Marker, MarkerKind, PerFinger, Recording};
+use std::collections::BTreeSet;
+
+use inhand_model::{Finger, Marker, MarkerKind, PerFinger, Recording, Setting};
 
 use super::error::{RoleError, listed, marker_names};
 use super::{RoleSettings, words};
@@ -16,17 +18,15 @@ pub fn fingertips(
     recording: &Recording,
     settings: &RoleSettings,
 ) -> Result<PerFinger<String>, RoleError> {
+    let take = &recording.name;
     let mut chosen: PerFinger<Option<String>> = PerFinger::default();
     for (finger, name) in settings.fingers.iter() {
         if let Some(name) = name {
             let marker = named_marker(recording, name, &finger.to_string())?;
             if let Some((first, _)) = chosen.iter().find(|(_, c)| c.as_ref() == Some(&marker)) {
-                return Err(RoleError::SharedFingertip {
-                    take: recording.name.clone(),
-                    marker,
-                    first,
-                    second: finger,
-                });
+                return Err(RoleError(format!(
+                    "the marker \"{marker}\" is set for both {first} and {finger} in take \"{take}\""
+                )));
             }
             chosen[finger] = Some(marker);
         }
@@ -44,20 +44,26 @@ pub fn fingertips(
             [] => missing.push(finger),
             [marker] => chosen[finger] = Some(marker.name.clone()),
             _ => {
-                return Err(RoleError::AmbiguousFingertip {
-                    take: recording.name.clone(),
-                    finger,
-                    candidates: described(&candidates),
-                });
+                return Err(RoleError(format!(
+                    "cannot tell which marker is the {}: take \"{take}\" has {}\n  say it with   \
+                     {} {finger}=\"MARKER\"   or in inhand.toml under [fingers]; markers of the \
+                     same name have to be renamed in the capture software",
+                    full_name(finger),
+                    described(&candidates),
+                    Setting::Fingers
+                )));
             }
         }
     }
-    if !missing.is_empty() {
-        return Err(RoleError::NoFingertip {
-            take: recording.name.clone(),
-            fingers: missing,
-            markers: marker_names(recording),
-        });
+    if let Some(first) = missing.first() {
+        let names: Vec<String> = missing.iter().copied().map(full_name).collect();
+        return Err(RoleError(format!(
+            "cannot tell which marker is the {}\n  take \"{take}\" has the markers: {}\n  say it with   \
+             {} {first}=\"MARKER\"   or in inhand.toml under [fingers]",
+            names.join(", the "),
+            marker_names(recording),
+            Setting::Fingers
+        )));
     }
     Ok(chosen.map(Option::unwrap_or_default))
 }
@@ -65,19 +71,18 @@ pub fn fingertips(
 /// Labelled markers called like the finger; those that a body's fit places only where there are
 /// none.
 fn candidates(recording: &Recording, finger: Finger) -> Vec<&Marker> {
-    [MarkerKind::Labelled, MarkerKind::RigidBodyMarker]
-        .into_iter()
-        .map(|kind| {
-            recording
-                .markers
-                .iter()
-                .filter(|marker| {
-                    marker.kind == kind && words::fingertip(&marker.name) == Some(finger)
-                })
-                .collect::<Vec<_>>()
-        })
-        .find(|candidates| !candidates.is_empty())
-        .unwrap_or_default()
+    let is_meant = |marker: &&Marker| words::fingertip(&marker.name) == Some(finger);
+    let of_kind = |kind: MarkerKind| {
+        let markers = recording
+            .markers
+            .iter()
+            .filter(|marker| marker.kind == kind);
+        markers.filter(is_meant).collect::<Vec<_>>()
+    };
+    match of_kind(MarkerKind::Labelled) {
+        labelled if labelled.is_empty() => of_kind(MarkerKind::RigidBodyMarker),
+        labelled => labelled,
+    }
 }
 
 /// The marker that a user names: exactly so, or the only one that differs in case alone.
@@ -89,22 +94,26 @@ pub(super) fn named_marker(
     if recording.marker(name).is_some() {
         return Ok(name.to_owned());
     }
-    let mut alike: Vec<&str> = recording
-        .markers
-        .iter()
-        .map(|marker| marker.name.as_str())
-        .filter(|other| other.to_lowercase() == name.to_lowercase())
+    let lower = name.to_lowercase();
+    let alike = recording.markers.iter().map(|marker| marker.name.as_str());
+    let alike: BTreeSet<&str> = alike
+        .filter(|other| other.to_lowercase() == lower)
         .collect();
-    alike.sort_unstable();
-    alike.dedup();
-    match alike[..] {
-        [only] => Ok(only.to_owned()),
-        _ => Err(RoleError::NoSuchMarker {
-            take: recording.name.clone(),
-            role: role.to_owned(),
-            name: name.to_owned(),
-            markers: marker_names(recording),
-        }),
+    match (alike.first(), alike.len()) {
+        (Some(only), 1) => Ok((*only).to_owned()),
+        _ => Err(RoleError(format!(
+            "take \"{}\" has no marker \"{name}\", which is set for the {role}\n  it has the \
+             markers: {}",
+            recording.name,
+            marker_names(recording)
+        ))),
+    }
+}
+
+fn full_name(finger: Finger) -> String {
+    match finger {
+        Finger::Thumb => "thumb".to_owned(),
+        finger => format!("{finger} finger"),
     }
 }
 

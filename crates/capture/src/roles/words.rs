@@ -45,10 +45,10 @@ const OBJECTS: [&str; 10] = [
 /// Words in the name of an object that do not matter.
 const OBJECT_WORDS: [&str; 7] = ["rigid", "body", "rb", "the", "marker", "mm", "cm"];
 
-/// The words of a name in lower case: parted at everything that is no letter or digit, between a
+/// The words of a name in lower case: split at everything that is no letter or digit, between a
 /// small and a capital letter, before the last of several capitals (`RHand`) and between letters and
-/// digits; words written together are parted
-/// where they consist of known ones (`thumbtip`, `righthand`).
+/// digits; words written together are split where they consist of known ones (`thumbtip`,
+/// `righthand`).
 pub(super) fn words(name: &str) -> Vec<String> {
     let mut parts: Vec<String> = Vec::new();
     let mut word = String::new();

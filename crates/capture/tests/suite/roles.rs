@@ -184,13 +184,11 @@ fn two_that_claim_one_role_are_never_guessed_between() {
          [fingers]; markers of the same name have to be renamed in the capture software"
     );
     let doubled = resolve(&["Hand"], &with(FINGERS, &["Ring"])).unwrap_err();
-    assert!(matches!(
-        doubled,
-        RoleError::AmbiguousFingertip {
-            finger: Finger::Ring,
-            ..
-        }
-    ));
+    let doubled = doubled.to_string();
+    assert!(
+        doubled.contains("which marker is the ring finger: take"),
+        "{doubled}"
+    );
 
     let hands = resolve(&["LeftHand", "RightHand"], &FINGERS)
         .unwrap_err()
@@ -237,9 +235,10 @@ fn no_hand_lists_what_there_is() {
             names.into_iter().map(str::to_owned).collect()
         };
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let error = resolve(&[], &names).unwrap_err().to_string();
         assert!(
-            matches!(resolve(&[], &names), Err(RoleError::NoHand { .. })),
-            "{names:?}"
+            error.starts_with("cannot tell what the hand is"),
+            "{names:?}: {error}"
         );
     }
 }
@@ -279,15 +278,23 @@ fn settings_decide() {
     settings.no_object = true;
     assert_eq!(roles::resolve(&recording, &settings).unwrap().object, None);
     settings.object = Some("B".parse().unwrap());
-    assert_eq!(
-        roles::resolve(&recording, &settings),
-        Err(RoleError::ObjectDenied)
+    let error = roles::resolve(&recording, &settings)
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.starts_with("an object is set and at the same time"),
+        "{error}"
     );
     settings.no_object = false;
 
     settings.object = Some("A".parse().unwrap());
-    let error = roles::resolve(&recording, &settings).unwrap_err();
-    assert!(matches!(error, RoleError::SharedBody { .. }), "{error}");
+    let error = roles::resolve(&recording, &settings)
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.contains("\"A\" is set as part of both hand and object"),
+        "{error}"
+    );
     settings.object = Some("bottle".parse().unwrap());
     let error = roles::resolve(&recording, &settings)
         .unwrap_err()
@@ -306,28 +313,29 @@ fn settings_decide() {
         "X".to_owned(),
         "y".to_owned(),
     ]));
-    let error = roles::resolve(&recording, &settings).unwrap_err();
-    assert_eq!(
-        error,
-        RoleError::SmallCluster {
-            role: "object",
-            found: 2
-        }
+    let error = roles::resolve(&recording, &settings)
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.starts_with("the object is set to 2 different markers"),
+        "{error}"
     );
     settings.object = None;
 
     settings.fingers[Finger::Ring] = Some("Middle".to_owned());
     // Middle is no longer free for the middle finger.
-    let error = roles::resolve(&recording, &settings).unwrap_err();
+    let error = roles::resolve(&recording, &settings)
+        .unwrap_err()
+        .to_string();
     assert!(
-        matches!(&error, RoleError::NoFingertip { fingers, .. } if fingers == &[Finger::Middle])
-    );
-    settings.fingers[Finger::Middle] = Some("Middle".to_owned());
-    let error = roles::resolve(&recording, &settings).unwrap_err();
-    assert!(
-        matches!(error, RoleError::SharedFingertip { .. }),
+        error.starts_with("cannot tell which marker is the middle finger\n"),
         "{error}"
     );
+    settings.fingers[Finger::Middle] = Some("Middle".to_owned());
+    let error = roles::resolve(&recording, &settings)
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("\"Middle\" is set for both"), "{error}");
     settings.fingers[Finger::Ring] = Some("gone".to_owned());
     let error = roles::resolve(&recording, &settings)
         .unwrap_err()

@@ -1,7 +1,7 @@
 //! Continuity of marker intervals, relative to what is usual in a take.
 
 use inhand_model::{Frame, PointTrack, Position};
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use crate::statistics::median;
 
@@ -24,9 +24,9 @@ pub(crate) struct End {
     pub(crate) at: usize,
     pub(crate) position_m: Vector3<f64>,
     /// Metres a sample; `None` where too few neighbours are there.
-    velocity: Option<Vector3<f64>>,
+    pub(crate) velocity: Option<Vector3<f64>>,
     /// How far the samples that the velocity is from are off their line at most, metres.
-    misfit_m: f64,
+    pub(crate) misfit_m: f64,
 }
 
 /// The end of a stretch at sample `k`, looking back at what was before.
@@ -152,14 +152,18 @@ impl UsualJumps {
     }
 }
 
-impl End {
-    /// Metres a sample, where enough neighbours are there.
-    pub(crate) const fn velocity(&self) -> Option<Vector3<f64>> {
-        self.velocity
+/// Coefficients of the curve of least squares, rising with the power of time: a parabola if it bends, else
+/// a line. `None` for fewer different times than that needs.
+pub(crate) fn parabola(points: &[(f64, Vector3<f64>)], bends: bool) -> Option<[Vector3<f64>; 3]> {
+    let (mut normal, mut right) = (Matrix3::zeros(), Matrix3::zeros());
+    for (t, p) in points {
+        let powers = Vector3::new(1.0, *t, if bends { t * t } else { 0.0 });
+        normal += powers * powers.transpose();
+        right += powers * p.transpose();
     }
-
-    /// How far the samples that the velocity is from are off their line at most, metres.
-    pub(crate) const fn misfit_m(&self) -> f64 {
-        self.misfit_m
+    if !bends {
+        normal[(2, 2)] = 1.0;
     }
+    let solved = normal.try_inverse()? * right;
+    Some([0, 1, 2].map(|row| solved.row(row).transpose()))
 }

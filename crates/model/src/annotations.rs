@@ -224,7 +224,7 @@ fn less(whole: &[Range<u64>], holes: &[Range<u64>]) -> Vec<Range<u64>> {
 #[cfg(test)]
 #[expect(
     clippy::single_range_in_vec_init,
-    reason = "one stretch is what these lists of stretches hold"
+    reason = "one interval is what these lists hold"
 )]
 mod tests {
     use super::*;

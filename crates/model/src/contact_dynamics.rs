@@ -14,10 +14,8 @@ pub struct ContactRules {
     #[serde(rename = "tau_mm", with = "Millimetres")]
     pub tau_m: f64,
     /// Contacts, and lifts, that last less are no changes, seconds.
-    #[serde(with = "AsIs")]
     pub min_duration_s: f64,
     /// A finger that stays off longer has left the grasp: setting down again later is no gait, seconds.
-    #[serde(with = "AsIs")]
     pub max_lift_s: f64,
     /// Fingers that hold at least.
     pub min_fingers: usize,
@@ -41,7 +39,6 @@ pub struct ContactDynamics {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FingerContactFacts {
     /// Time over which it is known whether the finger touches, seconds.
-    #[serde(with = "AsIs")]
     pub known_s: f64,
     /// Share of that in contact, 0 to 1; NaN where nothing is known.
     #[serde(with = "AsIs")]
@@ -80,19 +77,15 @@ pub struct TakeContacts {
     /// Take.
     pub take: String,
     /// Samples a second.
-    #[serde(with = "AsIs")]
     pub rate_hz: f64,
     /// Length, seconds.
-    #[serde(with = "AsIs")]
     pub duration_s: f64,
     /// Each finger.
     pub by_finger: PerFinger<FingerContactFacts>,
     /// When each finger touches, seconds since the first sample: begin and end of every contact, for raster and
     /// gait diagram.
-    #[serde(with = "AsIs")]
     pub contacts_s: PerFinger<Vec<[f64; 2]>>,
     /// When it is not known whether a finger touches.
-    #[serde(with = "AsIs")]
     pub unknown_s: PerFinger<Vec<[f64; 2]>>,
     /// The states of contact, most frequent first.
     pub states: Vec<StateFacts>,
@@ -164,7 +157,6 @@ pub struct PhaseFacts {
     /// What goes on.
     pub kind: PhaseKind,
     /// Begin and end, seconds since the take's first sample.
-    #[serde(with = "AsIs")]
     pub span_s: [f64; 2],
     /// The fingers that touch throughout.
     pub holding: FingerSet,
@@ -176,7 +168,6 @@ pub struct GaitFacts {
     /// The finger.
     pub finger: Finger,
     /// Lift and set-down, seconds since the take's first sample.
-    #[serde(with = "AsIs")]
     pub span_s: [f64; 2],
     /// The fingers that hold all the while.
     pub holding: FingerSet,

@@ -1,7 +1,7 @@
 //! Comparison of planned with recorded motion. Lengths are metres; the report turns them
 //! into millimetres.
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 
 use crate::contact_dynamics::ContactDynamics;
 use crate::dictionary::{DictionaryKind, StopReason, VelocityBounds};
@@ -102,10 +102,10 @@ pub struct Reachability {
     /// Instants judged, each finger.
     pub n: usize,
     /// Share of instants inside the training hull, each finger.
-    #[serde(with = "with_mean")]
+    #[serde(serialize_with = "with_mean", deserialize_with = "AsIs::deserialize")]
     pub inside: PerFinger<f64>,
     /// Share of recorded instants inside, each finger: what the test takes themselves do.
-    #[serde(with = "with_mean")]
+    #[serde(serialize_with = "with_mean", deserialize_with = "AsIs::deserialize")]
     pub recorded_inside: PerFinger<f64>,
     /// Farthest distance outside the hull, each finger, metres; 0 when never outside, NaN without instants.
     #[serde(rename = "worst_outside_mm", with = "Millimetres")]
@@ -211,7 +211,6 @@ pub struct ObjectError {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CorridorCoverage {
     /// Share of instants that the corridor was made to hold, 0 to 1.
-    #[serde(with = "AsIs")]
     pub share_stated: f64,
     /// Its width, as a Mahalanobis distance, without unit.
     #[serde(with = "AsIs")]
@@ -366,7 +365,6 @@ pub struct TakeFacts {
     /// Samples.
     pub samples: usize,
     /// Length, seconds.
-    #[serde(with = "AsIs")]
     pub duration_s: f64,
     /// Segments it gave.
     pub segments: usize,
@@ -380,7 +378,6 @@ pub struct SessionFacts {
     /// Name of the session.
     pub name: String,
     /// Sample rate, Hz.
-    #[serde(with = "AsIs")]
     pub rate_hz: f64,
     /// Samples in a segment.
     pub segment_samples: usize,
@@ -452,7 +449,6 @@ pub struct TrackQuality {
     /// Samples after processing.
     pub processed: TrackCounts,
     /// Longest gap as recorded, seconds.
-    #[serde(with = "AsIs")]
     pub longest_gap_s: f64,
 }
 
@@ -490,24 +486,9 @@ impl TakeQuality {
 }
 
 /// Shares of fingers with their mean, which reading leaves out: each finger was judged at the same instants.
-mod with_mean {
-    use super::{AsIs, HandAndFingers, PerFinger, Unit};
-    use serde::{Deserializer, Serializer};
-
-    pub(super) fn serialize<S: Serializer>(
-        shares: &PerFinger<f64>,
-        s: S,
-    ) -> Result<S::Ok, S::Error> {
-        let with_mean = HandAndFingers {
-            all: shares.mean(),
-            by_finger: *shares,
-        };
-        AsIs::serialize(&with_mean, s)
-    }
-
-    pub(super) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<PerFinger<f64>, D::Error> {
-        AsIs::deserialize(d).map(|read: HandAndFingers<f64>| read.by_finger)
-    }
+fn with_mean<S: Serializer>(shares: &PerFinger<f64>, serializer: S) -> Result<S::Ok, S::Error> {
+    let (all, by_finger) = (shares.mean(), *shares);
+    AsIs::serialize(&HandAndFingers { all, by_finger }, serializer)
 }
 
 /// A family of constraints beside the unit of its numbers.
@@ -574,25 +555,21 @@ mod quality {
     use super::TakeQuality;
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-    #[derive(Serialize)]
-    struct Written<'a> {
+    #[derive(Serialize, Deserialize)]
+    struct Keys<T> {
+        #[serde(skip_deserializing)]
         warnings: usize,
-        takes: &'a [TakeQuality],
-    }
-
-    #[derive(Deserialize)]
-    struct Read {
-        takes: Vec<TakeQuality>,
+        takes: T,
     }
 
     pub(super) fn serialize<S: Serializer>(takes: &[TakeQuality], s: S) -> Result<S::Ok, S::Error> {
         let warnings = takes.iter().map(TakeQuality::warnings).sum();
-        Written { warnings, takes }.serialize(s)
+        Keys { warnings, takes }.serialize(s)
     }
 
     pub(super) fn deserialize<'de, D: Deserializer<'de>>(
         d: D,
     ) -> Result<Vec<TakeQuality>, D::Error> {
-        Read::deserialize(d).map(|read| read.takes)
+        Keys::deserialize(d).map(|keys| keys.takes)
     }
 }

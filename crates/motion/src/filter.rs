@@ -16,64 +16,24 @@ pub(crate) use tracks::{smooth_points, smooth_poses};
 use crate::error::MotionError;
 use crate::settings::Filter;
 
-/// The sliding median, ready to use.
-///
-/// # Errors
-///
-/// [`MotionError::Setting`] for a window of no sample.
-pub fn median(window: usize) -> Result<Median, MotionError> {
-    Median::new(window)
-}
+/// A filter with everything computed that does not depend on the data: from a stretch to one as long.
+pub(crate) type Smoother = Box<dyn Fn(&[f64]) -> Vec<f64> + Send + Sync>;
 
-/// The sliding polynomial of least squares, ready to use.
-///
-/// # Errors
-///
-/// [`MotionError::Setting`] for an even window and for an order that the window does not allow.
-pub fn savitzky_golay(window: usize, order: usize) -> Result<SavitzkyGolay, MotionError> {
-    SavitzkyGolay::new(window, order)
-}
-
-/// The Butterworth low-pass without delay, ready to use.
-///
-/// # Errors
-///
-/// [`MotionError::Setting`] for an order outside 1 to 10 and for a cut-off that is not between zero
-/// and half the rate.
-pub fn butterworth(cutoff_hz: f64, order: usize, rate_hz: f64) -> Result<Butterworth, MotionError> {
-    Butterworth::new(cutoff_hz, order, rate_hz)
-}
-
-/// A filter with everything computed that does not depend on the data.
-#[derive(Clone, Debug)]
-pub(crate) enum Smoother {
-    None,
-    Median(Median),
-    SavitzkyGolay(SavitzkyGolay),
-    Butterworth(Butterworth),
-}
-
-impl Smoother {
-    pub(crate) fn new(filter: Filter, rate_hz: f64) -> Result<Self, MotionError> {
-        Ok(match filter {
-            Filter::None => Smoother::None,
-            Filter::Median { window } => Smoother::Median(median(window)?),
-            Filter::SavitzkyGolay { window, order } => {
-                Smoother::SavitzkyGolay(savitzky_golay(window, order)?)
-            }
-            Filter::Butterworth { cutoff_hz, order } => {
-                Smoother::Butterworth(butterworth(cutoff_hz, order, rate_hz)?)
-            }
-        })
-    }
-
-    /// Filters a stretch.
-    fn apply(&self, stretch: &[f64]) -> Vec<f64> {
-        match self {
-            Smoother::None => stretch.to_vec(),
-            Smoother::Median(filter) => filter.apply(stretch),
-            Smoother::SavitzkyGolay(filter) => filter.apply(stretch),
-            Smoother::Butterworth(filter) => filter.apply(stretch),
+/// The filter that settings ask for.
+pub(crate) fn smoother(filter: Filter, rate_hz: f64) -> Result<Smoother, MotionError> {
+    Ok(match filter {
+        Filter::None => Box::new(<[f64]>::to_vec),
+        Filter::Median { window } => {
+            let filter = Median::new(window)?;
+            Box::new(move |stretch| filter.apply(stretch))
         }
-    }
+        Filter::SavitzkyGolay { window, order } => {
+            let filter = SavitzkyGolay::new(window, order)?;
+            Box::new(move |stretch| filter.apply(stretch))
+        }
+        Filter::Butterworth { cutoff_hz, order } => {
+            let filter = Butterworth::new(cutoff_hz, order, rate_hz)?;
+            Box::new(move |stretch| filter.apply(stretch))
+        }
+    })
 }

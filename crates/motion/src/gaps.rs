@@ -86,6 +86,14 @@ fn fill_track<T: Sample>(
     }
 }
 
+/// The weight of sample `own` in the value at instant `at` (in samples) of the polynomial through the
+/// samples `supports` (Lagrange's form).
+pub fn lagrange_weight(supports: impl IntoIterator<Item = usize>, own: usize, at: f64) -> f64 {
+    let others = supports.into_iter().filter(|&other| other != own);
+    let factors = others.map(|other| (at - other as f64) / (own as f64 - other as f64));
+    factors.product()
+}
+
 /// The polynomial through the samples on both sides of a gap.
 struct Polynomial {
     /// The last sample before the gap.
@@ -95,13 +103,11 @@ struct Polynomial {
 }
 
 impl Polynomial {
-    /// Each support with its weight in the value at sample `k` (Lagrange's form).
+    /// Each support with its weight in the value at sample `k`.
     fn weights(&self, k: usize) -> impl Iterator<Item = (usize, f64)> {
-        self.supports.iter().map(move |&own| {
-            let others = self.supports.iter().filter(move |&&other| other != own);
-            let factors =
-                others.map(|&other| (k as f64 - other as f64) / (own as f64 - other as f64));
-            (own, factors.product())
-        })
+        let supports = self.supports.iter().copied();
+        supports
+            .clone()
+            .map(move |own| (own, lagrange_weight(supports.clone(), own, k as f64)))
     }
 }

@@ -92,7 +92,7 @@ mod spectrum;
 
 pub use body::{fitted_bodies, in_role, role_body};
 pub use error::MotionError;
-pub use gaps::{fill_points, fill_poses};
+pub use gaps::{fill_points, fill_poses, lagrange_weight};
 pub use lookup::fingertip_markers;
 pub use process::{in_hand, process, smooth, to_hand_frame};
 pub use segments::{Cut, Starts, cut_segments};

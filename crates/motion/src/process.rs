@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use crate::body::{in_role, role_body};
 use crate::error::MotionError;
-use crate::filter::{Smoother, smooth_points, smooth_poses};
+use crate::filter::{smooth_points, smooth_poses, smoother};
 use crate::gaps::{fill_points, fill_poses};
 use crate::lookup::fingertip_markers;
 use crate::settings::{Filter, ProcessSettings};
@@ -103,7 +103,7 @@ pub fn to_hand_frame(
 ///
 /// [`MotionError::Setting`].
 pub fn smooth(motion: &Motion, filter: Filter) -> Result<Motion, MotionError> {
-    let smoother = Smoother::new(filter, motion.clock.rate_hz())?;
+    let smoother = smoother(filter, motion.clock.rate_hz())?;
     let (fingertips, object) = rayon::join(
         || each_finger(|finger| smooth_points(&motion.fingertips[finger], &smoother)),
         || (motion.object.as_ref()).map(|track| smooth_poses(track, &smoother)),

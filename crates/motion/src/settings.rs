@@ -36,13 +36,13 @@ pub enum GapFill {
 pub enum Filter {
     /// The samples as they are.
     None,
-    /// The median of `window` samples (50 in the paper); see [`filter::median`](crate::filter::median).
+    /// The median of `window` samples (50 in the paper); see [`Median`](crate::filter::Median).
     Median {
         /// Samples in the window, 1 or more.
         window: usize,
     },
     /// The polynomial of least squares through `window` samples; see
-    /// [`filter::savitzky_golay`](crate::filter::savitzky_golay).
+    /// [`SavitzkyGolay`](crate::filter::SavitzkyGolay).
     SavitzkyGolay {
         /// Samples in the window, odd.
         window: usize,
@@ -50,7 +50,7 @@ pub enum Filter {
         order: usize,
     },
     /// A Butterworth low-pass run forwards and backwards; see
-    /// [`filter::butterworth`](crate::filter::butterworth).
+    /// [`Butterworth`](crate::filter::Butterworth).
     Butterworth {
         /// Where both passes together have lost 3 dB, Hz; below half the sample rate.
         cutoff_hz: f64,

@@ -66,7 +66,7 @@ pub use plan::{PlanRequest, Planned, plan_motion, write_plan};
 pub use run::{Event, RunFiles, RunOptions, RunResult, TOOL, provenance, run};
 pub use session::{SETTINGS_FILE, Session, SessionTake, is_take, list_takes, locate};
 pub use settings::{
-    BodySettings, CleanFill, CleanSection, EndsKind, EvaluateSection, FilterKind, LearnSection,
+    BodySettings, CleanSection, EndsKind, EvaluateSection, FilterKind, LearnSection,
     ObjectInSegments, ObjectSettings, PlanSection, ProcessSection, Role, SegmentSection,
     SelectSection, Settings, SourceSettings, TakeEntry,
 };

@@ -15,7 +15,7 @@ mod check;
 mod clean;
 
 pub(crate) use check::invalid;
-pub use clean::{CleanFill, CleanSection};
+pub use clean::CleanSection;
 
 /// Settings of a session, as `inhand.toml` holds them. Lengths are metres unless the name says
 /// otherwise.

@@ -4,11 +4,9 @@ use std::ops::Range;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
-use inhand_inspection::{SuspectKind, detect};
+use inhand_inspection::{FillMethod, SuspectKind, detect};
 use inhand_model::{Change, ChangeKind, Clock, Finger};
-use inhand_session::{
-    CleanFill, CleanSection, Settings, Take, clean_take, provenance, write_cleaned,
-};
+use inhand_session::{CleanSection, Settings, Take, clean_take, provenance, write_cleaned};
 
 use crate::commands::{read_takes, takes_and_targets};
 use crate::console::{Console, data};
@@ -56,7 +54,7 @@ struct StepOptions {
     /// Fill gaps: by the straight line, the cubic through the motion on both sides, the other markers of the same
     /// rigid cluster, or the other fingertips.
     #[arg(long, value_parser = one_of(&FILLS), value_name = "METHOD")]
-    fill: Option<CleanFill>,
+    fill: Option<FillMethod>,
     /// Longest gap to fill, seconds [default: 0.1].
     #[arg(long, value_name = "SECONDS", requires = "fill")]
     fill_limit: Option<f64>,
@@ -69,11 +67,11 @@ struct StepOptions {
     resample: Option<f64>,
 }
 
-const FILLS: [(&str, CleanFill); 4] = [
-    ("linear", CleanFill::Linear),
-    ("cubic", CleanFill::Cubic),
-    ("cluster", CleanFill::Cluster),
-    ("neighbours", CleanFill::Neighbours),
+const FILLS: [(&str, FillMethod); 4] = [
+    ("linear", FillMethod::Linear),
+    ("cubic", FillMethod::Cubic),
+    ("cluster", FillMethod::Cluster),
+    ("neighbours", FillMethod::Neighbours),
 ];
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {

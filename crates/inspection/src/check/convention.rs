@@ -9,7 +9,7 @@
 //! tell it from one that was not.
 
 use inhand_model::{Marker, MarkerKind, Recording, RotationOrder, Setting, TrackedBody};
-use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 
 use super::bodies::{MIN_MARKERS, markers_of};
 use super::checkup::{CheckResult, Level};
@@ -40,20 +40,12 @@ const AS_GOOD_M: f64 = 1e-4;
 const MIN_TURN_RAD: f64 = 0.26;
 
 /// How the rotations and positions of a file could have to be read.
-#[derive(Clone, Debug)]
 struct Reading {
     words: String,
     advice: String,
-    rotation: Turned,
+    /// The rotation that was meant, from the one that was read.
+    rotation: Box<dyn Fn(UnitQuaternion<f64>) -> UnitQuaternion<f64>>,
     positions: Matrix3<f64>,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Turned {
-    AsRead,
-    Inverse,
-    ScalarFirst,
-    Euler([u8; 3]),
 }
 
 /// Looks at every body that carries three or more markers.
@@ -67,59 +59,50 @@ fn of_body(recording: &Recording, body: &TrackedBody) -> Option<CheckResult> {
     let markers = (kinds.into_iter())
         .map(|kind| markers_of(recording, body, kind))
         .find(|markers| markers.len() >= MIN_MARKERS)?;
-    let seen = Seen::of(body, &markers)?;
-    let stated = seen.wander_m(&Reading::as_read(), recording.source.rotation);
+    let seen = Seen::new(body, &markers)?;
+    let stated = seen.wander_m(&|read| read, Matrix3::identity());
     let tolerance_m = TOLERANCE_M.max(TOLERANCE_SHARE * seen.radius_m);
+    let turn_deg = seen.turn_rad.to_degrees();
     let base = |level| {
         CheckResult::new("axes", level, body.name.clone())
             .expected("markers that stay in place, seen from their body")
             .number("wander_mm", 1e3 * stated, seen.n())
-            .number("turn_deg", seen.turn_rad.to_degrees(), seen.n())
+            .number("turn_deg", turn_deg, seen.n())
     };
     if stated <= tolerance_m {
-        let turns = format!("turned by {:.0} degrees", seen.turn_rad.to_degrees());
         return Some(if seen.turn_rad >= MIN_TURN_RAD {
             base(Level::Ok).found("rotations and positions agree")
         } else {
             base(Level::Info).found(format!(
-                "no evidence on how rotations were written: {turns} at most"
+                "no evidence on how rotations were written: turned by {turn_deg:.0} degrees at most"
             ))
         });
     }
-    let readings = readings(recording.source.rotation);
-    let tried: Vec<_> = (readings.iter())
-        .map(|reading| (seen.wander_m(reading, recording.source.rotation), reading))
+    let tried: Vec<_> = (readings(recording.source.rotation).into_iter())
+        .map(|reading| (seen.wander_m(&reading.rotation, reading.positions), reading))
         .collect();
     let best_m = tried
         .iter()
-        .map(|&(wander_m, _)| wander_m)
+        .map(|(wander_m, _)| *wander_m)
         .fold(f64::INFINITY, f64::min);
     // Of readings that are as good as each other, the likeliest, which is the first.
     let as_good_m = AS_GOOD * best_m + AS_GOOD_M;
     let better = (tried.into_iter())
-        .find(|&(wander_m, _)| wander_m <= as_good_m)
-        .filter(|&(wander_m, _)| wander_m <= tolerance_m && BETTER * wander_m <= stated);
-    let Some((wander_m, reading)) = better else {
-        return Some(
-            base(Level::Warn)
-                .found(format!(
-                    "its markers move by {} seen from the body, under any convention known",
-                    length(stated)
-                ))
-                .advice("the markers and poses do not belong together: export both again"),
-        );
-    };
-    Some(
-        base(Level::Warn)
+        .find(|(wander_m, _)| *wander_m <= as_good_m)
+        .filter(|(wander_m, _)| *wander_m <= tolerance_m && BETTER * wander_m <= stated);
+    let moved = format!("its markers move by {} seen from the body", length(stated));
+    Some(match better {
+        None => base(Level::Warn)
+            .found(format!("{moved}, under any convention known"))
+            .advice("the markers and poses do not belong together: export both again"),
+        Some((wander_m, Reading { words, advice, .. })) => base(Level::Warn)
             .found(format!(
-                "its markers move by {} seen from the body; they stay within {} if {}",
-                length(stated),
-                length(wander_m),
-                reading.words
+                "{moved}; they stay within {} if {words}",
+                length(wander_m)
             ))
-            .advice(reading.advice.clone())
+            .advice(advice)
             .number("wander_then_mm", 1e3 * wander_m, seen.n()),
-    )
+    })
 }
 
 /// A body and its markers at some samples.
@@ -132,24 +115,20 @@ struct Seen {
 }
 
 impl Seen {
-    fn of(body: &TrackedBody, markers: &[&Marker]) -> Option<Self> {
+    fn new(body: &TrackedBody, markers: &[&Marker]) -> Option<Self> {
         let present: Vec<usize> = (0..body.track.len())
-            .filter(|&k| body.track.status(k).is_present())
+            .filter(|&k| body.track.get(k).is_some())
             .collect();
-        let poses: Vec<_> = thinned(&present, SAMPLES)
-            .into_iter()
-            .filter_map(|k| Some((k, body.track.get(k)?.isometry())))
+        let poses: Vec<_> = (thinned(&present, SAMPLES).into_iter())
+            .map(|k| (k, body.track.values()[k].isometry()))
             .collect();
         if poses.len() < MIN_SAMPLES {
             return None;
         }
         let offsets: Vec<Vec<_>> = (markers.iter())
             .map(|marker| {
-                let at = |&(k, pose): &(usize, nalgebra::Isometry3<f64>)| {
-                    marker
-                        .track
-                        .get(k)
-                        .map(|p| p.coords_m() - pose.translation.vector)
+                let at = |&(k, pose): &(usize, Isometry3<f64>)| {
+                    Some(marker.track.get(k)?.coords_m() - pose.translation.vector)
                 };
                 poses.iter().map(at).collect()
             })
@@ -157,10 +136,8 @@ impl Seen {
         let radii = offsets.iter().flatten().flatten().map(Vector3::norm);
         let radius_m = Sorted::of(radii).median();
         let rotations: Vec<_> = poses.iter().map(|(_, pose)| pose.rotation).collect();
-        let first = rotations[0];
-        let turn_rad = rotations
-            .iter()
-            .map(|r| r.angle_to(&first))
+        let turn_rad = (rotations.iter())
+            .map(|rotation| rotation.angle_to(&rotations[0]))
             .fold(0.0, f64::max);
         radius_m.is_finite().then_some(Self {
             rotations,
@@ -176,12 +153,13 @@ impl Seen {
 
     /// How far markers wander in the frame of the body under a reading: 90th percentile of the
     /// distances from each marker's median place.
-    fn wander_m(&self, reading: &Reading, written: Option<RotationOrder>) -> f64 {
+    fn wander_m(
+        &self,
+        rotation: &dyn Fn(UnitQuaternion<f64>) -> UnitQuaternion<f64>,
+        positions: Matrix3<f64>,
+    ) -> f64 {
         let body_from_world: Vec<Matrix3<f64>> = (self.rotations.iter())
-            .map(|&rotation| {
-                let matrix = turned(rotation, reading.rotation, written).to_rotation_matrix();
-                matrix.into_inner().transpose() * reading.positions
-            })
+            .map(|&read| rotation(read).to_rotation_matrix().into_inner().transpose() * positions)
             .collect();
         let mut distances = Vec::with_capacity(self.n() * self.offsets.len());
         for offsets in &self.offsets {
@@ -197,80 +175,54 @@ impl Seen {
     }
 }
 
-/// The rotation that a file meant, if it was written another way than it was read.
-fn turned(
-    read: UnitQuaternion<f64>,
-    how: Turned,
-    written: Option<RotationOrder>,
-) -> UnitQuaternion<f64> {
-    match how {
-        Turned::AsRead => read,
-        Turned::Inverse => read.inverse(),
-        // The four numbers were taken as x, y, z, w and are w, x, y, z.
-        Turned::ScalarFirst => {
-            let [x, y, z, w] = read.coords.into();
-            UnitQuaternion::new_normalize(Quaternion::new(x, y, z, w))
-        }
-        Turned::Euler(order) => match written {
-            Some(RotationOrder::Euler(stated)) => compose(angles(read, stated), order),
-            _ => read,
-        },
-    }
-}
-
-impl Reading {
-    fn as_read() -> Self {
-        Self {
-            words: String::new(),
-            advice: String::new(),
-            rotation: Turned::AsRead,
-            positions: Matrix3::identity(),
-        }
-    }
-}
-
 /// Other readings, the likeliest first.
 fn readings(written: Option<RotationOrder>) -> Vec<Reading> {
-    let rotations = |words: &str, rotation| Reading {
-        words: format!("{words}, and the file says {}", stated(written)),
-        advice: "export again with quaternions, or with the convention that the file states".into(),
-        rotation,
-        positions: Matrix3::identity(),
-    };
+    let stated = written.map_or_else(|| "nothing".to_owned(), |order| order.to_string());
     let mut readings = Vec::new();
+    let mut add = |words: &str, advice: &str, rotation| {
+        readings.push(Reading {
+            words: format!("{words}, and the file says {stated}"),
+            advice: advice.to_owned(),
+            rotation,
+            positions: Matrix3::identity(),
+        });
+    };
+    let again = "export again with quaternions, or with the convention that the file states";
     if let Some(RotationOrder::Euler(order)) = written {
         for other in EULER_ORDERS.into_iter().filter(|&other| other != order) {
-            let name = RotationOrder::Euler(other);
-            readings.push(Reading {
-                advice: format!(
-                    "read it with {} {name} where the file does not state one; else export again",
-                    Setting::RotationOrder
-                ),
-                ..rotations(
-                    &format!("its Euler angles are in the order {name}"),
-                    Turned::Euler(other),
-                )
-            });
+            let (name, setting) = (RotationOrder::Euler(other), Setting::RotationOrder);
+            let advice = format!(
+                "read it with {setting} {name} where the file does not state one; else export again"
+            );
+            let words = format!("its Euler angles are in the order {name}");
+            add(
+                &words,
+                &advice,
+                Box::new(move |read| compose(angles(read, order), other)),
+            );
         }
     } else {
-        readings.push(rotations("w comes before x, y and z", Turned::ScalarFirst));
+        // The four numbers were taken as x, y, z, w and are w, x, y, z.
+        let scalar_first = |read: UnitQuaternion<f64>| {
+            let [x, y, z, w] = read.coords.into();
+            UnitQuaternion::new_normalize(Quaternion::new(x, y, z, w))
+        };
+        add("w comes before x, y and z", again, Box::new(scalar_first));
     }
-    readings.push(rotations(
-        "its rotations are the opposite ones",
-        Turned::Inverse,
-    ));
+    let opposite = "its rotations are the opposite ones";
+    add(
+        opposite,
+        again,
+        Box::new(|read: UnitQuaternion<f64>| read.inverse()),
+    );
     readings.extend(axis_changes().map(|(words, positions)| Reading {
         words: format!("positions are taken with {words}, and rotations as they are"),
         advice:
             "positions and rotations are in different axes: export both in one convention".into(),
-        rotation: Turned::AsRead,
+        rotation: Box::new(|read| read),
         positions,
     }));
     readings
-}
-
-fn stated(written: Option<RotationOrder>) -> String {
-    written.map_or_else(|| "nothing".to_owned(), |order| order.to_string())
 }
 
 const EULER_ORDERS: [[u8; 3]; 6] = [

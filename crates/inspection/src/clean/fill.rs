@@ -21,13 +21,17 @@ use inhand_model::{
 };
 use inhand_motion::{GapFill, MotionError, fingertip_markers};
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 use crate::error::CleaningError;
 use crate::lookup::{Flips, finger_of, hand_breaks, hand_poses, in_hand};
 
 /// How gaps are filled.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum FillMethod {
+    /// Not at all.
+    None,
     /// The straight line from the sample before to the sample after.
     Linear,
     /// The cubic that leaves and arrives with the velocities of the motion on both sides, each taken
@@ -46,6 +50,7 @@ impl FillMethod {
     /// Lower-case name, as in settings.
     pub const fn name(self) -> &'static str {
         match self {
+            FillMethod::None => "none",
             FillMethod::Linear => "linear",
             FillMethod::Cubic => "cubic",
             FillMethod::Cluster => "cluster",
@@ -90,6 +95,7 @@ pub fn fill(
     let limit = settings.limit_samples(recording.clock.rate_hz())?;
     let tips = fingertip_markers(recording, roles)?;
     let filled = match settings.method {
+        FillMethod::None => Vec::new(),
         FillMethod::Linear | FillMethod::Cubic => {
             along_its_way(recording, roles, &tips, settings.method, limit)?
         }

@@ -19,7 +19,7 @@ use inhand_model::{
     Change, ChangeKind, Clock, Frame, PointTrack, Pose, PoseTrack, Position, Recording, Sample,
     Status, Track,
 };
-use inhand_motion::MotionError;
+use inhand_motion::{MotionError, lagrange_weight};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use crate::error::CleaningError;
@@ -239,12 +239,6 @@ fn cubic(instant: &Instant, at: impl Fn(usize) -> Vector3<f64>) -> Vector3<f64> 
     let to = (instant.before + 2).min(instant.last);
     let time = instant.before as f64 + instant.part;
     (from..=to)
-        .map(|own| {
-            let others = (from..=to).filter(|&other| other != own);
-            let weight: f64 = others
-                .map(|other| (time - other as f64) / (own as f64 - other as f64))
-                .product();
-            at(own) * weight
-        })
+        .map(|own| at(own) * lagrange_weight(from..=to, own, time))
         .sum()
 }

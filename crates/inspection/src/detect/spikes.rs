@@ -12,10 +12,10 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use inhand_model::{MarkerKind, PointTrack, Position, Recording, Status, World};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use crate::continuity::{End, end_after, end_before};
+use crate::continuity::{End, end_after, end_before, parabola};
 use crate::statistics::median;
 use crate::suspect::{Suspect, SuspectKind};
 
@@ -211,13 +211,14 @@ fn between(
     if count_before.min(count_after) < least_side || side.len() < 4 {
         return None;
     }
-    let curve = Parabola::through(&side)?;
+    let [c0, c1, c2] = parabola(&side, true)?;
+    let curve = |t: f64| c0 + (c1 + c2 * t) * t;
     let own_m = (side.iter())
-        .map(|(t, p)| (curve.at(*t) - p).norm())
+        .map(|(t, p)| (curve(*t) - p).norm())
         .fold(0.0, f64::max);
     let (mut least_m, mut most_m) = (f64::INFINITY, 0.0_f64);
     for k in samples.clone() {
-        let off_m = (curve.at(k as f64 - middle) - at(k)?).norm();
+        let off_m = (curve(k as f64 - middle) - at(k)?).norm();
         least_m = least_m.min(off_m);
         most_m = most_m.max(off_m);
     }
@@ -236,68 +237,46 @@ fn at_gaps(track: &PointTrack<World>, gaps: &[Range<usize>], usual: &Usual) -> V
     let mut runs = Vec::new();
     for gap in gaps {
         for len in 1..=MAX_SAMPLES {
-            if gap.end + len < track.len() {
-                runs.extend(before_line(track, gap.end..gap.end + len, usual));
+            let after_gap = gap.end..gap.end + len;
+            if after_gap.end < track.len() {
+                let line = end_after(track, after_gap.end);
+                let beside = after_gap.end - 1;
+                runs.extend(
+                    line.and_then(|line| broken(track, after_gap, beside, -1.0, &line, usual)),
+                );
             }
             if gap.start > len {
-                runs.extend(after_line(track, gap.start - len..gap.start, usual));
+                let before_gap = gap.start - len..gap.start;
+                let line = end_before(track, before_gap.start - 1);
+                let beside = before_gap.start;
+                runs.extend(
+                    line.and_then(|line| broken(track, before_gap, beside, 1.0, &line, usual)),
+                );
             }
         }
     }
     runs
 }
 
-/// A run after a gap, before a line that it breaks away from.
-fn before_line(track: &PointTrack<World>, samples: Range<usize>, usual: &Usual) -> Option<Run> {
-    let line = end_after(track, samples.end)?;
-    let here = track.get(samples.end - 1)?.coords_m();
-    let expected = line.position_m - line.velocity()?;
+/// A run beside a gap, if its sample `beside` breaks away from the line of the other side carried on by
+/// `step` samples.
+fn broken(
+    track: &PointTrack<World>,
+    samples: Range<usize>,
+    beside: usize,
+    step: f64,
+    line: &End,
+    usual: &Usual,
+) -> Option<Run> {
     let present = samples.clone().all(|k| track.get(k).is_some());
-    present
-        .then(|| broken(samples, (here - expected).norm(), &line, usual))
-        .flatten()
-}
-
-/// A run before a gap, after a line that it breaks away from.
-fn after_line(track: &PointTrack<World>, samples: Range<usize>, usual: &Usual) -> Option<Run> {
-    let line = end_before(track, samples.start.checked_sub(1)?)?;
-    let here = track.get(samples.start)?.coords_m();
-    let expected = line.position_m + line.velocity()?;
-    let present = samples.clone().all(|k| track.get(k).is_some());
-    present
-        .then(|| broken(samples, (here - expected).norm(), &line, usual))
-        .flatten()
-}
-
-fn broken(samples: Range<usize>, off_m: f64, line: &End, usual: &Usual) -> Option<Run> {
+    let expected = line.position_m + line.velocity? * step;
+    let off_m = (track.get(beside).filter(|_| present)?.coords_m() - expected).norm();
     let threshold_m = LEAST_BESIDE_GAP_M
         .max(TIMES_USUAL * usual.about(&samples))
-        .max(TIMES_LINE * line.misfit_m());
+        .max(TIMES_LINE * line.misfit_m);
     (off_m >= threshold_m).then(|| Run {
         samples,
         off_m,
         score: off_m / threshold_m,
     })
-}
-
-/// A parabola of least squares, in samples from a middle.
-struct Parabola([Vector3<f64>; 3]);
-
-impl Parabola {
-    /// `None` for fewer than three different times.
-    fn through(points: &[(f64, Vector3<f64>)]) -> Option<Self> {
-        let mut normal = Matrix3::zeros();
-        let mut right = Matrix3::zeros();
-        for (t, p) in points {
-            let powers = Vector3::new(1.0, *t, t * t);
-            normal += powers * powers.transpose();
-            right += powers * p.transpose();
-        }
-        let solved = normal.try_inverse()? * right;
-        Some(Self([0, 1, 2].map(|row| solved.row(row).transpose())))
-    }
-
-    fn at(&self, t: f64) -> Vector3<f64> {
-        self.0[0] + (self.0[1] + self.0[2] * t) * t
-    }
 }

@@ -37,7 +37,13 @@ struct Section {
 }
 
 impl Butterworth {
-    pub(super) fn new(cutoff_hz: f64, order: usize, rate_hz: f64) -> Result<Self, MotionError> {
+    /// The Butterworth low-pass without delay, ready to use.
+    ///
+    /// # Errors
+    ///
+    /// [`MotionError::Setting`] for an order outside 1 to 10 and for a cut-off that is not between zero
+    /// and half the rate.
+    pub fn new(cutoff_hz: f64, order: usize, rate_hz: f64) -> Result<Self, MotionError> {
         if !(1..=MAX_ORDER).contains(&order) {
             return Err(MotionError::setting(
                 "filter.order",

@@ -14,7 +14,7 @@ const COUNTING_LIMIT: usize = 128;
 ///
 /// ```
 /// # fn main() -> Result<(), inhand_motion::MotionError> {
-/// let median = inhand_motion::filter::median(4)?;
+/// let median = inhand_motion::filter::Median::new(4)?;
 /// // Windows: [9 1], [9 1 2], [9 1 2 8], [1 2 8 3], [2 8 3].
 /// assert_eq!(median.apply(&[9.0, 1.0, 2.0, 8.0, 3.0]), [5.0, 2.0, 5.0, 2.5, 3.0]);
 /// # Ok(())
@@ -26,7 +26,12 @@ pub struct Median {
 }
 
 impl Median {
-    pub(super) fn new(window: usize) -> Result<Self, MotionError> {
+    /// The sliding median, ready to use.
+    ///
+    /// # Errors
+    ///
+    /// [`MotionError::Setting`] for a window of no sample.
+    pub fn new(window: usize) -> Result<Self, MotionError> {
         if window == 0 {
             return Err(MotionError::setting(
                 "filter.window",

@@ -18,7 +18,12 @@ pub struct SavitzkyGolay {
 }
 
 impl SavitzkyGolay {
-    pub(super) fn new(window: usize, order: usize) -> Result<Self, MotionError> {
+    /// The sliding polynomial of least squares, ready to use.
+    ///
+    /// # Errors
+    ///
+    /// [`MotionError::Setting`] for an even window and for an order that the window does not allow.
+    pub fn new(window: usize, order: usize) -> Result<Self, MotionError> {
         if window.is_multiple_of(2) {
             return Err(MotionError::setting(
                 "filter.window",

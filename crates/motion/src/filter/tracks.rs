@@ -80,7 +80,7 @@ fn smooth_columns(
         .into_par_iter()
         .map(|mut column| {
             for stretch in stretches {
-                let smooth = smoother.apply(&column[stretch.clone()]);
+                let smooth = smoother(&column[stretch.clone()]);
                 column[stretch.clone()].copy_from_slice(&smooth);
             }
             column

@@ -22,7 +22,7 @@ pub struct CleanSection {
     /// Whether unlabelled markers that go on where a fingertip is lost become that fingertip.
     pub stitch: bool,
     /// How gaps are filled in the recording. Processing fills what is left by its own setting.
-    pub fill: CleanFill,
+    pub fill: FillMethod,
     /// Longest gap that is filled so, seconds.
     pub fill_limit_s: f64,
     /// New rate of the recording, Hz.
@@ -32,22 +32,6 @@ pub struct CleanSection {
     pub pad_mm: BTreeMap<String, [f64; 3]>,
 }
 
-/// How gaps are filled in a recording, if at all.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum CleanFill {
-    /// Not at all.
-    None,
-    /// As [`FillMethod::Linear`].
-    Linear,
-    /// As [`FillMethod::Cubic`].
-    Cubic,
-    /// As [`FillMethod::Cluster`].
-    Cluster,
-    /// As [`FillMethod::Neighbours`].
-    Neighbours,
-}
-
 impl Default for CleanSection {
     fn default() -> Self {
         Self {
@@ -55,7 +39,7 @@ impl Default for CleanSection {
             swaps: false,
             spikes: false,
             stitch: false,
-            fill: CleanFill::None,
+            fill: FillMethod::None,
             fill_limit_s: 0.1,
             resample_hz: None,
             pad_mm: BTreeMap::new(),
@@ -70,13 +54,6 @@ impl CleanSection {
     ///
     /// [`SessionError::Settings`].
     pub fn steps(&self) -> Result<Option<CleanSettings>, SessionError> {
-        let method = match self.fill {
-            CleanFill::None => None,
-            CleanFill::Linear => Some(FillMethod::Linear),
-            CleanFill::Cubic => Some(FillMethod::Cubic),
-            CleanFill::Cluster => Some(FillMethod::Cluster),
-            CleanFill::Neighbours => Some(FillMethod::Neighbours),
-        };
         let mut pads = PerFinger::from_fn(|_| None);
         for (name, offset_mm) in &self.pad_mm {
             pads[finger(name, "clean.pad_mm")?] = Some(PadOffset::InHand {
@@ -88,8 +65,8 @@ impl CleanSection {
             swaps: self.swaps,
             spikes: self.spikes,
             stitch: self.stitch,
-            fill: method.map(|method| FillSettings {
-                method,
+            fill: (self.fill != FillMethod::None).then_some(FillSettings {
+                method: self.fill,
                 limit_s: self.fill_limit_s,
             }),
             pads,

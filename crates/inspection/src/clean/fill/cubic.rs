@@ -3,7 +3,9 @@
 use std::ops::Range;
 
 use inhand_model::{Frame, PointTrack, Position};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
+
+use crate::continuity::parabola;
 
 /// Samples on each side from which its velocity is taken: the slope of a parabola there. A cubic through
 /// two samples on each side has a velocity of noise: over a gap of 0.1 s at 100 Hz it triples the jitter
@@ -45,15 +47,6 @@ fn slope_at_zero(samples: impl Iterator<Item = (f64, Vector3<f64>)>) -> Option<V
     if samples.len() < 2 {
         return None;
     }
-    let bends = samples.len() >= PARABOLA;
-    let (mut normal, mut right) = (Matrix3::zeros(), Matrix3::zeros());
-    for (t, p) in &samples {
-        let powers = Vector3::new(1.0, *t, if bends { t * t } else { 0.0 });
-        normal += powers * powers.transpose();
-        right += powers * p.transpose();
-    }
-    if !bends {
-        normal[(2, 2)] = 1.0;
-    }
-    Some((normal.try_inverse()? * right).row(1).transpose())
+    let [_, slope, _] = parabola(&samples, samples.len() >= PARABOLA)?;
+    Some(slope)
 }

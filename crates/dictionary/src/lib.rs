@@ -93,7 +93,7 @@ pub use pca::learn_pca;
 pub use projection::{Projection, activations};
 pub use rank::{HeldOut, RankCurve, RankGroups, RankMethod, RankPoint, RankSuggestion, rank_curve};
 pub use residual::{Fold, ResidualSettings, folds, learn_residual};
-pub use rounds::{Activations, NmfProblem, NmfState};
+pub use rounds::{Activations, NmfProblem, NmfState, blocks};
 pub use settings::{NmfSettings, Penalty, Precision, Start, Update};
 pub use start::draw;
 pub use sums::{Node, Sums, Tree};

@@ -1,7 +1,5 @@
 //! Non-negative matrix factorisation of training segments in memory.
 
-use std::borrow::Borrow;
-
 use inhand_model::{Demonstrated, Dictionary, DictionaryKind, Learning, Restart, StopReason};
 use nalgebra::{DMatrix, DVector};
 
@@ -53,23 +51,23 @@ pub fn learn_nmf(
     demonstrated: Demonstrated,
     settings: &NmfSettings,
 ) -> Result<Dictionary, LearnError> {
-    let mut problem = NmfProblem::new(segments, settings)?;
+    let problem = NmfProblem::new(segments, settings)?;
     let mut states = Vec::with_capacity(settings.restarts);
     let mut activations = Vec::new();
     for restart in 0..settings.restarts {
-        problem.settings.seed = settings.seed.wrapping_add(restart as u64);
-        let solved = solve(&problem, segments)?;
-        states.push((problem.settings.seed, solved.state));
+        let seed = settings.seed.wrapping_add(restart as u64);
+        let state = problem.start(segments, seed)?;
+        let (state, solved) = match settings.precision {
+            Precision::F64 => solve::<f64>(&problem, state, segments)?,
+            Precision::F32 => solve::<f32>(&problem, state, segments)?,
+        };
+        states.push(state);
         // They take room: those of the best start so far are kept.
         if smallest_objective(&states) == restart {
-            activations = solved.activations;
+            activations = solved;
         }
     }
-    let best = smallest_objective(&states);
-    let restarts = problem.compare(&states, best);
-    let (seed, state) = &states[best];
-    problem.settings.seed = *seed;
-    problem.finish(state, restarts, demonstrated, &mut |block| {
+    problem.finish(&states, demonstrated, &mut |block| {
         Ok(activations[block].clone())
     })
 }
@@ -131,6 +129,7 @@ pub fn describe_nmf(
     }
     problem.offset_m = offset_m.as_slice().to_vec();
     let given = NmfState {
+        seed: settings.seed,
         primitives: primitives.transpose().as_slice().to_vec(),
         ..NmfState::default()
     };
@@ -141,22 +140,20 @@ pub fn describe_nmf(
     }
     let mut state = given.clone();
     problem.measure(&mut state, &sums.root(problem.blocks())?);
-    problem.finish(&state, Vec::new(), demonstrated, &mut |block| {
-        Ok(fit(block)?.1)
-    })
+    problem.finish(&[state], demonstrated, &mut |block| Ok(fit(block)?.1))
 }
 
 /// How far data may lie below a given offset, metres: rounding of what other tools wrote.
 const GIVEN_SLACK_M: f64 = 1e-6;
 
 /// Where the smallest last objective is; the first of equal ones.
-pub fn smallest_objective<S: Borrow<NmfState>>(states: &[(u64, S)]) -> usize {
-    let last = |state: &S| {
-        let last = state.borrow().objective_history_m2.last().copied();
+pub fn smallest_objective(states: &[NmfState]) -> usize {
+    let last = |state: &NmfState| {
+        let last = state.objective_history_m2.last().copied();
         last.unwrap_or(f64::INFINITY)
     };
     (1..states.len()).fold(0, |best, i| {
-        if last(&states[i].1) < last(&states[best].1) {
+        if last(&states[i]) < last(&states[best]) {
             i
         } else {
             best
@@ -164,37 +161,20 @@ pub fn smallest_objective<S: Borrow<NmfState>>(states: &[(u64, S)]) -> usize {
     })
 }
 
-/// The result of rounds.
-struct Solved {
-    state: NmfState,
-    /// One for each block.
-    activations: Vec<Activations>,
-}
-
-fn solve(problem: &NmfProblem, columns: &dyn Columns) -> Result<Solved, LearnError> {
-    let state = problem.start(columns)?;
-    match problem.settings.precision {
-        Precision::F64 => solve_in::<f64>(problem, state, columns),
-        Precision::F32 => solve_in::<f32>(problem, state, columns),
-    }
-}
-
-/// Rounds with everything in memory. The products with the data that only an update of the
-/// primitives needs are formed after it is known that there is one.
-fn solve_in<T: Stored>(
+/// Rounds with everything in memory, to the last state and the activations of each block. The products
+/// with the data that only an update of the primitives needs are formed after it is known that there
+/// is one.
+fn solve<T: Stored>(
     problem: &NmfProblem,
     mut state: NmfState,
     columns: &dyn Columns,
-) -> Result<Solved, LearnError> {
+) -> Result<(NmfState, Vec<Activations>), LearnError> {
     let mut blocks: Vec<Block<T>> = (0..problem.blocks())
         .map(|block| Ok(problem.shifted(problem.read_block(columns, block)?)))
         .collect::<Result<_, LearnError>>()?;
     iterate(problem, &mut state, &mut blocks, columns)?;
     let stored = blocks.into_iter().map(|block| T::stored(block.activations));
-    Ok(Solved {
-        state,
-        activations: stored.collect(),
-    })
+    Ok((state, stored.collect()))
 }
 
 /// Runs rounds until learning stops.
@@ -233,15 +213,14 @@ pub(crate) fn iterate<T: Real>(
 
 impl NmfProblem {
     /// How each of several starts ended, against the one at `best`; none for a single start.
-    pub fn compare<S: Borrow<NmfState>>(&self, states: &[(u64, S)], best: usize) -> Vec<Restart> {
+    fn compare(&self, states: &[NmfState], best: usize) -> Vec<Restart> {
         if states.len() < 2 {
             return Vec::new();
         }
-        let kept = self.primitives(states[best].1.borrow());
+        let kept = self.primitives(&states[best]);
         (states.iter().enumerate())
-            .map(|(i, (seed, state))| (i, seed, state.borrow()))
-            .map(|(i, seed, state)| Restart {
-                seed: *seed,
+            .map(|(i, state)| Restart {
+                seed: state.seed,
                 rms_m: self.rms_m(state),
                 objective_m2: state
                     .objective_history_m2
@@ -257,19 +236,20 @@ impl NmfProblem {
             .collect()
     }
 
-    /// The dictionary of a state that has stopped, with its activations block by block (each is asked
-    /// for twice).
+    /// The dictionary of the best of the starts, all of which have stopped, with its activations block by
+    /// block (each is asked for twice).
     ///
     /// # Errors
     ///
     /// What `activations` returns, and [`LearnError::Activations`] for some of another size.
     pub fn finish(
         &self,
-        state: &NmfState,
-        restarts: Vec<Restart>,
+        starts: &[NmfState],
         demonstrated: Demonstrated,
         activations: &mut dyn FnMut(usize) -> Result<Activations, LearnError>,
     ) -> Result<Dictionary, LearnError> {
+        let best = smallest_objective(starts);
+        let state = &starts[best];
         let rank = self.settings.rank;
         if !self.settings.activation_penalty.is_none()
             && state.squared_residual_m2 >= state.squared_norm_m2
@@ -309,8 +289,8 @@ impl NmfProblem {
                 iterations: state.round,
                 stop_reason: state.stop.unwrap_or(StopReason::IterationLimit),
                 objective_history_m2: state.objective_history_m2.clone(),
-                seed: self.settings.seed,
-                restarts,
+                seed: state.seed,
+                restarts: self.compare(starts, best),
             },
             demonstrated,
             residual: None,

@@ -20,7 +20,11 @@ impl NmfProblem {
     /// Recognition 41, table 1 and section 2.3, variant "a"): of each pair of singular vectors
     /// the parts of one sign whose product is larger, scaled to carry it; zeros take the mean of
     /// the data, because multiplicative updates would keep them.
-    pub(crate) fn nndsvd_primitives(&self, columns: &dyn Columns) -> Result<Vec<f64>, LearnError> {
+    pub(crate) fn nndsvd_primitives(
+        &self,
+        columns: &dyn Columns,
+        seed: u64,
+    ) -> Result<Vec<f64>, LearnError> {
         let (rank, rows) = (self.settings.rank, self.layout.rows());
         let pass = |see: &mut dyn FnMut(&[f64])| -> Result<(), LearnError> {
             for block in 0..self.blocks() {
@@ -29,7 +33,7 @@ impl NmfProblem {
             }
             Ok(())
         };
-        nndsvd(rows, self.count, rank, self.settings.seed, pass)
+        nndsvd(rows, self.count, rank, seed, pass)
     }
 }
 

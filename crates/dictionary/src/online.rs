@@ -26,21 +26,25 @@ impl NmfProblem {
     ///
     /// Every batch is fitted once to the primitives as they are, its sums join those of the batches
     /// before, and the primitives follow. Steps depend on one another: a pass has no shards.
-    pub(crate) fn online_primitives(&self, columns: &dyn Columns) -> Result<Vec<f64>, LearnError> {
+    pub(crate) fn online_primitives(
+        &self,
+        columns: &dyn Columns,
+        seed: u64,
+    ) -> Result<Vec<f64>, LearnError> {
         let settings = &self.settings;
         let (rank, rows) = (settings.rank, self.layout.rows());
-        let mut primitives = self.random_primitives();
+        let mut primitives = self.random_primitives(seed);
         let mut gram_m2 = vec![0.0; rank * rank];
         let mut cross_m2 = vec![0.0; rank * rows];
         let mut seen = 0.0;
-        let batches = shuffled(self.count.div_ceil(BATCH_COLUMNS), settings.seed);
+        let batches = shuffled(self.count.div_ceil(BATCH_COLUMNS), seed);
         for (step, batch) in batches.into_iter().enumerate() {
             let first = batch * BATCH_COLUMNS;
             let segments = first..(first + BATCH_COLUMNS).min(self.count);
             let penalty = settings.activation_penalty.scaled(rows);
             let basis = Basis::<f64>::new(&primitives, rank, penalty);
             let mut block = self.shifted::<f64>(self.read(columns, segments)?);
-            block.start_activations(&basis, settings.seed, first);
+            block.start_activations(&basis, seed, first);
             let fit = block.fit(&basis, settings.update, ACTIVATION_SWEEPS);
 
             let kept = (step as f64 / (step + 1) as f64).powi(FORGETTING);

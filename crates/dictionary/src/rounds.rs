@@ -7,6 +7,7 @@
 //! [`Sums`] what it brings back. [`learn_nmf`](crate::learn_nmf) runs the same steps in memory.
 
 use inhand_model::{SegmentLayout, StopReason};
+use serde::{Deserialize, Serialize};
 
 use crate::block::{BLOCK_COLUMNS, Basis, Block, Fit};
 use crate::columns::Columns;
@@ -26,7 +27,7 @@ use crate::sums::Sums;
 const EXACT_FIT: f64 = 1e-13;
 
 /// A factorisation to be done: what does not change from round to round.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NmfProblem {
     /// Shape of the segments.
     pub layout: SegmentLayout,
@@ -41,8 +42,10 @@ pub struct NmfProblem {
 }
 
 /// What a round starts from, and how it went so far.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct NmfState {
+    /// Seed of the start.
+    pub seed: u64,
     /// Iterations done: updates of the primitives since the start.
     pub round: usize,
     /// Primitives as rows (rank x rows).
@@ -60,7 +63,7 @@ pub struct NmfState {
 }
 
 /// Activations of a block (rank x its columns), metres.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Activations {
     /// In double precision.
     F64(Vec<f64>),
@@ -76,6 +79,11 @@ impl Activations {
             Activations::F32(values) => values.iter().map(|v| f64::from(*v)).collect(),
         }
     }
+}
+
+/// Number of blocks of so many segments.
+pub const fn blocks(segments: usize) -> usize {
+    segments.div_ceil(BLOCK_COLUMNS)
 }
 
 impl NmfProblem {
@@ -104,7 +112,7 @@ impl NmfProblem {
 
     /// Number of blocks.
     pub fn blocks(&self) -> usize {
-        self.count.div_ceil(BLOCK_COLUMNS)
+        blocks(self.count)
     }
 
     /// The segments of a block.
@@ -149,16 +157,9 @@ impl NmfProblem {
             block,
             round: state.round,
         };
-        match (self.settings.precision, previous) {
-            (Precision::F64, Some(Activations::F64(previous))) => {
-                self.sums_of(state, block, columns_m, Some(previous))
-            }
-            (Precision::F32, Some(Activations::F32(previous))) => {
-                self.sums_of(state, block, columns_m, Some(previous))
-            }
-            (Precision::F64, None) => self.sums_of::<f64>(state, block, columns_m, None),
-            (Precision::F32, None) => self.sums_of::<f32>(state, block, columns_m, None),
-            _ => None,
+        match self.settings.precision {
+            Precision::F64 => self.sums_of::<f64>(state, block, columns_m, previous),
+            Precision::F32 => self.sums_of::<f32>(state, block, columns_m, previous),
         }
         .ok_or_else(wrong)
     }
@@ -168,16 +169,17 @@ impl NmfProblem {
         state: &NmfState,
         block: usize,
         columns_m: Vec<f64>,
-        previous: Option<Vec<T>>,
+        previous: Option<Activations>,
     ) -> Option<(Sums, Activations)> {
         let basis = self.basis::<T>(state);
         let mut data = self.shifted(columns_m);
+        if previous.is_some() != (state.round > 0) {
+            return None;
+        }
         if let Some(previous) = previous {
+            data.activations = T::restored(previous)?;
             let expected = self.settings.rank * data.count();
-            (previous.len() == expected && state.round > 0).then_some(())?;
-            data.activations = previous;
-        } else {
-            (state.round == 0).then_some(())?;
+            (data.activations.len() == expected).then_some(())?;
         }
         let fit = self.fit(state, &basis, self.block(block).start, &mut data);
         let sums = Sums {
@@ -225,7 +227,7 @@ impl NmfProblem {
     ) -> Fit {
         let settings = &self.settings;
         if state.round == 0 {
-            block.start_activations(basis, settings.seed, first);
+            block.start_activations(basis, state.seed, first);
         } else {
             block.clear_activations(&state.revived, settings.rank);
             block.expect_missing(basis);
@@ -362,7 +364,7 @@ impl NmfProblem {
         let dead = (0..rank).filter(|&j| !squares[j].is_normal());
         for j in dead {
             let purpose = (state.round - 1) * rank + j;
-            let segment = start::drawn_segment(self.count, self.settings.seed, purpose);
+            let segment = start::drawn_segment(self.count, state.seed, purpose);
             let column = self.shifted::<f64>(self.read(columns, segment..segment + 1)?);
             let norm = squared_norm(&column.data).sqrt();
             for (numbers, v) in (state.primitives.chunks_exact_mut(rank)).zip(&column.data) {
@@ -405,16 +407,33 @@ pub(crate) fn fit_sums<T: Real>(block: &Block<T>, fit: Fit) -> Sums {
 /// Numbers that activations are stored as.
 pub(crate) trait Stored: Real {
     fn stored(values: Vec<Self>) -> Activations;
+
+    /// The numbers, where they are of this kind.
+    fn restored(activations: Activations) -> Option<Vec<Self>>;
 }
 
 impl Stored for f64 {
     fn stored(values: Vec<f64>) -> Activations {
         Activations::F64(values)
     }
+
+    fn restored(activations: Activations) -> Option<Vec<f64>> {
+        match activations {
+            Activations::F64(values) => Some(values),
+            Activations::F32(_) => None,
+        }
+    }
 }
 
 impl Stored for f32 {
     fn stored(values: Vec<f32>) -> Activations {
         Activations::F32(values)
+    }
+
+    fn restored(activations: Activations) -> Option<Vec<f32>> {
+        match activations {
+            Activations::F32(values) => Some(values),
+            Activations::F64(_) => None,
+        }
     }
 }

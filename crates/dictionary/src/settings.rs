@@ -29,7 +29,7 @@ pub enum Precision {
 
 /// What a factor costs: `l1` times the sum of its numbers plus `l2` times half the sum of their
 /// squares.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Penalty {
     /// Weight of the sum.
     pub l1: f64,
@@ -84,7 +84,7 @@ pub enum Start {
 }
 
 /// Settings of non-negative matrix factorisation.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NmfSettings {
     /// Number of primitives, at least 1 and at most the number of segments.
     pub rank: usize,

@@ -42,29 +42,30 @@ pub(crate) fn activation_shares(seed: u64, segment: usize) -> impl Iterator<Item
 }
 
 impl NmfProblem {
-    /// The state that rounds start from.
+    /// The state that rounds start from with a seed.
     ///
     /// # Errors
     ///
     /// [`LearnError::Read`].
-    pub fn start(&self, columns: &dyn Columns) -> Result<NmfState, LearnError> {
+    pub fn start(&self, columns: &dyn Columns, seed: u64) -> Result<NmfState, LearnError> {
         let primitives = match self.settings.start {
-            Start::Random => self.random_primitives(),
-            Start::Segments => self.drawn_primitives(columns)?,
-            Start::Online => self.online_primitives(columns)?,
-            Start::Nndsvd => self.nndsvd_primitives(columns)?,
+            Start::Random => self.random_primitives(seed),
+            Start::Segments => self.drawn_primitives(columns, seed)?,
+            Start::Online => self.online_primitives(columns, seed)?,
+            Start::Nndsvd => self.nndsvd_primitives(columns, seed)?,
         };
         Ok(NmfState {
+            seed,
             primitives,
             ..NmfState::default()
         })
     }
 
-    pub(crate) fn random_primitives(&self) -> Vec<f64> {
+    pub(crate) fn random_primitives(&self, seed: u64) -> Vec<f64> {
         let rank = self.settings.rank;
         let mut primitives = vec![0.0; rank * self.layout.rows()];
         for (row, numbers) in primitives.chunks_exact_mut(rank).enumerate() {
-            let mut random = keyed(self.settings.seed, row);
+            let mut random = keyed(seed, row);
             for number in numbers {
                 *number = 1.0 - SPREAD * uniform(&mut random);
             }
@@ -72,13 +73,10 @@ impl NmfProblem {
         primitives
     }
 
-    fn drawn_primitives(&self, columns: &dyn Columns) -> Result<Vec<f64>, LearnError> {
+    fn drawn_primitives(&self, columns: &dyn Columns, seed: u64) -> Result<Vec<f64>, LearnError> {
         let rank = self.settings.rank;
         let mut primitives = vec![0.0; rank * self.layout.rows()];
-        for (j, segment) in draw(self.count, rank, self.settings.seed)
-            .into_iter()
-            .enumerate()
-        {
+        for (j, segment) in draw(self.count, rank, seed).into_iter().enumerate() {
             let column = self.shifted::<f64>(self.read(columns, segment..segment + 1)?);
             for (numbers, v) in primitives.chunks_exact_mut(rank).zip(&column.data) {
                 numbers[j] = *v;

@@ -6,6 +6,8 @@
 //! the root with the same bits as a process that had every block. A run of neighbouring blocks gives
 //! at most two such sums for each level of the tree.
 
+use serde::{Deserialize, Serialize};
+
 use crate::error::LearnError;
 
 /// What can be added up over blocks.
@@ -21,7 +23,7 @@ impl Addend for Vec<f64> {
 }
 
 /// Sums that an update of the primitives needs, over some blocks.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sums {
     /// Number of columns.
     pub count: usize,
@@ -49,7 +51,7 @@ impl Addend for Sums {
 }
 
 /// A sum over the blocks `index * 2^level .. (index + 1) * 2^level`.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Node<S = Sums> {
     /// Level in the tree: 0 for a single block.
     pub level: u32,

@@ -38,7 +38,7 @@ fn with_gaps(mut columns: DMatrix<f64>) -> DMatrix<f64> {
 /// What many processes would do: each takes a run of blocks, one adds up and updates.
 fn in_shards(segments: &Segments, settings: &NmfSettings, shards: usize) -> Dictionary {
     let problem = NmfProblem::new(segments, settings).unwrap();
-    let mut state = problem.start(segments).unwrap();
+    let mut state = problem.start(segments, settings.seed).unwrap();
     let blocks = problem.blocks();
     let mut activations: Vec<Option<Activations>> = vec![None; blocks];
     while state.stop.is_none() {
@@ -60,7 +60,7 @@ fn in_shards(segments: &Segments, settings: &NmfSettings, shards: usize) -> Dict
         let sums = all.root(blocks).unwrap();
         state = problem.update(state, &sums, segments).unwrap();
     }
-    let finished = problem.finish(&state, Vec::new(), demonstrated(), &mut |block| {
+    let finished = problem.finish(&[state], demonstrated(), &mut |block| {
         Ok(activations[block].clone().unwrap())
     });
     finished.unwrap()
@@ -120,7 +120,7 @@ fn any_number_of_threads_gives_the_same_bits() {
 fn activations_of_another_round_are_refused() {
     let segments = segments(motion(4, 50));
     let problem = NmfProblem::new(&segments, &settings(3)).unwrap();
-    let state = problem.start(&segments).unwrap();
+    let state = problem.start(&segments, 0).unwrap();
     let columns_m = || problem.read_block(&segments, 0).unwrap();
     let (sums, first) = problem.sums(&state, 0, columns_m(), None).unwrap();
     let refused = |result| matches!(result, Err(LearnError::Activations { block: 0, .. }));

@@ -64,6 +64,11 @@ impl Clock {
         self.rate_hz
     }
 
+    /// Whether both clocks have one rate, to a millionth: files round it.
+    pub fn has_rate_of(&self, other: Self) -> bool {
+        (self.rate_hz - other.rate_hz).abs() <= 1e-6 * other.rate_hz
+    }
+
     /// What is known of the start time.
     pub const fn start_time(&self) -> StartTime {
         self.start_time

@@ -1,6 +1,7 @@
 //! One-second pieces of motion, the columns that dictionaries learn from.
 
 use nalgebra::DMatrix;
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::finger::Finger;
@@ -26,7 +27,7 @@ pub const ROTATION_LEVER_M: f64 = 0.025;
 /// A column holds the fingertips, time-major (t, finger, axis): 15 N numbers. With the object,
 /// 6 N follow, time-major (t, coordinate): its position in the hand frame and, times
 /// [`ROTATION_LEVER_M`], the rotation vector (hand frame) that turned it since the first sample.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SegmentLayout {
     /// Samples in a segment (N).
     pub samples: usize,

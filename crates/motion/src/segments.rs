@@ -80,7 +80,7 @@ fn check_rates(motions: &[&Motion], settings: &SegmentSettings) -> Result<(), Mo
         return Ok(());
     };
     let first_rate_hz = first.clock.rate_hz();
-    if let Some(other) = (motions.iter()).find(|motion| motion.clock.rate_hz() != first_rate_hz) {
+    if let Some(other) = (motions.iter()).find(|motion| !motion.clock.has_rate_of(first.clock)) {
         return Err(MotionError::Rates {
             first_take: first.name.clone(),
             first_rate_hz,

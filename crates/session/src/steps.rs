@@ -42,7 +42,8 @@ pub(crate) use learn::nmf_settings_of;
 pub use learn::{complete, drawn_demonstrations, learn, nmf_settings, with_deviations};
 pub use motion::{MotionAnalysis, contact_rows, contact_rules, motion_analysis};
 pub use rank::judge_ranks;
-pub use select::{Tally, Used, select, used};
+pub(crate) use select::select;
+pub use select::{Tally, Used, used};
 pub use shown::{Shown, demonstrated};
 
 /// Brings takes into the hand's frame and filters them, in order.

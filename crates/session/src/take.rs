@@ -6,8 +6,8 @@ use inhand_capture::roles::{RoleSettings, resolve};
 use inhand_channels::{CleanedTake, ReadCleaned, ReadTake};
 use inhand_export::WideSettings;
 use inhand_model::{
-    Annotations, BodySource, Change, Finger, InputHash, Motion, PointTrack, Provenance, Recording,
-    Roles, World,
+    Annotations, BodySource, Change, Clock, Finger, InputHash, Motion, PointTrack, Provenance,
+    Recording, Roles, World,
 };
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
@@ -212,7 +212,7 @@ pub fn read_session(session: &Session, settings: &Settings) -> Result<Vec<Take>,
     for take in &takes {
         take.roles()?;
     }
-    check_rates(&takes)?;
+    check_rates((takes.iter()).map(|take| (take.path.as_path(), take.recording.clock)))?;
     if !settings.allow_shared_takes {
         check_disjoint(session, &takes)?;
     }
@@ -257,21 +257,29 @@ impl Cleaning {
     }
 }
 
-fn check_rates(takes: &[Take]) -> Result<(), SessionError> {
-    let Some(first) = takes.first() else {
+/// Refuses takes of different rates; each comes with its file.
+///
+/// # Errors
+///
+/// [`SessionError::Data`] for the first take of another rate than the first.
+pub fn check_rates<'a>(
+    takes: impl IntoIterator<Item = (&'a Path, Clock)>,
+) -> Result<(), SessionError> {
+    let mut takes = takes.into_iter();
+    let Some((first, clock)) = takes.next() else {
         return Ok(());
     };
-    let rate_hz = first.recording.clock.rate_hz();
-    match takes
-        .iter()
-        .find(|take| (take.recording.clock.rate_hz() - rate_hz).abs() > 1e-6 * rate_hz)
-    {
+    match takes.find(|(_, other)| !other.has_rate_of(clock)) {
         None => Ok(()),
-        Some(other) => Err(other.error(format!(
-            "the take has {} Hz, but {} has {rate_hz} Hz: the takes of a session need one rate",
-            other.recording.clock.rate_hz(),
-            first.path.display()
-        ))),
+        Some((path, other)) => Err(SessionError::data(
+            path,
+            format!(
+                "the take has {} Hz, but {} has {} Hz: takes that are used together need one rate",
+                other.rate_hz(),
+                first.display(),
+                clock.rate_hz()
+            ),
+        )),
     }
 }
 

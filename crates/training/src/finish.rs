@@ -2,16 +2,13 @@
 
 use std::time::Instant;
 
-use inhand_dictionary::{LearnError, describe_nmf, learn_nmf, learn_pca};
+use inhand_dictionary::{LearnError, describe_nmf, learn_nmf, learn_pca, smallest_objective};
 use inhand_model::{Demonstrated, Dictionary, DictionaryKind, InputHash, Provenance};
 use inhand_session::matrices::Given;
 use inhand_session::{Located as _, SessionError, provenance, steps};
 
 use crate::folder::LearningFolder;
-use crate::rounds::{
-    Current, Progress, Shard, at_start, begin_rounds, best_of, current, progress, stats, update,
-};
-use crate::stored::read_activations;
+use crate::rounds::{Progress, Shard, begin_rounds, current, states, stats, update};
 use crate::tables::TableColumns;
 
 /// Largest size of all columns that one process holds at once, bytes; beyond it they are read block
@@ -39,7 +36,8 @@ pub struct Learned {
 /// [`SessionError::Data`] where rounds are left to do, and for files of another run.
 pub fn finish(folder: &LearningFolder) -> Result<Learned, SessionError> {
     let begin = Instant::now();
-    let found = progress(folder)?;
+    let current = current(folder)?;
+    let found = current.progress();
     if !found.is_done() {
         return Err(SessionError::data(
             folder.root(),
@@ -52,21 +50,17 @@ pub fn finish(folder: &LearningFolder) -> Result<Learned, SessionError> {
             ),
         ));
     }
-    let starts = (0..found.starts).map(|start| at_start(folder, start));
-    let starts = starts.collect::<Result<Vec<Current>, _>>()?;
-    let best = &starts[best_of(&starts)];
-    let states: Vec<_> = (starts.iter())
-        .map(|current| (current.problem.settings.seed, &current.state))
-        .collect();
-    let restarts = best.problem.compare(&states, best.start);
-    let (_, demonstrated) = folder.read_problem(best.start)?;
-    let mut read = |block| {
-        read_activations(folder, best, block).map_err(|error| LearnError::Read {
+    let states = states(folder, &current)?;
+    let best = smallest_objective(&states);
+    let (problem, demonstrated) = folder.problem()?;
+    let mut activations = |block| {
+        let read = folder.activations(best, &states[best], block);
+        read.map_err(|error| LearnError::Read {
             message: error.to_string(),
         })
     };
-    let dictionary = (best.problem)
-        .finish(&best.state, restarts, demonstrated, &mut read)
+    let dictionary = problem
+        .finish(&states, demonstrated, &mut activations)
         .during("learning")?;
     with_the_rest(folder, dictionary, begin.elapsed().as_secs_f64())
 }
@@ -108,7 +102,7 @@ pub fn learn_in(
     }
     let begin = Instant::now();
     let columns = TableColumns::new(folder)?;
-    let (problem, demonstrated) = folder.read_problem(0)?;
+    let (problem, demonstrated) = folder.problem()?;
     let dictionary = if is_nmf {
         learn_nmf(&columns, demonstrated, &problem.settings)
     } else {
@@ -131,7 +125,7 @@ pub fn learn_given(
 ) -> Result<Learned, SessionError> {
     let begin = Instant::now();
     let columns = TableColumns::new(folder)?;
-    let (problem, demonstrated) = folder.read_problem(0)?;
+    let (problem, demonstrated) = folder.problem()?;
     let offset_m = given.offset_m.as_ref().ok_or_else(|| {
         SessionError::data(
             &source.name,

@@ -2,16 +2,16 @@
 
 use std::path::{Path, PathBuf};
 
-use inhand_dictionary::NmfProblem;
-use inhand_model::{Demonstrated, Hull, InputHash, PerFinger, SegmentLayout, VelocityBounds};
-use inhand_session::{SessionError, Settings, TOOL, hex_sha256, steps, write_text};
+use inhand_dictionary::{Activations, NmfProblem, NmfState};
+use inhand_model::{Demonstrated, Finger, InputHash, PerFinger, SegmentLayout};
+use inhand_session::{SessionError, Settings, TOOL, hex_sha256, write_text};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::arrays::{self, Arrays, Label};
+use crate::file::{self, Label};
 
 /// Version of the folder's form.
-const FORMAT: u32 = 1;
+pub(crate) const FORMAT: u32 = 2;
 
 /// What a run of learning is: the content of `learning.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -172,10 +172,6 @@ impl LearningFolder {
         write_text(&plan_path(&self.root), &self.plan.json())
     }
 
-    pub(crate) const fn new_format() -> u32 {
-        FORMAT
-    }
-
     /// The folder itself.
     pub fn root(&self) -> &Path {
         &self.root
@@ -195,11 +191,7 @@ impl LearningFolder {
         table_path(&self.root, take)
     }
 
-    fn problem(&self) -> PathBuf {
-        self.root.join("problem.bin")
-    }
-
-    pub(crate) fn start(&self, start: usize) -> PathBuf {
+    fn start(&self, start: usize) -> PathBuf {
         self.root.join(format!("start-{start:03}"))
     }
 
@@ -207,27 +199,33 @@ impl LearningFolder {
         self.start(start).join(format!("round-{round:05}"))
     }
 
-    pub(crate) fn state(&self, start: usize, round: usize) -> PathBuf {
+    fn state_path(&self, start: usize, round: usize) -> PathBuf {
         self.round(start, round).join("state.bin")
     }
 
-    pub(crate) fn activations(&self, start: usize, round: usize, block: usize) -> PathBuf {
-        let folder = self.round(start, round).join("activations");
-        folder.join(format!("{block:08}.bin"))
+    /// Rounds of a start that have a folder.
+    pub(crate) fn rounds(&self, start: usize) -> impl Iterator<Item = usize> {
+        let entries = std::fs::read_dir(self.start(start));
+        (entries.into_iter().flatten().flatten()).filter_map(|entry| {
+            let name = entry.file_name();
+            name.to_str()?.strip_prefix("round-")?.parse().ok()
+        })
     }
 
-    pub(crate) fn label(&self, kind: &'static str, start: usize, round: usize) -> Label {
+    /// The latest round of a start; `None` for a start that was not begun.
+    pub(crate) fn latest_round(&self, start: usize) -> Option<usize> {
+        self.rounds(start)
+            .filter(|&round| self.state_path(start, round).is_file())
+            .max()
+    }
+
+    pub(crate) fn label(&self, kind: &str, start: usize, round: usize) -> Label {
         Label {
-            kind,
+            kind: kind.to_owned(),
             id: self.id.clone(),
             start,
             round,
         }
-    }
-
-    pub(crate) fn wrong(path: &Path) -> impl Fn(String) -> SessionError {
-        let path = path.to_owned();
-        move |message| SessionError::data(&path, message)
     }
 
     /// Writes what does not change from round to round.
@@ -236,66 +234,80 @@ impl LearningFolder {
         problem: &NmfProblem,
         demonstrated: &Demonstrated,
     ) -> Result<(), SessionError> {
-        let mut arrays = Arrays::default();
-        arrays.push_u64("numbers", [problem.numbers]);
-        arrays.push_f64("offset_m", problem.offset_m.clone());
-        arrays.push_f64("velocity_min_m_s", demonstrated.velocity.min_m_s.to_vec());
-        arrays.push_f64("velocity_max_m_s", demonstrated.velocity.max_m_s.to_vec());
-        for (finger, hull) in demonstrated.hulls.iter() {
-            let name = |part: &str| format!("{finger}.{part}");
-            arrays.push_f64(&name("vertices_m"), hull.vertices_m.concat());
-            let triangles = hull.triangles.as_flattened().iter().map(|&v| v as usize);
-            arrays.push_u64(&name("triangles"), triangles);
-            arrays.push_f64(&name("normals"), hull.normals.concat());
-            arrays.push_f64(&name("offsets_m"), hull.offsets_m.clone());
-        }
-        arrays::write(&self.problem(), &self.label("problem", 0, 0), &arrays)
+        let hulls = Finger::ALL.map(|finger| &demonstrated.hulls[finger]);
+        let content = (problem, hulls, demonstrated.velocity);
+        let path = self.root.join("problem.bin");
+        file::write(&path, &self.label("problem", 0, 0), &content, true)
     }
 
-    /// What does not change from round to round, with the seed of a start.
-    ///
-    /// # Errors
-    ///
-    /// [`SessionError::Data`].
-    pub(crate) fn read_problem(
+    /// Reads what does not change from round to round.
+    pub(crate) fn problem(&self) -> Result<(NmfProblem, Demonstrated), SessionError> {
+        let path = self.root.join("problem.bin");
+        let (problem, hulls, velocity) = file::read(&path, &self.label("problem", 0, 0))?;
+        let hulls = PerFinger::new(hulls);
+        Ok((problem, Demonstrated { hulls, velocity }))
+    }
+
+    pub(crate) fn write_state(&self, start: usize, state: &NmfState) -> Result<(), SessionError> {
+        let path = self.state_path(start, state.round);
+        file::write(&path, &self.label("state", start, state.round), state, true)
+    }
+
+    /// The state of the latest round of a start.
+    pub(crate) fn state(
+        &self,
+        problem: &NmfProblem,
+        start: usize,
+    ) -> Result<NmfState, SessionError> {
+        let round = self.latest_round(start).unwrap_or(0);
+        let path = self.state_path(start, round);
+        let state: NmfState = file::read(&path, &self.label("state", start, round))?;
+        let rank = problem.settings.rank;
+        if state.primitives.len() != rank * problem.layout.rows()
+            || state.revived.iter().any(|&j| j >= rank)
+        {
+            let found = state.primitives.len();
+            let message = format!("{found} numbers are not those of {rank} primitives");
+            return Err(SessionError::data(path, message));
+        }
+        Ok(state)
+    }
+
+    pub(crate) fn activations_path(&self, start: usize, round: usize, block: usize) -> PathBuf {
+        let folder = self.round(start, round).join("activations");
+        folder.join(format!("{block:08}.bin"))
+    }
+
+    pub(crate) fn write_activations(
         &self,
         start: usize,
-    ) -> Result<(NmfProblem, Demonstrated), SessionError> {
-        let path = self.problem();
-        let mut arrays = arrays::read(&path, &self.label("problem", 0, 0))?;
-        let mut settings = steps::nmf_settings(self.plan.segments, &self.plan.settings);
-        settings.seed = settings.seed.wrapping_add(start as u64);
-        let parse = || {
-            let numbers = arrays.take_u64("numbers")?;
-            let problem = NmfProblem {
-                layout: self.plan.layout(),
-                count: self.plan.segments,
-                numbers: *numbers.first().ok_or("there are no `numbers`")?,
-                offset_m: arrays.take_f64("offset_m")?,
-                settings,
-            };
-            let mut bounds = |name: &str| {
-                (arrays.take_f64(name)?.try_into())
-                    .map_err(|_| format!("`{name}` has a wrong size"))
-            };
-            let velocity = VelocityBounds {
-                min_m_s: bounds("velocity_min_m_s")?,
-                max_m_s: bounds("velocity_max_m_s")?,
-            };
-            let hulls = PerFinger::try_from_fn(|finger| {
-                let name = |part: &str| format!("{finger}.{part}");
-                let triangles = arrays.take_u64(&name("triangles"))?;
-                let triangles: Vec<u32> = triangles.into_iter().map(|v| v as u32).collect();
-                Ok::<_, String>(Hull {
-                    vertices_m: arrays.take_f64(&name("vertices_m"))?.as_chunks().0.to_vec(),
-                    triangles: triangles.as_chunks().0.to_vec(),
-                    normals: arrays.take_f64(&name("normals"))?.as_chunks().0.to_vec(),
-                    offsets_m: arrays.take_f64(&name("offsets_m"))?,
-                })
-            })?;
-            Ok((problem, Demonstrated { hulls, velocity }))
+        round: usize,
+        block: usize,
+        activations: &Activations,
+    ) -> Result<(), SessionError> {
+        let path = self.activations_path(start, round, block);
+        file::write(
+            &path,
+            &self.label("activations", start, round),
+            activations,
+            true,
+        )
+    }
+
+    /// The activations that a block had last: those of the round before, except after the round in which
+    /// learning stopped.
+    pub(crate) fn activations(
+        &self,
+        start: usize,
+        state: &NmfState,
+        block: usize,
+    ) -> Result<Activations, SessionError> {
+        let round = match state.stop {
+            Some(_) => state.round,
+            None => state.round.saturating_sub(1),
         };
-        parse().map_err(Self::wrong(&path))
+        let path = self.activations_path(start, round, block);
+        file::read(&path, &self.label("activations", start, round))
     }
 }
 

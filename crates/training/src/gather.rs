@@ -2,23 +2,23 @@
 
 use std::path::{Path, PathBuf};
 
-use inhand_dictionary::NmfProblem;
-use inhand_model::{BodySource, Motion, SegmentLayout};
+use inhand_dictionary::{NmfProblem, blocks};
+use inhand_model::{BodySource, Clock, Motion, SegmentLayout};
 use inhand_motion::{Cut, SegmentTable};
 use inhand_session::steps::{self, Shown};
-use inhand_session::{Located as _, Role, SessionError, Settings, TOOL, Take, read_clean};
+use inhand_session::{
+    Located as _, Role, SessionError, Settings, TOOL, Take, check_rates, read_clean,
+};
 use rayon::prelude::*;
 
-use crate::folder::{LearningFolder, LearningPlan, PlannedTake, table_path};
+use crate::folder::{FORMAT, LearningFolder, LearningPlan, PlannedTake, table_path};
 use crate::tables::{TableColumns, read_table, write_table};
 
 /// What is kept of a take once its table is written.
 struct Gathered {
-    file_name: String,
-    sha256: String,
+    planned: PlannedTake,
     path: PathBuf,
-    samples: usize,
-    rate_hz: f64,
+    clock: Clock,
     /// Samples at which the object is known; `None` where it is not tracked.
     object_known: Option<usize>,
     shown: Shown,
@@ -33,18 +33,6 @@ enum Processing {
     Each,
     /// All together: marker clusters have one template for the session.
     Together,
-}
-
-/// Why another way of processing is needed.
-enum Stop {
-    Instead(Processing),
-    Failed(SessionError),
-}
-
-impl From<SessionError> for Stop {
-    fn from(error: SessionError) -> Self {
-        Stop::Failed(error)
-    }
 }
 
 /// Reads takes and begins a run of learning in a folder: tables, problem, the first state. Takes with
@@ -67,13 +55,10 @@ pub fn init(
     seen: &mut dyn FnMut(&Take),
 ) -> Result<LearningFolder, SessionError> {
     settings.validate()?;
-    let mut way = if reuse {
-        Processing::Stored
-    } else {
-        Processing::Each
-    };
     let mut told = 0;
-    let gathered = loop {
+    let mut gathered = None;
+    let ways = [Processing::Stored, Processing::Each, Processing::Together];
+    for way in &ways[usize::from(!reuse)..] {
         let mut number = 0;
         let mut once = |take: &Take| {
             number += 1;
@@ -82,22 +67,22 @@ pub fn init(
                 seen(take);
             }
         };
-        match gather(root, takes, settings, way, &mut once) {
-            Ok(gathered) => break gathered,
-            Err(Stop::Instead(other)) => way = other,
-            Err(Stop::Failed(error)) => return Err(error),
+        gathered = gather(root, takes, settings, *way, &mut once)?;
+        if gathered.is_some() {
+            break;
         }
-    };
-    begin(root, &gathered, settings)
+    }
+    begin(root, &gathered.unwrap_or_default(), settings)
 }
 
+/// Writes the tables of all takes; `None` where another way of processing is needed.
 fn gather(
     root: &Path,
     paths: &[PathBuf],
     settings: &Settings,
     way: Processing,
     seen: &mut dyn FnMut(&Take),
-) -> Result<Vec<Gathered>, Stop> {
+) -> Result<Option<Vec<Gathered>>, SessionError> {
     let together = match way {
         Processing::Together => paths.len(),
         _ => rayon::current_num_threads(),
@@ -105,14 +90,14 @@ fn gather(
     let mut gathered: Vec<Gathered> = Vec::with_capacity(paths.len());
     let mut used = steps::Tally::new(settings)?;
     for paths in paths.chunks(together.max(1)) {
-        let read: Vec<_> = paths
-            .par_iter()
-            .map(|path| read_clean(path, settings))
-            .collect();
+        let read = paths.par_iter().map(|path| read_clean(path, settings));
+        let read: Vec<_> = read.collect();
         let takes = read.into_iter().collect::<Result<Vec<_>, _>>()?;
         takes.iter().for_each(&mut *seen);
         takes.iter().for_each(|take| used.add(take));
-        let motions = motions(&takes, settings, way)?;
+        let Some(motions) = motions(&takes, settings, way)? else {
+            return Ok(None);
+        };
         let first = gathered.len();
         let tables: Vec<_> = (takes.par_iter().zip(&motions).enumerate())
             .map(|(i, (take, motion))| gather_one(root, first + i, take, motion))
@@ -120,33 +105,36 @@ fn gather(
         for table in tables {
             gathered.push(table?);
         }
-        check_rates(&gathered)?;
+        check_rates(
+            gathered
+                .iter()
+                .map(|take| (take.path.as_path(), take.clock)),
+        )?;
     }
     used.finish()?;
-    Ok(gathered)
+    Ok(Some(gathered))
 }
 
-fn motions(takes: &[Take], settings: &Settings, way: Processing) -> Result<Vec<Motion>, Stop> {
+/// Motions of some takes; `None` where they need another way of processing.
+fn motions(
+    takes: &[Take],
+    settings: &Settings,
+    way: Processing,
+) -> Result<Option<Vec<Motion>>, SessionError> {
     let clusters = |take: &Take| {
-        let bodies = take.roles.as_ref().map(|roles| {
-            let object = roles.object.as_ref();
+        take.roles.as_ref().is_ok_and(|roles| {
             std::iter::once(&roles.hand)
-                .chain(object)
+                .chain(&roles.object)
                 .any(|body| matches!(body, BodySource::Markers(_)))
-        });
-        bodies.unwrap_or(false)
+        })
     };
-    match way {
-        Processing::Stored => {
-            let stored = takes.iter().map(|take| take.stored_motion.clone());
-            let stored: Option<Vec<_>> = stored.collect();
-            let mut stored = stored.ok_or(Stop::Instead(Processing::Each))?;
-            steps::select(&mut stored, takes, settings)?;
-            Ok(stored)
-        }
-        Processing::Each if takes.iter().any(clusters) => Err(Stop::Instead(Processing::Together)),
-        Processing::Each | Processing::Together => Ok(steps::process_takes(takes, settings)?),
-    }
+    let fits = match way {
+        Processing::Stored => takes.iter().all(|take| take.stored_motion.is_some()),
+        Processing::Each => !takes.iter().any(clusters),
+        Processing::Together => true,
+    };
+    fits.then(|| steps::motions(takes, settings, way == Processing::Stored))
+        .transpose()
 }
 
 fn gather_one(
@@ -159,32 +147,17 @@ fn gather_one(
     write_table(&table_path(root, number), number, &table)?;
     let object = motion.object.as_ref();
     Ok(Gathered {
-        file_name: take.hash.name.clone(),
-        sha256: take.hash.sha256.clone(),
+        planned: PlannedTake {
+            name: take.hash.name.clone(),
+            sha256: take.hash.sha256.clone(),
+            samples: table.len(),
+            segments: 0,
+        },
         path: take.path.clone(),
-        samples: table.len(),
-        rate_hz: motion.clock.rate_hz(),
+        clock: motion.clock,
         object_known: object.map(|track| track.iter().flatten().count()),
         shown: Shown::of(motion),
     })
-}
-
-fn check_rates(gathered: &[Gathered]) -> Result<(), SessionError> {
-    let Some(first) = gathered.first() else {
-        return Ok(());
-    };
-    match (gathered.iter()).find(|take| take.rate_hz != first.rate_hz) {
-        None => Ok(()),
-        Some(other) => Err(SessionError::data(
-            &other.path,
-            format!(
-                "the take has {} Hz, but {} has {} Hz: training takes need one rate",
-                other.rate_hz,
-                first.path.display(),
-                first.rate_hz
-            ),
-        )),
-    }
 }
 
 fn begin(
@@ -192,9 +165,14 @@ fn begin(
     gathered: &[Gathered],
     settings: &Settings,
 ) -> Result<LearningFolder, SessionError> {
-    let rate_hz = gathered.first().map_or(1.0, |take| take.rate_hz);
-    let known =
-        (gathered.iter()).map(|take| (take.file_name.as_str(), take.object_known, take.samples));
+    let rate_hz = (gathered.first()).map_or(1.0, |take| take.clock.rate_hz());
+    let known = (gathered.iter()).map(|take| {
+        (
+            take.planned.name.as_str(),
+            take.object_known,
+            take.planned.samples,
+        )
+    });
     let layout = SegmentLayout {
         object: steps::object_in_segments(known, settings)?,
         ..SegmentLayout::one_second(rate_hz)
@@ -207,26 +185,24 @@ fn begin(
         .collect();
     let cuts = cuts.into_iter().collect::<Result<Vec<_>, SessionError>>()?;
     let takes = (gathered.iter().zip(&cuts)).map(|(take, cut)| PlannedTake {
-        name: take.file_name.clone(),
-        sha256: take.sha256.clone(),
-        samples: take.samples,
         segments: cut.starts.len(),
+        ..take.planned.clone()
     });
     let segments = cuts.iter().map(|cut| cut.starts.len()).sum();
-    let mut plan = LearningPlan {
-        format: LearningFolder::new_format(),
+    let plan = LearningPlan {
+        format: FORMAT,
         tool: TOOL.to_owned(),
         rate_hz,
         samples: layout.samples,
         object: layout.object,
         segments,
         left_out: cuts.iter().map(|cut| cut.left_out).sum(),
-        blocks: 0,
+        blocks: blocks(segments),
         takes: takes.collect(),
         settings: settings.clone(),
     };
-    let looked_through = LearningFolder::begin(root, plan.clone());
-    let columns = TableColumns::new(&looked_through)?;
+    let folder = LearningFolder::begin(root, plan);
+    let columns = TableColumns::new(&folder)?;
     let problem =
         NmfProblem::new(&columns, &steps::nmf_settings(segments, settings)).during("learning")?;
     let mut shown = Shown::default();
@@ -234,9 +210,6 @@ fn begin(
         shown.add(&take.shown);
     }
     let demonstrated = shown.demonstrated()?;
-
-    plan.blocks = problem.blocks();
-    let folder = LearningFolder::begin(root, plan);
     folder.write_problem(&problem, &demonstrated)?;
     folder.commit()?;
     Ok(folder)

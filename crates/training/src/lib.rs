@@ -20,15 +20,14 @@
 //! written equal. A run that is killed goes on with the round it was in, and the steps can be driven
 //! by anything that starts processes. Files carry the id of the run, start and round, and a checksum.
 //!
-//! In reading order: `folder` (names, `learning.json`), `gather` (takes to tables), `tables` (columns
-//! from tables), `arrays` (the files), `stored` (states, sums and activations in them), `rounds`, `finish`.
+//! In reading order: `folder` (names, `learning.json`, what is written and read), `file` (one file),
+//! `gather` (takes to tables), `tables` (columns from tables), `rounds`, `finish`.
 
-mod arrays;
+mod file;
 mod finish;
 mod folder;
 mod gather;
 mod rounds;
-mod stored;
 mod tables;
 
 pub use finish::{Learned, finish, learn_given, learn_in};

@@ -3,15 +3,12 @@
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use inhand_dictionary::{NmfProblem, NmfState, Sums, Tree, smallest_objective};
+use inhand_dictionary::{NmfProblem, NmfState, Node, Sums, Tree, smallest_objective};
 use inhand_model::{DictionaryKind, StopReason};
 use inhand_session::{Located as _, SessionError};
 
-use crate::arrays;
+use crate::file;
 use crate::folder::LearningFolder;
-use crate::stored::{
-    read_activations, read_state, sums_arrays, sums_nodes, write_activations, write_state,
-};
 use crate::tables::TableColumns;
 
 /// Most parts of the work; more have nothing to do.
@@ -90,7 +87,7 @@ pub struct Updated {
     pub progress: Progress,
 }
 
-/// A start of a run and the state of its latest round.
+/// The latest start of a run and the state of its latest round.
 pub(crate) struct Current {
     pub(crate) start: usize,
     pub(crate) problem: NmfProblem,
@@ -117,48 +114,44 @@ impl Current {
 /// [`SessionError`] for a folder that cannot be used or written.
 pub fn begin_rounds(folder: &LearningFolder) -> Result<(), SessionError> {
     refuse_pca(folder)?;
-    if latest_round(folder, 0).is_some() {
+    if folder.latest_round(0).is_some() {
         return Ok(());
     }
-    begin_start(folder, 0)
+    begin_start(folder, &folder.problem()?.0, 0)
 }
 
-fn begin_start(folder: &LearningFolder, start: usize) -> Result<(), SessionError> {
-    let (problem, _) = folder.read_problem(start)?;
+fn begin_start(
+    folder: &LearningFolder,
+    problem: &NmfProblem,
+    start: usize,
+) -> Result<(), SessionError> {
     let columns = TableColumns::new(folder)?;
-    let state = problem.start(&columns).during("learning")?;
-    write_state(folder, start, &state)
-}
-
-/// Where a run is.
-///
-/// # Errors
-///
-/// [`SessionError::Data`] for a folder that cannot be used.
-pub(crate) fn progress(folder: &LearningFolder) -> Result<Progress, SessionError> {
-    Ok(current(folder)?.progress())
+    let seed = problem.settings.seed.wrapping_add(start as u64);
+    folder.write_state(start, &problem.start(&columns, seed).during("learning")?)
 }
 
 /// The latest round of the latest start.
 pub(crate) fn current(folder: &LearningFolder) -> Result<Current, SessionError> {
     refuse_pca(folder)?;
-    let starts = folder.plan().settings.learn.restarts;
-    let start = (0..starts)
-        .rev()
-        .find(|&start| latest_round(folder, start).is_some());
-    at_start(folder, start.unwrap_or(0))
-}
-
-/// The latest round of a start.
-pub(crate) fn at_start(folder: &LearningFolder, start: usize) -> Result<Current, SessionError> {
-    let (problem, _) = folder.read_problem(start)?;
-    let round = latest_round(folder, start).unwrap_or(0);
-    let state = read_state(folder, &problem, start, round)?;
+    let (problem, _) = folder.problem()?;
+    let begun = |start: &usize| folder.latest_round(*start).is_some();
+    let start = (0..problem.settings.restarts).rev().find(begun);
+    let start = start.unwrap_or(0);
     Ok(Current {
         start,
+        state: folder.state(&problem, start)?,
         problem,
-        state,
     })
+}
+
+/// The latest state of each start up to and with the current one.
+pub(crate) fn states(
+    folder: &LearningFolder,
+    current: &Current,
+) -> Result<Vec<NmfState>, SessionError> {
+    (0..=current.start)
+        .map(|start| folder.state(&current.problem, start))
+        .collect()
 }
 
 fn refuse_pca(folder: &LearningFolder) -> Result<(), SessionError> {
@@ -169,21 +162,6 @@ fn refuse_pca(folder: &LearningFolder) -> Result<(), SessionError> {
         folder.root(),
         "principal components have no rounds: learn them with `inhand learn` in one go",
     ))
-}
-
-fn latest_round(folder: &LearningFolder, start: usize) -> Option<usize> {
-    rounds(folder, start)
-        .filter(|&round| folder.state(start, round).is_file())
-        .max()
-}
-
-/// Rounds of a start that have a folder.
-fn rounds(folder: &LearningFolder, start: usize) -> impl Iterator<Item = usize> {
-    let entries = std::fs::read_dir(folder.start(start));
-    (entries.into_iter().flatten().flatten()).filter_map(|entry| {
-        let name = entry.file_name();
-        name.to_str()?.strip_prefix("round-")?.parse().ok()
-    })
 }
 
 /// Does a shard's part of the round that the run is in, and returns the file of its sums. `tick` is
@@ -216,16 +194,17 @@ pub fn stats(
         .join(shard.file_name());
     let blocks = shard.blocks(current.problem.blocks());
     let all_there = || {
-        let activations = |block| folder.activations(current.start, current.state.round, block);
-        blocks.clone().all(|block| activations(block).is_file())
+        let (start, round) = (current.start, current.state.round);
+        let path = |block| folder.activations_path(start, round, block);
+        blocks.clone().all(|block| path(block).is_file())
     };
-    if path.is_file() && arrays::read(&path, &label).is_ok() && all_there() {
+    if path.is_file() && file::read::<Vec<Node>>(&path, &label).is_ok() && all_there() {
         // An earlier call got this far.
         blocks.for_each(|_| tick());
         return Ok(path);
     }
     let tree = shard_sums(folder, &current, &columns, blocks, tick)?;
-    arrays::write(&path, &label, &sums_arrays(tree.into_nodes()))?;
+    file::write(&path, &label, &tree.into_nodes(), true)?;
     Ok(path)
 }
 
@@ -241,7 +220,7 @@ fn shard_sums(
         let columns_m = current.problem.read_block(columns, block);
         let previous = match current.state.round {
             0 => None,
-            _ => Some(read_activations(folder, current, block)?),
+            _ => Some(folder.activations(current.start, &current.state, block)?),
         };
         Ok((columns_m.during("learning")?, previous))
     };
@@ -264,7 +243,7 @@ fn shard_sums(
         );
         let (sums, activations) = done.during("learning")?;
         next = loaded?;
-        write_activations(folder, current, block, activations)?;
+        folder.write_activations(current.start, current.state.round, block, &activations)?;
         tree.push_block(block, sums).during("learning")?;
         tick();
     }
@@ -286,7 +265,7 @@ pub fn update(folder: &LearningFolder, sums: &[PathBuf]) -> Result<Updated, Sess
         begin_next(folder, &current)?;
         return Ok(Updated {
             measured: current.progress(),
-            progress: progress(folder)?,
+            progress: self::current(folder)?.progress(),
         });
     }
     let total = total(folder, &current, sums)?;
@@ -296,13 +275,13 @@ pub fn update(folder: &LearningFolder, sums: &[PathBuf]) -> Result<Updated, Sess
     current.state = (current.problem)
         .update(before, &total, &columns)
         .during("learning")?;
-    write_state(folder, current.start, &current.state)?;
+    folder.write_state(current.start, &current.state)?;
     let measured = Progress {
         round,
         ..current.progress()
     };
     // What the round read is needed no more, nor what a killed update left behind.
-    for older in rounds(folder, current.start).filter(|&older| older < round) {
+    for older in folder.rounds(current.start).filter(|&older| older < round) {
         remove(&folder.round(current.start, older))?;
     }
     if current.state.stop.is_some() {
@@ -310,40 +289,27 @@ pub fn update(folder: &LearningFolder, sums: &[PathBuf]) -> Result<Updated, Sess
     }
     Ok(Updated {
         measured,
-        progress: progress(folder)?,
+        progress: self::current(folder)?.progress(),
     })
 }
 
 /// Begins the start after one that has stopped, unless it was the last.
 fn begin_next(folder: &LearningFolder, stopped: &Current) -> Result<(), SessionError> {
-    keep_best(folder, stopped.start)?;
+    // Activations take room: of the starts that have stopped, those of the best are kept.
+    let states = states(folder, stopped)?;
+    let best = smallest_objective(&states);
+    for (start, state) in states
+        .iter()
+        .enumerate()
+        .filter(|(start, _)| *start != best)
+    {
+        remove(&folder.round(start, state.round).join("activations"))?;
+    }
     let next = stopped.start + 1;
     if next < stopped.problem.settings.restarts {
-        begin_start(folder, next)?;
+        begin_start(folder, &stopped.problem, next)?;
     }
     Ok(())
-}
-
-/// Activations take room: of the starts that have stopped, those of the best are kept.
-fn keep_best(folder: &LearningFolder, last: usize) -> Result<(), SessionError> {
-    let starts = (0..=last).map(|start| at_start(folder, start));
-    let starts = starts.collect::<Result<Vec<_>, _>>()?;
-    let best = best_of(&starts);
-    for (start, current) in starts.iter().enumerate() {
-        if start != best {
-            let round = folder.round(start, current.state.round);
-            remove(&round.join("activations"))?;
-        }
-    }
-    Ok(())
-}
-
-/// The start with the smallest objective.
-pub(crate) fn best_of(starts: &[Current]) -> usize {
-    let states: Vec<_> = (starts.iter())
-        .map(|current| (current.problem.settings.seed, &current.state))
-        .collect();
-    smallest_objective(&states)
 }
 
 fn remove(folder: &Path) -> Result<(), SessionError> {
@@ -379,10 +345,12 @@ fn total(
     let label = folder.label("sums", current.start, current.state.round);
     let mut nodes = Vec::new();
     for path in &files {
-        let arrays = arrays::read(path, &label)?;
-        let parsed = sums_nodes(arrays, &current.problem);
-        let parsed = parsed.map_err(LearningFolder::wrong(path))?;
-        nodes.extend(parsed.into_iter().map(|node| (node, path)));
+        for node in file::read::<Vec<Node>>(path, &label)? {
+            if !fits(&node, &current.problem) {
+                return Err(SessionError::data(path, "sums of a wrong size"));
+            }
+            nodes.push((node, path));
+        }
     }
     nodes.sort_by_key(|(node, _)| node.first_block());
     let mut tree = Tree::default();
@@ -411,6 +379,13 @@ fn total(
         return Err(incomplete(expected, &round));
     }
     tree.root(current.problem.blocks()).during("learning")
+}
+
+/// Whether sums are of blocks of the problem, and of its sizes.
+fn fits(node: &Node, problem: &NmfProblem) -> bool {
+    let (rank, rows) = (problem.settings.rank, problem.layout.rows());
+    let sizes = (node.sum.activation_gram_m2.len(), node.sum.cross_m2.len());
+    node.level <= 40 && node.index < problem.blocks() && sizes == (rank * rank, rank * rows)
 }
 
 fn sums_files(round: &Path) -> Result<Vec<PathBuf>, SessionError> {

@@ -5,24 +5,21 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use inhand_dictionary::{Columns, LearnError};
-use inhand_model::{Hand, Object, Pose, SegmentLayout, SegmentOrigin, Segments};
+use inhand_model::{Configuration, Hand, Object, Pose, SegmentLayout, SegmentOrigin, Segments};
 use inhand_motion::{Cut, SegmentTable};
 use inhand_session::{Located as _, Role, SessionError, steps};
 use nalgebra::{DMatrix, Isometry3, Quaternion, Translation3, UnitQuaternion};
 
-use crate::arrays::{self, Arrays, Label};
+use crate::file::{self, Label};
 use crate::folder::LearningFolder;
 
 /// Tables are kept in memory up to this size, bytes; the last one always is.
 const CACHE_BYTES: usize = 64 << 20;
 
-/// Numbers of a pose in a table: position, then quaternion (x, y, z, w).
-const POSE_NUMBERS: usize = 7;
-
 /// Label of tables: they are written before the run has an id, which covers their takes' hashes.
 fn label(take: usize) -> Label {
     Label {
-        kind: "table",
+        kind: "table".to_owned(),
         id: "0".repeat(64),
         start: 0,
         round: take,
@@ -34,52 +31,32 @@ pub(crate) fn write_table(
     take: usize,
     table: &SegmentTable,
 ) -> Result<(), SessionError> {
-    let mut arrays = Arrays::default();
-    let fingertips_m = table.fingertips_m().as_flattened().to_vec();
-    arrays.push_f64("fingertips_m", fingertips_m);
-    let object = table.object().iter().flat_map(|pose| {
+    let object = table.object().iter().map(|pose| {
         let isometry = pose.isometry();
         let [x, y, z] = isometry.translation.vector.into();
         let [a, b, c, w] = isometry.rotation.coords.into();
         [x, y, z, a, b, c, w]
     });
-    arrays.push_f64("hand_from_object", object.collect());
-    // Numbers of samples are whole and far below 2^53. A take of which nothing is selected has one
-    // empty range.
-    let selected = table.selected().map_or_else(Vec::new, |selected| {
-        let ends = selected.iter().flat_map(|range| [range.start, range.end]);
-        let ends: Vec<f64> = ends.map(|k| k as f64).collect();
-        if ends.is_empty() { vec![0.0; 2] } else { ends }
-    });
-    arrays.push_f64("selected", selected);
-    arrays::write(path, &label(take), &arrays)
+    let object: Vec<[f64; 7]> = object.collect();
+    let table = (table.fingertips_m(), object, table.selected());
+    // Written again by the next `init`: it need not outlast a crash.
+    file::write(path, &label(take), &table, false)
 }
 
 pub(crate) fn read_table(path: &Path, take: usize) -> Result<SegmentTable, SessionError> {
-    let mut arrays = arrays::read(path, &label(take))?;
-    let mut parse = || {
-        let fingertips_m = arrays.take_f64("fingertips_m")?;
-        let object = arrays.take_f64("hand_from_object")?;
-        let selected = arrays.take_f64("selected")?;
-        let selected = (!selected.is_empty()).then(|| {
-            let ranges = selected.as_chunks::<2>().0.iter();
-            let ranges = ranges.map(|&[start, end]| start as usize..end as usize);
-            ranges.filter(|range| !range.is_empty()).collect()
-        });
-        let object = object.as_chunks::<POSE_NUMBERS>().0;
-        let poses = object.iter().map(|&[x, y, z, a, b, c, w]| {
-            // Written as it was, unit length and all: normalising again would change digits.
-            let rotation = UnitQuaternion::new_unchecked(Quaternion::new(w, a, b, c));
-            Pose::<Hand, Object>::new(Isometry3::from_parts(Translation3::new(x, y, z), rotation))
-        });
-        SegmentTable::new(
-            fingertips_m.as_chunks().0.to_vec(),
-            poses.collect(),
-            selected,
+    type Table = (Vec<Configuration>, Vec<[f64; 7]>, Option<Vec<Range<usize>>>);
+    let (fingertips_m, object, selected): Table = file::read(path, &label(take))?;
+    let poses = object.into_iter().map(|[x, y, z, a, b, c, w]| {
+        // Written as it was, unit length and all: normalising again would change digits.
+        let rotation = UnitQuaternion::new_unchecked(Quaternion::new(w, a, b, c));
+        Pose::<Hand, Object>::new(Isometry3::from_parts(Translation3::new(x, y, z), rotation))
+    });
+    SegmentTable::new(fingertips_m, poses.collect(), selected).ok_or_else(|| {
+        SessionError::data(
+            path,
+            "object, fingertips and selected samples do not go together",
         )
-        .ok_or_else(|| "object, fingertips and selected samples do not go together".to_owned())
-    };
-    parse().map_err(LearningFolder::wrong(path))
+    })
 }
 
 /// A take as segments are cut from it.
@@ -125,14 +102,17 @@ impl<'a> TableColumns<'a> {
         let planned = &self.folder.plan().takes[take];
         let starts = self.cut.starts(&table).starts;
         if (table.len(), starts.len()) != (planned.samples, planned.segments) {
-            return Err(LearningFolder::wrong(&path)(format!(
-                "the table has {} samples and {} segments, `learning.json` says {} and {}: the \
-                 file is of another run; begin again",
-                table.len(),
-                starts.len(),
-                planned.samples,
-                planned.segments
-            )));
+            return Err(SessionError::data(
+                &path,
+                format!(
+                    "the table has {} samples and {} segments, `learning.json` says {} and {}: the \
+                     file is of another run; begin again",
+                    table.len(),
+                    starts.len(),
+                    planned.samples,
+                    planned.segments
+                ),
+            ));
         }
         let bytes = |take: &CutTake| 8 * (22 * take.table.len() + take.starts.len());
         let loaded = Arc::new(CutTake { table, starts });

@@ -9,11 +9,7 @@ use crate::settings::{Settings, invalid};
 use crate::take::Take;
 
 /// Notes in each motion which of its samples are used.
-///
-/// # Errors
-///
-/// [`SessionError::Settings`] for labels that cannot be parsed.
-pub fn select(
+pub(crate) fn select(
     motions: &mut [Motion],
     takes: &[Take],
     settings: &Settings,

@@ -4,7 +4,7 @@
 //!     cargo bench -p inhand-dictionary
 
 use inhand_dictionary::{
-    NmfSettings, Projection, ResidualSettings, Update, learn_nmf, learn_pca, learn_residual,
+    NmfSettings, ResidualSettings, Update, activations, learn_nmf, learn_pca, learn_residual,
 };
 use inhand_model::{Bandwidths, ExpectationWeights, SegmentLayout, Segments};
 use nalgebra::DMatrix;
@@ -85,8 +85,7 @@ fn projection(bencher: divan::Bencher<'_, '_>) {
     let data = segments_of(motion(100, 595));
     let dictionary = learn_nmf(&data, demonstrated(), &settings(200, 5, Update::Hals))
         .expect("the bench's own data can be learned");
-    let projection = Projection::new(&dictionary);
-    bencher.bench(|| projection.activations(data.column_m(7)));
+    bencher.bench(|| activations(&dictionary, data.column_m(7)));
 }
 
 /// Segments of 100 samples in five takes that deviate from the smooth curve in sixty shapes.

@@ -9,11 +9,9 @@ use rayon::prelude::*;
 
 use crate::descent::{Gram, descend};
 use crate::missing::Missing;
-use crate::multiplicative::{self, Weights};
-use crate::packed::Packed;
-use crate::product::{
-    View, chunk_gram, chunk_width, cross, dot, squared_norm, squared_residual, sum_lower,
-};
+use crate::multiplicative;
+use crate::packed::{Packed, gram_lower};
+use crate::product::{View, chunk_width, cross, dot, squared_norm, squared_residual, sum_lower};
 use crate::real::Real;
 use crate::settings::{Penalty, Update};
 use crate::start;
@@ -169,10 +167,6 @@ impl<T: Real> Block<T> {
         let (rows, rank) = (self.rows, basis.rank);
         let width = chunk_width(self.count());
         let l1 = T::of(basis.penalty.l1);
-        let weights = Weights {
-            l1,
-            l2: T::of(basis.penalty.l2),
-        };
         let parts: Vec<(Vec<T>, f64)> = self
             .data
             .par_chunks(width * rows)
@@ -183,10 +177,11 @@ impl<T: Real> Block<T> {
                 match update {
                     Update::Hals => descend(&basis.padded, &linear, l1, activations, sweeps),
                     Update::Multiplicative => {
-                        multiplicative::update(&basis.gram, &linear, weights, activations, rank);
+                        let (gram, penalty) = (&basis.gram, basis.penalty);
+                        multiplicative::update(gram, &linear, penalty, activations, rank);
                     }
                 }
-                (chunk_gram(activations, rank), dot(&linear, activations))
+                (gram_lower(activations, rank), dot(&linear, activations))
             })
             .collect();
         let projected: f64 = parts.iter().map(|(_, projected)| projected).sum();

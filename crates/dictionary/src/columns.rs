@@ -28,7 +28,7 @@ pub trait Columns: Sync {
     ///
     /// # Errors
     ///
-    /// [`LearnError::Read`] where they cannot be had.
+    /// [`LearnError::Data`] where they cannot be had.
     fn read(&self, segments: Range<usize>, into_m: &mut [f64]) -> Result<(), LearnError>;
 }
 

@@ -1,9 +1,8 @@
 //! Mean and covariance of activations, shrunk towards a scaled identity.
 
-use std::convert::Infallible;
-
 use nalgebra::{DMatrix, DVector};
 
+use crate::error::LearnError;
 use crate::product::{add, gram, squared_norm};
 
 /// Mean and covariance of a set of vectors.
@@ -44,124 +43,103 @@ const SMALLEST_VARIANCE_M2: f64 = 1e-18;
 /// # Errors
 ///
 /// What `block` returns; it is asked for each block twice, in order.
-pub(crate) fn moments_of<E>(
+pub(crate) fn moments_of(
     blocks: usize,
     rank: usize,
-    mut block: impl FnMut(usize) -> Result<Vec<f64>, E>,
-) -> Result<Moments, E> {
-    let mean = mean(blocks, rank, &mut block)?;
-    Ok(shrunk(scatter(blocks, rank, mean, &mut block)?, rank))
-}
-
-/// The same of vectors in memory.
-pub(crate) fn moments(blocks: &[&[f64]], rank: usize) -> Moments {
-    let block = |i: usize| Ok::<_, Infallible>(blocks[i].to_vec());
-    moments_of(blocks.len(), rank, block).unwrap_or_else(|never| match never {})
-}
-
-/// The same with the mean taken to be zero: the mean square of what is left after a prediction,
-/// where a mean that is not zero is an error like any other.
-pub(crate) fn moments_about_zero(blocks: &[&[f64]], rank: usize) -> Moments {
-    let block = |i: usize| Ok::<_, Infallible>(blocks[i].to_vec());
-    let scatter = scatter(blocks.len(), rank, vec![0.0; rank], block);
-    shrunk(scatter.unwrap_or_else(|never| match never {}), rank)
-}
-
-fn shrunk(scatter: Scatter, rank: usize) -> Moments {
-    let scale = (0..rank)
-        .map(|i| scatter.covariance[i * rank + i])
-        .sum::<f64>()
-        / rank as f64;
-    let shrinkage = ledoit_wolf_weight(&scatter, rank, scale).max(SMALLEST_SHRINKAGE);
-    let mean = DVector::from_vec(scatter.mean);
-    let identity = if scale > 0.0 {
-        scale
-    } else {
-        VARIANCE_OF_EQUAL_VECTORS * mean.norm_squared() / rank as f64 + SMALLEST_VARIANCE_M2
-    };
-    let mut covariance = DMatrix::from_vec(rank, rank, scatter.covariance);
-    covariance *= 1.0 - shrinkage;
-    for i in 0..rank {
-        covariance[(i, i)] += shrinkage * identity;
-    }
-    Moments {
-        mean,
-        covariance,
-        shrinkage,
-    }
-}
-
-/// Plain moments and what the shrinkage weight needs besides.
-struct Scatter {
-    mean: Vec<f64>,
-    /// Covariance with denominator n, column-major.
-    covariance: Vec<f64>,
-    /// Sum of the fourth powers of the centred vectors' lengths.
-    fourth_powers: f64,
-    count: usize,
-}
-
-/// Sums in order, like those of [`scatter`].
-fn mean<E>(
-    blocks: usize,
-    rank: usize,
-    mut block: impl FnMut(usize) -> Result<Vec<f64>, E>,
-) -> Result<Vec<f64>, E> {
-    let mut mean = vec![0.0; rank];
-    let mut count = 0_usize;
+    mut block: impl FnMut(usize) -> Result<Vec<f64>, LearnError>,
+) -> Result<Moments, LearnError> {
+    let (mut mean, mut count) = (vec![0.0; rank], 0_usize);
     for i in 0..blocks {
         for vector in block(i)?.chunks_exact(rank) {
             add(&mut mean, vector);
             count += 1;
         }
     }
-    for v in &mut mean {
-        *v /= count as f64;
+    let mut scatter = Scatter::about(mean.iter().map(|v| v / count as f64).collect());
+    // A second pass, so that no digits cancel.
+    for i in 0..blocks {
+        scatter.add(block(i)?);
     }
-    Ok(mean)
+    Ok(scatter.shrunk())
 }
 
-/// Products of the vectors less their mean: a second pass, so that no digits cancel.
-fn scatter<E>(
-    blocks: usize,
-    rank: usize,
+/// The same of vectors in memory with the mean taken to be zero: the mean square of what is left after a
+/// prediction, where a mean that is not zero is an error like any other.
+pub(crate) fn moments_about_zero(vectors: &[f64], rank: usize) -> Moments {
+    let mut scatter = Scatter::about(vec![0.0; rank]);
+    scatter.add(vectors.to_vec());
+    scatter.shrunk()
+}
+
+/// Sums over vectors less their mean, and what the shrinkage weight needs besides.
+struct Scatter {
     mean: Vec<f64>,
-    mut block: impl FnMut(usize) -> Result<Vec<f64>, E>,
-) -> Result<Scatter, E> {
-    let mut covariance = vec![0.0; rank * rank];
-    let mut fourth_powers = 0.0;
-    let mut count = 0;
-    for i in 0..blocks {
-        let mut centred = block(i)?;
-        for vector in centred.chunks_exact_mut(rank) {
-            for (v, mean) in vector.iter_mut().zip(&mean) {
+    /// Sum of products, column-major.
+    products: Vec<f64>,
+    /// Sum of the fourth powers of the centred vectors' lengths.
+    fourth_powers: f64,
+    count: usize,
+}
+
+impl Scatter {
+    fn about(mean: Vec<f64>) -> Self {
+        Self {
+            products: vec![0.0; mean.len() * mean.len()],
+            mean,
+            fourth_powers: 0.0,
+            count: 0,
+        }
+    }
+
+    fn add(&mut self, mut vectors: Vec<f64>) {
+        for vector in vectors.chunks_exact_mut(self.mean.len()) {
+            for (v, mean) in vector.iter_mut().zip(&self.mean) {
                 *v -= mean;
             }
-            fourth_powers += squared_norm(vector).powi(2);
-            count += 1;
+            self.fourth_powers += squared_norm(vector).powi(2);
+            self.count += 1;
         }
-        add(&mut covariance, &gram(&centred, rank));
+        add(&mut self.products, &gram(&vectors, self.mean.len()));
     }
-    for v in &mut covariance {
-        *v /= count as f64;
+
+    fn shrunk(self) -> Moments {
+        let (rank, count) = (self.mean.len(), self.count as f64);
+        let mut covariance = DMatrix::from_vec(rank, rank, self.products);
+        covariance /= count;
+        let scale = covariance.diagonal().iter().sum::<f64>() / rank as f64;
+        let weight = ledoit_wolf_weight(&covariance, self.fourth_powers, count, scale);
+        let shrinkage = weight.max(SMALLEST_SHRINKAGE);
+        let mean = DVector::from_vec(self.mean);
+        let identity = if scale > 0.0 {
+            scale
+        } else {
+            VARIANCE_OF_EQUAL_VECTORS * mean.norm_squared() / rank as f64 + SMALLEST_VARIANCE_M2
+        };
+        covariance *= 1.0 - shrinkage;
+        for i in 0..rank {
+            covariance[(i, i)] += shrinkage * identity;
+        }
+        Moments {
+            mean,
+            covariance,
+            shrinkage,
+        }
     }
-    Ok(Scatter {
-        mean,
-        covariance,
-        fourth_powers,
-        count,
-    })
 }
 
 /// Weight of the scaled identity by Ledoit and Wolf (2004), "A well-conditioned estimator for
 /// large-dimensional covariance matrices", lemma 3.2 to 3.4: `min(b², d²) / d²` with
 /// `d² = |S - m I|²` and `b² = 1/n² sum_t |x_t x_tᵀ - S|²`.
-fn ledoit_wolf_weight(scatter: &Scatter, rank: usize, scale: f64) -> f64 {
-    let count = scatter.count as f64;
-    let squared = squared_norm(&scatter.covariance);
+fn ledoit_wolf_weight(
+    covariance: &DMatrix<f64>,
+    fourth_powers: f64,
+    count: f64,
+    scale: f64,
+) -> f64 {
+    let squared = squared_norm(covariance.as_slice());
     // |S - m I|² = |S|² - p m², because m is the mean of the diagonal.
-    let distance = squared - rank as f64 * scale * scale;
-    let spread = (scatter.fourth_powers / count - squared) / count;
+    let distance = squared - covariance.nrows() as f64 * scale * scale;
+    let spread = (fourth_powers / count - squared) / count;
     if distance > 0.0 {
         (spread / distance).clamp(0.0, 1.0)
     } else {

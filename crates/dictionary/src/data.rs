@@ -1,10 +1,10 @@
 //! Training data: checks, and the shift that makes it non-negative.
 
-use inhand_model::{Finger, OBJECT_COORDINATES, SEGMENT_COORDINATES, SegmentLayout, Segments};
+use inhand_model::{Finger, OBJECT_COORDINATES, SEGMENT_COORDINATES, SegmentLayout};
 
 use crate::block::BLOCK_COLUMNS;
 use crate::columns::Columns;
-use crate::error::{Coordinate, LearnError};
+use crate::error::LearnError;
 
 /// Smallest and largest value of each coordinate of a sample, metres: the 15 of the fingertips, and
 /// with the object its 6.
@@ -31,9 +31,10 @@ pub(crate) struct Survey {
 pub(crate) fn survey(columns: &dyn Columns, may_miss: bool) -> Result<Survey, LearnError> {
     let (layout, count) = (columns.layout(), columns.count());
     if count == 0 || layout.samples == 0 {
-        return Err(LearnError::NoSegments {
-            left_out: columns.left_out(),
-        });
+        return Err(LearnError::Data(format!(
+            "no training segments ({} left out for missing samples): cannot learn primitives",
+            columns.left_out()
+        )));
     }
     let rows = layout.rows();
     let mut range = Range {
@@ -59,20 +60,15 @@ pub(crate) fn survey(columns: &dyn Columns, may_miss: bool) -> Result<Survey, Le
     for i in 0..SEGMENT_COORDINATES {
         // With all its numbers missing a coordinate is constant as well.
         if range.min_m[i] >= range.max_m[i] {
-            return Err(LearnError::ConstantCoordinate {
-                finger: Finger::ALL[i / 3],
-                axis: i % 3,
-                value_m: range.min_m[i],
-                segments: count,
-            });
+            return Err(LearnError::Data(format!(
+                "{} is {} m in every sample of {count} training segments: expected a fingertip that \
+                 moves; check the marker, or leave these takes out",
+                named(i),
+                range.min_m[i]
+            )));
         }
     }
     Ok(Survey { range, missing })
-}
-
-/// Checks that the segments can teach, each with all its numbers.
-pub(crate) fn checked_range(segments: &Segments) -> Result<Range, LearnError> {
-    Ok(survey(segments, false)?.range)
 }
 
 /// How many numbers of a column are missing.
@@ -89,13 +85,14 @@ fn check_numbers(
     if let Some(row) = column.iter().position(wrong) {
         let origin = columns.origin(segment);
         let (t, coordinate) = place(columns.layout(), row);
-        return Err(LearnError::NotFinite {
-            segment,
-            take: origin.take,
-            sample: origin.start + t,
-            coordinate: named(coordinate),
-            found: column[row],
-        });
+        return Err(LearnError::Data(format!(
+            "training segment {segment} (take {}, sample {}): {} is {}, expected a finite number of \
+             metres",
+            origin.take,
+            origin.start + t,
+            named(coordinate),
+            column[row]
+        )));
     }
     Ok(column.iter().filter(|v| v.is_nan()).count())
 }
@@ -119,7 +116,7 @@ fn coordinates(layout: SegmentLayout) -> usize {
 }
 
 /// Sample of a row of a column, and which of the sample's coordinates it is.
-fn place(layout: SegmentLayout, row: usize) -> (usize, usize) {
+pub(crate) fn place(layout: SegmentLayout, row: usize) -> (usize, usize) {
     match row.checked_sub(layout.finger_rows()) {
         None => (row / SEGMENT_COORDINATES, row % SEGMENT_COORDINATES),
         Some(row) => (
@@ -130,16 +127,13 @@ fn place(layout: SegmentLayout, row: usize) -> (usize, usize) {
 }
 
 /// Which one a coordinate of a sample is.
-pub(crate) fn named(coordinate: usize) -> Coordinate {
-    let axis = coordinate % 3;
-    match coordinate / 3 {
-        body if body < Finger::COUNT => Coordinate::Fingertip {
-            finger: Finger::ALL[body],
-            axis,
-        },
-        Finger::COUNT => Coordinate::ObjectPosition { axis },
-        _ => Coordinate::ObjectRotation { axis },
-    }
+pub(crate) fn named(coordinate: usize) -> String {
+    let body = match coordinate / 3 {
+        finger if finger < Finger::COUNT => Finger::ALL[finger].name(),
+        Finger::COUNT => "object position",
+        _ => "object rotation",
+    };
+    format!("{body} axis {}", coordinate % 3)
 }
 
 /// A whole column from one number for each coordinate of a sample, the same at every sample.
@@ -158,7 +152,7 @@ pub(crate) fn check_rank(
     kind: &'static str,
 ) -> Result<(), LearnError> {
     if rank == 0 {
-        return Err(LearnError::RankZero);
+        return Err(LearnError::RANK_ZERO);
     }
     if rank > largest {
         return Err(LearnError::RankTooLarge {

@@ -18,7 +18,7 @@
 use rayon::prelude::*;
 
 use crate::lanes::{Aligned, Lanes, lanes_multiply_add, multiply_add, single};
-use crate::product::chunk_width;
+use crate::product::{chunk_width, squared_norm};
 use crate::real::Real;
 
 /// Coordinates whose gradients are formed together: eight accumulators of one vector each.
@@ -82,6 +82,29 @@ pub(crate) fn descend_all<T: Real>(
         .par_chunks_mut(width * rank)
         .zip(linear.par_chunks(width * rank))
         .for_each(|(factor, linear)| descend(gram, linear, l1, factor, sweeps));
+}
+
+/// Minimises `1/2 hᵀ G h - pᵀ h` over `h >= 0` for each column, from the start that `factor` holds, until as
+/// many sweeps as lie between two checks change it by less than a share of its length.
+pub(crate) fn descend_until(
+    gram: &Gram<f64>,
+    linear: &[f64],
+    factor: &mut [f64],
+    (checks, sweeps): (usize, usize),
+    smallest_change: f64,
+) {
+    let mut previous = factor.to_vec();
+    for _ in 0..checks {
+        descend_all(gram, linear, 0.0, factor, sweeps);
+        for (previous, now) in previous.iter_mut().zip(&*factor) {
+            *previous -= now;
+        }
+        let change = squared_norm(&previous);
+        if change <= smallest_change * smallest_change * squared_norm(factor) {
+            return;
+        }
+        previous.copy_from_slice(factor);
+    }
 }
 
 /// Sweeps over the columns of `factor` (`rank` x count) with the linear terms `linear` of the same

@@ -43,7 +43,7 @@
 //!
 //! # How it is made
 //!
-//! `nmf` and `pca` turn segments into dictionaries. Below them, `factorise`
+//! `nmf` and `pca` turn segments into dictionaries. Below them, `rounds`
 //! alternates between two half steps: the primitives from sums over all segments, the activations
 //! segment by segment. Segments live in fixed blocks (`block`), each with its own sums, added in
 //! block order; inside a block, work is cut into chunks whose size depends on the data alone. So the
@@ -86,11 +86,11 @@ mod sums;
 mod tests;
 
 pub use columns::Columns;
-pub use error::{Coordinate, LearnError};
+pub use error::LearnError;
 pub use explained::explained_variance;
 pub use nmf::{describe_nmf, learn_nmf, smallest_objective};
 pub use pca::learn_pca;
-pub use projection::{Projection, activations};
+pub use projection::activations;
 pub use rank::{HeldOut, RankCurve, RankGroups, RankMethod, RankPoint, RankSuggestion, rank_curve};
 pub use residual::{Fold, ResidualSettings, folds, learn_residual};
 pub use rounds::{Activations, NmfProblem, NmfState, blocks};

@@ -4,27 +4,19 @@ use rayon::prelude::*;
 
 use crate::product::{View, chunk_width, multiply};
 use crate::real::Real;
+use crate::settings::Penalty;
 
 /// What a zero denominator is replaced by: the single-precision machine epsilon, as scikit-learn
 /// does, so that the two can be compared number by number.
 const ZERO_DENOMINATOR: f64 = f32::EPSILON as f64;
 
-/// Weights of the penalty `l1 x + l2 x² / 2` on every number `x` of a factor.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Weights<T> {
-    /// Of the numbers themselves.
-    pub(crate) l1: T,
-    /// Of half their squares.
-    pub(crate) l2: T,
-}
-
 /// One update `x <- x * p / (G x + l1 + l2 x)`, element by element, of every column of `factor`
 /// (`rank` x count) with the Gram matrix `gram` (`rank` x `rank`) and the linear terms `linear` (as
-/// `factor`). Numbers that are zero stay zero.
+/// `factor`); `l1` and `l2` are those of the penalty. Numbers that are zero stay zero.
 pub(crate) fn update_all<T: Real>(
     gram: &[T],
     linear: &[T],
-    weights: Weights<T>,
+    penalty: Penalty,
     factor: &mut [T],
     rank: usize,
 ) {
@@ -32,17 +24,18 @@ pub(crate) fn update_all<T: Real>(
     factor
         .par_chunks_mut(width * rank)
         .zip(linear.par_chunks(width * rank))
-        .for_each(|(factor, linear)| update(gram, linear, weights, factor, rank));
+        .for_each(|(factor, linear)| update(gram, linear, penalty, factor, rank));
 }
 
 /// The update of [`update_all`] for one chunk of columns.
 pub(crate) fn update<T: Real>(
     gram: &[T],
     linear: &[T],
-    weights: Weights<T>,
+    penalty: Penalty,
     factor: &mut [T],
     rank: usize,
 ) {
+    let (l1, l2) = (T::of(penalty.l1), T::of(penalty.l2));
     let mut denominator = vec![T::ZERO; factor.len()];
     multiply(
         T::ONE,
@@ -53,7 +46,7 @@ pub(crate) fn update<T: Real>(
         rank,
     );
     for ((x, p), d) in factor.iter_mut().zip(linear).zip(denominator) {
-        let d = d + (weights.l1 + weights.l2 * *x);
+        let d = d + (l1 + l2 * *x);
         *x *= *p
             / if d == T::ZERO {
                 T::of(ZERO_DENOMINATOR)
@@ -67,9 +60,10 @@ pub(crate) fn update<T: Real>(
 mod tests {
     use serde_json::Value;
 
-    use super::{Weights, update_all};
+    use super::update_all;
     use crate::packed::Packed;
     use crate::product::{View, cross, gram};
+    use crate::settings::Penalty;
 
     fn numbers(value: &Value) -> Vec<f64> {
         match value {
@@ -101,7 +95,7 @@ mod tests {
             // scikit-learn weighs a penalty by the length of what it multiplies.
             let weights = |name: &str, length: usize| {
                 let weight = number(name) * length as f64;
-                Weights {
+                Penalty {
                     l1: weight * number("l1_ratio"),
                     l2: weight * (1.0 - number("l1_ratio")),
                 }

@@ -8,7 +8,9 @@ use crate::columns::Columns;
 use crate::covariance::moments_of;
 use crate::error::LearnError;
 use crate::real::Real;
-use crate::rounds::{Activations, NmfProblem, NmfState, Stored, column_squares, fit_sums};
+use crate::rounds::{
+    Activations, NmfProblem, NmfState, Stored, column_squares, fit_sums, unfit_activations,
+};
 use crate::settings::{NmfSettings, Precision, Update};
 use crate::stability::matched_cosine;
 use crate::sums::Tree;
@@ -84,8 +86,8 @@ const GIVEN_SWEEPS: usize = 500;
 ///
 /// # Errors
 ///
-/// As [`learn_nmf`]; [`LearnError::ColumnLength`] for primitives or an offset of another number of
-/// rows than the segments have; [`LearnError::OffsetAboveData`].
+/// As [`learn_nmf`]; [`LearnError::Data`] for primitives or an offset of another number of rows than the
+/// segments have, and for an offset above the data.
 pub fn describe_nmf(
     columns: &dyn Columns,
     demonstrated: Demonstrated,
@@ -108,10 +110,7 @@ pub fn describe_nmf(
     let rows = problem.layout.rows();
     for found in [primitives.nrows(), offset_m.nrows()] {
         if found != rows {
-            return Err(LearnError::ColumnLength {
-                expected: rows,
-                found,
-            });
+            return Err(LearnError::column_length(rows, found));
         }
     }
     for block in 0..problem.blocks() {
@@ -119,11 +118,12 @@ pub fn describe_nmf(
         for (i, v) in columns_m.iter().enumerate() {
             let row = i % rows;
             if *v < offset_m[row] - GIVEN_SLACK_M {
-                return Err(LearnError::OffsetAboveData {
-                    row,
-                    offset_m: offset_m[row],
-                    found_m: *v,
-                });
+                return Err(LearnError::Data(format!(
+                    "the offset of row {row} is {} m, but a training segment has {v} m there: \
+                     non-negative primitives need data above the offset; give the offset that the \
+                     primitives were learned with, and takes like those they were learned from",
+                    offset_m[row]
+                )));
             }
         }
     }
@@ -241,7 +241,7 @@ impl NmfProblem {
     ///
     /// # Errors
     ///
-    /// What `activations` returns, and [`LearnError::Activations`] for some of another size.
+    /// What `activations` returns, and [`LearnError::Data`] for some of another size.
     pub fn finish(
         &self,
         starts: &[NmfState],
@@ -262,10 +262,7 @@ impl NmfProblem {
         let moments = moments_of(self.blocks(), rank, |block| {
             let mut values = activations(block)?.to_f64();
             if values.len() != rank * self.block(block).len() {
-                return Err(LearnError::Activations {
-                    block,
-                    round: state.round,
-                });
+                return Err(unfit_activations(block, state.round));
             }
             for vector in values.chunks_exact_mut(rank) {
                 for (v, length) in vector.iter_mut().zip(&lengths) {
@@ -322,47 +319,44 @@ impl NmfSettings {
     ///
     /// # Errors
     ///
-    /// [`LearnError::Setting`], [`LearnError::PenaltyOfOneFactor`].
+    /// [`LearnError::Setting`]; [`LearnError::Data`] for a penalty of one factor alone, which the scale
+    /// of the other would undo.
     pub fn check(&self) -> Result<(), LearnError> {
-        let length = "a length of at least 0 m";
-        let weight = "a weight of 0 or more";
-        let at_least_0 = |value: f64| (0.0..f64::INFINITY).contains(&value);
+        let (h, w) = (self.activation_penalty, self.primitive_penalty);
         let stop_rms_m = self.stop_rms_m.unwrap_or(1.0);
+        let weight = |name, found| (name, "a weight of 0 or more", found, 0.0..f64::INFINITY);
         let checks = [
             (
                 "relative_change",
                 "a number from 0 to below 1",
                 self.relative_change,
-                (0.0..1.0).contains(&self.relative_change),
+                0.0..1.0,
             ),
             (
                 "offset_margin_m",
-                length,
+                "a length of at least 0 m",
                 self.offset_margin_m,
-                at_least_0(self.offset_margin_m),
+                0.0..f64::INFINITY,
             ),
             (
                 "stop_rms_m",
                 "a length above 0 m",
                 stop_rms_m,
-                stop_rms_m > 0.0 && stop_rms_m.is_finite(),
+                f64::MIN_POSITIVE..f64::INFINITY,
             ),
             (
                 "restarts",
                 "1 or more",
                 self.restarts as f64,
-                self.restarts > 0,
+                1.0..f64::INFINITY,
             ),
+            weight("activation_penalty.l1", h.l1),
+            weight("activation_penalty.l2", h.l2),
+            weight("primitive_penalty.l1", w.l1),
+            weight("primitive_penalty.l2", w.l2),
         ];
-        let weights = [
-            ("activation_penalty.l1", self.activation_penalty.l1),
-            ("activation_penalty.l2", self.activation_penalty.l2),
-            ("primitive_penalty.l1", self.primitive_penalty.l1),
-            ("primitive_penalty.l2", self.primitive_penalty.l2),
-        ];
-        let weights = weights.map(|(name, found)| (name, weight, found, at_least_0(found)));
-        for (name, expected, found, fits) in checks.into_iter().chain(weights) {
-            if !fits {
+        for (name, expected, found, range) in checks {
+            if !range.contains(&found) {
                 return Err(LearnError::Setting {
                     name,
                     expected,
@@ -370,21 +364,14 @@ impl NmfSettings {
                 });
             }
         }
-        let (h, w) = (self.activation_penalty, self.primitive_penalty);
-        if h.is_none() != w.is_none() {
-            return Err(LearnError::PenaltyOfOneFactor {
-                penalised: if w.is_none() {
-                    "activations"
-                } else {
-                    "primitives"
-                },
-                other: if w.is_none() {
-                    "primitives"
-                } else {
-                    "activations"
-                },
-            });
-        }
-        Ok(())
+        let (penalised, other) = match (h.is_none(), w.is_none()) {
+            (false, true) => ("activations", "primitives"),
+            (true, false) => ("primitives", "activations"),
+            _ => return Ok(()),
+        };
+        Err(LearnError::Data(format!(
+            "{penalised} are penalised and {other} are not: their scale would move to the {other} until \
+             the penalty is nothing; penalise both"
+        )))
     }
 }

@@ -41,19 +41,11 @@ pub fn learn_pca(
     check_rank(rank, (count - 1).min(rows), count, rows, "pca")?;
 
     let centred = Centred::new(columns)?;
-    let (values, vectors) = centred.eigen()?;
-    let mut order: Vec<usize> = (0..values.len()).collect();
-    order.sort_by(|a, b| values[*b].total_cmp(&values[*a]));
-    let smallest = SMALLEST_VARIANCE * values[order[0]].max(0.0);
-    let largest = (order.iter())
-        .take_while(|i| values[**i] > smallest)
-        .count();
+    let (values, vectors) = eigen_descending(centred.products()?);
+    let smallest = SMALLEST_VARIANCE * values[0].max(0.0);
+    let largest = values.partition_point(|value| *value > smallest);
     check_rank(rank, largest.min(count - 1), count, rows, "pca")?;
-    order.truncate(rank);
-
-    let chosen: Vec<f64> = (order.iter())
-        .flat_map(|i| vectors.column(*i).iter().copied().collect::<Vec<_>>())
-        .collect();
+    let chosen = vectors.as_slice()[..rank * vectors.nrows()].to_vec();
     let mut components = centred.components(chosen)?;
     orthonormalise(&mut components, rows);
     point_up(&mut components, rows);
@@ -156,12 +148,6 @@ impl<'a> Centred<'a> {
         Ok(sum)
     }
 
-    /// Eigenvalues and eigenvectors of the smaller of `Xᵀ X` and `X Xᵀ`.
-    fn eigen(&self) -> Result<(DVector<f64>, DMatrix<f64>), LearnError> {
-        let eigen = SymmetricEigen::new(self.products()?);
-        Ok((eigen.eigenvalues, eigen.eigenvectors))
-    }
-
     /// The eigenvalues alone, none below zero, in no order.
     pub(crate) fn eigenvalues(&self) -> Result<Vec<f64>, LearnError> {
         let values = self.products()?.symmetric_eigenvalues();
@@ -208,6 +194,15 @@ impl<'a> Centred<'a> {
     }
 }
 
+/// All eigenvalues of a symmetric matrix, largest first, with their eigenvectors.
+pub(crate) fn eigen_descending(symmetric: DMatrix<f64>) -> (Vec<f64>, DMatrix<f64>) {
+    let eigen = SymmetricEigen::new(symmetric);
+    let mut order: Vec<usize> = (0..eigen.eigenvalues.len()).collect();
+    order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
+    let values = order.iter().map(|&i| eigen.eigenvalues[i]).collect();
+    (values, eigen.eigenvectors.select_columns(&order))
+}
+
 /// Rows as columns.
 pub(crate) fn transpose(columns: &[f64], rows: usize) -> Vec<f64> {
     let count = columns.len() / rows;
@@ -246,7 +241,7 @@ fn scale_to_unit(column: &mut [f64]) {
 
 /// Chooses the sign that makes each column's largest number positive, so that it does not depend on
 /// the eigenvalue solver.
-fn point_up(columns: &mut [f64], rows: usize) {
+pub(crate) fn point_up(columns: &mut [f64], rows: usize) {
     for column in columns.chunks_exact_mut(rows) {
         let largest = column
             .iter()

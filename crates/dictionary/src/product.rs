@@ -215,11 +215,6 @@ pub(crate) fn sum_lower<T: Real>(parts: Vec<Vec<T>>, rank: usize) -> Vec<T> {
     total
 }
 
-/// Lower triangle of one chunk's Gram matrix, to be summed by [`sum_lower`].
-pub(crate) fn chunk_gram<T: Real>(factor: &[T], rank: usize) -> Vec<T> {
-    gram_lower(factor, rank)
-}
-
 /// `activations * dataᵀ` (`rank` x rows of `data`), rows of the data in parallel.
 pub(crate) fn cross<T: Real>(activations: &[T], rank: usize, data: &[T], rows: usize) -> Vec<T> {
     let mut out = vec![T::ZERO; rank * rows];

@@ -6,10 +6,9 @@ mod learner;
 
 use std::ops::Range;
 
-use inhand_model::{
-    DictionaryKind, OBJECT_COORDINATES, SEGMENT_COORDINATES, SegmentLayout, Segments,
-};
+use inhand_model::{DictionaryKind, SegmentLayout, Segments};
 
+use crate::data::place;
 use crate::error::LearnError;
 use crate::residual::{Fold, folds};
 use crate::settings::NmfSettings;
@@ -143,9 +142,9 @@ pub struct RankSuggestion {
 ///
 /// # Errors
 ///
-/// [`LearnError`] as for learning; [`LearnError::NothingLeftOut`] for too few segments to leave any
-/// out, [`LearnError::NoRankFits`] where all ranks are too large, [`LearnError::RankZero`],
-/// [`LearnError::Setting`] for no rank at all or segments of less than three samples.
+/// [`LearnError`] as for learning; [`LearnError::Data`] for too few segments to leave any out and where
+/// all ranks are too large, [`LearnError::Setting`] for rank 0, no rank at all or segments of less than
+/// three samples.
 pub fn rank_curve(
     segments: &Segments,
     method: RankMethod<'_>,
@@ -159,19 +158,22 @@ pub fn rank_curve(
     check(layout, &ranks)?;
     let folds = whole(folds(segments.origins(), layout.samples), segments);
     if folds.is_empty() {
-        return Err(LearnError::NothingLeftOut {
-            segments: segments.len(),
-        });
+        return Err(LearnError::Data(format!(
+            "{} training segments are too few to leave any out and judge ranks by them: name one rank, \
+             or give more takes",
+            segments.len()
+        )));
     }
     let learner = Learner::new(segments, method, &folds, ranks[ranks.len() - 1])?;
     let largest = learner.largest();
     let too_large = ranks.split_off(ranks.partition_point(|&rank| rank <= largest));
     if ranks.is_empty() {
-        return Err(LearnError::NoRankFits {
-            smallest: too_large[0],
-            largest,
-            segments: segments.len(),
-        });
+        return Err(LearnError::Data(format!(
+            "rank {} and above are too large: without the takes left out in turn, {} training segments \
+             support ranks up to {largest}; lower the ranks or the stride",
+            too_large[0],
+            segments.len()
+        )));
     }
 
     let judge = Judge::new(segments, &folds);
@@ -245,7 +247,7 @@ fn check(layout: SegmentLayout, ranks: &[usize]) -> Result<(), LearnError> {
             expected: "at least 1",
             found: 0.0,
         }),
-        Some(0) => Err(LearnError::RankZero),
+        Some(0) => Err(LearnError::RANK_ZERO),
         Some(_) => Ok(()),
     }
 }
@@ -292,7 +294,7 @@ impl<'a> Judge<'a> {
         let layout = segments.layout();
         let hidden_samples = middle(layout.samples);
         let (hidden, visible) =
-            (0..layout.rows()).partition(|&row| hidden_samples.contains(&sample(layout, row)));
+            (0..layout.rows()).partition(|&row| hidden_samples.contains(&place(layout, row).0));
         let origins = segments.origins();
         let one_take = (origins.windows(2)).all(|pair| pair[0].take == pair[1].take);
         Self {
@@ -358,14 +360,6 @@ fn middle(samples: usize) -> Range<usize> {
     first..first + count
 }
 
-/// The sample that a row of a column belongs to.
-fn sample(layout: SegmentLayout, row: usize) -> usize {
-    match row.checked_sub(layout.finger_rows()) {
-        None => row / SEGMENT_COORDINATES,
-        Some(row) => row / OBJECT_COORDINATES,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -391,7 +385,7 @@ mod tests {
             object: true,
         };
         for (row, expected) in [(0, 0), (14, 0), (15, 1), (59, 3), (60, 0), (66, 1), (83, 3)] {
-            assert_eq!(sample(layout, row), expected, "{row}");
+            assert_eq!(place(layout, row).0, expected, "{row}");
         }
     }
 }

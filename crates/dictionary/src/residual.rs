@@ -19,7 +19,7 @@ use rayon::prelude::*;
 
 pub use folds::{Fold, folds};
 
-use crate::data::checked_range;
+use crate::data::survey;
 use crate::error::LearnError;
 use ends::{check_layout, ends_matrix, ends_moments};
 use primitives::Primitives;
@@ -59,21 +59,19 @@ impl Default for ResidualSettings {
 ///
 /// # Errors
 ///
-/// [`LearnError::NoSegments`]; [`LearnError::NotFinite`] and [`LearnError::ConstantCoordinate`] for
-/// the segments' numbers; [`LearnError::Setting`] for segments of a single sample or without a rate;
-/// [`LearnError::RankZero`] for settings without primitives; [`LearnError::ObjectEnds`] where the
-/// layout has the object and a segment's end conditions do not; [`LearnError::EndNotFinite`] and
-/// [`LearnError::EndsElsewhere`] for end conditions that are no numbers, or not those of the
-/// segment.
+/// [`LearnError::Setting`] for settings without primitives, and for segments of a single sample or
+/// without a rate; [`LearnError::Data`] for no segments, numbers that are not finite, a fingertip that
+/// never moves, and end conditions without the object of the layout, that are no numbers, or not those
+/// of the segment.
 pub fn learn_residual(
     segments: &Segments,
     settings: &ResidualSettings,
 ) -> Result<Residual, LearnError> {
-    checked_range(segments)?;
+    survey(segments, false)?;
     let layout = segments.layout();
     check_layout(layout)?;
     if settings.primitives == 0 {
-        return Err(LearnError::RankZero);
+        return Err(LearnError::RANK_ZERO);
     }
     let ends = ends_matrix(segments)?;
     let deviations_m = deviations_m(segments, &ends);
@@ -96,7 +94,7 @@ pub fn learn_residual(
     let every: Vec<usize> = (0..segments.len()).collect();
     let profile = sums.fit(&demonstrations, &every);
     let answers = &activations_m - &profile * &ends;
-    let (ends_mean, ends_covariance) = ends_moments(&ends);
+    let (ends_mean, ends_covariance) = ends_moments(&ends)?;
     Ok(Residual {
         layout,
         ends_mean,

@@ -15,7 +15,7 @@ use crate::data::{Survey, at_every_sample, check_rank, survey};
 use crate::descent::{Gram, descend_all};
 use crate::error::LearnError;
 use crate::missing::Missing;
-use crate::multiplicative::{self, Weights};
+use crate::multiplicative;
 use crate::product::squared_norm;
 use crate::real::Real;
 use crate::settings::{NmfSettings, Penalty, Precision, Update};
@@ -125,7 +125,7 @@ impl NmfProblem {
     ///
     /// # Errors
     ///
-    /// [`LearnError::Read`].
+    /// What reading them returns.
     pub fn read_block(&self, columns: &dyn Columns, block: usize) -> Result<Vec<f64>, LearnError> {
         self.read(columns, self.block(block))
     }
@@ -145,7 +145,7 @@ impl NmfProblem {
     ///
     /// # Errors
     ///
-    /// [`LearnError::Activations`] where the activations are of another block or precision.
+    /// [`LearnError::Data`] where the activations are of another block or precision.
     pub fn sums(
         &self,
         state: &NmfState,
@@ -153,15 +153,11 @@ impl NmfProblem {
         columns_m: Vec<f64>,
         previous: Option<Activations>,
     ) -> Result<(Sums, Activations), LearnError> {
-        let wrong = || LearnError::Activations {
-            block,
-            round: state.round,
-        };
         match self.settings.precision {
             Precision::F64 => self.sums_of::<f64>(state, block, columns_m, previous),
             Precision::F32 => self.sums_of::<f32>(state, block, columns_m, previous),
         }
-        .ok_or_else(wrong)
+        .ok_or_else(|| unfit_activations(block, state.round))
     }
 
     fn sums_of<T: Stored>(
@@ -276,7 +272,7 @@ impl NmfProblem {
     ///
     /// # Errors
     ///
-    /// [`LearnError::Read`] for a training segment that is needed to replace a primitive that has
+    /// What reading returns for a training segment that is needed to replace a primitive that has
     /// become zero.
     pub fn update(
         &self,
@@ -337,15 +333,13 @@ impl NmfProblem {
             sweeps,
             ..
         } = self.settings;
-        let Penalty { l1, l2 } = penalty;
         match update {
             Update::Hals => {
-                let gram = Gram::new(activation_gram_m2, rank, l2);
-                descend_all(&gram, cross_m2, l1, primitives, sweeps);
+                let gram = Gram::new(activation_gram_m2, rank, penalty.l2);
+                descend_all(&gram, cross_m2, penalty.l1, primitives, sweeps);
             }
             Update::Multiplicative => {
-                let weights = Weights { l1, l2 };
-                multiplicative::update_all(activation_gram_m2, cross_m2, weights, primitives, rank);
+                multiplicative::update_all(activation_gram_m2, cross_m2, penalty, primitives, rank);
             }
         }
     }
@@ -378,6 +372,14 @@ impl NmfProblem {
         }
         Ok(())
     }
+}
+
+/// An error of activations of another block, round or precision.
+pub(crate) fn unfit_activations(block: usize, round: usize) -> LearnError {
+    LearnError::Data(format!(
+        "activations of block {block} do not fit round {round}: expected those of the round before, \
+         none in round 0, in the precision of the run"
+    ))
 }
 
 /// Sums over the columns of a primitive matrix of rows (rank x rows): the squared length of each

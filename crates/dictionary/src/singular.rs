@@ -1,9 +1,9 @@
 //! Leading singular vectors of data that is read block by block.
 
-use nalgebra::{DMatrix, SymmetricEigen};
+use nalgebra::DMatrix;
 
 use crate::packed::Packed;
-use crate::pca::transpose;
+use crate::pca::{eigen_descending, transpose};
 use crate::product::{View, add, cross, dot, gram, squared_norm};
 use crate::start::{keyed, uniform};
 
@@ -71,19 +71,13 @@ pub(crate) fn leading<E>(
         let projected = project(&packed, data, rows, carried);
         add(&mut squares, &gram(&projected, carried));
     })?;
-    let eigen = SymmetricEigen::new(DMatrix::from_vec(carried, carried, squares));
-    let mut order: Vec<usize> = (0..carried).collect();
-    order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
-    order.truncate(wanted);
-    let turn = DMatrix::from_fn(wanted, carried, |i, j| eigen.eigenvectors[(j, order[i])]);
+    let (values, turns) = eigen_descending(DMatrix::from_vec(carried, carried, squares));
+    let turn = turns.columns(0, wanted).transpose();
     let mut vectors = vec![0.0; wanted * rows];
     Packed::new(turn.as_slice(), wanted).times(View::columns(&directions, carried), &mut vectors);
     Ok(Leading {
         vectors,
-        squared_values: order
-            .iter()
-            .map(|i| eigen.eigenvalues[*i].max(0.0))
-            .collect(),
+        squared_values: values[..wanted].iter().map(|v| v.max(0.0)).collect(),
     })
 }
 

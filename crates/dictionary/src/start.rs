@@ -46,7 +46,7 @@ impl NmfProblem {
     ///
     /// # Errors
     ///
-    /// [`LearnError::Read`].
+    /// What reading columns returns.
     pub fn start(&self, columns: &dyn Columns, seed: u64) -> Result<NmfState, LearnError> {
         let primitives = match self.settings.start {
             Start::Random => self.random_primitives(seed),

@@ -94,15 +94,12 @@ impl<S: Addend> Tree<S> {
     ///
     /// # Errors
     ///
-    /// [`LearnError::BlockOrder`] where it does not.
+    /// [`LearnError::Data`] where it does not.
     pub fn push(&mut self, mut node: Node<S>) -> Result<(), LearnError> {
         if let Some(last) = self.nodes.last()
             && last.end_block() != node.first_block()
         {
-            return Err(LearnError::BlockOrder {
-                expected: last.end_block(),
-                found: node.first_block(),
-            });
+            return Err(out_of_order(last.end_block(), node.first_block()));
         }
         while let Some(left) = self.nodes.pop_if(|left| {
             left.level == node.level && left.index % 2 == 0 && left.index + 1 == node.index
@@ -141,7 +138,7 @@ impl<S: Addend> Tree<S> {
     ///
     /// # Errors
     ///
-    /// [`LearnError::BlockOrder`] where it is not over the blocks `0..blocks`.
+    /// [`LearnError::Data`] where it is not over the blocks `0..blocks`.
     pub fn root(mut self, blocks: usize) -> Result<S, LearnError> {
         let first = self.nodes.first().map(Node::first_block);
         let end = self.nodes.last().map(Node::end_block);
@@ -150,12 +147,7 @@ impl<S: Addend> Tree<S> {
             _ => 0,
         };
         let last = self.nodes.pop().filter(|_| found == blocks);
-        let Some(last) = last else {
-            return Err(LearnError::BlockOrder {
-                expected: blocks,
-                found,
-            });
-        };
+        let last = last.ok_or_else(|| out_of_order(blocks, found))?;
         // Where the number of blocks is no power of two, the last sums are on different levels.
         let mut total = last.sum;
         while let Some(left) = self.nodes.pop() {
@@ -167,9 +159,15 @@ impl<S: Addend> Tree<S> {
     }
 }
 
+fn out_of_order(expected: usize, found: usize) -> LearnError {
+    LearnError::Data(format!(
+        "sums go on at block {found}, expected block {expected}: blocks are missing or there twice"
+    ))
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{LearnError, Tree};
+    use super::{Tree, out_of_order};
 
     fn value(block: usize) -> Vec<f64> {
         vec![
@@ -210,15 +208,7 @@ mod tests {
     fn blocks_that_are_missing_are_named() {
         let mut tree = Tree::default();
         tree.push_block(0, value(0)).unwrap();
-        let expected = LearnError::BlockOrder {
-            expected: 1,
-            found: 2,
-        };
-        assert_eq!(tree.push_block(2, value(2)), Err(expected));
-        let expected = LearnError::BlockOrder {
-            expected: 3,
-            found: 1,
-        };
-        assert_eq!(tree.root(3), Err(expected));
+        assert_eq!(tree.push_block(2, value(2)), Err(out_of_order(1, 2)));
+        assert_eq!(tree.root(3), Err(out_of_order(3, 1)));
     }
 }

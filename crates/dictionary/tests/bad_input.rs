@@ -1,7 +1,6 @@
 //! What is refused, and what the error says.
 
-use inhand_dictionary::{Coordinate, LearnError, NmfSettings, learn_nmf, learn_pca};
-use inhand_model::Finger;
+use inhand_dictionary::{LearnError, NmfSettings, learn_nmf, learn_pca};
 use nalgebra::DMatrix;
 
 use crate::segments::{demonstrated, motion, segments};
@@ -66,7 +65,11 @@ fn a_pca_rank_above_the_components_names_the_largest() {
         matches!(error, LearnError::RankTooLarge { largest: 5, .. }),
         "{error}"
     );
-    assert_eq!(learn(motion(10, 12), 0), LearnError::RankZero);
+    assert!(
+        learn(motion(10, 12), 0)
+            .to_string()
+            .starts_with("rank is 0: expected 1")
+    );
     assert!(matches!(
         learn(motion(10, 1), 1),
         LearnError::RankTooLarge { largest: 0, .. }
@@ -76,14 +79,16 @@ fn a_pca_rank_above_the_components_names_the_largest() {
 #[test]
 fn nothing_to_learn_from() {
     for columns in [DMatrix::zeros(150, 0), DMatrix::zeros(0, 3)] {
-        assert_eq!(
-            refuse(columns.clone(), &of_rank(1)),
-            LearnError::NoSegments { left_out: 0 }
+        let error = refuse(columns.clone(), &of_rank(1)).to_string();
+        assert!(
+            error.starts_with("no training segments (0 left out"),
+            "{error}"
         );
-        let error = learn_pca(&segments(columns), demonstrated(), 1).unwrap_err();
-        assert_eq!(error, LearnError::NoSegments { left_out: 0 });
+        let same = learn_pca(&segments(columns), demonstrated(), 1).unwrap_err();
+        assert_eq!(same.to_string(), error);
     }
-    assert_eq!(refuse(motion(2, 5), &of_rank(0)), LearnError::RankZero);
+    let error = refuse(motion(2, 5), &of_rank(0)).to_string();
+    assert!(error.starts_with("rank is 0"), "{error}");
 }
 
 #[test]
@@ -92,25 +97,9 @@ fn a_number_that_is_none_is_named_with_its_place() {
         let mut columns = motion(10, 14);
         // Segment 11 is the second of take 1: it starts at sample 14. Sample 3 of it, ring z.
         columns[(3 * 15 + 11, 11)] = found;
-        let error = refuse(columns, &of_rank(3));
-        let LearnError::NotFinite {
-            segment,
-            take,
-            sample,
-            coordinate,
-            ..
-        } = error
-        else {
-            panic!("{error}");
-        };
-        let finger = Finger::Ring;
-        assert_eq!((segment, take, sample), (11, 1, 17));
-        assert_eq!(coordinate, Coordinate::Fingertip { finger, axis: 2 });
-        let message = error.to_string();
-        assert!(
-            message.contains("take 1, sample 17): ring axis 2 is"),
-            "{message}"
-        );
+        let message = refuse(columns, &of_rank(3)).to_string();
+        let place = "training segment 11 (take 1, sample 17): ring axis 2 is";
+        assert!(message.starts_with(place), "{message}");
     }
 }
 
@@ -120,16 +109,9 @@ fn a_coordinate_that_never_changes_is_named() {
     for t in 0..10 {
         columns.row_mut(t * 15 + 4).fill(0.25);
     }
-    let error = refuse(columns, &of_rank(3));
-    assert_eq!(
-        error,
-        LearnError::ConstantCoordinate {
-            finger: Finger::Index,
-            axis: 1,
-            value_m: 0.25,
-            segments: 14
-        }
-    );
+    let error = refuse(columns, &of_rank(3)).to_string();
+    let expected = "index axis 1 is 0.25 m in every sample of 14 training segments";
+    assert!(error.starts_with(expected), "{error}");
 }
 
 #[test]

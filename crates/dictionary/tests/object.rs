@@ -1,9 +1,7 @@
 //! Segments that carry the object.
 
-use inhand_dictionary::{
-    Coordinate, LearnError, NmfSettings, Projection, Update, activations, learn_nmf, learn_pca,
-};
-use inhand_model::{Dictionary, Finger, OBJECT_COORDINATES, SEGMENT_COORDINATES, Segments};
+use inhand_dictionary::{NmfSettings, Update, activations, learn_nmf, learn_pca};
+use inhand_model::{Dictionary, OBJECT_COORDINATES, SEGMENT_COORDINATES, Segments};
 use nalgebra::DMatrix;
 
 use crate::segments::{demonstrated, motion, of_layout, segments};
@@ -82,12 +80,9 @@ fn fingertips_and_object_are_learned_together() {
             dictionary.learning.rms_m
         );
         // Each part for itself, through the activations of a given segment.
-        let projection = Projection::new(&dictionary);
         let (mut fingers_m2, mut object_m2) = (0.0, 0.0);
         for column in columns.column_iter() {
-            let h = projection
-                .activations(column.clone_owned().as_slice())
-                .unwrap();
+            let h = activations(&dictionary, column.clone_owned().as_slice()).unwrap();
             let error = &dictionary.offset_m + &dictionary.primitives * h - column;
             fingers_m2 += error.rows(0, 15 * samples).norm_squared();
             object_m2 += error.rows(15 * samples, 6 * samples).norm_squared();
@@ -170,49 +165,24 @@ fn components_do_not_depend_on_what_the_rows_are_called() {
 
 #[test]
 fn a_number_that_is_none_is_named_with_its_place() {
-    let finger = Finger::Index;
-    for (row, expected, name) in [
-        (
-            49,
-            Coordinate::Fingertip { finger, axis: 1 },
-            "index axis 1",
-        ),
-        (
-            170,
-            Coordinate::ObjectPosition { axis: 2 },
-            "object position axis 2",
-        ),
-        (
-            172,
-            Coordinate::ObjectRotation { axis: 1 },
-            "object rotation axis 1",
-        ),
+    for (row, name) in [
+        (49, "index axis 1"),
+        (170, "object position axis 2"),
+        (172, "object rotation axis 1"),
     ] {
         // Segment 11 is the second of take 1: it starts at sample 14. Sample 3 of it.
         let mut columns = motion_with_object(10, 14);
         columns[(row, 11)] = f64::NAN;
         let learned = learn_nmf(&segments_with_object(columns), demonstrated(), &settings(3));
         let error = learned.unwrap_err();
-        assert!(
-            matches!(
-                error,
-                LearnError::NotFinite { segment: 11, take: 1, sample: 17, coordinate, .. }
-                    if coordinate == expected
-            ),
-            "{error}"
-        );
-        assert!(error.to_string().contains(name), "{error}");
+        let expected = format!("training segment 11 (take 1, sample 17): {name} is NaN");
+        assert!(error.to_string().starts_with(&expected), "{error}");
     }
 }
 
 #[test]
 fn a_segment_without_the_object_does_not_fit() {
     let dictionary = learn(motion_with_object(8, 20), &settings(5));
-    assert_eq!(
-        activations(&dictionary, &[0.1; 15 * 8]),
-        Err(LearnError::ColumnLength {
-            expected: 168,
-            found: 120
-        })
-    );
+    let error = activations(&dictionary, &[0.1; 15 * 8]).unwrap_err();
+    assert!(error.to_string().contains("120 numbers"), "{error}");
 }

@@ -1,7 +1,7 @@
 //! Choosing the rank: errors on takes left out of learning.
 
 use inhand_dictionary::{
-    LearnError, NmfSettings, Projection, RankCurve, RankGroups, RankMethod, folds, learn_nmf,
+    LearnError, NmfSettings, RankCurve, RankGroups, RankMethod, activations, folds, learn_nmf,
     learn_pca, rank_curve,
 };
 use inhand_model::{DictionaryKind, SegmentOrigin, Segments};
@@ -145,10 +145,9 @@ fn left_out_segments_are_reconstructed_as_by_projection() {
                 learn_nmf(&known, demonstrated(), &settings)
             }
             .unwrap();
-            let projection = Projection::new(&dictionary);
             for &segment in &fold.left_out {
                 let column = segments.columns_m().column(segment);
-                let h = projection.activations(segments.column_m(segment)).unwrap();
+                let h = activations(&dictionary, segments.column_m(segment)).unwrap();
                 let error = column - &dictionary.offset_m - &dictionary.primitives * h;
                 squares += error.norm_squared();
                 numbers += error.len();
@@ -286,21 +285,23 @@ fn what_cannot_be_chosen_is_refused() {
     let fails = |segments: &Segments, ranks: &[usize]| {
         rank_curve(segments, RankMethod::Nmf(&nmf()), ranks, &mut |_| ()).unwrap_err()
     };
-    assert_eq!(fails(&whole, &[0, 3]), LearnError::RankZero);
+    let error = fails(&whole, &[0, 3]).to_string();
+    assert!(error.starts_with("rank is 0"), "{error}");
     let error = fails(&whole, &[]);
     assert!(matches!(error, LearnError::Setting { .. }), "{error}");
-    assert_eq!(
-        fails(&whole, &[60, 50]),
-        LearnError::NoRankFits {
-            smallest: 50,
-            largest: 20,
-            segments: 30
-        }
+    let error = fails(&whole, &[60, 50]).to_string();
+    assert!(
+        error.starts_with("rank 50 and above")
+            && error.contains("30 training segments support ranks up to 20"),
+        "{error}"
     );
     let one = whole.select(&[4]);
     let error = fails(&one, &[1]);
-    assert_eq!(error, LearnError::NothingLeftOut { segments: 1 });
-    assert!(error.to_string().contains("give more takes"), "{error}");
+    let error = error.to_string();
+    assert!(
+        error.starts_with("1 training segments") && error.contains("give more takes"),
+        "{error}"
+    );
     let short = segments(motion(2, 30));
     let error = fails(&short, &[1]);
     assert!(error.to_string().contains("at least 3"), "{error}");
@@ -308,7 +309,7 @@ fn what_cannot_be_chosen_is_refused() {
     broken[(17, 12)] = f64::INFINITY;
     let error = fails(&segments(broken), &[3]);
     assert!(
-        matches!(error, LearnError::NotFinite { segment: 12, .. }),
+        error.to_string().starts_with("training segment 12 "),
         "{error}"
     );
 }

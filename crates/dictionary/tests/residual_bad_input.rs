@@ -1,7 +1,7 @@
 //! Deviations from the smooth curve: input that cannot teach.
 
-use inhand_dictionary::{Coordinate, LearnError, ResidualSettings, learn_residual};
-use inhand_model::{EndConditions, Finger, SegmentLayout, SegmentOrigin, Segments, smooth_basis};
+use inhand_dictionary::{ResidualSettings, learn_residual};
+use inhand_model::{EndConditions, SegmentLayout, SegmentOrigin, Segments, smooth_basis};
 use nalgebra::DMatrix;
 
 use crate::residual_data::{around_smooth, conditions, ends, layout, numbers};
@@ -20,8 +20,9 @@ fn six(layout: SegmentLayout, change: impl Fn(&mut Vec<EndConditions>)) -> Segme
     Segments::new(layout, smooth_basis(layout) * &x, origins, all, 0).unwrap()
 }
 
-fn refused(segments: &Segments) -> LearnError {
-    learn_residual(segments, &ResidualSettings::default()).unwrap_err()
+fn refused(segments: &Segments) -> String {
+    let learned = learn_residual(segments, &ResidualSettings::default());
+    learned.unwrap_err().to_string()
 }
 
 #[test]
@@ -29,14 +30,15 @@ fn no_segments() {
     let layout = layout(10, false);
     let none = DMatrix::zeros(60, 0);
     let segments = around_smooth(layout, &none, &DMatrix::zeros(layout.rows(), 0), 1);
-    assert_eq!(refused(&segments), LearnError::NoSegments { left_out: 0 });
+    assert!(refused(&segments).starts_with("no training segments (0 left out"));
 }
 
 #[test]
 fn no_primitives() {
     let settings = ResidualSettings { primitives: 0 };
     let learned = learn_residual(&six(layout(10, false), |_| ()), &settings);
-    assert_eq!(learned.unwrap_err(), LearnError::RankZero);
+    let error = learned.unwrap_err().to_string();
+    assert!(error.starts_with("rank is 0"), "{error}");
 }
 
 #[test]
@@ -60,22 +62,8 @@ fn a_sample_that_is_no_number() {
     let mut known = DMatrix::zeros(layout.rows(), 6);
     known[(15 * 4 + 7, 4)] = f64::NAN;
     let error = refused(&around_smooth(layout, &x, &known, 3));
-    assert!(
-        matches!(
-            error,
-            LearnError::NotFinite {
-                segment: 4,
-                take: 1,
-                sample: 18,
-                coordinate: Coordinate::Fingertip {
-                    finger: Finger::Middle,
-                    axis: 1
-                },
-                ..
-            }
-        ),
-        "{error}"
-    );
+    let place = "training segment 4 (take 1, sample 18): middle axis 1 is NaN";
+    assert!(error.starts_with(place), "{error}");
 }
 
 #[test]
@@ -85,22 +73,10 @@ fn an_end_condition_that_is_no_number() {
             ends[4].last_velocity_m_s[5] = value;
         });
         let error = refused(&segments);
-        let LearnError::EndNotFinite {
-            segment: 4,
-            take: 1,
-            condition: "last velocity",
-            coordinate:
-                Coordinate::Fingertip {
-                    finger: Finger::Index,
-                    axis: 2,
-                },
-            found,
-        } = error
-        else {
-            panic!("{error}");
-        };
-        assert_eq!(found.is_nan(), value.is_nan());
-        assert!(error.to_string().contains("index axis 2"), "{error}");
+        let expected = format!(
+            "training segment 4 (take 1): the last velocity of index axis 2 is {value}, expected"
+        );
+        assert!(error.starts_with(&expected), "{error}");
     }
 }
 
@@ -108,20 +84,9 @@ fn an_end_condition_that_is_no_number() {
 fn end_conditions_of_another_segment() {
     let segments = six(layout(10, true), |ends| ends[1].last_m[14] += 2e-6);
     let error = refused(&segments);
+    let place = "training segment 1 (take 0, sample 23): little axis 2 is";
     assert!(
-        matches!(
-            error,
-            LearnError::EndsElsewhere {
-                segment: 1,
-                take: 0,
-                sample: 23,
-                coordinate: Coordinate::Fingertip {
-                    finger: Finger::Little,
-                    axis: 2
-                },
-                ..
-            }
-        ),
+        error.starts_with(place) && error.contains("the end conditions say"),
         "{error}"
     );
     // Rounding is none.
@@ -132,20 +97,17 @@ fn end_conditions_of_another_segment() {
         let other = ends[5].object;
         ends[2].object = other;
     });
-    assert!(matches!(
-        refused(&segments),
-        LearnError::EndsElsewhere {
-            segment: 2,
-            coordinate: Coordinate::ObjectPosition { axis: 0 },
-            ..
-        }
-    ));
+    let error = refused(&segments);
+    assert!(
+        error.starts_with("training segment 2 ") && error.contains("object position axis 0"),
+        "{error}"
+    );
 }
 
 #[test]
 fn an_object_that_the_end_conditions_do_not_have() {
     let segments = six(layout(10, true), |ends| ends[3].object = None);
-    assert_eq!(refused(&segments), LearnError::ObjectEnds { segment: 3 });
+    assert!(refused(&segments).starts_with("training segment 3 has no object pose"));
     // Without the object in the layout it does not matter.
     let segments = six(layout(10, false), |ends| ends[3].object = None);
     assert!(learn_residual(&segments, &ResidualSettings::default()).is_ok());
@@ -169,7 +131,10 @@ fn a_layout_without_time() {
     };
     for (samples, rate_hz) in [(1, 100.0), (5, 0.0), (5, -100.0), (5, f64::NAN)] {
         let error = refused(&of_layout(samples, rate_hz));
-        assert!(matches!(error, LearnError::Setting { .. }), "{error}");
+        assert!(
+            error.contains(" of the segments") || error.contains("of a segment"),
+            "{error}"
+        );
     }
 }
 
@@ -194,12 +159,5 @@ fn a_fingertip_that_never_moves() {
     let origins = vec![SegmentOrigin { take: 0, start: 4 }; 6];
     let ends = x.column_iter().map(|x| ends(&x.into_owned())).collect();
     let segments = Segments::new(layout, columns, origins, ends, 0).unwrap();
-    assert!(matches!(
-        refused(&segments),
-        LearnError::ConstantCoordinate {
-            finger: Finger::Index,
-            axis: 1,
-            ..
-        }
-    ));
+    assert!(refused(&segments).starts_with("index axis 1 is"));
 }

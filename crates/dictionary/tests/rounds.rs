@@ -2,7 +2,7 @@
 
 use inhand_dictionary::{
     Activations, Columns, LearnError, NmfProblem, NmfSettings, Penalty, Precision, Start, Tree,
-    Update, learn_nmf,
+    Update, activations, learn_nmf,
 };
 use inhand_model::{Dictionary, Segments};
 use nalgebra::DMatrix;
@@ -123,7 +123,10 @@ fn activations_of_another_round_are_refused() {
     let state = problem.start(&segments, 0).unwrap();
     let columns_m = || problem.read_block(&segments, 0).unwrap();
     let (sums, first) = problem.sums(&state, 0, columns_m(), None).unwrap();
-    let refused = |result| matches!(result, Err(LearnError::Activations { block: 0, .. }));
+    let refused = |result: Result<_, LearnError>| {
+        let error = result.err().map(|error| error.to_string());
+        error.is_some_and(|error| error.starts_with("activations of block 0"))
+    };
     assert!(refused(problem.sums(
         &state,
         0,
@@ -178,11 +181,10 @@ fn what_is_missing_is_learned_from_the_rest() {
         assert!(pair[1] <= pair[0] * (1.0 + 1e-9) + 1e-18, "{pair:?}");
     }
     // Activations of the whole segments express what learning never saw.
-    let projection = inhand_dictionary::Projection::new(&learned);
     let mut worst: f64 = 0.0;
     for &(row, segment) in &missing {
         let column: Vec<f64> = whole.column(segment).iter().copied().collect();
-        let h = projection.activations(&column).unwrap();
+        let h = activations(&learned, &column).unwrap();
         let back = learned.offset_m[row] + learned.primitives.row(row).dot(&h.transpose());
         worst = worst.max((back - whole[(row, segment)]).abs());
     }
@@ -193,7 +195,7 @@ fn what_is_missing_is_learned_from_the_rest() {
         ..settings
     };
     let refused = learn_nmf(&segments(gaps), demonstrated(), &strict).unwrap_err();
-    assert!(matches!(refused, LearnError::NotFinite { segment: 0, .. }));
+    assert!(refused.to_string().starts_with("training segment 0 "));
 }
 
 #[test]

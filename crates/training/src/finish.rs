@@ -55,9 +55,7 @@ pub fn finish(folder: &LearningFolder) -> Result<Learned, SessionError> {
     let (problem, demonstrated) = folder.problem()?;
     let mut activations = |block| {
         let read = folder.activations(best, &states[best], block);
-        read.map_err(|error| LearnError::Read {
-            message: error.to_string(),
-        })
+        read.map_err(LearnError::reading)
     };
     let dictionary = problem
         .finish(&states, demonstrated, &mut activations)

@@ -179,10 +179,7 @@ impl Columns for TableColumns<'_> {
         for (segment, column) in segments.zip(into_m.chunks_exact_mut(rows)) {
             let wanted = self.take_of(segment);
             if wanted != take {
-                let message = |error: SessionError| LearnError::Read {
-                    message: error.to_string(),
-                };
-                current = Some(self.take(wanted).map_err(message)?);
+                current = Some(self.take(wanted).map_err(LearnError::reading)?);
                 take = wanted;
             }
             if let Some(cut) = &current {

@@ -3,15 +3,13 @@
 use inhand_model::{Dictionary, DictionaryKind};
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-use crate::descent::{Gram, descend_all};
+use crate::descent::{Gram, descend_until};
 use crate::error::LearnError;
-use crate::product::{View, gram, multiply, squared_norm};
+use crate::product::{View, gram, multiply};
 
-/// Most sweeps of coordinate descent.
-const MOST_SWEEPS: usize = 1000;
-/// Sweeps between two checks for convergence.
-const SWEEPS_PER_CHECK: usize = 20;
-/// Coordinate descent stops when [`SWEEPS_PER_CHECK`] sweeps change the activations by less than
+/// Most checks for convergence of coordinate descent, and sweeps between two.
+const CHECKS_AND_SWEEPS: (usize, usize) = (50, 20);
+/// Coordinate descent stops when the sweeps between two checks change the activations by less than
 /// this share of their length: errors over many segments are settled to a thousandth by then.
 const SMALLEST_CHANGE: f64 = 1e-5;
 /// Added to the diagonal of the normal equations, relative to its mean: rows that are hidden can
@@ -45,7 +43,12 @@ pub(super) fn fitted(
     prior: Prior,
 ) -> Result<DMatrix<f64>, LearnError> {
     let rank = dictionary.rank();
-    let too_extreme = || LearnError::NoActivations { rank };
+    let too_extreme = || {
+        LearnError::Data(format!(
+            "the least squares for the activations of {rank} primitives cannot be solved: expected \
+             segments of about a metre, found numbers too large or too small to square"
+        ))
+    };
     let basis = dictionary.primitives.select_rows(rows).transpose();
     let mut shifted = columns_m.select_rows(rows);
     let offset_m = dictionary.offset_m.select_rows(rows);
@@ -82,39 +85,15 @@ pub(super) fn fitted(
             let factor = Cholesky::new(quadratic).ok_or_else(too_extreme)?;
             Ok(factor.solve(&linear))
         }
-        DictionaryKind::Nmf => Ok(non_negative(
-            &quadratic,
-            &linear,
-            &dictionary.activation_mean_m,
-        )),
-    }
-}
-
-/// Minimises `1/2 hᵀ Q h - pᵀ h` over `h >= 0` for each column of `linear`, from one start.
-fn non_negative(
-    quadratic: &DMatrix<f64>,
-    linear: &DMatrix<f64>,
-    start: &DVector<f64>,
-) -> DMatrix<f64> {
-    let gram = Gram::new(quadratic.as_slice(), quadratic.ncols(), 0.0);
-    let mut h = DMatrix::from_fn(linear.nrows(), linear.ncols(), |j, _| start[j].max(0.0));
-    let mut previous = h.clone();
-    for _ in 0..MOST_SWEEPS / SWEEPS_PER_CHECK {
-        descend_all(
-            &gram,
-            linear.as_slice(),
-            0.0,
-            h.as_mut_slice(),
-            SWEEPS_PER_CHECK,
-        );
-        previous -= &h;
-        let change = squared_norm(previous.as_slice());
-        if change <= SMALLEST_CHANGE * SMALLEST_CHANGE * squared_norm(h.as_slice()) {
-            break;
+        DictionaryKind::Nmf => {
+            let gram = Gram::new(quadratic.as_slice(), rank, 0.0);
+            let start = dictionary.activation_mean_m.map(|h| h.max(0.0));
+            let mut h = DMatrix::from_fn(rank, linear.ncols(), |j, _| start[j]);
+            let (linear, h_numbers) = (linear.as_slice(), h.as_mut_slice());
+            descend_until(&gram, linear, h_numbers, CHECKS_AND_SWEEPS, SMALLEST_CHANGE);
+            Ok(h)
         }
-        previous.copy_from(&h);
     }
-    h
 }
 
 /// Sum of the squared errors over some rows of each segment, m².

@@ -81,14 +81,9 @@ impl<'a> Learner<'a> {
 /// The first components, `most` of them or as many as the segments have.
 fn components(segments: &Segments, most: usize) -> Result<Dictionary, LearnError> {
     match learn_pca(segments, unseen(), most) {
+        // The largest rank for this many segments may still be above what their numbers have.
         Err(LearnError::RankTooLarge { largest, .. }) if largest > 0 => {
-            // The largest rank for this many segments may still be above what their numbers have.
-            match learn_pca(segments, unseen(), largest) {
-                Err(LearnError::RankTooLarge { largest, .. }) if largest > 0 => {
-                    learn_pca(segments, unseen(), largest)
-                }
-                learned => learned,
-            }
+            components(segments, largest)
         }
         learned => learned,
     }

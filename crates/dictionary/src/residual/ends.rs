@@ -3,7 +3,7 @@
 use inhand_model::{OBJECT_COORDINATES, SEGMENT_COORDINATES, SegmentLayout, Segments, ends_len};
 use nalgebra::{DMatrix, DVector};
 
-use crate::covariance::moments;
+use crate::covariance::moments_of;
 use crate::data::named;
 use crate::error::LearnError;
 
@@ -20,7 +20,12 @@ pub(super) fn ends_matrix(segments: &Segments) -> Result<DMatrix<f64>, LearnErro
     let layout = segments.layout();
     let mut matrix = DMatrix::zeros(ends_len(layout), segments.len());
     for (segment, ends) in segments.ends().iter().enumerate() {
-        let mut numbers = (ends.to_vector(layout)).ok_or(LearnError::ObjectEnds { segment })?;
+        let mut numbers = (ends.to_vector(layout)).ok_or_else(|| {
+            LearnError::Data(format!(
+                "training segment {segment} has no object pose at its ends, but its layout has the \
+                 object: cut segments that carry it, or learn without the object"
+            ))
+        })?;
         if layout.object {
             let from = layout.object_row(layout.samples - 1, 3);
             let turned = &segments.column_m(segment)[from..from + 3];
@@ -50,13 +55,12 @@ fn check_finite(
         (_, c @ 0..3) => ("first position", SEGMENT_COORDINATES + c),
         (_, c) => ("last position", SEGMENT_COORDINATES + c - 3),
     };
-    Err(LearnError::EndNotFinite {
-        segment,
-        take: segments.origins()[segment].take,
-        condition,
-        coordinate: named(coordinate),
-        found: numbers[i],
-    })
+    Err(LearnError::Data(format!(
+        "training segment {segment} (take {}): the {condition} of {} is {}, expected a finite number",
+        segments.origins()[segment].take,
+        named(coordinate),
+        numbers[i]
+    )))
 }
 
 /// Checks that the segment begins and ends where its end conditions say.
@@ -84,14 +88,15 @@ fn check_same(
     for (number, t, row, coordinate) in fingers.chain(object) {
         if (numbers[number] - column[row]).abs() > TOLERANCE_M {
             let origin = segments.origins()[segment];
-            return Err(LearnError::EndsElsewhere {
-                segment,
-                take: origin.take,
-                sample: origin.start + t,
-                coordinate: named(coordinate),
-                expected_m: column[row],
-                found_m: numbers[number],
-            });
+            return Err(LearnError::Data(format!(
+                "training segment {segment} (take {}, sample {}): {} is {} m, but the end conditions say \
+                 {} m: give each segment its own end conditions",
+                origin.take,
+                origin.start + t,
+                named(coordinate),
+                column[row],
+                numbers[number]
+            )));
         }
     }
     Ok(())
@@ -99,7 +104,9 @@ fn check_same(
 
 /// Mean and covariance of the end conditions, shrunk in units of their standard deviations:
 /// positions and velocities have no common scale.
-pub(super) fn ends_moments(ends: &DMatrix<f64>) -> (DVector<f64>, DMatrix<f64>) {
+pub(super) fn ends_moments(
+    ends: &DMatrix<f64>,
+) -> Result<(DVector<f64>, DMatrix<f64>), LearnError> {
     let mean = ends.column_mean();
     let deviation = DVector::from_fn(ends.nrows(), |i, _| {
         // Not nalgebra's `column_variance`, which loses digits where the mean is large. A coordinate
@@ -111,14 +118,14 @@ pub(super) fn ends_moments(ends: &DMatrix<f64>) -> (DVector<f64>, DMatrix<f64>) 
     for mut column in scaled.column_iter_mut() {
         column.component_div_assign(&deviation);
     }
-    let moments = moments(&[scaled.as_slice()], ends.nrows());
+    let moments = moments_of(1, ends.nrows(), |_| Ok(scaled.as_slice().to_vec()))?;
     let mut covariance = moments.covariance;
     for j in 0..covariance.ncols() {
         for i in 0..covariance.nrows() {
             covariance[(i, j)] *= deviation[i] * deviation[j];
         }
     }
-    (moments.mean.component_mul(&deviation), covariance)
+    Ok((moments.mean.component_mul(&deviation), covariance))
 }
 
 /// Checks that there is time between the first and the last sample.

@@ -1,9 +1,10 @@
 //! Principal components of each finger's deviation.
 
 use inhand_model::{Finger, OBJECT_COORDINATES, SEGMENT_COORDINATES, SegmentLayout};
-use nalgebra::{DMatrix, SymmetricEigen};
+use nalgebra::DMatrix;
 use rayon::prelude::*;
 
+use crate::pca::{eigen_descending, point_up};
 use crate::product::{View, gram, multiply};
 
 /// Share of the largest variance below which a component is rounding, not motion.
@@ -241,16 +242,12 @@ fn components(own_m: &DMatrix<f64>, most: usize) -> DMatrix<f64> {
     let rows = own_m.nrows();
     let squares = DMatrix::from_vec(rows, rows, gram(own_m.as_slice(), rows));
     let most = most.min(own_m.ncols());
-    let (values, vectors) = eigenvectors(squares.clone());
+    let (values, vectors) = eigen_descending(squares.clone());
     let smallest = (SMALLEST_VARIANCE * values.first().copied().unwrap_or(0.0))
         .max(SMALLEST_SQUARE_M2 * own_m.ncols() as f64);
     let count = values.partition_point(|value| *value > smallest).min(most);
     let mut components = vectors.columns(0, count).into_owned();
-    for mut column in components.column_iter_mut() {
-        let largest =
-            (column.iter().copied()).fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
-        column *= largest.signum();
-    }
+    point_up(components.as_mut_slice(), rows);
     // What never deviates, as both ends, does so exactly: rounding must not move it.
     for (row, still) in squares.diagonal().iter().map(|v| *v == 0.0).enumerate() {
         if still {
@@ -258,13 +255,4 @@ fn components(own_m: &DMatrix<f64>, most: usize) -> DMatrix<f64> {
         }
     }
     components
-}
-
-/// All eigenvalues, descending, with their eigenvectors.
-fn eigenvectors(squares: DMatrix<f64>) -> (Vec<f64>, DMatrix<f64>) {
-    let eigen = SymmetricEigen::new(squares);
-    let mut order: Vec<usize> = (0..eigen.eigenvalues.len()).collect();
-    order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
-    let values = order.iter().map(|&i| eigen.eigenvalues[i]).collect();
-    (values, eigen.eigenvectors.select_columns(&order))
 }

@@ -138,7 +138,7 @@ fn covariance_m2(errors_m: &DMatrix<f64>) -> DMatrix<f64> {
     if rank == 0 {
         return DMatrix::zeros(0, 0);
     }
-    let moments = moments_about_zero(&[errors_m.as_slice()], rank);
+    let moments = moments_about_zero(errors_m.as_slice(), rank);
     let mut covariance_m2 = moments.covariance;
     // No eigenvalue is smaller than the share of the identity.
     let smallest = moments.shrinkage * covariance_m2.trace() / rank as f64;

@@ -10,7 +10,7 @@ use prost::Message;
 use serde_json::Value;
 
 use crate::error::ChannelError;
-use crate::metadata::{ABOUT, ANNOTATIONS, Metadata};
+use crate::metadata::{ABOUT, Metadata};
 use crate::output::PACKED;
 use crate::streams::Streams;
 use crate::topic;
@@ -274,17 +274,4 @@ pub fn annotation_records(annotations: &Annotations) -> Metadata {
     let mut metadata = Metadata::default();
     metadata.add_annotations(annotations);
     metadata
-}
-
-impl Metadata {
-    /// Facts about annotations, where there are any.
-    pub(crate) fn add_annotations(&mut self, annotations: &Annotations) {
-        if !annotations.events.is_empty() {
-            let keys = Value::from(annotations.all_keys()).to_string();
-            self.add_fact(ANNOTATIONS, "keys", keys);
-        }
-        if !annotations.about.is_empty() {
-            self.0.insert(ABOUT.to_owned(), annotations.about.clone());
-        }
-    }
 }

@@ -4,15 +4,15 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use inhand_container::{ChannelFacts, Interval, Latch, MetadataRecord};
-use inhand_model::Provenance;
+use inhand_model::{Clock, Provenance};
 
 use crate::error::ChannelError;
-use crate::metadata::{CLEANED, Metadata, RECORDING};
+use crate::metadata::{CLEANED, Metadata, RECORDING, RecordingFacts};
 use crate::read::TIME_TOLERANCE_NANOS;
 use crate::take::RECORDED;
 use crate::topic;
 
-/// A stretch of a take as a take of its own.
+/// A range of a take as a take of its own.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TakeCut {
     /// Samples that stay.
@@ -21,42 +21,88 @@ pub struct TakeCut {
     pub whole: bool,
     /// Log times of the messages that stay.
     pub keep: Interval,
-    /// What metadata records say instead, by name.
+    /// Metadata records to replace, by name.
     pub replace: BTreeMap<String, BTreeMap<String, String>>,
     /// Metadata records to add.
     pub add: Vec<MetadataRecord>,
 }
 
-/// What to change in the file of a take so that its samples in `stretches` are a take again: the
+/// Finds what to change in the file of a take so that its samples in `intervals` are a take again: the
 /// number of samples and the start. `made` is added to what made the take. `None` for a file that is
 /// no take.
 ///
-/// The samples nearest to the ends of the stretch count, as in [`inhand_model::Clock::nearest_sample`].
+/// The samples nearest to the ends of the interval count, as in [`inhand_model::Clock::nearest_sample`].
 /// Nothing changes where all samples stay.
 ///
 /// # Errors
 ///
-/// [`ChannelError::Mismatch`] for stretches without a sample, and for several stretches with others
+/// [`ChannelError::Mismatch`] for intervals without a sample, and for several ranges with others
 /// between them, which no single take can hold; [`ChannelError::Metadata`].
 pub fn cut_take(
     metadata: &Metadata,
     file_name: &str,
-    stretches: &[Interval],
+    intervals: &[Interval],
     made: &Provenance,
 ) -> Result<Option<TakeCut>, ChannelError> {
-    let Some(facts) = metadata.recording(file_name)? else {
+    let Some(facts) = metadata.recording(file_name, RECORDING)? else {
         return Ok(None);
     };
     let (clock, len) = (facts.clock, facts.samples);
-    let start = clock.start_unix_nanos();
+    let samples = kept_samples(&facts, file_name, intervals)?;
+    let mut cut = TakeCut {
+        samples: samples.clone(),
+        whole: samples == (0..len),
+        keep: Interval::ALL,
+        replace: BTreeMap::new(),
+        add: Vec::new(),
+    };
+    if cut.whole {
+        return Ok(Some(cut));
+    }
+    // Times of samples may be off by the rounding of earlier cuts.
+    let edge = |k: usize| clock.unix_nanos(k).saturating_sub(TIME_TOLERANCE_NANOS);
+    let from = match samples.start {
+        0 => 0,
+        start => edge(start),
+    };
+    cut.keep = Interval::new(from, (samples.end < len).then(|| edge(samples.end)));
+    let mut replace = |record: &str, clock: Clock, samples: Range<usize>| {
+        let start = clock.starting_at(samples.start).start_unix_nanos();
+        let facts = metadata.cut_recording(record, samples.len(), start);
+        cut.replace.insert(record.to_owned(), facts);
+    };
+    replace(RECORDING, clock, samples);
+    if let Some(cleaned) = metadata.recording(file_name, CLEANED)? {
+        // Its clock may be another one: of its samples those with a message in the interval stay.
+        let first_from = |unix_nanos: u64| {
+            let times = (0..cleaned.samples).map(|k| cleaned.clock.unix_nanos(k));
+            times.take_while(|&time| time < unix_nanos).count()
+        };
+        let first = first_from(cut.keep.from_unix_nanos());
+        let end = cut.keep.to_unix_nanos().map_or(cleaned.samples, first_from);
+        replace(CLEANED, cleaned.clock, first..end);
+    }
+    cut.add = (metadata.next_provenance(made).0.into_iter())
+        .map(|(name, facts)| MetadataRecord { name, facts })
+        .collect();
+    Ok(Some(cut))
+}
+
+/// Samples of a take in intervals of time, which have to be one range.
+fn kept_samples(
+    facts: &RecordingFacts,
+    file_name: &str,
+    intervals: &[Interval],
+) -> Result<Range<usize>, ChannelError> {
+    let (clock, len) = (facts.clock, facts.samples);
     let nearest = |unix_nanos: u64| {
-        let since_start = unix_nanos.saturating_sub(start) as f64 * 1e-9;
+        let since_start = unix_nanos.saturating_sub(clock.start_unix_nanos()) as f64 * 1e-9;
         clock.nearest_sample(since_start).min(len)
     };
-    let mut ranges: Vec<Range<usize>> = (stretches.iter())
-        .map(|stretch| {
-            let end = stretch.to_unix_nanos().map_or(len, nearest);
-            nearest(stretch.from_unix_nanos())..end
+    let mut ranges: Vec<Range<usize>> = (intervals.iter())
+        .map(|interval| {
+            let end = interval.to_unix_nanos().map_or(len, nearest);
+            nearest(interval.from_unix_nanos())..end
         })
         .filter(|range| !range.is_empty())
         .collect();
@@ -68,63 +114,19 @@ pub fn cut_take(
             _ => joined.push(range),
         }
     }
-    let samples = match &joined[..] {
-        [samples] => samples.clone(),
-        // A take without samples has all of them in any stretch.
-        [] if len == 0 => 0..0,
-        _ => {
-            return Err(ChannelError::mismatch(
-                format!("{file_name}: what is kept of the take"),
-                format!("one stretch of its {len} samples ({} s)", clock.time_s(len)),
-                match joined.len() {
-                    0 => "none of them".to_owned(),
-                    n => format!("{n} stretches with others between them; cut each into a file"),
-                },
-            ));
-        }
-    };
-    let whole = samples == (0..len);
-    let mut cut = TakeCut {
-        samples: samples.clone(),
-        whole,
-        keep: Interval::ALL,
-        replace: BTreeMap::new(),
-        add: Vec::new(),
-    };
-    if whole {
-        return Ok(Some(cut));
+    match &joined[..] {
+        [samples] => Ok(samples.clone()),
+        // A take without samples has all of them in any interval.
+        [] if len == 0 => Ok(0..0),
+        _ => Err(ChannelError::mismatch(
+            format!("{file_name}: what is kept of the take"),
+            format!("one range of its {len} samples ({} s)", clock.time_s(len)),
+            match joined.len() {
+                0 => "none of them".to_owned(),
+                n => format!("{n} ranges with others between them; cut each into a file"),
+            },
+        )),
     }
-    // Times of samples may be off by the rounding of earlier cuts.
-    let edge = |k: usize| clock.unix_nanos(k).saturating_sub(TIME_TOLERANCE_NANOS);
-    let from = if samples.start == 0 {
-        0
-    } else {
-        edge(samples.start)
-    };
-    cut.keep = Interval::new(from, (samples.end < len).then(|| edge(samples.end)));
-    let mut recording = metadata.0.get(RECORDING).cloned().unwrap_or_default();
-    recording.insert("samples".to_owned(), samples.len().to_string());
-    let start = clock.starting_at(samples.start).start_unix_nanos();
-    recording.insert("start_unix_nanos".to_owned(), start.to_string());
-    cut.replace.insert(RECORDING.to_owned(), recording);
-    if let (Some(cleaned), Some(facts)) = (metadata.cleaned(file_name)?, metadata.0.get(CLEANED)) {
-        // Its clock may be another one: of its samples those with a message in the stretch stay.
-        let first_from = |unix_nanos: u64| {
-            let times = (0..cleaned.samples).map(|k| cleaned.clock.unix_nanos(k));
-            times.take_while(|&time| time < unix_nanos).count()
-        };
-        let first = first_from(cut.keep.from_unix_nanos());
-        let end = cut.keep.to_unix_nanos().map_or(cleaned.samples, first_from);
-        let mut facts = facts.clone();
-        facts.insert("samples".to_owned(), (end - first.min(end)).to_string());
-        let start = cleaned.clock.starting_at(first).start_unix_nanos();
-        facts.insert("start_unix_nanos".to_owned(), start.to_string());
-        cut.replace.insert(CLEANED.to_owned(), facts);
-    }
-    cut.add = (metadata.next_provenance(made).0.into_iter())
-        .map(|(name, facts)| MetadataRecord { name, facts })
-        .collect();
-    Ok(Some(cut))
 }
 
 /// Which messages of a take hold beyond their instant: as [`inhand_container::latch`], and what is said
@@ -157,7 +159,7 @@ fn is_sent_once(topic: &str) -> bool {
 }
 
 /// Whether a channel counts samples from the start of the whole take, so that it says nothing of a
-/// stretch of it: generated trajectories and how they were judged, what cleaning changed.
+/// range of it: generated trajectories and how they were judged, what cleaning changed.
 pub fn is_of_whole_take(channel: &ChannelFacts) -> bool {
     counts_from_start(&channel.topic)
 }

@@ -132,17 +132,9 @@ pub fn read_dictionary(
         ));
     };
     let provenance = metadata.provenance(file_name)?;
-    let dictionary = message
-        .map_err(|error| Unfit::new("an inhand.Dictionary", error))
-        .and_then(from_message);
-    let dictionary = dictionary.map_err(|Unfit { expected, found }| ChannelError::Message {
-        file: file_name.to_owned(),
-        topic: topic::DICTIONARY.to_owned(),
-        message: 0,
-        expected,
-        found,
-    })?;
-    Ok((dictionary, provenance))
+    let decoder = Decoder { file: file_name };
+    let message = message.map_err(|error| decoder.error("an inhand.Dictionary", error))?;
+    Ok((decoder.dictionary(message)?, provenance))
 }
 
 /// What a file with a dictionary is searched for.
@@ -192,6 +184,10 @@ fn look_closely(bytes: &[u8], file_name: &str) -> Result<Found, ChannelError> {
 fn to_message(dictionary: &Dictionary) -> messages::Dictionary {
     let Demonstrated { hulls, velocity } = &dictionary.demonstrated;
     let learning = &dictionary.learning;
+    let [thumb, index, middle, ring, little] = hulls
+        .each_ref()
+        .map(|hull| Some(hull_message(hull)))
+        .into_array();
     messages::Dictionary {
         kind: messages::DictionaryKind::from(dictionary.kind).into(),
         samples: dictionary.layout.samples as u64,
@@ -220,11 +216,11 @@ fn to_message(dictionary: &Dictionary) -> messages::Dictionary {
                 .collect(),
         }),
         hulls: Some(messages::Hulls {
-            thumb: Some(hull_message(&hulls[Finger::Thumb])),
-            index: Some(hull_message(&hulls[Finger::Index])),
-            middle: Some(hull_message(&hulls[Finger::Middle])),
-            ring: Some(hull_message(&hulls[Finger::Ring])),
-            little: Some(hull_message(&hulls[Finger::Little])),
+            thumb,
+            index,
+            middle,
+            ring,
+            little,
         }),
         velocity_min_m_s: velocity.min_m_s.to_vec(),
         velocity_max_m_s: velocity.max_m_s.to_vec(),
@@ -275,80 +271,93 @@ fn hull_message(hull: &Hull) -> messages::Hull {
     }
 }
 
-/// Why a message is no dictionary.
-pub(crate) struct Unfit {
-    expected: String,
-    found: String,
+/// Makes a dictionary of its message.
+pub(crate) struct Decoder<'a> {
+    file: &'a str,
 }
 
-impl Unfit {
-    pub(crate) fn new(expected: impl Display, found: impl Display) -> Self {
-        Self {
-            expected: expected.to_string(),
-            found: found.to_string(),
+impl Decoder<'_> {
+    pub(crate) fn error(&self, expected: impl Display, found: impl Display) -> ChannelError {
+        ChannelError::message(self.file, topic::DICTIONARY, 0, expected, found)
+    }
+
+    fn size(&self, what: &str, n: u64) -> Result<usize, ChannelError> {
+        usize::try_from(n).map_err(|_| self.error(format!("{what} below 2^32"), n))
+    }
+
+    fn layout(&self, message: &messages::Dictionary) -> Result<SegmentLayout, ChannelError> {
+        if !(message.rate_hz.is_finite() && message.rate_hz > 0.0) {
+            return Err(self.error("a positive rate in Hz", message.rate_hz));
         }
+        let layout = SegmentLayout {
+            samples: self.size("samples", message.samples)?,
+            rate_hz: message.rate_hz,
+            object: message.object,
+        };
+        // Only then the layout can count its rows.
+        let most = SEGMENT_COORDINATES + OBJECT_COORDINATES;
+        if layout.samples > usize::MAX / most {
+            return Err(self.error("fewer samples", message.samples));
+        }
+        Ok(layout)
     }
 
-    fn absent(expected: &str) -> Self {
-        Self::new(expected, "none")
+    fn dictionary(&self, message: messages::Dictionary) -> Result<Dictionary, ChannelError> {
+        let layout = self.layout(&message)?;
+        let rank = self.size("a rank", message.rank)?;
+        let rows = layout.rows();
+        let learning = (message.learning).ok_or_else(|| self.error("how learning went", "none"))?;
+        let hulls = (message.hulls).ok_or_else(|| self.error("hulls", "none"))?;
+        let [thumb, index, middle, ring, little] = [
+            hulls.thumb,
+            hulls.index,
+            hulls.middle,
+            hulls.ring,
+            hulls.little,
+        ]
+        .map(|hull| self.hull(hull.unwrap_or_default()));
+        let configuration = |what: &str, numbers: Vec<f64>| {
+            let found = numbers.len();
+            <[f64; SEGMENT_COORDINATES]>::try_from(numbers)
+                .map_err(|_| self.error(format!("{SEGMENT_COORDINATES} {what}"), found))
+        };
+        let covariances = message.activation_covariance_m2;
+        let dictionary = Dictionary {
+            kind: messages::DictionaryKind::to_model(message.kind)
+                .ok_or_else(|| self.error("a kind of dictionary", message.kind))?,
+            layout,
+            offset_m: DVector::from_vec(message.offset_m),
+            primitives: self.matrix("primitives", (rows, rank), message.primitives)?,
+            activation_mean_m: DVector::from_vec(message.activation_mean_m),
+            activation_covariance_m2: self.matrix("covariances", (rank, rank), covariances)?,
+            covariance_shrinkage: message.covariance_shrinkage,
+            learning: self.learning(learning)?,
+            demonstrated: Demonstrated {
+                hulls: PerFinger::new([thumb?, index?, middle?, ring?, little?]),
+                velocity: VelocityBounds {
+                    min_m_s: configuration("lowest velocities", message.velocity_min_m_s)?,
+                    max_m_s: configuration("highest velocities", message.velocity_max_m_s)?,
+                },
+            },
+            // Last: it relies on a layout whose rows were counted above.
+            residual: (message.residual)
+                .map(|residual| self.residual(residual, layout))
+                .transpose()?,
+            choice: message.choice.map(choice_from_message),
+        };
+        (dictionary.validate())
+            .map_err(|error| self.error("a dictionary that fits together", error))?;
+        Ok(dictionary)
     }
-}
 
-fn from_message(message: messages::Dictionary) -> Result<Dictionary, Unfit> {
-    let size = |what: &str, n: u64| {
-        usize::try_from(n).map_err(|_| Unfit::new(format!("{what} below 2^32"), n))
-    };
-    if !(message.rate_hz.is_finite() && message.rate_hz > 0.0) {
-        return Err(Unfit::new("a positive rate in Hz", message.rate_hz));
-    }
-    let layout = SegmentLayout {
-        samples: size("samples", message.samples)?,
-        rate_hz: message.rate_hz,
-        object: message.object,
-    };
-    let rank = size("a rank", message.rank)?;
-    // Only then the layout can tell its rows.
-    let most = SEGMENT_COORDINATES + OBJECT_COORDINATES;
-    if layout.samples > usize::MAX / most {
-        return Err(Unfit::new("fewer samples", message.samples));
-    }
-    let rows = layout.rows();
-    let learning = (message.learning).ok_or_else(|| Unfit::absent("how learning went"))?;
-    let hulls = (message.hulls).ok_or_else(|| Unfit::absent("hulls"))?;
-    let [thumb, index, middle, ring, little] = [
-        hulls.thumb,
-        hulls.index,
-        hulls.middle,
-        hulls.ring,
-        hulls.little,
-    ]
-    .map(|hull| hull_from_message(hull.unwrap_or_default()));
-    let configuration = |what: &str, numbers: Vec<f64>| {
-        let found = numbers.len();
-        <[f64; SEGMENT_COORDINATES]>::try_from(numbers)
-            .map_err(|_| Unfit::new(format!("{SEGMENT_COORDINATES} {what}"), found))
-    };
-    let dictionary = Dictionary {
-        kind: messages::DictionaryKind::to_model(message.kind)
-            .ok_or_else(|| Unfit::new("a kind of dictionary", message.kind))?,
-        layout,
-        offset_m: DVector::from_vec(message.offset_m),
-        primitives: matrix("primitives", rows, rank, message.primitives)?,
-        activation_mean_m: DVector::from_vec(message.activation_mean_m),
-        activation_covariance_m2: matrix(
-            "covariances",
-            rank,
-            rank,
-            message.activation_covariance_m2,
-        )?,
-        covariance_shrinkage: message.covariance_shrinkage,
-        learning: Learning {
-            segments: size("segments", learning.segments)?,
+    fn learning(&self, learning: messages::Learning) -> Result<Learning, ChannelError> {
+        Ok(Learning {
+            segments: self.size("segments", learning.segments)?,
             rms_m: learning.rms_m,
             relative_error: learning.relative_error,
-            iterations: size("iterations", learning.iterations)?,
+            iterations: self.size("iterations", learning.iterations)?,
             stop_reason: messages::StopReason::to_model(learning.stop_reason)
-                .ok_or_else(|| Unfit::new("a reason to stop", learning.stop_reason))?,
+                .ok_or_else(|| self.error("a reason to stop", learning.stop_reason))?,
             objective_history_m2: learning.objective_history_m2,
             seed: learning.seed,
             restarts: (learning.restarts.into_iter())
@@ -359,71 +368,55 @@ fn from_message(message: messages::Dictionary) -> Result<Dictionary, Unfit> {
                     matched_cosine: restart.matched_cosine,
                 })
                 .collect(),
-        },
-        demonstrated: Demonstrated {
-            hulls: PerFinger::new([thumb?, index?, middle?, ring?, little?]),
-            velocity: VelocityBounds {
-                min_m_s: configuration("lowest velocities", message.velocity_min_m_s)?,
-                max_m_s: configuration("highest velocities", message.velocity_max_m_s)?,
-            },
-        },
-        // Last: it relies on a layout whose rows were counted above.
-        residual: (message.residual)
-            .map(|residual| residual::from_message(residual, layout))
-            .transpose()?,
-        choice: message.choice.map(choice_from_message),
-    };
-    (dictionary.validate())
-        .map_err(|error| Unfit::new("a dictionary that fits together", error))?;
-    Ok(dictionary)
-}
+        })
+    }
 
-pub(crate) fn matrix(
-    what: &str,
-    rows: usize,
-    columns: usize,
-    numbers: Vec<f64>,
-) -> Result<DMatrix<f64>, Unfit> {
-    if rows.checked_mul(columns) == Some(numbers.len()) {
-        return Ok(DMatrix::from_vec(rows, columns, numbers));
+    /// A matrix by columns.
+    pub(crate) fn matrix(
+        &self,
+        what: &str,
+        (rows, columns): (usize, usize),
+        numbers: Vec<f64>,
+    ) -> Result<DMatrix<f64>, ChannelError> {
+        if rows.checked_mul(columns) != Some(numbers.len()) {
+            let expected = format!("{rows} x {columns} numbers for the {what}");
+            return Err(self.error(expected, numbers.len()));
+        }
+        match numbers.iter().find(|number| !number.is_finite()) {
+            None => Ok(DMatrix::from_vec(rows, columns, numbers)),
+            Some(number) => Err(self.error(format!("finite numbers in the {what}"), number)),
+        }
     }
-    Err(Unfit::new(
-        format!("{rows} x {columns} numbers for the {what}"),
-        numbers.len(),
-    ))
-}
 
-fn hull_from_message(hull: messages::Hull) -> Result<Hull, Unfit> {
-    let vertices = hull.vertices_m.len();
-    let (triangles, rest) = hull.triangles.as_chunks::<3>();
-    let outside = (hull.triangles.iter()).find(|&&corner| corner as usize >= vertices);
-    if let Some(corner) = outside {
-        return Err(Unfit::new(format!("corners below {vertices}"), corner));
+    fn hull(&self, hull: messages::Hull) -> Result<Hull, ChannelError> {
+        let vertices = hull.vertices_m.len();
+        let (triangles, rest) = hull.triangles.as_chunks::<3>();
+        let outside = (hull.triangles.iter()).find(|&&corner| corner as usize >= vertices);
+        if let Some(corner) = outside {
+            return Err(self.error(format!("corners below {vertices}"), corner));
+        }
+        if !rest.is_empty() {
+            return Err(self.error("triangles of three corners", hull.triangles.len()));
+        }
+        if hull.normals.len() != hull.offsets_m.len() {
+            return Err(self.error(
+                format!("{} offsets, one for each normal", hull.normals.len()),
+                hull.offsets_m.len(),
+            ));
+        }
+        let points = hull.vertices_m.iter().chain(&hull.normals);
+        let mut numbers = points
+            .flat_map(|point| point.to_array())
+            .chain(hull.offsets_m.iter().copied());
+        if !numbers.all(f64::is_finite) {
+            return Err(self.error("finite numbers in a hull", "others"));
+        }
+        let arrays = |points: Vec<Point>| points.into_iter().map(Point::to_array).collect();
+        Ok(Hull {
+            triangles: triangles.to_vec(),
+            vertices_m: arrays(hull.vertices_m),
+            normals: arrays(hull.normals),
+            offsets_m: hull.offsets_m,
+        })
     }
-    if !rest.is_empty() {
-        return Err(Unfit::new(
-            "triangles of three corners",
-            hull.triangles.len(),
-        ));
-    }
-    if hull.normals.len() != hull.offsets_m.len() {
-        return Err(Unfit::new(
-            format!("{} offsets, one for each normal", hull.normals.len()),
-            hull.offsets_m.len(),
-        ));
-    }
-    let numbers = (hull.vertices_m.iter().chain(&hull.normals)).flat_map(|point| point.to_array());
-    if !numbers
-        .chain(hull.offsets_m.iter().copied())
-        .all(f64::is_finite)
-    {
-        return Err(Unfit::new("finite numbers in a hull", "others"));
-    }
-    let arrays = |points: Vec<Point>| points.into_iter().map(Point::to_array).collect();
-    Ok(Hull {
-        triangles: triangles.to_vec(),
-        vertices_m: arrays(hull.vertices_m),
-        normals: arrays(hull.normals),
-        offsets_m: hull.offsets_m,
-    })
 }

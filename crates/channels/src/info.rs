@@ -12,8 +12,8 @@ use crate::error::ChannelError;
 use crate::messages;
 use crate::metadata::Metadata;
 
-/// What is in an MCAP file.
-#[derive(Debug)]
+/// Contents of an MCAP file.
+#[derive(Debug, Default)]
 #[non_exhaustive]
 pub struct FileInfo {
     /// Name of the file as it was given.
@@ -185,21 +185,21 @@ pub fn info(bytes: &[u8], file_name: &str) -> Result<FileInfo, ChannelError> {
         Err(error) if is_mcap(bytes) => Some(error),
         Err(error) => return Err(error),
     };
-    Ok(listing.into_info(bytes, file_name, problem))
+    Ok(FileInfo {
+        file: file_name.to_owned(),
+        bytes: bytes.len() as u64,
+        problem,
+        ..listing.into_info()
+    })
 }
 
+/// A file as far as it has been read; its channels, messages, frames and fingertips come at the end.
 #[derive(Default)]
 struct Listing {
-    profile: String,
-    library: String,
+    info: FileInfo,
     schemas: BTreeMap<u16, (String, String)>,
     channels: BTreeMap<u16, Listed>,
-    messages_without_channel: u64,
-    chunks: ChunkInfo,
-    metadata: Metadata,
-    attachments: Vec<AttachmentInfo>,
     frames: BTreeMap<(String, String, String), u64>,
-    has_summary: bool,
 }
 
 struct Listed {
@@ -248,7 +248,7 @@ impl Listing {
     fn add(&mut self, record: Record) {
         match record {
             Record::Header(header) => {
-                (self.profile, self.library) = (header.profile, header.library);
+                (self.info.profile, self.info.library) = (header.profile, header.library);
             }
             Record::Schema { header, .. } => {
                 (self.schemas.entry(header.id)).or_insert((header.name, header.encoding));
@@ -258,28 +258,31 @@ impl Listing {
                 self.message(header.channel_id, header.log_time, &data);
             }
             Record::Chunk { header, data } => {
-                self.chunks.count += 1;
-                self.chunks.packed_bytes += data.len() as u64;
+                let chunks = &mut self.info.chunks;
+                chunks.count += 1;
+                chunks.packed_bytes += data.len() as u64;
                 // What a damaged chunk claims to hold can be anything.
-                self.chunks.unpacked_bytes =
-                    (self.chunks.unpacked_bytes).saturating_add(header.uncompressed_size);
+                chunks.unpacked_bytes =
+                    (chunks.unpacked_bytes).saturating_add(header.uncompressed_size);
                 let compression = match header.compression.as_str() {
                     "" => "none",
                     name => name,
                 };
-                *(self.chunks.compression)
+                *(chunks.compression)
                     .entry(compression.to_owned())
                     .or_default() += 1;
             }
             Record::Metadata(facts) => {
-                self.metadata.0.insert(facts.name, facts.metadata);
+                (self.info.metadata.0).insert(facts.name, facts.metadata);
             }
-            Record::Attachment { header, data, .. } => self.attachments.push(AttachmentInfo {
-                name: header.name,
-                media_type: header.media_type,
-                bytes: data.len() as u64,
-            }),
-            Record::Footer(footer) => self.has_summary = footer.summary_start != 0,
+            Record::Attachment { header, data, .. } => {
+                self.info.attachments.push(AttachmentInfo {
+                    name: header.name,
+                    media_type: header.media_type,
+                    bytes: data.len() as u64,
+                });
+            }
+            Record::Footer(footer) => self.info.has_summary = footer.summary_start != 0,
             _ => {}
         }
     }
@@ -310,7 +313,7 @@ impl Listing {
 
     fn message(&mut self, channel: u16, log_time: u64, data: &[u8]) {
         let Some(Listed { info, content }) = self.channels.get_mut(&channel) else {
-            self.messages_without_channel += 1;
+            self.info.messages_without_channel += 1;
             return;
         };
         info.messages += 1;
@@ -345,48 +348,33 @@ impl Listing {
         }
     }
 
-    fn into_info(self, bytes: &[u8], file: &str, problem: Option<ChannelError>) -> FileInfo {
-        let mut fingertips = Vec::new();
-        for Listed { info, content } in self.channels.values() {
+    fn into_info(self) -> FileInfo {
+        let mut file = self.info;
+        for Listed { info, content } in self.channels.into_values() {
             if let Content::Fingertips(fingers) = content {
+                let rate_hz = info.rate_hz();
                 let fingers = fingers.map(|gaps| FingerInfo {
-                    longest_gap_s: (info.rate_hz())
+                    longest_gap_s: rate_hz
                         .map_or(0.0, |rate_hz| gaps.info.longest_gap as f64 / rate_hz),
                     ..gaps.info
                 });
-                fingertips.push(FingertipsInfo {
+                file.fingertips.push(FingertipsInfo {
                     topic: info.topic.clone(),
                     fingers,
                 });
             }
+            file.messages += info.messages;
+            file.channels.push(info);
         }
-        let channels: Vec<_> = self
-            .channels
-            .into_values()
-            .map(|listed| listed.info)
+        let frames = self.frames.into_iter();
+        file.frames = frames
+            .map(|((parent, child, topic), transforms)| FrameInfo {
+                parent,
+                child,
+                topic,
+                transforms,
+            })
             .collect();
-        FileInfo {
-            file: file.to_owned(),
-            bytes: bytes.len() as u64,
-            profile: self.profile,
-            library: self.library,
-            messages: channels.iter().map(|channel| channel.messages).sum(),
-            channels,
-            messages_without_channel: self.messages_without_channel,
-            chunks: self.chunks,
-            metadata: self.metadata,
-            attachments: self.attachments,
-            frames: (self.frames.into_iter())
-                .map(|((parent, child, topic), transforms)| FrameInfo {
-                    parent,
-                    child,
-                    topic,
-                    transforms,
-                })
-                .collect(),
-            fingertips,
-            has_summary: self.has_summary,
-            problem,
-        }
+        file
     }
 }

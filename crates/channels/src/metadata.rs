@@ -1,4 +1,4 @@
-//! Metadata records: what messages cannot hold.
+//! Metadata records: facts that messages cannot hold.
 //!
 //! | record | keys |
 //! | --- | --- |
@@ -10,44 +10,49 @@
 //! | `inhand.object` | `shape` |
 //! | `inhand.recovered` | `lost_bytes`, `messages`: the file was damaged, and samples may have no message |
 //! | `inhand.annotations` | `keys` (JSON): labels of events in the order in which tables show them |
-//! | `inhand.about` | what people say about the whole take, such as `subject`, `object`, `task` |
-//! | `inhand.overlay` | `frame`, `align`, `layers` (JSON): motions over each other, which is no take |
+//! | `inhand.about` | statements about the whole take, such as `subject`, `object`, `task` |
+//! | `inhand.overlay` | `frame`, `align`, `layers` (JSON): overlaid motions, which are no take |
 //! | `inhand.provenance.<n>` | `tool`, `step`, `settings`, `inputs` (JSON); n counts the steps from 1 |
 
 use std::collections::BTreeMap;
 use std::str::FromStr;
 
 use inhand_model::{
-    BodyKind, BodySource, Clock, Finger, InputHash, LengthUnit, MarkerKind, PerFinger, Provenance,
-    Recording, Roles, RotationOrder, Shape, Source, StartTime, UpAxis,
+    Annotations, BodyKind, Clock, Finger, LengthUnit, MarkerKind, PerFinger, Provenance, Recording,
+    Roles, Shape, Source,
 };
-use serde_json::{Value, json};
+use serde::de::DeserializeOwned;
+use serde::de::value::StrDeserializer;
+use serde::{Deserialize, Serialize};
 
 use crate::error::ChannelError;
+
+/// Key and value of a record.
+type Facts = BTreeMap<String, String>;
 
 /// The metadata records of an MCAP file by name. Where a file has several of one name, the last
 /// one counts.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Metadata(pub BTreeMap<String, BTreeMap<String, String>>);
+pub struct Metadata(pub BTreeMap<String, Facts>);
 
 pub(crate) const RECORDING: &str = "inhand.recording";
 pub(crate) const CLEANED: &str = "inhand.cleaned";
 pub(crate) const HEADER: &str = "inhand.header";
 pub(crate) const ROLES: &str = "inhand.roles";
 pub(crate) const MOTION: &str = "inhand.motion";
-/// What `recover` says of a file that it saved a part of.
+/// Losses of a file that `recover` saved a part of.
 pub(crate) const RECOVERED: &str = "inhand.recovered";
 pub(crate) const OBJECT: &str = "inhand.object";
-/// How tables of annotations are laid out.
+/// Order of labels in tables of annotations.
 pub(crate) const ANNOTATIONS: &str = "inhand.annotations";
-/// What people say about the whole take.
+/// Statements about the whole take, such as its subject.
 pub(crate) const ABOUT: &str = "inhand.about";
-/// What makes a file an overlay.
+/// Frame and layers of an overlay.
 pub(crate) const OVERLAY: &str = "inhand.overlay";
 pub(crate) const PROVENANCE: &str = "inhand.provenance.";
 
 /// Whether this is the provenance record of one of these steps.
-fn is_step(name: &str, facts: &BTreeMap<String, String>, steps: &[&str]) -> bool {
+fn is_step(name: &str, facts: &Facts, steps: &[&str]) -> bool {
     let step = facts.get("step").map_or("", String::as_str);
     name.starts_with(PROVENANCE) && steps.contains(&step)
 }
@@ -64,94 +69,104 @@ pub(crate) struct RecordingFacts {
     pub(crate) bodies: Vec<BodyFacts>,
 }
 
+/// A marker of the record, by the alphabet of its keys.
+#[derive(Serialize, Deserialize)]
 pub(crate) struct MarkerFacts {
-    pub(crate) name: String,
     pub(crate) id: String,
     pub(crate) kind: MarkerKind,
+    pub(crate) name: String,
+    #[serde(rename = "quality")]
     pub(crate) has_quality: bool,
 }
 
+/// A body of the record, by the alphabet of its keys.
+#[derive(Serialize, Deserialize)]
 pub(crate) struct BodyFacts {
-    pub(crate) name: String,
     pub(crate) id: String,
     pub(crate) kind: BodyKind,
+    #[serde(rename = "marker_error")]
     pub(crate) has_marker_error: bool,
+    pub(crate) name: String,
+}
+
+fn json(value: &impl Serialize) -> String {
+    serde_json::to_string(value).expect("texts and numbers can be written as JSON")
 }
 
 impl Metadata {
     /// Facts of a recording that has, or will have, so many samples.
-    pub(crate) fn add_recording(&mut self, recording: &Recording, samples: usize) {
-        self.add_recording_as(RECORDING, recording, samples);
-        (self.0).insert(HEADER.to_owned(), recording.source.header.clone());
-    }
-
-    pub(crate) fn add_cleaned(&mut self, cleaned: &Recording) {
-        self.add_recording_as(CLEANED, cleaned, cleaned.len());
-    }
-
-    fn add_recording_as(&mut self, record: &str, recording: &Recording, samples: usize) {
+    pub(crate) fn add_recording(&mut self, record: &str, recording: &Recording, samples: usize) {
         let Recording { clock, source, .. } = recording;
-        let markers: Vec<Value> = (recording.markers.iter())
-            .map(|marker| {
-                json!({
-                    "name": marker.name,
-                    "id": marker.id,
-                    "kind": marker.kind.name(),
-                    "quality": marker.quality.is_some(),
-                })
-            })
-            .collect();
-        let bodies: Vec<Value> = (recording.bodies.iter())
-            .map(|body| {
-                json!({
-                    "name": body.name,
-                    "id": body.id,
-                    "kind": body.kind.name(),
-                    "marker_error": body.marker_error_m.is_some(),
-                })
-            })
-            .collect();
-        let mut facts = BTreeMap::from(
-            [
-                ("name", recording.name.clone()),
-                ("samples", samples.to_string()),
-                // The shortest text that reads back as the same number.
-                ("rate_hz", clock.rate_hz().to_string()),
-                ("start_unix_nanos", clock.start_unix_nanos().to_string()),
-                ("start_time", clock.start_time().name().to_owned()),
-                ("length_unit", LengthUnit::Metres.name().to_owned()),
-                ("frame", "world".to_owned()),
-                ("source_format", source.format.clone()),
-                ("source_length_unit", source.length_unit.name().to_owned()),
-                ("source_up_axis", source.up_axis.name().to_owned()),
-                ("markers", Value::from(markers).to_string()),
-                ("bodies", Value::from(bodies).to_string()),
-            ]
-            .map(|(key, value)| (key.to_owned(), value)),
-        );
-        if let Some(rotation) = source.rotation {
-            facts.insert("source_rotation".to_owned(), rotation.to_string());
+        let markers = recording.markers.iter().map(|marker| MarkerFacts {
+            id: marker.id.clone(),
+            kind: marker.kind,
+            name: marker.name.clone(),
+            has_quality: marker.quality.is_some(),
+        });
+        let bodies = recording.bodies.iter().map(|body| BodyFacts {
+            id: body.id.clone(),
+            kind: body.kind,
+            has_marker_error: body.marker_error_m.is_some(),
+            name: body.name.clone(),
+        });
+        let facts = [
+            ("name", recording.name.clone()),
+            ("samples", samples.to_string()),
+            // The shortest text that reads back as the same number.
+            ("rate_hz", clock.rate_hz().to_string()),
+            ("start_unix_nanos", clock.start_unix_nanos().to_string()),
+            ("start_time", clock.start_time().name().to_owned()),
+            ("length_unit", LengthUnit::Metres.name().to_owned()),
+            ("frame", "world".to_owned()),
+            ("source_format", source.format.clone()),
+            ("source_length_unit", source.length_unit.name().to_owned()),
+            ("source_up_axis", source.up_axis.name().to_owned()),
+            ("markers", json(&markers.collect::<Vec<_>>())),
+            ("bodies", json(&bodies.collect::<Vec<_>>())),
+        ];
+        let rotation = source
+            .rotation
+            .map(|order| ("source_rotation", order.to_string()));
+        for (key, value) in facts.into_iter().chain(rotation) {
+            self.add_fact(record, key, value);
         }
-        self.0.insert(record.to_owned(), facts);
+    }
+
+    /// The record of a recording that is cut to so many samples and starts at another time.
+    pub(crate) fn cut_recording(
+        &self,
+        record: &str,
+        samples: usize,
+        start_unix_nanos: u64,
+    ) -> Facts {
+        let mut facts = self.0.get(record).cloned().unwrap_or_default();
+        facts.insert("samples".to_owned(), samples.to_string());
+        facts.insert("start_unix_nanos".to_owned(), start_unix_nanos.to_string());
+        facts
     }
 
     pub(crate) fn add_roles(&mut self, roles: &Roles) {
-        let mut facts = BTreeMap::from([("hand".to_owned(), body_source_text(&roles.hand))]);
+        self.add_fact(ROLES, "hand", json(&roles.hand));
         if let Some(object) = &roles.object {
-            facts.insert("object".to_owned(), body_source_text(object));
+            self.add_fact(ROLES, "object", json(object));
         }
         for (finger, marker) in roles.fingers.iter() {
-            facts.insert(finger.name().to_owned(), marker.clone());
+            self.add_fact(ROLES, finger.name(), marker.clone());
         }
-        self.0.insert(ROLES.to_owned(), facts);
+    }
+
+    /// Facts about annotations, where there are any.
+    pub(crate) fn add_annotations(&mut self, annotations: &Annotations) {
+        if !annotations.events.is_empty() {
+            self.add_fact(ANNOTATIONS, "keys", json(&annotations.all_keys()));
+        }
+        if !annotations.about.is_empty() {
+            self.0.insert(ABOUT.to_owned(), annotations.about.clone());
+        }
     }
 
     pub(crate) fn add_fact(&mut self, record: &str, key: &str, value: String) {
         (self.0.entry(record.to_owned()).or_default()).insert(key.to_owned(), value);
-    }
-
-    pub(crate) fn add_shape(&mut self, shape: Shape) {
-        self.add_fact(OBJECT, "shape", shape.to_string());
     }
 
     /// Whether the file is a take that inhand wrote.
@@ -195,29 +210,12 @@ impl Metadata {
 
     fn add_steps(&mut self, first: u64, provenance: &[Provenance]) {
         for (n, step) in (first..).zip(provenance) {
-            let inputs: Vec<Value> = (step.inputs.iter())
-                .map(|input| json!({"name": input.name, "sha256": input.sha256}))
-                .collect();
-            let facts = [
-                ("tool", step.tool.clone()),
-                ("step", step.step.clone()),
-                ("settings", step.settings_json.clone()),
-                ("inputs", Value::from(inputs).to_string()),
-            ];
-            for (key, value) in facts {
-                self.add_fact(&format!("{PROVENANCE}{n}"), key, value);
-            }
+            let record = format!("{PROVENANCE}{n}");
+            self.add_fact(&record, "tool", step.tool.clone());
+            self.add_fact(&record, "step", step.step.clone());
+            self.add_fact(&record, "settings", step.settings_json.clone());
+            self.add_fact(&record, "inputs", json(&step.inputs));
         }
-    }
-
-    /// The facts of the recording; `None` where the file holds none.
-    pub(crate) fn recording(&self, file: &str) -> Result<Option<RecordingFacts>, ChannelError> {
-        self.recording_as(file, RECORDING)
-    }
-
-    /// The facts of the cleaned recording; `None` where the file holds none.
-    pub(crate) fn cleaned(&self, file: &str) -> Result<Option<RecordingFacts>, ChannelError> {
-        self.recording_as(file, CLEANED)
     }
 
     /// The facts of the recording that everything made of the take follows: the cleaned one where there
@@ -226,8 +224,8 @@ impl Metadata {
         &self,
         file: &str,
     ) -> Result<Option<RecordingFacts>, ChannelError> {
-        let measured = self.recording(file)?;
-        Ok(self.cleaned(file)?.or(measured))
+        let measured = self.recording(file, RECORDING)?;
+        Ok(self.recording(file, CLEANED)?.or(measured))
     }
 
     /// The object's shape, where the file states it.
@@ -242,7 +240,8 @@ impl Metadata {
             .transpose()
     }
 
-    fn recording_as(
+    /// The facts of the recording of this record; `None` where the file has none.
+    pub(crate) fn recording(
         &self,
         file: &str,
         record: &str,
@@ -252,72 +251,29 @@ impl Metadata {
         };
         let rate_hz: f64 = record.parsed("rate_hz", "a number of samples per second")?;
         let start_unix_nanos = record.parsed("start_unix_nanos", "whole nanoseconds")?;
-        let start_time = record.one_of(
-            "start_time",
-            &[StartTime::Stated, StartTime::AssumedUtc, StartTime::Unknown],
-            StartTime::name,
-        )?;
-        let clock = Clock::new(start_unix_nanos, start_time, rate_hz)
+        let clock = Clock::new(start_unix_nanos, record.named("start_time")?, rate_hz)
             .map_err(|_| record.error("rate_hz", "a positive number"))?;
-        let rotation = match record.facts.get("source_rotation") {
-            None => None,
-            Some(text) => Some(parse_rotation(text).ok_or_else(|| {
-                record.error("source_rotation", "quaternion or an axis order such as XYZ")
-            })?),
-        };
-        let source = Source {
-            format: record.text("source_format")?.to_owned(),
-            length_unit: record.one_of(
-                "source_length_unit",
-                &[
-                    LengthUnit::Metres,
-                    LengthUnit::Centimetres,
-                    LengthUnit::Millimetres,
-                    LengthUnit::Inches,
-                    LengthUnit::Feet,
-                ],
-                LengthUnit::name,
-            )?,
-            up_axis: record.one_of("source_up_axis", &[UpAxis::Y, UpAxis::Z], UpAxis::name)?,
-            rotation,
-            header: self.0.get(HEADER).cloned().unwrap_or_default(),
-        };
-        let markers = record.list("markers", "name, id, kind, quality", |entry| {
-            Some(MarkerFacts {
-                name: text(entry, "name")?,
-                id: text(entry, "id")?,
-                kind: named(
-                    entry,
-                    &[
-                        MarkerKind::Labelled,
-                        MarkerKind::RigidBodyMarker,
-                        MarkerKind::Unlabelled,
-                    ],
-                    MarkerKind::name,
-                )?,
-                has_quality: entry.get("quality")?.as_bool()?,
-            })
-        })?;
-        let bodies = record.list("bodies", "name, id, kind, marker_error", |entry| {
-            Some(BodyFacts {
-                name: text(entry, "name")?,
-                id: text(entry, "id")?,
-                kind: named(
-                    entry,
-                    &[BodyKind::RigidBody, BodyKind::Bone],
-                    BodyKind::name,
-                )?,
-                has_marker_error: entry.get("marker_error")?.as_bool()?,
-            })
-        })?;
+        let has_rotation = record.facts.contains_key("source_rotation");
         Ok(Some(RecordingFacts {
             name: record.text("name")?.to_owned(),
             clock,
             samples: record.parsed("samples", "a whole number")?,
             lossy: self.0.contains_key(RECOVERED),
-            source,
-            markers,
-            bodies,
+            source: Source {
+                format: record.text("source_format")?.to_owned(),
+                length_unit: record.named("source_length_unit")?,
+                up_axis: record.named("source_up_axis")?,
+                rotation: (has_rotation.then(|| record.named("source_rotation"))).transpose()?,
+                header: self.0.get(HEADER).cloned().unwrap_or_default(),
+            },
+            markers: record.json(
+                "markers",
+                "a JSON list of objects with name, id, kind, quality",
+            )?,
+            bodies: record.json(
+                "bodies",
+                "a JSON list of objects with name, id, kind, marker_error",
+            )?,
         }))
     }
 
@@ -325,16 +281,11 @@ impl Metadata {
         let Some(record) = self.record(file, ROLES) else {
             return Ok(None);
         };
-        let body = |key| {
-            parse_body_source(record.text(key)?).ok_or_else(|| {
-                record.error(key, r#"{"rigid_body": NAME} or {"markers": [NAME, ...]}"#)
-            })
-        };
+        let body = |key| record.json(key, r#"{"rigid_body": NAME} or {"markers": [NAME, ...]}"#);
+        let has_object = record.facts.contains_key("object");
         Ok(Some(Roles {
             hand: body("hand")?,
-            object: (record.facts.contains_key("object"))
-                .then(|| body("object"))
-                .transpose()?,
+            object: has_object.then(|| body("object")).transpose()?,
             fingers: PerFinger::try_from_fn(|finger: Finger| {
                 record.text(finger.name()).map(str::to_owned)
             })?,
@@ -345,10 +296,7 @@ impl Metadata {
     pub(crate) fn annotation_keys(&self, file: &str) -> Result<Option<Vec<String>>, ChannelError> {
         (self.record(file, ANNOTATIONS))
             .filter(|record| record.facts.contains_key("keys"))
-            .map(|record| {
-                let text = record.text("keys")?;
-                serde_json::from_str(text).map_err(|_| record.error("keys", "a JSON list of texts"))
-            })
+            .map(|record| record.json("keys", "a JSON list of texts"))
             .transpose()
     }
 
@@ -378,12 +326,7 @@ impl Metadata {
                     tool: record.text("tool")?.to_owned(),
                     step: record.text("step")?.to_owned(),
                     settings_json: record.text("settings")?.to_owned(),
-                    inputs: record.list("inputs", "name, sha256", |entry| {
-                        Some(InputHash {
-                            name: text(entry, "name")?,
-                            sha256: text(entry, "sha256")?,
-                        })
-                    })?,
+                    inputs: record.json("inputs", "a JSON list of objects with name, sha256")?,
                 })
             })
             .collect()
@@ -399,7 +342,7 @@ impl Metadata {
 struct Record<'a> {
     file: &'a str,
     name: &'a str,
-    facts: &'a BTreeMap<String, String>,
+    facts: &'a Facts,
 }
 
 impl<'a> Record<'a> {
@@ -425,66 +368,19 @@ impl<'a> Record<'a> {
         text.ok_or_else(|| self.error(key, expected))
     }
 
-    fn one_of<T: Copy>(
-        &self,
-        key: &str,
-        values: &[T],
-        name: impl Fn(T) -> &'static str,
-    ) -> Result<T, ChannelError> {
-        let found = self.text(key)?;
-        (values.iter().copied())
-            .find(|&value| name(value) == found)
-            .ok_or_else(|| {
-                let names: Vec<_> = values.iter().map(|&value| name(value)).collect();
-                self.error(key, &format!("one of {}", names.join(", ")))
-            })
+    /// A value of a few that have names.
+    fn named<T: DeserializeOwned>(&self, key: &str) -> Result<T, ChannelError> {
+        let text = StrDeserializer::<serde_json::Error>::new(self.text(key)?);
+        T::deserialize(text).map_err(|error| {
+            let error = error.to_string();
+            let expected = error
+                .rsplit_once("expected ")
+                .map_or(&*error, |(_, names)| names);
+            self.error(key, expected)
+        })
     }
 
-    fn list<T>(
-        &self,
-        key: &str,
-        entries: &str,
-        read: impl Fn(&Value) -> Option<T>,
-    ) -> Result<Vec<T>, ChannelError> {
-        (serde_json::from_str::<Vec<Value>>(self.text(key)?).ok())
-            .and_then(|values| values.iter().map(read).collect())
-            .ok_or_else(|| self.error(key, &format!("a JSON list of objects with {entries}")))
+    fn json<T: DeserializeOwned>(&self, key: &str, expected: &str) -> Result<T, ChannelError> {
+        serde_json::from_str(self.text(key)?).map_err(|_| self.error(key, expected))
     }
-}
-
-fn text(entry: &Value, key: &str) -> Option<String> {
-    entry.get(key)?.as_str().map(str::to_owned)
-}
-
-fn named<T: Copy>(entry: &Value, kinds: &[T], name: impl Fn(T) -> &'static str) -> Option<T> {
-    let found = entry.get("kind")?.as_str()?;
-    kinds.iter().copied().find(|&kind| name(kind) == found)
-}
-
-fn body_source_text(source: &BodySource) -> String {
-    match source {
-        BodySource::RigidBody(name) => json!({"rigid_body": name}),
-        BodySource::Markers(names) => json!({"markers": names}),
-    }
-    .to_string()
-}
-
-fn parse_body_source(text: &str) -> Option<BodySource> {
-    let value: Value = serde_json::from_str(text).ok()?;
-    if let Some(name) = value.get("rigid_body") {
-        return Some(BodySource::RigidBody(name.as_str()?.to_owned()));
-    }
-    let names = value.get("markers")?.as_array()?;
-    let names = names.iter().map(|name| name.as_str().map(str::to_owned));
-    Some(BodySource::Markers(names.collect::<Option<_>>()?))
-}
-
-fn parse_rotation(text: &str) -> Option<RotationOrder> {
-    if text == RotationOrder::Quaternion.to_string() {
-        return Some(RotationOrder::Quaternion);
-    }
-    let axes: Option<Vec<u8>> = (text.chars())
-        .map(|axis| "XYZ".find(axis).map(|index| index as u8))
-        .collect();
-    Some(RotationOrder::Euler(axes?.try_into().ok()?))
 }

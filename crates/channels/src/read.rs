@@ -39,14 +39,14 @@ use tracks::{Place, TrackReader};
 /// itself.
 pub fn read_take(bytes: &[u8], file_name: &str) -> Result<ReadTake, ChannelError> {
     let metadata = read_metadata(bytes, file_name)?;
-    let Some(facts) = metadata.recording(file_name)? else {
+    let Some(facts) = metadata.recording(file_name, RECORDING)? else {
         return Err(no_recording(bytes, file_name));
     };
     let recorded = [topic::RECORDING_MARKERS, topic::RECORDING_BODIES];
     let cleaned = [topic::CLEANED_MARKERS, topic::CLEANED_BODIES];
     let mut reader = TakeReader {
         measured: RecordingReader::new(RECORDING, facts, recorded),
-        cleaned: (metadata.cleaned(file_name)?)
+        cleaned: (metadata.recording(file_name, CLEANED)?)
             .map(|facts| RecordingReader::new(CLEANED, facts, cleaned)),
         motion: metadata.motion_name(file_name)?.map(MotionReader::new),
         findings: Vec::new(),

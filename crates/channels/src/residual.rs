@@ -6,7 +6,8 @@ use inhand_model::{
 };
 use nalgebra::{DMatrix, DVector};
 
-use crate::dictionary::{Unfit, matrix};
+use crate::dictionary::Decoder;
+use crate::error::ChannelError;
 use crate::messages;
 
 /// Rows of one block of primitives: where each of its numbers stands in a segment's column.
@@ -71,125 +72,118 @@ pub(crate) fn to_message(residual: &Residual) -> messages::Residual {
     }
 }
 
-pub(crate) fn from_message(
-    message: messages::Residual,
-    layout: SegmentLayout,
-) -> Result<Residual, Unfit> {
-    let ends = ends_len(layout);
-    let (blocks, primitives) = primitives(&message.primitives, layout)?;
-    let rank = primitives.ncols();
-    let count = message.demonstration_ends.len() / ends;
-    for width in [message.hand_bandwidth, message.finger_bandwidth] {
-        if !(width.is_finite() && width > 0.0) {
-            return Err(Unfit::new("positive widths of the kernels", width));
-        }
-    }
-    let weights = [
-        message.profile_weight,
-        message.hand_weight,
-        message.finger_weight,
-        message.unexplained_m2,
-    ];
-    if let Some(number) = weights.iter().find(|v| !(v.is_finite() && **v >= 0.0)) {
-        return Err(Unfit::new("weights and squares not below zero", number));
-    }
-    let bandwidths = Bandwidths {
-        hand: message.hand_bandwidth,
-        finger: message.finger_bandwidth,
-    };
-    let weights = ExpectationWeights {
-        profile: message.profile_weight,
-        hand: message.hand_weight,
-        finger: message.finger_weight,
-    };
-    let profile = finite("profile", matrix("profile", rank, ends, message.profile)?)?;
-    let demonstrations = matrix(
-        "demonstrations' end conditions",
-        ends,
-        count,
-        message.demonstration_ends,
-    )?;
-    let answers = matrix(
-        "demonstrations' activations",
-        rank,
-        count,
-        message.demonstration_answers_m,
-    )?;
-    let expectation = Expectation::new(
-        layout,
-        blocks,
-        profile,
-        finite("demonstrations' end conditions", demonstrations)?,
-        finite("demonstrations' activations", answers)?,
-    )
-    .weighted(bandwidths, weights);
-    let covariance = |what, size, numbers| finite(what, matrix(what, size, size, numbers)?);
-    let ends_mean = matrix("mean end conditions", ends, 1, message.ends_mean)?;
-    Ok(Residual {
-        layout,
-        ends_mean: DVector::from_column_slice(finite("mean end conditions", ends_mean)?.as_slice()),
-        ends_covariance: covariance("end conditions' covariance", ends, message.ends_covariance)?,
-        primitives,
-        expectation,
-        covariance_m2: covariance("deviations' covariance", rank, message.covariance_m2)?,
-        unexplained_m2: message.unexplained_m2,
-        calibration: (message.calibration.iter())
-            .map(|width| Calibration {
-                share: width.share,
-                mahalanobis: width.mahalanobis,
-            })
-            .collect(),
-        validation: Validation {
-            folds: message.validation_folds as usize,
-            segments: message.validation_segments as usize,
-            smooth_error_m: message.validation_smooth_error_m,
-            error_m: message.validation_error_m,
-            standard_error_m: message.validation_standard_error_m,
-        },
-    })
-}
-
-/// Sizes of the blocks, and all primitives as columns of whole segments.
-fn primitives(
-    messages: &[messages::DeviationPrimitives],
-    layout: SegmentLayout,
-) -> Result<(Vec<usize>, DMatrix<f64>), Unfit> {
-    let expected = Finger::COUNT + usize::from(layout.object);
-    if messages.len() != expected {
-        return Err(Unfit::new(
-            format!("primitives of {expected} parts"),
-            messages.len(),
-        ));
-    }
-    let mut blocks = Vec::new();
-    for (block, message) in messages.iter().enumerate() {
-        let height = block_rows(layout, block).len();
-        let count = message.primitives.len() / height.max(1);
-        if message.count != count as u64 || count * height != message.primitives.len() {
-            return Err(Unfit::new(
-                format!("{} primitives of {height} numbers", message.count),
-                format!("{} numbers", message.primitives.len()),
-            ));
-        }
-        blocks.push(count);
-    }
-    let mut primitives = DMatrix::zeros(layout.rows(), blocks.iter().sum());
-    let mut start = 0;
-    for (block, message) in messages.iter().enumerate() {
-        let rows = block_rows(layout, block);
-        for (j, column) in message.primitives.chunks_exact(rows.len()).enumerate() {
-            for (&row, value) in rows.iter().zip(column) {
-                primitives[(row, start + j)] = *value;
+impl Decoder<'_> {
+    pub(crate) fn residual(
+        &self,
+        message: messages::Residual,
+        layout: SegmentLayout,
+    ) -> Result<Residual, ChannelError> {
+        let ends = ends_len(layout);
+        let (blocks, primitives) = self.primitives(&message.primitives, layout)?;
+        let rank = primitives.ncols();
+        let count = message.demonstration_ends.len() / ends;
+        let bandwidths = Bandwidths {
+            hand: message.hand_bandwidth,
+            finger: message.finger_bandwidth,
+        };
+        for width in [bandwidths.hand, bandwidths.finger] {
+            if !(width.is_finite() && width > 0.0) {
+                return Err(self.error("positive widths of the kernels", width));
             }
         }
-        start += blocks[block];
+        let weights = ExpectationWeights {
+            profile: message.profile_weight,
+            hand: message.hand_weight,
+            finger: message.finger_weight,
+        };
+        let not_negative = [
+            weights.profile,
+            weights.hand,
+            weights.finger,
+            message.unexplained_m2,
+        ];
+        if let Some(number) = (not_negative.iter()).find(|v| !(v.is_finite() && **v >= 0.0)) {
+            return Err(self.error("weights and squares not below zero", number));
+        }
+        let conditions = "demonstrations' boundary conditions";
+        let activations = "demonstrations' activations";
+        let expectation = Expectation::new(
+            layout,
+            blocks,
+            self.matrix("profile", (rank, ends), message.profile)?,
+            self.matrix(conditions, (ends, count), message.demonstration_ends)?,
+            self.matrix(activations, (rank, count), message.demonstration_answers_m)?,
+        )
+        .weighted(bandwidths, weights);
+        let mean = self.matrix("mean boundary conditions", (ends, 1), message.ends_mean)?;
+        let covariance = "boundary conditions' covariance";
+        Ok(Residual {
+            layout,
+            ends_mean: mean.column(0).into_owned(),
+            ends_covariance: self.matrix(covariance, (ends, ends), message.ends_covariance)?,
+            primitives,
+            expectation,
+            covariance_m2: self.matrix(
+                "deviations' covariance",
+                (rank, rank),
+                message.covariance_m2,
+            )?,
+            unexplained_m2: message.unexplained_m2,
+            calibration: (message.calibration.iter())
+                .map(|width| Calibration {
+                    share: width.share,
+                    mahalanobis: width.mahalanobis,
+                })
+                .collect(),
+            validation: Validation {
+                folds: message.validation_folds as usize,
+                segments: message.validation_segments as usize,
+                smooth_error_m: message.validation_smooth_error_m,
+                error_m: message.validation_error_m,
+                standard_error_m: message.validation_standard_error_m,
+            },
+        })
     }
-    Ok((blocks, finite("primitives of deviations", primitives)?))
-}
 
-fn finite(what: &str, matrix: DMatrix<f64>) -> Result<DMatrix<f64>, Unfit> {
-    match matrix.as_slice().iter().find(|v| !v.is_finite()) {
-        None => Ok(matrix),
-        Some(number) => Err(Unfit::new(format!("finite numbers in the {what}"), number)),
+    /// Sizes of the blocks, and all primitives as columns of whole segments.
+    fn primitives(
+        &self,
+        messages: &[messages::DeviationPrimitives],
+        layout: SegmentLayout,
+    ) -> Result<(Vec<usize>, DMatrix<f64>), ChannelError> {
+        let expected = Finger::COUNT + usize::from(layout.object);
+        if messages.len() != expected {
+            let expected = format!("primitives of {expected} parts");
+            return Err(self.error(expected, messages.len()));
+        }
+        let (mut blocks, mut columns) = (Vec::new(), Vec::new());
+        for (block, message) in messages.iter().enumerate() {
+            let rows = block_rows(layout, block);
+            let (height, numbers) = (rows.len(), &message.primitives);
+            let count = numbers.len() / height.max(1);
+            if message.count != count as u64 || count * height != numbers.len() {
+                return Err(self.error(
+                    format!("{} primitives of {height} numbers", message.count),
+                    format!("{} numbers", numbers.len()),
+                ));
+            }
+            if let Some(number) = numbers.iter().find(|number| !number.is_finite()) {
+                return Err(self.error("finite numbers in the primitives of deviations", number));
+            }
+            for values in numbers.chunks_exact(height.max(1)) {
+                let mut column = DVector::zeros(layout.rows());
+                for (&row, value) in rows.iter().zip(values) {
+                    column[row] = *value;
+                }
+                columns.push(column);
+            }
+            blocks.push(count);
+        }
+        // A matrix cannot be made of no columns at all.
+        let mut primitives = DMatrix::zeros(layout.rows(), columns.len());
+        for (mut place, column) in primitives.column_iter_mut().zip(&columns) {
+            place.copy_from(column);
+        }
+        Ok((blocks, primitives))
     }
 }

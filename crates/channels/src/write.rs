@@ -13,7 +13,7 @@ use inhand_model::{Clock, Recording};
 
 use crate::annotations::add_events;
 use crate::error::ChannelError;
-use crate::metadata::{MOTION, Metadata};
+use crate::metadata::{CLEANED, HEADER, MOTION, Metadata, OBJECT, RECORDING};
 use crate::outline::Outline;
 use crate::output::PACKED;
 use crate::streams::{Sampling, Streams};
@@ -175,9 +175,11 @@ impl<'a> TakeWriter<'a> {
 fn metadata(file: &TakeFile, samples: usize) -> Metadata {
     let mut metadata = Metadata::default();
     let measured = file.cleaned.map_or(samples, |_| file.recording.len());
-    metadata.add_recording(file.recording, measured);
+    metadata.add_recording(RECORDING, file.recording, measured);
+    let header = file.recording.source.header.clone();
+    (metadata.0).insert(HEADER.to_owned(), header);
     if let Some(cleaned) = &file.cleaned {
-        metadata.add_cleaned(cleaned.recording);
+        metadata.add_recording(CLEANED, cleaned.recording, cleaned.recording.len());
     }
     if let Some(roles) = file.roles {
         metadata.add_roles(roles);
@@ -186,7 +188,7 @@ fn metadata(file: &TakeFile, samples: usize) -> Metadata {
         metadata.add_fact(MOTION, "name", motion.name.clone());
     }
     if let Some(shape) = file.object_shape {
-        metadata.add_shape(shape);
+        metadata.add_fact(OBJECT, "shape", shape.to_string());
     }
     if let Some(annotations) = file.annotations {
         metadata.add_annotations(annotations);

@@ -146,7 +146,7 @@ fn what_is_no_stretch_of_the_take_is_refused() {
     let apart = [seconds(start, 0.1, 0.3), seconds(start, 0.5, 0.6)];
     let error = of(&apart).unwrap_err();
     assert!(
-        matches!(error, ChannelError::Mismatch { .. }) && error.to_string().contains("2 stretches")
+        matches!(error, ChannelError::Mismatch { .. }) && error.to_string().contains("2 ranges")
     );
     // Next to each other they are one.
     let next = [seconds(start, 0.3, 0.6), seconds(start, 0.1, 0.3)];

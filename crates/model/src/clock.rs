@@ -1,11 +1,14 @@
 //! Sample clock of a take.
 
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::names::named;
 
 named! {
     /// What is known of a take's start time.
+    #[derive(Serialize, Deserialize)]
+    #[serde(rename_all = "snake_case")]
     pub enum StartTime {
         /// The source states it with its zone.
         Stated = "stated",

@@ -5,6 +5,7 @@ use std::fmt;
 use std::ops::Range;
 
 use nalgebra::{Rotation3, Vector3};
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::clock::Clock;
@@ -15,6 +16,8 @@ use crate::track::{PointTrack, PoseTrack};
 
 named! {
     /// Unit of length of a source file.
+    #[derive(Serialize, Deserialize)]
+    #[serde(rename_all = "lowercase")]
     pub enum LengthUnit {
         /// Metres.
         Metres = "metres",
@@ -55,6 +58,8 @@ impl LengthUnit {
 
 named! {
     /// Axis of the source's world that points up.
+    #[derive(Serialize, Deserialize)]
+    #[serde(rename_all = "lowercase")]
     pub enum UpAxis {
         /// Y points up, as Motive exports by default.
         Y = "y",
@@ -77,7 +82,8 @@ impl UpAxis {
 }
 
 /// How a source writes rotations.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
 pub enum RotationOrder {
     /// Quaternions.
     Quaternion,
@@ -96,8 +102,31 @@ impl fmt::Display for RotationOrder {
     }
 }
 
+impl From<RotationOrder> for String {
+    fn from(order: RotationOrder) -> Self {
+        order.to_string()
+    }
+}
+
+impl TryFrom<String> for RotationOrder {
+    type Error = &'static str;
+
+    fn try_from(text: String) -> Result<Self, Self::Error> {
+        if text == RotationOrder::Quaternion.to_string() {
+            return Ok(RotationOrder::Quaternion);
+        }
+        let axes: Option<Vec<u8>> = (text.chars())
+            .map(|axis| "XYZ".find(axis).map(|index| index as u8))
+            .collect();
+        (axes
+            .and_then(|axes| axes.try_into().ok())
+            .map(RotationOrder::Euler))
+        .ok_or("expected quaternion or an axis order such as XYZ")
+    }
+}
+
 /// Where a recording comes from and how the source wrote it.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Source {
     /// Format and version, such as `Motive CSV 1.23`.
     pub format: String,
@@ -106,6 +135,7 @@ pub struct Source {
     /// Which axis points up, as stated or assumed.
     pub up_axis: UpAxis,
     /// How the source writes rotations; `None` where it has none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rotation: Option<RotationOrder>,
     /// Every other fact of the source's header, verbatim.
     pub header: BTreeMap<String, String>,
@@ -113,6 +143,8 @@ pub struct Source {
 
 named! {
     /// What kind of marker it is.
+    #[derive(Serialize, Deserialize)]
+    #[serde(rename_all = "snake_case")]
     pub enum MarkerKind {
         /// A marker with a name of its own.
         Labelled = "labelled",
@@ -140,6 +172,8 @@ pub struct Marker {
 
 named! {
     /// What kind of body it is.
+    #[derive(Serialize, Deserialize)]
+    #[serde(rename_all = "snake_case")]
     pub enum BodyKind {
         /// A rigid body.
         RigidBody = "rigid_body",

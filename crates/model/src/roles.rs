@@ -1,9 +1,12 @@
 //! Which tracked thing is the hand, the object, a finger.
 
+use serde::{Deserialize, Serialize};
+
 use crate::finger::PerFinger;
 
 /// What a body's pose is taken from.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum BodySource {
     /// A rigid body of the take, by name.
     RigidBody(String),

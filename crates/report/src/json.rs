@@ -1,7 +1,7 @@
 //! `evaluation.json`, the form that outside scripts read (the contract is `schemas/evaluation.schema.json`), and
 //! summaries and comparisons in the same form.
 
-use inhand_model::{Evaluation, EvaluationComparison, InputHash, Provenance, Summary};
+use inhand_model::{Evaluation, InputHash, Provenance};
 use serde::{Deserialize, Serialize};
 
 use crate::error::ReportError;
@@ -20,7 +20,7 @@ struct Versioned<'a, T> {
 }
 
 #[derive(Serialize, Deserialize)]
-struct Step {
+pub(crate) struct Step {
     tool: String,
     step: String,
     settings: serde_json::Value,
@@ -38,23 +38,14 @@ pub(crate) fn write(
         settings: settings_value(&step.settings_json),
         inputs: step.inputs.clone(),
     });
-    pretty(evaluation, Some(steps.collect()), &evaluation.session.name)
+    pretty(evaluation, &evaluation.session.name, Some(steps.collect()))
 }
 
-/// Writes many sessions in the same form.
-pub(crate) fn write_summary(sessions: &Summary) -> Result<String, ReportError> {
-    pretty(sessions, None, "many sessions")
-}
-
-/// Writes two evaluations side by side in the same form.
-pub(crate) fn write_comparison(both: &EvaluationComparison) -> Result<String, ReportError> {
-    pretty(both, None, &both.after.session)
-}
-
-fn pretty(
+/// Writes a document about `session` in that form.
+pub(crate) fn pretty(
     document: &impl Serialize,
-    provenance: Option<Vec<Step>>,
     session: &str,
+    provenance: Option<Vec<Step>>,
 ) -> Result<String, ReportError> {
     let versioned = Versioned {
         schema_version: SCHEMA_VERSION,

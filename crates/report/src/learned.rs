@@ -123,14 +123,14 @@ pub(crate) fn deviation_sentence(facts: &DeviationFacts, takes: usize) -> String
     )
 }
 
-/// How often the widest prediction regions of the default method contain the recorded motion, without a full
-/// stop; `None` where it has none or none was evaluated.
-pub(crate) fn region_words(evaluation: &Evaluation) -> Option<String> {
+/// How often the widest prediction regions of the default method contain the recorded motion, in a
+/// sentence; `None` where it has none or none was evaluated.
+pub(crate) fn region_sentence(evaluation: &Evaluation) -> Option<String> {
     let method = default_method(evaluation)?;
     let known = (method.corridors.iter()).filter(|c| c.n > 0 && c.share_stated.is_finite());
     let widest = known.max_by(|a, b| a.share_stated.total_cmp(&b.share_stated))?;
     Some(format!(
-        "{} % prediction regions of {} contain {} % of {} recorded fingertip positions",
+        "{} % prediction regions of {} contain {} % of {} recorded fingertip positions.",
         stated_percent(widest.share_stated),
         method.name,
         percent(widest.share_inside.all),

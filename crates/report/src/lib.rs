@@ -136,7 +136,7 @@ pub fn summary_html(summary: &Summary) -> String {
 ///
 /// [`ReportError::Json`].
 pub fn summary_json(summary: &Summary) -> Result<String, ReportError> {
-    json::write_summary(summary)
+    json::pretty(summary, "many sessions", None)
 }
 
 /// The sessions as a table: a line for each session, method and finger (`all` for all of them together).
@@ -165,7 +165,7 @@ pub fn comparison_markdown(comparison: &EvaluationComparison) -> String {
 ///
 /// [`ReportError::Json`].
 pub fn comparison_json(comparison: &EvaluationComparison) -> Result<String, ReportError> {
-    json::write_comparison(comparison)
+    json::pretty(comparison, &comparison.after.session, None)
 }
 
 /// The report in a few lines for a pull request or an issue: verdict, errors by method, differences from

@@ -2,39 +2,34 @@
 
 use std::fmt::Write;
 
-use inhand_model::{Evaluation, Intervals, Measure, MethodEvaluation};
+use inhand_model::{Evaluation, Intervals, Measure, MethodEvaluation, Statistics};
 
 use crate::html::intervals::{
     against, error_words, estimate, made_words, measure_words, relative_words,
 };
-use crate::learned::region_words;
-use crate::number::{NONE, count, decimals, millimetres, part_of, percent};
-use crate::table::{Table, escaped, known};
-use crate::verdict::{
-    comparison_sentence, constraint_sentence, contact_sentence, default_method, error_sentence,
-};
+use crate::number::{count, decimals, millimetres, part_of, percent};
+use crate::table::{Table, escaped, judged, known};
+use crate::verdict::sentences;
 
-/// Measures with a column.
-const SHOWN: [Measure; 3] = [Measure::P50, Measure::P75, Measure::P95];
+/// A measure with a column, and its value where no interval is known.
+type MeasureColumn = (Measure, fn(&Statistics) -> f64);
+
+const SHOWN: [MeasureColumn; 3] = [
+    (Measure::P50, |s| s.p50),
+    (Measure::P75, |s| s.p75),
+    (Measure::P95, |s| s.p95),
+];
 /// Methods and takes listed; what is more is counted. Keeps the text within a screen or two.
 const METHODS: usize = 24;
 const TAKES: usize = 16;
 
 /// The text.
 pub(crate) fn write(evaluation: &Evaluation) -> String {
-    let standing = default_method(evaluation).map(|own| comparison_sentence(own, evaluation));
-    let sentences = [
-        Some(error_sentence(evaluation)),
-        standing,
-        contact_sentence(evaluation),
-        region_words(evaluation).map(|words| format!("{words}.")),
-        constraint_sentence(evaluation),
-    ];
-    let sentences = sentences.into_iter().flatten().map(|s| escaped(&s));
+    let verdict = sentences(evaluation).join(" ");
     let mut text = format!(
         "## In-hand manipulation: {}\n\n{}\n\n{}\n",
         escaped(&evaluation.session.name),
-        sentences.collect::<Vec<_>>().join(" "),
+        escaped(&verdict),
         methods(evaluation)
     );
     if let Some(intervals) = &evaluation.intervals {
@@ -63,15 +58,12 @@ fn method_table<'a>(
 fn methods(evaluation: &Evaluation) -> String {
     let methods = evaluation.methods.iter();
     method_table(methods.collect(), evaluation, |table| {
-        let mut table = SHOWN.into_iter().fold(table, |table, measure| {
+        let mut table = SHOWN.into_iter().fold(table, |table, (measure, of)| {
             table.numbers(measure_words(measure), "mm", move |method| {
-                error_cell(method, evaluation, measure)
+                error_cell(method, evaluation, measure, of)
             })
         });
-        table = table.lengths("max", |method| match method.error.all.n {
-            0 => f64::NAN,
-            _ => method.error.all.max,
-        });
+        table = table.lengths("max", |method| judged(&method.error.all, |s| s.max));
         if evaluation.methods.iter().any(|m| m.contact.is_some()) {
             let name = "three contacts, recorded → planned";
             table = table.numbers(name, "%", |method| contact_cell(method));
@@ -83,20 +75,17 @@ fn methods(evaluation: &Evaluation) -> String {
     })
 }
 
-fn error_cell(method: &MethodEvaluation, evaluation: &Evaluation, measure: Measure) -> String {
+fn error_cell(
+    method: &MethodEvaluation,
+    evaluation: &Evaluation,
+    measure: Measure,
+    of: fn(&Statistics) -> f64,
+) -> String {
     let intervals = evaluation.intervals.as_ref();
     let own = intervals.and_then(|all| all.methods.iter().find(|own| own.method == method.name));
-    let error = &method.error.all;
     match own.and_then(|own| own.error.all.as_ref()) {
         Some(estimates) => error_words(estimate(estimates, measure)),
-        None if error.n == 0 => NONE.to_owned(),
-        None => millimetres(match measure {
-            Measure::Mean => error.mean,
-            Measure::Rmse => error.rmse,
-            Measure::P50 => error.p50,
-            Measure::P75 => error.p75,
-            Measure::P95 => error.p95,
-        }),
+        None => millimetres(judged(&method.error.all, of)),
     }
 }
 
@@ -116,13 +105,13 @@ fn differences(evaluation: &Evaluation, intervals: &Intervals) -> String {
         against(intervals, baseline, measure).find(|own| own.method == method.name)
     };
     let compared: Vec<&MethodEvaluation> = (evaluation.methods.iter())
-        .filter(|method| SHOWN.iter().any(|&m| found(method, m).is_some()))
+        .filter(|method| SHOWN.iter().any(|&(m, _)| found(method, m).is_some()))
         .collect();
     if compared.is_empty() {
         return String::new();
     }
     let table = method_table(compared, evaluation, |table| {
-        SHOWN.into_iter().fold(table, |table, measure| {
+        SHOWN.into_iter().fold(table, |table, (measure, _)| {
             table.numbers(measure_words(measure), "", move |method| {
                 let relative = found(method, measure).and_then(|own| own.relative.as_ref());
                 known(relative.map(relative_words))

@@ -2,10 +2,10 @@
 
 use inhand_model::{Evaluation, MethodEvaluation};
 
-use crate::learned::{choice_sentence, region_words};
-use crate::number::{NARROW_SPACE, millimetres, percent, plain, to_mm};
+use crate::learned::{choice_sentence, region_sentence};
+use crate::number::{NARROW_SPACE, millimetres, percent};
 use crate::table::{Statistic, Table};
-use crate::verdict::{comparison_sentence, default_method};
+use crate::verdict::{comparison_sentence, contact_sentence};
 use crate::words::shortened;
 
 /// Longest description that is written out, so that a line fits a terminal of 100 columns.
@@ -22,8 +22,8 @@ const SHOWN: [Statistic; 4] = [
 /// compare with the baselines.
 pub(crate) fn write(evaluation: &Evaluation) -> String {
     let learned = evaluation.methods.iter().filter(|method| !method.baseline);
-    let sentences = (contact_line(evaluation).into_iter())
-        .chain(region_words(evaluation))
+    let sentences = (contact_sentence(evaluation).into_iter())
+        .chain(region_sentence(evaluation))
         .chain(choice_sentence(evaluation))
         .chain(learned.map(|method| comparison_sentence(method, evaluation)));
     let text = sentences.fold(table(&evaluation.methods), |text, sentence| {
@@ -57,22 +57,4 @@ fn table(methods: &[MethodEvaluation]) -> String {
 fn share(method: &MethodEvaluation) -> f64 {
     let contact = method.contact.as_ref().filter(|contact| contact.n > 0);
     contact.map_or(f64::NAN, |contact| contact.three_or_more)
-}
-
-fn contact_line(evaluation: &Evaluation) -> Option<String> {
-    let method = default_method(evaluation)?;
-    let contact = method.contact.as_ref()?;
-    if contact.n == 0 {
-        return Some(format!(
-            "three or more fingers in contact: not evaluated, no instant with a tracked object and a trajectory of {}",
-            method.name
-        ));
-    }
-    Some(format!(
-        "three or more fingers in contact: recorded {} %, {} {} %  (tau {} mm)",
-        percent(contact.recorded_three_or_more),
-        method.name,
-        percent(contact.three_or_more),
-        plain(to_mm(contact.tau_m)),
-    ))
 }

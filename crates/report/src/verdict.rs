@@ -3,6 +3,7 @@
 
 use inhand_model::{Evaluation, Finger, Measure, MethodEvaluation, Statistics};
 
+use crate::learned::region_sentence;
 use crate::number::{count, counted, millimetres, part_of, percent, plain, to_mm};
 use crate::table::judged;
 use crate::words::join_words;
@@ -119,7 +120,7 @@ pub(crate) fn default_method(evaluation: &Evaluation) -> Option<&MethodEvaluatio
 }
 
 /// The error of the default method, in a sentence.
-pub(crate) fn error_sentence(evaluation: &Evaluation) -> String {
+fn error_sentence(evaluation: &Evaluation) -> String {
     let Some(method) = default_method(evaluation) else {
         return "No method was evaluated.".to_owned();
     };
@@ -252,7 +253,7 @@ pub(crate) fn contact_sentence(evaluation: &Evaluation) -> Option<String> {
 }
 
 /// Whether the default method's plans exist and satisfy their constraints, in a sentence.
-pub(crate) fn constraint_sentence(evaluation: &Evaluation) -> Option<String> {
+fn constraint_sentence(evaluation: &Evaluation) -> Option<String> {
     let method = default_method(evaluation)?;
     let mut parts = Vec::new();
     if let Some(plan) = &method.plan {
@@ -293,6 +294,19 @@ pub(crate) fn constraint_sentence(evaluation: &Evaluation) -> Option<String> {
         ));
     }
     (!parts.is_empty()).then(|| format!("With {}, {}.", method.name, join_words(&parts)))
+}
+
+/// The verdict, sentence by sentence: errors, comparison, contacts, prediction regions, constraints.
+pub(crate) fn sentences(evaluation: &Evaluation) -> Vec<String> {
+    let compared = default_method(evaluation).map(|own| comparison_sentence(own, evaluation));
+    let sentences = [
+        Some(error_sentence(evaluation)),
+        compared,
+        contact_sentence(evaluation),
+        region_sentence(evaluation),
+        constraint_sentence(evaluation),
+    ];
+    sentences.into_iter().flatten().collect()
 }
 
 #[cfg(test)]

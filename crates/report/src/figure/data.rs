@@ -33,18 +33,12 @@ pub enum FigureValues {
 }
 
 impl FigureColumn {
-    /// How many cells it has.
-    pub fn len(&self) -> usize {
+    fn cells(&self) -> usize {
         match &self.values {
             FigureValues::Numbers(values) => values.len(),
             FigureValues::Counts(values) => values.len(),
             FigureValues::Words(values) => values.len(),
         }
-    }
-
-    /// Whether it has no cells.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
     }
 
     fn cell(&self, row: usize) -> String {
@@ -69,7 +63,7 @@ impl FigureData {
 
     /// How many rows it has.
     pub fn rows(&self) -> usize {
-        self.columns.first().map_or(0, FigureColumn::len)
+        self.columns.first().map_or(0, FigureColumn::cells)
     }
 
     /// The column of that name.

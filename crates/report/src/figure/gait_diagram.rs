@@ -1,6 +1,6 @@
 //! Which finger touches when, and the phases that makes: the gait diagram of a hand.
 
-use inhand_model::{Finger, PerFinger};
+use inhand_model::{Finger, PhaseKind, TakeContacts};
 use maud::{Markup, html};
 
 use super::palette::finger_class;
@@ -9,29 +9,13 @@ use super::{Frame, Panel, Px, axes};
 use crate::number::{plain, short};
 use crate::words::shortened;
 
-/// A phase over time.
-pub(crate) struct PhaseSpan<'a> {
-    /// Name, in the tooltip.
-    pub(crate) name: &'a str,
-    /// Class of its colour.
-    pub(crate) class: &'static str,
-    /// From when to when, seconds.
-    pub(crate) span_s: [f64; 2],
-}
-
-/// The contacts of a take.
-pub(crate) struct GaitDiagram<'a> {
-    /// Its name, above the figure.
-    pub(crate) take: &'a str,
-    /// Its length, seconds.
-    pub(crate) duration_s: f64,
-    /// When each finger touches.
-    pub(crate) contacts_s: &'a PerFinger<Vec<[f64; 2]>>,
-    /// When that is not known.
-    pub(crate) unknown_s: &'a PerFinger<Vec<[f64; 2]>>,
-    /// Phases in order.
-    pub(crate) phases: Vec<PhaseSpan<'a>>,
-}
+/// Phases, in the order of tables, with their words and the class of their colour.
+pub(crate) const PHASES: [(PhaseKind, &str, &str); 4] = [
+    (PhaseKind::InGrasp, "in grasp", "phase-grasp"),
+    (PhaseKind::FingerGaiting, "finger gaiting", "phase-gaiting"),
+    (PhaseKind::Regrasp, "regrasp", "phase-regrasp"),
+    (PhaseKind::NoGrasp, "no grasp", "phase-none"),
+];
 
 const WIDTH: f64 = 940.0;
 const LEFT: f64 = 62.0;
@@ -58,27 +42,27 @@ pub(crate) fn shown_s(duration_s: f64) -> f64 {
 }
 
 /// Draws the figure: rows of equal length below each other.
-pub(crate) fn draw(diagram: &GaitDiagram<'_>) -> Panel {
-    let shown_s = shown_s(diagram.duration_s);
+pub(crate) fn draw(take: &TakeContacts) -> Panel {
+    let shown_s = shown_s(take.duration_s);
     let rows = ((shown_s / ROW_S).ceil() as usize).clamp(1, ROWS);
     let row_s = shown_s / rows as f64;
     let top = |row: usize| TITLE_HEIGHT + (BLOCK_HEIGHT + BLOCK_GAP) * row as f64;
     let shapes = html! {
-        text.title x="0" y="12.5" { (shortened(diagram.take, 80)) }
+        text.title x="0" y="12.5" { (shortened(&take.take, 80)) }
         @for row in 0..rows {
-            (block(diagram, [row_s * row as f64, row_s * (row + 1) as f64], top(row), row + 1 == rows))
+            (block(take, [row_s * row as f64, row_s * (row + 1) as f64], top(row), row + 1 == rows))
         }
     };
     Panel {
         width: WIDTH,
         height: top(rows - 1) + BLOCK_HEIGHT + axes::BOTTOM_ROOM,
-        summary: summary(diagram),
+        summary: summary(take),
         shapes,
     }
 }
 
 /// One row: a lane for each finger, phases beneath, an axis.
-fn block(diagram: &GaitDiagram<'_>, span_s: [f64; 2], top: f64, is_last: bool) -> Markup {
+fn block(take: &TakeContacts, span_s: [f64; 2], top: f64, is_last: bool) -> Markup {
     let frame = Frame {
         left: LEFT,
         top,
@@ -94,20 +78,24 @@ fn block(diagram: &GaitDiagram<'_>, span_s: [f64; 2], top: f64, is_last: bool) -
             @let y = top + LANE_HEIGHT * finger.index() as f64;
             text.label x=(Px(LEFT - 8.0)) y=(Px(y + 10.5)) text-anchor="end" { (finger.name()) }
             g.(finger_class(finger)) {
-                @for interval in inside(&diagram.contacts_s[finger], span_s) {
+                @for interval in inside(&take.contacts_s[finger], span_s) {
                     (bar(&x, interval, y + 1.0, BAR_HEIGHT, || format!("{finger} touches")))
                 }
             }
             g.missing {
-                @for interval in inside(&diagram.unknown_s[finger], span_s) {
+                @for interval in inside(&take.unknown_s[finger], span_s) {
                     (bar(&x, interval, y + 0.5 * LANE_HEIGHT - 1.0, 1.5, || format!("{finger}: not known")))
                 }
             }
         }
         text.label x=(Px(LEFT - 8.0)) y=(Px(phases_top + 9.0)) text-anchor="end" { "phase" }
-        @for phase in &diagram.phases {
-            @for interval in inside(&[phase.span_s], span_s) {
-                g.(phase.class) { (bar(&x, interval, phases_top, PHASE_HEIGHT, || phase.name.to_owned())) }
+        @for (kind, name, class) in PHASES {
+            g.(class) {
+                @for phase in take.phases.iter().filter(|phase| phase.kind == kind) {
+                    @for interval in inside(&[phase.span_s], span_s) {
+                        (bar(&x, interval, phases_top, PHASE_HEIGHT, || name.to_owned()))
+                    }
+                }
             }
         }
     }
@@ -140,13 +128,13 @@ fn inside(intervals: &[[f64; 2]], span_s: [f64; 2]) -> impl Iterator<Item = Inte
 }
 
 /// What the figure says, for those who do not see it.
-fn summary(diagram: &GaitDiagram<'_>) -> String {
-    let contacts = (diagram.contacts_s.each_ref()).map(|contacts| contacts.len().to_string());
+fn summary(take: &TakeContacts) -> String {
+    let contacts = (take.contacts_s.each_ref()).map(|contacts| contacts.len().to_string());
     format!(
         "{}: contacts of thumb to little finger over {} s: {}; {} phases",
-        diagram.take,
-        plain(diagram.duration_s),
+        take.take,
+        plain(take.duration_s),
         contacts.as_array().join(", "),
-        diagram.phases.len()
+        take.phases.len()
     )
 }

@@ -14,61 +14,50 @@ pub(crate) struct Key {
     pub(crate) label: String,
     /// Class of its colour.
     pub(crate) class: String,
-    /// How it looks in the figure.
-    pub(crate) mark: Mark,
-}
-
-/// An entry for each finger.
-pub(crate) fn finger_keys(key: fn(&'static str, &'static str) -> Key) -> Vec<Key> {
-    let keys = Finger::ALL.map(|finger| key(finger.name(), finger_class(finger)));
-    keys.into()
-}
-
-/// How an entry looks in the figure.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Mark {
-    /// A line, dashed as in the figure.
-    Line,
-    /// A filled shape.
-    Area,
+    /// Whether it is a filled shape in the figure, not a line.
+    pub(crate) area: bool,
 }
 
 impl Key {
-    /// An entry for a line.
+    /// An entry for a line, dashed as in the figure.
     pub(crate) fn line(label: impl Into<String>, class: impl Into<String>) -> Self {
         Self {
             label: label.into(),
             class: class.into(),
-            mark: Mark::Line,
+            area: false,
         }
     }
 
     /// An entry for a filled shape.
     pub(crate) fn area(label: impl Into<String>, class: impl Into<String>) -> Self {
         Self {
-            mark: Mark::Area,
+            area: true,
             ..Self::line(label, class)
         }
     }
 
     fn mark_width(&self) -> f64 {
-        match self.mark {
-            Mark::Line => 30.0,
-            Mark::Area => 10.0,
-        }
+        if self.area { 10.0 } else { 30.0 }
     }
 
     /// The mark alone, 8 units high.
     fn shape(&self) -> Markup {
         html! {
             g.(self.class) {
-                @match self.mark {
-                    Mark::Line => path.line d="M1 4L29 4" {},
-                    Mark::Area => rect.key x="0.5" y="-0.5" width="9" height="9" rx="1.5" {},
+                @if self.area {
+                    rect.key x="0.5" y="-0.5" width="9" height="9" rx="1.5" {}
+                } @else {
+                    path.line d="M1 4L29 4" {}
                 }
             }
         }
     }
+}
+
+/// An entry for each finger.
+pub(crate) fn finger_keys(key: fn(&'static str, &'static str) -> Key) -> Vec<Key> {
+    let keys = Finger::ALL.map(|finger| key(finger.name(), finger_class(finger)));
+    keys.into()
 }
 
 /// A list for the page.

@@ -182,19 +182,11 @@ fn power_label(exponent: i32) -> String {
         ),
         0..=3 => format!("{}", 10f64.powi(exponent)),
         _ => {
+            const RAISED: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
             let digits = exponent.to_string();
-            let raised = digits.chars().map(|digit| match digit {
-                '-' => '⁻',
-                '1' => '¹',
-                '2' => '²',
-                '3' => '³',
-                '4' => '⁴',
-                '5' => '⁵',
-                '6' => '⁶',
-                '7' => '⁷',
-                '8' => '⁸',
-                '9' => '⁹',
-                _ => '⁰',
+            let raised = digits.chars().map(|digit| match digit.to_digit(10) {
+                Some(digit) => RAISED[digit as usize],
+                None => '⁻',
             });
             format!("10{}", raised.collect::<String>())
         }

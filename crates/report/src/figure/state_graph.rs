@@ -2,38 +2,13 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use inhand_model::{Finger, FingerSet};
+use inhand_model::{Finger, StateFacts, TakeContacts, Transition};
 use maud::{Markup, html};
 
 use super::palette::{PLAIN_CLASS, finger_class};
 use super::{Panel, Px};
 use crate::number::percent;
 use crate::words::shortened;
-
-/// A state.
-pub(crate) struct Node {
-    /// The fingers that hold.
-    pub(crate) fingers: FingerSet,
-    /// Share of the time, 0 to 1.
-    pub(crate) share: f64,
-}
-
-/// A change from one state to another, by their places among the nodes.
-pub(crate) struct Edge {
-    pub(crate) from: usize,
-    pub(crate) to: usize,
-    pub(crate) count: usize,
-}
-
-/// States and changes of a take.
-pub(crate) struct StateGraph<'a> {
-    /// The take, above the figure.
-    pub(crate) take: &'a str,
-    /// States, the most frequent one first.
-    pub(crate) nodes: Vec<Node>,
-    /// Changes between them.
-    pub(crate) edges: Vec<Edge>,
-}
 
 const WIDTH: f64 = 460.0;
 const HEIGHT: f64 = 420.0;
@@ -51,41 +26,58 @@ const ROOMY: f64 = 30.0;
 /// Sine of the angle from which a label stands beside its circle rather than above or below it.
 const ASIDE: f64 = 0.3;
 
+/// States that are drawn: the most frequent ones.
+pub(crate) const STATES: usize = 10;
+
+/// A state at its place.
+type Placed<'a> = (&'a StateFacts, [f64; 2]);
+
 /// Draws the figure.
-pub(crate) fn draw(graph: &StateGraph<'_>) -> Panel {
-    let count = graph.nodes.len().max(1) as f64;
-    let places: Vec<[f64; 2]> = (0..graph.nodes.len())
-        .map(|place| {
-            if graph.nodes.len() == 1 {
-                return CENTRE;
-            }
-            let angle = TAU * place as f64 / count - FRAC_PI_2;
-            [
-                CENTRE[0] + RADIUS * angle.cos(),
-                CENTRE[1] + RADIUS * angle.sin(),
-            ]
-        })
-        .collect();
-    let most = graph.edges.iter().map(|edge| edge.count).max().unwrap_or(1);
-    let shapes = html! {
-        text.title x="0" y="12.5" { (shortened(graph.take, 60)) }
-        @for edge in &graph.edges { (arrow(graph, edge, &places, most)) }
-        @for (node, place) in graph.nodes.iter().zip(&places) { (circle(node, *place)) }
+pub(crate) fn draw(take: &TakeContacts) -> Panel {
+    let states = &take.states[..take.states.len().min(STATES)];
+    let place = |place: usize| {
+        if states.len() == 1 {
+            return CENTRE;
+        }
+        let angle = TAU * place as f64 / states.len() as f64 - FRAC_PI_2;
+        let (sine, cosine) = angle.sin_cos();
+        [CENTRE[0] + RADIUS * cosine, CENTRE[1] + RADIUS * sine]
     };
+    let placed: Vec<Placed<'_>> = (states.iter().enumerate())
+        .map(|(k, state)| (state, place(k)))
+        .collect();
+    let at = |fingers| placed.iter().find(|(state, _)| state.fingers == fingers);
+    let changes: Vec<(&Transition, &Placed<'_>, &Placed<'_>)> = (take.transitions.iter())
+        .filter_map(|change| Some((change, at(change.from)?, at(change.to)?)))
+        .collect();
+    let most = changes.iter().map(|(change, ..)| change.count).max();
+    let shapes = html! {
+        text.title x="0" y="12.5" { (shortened(&take.take, 60)) }
+        @for (change, from, to) in &changes { (arrow(change.count, from, to, most.unwrap_or(1))) }
+        @for (state, place) in &placed { (circle(state, *place)) }
+    };
+    let said: Vec<String> = (states.iter())
+        .map(|state| format!("{} {} %", state.fingers, percent(state.share)))
+        .collect();
+    let total: usize = changes.iter().map(|(change, ..)| change.count).sum();
     Panel {
         width: WIDTH,
         height: HEIGHT,
-        summary: summary(graph),
+        summary: format!(
+            "{}: {}; {total} changes between them",
+            take.take,
+            said.join(", ")
+        ),
         shapes,
     }
 }
 
 /// Areas are as the times.
-fn radius(node: &Node) -> f64 {
+fn radius(node: &StateFacts) -> f64 {
     (LARGEST * node.share.max(0.0).sqrt()).max(SMALLEST)
 }
 
-fn circle(node: &Node, [x, y]: [f64; 2]) -> Markup {
+fn circle(node: &StateFacts, [x, y]: [f64; 2]) -> Markup {
     let dot = |finger: Finger| x + DOT_STEP * (finger.index() as f64 - 2.0);
     html! {
         g.(PLAIN_CLASS) {
@@ -107,7 +99,7 @@ fn circle(node: &Node, [x, y]: [f64; 2]) -> Markup {
 }
 
 /// The share: inside a large circle, else beside it on the side that no arrow comes from.
-fn share(node: &Node, [x, y]: [f64; 2]) -> Markup {
+fn share(node: &StateFacts, [x, y]: [f64; 2]) -> Markup {
     let own = radius(node);
     let out = [x - CENTRE[0], y - CENTRE[1]];
     let length = out[0].hypot(out[1]);
@@ -130,15 +122,18 @@ fn share(node: &Node, [x, y]: [f64; 2]) -> Markup {
 }
 
 /// A bent line from one circle's edge to the other's, thicker the more often it was taken.
-fn arrow(graph: &StateGraph<'_>, edge: &Edge, places: &[[f64; 2]], most: usize) -> Markup {
-    let (from, to) = (&graph.nodes[edge.from], &graph.nodes[edge.to]);
-    let ([x0, y0], [x1, y1]) = (places[edge.from], places[edge.to]);
+fn arrow(
+    count: usize,
+    (from, [x0, y0]): &Placed<'_>,
+    (to, [x1, y1]): &Placed<'_>,
+    most: usize,
+) -> Markup {
     let bent = [
         0.5 * (x0 + x1) - BEND * (y1 - y0),
         0.5 * (y0 + y1) + BEND * (x1 - x0),
     ];
-    let start = towards([x0, y0], bent, radius(from) + 1.0);
-    let tip = towards([x1, y1], bent, radius(to) + 2.0);
+    let start = towards([*x0, *y0], bent, radius(from) + 1.0);
+    let tip = towards([*x1, *y1], bent, radius(to) + 2.0);
     let end = towards(tip, bent, HEAD);
     let [ux, uy] = [(tip[0] - end[0]) / HEAD, (tip[1] - end[1]) / HEAD];
     let side = 0.45 * HEAD;
@@ -160,10 +155,10 @@ fn arrow(graph: &StateGraph<'_>, edge: &Edge, places: &[[f64; 2]], most: usize) 
         Px(end[0]),
         Px(end[1])
     );
-    let width = 0.8 + 3.2 * (edge.count as f64 / most.max(1) as f64).sqrt();
+    let width = 0.8 + 3.2 * (count as f64 / most.max(1) as f64).sqrt();
     html! {
         g.faded {
-            title { (from.fingers) " to " (to.fingers) ": " (edge.count) }
+            title { (from.fingers) " to " (to.fingers) ": " (count) }
             path.edge d=(way) stroke-width=(Px(width)) {}
             path.area d=(head) {}
         }
@@ -174,17 +169,4 @@ fn arrow(graph: &StateGraph<'_>, edge: &Edge, places: &[[f64; 2]], most: usize) 
 fn towards([x, y]: [f64; 2], [tx, ty]: [f64; 2], far: f64) -> [f64; 2] {
     let length = (tx - x).hypot(ty - y).max(f64::MIN_POSITIVE);
     [x + (tx - x) * far / length, y + (ty - y) * far / length]
-}
-
-/// What the figure says, for those who do not see it.
-fn summary(graph: &StateGraph<'_>) -> String {
-    let states: Vec<String> = (graph.nodes.iter())
-        .map(|node| format!("{} {} %", node.fingers, percent(node.share)))
-        .collect();
-    let changes: usize = graph.edges.iter().map(|edge| edge.count).sum();
-    format!(
-        "{}: {}; {changes} changes between them",
-        graph.take,
-        states.join(", ")
-    )
 }

@@ -4,7 +4,7 @@ use inhand_model::{EvaluationRows, Finger, PerFinger, in_contact};
 use maud::html;
 
 use super::{Method, default};
-use crate::figure::palette::{PLAIN_CLASS, RECORDED_CLASS, finger_class};
+use crate::figure::palette::{PLAIN_CLASS, finger_class};
 use crate::figure::scale::Scale;
 use crate::figure::strips::{self, Run, State, Strip};
 use crate::figure::{Figure, FigureData, Frame, Key, Panel, Px, axes, finger_keys};
@@ -24,11 +24,11 @@ const PLANNED_TOP: f64 = 14.0;
 const PLANNED_HEIGHT: f64 = 8.0;
 const LETTERS: usize = 12;
 
-/// Runs of contact of one finger, or of three fingers at once.
-struct Lane {
+/// Contact of a finger, or of three or more fingers at once, in one motion over a take.
+struct Contact<'a> {
     finger: Option<Finger>,
-    recorded: Vec<Run>,
-    planned: Vec<Run>,
+    motion: &'a str,
+    runs: Vec<Run>,
 }
 
 /// `None` without an object or without plans of the default method.
@@ -36,10 +36,10 @@ pub(super) fn figure(rows: &EvaluationRows, methods: &[Method<'_>], tau_m: f64) 
     let recorded = rows.recorded_distance_m.as_deref()?;
     let name = default(methods)?.name;
     let own = rows.methods.iter().find(|own| own.name == name)?;
-    let planned = own.distance_m.as_deref()?;
-    let takes: Vec<(usize, Vec<Lane>)> = (0..rows.takes.len())
-        .filter(|&take| rows.segments.iter().any(|origin| origin.take == take))
-        .map(|take| (take, lanes(rows, take, recorded, planned, tau_m)))
+    let motions = [("recorded", recorded), (name, own.distance_m.as_deref()?)];
+    let takes: Vec<(&str, Vec<Contact<'_>>)> = (rows.takes.iter().enumerate())
+        .filter(|(take, _)| rows.segments.iter().any(|origin| origin.take == *take))
+        .map(|(take, name)| (name.as_str(), contacts(rows, take, motions, tau_m)))
         .collect();
     let shown = &takes[..takes.len().min(TAKES)];
     let rate_hz = rows.layout.rate_hz;
@@ -57,22 +57,20 @@ pub(super) fn figure(rows: &EvaluationRows, methods: &[Method<'_>], tau_m: f64) 
             takes.len()
         ));
     }
-    let longest = shown
-        .iter()
-        .flat_map(|(_, lanes)| lanes)
-        .flat_map(|lane| [lane.recorded.len(), lane.planned.len()]);
-    if longest.max() > Some(strips::MANY) {
+    let all = shown.iter().flat_map(|(_, contacts)| contacts);
+    if all.map(|contact| contact.runs.len()).max() > Some(strips::MANY) {
         caption.push_str(" Changes too short to be seen at this width are not drawn; the numbers behind the figure contain them all.");
     }
+    let panels = shown
+        .iter()
+        .map(|(take, contacts)| panel(take, contacts, rate_hz));
     Some(Figure {
         id: "contact-raster",
         title: "Contacts over the test takes.".to_owned(),
         caption,
-        data: data(rows, shown, name),
+        data: data(shown, rate_hz),
         legend: finger_keys(Key::area),
-        panels: (shown.iter())
-            .map(|(take, lanes)| panel(&rows.takes[*take], lanes, name, rate_hz))
-            .collect(),
+        panels: panels.collect(),
     })
 }
 
@@ -81,39 +79,41 @@ pub(super) fn is_rate(rate_hz: f64) -> bool {
     rate_hz.is_finite() && rate_hz > 0.0
 }
 
-/// Runs of one take, its segments in the order of time.
-fn lanes(
+/// Contacts in one take, its segments in the order of time: of each finger and of three or more, in each motion.
+fn contacts<'a>(
     rows: &EvaluationRows,
     take: usize,
-    recorded: &[PerFinger<f64>],
-    planned: &[PerFinger<f64>],
+    motions: [(&'a str, &[PerFinger<f64>]); 2],
     tau_m: f64,
-) -> Vec<Lane> {
+) -> Vec<Contact<'a>> {
     let samples = rows.layout.samples;
     let mut segments: Vec<(usize, usize)> = (rows.segments.iter().enumerate())
         .filter(|(_, origin)| origin.take == take)
         .map(|(segment, origin)| (origin.start, segment))
         .collect();
     segments.sort_unstable();
-    let runs = |distances: &[PerFinger<f64>], of: &dyn Fn(&PerFinger<f64>) -> State| {
-        strips::runs(
-            segments
-                .iter()
-                .flat_map(|&(start, segment)| {
-                    (0..samples).map(move |t| (start + t, segment * samples + t))
-                })
-                .map(|(sample, row)| (sample, distances.get(row).map_or(State::Unknown, of))),
-        )
+    let runs = |distances_m: &[PerFinger<f64>], finger: Option<Finger>| {
+        let instants = segments.iter().flat_map(|&(start, segment)| {
+            (0..samples).map(move |t| (start + t, segment * samples + t))
+        });
+        strips::runs(instants.map(|(sample, row)| {
+            let known = distances_m.get(row);
+            let state = known.map_or(State::Unknown, |distances_m| match finger {
+                Some(finger) => state(distances_m[finger], tau_m),
+                None => three(distances_m, tau_m),
+            });
+            (sample, state)
+        }))
     };
-    let lane = |finger: Option<Finger>, of: &dyn Fn(&PerFinger<f64>) -> State| Lane {
-        finger,
-        recorded: runs(recorded, of),
-        planned: runs(planned, of),
+    let fingers = Finger::ALL.map(Some).into_iter().chain([None]);
+    let contact = |finger| {
+        motions.map(|(motion, distances_m)| Contact {
+            finger,
+            motion,
+            runs: runs(distances_m, finger),
+        })
     };
-    (Finger::ALL.iter())
-        .map(|&finger| lane(Some(finger), &|d| state(d[finger], tau_m)))
-        .chain([lane(None, &|d| three(d, tau_m))])
-        .collect()
+    fingers.flat_map(contact).collect()
 }
 
 /// Whether a finger touches.
@@ -138,91 +138,84 @@ fn three(distances_m: &PerFinger<f64>, tau_m: f64) -> State {
     }
 }
 
-fn panel(take: &str, lanes: &[Lane], method: &str, rate_hz: f64) -> Panel {
-    let bottom = TOP + FINGER_HEIGHT * lanes.len() as f64;
+/// Two strips a finger, recorded above planned.
+fn panel(take: &str, contacts: &[Contact<'_>], rate_hz: f64) -> Panel {
     let frame = Frame {
         left: LEFT,
         top: TOP - 2.0,
         right: RIGHT,
-        bottom,
+        bottom: TOP + 0.5 * FINGER_HEIGHT * contacts.len() as f64,
     };
-    let ends = lanes
+    let recorded = contacts
         .iter()
-        .flat_map(|lane| lane.recorded.iter().map(|run| (run.begin, run.end)));
-    let (first, last) = ends.fold((usize::MAX, 0), |(a, b), (begin, end)| {
-        (a.min(begin), b.max(end))
-    });
-    let (from_s, to_s) = (first.min(last) as f64 / rate_hz, last as f64 / rate_hz);
+        .filter(|contact| contact.motion == "recorded");
+    let runs = || recorded.clone().flat_map(|contact| &contact.runs);
+    let last = runs().map(|run| run.end).max().unwrap_or(0);
+    let first = runs().map(|run| run.begin).min().unwrap_or(last);
+    let (from_s, to_s) = (first as f64 / rate_hz, last as f64 / rate_hz);
     let x = Scale::linear(from_s, to_s, frame.left, frame.right);
-    let shapes = html! {
-        text.title x="0" y="12.5" { (shortened(take, 80)) }
-        (axes::bottom(&frame, &x, 12, "time in the take (s)"))
-        @for (place, lane) in lanes.iter().enumerate() {
-            @let y = TOP + FINGER_HEIGHT * place as f64;
-            @let name = lane.finger.map_or("three +", Finger::name);
-            text.label x=(Px(LEFT - 8.0)) y=(Px(y + 14.0)) text-anchor="end" { (name) }
-            (strips::draw(&strip(lane, "recorded", &lane.recorded, rate_hz, y, RECORDED_HEIGHT), &x))
-            (strips::draw(&strip(lane, method, &lane.planned, rate_hz, y + PLANNED_TOP, PLANNED_HEIGHT), &x))
-            text.tick x=(Px(RIGHT + 6.0)) y=(Px(y + 9.5)) { "recorded" }
-            text.tick x=(Px(RIGHT + 6.0)) y=(Px(y + PLANNED_TOP + 8.0)) { (shortened(method, LETTERS)) }
+    let strip = |place: usize, contact: &Contact<'_>| {
+        let y = TOP + FINGER_HEIGHT * (place / 2) as f64;
+        let planned = place % 2 == 1;
+        let (top, height) = match planned {
+            true => (y + PLANNED_TOP, PLANNED_HEIGHT),
+            false => (y, RECORDED_HEIGHT),
+        };
+        let (name, label) = match contact.finger {
+            Some(finger) => (finger.name(), finger.name()),
+            None => ("three or more", "three +"),
+        };
+        let strip = strips::draw(
+            &Strip {
+                label: format!("{name}, {}", contact.motion),
+                class: contact.finger.map_or(PLAIN_CLASS, finger_class),
+                runs: &contact.runs,
+                rate_hz,
+                top,
+                height,
+            },
+            &x,
+        );
+        html! {
+            @if !planned {
+                text.label x=(Px(LEFT - 8.0)) y=(Px(y + 14.0)) text-anchor="end" { (label) }
+            }
+            (strip)
+            text.tick x=(Px(RIGHT + 6.0)) y=(Px(top + 9.0)) { (shortened(contact.motion, LETTERS)) }
         }
     };
+    let motion = contacts.last().map_or("", |contact| contact.motion);
     Panel {
         width: WIDTH,
-        height: bottom + axes::BOTTOM_ROOM,
-        summary: format!("Contacts of five fingers over {take}, recorded and planned by {method}"),
-        shapes,
+        height: frame.bottom + axes::BOTTOM_ROOM,
+        summary: format!("Contacts of five fingers over {take}, recorded and planned by {motion}"),
+        shapes: html! {
+            text.title x="0" y="12.5" { (shortened(take, 80)) }
+            (axes::bottom(&frame, &x, 12, "time in the take (s)"))
+            @for (place, contact) in contacts.iter().enumerate() { (strip(place, contact)) }
+        },
     }
 }
 
-fn strip<'a>(
-    lane: &Lane,
-    motion: &str,
-    runs: &'a [Run],
-    rate_hz: f64,
-    top: f64,
-    height: f64,
-) -> Strip<'a> {
-    let name = lane.finger.map_or("three or more", Finger::name);
-    let class = match lane.finger {
-        Some(finger) => finger_class(finger),
-        None if motion == "recorded" => RECORDED_CLASS,
-        None => PLAIN_CLASS,
-    };
-    Strip {
-        label: format!("{name}, {motion}"),
-        class,
-        runs,
-        rate_hz,
-        top,
-        height,
-    }
-}
-
-fn data(rows: &EvaluationRows, takes: &[(usize, Vec<Lane>)], method: &str) -> FigureData {
-    let rate_hz = rows.layout.rate_hz;
-    let mut all: Vec<(&str, &str, &str, &Run)> = Vec::new();
-    for (take, lanes) in takes {
-        for lane in lanes {
-            let finger = lane.finger.map_or("three_or_more", Finger::name);
-            for (motion, runs) in [("recorded", &lane.recorded), (method, &lane.planned)] {
-                let on_or_unknown = runs.iter().filter(|run| run.state != State::Off);
-                all.extend(
-                    on_or_unknown.map(|run| (rows.takes[*take].as_str(), finger, motion, run)),
-                );
-            }
-        }
-    }
-    let word = |run: &Run| match run.state {
-        State::On => "contact",
-        _ => "unknown",
-    };
-    FigureData::about(&all)
+fn data(takes: &[(&str, Vec<Contact<'_>>)], rate_hz: f64) -> FigureData {
+    let contacts = takes
+        .iter()
+        .flat_map(|(take, all)| all.iter().map(move |one| (*take, one)));
+    let rows: Vec<(&str, &Contact<'_>, &Run)> = contacts
+        .flat_map(|(take, contact)| contact.runs.iter().map(move |run| (take, contact, run)))
+        .filter(|(.., run)| run.state != State::Off)
+        .collect();
+    FigureData::about(&rows)
         .words("take", |row| row.0)
-        .words("finger", |row| row.1)
-        .words("motion", |row| row.2)
-        .words("state", |row| word(row.3))
-        .numbers("begin_s", |row| row.3.begin as f64 / rate_hz)
-        .numbers("end_s", |row| row.3.end as f64 / rate_hz)
+        .words("finger", |row| {
+            row.1.finger.map_or("three_or_more", Finger::name)
+        })
+        .words("motion", |row| row.1.motion)
+        .words("state", |row| match row.2.state {
+            State::On => "contact",
+            _ => "unknown",
+        })
+        .numbers("begin_s", |row| row.2.begin as f64 / rate_hz)
+        .numbers("end_s", |row| row.2.end as f64 / rate_hz)
         .done()
 }

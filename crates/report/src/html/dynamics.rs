@@ -7,27 +7,16 @@ use inhand_model::{
 use maud::{Markup, html};
 
 use super::{Body, Method, recorded};
-use crate::figure::gait_diagram::{self, GaitDiagram, PhaseSpan};
+use crate::figure::gait_diagram::{self, PHASES};
 use crate::figure::palette::finger_class;
-use crate::figure::state_graph::{self, Edge, Node, StateGraph};
-use crate::figure::{Figure, FigureData, Key, Panel, finger_keys};
+use crate::figure::state_graph::{self, STATES};
+use crate::figure::{Figure, FigureData, Key, finger_keys};
 use crate::number::{counted, plain, to_mm};
 use crate::report::Report;
 use crate::table::{Head, Table, judged};
 
 /// Takes that have tables and figures of their own; all are in `evaluation.json`.
 const TAKES: usize = 3;
-/// States in the tables and in the graph: the most frequent ones.
-const STATES: usize = 10;
-
-/// Names of phases, in the order of tables, with their words and the class of their colour.
-const PHASES: [(PhaseKind, &str, &str); 4] = [
-    (PhaseKind::InGrasp, "in grasp", "phase-grasp"),
-    (PhaseKind::FingerGaiting, "finger gaiting", "phase-gaiting"),
-    (PhaseKind::Regrasp, "regrasp", "phase-regrasp"),
-    (PhaseKind::NoGrasp, "no grasp", "phase-none"),
-];
-
 /// The section's content; `None` where contacts were not evaluated over time.
 pub(super) fn section(report: &Report<'_>, methods: &[Method<'_>]) -> Option<Body> {
     let contacts = report.evaluation.contacts.as_ref()?;
@@ -260,28 +249,8 @@ fn gaits(takes: &[TakeContacts]) -> Figure {
         ),
         data: gait_data(takes),
         legend,
-        panels: takes.iter().map(diagram).collect(),
+        panels: takes.iter().map(gait_diagram::draw).collect(),
     }
-}
-
-fn diagram(take: &TakeContacts) -> Panel {
-    let phases = take.phases.iter().map(|phase| {
-        let mut phases = PHASES.into_iter();
-        let known = phases.find(|(kind, ..)| *kind == phase.kind);
-        let (_, name, class) = known.unwrap_or((phase.kind, "phase", "faded"));
-        PhaseSpan {
-            name,
-            class,
-            span_s: phase.span_s,
-        }
-    });
-    gait_diagram::draw(&GaitDiagram {
-        take: &take.take,
-        duration_s: take.duration_s,
-        contacts_s: &take.contacts_s,
-        unknown_s: &take.unknown_s,
-        phases: phases.collect(),
-    })
 }
 
 fn gait_data(takes: &[TakeContacts]) -> FigureData {
@@ -329,31 +298,10 @@ fn states(takes: &[TakeContacts]) -> Option<Figure> {
         ),
         data: state_data(&changing),
         legend: finger_keys(Key::area),
-        panels: changing.iter().map(|take| graph(take)).collect(),
-    })
-}
-
-fn graph(take: &TakeContacts) -> Panel {
-    let nodes: Vec<Node> = (take.states.iter().take(STATES))
-        .map(|state| Node {
-            fingers: state.fingers,
-            share: state.share,
-        })
-        .collect();
-    let place = |fingers| nodes.iter().position(|node| node.fingers == fingers);
-    let edges = (take.transitions.iter())
-        .filter_map(|change| {
-            Some(Edge {
-                from: place(change.from)?,
-                to: place(change.to)?,
-                count: change.count,
-            })
-        })
-        .collect();
-    state_graph::draw(&StateGraph {
-        take: &take.take,
-        nodes,
-        edges,
+        panels: changing
+            .iter()
+            .map(|take| state_graph::draw(take))
+            .collect(),
     })
 }
 

@@ -4,13 +4,10 @@ use inhand_model::{Evaluation, MethodEvaluation, TakeFacts};
 use maud::{Markup, html};
 
 use super::{Body, Method, method_table};
-use crate::learned::{choice_sentence, region_words};
+use crate::learned::choice_sentence;
 use crate::number::{NONE, counted, decimals, plain, to_mm};
 use crate::table::Table;
-use crate::verdict::{
-    Outcome, comparison_sentence, comparisons, constraint_sentence, contact_sentence,
-    default_method, error_sentence,
-};
+use crate::verdict::{Outcome, comparisons, default_method, sentences};
 use crate::words::tied;
 
 /// Name, facts and verdict.
@@ -66,17 +63,11 @@ fn verdict(evaluation: &Evaluation) -> Markup {
     } else {
         "verdict kept-up"
     };
-    let compared = method.map(|method| comparison_sentence(method, evaluation));
-    let lead = [Some(error_sentence(evaluation)), compared];
-    let more = [
-        contact_sentence(evaluation),
-        region_words(evaluation).map(|words| format!("{words}.")),
-        constraint_sentence(evaluation),
-    ];
     html! {
         div class=(class) {
-            @for sentence in lead.iter().flatten() { p.lead { (tied(sentence)) } }
-            @for sentence in more.iter().flatten() { p { (tied(sentence)) } }
+            @for (place, sentence) in sentences(evaluation).iter().enumerate() {
+                p.lead[place < 2] { (tied(sentence)) }
+            }
             p.note {
                 "Differences under 2 %, or whose 95 % interval contains zero, are ties; a maximum has no interval. \
                  Neighbouring instants are not independent of one another, so small differences between methods may not hold on \

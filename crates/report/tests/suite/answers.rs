@@ -72,7 +72,7 @@ fn an_object_that_was_never_tracked_gives_no_share() {
         document["methods"][0]["contact"]["three_or_more"],
         Value::Null
     );
-    assert!(text_summary(&evaluation).contains("not evaluated, no instant with a tracked object"));
+    assert!(text_summary(&evaluation).contains("Contacts could not be evaluated"));
 }
 
 /// Failed plans leave a method without a single instant: nothing becomes zero.

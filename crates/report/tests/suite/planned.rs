@@ -70,7 +70,7 @@ fn what_nobody_planned_has_no_section() {
 #[test]
 fn the_widest_prediction_regions_of_the_default_method_are_stated() {
     let mut evaluation = sample::evaluation(true);
-    let line = "95 % prediction regions of residual contain 94.1 % of 59 500 recorded fingertip positions\n";
+    let line = "95 % prediction regions of residual contain 94.1 % of 59 500 recorded fingertip positions.\n";
     assert!(text_summary(&evaluation).contains(line));
     assert!(words(&evaluation).contains(line.trim_end()));
     // None evaluated: dashes in the table, no figure, no sentence.

@@ -22,8 +22,9 @@ fn the_table_shows_every_method_and_the_contacts() {
         ]
     );
     assert_eq!(
-        line("three or more"),
-        "three or more fingers in contact: recorded > 99.9 %, residual 99.2 %  (tau 5 mm)"
+        line("Three or more"),
+        "Three or more fingertips touch the object 99.2 % of the time with residual, > 99.9 % in the \
+         recorded motion (contact: within 5 mm)."
     );
     // Numbers end in one column, whatever the names are.
     let ends: Vec<usize> = text.lines().take(8).map(|l| l.chars().count()).collect();

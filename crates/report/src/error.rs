@@ -20,7 +20,7 @@ pub enum ReportError {
         /// The methods there are.
         known: Vec<String>,
     },
-    /// Two methods under one name cannot be told apart by those who read the report.
+    /// Two methods under one name cannot be distinguished.
     #[error(
         "evaluation of session \"{session}\": the method \"{name}\" appears {times} times, \
          expected once; give each method a name of its own"

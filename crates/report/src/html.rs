@@ -133,7 +133,7 @@ fn sections(report: &Report<'_>) -> Vec<Section> {
         (&method.name, method.baseline)
     });
     let shown = report.illustrations;
-    // What nobody planned or judged has no section.
+    // What was not planned or evaluated has no section.
     let sections = [
         section("methods", "Methods", session::methods(evaluation, methods)),
         section("quality", "Data quality", quality::section(evaluation)),
@@ -205,15 +205,18 @@ pub(crate) fn figures(report: &Report<'_>) -> Vec<Figure> {
 /// Draws the page of one evaluation.
 pub(crate) fn page(report: &Report<'_>) -> Markup {
     let evaluation = report.evaluation;
+    let facts = session::facts(evaluation);
+    let verdict = session::verdict(evaluation);
     shell(
         &evaluation.session.name,
-        &session::header(evaluation),
+        &facts,
+        &verdict,
         &sections(report),
     )
 }
 
 /// A page: what every report has around its sections.
-fn shell(title: &str, header: &Markup, sections: &[Section]) -> Markup {
+fn shell(title: &str, facts: &[(&str, String)], verdict: &Markup, sections: &[Section]) -> Markup {
     html! {
         (DOCTYPE)
         html lang="en" {
@@ -227,7 +230,14 @@ fn shell(title: &str, header: &Markup, sections: &[Section]) -> Markup {
                 style { (PreEscaped(style::variables())) (PreEscaped(style::SHAPES)) (PreEscaped(STYLE)) }
             }
             body {
-                (header)
+                header {
+                    p.kind { "In-hand manipulation report" }
+                    h1 { (title) }
+                    dl.facts {
+                        @for (name, value) in facts { div { dt { (name) } dd { (value) } } }
+                    }
+                    (verdict)
+                }
                 details.contents.small {
                     summary { "Contents" }
                     (contents(sections))

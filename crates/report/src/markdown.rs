@@ -8,7 +8,7 @@ use crate::html::intervals::{
     against, error_words, estimate, made_words, measure_words, relative_words,
 };
 use crate::number::{count, decimals, millimetres, part_of, percent};
-use crate::table::{Table, escaped, judged, known};
+use crate::table::{Table, escaped, known, statistic};
 use crate::verdict::sentences;
 
 /// A measure with a column, and its value where no interval is known.
@@ -63,7 +63,7 @@ fn methods(evaluation: &Evaluation) -> String {
                 error_cell(method, evaluation, measure, of)
             })
         });
-        table = table.lengths("max", |method| judged(&method.error.all, |s| s.max));
+        table = table.lengths("max", |method| statistic(&method.error.all, |s| s.max));
         if evaluation.methods.iter().any(|m| m.contact.is_some()) {
             let name = "three contacts, recorded → planned";
             table = table.numbers(name, "%", |method| contact_cell(method));
@@ -85,7 +85,7 @@ fn error_cell(
     let own = intervals.and_then(|all| all.methods.iter().find(|own| own.method == method.name));
     match own.and_then(|own| own.error.all.as_ref()) {
         Some(estimates) => error_words(estimate(estimates, measure)),
-        None => millimetres(judged(&method.error.all, of)),
+        None => millimetres(statistic(&method.error.all, of)),
     }
 }
 

@@ -1,7 +1,7 @@
 //! Numbers as people read them: a fixed number of digits, never a rounding that turns "almost"
 //! into "all" or "hardly" into "none".
 
-/// Stands for a number that does not exist: nothing was judged, or the result was not finite.
+/// Stands for a number that does not exist: nothing was evaluated, or the result was not finite.
 pub(crate) const NONE: &str = "–";
 
 /// Narrow no-break space, the SI separator between groups of three digits.

@@ -224,7 +224,7 @@ fn path(figure: &RankFigure, x: &Scale, y: impl Fn(&RankFigurePoint) -> f64) -> 
 /// What the figure shows, in words.
 fn description(figure: &RankFigure) -> String {
     let (Some(first), Some(last)) = (figure.points.first(), figure.points.last()) else {
-        return "No rank could be judged.".to_owned();
+        return "No rank could be evaluated.".to_owned();
     };
     let from_to = |of: fn(&RankFigurePoint) -> f64| {
         format!(
@@ -302,6 +302,6 @@ mod tests {
         assert_eq!(svg.matches("class=\"point\"").count(), 2);
         assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
         figure.points.clear();
-        assert!(rank_figure_svg(&figure).contains("No rank could be judged."));
+        assert!(rank_figure_svg(&figure).contains("No rank could be evaluated."));
     }
 }

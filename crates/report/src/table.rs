@@ -86,8 +86,8 @@ pub(crate) const SPREAD: [Statistic; 8] = [
 /// The upper half of them.
 pub(crate) const UPPER: [Statistic; 4] = [SPREAD[4], SPREAD[5], SPREAD[6], SPREAD[7]];
 
-/// A statistic of what was judged; NaN where nothing was.
-pub(crate) fn judged(s: &Statistics, of: fn(&Statistics) -> f64) -> f64 {
+/// A statistic of a distribution; NaN where nothing was evaluated.
+pub(crate) fn statistic(s: &Statistics, of: fn(&Statistics) -> f64) -> f64 {
     if s.n == 0 { f64::NAN } else { of(s) }
 }
 
@@ -241,7 +241,7 @@ impl<'a, R> Table<'a, R> {
             .counts("left out", "", move |row| sizes(row)[2])
     }
 
-    /// Adds statistics of a distribution in a unit; a dash where nothing was judged.
+    /// Adds statistics of a distribution in a unit; a dash where nothing was evaluated.
     pub(crate) fn statistics(
         self,
         which: &[Statistic],
@@ -249,9 +249,9 @@ impl<'a, R> Table<'a, R> {
         print: fn(f64) -> String,
         of: impl Fn(&R) -> Statistics + Copy + 'a,
     ) -> Self {
-        which.iter().fold(self, |table, &(name, statistic)| {
+        which.iter().fold(self, |table, &(name, place)| {
             table.column(name, unit, false, move |row| {
-                let value = judged(&of(row), statistic);
+                let value = statistic(&of(row), place);
                 (print(value), value)
             })
         })

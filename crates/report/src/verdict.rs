@@ -5,7 +5,7 @@ use inhand_model::{Evaluation, Finger, Measure, MethodEvaluation, Statistics};
 
 use crate::learned::region_sentence;
 use crate::number::{count, counted, millimetres, part_of, percent, plain, to_mm};
-use crate::table::judged;
+use crate::table::statistic;
 use crate::words::join_words;
 
 /// Differences up to this share of the better value count as ties: they vanish in the rounding
@@ -53,7 +53,7 @@ pub(crate) fn comparisons<'a>(
     (PLACES.into_iter())
         .filter_map(|(place, of, measure)| {
             let value = |method: &MethodEvaluation| {
-                Some(judged(&method.error.all, of)).filter(|value| value.is_finite())
+                Some(statistic(&method.error.all, of)).filter(|value| value.is_finite())
             };
             let own_m = value(method)?;
             let (baseline_m, baseline) = comparable()

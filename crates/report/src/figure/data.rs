@@ -3,7 +3,7 @@
 use inhand_model::Statistics;
 
 use crate::number::to_mm;
-use crate::table::{Statistic, judged};
+use crate::table::{Statistic, statistic};
 
 /// The table behind a figure: named columns of the same length.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -128,10 +128,8 @@ impl<'a, R> DataColumns<'a, R> {
             .counts("n_filled", |row| of(row).n_filled)
             .counts("n_left_out", |row| of(row).n_left_out);
         let named = STATISTICS.iter().filter(|(name, _)| names.contains(name));
-        named.fold(sizes, |columns, &(name, statistic)| {
-            columns.numbers(format!("{name}_mm"), |row| {
-                to_mm(judged(of(row), statistic))
-            })
+        named.fold(sizes, |columns, &(name, place)| {
+            columns.numbers(format!("{name}_mm"), |row| to_mm(statistic(of(row), place)))
         })
     }
 

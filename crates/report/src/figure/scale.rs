@@ -1,14 +1,5 @@
 //! From data to pixels, and ticks at numbers that people count in.
 
-/// How a scale spreads its values.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Spread {
-    /// Equal differences are equally far apart.
-    Linear,
-    /// Equal ratios are equally far apart.
-    Log,
-}
-
 /// A mark on an axis.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Tick {
@@ -19,7 +10,8 @@ pub(crate) struct Tick {
 /// Maps `low..=high` onto `from_px..=to_px`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scale {
-    spread: Spread,
+    /// Whether equal ratios are equally far apart, not equal differences.
+    log: bool,
     low: f64,
     high: f64,
     from_px: f64,
@@ -37,7 +29,7 @@ impl Scale {
             low + 1.0
         };
         Self {
-            spread: Spread::Linear,
+            log: false,
             low,
             high,
             from_px,
@@ -53,7 +45,7 @@ impl Scale {
         let high = if usable(high) { high } else { low };
         let above = decade_above(high).max(decade_below(low) + 1);
         Self {
-            spread: Spread::Log,
+            log: true,
             low,
             high: 10f64.powi(above),
             from_px,
@@ -63,10 +55,7 @@ impl Scale {
 
     /// Spread, values and pixels of both ends, for a script that turns pixels back into values.
     pub(crate) fn describe(&self) -> String {
-        let spread = match self.spread {
-            Spread::Linear => "linear",
-            Spread::Log => "log",
-        };
+        let spread = if self.log { "log" } else { "linear" };
         format!(
             "{spread} {} {} {} {}",
             self.low, self.high, self.from_px, self.to_px
@@ -80,18 +69,18 @@ impl Scale {
 
     /// Pixel of a value; outside the axis for values outside the range.
     pub(crate) fn at(&self, value: f64) -> f64 {
-        let share = match self.spread {
-            Spread::Linear => (value - self.low) / (self.high - self.low),
-            Spread::Log => (value / self.low).log10() / (self.high / self.low).log10(),
+        let share = match self.log {
+            true => (value / self.low).log10() / (self.high / self.low).log10(),
+            false => (value - self.low) / (self.high - self.low),
         };
         self.from_px + share * (self.to_px - self.from_px)
     }
 
     /// At most about `wanted` + 1 ticks, all inside the range.
     pub(crate) fn ticks(&self, wanted: usize) -> Vec<Tick> {
-        match self.spread {
-            Spread::Linear => linear_ticks(self.low, self.high, wanted),
-            Spread::Log => decade_ticks(decade_below(self.low), decade_below(self.high), wanted),
+        match self.log {
+            true => decade_ticks(decade_below(self.low), decade_below(self.high), wanted),
+            false => linear_ticks(self.low, self.high, wanted),
         }
     }
 }

@@ -3,7 +3,6 @@
 use maud::{Markup, html};
 
 use super::Px;
-use super::scale::Scale;
 
 /// What is known at one sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,62 +42,49 @@ pub(crate) fn runs(samples: impl IntoIterator<Item = (usize, State)>) -> Vec<Run
     runs
 }
 
-/// Where a strip lies.
-pub(crate) struct Strip<'a> {
-    /// Name, in the tooltip.
-    pub(crate) label: String,
-    /// Class of its colour.
-    pub(crate) class: &'a str,
-    /// Its runs.
-    pub(crate) runs: &'a [Run],
-    /// Samples a second.
-    pub(crate) rate_hz: f64,
-    /// Upper edge.
-    pub(crate) top: f64,
-    /// Height where it is true.
-    pub(crate) height: f64,
-}
-
-/// Draws a strip; `x` takes seconds. It is pale where it is false; where nothing is known there is a thin
-/// grey line.
-pub(crate) fn draw(strip: &Strip<'_>, x: &Scale) -> Markup {
-    let on = path(strip, x, State::On, strip.top, strip.height);
-    let middle = strip.top + 0.5 * strip.height - 0.5;
-    let unknown = path(strip, x, State::Unknown, middle, 1.0);
-    let off = path(strip, x, State::Off, strip.top, strip.height);
-    html! {
-        @if !off.is_empty() {
-            g.(strip.class) { path.pale d=(off) { title { (strip.label) ": no" } } }
-        }
-        @if !on.is_empty() {
-            g.(strip.class) { path.area d=(on) { title { (strip.label) } } }
-        }
-        @if !unknown.is_empty() {
-            g.missing { path.area d=(unknown) { title { (strip.label) ": not known" } } }
-        }
-    }
-}
-
 /// A strip with more runs than this is drawn without gaps that nobody could see.
 pub(crate) const MANY: usize = 2000;
 /// Narrowest gap that is drawn there, user units.
 const LEAST_GAP: f64 = 0.25;
 
-fn path(strip: &Strip<'_>, x: &Scale, state: State, top: f64, height: f64) -> String {
-    let at = |sample: usize| x.at(sample as f64 / strip.rate_hz);
-    let gap = if strip.runs.len() > MANY {
-        LEAST_GAP
-    } else {
-        0.0
+/// Draws a strip from `top` down; `x` is the place of a sample. It is pale where it is false; where nothing is known
+/// there is a thin grey line.
+pub(crate) fn draw(
+    label: &str,
+    class: &str,
+    runs: &[Run],
+    x: impl Fn(usize) -> f64,
+    [top, height]: [f64; 2],
+) -> Markup {
+    let middle = top + 0.5 * height - 0.5;
+    let gap = if runs.len() > MANY { LEAST_GAP } else { 0.0 };
+    let path = |state: State, top: f64, height: f64| {
+        let runs = runs.iter().filter(|run| run.state == state);
+        rectangles(
+            runs.map(|run| [x(run.begin), x(run.end)]),
+            0.0,
+            gap,
+            top,
+            height,
+        )
     };
-    let runs = strip.runs.iter().filter(|run| run.state == state);
-    rectangles(
-        runs.map(|run| [at(run.begin), at(run.end)]),
-        0.0,
-        gap,
-        top,
-        height,
-    )
+    let strips = [
+        (class, "pale", ": no", path(State::Off, top, height)),
+        (class, "area", "", path(State::On, top, height)),
+        (
+            "missing",
+            "area",
+            ": not known",
+            path(State::Unknown, middle, 1.0),
+        ),
+    ];
+    html! {
+        @for (class, shape, words, path) in strips {
+            @if !path.is_empty() {
+                g.(class) { path.(shape) d=(path) { title { (label) (words) } } }
+            }
+        }
+    }
 }
 
 /// Rectangles over spans in rising order, each at least `least` wide; those no farther apart than `gap` are one.
@@ -149,18 +135,17 @@ mod tests {
     #[test]
     fn long_strips_are_drawn_in_bounded_room() {
         let lane = |n: usize| {
-            let state = |k| if k % 2 == 0 { State::On } else { State::Off };
-            let runs = runs((0..n).map(|k| (k, state(k))));
-            let x = Scale::linear(0.0, n as f64, 0.0, 800.0);
-            let strip = Strip {
-                label: String::new(),
-                class: "plain",
-                runs: &runs,
-                rate_hz: 1.0,
-                top: 0.0,
-                height: 8.0,
+            let state = |k| {
+                if k % 2 == 0 {
+                    State::On
+                } else {
+                    State::Unknown
+                }
             };
-            path(&strip, &x, State::On, 0.0, 8.0).matches('M').count()
+            let runs = runs((0..n).map(|k| (k, state(k))));
+            let x = |sample: usize| 800.0 * sample as f64 / n as f64;
+            let strip = draw("", "plain", &runs, x, [0.0, 8.0]).into_string();
+            strip.matches("v8").count()
         };
         assert_eq!(lane(2000), 1000, "every run");
         assert_eq!(lane(3000), 1500, "gaps that can be seen stay");

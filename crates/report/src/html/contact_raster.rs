@@ -6,7 +6,7 @@ use maud::html;
 use super::{Method, default};
 use crate::figure::palette::{PLAIN_CLASS, finger_class};
 use crate::figure::scale::Scale;
-use crate::figure::strips::{self, Run, State, Strip};
+use crate::figure::strips::{self, Run, State};
 use crate::figure::{Figure, FigureData, Frame, Key, Panel, Px, axes, finger_keys};
 use crate::number::{plain, to_mm};
 use crate::words::shortened;
@@ -161,24 +161,14 @@ fn panel(take: &str, contacts: &[Contact<'_>], rate_hz: f64) -> Panel {
             true => (y + PLANNED_TOP, PLANNED_HEIGHT),
             false => (y, RECORDED_HEIGHT),
         };
-        let (name, label) = match contact.finger {
-            Some(finger) => (finger.name(), finger.name()),
-            None => ("three or more", "three +"),
-        };
-        let strip = strips::draw(
-            &Strip {
-                label: format!("{name}, {}", contact.motion),
-                class: contact.finger.map_or(PLAIN_CLASS, finger_class),
-                runs: &contact.runs,
-                rate_hz,
-                top,
-                height,
-            },
-            &x,
-        );
+        let name = contact.finger.map_or("three +", Finger::name);
+        let label = format!("{name}, {}", contact.motion);
+        let class = contact.finger.map_or(PLAIN_CLASS, finger_class);
+        let at = |sample: usize| x.at(sample as f64 / rate_hz);
+        let strip = strips::draw(&label, class, &contact.runs, at, [top, height]);
         html! {
             @if !planned {
-                text.label x=(Px(LEFT - 8.0)) y=(Px(y + 14.0)) text-anchor="end" { (label) }
+                text.label x=(Px(LEFT - 8.0)) y=(Px(y + 14.0)) text-anchor="end" { (name) }
             }
             (strip)
             text.tick x=(Px(RIGHT + 6.0)) y=(Px(top + 9.0)) { (shortened(contact.motion, LETTERS)) }

@@ -13,7 +13,7 @@ use crate::figure::state_graph::{self, STATES};
 use crate::figure::{Figure, FigureData, Key, finger_keys};
 use crate::number::{counted, plain, to_mm};
 use crate::report::Report;
-use crate::table::{Head, Table, judged};
+use crate::table::{Head, Table, statistic};
 
 /// Takes that have tables and figures of their own; all are in `evaluation.json`.
 const TAKES: usize = 3;
@@ -59,7 +59,7 @@ fn fact_columns<R>(
     table: Table<'_, R>,
     of: impl Fn(&R) -> &FingerContactFacts + Copy + 'static,
 ) -> Table<'_, R> {
-    let median = |s: &Statistics| judged(s, |s| s.p50);
+    let median = |s: &Statistics| statistic(s, |s| s.p50);
     table
         .decimals("known", "s", 1, move |row| of(row).known_s)
         .percents("in contact", "%", move |row| of(row).duty)
@@ -180,7 +180,7 @@ fn state_tables(take: &TakeContacts) -> Markup {
     .counts("intervals", "", |state| state.runs)
     .counts("n", "", |state| state.duration_s.n)
     .decimals("duration", "s", 2, |state| {
-        judged(&state.duration_s, |s| s.p50)
+        statistic(&state.duration_s, |s| s.p50)
     });
     let caption = format!("{}: transitions from one sample to the next", take.take);
     let changes = take.transitions.iter().take(STATES);

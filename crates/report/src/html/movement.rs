@@ -10,7 +10,7 @@ use crate::figure::scale::whole_steps;
 use crate::figure::{Figure, FigureData, Key, Panel, finger_keys};
 use crate::number::{count, millimetres, plain, short, to_mm};
 use crate::report::Report;
-use crate::table::{Head, Table, UPPER, judged};
+use crate::table::{Head, Table, UPPER, statistic};
 
 /// A measure of a fingertip's motion.
 struct Measure {
@@ -123,7 +123,7 @@ fn finger_table<'a>(motions: &'a [Moving<'a>]) -> Table<'a, (&'a Moving<'a>, &'a
         (finger, rows.collect())
     });
     let caption = "Motion of each fingertip: medians over segments";
-    let median = |s: &Statistics| judged(s, |s| s.p50);
+    let median = |s: &Statistics| statistic(s, |s| s.p50);
     Table::grouped(caption, groups, "motion", |(motion, _)| motion.head.clone())
         .stressed(|(motion, _)| motion.stressed)
         .counts("n", "", |(_, own)| own.length_m.n)
@@ -175,7 +175,7 @@ fn figure(motions: &[Moving<'_>]) -> Figure {
         })
         .collect();
     let scaled = |cell: &(&Measure, &str, Finger, Statistics), of: fn(&Statistics) -> f64| {
-        cell.0.scale * judged(&cell.3, of)
+        cell.0.scale * statistic(&cell.3, of)
     };
     Figure {
         id: "movement",

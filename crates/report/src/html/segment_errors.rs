@@ -5,10 +5,10 @@ use maud::{Markup, html};
 
 use super::contact_raster::{is_rate, state};
 use super::{Method, default};
-use crate::figure::line_chart::Series;
+use crate::figure::line_chart::{self, Series};
 use crate::figure::palette::finger_class;
 use crate::figure::scale::{Scale, nice_end};
-use crate::figure::strips::{self, State, Strip};
+use crate::figure::strips::{self, State};
 use crate::figure::{Figure, FigureData, Frame, Key, Panel, Px, axes, finger_keys};
 use crate::number::{decimals, plain, to_mm};
 use crate::words::shortened;
@@ -136,13 +136,15 @@ impl Shown<'_> {
         let rate_hz = self.rows.layout.rate_hz;
         // A sample stands for the time up to the next one, as in the strips.
         let seconds = self.rows.layout.samples as f64 / rate_hz;
-        let largest = self
-            .instants()
-            .flat_map(|row| Finger::ALL.map(|f| self.error_mm(row, f)));
-        let high = nice_end(
-            largest.filter(|e| e.is_finite()).fold(0.0, f64::max),
-            WANTED_TICKS,
-        );
+        let lines = Finger::ALL.map(|finger| {
+            let errors = self.instants().map(|row| self.error_mm(row, finger));
+            let points = errors
+                .enumerate()
+                .map(|(t, error)| (t as f64 / rate_hz, error));
+            Series::new(finger.name(), finger_class(finger), points)
+        });
+        let largest = line_chart::heights(&lines).fold(0.0, f64::max);
+        let high = nice_end(largest, WANTED_TICKS);
         let y = Scale::linear(0.0, high, FRAME.bottom, FRAME.top);
         let x = Scale::linear(0.0, seconds, FRAME.left, FRAME.right);
         let strips = if self.tau_m.is_some() {
@@ -154,12 +156,10 @@ impl Shown<'_> {
             bottom: FRAME.bottom + strips,
             ..FRAME
         };
-        let lines = Finger::ALL.map(|finger| {
-            let instants = self.instants().enumerate();
-            let points = instants.map(|(t, row)| (t as f64 / rate_hz, self.error_mm(row, finger)));
-            let label = format!("{finger}: {}", self.range_words(finger));
-            Series::new(label, finger_class(finger), points)
-        });
+        let label = |line: &Series| {
+            let largest = line_chart::heights(std::slice::from_ref(line)).fold(f64::NAN, f64::max);
+            format!("{}: up to {} mm", line.label, decimals(largest, 2))
+        };
         let shapes = html! {
             text.title x="0" y="12.5" {
                 (self.why) " segment: " (shortened(self.take(), 28)) " from " (decimals(self.start_s(), 2)) " s"
@@ -168,7 +168,7 @@ impl Shown<'_> {
             (axes::bottom(&whole, &x, WANTED_TICKS, "time in the segment (s)"))
             g data-x=(x.describe()) data-y=(y.describe()) data-x-name="time (s)" data-y-name="error (mm)" {
                 @for line in &lines {
-                    g.(line.class) { path.line d=(line.path(&x, &y)) { title { (line.label) } } }
+                    g.(line.class) { path.line d=(line.path(&x, &y)) { title { (label(line)) } } }
                 }
             }
             @if self.tau_m.is_some() { (self.strips(&x, rate_hz)) }
@@ -195,25 +195,13 @@ impl Shown<'_> {
                 text.tick x=(Px(FRAME.left - 6.0)) y=(Px(top + 10.0)) text-anchor="end" { (finger.name()) }
                 @for (motion, planned, down) in [("planned", true, 0.0), ("recorded", false, STRIP_HEIGHT + 1.0)] {
                     @let runs = strips::runs(self.instants().enumerate().map(|(t, row)| (t, self.state(row, finger, planned))));
-                    (strips::draw(&Strip {
-                        label: format!("{finger}, {motion}"),
-                        class: finger_class(finger),
-                        runs: &runs,
-                        rate_hz,
-                        top: top + down,
-                        height: STRIP_HEIGHT,
-                    }, x))
+                    @let at = |t: usize| x.at(t as f64 / rate_hz);
+                    (strips::draw(&format!("{finger}, {motion}"), finger_class(finger), &runs, at, [top + down, STRIP_HEIGHT]))
                 }
             }
             text.tick x=(Px(FRAME.right + 5.0)) y=(Px(STRIPS_TOP + 3.0)) { "planned" }
             text.tick x=(Px(FRAME.right + 5.0)) y=(Px(STRIPS_TOP + 17.0)) { "recorded" }
         }
-    }
-
-    fn range_words(&self, finger: Finger) -> String {
-        let errors = self.instants().map(|row| self.error_mm(row, finger));
-        let largest = errors.filter(|e| e.is_finite()).fold(f64::NAN, f64::max);
-        format!("up to {} mm", decimals(largest, 2))
     }
 }
 

@@ -10,35 +10,33 @@ use crate::table::Table;
 use crate::verdict::{Outcome, comparisons, default_method, sentences};
 use crate::words::tied;
 
-/// Name, facts and verdict.
-pub(super) fn header(evaluation: &Evaluation) -> Markup {
+/// Facts at the top of the page.
+pub(super) fn facts(evaluation: &Evaluation) -> Vec<(&'static str, String)> {
     let session = &evaluation.session;
     let dictionary = &evaluation.dictionary;
     let seconds = session.segment_samples as f64 / session.rate_hz;
     let kind = dictionary.kind.name().to_uppercase();
-    html! {
-        header {
-            p.kind { "In-hand manipulation report" }
-            h1 { (session.name) }
-            dl.facts {
-                (fact("Object", session.object.as_deref().unwrap_or("none given")))
-                (fact("Training", &takes(&session.train)))
-                (fact("Test", &takes(&session.test)))
-                (fact("Sample rate", &format!("{} Hz", plain(session.rate_hz))))
-                (fact("Segment", &format!("{} samples, {} s", session.segment_samples, plain(seconds))))
-                (fact("Dictionary", &format!("{kind}, {} primitives", dictionary.rank)))
-                @if let Some(deviation) = &dictionary.deviation {
-                    (fact("Deviation", &format!("{} primitives", deviation.primitives)))
-                }
-            }
-            (verdict(evaluation))
-        }
-    }
-}
-
-/// A fact with its name.
-pub(super) fn fact(name: &str, value: &str) -> Markup {
-    html! { div { dt { (name) } dd { (value) } } }
+    let segment = format!("{} samples, {} s", session.segment_samples, plain(seconds));
+    let mut facts = vec![
+        (
+            "Object",
+            session
+                .object
+                .clone()
+                .unwrap_or_else(|| "none given".to_owned()),
+        ),
+        ("Training", takes(&session.train)),
+        ("Test", takes(&session.test)),
+        ("Sample rate", format!("{} Hz", plain(session.rate_hz))),
+        ("Segment", segment),
+        (
+            "Dictionary",
+            format!("{kind}, {} primitives", dictionary.rank),
+        ),
+    ];
+    let deviation = dictionary.deviation.as_ref();
+    facts.extend(deviation.map(|own| ("Deviation", format!("{} primitives", own.primitives))));
+    facts
 }
 
 fn takes(takes: &[TakeFacts]) -> String {
@@ -48,7 +46,8 @@ fn takes(takes: &[TakeFacts]) -> String {
     format!("{takes}, {} s, {segments}", decimals(seconds, 0))
 }
 
-fn verdict(evaluation: &Evaluation) -> Markup {
+/// The verdict, coloured by whether the default method is behind.
+pub(super) fn verdict(evaluation: &Evaluation) -> Markup {
     let method = default_method(evaluation);
     let outcomes: Vec<Outcome> = (method.into_iter())
         .flat_map(|method| comparisons(method, evaluation))

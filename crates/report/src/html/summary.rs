@@ -4,7 +4,6 @@ use inhand_model::{GroupSummary, MethodSummary, SessionSummary, Statistics, Summ
 use maud::{Markup, html};
 
 use super::errors::{AXIS_NAME, overview_panels, spread_columns};
-use super::session::fact;
 use super::{Body, Method, Section, intervals, method_table, section, shell};
 use crate::figure::box_plot::{self, BOX_WORDS, BoxRow, MILLIMETRES};
 use crate::figure::{Figure, FigureData};
@@ -16,7 +15,8 @@ use crate::words::join_words;
 /// Draws the page.
 pub(crate) fn page(summary: &Summary) -> Markup {
     let title = counted(summary.sessions.len(), "session");
-    shell(&title, &header(summary, &title), &sections(summary))
+    let verdict = html! { p.verdict { (verdict(summary)) } };
+    shell(&title, &facts(summary), &verdict, &sections(summary))
 }
 
 fn sections(summary: &Summary) -> Vec<Section> {
@@ -38,27 +38,21 @@ fn sections(summary: &Summary) -> Vec<Section> {
     sections.into_iter().flatten().collect()
 }
 
-fn header(summary: &Summary, title: &str) -> Markup {
+fn facts(summary: &Summary) -> Vec<(&'static str, String)> {
     let sessions = &summary.sessions;
     let add =
         |of: fn(&SessionSummary) -> usize| sessions.iter().map(of).fold(0, usize::saturating_add);
     let (segments, left_out) = (add(|s| s.segments), add(|s| s.left_out));
     let hours = sessions.iter().map(|s| s.duration_s).sum::<f64>() / 3600.0;
     let stated = |of: fn(&SessionSummary) -> Option<&str>| distinct(sessions.iter().map(of));
-    html! {
-        header {
-            p.kind { "In-hand manipulation report" }
-            h1 { (title) }
-            dl.facts {
-                (fact("Participants", &stated(|s| s.participant.as_deref())))
-                (fact("Objects", &stated(|s| s.object.as_deref())))
-                (fact("Tasks", &stated(|s| s.task.as_deref())))
-                (fact("Test takes", &format!("{} h", decimals(hours, 2))))
-                (fact("Segments", &format!("{}, {} lost to gaps", count(segments), count(left_out))))
-            }
-            p.verdict { (verdict(summary)) }
-        }
-    }
+    let segments = format!("{}, {} lost to gaps", count(segments), count(left_out));
+    vec![
+        ("Participants", stated(|s| s.participant.as_deref())),
+        ("Objects", stated(|s| s.object.as_deref())),
+        ("Tasks", stated(|s| s.task.as_deref())),
+        ("Test takes", format!("{} h", decimals(hours, 2))),
+        ("Segments", segments),
+    ]
 }
 
 /// The values there are: named where they are few, counted where they are many.

@@ -61,9 +61,25 @@ pub(crate) fn draw_dictionary<'a>(
         Some(scene(vec![tips]))
     })?;
 
-    // The whole second of a primitive, when it begins: the path of each fingertip and, in grey, the one it
-    // has in the mean motion.
-    let length = dictionary.layout.samples;
+    draw_paths(
+        dictionary.layout.samples,
+        samples,
+        mean_m,
+        played_m,
+        streams,
+    )
+}
+
+/// Draws the whole second of a primitive, when it begins: the path of each fingertip and, in grey, the one
+/// it has in the mean motion.
+fn draw_paths<'a>(
+    length: usize,
+    samples: Sampling,
+    mean_m: impl Fn(usize, Finger) -> [f64; 3] + Copy + 'a,
+    played_m: impl Fn(usize, Finger) -> [f64; 3] + Copy + 'a,
+    streams: &mut Streams<'a>,
+) -> Result<(), ChannelError> {
+    let stride = stride(samples.clock.rate_hz());
     let path = move |k: usize, finger: Finger| {
         let played = (0..length)
             .step_by(stride)
@@ -73,7 +89,7 @@ pub(crate) fn draw_dictionary<'a>(
     };
     let looks = |finger| [MEAN, (FINGER_COLOURS[finger], PATH_ALPHA)];
     let begins = samples.every(length);
-    streams.sampled(topic::VIEW_PATHS, hand, begins, move |at| {
+    streams.sampled(topic::VIEW_PATHS, Some(Hand::NAME), begins, move |at| {
         let mut paths = entity(Hand::NAME, "paths", at.unix_nanos);
         for finger in Finger::ALL {
             let widths_m = [TRAIL_M / 2.0, TRAIL_M];

@@ -217,38 +217,43 @@ fn draw_tips<'a, F: Frame>(
         Some(scene(vec![tips]))
     })?;
     let steps = (TRAIL_STEP_S * rate_hz / stride as f64).round() as usize;
-    let trail_stride = steps.max(4) * stride;
+    let sampling = every(steps.max(4) * stride);
+    draw_trails(layer, number, (&topics.view_trails, sampling), streams)
+}
+
+/// Draws where the fingertips of a layer were a moment ago.
+fn draw_trails<'a, F: Frame>(
+    layer: &'a OverlayLayer<'a, F>,
+    number: usize,
+    (topic, sampling): (&str, Sampling),
+    streams: &mut Streams<'a>,
+) -> Result<(), ChannelError> {
+    let paint = (layer_colour(number), TRAIL_ALPHA);
     let mut trails = PerFinger::<VecDeque<Point3>>::default();
-    streams.sampled(
-        &topics.view_trails,
-        frame,
-        every(trail_stride).every(1),
-        move |at| {
-            let shown = at.k.is_multiple_of(trail_stride);
-            let mut scene_of_trails = entity(F::NAME, layer.name, at.unix_nanos);
-            for finger in Finger::ALL {
-                let trail = &mut trails[finger];
-                match layer.tips[finger].get(at.k).map(Position::to_array) {
-                    // A trail never bridges a gap, however short.
-                    None => trail.clear(),
-                    // It moves on when it gets a new point.
-                    Some(tip_m) if shown => {
-                        if trail.len() >= TRAIL_POINTS {
-                            trail.pop_front();
-                        }
-                        trail.push_back(point(tip_m));
-                        if trail.len() > 1 {
-                            let points = trail.iter().copied().collect();
-                            let line = strip(points, TRAIL_M, (colour, TRAIL_ALPHA));
-                            scene_of_trails.lines.push(line);
-                        }
+    streams.sampled(topic, Some(F::NAME), sampling.every(1), move |at| {
+        let shown = at.k.is_multiple_of(sampling.stride);
+        let mut lines = entity(F::NAME, layer.name, at.unix_nanos);
+        for finger in Finger::ALL {
+            let trail = &mut trails[finger];
+            match layer.tips[finger].get(at.k).map(Position::to_array) {
+                // A trail never bridges a gap, however short.
+                None => trail.clear(),
+                // It moves on when it gets a new point.
+                Some(tip_m) if shown => {
+                    if trail.len() >= TRAIL_POINTS {
+                        trail.pop_front();
                     }
-                    Some(_) => {}
+                    trail.push_back(point(tip_m));
+                    if trail.len() > 1 {
+                        let points = trail.iter().copied().collect();
+                        lines.lines.push(strip(points, TRAIL_M, paint));
+                    }
                 }
+                Some(_) => {}
             }
-            shown.then(|| scene(vec![scene_of_trails]))
-        },
-    )
+        }
+        shown.then(|| scene(vec![lines]))
+    })
 }
 
 /// Draws the object of a layer after the first, in the layer's colour and in a frame of its own.

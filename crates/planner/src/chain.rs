@@ -5,10 +5,10 @@ use std::borrow::Cow;
 use inhand_model::{PerFinger, Plan, SegmentLayout, Trajectory};
 
 use crate::error::PlanError;
-use crate::given::{check_position, check_velocity};
 use crate::planner::Planner;
 use crate::spline::Spline;
 use crate::target::{Target, Tips};
+use crate::target_values::{FARTHEST_M, FASTEST_M_S, check_tips};
 
 /// Longest chain, seconds: an hour. Catches times in milliseconds.
 const LONGEST_S: f64 = 3600.0;
@@ -59,9 +59,8 @@ pub struct Chain {
 /// # Errors
 ///
 /// [`PlanError::Knots`] for fewer than two knots, a first one that is not at 0 s, times that do not
-/// rise by a sample, or more than an hour; [`PlanError::Knot`] for positions and velocities that
-/// [`Planner::plan`] refuses; [`PlanError::TooShortToChain`];
-/// [`PlanError::Segment`] where the way between knots is refused.
+/// rise by a sample, more than an hour, positions and velocities that [`Planner::plan`] refuses, and
+/// segments of fewer than three samples; [`PlanError::Segment`] where the way between knots is refused.
 pub fn plan_chain(planner: &Planner, knots: &[Knot]) -> Result<Chain, PlanError> {
     let route = Route::new(planner.layout(), knots)?;
     let planner = match planner.is_exact() {
@@ -125,8 +124,10 @@ struct Route {
 impl Route {
     fn new(layout: SegmentLayout, knots: &[Knot]) -> Result<Self, PlanError> {
         if layout.samples < FEWEST_SAMPLES {
-            let samples = layout.samples;
-            return Err(PlanError::TooShortToChain { samples });
+            return Err(PlanError::Knots(format!(
+                "segments of {} samples make no chain: expected at least {FEWEST_SAMPLES}",
+                layout.samples
+            )));
         }
         let knots = placed(knots, layout)?;
         let splines = PerFinger::from_fn(|finger| {
@@ -268,10 +269,8 @@ struct Joint {
 
 /// Checks knots and takes them to samples.
 fn placed(knots: &[Knot], layout: SegmentLayout) -> Result<Vec<Placed>, PlanError> {
-    let wrong = |knot: usize, expected: String, time_s: f64| PlanError::Knots {
-        knot,
-        expected,
-        time_s,
+    let wrong = |knot: usize, expected: String, time_s: f64| {
+        PlanError::Knots(format!("knot {knot} at {time_s} s: expected {expected}"))
     };
     let mut placed: Vec<Placed> = Vec::with_capacity(knots.len());
     for (i, knot) in knots.iter().enumerate() {
@@ -279,13 +278,9 @@ fn placed(knots: &[Knot], layout: SegmentLayout) -> Result<Vec<Placed>, PlanErro
         if !(0.0..=LONGEST_S).contains(&time_s) {
             return Err(wrong(i, format!("a time from 0 to {LONGEST_S} s"), time_s));
         }
-        check_position("position", &knot.tips)
-            .and_then(|()| check_velocity("velocity", &knot.velocity))
-            .map_err(|source| PlanError::Knot {
-                knot: i,
-                time_s,
-                source: Box::new(source),
-            })?;
+        check_tips("position", &knot.tips, FARTHEST_M)
+            .and_then(|()| check_tips("velocity", &knot.velocity, FASTEST_M_S))
+            .map_err(|source| PlanError::Knots(format!("knot {i} at {time_s} s: {source}")))?;
         let sample = (time_s * layout.rate_hz).round() as usize;
         match placed.last() {
             None if sample != 0 => return Err(wrong(0, "the first at 0 s".into(), time_s)),

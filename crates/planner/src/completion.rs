@@ -3,8 +3,8 @@
 use inhand_model::{Residual, ends_len};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use crate::given::Given;
 use crate::model::MM_PER_M;
+use crate::target_values::TargetPart;
 
 /// Standard deviation (metres, m/s) that is added to positions and velocities on the way when end
 /// conditions are concluded from them. As sharp as targets usually are; keeps those that follow
@@ -47,14 +47,14 @@ impl Completion {
     /// `observe` says what a number of something given is as a linear function of the unknowns.
     pub(crate) fn new(
         residual: &Residual,
-        given: &[Given],
-        observe: impl Fn(Given, usize) -> Vec<f64>,
+        pattern: &[TargetPart],
+        observe: impl Fn(TargetPart, usize) -> Vec<f64>,
     ) -> Self {
         let layout = residual.layout;
         let ends = ends_len(layout);
         let mut known = Vec::new();
-        for (index, given) in given.iter().enumerate() {
-            if let Some(first) = given.end_condition(layout) {
+        for (index, part) in pattern.iter().enumerate() {
+            if let Some(first) = part.end_condition(layout) {
                 known.extend((0..3).map(|axis| (first + axis, 3 * index + axis)));
             }
         }
@@ -62,11 +62,11 @@ impl Completion {
             .filter(|i| known.iter().all(|(k, _)| k != i))
             .collect();
         let (mut places, mut rows) = (Vec::new(), Vec::new());
-        for (index, &given) in given.iter().enumerate() {
-            if !open.is_empty() && given.end_condition(layout).is_none() {
+        for (index, &part) in pattern.iter().enumerate() {
+            if !open.is_empty() && part.end_condition(layout).is_none() {
                 for axis in 0..3 {
                     places.push(3 * index + axis);
-                    rows.push(observe(given, axis));
+                    rows.push(observe(part, axis));
                 }
             }
         }

@@ -2,6 +2,8 @@
 
 use nalgebra::{ColPivQR, DMatrix, DVector};
 
+use crate::precision::{inverse, make_symmetric};
+
 /// A row of `E` follows from the others where less than this part of its length is left.
 const DEPENDENT: f64 = 1e-10;
 /// Equations contradict each other where more than this is left of the right side (mm, mm/s),
@@ -28,12 +30,17 @@ impl Equalities {
         let longest = lengths.iter().fold(0.0_f64, |a, &b| a.max(b));
         // Rows of unit length, but for those that are rounding alone.
         let mut scaled = rows.clone();
-        for (mut row, &length) in scaled.row_iter_mut().zip(&lengths) {
-            row *= if length > DEPENDENT * longest {
-                1.0 / length
-            } else {
-                0.0
-            };
+        let factors: Vec<f64> = (lengths.iter())
+            .map(|&length| {
+                if length > DEPENDENT * longest {
+                    1.0 / length
+                } else {
+                    0.0
+                }
+            })
+            .collect();
+        for (mut row, factor) in scaled.row_iter_mut().zip(&factors) {
+            row *= *factor;
         }
         let factor = ColPivQR::new(scaled.transpose());
         let triangle = factor.r();
@@ -52,12 +59,8 @@ impl Equalities {
                 let mut solution = qr.q().transpose();
                 qr.r().solve_upper_triangular_mut(&mut solution);
                 let mut lift = range * solution;
-                for (mut column, &length) in lift.column_iter_mut().zip(&lengths) {
-                    column *= if length > DEPENDENT * longest {
-                        1.0 / length
-                    } else {
-                        0.0
-                    };
+                for (mut column, factor) in lift.column_iter_mut().zip(&factors) {
+                    column *= *factor;
                 }
                 lift
             }
@@ -66,30 +69,33 @@ impl Equalities {
         Self { rows, free, lift }
     }
 
-    /// Directions in which the unknowns are free.
-    pub(crate) const fn free(&self) -> &DMatrix<f64> {
-        &self.free
+    /// Inverse of a second derivative within the equations (n x n); `None` where rounding leaves none.
+    pub(crate) fn inverse_within(&self, hessian: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+        let within = inverse(self.free.tr_mul(&(hessian * &self.free)))?;
+        let mut inverse = &self.free * within * self.free.transpose();
+        make_symmetric(&mut inverse);
+        Some(inverse)
     }
 
     /// Moves `h` the shortest way to where the equations hold, or come closest.
-    pub(crate) fn restore(&self, unknowns: &mut DVector<f64>, wanted: &DVector<f64>) {
+    pub(crate) fn restore(&self, unknowns: &mut DVector<f64>, right: &DVector<f64>) {
         for _ in 0..2 {
-            let missing = wanted - &self.rows * &*unknowns;
+            let missing = right - &self.rows * &*unknowns;
             unknowns.gemv(1.0, &self.lift, &missing, 1.0);
         }
     }
 
     /// Largest miss of an equation, mm or mm/s, relative to max(1, its right side).
-    pub(crate) fn violation(&self, unknowns: &DVector<f64>, wanted: &DVector<f64>) -> f64 {
+    pub(crate) fn violation(&self, unknowns: &DVector<f64>, right: &DVector<f64>) -> f64 {
         let found = &self.rows * unknowns;
-        (found.iter().zip(wanted.iter()))
-            .map(|(found, wanted)| (found - wanted).abs() / wanted.abs().max(1.0))
+        (found.iter().zip(right.iter()))
+            .map(|(found, right)| (found - right).abs() / right.abs().max(1.0))
             .fold(0.0, f64::max)
     }
 
     /// Whether the equations, at a point where they come closest, hold.
-    pub(crate) fn consistent(&self, unknowns: &DVector<f64>, wanted: &DVector<f64>) -> bool {
-        self.violation(unknowns, wanted) <= CONSISTENT
+    pub(crate) fn consistent(&self, unknowns: &DVector<f64>, right: &DVector<f64>) -> bool {
+        self.violation(unknowns, right) <= CONSISTENT
     }
 
     /// What is left of a gradient when the best multipliers of the equations (in the least-squares
@@ -112,12 +118,12 @@ mod tests {
             &[1.0, 0.0, 0.0, 2.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0],
         );
         let equalities = Equalities::new(rows);
-        assert_eq!(equalities.free().ncols(), 1);
+        assert_eq!(equalities.free.ncols(), 1);
         let mut h = DVector::from_vec(vec![7.0, 7.0, 7.0]);
-        let wanted = DVector::from_vec(vec![1.0, 2.0, 3.0, 0.0]);
-        equalities.restore(&mut h, &wanted);
+        let right = DVector::from_vec(vec![1.0, 2.0, 3.0, 0.0]);
+        equalities.restore(&mut h, &right);
         assert!((&h - DVector::from_vec(vec![1.0, 2.0, 7.0])).amax() < 1e-14);
-        assert!(equalities.consistent(&h, &wanted));
+        assert!(equalities.consistent(&h, &right));
         let contrary = DVector::from_vec(vec![1.0, 2.1, 3.0, 0.0]);
         equalities.restore(&mut h, &contrary);
         assert!(!equalities.consistent(&h, &contrary));
@@ -130,7 +136,7 @@ mod tests {
     #[test]
     fn everything_fixed_leaves_nothing_free() {
         let equalities = Equalities::new(DMatrix::identity(3, 3) * 2.0);
-        assert_eq!(equalities.free().ncols(), 0);
+        assert_eq!(equalities.free.ncols(), 0);
         assert_eq!(equalities.remaining(&DVector::repeat(3, 1.0)).norm(), 0.0);
     }
 }

@@ -12,15 +12,14 @@
 
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{
-    DefaultSettings, DefaultSettingsBuilder, DefaultSolver, IPSolver, NonnegativeConeT,
+    DefaultSettingsBuilder, DefaultSolution, DefaultSolver, IPSolver, NonnegativeConeT,
     SolverStatus, ZeroConeT,
 };
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 use crate::active_set::Constraint;
-use crate::precision::Precision;
 use crate::problem::{Instance, Problem};
-use crate::solve::Taken;
+use crate::solve::ActiveRow;
 
 /// Tighter than Clarabel's 1e-8: bounds that are active have to be told from those that are not.
 const TOLERANCE: f64 = 1e-10;
@@ -42,159 +41,151 @@ pub(crate) struct Solution {
     pub(crate) iterations: usize,
 }
 
+/// A program in Clarabel's form: minimise `1/2 xᵀ P x + qᵀ x` subject to `A x + s = b`, first `s = 0`, then
+/// `s >= 0`.
+pub(crate) struct Program {
+    /// Upper triangle of `P`: row, column, value.
+    quadratic: Vec<(usize, usize, f64)>,
+    /// `q`.
+    linear: Vec<f64>,
+    /// `A`: row, column, value.
+    matrix: Vec<(usize, usize, f64)>,
+    /// `b`.
+    right: Vec<f64>,
+}
+
+impl Program {
+    /// A program of `P` (upper triangle) and `q` without constraints.
+    pub(crate) fn new(quadratic: Vec<(usize, usize, f64)>, linear: Vec<f64>) -> Self {
+        Self {
+            quadratic,
+            linear,
+            matrix: Vec::new(),
+            right: Vec::new(),
+        }
+    }
+
+    /// Adds `factor * row` and more entries to `A`, and `right` to `b`.
+    pub(crate) fn push<'r>(
+        &mut self,
+        row: impl IntoIterator<Item = &'r f64>,
+        factor: f64,
+        more: Option<(usize, f64)>,
+        right: f64,
+    ) {
+        let at = self.right.len();
+        let entries = (row.into_iter().enumerate()).map(|(column, v)| (column, factor * v));
+        let used = entries.filter(|(_, v)| *v != 0.0).chain(more);
+        self.matrix
+            .extend(used.map(|(column, value)| (at, column, value)));
+        self.right.push(right);
+    }
+
+    /// How many rows there are.
+    pub(crate) fn rows(&self) -> usize {
+        self.right.len()
+    }
+
+    /// Solves it, with `s = 0` for the first `equations` rows; `None` where it cannot be set up or the answer holds
+    /// numbers that are none.
+    pub(crate) fn solve(self, equations: usize) -> Option<DefaultSolution<f64>> {
+        let csc = |rows: usize, entries: Vec<(usize, usize, f64)>| {
+            let (mut i, mut j, mut values) = (Vec::new(), Vec::new(), Vec::new());
+            for (row, column, value) in entries {
+                i.push(row);
+                j.push(column);
+                values.push(value);
+            }
+            CscMatrix::new_from_triplets(rows, self.linear.len(), i, j, values)
+        };
+        let (quadratic, matrix) = (
+            csc(self.linear.len(), self.quadratic),
+            csc(self.right.len(), self.matrix),
+        );
+        let inequalities = self.right.len() - equations;
+        let cones = [ZeroConeT(equations), NonnegativeConeT(inequalities)];
+        let settings = DefaultSettingsBuilder::default()
+            .verbose(false)
+            .max_threads(1)
+            .tol_gap_abs(TOLERANCE)
+            .tol_gap_rel(TOLERANCE)
+            .tol_feas(TOLERANCE)
+            .build()
+            .ok()?;
+        let mut solver = DefaultSolver::new(
+            &quadratic,
+            &self.linear,
+            &matrix,
+            &self.right,
+            &cones,
+            settings,
+        )
+        .ok()?;
+        solver.solve();
+        let found = solver.solution;
+        found.x.iter().all(|v| v.is_finite()).then_some(found)
+    }
+}
+
 /// Solves the problem with the rows `normal · h >= bound`.
 pub(crate) fn solve(
     problem: &Problem,
     instance: &Instance,
     signs: bool,
-    rows: &[Taken],
+    rows: &[ActiveRow],
 ) -> Solution {
     // Hard targets are rows like soft ones, but without an error.
-    let (targets, errors) = match &problem.equalities {
-        Some(equalities) => (&equalities.rows, 0),
-        None => (&problem.design, problem.design.nrows()),
+    let (targets, roots) = match &problem.equalities {
+        Some(equalities) => (&equalities.rows, Vec::new()),
+        None => (
+            &problem.design,
+            problem.weights.iter().map(|w| w.sqrt()).collect(),
+        ),
     };
     let (observed, rank) = targets.shape();
-    let unknowns = rank + errors;
-    let quadratic = quadratic_term(&problem.precision, rank, errors);
-    let mut linear = vec![0.0; unknowns];
-    let pull = problem.precision.times(&instance.mean);
-    for (q, pull) in linear.iter_mut().zip(pull.iter()) {
-        *q = -pull;
+    let errors = rank..rank + roots.len();
+    let mut quadratic = problem.precision.upper(rank);
+    quadratic.extend(errors.clone().map(|error| (error, error, 1.0)));
+    let mut linear: Vec<f64> = (-problem.precision.times(&instance.mean)).data.into();
+    linear.resize(errors.end, 0.0);
+    let mut program = Program::new(quadratic, linear);
+    for (k, row) in targets.row_iter().enumerate() {
+        let root = roots.get(k).copied().unwrap_or(1.0);
+        let error = roots.get(k).map(|_| (rank + k, -1.0));
+        program.push(row.iter(), root, error, instance.values[k] * root);
     }
-
     let signed = if signs { rank } else { 0 };
-    let roots: Vec<f64> = match errors {
-        0 => vec![1.0; observed],
-        _ => problem.weights.iter().map(|w| w.sqrt()).collect(),
-    };
-    let matrix = constraint_matrix(targets, &roots, signed, rows, errors);
-    let right: Vec<f64> = instance
-        .wanted
-        .iter()
-        .zip(&roots)
-        .map(|(y, root)| y * root)
-        .chain(std::iter::repeat_n(0.0, signed))
-        .chain(rows.iter().map(|taken| -taken.bound))
-        .collect();
-    let cones = [ZeroConeT(observed), NonnegativeConeT(signed + rows.len())];
-
-    let failed = |iterations| Solution {
-        ending: Ending::Failed,
-        unknowns: DVector::zeros(rank),
-        inequalities: Vec::new(),
-        iterations,
-    };
-    let Some(settings) = settings() else {
-        return failed(0);
-    };
-    let Ok(mut solver) = DefaultSolver::new(&quadratic, &linear, &matrix, &right, &cones, settings)
-    else {
-        return failed(0);
-    };
-    solver.solve();
-    let found = &solver.solution;
-    let iterations = found.iterations as usize;
-    let ending = match found.status {
-        SolverStatus::Solved | SolverStatus::AlmostSolved => Ending::Optimal,
-        SolverStatus::PrimalInfeasible | SolverStatus::AlmostPrimalInfeasible => Ending::Infeasible,
-        _ => Ending::Failed,
-    };
-    if found.x.iter().any(|v| !v.is_finite()) {
-        return failed(iterations);
+    for i in 0..signed {
+        program.push([], 1.0, Some((i, -1.0)), 0.0);
     }
-    let names = (0..signed)
+    for active in rows {
+        program.push(active.normal.iter(), -1.0, None, -active.bound);
+    }
+    let Some(found) = program.solve(observed) else {
+        return Solution {
+            ending: Ending::Failed,
+            unknowns: DVector::zeros(rank),
+            inequalities: Vec::new(),
+            iterations: 0,
+        };
+    };
+    let constraints = (0..signed)
         .map(Constraint::Sign)
         .chain((0..rows.len()).map(Constraint::Row));
     Solution {
-        ending,
+        ending: match found.status {
+            SolverStatus::Solved | SolverStatus::AlmostSolved => Ending::Optimal,
+            SolverStatus::PrimalInfeasible | SolverStatus::AlmostPrimalInfeasible => {
+                Ending::Infeasible
+            }
+            _ => Ending::Failed,
+        },
         unknowns: DVector::from_column_slice(&found.x[..rank]),
-        inequalities: names
+        inequalities: constraints
             .zip(&found.z[observed..])
             .zip(&found.s[observed..])
-            .map(|((name, &multiplier), &slack)| (name, multiplier, slack))
+            .map(|((constraint, &multiplier), &slack)| (constraint, multiplier, slack))
             .collect(),
-        iterations,
+        iterations: found.iterations as usize,
     }
-}
-
-/// `A` of Clarabel's form `A x + s = b` with `s` in the cone: `s = 0` for the target rows, then `s >= 0`
-/// for the signs and for `rows`. Its columns are the unknowns `h`, then the errors `r`.
-fn constraint_matrix(
-    targets: &DMatrix<f64>,
-    roots: &[f64],
-    signed: usize,
-    rows: &[Taken],
-    errors: usize,
-) -> CscMatrix {
-    let (observed, rank) = targets.shape();
-    let (mut starts, mut indices, mut values) = (vec![0], Vec::new(), Vec::new());
-    let mut push = |row: usize, value: f64| {
-        if value != 0.0 {
-            indices.push(row);
-            values.push(value);
-        }
-        indices.len()
-    };
-    for i in 0..rank {
-        // Where nothing is pushed, the column is empty.
-        let mut end = *starts.last().unwrap_or(&0);
-        for (k, root) in roots.iter().enumerate() {
-            end = push(k, targets[(k, i)] * root);
-        }
-        if signed > 0 {
-            end = push(observed + i, -1.0);
-        }
-        for (j, taken) in rows.iter().enumerate() {
-            end = push(observed + signed + j, -taken.normal[i]);
-        }
-        starts.push(end);
-    }
-    for k in 0..errors {
-        starts.push(push(k, -1.0));
-    }
-    let constraints = observed + signed + rows.len();
-    CscMatrix::new(constraints, rank + errors, starts, indices, values)
-}
-
-/// Upper triangle of `diag(Λ, 1)`.
-fn quadratic_term(precision: &Precision, rank: usize, errors: usize) -> CscMatrix<f64> {
-    let (mut starts, mut indices, mut values) = (vec![0], Vec::new(), Vec::new());
-    let mut at = 0;
-    match precision {
-        Precision::Ridge(ridge) => {
-            for j in 0..rank {
-                indices.push(j);
-                values.push(*ridge);
-                starts.push(indices.len());
-            }
-        }
-        Precision::Blocks(blocks) => {
-            for block in blocks {
-                for j in 0..block.ncols() {
-                    indices.extend(at..=at + j);
-                    values.extend((0..=j).map(|i| block[(i, j)]));
-                    starts.push(indices.len());
-                }
-                at += block.ncols();
-            }
-        }
-    }
-    for j in rank..rank + errors {
-        indices.push(j);
-        values.push(1.0);
-        starts.push(indices.len());
-    }
-    CscMatrix::new(rank + errors, rank + errors, starts, indices, values)
-}
-
-pub(crate) fn settings() -> Option<DefaultSettings<f64>> {
-    DefaultSettingsBuilder::default()
-        .verbose(false)
-        .max_threads(1)
-        .tol_gap_abs(TOLERANCE)
-        .tol_gap_rel(TOLERANCE)
-        .tol_feas(TOLERANCE)
-        .build()
-        .ok()
 }

@@ -26,11 +26,11 @@
 //!   plans with deviations from the smooth curve.
 //! * [`Target`]: start and goal, velocities there, waypoints, the object's poses, holding fingers;
 //!   any part on any of the fingers. [`Ends`] says whether it is meant softly or exactly.
-//! * [`Constraints`]: of their thousands of rows, hardly any is ever active. They are taken up only
+//! * [`Constraints`]: of their thousands of rows, hardly any is ever active. They are activated only
 //!   where they are violated.
 //! * Every [`Plan`](inhand_model::Plan) carries a certificate: the residuals of the optimality
 //!   conditions over all rows, recomputed apart from the solver. Where there is no solution, it says
-//!   which constraints would have to give way and by how much.
+//!   which constraints would have to be relaxed and by how much.
 //! * [`plan_chain`]: motion through knots, over as many segments as it takes. [`replan`]: what is
 //!   left of a motion, from a state that is not the planned one.
 //! * [`Planner::corridor`]: how far motion may be from the plan, as the conditional covariance has
@@ -76,26 +76,23 @@
 //! `examples/plan.rs` loads a dictionary from its file, plans to a target, chains segments and plans
 //! anew: `cargo run --release -p inhand-planner --example plan -- out/dictionary.mcap`.
 //!
-//! Reading order: `method` and `settings` (problems, backends, numbers), `target` with `given` (what
-//! it gives of a segment), `model` with `basis`, `precision` and `completion` (motion as a linear
+//! Reading order: `method` and `settings` (problems, backends, numbers), `target` with `target_values` (pattern
+//! and values of what it gives), `model` with `basis`, `precision` and `completion` (motion as a linear
 //! function of unknowns), `problem` with `equality` (what is minimised), `rows` (constraints on the
-//! motion, family by family), `solve` (rows taken up as needed, answers judged), `active_set` with
-//! `cholesky` (the default solver), `interior_point` (Clarabel), `certificate`, `explain` (what would
-//! have to give way), `outcome` (the plan), `corridor`, `object`, `planner`, `chain` with `spline`, `replan`.
+//! motion, family by family), `solve` (rows activated as needed, answers judged), `active_set` with
+//! `cholesky` (the default solver), `interior_point` (Clarabel), `explain` (what would have to be relaxed),
+//! `outcome` (the plan), `object`, `planner`, `chain` with `spline`, `replan`.
 //!
 //! This is the only crate that knows Clarabel. It knows no files and no recordings.
 
 mod active_set;
 mod basis;
-mod certificate;
 mod chain;
 mod cholesky;
 mod completion;
-mod corridor;
 mod equality;
 mod error;
 mod explain;
-mod given;
 mod interior_point;
 mod method;
 mod model;
@@ -110,6 +107,7 @@ mod settings;
 mod solve;
 mod spline;
 mod target;
+mod target_values;
 
 pub use chain::{Chain, Knot, plan_chain};
 pub use error::PlanError;

@@ -1,14 +1,10 @@
-//! Which problem is solved, by which solver.
-
-use std::fmt;
-use std::str::FromStr;
+//! Problem and solver.
 
 use inhand_model::EndConditions;
 
-use crate::error::PlanError;
 use crate::target::{Target, Tips};
 
-/// Which problem is solved.
+/// Problem that is solved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Method {
@@ -23,14 +19,6 @@ pub enum Method {
 impl Method {
     /// All methods, in the order of reports.
     pub const ALL: [Method; 2] = [Method::Paper, Method::Prior];
-
-    /// Lower-case name, as in files and settings.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Method::Paper => "paper",
-            Method::Prior => "prior",
-        }
-    }
 
     /// What the method is given of the end conditions of a segment, when methods are compared:
     /// the last configuration, or both; the object's poses where segments carry it. A target may
@@ -51,43 +39,9 @@ impl Method {
             },
         }
     }
-
-    /// One sentence for reports.
-    pub const fn description(self) -> &'static str {
-        match self {
-            Method::Paper => {
-                "last configuration given, as printed in arXiv 2308.15153; \
-                 a tiny ridge on the activations makes the minimiser unique"
-            }
-            Method::Prior => {
-                "first and last configuration given; mean and covariance of the training \
-                 activations decide the rest"
-            }
-        }
-    }
 }
 
-impl fmt::Display for Method {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(self.name())
-    }
-}
-
-impl FromStr for Method {
-    type Err = PlanError;
-
-    fn from_str(name: &str) -> Result<Self, Self::Err> {
-        Method::ALL
-            .into_iter()
-            .find(|method| method.name() == name)
-            .ok_or_else(|| PlanError::UnknownMethod {
-                name: name.to_owned(),
-                expected: Method::ALL.map(Method::name).join(", "),
-            })
-    }
-}
-
-/// Who solves the problem. Both reach the same optimum (it is unique) and both carry the same
+/// Solver of the problem. Both reach the same optimum (it is unique) and both carry the same
 /// certificate, recomputed apart from them.
 ///
 /// The default is [`Backend::ActiveSet`], by measurement: on 200 primitives learned from one

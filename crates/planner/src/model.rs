@@ -16,10 +16,10 @@ use nalgebra::DVector;
 
 use crate::basis::Basis;
 use crate::completion::Completion;
-use crate::error::PlanError;
-use crate::given::{End, Given};
+use crate::error::{PlanError, check_size};
 use crate::method::Method;
 use crate::precision::{Precision, inverse_of_covariance};
+use crate::target_values::{End, TargetPart};
 
 pub(crate) const MM_PER_M: f64 = 1e3;
 
@@ -58,7 +58,9 @@ impl MotionModel {
         dictionary.validate()?;
         let rank = dictionary.rank();
         if rank == 0 {
-            return Err(PlanError::NoPrimitives);
+            return Err(PlanError::Model(
+                "the dictionary has no primitives: planning needs at least one".to_owned(),
+            ));
         }
         let (mean_mm, precision) = match method {
             // As printed, activations are drawn to zero.
@@ -112,17 +114,17 @@ impl MotionModel {
         self.basis.motion_mm(&self.base_mm, unknowns)
     }
 
-    /// What one axis of something given is as a linear function of the unknowns: adds its row of
+    /// What one axis of a part of a segment is as a linear function of the unknowns: adds its row of
     /// factors to `row` and returns its value where they are zero, mm or mm/s.
-    pub(crate) fn observe(&self, given: Given, axis: usize, row: &mut [f64]) -> f64 {
+    pub(crate) fn observe(&self, part: TargetPart, axis: usize, row: &mut [f64]) -> f64 {
         let samples = self.layout.samples;
-        match given {
-            Given::Position { sample, finger } => {
+        match part {
+            TargetPart::Position { sample, finger } => {
                 let at = SegmentLayout::row(sample, finger, axis);
                 self.basis.add_row(at, 1.0, row);
                 self.base_mm[at]
             }
-            Given::Velocity { end, finger } => {
+            TargetPart::Velocity { end, finger } => {
                 let coordinate = SegmentLayout::row(0, finger, axis);
                 if let Expected::ByEnds(_) = self.expected {
                     row[end.velocity_part() * SEGMENT_COORDINATES + coordinate] = 1.0;
@@ -134,16 +136,16 @@ impl MotionModel {
                 };
                 self.observe_step(sample, coordinate, row)
             }
-            Given::Step { sample, finger } => {
+            TargetPart::Step { sample, finger } => {
                 self.observe_step(sample, SegmentLayout::row(0, finger, axis), row)
             }
-            Given::ObjectPosition { end } | Given::ObjectRotation { end } => {
+            TargetPart::ObjectPosition { end } | TargetPart::ObjectRotation { end } => {
                 let sample = match end {
                     End::First => 0,
                     End::Last => samples - 1,
                 };
-                let first = match given {
-                    Given::ObjectPosition { .. } => 0,
+                let first = match part {
+                    TargetPart::ObjectPosition { .. } => 0,
                     _ => 3,
                 };
                 let at = self.layout.object_row(sample, first + axis);
@@ -163,18 +165,18 @@ impl MotionModel {
     }
 
     /// How end conditions that the target leaves open follow from what it gives: prepared once.
-    pub(crate) fn completion(&self, given: &[Given]) -> Option<Completion> {
+    pub(crate) fn completion(&self, pattern: &[TargetPart]) -> Option<Completion> {
         match &self.expected {
             Expected::Always(_) => None,
-            Expected::ByEnds(residual) => Some(Completion::new(residual, given, |given, axis| {
+            Expected::ByEnds(residual) => Some(Completion::new(residual, pattern, |part, axis| {
                 let mut row = vec![0.0; self.unknowns()];
-                self.observe(given, axis, &mut row);
+                self.observe(part, axis, &mut row);
                 row
             })),
         }
     }
 
-    /// `mu` for given values (mm, three for each of `given`), mm.
+    /// `mu` for given values (mm, three for each part of the pattern), mm.
     pub(crate) fn mean_mm(&self, completion: Option<&Completion>, values: &[f64]) -> DVector<f64> {
         match (&self.expected, completion) {
             (Expected::ByEnds(residual), Some(completion)) => {
@@ -206,7 +208,10 @@ fn check_layout(layout: SegmentLayout) -> Result<(), PlanError> {
         samples, rate_hz, ..
     } = layout;
     if samples < 2 || !(rate_hz.is_finite() && rate_hz > 0.0) {
-        return Err(PlanError::Layout { samples, rate_hz });
+        return Err(PlanError::Model(format!(
+            "the dictionary's segments have {samples} samples at {rate_hz} Hz: \
+             planning needs at least 2 samples and a positive rate"
+        )));
     }
     Ok(())
 }
@@ -253,13 +258,7 @@ fn check_residual(residual: &Residual) -> Result<(), PlanError> {
             residual.covariance_m2.ncols(),
         ),
     ] {
-        if expected != found {
-            return Err(PlanError::Shape {
-                what,
-                expected,
-                found,
-            });
-        }
+        check_size(what, expected, found)?;
     }
     for (what, numbers) in [
         ("primitives", residual.primitives.as_slice()),
@@ -272,7 +271,9 @@ fn check_residual(residual: &Residual) -> Result<(), PlanError> {
         ("unexplained variance", &[residual.unexplained_m2]),
     ] {
         if let Some(&value) = numbers.iter().find(|v| !v.is_finite()) {
-            return Err(PlanError::NotFinite { what, value });
+            return Err(PlanError::Model(format!(
+                "the {what} to plan with hold {value}: expected finite numbers"
+            )));
         }
     }
     Ok(())

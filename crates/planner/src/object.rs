@@ -93,12 +93,11 @@ pub fn held_fingers(
         .filter(|(_, contact)| contact.is_some())
         .count();
     if held < HOLDING_FINGERS {
-        return Err(PlanError::TooFewHold {
-            held,
-            needed: HOLDING_FINGERS,
-            tau_m,
-            distances: distances.join(", "),
-        });
+        return Err(PlanError::TooFewHold(format!(
+            "{held} fingers hold the object at start and goal, {HOLDING_FINGERS} are needed: {} \
+             (in contact within {tau_m} m)",
+            distances.join(", ")
+        )));
     }
     Ok(contacts)
 }

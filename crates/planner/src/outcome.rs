@@ -6,6 +6,7 @@ use inhand_model::{
 };
 use nalgebra::DVector;
 
+use crate::active_set::Constraint;
 use crate::error::PlanError;
 use crate::explain::{family_of, relaxations};
 use crate::model::MM_PER_M;
@@ -43,6 +44,7 @@ pub(crate) fn plan_from(
     } else {
         0
     };
+    let rows: usize = task.families.all.iter().map(|family| family.rows()).sum();
     let equations = (task.problem.equalities.as_ref()).map_or(0, |e| e.rows.nrows());
     Ok(Plan {
         status,
@@ -66,7 +68,7 @@ pub(crate) fn plan_from(
         checks: PlanChecks {
             active: active(task, outcome, usable),
             violation: violation(task, judged),
-            rows: task.families.rows() + signs + equations,
+            rows: rows + signs + equations,
             rows_taken_up: outcome.rows.len(),
             hull_distance_m: (trajectory.as_ref().zip(hulls))
                 .map(|(trajectory, hulls)| worst_hull_distance_m(trajectory, hulls)),
@@ -97,7 +99,10 @@ pub fn worst_hull_distance_m(trajectory: &Trajectory, hulls: &PerFinger<Hull>) -
 fn active(task: &Task<'_>, outcome: &Outcome, usable: bool) -> PerFamily<usize> {
     let candidate = &outcome.judged.candidate;
     let mut active = PerFamily::default();
-    for &(j, multiplier) in &candidate.rows {
+    for &(constraint, multiplier) in &candidate.multipliers {
+        let Constraint::Row(j) = constraint else {
+            continue;
+        };
         let row = &outcome.rows[j].row;
         // An interior point gives every row a multiplier, and those that are not active a slack that
         // is larger.
@@ -121,9 +126,9 @@ fn violation(task: &Task<'_>, judged: &Judged) -> PerFamily<Option<f64>> {
     }
     if let Some(equalities) = &task.problem.equalities {
         let found = &equalities.rows * unknowns;
-        for (k, (found, wanted)) in found.iter().zip(task.instance.wanted.iter()).enumerate() {
-            let worst = &mut violation[family_of(task.problem.given[k / 3])];
-            let miss = (found - wanted).abs() / MM_PER_M;
+        for (k, (found, value)) in found.iter().zip(task.instance.values.iter()).enumerate() {
+            let worst = &mut violation[family_of(task.problem.pattern[k / 3])];
+            let miss = (found - value).abs() / MM_PER_M;
             *worst = Some(worst.map_or(miss, |worst| worst.max(miss)));
         }
     }

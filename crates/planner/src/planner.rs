@@ -7,20 +7,19 @@ use inhand_model::{
     Corridor, Dictionary, EndConditions, Finger, Hull, ObjectEnds, PerFinger, Plan, Pose, Residual,
     SEGMENT_COORDINATES, SegmentLayout,
 };
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use crate::corridor::corridor;
 use crate::error::PlanError;
-use crate::given::{Wanted, sample_at, wanted};
 use crate::method::{Backend, Method};
-use crate::model::MotionModel;
+use crate::model::{MM_PER_M, MotionModel};
 use crate::outcome::plan_from;
 use crate::problem::{Deviations, Problem};
-use crate::rows::{Differences, Families, Held, Reach, Separation};
+use crate::rows::{Differences, Families, Family, Held, Reach, Separation};
 use crate::settings::PlannerSettings;
 use crate::solve::Task;
 use crate::target::Target;
+use crate::target_values::{TargetValues, sample_at};
 
 /// How many patterns of targets are kept prepared, besides the usual one.
 const KEPT: usize = 32;
@@ -34,10 +33,7 @@ pub struct Planner {
     backend: Backend,
     model: MotionModel,
     deviations: Option<Deviations>,
-    velocity: Option<Differences>,
-    acceleration: Option<Differences>,
-    reach: Option<Reach>,
-    separation: Option<Separation>,
+    families: Vec<Arc<dyn Family>>,
     hulls: Option<Arc<PerFinger<Hull>>>,
     usual: Arc<Prepared>,
     /// The same problems for every clone: none depends on the backend.
@@ -97,31 +93,29 @@ impl Planner {
     ) -> Result<Self, PlanError> {
         let layout = model.layout;
         let constraints = &settings.constraints;
-        let reach = match (constraints.reachability_margin_m, &hulls) {
-            (None, _) => None,
-            (Some(margin_m), Some(hulls)) => Some(Reach::new(hulls, margin_m, layout)?),
-            (Some(_), None) => {
-                let finger = Finger::Thumb;
-                return Err(PlanError::NoHull { finger });
-            }
-        };
-        let separation = constraints.separation_m.map(|least_m| {
-            Separation::new(least_m, layout, model.motion_mm(&model.mean_mm(None, &[])))
-        });
+        let mut families: Vec<Arc<dyn Family>> = Vec::new();
+        if let Some(bounds) = &constraints.velocity {
+            families.push(Arc::new(Differences::velocity(bounds, layout)));
+        }
+        if let Some(bounds) = &constraints.acceleration {
+            families.push(Arc::new(Differences::acceleration(bounds, layout)));
+        }
+        if let Some(margin_m) = constraints.reachability_margin_m {
+            let hulls = (hulls.as_ref()).ok_or_else(|| PlanError::no_hull(Finger::Thumb))?;
+            families.push(Arc::new(Reach::new(hulls, margin_m, layout)?));
+        }
+        if let Some(least_m) = constraints.separation_m {
+            let expected_mm = model.motion_mm(&model.mean_mm(None, &[]));
+            families.push(Arc::new(Separation::new(least_m, layout, expected_mm)));
+        }
         let deviations = Deviations::new(settings, method);
-        let usual = usual_target(method);
-        let parts = wanted(&usual, layout)?;
+        let usual = TargetValues::new(&usual_target(method), layout)?;
         Ok(Self {
             method,
             backend: Backend::default(),
-            velocity: (constraints.velocity.as_ref())
-                .map(|bounds| Differences::velocity(bounds, layout)),
-            acceleration: (constraints.acceleration.as_ref())
-                .map(|bounds| Differences::acceleration(bounds, layout)),
-            reach,
-            separation,
+            families,
             hulls,
-            usual: Arc::new(Prepared::new(&model, &parts, deviations)?),
+            usual: Arc::new(Prepared::new(&model, &usual, deviations)?),
             others: Arc::default(),
             deviations,
             model,
@@ -142,8 +136,8 @@ impl Planner {
     /// [`PlanError::Conditioning`] where rounding leaves no problem to solve.
     pub fn exact(mut self) -> Result<Self, PlanError> {
         if self.deviations.take().is_some() {
-            let parts = wanted(&usual_target(self.method), self.model.layout)?;
-            self.usual = Arc::new(Prepared::new(&self.model, &parts, None)?);
+            let usual = TargetValues::new(&usual_target(self.method), self.model.layout)?;
+            self.usual = Arc::new(Prepared::new(&self.model, &usual, None)?);
             self.others = Arc::default();
         }
         Ok(self)
@@ -176,9 +170,9 @@ impl Planner {
 
     /// Plans the motion to a target.
     ///
-    /// Rows of the constraints are taken up only where they are violated; the plan's certificate
+    /// Rows of the constraints are activated only where they are violated; the plan's certificate
     /// covers all of them. A problem without a solution gives [`PlanStatus::Infeasible`](inhand_model::PlanStatus::Infeasible) with an
-    /// infinite objective and says by how much its constraints would have to give way; its
+    /// infinite objective and says by how much its constraints would have to be relaxed; its
     /// certificate then belongs to the last point tried.
     ///
     /// # Errors
@@ -197,21 +191,19 @@ impl Planner {
         target: &Target,
         expected_mm: Option<DVector<f64>>,
     ) -> Result<Plan, PlanError> {
-        let wanted = wanted(target, self.model.layout)?;
-        let prepared = self.prepared(&wanted)?;
+        let values = TargetValues::new(target, self.model.layout)?;
+        let prepared = self.prepared(&values)?;
         let problem = &prepared.problem;
-        let instance = problem.instance(&self.model, &wanted, expected_mm);
+        let instance = problem.instance(&self.model, &values, expected_mm);
         let held = target.holding.as_ref().map(Held::new);
+        let mut families: Vec<&dyn Family> = self.families.iter().map(|f| &**f).collect();
+        families.extend(held.iter().map(|held| held as &dyn Family));
         let task = Task {
             model: &self.model,
             problem,
             instance: &instance,
             families: Families {
-                velocity: self.velocity.as_ref(),
-                acceleration: self.acceleration.as_ref(),
-                reach: self.reach.as_ref(),
-                separation: self.separation.as_ref(),
-                held: held.as_ref(),
+                all: families,
                 from: sample_at(target.constrained_from_s, self.model.layout)?,
             },
         };
@@ -224,20 +216,24 @@ impl Planner {
     ///
     /// # Errors
     ///
-    /// As for [`Planner::plan`]; [`PlanError::NoCorridor`] for [`Method::Paper`].
+    /// As for [`Planner::plan`]; [`PlanError::Setting`] for [`Method::Paper`].
     pub fn corridor(&self, target: &Target) -> Result<Corridor, PlanError> {
         if self.method == Some(Method::Paper) {
-            return Err(PlanError::NoCorridor);
+            return Err(PlanError::Setting(
+                "the method paper has no corridor: its ridge makes the solution unique and says \
+                 nothing about how demonstrations vary"
+                    .to_owned(),
+            ));
         }
-        let wanted = wanted(target, self.model.layout)?;
-        let prepared = self.prepared(&wanted)?;
+        let values = TargetValues::new(target, self.model.layout)?;
+        let prepared = self.prepared(&values)?;
         let made = || corridor(&self.model, &prepared.problem.inverse);
         Ok(prepared.corridor.get_or_init(made).clone())
     }
 
     /// The problem for targets that give these parts, made if there is none yet.
-    fn prepared(&self, wanted: &Wanted) -> Result<Arc<Prepared>, PlanError> {
-        let fits = |prepared: &&Arc<Prepared>| prepared.problem.fits(wanted);
+    fn prepared(&self, values: &TargetValues) -> Result<Arc<Prepared>, PlanError> {
+        let fits = |prepared: &&Arc<Prepared>| prepared.problem.fits(values);
         // A thread that panicked left the list whole: it is only ever pushed to.
         let known = || self.others.read().unwrap_or_else(PoisonError::into_inner);
         if let Some(prepared) = std::iter::once(&self.usual).find(fits) {
@@ -246,7 +242,7 @@ impl Planner {
         if let Some(prepared) = known().iter().find(fits) {
             return Ok(Arc::clone(prepared));
         }
-        let prepared = Arc::new(Prepared::new(&self.model, wanted, self.deviations)?);
+        let prepared = Arc::new(Prepared::new(&self.model, values, self.deviations)?);
         let mut others = self.others.write().unwrap_or_else(PoisonError::into_inner);
         if others.len() == KEPT {
             others.remove(0);
@@ -259,11 +255,11 @@ impl Planner {
 impl Prepared {
     fn new(
         model: &MotionModel,
-        wanted: &Wanted,
+        values: &TargetValues,
         deviations: Option<Deviations>,
     ) -> Result<Self, PlanError> {
         Ok(Self {
-            problem: Problem::new(model, &wanted.given, wanted.now, deviations)?,
+            problem: Problem::new(model, values, deviations)?,
             corridor: OnceLock::new(),
         })
     }
@@ -299,4 +295,30 @@ pub fn plan_all(planner: &Planner, targets: &[Target]) -> Vec<(Result<Plan, Plan
             (plan, start.elapsed())
         })
         .collect()
+}
+
+/// `W_t C W_tᵀ + unexplained` for each fingertip and sample, with the covariance `C` of the unknowns
+/// given the target. Cost: a product of (15 N x n) and (n x n).
+fn corridor(model: &MotionModel, covariance: &DMatrix<f64>) -> Corridor {
+    let layout = model.layout;
+    let basis = model.basis.to_dense(layout.finger_rows());
+    let spread = &basis * covariance;
+    let squared = MM_PER_M * MM_PER_M;
+    let covariance_m2 = (0..layout.samples)
+        .map(|t| {
+            PerFinger::from_fn(|finger| {
+                let at = SegmentLayout::row(t, finger, 0);
+                let mut block = spread.rows(at, 3) * basis.rows(at, 3).transpose();
+                for axis in 0..3 {
+                    block[(axis, axis)] += model.unexplained_mm2;
+                }
+                [0, 1, 2]
+                    .map(|i| [0, 1, 2].map(|j| 0.5 * (block[(i, j)] + block[(j, i)]) / squared))
+            })
+        })
+        .collect();
+    Corridor {
+        layout,
+        covariance_m2,
+    }
 }

@@ -34,6 +34,24 @@ impl Precision {
         }
     }
 
+    /// Entries of the upper triangle of `Λ`: row, column, value.
+    pub(crate) fn upper(&self, unknowns: usize) -> Vec<(usize, usize, f64)> {
+        let mut entries = Vec::new();
+        match self {
+            Precision::Ridge(ridge) => entries.extend((0..unknowns).map(|i| (i, i, *ridge))),
+            Precision::Blocks(blocks) => {
+                let mut at = 0;
+                for block in blocks {
+                    for j in 0..block.ncols() {
+                        entries.extend((0..=j).map(|i| (at + i, at + j, block[(i, j)])));
+                    }
+                    at += block.ncols();
+                }
+            }
+        }
+        entries
+    }
+
     /// Adds `Λ` to a matrix (n x n).
     pub(crate) fn add_to(&self, matrix: &mut DMatrix<f64>) {
         match self {
@@ -57,13 +75,17 @@ impl Precision {
 
 /// Inverse of a covariance, 1/mm².
 pub(crate) fn inverse_of_covariance(
-    what: &'static str,
+    what: &str,
     covariance_mm2: &DMatrix<f64>,
 ) -> Result<DMatrix<f64>, PlanError> {
-    inverse(covariance_mm2.clone()).ok_or_else(|| PlanError::Covariance {
-        what,
-        order: covariance_mm2.nrows(),
-        smallest_m2: covariance_mm2.clone().symmetric_eigenvalues().min() / (MM_PER_M * MM_PER_M),
+    inverse(covariance_mm2.clone()).ok_or_else(|| {
+        let smallest_mm2 = covariance_mm2.clone().symmetric_eigenvalues().min();
+        PlanError::Model(format!(
+            "the covariance of the {} {what} is not positive definite (smallest eigenvalue {:e} m²): \
+             learn with shrinkage, fewer primitives or more segments",
+            covariance_mm2.nrows(),
+            smallest_mm2 / (MM_PER_M * MM_PER_M)
+        ))
     })
 }
 

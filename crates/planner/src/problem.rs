@@ -6,7 +6,7 @@
 //! f(h) = 1/2 sum_i w_i (a_i h - y_i)² + 1/2 (h - mu)ᵀ Λ (h - mu)    subject to    E h = e
 //! ```
 //!
-//! with what soft targets observe as the rows `a_i` of `A` (m x n), what they want of it less the
+//! with what soft targets observe as the rows `a_i` of `A` (m x n), their values less the
 //! base motion as `y` (m), weights `w = 1 / sigma²`, the prior's mean `mu` and precision `Λ`, and
 //! what hard targets observe as the rows of `E`. Only `y`, `e` and `mu` depend on the target's
 //! values; the inverse of the second derivative, within `E h = 0`, does not.
@@ -17,11 +17,11 @@ use nalgebra::{DMatrix, DVector};
 use crate::completion::Completion;
 use crate::equality::Equalities;
 use crate::error::PlanError;
-use crate::given::{Given, Wanted};
 use crate::method::Method;
 use crate::model::{MM_PER_M, MotionModel};
-use crate::precision::{Precision, inverse, make_symmetric};
+use crate::precision::{Precision, inverse};
 use crate::settings::{Ends, PlannerSettings};
+use crate::target_values::{TargetPart, TargetValues};
 
 /// How much more sharply than a soft target the present state is meant. With a hundredth of 0.1 mm,
 /// against demonstrations that vary by millimetres, plans start within some nanometres of it.
@@ -56,14 +56,14 @@ impl Deviations {
         })
     }
 
-    fn of(&self, given: Given, now: Option<usize>) -> f64 {
-        match given {
-            Given::Position { sample, .. } if Some(sample) == now => FACT * self.position_mm,
-            Given::Step { sample, .. } if Some(sample) == now => FACT * self.velocity_mm_s,
-            Given::Position { .. } => self.position_mm,
-            Given::Velocity { .. } | Given::Step { .. } => self.velocity_mm_s,
-            Given::ObjectPosition { .. } => self.object_mm,
-            Given::ObjectRotation { .. } => self.rotation_mm,
+    fn sigma(&self, part: TargetPart, now: Option<usize>) -> f64 {
+        match part {
+            TargetPart::Position { sample, .. } if Some(sample) == now => FACT * self.position_mm,
+            TargetPart::Step { sample, .. } if Some(sample) == now => FACT * self.velocity_mm_s,
+            TargetPart::Position { .. } => self.position_mm,
+            TargetPart::Velocity { .. } | TargetPart::Step { .. } => self.velocity_mm_s,
+            TargetPart::ObjectPosition { .. } => self.object_mm,
+            TargetPart::ObjectRotation { .. } => self.rotation_mm,
         }
     }
 }
@@ -72,11 +72,11 @@ impl Deviations {
 #[derive(Clone, Debug)]
 pub(crate) struct Problem {
     /// What targets give.
-    pub(crate) given: Vec<Given>,
+    pub(crate) pattern: Vec<TargetPart>,
     /// The sample of which positions and velocities are facts.
     now: Option<usize>,
     completion: Option<Completion>,
-    /// What is observed where all unknowns are zero (three for each given).
+    /// What is observed where all unknowns are zero (three for each part of the pattern).
     base: Vec<f64>,
     /// `A` (m x n); without rows where targets are hard.
     pub(crate) design: DMatrix<f64>,
@@ -95,7 +95,7 @@ pub(crate) struct Problem {
 #[derive(Clone, Debug)]
 pub(crate) struct Instance {
     /// `y` (m), or `e` where targets are hard.
-    pub(crate) wanted: DVector<f64>,
+    pub(crate) values: DVector<f64>,
     /// `mu`, mm.
     pub(crate) mean: DVector<f64>,
     /// Gradient of `f` at zero, to which residuals are relative.
@@ -106,18 +106,18 @@ impl Problem {
     /// Cost: some n³ + m n² multiplications.
     pub(crate) fn new(
         model: &MotionModel,
-        given: &[Given],
-        now: Option<usize>,
+        target: &TargetValues,
         deviations: Option<Deviations>,
     ) -> Result<Self, PlanError> {
         let n = model.unknowns();
+        let pattern = &target.pattern;
         // Row by row, which are the columns of the transpose.
-        let mut rows = DMatrix::zeros(n, 3 * given.len());
+        let mut rows = DMatrix::zeros(n, 3 * pattern.len());
         let mut base = Vec::with_capacity(rows.ncols());
-        for (k, &given) in given.iter().enumerate() {
+        for (k, &part) in pattern.iter().enumerate() {
             for axis in 0..3 {
                 let mut column = rows.column_mut(3 * k + axis);
-                base.push(model.observe(given, axis, column.as_mut_slice()));
+                base.push(model.observe(part, axis, column.as_mut_slice()));
             }
         }
         let observed = rows.transpose();
@@ -125,7 +125,8 @@ impl Problem {
             Some(deviations) => {
                 let weights = DVector::from_iterator(
                     observed.nrows(),
-                    (given.iter()).flat_map(|&given| [deviations.of(given, now).powi(-2); 3]),
+                    (pattern.iter())
+                        .flat_map(|&part| [deviations.sigma(part, target.now).powi(-2); 3]),
                 );
                 (observed, weights, None)
             }
@@ -145,21 +146,20 @@ impl Problem {
         };
         model.precision.add_to(&mut hessian);
         // Cannot fail but by rounding: a positive definite precision plus a Gram matrix.
-        let failed = || PlanError::Conditioning { unknowns: n };
         let inverse = match &equalities {
-            None => inverse(hessian).ok_or_else(failed)?,
-            Some(equalities) => {
-                let free = equalities.free();
-                let within = inverse(free.tr_mul(&(&hessian * free))).ok_or_else(failed)?;
-                let mut inverse = free * within * free.transpose();
-                make_symmetric(&mut inverse);
-                inverse
-            }
+            None => inverse(hessian),
+            Some(equalities) => equalities.inverse_within(&hessian),
         };
+        let inverse = inverse.ok_or_else(|| {
+            PlanError::Model(format!(
+                "the problem of {n} unknowns cannot be factorised: \
+                 allow targets a larger standard deviation, or make them hard"
+            ))
+        })?;
         Ok(Self {
-            given: given.to_vec(),
-            now,
-            completion: model.completion(given),
+            pattern: pattern.clone(),
+            now: target.now,
+            completion: model.completion(pattern),
             base,
             design,
             weights,
@@ -170,8 +170,34 @@ impl Problem {
     }
 
     /// Whether the target gives the parts that this problem is for.
-    pub(crate) fn fits(&self, wanted: &Wanted) -> bool {
-        self.given == wanted.given && self.now == wanted.now
+    pub(crate) fn fits(&self, target: &TargetValues) -> bool {
+        self.pattern == target.pattern && self.now == target.now
+    }
+
+    /// The problem of hard targets and its instance with only these equations; `None` where rounding leaves none.
+    pub(crate) fn with_equations(
+        &self,
+        instance: &Instance,
+        equations: &[usize],
+    ) -> Option<(Self, Instance)> {
+        let rows = self.equalities.as_ref()?.rows.select_rows(equations);
+        let mut hessian = DMatrix::zeros(rows.ncols(), rows.ncols());
+        self.precision.add_to(&mut hessian);
+        let equalities = (!equations.is_empty()).then(|| Equalities::new(rows));
+        let inverse = match &equalities {
+            None => inverse(hessian)?,
+            Some(equalities) => equalities.inverse_within(&hessian)?,
+        };
+        let problem = Self {
+            equalities,
+            inverse,
+            ..self.clone()
+        };
+        let instance = Instance {
+            values: instance.values.select_rows(equations),
+            ..instance.clone()
+        };
+        Some((problem, instance))
     }
 
     /// The problem for a target that gives the same parts, with what is expected of the unknowns
@@ -179,21 +205,21 @@ impl Problem {
     pub(crate) fn instance(
         &self,
         model: &MotionModel,
-        wanted: &Wanted,
+        target: &TargetValues,
         expected: Option<DVector<f64>>,
     ) -> Instance {
         let mean =
-            expected.unwrap_or_else(|| model.mean_mm(self.completion.as_ref(), &wanted.values));
-        let wanted = DVector::from_iterator(
+            expected.unwrap_or_else(|| model.mean_mm(self.completion.as_ref(), &target.values));
+        let values = DVector::from_iterator(
             self.base.len(),
-            (wanted.values.iter().zip(&self.base)).map(|(value, base)| value - base),
+            (target.values.iter().zip(&self.base)).map(|(value, base)| value - base),
         );
         let mut gradient_at_zero = -self.precision.times(&mean);
         if self.equalities.is_none() {
-            gradient_at_zero -= self.design.tr_mul(&wanted.component_mul(&self.weights));
+            gradient_at_zero -= self.design.tr_mul(&values.component_mul(&self.weights));
         }
         Instance {
-            wanted,
+            values,
             mean,
             gradient_at_zero,
         }
@@ -203,7 +229,7 @@ impl Problem {
     pub(crate) fn unconstrained(&self, instance: &Instance) -> DVector<f64> {
         let mut point = instance.mean.clone();
         if let Some(equalities) = &self.equalities {
-            equalities.restore(&mut point, &instance.wanted);
+            equalities.restore(&mut point, &instance.values);
         }
         let (_, gradient) = self.evaluate(instance, &point);
         point.gemv(-1.0, &self.inverse, &gradient, 1.0);
@@ -222,7 +248,7 @@ impl Problem {
         if self.equalities.is_some() {
             return (value, drawn);
         }
-        let misses = &self.design * unknowns - &instance.wanted;
+        let misses = &self.design * unknowns - &instance.values;
         let weighted = misses.component_mul(&self.weights);
         (
             value + 0.5 * misses.dot(&weighted),

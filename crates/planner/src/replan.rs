@@ -3,7 +3,7 @@
 use inhand_model::Plan;
 
 use crate::chain::Knot;
-use crate::error::PlanError;
+use crate::error::{PlanError, check_size};
 use crate::model::MM_PER_M;
 use crate::planner::Planner;
 use crate::target::{Target, Tips};
@@ -28,8 +28,8 @@ use crate::target::{Target, Tips};
 ///
 /// # Errors
 ///
-/// [`PlanError::Elapsed`] for a state before the first sample or after the last but one;
-/// [`PlanError::Shape`] for a plan without a solution or of another planner; else as for
+/// [`PlanError::Target`] for a state before the first sample or after the last but one;
+/// [`PlanError::Model`] for a plan without a solution or of another planner; else as for
 /// [`Planner::plan`].
 pub fn replan(
     planner: &Planner,
@@ -42,18 +42,15 @@ pub fn replan(
     let half_sample_s = 0.5 / layout.rate_hz;
     let limit_s = layout.samples.saturating_sub(2) as f64 / layout.rate_hz;
     if !(elapsed_s >= -half_sample_s && elapsed_s < limit_s + half_sample_s) {
-        return Err(PlanError::Elapsed {
-            time_s: elapsed_s,
-            limit_s,
-        });
+        return Err(PlanError::Target(format!(
+            "planning anew at {elapsed_s} s: expected a time from 0 to {limit_s} s"
+        )));
     }
-    if plan.activations_m.len() != planner.unknowns() {
-        return Err(PlanError::Shape {
-            what: "number of activations of the plan to go on from",
-            expected: planner.unknowns(),
-            found: plan.activations_m.len(),
-        });
-    }
+    check_size(
+        "number of activations of the plan to go on from",
+        planner.unknowns(),
+        plan.activations_m.len(),
+    )?;
     let elapsed_s = elapsed_s.max(0.0);
     let mut ahead = target.clone();
     // What is now is known better.

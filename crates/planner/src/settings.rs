@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use inhand_model::{Configuration, Finger, Hull, PerFinger, SEGMENT_COORDINATES, VelocityBounds};
+use inhand_model::{Configuration, Finger, Hull, PerFinger, VelocityBounds};
 
 use crate::error::PlanError;
 
@@ -126,53 +126,41 @@ impl PlannerSettings {
             ("separation_m", self.constraints.separation_m.unwrap_or(1.0)),
         ] {
             if !(value.is_finite() && value > 0.0) {
-                return Err(PlanError::Setting {
-                    name,
-                    value,
-                    expected: "a positive number",
-                });
+                return Err(PlanError::setting(name, value, "a positive number"));
             }
         }
-        if let Some(value) = self.constraints.reachability_margin_m
-            && !value.is_finite()
-        {
-            return Err(PlanError::Setting {
-                name: "reachability_margin_m",
-                value,
-                expected: "a finite number",
-            });
+        let constraints = &self.constraints;
+        if let Some(value) = constraints.reachability_margin_m.filter(|m| !m.is_finite()) {
+            let name = "reachability_margin_m";
+            return Err(PlanError::setting(name, value, "a finite number"));
         }
-        let place = |coordinate: usize| (Finger::ALL[coordinate / 3], coordinate % 3);
-        if let Some(VelocityBounds { min_m_s, max_m_s }) = self.constraints.velocity
-            && let Some(coordinate) = crossed(&min_m_s, &max_m_s)
-        {
-            let (finger, axis) = place(coordinate);
-            return Err(PlanError::VelocityBounds {
-                finger,
-                axis,
-                min_m_s: min_m_s[coordinate],
-                max_m_s: max_m_s[coordinate],
-            });
+        if let Some(VelocityBounds { min_m_s, max_m_s }) = &constraints.velocity {
+            check_bounds("velocity", "m/s", min_m_s, max_m_s)?;
         }
-        if let Some(AccelerationBounds { min_m_s2, max_m_s2 }) = self.constraints.acceleration
-            && let Some(coordinate) = crossed(&min_m_s2, &max_m_s2)
-        {
-            let (finger, axis) = place(coordinate);
-            return Err(PlanError::AccelerationBounds {
-                finger,
-                axis,
-                min_m_s2: min_m_s2[coordinate],
-                max_m_s2: max_m_s2[coordinate],
-            });
+        if let Some(AccelerationBounds { min_m_s2, max_m_s2 }) = &constraints.acceleration {
+            check_bounds("acceleration", "m/s²", min_m_s2, max_m_s2)?;
         }
         Ok(())
     }
 }
 
-/// The first coordinate whose bounds are no interval.
-fn crossed(min: &Configuration, max: &Configuration) -> Option<usize> {
-    (0..SEGMENT_COORDINATES)
-        .find(|&c| !(min[c].is_finite() && max[c].is_finite() && min[c] <= max[c]))
+/// Refuses bounds that nothing satisfies, or that are no numbers.
+fn check_bounds(
+    what: &str,
+    unit: &str,
+    min: &Configuration,
+    max: &Configuration,
+) -> Result<(), PlanError> {
+    for (coordinate, (min, max)) in min.iter().zip(max).enumerate() {
+        if !(min.is_finite() && max.is_finite() && min <= max) {
+            let (finger, axis) = (Finger::ALL[coordinate / 3], coordinate % 3);
+            return Err(PlanError::Setting(format!(
+                "{what} bounds of {finger}, axis {axis}, run from {min} to {max} {unit}: \
+                 expected two numbers, the first not above the second"
+            )));
+        }
+    }
+    Ok(())
 }
 
 /// Velocity bounds moved outwards: each bound goes `factor - 1` of its own size away from the other

@@ -1,10 +1,12 @@
-//! One problem to its optimum: rows taken up as needed, answers refined and judged.
+//! One problem to its optimum: rows activated as needed, answers refined and judged.
+//!
+//! Certificates use nothing of a solver but its answer: gradient, slacks and multipliers are put into the
+//! optimality conditions over all rows, also those that were never handed to it.
 
 use inhand_model::{Certificate, PerFamily};
 use nalgebra::DVector;
 
 use crate::active_set::{self, ActiveSet, Constraint};
-use crate::certificate::{Answer, certificate};
 use crate::interior_point;
 use crate::method::Backend;
 use crate::model::MotionModel;
@@ -28,7 +30,7 @@ const TURNS: usize = 20;
 const GAIN: f64 = 1e-10;
 
 /// A problem with its target and constraints.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub(crate) struct Task<'a> {
     pub(crate) model: &'a MotionModel,
     pub(crate) problem: &'a Problem,
@@ -36,20 +38,18 @@ pub(crate) struct Task<'a> {
     pub(crate) families: Families<'a>,
 }
 
-/// A row that was taken up.
+/// A row that was activated.
 #[derive(Clone)]
-pub(crate) struct Taken {
+pub(crate) struct ActiveRow {
     pub(crate) row: Row,
     pub(crate) normal: DVector<f64>,
     pub(crate) bound: f64,
 }
 
-/// An optimum with its multipliers, before it is judged.
+/// An optimum with its multipliers where they are not zero, before it is judged.
 pub(crate) struct Candidate {
     pub(crate) unknowns: DVector<f64>,
-    pub(crate) signs: Vec<(usize, f64)>,
-    /// By place among the rows taken up.
-    pub(crate) rows: Vec<(usize, f64)>,
+    pub(crate) multipliers: Vec<(Constraint, f64)>,
 }
 
 /// A candidate with its motion and proof.
@@ -65,7 +65,7 @@ pub(crate) struct Judged {
 pub(crate) struct Outcome {
     pub(crate) judged: Judged,
     pub(crate) infeasible: bool,
-    pub(crate) rows: Vec<Taken>,
+    pub(crate) rows: Vec<ActiveRow>,
     pub(crate) rounds: usize,
     pub(crate) iterations: usize,
 }
@@ -74,26 +74,21 @@ impl Task<'_> {
     /// The optimum under all rows.
     pub(crate) fn solve(&self, backend: Backend) -> Outcome {
         let mut outcome = self.converge(backend, Vec::new());
-        let Some(separation) = self.families.separation else {
-            return outcome;
-        };
         // The optimum keeps its rows when their directions follow it, so it can only improve.
         for _ in 0..TURNS {
             if outcome.infeasible || outcome.judged.certificate.worst() > SOLVED {
                 break;
             }
+            let motion_mm = &outcome.judged.motion_mm;
+            let mut rows = outcome.rows.clone();
             let mut turned = false;
-            let rows = (outcome.rows.iter())
-                .map(
-                    |taken| match separation.turned(&taken.row, &outcome.judged.motion_mm) {
-                        Some(row) => {
-                            turned = true;
-                            self.taken(row)
-                        }
-                        None => taken.clone(),
-                    },
-                )
-                .collect();
+            for active in &mut rows {
+                let mut families = self.families.all.iter();
+                if let Some(row) = families.find_map(|f| f.turned(&active.row, motion_mm)) {
+                    turned = true;
+                    *active = self.activated(row);
+                }
+            }
             if !turned {
                 break;
             }
@@ -110,13 +105,13 @@ impl Task<'_> {
         outcome
     }
 
-    fn converge(&self, backend: Backend, rows: Vec<Taken>) -> Outcome {
+    fn converge(&self, backend: Backend, rows: Vec<ActiveRow>) -> Outcome {
         let start = self.problem.unconstrained(self.instance);
         if let Some(equalities) = &self.problem.equalities
-            && !equalities.consistent(&start, &self.instance.wanted)
+            && !equalities.consistent(&start, &self.instance.values)
         {
             return Outcome {
-                judged: self.judge(at_rest(start), &[]),
+                judged: self.judge(start, Vec::new(), &[]),
                 infeasible: true,
                 rows,
                 rounds: 0,
@@ -144,7 +139,7 @@ impl Task<'_> {
         }
     }
 
-    fn by_active_set(&self, start: DVector<f64>, mut rows: Vec<Taken>) -> Outcome {
+    fn by_active_set(&self, start: DVector<f64>, mut rows: Vec<ActiveRow>) -> Outcome {
         let mut solver = self.active_set(start, &rows);
         let mut rounds = 0;
         loop {
@@ -161,14 +156,14 @@ impl Task<'_> {
                     iterations: solver.steps(),
                 };
             }
-            for taken in fresh {
-                add(&mut solver, &taken);
-                rows.push(taken);
+            for active in fresh {
+                add(&mut solver, &active);
+                rows.push(active);
             }
         }
     }
 
-    fn by_interior_point(&self, mut rows: Vec<Taken>) -> Outcome {
+    fn by_interior_point(&self, mut rows: Vec<ActiveRow>) -> Outcome {
         let (mut rounds, mut iterations) = (0, 0);
         loop {
             rounds += 1;
@@ -192,48 +187,48 @@ impl Task<'_> {
         }
     }
 
-    /// Rows that a motion violates and that were not taken up yet.
-    fn fresh(&self, motion_mm: &[f64], rows: &[Taken], peaks_only: bool) -> Vec<Taken> {
+    /// Rows that a motion violates and that are not active yet.
+    fn fresh(&self, motion_mm: &[f64], rows: &[ActiveRow], peaks_only: bool) -> Vec<ActiveRow> {
         let violated = self
             .families
             .violated(motion_mm, &PerFamily::default(), peaks_only);
         (violated.into_iter())
-            .filter(|row| rows.iter().all(|taken| taken.row.key != row.key))
-            .map(|row| self.taken(row))
+            .filter(|row| rows.iter().all(|active| active.row.key != row.key))
+            .map(|row| self.activated(row))
             .collect()
     }
 
-    pub(crate) fn taken(&self, row: Row) -> Taken {
-        Taken {
+    pub(crate) fn activated(&self, row: Row) -> ActiveRow {
+        ActiveRow {
             normal: row.normal(self.model),
             bound: row.bound_on_unknowns(self.model),
             row,
         }
     }
 
-    fn active_set(&self, start: DVector<f64>, rows: &[Taken]) -> ActiveSet<'_> {
+    fn active_set(&self, start: DVector<f64>, rows: &[ActiveRow]) -> ActiveSet<'_> {
         let mut solver = ActiveSet::new(&self.problem.inverse, start, self.model.signs);
-        for taken in rows {
-            add(&mut solver, taken);
+        for active in rows {
+            add(&mut solver, active);
         }
         solver
     }
 
     /// The solver's present point, refined until its certificate is as good as it gets.
-    fn refined(&self, solver: &mut ActiveSet<'_>, rows: &[Taken]) -> Judged {
+    fn refined(&self, solver: &mut ActiveSet<'_>, rows: &[ActiveRow]) -> Judged {
         solver.snap();
-        let mut best = self.judge(candidate(solver), rows);
+        let mut best = self.judged(solver, rows);
         for _ in 0..REFINEMENTS {
             if best.certificate.worst() <= REFINED {
                 break;
             }
             if let Some(equalities) = &self.problem.equalities {
-                solver.correct(|point| equalities.restore(point, &self.instance.wanted));
+                solver.correct(|point| equalities.restore(point, &self.instance.values));
             }
             let (_, gradient) = self.problem.evaluate(self.instance, solver.point());
             solver.refine(gradient);
             solver.snap();
-            let next = self.judge(candidate(solver), rows);
+            let next = self.judged(solver, rows);
             if next.certificate.worst() >= best.certificate.worst() {
                 break;
             }
@@ -244,21 +239,18 @@ impl Task<'_> {
 
     /// Clarabel's answer, solved once more with the bounds it found active as equalities, where
     /// that is better.
-    fn polished(&self, found: &interior_point::Solution, rows: &[Taken]) -> Judged {
-        let mut raw = at_rest(found.unknowns.clone());
-        for &(constraint, multiplier, _) in &found.inequalities {
-            match constraint {
-                Constraint::Sign(i) => raw.signs.push((i, multiplier)),
-                Constraint::Row(j) => raw.rows.push((j, multiplier)),
-            }
-        }
-        let raw = self.judge(raw, rows);
+    fn polished(&self, found: &interior_point::Solution, rows: &[ActiveRow]) -> Judged {
+        let multipliers = found
+            .inequalities
+            .iter()
+            .map(|&(c, multiplier, _)| (c, multiplier));
+        let raw = self.judge(found.unknowns.clone(), multipliers.collect(), rows);
         if found.ending != interior_point::Ending::Optimal {
             return raw;
         }
         let mut start = found.unknowns.clone();
         if let Some(equalities) = &self.problem.equalities {
-            equalities.restore(&mut start, &self.instance.wanted);
+            equalities.restore(&mut start, &self.instance.values);
         }
         let (_, gradient) = self.problem.evaluate(self.instance, &start);
         let mut solver = self.active_set(start, rows);
@@ -278,26 +270,25 @@ impl Task<'_> {
         }
     }
 
-    fn judge(&self, candidate: Candidate, rows: &[Taken]) -> Judged {
+    /// The solver's present point with its proof.
+    fn judged(&self, solver: &ActiveSet<'_>, rows: &[ActiveRow]) -> Judged {
+        self.judge(solver.point().clone(), solver.working().collect(), rows)
+    }
+
+    fn judge(
+        &self,
+        unknowns: DVector<f64>,
+        multipliers: Vec<(Constraint, f64)>,
+        rows: &[ActiveRow],
+    ) -> Judged {
+        let candidate = Candidate {
+            unknowns,
+            multipliers,
+        };
         let motion_mm = self.model.motion_mm(&candidate.unknowns);
         let (objective, gradient) = self.problem.evaluate(self.instance, &candidate.unknowns);
         let worst = self.families.worst(&motion_mm);
-        let multipliers: Vec<(&Row, f64)> = (candidate.rows.iter())
-            .map(|&(j, multiplier)| (&rows[j].row, multiplier))
-            .collect();
-        let certificate = certificate(
-            self.model,
-            self.problem,
-            self.instance,
-            &Answer {
-                unknowns: &candidate.unknowns,
-                motion_mm: &motion_mm,
-                gradient: &gradient,
-                signs: &candidate.signs,
-                rows: &multipliers,
-                worst: &worst,
-            },
-        );
+        let certificate = self.certificate(&candidate, rows, (&motion_mm, &gradient), &worst);
         Judged {
             candidate,
             motion_mm,
@@ -306,28 +297,68 @@ impl Task<'_> {
             certificate,
         }
     }
-}
 
-fn add(solver: &mut ActiveSet<'_>, taken: &Taken) {
-    solver.add_row(taken.normal.clone(), taken.bound, 0.5 * taken.row.allowed);
-}
-
-/// A point without any multiplier.
-fn at_rest(unknowns: DVector<f64>) -> Candidate {
-    Candidate {
-        unknowns,
-        signs: Vec::new(),
-        rows: Vec::new(),
-    }
-}
-
-fn candidate(solver: &ActiveSet<'_>) -> Candidate {
-    let mut candidate = at_rest(solver.point().clone());
-    for (constraint, multiplier) in solver.working() {
-        match constraint {
-            Constraint::Sign(i) => candidate.signs.push((i, multiplier)),
-            Constraint::Row(j) => candidate.rows.push((j, multiplier)),
+    /// The four residuals of the optimality conditions, from the motion of a candidate (mm, all rows) and the
+    /// gradient of the minimised function there.
+    ///
+    /// With `q` the gradient of the minimised function at zero: stationarity, dual and complementarity
+    /// are relative to max(1, |q|). Multipliers of equations are those that leave least of the gradient.
+    /// Primal is the largest of: violation of a sign (mm), miss of an equation (mm or mm/s, relative to
+    /// max(1, its right side)), and violation of a row, relative to its bound as its family has it.
+    /// For fingertips kept apart or near contact points that is the true distance, not its
+    /// linearisation, while multipliers belong to linearised rows.
+    fn certificate(
+        &self,
+        candidate: &Candidate,
+        rows: &[ActiveRow],
+        (motion_mm, gradient): (&[f64], &DVector<f64>),
+        worst: &PerFamily<Option<Worst>>,
+    ) -> Certificate {
+        let unknowns = &candidate.unknowns;
+        let scale = self.instance.gradient_at_zero.norm().max(1.0);
+        let mut lagrangian = gradient.clone();
+        let (mut dual, mut complementarity) = (0.0_f64, 0.0_f64);
+        let mut judge = |multiplier: f64, slack: f64| {
+            dual = dual.max(-multiplier);
+            complementarity = complementarity.max((multiplier * slack).abs());
+        };
+        // Signs first: the sum is the same in whatever order they and rows were activated.
+        for &(constraint, multiplier) in &candidate.multipliers {
+            if let Constraint::Sign(i) = constraint {
+                lagrangian[i] -= multiplier;
+                judge(multiplier, unknowns[i]);
+            }
+        }
+        for &(constraint, multiplier) in &candidate.multipliers {
+            if let Constraint::Row(j) = constraint {
+                lagrangian.axpy(-multiplier, &rows[j].normal, 1.0);
+                judge(multiplier, rows[j].row.slack(motion_mm));
+            }
+        }
+        let mut primal = 0.0_f64;
+        if self.model.signs {
+            primal = primal.max(-unknowns.min());
+        }
+        if let Some(equalities) = &self.problem.equalities {
+            primal = primal.max(equalities.violation(unknowns, &self.instance.values));
+            lagrangian = equalities.remaining(&lagrangian);
+        }
+        for (_, worst) in worst.iter() {
+            primal = primal.max(worst.map_or(0.0, |worst| worst.relative));
+        }
+        Certificate {
+            stationarity: lagrangian.norm() / scale,
+            primal,
+            dual: dual / scale,
+            complementarity: complementarity / scale,
         }
     }
-    candidate
+}
+
+fn add(solver: &mut ActiveSet<'_>, active: &ActiveRow) {
+    solver.add_row(
+        active.normal.clone(),
+        active.bound,
+        0.5 * active.row.allowed,
+    );
 }

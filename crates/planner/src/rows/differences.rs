@@ -4,7 +4,7 @@ use inhand_model::{
     Configuration, ConstraintFamily, SEGMENT_COORDINATES, SegmentLayout, VelocityBounds,
 };
 
-use super::{Key, Row, TOLERANCE, Worst};
+use super::{Family, Key, Row, TOLERANCE, Worst};
 use crate::model::MM_PER_M;
 use crate::settings::AccelerationBounds;
 
@@ -53,7 +53,32 @@ impl Differences {
         }
     }
 
-    pub(crate) const fn family(&self) -> ConstraintFamily {
+    const fn limit_mm(&self, series: usize) -> f64 {
+        match side(series) {
+            (coordinate, true) => self.upper_mm[coordinate],
+            (coordinate, false) => self.lower_mm[coordinate],
+        }
+    }
+
+    fn differences(&self, motion_mm: &[f64], place: usize) -> Configuration {
+        let samples = motion_mm.as_chunks::<SEGMENT_COORDINATES>().0;
+        let (now, next) = (&samples[place], &samples[place + 1]);
+        if self.order == 1 {
+            std::array::from_fn(|c| next[c] - now[c])
+        } else {
+            let after = &samples[place + 2];
+            std::array::from_fn(|c| after[c] - 2.0 * next[c] + now[c])
+        }
+    }
+}
+
+/// Coordinate of a series, and whether its bound is the upper one.
+const fn side(series: usize) -> (usize, bool) {
+    (series / 2, series % 2 == 1)
+}
+
+impl Family for Differences {
+    fn family(&self) -> ConstraintFamily {
         if self.order == 1 {
             ConstraintFamily::Velocity
         } else {
@@ -61,13 +86,70 @@ impl Differences {
         }
     }
 
-    pub(crate) const fn rows(&self) -> usize {
-        2 * SEGMENT_COORDINATES * self.places
+    fn size(&self) -> (usize, usize) {
+        (2 * SEGMENT_COORDINATES, self.places)
     }
 
-    /// Largest violation, relative to the bound or to 1 mm/s (mm/s²) where that is larger.
-    pub(crate) fn worst(&self, motion_mm: &[f64]) -> Worst {
-        let scale = |limit_mm: f64| 1.0 / self.scale_mm(limit_mm);
+    fn is_difference(&self) -> bool {
+        true
+    }
+
+    fn rate(&self) -> f64 {
+        self.rate
+    }
+
+    /// The bound, or 1 mm/s (mm/s²) where that is larger.
+    fn scale_mm(&self, series: usize) -> f64 {
+        self.limit_mm(series).abs().max(1.0 / self.rate)
+    }
+
+    fn allowed_mm(&self, series: usize) -> f64 {
+        (TOLERANCE * self.scale_mm(series)).max(ROUNDING_MM)
+    }
+
+    fn excess(&self, motion_mm: &[f64], series: usize, place: usize) -> f64 {
+        let (coordinate, upper) = side(series);
+        let at = |k: usize| motion_mm[(place + k) * SEGMENT_COORDINATES + coordinate];
+        let difference = if self.order == 1 {
+            at(1) - at(0)
+        } else {
+            at(2) - 2.0 * at(1) + at(0)
+        };
+        if upper {
+            difference - self.upper_mm[coordinate]
+        } else {
+            self.lower_mm[coordinate] - difference
+        }
+    }
+
+    fn row(&self, _motion_mm: &[f64], series: usize, place: usize) -> Row {
+        let (coordinate, upper) = side(series);
+        let sign = if upper { -1.0 } else { 1.0 };
+        let at = |sample: usize| sample * SEGMENT_COORDINATES + coordinate;
+        let factors: &[f64] = if self.order == 1 {
+            &[-1.0, 1.0]
+        } else {
+            &[1.0, -2.0, 1.0]
+        };
+        let terms = (factors.iter().enumerate()).map(|(k, factor)| (at(place + k), sign * factor));
+        Row::new(
+            self.family(),
+            Key::Difference {
+                order: self.order,
+                sample: place,
+                coordinate,
+                upper,
+            },
+            terms,
+            sign * self.limit_mm(series),
+            self.allowed_mm(series),
+            MM_PER_M / self.rate,
+        )
+    }
+
+    /// All coordinates of a place at once, which takes a fraction of the time of one after the other.
+    fn worst(&self, motion_mm: &[f64]) -> Worst {
+        let scale = |limit_mm: f64| 1.0 / limit_mm.abs().max(1.0 / self.rate);
         let (lower_scale, upper_scale) = (self.lower_mm.map(scale), self.upper_mm.map(scale));
         let mut relative = [f64::NEG_INFINITY; SEGMENT_COORDINATES];
         let mut by_mm = [f64::NEG_INFINITY; SEGMENT_COORDINATES];
@@ -86,105 +168,6 @@ impl Differences {
         Worst {
             relative: largest(relative),
             by: largest(by_mm) * self.rate / MM_PER_M,
-        }
-    }
-
-    /// Violated rows in order of coordinate, side and time; of each coordinate and side only the
-    /// worst one if `peaks_only`.
-    pub(crate) fn violated(
-        &self,
-        motion_mm: &[f64],
-        slack: f64,
-        peaks_only: bool,
-        rows: &mut Vec<Row>,
-    ) {
-        let yields_mm = slack * MM_PER_M / self.rate;
-        if slack == 0.0 && self.worst(motion_mm).relative <= TOLERANCE {
-            return;
-        }
-        for coordinate in 0..SEGMENT_COORDINATES {
-            for upper in [false, true] {
-                let mut peak: Option<(usize, f64)> = None;
-                for place in 0..self.places {
-                    let difference = self.difference(motion_mm, place, coordinate);
-                    let excess = if upper {
-                        difference - self.upper_mm[coordinate]
-                    } else {
-                        self.lower_mm[coordinate] - difference
-                    };
-                    if excess <= yields_mm + self.allowed_mm(coordinate, upper) {
-                        continue;
-                    }
-                    if !peaks_only {
-                        rows.push(self.row(place, coordinate, upper));
-                    } else if peak.is_none_or(|(_, worst)| excess > worst) {
-                        peak = Some((place, excess));
-                    }
-                }
-                rows.extend(peak.map(|(place, _)| self.row(place, coordinate, upper)));
-            }
-        }
-    }
-
-    fn row(&self, place: usize, coordinate: usize, upper: bool) -> Row {
-        let sign = if upper { -1.0 } else { 1.0 };
-        let at = |sample: usize| sample * SEGMENT_COORDINATES + coordinate;
-        let factors: &[f64] = if self.order == 1 {
-            &[-1.0, 1.0]
-        } else {
-            &[1.0, -2.0, 1.0]
-        };
-        let terms = (factors.iter().enumerate()).map(|(k, factor)| (at(place + k), sign * factor));
-        Row::new(
-            self.family(),
-            Key::Difference {
-                order: self.order,
-                sample: place,
-                coordinate,
-                upper,
-            },
-            terms,
-            sign * self.limit_mm(coordinate, upper),
-            self.allowed_mm(coordinate, upper),
-            MM_PER_M / self.rate,
-        )
-    }
-
-    /// How far a row may be violated, mm.
-    fn allowed_mm(&self, coordinate: usize, upper: bool) -> f64 {
-        (TOLERANCE * self.scale_mm(self.limit_mm(coordinate, upper))).max(ROUNDING_MM)
-    }
-
-    /// What a violation of a bound is relative to, mm.
-    fn scale_mm(&self, limit_mm: f64) -> f64 {
-        limit_mm.abs().max(1.0 / self.rate)
-    }
-
-    const fn limit_mm(&self, coordinate: usize, upper: bool) -> f64 {
-        if upper {
-            self.upper_mm[coordinate]
-        } else {
-            self.lower_mm[coordinate]
-        }
-    }
-
-    fn difference(&self, motion_mm: &[f64], place: usize, coordinate: usize) -> f64 {
-        let at = |k: usize| motion_mm[(place + k) * SEGMENT_COORDINATES + coordinate];
-        if self.order == 1 {
-            at(1) - at(0)
-        } else {
-            at(2) - 2.0 * at(1) + at(0)
-        }
-    }
-
-    fn differences(&self, motion_mm: &[f64], place: usize) -> Configuration {
-        let samples = motion_mm.as_chunks::<SEGMENT_COORDINATES>().0;
-        let (now, next) = (&samples[place], &samples[place + 1]);
-        if self.order == 1 {
-            std::array::from_fn(|c| next[c] - now[c])
-        } else {
-            let after = &samples[place + 2];
-            std::array::from_fn(|c| after[c] - 2.0 * next[c] + now[c])
         }
     }
 }

@@ -1,17 +1,17 @@
 //! Fingers that hold: balls around contact points that move with the object, as tangents.
 //!
 //! `|f - c| <= tau` is the intersection of its tangents `n · (f - c) <= tau`. Those at the points
-//! where a motion leaves the ball are taken up, until it leaves it nowhere by more than a
+//! where a motion leaves the ball are activated, until it leaves it nowhere by more than a
 //! ten-millionth of tau.
 
 use inhand_model::{ConstraintFamily, Finger, Object, Position, SegmentLayout};
 use nalgebra::Vector3;
 
-use super::{Key, Peaks, Row, TOLERANCE, Worst};
+use super::{Family, Key, Row, TOLERANCE};
 use crate::model::MM_PER_M;
 use crate::target::Holding;
 
-/// How far outside the ball a fingertip may be, relative to tau, before a tangent is taken up: a
+/// How far outside the ball a fingertip may be, relative to tau, before a tangent is activated: a
 /// tenth of what is promised.
 const OUTSIDE: f64 = 1e-7;
 
@@ -37,74 +37,54 @@ impl Held {
             tau_mm: holding.tau_m * MM_PER_M,
         }
     }
+}
 
-    pub(crate) fn rows(&self) -> usize {
-        self.centres_mm.iter().map(|(_, path)| path.len()).sum()
+impl Family for Held {
+    fn family(&self) -> ConstraintFamily {
+        ConstraintFamily::Holding
     }
 
-    /// Largest violation of the balls themselves; relative to tau.
-    pub(crate) fn worst(&self, motion_mm: &[f64]) -> Worst {
-        let mut farthest = 0.0_f64;
-        for (finger, path) in &self.centres_mm {
-            for (sample, centre) in path.iter().enumerate() {
-                farthest = farthest.max((tip(motion_mm, sample, *finger) - centre).norm());
-            }
-        }
-        let excess = farthest - self.tau_mm;
-        Worst {
-            relative: excess / self.tau_mm,
-            by: excess / MM_PER_M,
-        }
+    fn size(&self) -> (usize, usize) {
+        let samples = self.centres_mm.first().map_or(0, |(_, path)| path.len());
+        (self.centres_mm.len(), samples)
     }
 
-    pub(crate) fn violated(
-        &self,
-        motion_mm: &[f64],
-        slack: f64,
-        peaks_only: bool,
-        rows: &mut Vec<Row>,
-    ) {
-        let radius = self.tau_mm + slack * MM_PER_M;
-        let mut peaks = Peaks::new(rows, peaks_only);
-        for (finger, path) in &self.centres_mm {
-            for (sample, centre) in path.iter().enumerate() {
-                let away = tip(motion_mm, sample, *finger) - centre;
-                let excess = away.norm() - radius;
-                if excess > OUTSIDE * self.tau_mm {
-                    let direction = away / away.norm();
-                    peaks.violated(excess, || self.row(sample, *finger, centre, direction));
-                } else {
-                    peaks.kept();
-                }
-            }
-            peaks.kept();
-        }
+    /// The balls themselves count, not their tangents.
+    fn excess(&self, motion_mm: &[f64], held: usize, sample: usize) -> f64 {
+        let (finger, path) = &self.centres_mm[held];
+        (tip(motion_mm, sample, *finger) - path[sample]).norm() - self.tau_mm
     }
 
-    fn row(
-        &self,
-        sample: usize,
-        finger: Finger,
-        centre: &Vector3<f64>,
-        direction: Vector3<f64>,
-    ) -> Row {
-        let at = SegmentLayout::row(sample, finger, 0);
+    fn scale_mm(&self, _held: usize) -> f64 {
+        self.tau_mm
+    }
+
+    fn allowed_mm(&self, _held: usize) -> f64 {
+        OUTSIDE * self.tau_mm
+    }
+
+    fn row(&self, motion_mm: &[f64], held: usize, sample: usize) -> Row {
+        let (finger, path) = &self.centres_mm[held];
+        let away = tip(motion_mm, sample, *finger) - path[sample];
+        let direction = away / away.norm();
+        let at = SegmentLayout::row(sample, *finger, 0);
         Row::new(
             ConstraintFamily::Holding,
             Key::Tangent {
                 sample,
-                finger,
+                finger: *finger,
                 direction: [0, 1, 2].map(|axis| direction[axis].to_bits()),
             },
             (0..3).map(|axis| (at + axis, -direction[axis])),
-            -(direction.dot(centre) + self.tau_mm),
+            -(direction.dot(&path[sample]) + self.tau_mm),
             TOLERANCE * self.tau_mm,
             MM_PER_M,
         )
     }
 }
 
-fn tip(motion_mm: &[f64], sample: usize, finger: Finger) -> Vector3<f64> {
+/// A fingertip, mm.
+pub(super) fn tip(motion_mm: &[f64], sample: usize, finger: Finger) -> Vector3<f64> {
     let row = SegmentLayout::row(sample, finger, 0);
     Vector3::new(motion_mm[row], motion_mm[row + 1], motion_mm[row + 2])
 }

@@ -1,8 +1,8 @@
-//! Constraints on the motion as rows that are taken up where they are violated.
+//! Constraints on the motion as rows that are activated where they are violated.
 //!
-//! Each family knows all its rows implicitly: which of them a motion violates, and by how much at
+//! Each [`Family`] knows all its rows implicitly: which of them a motion violates, and by how much at
 //! most. A row is a combination of a few trajectory coordinates; its factors of the unknowns are
-//! made when it is taken up.
+//! made when it is activated.
 
 mod differences;
 mod holding;
@@ -15,13 +15,14 @@ pub(crate) use reach::Reach;
 pub(crate) use separation::Separation;
 
 use std::borrow::Cow;
+use std::fmt::Debug;
 
 use inhand_model::{ConstraintFamily, Finger, PerFamily, SEGMENT_COORDINATES};
 use nalgebra::DVector;
 
-use crate::model::MotionModel;
+use crate::model::{MM_PER_M, MotionModel};
 
-/// How far over its bound a linear row may be, relative to the bound, before it is taken up. A
+/// How far over its bound a linear row may be, relative to the bound, before it is activated. A
 /// thousandth of what is promised (1e-6); rounding is a thousand times smaller still.
 const TOLERANCE: f64 = 1e-9;
 
@@ -143,14 +144,98 @@ pub(crate) struct Worst {
     pub(crate) by: f64,
 }
 
+/// Constraints of one kind: rows by series (a finger, a pair of fingers, a bound) and sample.
+pub(crate) trait Family: Debug + Send + Sync {
+    fn family(&self) -> ConstraintFamily;
+
+    /// Numbers of series and of samples in each.
+    fn size(&self) -> (usize, usize);
+
+    /// Number of rows.
+    fn rows(&self) -> usize {
+        let (series, samples) = self.size();
+        series * samples
+    }
+
+    /// How far a motion is beyond the bound, mm; negative inside.
+    fn excess(&self, motion_mm: &[f64], series: usize, sample: usize) -> f64;
+
+    /// The row that the motion violates most there.
+    fn row(&self, motion_mm: &[f64], series: usize, sample: usize) -> Row;
+
+    /// What a violation in a series is relative to, mm.
+    fn scale_mm(&self, series: usize) -> f64;
+
+    /// How far beyond the bound a motion may be before a row is activated, mm.
+    fn allowed_mm(&self, series: usize) -> f64 {
+        TOLERANCE * self.scale_mm(series)
+    }
+
+    /// Whether rows bound differences of neighbouring samples, of which each is nearly the same as the next.
+    fn is_difference(&self) -> bool {
+        false
+    }
+
+    /// Differences of positions a second (or its square), for bounds on those; 1 otherwise.
+    fn rate(&self) -> f64 {
+        1.0
+    }
+
+    /// The row of the same series and sample with the direction of another motion, if that turned.
+    fn turned(&self, _row: &Row, _motion_mm: &[f64]) -> Option<Row> {
+        None
+    }
+
+    /// Largest violation.
+    fn worst(&self, motion_mm: &[f64]) -> Worst {
+        let (series, samples) = self.size();
+        let (mut relative, mut by_mm) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
+        for series in 0..series {
+            for sample in 0..samples {
+                let excess = self.excess(motion_mm, series, sample);
+                by_mm = by_mm.max(excess);
+                relative = relative.max(excess / self.scale_mm(series));
+            }
+        }
+        Worst {
+            relative,
+            by: by_mm * self.rate() / MM_PER_M,
+        }
+    }
+
+    /// Rows that a motion violates by more than `slack` (in the family's unit) and its tolerance. Of
+    /// neighbouring samples only the worst if `peaks_only`, of a bound on differences only the worst of all.
+    fn violated(&self, motion_mm: &[f64], slack: f64, peaks_only: bool, rows: &mut Vec<Row>) {
+        let is_difference = self.is_difference();
+        if is_difference && slack == 0.0 && self.worst(motion_mm).relative <= TOLERANCE {
+            return;
+        }
+        let slack_mm = slack * MM_PER_M / self.rate();
+        let (series, samples) = self.size();
+        for series in 0..series {
+            let limit = slack_mm + self.allowed_mm(series);
+            let mut peak: Option<(usize, f64)> = None;
+            for sample in 0..samples {
+                let excess = self.excess(motion_mm, series, sample);
+                if excess > limit {
+                    if !peaks_only {
+                        rows.push(self.row(motion_mm, series, sample));
+                    } else if peak.is_none_or(|(_, worst)| excess > worst) {
+                        peak = Some((sample, excess));
+                    }
+                } else if !is_difference && let Some((sample, _)) = peak.take() {
+                    rows.push(self.row(motion_mm, series, sample));
+                }
+            }
+            rows.extend(peak.map(|(sample, _)| self.row(motion_mm, series, sample)));
+        }
+    }
+}
+
 /// The families that are switched on, for one target.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Families<'a> {
-    pub(crate) velocity: Option<&'a Differences>,
-    pub(crate) acceleration: Option<&'a Differences>,
-    pub(crate) reach: Option<&'a Reach>,
-    pub(crate) separation: Option<&'a Separation>,
-    pub(crate) held: Option<&'a Held>,
+    pub(crate) all: Vec<&'a dyn Family>,
     /// Constraints hold from this sample on.
     pub(crate) from: usize,
 }
@@ -165,31 +250,34 @@ impl Families<'_> {
         slack: &PerFamily<f64>,
         peaks_only: bool,
     ) -> Vec<Row> {
-        let straight = &*self.constrained(motion_mm, true);
-        let motion_mm = &*self.constrained(motion_mm, false);
         let mut rows = Vec::new();
-        for family in [self.velocity, self.acceleration].into_iter().flatten() {
-            family.violated(straight, slack[family.family()], peaks_only, &mut rows);
-        }
-        if let Some(reach) = self.reach {
-            let slack = slack[ConstraintFamily::Reachability];
-            reach.violated(motion_mm, slack, peaks_only, &mut rows);
-        }
-        if let Some(separation) = self.separation {
-            let slack = slack[ConstraintFamily::Separation];
-            separation.violated(motion_mm, slack, peaks_only, &mut rows);
-        }
-        if let Some(held) = self.held {
-            let slack = slack[ConstraintFamily::Holding];
-            held.violated(motion_mm, slack, peaks_only, &mut rows);
-        }
+        self.each(motion_mm, |family, motion_mm| {
+            family.violated(motion_mm, slack[family.family()], peaks_only, &mut rows);
+        });
         rows.retain(|row| row.key.sample() >= self.from);
         rows
     }
 
-    /// The motion with what lies before constraints begin to hold replaced by something that is as
-    /// good as what comes then: going straight on backwards for bounds on velocity and acceleration,
+    /// Largest violation of each family that is on.
+    pub(crate) fn worst(&self, motion_mm: &[f64]) -> PerFamily<Option<Worst>> {
+        let mut worst = PerFamily::default();
+        self.each(motion_mm, |family, motion_mm| {
+            worst[family.family()] = Some(family.worst(motion_mm));
+        });
+        worst
+    }
+
+    /// Looks at each family's motion, in which what lies before constraints begin to hold is replaced by something
+    /// that is as good as what comes then: going straight on backwards for bounds on velocity and acceleration,
     /// at rest for all others.
+    fn each(&self, motion_mm: &[f64], mut look: impl FnMut(&dyn Family, &[f64])) {
+        let [still, straight] = [false, true].map(|straight| self.constrained(motion_mm, straight));
+        for family in &self.all {
+            let is_difference = family.is_difference();
+            look(*family, if is_difference { &straight } else { &still });
+        }
+    }
+
     fn constrained<'m>(&self, motion_mm: &'m [f64], straight: bool) -> Cow<'m, [f64]> {
         if self.from == 0 {
             return Cow::Borrowed(motion_mm);
@@ -205,76 +293,5 @@ impl Families<'_> {
             }
         }
         Cow::Owned(motion)
-    }
-
-    /// Largest violation of each family that is on.
-    pub(crate) fn worst(&self, motion_mm: &[f64]) -> PerFamily<Option<Worst>> {
-        let straight = &*self.constrained(motion_mm, true);
-        let motion_mm = &*self.constrained(motion_mm, false);
-        let mut worst = PerFamily::default();
-        for family in [self.velocity, self.acceleration].into_iter().flatten() {
-            worst[family.family()] = Some(family.worst(straight));
-        }
-        worst[ConstraintFamily::Reachability] = self.reach.map(|reach| reach.worst(motion_mm));
-        worst[ConstraintFamily::Separation] = self
-            .separation
-            .map(|separation| separation.worst(motion_mm));
-        worst[ConstraintFamily::Holding] = self.held.map(|held| held.worst(motion_mm));
-        worst
-    }
-
-    /// How many rows there are.
-    pub(crate) fn rows(&self) -> usize {
-        let differences = [self.velocity, self.acceleration].into_iter().flatten();
-        differences.map(Differences::rows).sum::<usize>()
-            + self.reach.map_or(0, Reach::rows)
-            + self.separation.map_or(0, Separation::rows)
-            + self.held.map_or(0, Held::rows)
-    }
-
-    /// Which families are on.
-    pub(crate) fn on(&self) -> Vec<ConstraintFamily> {
-        [
-            (ConstraintFamily::Velocity, self.velocity.is_some()),
-            (ConstraintFamily::Acceleration, self.acceleration.is_some()),
-            (ConstraintFamily::Reachability, self.reach.is_some()),
-            (ConstraintFamily::Separation, self.separation.is_some()),
-            (ConstraintFamily::Holding, self.held.is_some()),
-        ]
-        .into_iter()
-        .filter_map(|(family, on)| on.then_some(family))
-        .collect()
-    }
-}
-
-/// Collects the worst row of each stretch of violated samples, or all of them.
-struct Peaks<'a> {
-    rows: &'a mut Vec<Row>,
-    peaks_only: bool,
-    /// The worst of the present stretch, with its excess.
-    peak: Option<(Row, f64)>,
-}
-
-impl<'a> Peaks<'a> {
-    fn new(rows: &'a mut Vec<Row>, peaks_only: bool) -> Self {
-        Self {
-            rows,
-            peaks_only,
-            peak: None,
-        }
-    }
-
-    /// The next sample is violated by `excess`.
-    fn violated(&mut self, excess: f64, row: impl FnOnce() -> Row) {
-        if !self.peaks_only {
-            self.rows.push(row());
-        } else if self.peak.as_ref().is_none_or(|(_, worst)| excess > *worst) {
-            self.peak = Some((row(), excess));
-        }
-    }
-
-    /// The next sample is kept, or there is none.
-    fn kept(&mut self) {
-        self.rows.extend(self.peak.take().map(|(row, _)| row));
     }
 }

@@ -2,7 +2,7 @@
 
 use inhand_model::{ConstraintFamily, Finger, Hull, PerFinger, SegmentLayout};
 
-use super::{Key, Peaks, Row, TOLERANCE, Worst};
+use super::{Family, Key, Row, TOLERANCE};
 use crate::error::PlanError;
 use crate::model::MM_PER_M;
 
@@ -23,7 +23,7 @@ impl Reach {
         let faces = PerFinger::try_from_fn(|finger| {
             let hull = &hulls[finger];
             if hull.normals.is_empty() {
-                return Err(PlanError::NoHull { finger });
+                return Err(PlanError::no_hull(finger));
             }
             let offsets = hull.offsets_m.iter().map(|b| (b + margin_m) * MM_PER_M);
             Ok(hull.normals.iter().copied().zip(offsets).collect())
@@ -32,46 +32,6 @@ impl Reach {
             faces,
             samples: layout.samples,
         })
-    }
-
-    pub(crate) fn rows(&self) -> usize {
-        let faces: usize = self.faces.iter().map(|(_, faces)| faces.len()).sum();
-        faces * self.samples
-    }
-
-    /// Largest violation; relative to 1 mm.
-    pub(crate) fn worst(&self, motion_mm: &[f64]) -> Worst {
-        let mut worst = f64::NEG_INFINITY;
-        for finger in Finger::ALL {
-            for sample in 0..self.samples {
-                worst = worst.max(self.highest(motion_mm, sample, finger).0);
-            }
-        }
-        Worst {
-            relative: worst,
-            by: worst / MM_PER_M,
-        }
-    }
-
-    pub(crate) fn violated(
-        &self,
-        motion_mm: &[f64],
-        slack: f64,
-        peaks_only: bool,
-        rows: &mut Vec<Row>,
-    ) {
-        let mut peaks = Peaks::new(rows, peaks_only);
-        for finger in Finger::ALL {
-            for sample in 0..self.samples {
-                let (excess, face) = self.highest(motion_mm, sample, finger);
-                if excess > slack * MM_PER_M + TOLERANCE {
-                    peaks.violated(excess, || self.row(sample, finger, face));
-                } else {
-                    peaks.kept();
-                }
-            }
-            peaks.kept();
-        }
     }
 
     /// How far a fingertip is outside the face that it is farthest outside of, mm.
@@ -87,8 +47,33 @@ impl Reach {
         }
         highest
     }
+}
 
-    fn row(&self, sample: usize, finger: Finger, face: usize) -> Row {
+impl Family for Reach {
+    fn family(&self) -> ConstraintFamily {
+        ConstraintFamily::Reachability
+    }
+
+    fn size(&self) -> (usize, usize) {
+        (Finger::COUNT, self.samples)
+    }
+
+    fn rows(&self) -> usize {
+        let faces: usize = self.faces.iter().map(|(_, faces)| faces.len()).sum();
+        faces * self.samples
+    }
+
+    fn scale_mm(&self, _finger: usize) -> f64 {
+        1.0
+    }
+
+    fn excess(&self, motion_mm: &[f64], finger: usize, sample: usize) -> f64 {
+        self.highest(motion_mm, sample, Finger::ALL[finger]).0
+    }
+
+    fn row(&self, motion_mm: &[f64], finger: usize, sample: usize) -> Row {
+        let finger = Finger::ALL[finger];
+        let (_, face) = self.highest(motion_mm, sample, finger);
         let (normal, offset) = self.faces[finger][face];
         let at = SegmentLayout::row(sample, finger, 0);
         Row::new(

@@ -6,7 +6,8 @@
 use inhand_model::{ConstraintFamily, Finger, SegmentLayout};
 use nalgebra::Vector3;
 
-use super::{Key, Peaks, Row, TOLERANCE, Worst};
+use super::holding::tip;
+use super::{Family, Key, Row};
 use crate::model::MM_PER_M;
 
 /// Fingertips nearer than this have no direction from one to the other, mm.
@@ -48,77 +49,6 @@ impl Separation {
         }
     }
 
-    pub(crate) const fn rows(&self) -> usize {
-        PAIRS.len() * self.samples
-    }
-
-    /// Largest violation of the true distance; relative to it or to 1 mm where that is larger.
-    pub(crate) fn worst(&self, motion_mm: &[f64]) -> Worst {
-        let mut nearest = f64::INFINITY;
-        for pair in 0..PAIRS.len() {
-            for sample in 0..self.samples {
-                nearest = nearest.min(between(motion_mm, sample, pair).norm_squared());
-            }
-        }
-        let missing = self.least_mm - nearest.sqrt();
-        Worst {
-            relative: missing / self.least_mm.max(1.0),
-            by: missing / MM_PER_M,
-        }
-    }
-
-    pub(crate) fn violated(
-        &self,
-        motion_mm: &[f64],
-        slack: f64,
-        peaks_only: bool,
-        rows: &mut Vec<Row>,
-    ) {
-        let least = self.least_mm - slack * MM_PER_M;
-        let mut peaks = Peaks::new(rows, peaks_only);
-        for pair in 0..PAIRS.len() {
-            for sample in 0..self.samples {
-                let missing = least - between(motion_mm, sample, pair).norm();
-                if missing > self.allowed_mm() {
-                    peaks.violated(missing, || self.row(motion_mm, sample, pair));
-                } else {
-                    peaks.kept();
-                }
-            }
-            peaks.kept();
-        }
-    }
-
-    /// The row of the same pair and sample with the direction of another motion, if that turned.
-    pub(crate) fn turned(&self, row: &Row, motion_mm: &[f64]) -> Option<Row> {
-        let Key::Apart { sample, pair } = row.key else {
-            return None;
-        };
-        let old = Vector3::from_fn(|axis, _| row.terms[axis].1);
-        let new = self.direction(motion_mm, sample, pair);
-        let turned = old.cross(&new).norm() > TURNED || old.dot(&new) < 0.0;
-        turned.then(|| self.row(motion_mm, sample, pair))
-    }
-
-    fn row(&self, motion_mm: &[f64], sample: usize, pair: usize) -> Row {
-        let direction = self.direction(motion_mm, sample, pair);
-        let (one, other) = PAIRS[pair];
-        let (one, other) = (
-            SegmentLayout::row(sample, one, 0),
-            SegmentLayout::row(sample, other, 0),
-        );
-        let away = (0..3).map(|axis| (one + axis, direction[axis]));
-        let back = (0..3).map(|axis| (other + axis, -direction[axis]));
-        Row::new(
-            ConstraintFamily::Separation,
-            Key::Apart { sample, pair },
-            away.chain(back),
-            self.least_mm,
-            self.allowed_mm(),
-            MM_PER_M,
-        )
-    }
-
     /// From the second fingertip of a pair to the first. Where they coincide, that of the nearest
     /// sample at which they do not (the earlier of two), or of the expected motion, or x.
     fn direction(&self, motion_mm: &[f64], sample: usize, pair: usize) -> Vector3<f64> {
@@ -134,18 +64,55 @@ impl Separation {
             .or_else(|| unit(&self.expected_mm, sample))
             .unwrap_or_else(Vector3::x)
     }
+}
 
-    fn allowed_mm(&self) -> f64 {
-        TOLERANCE * self.least_mm.max(1.0)
+impl Family for Separation {
+    fn family(&self) -> ConstraintFamily {
+        ConstraintFamily::Separation
+    }
+
+    fn size(&self) -> (usize, usize) {
+        (PAIRS.len(), self.samples)
+    }
+
+    /// The true distance counts, not its linearisation.
+    fn excess(&self, motion_mm: &[f64], pair: usize, sample: usize) -> f64 {
+        self.least_mm - between(motion_mm, sample, pair).norm()
+    }
+
+    fn scale_mm(&self, _pair: usize) -> f64 {
+        self.least_mm.max(1.0)
+    }
+
+    fn turned(&self, row: &Row, motion_mm: &[f64]) -> Option<Row> {
+        let Key::Apart { sample, pair } = row.key else {
+            return None;
+        };
+        let old = Vector3::from_fn(|axis, _| row.terms[axis].1);
+        let new = self.direction(motion_mm, sample, pair);
+        let turned = old.cross(&new).norm() > TURNED || old.dot(&new) < 0.0;
+        turned.then(|| self.row(motion_mm, pair, sample))
+    }
+
+    fn row(&self, motion_mm: &[f64], pair: usize, sample: usize) -> Row {
+        let direction = self.direction(motion_mm, sample, pair);
+        let (one, other) = PAIRS[pair];
+        let [one, other] = [one, other].map(|finger| SegmentLayout::row(sample, finger, 0));
+        let away = (0..3).map(|axis| (one + axis, direction[axis]));
+        let back = (0..3).map(|axis| (other + axis, -direction[axis]));
+        Row::new(
+            ConstraintFamily::Separation,
+            Key::Apart { sample, pair },
+            away.chain(back),
+            self.least_mm,
+            self.allowed_mm(pair),
+            MM_PER_M,
+        )
     }
 }
 
 /// From the second fingertip of a pair to the first, mm.
 fn between(motion_mm: &[f64], sample: usize, pair: usize) -> Vector3<f64> {
     let (one, other) = PAIRS[pair];
-    let at = |finger| {
-        let row = SegmentLayout::row(sample, finger, 0);
-        Vector3::new(motion_mm[row], motion_mm[row + 1], motion_mm[row + 2])
-    };
-    at(one) - at(other)
+    tip(motion_mm, sample, one) - tip(motion_mm, sample, other)
 }

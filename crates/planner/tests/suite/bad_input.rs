@@ -76,7 +76,11 @@ fn settings_out_of_range_are_refused() {
          expected two numbers, the first not above the second"
     );
     let error = refused(|_, s| velocity(s).max_m_s[14] = f64::NAN);
-    assert!(matches!(error, PlanError::VelocityBounds { axis: 2, .. }));
+    assert!(
+        error
+            .to_string()
+            .contains("velocity bounds of little, axis 2")
+    );
 }
 
 #[test]
@@ -101,18 +105,6 @@ fn targets_that_are_no_places_are_refused_where_the_method_looks_at_them() {
         let paper = Planner::new(&dictionary, Method::Paper, &settings).unwrap();
         assert!(paper.plan(&Method::Paper.target(&ends)).is_ok());
     }
-}
-
-#[test]
-fn names_of_methods_are_read_and_others_refused() {
-    for method in Method::ALL {
-        assert_eq!(method.name().parse(), Ok(method));
-    }
-    let message = "papier".parse::<Method>().unwrap_err().to_string();
-    assert_eq!(
-        message,
-        "unknown planning method \"papier\": expected one of paper, prior"
-    );
 }
 
 #[test]
@@ -207,12 +199,7 @@ fn constraints_out_of_range_are_refused() {
          expected two numbers, the first not above the second"
     );
     let error = refused(|_, s| s.constraints.reachability_margin_m = Some(0.0));
-    assert_eq!(
-        error,
-        PlanError::NoHull {
-            finger: Finger::Thumb
-        }
-    );
+    assert!(error.to_string().contains("that of thumb has no faces"));
     for value in [0.0, -0.01, f64::NAN] {
         let message = refused(|_, s| s.constraints.separation_m = Some(value)).to_string();
         assert!(message.contains(&format!("separation_m is {value}: expected a positive")));
@@ -220,13 +207,7 @@ fn constraints_out_of_range_are_refused() {
         assert!(message.contains("velocity_sigma_m_s"));
     }
     let error = refused(|_, s| s.constraints.reachability_margin_m = Some(f64::NAN));
-    assert!(matches!(
-        error,
-        PlanError::Setting {
-            name: "reachability_margin_m",
-            ..
-        }
-    ));
+    assert!(error.to_string().contains("reachability_margin_m is NaN"));
 }
 
 #[test]

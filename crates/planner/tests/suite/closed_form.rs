@@ -126,10 +126,10 @@ fn a_velocity_bound_stops_the_motion_exactly_there() {
                 .unwrap()
                 .with_backend(backend);
             let plan = planner.plan(&method.target(&between(0.0, 0.05))).unwrap();
-            assert_eq!(plan.status, PlanStatus::Solved, "{method} {backend:?}");
+            assert_eq!(plan.status, PlanStatus::Solved, "{method:?} {backend:?}");
             assert!(
                 (plan.activations_m[0] - 0.02).abs() < 1e-12,
-                "{method} {backend:?}"
+                "{method:?} {backend:?}"
             );
             assert!(plan.checks.active[ConstraintFamily::Velocity] >= 1);
             assert!(plan.checks.rows_taken_up >= 1 && plan.rounds == 2);

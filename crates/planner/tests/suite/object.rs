@@ -112,10 +112,12 @@ fn objects_that_segments_do_not_carry() {
     let plan = planner.plan(&Target::from(given())).unwrap();
     assert!(plan.status == PlanStatus::Solved && plan.object.is_empty());
     let target = Target::new().last([0.01; 15]).object_first(object().first);
-    assert_eq!(planner.plan(&target), Err(PlanError::NoObject));
+    let error = planner.plan(&target).unwrap_err().to_string();
+    assert!(error.contains("which is not in these segments"), "{error}");
     let planner = Planner::residual(&residual(10, 3, true), &hard()).unwrap();
     let target = Target::new().object_last(object().last);
-    assert_eq!(planner.plan(&target), Err(PlanError::ObjectStart));
+    let error = planner.plan(&target).unwrap_err().to_string();
+    assert!(error.contains("last pose and not its first"), "{error}");
     let nowhere = Pose::new(Isometry3::translation(83.5, 0.0, 0.0));
     let error = planner
         .plan(&Target::new().object_first(nowhere))
@@ -167,15 +169,9 @@ fn fingers_that_touch_at_both_ends_hold() {
     assert!(ring.distance_m(Position::new(0.008, 0.0, 0.025)) < 1e-12);
     let error = held(0.0015, 0.03).unwrap_err();
     let message = error.to_string();
+    assert!(matches!(error, PlanError::TooFewHold(_)), "{message}");
     assert!(
-        matches!(
-            error,
-            PlanError::TooFewHold {
-                held: 2,
-                needed: 3,
-                ..
-            }
-        ),
+        message.contains("2 fingers hold") && message.contains("3 are needed"),
         "{message}"
     );
     assert!(message.contains("thumb 0.0020 and 0.0020 m"), "{message}");

@@ -30,18 +30,22 @@ fn check(
     for plan in &plans {
         match &answer {
             Answer::Infeasible => {
-                assert_eq!(plan.status, PlanStatus::Infeasible, "{method} {case}");
+                assert_eq!(plan.status, PlanStatus::Infeasible, "{method:?} {case}");
                 assert!(plan.trajectory.is_none() && plan.activations_m.is_empty());
                 assert!(plan.objective.is_infinite() && plan.certificate.primal > 1e-6);
             }
             Answer::Solved(h_mm) => {
-                assert_eq!(plan.status, PlanStatus::Solved, "{method} {case} {plan:?}");
+                assert_eq!(
+                    plan.status,
+                    PlanStatus::Solved,
+                    "{method:?} {case} {plan:?}"
+                );
                 assert!(plan.certificate.worst() <= 1e-8, "{:?}", plan.certificate);
                 let reference = plain.objective(h_mm);
                 let own = plain.objective(&(&plan.activations_m * 1e3));
                 assert!(
                     (own - reference).abs() <= 1e-6 * reference.abs().max(1.0),
-                    "{method} {case}: {own} against {reference}"
+                    "{method:?} {case}: {own} against {reference}"
                 );
                 assert!((plan.objective - own).abs() <= 1e-6 * own.abs().max(1.0));
             }

@@ -4,8 +4,7 @@ use inhand_model::{
     ConstraintFamily, Dictionary, DictionaryKind, Finger, PerFinger, Plan, PlanStatus, Trajectory,
 };
 use inhand_planner::{
-    AccelerationBounds, Backend, Ends, Knot, Method, PlanError, Planner, PlannerSettings, Target,
-    Tips, replan,
+    AccelerationBounds, Backend, Ends, Knot, Method, Planner, PlannerSettings, Target, Tips, replan,
 };
 use nalgebra::DVector;
 
@@ -386,7 +385,6 @@ fn velocities_on_the_way_are_steps_of_the_motion() {
             "target: index is wanted to move at [0.02, -0.01, 0.03] and at [0.02, 0.01, 0.03] m/s \
              from the same sample 5 (0.25 s) on: expected one velocity"
         );
-        assert!(matches!(error, PlanError::VelocityContradiction { .. }));
         some[Finger::Index] = Some([0.02, f64::NAN, 0.03]);
         let error = planner.plan(&ends.velocity_at(0.24, some)).unwrap_err();
         assert!(

@@ -3,8 +3,7 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use crate::format::MessageKind;
-use crate::reading::{Fault, Item, Kind, Label, Reading};
+use crate::reading::{Fault, Item, Kind, Label, MessageKind, Reading};
 use crate::topics::{ImportSettings, TopicUse, name_of_topic};
 use inhand_channels::ChannelError;
 

@@ -62,7 +62,7 @@ use inhand_container::{Depth, Record, walk};
 use inhand_model::{Finding, LengthUnit, Recording, RotationOrder, Source, UpAxis};
 use nalgebra::Isometry3;
 
-use self::format::MessageKind;
+use self::format::find_kind;
 use self::gather::Gathered;
 use self::timing::Timing;
 pub use self::topics::{ImportSettings, TopicUse, TopicUseError};
@@ -164,7 +164,7 @@ fn gather<'a>(
                         if viewed && channel.topic.starts_with(VIEW_TOPICS) {
                             return None;
                         }
-                        let format = MessageKind::find(schema, encoding)?;
+                        let format = find_kind(schema, encoding)?;
                         gathered.topic(&channel.topic, schema, encoding, format)
                     });
                 }

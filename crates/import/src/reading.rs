@@ -1,4 +1,4 @@
-//! Contents of one message, independent of its encoding.
+//! Kinds of messages, and the contents of one message, independent of its encoding.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -71,6 +71,36 @@ pub(crate) struct Reading<'a> {
     pub(crate) stamp_nanos: u64,
     pub(crate) frame: Cow<'a, str>,
     pub(crate) items: Vec<Item<'a>>,
+}
+
+/// Rank of messages made for motion capture.
+pub(crate) const MOTION_CAPTURE: u8 = 0;
+/// Rank of poses and points.
+pub(crate) const POSES: u8 = 1;
+/// Rank of clouds of points.
+pub(crate) const CLOUDS: u8 = 2;
+/// Rank of transforms, which robots send of all their parts.
+pub(crate) const TRANSFORMS: u8 = 3;
+
+/// The contents of a message.
+pub(crate) type Readings<'a> = Result<Vec<Reading<'a>>, Fault>;
+
+/// A message type in one encoding.
+#[derive(Debug)]
+pub(crate) struct MessageKind {
+    /// Names of its schema, without the folder `msg` that ROS 2 puts in.
+    pub(crate) schemas: &'static [&'static str],
+    pub(crate) encoding: &'static str,
+    /// How much a topic of this kind says about a take, 0 most.
+    pub(crate) rank: u8,
+    /// Decodes a message.
+    pub(crate) read: for<'a> fn(&'a [u8]) -> Readings<'a>,
+}
+
+impl MessageKind {
+    pub(crate) fn is_cloud(&self) -> bool {
+        self.rank == CLOUDS
+    }
 }
 
 /// Seconds and nanoseconds as nanoseconds; 0 for times before 1970.

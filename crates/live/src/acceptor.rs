@@ -9,8 +9,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
+use crate::control::Command;
 use crate::error::LiveError;
-use crate::player::Command;
 use crate::viewer::serve;
 
 /// Viewers at the same time; each may have some MiB waiting.

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use crate::control::Viewer;
 use crate::outbox::Pushed;
 use crate::protocol::{Level, PlaybackState, Subprotocol, message_head, status, time};
-use crate::viewer::Viewer;
 
 /// Subscriptions that one viewer may have.
 const MOST_SUBSCRIPTIONS: usize = 1 << 16;
@@ -36,7 +36,7 @@ impl Clients {
         self.clients.len()
     }
 
-    /// Whether anyone wants any messages.
+    /// Whether any client is subscribed.
     pub(crate) fn is_watching(&self) -> bool {
         (self.clients.values()).any(|client| !client.subscriptions.is_empty())
     }
@@ -56,7 +56,7 @@ impl Clients {
         self.clients.insert(client.viewer.number, client);
     }
 
-    /// Who leaves, if it was there.
+    /// Removes a client.
     pub(crate) fn leave(&mut self, number: u64) -> Option<Viewer> {
         self.clients.remove(&number).map(|client| client.viewer)
     }
@@ -95,7 +95,7 @@ impl Clients {
         }
     }
 
-    /// Tells a viewer of something that it should not have said.
+    /// Warns a viewer of a request that cannot be met.
     pub(crate) fn warn(&self, number: u64, what: &str) {
         if let Some(client) = self.clients.get(&number) {
             client.viewer.outbox.text(&status(Level::Warning, what));
@@ -103,21 +103,21 @@ impl Clients {
         }
     }
 
-    /// Tells all viewers why there is an end.
+    /// Tells all viewers why playback ends.
     pub(crate) fn fail(&self, what: &str) {
         for client in self.clients.values() {
             client.viewer.outbox.text(&status(Level::Error, what));
         }
     }
 
-    /// Remembers that a viewer knows what a playback state is.
+    /// Notes that a viewer understands playback states.
     pub(crate) fn knows_playback(&mut self, number: u64) {
         if let Some(client) = self.clients.get_mut(&number) {
             client.controls = true;
         }
     }
 
-    /// Tells how playing stands; to `asker` as the answer to its request.
+    /// Sends the playback state; to `asker` as the answer to its request.
     pub(crate) fn state(&self, state: PlaybackState, asker: Option<(u64, &str)>) {
         let others = state.to_bytes("");
         for (&number, client) in self.clients.iter().filter(|(_, client)| client.controls) {
@@ -138,47 +138,27 @@ impl Clients {
     /// Sends a message to all who subscribed to its channel.
     pub(crate) fn message(&mut self, channel: u64, log_time: u64, data: &[u8]) {
         for client in self.clients.values_mut() {
-            let (sent, missed) = client.message(channel, log_time, data);
+            let (sent, missed) = client.message(channel, log_time, data, None);
             self.sent += sent;
             self.missed += missed;
         }
     }
 
-    /// Tells a viewer that has just come how playing stands.
+    /// Sends the playback state to a new client.
     pub(crate) fn introduce(&self, number: u64, state: PlaybackState) {
         if let Some(client) = self.clients.get(&number).filter(|client| client.controls) {
             client.viewer.outbox.binary(&[&state.to_bytes("")]);
         }
     }
 
-    /// Sends what holds to one viewer: the time, then messages as far as it wants them.
-    pub(crate) fn hold<'a>(
-        &mut self,
-        number: u64,
-        now: u64,
-        messages: impl IntoIterator<Item = (u64, u64, &'a [u8])>,
-    ) {
-        let Some(client) = self.clients.get_mut(&number) else {
-            return;
-        };
-        if client.missed == 0 {
-            client.viewer.outbox.binary(&[&time(now)]);
-        }
-        for (channel, log_time, data) in messages {
-            let (sent, missed) = client.message(channel, log_time, data);
-            self.sent += sent;
-            self.missed += missed;
-        }
-        client.viewer.outbox.wake();
-    }
-
-    /// Sends what holds on channels to new subscriptions of one viewer, after the time.
+    /// Sends the time to one viewer, then messages as far as it subscribed to their channels; where
+    /// `only` names subscriptions, to those alone.
     pub(crate) fn catch_up(
         &mut self,
         number: u64,
-        new: &[(u64, u32)],
         now: u64,
         messages: &[(u64, u64, &[u8])],
+        only: Option<&[u32]>,
     ) {
         let Some(client) = self.clients.get_mut(&number) else {
             return;
@@ -187,23 +167,14 @@ impl Clients {
             client.viewer.outbox.binary(&[&time(now)]);
         }
         for &(channel, log_time, data) in messages {
-            for &(_, subscription) in new.iter().filter(|(wanted, _)| *wanted == channel) {
-                match push(
-                    &client.viewer,
-                    &mut client.missed,
-                    subscription,
-                    log_time,
-                    data,
-                ) {
-                    true => self.sent += 1,
-                    false => self.missed += 1,
-                }
-            }
+            let (sent, missed) = client.message(channel, log_time, data, only);
+            self.sent += sent;
+            self.missed += missed;
         }
         client.viewer.outbox.wake();
     }
 
-    /// Those who were behind and have read all that there was since; they are told, and can go on.
+    /// The clients that were behind and have read all that was sent since; they are warned, and go on.
     pub(crate) fn caught_up(&mut self, state: PlaybackState) -> Vec<(Viewer, u64)> {
         let mut caught_up = Vec::new();
         for client in self.clients.values_mut() {
@@ -220,7 +191,7 @@ impl Clients {
         caught_up
     }
 
-    /// Whether anyone is behind.
+    /// Whether any client is behind.
     pub(crate) fn is_anyone_behind(&self) -> bool {
         self.clients.values().any(|client| client.missed > 0)
     }
@@ -237,7 +208,7 @@ impl Clients {
         }
     }
 
-    /// Says goodbye to everyone, after what is still to be sent.
+    /// Closes all connections, after what is still to be sent.
     pub(crate) fn close(&self) {
         for client in self.clients.values() {
             client.viewer.outbox.close();
@@ -246,24 +217,28 @@ impl Clients {
 }
 
 impl Client {
-    /// How many messages were sent, and how many were not.
-    fn message(&mut self, channel: u64, log_time: u64, data: &[u8]) -> (u64, u64) {
-        let (mut sent, mut missed) = (0, 0);
+    /// Sends a message on the subscriptions to its channel; how many were sent, and how many were not. A
+    /// viewer that is behind gets nothing in between: it goes on from the playback position when it has
+    /// read all.
+    fn message(
+        &mut self,
+        channel: u64,
+        log_time: u64,
+        data: &[u8],
+        only: Option<&[u32]>,
+    ) -> (u64, u64) {
+        let (mut sent, missed) = (0, self.missed);
         for &subscription in self.subscriptions.get(&channel).into_iter().flatten() {
-            match push(&self.viewer, &mut self.missed, subscription, log_time, data) {
+            if only.is_some_and(|only| !only.contains(&subscription)) {
+                continue;
+            }
+            let head = message_head(subscription, log_time);
+            let outbox = &self.viewer.outbox;
+            match self.missed == 0 && outbox.binary(&[&head, data]) == Pushed::Waits {
                 true => sent += 1,
-                false => missed += 1,
+                false => self.missed += 1,
             }
         }
-        (sent, missed)
+        (sent, self.missed - missed)
     }
-}
-
-/// Whether a message found room. A viewer that is behind gets nothing in between: it goes on from where
-/// playing stands when it has read all.
-fn push(viewer: &Viewer, missed: &mut u64, subscription: u32, log_time: u64, data: &[u8]) -> bool {
-    let head = message_head(subscription, log_time);
-    let sent = *missed == 0 && viewer.outbox.binary(&[&head, data]) == Pushed::Waits;
-    *missed += u64::from(!sent);
-    sent
 }

@@ -8,7 +8,7 @@ pub const SLOWEST: f64 = 0.01;
 /// The fastest that can be played.
 pub const FASTEST: f64 = 100.0;
 
-/// Log time that passes at a speed, or stands.
+/// Log time that passes at a speed, or is paused.
 ///
 /// It asks no clock: `now` is the time since any fixed instant, and must not go back.
 ///
@@ -30,13 +30,13 @@ pub struct Clock {
     span: (u64, u64),
     /// Log time at the last change.
     anchor: u64,
-    /// When that was; `None` while log time stands.
+    /// When that was; `None` while paused.
     since: Option<Duration>,
     speed: f64,
 }
 
 impl Clock {
-    /// Stands at the first of two log times, nanoseconds since 1970-01-01 UTC, at speed 1.
+    /// Paused at the first of two log times, nanoseconds since 1970-01-01 UTC, at speed 1.
     pub fn new(span: (u64, u64)) -> Self {
         Self {
             span,
@@ -77,7 +77,7 @@ impl Clock {
         self.since = Some(now);
     }
 
-    /// Lets log time stand.
+    /// Pauses log time.
     pub fn pause(&mut self, now: Duration) {
         self.anchor = self.at(now);
         self.since = None;
@@ -100,8 +100,8 @@ impl Clock {
         self.speed = speed.clamp(SLOWEST, FASTEST);
     }
 
-    /// How long it takes until a log time is reached: nothing where it is past, `None` while log time
-    /// stands before it.
+    /// How long it takes until a log time is reached: nothing where it is past, `None` where it is later
+    /// and the clock is paused.
     pub fn until(&self, now: Duration, log_time: u64) -> Option<Duration> {
         let left = log_time.saturating_sub(self.at(now));
         if left == 0 {

@@ -1,10 +1,34 @@
-//! Controls of a player, for the rest of the program.
+//! Commands to a player: from its clients, and from the rest of the program.
 
+use std::net::SocketAddr;
+use std::sync::Arc;
 use std::sync::mpsc::SyncSender;
 
-use crate::player::Command;
+use crate::event::DisconnectReason;
+use crate::outbox::Outbox;
+use crate::protocol::{Request, Subprotocol};
 
-/// Something that playing should do.
+/// A connected client.
+#[derive(Clone)]
+pub(crate) struct Viewer {
+    pub(crate) number: u64,
+    pub(crate) address: SocketAddr,
+    pub(crate) subprotocol: Subprotocol,
+    pub(crate) outbox: Arc<Outbox>,
+}
+
+/// A command to a player.
+pub(crate) enum Command {
+    Arrived(Viewer),
+    Asked(u64, Request),
+    Misunderstood(u64, String),
+    Gone(u64, DisconnectReason),
+    Strange(SocketAddr),
+    Full(SocketAddr, usize),
+    Control(Control),
+}
+
+/// A control of playback.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Control {
@@ -18,7 +42,7 @@ pub enum Control {
     Faster,
     /// Plays at the next slower of the usual speeds.
     Slower,
-    /// Says goodbye to all viewers and ends.
+    /// Disconnects all viewers and ends.
     Stop,
 }
 

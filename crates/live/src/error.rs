@@ -20,7 +20,7 @@ pub enum LiveError {
         /// The port.
         port: u16,
     },
-    /// There can be no listening there.
+    /// The address cannot be bound.
     #[error(
         "{host}:{port}: cannot listen: expected an address of this computer, such as 127.0.0.1 (viewers \
          here) or 0.0.0.0 (viewers anywhere), and a port that may be used"

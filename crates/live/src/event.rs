@@ -71,11 +71,11 @@ pub enum Event {
     },
     /// The end is reached.
     Ended,
-    /// How playing stands; comes a few times a second, and at every change.
+    /// The state of playback; comes a few times a second, and at every change.
     Progress(Progress),
 }
 
-/// How playing stands.
+/// The state of playback.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Progress {
@@ -85,22 +85,22 @@ pub struct Progress {
     pub duration_s: f64,
     /// Seconds of the recording a second.
     pub speed: f64,
-    /// What is going on.
+    /// Mode of playback.
     pub mode: Mode,
     /// How many viewers are connected.
     pub viewers: usize,
 }
 
-/// What is going on.
+/// Mode of playback.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Mode {
     /// Time passes.
     Playing,
-    /// Time stands because someone wanted so.
+    /// Paused on request.
     Paused,
-    /// Time stands because nobody watches.
+    /// Paused because no client is subscribed.
     Waiting,
-    /// Time stands at the end.
+    /// Paused at the end.
     Ended,
 }

@@ -29,7 +29,7 @@ struct State {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Pushed {
     Waits,
-    /// There was no room for it, or nobody to send it to.
+    /// There was no room for it, or the connection is closed.
     Left,
 }
 
@@ -71,7 +71,7 @@ impl Outbox {
         self.changed.notify_all();
     }
 
-    /// Says goodbye after what waits.
+    /// Closes the connection after what waits.
     pub(crate) fn close(&self) {
         let mut state = self.lock();
         if !mem::replace(&mut state.closed, true) {
@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn whoever_waits_is_woken_by_the_end() {
+    fn a_waiting_thread_is_woken_by_the_end() {
         let outbox = Arc::new(Outbox::default());
         let waits = thread::spawn({
             let outbox = Arc::clone(&outbox);

@@ -1,7 +1,6 @@
 //! Playing: the one thread that reads the file, keeps the time and fills the outboxes.
 
 use std::io::{Read, Seek};
-use std::net::SocketAddr;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
@@ -10,14 +9,12 @@ use inhand_container::Timeline;
 use crate::advertisement::Advertisement;
 use crate::clients::Clients;
 use crate::clock::Clock;
-use crate::control::{Control, faster, slower};
+use crate::control::{Command, Control, Viewer, faster, slower};
 use crate::error::LiveError;
 use crate::event::{DisconnectReason, Event, Mode, Progress};
 use crate::protocol::{PlaybackRequest, PlaybackState, Request, Status};
 use crate::retained::Retained;
-use crate::server::Repeat;
 use crate::start::StartOnSubscribe;
-use crate::viewer::Viewer;
 
 /// Messages are sent at most so often, those due in between together.
 const TICK: Duration = Duration::from_millis(4);
@@ -28,21 +25,23 @@ const HEARTBEAT: Duration = Duration::from_millis(50);
 /// How often there is a [`Event::Progress`].
 const PROGRESS: Duration = Duration::from_millis(200);
 
-/// How long viewers may take to say goodbye.
-pub(crate) const GOODBYE: Duration = Duration::from_secs(1);
+/// How long viewers may take to close their connections.
+pub(crate) const CLOSING: Duration = Duration::from_secs(1);
 
 /// Messages that are sent before anyone else is listened to.
 const BATCH: usize = 2000;
 
-/// What the player is told.
-pub(crate) enum Command {
-    Arrived(Viewer),
-    Asked(u64, Request),
-    Misunderstood(u64, String),
-    Gone(u64, DisconnectReason),
-    Strange(SocketAddr),
-    Full(SocketAddr, usize),
-    Control(Control),
+/// Behaviour at the end of the recording.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Repeat {
+    /// Playback pauses there, and viewers can go back.
+    #[default]
+    Stay,
+    /// It goes on from the start.
+    Always,
+    /// The server ends, after all viewers have read everything.
+    Finish,
 }
 
 /// How playing came to an end.
@@ -50,7 +49,7 @@ pub(crate) enum Command {
 pub(crate) enum Ending {
     /// By the end of the file.
     Finished,
-    /// Because someone wanted so.
+    /// On request.
     Stopped,
 }
 
@@ -63,7 +62,7 @@ pub(crate) struct Player<R, N> {
     pub(crate) start: StartOnSubscribe,
     pub(crate) retained: Retained,
     pub(crate) repeat: Repeat,
-    /// Whether time should pass as soon as someone watches.
+    /// Whether time should pass as soon as a client is subscribed.
     pub(crate) wanted: bool,
     pub(crate) ended: bool,
     /// The time that viewers were told last.
@@ -81,7 +80,7 @@ pub(crate) struct Times {
 }
 
 impl<R: Read + Seek, N: FnMut(Event)> Player<R, N> {
-    /// Plays until there is an end or someone wants one.
+    /// Plays until the end or until a stop is requested.
     pub(crate) fn play(&mut self, commands: &Receiver<Command>) -> Result<Ending, LiveError> {
         let begun = Instant::now();
         loop {
@@ -107,8 +106,8 @@ impl<R: Read + Seek, N: FnMut(Event)> Player<R, N> {
         }
     }
 
-    /// Says goodbye to all viewers. Waits until they have read what was sent, but not longer than
-    /// `patience`, and then a moment for their goodbye.
+    /// Disconnects all viewers. Waits until they have read what was sent, but not longer than
+    /// `patience`, and then a moment for their answer.
     pub(crate) fn disconnect_all(&mut self, commands: &Receiver<Command>, patience: Duration) {
         self.clients.close();
         let mut until = Instant::now() + patience;
@@ -116,7 +115,7 @@ impl<R: Read + Seek, N: FnMut(Event)> Player<R, N> {
         while self.clients.len() > 0 {
             if !sent && self.clients.is_all_sent() {
                 sent = true;
-                until = until.min(Instant::now() + GOODBYE);
+                until = until.min(Instant::now() + CLOSING);
             }
             let left = until.saturating_duration_since(Instant::now());
             if left.is_zero() {
@@ -126,7 +125,7 @@ impl<R: Read + Seek, N: FnMut(Event)> Player<R, N> {
                 Ok(Command::Gone(number, how)) => self.gone(number, how),
                 // Too late: it is closed like the others.
                 Ok(Command::Arrived(viewer)) => viewer.outbox.close(),
-                Ok(Command::Control(Control::Stop)) => until = until.min(Instant::now() + GOODBYE),
+                Ok(Command::Control(Control::Stop)) => until = until.min(Instant::now() + CLOSING),
                 Ok(_) | Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return,
             }
@@ -145,7 +144,7 @@ impl<R: Read + Seek, N: FnMut(Event)> Player<R, N> {
         let more = open && self.deliver(now)?;
         if open && !more && self.wanted && self.clock.is_at_end(now) {
             match self.repeat {
-                // Whoever is behind is helped up first, and is told what it missed.
+                // Clients that are behind catch up first, and are told what they missed.
                 Repeat::Finish if self.clients.is_anyone_behind() => {}
                 Repeat::Finish => return Ok(None),
                 Repeat::Stay | Repeat::Always => self.end(now)?,
@@ -234,7 +233,7 @@ impl<R: Read + Seek, N: FnMut(Event)> Player<R, N> {
         // What was said of a seek in the meantime may not have reached it, and it jumps in any case.
         let state = self.state(now, true);
         for (viewer, messages) in self.clients.caught_up(state) {
-            (self.clients).hold(viewer.number, self.shown, self.retained.all());
+            (self.clients).catch_up(viewer.number, self.shown, &self.retained.all(), None);
             let viewer = viewer.address;
             (self.notify)(Event::Missed { viewer, messages });
         }
@@ -259,7 +258,7 @@ impl<R: Read + Seek, N: FnMut(Event)> Player<R, N> {
         let number = viewer.number;
         self.clients.arrive(viewer, &self.greeting);
         self.clients.introduce(number, self.state(now, false));
-        self.clients.hold(number, self.shown, []);
+        self.clients.catch_up(number, self.shown, &[], None);
         (self.notify)(Event::Arrived { viewer: address });
     }
 
@@ -289,12 +288,12 @@ impl<R: Read + Seek, N: FnMut(Event)> Player<R, N> {
                 false => Err(format!("there is no channel {channel}")),
             };
             match done {
-                Ok(()) => new.push((channel, subscription)),
+                Ok(()) => new.push(subscription),
                 Err(why) => self.clients.warn(number, &why),
             }
         }
-        self.clients
-            .catch_up(number, &new, self.shown, &self.retained.all());
+        let messages = self.retained.all();
+        (self.clients).catch_up(number, self.shown, &messages, Some(&new));
     }
 
     fn playback(
@@ -370,7 +369,7 @@ impl<R: Read + Seek, N: FnMut(Event)> Player<R, N> {
         Ok(())
     }
 
-    /// Tells viewers how playing stands; after a seek also what holds there.
+    /// Sends the playback state; after a seek also the retained messages.
     fn announce(&mut self, now: Duration, did_seek: bool, asker: Option<(u64, &str)>) {
         self.clients.state(self.state(now, did_seek), asker);
         if did_seek {
@@ -395,7 +394,7 @@ impl<R: Read + Seek, N: FnMut(Event)> Player<R, N> {
         }
     }
 
-    /// Tells how playing stands, now and then and when it changes.
+    /// Reports the playback state, a few times a second and when it changes.
     fn report(&mut self, now: Duration) {
         let mode = match (self.ended, self.wanted) {
             (true, _) => Mode::Ended,

@@ -11,10 +11,10 @@ use crate::acceptor::{Acceptor, bind};
 use crate::advertisement::Advertisement;
 use crate::clients::Clients;
 use crate::clock::{Clock, FASTEST, SLOWEST};
-use crate::control::Controls;
+use crate::control::{Command, Controls};
 use crate::error::LiveError;
 use crate::event::Event;
-use crate::player::{Command, Ending, GOODBYE, Player, Times};
+use crate::player::{CLOSING, Ending, Player, Repeat, Times};
 use crate::protocol::server_info;
 use crate::retained::Retained;
 use crate::start::StartOnSubscribe;
@@ -24,19 +24,6 @@ const WAITING: usize = 256;
 
 /// How long viewers may take to read the rest of a recording that has ended.
 const FINISHED: Duration = Duration::from_secs(30);
-
-/// What happens at the end.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Repeat {
-    /// Time stands there, and viewers can go back.
-    #[default]
-    Stay,
-    /// It goes on from the start.
-    Always,
-    /// The server ends, after all viewers have read everything.
-    Finish,
-}
 
 /// How a recording is served.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,9 +38,9 @@ pub struct Settings {
     pub speed: f64,
     /// Where playing starts, seconds since the first message.
     pub start_s: f64,
-    /// Whether time stands at first.
+    /// Whether playback is paused at first.
     pub paused: bool,
-    /// Whether time passes while nobody watches.
+    /// Whether playback goes on while no client is subscribed.
     pub unattended: bool,
     /// What happens at the end.
     pub repeat: Repeat,
@@ -74,7 +61,7 @@ impl Default for Settings {
     }
 }
 
-/// What was done.
+/// Counts of a playback.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Played {
@@ -100,7 +87,7 @@ pub struct Played {
 /// let timeline = Timeline::open(Source::open("take.mcap", file)?)?;
 /// let server = Server::open(timeline, &Settings::default())?;
 /// println!("ws://{}", server.address());
-/// server.run(|_notice| {})?;
+/// server.run(|_event| {})?;
 /// # Ok(())
 /// # }
 /// ```
@@ -172,7 +159,7 @@ impl<R: Read + Seek> Server<R> {
         Controls::new(self.sender.clone())
     }
 
-    /// Plays until someone wants an end, or there is one. `notify` is called from this thread and should
+    /// Plays until the end or until a stop is requested. `notify` is called from this thread and should
     /// not take long.
     ///
     /// # Errors
@@ -218,10 +205,10 @@ impl<R: Read + Seek> Server<R> {
         }
         let patience = match result {
             Ok(Ending::Finished) => FINISHED,
-            _ => GOODBYE,
+            _ => CLOSING,
         };
         player.disconnect_all(&self.commands, patience);
-        // Threads that still want to say something must not wait for an ear.
+        // Threads that still send commands must not wait for the player.
         drop(self.commands);
         acceptor.shut();
         result.map(|_| Played {

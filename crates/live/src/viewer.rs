@@ -12,9 +12,9 @@ use tungstenite::http::{HeaderValue, StatusCode};
 use tungstenite::protocol::WebSocketConfig;
 use tungstenite::{Error, Message, WebSocket, accept_hdr_with_config};
 
+use crate::control::{Command, Viewer};
 use crate::event::DisconnectReason;
 use crate::outbox::Outbox;
-use crate::player::Command;
 use crate::protocol::{Subprotocol, parse_bytes, parse_text};
 
 /// How long a viewer may take to say what it is.
@@ -29,15 +29,6 @@ const MOST_MESSAGE_BYTES: usize = 1 << 20;
 
 const PROTOCOLS: &str = "Sec-WebSocket-Protocol";
 
-/// Someone who is connected.
-#[derive(Clone)]
-pub(crate) struct Viewer {
-    pub(crate) number: u64,
-    pub(crate) address: SocketAddr,
-    pub(crate) subprotocol: Subprotocol,
-    pub(crate) outbox: Arc<Outbox>,
-}
-
 /// Serves one connection until it ends.
 pub(crate) fn serve(
     number: u64,
@@ -46,7 +37,7 @@ pub(crate) fn serve(
     player: &SyncSender<Command>,
 ) {
     let Some((socket, subprotocol)) = greet(socket) else {
-        // Whoever it was did not ask for what is offered here, and was told so.
+        // The client asked for another protocol and was refused.
         let _ = player.send(Command::Strange(address));
         return;
     };
@@ -83,7 +74,7 @@ fn greet(socket: TcpStream) -> Option<(WebSocket<Wire>, Subprotocol)> {
     socket.set_nodelay(true).ok()?;
     socket.set_read_timeout(Some(HANDSHAKE)).ok()?;
     socket.set_write_timeout(Some(STALL)).ok()?;
-    // For whoever does not even ask for a WebSocket, such as a browser.
+    // For clients that do not ask for a WebSocket, such as browsers.
     let mut plain = socket.try_clone().ok()?;
     let mut chosen = None;
     let mut refused = false;

@@ -5,8 +5,7 @@ use ::foxglove::messages::{PackedElementField, PointCloud};
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion};
 
 use super::{coordinates, limited, rotation, stamp};
-use crate::format::Readings;
-use crate::reading::{Fault, Item, Kind, Label, Reading};
+use crate::reading::{Fault, Item, Kind, Label, Reading, Readings};
 
 /// Fields that number a marker, the first that a cloud has.
 const NUMBER_FIELDS: [&str; 5] = ["id", "marker_id", "marker", "index", "label"];

@@ -9,8 +9,10 @@ use ::foxglove::messages::{
 };
 use prost::Message;
 
-use crate::format::{CLOUDS, MessageKind, POSES, Readings, TRANSFORMS};
-use crate::reading::{Fault, Item, Kind, Label, MAX_ITEMS, Reading, nanos};
+use crate::reading::{
+    CLOUDS, Fault, Item, Kind, Label, MAX_ITEMS, MessageKind, POSES, Reading, Readings, TRANSFORMS,
+    nanos,
+};
 
 const POSE: &[&str] = &["foxglove.PoseInFrame"];
 const POSES_IN_FRAME: &[&str] = &["foxglove.PosesInFrame"];

@@ -1,8 +1,7 @@
 //! Package `geometry_msgs`: poses and points with a header.
 
 use super::{decode, header, kind, limited, one, point, pose};
-use crate::format::{MessageKind, POSES, Readings};
-use crate::reading::{Kind, Label};
+use crate::reading::{Kind, Label, MessageKind, POSES, Readings};
 
 pub(super) const KINDS: &[MessageKind] = &[
     kind(&["geometry_msgs/PoseStamped"], POSES, |message| {

@@ -1,8 +1,7 @@
 //! Package `mocap4r2_msgs`: markers and rigid bodies of motion capture.
 
 use super::{Cdr, decode, header, kind, limited, point, pose};
-use crate::format::{MOTION_CAPTURE, MessageKind, Readings};
-use crate::reading::{Fault, Item, Kind, Label};
+use crate::reading::{Fault, Item, Kind, Label, MOTION_CAPTURE, MessageKind, Readings};
 
 // The second name of each is that of the package before it was renamed.
 pub(super) const KINDS: &[MessageKind] = &[

@@ -6,8 +6,7 @@ mod mocap4r2;
 mod tf;
 
 use self::cdr::Cdr;
-use crate::format::{MessageKind, Readings};
-use crate::reading::{Fault, Item, Kind, Label, MAX_ITEMS, Reading, nanos};
+use crate::reading::{Fault, Item, Kind, Label, MAX_ITEMS, MessageKind, Reading, Readings, nanos};
 
 /// Message kinds by package.
 pub(super) const PACKAGES: [&[MessageKind]; 3] = [geometry::KINDS, mocap4r2::KINDS, tf::KINDS];

@@ -1,8 +1,7 @@
 //! Transforms between frames.
 
 use super::{Cdr, decode, header, kind, limited, pose};
-use crate::format::{MessageKind, TRANSFORMS};
-use crate::reading::{Fault, Kind, Label, Reading};
+use crate::reading::{Fault, Kind, Label, MessageKind, Reading, TRANSFORMS};
 
 pub(super) const KINDS: &[MessageKind] = &[
     kind(&["geometry_msgs/TransformStamped"], TRANSFORMS, |message| {

@@ -8,7 +8,7 @@ use inhand_model::{
 use rayon::prelude::*;
 
 use crate::instants::NearestPair;
-use crate::method::{Counts, finger_statistics};
+use crate::known::{Counts, finger_statistics};
 use crate::recorded::Recorded;
 
 /// How far a velocity may pass its bound, relative to the bound: solvers keep bounds to their

@@ -10,7 +10,7 @@ use inhand_model::{ContactShare, Finger, MethodRows, PerFinger, Statistics, TauS
 
 use crate::constraints::is_known;
 use crate::input::EvaluationSettings;
-use crate::method::{Counts, finger_statistics};
+use crate::known::{Counts, finger_statistics};
 use crate::recorded::Recorded;
 
 /// Contacts that a stable grasp needs (P1).

@@ -2,7 +2,7 @@
 
 use inhand_model::{Calibration, CorridorCoverage, Finger, HandAndFingers, PerFinger};
 
-use crate::method::Counts;
+use crate::known::Counts;
 use crate::recorded::Recorded;
 
 /// Coverage of each width over all instants at which the distance is known. `mahalanobis` has one entry

@@ -84,6 +84,7 @@ mod dynamics_facts;
 mod input;
 mod instants;
 mod intervals;
+mod known;
 mod method;
 mod motion_contacts;
 mod movement;

@@ -3,7 +3,7 @@
 use inhand_model::{Hand, MethodRows, Object, ObjectError, Pose};
 use inhand_statistics::quantiles::statistics;
 
-use crate::method::Counts;
+use crate::known::Counts;
 use crate::recorded::Recorded;
 
 /// Distance between the origins (metres) and angle (radians) of planned and recorded object at every instant, NaN

@@ -35,43 +35,13 @@ pub fn recording_quality(
         }
         marker
     });
-    let mut tracked = |source: &BodySource, used_for: &str| match source {
-        BodySource::RigidBody(name) => {
-            let body = recording.body(name);
-            if body.is_none() {
-                absent("rigid body", name, used_for);
-            }
-            body.map_or(0, |body| {
-                let counts = body.track.counts();
-                counts.measured + counts.filled
-            })
-        }
-        BodySource::Markers(names) => {
-            let cluster: Vec<&Marker> = names
-                .iter()
-                .filter_map(|name| {
-                    let marker = recording.marker(name);
-                    if marker.is_none() {
-                        absent("marker", name, &format!("a part of {used_for}"));
-                    }
-                    marker
-                })
-                .collect();
-            (0..recording.len())
-                .filter(|&k| {
-                    let seen = cluster.iter().filter(|m| m.track.status(k).is_present());
-                    seen.count() >= FIT_MARKERS
-                })
-                .count()
-        }
-    };
     let share = |tracked: usize| match recording.len() {
         0 => 0.0,
         samples => tracked as f64 / samples as f64,
     };
-    let hand_tracked = share(tracked(&roles.hand, "the hand"));
+    let hand_tracked = share(tracked(recording, &roles.hand, "the hand", &mut absent));
     let object_tracked = (roles.object.as_ref())
-        .map(|object| tracked(object, "the object"))
+        .map(|object| tracked(recording, object, "the object", &mut absent))
         .filter(|&tracked| tracked > 0)
         .map(share);
 
@@ -98,5 +68,42 @@ pub fn recording_quality(
             }
         }),
         findings,
+    }
+}
+
+/// Samples at which a body is tracked; `absent` gets the kind, name and use of what the take lacks.
+fn tracked(
+    recording: &Recording,
+    source: &BodySource,
+    used_for: &str,
+    absent: &mut impl FnMut(&str, &str, &str),
+) -> usize {
+    match source {
+        BodySource::RigidBody(name) => {
+            let body = recording.body(name);
+            if body.is_none() {
+                absent("rigid body", name, used_for);
+            }
+            body.map_or(0, |body| {
+                let counts = body.track.counts();
+                counts.measured + counts.filled
+            })
+        }
+        BodySource::Markers(names) => {
+            let mut cluster: Vec<&Marker> = Vec::new();
+            for name in names {
+                match recording.marker(name) {
+                    Some(marker) => cluster.push(marker),
+                    None => absent("marker", name, &format!("a part of {used_for}")),
+                }
+            }
+            let seen = |k: usize| {
+                let seen = cluster.iter().filter(|m| m.track.status(k).is_present());
+                seen.count()
+            };
+            (0..recording.len())
+                .filter(|&k| seen(k) >= FIT_MARKERS)
+                .count()
+        }
     }
 }

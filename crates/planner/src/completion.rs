@@ -3,7 +3,7 @@
 use inhand_model::{Residual, ends_len};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use crate::model::MM_PER_M;
+use crate::MM_PER_M;
 use crate::target_values::TargetPart;
 
 /// Standard deviation (metres, m/s) that is added to positions and velocities on the way when end

@@ -15,11 +15,12 @@ use clarabel::solver::SolverStatus;
 use inhand_model::{ConstraintFamily, PerFamily, Relaxation};
 use nalgebra::DVector;
 
+use crate::MM_PER_M;
 use crate::active_set::{ActiveSet, Constraint, Ending};
 use crate::interior_point::Program;
-use crate::model::MM_PER_M;
 use crate::problem::{Instance, Problem};
-use crate::solve::{ActiveRow, Task};
+use crate::rows::ActiveRow;
+use crate::solve::Task;
 use crate::target_values::TargetPart;
 
 /// Rows are activated until none is violated by more than this, mm.

@@ -19,7 +19,7 @@ use nalgebra::DVector;
 
 use crate::active_set::Constraint;
 use crate::problem::{Instance, Problem};
-use crate::solve::ActiveRow;
+use crate::rows::ActiveRow;
 
 /// Tighter than Clarabel's 1e-8: bounds that are active have to be told from those that are not.
 const TOLERANCE: f64 = 1e-10;

@@ -118,3 +118,6 @@ pub use planner::{Planner, plan_all};
 pub use replan::replan;
 pub use settings::{AccelerationBounds, Constraints, Ends, PlannerSettings, widened};
 pub use target::{Holding, Target, Tips, Waypoint};
+
+/// Lengths inside the crate are millimetres, outside metres.
+pub(crate) const MM_PER_M: f64 = 1e3;

@@ -14,14 +14,13 @@ use inhand_model::{
 };
 use nalgebra::DVector;
 
+use crate::MM_PER_M;
 use crate::basis::Basis;
 use crate::completion::Completion;
 use crate::error::{PlanError, check_size};
 use crate::method::Method;
 use crate::precision::{Precision, inverse_of_covariance};
 use crate::target_values::{End, TargetPart};
-
-pub(crate) const MM_PER_M: f64 = 1e3;
 
 /// What is expected of the unknowns.
 #[derive(Clone, Debug)]

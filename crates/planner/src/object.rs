@@ -7,8 +7,8 @@ use inhand_model::{
 };
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
+use crate::MM_PER_M;
 use crate::error::PlanError;
-use crate::model::MM_PER_M;
 
 /// Fewer fingers than this do not hold an object (three contacts, arXiv 2308.15153).
 const HOLDING_FINGERS: usize = 3;

@@ -6,10 +6,10 @@ use inhand_model::{
 };
 use nalgebra::DVector;
 
+use crate::MM_PER_M;
 use crate::active_set::Constraint;
 use crate::error::PlanError;
 use crate::explain::{family_of, relaxations};
-use crate::model::MM_PER_M;
 use crate::object::planned_poses;
 use crate::solve::{Judged, Outcome, SOLVED, Task};
 use crate::target::Target;

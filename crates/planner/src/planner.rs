@@ -10,9 +10,10 @@ use inhand_model::{
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
+use crate::MM_PER_M;
 use crate::error::PlanError;
 use crate::method::{Backend, Method};
-use crate::model::{MM_PER_M, MotionModel};
+use crate::model::MotionModel;
 use crate::outcome::plan_from;
 use crate::problem::{Deviations, Problem};
 use crate::rows::{Differences, Families, Family, Held, Reach, Separation};

@@ -2,8 +2,8 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
+use crate::MM_PER_M;
 use crate::error::PlanError;
-use crate::model::MM_PER_M;
 
 /// How strongly unknowns are drawn to their mean.
 #[derive(Clone, Debug)]

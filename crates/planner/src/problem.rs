@@ -14,11 +14,12 @@
 use inhand_model::ROTATION_LEVER_M;
 use nalgebra::{DMatrix, DVector};
 
+use crate::MM_PER_M;
 use crate::completion::Completion;
 use crate::equality::Equalities;
 use crate::error::PlanError;
 use crate::method::Method;
-use crate::model::{MM_PER_M, MotionModel};
+use crate::model::MotionModel;
 use crate::precision::{Precision, inverse};
 use crate::settings::{Ends, PlannerSettings};
 use crate::target_values::{TargetPart, TargetValues};

@@ -2,9 +2,9 @@
 
 use inhand_model::Plan;
 
+use crate::MM_PER_M;
 use crate::chain::Knot;
 use crate::error::{PlanError, check_size};
-use crate::model::MM_PER_M;
 use crate::planner::Planner;
 use crate::target::{Target, Tips};
 

@@ -11,7 +11,7 @@ use crate::interior_point;
 use crate::method::Backend;
 use crate::model::MotionModel;
 use crate::problem::{Instance, Problem};
-use crate::rows::{Families, Row, Worst};
+use crate::rows::{ActiveRow, Families, Row, Worst};
 
 /// Worst certificate residual of a plan that counts as solved.
 pub(crate) const SOLVED: f64 = 1e-6;
@@ -36,14 +36,6 @@ pub(crate) struct Task<'a> {
     pub(crate) problem: &'a Problem,
     pub(crate) instance: &'a Instance,
     pub(crate) families: Families<'a>,
-}
-
-/// A row that was activated.
-#[derive(Clone)]
-pub(crate) struct ActiveRow {
-    pub(crate) row: Row,
-    pub(crate) normal: DVector<f64>,
-    pub(crate) bound: f64,
 }
 
 /// An optimum with its multipliers where they are not zero, before it is judged.

@@ -5,8 +5,8 @@ use inhand_model::{
     Finger, Hand, Object, Pose, Position, SEGMENT_COORDINATES, SegmentLayout, object_coordinates_m,
 };
 
+use crate::MM_PER_M;
 use crate::error::{PlanError, check_size};
-use crate::model::MM_PER_M;
 use crate::target::{Holding, Target, Tips};
 
 /// Farther from the hand than any fingertip, metres. Catches targets in millimetres.

@@ -118,11 +118,11 @@ pub(crate) fn draw_gaps(
     // sorted choice of distinct places.
     let places = samples.saturating_sub(missing) + 1;
     if lengths.len() > places || missing > samples {
-        return Err(SimulationError::Gaps {
-            samples_missing: missing,
-            gaps: lengths.len(),
-            samples,
-        });
+        return Err(SimulationError::Crowded(format!(
+            "gaps of {missing} samples in {} runs do not fit into {samples} samples: \
+             lower the share or make the gaps longer",
+            lengths.len()
+        )));
     }
     let mut before = sorted_choice(places, lengths.len(), random).into_iter();
     let mut shift = 0;
@@ -300,7 +300,7 @@ mod tests {
             max_samples: 1,
         };
         let refused = draw_gaps(&many, 100, &mut random);
-        assert!(matches!(refused, Err(SimulationError::Gaps { .. })));
+        assert!(matches!(refused, Err(SimulationError::Crowded(_))));
     }
 
     #[test]

@@ -24,22 +24,23 @@
 
 mod bodies;
 mod labels;
-mod places;
 
 use std::ops::Range;
 
 use inhand_model::{Finger, PerFinger, Recording};
-use nalgebra::Isometry3;
 
 use crate::error::SimulationError;
 use crate::random::{Purpose, Random};
 use crate::settings::{GapSettings, TakeSettings, in_range};
-use crate::take::{SimulatedTake, marker_name, simulate};
+use crate::take::{Fault, FaultKind, SimulatedTake, marker_name, simulate};
 
 /// Most faults of a kind a minute: beyond it nothing would be left to tell them by.
 const MAX_PER_MINUTE: f64 = 60.0;
 /// Most samples in columns of unlabelled markers, for memory: some 600 MB.
 const MAX_UNLABELLED_SAMPLES: f64 = 2e7;
+
+/// Draws before a fault is said to find no place.
+const MAX_DRAWS: usize = 1000;
 
 /// How many faults of each kind, a minute.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -86,56 +87,6 @@ impl FaultSettings {
         let held = columns * samples as f64;
         in_range("unlabelled samples", held, 0.0, MAX_UNLABELLED_SAMPLES)
     }
-}
-
-/// What kind of fault it is.
-#[derive(Clone, Debug, PartialEq)]
-pub enum FaultKind {
-    /// A marker is missing.
-    Gap,
-    /// Two fingertip labels have changed places.
-    Swap,
-    /// A body's recorded pose is the true one times this transform, in the body's frame.
-    Flip {
-        /// From the frame recorded to the body's true frame.
-        true_from_recorded: Isometry3<f64>,
-    },
-    /// A marker is off its way.
-    Spike {
-        /// How far at most, metres.
-        off_m: f64,
-        /// Where it was seen, sample by sample, metres in `world`.
-        was_m: Vec<[f64; 3]>,
-    },
-    /// A fingertip has lost its label; the second entity is the marker that has its samples.
-    Unlabelled,
-    /// An unlabelled marker that is no fingertip.
-    Ghost,
-}
-
-impl FaultKind {
-    /// Lower-case name, as in files.
-    pub const fn name(&self) -> &'static str {
-        match self {
-            FaultKind::Gap => "gap",
-            FaultKind::Swap => "swap",
-            FaultKind::Flip { .. } => "flip",
-            FaultKind::Spike { .. } => "spike",
-            FaultKind::Unlabelled => "unlabelled",
-            FaultKind::Ghost => "ghost",
-        }
-    }
-}
-
-/// A planted fault.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Fault {
-    /// What is wrong, and what was there.
-    pub kind: FaultKind,
-    /// Names of the markers or the body.
-    pub entities: Vec<String>,
-    /// Samples that are wrong.
-    pub samples: Range<usize>,
 }
 
 /// A simulated take with planted faults.
@@ -252,4 +203,48 @@ impl<'a> Planting<'a> {
         let name = |&finger: &Finger| marker_name(finger).to_owned();
         fingers.iter().map(name).collect()
     }
+
+    /// Adds a fault to the list.
+    fn add(&mut self, kind: FaultKind, entities: Vec<String>, samples: Range<usize>) {
+        self.faults.push(Fault {
+            kind,
+            entities,
+            samples,
+        });
+    }
+
+    /// A stretch of `len` samples, not at the very ends of the take and `apart` from each of `taken`.
+    fn free_stretch(
+        &self,
+        len: usize,
+        apart: usize,
+        taken: &[Range<usize>],
+        random: &mut Random,
+    ) -> Option<Range<usize>> {
+        let places = self.recording.len().saturating_sub(len + 2 * apart);
+        (0..if places > 0 { MAX_DRAWS } else { 0 })
+            .map(|_| {
+                let start = apart + random.below(places);
+                start..start + len
+            })
+            .find(|stretch| {
+                (taken.iter()).all(|other| {
+                    other.end + apart <= stretch.start || stretch.end + apart <= other.start
+                })
+            })
+    }
+
+    /// The error of a fault that found no place: which it is of how many of a kind.
+    fn crowded(&self, kind: &str, number: usize, count: usize) -> SimulationError {
+        SimulationError::Crowded(format!(
+            "no place was found for {kind} number {number} of {count} in {} samples: \
+             ask for fewer faults or a longer take",
+            self.recording.len()
+        ))
+    }
+}
+
+/// A length between the two, log-uniform.
+fn log_uniform((low, high): (f64, f64), random: &mut Random) -> f64 {
+    (low.ln() + (high.ln() - low.ln()) * random.unit()).exp()
 }

@@ -150,10 +150,10 @@ impl Grasp {
                 });
             }
         }
-        Err(SimulationError::Grasp {
-            shape,
-            separation_m: CONTACT_SEPARATION_M,
-        })
+        Err(SimulationError::Object(format!(
+            "no grasp of {shape} with five fingertips {CONTACT_SEPARATION_M} m apart was found: \
+             give a larger object"
+        )))
     }
 
     /// How far a finger is from its home, metres.

@@ -54,7 +54,7 @@ mod error;
 mod random;
 
 pub use error::SimulationError;
-pub use faults::{Fault, FaultKind, FaultSettings, FaultyTake, simulate_faulty};
+pub use faults::{FaultSettings, FaultyTake, simulate_faulty};
 pub use session::{SessionSettings, SimulatedSession, session};
 pub use settings::{GapSettings, TakeSettings};
-pub use take::{SimulatedTake, Truth, simulate};
+pub use take::{Fault, FaultKind, SimulatedTake, Truth, simulate};

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::error::SimulationError;
 use crate::faults::{FaultSettings, simulate_faulty};
 use crate::random::{Purpose, Random};
-use crate::settings::{GapSettings, TakeSettings};
+use crate::settings::{GapSettings, TakeSettings, in_range};
 use crate::take::{SimulatedTake, simulate};
 
 /// Most takes of one kind in a session: names have two digits.
@@ -86,14 +86,7 @@ pub fn session(settings: &SessionSettings, seed: u64) -> Result<SimulatedSession
         ("train_takes", settings.train_takes),
         ("test_takes", settings.test_takes),
     ] {
-        if takes > MAX_TAKES {
-            return Err(SimulationError::Setting {
-                setting,
-                min: 0.0,
-                max: MAX_TAKES as f64,
-                found: takes as f64,
-            });
-        }
+        in_range(setting, takes as f64, 0.0, MAX_TAKES as f64)?;
     }
     let object = match settings.shape {
         Shape::Cuboid { edges_m: [x, y, z] } if x == y && y == z => "cube",

@@ -112,7 +112,7 @@ impl TakeSettings {
 }
 
 pub(crate) fn in_range(
-    setting: &'static str,
+    setting: &str,
     found: f64,
     min: f64,
     max: f64,
@@ -121,11 +121,8 @@ pub(crate) fn in_range(
     if (min..=max).contains(&found) {
         Ok(())
     } else {
-        Err(SimulationError::Setting {
-            setting,
-            min,
-            max,
-            found,
-        })
+        Err(SimulationError::Setting(format!(
+            "setting {setting} is {found}: expected {min} to {max}"
+        )))
     }
 }

@@ -34,13 +34,10 @@ impl Solid {
             if (min_m..=max_m).contains(&found_m) {
                 Ok(())
             } else {
-                Err(SimulationError::Size {
-                    shape,
-                    dimension,
-                    min_m,
-                    max_m,
-                    found_m,
-                })
+                Err(SimulationError::Object(format!(
+                    "the simulated hand does not hold {shape}: {dimension} is {found_m} m, \
+                     expected {min_m} to {max_m} m"
+                )))
             }
         };
         let height_m = match shape {

@@ -7,11 +7,11 @@ use inhand_model::{
     Clock, Finger, Hand, LengthUnit, Object, PerFinger, Pose, Position, Recording, RotationOrder,
     Shape, Source, StartTime, UpAxis, World,
 };
+use nalgebra::Isometry3;
 
 use crate::capture::{CapturedBody, capture_body, capture_marker, draw_gaps};
 use crate::choreography::{Choreography, choreograph};
 use crate::error::SimulationError;
-use crate::faults::Fault;
 use crate::hand_motion::HandMotion;
 use crate::random::{Purpose, Random};
 use crate::settings::TakeSettings;
@@ -37,6 +37,56 @@ pub struct SimulatedTake {
     pub truth: Truth,
     /// Faults that were planted into the recording, in order of time.
     pub faults: Vec<Fault>,
+}
+
+/// What kind of fault it is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum FaultKind {
+    /// A marker is missing.
+    Gap,
+    /// Two fingertip labels have changed places.
+    Swap,
+    /// A body's recorded pose is the true one times this transform, in the body's frame.
+    Flip {
+        /// From the frame recorded to the body's true frame.
+        true_from_recorded: Isometry3<f64>,
+    },
+    /// A marker is off its way.
+    Spike {
+        /// How far at most, metres.
+        off_m: f64,
+        /// Where it was seen, sample by sample, metres in `world`.
+        was_m: Vec<[f64; 3]>,
+    },
+    /// A fingertip has lost its label; the second entity is the marker that has its samples.
+    Unlabelled,
+    /// An unlabelled marker that is no fingertip.
+    Ghost,
+}
+
+impl FaultKind {
+    /// Lower-case name, as in files.
+    pub const fn name(&self) -> &'static str {
+        match self {
+            FaultKind::Gap => "gap",
+            FaultKind::Swap => "swap",
+            FaultKind::Flip { .. } => "flip",
+            FaultKind::Spike { .. } => "spike",
+            FaultKind::Unlabelled => "unlabelled",
+            FaultKind::Ghost => "ghost",
+        }
+    }
+}
+
+/// A planted fault.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fault {
+    /// What is wrong, and what was there.
+    pub kind: FaultKind,
+    /// Names of the markers or the body.
+    pub entities: Vec<String>,
+    /// Samples that are wrong.
+    pub samples: Range<usize>,
 }
 
 /// What is true of a simulated take, at every sample.

@@ -5,7 +5,7 @@ use inhand_model::{
 };
 
 use super::{Family, Key, Row, TOLERANCE, Worst};
-use crate::model::MM_PER_M;
+use crate::MM_PER_M;
 use crate::settings::AccelerationBounds;
 
 /// Less than this no difference of positions can be told from rounding, mm.

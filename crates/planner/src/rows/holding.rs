@@ -8,7 +8,7 @@ use inhand_model::{ConstraintFamily, Finger, Object, Position, SegmentLayout};
 use nalgebra::Vector3;
 
 use super::{Family, Key, Row, TOLERANCE};
-use crate::model::MM_PER_M;
+use crate::MM_PER_M;
 use crate::target::Holding;
 
 /// How far outside the ball a fingertip may be, relative to tau, before a tangent is activated: a

@@ -20,7 +20,8 @@ use std::fmt::Debug;
 use inhand_model::{ConstraintFamily, Finger, PerFamily, SEGMENT_COORDINATES};
 use nalgebra::DVector;
 
-use crate::model::{MM_PER_M, MotionModel};
+use crate::MM_PER_M;
+use crate::model::MotionModel;
 
 /// How far over its bound a linear row may be, relative to the bound, before it is activated. A
 /// thousandth of what is promised (1e-6); rounding is a thousand times smaller still.
@@ -133,6 +134,14 @@ impl Row {
             .map(|&(coordinate, factor)| factor * motion_mm[coordinate])
             .sum()
     }
+}
+
+/// A row that was activated.
+#[derive(Clone)]
+pub(crate) struct ActiveRow {
+    pub(crate) row: Row,
+    pub(crate) normal: DVector<f64>,
+    pub(crate) bound: f64,
 }
 
 /// The largest violation of a family.

@@ -3,8 +3,8 @@
 use inhand_model::{ConstraintFamily, Finger, Hull, PerFinger, SegmentLayout};
 
 use super::{Family, Key, Row, TOLERANCE};
+use crate::MM_PER_M;
 use crate::error::PlanError;
-use crate::model::MM_PER_M;
 
 /// Half-spaces `normal * x <= offset` of each finger, mm, at every sample.
 #[derive(Clone, Debug)]

@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 
 use super::holding::tip;
 use super::{Family, Key, Row};
-use crate::model::MM_PER_M;
+use crate::MM_PER_M;
 
 /// Fingertips nearer than this have no direction from one to the other, mm.
 const COINCIDE_MM: f64 = 1e-6;

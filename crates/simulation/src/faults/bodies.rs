@@ -5,11 +5,11 @@ use std::ops::Range;
 use inhand_model::{Body, Pose, Position, Status};
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
-use super::places::{Wanted, free_stretch, log_uniform};
-use super::{Fault, FaultKind, Planting};
+use super::{Planting, log_uniform};
 use crate::capture::Fit;
 use crate::error::SimulationError;
 use crate::random::Random;
+use crate::take::FaultKind;
 
 const FLIP_RANGE_S: (f64, f64) = (0.05, 1.5);
 const TURN_CHANCE: f64 = 0.4;
@@ -46,15 +46,10 @@ impl Planting<'_> {
         let samples = self.recording.len();
         let mut taken: Vec<Vec<Range<usize>>> = vec![Vec::new(); self.recording.bodies.len()];
         for number in 1..=count {
-            let wanted = Wanted {
-                kind: "flip",
-                number,
-                of: count,
-            };
             let body = random.below(self.recording.bodies.len());
             let len = self.in_samples(log_uniform(FLIP_RANGE_S, random));
-            let others = || Box::new(taken[body].iter()) as Box<dyn Iterator<Item = _>>;
-            let stretch = free_stretch(samples, len, apart, others, &wanted, random)?;
+            let stretch = (self.free_stretch(len, apart, &taken[body], random))
+                .ok_or_else(|| self.crowded("flip", number, count))?;
             let markers = self.markers_of(body);
             let template = self.template(body, markers);
             let wrong = draw_wrong(&template, random);
@@ -67,13 +62,9 @@ impl Planting<'_> {
                 }
             }
             taken[body].push(stretch.clone());
-            self.faults.push(Fault {
-                kind: FaultKind::Flip {
-                    true_from_recorded: wrong.true_from_recorded,
-                },
-                entities: vec![self.recording.bodies[body].name.clone()],
-                samples: stretch,
-            });
+            let true_from_recorded = wrong.true_from_recorded;
+            let name = self.recording.bodies[body].name.clone();
+            self.add(FaultKind::Flip { true_from_recorded }, vec![name], stretch);
         }
         Ok(())
     }

@@ -5,12 +5,12 @@ use std::ops::Range;
 use inhand_model::{Finger, Hand, MarkerKind, PointTrack, Position, Status};
 use nalgebra::Vector3;
 
-use super::places::{Wanted, free_stretch, log_uniform};
-use super::{Fault, FaultKind, Planting};
+use super::{MAX_DRAWS, Planting, log_uniform};
 use crate::capture::{draw_gaps, marker};
 use crate::error::SimulationError;
 use crate::random::{Purpose, Random};
 use crate::settings::GapSettings;
+use crate::take::{Fault, FaultKind};
 
 const SWAP_RANGE_S: (f64, f64) = (0.05, 2.0);
 const NEIGHBOUR_CHANCE: f64 = 0.7;
@@ -31,7 +31,6 @@ const SPIKE_SCATTER: f64 = 0.1;
 const BESIDE_GAP_CHANCE: f64 = 0.2;
 /// Samples between two spikes of a marker.
 const SPIKES_APART: usize = 6;
-const MAX_SPIKE_DRAWS: usize = 1000;
 /// Time between stretches in which a finger's label is not its own, seconds.
 const APART_S: f64 = 0.1;
 
@@ -42,16 +41,12 @@ impl Planting<'_> {
         random: &mut Random,
     ) -> Result<(), SimulationError> {
         for number in 1..=count {
-            let wanted = Wanted {
-                kind: "swap",
-                number,
-                of: count,
-            };
             let pair = draw_pair(random);
             let len = self.in_samples(log_uniform(SWAP_RANGE_S, random));
             let mut best: Option<(f64, Range<usize>)> = None;
             for _ in 0..SWAP_PLACES {
-                let stretch = self.free_of(&pair, len, &wanted, random)?;
+                let stretch = (self.free_of(&pair, len, random))
+                    .ok_or_else(|| self.crowded("swap", number, count))?;
                 let [a, b] = pair.map(|f| self.clean.truth.fingertips[f][stretch.start]);
                 let apart_m = a.distance_m(b);
                 if best.as_ref().is_none_or(|(least_m, _)| apart_m < *least_m) {
@@ -66,11 +61,7 @@ impl Planting<'_> {
             for finger in pair {
                 self.taken[finger].push(stretch.clone());
             }
-            self.faults.push(Fault {
-                kind: FaultKind::Swap,
-                entities: self.names(&pair),
-                samples: stretch,
-            });
+            self.add(FaultKind::Swap, self.names(&pair), stretch);
         }
         Ok(())
     }
@@ -111,14 +102,10 @@ impl Planting<'_> {
         random: &mut Random,
     ) -> Result<(), SimulationError> {
         for number in 1..=count {
-            let wanted = Wanted {
-                kind: "unlabelled stretch",
-                number,
-                of: count,
-            };
             let finger = Finger::ALL[random.below(Finger::COUNT)];
             let len = self.in_samples(log_uniform(UNLABELLED_RANGE_S, random));
-            let stretch = self.free_of(&[finger], len, &wanted, random)?;
+            let stretch = (self.free_of(&[finger], len, random))
+                .ok_or_else(|| self.crowded("unlabelled stretch", number, count))?;
             let lost = [(); 2].map(|()| random.below(MAX_LOST_AT_UNLABELLED + 1));
             let seen = stretch.start + lost[0].min(len - 1)..stretch.end;
             let seen = seen.start..seen.end.saturating_sub(lost[1]).max(seen.start + 1);
@@ -133,11 +120,7 @@ impl Planting<'_> {
             let mut entities = self.names(&[finger]);
             entities.push(self.add_unlabelled(track));
             self.taken[finger].push(stretch.clone());
-            self.faults.push(Fault {
-                kind: FaultKind::Unlabelled,
-                entities,
-                samples: stretch,
-            });
+            self.add(FaultKind::Unlabelled, entities, stretch);
         }
         Ok(())
     }
@@ -149,14 +132,9 @@ impl Planting<'_> {
     ) -> Result<(), SimulationError> {
         let samples = self.recording.len();
         for number in 1..=count {
-            let wanted = Wanted {
-                kind: "ghost",
-                number,
-                of: count,
-            };
             let len = self.in_samples(log_uniform(GHOST_RANGE_S, random));
-            let anywhere = || Box::new(std::iter::empty()) as Box<dyn Iterator<Item = _>>;
-            let stretch = free_stretch(samples, len, 1, anywhere, &wanted, random)?;
+            let stretch = (self.free_stretch(len, 1, &[], random))
+                .ok_or_else(|| self.crowded("ghost", number, count))?;
             let truth = &self.clean.truth;
             let hand_from_world = truth.world_from_hand[stretch.start].inverse();
             let tip = |f: Finger| (hand_from_world * truth.fingertips[f][stretch.start]).coords_m();
@@ -170,11 +148,7 @@ impl Planting<'_> {
                 track.set(k, Some(Position::from_coords(seen)), Status::Measured);
             }
             let entities = vec![self.add_unlabelled(track)];
-            self.faults.push(Fault {
-                kind: FaultKind::Ghost,
-                entities,
-                samples: stretch,
-            });
+            self.add(FaultKind::Ghost, entities, stretch);
         }
         Ok(())
     }
@@ -237,19 +211,12 @@ impl Planting<'_> {
         count: usize,
         random: &mut Random,
     ) -> Result<(), SimulationError> {
-        let samples = self.recording.len();
         let mut spiked: Vec<(Finger, Range<usize>)> = Vec::new();
         for number in 1..=count {
-            let crowded = SimulationError::Crowded {
-                kind: "spike",
-                number,
-                wanted: count,
-                samples,
-            };
-            let (finger, stretch) = (0..MAX_SPIKE_DRAWS)
+            let (finger, stretch) = (0..MAX_DRAWS)
                 .map(|_| self.draw_spike(random))
                 .find(|(finger, stretch)| self.has_room(*finger, stretch, &spiked))
-                .ok_or(crowded)?;
+                .ok_or_else(|| self.crowded("spike", number, count))?;
             let off_m = random.between(SPIKE_RANGE_M);
             let direction = unit(random);
             let track = &mut self.recording.markers[self.tips[finger]].track;
@@ -263,14 +230,11 @@ impl Planting<'_> {
                 let seen = Position::from_coords(was.coords_m() + off);
                 track.set(k, Some(seen), Status::Measured);
             }
-            self.faults.push(Fault {
-                kind: FaultKind::Spike {
-                    off_m: most_m,
-                    was_m,
-                },
-                entities: self.names(&[finger]),
-                samples: stretch.clone(),
-            });
+            let kind = FaultKind::Spike {
+                off_m: most_m,
+                was_m,
+            };
+            self.add(kind, self.names(&[finger]), stretch.clone());
             spiked.push((finger, stretch));
         }
         Ok(())
@@ -318,19 +282,16 @@ impl Planting<'_> {
     }
 
     /// A stretch in which the labels of these fingers are their own.
-    fn free_of(
-        &self,
-        fingers: &[Finger],
-        len: usize,
-        wanted: &Wanted,
-        random: &mut Random,
-    ) -> Result<Range<usize>, SimulationError> {
-        let apart = self.in_samples(APART_S);
-        let taken = || {
-            let all = fingers.iter().flat_map(|&finger| &self.taken[finger]);
-            Box::new(all) as Box<dyn Iterator<Item = &Range<usize>>>
-        };
-        free_stretch(self.recording.len(), len, apart, taken, wanted, random)
+    fn free_of(&self, fingers: &[Finger], len: usize, random: &mut Random) -> Option<Range<usize>> {
+        let taken = fingers
+            .iter()
+            .flat_map(|&finger| self.taken[finger].clone());
+        self.free_stretch(
+            len,
+            self.in_samples(APART_S),
+            &taken.collect::<Vec<_>>(),
+            random,
+        )
     }
 }
 

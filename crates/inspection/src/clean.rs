@@ -12,7 +12,7 @@ use crate::repair::repair;
 use crate::suspect::Suspect;
 
 pub use fill::{FillMethod, FillSettings, fill};
-pub use offset::{PadOffset, to_pads};
+pub use offset::to_pads;
 pub use resample::resample;
 
 /// Steps of cleaning; [`CleanSettings::default`] takes none.
@@ -28,8 +28,8 @@ pub struct CleanSettings {
     pub stitch: bool,
     /// How gaps are filled, if at all.
     pub fill: Option<FillSettings>,
-    /// Where pads are from markers, by finger.
-    pub pads: PerFinger<Option<PadOffset>>,
+    /// From markers to pads, by finger: vectors with the axes of the hand's frame, metres.
+    pub pads_m: PerFinger<Option<[f64; 3]>>,
     /// Rate of the result, Hz; that of the take where it is not given.
     pub resample_hz: Option<f64>,
 }
@@ -90,7 +90,7 @@ pub fn clean(
     if let Some(settings) = &settings.fill {
         changes.extend(fill(&mut cleaned, roles, settings)?);
     }
-    changes.extend(to_pads(&mut cleaned, roles, &settings.pads)?);
+    changes.extend(to_pads(&mut cleaned, roles, &settings.pads_m)?);
     if let Some(rate_hz) = settings.resample_hz {
         let (resampled, change) = resample(&cleaned, rate_hz)?;
         cleaned = resampled;

@@ -46,9 +46,7 @@ pub use check::{
     CheckResult, CheckSettings, Checked, Checkup, Level, MAX_PLACES, Number, Place, SegmentShare,
     check, ranked, to_json, to_markdown, to_text,
 };
-pub use clean::{
-    CleanSettings, Cleaned, FillMethod, FillSettings, PadOffset, clean, fill, resample, to_pads,
-};
+pub use clean::{CleanSettings, Cleaned, FillMethod, FillSettings, clean, fill, resample, to_pads};
 pub use error::CleaningError;
 pub use repair::repair;
 pub use suspect::{FlipRepair, Suspect, SuspectKind};

@@ -110,12 +110,10 @@ impl<T: Sample> Track<T> {
 
     /// A track from measured samples; `None` and values that are not finite are missing.
     pub fn from_measured(samples: impl IntoIterator<Item = Option<T>>) -> Self {
-        let samples = samples.into_iter();
-        let mut track = Self::with_capacity(samples.size_hint().0);
-        for sample in samples {
-            track.push(sample, Status::Measured);
-        }
-        track
+        samples
+            .into_iter()
+            .map(|sample| (sample, Status::Measured))
+            .collect()
     }
 
     /// Appends a sample. `None`, a value that is not finite and [`Status::Missing`] all append a
@@ -173,11 +171,10 @@ impl<T: Sample> Track<T> {
 
     /// A track of the same length, each present value changed, statuses kept.
     pub fn map<U: Sample>(&self, mut change: impl FnMut(T) -> U) -> Track<U> {
-        let mut track = Track::with_capacity(self.len());
-        for (value, &status) in self.iter().zip(&self.status) {
-            track.push(value.map(&mut change), status);
-        }
-        track
+        let samples = self.iter().zip(&self.status);
+        samples
+            .map(|(value, &status)| (value.map(&mut change), status))
+            .collect()
     }
 
     /// The samples `range` as a track of its own.
@@ -214,6 +211,16 @@ impl<T: Sample> Track<T> {
     /// Runs of present samples as `start..end`, in order.
     pub fn present(&self) -> Vec<Range<usize>> {
         runs(0..self.len(), |k| self.status[k].is_present())
+    }
+}
+
+/// Samples with their statuses, by the rules of [`Track::push`].
+impl<T: Sample> FromIterator<(Option<T>, Status)> for Track<T> {
+    fn from_iter<I: IntoIterator<Item = (Option<T>, Status)>>(samples: I) -> Self {
+        let samples = samples.into_iter();
+        let mut track = Self::with_capacity(samples.size_hint().0);
+        samples.for_each(|(value, status)| track.push(value, status));
+        track
     }
 }
 

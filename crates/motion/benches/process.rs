@@ -122,7 +122,7 @@ fn templates_of_a_session(bencher: divan::Bencher<'_, '_>) {
 fn fit_cluster_of_a_take(bencher: divan::Bencher<'_, '_>) {
     let (take, roles) = (take(), roles(true));
     let templates = fit_templates([(&take, &roles)]).expect("the cluster is not degenerate");
-    bencher.bench(|| fitted_bodies(&take, &roles, &templates));
+    bencher.bench(|| role_body(&take, BodyRole::Hand, &roles.hand, &templates));
 }
 
 #[divan::bench(args = [100, 10, 1])]

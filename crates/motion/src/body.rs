@@ -3,13 +3,12 @@
 use std::borrow::Cow;
 
 use inhand_model::{
-    Body, BodyKind, BodySource, Frame, Pose, PoseTrack, Recording, Roles, Status, Track,
-    TrackedBody, World,
+    Body, BodyKind, BodySource, Frame, Pose, PoseTrack, Recording, Status, TrackedBody, World,
 };
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use crate::error::MotionError;
+use crate::error::{MotionError, listed};
 use crate::lookup::{body, marker_track};
 use crate::rigid_fit::{MIN_SPREAD, rigid_fit};
 use crate::template::{BodyRole, Templates};
@@ -20,36 +19,17 @@ const MIN_MARKERS: usize = 3;
 /// Samples that a thread fits at a time; a fit is short.
 const SAMPLES_PER_TASK: usize = 512;
 
-/// The body of each cluster among the roles, fitted to every sample of a take: its pose, and as
-/// marker error the mean distance of the markers seen from their place in the template. Empty where
-/// hand and object are rigid bodies of the take. Each is named after its role.
-///
-/// A sample that shows fewer than three markers of the cluster, or only such as lie on a line, is
-/// missing. One that rests on a filled marker is filled.
-///
-/// # Errors
-///
-/// [`MotionError::NoTemplate`] for a cluster that the templates were not made for, and
-/// [`MotionError::NotInTake`].
-pub fn fitted_bodies(
-    recording: &Recording,
-    roles: &Roles,
-    templates: &Templates,
-) -> Result<Vec<TrackedBody>, MotionError> {
-    let mut bodies = Vec::new();
-    for role in BodyRole::ALL {
-        if let Some(BodySource::Markers(names)) = role.source(roles) {
-            bodies.push(fitted_body(recording, role, names, templates)?);
-        }
-    }
-    Ok(bodies)
-}
-
 /// The body that plays a role, whatever it is taken from; not filled, not filtered.
 ///
+/// A cluster is fitted at every sample: its pose, and as marker error the mean distance of the markers
+/// seen from their place in the template. It is named after its role. A sample that shows fewer than
+/// three markers of the cluster, or only such as lie on a line, is missing. One that rests on a filled
+/// marker is filled.
+///
 /// # Errors
 ///
-/// As for [`fitted_bodies`].
+/// [`MotionError::Body`] for a cluster that the templates were not made for, and
+/// [`MotionError::NotInTake`].
 pub fn role_body<'a>(
     recording: &'a Recording,
     role: BodyRole,
@@ -75,12 +55,15 @@ fn fitted_body(
 ) -> Result<TrackedBody, MotionError> {
     let template = templates.get(role);
     let Some(template) = template.filter(|template| template.markers == names) else {
-        return Err(MotionError::NoTemplate {
-            take: recording.name.clone(),
-            role,
-            markers: names.to_vec(),
-            template: template.map(|template| template.markers.clone()),
-        });
+        let (take, names) = (&recording.name, listed(names));
+        let found = template.map_or_else(
+            || "there is no template for it".to_owned(),
+            |template| format!("the template is of {}", listed(&template.markers)),
+        );
+        return Err(MotionError::Body(format!(
+            "take \"{take}\": the {role} is the cluster {names}, but {found}; fit the templates over \
+             this take too"
+        )));
     };
     let tracks = (names.iter())
         .map(|name| marker_track(recording, role.name(), name))
@@ -106,10 +89,9 @@ fn fitted_body(
         )
         .collect();
 
-    let mut track = Track::with_capacity(samples.len());
-    for &(fit, status) in &samples {
-        track.push(fit.map(|(pose, _)| pose), status);
-    }
+    let poses = samples
+        .iter()
+        .map(|&(fit, status)| (fit.map(|(pose, _)| pose), status));
     let errors_m = samples
         .iter()
         .map(|(fit, _)| fit.map_or(f64::NAN, |(_, error_m)| error_m));
@@ -117,7 +99,7 @@ fn fitted_body(
         name: role.name().to_owned(),
         id: String::new(),
         kind: BodyKind::RigidBody,
-        track,
+        track: poses.collect(),
         marker_error_m: Some(errors_m.collect()),
     })
 }

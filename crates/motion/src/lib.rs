@@ -1,7 +1,7 @@
 //! Recordings to hand-frame motions and segments: gaps, rigid bodies, filters.
 //!
 //! * [`fit_templates`]: what the marker clusters of a session look like, for hands and objects that
-//!   are not rigid bodies of the takes; [`fitted_bodies`] places them at every sample.
+//!   are not rigid bodies of the takes; [`role_body`] places them at every sample.
 //! * [`process`]: a recording in the hand's frame with short gaps filled ([`to_hand_frame`]), smoothed
 //!   by a [`filter`] ([`smooth`]).
 //! * [`cut_segments`]: pieces of a second, with or without the object, and the end conditions that a
@@ -90,7 +90,7 @@ mod lookup;
 mod rigid_fit;
 mod spectrum;
 
-pub use body::{fitted_bodies, in_role, role_body};
+pub use body::{in_role, role_body};
 pub use error::MotionError;
 pub use gaps::{fill_points, fill_poses, lagrange_weight};
 pub use lookup::fingertip_markers;

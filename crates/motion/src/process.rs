@@ -19,7 +19,7 @@ use crate::template::{BodyRole, Templates};
 ///
 /// # Errors
 ///
-/// [`MotionError::Setting`], [`MotionError::NotInTake`], [`MotionError::NoTemplate`].
+/// [`MotionError::Setting`], [`MotionError::NotInTake`], [`MotionError::Body`].
 pub fn process(
     recording: &Recording,
     roles: &Roles,
@@ -49,7 +49,7 @@ pub fn process(
 ///
 /// # Errors
 ///
-/// [`MotionError::Setting`], [`MotionError::NotInTake`], [`MotionError::NoTemplate`].
+/// [`MotionError::Setting`], [`MotionError::NotInTake`], [`MotionError::Body`].
 pub fn to_hand_frame(
     recording: &Recording,
     roles: &Roles,
@@ -134,13 +134,12 @@ pub fn in_hand<T: Sample, U: Sample>(
     track: &Track<T>,
     combine: impl Fn(Pose<Hand, World>, T) -> U,
 ) -> Track<U> {
-    let mut result = Track::with_capacity(track.len());
-    for k in 0..track.len() {
+    let sample = |k: usize| {
         let both = hand_from_world.get(k).zip(track.get(k));
         let status = hand_from_world.status(k).and(track.status(k));
-        result.push(both.map(|(pose, value)| combine(pose, value)), status);
-    }
-    result
+        (both.map(|(pose, value)| combine(pose, value)), status)
+    };
+    (0..track.len()).map(sample).collect()
 }
 
 impl ProcessSettings {

@@ -39,8 +39,7 @@ use crate::table::SegmentTable;
 ///
 /// # Errors
 ///
-/// [`MotionError::Rates`] for motions of different rates, [`MotionError::LayoutRate`] for a layout of
-/// another rate than theirs, [`MotionError::Setting`] for a segment of fewer than two samples, a
+/// [`MotionError::Rate`] for motions of different rates and for a layout of another rate than theirs, [`MotionError::Setting`] for a segment of fewer than two samples, a
 /// stride of 0 or a margin that rounds to no sample.
 pub fn cut_segments(
     motions: &[&Motion],
@@ -79,21 +78,24 @@ fn check_rates(motions: &[&Motion], settings: &SegmentSettings) -> Result<(), Mo
     let Some(first) = motions.first() else {
         return Ok(());
     };
-    let first_rate_hz = first.clock.rate_hz();
+    let (first_take, first_hz) = (&first.name, first.clock.rate_hz());
+    let layout_hz = settings.layout.rate_hz;
+    let error = |motion: &Motion, expected: String| MotionError::Rate {
+        take: motion.name.clone(),
+        rate_hz: motion.clock.rate_hz(),
+        expected,
+    };
     if let Some(other) = (motions.iter()).find(|motion| !motion.clock.has_rate_of(first.clock)) {
-        return Err(MotionError::Rates {
-            first_take: first.name.clone(),
-            first_rate_hz,
-            take: other.name.clone(),
-            rate_hz: other.clock.rate_hz(),
-        });
+        return Err(error(
+            other,
+            format!("take \"{first_take}\" at {first_hz} Hz: takes of one session need one rate"),
+        ));
     }
-    if settings.layout.rate_hz != first_rate_hz {
-        return Err(MotionError::LayoutRate {
-            layout_rate_hz: settings.layout.rate_hz,
-            take: first.name.clone(),
-            rate_hz: first_rate_hz,
-        });
+    if layout_hz != first_hz {
+        return Err(error(
+            first,
+            format!("but segments are laid out for {layout_hz} Hz"),
+        ));
     }
     Ok(())
 }

@@ -6,7 +6,7 @@ use inhand_model::{BodySource, Recording, Roles, Status};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use rayon::prelude::*;
 
-use crate::error::MotionError;
+use crate::error::{MotionError, listed};
 use crate::lookup::marker_track;
 use crate::rigid_fit::{MIN_SPREAD, centroid, rigid_fit};
 
@@ -103,9 +103,9 @@ impl Templates {
 ///
 /// # Errors
 ///
-/// [`MotionError::BodyDiffers`] unless a body is the same cluster (names and their order, which
-/// defines the axes) or a rigid body in all takes that have it; [`MotionError::ClusterTooSmall`],
-/// [`MotionError::NotInTake`], [`MotionError::NeverComplete`], [`MotionError::Collinear`].
+/// [`MotionError::Body`] unless a body is the same cluster (names and their order, which defines the
+/// axes) or a rigid body in all takes that have it, and for clusters of fewer than three markers, on a
+/// line, or never seen whole; [`MotionError::NotInTake`].
 pub fn fit_templates<'a>(
     takes: impl IntoIterator<Item = (&'a Recording, &'a Roles)>,
 ) -> Result<Templates, MotionError> {
@@ -135,13 +135,12 @@ fn fit_template(
             (source, first) => source == first,
         };
         if !same {
-            return Err(MotionError::BodyDiffers {
-                role,
-                take: take.name.clone(),
-                found: in_words(source),
-                first_take: first_take.name.clone(),
-                expected: in_words(first),
-            });
+            let (take, found) = (&take.name, in_words(source));
+            let (first_take, expected) = (&first_take.name, in_words(first));
+            return Err(MotionError::Body(format!(
+                "the {role} is {found} in take \"{take}\", but {expected} in take \"{first_take}\": \
+                 its frame needs one definition for the session"
+            )));
         }
     }
     let BodySource::Markers(names) = first else {
@@ -149,10 +148,10 @@ fn fit_template(
     };
     let repeated = (1..names.len()).any(|i| names[..i].contains(&names[i]));
     if names.len() < 3 || repeated {
-        return Err(MotionError::ClusterTooSmall {
-            role,
-            markers: names.clone(),
-        });
+        let names = listed(names);
+        return Err(MotionError::Body(format!(
+            "the {role} is a cluster of {names}: a pose needs three different markers or more"
+        )));
     }
 
     let mut frames = Vec::new();
@@ -160,11 +159,15 @@ fn fit_template(
         complete_frames(take, role, names, &mut frames)?;
     }
     if frames.is_empty() {
-        return Err(MotionError::NeverComplete {
-            role,
-            markers: names.clone(),
-            takes: (with_body.iter().map(|(take, _)| take.name.clone())).collect(),
-        });
+        let takes: Vec<_> = with_body
+            .iter()
+            .map(|(take, _)| take.name.clone())
+            .collect();
+        let (names, takes) = (listed(names), listed(&takes));
+        return Err(MotionError::Body(format!(
+            "the markers of the {role} ({names}) are never all seen at once in {takes}: name a cluster \
+             with fewer markers, or other takes"
+        )));
     }
     let count = names.len();
     let (shape, rms_m) = mean_shape(&frames, count);
@@ -294,30 +297,25 @@ fn in_own_axes(
     role: BodyRole,
     names: &[String],
 ) -> Result<Vec<Vector3<f64>>, MotionError> {
+    let collinear = |count: usize, spread: f64| {
+        let (names, spread, least) = (listed(&names[..count]), 100.0 * spread, 100.0 * MIN_SPREAD);
+        MotionError::Body(format!(
+            "the markers {names} of the {role} lie on a line: they spread {spread:.1} % as far across it \
+             as along it, expected {least:.0} % at least; name markers that span a triangle"
+        ))
+    };
     for points in [shape, &shape[..3]] {
         let spread = rigid_fit(points, points).map_or(0.0, |fit| fit.spread);
         if spread < MIN_SPREAD {
-            return Err(MotionError::Collinear {
-                role,
-                markers: names[..points.len()].to_vec(),
-                spread,
-                min_spread: MIN_SPREAD,
-            });
+            return Err(collinear(points.len(), spread));
         }
     }
     let first_to_second = shape[1] - shape[0];
     let normal = first_to_second.cross(&(shape[2] - shape[0]));
     let axes = (first_to_second.try_normalize(0.0)).zip(normal.try_normalize(0.0));
-    let Some((x, z)) = axes else {
-        // Two of three points that coincide lie on a line with the third, which was refused above
-        // unless rounding hid it.
-        return Err(MotionError::Collinear {
-            role,
-            markers: names[..3].to_vec(),
-            spread: 0.0,
-            min_spread: MIN_SPREAD,
-        });
-    };
+    // Two of three points that coincide lie on a line with the third, which was refused above unless
+    // rounding hid it.
+    let (x, z) = axes.ok_or_else(|| collinear(3, 0.0))?;
     let body_from_shape =
         Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[x, z.cross(&x), z]).transpose());
     Ok(shape.iter().map(|point| body_from_shape * point).collect())

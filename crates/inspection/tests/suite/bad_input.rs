@@ -1,8 +1,6 @@
 //! Takes and settings that nothing can be made of.
 
-use inhand_inspection::{
-    CleanSettings, CleaningError, FillMethod, FillSettings, PadOffset, clean, detect,
-};
+use inhand_inspection::{CleanSettings, CleaningError, FillMethod, FillSettings, clean, detect};
 use inhand_model::{BodySource, Finger, PerFinger, Roles, Status};
 use inhand_motion::MotionError;
 use inhand_simulation::{TakeSettings, simulate};
@@ -26,11 +24,7 @@ fn everything(method: FillMethod) -> CleanSettings {
             method,
             limit_s: 0.2,
         }),
-        pads: PerFinger::from_fn(|_| {
-            Some(PadOffset::InHand {
-                offset_m: [0.0, 0.0, 0.005],
-            })
-        }),
+        pads_m: PerFinger::from_fn(|_| Some([0.0, 0.0, 0.005])),
         resample_hz: Some(60.0),
         ..CleanSettings::repairs()
     }
@@ -81,11 +75,7 @@ fn settings_out_of_range_are_named() {
         assert!(error.to_string().contains("fill limit"), "{error}");
     }
     let settings = CleanSettings {
-        pads: PerFinger::from_fn(|_| {
-            Some(PadOffset::TowardsObject {
-                distance_m: f64::NAN,
-            })
-        }),
+        pads_m: PerFinger::from_fn(|_| Some([0.0, f64::NAN, 0.0])),
         ..CleanSettings::default()
     };
     let error = clean(&short(), &roles(true), &settings).expect_err("no such offset");

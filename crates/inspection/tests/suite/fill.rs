@@ -1,6 +1,6 @@
 //! Closed forms of filling, and of pads.
 
-use inhand_inspection::{CleaningError, FillMethod, FillSettings, PadOffset, fill, to_pads};
+use inhand_inspection::{CleaningError, FillMethod, FillSettings, fill, to_pads};
 use inhand_model::{
     BodyKind, BodySource, ChangeKind, Clock, Finger, LengthUnit, Marker, MarkerKind, PerFinger,
     Pose, Position, Recording, Roles, Source, StartTime, Status, Track, TrackedBody, UpAxis, World,
@@ -231,29 +231,8 @@ fn pads_are_where_they_are_said_to_be() {
         assert_eq!((changes.len(), changes[0].kind), (1, ChangeKind::Moved));
         of(&take, 37)
     };
-    let pad = moved(PadOffset::InHand {
-        offset_m: [0.001, -0.002, 0.008],
-    });
+    let pad = moved([0.001, -0.002, 0.008]);
     assert!((pad.coords - Vector3::new(0.021, 0.088, 0.018)).norm() < 1e-12);
-    let pad = moved(PadOffset::AlongFinger {
-        from_m: [0.02, 0.04, 0.01],
-        beyond_m: -0.007,
-    });
-    assert!((pad.coords - Vector3::new(0.02, 0.083, 0.01)).norm() < 1e-12);
-
-    let towards = PerFinger::from_fn(|_| Some(PadOffset::TowardsObject { distance_m: 0.006 }));
-    assert!(
-        to_pads(&mut still(), &roles(false), &towards).is_err(),
-        "no object is tracked"
-    );
-    let mut take = still();
-    let mut object = hand(50);
-    object.name = "Object".into();
-    take.bodies.push(object);
-    to_pads(&mut take, &roles(true), &towards).expect("it moves");
-    let marker_m = Vector3::from(place);
-    let expected = marker_m - marker_m.normalize() * 0.006;
-    assert!((of(&take, 20).coords - expected).norm() < 1e-12);
 }
 
 #[test]
@@ -339,7 +318,7 @@ fn steps_that_do_not_undo_flips_take_the_hand_as_recorded() {
     let mut given = with_flipped_hand(take(200, |_, _| [0.02, 0.09, 0.01]), 80..120);
     assert_eq!(inhand_inspection::detect::flips(&given).len(), 1);
     let before = given.clone();
-    let offsets = PerFinger::from_fn(|_| Some(PadOffset::InHand { offset_m }));
+    let offsets = PerFinger::from_fn(|_| Some(offset_m));
     to_pads(&mut given, &roles(false), &offsets).expect("it moves");
     for k in [50, 100] {
         let at = |r: &Recording| r.markers[0].track.get(k).expect("it is there").coords_m();
@@ -361,11 +340,7 @@ fn pads_without_a_pose_of_the_hand_are_told() {
     let mut given = take(100, |_, _| [0.02, 0.09, 0.01]);
     (40..70).for_each(|k| given.bodies[0].track.set(k, None, Status::Missing));
     hide(&mut given, "Index", 50..55);
-    let offsets = PerFinger::from_fn(|f| {
-        (f == Finger::Index).then_some(PadOffset::InHand {
-            offset_m: [0.0, 0.0, 0.008],
-        })
-    });
+    let offsets = PerFinger::from_fn(|f| (f == Finger::Index).then_some([0.0, 0.0, 0.008]));
     let changes = to_pads(&mut given, &roles(false), &offsets).expect("it moves");
     let told: Vec<_> = (changes.iter())
         .map(|c| (c.kind, c.entity.as_str(), c.samples.clone()))

@@ -90,9 +90,6 @@ fn smooth_columns(
 
 /// A track with the statuses of another.
 fn rebuilt<T: Sample>(track: &Track<T>, value: impl Fn(usize) -> Option<T>) -> Track<T> {
-    let mut rebuilt = Track::with_capacity(track.len());
-    for (k, &status) in track.statuses().iter().enumerate() {
-        rebuilt.push(value(k), status);
-    }
-    rebuilt
+    let statuses = track.statuses().iter().enumerate();
+    statuses.map(|(k, &status)| (value(k), status)).collect()
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use inhand_inspection::{CleanSettings, FillMethod, FillSettings, PadOffset};
+use inhand_inspection::{CleanSettings, FillMethod, FillSettings};
 use inhand_model::PerFinger;
 use serde::{Deserialize, Serialize};
 
@@ -54,11 +54,9 @@ impl CleanSection {
     ///
     /// [`SessionError::Settings`].
     pub fn steps(&self) -> Result<Option<CleanSettings>, SessionError> {
-        let mut pads = PerFinger::from_fn(|_| None);
+        let mut pads_m = PerFinger::from_fn(|_| None);
         for (name, offset_mm) in &self.pad_mm {
-            pads[finger(name, "clean.pad_mm")?] = Some(PadOffset::InHand {
-                offset_m: offset_mm.map(|mm| mm * 1e-3),
-            });
+            pads_m[finger(name, "clean.pad_mm")?] = Some(offset_mm.map(|mm| mm * 1e-3));
         }
         let steps = CleanSettings {
             flips: self.flips,
@@ -69,7 +67,7 @@ impl CleanSection {
                 method: self.fill,
                 limit_s: self.fill_limit_s,
             }),
-            pads,
+            pads_m,
             resample_hz: self.resample_hz,
         };
         Ok((steps != CleanSettings::default()).then_some(steps))

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-/// Why a convex hull cannot be made, or contacts cannot be judged.
+/// Reasons why a convex hull cannot be made, or contacts cannot be judged.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ContactError {

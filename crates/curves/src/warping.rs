@@ -29,7 +29,7 @@ const BLOCK: usize = 10;
 /// More than rounding can do to the sum of a block, relatively: the quick bound is a difference of sums.
 const SUM_ROUNDING: f64 = 1e-12;
 
-/// Which of several motions is nearest, and how near.
+/// The nearest of several motions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Nearest {
     /// Its place among the candidates; the first of those equally near.

@@ -32,7 +32,7 @@ pub(crate) fn plan_facts(plans: &[Plan]) -> PlanFacts {
     }
 }
 
-/// What one family did; `None` where it was off in every plan.
+/// Facts of one family; `None` where it was off in every plan.
 fn family_facts(
     family: ConstraintFamily,
     solved: &[&Plan],

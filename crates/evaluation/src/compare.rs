@@ -33,7 +33,7 @@ pub fn same_segments(before: &EvaluationRows, after: &EvaluationRows) -> bool {
         && before.segments == after.segments
 }
 
-/// How the errors of a method differ from those before: for all fingers together and each finger, in every
+/// Changes of the errors of a method: for all fingers together and each finger, in every
 /// measure. Segments are drawn together where both judged the very same ones (`paired`: what is hard about a
 /// segment is hard in both), else apart. A statistic of no rows on one side is left out.
 ///
@@ -83,7 +83,7 @@ pub fn compare_errors(
     Ok(changes)
 }
 
-/// How the share of instants with three or more contacts differs from that before; `None` where one of both has no
+/// Change of the share of instants with three or more contacts; `None` where one of both has no
 /// object.
 ///
 /// # Errors
@@ -113,7 +113,7 @@ pub fn compare_contacts(
     }))
 }
 
-/// What is paired is compared where both judged the same instants.
+/// Rows to compare: of pairs those of clusters in which both judged the same instants.
 fn looked_at<'a>(
     paired: bool,
     first: &'a ClusteredRows,

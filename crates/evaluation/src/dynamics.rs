@@ -18,7 +18,7 @@ use crate::motion_contacts::motion_contacts;
 use crate::movement::JudgedMethod;
 use crate::recorded::Recorded;
 
-/// What [`contact_dynamics`] is made of.
+/// Rows behind [`contact_dynamics`].
 #[derive(Clone, Debug)]
 pub struct DynamicsRows {
     /// Each whole take; `None` for one without an object.
@@ -27,7 +27,7 @@ pub struct DynamicsRows {
     pub segments: Vec<Vec<ContactRows>>,
 }
 
-/// What contacts do over time: over the test takes as recorded, and inside the test segments, of the recording
+/// Analyses contacts over time: over the test takes as recorded, and inside the test segments, of the recording
 /// and of each method alike. `None` where no take has an object, or its shape is not known.
 ///
 /// Of a take only what is selected counts. Segments are judged each on its own: a contact that goes on beyond
@@ -99,7 +99,7 @@ pub fn contact_dynamics<'a>(
     Ok(Some((dynamics, DynamicsRows { takes, segments })))
 }
 
-/// What touches over a whole motion: contacts, states, phases and steps of fingers. `None` for one without an
+/// Contacts, states, phases and steps of fingers over a whole motion. `None` for one without an
 /// object.
 ///
 /// # Errors

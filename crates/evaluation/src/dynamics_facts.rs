@@ -1,4 +1,4 @@
-//! Contacts over time, summed up.
+//! Facts of contacts over time.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -9,7 +9,7 @@ use inhand_model::{
 };
 use inhand_statistics::quantiles::statistics;
 
-/// What the contacts of a take say.
+/// Facts of the contacts of a take.
 pub(crate) fn take_contacts(take: &str, rate_hz: f64, rows: &ContactRows) -> TakeContacts {
     let span_s =
         |samples: &Range<usize>| [samples.start, samples.end].map(|sample| sample as f64 / rate_hz);
@@ -42,7 +42,7 @@ pub(crate) fn take_contacts(take: &str, rate_hz: f64, rows: &ContactRows) -> Tak
     }
 }
 
-/// What the contacts inside all segments say.
+/// Facts of the contacts inside all segments.
 pub(crate) fn segment_contacts(segments: &[ContactRows], rate_hz: f64) -> SegmentContacts {
     let is_known = |rows: &&ContactRows| Finger::ALL.iter().any(|&finger| rows.known(finger) > 0);
     let mut by_fingers = [0; Finger::COUNT + 1];
@@ -89,7 +89,7 @@ fn fingers(stretches: &[ContactRows], rate_hz: f64) -> PerFinger<FingerContactFa
     })
 }
 
-/// States of contact, most frequent first.
+/// Contact states, most frequent first.
 fn states(runs: &[StateRow], rate_hz: f64) -> Vec<StateFacts> {
     let all: usize = runs.iter().map(|run| run.samples.len()).sum();
     let mut by_state: BTreeMap<FingerSet, Vec<&StateRow>> = BTreeMap::new();
@@ -120,7 +120,7 @@ fn durations(runs: &[&StateRow], rate_hz: f64) -> Statistics {
     statistics(durations_s, 0, 0)
 }
 
-/// What came after what from one sample to the next, most frequent first.
+/// Transitions from one sample to the next, most frequent first.
 fn transitions(runs: &[StateRow]) -> Vec<Transition> {
     let mut counts: BTreeMap<(FingerSet, FingerSet), usize> = BTreeMap::new();
     for pair in runs.windows(2) {

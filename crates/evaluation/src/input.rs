@@ -54,10 +54,10 @@ pub struct TestData<'a> {
     pub shape: Option<Shape>,
 }
 
-/// Where the object is at each of the N samples of a segment (`hand_from_object`).
+/// Pose of the object at each of the N samples of a segment (`hand_from_object`).
 pub type ObjectPoses = Vec<Pose<Hand, Object>>;
 
-/// What a method made of the test segments.
+/// Plans of a method for the test segments.
 #[derive(Clone, Copy, Debug)]
 pub struct MethodResult<'a> {
     /// Name, such as `prior`.

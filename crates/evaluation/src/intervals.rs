@@ -303,7 +303,7 @@ fn contact_estimates(
     Ok((share[0], less[0].map(|found| found.absolute)))
 }
 
-/// What a share is the mean of.
+/// Ones and zeros whose mean is a share.
 pub(crate) fn ones_and_zeros(
     counts: &[ContactCounts],
     of: fn(&ContactCounts) -> usize,
@@ -346,7 +346,7 @@ pub(crate) fn common<'a>(
     only(&judged_by_both(first, second), first, second)
 }
 
-/// How the first differs from the second in each measure, over the clusters in which both judged the same instants;
+/// Differences of the first from the second in each measure, over the clusters in which both judged the same instants;
 /// nothing where there are none.
 fn paired(
     (method, other): (&str, &str),

@@ -113,7 +113,7 @@ fn unfolded(segments: &[Option<&[PerFinger<f64>]>], samples: usize) -> Vec<PerFi
         .collect()
 }
 
-/// What a method says of each segment beside its trajectory, where that is there and both are whole.
+/// Parts of a method for each segment beside its trajectory, where that is there and both are whole.
 fn whole<'a, T>(
     parts: &'a [Option<Vec<T>>],
     trajectories: &[Option<&Trajectory>],

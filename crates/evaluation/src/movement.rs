@@ -16,7 +16,7 @@ use crate::instants::tips;
 use crate::method::usable;
 use crate::recorded::Recorded;
 
-/// What a method made of the test segments, and what that does at every instant.
+/// Plans of a method for the test segments, and their measures at every instant.
 #[derive(Clone, Copy, Debug)]
 pub struct JudgedMethod<'a> {
     /// One for each segment, as in [`MethodResult`](crate::MethodResult).

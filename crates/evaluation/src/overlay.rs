@@ -48,7 +48,7 @@ pub struct Tips<'a, F: Frame> {
     pub tracks: &'a PerFinger<PointTrack<F>>,
 }
 
-/// Where a track is at any instant: on the line between two samples that are both there, so that
+/// Position of a track at any instant: on the line between two samples that are both there, so that
 /// nothing is said of gaps.
 pub fn position_at<F: Frame>(
     track: &PointTrack<F>,
@@ -94,7 +94,7 @@ pub fn distances_m<F: Frame>(first: Tips<'_, F>, other: Tips<'_, F>) -> Vec<PerF
         .collect()
 }
 
-/// How far apart one fingertip of two motions is.
+/// Distance of one fingertip between two motions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Apart {
     /// Instants at which both are there.

@@ -8,7 +8,7 @@ use inhand_model::{
 /// Markers that a body's pose can be fitted to at the least.
 const FIT_MARKERS: usize = 3;
 
-/// How complete a take is: samples of each fingertip as recorded and after processing, the longest
+/// Completeness of a take: samples of each fingertip as recorded and after processing, the longest
 /// gap as recorded, how often hand and object were tracked, and what was odd.
 ///
 /// A body fitted to markers counts as tracked where three of them or more were seen. A role whose

@@ -59,7 +59,7 @@ impl Recorded {
     }
 }
 
-/// What a take knows of one instant.
+/// Statuses and pose of one instant of a take.
 struct Known {
     filled: PerFinger<bool>,
     object_filled: bool,

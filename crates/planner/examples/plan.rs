@@ -52,7 +52,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     let motion = solved(&plan)?;
     println!("{:?}: {:?}", plan.status, plan.certificate);
     println!(
-        "{} rows, {} taken up",
+        "{} rows, {} activated",
         plan.checks.rows, plan.checks.rows_taken_up
     );
     for sample in [0, layout.samples / 2, layout.samples - 1] {

@@ -6,7 +6,7 @@
 //!
 //! D. Goldfarb and A. Idnani, "A numerically stable dual method for solving strictly convex
 //! quadratic programs", Mathematical Programming 27 (1983): start from the unconstrained minimum,
-//! take up one violated row after the other, and drop those whose multiplier would turn negative.
+//! activate one violated row after the other, and drop those whose multiplier would turn negative.
 //! The dual objective rises with every step, so no set of rows comes back and the end is reached.
 //!
 //! Here the inverse `C = P⁻¹` is known beforehand (it is the same for every target), so that the
@@ -28,7 +28,7 @@ const NOTHING: f64 = 1e-22;
 /// Steps allowed for each row that could be active. Practice needs about one for each that is.
 const STEPS_PER_ROW: usize = 20;
 
-/// How a minimisation ended.
+/// End of a minimisation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Ending {
     /// Every row holds, every multiplier is positive.
@@ -52,7 +52,7 @@ struct Row {
     tolerance: f64,
 }
 
-/// Which constraint: the sign of an unknown, or a general row.
+/// A constraint: the sign of an unknown, or a general row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Constraint {
     /// `h_i >= 0`.
@@ -61,7 +61,7 @@ pub(crate) enum Constraint {
     Row(usize),
 }
 
-/// The method's state: an optimum of the rows taken up so far. Rows can be added and the
+/// The method's state: an optimum of the rows activated so far. Rows can be added and the
 /// minimisation continued.
 #[derive(Clone, Debug)]
 pub(crate) struct ActiveSet<'a> {
@@ -79,7 +79,7 @@ pub(crate) struct ActiveSet<'a> {
     contradiction: Option<Contradiction>,
 }
 
-/// Why no point keeps all rows (Farkas): with these factors, none negative, the rows add up to one
+/// Proof that no point keeps all rows (Farkas): with these factors, none negative, the rows add up to one
 /// in which nothing is free, while their bounds add up to more than its value.
 #[derive(Clone, Debug)]
 pub(crate) struct Contradiction {
@@ -106,7 +106,7 @@ impl Contest {
     ) {
         // A row in which nothing is free comes first: it shows that there is no solution.
         let curvature = curvature.max(f64::MIN_POSITIVE);
-        // Working rows hold, but for rounding: taking one up twice would lead nowhere.
+        // Working rows hold, but for rounding: activating one twice would lead nowhere.
         if slack * slack > self.gain * curvature && !working.contains(&constraint) {
             self.gain = slack * slack / curvature;
             self.best = Some(constraint);
@@ -170,7 +170,7 @@ impl<'a> ActiveSet<'a> {
     pub(crate) fn minimise(&mut self) -> Ending {
         let limit = self.steps + STEPS_PER_ROW * (self.point.len() + self.rows.len());
         while let Some(entering) = self.most_violated() {
-            match self.take_up(entering, limit) {
+            match self.activate(entering, limit) {
                 Ending::Optimal => {}
                 ending => return ending,
             }
@@ -178,7 +178,7 @@ impl<'a> ActiveSet<'a> {
         Ending::Optimal
     }
 
-    /// The violated row to take up next: the one whose enforcement alone would raise the objective
+    /// The violated row to activate next: the one whose enforcement alone would raise the objective
     /// most, by slack² / curvature. The curvature `nᵀ C n` of a general row costs n² operations, so
     /// only that of the row with the largest slack² / |n|² is looked at, and kept.
     fn most_violated(&mut self) -> Option<Constraint> {
@@ -213,7 +213,7 @@ impl<'a> ActiveSet<'a> {
 
     /// Makes row `entering` hold with equality, dropping working rows on the way where their
     /// multipliers reach zero.
-    fn take_up(&mut self, entering: Constraint, limit: usize) -> Ending {
+    fn activate(&mut self, entering: Constraint, limit: usize) -> Ending {
         let mut multiplier = 0.0;
         loop {
             if self.steps >= limit {
@@ -381,7 +381,7 @@ impl<'a> ActiveSet<'a> {
             Constraint::Row(j) => self.rows[j]
                 .image
                 .as_ref()
-                .expect("the image is made before a row is taken up")
+                .expect("the image is made before a row is activated")
                 .as_slice(),
         }
     }

@@ -17,7 +17,7 @@ const SAME_M_S: f64 = 1e-6;
 /// Fewest samples of a segment: with fewer, the way to its end is the way from its start.
 const FEWEST_SAMPLES: usize = 3;
 
-/// Where fingertips are to be at a time.
+/// Positions and velocities of fingertips at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Knot {
     /// Seconds since the start; taken to the nearest sample.
@@ -112,7 +112,7 @@ struct Placed {
     velocity: Tips,
 }
 
-/// What knots say about every segment of a chain.
+/// Course of every segment of a chain, from its knots.
 struct Route {
     knots: Vec<Placed>,
     last_sample: usize,
@@ -256,7 +256,7 @@ impl Route {
     }
 }
 
-/// Where one segment ends and the next begins.
+/// End of one segment and begin of the next.
 #[derive(Clone, Copy)]
 struct Joint {
     /// Metres.

@@ -11,7 +11,7 @@ use crate::target_values::TargetPart;
 /// from one another from making the problem singular.
 const SHARPEST: f64 = 1e-4;
 
-/// How end conditions that a target does not give follow from what it does: the end conditions
+/// Regression of the end conditions that a target does not give on what it does: the end conditions
 /// among it, and positions and velocities on the way, which are those of the smooth curve plus a
 /// deviation:
 ///
@@ -32,7 +32,7 @@ pub(crate) struct Completion {
     regression: DMatrix<f64>,
 }
 
-/// What is given of the way between the ends.
+/// Given parts of the way between the ends.
 #[derive(Clone, Debug)]
 struct Way {
     /// Place of each number among the given values.

@@ -24,7 +24,7 @@ use crate::rows::ActiveRow;
 /// Tighter than Clarabel's 1e-8: bounds that are active have to be told from those that are not.
 const TOLERANCE: f64 = 1e-10;
 
-/// How Clarabel ended.
+/// End of a solution by Clarabel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Ending {
     Optimal,
@@ -32,7 +32,7 @@ pub(crate) enum Ending {
     Failed,
 }
 
-/// What Clarabel found.
+/// Clarabel's answer.
 pub(crate) struct Solution {
     pub(crate) ending: Ending,
     pub(crate) unknowns: DVector<f64>,

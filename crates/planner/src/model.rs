@@ -22,7 +22,7 @@ use crate::method::Method;
 use crate::precision::{Precision, inverse_of_covariance};
 use crate::target_values::{End, TargetPart};
 
-/// What is expected of the unknowns.
+/// Expectation of the unknowns.
 #[derive(Clone, Debug)]
 enum Expected {
     /// The same for every target, mm.
@@ -219,46 +219,21 @@ fn check_residual(residual: &Residual) -> Result<(), PlanError> {
     let rows = residual.layout.rows();
     let ends = ends_len(residual.layout);
     let rank = residual.primitives.ncols();
-    for (what, expected, found) in [
-        ("rows of the primitives", rows, residual.primitives.nrows()),
-        (
-            "length of the mean end conditions",
-            ends,
-            residual.ends_mean.len(),
-        ),
-        (
-            "rows of the end conditions' covariance",
-            ends,
-            residual.ends_covariance.nrows(),
-        ),
-        (
-            "columns of the end conditions' covariance",
-            ends,
-            residual.ends_covariance.ncols(),
-        ),
-        (
-            "number of expected activations",
-            rank,
-            residual.expectation.profile().nrows(),
-        ),
-        (
-            "number of end conditions that expectations are for",
-            ends,
-            residual.expectation.profile().ncols(),
-        ),
-        (
-            "rows of the activations' covariance",
-            rank,
-            residual.covariance_m2.nrows(),
-        ),
-        (
-            "columns of the activations' covariance",
-            rank,
-            residual.covariance_m2.ncols(),
-        ),
-    ] {
-        check_size(what, expected, found)?;
-    }
+    let check_shape = |what: &str, expected: (usize, usize), found: (usize, usize)| {
+        check_size(&format!("rows of the {what}"), expected.0, found.0)?;
+        check_size(&format!("columns of the {what}"), expected.1, found.1)
+    };
+    check_shape("primitives", (rows, rank), residual.primitives.shape())?;
+    let found = residual.ends_mean.len();
+    check_size("length of the mean end conditions", ends, found)?;
+    let covariance = residual.ends_covariance.shape();
+    check_shape("end conditions' covariance", (ends, ends), covariance)?;
+    let (activations, conditions) = residual.expectation.profile().shape();
+    check_size("number of expected activations", rank, activations)?;
+    let what = "number of end conditions that expectations are for";
+    check_size(what, ends, conditions)?;
+    let covariance = residual.covariance_m2.shape();
+    check_shape("activations' covariance", (rank, rank), covariance)?;
     for (what, numbers) in [
         ("primitives", residual.primitives.as_slice()),
         ("mean end conditions", residual.ends_mean.as_slice()),

@@ -22,7 +22,7 @@ use crate::solve::Task;
 use crate::target::Target;
 use crate::target_values::{TargetValues, sample_at};
 
-/// How many patterns of targets are kept prepared, besides the usual one.
+/// Number of patterns of targets that are kept prepared, besides the usual one.
 const KEPT: usize = 32;
 
 /// A dictionary ready to plan with one method: everything that does not depend on the target's
@@ -41,7 +41,7 @@ pub struct Planner {
     others: Arc<RwLock<Vec<Arc<Prepared>>>>,
 }
 
-/// What depends on which parts of a segment targets give, not on their values.
+/// Parts of a planner that depend on the pattern of targets, not on their values.
 #[derive(Debug)]
 struct Prepared {
     problem: Problem,
@@ -149,14 +149,9 @@ impl Planner {
         self.deviations.is_none()
     }
 
-    /// Which problem of a dictionary is solved; `None` for a smooth curve with a deviation.
+    /// Problem of a dictionary that is solved; `None` for a smooth curve with a deviation.
     pub const fn method(&self) -> Option<Method> {
         self.method
-    }
-
-    /// Who solves it.
-    pub const fn backend(&self) -> Backend {
-        self.backend
     }
 
     /// Shape of the planned trajectories.
@@ -212,7 +207,7 @@ impl Planner {
         plan_from(&task, &outcome, target, self.hulls.as_deref())
     }
 
-    /// How far motion may be from a plan to this target. Depends on which parts of a segment the
+    /// Prediction region (95 %) of motion around a plan to this target. Depends on which parts of a segment the
     /// target gives, not on their values; constraints narrow it no further.
     ///
     /// # Errors

@@ -5,7 +5,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use crate::MM_PER_M;
 use crate::error::PlanError;
 
-/// How strongly unknowns are drawn to their mean.
+/// Precision `Λ`: the strength with which unknowns are drawn to their mean.
 #[derive(Clone, Debug)]
 pub(crate) enum Precision {
     /// The same for every unknown, on its own.

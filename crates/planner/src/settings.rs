@@ -6,7 +6,7 @@ use inhand_model::{Configuration, Finger, Hull, PerFinger, VelocityBounds};
 
 use crate::error::PlanError;
 
-/// How what a target gives is meant.
+/// Soft or hard targets.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Ends {
     /// To be reached about so exactly: with standard deviations of fingertip positions, metres

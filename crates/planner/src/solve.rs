@@ -53,7 +53,7 @@ pub(crate) struct Judged {
     pub(crate) certificate: Certificate,
 }
 
-/// What a backend reached.
+/// Result of a backend.
 pub(crate) struct Outcome {
     pub(crate) judged: Judged,
     pub(crate) infeasible: bool,

@@ -49,7 +49,7 @@ pub struct Holding {
     pub tau_m: f64,
 }
 
-/// What a plan has to reach, all of it optional, any part on any of the fingers; hand frame, metres
+/// Goal of a plan, all of it optional, any part on any of the fingers; hand frame, metres
 /// and m/s. What is not given follows from the demonstrations.
 ///
 /// ```

@@ -76,7 +76,7 @@ impl TargetPart {
     }
 }
 
-/// What a target gives, in the order of [`TargetPart`].
+/// Pattern and values of a target, in the order of [`TargetPart`].
 #[derive(Clone, Debug)]
 pub(crate) struct TargetValues {
     pub(crate) pattern: Vec<TargetPart>,
@@ -199,7 +199,7 @@ pub(crate) fn sample_at(time_s: f64, layout: SegmentLayout) -> Result<usize, Pla
     Ok(((time_s * layout.rate_hz).round().max(0.0) as usize).min(layout.samples - 1))
 }
 
-/// What is given of the object.
+/// Given poses of the object.
 fn object(target: &Target, layout: SegmentLayout) -> Result<Vec<Entry>, PlanError> {
     if !layout.object {
         return match target.object_needed {

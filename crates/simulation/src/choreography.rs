@@ -41,7 +41,7 @@ const MAX_REGRASPS: usize = 3;
 /// How often a finger is moved that need not be.
 const IDLE_REGRASP_CHANCE: f64 = 0.6;
 
-/// What object and fingers do over a take.
+/// Motion of object and fingers over a take.
 pub(crate) struct Choreography {
     pub(crate) object: ObjectMotion,
     pub(crate) grasp: Grasp,

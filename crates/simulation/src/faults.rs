@@ -42,7 +42,7 @@ const MAX_UNLABELLED_SAMPLES: f64 = 2e7;
 /// Draws before a fault is said to find no place.
 const MAX_DRAWS: usize = 1000;
 
-/// How many faults of each kind, a minute.
+/// Numbers of faults of each kind, a minute.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FaultSettings {
     /// Gaps of each fingertip marker.

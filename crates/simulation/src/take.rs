@@ -39,7 +39,7 @@ pub struct SimulatedTake {
     pub faults: Vec<Fault>,
 }
 
-/// What kind of fault it is.
+/// Kind of a fault.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FaultKind {
     /// A marker is missing.
@@ -89,7 +89,7 @@ pub struct Fault {
     pub samples: Range<usize>,
 }
 
-/// What is true of a simulated take, at every sample.
+/// Ground truth of a simulated take, at every sample.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Truth {
     /// The object in the hand.

@@ -2,30 +2,13 @@
 
 use thiserror::Error;
 
-/// Why intervals cannot be computed from rows, or with these settings.
+/// Reasons why intervals cannot be computed from rows, or with these settings.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum BootstrapError {
-    /// A row is NaN or infinite.
-    #[error(
-        "row {row} of cluster {cluster} is {found}: expected a finite number, leave missing rows out and count them"
-    )]
-    NotFinite {
-        /// Place of the cluster, from 0.
-        cluster: usize,
-        /// Place of the row in its cluster, from 0.
-        row: usize,
-        /// What it is.
-        found: f64,
-    },
-    /// More rows or clusters than are counted with 32 bits.
-    #[error("{found} rows or clusters: expected at most {limit}, bootstrap over larger parts")]
-    TooMany {
-        /// How many there are.
-        found: usize,
-        /// How many there may be.
-        limit: usize,
-    },
+    /// Rows that are NaN or infinite, or too many to be counted.
+    #[error("{0}")]
+    Rows(String),
     /// Two samples that are to be drawn together do not have the same clusters.
     #[error(
         "{first} clusters are paired with {second}: expected the same clusters in the same order, one without rows is an empty list"

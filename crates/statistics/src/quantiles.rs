@@ -28,7 +28,7 @@ pub fn quantile(sorted: &[f64], q: f64) -> Option<f64> {
     Some(interpolated(sorted, q))
 }
 
-/// Summarises values (any order, any unit; cost O(n), no full sort).
+/// Summarises values (any order, any unit).
 ///
 /// `n_filled` and `n_left_out` are passed on. `n` counts the values; without any, and where one of
 /// them is NaN or infinite, every other field is NaN, so that a summary of nothing cannot pass for
@@ -36,26 +36,17 @@ pub fn quantile(sorted: &[f64], q: f64) -> Option<f64> {
 ///
 /// Quantiles are of type 7 ([`quantile`]); whiskers are values that occur.
 pub fn statistics(mut values: Vec<f64>, n_filled: usize, n_left_out: usize) -> Statistics {
-    let n = values.len();
-    if n == 0 || !values.iter().all(|value| value.is_finite()) {
-        return undefined(n, n_filled, n_left_out);
-    }
-    // In the order given, whatever selection makes of it.
+    // In the order given, whatever sorting makes of it.
     let sums = sums(&values);
-    place(&mut values, 0, &places_used(n));
-    placed_statistics(&values, sums, n_filled, n_left_out)
+    values.sort_unstable_by(f64::total_cmp);
+    summary(&values, sums, n_filled, n_left_out)
 }
 
 /// The same of values that ascend already, which nobody checks: no copy, one pass.
 ///
 /// Sums are taken in that order, so that the mean may differ from that of [`statistics`] by rounding.
 pub fn sorted_statistics(sorted: &[f64], n_filled: usize, n_left_out: usize) -> Statistics {
-    let n = sorted.len();
-    let ends = [sorted.first(), sorted.last()];
-    if n == 0 || !ends.iter().flatten().all(|end| end.is_finite()) {
-        return undefined(n, n_filled, n_left_out);
-    }
-    placed_statistics(sorted, sums(sorted), n_filled, n_left_out)
+    summary(sorted, sums(sorted), n_filled, n_left_out)
 }
 
 /// Sum of the values, and of their squares.
@@ -65,31 +56,24 @@ fn sums(values: &[f64]) -> (f64, f64) {
     })
 }
 
-/// Statistics of finite values, one at least, that stand where they would stand if sorted at the places that
-/// quantiles read.
-fn placed_statistics(
-    values: &[f64],
+fn summary(
+    sorted: &[f64],
     (sum, sum_of_squares): (f64, f64),
     n_filled: usize,
     n_left_out: usize,
 ) -> Statistics {
-    let n = values.len();
-    let (mut min, mut max) = (f64::INFINITY, f64::NEG_INFINITY);
-    for &value in values {
-        min = min.min(value);
-        max = max.max(value);
+    let n = sorted.len();
+    let (Some(&min), Some(&max)) = (sorted.first(), sorted.last()) else {
+        return undefined(n, n_filled, n_left_out);
+    };
+    // NaN and infinities are at the ends.
+    if !(min.is_finite() && max.is_finite()) {
+        return undefined(n, n_filled, n_left_out);
     }
-    let [p5, p25, p50, p75, p95] = SHARES.map(|share| interpolated(values, share));
+    let [p5, p25, p50, p75, p95] = SHARES.map(|share| interpolated(sorted, share));
     let reach = WHISKER_RANGES * (p75 - p25);
-    let (mut whisker_low, mut whisker_high) = (max, min);
-    for &value in values {
-        if value >= p25 - reach {
-            whisker_low = whisker_low.min(value);
-        }
-        if value <= p75 + reach {
-            whisker_high = whisker_high.max(value);
-        }
-    }
+    let low = sorted.partition_point(|value| *value < p25 - reach);
+    let high = sorted.partition_point(|value| *value <= p75 + reach);
     Statistics {
         n,
         n_filled,
@@ -103,8 +87,8 @@ fn placed_statistics(
         p75,
         p95,
         max,
-        whisker_low,
-        whisker_high,
+        whisker_low: sorted[low.min(n - 1)],
+        whisker_high: sorted[high.max(1) - 1],
     }
 }
 
@@ -137,29 +121,4 @@ fn interpolated(values: &[f64], q: f64) -> f64 {
         return low;
     }
     low + share * (values[below + 1] - low)
-}
-
-/// Ascending places that [`interpolated`] reads for [`SHARES`].
-fn places_used(n: usize) -> Vec<usize> {
-    let mut places: Vec<usize> = SHARES
-        .iter()
-        .map(|share| ((n - 1) as f64 * share) as usize)
-        .flat_map(|below| [below, (below + 1).min(n - 1)])
-        .collect();
-    places.sort_unstable();
-    places.dedup();
-    places
-}
-
-/// Puts the values that belong at the ascending `places` there, as a full sort would: selects at the
-/// middle place, then goes on in the two parts. `start` is the place of `values[0]`.
-fn place(values: &mut [f64], start: usize, places: &[usize]) {
-    if places.is_empty() {
-        return;
-    }
-    let (before, rest) = places.split_at(places.len() / 2);
-    let (&at, after) = rest.split_first().expect("the latter half is not empty");
-    let (low, _, high) = values.select_nth_unstable_by(at - start, f64::total_cmp);
-    place(low, start, before);
-    place(high, at + 1, after);
 }

@@ -27,7 +27,7 @@ use super::vector::{Vec3, cross, dot, norm, sub};
 /// Triangles as indices of the points given, counter-clockwise seen from outside.
 pub(super) type Triangles = Vec<[u32; 3]>;
 
-/// Why there is no hull.
+/// Reason why there is no hull.
 pub(super) enum Degenerate {
     /// The points lie in a plane or nearly so.
     Flat {

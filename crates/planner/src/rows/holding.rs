@@ -15,7 +15,7 @@ use crate::target::Holding;
 /// tenth of what is promised.
 const OUTSIDE: f64 = 1e-7;
 
-/// Where each held finger's contact point is at each sample, mm.
+/// Contact point of each held finger at each sample, mm.
 #[derive(Clone, Debug)]
 pub(crate) struct Held {
     centres_mm: Vec<(Finger, Vec<Vector3<f64>>)>,

@@ -27,7 +27,7 @@ use crate::model::MotionModel;
 /// thousandth of what is promised (1e-6); rounding is a thousand times smaller still.
 const TOLERANCE: f64 = 1e-9;
 
-/// Which row.
+/// Identity of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Key {
     /// A bound on the first or second difference from a sample on.

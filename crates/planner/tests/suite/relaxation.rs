@@ -1,4 +1,4 @@
-//! What would have to give way where there is no solution, against closed forms.
+//! Relaxations where there is no solution, against closed forms.
 
 use std::sync::Arc;
 

@@ -36,7 +36,9 @@ pub struct ClusteredRows {
 fn check_count(found: usize) -> Result<(), BootstrapError> {
     let limit = u32::MAX as usize;
     if found > limit {
-        return Err(BootstrapError::TooMany { found, limit });
+        return Err(BootstrapError::Rows(format!(
+            "{found} rows or clusters: expected at most {limit}, bootstrap over larger parts"
+        )));
     }
     Ok(())
 }
@@ -51,17 +53,15 @@ impl ClusteredRows {
     ///
     /// # Errors
     ///
-    /// [`BootstrapError::NotFinite`] for a row that is no number, [`BootstrapError::TooMany`] for more
-    /// than 2^32 - 1 rows.
+    /// [`BootstrapError::Rows`] for a row that is no number, and for more than 2^32 - 1 rows.
     pub fn new(clusters: &[impl AsRef<[f64]>]) -> Result<Self, BootstrapError> {
         for (cluster, rows) in clusters.iter().enumerate() {
             if let Some(row) = rows.as_ref().iter().position(|value| !value.is_finite()) {
                 let found = rows.as_ref()[row];
-                return Err(BootstrapError::NotFinite {
-                    cluster,
-                    row,
-                    found,
-                });
+                return Err(BootstrapError::Rows(format!(
+                    "row {row} of cluster {cluster} is {found}: expected a finite number, \
+                     leave missing rows out and count them"
+                )));
             }
         }
         let n: usize = clusters.iter().map(|rows| rows.as_ref().len()).sum();
@@ -85,7 +85,7 @@ impl ClusteredRows {
     ///
     /// # Errors
     ///
-    /// [`BootstrapError::Unpaired`] for different numbers of clusters, [`BootstrapError::TooMany`] for more than
+    /// [`BootstrapError::Unpaired`] for different numbers of clusters, [`BootstrapError::Rows`] for more than
     /// 2^32 - 1 rows.
     pub fn merged(parts: &[&Self]) -> Result<Self, BootstrapError> {
         let clusters = parts.first().map_or(0, |part| part.sizes.len());

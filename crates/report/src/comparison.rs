@@ -35,8 +35,9 @@ fn changes(comparison: &EvaluationComparison) -> Vec<Change> {
 
 const CONTACTS: &str = "three or more contacts";
 
-/// A line for each statistic of the error, then contacts, then how intervals were made and settings that differ.
-pub(crate) fn text(comparison: &EvaluationComparison) -> String {
+/// Two evaluations side by side, for a terminal: a line for each statistic of the error, then contacts, then how
+/// intervals were made and settings that differ.
+pub fn text(comparison: &EvaluationComparison) -> String {
     let mut text = String::new();
     let mut last = String::new();
     for (who, finger, statistic, change) in changes(comparison) {
@@ -57,8 +58,8 @@ pub(crate) fn text(comparison: &EvaluationComparison) -> String {
     text
 }
 
-/// The same as Markdown; names from files are text in it.
-pub(crate) fn markdown(comparison: &EvaluationComparison) -> String {
+/// Two evaluations side by side, for a pull request; names from files are text in it.
+pub fn markdown(comparison: &EvaluationComparison) -> String {
     let (before, after) = (&comparison.before, &comparison.after);
     let table = Table::new("", changes(comparison), "method", |change| change.0.clone())
         .words("finger", |change| change.1.to_owned())

@@ -30,7 +30,7 @@ pub enum ReportError {
         session: String,
         /// The name.
         name: String,
-        /// How often it is there.
+        /// Number of methods of that name.
         times: usize,
     },
     /// Text that is no `evaluation.json`.
@@ -41,7 +41,7 @@ pub enum ReportError {
         .source.column()
     )]
     NotAnEvaluation {
-        /// What the JSON reader says: the key or character and where it is.
+        /// Error of the JSON reader: the key or character and where it is.
         source: serde_json::Error,
     },
     /// A document of another version, in which keys may mean something else.
@@ -60,7 +60,7 @@ pub enum ReportError {
     Json {
         /// The session.
         session: String,
-        /// What the JSON writer says.
+        /// Error of the JSON writer.
         source: serde_json::Error,
     },
 }

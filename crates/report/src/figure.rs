@@ -30,16 +30,16 @@ use maud::{Markup, html};
 pub use data::{FigureColumn, FigureData, FigureValues};
 pub(crate) use legend::{Key, finger_keys};
 
-/// A figure of a report: its drawing, what to know to read it, and the numbers that are drawn.
+/// A figure of a report: its drawing, its caption, and the numbers that are drawn.
 ///
 /// The page and [`Figure::print_svg`] show the very same drawing.
 #[derive(Clone, Debug)]
 pub struct Figure {
     /// Name for files and links, lower-case letters, digits and hyphens, such as `error-by-finger`.
     pub id: &'static str,
-    /// What is shown, in a line.
+    /// Title, in a line.
     pub title: String,
-    /// How to read it: definitions, counts, what is cut off. Plain text.
+    /// Definitions, counts, what is cut off. Plain text.
     pub caption: String,
     /// Every number that is drawn.
     pub data: FigureData,
@@ -49,20 +49,20 @@ pub struct Figure {
     pub(crate) panels: Vec<Panel>,
 }
 
-/// A drawing: what stands inside an `svg` element, with its size.
+/// A drawing: the content of an `svg` element, with its size.
 #[derive(Clone, Debug)]
 pub(crate) struct Panel {
     /// Size in SVG user units, which are pixels of the page where there is room.
     pub(crate) width: f64,
     /// As the width.
     pub(crate) height: f64,
-    /// What it says, for those who do not see it.
+    /// Description for readers who do not see it.
     pub(crate) summary: String,
     /// Shapes and texts.
     pub(crate) shapes: Markup,
 }
 
-/// Panels wider than this stand two in a row on a page, narrower ones three.
+/// Panels wider than this are shown two in a row on a page, narrower ones three.
 const NARROW: f64 = 400.0;
 /// Panels wider than this take the whole width of a page or of two columns in print.
 const COLUMN: f64 = 520.0;

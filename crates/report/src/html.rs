@@ -28,9 +28,9 @@ mod worst;
 use inhand_model::MethodEvaluation;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use crate::figure::box_plot::BoxRow;
 use crate::figure::line_chart::Series;
 use crate::figure::palette::{RECORDED_CLASS, classes};
+use crate::figure::row_plot::PlotRow;
 use crate::figure::{Figure, style};
 use crate::report::Report;
 use crate::table::{Head, Table};
@@ -73,19 +73,22 @@ impl<'a, T> Method<'a, T> {
         Head::coloured(&self.class, self.name)
     }
 
-    /// A distribution of the method as a box.
-    fn box_row<'s>(&'s self, statistics: &'s inhand_model::Statistics) -> BoxRow<'s> {
-        BoxRow {
+    /// The row of the method in a plot.
+    fn row(&self) -> PlotRow<'_> {
+        PlotRow {
             label: self.name,
             class: &self.class,
             stressed: self.default,
-            statistics,
+            ..PlotRow::default()
         }
     }
 
     /// A line of the method.
     fn line(&self, points: impl IntoIterator<Item = (f64, f64)>) -> Series {
-        Series::new(self.name, &self.class, points)
+        Series {
+            on_top: self.default,
+            ..Series::new(self.name, &self.class, points)
+        }
     }
 }
 
@@ -125,7 +128,7 @@ fn section(
     Some(Section { id, title, body })
 }
 
-/// What the page says, a section a topic.
+/// The sections of the page, one a topic.
 fn sections(report: &Report<'_>) -> Vec<Section> {
     let evaluation = report.evaluation;
     let rate_hz = evaluation.session.rate_hz;

@@ -1,5 +1,5 @@
 //! Method choice on the training takes, in words: which method was chosen and why,
-//! what was learned of deviations, whether prediction regions hold what they state.
+//! validation of the deviation, coverage of prediction regions.
 
 use inhand_model::{DeviationFacts, Evaluation, MethodCandidate, MethodChoice};
 
@@ -123,7 +123,7 @@ pub(crate) fn deviation_sentence(facts: &DeviationFacts, takes: usize) -> String
     )
 }
 
-/// How often the widest prediction regions of the default method contain the recorded motion, in a
+/// Coverage of the widest prediction regions of the default method, in a
 /// sentence; `None` where it has none or none was evaluated.
 pub(crate) fn region_sentence(evaluation: &Evaluation) -> Option<String> {
     let method = default_method(evaluation)?;

@@ -67,10 +67,13 @@ mod words;
 
 use inhand_model::{Evaluation, EvaluationComparison, Provenance, Summary};
 
+pub use comparison::{markdown as comparison_markdown, text as comparison_text};
 pub use error::ReportError;
 pub use figure::{Figure, FigureColumn, FigureData, FigureValues};
 pub use rank_figure::{RankFigure, RankFigurePoint, rank_figure_svg};
 pub use report::{PlanTimes, Report};
+pub use summary::{table as summary_table, text as summary_text};
+pub use text::text_summary;
 
 /// `evaluation.json`: pretty-printed, keys in a fixed order, `schema_version` first, numbers that
 /// are not finite as `null`, a newline at the end. Lengths under keys that end in `_mm` are
@@ -139,26 +142,6 @@ pub fn summary_json(summary: &Summary) -> Result<String, ReportError> {
     json::pretty(summary, "many sessions", None)
 }
 
-/// The sessions as a table: a line for each session, method and finger (`all` for all of them together).
-pub fn summary_table(summary: &Summary) -> FigureData {
-    summary::table(summary)
-}
-
-/// Many sessions in a few lines, for a terminal; with `markdown` for a pull request.
-pub fn summary_text(summary: &Summary, markdown: bool) -> String {
-    summary::text(summary, markdown)
-}
-
-/// Two evaluations side by side, for a terminal.
-pub fn comparison_text(comparison: &EvaluationComparison) -> String {
-    comparison::text(comparison)
-}
-
-/// Two evaluations side by side, for a pull request.
-pub fn comparison_markdown(comparison: &EvaluationComparison) -> String {
-    comparison::markdown(comparison)
-}
-
 /// Two evaluations side by side as JSON.
 ///
 /// # Errors
@@ -178,14 +161,6 @@ pub fn comparison_json(comparison: &EvaluationComparison) -> Result<String, Repo
 pub fn markdown(report: &Report<'_>) -> Result<String, ReportError> {
     check_names(report.evaluation)?;
     Ok(markdown::write(report.evaluation))
-}
-
-/// The end of a run in plain text: per method the median, third quartile, 95 % quantile and
-/// largest error in millimetres, the share of time with three or more fingers in contact, the coverage of
-/// prediction regions, which method was chosen and why, and for each learned method where a baseline
-/// beats it. Lines end with a newline; no colour.
-pub fn text_summary(evaluation: &Evaluation) -> String {
-    text::write(evaluation)
 }
 
 fn check_names(evaluation: &Evaluation) -> Result<(), ReportError> {

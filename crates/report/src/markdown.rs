@@ -167,7 +167,7 @@ fn quality(text: &mut String, evaluation: &Evaluation) {
     text.push_str(&more(odd.len(), TAKES, "takes"));
 }
 
-/// How many are not listed.
+/// Number of those that are not listed.
 fn more(all: usize, shown: usize, what: &str) -> String {
     match all.saturating_sub(shown) {
         0 => String::new(),

@@ -28,7 +28,7 @@ const KEY: f64 = 22.0;
 /// Errors of dictionaries against their rank.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RankFigure {
-    /// What was learned, such as `cube, nmf`.
+    /// Session and method of learning, such as `cube, nmf`.
     pub title: String,
     /// One for each rank, smallest first.
     pub points: Vec<RankFigurePoint>,
@@ -96,7 +96,7 @@ pub fn rank_figure_svg(figure: &RankFigure) -> String {
     let x = if first < last {
         Scale::linear(first, last, LEFT, WIDTH - RIGHT)
     } else {
-        // A single rank stands in the middle.
+        // A single rank is in the middle.
         Scale::linear(first - 1.0, first + 1.0, LEFT, WIDTH - RIGHT)
     };
     let markup = html! {
@@ -221,7 +221,7 @@ fn path(figure: &RankFigure, x: &Scale, y: impl Fn(&RankFigurePoint) -> f64) -> 
     line_chart::path(points.map(|point| (x.at(point.rank as f64), y(point))))
 }
 
-/// What the figure shows, in words.
+/// Description for readers who do not see it.
 fn description(figure: &RankFigure) -> String {
     let (Some(first), Some(last)) = (figure.points.first(), figure.points.last()) else {
         return "No rank could be evaluated.".to_owned();

@@ -9,7 +9,7 @@ pub struct Report<'a> {
     pub evaluation: &'a Evaluation,
     /// The single values behind them.
     pub rows: Option<&'a EvaluationRows>,
-    /// What figures show beside the numbers.
+    /// Illustrations of takes and training.
     pub illustrations: Option<&'a Illustrations>,
     /// Times of plans, where they are known: they differ from run to run, so not for a page that has to be the same each time.
     pub plan_times: &'a [PlanTimes],
@@ -17,7 +17,7 @@ pub struct Report<'a> {
     pub provenance: &'a [Provenance],
 }
 
-/// How long single plans of a method took.
+/// Times of single plans of a method.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlanTimes {
     /// Method.

@@ -30,8 +30,8 @@ pub(crate) fn three_contacts(contacts: Option<SharedContacts>) -> [f64; 2] {
     })
 }
 
-/// A line for each session, method and finger.
-pub(crate) fn table(summary: &Summary) -> FigureData {
+/// The sessions as a table: a line for each session, method and finger (`all` for all of them together).
+pub fn table(summary: &Summary) -> FigureData {
     let mut rows: Vec<(&SessionSummary, &str, &str, &Statistics)> = Vec::new();
     for session in &summary.sessions {
         for (method, own) in summary.methods.iter().zip(&session.methods) {
@@ -56,8 +56,9 @@ pub(crate) fn table(summary: &Summary) -> FigureData {
         .done()
 }
 
-/// Methods with intervals over sessions, the worst sessions, outliers.
-pub(crate) fn text(summary: &Summary, markdown: bool) -> String {
+/// Many sessions in a few lines, for a terminal; with `markdown` for a pull request: methods with intervals over
+/// sessions, the worst sessions, outliers.
+pub fn text(summary: &Summary, markdown: bool) -> String {
     let safe = |name: &str| {
         if markdown {
             escaped(name)

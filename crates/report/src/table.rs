@@ -279,37 +279,51 @@ impl<'a, R> Table<'a, R> {
         (rows.len() > 1).then_some(smallest.0)
     }
 
-    fn heading(&self) -> Vec<String> {
-        let columns = self.columns.iter().map(|column| match &*column.unit {
+    /// Headings with their units, then the cells of each row.
+    fn lines(&self) -> Vec<Vec<String>> {
+        let headings = self.columns.iter().map(|column| match &*column.unit {
             "" => column.name.clone(),
             unit => format!("{} ({unit})", column.name),
         });
-        std::iter::once(self.name.to_owned())
-            .chain(columns)
-            .collect()
+        let mut lines = vec![
+            std::iter::once(self.name.to_owned())
+                .chain(headings)
+                .collect(),
+        ];
+        lines.extend(self.rows().map(|row| {
+            let cells = self.columns.iter().map(|column| (column.cell)(row).0);
+            std::iter::once((self.head)(row).text)
+                .chain(cells)
+                .collect()
+        }));
+        lines
     }
 
     fn rows(&self) -> impl Iterator<Item = &R> {
         self.groups.iter().flat_map(|(_, rows)| rows)
     }
 
+    /// Whether cells are words; the first are.
+    fn words_at(&self, place: usize) -> bool {
+        place == 0 || self.columns[place - 1].words
+    }
+
     /// The rows as a Markdown table.
     pub(crate) fn markdown(&self) -> String {
-        let rule = |column: &Column<'_, R>| if column.words { "---" } else { "---:" }.to_owned();
-        let mut lines = vec![self.heading(), vec!["---".to_owned()]];
-        lines[1].extend(self.columns.iter().map(rule));
-        lines.extend(self.rows().map(|row| {
-            let mut cells = vec![escaped(&(self.head)(row).text)];
+        let mut lines = self.lines();
+        for (cells, row) in lines[1..].iter_mut().zip(self.rows()) {
+            // Numbers are ours and need no escaping.
+            for (place, cell) in cells.iter_mut().enumerate() {
+                if self.words_at(place) {
+                    *cell = escaped(cell);
+                }
+            }
             if (self.stressed)(row) {
                 cells[0] = format!("**{}**", cells[0]);
             }
-            // Numbers are ours and need no escaping.
-            cells.extend(self.columns.iter().map(|column| {
-                let (text, _) = (column.cell)(row);
-                if column.words { escaped(&text) } else { text }
-            }));
-            cells
-        }));
+        }
+        let rule = |place| if self.words_at(place) { "---" } else { "---:" }.to_owned();
+        lines.insert(1, (0..=self.columns.len()).map(rule).collect());
         (lines.iter())
             .map(|cells| format!("| {} |\n", cells.join(" | ")))
             .collect()
@@ -317,13 +331,7 @@ impl<'a, R> Table<'a, R> {
 
     /// The rows in columns as wide as their widest cell, words to the left and numbers to the right.
     pub(crate) fn aligned(&self) -> String {
-        let mut lines = vec![self.heading()];
-        lines.extend(self.rows().map(|row| {
-            let cells = self.columns.iter().map(|c| (c.cell)(row).0);
-            std::iter::once((self.head)(row).text)
-                .chain(cells)
-                .collect()
-        }));
+        let lines = self.lines();
         let width = |column: usize| {
             let widths = lines.iter().map(|line| line[column].chars().count());
             widths.max().unwrap_or(0)
@@ -331,11 +339,9 @@ impl<'a, R> Table<'a, R> {
         let widths: Vec<usize> = (0..=self.columns.len()).map(width).collect();
         let line = |line: &Vec<String>| {
             let cells = line.iter().zip(&widths).enumerate();
-            let cells = cells.map(|(place, (cell, &width))| {
-                match place > 0 && !self.columns[place - 1].words {
-                    true => format!("{cell:>width$}"),
-                    false => format!("{cell:<width$}"),
-                }
+            let cells = cells.map(|(place, (cell, &width))| match self.words_at(place) {
+                true => format!("{cell:<width$}"),
+                false => format!("{cell:>width$}"),
             });
             let cells: Vec<String> = cells.collect();
             cells.join("  ").trim_end().to_owned() + "\n"

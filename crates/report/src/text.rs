@@ -18,9 +18,11 @@ const SHOWN: [Statistic; 4] = [
     ("max", |s| s.max),
 ];
 
-/// Writes the table, a line each on contacts, prediction regions and the choice, and how the learned methods
-/// compare with the baselines.
-pub(crate) fn write(evaluation: &Evaluation) -> String {
+/// The end of a run in plain text: per method the median, third quartile, 95 % quantile and
+/// largest error in millimetres, the share of time with three or more fingers in contact, the coverage of
+/// prediction regions, which method was chosen and why, and for each learned method where a baseline
+/// beats it. Lines end with a newline; no colour.
+pub fn text_summary(evaluation: &Evaluation) -> String {
     let learned = evaluation.methods.iter().filter(|method| !method.baseline);
     let sentences = (contact_sentence(evaluation).into_iter())
         .chain(region_sentence(evaluation))

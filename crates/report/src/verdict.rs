@@ -24,7 +24,7 @@ const PLACES: [Place; 4] = [
     ("maximum", |s| s.max, None),
 ];
 
-/// How a method's value compares with the best baseline's.
+/// Comparison of a method's value with the best baseline's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Outcome {
     Lower,
@@ -220,7 +220,7 @@ fn by_baseline<'a, 'b>(
     groups
 }
 
-/// Where, with the lower number first.
+/// Places with their numbers, the lower one first.
 fn places(comparisons: &[&Comparison<'_>]) -> String {
     let item = |c: &&Comparison<'_>| {
         let (own, theirs) = (millimetres(c.own_m), millimetres(c.baseline_m));
@@ -232,7 +232,7 @@ fn places(comparisons: &[&Comparison<'_>]) -> String {
     join_words(&comparisons.iter().map(item).collect::<Vec<_>>())
 }
 
-/// How often three fingertips or more touch the object, in a sentence; `None` without an object.
+/// Share of instants with three or more contacts, in a sentence; `None` without an object.
 pub(crate) fn contact_sentence(evaluation: &Evaluation) -> Option<String> {
     let method = default_method(evaluation)?;
     let contact = method.contact.as_ref()?;

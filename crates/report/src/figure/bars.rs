@@ -18,11 +18,11 @@ pub(crate) struct BarSeries<'a> {
 
 /// A figure of shares by group.
 pub(crate) struct Bars<'a> {
-    /// What is shown, above the figure.
+    /// Title, above the figure.
     pub(crate) title: &'a str,
-    /// What the groups are.
+    /// Name of the horizontal axis.
     pub(crate) x_name: &'a str,
-    /// What the height is.
+    /// Name of the vertical axis.
     pub(crate) y_name: &'a str,
     /// Names of the groups from left to right.
     pub(crate) groups: Vec<String>,
@@ -41,7 +41,7 @@ const FRAME: Frame = Frame {
 const WANTED_TICKS: usize = 5;
 /// Of a group's width, what is left free.
 const GAP_SHARE: f64 = 0.22;
-/// Least height of a bar that stands for anything at all: rare is not never.
+/// Least height of a bar above zero: rare is not never.
 const LEAST: f64 = 1.0;
 
 /// Draws the figure.

@@ -9,34 +9,13 @@ use super::scale::nice_end;
 use super::{FigureData, Panel};
 use crate::number::{count, decimals, plain};
 
-/// What is meant by the parts of a box, stated under every figure of them.
+/// Parts of a box, explained under every figure of them.
 pub(crate) const BOX_WORDS: &str = "Box: first to third quartile; line: median; whiskers: farthest value within 1.5 \
     interquartile ranges of the box; dot: 95 % quantile. Values beyond the whiskers are not drawn one by one, the largest is the number at the right. \
     Quantiles interpolate linearly (type 7).";
 
-/// One distribution.
-pub(crate) struct BoxRow<'a> {
-    /// Name at the left.
-    pub(crate) label: &'a str,
-    /// Class that colours the box.
-    pub(crate) class: &'a str,
-    /// Whether the name is stressed.
-    pub(crate) stressed: bool,
-    /// The distribution, metres.
-    pub(crate) statistics: &'a Statistics,
-}
-
-impl<'a> BoxRow<'a> {
-    /// The distribution of a finger.
-    pub(crate) fn of_finger(finger: Finger, statistics: &'a Statistics) -> Self {
-        Self {
-            label: finger.name(),
-            class: finger_class(finger),
-            stressed: false,
-            statistics,
-        }
-    }
-}
+/// A distribution in metres, and the name and colour of its row.
+pub(crate) type BoxRow<'a> = (PlotRow<'a>, &'a Statistics);
 
 /// A unit of an axis of lengths.
 pub(crate) struct LengthUnit {
@@ -87,7 +66,7 @@ impl LengthUnit {
         self.per_m * statistics.whisker_high.max(statistics.p95)
     }
 
-    /// How many of `distributions` reach past the end of the axis with a whisker or 95 % quantile, in a sentence.
+    /// Number of `distributions` that reach past the end of the axis with a whisker or 95 % quantile, in a sentence.
     pub(crate) fn cut_words<'a>(
         &self,
         distributions: impl IntoIterator<Item = &'a Statistics>,
@@ -117,25 +96,16 @@ impl LengthUnit {
             swatch: swatch.map(finger_class),
             axis: AxisSpec::linear(axis_name, 0.0, end),
             numbers: &["median", "max"],
-            rows: rows.into_iter().map(|row| self.row(title, &row)).collect(),
+            rows: rows.into_iter().map(|row| self.row(title, row)).collect(),
             ..RowPlot::default()
         })
     }
 
-    fn row<'a>(&self, title: &str, row: &BoxRow<'a>) -> PlotRow<'a> {
-        let plot_row = PlotRow {
-            label: row.label,
-            class: row.class,
-            stressed: row.stressed,
-            ..PlotRow::default()
-        };
-        let (label, s) = (row.label, row.statistics);
+    fn row<'a>(&self, title: &str, (row, s): BoxRow<'a>) -> PlotRow<'a> {
+        let label = row.label;
         if !drawable(s) {
             let tooltip = format!("{label}, {title}: nothing to evaluate");
-            return PlotRow {
-                tooltip,
-                ..plot_row
-            };
+            return PlotRow { tooltip, ..row };
         }
         let at = |metres: f64| self.per_m * metres;
         let text = |metres: f64| decimals(at(metres), self.digits);
@@ -161,8 +131,17 @@ impl LengthUnit {
                 Mark::at(MarkShape::Ring, at(s.p95)),
             ],
             numbers: vec![text(s.p50), decimals(at(s.max), self.digits - 1)],
-            ..plot_row
+            ..row
         }
+    }
+}
+
+/// The row of a finger.
+pub(crate) fn finger_row(finger: Finger) -> PlotRow<'static> {
+    PlotRow {
+        label: finger.name(),
+        class: finger_class(finger),
+        ..PlotRow::default()
     }
 }
 

@@ -61,7 +61,7 @@ impl FigureData {
         DataColumns { rows, columns }
     }
 
-    /// How many rows it has.
+    /// Number of rows.
     pub fn rows(&self) -> usize {
         self.columns.first().map_or(0, FigureColumn::cells)
     }

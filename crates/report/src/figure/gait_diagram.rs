@@ -36,7 +36,7 @@ pub(crate) const ROW_S: f64 = 60.0;
 /// Rows of a diagram; what comes later is not drawn.
 pub(crate) const ROWS: usize = 4;
 
-/// How much of a take is drawn, seconds.
+/// Time of a take that is drawn, seconds.
 pub(crate) fn shown_s(duration_s: f64) -> f64 {
     duration_s.min(ROW_S * ROWS as f64)
 }
@@ -127,7 +127,7 @@ fn inside(intervals: &[[f64; 2]], span_s: [f64; 2]) -> impl Iterator<Item = Inte
         })
 }
 
-/// What the figure says, for those who do not see it.
+/// Description for readers who do not see it.
 fn summary(take: &TakeContacts) -> String {
     let contacts = (take.contacts_s.each_ref()).map(|contacts| contacts.len().to_string());
     format!(

@@ -14,6 +14,8 @@ pub(crate) struct Series {
     pub(crate) class: String,
     /// Points in data units.
     pub(crate) points: Vec<(f64, f64)>,
+    /// Whether it is drawn above the others.
+    pub(crate) on_top: bool,
 }
 
 impl Series {
@@ -27,6 +29,7 @@ impl Series {
             label: label.into(),
             class: class.into(),
             points: points.into_iter().collect(),
+            on_top: false,
         }
     }
 
@@ -49,7 +52,7 @@ pub(crate) fn heights(series: &[Series]) -> impl Iterator<Item = f64> {
     points.map(|point| point.1).filter(|y| y.is_finite())
 }
 
-/// What an axis shows.
+/// Name and range of an axis.
 #[derive(Default)]
 pub(crate) struct AxisSpec<'a> {
     /// Name with its unit.
@@ -94,13 +97,13 @@ impl<'a> AxisSpec<'a> {
 /// A figure of lines.
 #[derive(Default)]
 pub(crate) struct LineChart<'a> {
-    /// What is shown, above the figure and for those who do not see it.
+    /// Title, above the figure and in its description.
     pub(crate) title: &'a str,
     /// Horizontal axis.
     pub(crate) x: AxisSpec<'a>,
     /// Vertical axis.
     pub(crate) y: AxisSpec<'a>,
-    /// Lines, the last one on top.
+    /// Lines; later ones are drawn above earlier ones.
     pub(crate) series: &'a [Series],
     /// Whether each point gets a dot with its values as tooltip.
     pub(crate) dots: bool,
@@ -137,6 +140,8 @@ pub(crate) fn draw(chart: &LineChart<'_>) -> Panel {
     };
     let inner_x = chart.x.scale(MARGIN, MARGIN + frame.width());
     let inner_y = chart.y.scale(MARGIN + frame.height(), MARGIN);
+    let mut series: Vec<&Series> = chart.series.iter().collect();
+    series.sort_by_key(|line| line.on_top);
     let shapes = html! {
             text.title x="0" y="12.5" { (chart.title) }
             (axes::left(&frame, &y, WANTED_TICKS, chart.y.name))
@@ -148,7 +153,7 @@ pub(crate) fn draw(chart: &LineChart<'_>) -> Panel {
                     line.mark x1=(Px(at)) y1=(Px(MARGIN)) x2=(Px(at)) y2=(Px(MARGIN + frame.height())) {}
                     text.tick x=(Px(at + 5.0)) y=(Px(frame.height() - 7.0)) { (name) }
                 }
-                @for series in chart.series {
+                @for series in series {
                     g.(series.class) {
                         path.line d=(series.path(&inner_x, &inner_y)) { title { (series.label) } }
                         @if chart.dots {

@@ -12,13 +12,13 @@ pub(crate) struct Shape {
     pub(crate) label: String,
     /// Classes that colour and dash it.
     pub(crate) class: String,
-    /// How its points are drawn.
+    /// Drawing of its points.
     pub(crate) drawn: Drawn,
     /// Points, millimetres.
     pub(crate) points_mm: Vec<[f64; 3]>,
 }
 
-/// How points are drawn.
+/// Drawing of points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Drawn {
     /// As a line from the first to the last.
@@ -29,7 +29,7 @@ pub(crate) enum Drawn {
     Outline,
 }
 
-/// What is across and what is up in each panel.
+/// Horizontal and vertical axis of each panel.
 const VIEWS: [[usize; 2]; 3] = [[0, 1], [0, 2], [1, 2]];
 const AXES: [&str; 3] = ["x", "y", "z"];
 
@@ -43,7 +43,7 @@ const WANTED_TICKS: usize = 6;
 const AIR: f64 = 0.06;
 /// Shortest axis, mm: less would make a drama of noise.
 const SHORTEST_MM: f64 = 2.0;
-/// Points nearer than this to the one before are not drawn, user units: nobody sees them.
+/// Points nearer than this to the one before are not drawn, user units.
 const STEP: f64 = 0.7;
 
 /// The three views, named after what they show; empty where there is no point to see.
@@ -139,7 +139,7 @@ fn draw(shape: &Shape, points: &[[f64; 2]]) -> Markup {
     }
 }
 
-/// The path through points, without those that nobody sees.
+/// The path through points, without those too near to be seen apart.
 fn line(points: &[[f64; 2]]) -> String {
     let mut path = String::new();
     let mut drawn: Option<[f64; 2]> = None;

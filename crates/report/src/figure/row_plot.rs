@@ -12,7 +12,7 @@ use crate::words::shortened;
 /// Rows on one axis.
 #[derive(Default)]
 pub(crate) struct RowPlot<'a> {
-    /// What is shown, above the figure.
+    /// Title, above the figure.
     pub(crate) title: &'a str,
     /// Class of a swatch before the title.
     pub(crate) swatch: Option<&'a str>,
@@ -20,7 +20,7 @@ pub(crate) struct RowPlot<'a> {
     pub(crate) axis: AxisSpec<'a>,
     /// A value on the axis to mark, with its name.
     pub(crate) marked: Option<(f64, &'a str)>,
-    /// What the numbers at the right are.
+    /// Headings of the numbers at the right.
     pub(crate) numbers: &'a [&'a str],
     /// Rows from top to bottom.
     pub(crate) rows: Vec<PlotRow<'a>>,
@@ -49,12 +49,12 @@ pub(crate) struct Mark {
     /// From where to where; twice the same for a shape at one value.
     ends: [f64; 2],
     class: &'static str,
-    /// How far below the middle of the row.
+    /// Distance below the middle of the row.
     down: f64,
     tooltip: String,
 }
 
-/// How a mark looks.
+/// Look of a mark.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum MarkShape {
     /// A thin line with a short bar at its second end.
@@ -216,7 +216,7 @@ pub(crate) fn draw(plot: &RowPlot<'_>) -> Panel {
     }
 }
 
-/// Where each column of numbers ends at the right, and its width.
+/// Right end of each column of numbers, and its width.
 fn number_ends(plot: &RowPlot<'_>) -> Vec<(f64, f64)> {
     let letters = |column: usize| {
         let cells = plot.rows.iter().filter_map(|row| row.numbers.get(column));
@@ -230,7 +230,7 @@ fn number_ends(plot: &RowPlot<'_>) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// What the figure says, for those who do not see it.
+/// Description for readers who do not see it.
 fn summary(plot: &RowPlot<'_>) -> String {
     let row = |row: &PlotRow<'_>| {
         let numbers = plot.numbers.iter().zip(&row.numbers);

@@ -17,13 +17,13 @@ const RADIUS: f64 = 148.0;
 /// Radius of a state that is never left, and least radius.
 const LARGEST: f64 = 42.0;
 const SMALLEST: f64 = 20.0;
-/// How far an arrow bends aside, as a share of its length, so that the way back is another line.
+/// Bend of an arrow, as a share of its length, so that the way back is another line.
 const BEND: f64 = 0.14;
 const HEAD: f64 = 8.0;
 const DOT_STEP: f64 = 6.4;
-/// Radius from which the share stands inside.
+/// Radius from which the share is inside.
 const ROOMY: f64 = 30.0;
-/// Sine of the angle from which a label stands beside its circle rather than above or below it.
+/// Sine of the angle from which a label is beside its circle rather than above or below it.
 const ASIDE: f64 = 0.3;
 
 /// States that are drawn: the most frequent ones.
@@ -121,7 +121,7 @@ fn share(node: &StateFacts, [x, y]: [f64; 2]) -> Markup {
     }
 }
 
-/// A bent line from one circle's edge to the other's, thicker the more often it was taken.
+/// A bent line from one circle's edge to the other's, thicker the more frequent.
 fn arrow(
     count: usize,
     (from, [x0, y0]): &Placed<'_>,

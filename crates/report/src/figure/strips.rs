@@ -4,7 +4,7 @@ use maud::{Markup, html};
 
 use super::Px;
 
-/// What is known at one sample.
+/// Truth at one sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum State {
     /// True.
@@ -18,7 +18,7 @@ pub(crate) enum State {
 /// A run of equal samples: from the first up to but without the last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Run {
-    /// What is known all along.
+    /// The same at each of its samples.
     pub(crate) state: State,
     /// First sample.
     pub(crate) begin: usize,

@@ -4,8 +4,9 @@ use inhand_model::PointCloud;
 use maud::html;
 
 use super::Body;
-use crate::figure::box_plot::{BOX_WORDS, BoxRow, MICROMETRES};
+use crate::figure::box_plot::{BOX_WORDS, MICROMETRES};
 use crate::figure::palette::PLAIN_CLASS;
+use crate::figure::row_plot::PlotRow;
 use crate::figure::{Figure, FigureData};
 use crate::number::{count, percent};
 use crate::words::{join_words, tied};
@@ -37,15 +38,14 @@ pub(super) fn section(clouds: &[PointCloud]) -> Option<Body> {
         .iter()
         .map(|c| format!("{} points", count(c.points)))
         .collect();
-    let rows = names
-        .iter()
-        .zip(excesses())
-        .map(|(label, statistics)| BoxRow {
+    let rows = names.iter().zip(excesses()).map(|(label, excess_m)| {
+        let row = PlotRow {
             label,
             class: PLAIN_CLASS,
-            stressed: false,
-            statistics,
-        });
+            ..PlotRow::default()
+        };
+        (row, excess_m)
+    });
     let title = "Excess of point clouds";
     Some(body.figure(Figure {
         id: "point-clouds",

@@ -76,7 +76,7 @@ fn overview(methods: &[Method<'_>]) -> Markup {
             }
             "Velocity: steps between neighbouring samples, per finger and axis, outside the bounds by more than a millionth; the ratio is the \
              largest velocity over its bound, so that 1 is just allowed. KKT residual: largest violation of the optimality conditions over all \
-             plans and all rows of the full problem, recomputed independently of the solver. Baselines solve no optimisation and know no bounds: \
+             plans and all rows of the full problem, recomputed independently of the solver. Baselines solve no optimisation and have no bounds: \
              their lines show which constraints a smooth curve breaks on its own."
         }
     }
@@ -93,7 +93,7 @@ fn farthest(values: &PerFinger<f64>) -> f64 {
     values.fold(0.0, |a, b| if b.is_nan() || b > a { b } else { a })
 }
 
-/// A motion of a table: a method, or the recorded motion, which stands beside the instants of the default method.
+/// A motion of a table: a method, or the recorded motion at the instants of the default method.
 type Motion<'m, 'a> = (&'m Method<'a>, bool);
 
 fn motion_table<'m>(caption: &str, methods: &'m [Method<'m>]) -> Table<'m, Motion<'m, 'm>> {

@@ -206,7 +206,7 @@ fn by_threshold(contacts: &[Contacts<'_, '_>]) -> Option<Figure> {
 /// Shares from here up are drawn a second time where they crowd under 100 %.
 const CROWDED_FROM: f64 = 0.8;
 
-/// Where an axis starts that has room for the default method at the threshold used, in percent.
+/// Start of an axis that has room for the default method at the threshold used, in percent.
 fn enlarged_from(contact: &ContactShare) -> Option<f64> {
     let lowest = contact.three_or_more.min(contact.recorded_three_or_more);
     (CROWDED_FROM..1.0).contains(&lowest).then(|| {
@@ -254,8 +254,7 @@ fn contact_count(rows: &EvaluationRows, methods: &[Method<'_>], tau_m: f64) -> O
         title: "Fingers in contact at once.".to_owned(),
         caption: format!(
             "Share of instants at which so many fingertips are within {} mm of the object's surface, n = {} instants at which \
-             planned and recorded distances of all five fingers are known. A bar that stands for anything at all is drawn; one that is not there \
-             stands for never.",
+             planned and recorded distances of all five fingers are known. Every share above zero has a bar that can be seen.",
             plain(to_mm(tau_m)),
             count(n)
         ),

@@ -165,11 +165,9 @@ fn row<'m>(method: &'m Method<'_>, coverage: &CorridorCoverage) -> PlotRow<'m> {
     let fingers = Finger::ALL.map(|f| format!("{f} {}", with_sign(shares.by_finger[f])));
     let all = with_sign(shares.all);
     PlotRow {
-        label: method.name,
-        class: &method.class,
-        stressed: method.default,
         tooltip: format!("{}: all fingers {all}; {}", method.name, fingers.join(", ")),
         marks,
         numbers: vec![percent(shares.all)],
+        ..method.row()
     }
 }

@@ -89,7 +89,7 @@ fn take_table(takes: &[TakeContacts]) -> Markup {
     }
 }
 
-/// How long each phase lasted in all, and how often fingers stepped.
+/// Total duration of each phase, and steps of fingers.
 fn phase_table(takes: &[TakeContacts]) -> Markup {
     // A sum of nothing would be a negative zero.
     let sum_s = |spans: &[[f64; 2]]| spans.iter().map(|&s| length_s(s)).fold(0.0, |a, b| a + b);
@@ -227,7 +227,7 @@ fn segment_table(contacts: &ContactDynamics, methods: &[Method<'_>]) -> Markup {
     }
 }
 
-/// When each finger touches, with the phases beneath.
+/// Contacts of each finger over time, with the phases beneath.
 fn gaits(takes: &[TakeContacts]) -> Figure {
     let mut legend = finger_keys(Key::area);
     legend.extend(PHASES.map(|(_, words, class)| Key::area(words, class)));

@@ -4,7 +4,7 @@ use inhand_model::{Evaluation, EvaluationRows, Finger, HandAndFingers, PerFinger
 use maud::{Render, html};
 
 use super::{Body, Method, contacts::tau_m, default, intervals, segment_errors};
-use crate::figure::box_plot::{self, BOX_WORDS, BoxRow, MILLIMETRES};
+use crate::figure::box_plot::{self, BOX_WORDS, MILLIMETRES, finger_row};
 use crate::figure::line_chart::{self, AxisSpec, LineChart, Series};
 use crate::figure::scale::nice_end;
 use crate::figure::{Figure, Panel};
@@ -54,18 +54,14 @@ pub(super) fn overview_panels<T>(
 ) -> (Vec<Panel>, String) {
     let pooled = || methods.iter().map(|method| &error(method.evaluation).all);
     let end = MILLIMETRES.shared_end(pooled());
-    let rows = methods
-        .iter()
-        .map(|method| method.box_row(&error(method.evaluation).all));
+    let rows = methods.iter().map(|m| (m.row(), &error(m.evaluation).all));
     let title = "All fingers, by method";
     let mut panels = vec![MILLIMETRES.boxes(title, None, AXIS_NAME, end, rows)];
     panels.extend(default(methods).map(|method| {
         let fingers = &error(method.evaluation).by_finger;
         let title = format!("{}, by finger", method.name);
         let end = MILLIMETRES.shared_end(fingers.as_array());
-        let rows = fingers
-            .iter()
-            .map(|(finger, s)| BoxRow::of_finger(finger, s));
+        let rows = fingers.iter().map(|(finger, s)| (finger_row(finger), s));
         MILLIMETRES.boxes(&title, None, AXIS_NAME, end, rows)
     }));
     let cut = MILLIMETRES.cut_words(pooled(), end);
@@ -95,7 +91,7 @@ fn overview(methods: &[Method<'_>]) -> Figure {
     }
 }
 
-/// How many values each box stands for: once where all are the same, else each.
+/// Number of values of each box: once where all are the same, else each.
 fn sizes<'a>(distributions: impl Iterator<Item = (&'a str, &'a Statistics)> + Clone) -> String {
     let mut sizes = distributions.clone().map(|(_, s)| s.n);
     let Some(first) = sizes.next() else {
@@ -131,9 +127,7 @@ pub(super) fn finger_figure(
     let all = || rows.iter().flat_map(|(_, fingers)| fingers.as_array());
     let end = MILLIMETRES.shared_end(all());
     let panel = |finger: Finger| {
-        let rows = rows
-            .iter()
-            .map(|(method, fingers)| method.box_row(&fingers[finger]));
+        let rows = rows.iter().map(|(m, fingers)| (m.row(), &fingers[finger]));
         MILLIMETRES.boxes(finger.name(), Some(finger), axis_name, end, rows)
     };
     let sizes: Vec<usize> = all().map(|s| s.n).collect();
@@ -160,13 +154,13 @@ pub(super) fn finger_figure(
 
 /// Points that are drawn of a distribution. All of them are exact; between them a reader sees no difference.
 const POINTS: usize = 300;
-/// Where its axis starts, mm: smaller errors are below what any camera resolves.
+/// Start of its axis, mm: smaller errors are below what any camera resolves.
 const LEAST_MM: f64 = 0.01;
 
 /// The distribution of errors, one curve a method; `None` without rows of any method.
 fn distribution(rows: &EvaluationRows, methods: &[Method<'_>]) -> Option<Figure> {
     let mut sizes = Vec::new();
-    let mut curves: Vec<(bool, Series)> = Vec::new();
+    let mut series: Vec<Series> = Vec::new();
     for method in methods {
         let Some(own) = rows.methods.iter().find(|own| own.name == method.name) else {
             continue;
@@ -178,25 +172,21 @@ fn distribution(rows: &EvaluationRows, methods: &[Method<'_>]) -> Option<Figure>
             let points = points
                 .into_iter()
                 .map(|(m, share)| (to_mm(m), 100.0 * share));
-            curves.push((method.default, method.line(points)));
+            series.push(method.line(points));
         }
     }
-    let ends = curves.iter().filter_map(|(_, series)| series.points.last());
-    let largest = ends.map(|point| point.0).fold(LEAST_MM, f64::max);
-    if curves.is_empty() {
+    if series.is_empty() {
         return None;
     }
-    let series: Vec<Series> = curves.iter().map(|(_, series)| series.clone()).collect();
-    // The default method is drawn last, on top.
-    curves.sort_by_key(|(default, _)| *default);
-    let drawn: Vec<Series> = curves.into_iter().map(|(_, series)| series).collect();
+    let ends = series.iter().filter_map(|line| line.points.last());
+    let largest = ends.map(|point| point.0).fold(LEAST_MM, f64::max);
     Some(Figure {
         id: "error-ecdf",
         title: "Share of errors up to a size.".to_owned(),
         caption: format!(
             "Empirical distribution of the errors of all fingers at all instants, n = {}, on a logarithmic axis; \
              {POINTS} points of each curve are drawn, all exact. Of two curves the one farther left has the smaller errors. Errors \
-             below {LEAST_MM} mm lie left of the axis.",
+             below {LEAST_MM} mm are left of the axis.",
             count_range(&sizes)
         ),
         data: line_chart::data("error_mm", "share_percent", &series),
@@ -205,13 +195,13 @@ fn distribution(rows: &EvaluationRows, methods: &[Method<'_>]) -> Option<Figure>
             title: "Distribution of errors",
             x: AxisSpec::log("error (mm, logarithmic)", LEAST_MM, largest),
             y: AxisSpec::linear("share of errors up to it (%)", 0.0, 100.0),
-            series: &drawn,
+            series: &series,
             ..LineChart::default()
         })],
     })
 }
 
-/// How many of the values are finite, and at most `wanted` points of their empirical distribution: the smallest, the
+/// Number of the values that are finite, and at most `wanted` points of their empirical distribution: the smallest, the
 /// largest, and others at even shares. Each is a value with the share of values up to it.
 fn exact_points(values: impl Iterator<Item = f64>, wanted: usize) -> (usize, Vec<(f64, f64)>) {
     let mut sorted: Vec<f64> = values.filter(|value| value.is_finite()).collect();
@@ -233,29 +223,23 @@ const ENLARGE_FROM: f64 = 2.5;
 /// above the rest.
 fn over_time(evaluation: &Evaluation, methods: &[Method<'_>]) -> Body {
     let rate_hz = evaluation.session.rate_hz;
-    let curves: Vec<(bool, Series)> = (methods.iter())
-        .filter(|method| !method.evaluation.median_error_by_sample_m.is_empty())
-        .map(|method| {
-            let errors = method
-                .evaluation
-                .median_error_by_sample_m
-                .iter()
-                .enumerate();
-            let points = errors.map(|(sample, &m)| (sample as f64 / rate_hz, to_mm(m)));
-            (method.default, method.line(points))
+    let known = methods
+        .iter()
+        .map(|m| (m, &m.evaluation.median_error_by_sample_m));
+    let mut series: Vec<Series> = (known.filter(|(_, errors_m)| !errors_m.is_empty()))
+        .map(|(method, errors_m)| {
+            let errors = errors_m.iter().enumerate();
+            method.line(errors.map(|(sample, &m)| (sample as f64 / rate_hz, to_mm(m))))
         })
         .collect();
-    if curves.is_empty() {
+    if series.is_empty() {
         return html! { p { "No method has errors over the time within a segment." } }.into();
     }
-    let lines = |which: fn(bool) -> bool| -> Vec<Series> {
-        let curves = curves.iter().filter(|(default, _)| which(*default));
-        curves.map(|(_, series)| series.clone()).collect()
-    };
-    // The default method is drawn last, on top.
-    let series = [lines(|default| !default), lines(|default| default)].concat();
+    let legend = line_chart::keys(&series);
+    series.sort_by_key(|line| line.on_top);
+    let default = &series[series.partition_point(|line| !line.on_top)..];
     let highest = line_chart::heights(&series).fold(0.0, f64::max);
-    let lowest = line_chart::heights(&lines(|default| default)).fold(0.0, f64::max);
+    let lowest = line_chart::heights(default).fold(0.0, f64::max);
     let last_s = evaluation.session.segment_samples.saturating_sub(1) as f64 / rate_hz;
     let chart = |title: &str, high: f64| {
         line_chart::draw(&LineChart {
@@ -287,7 +271,7 @@ fn over_time(evaluation: &Evaluation, methods: &[Method<'_>]) -> Body {
         title: "Median error against time within the segment.".to_owned(),
         caption,
         data: line_chart::data("time_s", "median_error_mm", &series),
-        legend: line_chart::keys(&lines(|_| true)),
+        legend,
         panels,
     })
 }

@@ -81,7 +81,7 @@ const fn plural(intervals: &Intervals) -> &'static str {
     }
 }
 
-/// How intervals were made, in words.
+/// Method of the intervals, in words.
 pub(crate) fn made_words(bootstrap: &Bootstrap) -> String {
     let (clusters, about, caution) = match bootstrap.cluster {
         Cluster::Segment => (
@@ -200,7 +200,7 @@ fn error_columns<'m, 'a, T>(
     })
 }
 
-/// How many rows and clusters an estimate is made of.
+/// Number of rows and clusters of an estimate.
 fn made_of(estimate: &Estimate) -> String {
     format!("{}\n({})", count(estimate.n), count(estimate.clusters))
 }
@@ -249,15 +249,13 @@ fn differences_figure<T>(
             None => relative_words(&relative) + ", no interval",
         };
         Some(PlotRow {
-            label: method.name,
-            class: &method.class,
-            stressed: method.default,
             tooltip: format!("{}: {words}", method.name),
             marks: bar
                 .into_iter()
                 .chain([Mark::at(MarkShape::Dot, value)])
                 .collect(),
             numbers: vec![signed(value, " %")],
+            ..method.row()
         })
     };
     let panels = DRAWN.iter().filter_map(|(measure, title)| {

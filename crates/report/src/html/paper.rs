@@ -23,7 +23,7 @@ const METHOD: &str = "paper";
 /// Edge, diameter and height of the published objects, metres.
 const SIZE_M: f64 = 0.05;
 
-/// What was published for one object.
+/// Published numbers of one object.
 struct Published {
     object: &'static str,
     collisions: &'static str,
@@ -198,7 +198,7 @@ fn comparison(
         (table)
         p.note {
             "Published: as the text of " (SOURCE) " states them, for its own recordings of one subject and 100 trajectories. Other data gives other \
-             numbers by any method, so the baselines above, on the same data, say more than this column. The published problem knows no start and has \
+             numbers by any method, so the baselines above, on the same data, say more than this column. The published problem has no start and has \
              many solutions; " b { (METHOD) } " takes the one with the smallest activations."
         }
     })

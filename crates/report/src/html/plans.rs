@@ -15,7 +15,7 @@ use crate::table::{Table, known};
 /// A method with what is known of its plans.
 type Planned<'m, 'a> = (&'m Method<'a>, &'a PlanFacts);
 
-/// How plans ended, certificates by method, then families of constraints by method.
+/// Status of plans, certificates by method, then families of constraints by method.
 pub(super) fn section(methods: &[Method<'_>]) -> Body {
     let planned: Vec<Planned<'_, '_>> = (methods.iter())
         .filter_map(|method| Some((method, method.evaluation.plan.as_ref()?)))
@@ -65,11 +65,9 @@ fn status(planned: &[Planned<'_, '_>]) -> Option<Figure> {
             Mark::over(MarkShape::Area, [share(place), share(place + 1)]).coloured(class, words)
         });
         PlotRow {
-            label: method.name,
-            stressed: method.default,
             marks: marks.collect(),
             numbers: vec![part_of(counts[0], n)],
-            ..PlotRow::default()
+            ..method.row()
         }
     });
     Some(Figure {

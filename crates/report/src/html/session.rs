@@ -76,7 +76,7 @@ pub(super) fn verdict(evaluation: &Evaluation) -> Markup {
     }
 }
 
-/// What each method knows, how it compares, and which one was chosen.
+/// Methods: description, comparison with the baselines, choice.
 pub(super) fn methods(evaluation: &Evaluation, methods: &[Method<'_>]) -> Body {
     let caption = "Methods, and how the error of each learned one compares with that of the best baseline at the median, third quartile, 95 % \
         quantile and maximum";

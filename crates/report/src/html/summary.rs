@@ -5,7 +5,8 @@ use maud::{Markup, html};
 
 use super::errors::{AXIS_NAME, overview_panels, spread_columns};
 use super::{Body, Method, Section, intervals, method_table, section, shell};
-use crate::figure::box_plot::{self, BOX_WORDS, BoxRow, MILLIMETRES};
+use crate::figure::box_plot::{self, BOX_WORDS, MILLIMETRES};
+use crate::figure::row_plot::PlotRow;
 use crate::figure::{Figure, FigureData};
 use crate::number::{NONE, count, counted, decimals, millimetres, percent};
 use crate::summary::{by_finger, three_contacts, worst_first};
@@ -214,11 +215,13 @@ fn session_figure(
     let title = format!("{name}, by session");
     let end = MILLIMETRES.shared_end(drawn.iter().map(|(_, error)| *error));
     let panel = |part: &[(&SessionSummary, &Statistics)]| {
-        let rows = part.iter().map(|(session, statistics)| BoxRow {
-            label: &session.name,
-            class: &method.class,
-            stressed: false,
-            statistics,
+        let rows = part.iter().map(|(session, error)| {
+            let row = PlotRow {
+                label: &session.name,
+                class: &method.class,
+                ..PlotRow::default()
+            };
+            (row, *error)
         });
         MILLIMETRES.boxes(&title, None, AXIS_NAME, end, rows)
     };

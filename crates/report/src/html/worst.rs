@@ -21,7 +21,7 @@ const FRAME: Frame = Frame {
 };
 const HEIGHT: f64 = 116.0 + axes::BOTTOM_ROOM;
 const TITLE_LETTERS: usize = 46;
-/// How long before and after the worst instant one wants to look, seconds.
+/// Time before and after the worst instant in a cut, seconds.
 const AROUND_S: f64 = 2.0;
 
 /// The gallery and its table; a sentence where nothing was planned.

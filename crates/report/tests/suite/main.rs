@@ -1,6 +1,6 @@
 //! Reports as their readers get them.
 
-/// What goes wrong, and what is missing.
+/// Errors, and missing input.
 mod answers;
 /// Figures: on the page and in files, with their numbers.
 mod figures;

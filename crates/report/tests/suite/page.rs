@@ -201,7 +201,7 @@ pub(crate) fn rows(page: &str) -> Vec<Vec<String>> {
         .collect()
 }
 
-/// What stands outside of tags.
+/// Text outside of tags.
 pub(crate) fn text(html: &str) -> String {
     let (mut text, mut inside) = (String::new(), false);
     // The first tag is cut open by the split at its name.

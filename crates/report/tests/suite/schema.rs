@@ -15,7 +15,7 @@ static VALIDATOR: LazyLock<Validator> = LazyLock::new(|| {
     jsonschema::validator_for(&schema).expect("the schema is a schema")
 });
 
-/// What the schema says against a document.
+/// Errors of a document by the schema.
 pub(crate) fn errors(text: &str) -> Vec<String> {
     let document = serde_json::from_str(text).expect("the document is JSON");
     VALIDATOR
@@ -273,7 +273,7 @@ fn assert_near(found: &str, expected: &str) {
     }
 }
 
-/// What the JSON reader says against a document.
+/// Error of the JSON reader for a document.
 fn source(text: &str) -> String {
     match read_evaluation_json(text).expect_err("the text is not an evaluation") {
         ReportError::NotAnEvaluation { source } => source.to_string(),

@@ -97,6 +97,11 @@ fn default<'m, 'a, T>(methods: &'m [Method<'a, T>]) -> Option<&'m Method<'a, T>>
     methods.iter().find(|method| method.default)
 }
 
+/// The method of that name.
+fn named<'m, 'a, T>(methods: &'m [Method<'a, T>], name: &str) -> Option<&'m Method<'a, T>> {
+    methods.iter().find(|method| method.name == name)
+}
+
 /// A table with methods as rows.
 fn method_table<'m, R: 'm, T: 'm>(
     caption: impl Into<String>,

@@ -3,8 +3,7 @@
 
 use inhand_model::{DeviationFacts, Evaluation, MethodCandidate, MethodChoice};
 
-use crate::number::{count, decimals, percent, plain, to_mm};
-use crate::verdict::default_method;
+use crate::number::{count, decimals, to_mm};
 
 /// Which method was chosen and why, in a sentence; `None` where no choice was asked for.
 pub(crate) fn choice_sentence(evaluation: &Evaluation) -> Option<String> {
@@ -121,25 +120,4 @@ pub(crate) fn deviation_sentence(facts: &DeviationFacts, takes: usize) -> String
         decimals(to_mm(found.error_m - found.smooth_error_m), 3).replace('-', "−"),
         fine_mm(found.standard_error_m),
     )
-}
-
-/// Coverage of the widest prediction regions of the default method, in a
-/// sentence; `None` where it has none or none was evaluated.
-pub(crate) fn region_sentence(evaluation: &Evaluation) -> Option<String> {
-    let method = default_method(evaluation)?;
-    let known = (method.corridors.iter()).filter(|c| c.n > 0 && c.share_stated.is_finite());
-    let widest = known.max_by(|a, b| a.share_stated.total_cmp(&b.share_stated))?;
-    Some(format!(
-        "{} % prediction regions of {} contain {} % of {} recorded fingertip positions.",
-        stated_percent(widest.share_stated),
-        method.name,
-        percent(widest.share_inside.all),
-        count(widest.n),
-    ))
-}
-
-/// A stated share in percent, with as few digits as it was stated.
-pub(crate) fn stated_percent(share: f64) -> String {
-    // The product of a share such as 0.95 with 100 may end in a rounding error.
-    plain((share * 1e8).round() / 1e6)
 }

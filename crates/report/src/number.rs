@@ -133,6 +133,12 @@ pub(crate) fn plain(value: f64) -> String {
     }
 }
 
+/// A stated share in percent, with as few digits as it was stated.
+pub(crate) fn stated_percent(share: f64) -> String {
+    // The product of a share such as 0.95 with 100 may end in a rounding error.
+    plain((share * 1e8).round() / 1e6)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

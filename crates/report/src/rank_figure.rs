@@ -2,8 +2,9 @@
 
 use maud::{Markup, PreEscaped, html};
 
+use crate::figure::line_chart::{self, Series};
 use crate::figure::scale::{Scale, nice_end};
-use crate::figure::{Frame, Px, axes, line_chart};
+use crate::figure::{Frame, Px, axes};
 use crate::number::{decimals, percent, to_mm};
 
 const STYLE: &str = include_str!("rank_figure.css");
@@ -19,7 +20,6 @@ const RIGHT: f64 = 10.0;
 const ERRORS: (f64, f64) = (106.0, 306.0);
 const VARIANCE: (f64, f64) = (376.0, 486.0);
 const WANTED_TICKS: usize = 6;
-const RADIUS: f64 = 2.4;
 /// Half the width of an error bar's ends.
 const CAP: f64 = 3.0;
 /// Length of a line in the legend.
@@ -57,30 +57,22 @@ pub struct RankFigurePoint {
     pub predicted_standard_error_m: Option<f64>,
 }
 
-/// One line of the upper panel.
-struct Line {
-    class: &'static str,
-    label: &'static str,
-    of: fn(&RankFigurePoint) -> f64,
-}
+/// A line of the upper panel: class, label and error, metres.
+type ErrorLine = (&'static str, &'static str, fn(&RankFigurePoint) -> f64);
 
 /// Lines, the last one on top.
-const LINES: [Line; 3] = [
-    Line {
-        class: "b1",
-        label: "training segments, reconstructed",
-        of: |point| point.training_m,
-    },
-    Line {
-        class: "b0",
-        label: "left-out segments, reconstructed",
-        of: |point| point.reconstructed_m,
-    },
-    Line {
-        class: "l0",
-        label: "left-out segments, hidden middle predicted",
-        of: |point| point.predicted_m,
-    },
+const LINES: [ErrorLine; 3] = [
+    ("b1", "training segments, reconstructed", |point| {
+        point.training_m
+    }),
+    ("b0", "left-out segments, reconstructed", |point| {
+        point.reconstructed_m
+    }),
+    (
+        "l0",
+        "left-out segments, hidden middle predicted",
+        |point| point.predicted_m,
+    ),
 ];
 
 /// The figure as one SVG file that needs no other: two panels, errors in millimetres and the share of
@@ -106,10 +98,10 @@ pub fn rank_figure_svg(figure: &RankFigure) -> String {
             style { (PreEscaped(STYLE)) }
             rect.paper x=(Px(-EDGE)) y=(Px(-EDGE)) width="100%" height="100%" {}
             text.title x="0" y="12.5" { "Errors against rank: " (figure.title) }
-            @for (place, line) in LINES.iter().rev().enumerate() {
+            @for (place, (class, label, _)) in LINES.iter().rev().enumerate() {
                 @let y = 34.0 + 18.0 * place as f64;
-                g.(line.class) { path.line d={ "M0 " (Px(y - 4.0)) "h" (Px(KEY)) } {} }
-                text x=(Px(KEY + 7.0)) y=(Px(y)) { (line.label) }
+                g.(class) { path.line d={ "M0 " (Px(y - 4.0)) "h" (Px(KEY)) } {} }
+                text x=(Px(KEY + 7.0)) y=(Px(y)) { (label) }
             }
             (errors(figure, &x))
             (variance(figure, &x))
@@ -120,14 +112,20 @@ pub fn rank_figure_svg(figure: &RankFigure) -> String {
 
 fn errors(figure: &RankFigure, x: &Scale) -> Markup {
     let frame = frame(ERRORS);
-    let highest = (figure.points.iter())
-        .flat_map(|point| {
-            let top = point.predicted_m + point.predicted_standard_error_m.unwrap_or(0.0);
-            [top, point.training_m, point.reconstructed_m]
-        })
-        .filter(|error_m| error_m.is_finite())
-        .fold(0.0, f64::max);
-    let top = nice_end(to_mm(highest), WANTED_TICKS);
+    let series = LINES.map(|(class, label, of)| {
+        let points = figure.points.iter();
+        Series::new(
+            label,
+            class,
+            points.map(|point| (point.rank as f64, to_mm(of(point)))),
+        )
+    });
+    let bars = figure
+        .points
+        .iter()
+        .filter_map(|point| Some(to_mm(point.predicted_m + point.predicted_standard_error_m?)));
+    let known = line_chart::heights(&series).chain(bars.filter(|top| top.is_finite()));
+    let top = nice_end(known.fold(0.0, f64::max), WANTED_TICKS);
     let y = Scale::linear(0.0, top, frame.bottom, frame.top);
     let at = |error_m: f64| y.at(to_mm(error_m));
     let suggested = x.at(figure.suggested as f64);
@@ -140,16 +138,7 @@ fn errors(figure: &RankFigure, x: &Scale) -> Markup {
         }
         (frame.mark(suggested))
         (mark_label(suggested, &frame, figure.suggested))
-        @for line in &LINES {
-            g.(line.class) {
-                path.line d=(path(figure, x, |point| at((line.of)(point)))) {}
-                @for point in (figure.points.iter()).filter(|point| (line.of)(point).is_finite()) {
-                    circle.point cx=(Px(x.at(point.rank as f64))) cy=(Px(at((line.of)(point)))) r=(RADIUS) {
-                        title { "rank " (point.rank) ", " (line.label) ": " (decimals(to_mm((line.of)(point)), 3)) " mm" }
-                    }
-                }
-            }
-        }
+        (line_chart::lines(&series, x, &y, true))
         g.l0 {
             @for point in &figure.points {
                 @if let Some(error_m) = point.predicted_standard_error_m {
@@ -165,28 +154,24 @@ fn errors(figure: &RankFigure, x: &Scale) -> Markup {
 
 fn variance(figure: &RankFigure, x: &Scale) -> Markup {
     let frame = frame(VARIANCE);
-    let left_percent = |point: &RankFigurePoint| 100.0 * (1.0 - point.explained_variance);
-    let shown = || {
-        (figure.points.iter())
-            .map(left_percent)
-            .filter(|v| v.is_finite() && *v > 0.0)
+    // What is explained in full has no place on a logarithmic axis.
+    let left_percent = |point: &RankFigurePoint| match 100.0 * (1.0 - point.explained_variance) {
+        left if left > 0.0 => left,
+        _ => f64::NAN,
     };
-    let low = shown().fold(f64::INFINITY, f64::min);
-    let high = shown().fold(0.0, f64::max);
+    let points = figure
+        .points
+        .iter()
+        .map(|point| (point.rank as f64, left_percent(point)));
+    let series = [Series::new("variance not explained (%)", "plain", points)];
+    let low = line_chart::heights(&series).fold(f64::INFINITY, f64::min);
+    let high = line_chart::heights(&series).fold(0.0, f64::max);
     let y = Scale::log(low, high, frame.bottom, frame.top);
     html! {
         (axes::left(&frame, &y, 4, "training variance not explained, %"))
         (axes::bottom(&frame, x, WANTED_TICKS, "rank (number of primitives)"))
         (frame.mark(x.at(figure.suggested as f64)))
-        g.plain {
-            // What is explained in full has no place on a logarithmic axis.
-            path.line d=(path(figure, x, |point| if left_percent(point) > 0.0 { y.at(left_percent(point)) } else { f64::NAN })) {}
-            @for point in (figure.points.iter()).filter(|point| left_percent(point) > 0.0) {
-                circle.point cx=(Px(x.at(point.rank as f64))) cy=(Px(y.at(left_percent(point)))) r=(RADIUS) {
-                    title { "rank " (point.rank) ": " (percent(point.explained_variance)) " % of the variance explained" }
-                }
-            }
-        }
+        (line_chart::lines(&series, x, &y, true))
     }
 }
 
@@ -215,12 +200,6 @@ fn error_bar(x: f64, top: f64, bottom: f64) -> Markup {
     }
 }
 
-/// A line through the points.
-fn path(figure: &RankFigure, x: &Scale, y: impl Fn(&RankFigurePoint) -> f64) -> String {
-    let points = figure.points.iter();
-    line_chart::path(points.map(|point| (x.at(point.rank as f64), y(point))))
-}
-
 /// Description for readers who do not see it.
 fn description(figure: &RankFigure) -> String {
     let (Some(first), Some(last)) = (figure.points.first(), figure.points.last()) else {
@@ -233,7 +212,7 @@ fn description(figure: &RankFigure) -> String {
             decimals(to_mm(of(last)), 2)
         )
     };
-    let [training, reconstructed, predicted] = LINES.map(|line| from_to(line.of));
+    let [training, reconstructed, predicted] = LINES.map(|(.., of)| from_to(of));
     format!(
         "Two line charts over ranks {} to {}. Root mean square errors: training segments \
          reconstructed {training}, left-out segments reconstructed {reconstructed}, their hidden middle \

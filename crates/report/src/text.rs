@@ -2,10 +2,10 @@
 
 use inhand_model::{Evaluation, MethodEvaluation};
 
-use crate::learned::{choice_sentence, region_sentence};
+use crate::learned::choice_sentence;
 use crate::number::{NARROW_SPACE, millimetres, percent};
 use crate::table::{Statistic, Table};
-use crate::verdict::{comparison_sentence, contact_sentence};
+use crate::verdict::{comparison_sentence, contact_sentence, region_sentence};
 use crate::words::shortened;
 
 /// Longest description that is written out, so that a line fits a terminal of 100 columns.

@@ -3,8 +3,7 @@
 
 use inhand_model::{Evaluation, Finger, Measure, MethodEvaluation, Statistics};
 
-use crate::learned::region_sentence;
-use crate::number::{count, counted, millimetres, part_of, percent, plain, to_mm};
+use crate::number::{count, counted, millimetres, part_of, percent, plain, stated_percent, to_mm};
 use crate::table::statistic;
 use crate::words::join_words;
 
@@ -249,6 +248,21 @@ pub(crate) fn contact_sentence(evaluation: &Evaluation) -> Option<String> {
         method.name,
         percent(contact.recorded_three_or_more),
         plain(to_mm(contact.tau_m)),
+    ))
+}
+
+/// Coverage of the widest prediction regions of the default method, in a
+/// sentence; `None` where it has none or none was evaluated.
+pub(crate) fn region_sentence(evaluation: &Evaluation) -> Option<String> {
+    let method = default_method(evaluation)?;
+    let known = (method.corridors.iter()).filter(|c| c.n > 0 && c.share_stated.is_finite());
+    let widest = known.max_by(|a, b| a.share_stated.total_cmp(&b.share_stated))?;
+    Some(format!(
+        "{} % prediction regions of {} contain {} % of {} recorded fingertip positions.",
+        stated_percent(widest.share_stated),
+        method.name,
+        percent(widest.share_inside.all),
+        count(widest.n),
     ))
 }
 

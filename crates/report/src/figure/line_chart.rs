@@ -1,9 +1,10 @@
 //! Lines over a quantity: error over time, contact share over threshold, objective over sweeps.
 
-use maud::html;
+use maud::{Markup, html};
 
 use super::scale::Scale;
 use super::{FigureData, Frame, Key, Panel, Px, axes};
+use crate::number::{plain, short};
 
 /// One line. Points that are not finite break it.
 #[derive(Clone)]
@@ -31,11 +32,6 @@ impl Series {
             points: points.into_iter().collect(),
             on_top: false,
         }
-    }
-
-    /// The line on these scales.
-    pub(crate) fn path(&self, x: &Scale, y: &Scale) -> String {
-        path(self.points.iter().map(|&(a, b)| (x.at(a), y.at(b))))
     }
 }
 
@@ -153,18 +149,7 @@ pub(crate) fn draw(chart: &LineChart<'_>) -> Panel {
                     line.mark x1=(Px(at)) y1=(Px(MARGIN)) x2=(Px(at)) y2=(Px(MARGIN + frame.height())) {}
                     text.tick x=(Px(at + 5.0)) y=(Px(frame.height() - 7.0)) { (name) }
                 }
-                @for series in series {
-                    g.(series.class) {
-                        path.line d=(series.path(&inner_x, &inner_y)) { title { (series.label) } }
-                        @if chart.dots {
-                            @for &(px, py) in series.points.iter().filter(|(a, b)| a.is_finite() && b.is_finite()) {
-                                circle.point cx=(Px(inner_x.at(px))) cy=(Px(inner_y.at(py))) r="2.4" {
-                                    title { (series.label) ": " (crate::number::plain(px)) ", " (crate::number::decimals(py, 1)) }
-                                }
-                            }
-                        }
-                    }
-                }
+                (lines(series, &inner_x, &inner_y, chart.dots))
             }
     };
     Panel {
@@ -172,6 +157,28 @@ pub(crate) fn draw(chart: &LineChart<'_>) -> Panel {
         height: HEIGHT,
         summary: summary(chart),
         shapes,
+    }
+}
+
+/// Lines on these scales, with a dot at each point where wanted.
+pub(crate) fn lines<'s>(
+    series: impl IntoIterator<Item = &'s Series>,
+    x: &Scale,
+    y: &Scale,
+    dots: bool,
+) -> Markup {
+    let known = |&&(px, py): &&(f64, f64)| dots && px.is_finite() && py.is_finite();
+    html! {
+        @for line in series {
+            g.(line.class) {
+                path.line d=(path(line.points.iter().map(|&(a, b)| (x.at(a), y.at(b))))) { title { (line.label) } }
+                @for &(px, py) in line.points.iter().filter(known) {
+                    circle.point cx=(Px(x.at(px))) cy=(Px(y.at(py))) r="2.4" {
+                        title { (line.label) ": " (plain(px)) ", " (short(py)) }
+                    }
+                }
+            }
+        }
     }
 }
 

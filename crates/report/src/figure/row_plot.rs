@@ -149,6 +149,8 @@ const LABEL_LETTERS: usize = 20;
 /// Width of a letter at the figure's text size, generous enough for bold and for most fonts.
 const LETTER_WIDTH: f64 = 7.2;
 const GAP: f64 = 8.0;
+/// Before each number: room for the arrow head of what is past the axis.
+const NUMBER_GAP: f64 = 12.0;
 const TOP: f64 = 38.0;
 const ROW_HEIGHT: f64 = 26.0;
 /// Height of a row with a mark for each finger.
@@ -224,7 +226,9 @@ fn number_ends(plot: &RowPlot<'_>) -> Vec<(f64, f64)> {
         cells.chain([plot.numbers[column].chars().count()]).max()
     };
     let widths = (0..plot.numbers.len()).map(|column| letters(column).unwrap_or(0));
-    let widths: Vec<f64> = widths.map(|n| GAP + LETTER_WIDTH * n as f64).collect();
+    let widths: Vec<f64> = widths
+        .map(|n| NUMBER_GAP + LETTER_WIDTH * n as f64)
+        .collect();
     let ends = widths.iter().enumerate();
     ends.map(|(place, &width)| (WIDTH - 1.0 - widths[place + 1..].iter().sum::<f64>(), width))
         .collect()

@@ -77,14 +77,6 @@ pub(super) fn section(report: &Report<'_>, methods: &[Method<'_>]) -> Body {
         .folded("Statistics of the distance difference", Body::default().prose(table))
 }
 
-/// Largest distance that counts as contact, metres; `None` where contacts were not evaluated.
-pub(super) fn tau_m(methods: &[Method<'_>]) -> Option<f64> {
-    let mut contacts = methods
-        .iter()
-        .filter_map(|method| method.evaluation.contact.as_ref());
-    contacts.next().map(|contact| contact.tau_m)
-}
-
 /// A motion in the table of shares.
 struct Share<'a> {
     head: Head,

@@ -8,8 +8,7 @@ use crate::figure::line_chart::AxisSpec;
 use crate::figure::row_plot::{self, Mark, MarkShape, PlotRow, RowPlot, WANTED_TICKS};
 use crate::figure::scale::whole_steps;
 use crate::figure::{Figure, FigureData, Key, finger_keys};
-use crate::learned::stated_percent;
-use crate::number::{NONE, percent};
+use crate::number::{NONE, percent, stated_percent};
 use crate::table::Table;
 
 /// Prediction regions of one stated share, by method.

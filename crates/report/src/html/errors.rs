@@ -3,7 +3,7 @@
 use inhand_model::{Evaluation, EvaluationRows, Finger, HandAndFingers, PerFinger, Statistics};
 use maud::{Render, html};
 
-use super::{Body, Method, contacts::tau_m, default, intervals, segment_errors};
+use super::{Body, Method, default, intervals, segment_errors};
 use crate::figure::box_plot::{self, BOX_WORDS, MILLIMETRES, finger_row};
 use crate::figure::line_chart::{self, AxisSpec, LineChart, Series};
 use crate::figure::scale::nice_end;
@@ -27,7 +27,7 @@ pub(super) fn section(report: &Report<'_>, methods: &[Method<'_>]) -> Body {
     .figure(by_finger(methods))
     .figure(rows.and_then(|rows| distribution(rows, methods)))
     .append(over_time(report.evaluation, methods))
-    .figure(rows.and_then(|rows| segment_errors::figure(rows, methods, tau_m(methods))))
+    .figure(rows.and_then(|rows| segment_errors::figure(rows, methods)))
     .append(intervals::part(report.evaluation, methods))
     .prose(error_table(methods))
     .prose(html! {

@@ -6,7 +6,7 @@ use inhand_model::{
 };
 use maud::html;
 
-use super::{Body, Method, method_table};
+use super::{Body, Method, method_table, named};
 use crate::figure::line_chart::AxisSpec;
 use crate::figure::row_plot::{self, Mark, MarkShape, PlotRow, RowPlot, WANTED_TICKS};
 use crate::figure::scale::whole_steps;
@@ -238,9 +238,7 @@ fn differences_figure<T>(
     let [low, high] = whole_steps(reached.chain([0.0]), SHORTEST, WANTED_TICKS);
     let row = |difference: &PairedDifference| {
         let relative = difference.relative?;
-        let method = methods
-            .iter()
-            .find(|method| method.name == difference.method)?;
+        let method = named(methods, &difference.method)?;
         let value = 100.0 * relative.value;
         let interval = relative.interval.map(|ends| ends.map(|end| 100.0 * end));
         let bar = interval.map(|ends| Mark::over(MarkShape::Bar, ends));
@@ -314,11 +312,7 @@ fn difference_data(all: &[&PairedDifference]) -> FigureData {
 }
 
 fn differences<T>(intervals: &Intervals, baseline: &str, methods: &[Method<'_, T>]) -> Body {
-    let method = |difference: &PairedDifference| {
-        methods
-            .iter()
-            .find(|method| method.name == difference.method)
-    };
+    let method = |difference: &PairedDifference| named(methods, &difference.method);
     let groups = Measure::ALL.map(|measure| {
         let rows = against(intervals, baseline, measure).map(|d| (d, method(d)));
         (measure_words(measure), rows.collect())

@@ -3,7 +3,7 @@
 use inhand_model::{ConstraintFamily, FamilyFacts, PlanFacts};
 use maud::html;
 
-use super::{Body, Method, method_table};
+use super::{Body, Method, method_table, named};
 use crate::figure::line_chart::AxisSpec;
 use crate::figure::palette::PLAIN_CLASS;
 use crate::figure::row_plot::{self, Mark, MarkShape, PlotRow, RowPlot};
@@ -230,7 +230,7 @@ pub(super) fn times(times: &[PlanTimes], methods: &[Method<'_>]) -> Option<Body>
         return None;
     }
     let rows = times.iter().map(|own| {
-        let method = methods.iter().find(|method| method.name == own.method);
+        let method = named(methods, &own.method);
         let [p50, p95, max] = [own.p50_ms, own.p95_ms, own.max_ms].map(|ms| decimals(ms, 2));
         PlotRow {
             label: &own.method,

@@ -37,11 +37,7 @@ struct Shown<'a> {
 }
 
 /// `None` without rows of the default method.
-pub(super) fn figure(
-    rows: &EvaluationRows,
-    methods: &[Method<'_>],
-    tau_m: Option<f64>,
-) -> Option<Figure> {
+pub(super) fn figure(rows: &EvaluationRows, methods: &[Method<'_>]) -> Option<Figure> {
     let default = default(methods)?;
     if !is_rate(rows.layout.rate_hz) {
         return None;
@@ -50,6 +46,10 @@ pub(super) fn figure(
     let ranked = ranked(rows, method);
     let ((median, median_mean), (worst, worst_mean)) =
         (*ranked.get((ranked.len().max(1) - 1) / 2)?, *ranked.last()?);
+    let mut contacts = methods
+        .iter()
+        .filter_map(|method| method.evaluation.contact.as_ref());
+    let tau_m = contacts.next().map(|contact| contact.tau_m);
     let show = |why, segment, mean_m| Shown {
         why,
         rows,
@@ -137,28 +137,37 @@ impl Shown<'_> {
         // A sample stands for the time up to the next one, as in the strips.
         let seconds = self.rows.layout.samples as f64 / rate_hz;
         let lines = Finger::ALL.map(|finger| {
-            let errors = self.instants().map(|row| self.error_mm(row, finger));
+            let errors: Vec<f64> = self
+                .instants()
+                .map(|row| self.error_mm(row, finger))
+                .collect();
+            let known = errors.iter().copied().filter(|error| error.is_finite());
+            let largest = decimals(known.fold(f64::NAN, f64::max), 2);
             let points = errors
+                .into_iter()
                 .enumerate()
                 .map(|(t, error)| (t as f64 / rate_hz, error));
-            Series::new(finger.name(), finger_class(finger), points)
+            Series::new(
+                format!("{finger}: up to {largest} mm"),
+                finger_class(finger),
+                points,
+            )
         });
         let largest = line_chart::heights(&lines).fold(0.0, f64::max);
-        let high = nice_end(largest, WANTED_TICKS);
-        let y = Scale::linear(0.0, high, FRAME.bottom, FRAME.top);
+        let y = Scale::linear(
+            0.0,
+            nice_end(largest, WANTED_TICKS),
+            FRAME.bottom,
+            FRAME.top,
+        );
         let x = Scale::linear(0.0, seconds, FRAME.left, FRAME.right);
-        let strips = if self.tau_m.is_some() {
-            FINGER_HEIGHT * Finger::COUNT as f64 + STRIPS_TOP - FRAME.bottom
-        } else {
-            0.0
+        let strips = match self.tau_m {
+            Some(_) => FINGER_HEIGHT * Finger::COUNT as f64 + STRIPS_TOP - FRAME.bottom,
+            None => 0.0,
         };
         let whole = Frame {
             bottom: FRAME.bottom + strips,
             ..FRAME
-        };
-        let label = |line: &Series| {
-            let largest = line_chart::heights(std::slice::from_ref(line)).fold(f64::NAN, f64::max);
-            format!("{}: up to {} mm", line.label, decimals(largest, 2))
         };
         let shapes = html! {
             text.title x="0" y="12.5" {
@@ -167,9 +176,7 @@ impl Shown<'_> {
             (axes::left(&FRAME, &y, WANTED_TICKS, "error (mm)"))
             (axes::bottom(&whole, &x, WANTED_TICKS, "time in the segment (s)"))
             g data-x=(x.describe()) data-y=(y.describe()) data-x-name="time (s)" data-y-name="error (mm)" {
-                @for line in &lines {
-                    g.(line.class) { path.line d=(line.path(&x, &y)) { title { (label(line)) } } }
-                }
+                (line_chart::lines(&lines, &x, &y, false))
             }
             @if self.tau_m.is_some() { (self.strips(&x, rate_hz)) }
         };

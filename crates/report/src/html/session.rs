@@ -3,7 +3,7 @@
 use inhand_model::{Evaluation, MethodEvaluation, TakeFacts};
 use maud::{Markup, html};
 
-use super::{Body, Method, method_table};
+use super::{Body, Method, method_table, named};
 use crate::learned::choice_sentence;
 use crate::number::{NONE, counted, decimals, plain, to_mm};
 use crate::table::Table;
@@ -121,7 +121,7 @@ fn choice(evaluation: &Evaluation, methods: &[Method<'_>]) -> Option<Body> {
     candidates.sort_by(|a, b| a.mean_error_m.total_cmp(&b.mean_error_m));
     let caption = "Methods on training takes that were left out of learning, lowest error first";
     let table = Table::new(caption, candidates, "method", |candidate| {
-        let known = methods.iter().find(|m| m.name == candidate.name);
+        let known = named(methods, &candidate.name);
         known.map_or_else(|| (&*candidate.name).into(), Method::head)
     })
     .stressed(|candidate| candidate.name == choice.method)

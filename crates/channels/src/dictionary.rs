@@ -1,5 +1,7 @@
 //! Dictionaries and their file.
 
+mod residual;
+
 use std::fmt::Display;
 use std::io::Write;
 
@@ -16,7 +18,6 @@ use crate::error::ChannelError;
 use crate::messages;
 use crate::metadata::Metadata;
 use crate::read::{absent, exact_fault};
-use crate::residual;
 use crate::streams::{Sampling, Streams};
 use crate::topic;
 use crate::view::draw_dictionary;
@@ -272,12 +273,12 @@ fn hull_message(hull: &Hull) -> messages::Hull {
 }
 
 /// Makes a dictionary of its message.
-pub(crate) struct Decoder<'a> {
+struct Decoder<'a> {
     file: &'a str,
 }
 
 impl Decoder<'_> {
-    pub(crate) fn error(&self, expected: impl Display, found: impl Display) -> ChannelError {
+    fn error(&self, expected: impl Display, found: impl Display) -> ChannelError {
         ChannelError::message(self.file, topic::DICTIONARY, 0, expected, found)
     }
 
@@ -372,7 +373,7 @@ impl Decoder<'_> {
     }
 
     /// A matrix by columns.
-    pub(crate) fn matrix(
+    fn matrix(
         &self,
         what: &str,
         (rows, columns): (usize, usize),

@@ -64,17 +64,16 @@ mod error;
 mod info;
 mod messages;
 mod metadata;
-mod opening;
 mod outline;
 mod output;
 mod overlay;
+mod preview;
 mod read;
-mod residual;
 mod schema;
-mod shown;
 mod streams;
 mod take;
 mod topic;
+mod topic_role;
 mod view;
 mod wire;
 mod write;
@@ -91,19 +90,19 @@ pub use info::{
 };
 pub use inhand_container::is_mcap;
 pub use metadata::Metadata;
-pub use opening::{Opening, Seen, opening};
 pub use outline::Outline;
 pub use overlay::{
     MAX_LAYERS, OverlayFile, OverlayLayer, OverlayObject, layer_colour, write_overlay,
 };
+pub use preview::{PointExtent, Preview, preview};
 pub use read::{
     ReadMethod, absent, read_evaluated, read_generated, read_leading_metadata, read_metadata,
     read_take,
 };
-pub use shown::{Shown, Whose, take_topics};
 pub use take::{
     CleanedTake, ContactSample, EvaluatedMethod, EvaluatedSample, GeneratedMethod,
     GeneratedSegment, RECORDED, ReadCleaned, ReadTake, TakeFile, UnsolvedPlan, WriteSettings,
 };
 pub use topic::{VIEW as VIEW_TOPICS, planned_fingertips_topic};
+pub use topic_role::{TopicRole, TopicSource, take_topics};
 pub use write::{TakeWriter, ViewsFor, view_channels, write_take, write_views};

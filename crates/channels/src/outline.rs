@@ -37,7 +37,7 @@ pub struct Outline {
 
 impl Outline {
     /// The outline of a take in memory.
-    pub fn of(recording: &Recording) -> Self {
+    pub fn new(recording: &Recording) -> Self {
         let mut outline = Self::default();
         outline.add(recording);
         outline.findings.clone_from(&recording.findings);

@@ -98,10 +98,7 @@ pub(crate) fn by_start<'a>(segments: &'a [GeneratedSegment<'a>]) -> Vec<&'a Gene
 
 /// Which of the take's markers is on which fingertip.
 pub(crate) fn marker_indices(recording: &Recording, roles: &Roles) -> PerFinger<Option<usize>> {
-    roles.fingers.each_ref().map(|name| {
-        let named = recording.marker(name)?;
-        (recording.markers.iter()).position(|marker| std::ptr::eq(marker, named))
-    })
+    (roles.fingers.each_ref()).map(|name| recording.marker_index(name))
 }
 
 /// One trajectory and where in the take it belongs.

@@ -38,7 +38,7 @@ pub fn write_take(
     settings: &WriteSettings,
 ) -> Result<(), ChannelError> {
     let used = file.used();
-    let outline = Outline::of(used).with_findings(file.recording.findings.clone());
+    let outline = Outline::new(used).with_findings(file.recording.findings.clone());
     let mut writer = TakeWriter::begin(&mut out, file, &outline, settings)?;
     writer.append(used)?;
     writer.finish()

@@ -272,7 +272,7 @@ fn a_take_that_ends_early_is_no_file() {
     let take = common::take(40, 30.0);
     let mut out = Vec::new();
     let file = TakeFile::new(&take.recording);
-    let outline = Outline::of(&take.recording);
+    let outline = Outline::new(&take.recording);
     let mut writer =
         TakeWriter::begin(&mut out, &file, &outline, &WriteSettings::default()).unwrap();
     writer.append(&take.recording.slice(0..39)).unwrap();

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use inhand_channels::{Opening, Seen, Shown, Whose};
+use inhand_channels::{PointExtent, Preview, TopicRole, TopicSource};
 
 /// A channel, as far as layouts need it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -19,7 +19,7 @@ pub struct Topic {
 pub struct Content {
     topics: Vec<Topic>,
     frames: BTreeSet<String>,
-    seen: BTreeMap<String, Seen>,
+    seen: BTreeMap<String, PointExtent>,
 }
 
 impl Content {
@@ -35,15 +35,15 @@ impl Content {
 
     /// Adds what a file has. Of what several files have, such as the place of a hand, that of the
     /// first holds.
-    pub fn add(&mut self, opening: Opening) {
-        for channel in opening.channels {
+    pub fn add(&mut self, preview: Preview) {
+        for channel in preview.channels {
             self.add_topic(Topic {
                 name: channel.topic,
                 schema: channel.schema.map(|schema| schema.name),
             });
         }
-        self.frames.extend(opening.frames);
-        for (frame, seen) in opening.seen {
+        self.frames.extend(preview.frames);
+        for (frame, seen) in preview.seen {
             self.seen.entry(frame).or_insert(seen);
         }
     }
@@ -68,18 +68,18 @@ impl Content {
         self.frames.contains(frame)
     }
 
-    pub(crate) fn seen(&self, frame: &str) -> Option<Seen> {
+    pub(crate) fn seen(&self, frame: &str) -> Option<PointExtent> {
         self.seen.get(frame).copied()
     }
 
     /// Our topics and what they show.
-    pub(crate) fn shown(&self) -> impl Iterator<Item = (&str, Shown<'_>)> {
+    pub(crate) fn shown(&self) -> impl Iterator<Item = (&str, TopicRole<'_>)> {
         (self.topics.iter())
-            .filter_map(|topic| Some((topic.name.as_str(), Shown::of(&topic.name)?)))
+            .filter_map(|topic| Some((topic.name.as_str(), TopicRole::from_topic(&topic.name)?)))
     }
 
     /// The first topic that shows this.
-    pub(crate) fn find(&self, wanted: Shown<'_>) -> Option<&str> {
+    pub(crate) fn find(&self, wanted: TopicRole<'_>) -> Option<&str> {
         self.find_map(|shown| (shown == wanted).then_some(()))
             .map(|(topic, ())| topic)
     }
@@ -87,7 +87,7 @@ impl Content {
     /// The first topic of which `choose` makes something.
     pub(crate) fn find_map<'a, T>(
         &'a self,
-        choose: impl Fn(Shown<'a>) -> Option<T>,
+        choose: impl Fn(TopicRole<'a>) -> Option<T>,
     ) -> Option<(&'a str, T)> {
         self.shown()
             .find_map(|(topic, shown)| Some((topic, choose(shown)?)))
@@ -96,10 +96,10 @@ impl Content {
     /// The method whose motion is shown beside the recorded one: the first.
     pub(crate) fn method(&self) -> Option<&str> {
         let of = |shown| match shown {
-            Shown::Tips(Whose::Method(name))
-            | Shown::TipScene(Whose::Method(name))
-            | Shown::Positions(Whose::Method(name))
-            | Shown::Error(name) => Some(name),
+            TopicRole::Tips(TopicSource::Method(name))
+            | TopicRole::TipScene(TopicSource::Method(name))
+            | TopicRole::Positions(TopicSource::Method(name))
+            | TopicRole::Error(name) => Some(name),
             _ => None,
         };
         self.find_map(of).map(|(_, name)| name)

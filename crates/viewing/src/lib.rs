@@ -20,22 +20,16 @@
 //! The same content gives the same layout, to the byte. Sizes are those of a hand: the viewers' own
 //! defaults are those of a car.
 
-mod arrangement;
-mod camera;
 mod content;
-mod grid;
-mod panel;
-mod plots;
+mod panels;
 mod scene;
-mod topics;
 
 use serde_json::{Value, json};
 use thiserror::Error;
 
 pub use content::{Content, Topic};
 
-use crate::arrangement::{beside, evenly, stacked};
-use crate::panel::Panel;
+use crate::panels::Panel;
 
 /// Why there is no layout.
 #[derive(Debug, Error)]
@@ -62,23 +56,23 @@ const SCENE_WIDTH: f64 = 76.0;
 ///
 /// [`LayoutError::NothingToShow`].
 pub fn layout(content: &Content) -> Result<Value, LayoutError> {
-    let scene = scene::panel(content);
-    let lists = panel::lists(content);
-    let plots = plots::panels(content);
-    if !scene.draws && lists.is_empty() && plots.is_empty() {
+    let (scene, draws) = scene::panel(content);
+    let lists = panels::lists(content);
+    let plots = panels::plots(content);
+    if !draws && lists.is_empty() && plots.is_empty() {
         return Err(LayoutError::NothingToShow {
             found: content.describe(),
         });
     }
     let ids = |panels: &[Panel]| panels.iter().map(|p| json!(p.id)).collect();
-    let mut arranged = json!(scene.panel.id);
+    let mut arranged = json!(scene.id);
     if let Some(lists) = evenly(ids(&lists), stacked) {
         arranged = beside(arranged, lists, SCENE_WIDTH);
     }
     if let Some(plots) = evenly(ids(&plots), beside) {
         arranged = stacked(arranged, plots, SCENE_SHARE);
     }
-    let panels = [scene.panel].into_iter().chain(lists).chain(plots);
+    let panels = [scene].into_iter().chain(lists).chain(plots);
     let settings: serde_json::Map<String, Value> =
         panels.map(|panel| (panel.id, panel.settings)).collect();
     Ok(json!({
@@ -88,4 +82,32 @@ pub fn layout(content: &Content) -> Result<Value, LayoutError> {
         "playbackConfig": { "speed": 1 },
         "layout": arranged,
     }))
+}
+
+/// Two parts side by side; the first takes `percent` of the width.
+fn beside(first: Value, second: Value, percent: f64) -> Value {
+    split("row", first, second, percent)
+}
+
+/// Two parts one above the other; the upper takes `percent` of the height.
+fn stacked(first: Value, second: Value, percent: f64) -> Value {
+    split("column", first, second, percent)
+}
+
+fn split(direction: &str, first: Value, second: Value, percent: f64) -> Value {
+    let mut split = json!({ "direction": direction, "splitPercentage": percent });
+    (split["first"], split["second"]) = (first, second);
+    split
+}
+
+/// All parts, each with the same share; `None` for none.
+fn evenly(parts: Vec<Value>, join: fn(Value, Value, f64) -> Value) -> Option<Value> {
+    let mut joined: Option<(Value, u32)> = None;
+    for part in parts.into_iter().rev() {
+        joined = Some(match joined {
+            None => (part, 1),
+            Some((others, n)) => (join(part, others, 100.0 / f64::from(n + 1)), n + 1),
+        });
+    }
+    joined.map(|(parts, _)| parts)
 }

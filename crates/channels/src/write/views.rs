@@ -18,7 +18,7 @@ use crate::take::TakeFile;
 use crate::topic;
 use crate::view::{UPRIGHT, draw_take, transform};
 
-/// Whose file the views of a take are for.
+/// Owner of the file that the views of a take are for.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum ViewsFor {
     /// A take of ours: the tree of frames lies on `/tf` and `/tf_static`.
@@ -61,7 +61,7 @@ pub fn write_views(
     profile: &str,
 ) -> Result<(), ChannelError> {
     let used = file.used();
-    let outline = Outline::of(used);
+    let outline = Outline::new(used);
     check::parts(file, outline.samples)?;
     let mut streams = Streams::create(&mut out, PACKED, profile, &Metadata::default())?;
     if let ViewsFor::ThirdParty { roots } = views_for {

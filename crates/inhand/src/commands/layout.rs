@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
-use inhand_channels::{opening, take_topics};
+use inhand_channels::{preview, take_topics};
 use inhand_session::{Settings, containers};
 use inhand_viewing::{Content, layout};
 
@@ -36,7 +36,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         let mut content = Content::default();
         for path in inputs {
             let mut source = containers::open(path)?;
-            let found = opening(&mut source);
+            let found = preview(&mut source);
             content.add(found.with_context(|| format!("cannot look into {}", path.display()))?);
         }
         content

@@ -6,7 +6,7 @@ use inhand_model::{
 };
 use nalgebra::{DMatrix, DVector};
 
-use crate::dictionary::Decoder;
+use super::Decoder;
 use crate::error::ChannelError;
 use crate::messages;
 
@@ -25,7 +25,7 @@ fn block_rows(layout: SegmentLayout, block: usize) -> Vec<usize> {
         .collect()
 }
 
-pub(crate) fn to_message(residual: &Residual) -> messages::Residual {
+pub(super) fn to_message(residual: &Residual) -> messages::Residual {
     let expectation = &residual.expectation;
     let mut start = 0;
     let primitives = (expectation.blocks().iter().enumerate())
@@ -73,7 +73,7 @@ pub(crate) fn to_message(residual: &Residual) -> messages::Residual {
 }
 
 impl Decoder<'_> {
-    pub(crate) fn residual(
+    pub(super) fn residual(
         &self,
         message: messages::Residual,
         layout: SegmentLayout,

@@ -1,13 +1,13 @@
-//! Purpose of each topic, for viewer layouts.
+//! Role of each topic in viewer layouts.
 
 use inhand_model::{Frame, Hand, Object, World};
 
 use crate::error::ChannelError;
 use crate::topic::{self, MethodTopics};
 
-/// Whose motion a channel is of.
+/// Source of the motion in a channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Whose<'a> {
+pub enum TopicSource<'a> {
     /// The take's.
     Take,
     /// The take's as measured, where views show the processed one.
@@ -20,20 +20,20 @@ pub enum Whose<'a> {
     Overlay(&'a str),
 }
 
-/// What a topic shows. Topics are known by their pattern, whether or not a file has messages there.
+/// Role of a topic for viewers. Topics are known by their pattern, whether or not a file has messages there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[non_exhaustive]
-pub enum Shown<'a> {
+pub enum TopicRole<'a> {
     /// Positions of fingertips, metres, `<finger>.position_m`.
-    Positions(Whose<'a>),
+    Positions(TopicSource<'a>),
     /// Fingertips as points.
-    Tips(Whose<'a>),
+    Tips(TopicSource<'a>),
     /// Fingertips as spheres with trails.
-    TipScene(Whose<'a>),
+    TipScene(TopicSource<'a>),
     /// Fingertips that touch the object, as points.
-    Touching(Whose<'a>),
+    Touching(TopicSource<'a>),
     /// Where fingertips can be, as outlines or solids.
-    Hulls(Whose<'a>),
+    Hulls(TopicSource<'a>),
     /// Paths of whole primitives.
     Paths,
     /// Points in the place of what a scene draws, for viewers without scenes.
@@ -67,29 +67,29 @@ pub enum Shown<'a> {
     Data,
 }
 
-impl<'a> Shown<'a> {
-    /// What a topic shows; `None` for one that is none of ours.
-    pub fn of(topic: &'a str) -> Option<Self> {
+impl<'a> TopicRole<'a> {
+    /// The role of a topic; `None` for one that inhand does not write.
+    pub fn from_topic(topic: &'a str) -> Option<Self> {
         Some(match topic {
-            topic::PROCESSED_FINGERTIPS => Shown::Positions(Whose::Take),
-            topic::RECORDING_FINGERTIPS => Shown::Positions(Whose::Measured),
-            topic::DICTIONARY_PRIMITIVES => Shown::Positions(Whose::Dictionary),
-            topic::RECORDING_FINDINGS => Shown::Findings,
-            topic::ANNOTATIONS => Shown::Events,
-            topic::VIEW_FINGERTIPS => Shown::Tips(Whose::Take),
-            topic::VIEW_FINGERTIPS_SCENE => Shown::TipScene(Whose::Take),
-            topic::VIEW_OBJECT => Shown::Solid,
-            topic::VIEW_OBJECT_EDGES => Shown::Edges,
-            topic::VIEW_MARKERS => Shown::Markers,
-            topic::VIEW_BODIES => Shown::Bodies,
-            topic::VIEW_PRIMITIVES => Shown::Tips(Whose::Dictionary),
-            topic::VIEW_PRIMITIVES_SCENE => Shown::TipScene(Whose::Dictionary),
-            topic::VIEW_FINGERTIP_BALLS | topic::VIEW_PATH_POINTS => Shown::Points,
-            topic::VIEW_CONTACTS => Shown::Touching(Whose::Take),
-            topic::VIEW_TAKE_HULLS => Shown::Hulls(Whose::Take),
-            topic::VIEW_OBJECT_SURFACE => Shown::Surface,
-            topic::VIEW_PATHS => Shown::Paths,
-            topic::VIEW_HULLS => Shown::Hulls(Whose::Dictionary),
+            topic::PROCESSED_FINGERTIPS => TopicRole::Positions(TopicSource::Take),
+            topic::RECORDING_FINGERTIPS => TopicRole::Positions(TopicSource::Measured),
+            topic::DICTIONARY_PRIMITIVES => TopicRole::Positions(TopicSource::Dictionary),
+            topic::RECORDING_FINDINGS => TopicRole::Findings,
+            topic::ANNOTATIONS => TopicRole::Events,
+            topic::VIEW_FINGERTIPS => TopicRole::Tips(TopicSource::Take),
+            topic::VIEW_FINGERTIPS_SCENE => TopicRole::TipScene(TopicSource::Take),
+            topic::VIEW_OBJECT => TopicRole::Solid,
+            topic::VIEW_OBJECT_EDGES => TopicRole::Edges,
+            topic::VIEW_MARKERS => TopicRole::Markers,
+            topic::VIEW_BODIES => TopicRole::Bodies,
+            topic::VIEW_PRIMITIVES => TopicRole::Tips(TopicSource::Dictionary),
+            topic::VIEW_PRIMITIVES_SCENE => TopicRole::TipScene(TopicSource::Dictionary),
+            topic::VIEW_FINGERTIP_BALLS | topic::VIEW_PATH_POINTS => TopicRole::Points,
+            topic::VIEW_CONTACTS => TopicRole::Touching(TopicSource::Take),
+            topic::VIEW_TAKE_HULLS => TopicRole::Hulls(TopicSource::Take),
+            topic::VIEW_OBJECT_SURFACE => TopicRole::Surface,
+            topic::VIEW_PATHS => TopicRole::Paths,
+            topic::VIEW_HULLS => TopicRole::Hulls(TopicSource::Dictionary),
             _ => return Self::of_segments(topic),
         })
     }
@@ -98,36 +98,38 @@ impl<'a> Shown<'a> {
     fn of_segments(topic: &'a str) -> Option<Self> {
         let segments: Vec<&str> = topic.strip_prefix('/')?.split('/').collect();
         Some(match segments[..] {
-            ["generated", method, "fingertips"] => Shown::Positions(Whose::Method(method)),
-            ["evaluation", method, "error"] => Shown::Error(method),
-            ["evaluation", method, "contact"] => Shown::Contact(method),
-            ["overlay", name, "fingertips"] => Shown::Positions(Whose::Overlay(name)),
-            ["overlay", name, "distance"] => Shown::Distance(name),
-            ["dictionary", "profile"] => Shown::Profile,
+            ["generated", method, "fingertips"] => {
+                TopicRole::Positions(TopicSource::Method(method))
+            }
+            ["evaluation", method, "error"] => TopicRole::Error(method),
+            ["evaluation", method, "contact"] => TopicRole::Contact(method),
+            ["overlay", name, "fingertips"] => TopicRole::Positions(TopicSource::Overlay(name)),
+            ["overlay", name, "distance"] => TopicRole::Distance(name),
+            ["dictionary", "profile"] => TopicRole::Profile,
             ["view", kind @ ("generated" | "overlay"), name, leaf] => {
                 let whose = if kind == "overlay" {
-                    Whose::Overlay(name)
+                    TopicSource::Overlay(name)
                 } else {
-                    Whose::Method(name)
+                    TopicSource::Method(name)
                 };
                 match leaf {
-                    "fingertips" => Shown::Tips(whose),
-                    "fingertip_balls" => Shown::Points,
-                    "object_edges" => Shown::Edges,
-                    "object" => Shown::Solid,
-                    "fingertips_scene" => Shown::TipScene(whose),
-                    "contacts" => Shown::Touching(whose),
-                    "hulls" => Shown::Hulls(whose),
-                    _ => Shown::View,
+                    "fingertips" => TopicRole::Tips(whose),
+                    "fingertip_balls" => TopicRole::Points,
+                    "object_edges" => TopicRole::Edges,
+                    "object" => TopicRole::Solid,
+                    "fingertips_scene" => TopicRole::TipScene(whose),
+                    "contacts" => TopicRole::Touching(whose),
+                    "hulls" => TopicRole::Hulls(whose),
+                    _ => TopicRole::View,
                 }
             }
-            ["view", ..] => Shown::View,
+            ["view", ..] => TopicRole::View,
             [
                 "recording" | "cleaned" | "processed" | "generated" | "evaluation" | "dictionary"
                 | "overlay",
                 _,
                 ..,
-            ] => Shown::Data,
+            ] => TopicRole::Data,
             _ => return None,
         })
     }
@@ -179,16 +181,16 @@ mod tests {
     #[test]
     fn topics_of_methods_are_recognised_as_they_are_made() -> Result<(), ChannelError> {
         let topics = MethodTopics::new("a-b_c")?;
-        let whose = Whose::Method("a-b_c");
+        let whose = TopicSource::Method("a-b_c");
         for (topic, shown) in [
-            (&topics.fingertips, Shown::Positions(whose)),
-            (&topics.plan, Shown::Data),
-            (&topics.error, Shown::Error("a-b_c")),
-            (&topics.contact, Shown::Contact("a-b_c")),
-            (&topics.view_fingertips, Shown::Tips(whose)),
-            (&topics.view_scene, Shown::TipScene(whose)),
+            (&topics.fingertips, TopicRole::Positions(whose)),
+            (&topics.plan, TopicRole::Data),
+            (&topics.error, TopicRole::Error("a-b_c")),
+            (&topics.contact, TopicRole::Contact("a-b_c")),
+            (&topics.view_fingertips, TopicRole::Tips(whose)),
+            (&topics.view_scene, TopicRole::TipScene(whose)),
         ] {
-            assert_eq!(Shown::of(topic), Some(shown), "{topic}");
+            assert_eq!(TopicRole::from_topic(topic), Some(shown), "{topic}");
         }
         Ok(())
     }
@@ -197,7 +199,7 @@ mod tests {
     fn every_topic_of_a_take_is_one_of_ours() -> Result<(), ChannelError> {
         for (topic, _) in take_topics(&["residual", "line"])? {
             assert!(
-                Shown::of(&topic).is_some_and(|s| s != Shown::View),
+                TopicRole::from_topic(&topic).is_some_and(|s| s != TopicRole::View),
                 "{topic}"
             );
         }
@@ -215,8 +217,8 @@ mod tests {
             "/recording",
             "/camera/view",
         ] {
-            assert_eq!(Shown::of(topic), None, "{topic}");
+            assert_eq!(TopicRole::from_topic(topic), None, "{topic}");
         }
-        assert_eq!(Shown::of("/view/tf"), Some(Shown::View));
+        assert_eq!(TopicRole::from_topic("/view/tf"), Some(TopicRole::View));
     }
 }

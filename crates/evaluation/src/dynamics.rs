@@ -9,12 +9,11 @@ use inhand_model::{
 };
 use rayon::prelude::*;
 
-use crate::contacts::in_contact;
+use crate::contacts::{in_contact, motion_contacts};
 use crate::dynamics_facts::{segment_contacts, take_contacts};
 use crate::input::{EvaluationSettings, TestData};
 use crate::instants::fingertips;
 use crate::method::usable;
-use crate::motion_contacts::motion_contacts;
 use crate::movement::JudgedMethod;
 use crate::recorded::Recorded;
 

@@ -1,6 +1,6 @@
-//! Statistics over the instants at which values are known.
+//! Statistics over values that are known.
 
-use inhand_model::{Finger, PerFinger, Statistics};
+use inhand_model::{PerFinger, Statistics};
 use inhand_statistics::quantiles::statistics;
 
 /// The sizes that every count of an evaluation rests on.
@@ -13,44 +13,33 @@ pub(crate) struct Counts {
 }
 
 impl Counts {
-    /// How many of the instants that there would be without gaps and failures are not among `n`.
+    /// Instants that there would be without gaps and failures.
+    pub(crate) fn instants(self) -> usize {
+        self.samples * self.segments_without_gaps
+    }
+
+    /// How many of them are not among `n`.
     pub(crate) fn left_out(self, n: usize) -> usize {
-        (self.samples * self.segments_without_gaps).saturating_sub(n)
+        self.instants().saturating_sub(n)
     }
 }
 
-/// One finger's values at the instants where they are known.
-#[derive(Clone)]
-pub(crate) struct Known {
-    pub(crate) values: Vec<f64>,
-    pub(crate) n_filled: usize,
-}
-
-impl Known {
-    pub(crate) fn new(
-        values: &[PerFinger<f64>],
-        filled: &[PerFinger<bool>],
-        finger: Finger,
-        instants: impl ExactSizeIterator<Item = usize>,
-    ) -> Self {
-        let mut known = Self {
-            values: Vec::with_capacity(instants.len()),
-            n_filled: 0,
-        };
-        for k in instants {
-            let value = values[k][finger];
-            if value.is_finite() {
-                known.values.push(value);
-                known.n_filled += usize::from(filled[k][finger]);
-            }
-        }
-        known
-    }
-
-    pub(crate) fn statistics(self, counts: Counts) -> Statistics {
-        let n_left_out = counts.left_out(self.values.len());
-        statistics(self.values, self.n_filled, n_left_out)
-    }
+/// Statistics of the finite ones among values, each with whether it was filled, of which there would be `whole`
+/// without gaps and failures.
+pub(crate) fn known_statistics(
+    values: impl IntoIterator<Item = (f64, bool)>,
+    whole: usize,
+) -> Statistics {
+    let mut n_filled = 0;
+    let known = (values.into_iter()).filter(|(value, _)| value.is_finite());
+    let known: Vec<f64> = known
+        .map(|(value, filled)| {
+            n_filled += usize::from(filled);
+            value
+        })
+        .collect();
+    let n_left_out = whole.saturating_sub(known.len());
+    statistics(known, n_filled, n_left_out)
 }
 
 /// Statistics of each finger over all instants at which its value is known.
@@ -60,6 +49,8 @@ pub(crate) fn finger_statistics(
     counts: Counts,
 ) -> PerFinger<Statistics> {
     PerFinger::from_fn(|finger| {
-        Known::new(values, filled, finger, 0..values.len()).statistics(counts)
+        let values = values.iter().zip(filled);
+        let of_finger = values.map(|(value, filled)| (value[finger], filled[finger]));
+        known_statistics(of_finger, counts.instants())
     })
 }

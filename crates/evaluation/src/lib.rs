@@ -86,7 +86,6 @@ mod instants;
 mod intervals;
 mod known;
 mod method;
-mod motion_contacts;
 mod movement;
 mod object;
 pub mod overlay;
@@ -94,6 +93,7 @@ mod quality;
 mod recorded;
 
 pub use compare::{MethodOf, compare_contacts, compare_errors, same_segments};
+pub use contacts::motion_contacts;
 pub use dynamics::{DynamicsRows, contact_dynamics, contact_rows};
 pub use input::{Corridors, EvaluationSettings, MethodResult, ObjectPoses, TestData};
 pub use intervals::{
@@ -101,7 +101,6 @@ pub use intervals::{
     session_intervals,
 };
 pub use method::evaluate_method;
-pub use motion_contacts::motion_contacts;
 pub use movement::{JudgedMethod, MovementSettings, filled_segments, movement};
 pub use quality::recording_quality;
 pub use recorded::{Recorded, recorded};

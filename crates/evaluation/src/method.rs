@@ -13,7 +13,7 @@ use crate::contacts::{contact_share, distance_difference};
 use crate::corridors::coverage;
 use crate::input::{EvaluationSettings, MethodResult, TestData};
 use crate::instants::{UNKNOWN, fingertips, measure};
-use crate::known::{Counts, Known};
+use crate::known::{Counts, finger_statistics, known_statistics};
 use crate::object::{object_error, pose_errors};
 use crate::recorded::Recorded;
 
@@ -64,19 +64,24 @@ pub fn evaluate_method(
         object_angle_error_rad,
         mahalanobis: (mahalanobis.as_ref()).map(|instants| unfolded(instants, samples)),
     };
-    let (errors, median_error_by_sample_m) = rayon::join(
-        || Errors::new(&rows, recorded, counts),
-        || median_by_sample(&rows, samples),
-    );
+    // `step_by` refuses 0; a segment without samples has no instants anyway.
+    let (count, step) = (rows.error_m.len(), samples.max(1));
+    let at = |first: usize| {
+        let instants = (first..count).step_by(step);
+        pooled(&rows, recorded, &instants, counts.segments_without_gaps)
+    };
     let limit_m = settings.collision_limit_m;
     let evaluation = MethodEvaluation {
         name: method.name.to_owned(),
         description: method.description.to_owned(),
         baseline: method.baseline,
-        error: errors.over_time,
-        error_at_start: errors.at_start,
-        error_at_goal: errors.at_goal,
-        median_error_by_sample_m,
+        error: HandAndFingers {
+            all: pooled(&rows, recorded, &(0..count), counts.instants()),
+            by_finger: finger_statistics(&rows.error_m, &recorded.rows.filled, counts),
+        },
+        error_at_start: at(0),
+        error_at_goal: at(step - 1),
+        median_error_by_sample_m: median_by_sample(&rows, samples),
         reachability: reachability(&rows, recorded, settings.hull_tolerance_m, counts),
         collision: collision(&instants.nearest_pair, recorded, limit_m, samples),
         velocity: check_velocity(&trajectories, &data.velocity_bounds),
@@ -135,47 +140,22 @@ fn errors_m(planned_m: &[f64], recorded_m: &[f64]) -> Vec<PerFinger<f64>> {
         .collect()
 }
 
-struct Errors {
-    over_time: HandAndFingers<Statistics>,
-    at_start: Statistics,
-    at_goal: Statistics,
-}
-
-impl Errors {
-    fn new(rows: &MethodRows, recorded: &Recorded, counts: Counts) -> Self {
-        let count = rows.error_m.len();
-        // `step_by` refuses 0; a segment without samples has no instants anyway.
-        let samples = counts.samples.max(1);
-        let by_finger = PerFinger::from_fn(|finger| {
-            Known::new(&rows.error_m, &recorded.rows.filled, finger, 0..count)
-        });
-        let pooled = |by_finger: PerFinger<Known>, instants_without_gaps: usize| {
-            let n_filled = by_finger.iter().map(|(_, known)| known.n_filled).sum();
-            let values = by_finger.map(|known| known.values).into_array().concat();
-            let n_left_out = (Finger::COUNT * instants_without_gaps).saturating_sub(values.len());
-            statistics(values, n_filled, n_left_out)
-        };
-        let at = |first: usize| {
-            let instants = (first..count).step_by(samples);
-            let known = PerFinger::from_fn(|finger| {
-                Known::new(
-                    &rows.error_m,
-                    &recorded.rows.filled,
-                    finger,
-                    instants.clone(),
-                )
-            });
-            pooled(known, counts.segments_without_gaps)
-        };
-        Self {
-            at_start: at(0),
-            at_goal: at(samples - 1),
-            over_time: HandAndFingers {
-                by_finger: by_finger.clone().map(|known| known.statistics(counts)),
-                all: pooled(by_finger, counts.samples * counts.segments_without_gaps),
-            },
-        }
-    }
+/// Errors of all fingers at some instants.
+fn pooled(
+    rows: &MethodRows,
+    recorded: &Recorded,
+    instants: &(impl Iterator<Item = usize> + Clone),
+    whole: usize,
+) -> Statistics {
+    let filled = &recorded.rows.filled;
+    let of_finger = |finger: Finger| {
+        let instants = instants.clone();
+        instants.map(move |k| (rows.error_m[k][finger], filled[k][finger]))
+    };
+    known_statistics(
+        Finger::ALL.into_iter().flat_map(of_finger),
+        Finger::COUNT * whole,
+    )
 }
 
 fn median_by_sample(rows: &MethodRows, samples: usize) -> Vec<f64> {

@@ -8,11 +8,11 @@ use inhand_model::{
     PathFacts, PerFinger, Position, SEGMENT_COORDINATES, SegmentMovement, Segments, Statistics,
     Trajectory,
 };
-use inhand_statistics::quantiles::statistics;
 use rayon::prelude::*;
 
 use crate::input::TestData;
 use crate::instants::tips;
+use crate::known::known_statistics;
 use crate::method::usable;
 use crate::recorded::Recorded;
 
@@ -176,14 +176,9 @@ fn summary(
     let over = |value: &dyn Fn(&SegmentMovement) -> f64,
                 is_filled: &dyn Fn(&PerFinger<bool>) -> bool|
      -> Statistics {
-        let known: Vec<(f64, bool)> = (rows.segments.iter().zip(filled))
-            .map(|(segment, filled)| (value(segment), is_filled(filled)))
-            .filter(|(value, _)| value.is_finite())
-            .collect();
-        let n_filled = known.iter().filter(|(_, filled)| *filled).count();
-        let n_left_out = whole.saturating_sub(known.len());
-        let values = known.into_iter().map(|(value, _)| value).collect();
-        statistics(values, n_filled, n_left_out)
+        let segments = rows.segments.iter().zip(filled);
+        let values = segments.map(|(segment, filled)| (value(segment), is_filled(filled)));
+        known_statistics(values, whole)
     };
     Movement {
         by_finger: PerFinger::from_fn(|finger| {

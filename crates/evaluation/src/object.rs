@@ -1,9 +1,8 @@
 //! The planned object against the recorded one.
 
 use inhand_model::{Hand, MethodRows, Object, ObjectError, Pose};
-use inhand_statistics::quantiles::statistics;
 
-use crate::known::Counts;
+use crate::known::{Counts, known_statistics};
 use crate::recorded::Recorded;
 
 /// Distance between the origins (metres) and angle (radians) of planned and recorded object at every instant, NaN
@@ -40,24 +39,13 @@ pub(crate) fn object_error(
     recorded: &Recorded,
     counts: Counts,
 ) -> Option<ObjectError> {
-    let known = |values: &[f64]| {
-        values
-            .iter()
-            .copied()
-            .filter(|value| !value.is_nan())
-            .collect()
+    let filled = &recorded.rows.object_filled;
+    let over = |values: &[f64]| {
+        let values = values.iter().copied().zip(filled.iter().copied());
+        known_statistics(values, counts.instants())
     };
-    let position_m = rows.object_position_error_m.as_ref()?;
-    let n_filled = (position_m.iter().zip(&recorded.rows.object_filled))
-        .filter(|(error, filled)| !error.is_nan() && **filled)
-        .count();
-    let (position_m, angle_rad): (Vec<f64>, Vec<f64>) = (
-        known(position_m),
-        known(rows.object_angle_error_rad.as_ref()?),
-    );
-    let n_left_out = counts.left_out(position_m.len());
     Some(ObjectError {
-        position: statistics(position_m, n_filled, n_left_out),
-        angle: statistics(angle_rad, n_filled, n_left_out),
+        position: over(rows.object_position_error_m.as_ref()?),
+        angle: over(rows.object_angle_error_rad.as_ref()?),
     })
 }

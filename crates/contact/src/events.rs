@@ -34,7 +34,7 @@ pub struct ContactSeries {
     rate_hz: f64,
 }
 
-/// An unbroken stretch of known samples in which a finger touches.
+/// An unbroken range of known samples in which a finger touches.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Contact {
     /// The samples in contact.
@@ -124,7 +124,7 @@ impl ContactSeries {
             .collect()
     }
 
-    /// The stretches in which the same fingers touch, in order; all five are known throughout.
+    /// The ranges in which the same fingers touch, in order; all five are known throughout.
     pub fn state_runs(&self) -> Vec<StateRow> {
         let runs = runs(self.states().into_iter());
         let is_known = |k: Option<usize>| k.and_then(|k| runs.get(k)?.0).is_some();

@@ -1,6 +1,6 @@
 //! Phases of in-hand manipulation, found from the contacts.
 //!
-//! Manipulation within the hand is told apart by what contacts do:
+//! Manipulation within the hand is distinguished by its contacts:
 //!
 //! * **In-grasp manipulation**: the object moves while the same fingers keep their contacts
 //!   (B. Sundaralingam and T. Hermans, *Geometric in-hand regrasp planning: alternating optimization of

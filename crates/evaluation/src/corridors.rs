@@ -6,7 +6,7 @@ use crate::known::Counts;
 use crate::recorded::Recorded;
 
 /// Coverage of each width over all instants at which the distance is known. `mahalanobis` has one entry
-/// for each segment of the recording, `None` where there is no corridor. On the edge is inside.
+/// for each segment of the recording, `None` where there is no region. On the edge is inside.
 pub(crate) fn coverage(
     mahalanobis: &[Option<&[PerFinger<f64>]>],
     widths: &[Calibration],

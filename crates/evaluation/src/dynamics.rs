@@ -118,7 +118,7 @@ pub fn contact_rows(
     rows.map(Some)
 }
 
-/// Fingertips and object over a stretch of time, sample by sample.
+/// Fingertips and object over an interval of time, sample by sample.
 struct Stretch {
     touches: Vec<PerFinger<Option<bool>>>,
     /// In the object's frame.

@@ -56,7 +56,7 @@ pub(crate) fn segment_contacts(segments: &[ContactRows], rate_hz: f64) -> Segmen
     }
 }
 
-/// Each finger over stretches of time.
+/// Facts of each finger over intervals of time.
 fn fingers(stretches: &[ContactRows], rate_hz: f64) -> PerFinger<FingerContactFacts> {
     PerFinger::from_fn(|finger| {
         let contacts = || stretches.iter().flat_map(|rows| &rows.contacts[finger]);

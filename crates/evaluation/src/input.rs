@@ -85,8 +85,8 @@ pub struct MethodResult<'a> {
 pub struct Corridors<'a> {
     /// For each segment and each of its N instants the Mahalanobis distance
     /// `sqrt((x - m)ᵀ C⁻¹ (x - m))` of each recorded fingertip `x` from the planned one `m` with
-    /// covariance `C` (3 x 3); infinite where a corridor of no width misses, NaN where there is no
-    /// corridor. `None`, or another number of instants, where the plan failed.
+    /// covariance `C` (3 x 3); infinite where a prediction region of no width misses, NaN where there is
+    /// none. `None`, or another number of instants, where the plan failed.
     pub mahalanobis: &'a [Option<Vec<PerFinger<f64>>>],
     /// The widths to judge, with the shares they are meant to hold.
     pub widths: &'a [Calibration],

@@ -5,7 +5,7 @@
 //! compares: errors, reachability, finger collisions, velocities, contacts (sections as in *In-hand
 //! manipulation planning using human motion dictionary*, arXiv 2308.15153). [`recording_quality`]
 //! says what the data itself is worth. Where a method plans the object as well, that is compared with
-//! the recorded one, and where it states corridors, the share of the recording inside is counted. [`movement`] and
+//! the recorded one, and where it states prediction regions, the share of the recording inside is counted. [`movement`] and
 //! [`contact_dynamics`] say the same of recording and methods alike: how smoothly they move, how near to
 //! anything demonstrated, and what their contacts do over time.
 //!

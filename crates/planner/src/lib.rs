@@ -33,7 +33,7 @@
 //!   which constraints would have to be relaxed and by how much.
 //! * [`plan_chain`]: motion through knots, over as many segments as it takes. [`replan`]: what is
 //!   left of a motion, from a state that is not the planned one.
-//! * [`Planner::corridor`]: how far motion may be from the plan, as the conditional covariance has
+//! * [`Planner::corridor`]: prediction region (95 %) of the motion around the plan, as the conditional covariance has
 //!   it.
 //!
 //! ```

@@ -216,7 +216,7 @@ impl Planner {
     pub fn corridor(&self, target: &Target) -> Result<Corridor, PlanError> {
         if self.method == Some(Method::Paper) {
             return Err(PlanError::Setting(
-                "the method paper has no corridor: its ridge makes the solution unique and says \
+                "the method paper has no prediction region: its ridge makes the solution unique and says \
                  nothing about how demonstrations vary"
                     .to_owned(),
             ));

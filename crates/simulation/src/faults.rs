@@ -1,6 +1,6 @@
 //! Plants faults of real captures into a simulated take, with a record of each.
 //!
-//! Lengths of stretches are log-uniform, so that short ones are as frequent as long ones:
+//! Lengths of intervals are log-uniform, so that short ones are as frequent as long ones:
 //!
 //! * **swap**: two fingertip labels change places for 50 ms to 2 s. Seven of ten pairs are
 //!   neighbours; of four places drawn the one is taken where the two are nearest. At three of ten ends
@@ -13,14 +13,14 @@
 //!   where the pose places them.
 //! * **spike**: a fingertip is 5 to 50 mm off for one to three samples, in a direction of chance that
 //!   scatters by a tenth from sample to sample. One of five lies beside a gap. Spikes may lie in
-//!   swapped stretches.
+//!   swapped intervals.
 //! * **unlabelled**: for 0.1 to 3 s the samples of a fingertip go to a new marker `Unlabeled <number>`;
 //!   up to three samples are lost at each end.
 //! * **ghost**: an unlabelled marker that is no fingertip, 3 to 15 cm from the middle of the fingers,
 //!   carried by the hand, for 0.1 to 1 s.
 //! * **gaps** of the settings, over everything.
 //!
-//! Swaps and unlabelled stretches of one finger stay 0.1 s apart, and so do flips of a body.
+//! Swaps and unlabelled intervals of one finger stay 0.1 s apart, and so do flips of a body.
 
 mod bodies;
 mod labels;
@@ -47,20 +47,20 @@ const MAX_DRAWS: usize = 1000;
 pub struct FaultSettings {
     /// Gaps of each fingertip marker.
     pub gaps: GapSettings,
-    /// Stretches with two labels exchanged.
+    /// Intervals with two labels exchanged.
     pub swaps_per_minute: f64,
-    /// Stretches in which a body takes a wrong pose.
+    /// Intervals in which a body takes a wrong pose.
     pub flips_per_minute: f64,
     /// Runs of one to three samples off their way.
     pub spikes_per_minute: f64,
-    /// Stretches in which a fingertip has no label.
+    /// Intervals in which a fingertip has no label.
     pub unlabelled_per_minute: f64,
     /// Unlabelled markers that are no fingertip.
     pub ghosts_per_minute: f64,
 }
 
 impl FaultSettings {
-    /// A bad session: 2 % gaps, and a minute 10 swaps, 5 flips, 20 spikes, 3 unlabelled stretches
+    /// A bad session: 2 % gaps, and a minute 10 swaps, 5 flips, 20 spikes, 3 unlabelled intervals
     /// and 2 ghosts.
     pub const fn bad_session() -> Self {
         Self {
@@ -167,7 +167,7 @@ struct Planting<'a> {
     faults: Vec<Fault>,
     /// Index of each fingertip's marker.
     tips: PerFinger<usize>,
-    /// Stretches in which a finger's label is not its own.
+    /// Intervals in which a finger's label is not its own.
     taken: PerFinger<Vec<Range<usize>>>,
     /// Samples that are lost where labels change, by finger.
     lost: PerFinger<Vec<Range<usize>>>,
@@ -213,7 +213,7 @@ impl<'a> Planting<'a> {
         });
     }
 
-    /// A stretch of `len` samples, not at the very ends of the take and `apart` from each of `taken`.
+    /// An interval of `len` samples, not at the very ends of the take and `apart` from each of `taken`.
     fn free_stretch(
         &self,
         len: usize,

@@ -287,7 +287,7 @@ fn corridors_are_the_conditional_covariance() {
     let dictionary = smooth(DictionaryKind::Nmf, 6, 4);
     let paper = Planner::new(&dictionary, Method::Paper, &loose()).unwrap();
     let error = paper.corridor(&target).unwrap_err().to_string();
-    assert!(error.contains("paper has no corridor"), "{error}");
+    assert!(error.contains("paper has no prediction region"), "{error}");
 }
 
 #[test]

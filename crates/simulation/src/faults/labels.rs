@@ -31,7 +31,7 @@ const SPIKE_SCATTER: f64 = 0.1;
 const BESIDE_GAP_CHANCE: f64 = 0.2;
 /// Samples between two spikes of a marker.
 const SPIKES_APART: usize = 6;
-/// Time between stretches in which a finger's label is not its own, seconds.
+/// Time between intervals in which a finger's label is not its own, seconds.
 const APART_S: f64 = 0.1;
 
 impl Planting<'_> {
@@ -281,7 +281,7 @@ impl Planting<'_> {
             })
     }
 
-    /// A stretch in which the labels of these fingers are their own.
+    /// An interval in which the labels of these fingers are their own.
     fn free_of(&self, fingers: &[Finger], len: usize, random: &mut Random) -> Option<Range<usize>> {
         let taken = fingers
             .iter()

@@ -123,13 +123,10 @@ fn segments(motion: &Motion, settings: &CheckSettings) -> SegmentShare {
     });
     // A rate so low that a second has no two samples gives no segment.
     let Ok(cut) = cut else {
-        return SegmentShare {
-            usable: 0,
-            possible: 0,
-        };
+        return SegmentShare::default();
     };
     SegmentShare {
-        usable: cut.starts(&SegmentTable::of(motion)).starts.len(),
+        usable: cut.starts(&SegmentTable::from_motion(motion)).starts.len(),
         possible: cut.without_gaps(motion.len(), None),
     }
 }

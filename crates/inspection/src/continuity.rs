@@ -29,14 +29,14 @@ pub(crate) struct End {
     pub(crate) misfit_m: f64,
 }
 
-/// The end of a stretch at sample `k`, looking back at what was before.
+/// The end of an interval at sample `k`, looking back at what was before.
 pub(crate) fn end_before<F: Frame>(track: &PointTrack<F>, k: usize) -> Option<End> {
     let run = (0..VELOCITY_SAMPLES)
         .map_while(|back| Some((-(back as f64), at(track, k.checked_sub(back)?)?)));
     end(k, run)
 }
 
-/// The start of a stretch at sample `k`, looking at what comes after.
+/// The start of an interval at sample `k`, looking at what comes after.
 pub(crate) fn end_after<F: Frame>(track: &PointTrack<F>, k: usize) -> Option<End> {
     let run = (0..VELOCITY_SAMPLES).map_while(|ahead| Some((ahead as f64, at(track, k + ahead)?)));
     end(k, run)
@@ -103,19 +103,14 @@ impl UsualJumps {
         let stride = total.div_ceil(MAX_MEASURED).max(1);
         let mut floor_m = LEAST_SCALE_M;
         let median_m = MEASURED_STEPS.map(|steps| {
-            let mut jumps: Vec<f64> = tracks
-                .iter()
-                .flat_map(|track| {
-                    (0..track.len().saturating_sub(steps))
-                        .step_by(stride)
-                        .filter_map(move |k| {
-                            let (before, after) =
-                                (end_before(track, k)?, end_after(track, k + steps)?);
-                            Some(jump_m(&before, &after, rate_hz))
-                        })
+            let jumps = tracks.iter().flat_map(|track| {
+                let places = (0..track.len().saturating_sub(steps)).step_by(stride);
+                places.filter_map(move |k| {
+                    let (before, after) = (end_before(track, k)?, end_after(track, k + steps)?);
+                    Some(jump_m(&before, &after, rate_hz))
                 })
-                .collect();
-            floor_m = median(&mut jumps).max(floor_m);
+            });
+            floor_m = median(jumps).max(floor_m);
             floor_m
         });
         Self { rate_hz, median_m }

@@ -20,14 +20,12 @@ pub(crate) struct Geometry {
 }
 
 impl Geometry {
-    pub(crate) fn of(tracks: &PerFinger<&PointTrack<Hand>>) -> Self {
+    pub(crate) fn new(tracks: &PerFinger<&PointTrack<Hand>>) -> Self {
         Self {
             places: PerFinger::from_fn(|finger| {
                 let axis = |axis: usize| {
-                    let mut values: Vec<f64> = (tracks[finger].iter().flatten())
-                        .map(|at| at.coords_m()[axis])
-                        .collect();
-                    median_and_deviation(&mut values)
+                    let places = tracks[finger].values().iter();
+                    median_and_deviation(places.map(|at| at.coords_m()[axis]))
                 };
                 let axes = [axis(0), axis(1), axis(2)];
                 (

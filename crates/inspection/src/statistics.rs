@@ -1,7 +1,8 @@
 //! Robust statistics: a tenth of wrong samples must not move them.
 
-/// A quantile of values that need no order, 0 for none: the value at `share` of the way.
-pub(crate) fn quantile(values: &mut [f64], share: f64) -> f64 {
+/// A quantile of the finite values, 0 for none: the value at `share` of the way.
+pub(crate) fn quantile(values: impl IntoIterator<Item = f64>, share: f64) -> f64 {
+    let mut values: Vec<f64> = values.into_iter().filter(|v| v.is_finite()).collect();
     if values.is_empty() {
         return 0.0;
     }
@@ -10,20 +11,20 @@ pub(crate) fn quantile(values: &mut [f64], share: f64) -> f64 {
     *value
 }
 
-/// The median, 0 for no value.
-pub(crate) fn median(values: &mut [f64]) -> f64 {
+/// The median of the finite values, 0 for none.
+pub(crate) fn median(values: impl IntoIterator<Item = f64>) -> f64 {
     quantile(values, 0.5)
 }
 
 /// Median and the standard deviation that normal values of the same median distance would have.
-pub(crate) fn median_and_deviation(values: &mut [f64]) -> (f64, f64) {
+pub(crate) fn median_and_deviation(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
     /// Of a normal distribution, the standard deviation is this times the median distance.
     const NORMAL: f64 = 1.4826;
-    let middle = median(values);
-    for value in &mut *values {
-        *value = (*value - middle).abs();
-    }
-    (middle, NORMAL * median(values))
+    let middle = median(values.clone());
+    (
+        middle,
+        NORMAL * median(values.map(|value| (value - middle).abs())),
+    )
 }
 
 #[cfg(test)]
@@ -32,11 +33,10 @@ mod tests {
 
     #[test]
     fn outliers_do_not_matter() {
-        let mut values = [3.0, 1.0, 2.0, 1e9, 0.0];
-        assert_eq!(median(&mut values), 2.0);
-        let (middle, deviation) = median_and_deviation(&mut [1.0, 2.0, 3.0, 4.0, 1e9]);
+        assert_eq!(median([3.0, 1.0, 2.0, 1e9, 0.0]), 2.0);
+        let (middle, deviation) = median_and_deviation([1.0, 2.0, 3.0, 4.0, 1e9].into_iter());
         assert_eq!(middle, 3.0);
         assert!((deviation - 1.4826).abs() < 1e-12);
-        assert_eq!(median(&mut []), 0.0);
+        assert_eq!(median([]), 0.0);
     }
 }

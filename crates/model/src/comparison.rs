@@ -1,5 +1,6 @@
 //! Two evaluations side by side.
 
+use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 
 use crate::finger::Finger;
@@ -103,24 +104,11 @@ pub struct ContactChange {
 }
 
 fn without_cluster<S: Serializer>(bootstrap: &Bootstrap, serializer: S) -> Result<S::Ok, S::Error> {
-    #[derive(Serialize)]
-    struct Keys {
-        draws: usize,
-        seed: u64,
-        confidence: f64,
-    }
-    let Bootstrap {
-        draws,
-        seed,
-        confidence,
-        ..
-    } = *bootstrap;
-    let keys = Keys {
-        draws,
-        seed,
-        confidence,
-    };
-    keys.serialize(serializer)
+    let mut keys = serializer.serialize_map(None)?;
+    keys.serialize_entry("draws", &bootstrap.draws)?;
+    keys.serialize_entry("seed", &bootstrap.seed)?;
+    keys.serialize_entry("confidence", &bootstrap.confidence)?;
+    keys.end()
 }
 
 fn before_and_after<S: Serializer>(

@@ -95,7 +95,7 @@ pub fn to_hand_frame(
     })
 }
 
-/// Smooths each coordinate of each stretch without missing samples; the hand itself stays as it is.
+/// Smooths each coordinate of each interval without missing samples; the hand itself stays as it is.
 ///
 /// A sample keeps its status, whatever the filter's window held beside it.
 ///

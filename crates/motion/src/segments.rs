@@ -10,10 +10,10 @@ use crate::error::MotionError;
 use crate::settings::SegmentSettings;
 use crate::table::SegmentTable;
 
-/// Cuts segments of N samples out of every stretch in which all five fingertips are present
+/// Cuts segments of N samples out of every interval in which all five fingertips are present
 /// (measured or filled).
 ///
-/// With a margin of `m = round(margin_s * rate)` samples, segments of a stretch of `L` samples start
+/// With a margin of `m = round(margin_s * rate)` samples, segments of an interval of `L` samples start
 /// at `m, m + stride, ...` while `start + N + m <= L`. The margins are there for the end velocities,
 /// which are taken outside the segment, over `m` samples before its first and after its last, so
 /// that they give away nothing of what lies between:
@@ -27,11 +27,11 @@ use crate::table::SegmentTable;
 /// it is present at the first and at the last sample.
 ///
 /// With [`missing_s`](SegmentSettings::missing_s) above zero, gaps of up to that long do not end a
-/// stretch, and a segment may miss as many samples in all, but not its first or last one, nor those
+/// interval, and a segment may miss as many samples in all, but not its first or last one, nor those
 /// its end velocities are taken from. What is missing is NaN in its column.
 ///
 /// Where a motion says which samples are [`selected`](Motion::selected), segments lie inside those,
-/// all of a segment inside one stretch of them; margins may lie outside.
+/// all of a segment inside one interval of them; margins may lie outside.
 ///
 /// Origins count takes in the order of `motions`. `left_out` counts what the takes would have given
 /// without gaps, less what they give. Cost: one copy of 15 N numbers a segment, and with the object
@@ -48,7 +48,7 @@ pub fn cut_segments(
     check_rates(motions, settings)?;
     let cut = Cut::new(settings)?;
     let tables: Vec<SegmentTable> = (motions.par_iter())
-        .map(|motion| SegmentTable::of(motion))
+        .map(|motion| SegmentTable::from_motion(motion))
         .collect();
 
     let mut origins = Vec::new();
@@ -167,18 +167,18 @@ impl Cut {
 
     /// Where segments of a take start.
     pub fn starts(&self, table: &SegmentTable) -> Starts {
-        let stretches = self.stretches(table);
+        let intervals = self.intervals(table);
         let mut starts = Vec::new();
         for usable in self.usable(table.len(), table.selected()) {
-            for stretch in &stretches {
-                let stretch = stretch.start.max(usable.start)..stretch.end.min(usable.end);
+            for interval in &intervals {
+                let interval = interval.start.max(usable.start)..interval.end.min(usable.end);
                 starts.extend(
-                    self.within(&stretch)
+                    self.within(&interval)
                         .filter(|&start| self.can_teach(table, start)),
                 );
             }
         }
-        // A stretch starts its own grid, so with a stride beyond a segment's length a gap can even
+        // An interval starts its own grid, so with a stride beyond a segment's length a gap can even
         // make room for more.
         let whole = self.without_gaps(table.len(), table.selected());
         Starts {
@@ -227,24 +227,24 @@ impl Cut {
     }
 
     /// Stretches between gaps that are too long to be bridged.
-    fn stretches(&self, table: &SegmentTable) -> Vec<Range<usize>> {
+    fn intervals(&self, table: &SegmentTable) -> Vec<Range<usize>> {
         let runs = runs(0..table.len(), |k| table.is_present(k));
-        let mut stretches: Vec<Range<usize>> = Vec::new();
+        let mut intervals: Vec<Range<usize>> = Vec::new();
         for run in runs {
-            match stretches.last_mut() {
+            match intervals.last_mut() {
                 Some(last) if run.start - last.end <= self.missing => last.end = run.end,
-                _ => stretches.push(run),
+                _ => intervals.push(run),
             }
         }
-        stretches
+        intervals
     }
 
-    /// Starts of the segments within a stretch, as samples of the take.
-    fn within(&self, stretch: &Range<usize>) -> impl Iterator<Item = usize> + use<> {
-        let first = stretch.start.saturating_add(self.margin);
+    /// Starts of the segments within an interval, as samples of the take.
+    fn within(&self, interval: &Range<usize>) -> impl Iterator<Item = usize> + use<> {
+        let first = interval.start.saturating_add(self.margin);
         let needed = self.layout.samples.saturating_add(self.margin);
         // One past the last possible start; where nothing fits, no more than the first.
-        let end = (stretch.end + 1).saturating_sub(needed).max(first);
+        let end = (interval.end + 1).saturating_sub(needed).max(first);
         (first..end).step_by(self.stride)
     }
 

@@ -31,7 +31,7 @@ pub enum GapFill {
     None,
 }
 
-/// A filter without delay, applied to each coordinate of each stretch of present samples.
+/// A filter without delay, applied to each coordinate of each interval of present samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Filter {
     /// The samples as they are.
@@ -67,7 +67,7 @@ pub struct SegmentSettings {
     pub layout: SegmentLayout,
     /// Samples from the start of one segment to the start of the next, 1 or more.
     pub stride: usize,
-    /// Time kept free at both ends of every stretch, over which end velocities are taken, seconds
+    /// Time kept free at both ends of every interval, over which end velocities are taken, seconds
     /// (0.04 in the method); rounded to whole samples, one at least.
     pub margin_s: f64,
     /// How much of a segment may be missing between its ends, seconds; 0 leaves out every segment

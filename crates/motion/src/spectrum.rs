@@ -16,7 +16,7 @@ const TOGETHER: usize = 64;
 ///
 /// Each window loses its mean, is weighted by the periodic Hann window, and gives its squared transform;
 /// the density is the mean over windows, one-sided, so that its sum times the width of a bin is the
-/// variance of the signal. Windows of all signals and stretches count the same.
+/// variance of the signal. Windows of all signals and intervals count the same.
 ///
 /// ```
 /// use inhand_motion::Welch;
@@ -87,16 +87,16 @@ impl Welch {
         })
     }
 
-    /// Adds every window of a stretch without gaps, half a window apart; a shorter stretch gives none.
-    pub fn add(&mut self, stretch: &[f64]) {
+    /// Adds every window of an interval without gaps, half a window apart; a shorter interval gives none.
+    pub fn add(&mut self, interval: &[f64]) {
         let window = self.hann.len();
         let step = window.div_ceil(2);
-        let mut starts = (0..(stretch.len() + 1).saturating_sub(window)).step_by(step);
+        let mut starts = (0..(interval.len() + 1).saturating_sub(window)).step_by(step);
         loop {
             let columns: Vec<f64> = starts
                 .by_ref()
                 .take(TOGETHER)
-                .flat_map(|start| without_mean(&stretch[start..start + window]))
+                .flat_map(|start| without_mean(&interval[start..start + window]))
                 .collect();
             if columns.is_empty() {
                 break;
@@ -105,15 +105,15 @@ impl Welch {
         }
     }
 
-    /// Adds the three coordinates of every stretch of a track without missing samples.
+    /// Adds the three coordinates of every interval of a track without missing samples.
     pub fn add_points<F: Frame>(&mut self, track: &PointTrack<F>) {
         for run in track.present() {
             for axis in 0..3 {
-                let stretch: Vec<f64> = track.values()[run.clone()]
+                let interval: Vec<f64> = track.values()[run.clone()]
                     .iter()
                     .map(|position| position.to_array()[axis])
                     .collect();
-                self.add(&stretch);
+                self.add(&interval);
             }
         }
     }

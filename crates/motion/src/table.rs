@@ -23,7 +23,7 @@ pub struct SegmentTable {
 
 impl SegmentTable {
     /// The table of a motion.
-    pub fn of(motion: &Motion) -> Self {
+    pub fn from_motion(motion: &Motion) -> Self {
         let fingertips_m = (0..motion.len())
             .map(|k| {
                 let mut configuration = [f64::NAN; SEGMENT_COORDINATES];

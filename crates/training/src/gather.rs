@@ -143,7 +143,7 @@ fn gather_one(
     take: &Take,
     motion: &Motion,
 ) -> Result<Gathered, SessionError> {
-    let table = SegmentTable::of(motion);
+    let table = SegmentTable::from_motion(motion);
     write_table(&table_path(root, number), number, &table)?;
     let object = motion.object.as_ref();
     Ok(Gathered {

@@ -87,7 +87,7 @@ pub(crate) fn bodies(subject: &Subject<'_>) -> Vec<CheckResult> {
 /// The error that the capture software states for the body's fit.
 fn marker_error(subject: &Subject<'_>, body: &TrackedBody) -> Option<CheckResult> {
     let errors_m = body.marker_error_m.as_ref()?;
-    let errors = Sorted::of(errors_m.iter().copied());
+    let errors = Sorted::new(errors_m.iter().copied());
     if errors.len() == 0 {
         return None;
     }
@@ -136,7 +136,7 @@ fn rigidity(
         pairs.extend(
             markers[i + 1..]
                 .iter()
-                .filter_map(|b| Pair::of(recording.len(), a, b)),
+                .filter_map(|b| Pair::new(recording.len(), a, b)),
         );
     }
     let worst = pairs.iter().max_by(|a, b| a.p95_m.total_cmp(&b.p95_m))?;
@@ -145,7 +145,7 @@ fn rigidity(
         .max_by(|a, b| a.drift_m.total_cmp(&b.drift_m))?;
     let largest_m = pairs.iter().map(|pair| pair.median_m).fold(0.0, f64::max);
     let n = pairs.iter().map(|pair| pair.n).sum();
-    let spread = Sorted::of(pairs.iter().map(|pair| pair.p95_m)).median();
+    let spread = Sorted::new(pairs.iter().map(|pair| pair.p95_m)).median();
     let base = |level| {
         CheckResult::new("rigidity", level, name)
             .expected("distances among the markers of a body that stay the same")
@@ -203,7 +203,7 @@ struct Pair {
     blocks: Vec<Block>,
 }
 
-/// A tenth of a take.
+/// Distances over a tenth of a take.
 struct Block {
     /// Its middle sample.
     middle: usize,
@@ -213,43 +213,41 @@ struct Block {
 }
 
 impl Block {
-    fn of(distances: &[(usize, f64)]) -> Self {
-        let median_m = Sorted::of(distances.iter().map(|&(_, d)| d)).median();
+    fn new(distances: &[(usize, f64)]) -> Self {
+        let median_m = Sorted::new(distances.iter().map(|&(_, d)| d)).median();
         let off = distances.iter().map(|&(_, d)| (d - median_m).abs());
         Self {
             middle: distances[distances.len() / 2].0,
             median_m,
-            p95_m: Sorted::of(off).quantile(0.95),
+            p95_m: Sorted::new(off).quantile(0.95),
         }
     }
 }
 
 impl Pair {
-    fn of(samples: usize, a: &Marker, b: &Marker) -> Option<Self> {
+    fn new(samples: usize, a: &Marker, b: &Marker) -> Option<Self> {
         let distances: Vec<(usize, f64)> = (0..samples)
             .filter_map(|k| Some((k, a.track.get(k)?.distance_m(b.track.get(k)?))))
             .collect();
-        let sorted = Sorted::of(distances.iter().map(|&(_, d)| d));
-        let median_m = sorted.median();
-        if !median_m.is_finite() {
+        if distances.is_empty() {
             return None;
         }
-        let off = Sorted::of(distances.iter().map(|&(_, d)| (d - median_m).abs()));
+        let whole = Block::new(&distances);
         let per_block = distances.len().div_ceil(BLOCKS).max(1);
         // A median of a few samples is noise.
-        let blocks = (distances.chunks(per_block))
+        let blocks: Vec<_> = (distances.chunks(per_block))
             .filter(|block| 2 * block.len() >= per_block && block.len() >= 5)
-            .map(Block::of);
-        let blocks: Vec<_> = blocks.collect();
+            .map(Block::new)
+            .collect();
         let medians = || blocks.iter().map(|block| block.median_m);
         let low = medians().fold(f64::INFINITY, f64::min);
         let high = medians().fold(f64::NEG_INFINITY, f64::max);
-        let noise_m = Sorted::of(blocks.iter().map(|block| block.p95_m)).median();
+        let noise_m = Sorted::new(blocks.iter().map(|block| block.p95_m)).median();
         Some(Self {
             names: format!("{} - {}", a.name, b.name),
-            n: sorted.len(),
-            median_m,
-            p95_m: off.quantile(0.95),
+            n: distances.len(),
+            median_m: whole.median_m,
+            p95_m: whole.p95_m,
             drift_m: if blocks.len() > 1 { high - low } else { 0.0 },
             noise_m,
             blocks,

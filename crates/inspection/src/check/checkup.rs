@@ -42,7 +42,7 @@ pub struct Place {
 
 impl Place {
     /// The place of some samples; an empty range is the sample it starts at.
-    pub fn of(clock: &Clock, samples: &Range<usize>) -> Self {
+    pub fn new(clock: &Clock, samples: &Range<usize>) -> Self {
         let last = samples.end.saturating_sub(1).max(samples.start);
         Self {
             from_s: clock.time_s(samples.start),
@@ -122,13 +122,13 @@ impl CheckResult {
 
     pub(crate) fn at(mut self, clock: &Clock, ranges: &[Range<usize>]) -> Self {
         let places = ranges.iter().take(MAX_PLACES);
-        self.places = places.map(|range| Place::of(clock, range)).collect();
+        self.places = places.map(|range| Place::new(clock, range)).collect();
         self
     }
 }
 
 /// How much of a take can be learned from or judged on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SegmentShare {
     /// Segments without a gap.
     pub usable: usize,
@@ -160,7 +160,7 @@ pub struct Checkup {
     pub rate_hz: f64,
     /// From the first sample to the end of the last, seconds.
     pub duration_s: f64,
-    /// Segments; `None` where hand and fingers cannot be told.
+    /// Segments; `None` where hand and fingers are not known.
     pub segments: Option<SegmentShare>,
     /// Results, worst first.
     pub results: Vec<CheckResult>,

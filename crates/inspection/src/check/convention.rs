@@ -134,7 +134,7 @@ impl Seen {
             })
             .collect();
         let radii = offsets.iter().flatten().flatten().map(Vector3::norm);
-        let radius_m = Sorted::of(radii).median();
+        let radius_m = Sorted::new(radii).median();
         let rotations: Vec<_> = poses.iter().map(|(_, pose)| pose.rotation).collect();
         let turn_rad = (rotations.iter())
             .map(|rotation| rotation.angle_to(&rotations[0]))
@@ -167,11 +167,11 @@ impl Seen {
                 .filter_map(|(offset, turn)| Some(turn * (*offset)?))
                 .collect();
             let middle = Vector3::from_fn(|axis, _| {
-                Sorted::of(places.iter().map(|place| place[axis])).median()
+                Sorted::new(places.iter().map(|place| place[axis])).median()
             });
             distances.extend(places.iter().map(|place| (place - middle).norm()));
         }
-        Sorted::of(distances).quantile(0.9)
+        Sorted::new(distances).quantile(0.9)
     }
 }
 

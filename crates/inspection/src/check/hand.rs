@@ -55,8 +55,8 @@ pub(crate) fn hand_size(
                 .number("samples", n as f64, motion.len()),
         ];
     }
-    let reach_m = Sorted::of(reach).median();
-    let spread_m = Sorted::of(spread).median();
+    let reach_m = Sorted::new(reach).median();
+    let spread_m = Sorted::new(spread).median();
     let stated = recording.source.length_unit;
     let [least, most] = settings.hand_reach_m;
     let base = |level| {
@@ -132,11 +132,11 @@ const fn symbol(unit: LengthUnit) -> &'static str {
 /// the middle of the take and how many samples it rests on. In a wrong unit all of them are.
 fn misplaced(motion: &Motion, settings: &CheckSettings) -> Vec<(Finger, f64, usize)> {
     let distances = motion.fingertips.iter().map(|(finger, track)| {
-        let distances = Sorted::of(track.iter().flatten().map(|tip| tip.coords_m().norm()));
+        let distances = Sorted::new(track.iter().flatten().map(|tip| tip.coords_m().norm()));
         (finger, distances.median(), distances.len())
     });
     let mut fingers: Vec<_> = distances.collect();
-    let typical_m = Sorted::of(fingers.iter().map(|&(_, median, _)| median)).median();
+    let typical_m = Sorted::new(fingers.iter().map(|&(_, median, _)| median)).median();
     let limit_m = settings.hand_reach_m[1].max(FAR * typical_m);
     fingers.retain(|&(_, median, _)| median > limit_m);
     fingers
@@ -165,7 +165,7 @@ pub(crate) fn volume(recording: &Recording) -> Option<CheckResult> {
     let places = markers.chain(bodies).map(|place| place.coords_m().amax());
     // Far off by a unit is far off at every sample: some are enough.
     let all = recording.len() * (recording.markers.len() + recording.bodies.len());
-    let coordinates = Sorted::of(places.step_by(all / 100_000 + 1));
+    let coordinates = Sorted::new(places.step_by(all / 100_000 + 1));
     let middle_m = coordinates.median();
     if middle_m.is_nan() || middle_m <= VOLUME_M {
         return None;

@@ -7,7 +7,7 @@ use inhand_statistics::quantiles::quantile;
 pub(crate) struct Sorted(Vec<f64>);
 
 impl Sorted {
-    pub(crate) fn of(values: impl IntoIterator<Item = f64>) -> Self {
+    pub(crate) fn new(values: impl IntoIterator<Item = f64>) -> Self {
         let mut values: Vec<_> = values.into_iter().filter(|v| v.is_finite()).collect();
         values.sort_by(f64::total_cmp);
         Self(values)

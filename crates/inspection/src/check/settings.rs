@@ -7,7 +7,7 @@ use inhand_motion::{GapFill, ProcessSettings};
 pub struct CheckSettings {
     /// How the take would be processed: its longest gap filled says which gaps stay open.
     pub process: ProcessSettings,
-    /// Time kept free at both ends of a stretch when it is cut, seconds.
+    /// Time kept free at both ends of an interval when it is cut, seconds.
     pub margin_s: f64,
     /// How much of a segment may be missing, seconds.
     pub missing_s: f64,

@@ -8,7 +8,7 @@
 //! * **Down**: motion faster than the new rate can show would come back as slower motion that never was.
 //!   So each new sample is the mean of the samples about it, weighted by a low-pass filter: a sinc
 //!   under a Hann window that reaches over eight new samples, with its 6 dB point at 0.8 of the highest
-//!   frequency that the new rate can show. At the ends of a stretch the samples are mirrored through its last one, so that a
+//!   frequency that the new rate can show. At the ends of an interval the samples are mirrored through its last one, so that a
 //!   steady motion goes on steadily. Rotations take the same mean of their rotation vectors about the
 //!   nearest sample.
 //!
@@ -88,9 +88,9 @@ struct Grid {
     step: f64,
 }
 
-/// An instant between samples of a stretch without gap.
+/// An instant between samples of an interval without gap.
 struct Instant {
-    /// The stretch.
+    /// The interval.
     first: usize,
     last: usize,
     /// The sample at the instant or before it, and the part of the way to the next.
@@ -100,7 +100,7 @@ struct Instant {
 }
 
 impl Grid {
-    /// Calls `value` at every instant that lies in a stretch.
+    /// Calls `value` at every instant that lies in an interval.
     fn track<T: Sample>(&self, track: &Track<T>, value: impl Fn(&Instant) -> T) -> Track<T> {
         let mut gaps = track.gaps().into_iter().peekable();
         let mut first = 0;
@@ -230,7 +230,7 @@ impl Grid {
     }
 }
 
-/// The cubic through the four samples about the instant; the parabola or line where the stretch ends.
+/// The cubic through the four samples about the instant; the parabola or line where the interval ends.
 fn cubic(instant: &Instant, at: impl Fn(usize) -> Vector3<f64>) -> Vector3<f64> {
     if instant.part == 0.0 {
         return at(instant.before);

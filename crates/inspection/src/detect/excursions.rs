@@ -26,10 +26,10 @@ impl Visits<'_> {
     pub(super) fn find(&self, labels: &[PointTrack<Hand>], breaks: &[Vec<usize>]) -> Vec<Swap> {
         let mut found: Vec<Swap> = Vec::new();
         for (visitor, track) in labels.iter().enumerate() {
-            for stretch in pieces(track, &breaks[visitor], self.longest) {
+            for interval in pieces(track, &breaks[visitor], self.longest) {
                 let best = (0..labels.len())
                     .filter(|&other| other != visitor)
-                    .filter_map(|other| Some((self.gain(track, &labels[other], &stretch)?, other)))
+                    .filter_map(|other| Some((self.gain(track, &labels[other], &interval)?, other)))
                     .max_by(|(a, _), (b, _)| a.total_cmp(b));
                 let Some((score, other)) = best.filter(|(gain, _)| *gain > 0.0) else {
                     continue;
@@ -37,7 +37,7 @@ impl Visits<'_> {
                 let pair = [visitor.min(other), visitor.max(other)];
                 found.push(Swap {
                     fingers: pair.map(|finger| Finger::ALL[finger]).to_vec(),
-                    samples: stretch,
+                    samples: interval,
                     score,
                 });
             }
@@ -45,26 +45,28 @@ impl Visits<'_> {
         found
     }
 
-    /// By how many nats the take is likelier if the visitor's stretch is the other finger's; `None` where
+    /// By how many nats the take is likelier if the visitor's interval is the other finger's; `None` where
     /// the other label is there itself, or either is not seen on both sides.
     fn gain(
         &self,
         visitor: &PointTrack<Hand>,
         other: &PointTrack<Hand>,
-        stretch: &Range<usize>,
+        interval: &Range<usize>,
     ) -> Option<f64> {
-        if stretch.clone().any(|k| other.get(k).is_some()) {
+        if interval.clone().any(|k| other.get(k).is_some()) {
             return None;
         }
         let sides = |track: &PointTrack<Hand>| {
-            let before = (0..stretch.start).rev().find(|&k| track.get(k).is_some())?;
-            let after = (stretch.end..track.len()).find(|&k| track.get(k).is_some())?;
+            let before = (0..interval.start)
+                .rev()
+                .find(|&k| track.get(k).is_some())?;
+            let after = (interval.end..track.len()).find(|&k| track.get(k).is_some())?;
             Some((end_before(track, before)?, end_after(track, after)?))
         };
         let (own_before, own_after) = sides(visitor)?;
         let (other_before, other_after) = sides(other)?;
-        let first = end_after(visitor, stretch.start)?;
-        let last = end_before(visitor, stretch.end - 1)?;
+        let first = end_after(visitor, interval.start)?;
+        let last = end_before(visitor, interval.end - 1)?;
         let cost = |before, after| self.usual.cost(before, after);
         let kept =
             cost(&own_before, &first) + cost(&last, &own_after) + cost(&other_before, &other_after);
@@ -86,7 +88,7 @@ fn pieces(track: &PointTrack<Hand>, breaks: &[usize], longest: usize) -> Vec<Ran
     (bounds.windows(2))
         .filter(|pair| pair[0].1 || pair[1].1)
         .map(|pair| pair[0].0..pair[1].0)
-        .filter(|stretch| !stretch.is_empty() && stretch.len() <= longest)
-        .filter(|stretch| track.get(stretch.start).is_some())
+        .filter(|interval| !interval.is_empty() && interval.len() <= longest)
+        .filter(|interval| track.get(interval.start).is_some())
         .collect()
 }

@@ -13,7 +13,7 @@ use crate::statistics::{median, quantile};
 use crate::suspect::{FlipRepair, Suspect, SuspectKind};
 
 /// Turns below this between two samples are never called jumps, radians (25 degrees). Wrong solutions
-/// of bodies that can be told apart at all are larger.
+/// of bodies that can be distinguished at all are larger.
 const LEAST_JUMP_RAD: f64 = 0.436;
 /// Nor are turns slower than this, radians a second (2500 degrees): a wrist reaches about 1500, and a
 /// thing in its fingers little more.
@@ -31,7 +31,7 @@ const MATCH_RAD: f64 = 0.35;
 /// Longest time that a wrong solution lasts, seconds; what jumps and stays is another body, or the
 /// jump itself was wrong.
 const LONGEST_S: f64 = 10.0;
-/// Longest stretch that is taken away for a jump alone, seconds.
+/// Longest interval that is removed for a jump alone, seconds.
 const SHORT_S: f64 = 1.0;
 /// A marker error of this many times the take's median says that a pose is wrong.
 const WRONG_ERROR_RATIO: f64 = 2.0;
@@ -191,13 +191,12 @@ fn jumps_of(body: &TrackedBody, rate_hz: f64) -> Vec<Jump> {
         let pose = |k: usize| body.track.values()[k].isometry();
         pose(from).rotation.angle_to(&pose(to).rotation)
     };
-    let mut turns: Vec<f64> = (present.windows(2))
+    let turns = (present.windows(2))
         .filter(|pair| pair[1] == pair[0] + 1)
-        .map(|pair| turn_of(pair[0], pair[1]))
-        .collect();
+        .map(|pair| turn_of(pair[0], pair[1]));
     let least_rad = least_turn_rad(rate_hz);
     // A body that is wrong at every other sample must not hide its own jumps.
-    let fast_rad = quantile(&mut turns, 0.99).min(least_rad);
+    let fast_rad = quantile(turns, 0.99).min(least_rad);
     let base_rad = least_rad.max(TIMES_FAST * fast_rad);
     let unseen_rad = (UNSEEN_RAD_S / rate_hz).max(TIMES_FAST * fast_rad);
     (present.windows(2))
@@ -276,12 +275,10 @@ fn way_back(jumps: &[Jump], longest: usize) -> Option<Vec<Isometry3<f64>>> {
 
 fn error_ratio(body: &TrackedBody, samples: &Range<usize>) -> Option<f64> {
     let errors = body.marker_error_m.as_ref()?;
-    let mut usual: Vec<f64> = errors.iter().copied().filter(|e| e.is_finite()).collect();
-    let mut here: Vec<f64> = (errors[samples.clone()].iter().copied())
-        .filter(|e| e.is_finite())
-        .collect();
-    let usual_m = median(&mut usual);
-    (usual_m > 0.0 && !here.is_empty()).then(|| median(&mut here) / usual_m)
+    let usual_m = median(errors.iter().copied());
+    let here = &errors[samples.clone()];
+    let known = usual_m > 0.0 && here.iter().any(|error| error.is_finite());
+    known.then(|| median(here.iter().copied()) / usual_m)
 }
 
 /// The poses of a body with its flips undone, or missing where that is not possible.

@@ -1,8 +1,8 @@
 //! Samples that are off their way and come back to it.
 //!
 //! A run of one to three samples is a spike where the curve through the samples on both sides passes
-//! all of them by far while it goes through its own samples closely. Fast motion is told from a
-//! spike by that: a fingertip in motion bends the curve on both sides too. Labels that change places
+//! all of them by far while it goes through its own samples closely. Fast motion is distinguished
+//! from a spike by that: a fingertip in motion bends the curve on both sides too. Labels that change places
 //! do not come back within three samples.
 //!
 //! Beside a gap there is one side only. There a run is a spike where it breaks away from the line of
@@ -84,7 +84,7 @@ pub(crate) struct Run {
 
 /// Spikes of one track, in order, none overlapping another; those beside gaps only if wanted.
 pub(crate) fn spikes_in(track: &PointTrack<World>, beside_gaps: bool) -> Vec<Run> {
-    let usual = Usual::of(track);
+    let usual = Usual::new(track);
     let mut runs = all_between(track, 2, &usual);
     if beside_gaps {
         // A line through a spike would be none: those found before are set aside each time. Where a
@@ -152,7 +152,7 @@ struct Usual {
 }
 
 impl Usual {
-    fn of(track: &PointTrack<World>) -> Self {
+    fn new(track: &PointTrack<World>) -> Self {
         let at = |k: usize| track.get(k).map(Position::coords_m);
         let off_m = (0..track.len()).map(|k| {
             let here = at(k);
@@ -180,10 +180,7 @@ impl Usual {
     fn about(&self, samples: &Range<usize>) -> f64 {
         let from = samples.start.saturating_sub(ABOUT);
         let to = (samples.end + ABOUT).min(self.off_m.len());
-        let mut near: Vec<f64> = (self.off_m[from..to].iter().copied())
-            .filter(|off| off.is_finite())
-            .collect();
-        median(&mut near)
+        median(self.off_m[from..to].iter().copied())
     }
 }
 

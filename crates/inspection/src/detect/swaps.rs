@@ -122,7 +122,7 @@ impl<'a> Search<'a> {
         let tracks: Vec<_> = labels.iter().collect();
         let usual = UsualJumps::measured(&tracks, rate_hz);
         let events = events(labels, &usual);
-        let places = Geometry::of(&PerFinger::from_fn(|finger| &labels[finger.index()]));
+        let places = Geometry::new(&PerFinger::from_fn(|finger| &labels[finger.index()]));
         let geometry = summed(labels, &places, &events, rate_hz);
         let orders = orders();
         let exchanged = (orders.iter())
@@ -158,7 +158,7 @@ impl<'a> Search<'a> {
             let samples = bounds[i]..bounds[i + 1];
             for cycle in cycles(&self.orders[state]) {
                 let score = gains[i];
-                // The same cycle a stretch before goes on.
+                // The same cycle an interval before goes on.
                 match (swaps.iter_mut())
                     .find(|s| s.samples.end == samples.start && s.fingers == cycle)
                 {
@@ -218,7 +218,7 @@ impl<'a> Search<'a> {
         found
     }
 
-    /// The likeliest order before, between and after the events, and by how much each stretch is likelier
+    /// The likeliest order before, between and after the events, and by how much each interval is likelier
     /// than as labelled: its geometry, and the changes at its start.
     fn likeliest(&self) -> (Vec<usize>, Vec<f64>) {
         let count = self.orders.len();
@@ -277,10 +277,10 @@ impl<'a> Search<'a> {
             } else {
                 path[i] = self.exchanged[state][usize::from(pair)];
                 let gain = -changes[i][usize::from(pair)];
-                // A change belongs to the stretches that it opens and closes.
-                for stretch in [i, i + 1] {
-                    if path[stretch] != 0 {
-                        gains[stretch] += gain;
+                // A change belongs to the intervals that it opens and closes.
+                for interval in [i, i + 1] {
+                    if path[interval] != 0 {
+                        gains[interval] += gain;
                     }
                 }
             }
@@ -293,7 +293,7 @@ impl<'a> Search<'a> {
         (path, gains)
     }
 
-    /// What the places of the labels cost in stretch `i` (before event `i`) if they are on these fingers.
+    /// What the places of the labels cost in interval `i` (before event `i`) if they are on these fingers.
     fn place_cost(&self, state: usize, i: usize) -> f64 {
         let order = &self.orders[state];
         (0..Finger::COUNT)

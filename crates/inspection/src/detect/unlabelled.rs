@@ -56,7 +56,7 @@ pub(crate) fn unlabelled_of_clean_tips(
     let rate_hz = recording.clock.rate_hz();
     let search = Search {
         usual: UsualJumps::measured(&fingers.as_array().each_ref(), rate_hz),
-        places: Geometry::of(&fingers.each_ref()),
+        places: Geometry::new(&fingers.each_ref()),
         rate_hz,
     };
     let mut found = Vec::new();
@@ -130,10 +130,10 @@ impl Search {
         if samples.clone().any(|k| finger_track.get(k).is_some()) {
             return None;
         }
-        let mut places: Vec<f64> = (samples.clone().filter_map(|k| piece.get(k)))
-            .map(|at| self.places.deviations(finger, at))
-            .collect();
-        if places.is_empty() || median(&mut places) > FARTHEST_DEVIATIONS {
+        // A piece has samples; the hand may be missing at all of them.
+        let places = samples.clone().filter_map(|k| piece.get(k));
+        let deviations = places.map(|at| self.places.deviations(finger, at));
+        if median(deviations) > FARTHEST_DEVIATIONS {
             return None;
         }
         let near = (NEAR_S * self.rate_hz).round() as usize;

@@ -4,10 +4,10 @@ use std::f64::consts::{PI, SQRT_2};
 
 use crate::error::MotionError;
 
-/// Beyond this order the sections' resonances amplify the ends of a stretch more than they filter.
+/// Beyond this order the sections' resonances amplify the ends of an interval more than they filter.
 const MAX_ORDER: usize = 10;
 
-/// Samples by which a stretch is extended on either side, for each coefficient of the filter:
+/// Samples by which an interval is extended on either side, for each coefficient of the filter:
 /// SciPy's default for `sosfiltfilt`.
 const EXTENSION_PER_COEFFICIENT: usize = 3;
 
@@ -20,7 +20,7 @@ const EXTENSION_PER_COEFFICIENT: usize = 3;
 /// for `w_c = w / (sqrt(2) - 1)^(1 / 2n)` (Winter, *Biomechanics and motor control of human
 /// movement*, section on digital filtering, has this factor as 0.802 for n = 2).
 ///
-/// Edge rule: a stretch is extended at both ends by its point reflection in its end sample, over
+/// Edge rule: an interval is extended at both ends by its point reflection in its end sample, over
 /// three samples a coefficient (as far as it has them), and each pass starts in the steady state of
 /// its first value (SciPy's `sosfiltfilt`).
 #[derive(Clone, Debug, PartialEq)]
@@ -84,16 +84,19 @@ impl Butterworth {
         Ok(Self { order, sections })
     }
 
-    /// Filters a stretch of numbers.
-    pub fn apply(&self, stretch: &[f64]) -> Vec<f64> {
-        let len = stretch.len();
-        let (Some(&first), Some(&last)) = (stretch.first(), stretch.last()) else {
+    /// Filters an interval of numbers.
+    pub fn apply(&self, interval: &[f64]) -> Vec<f64> {
+        let len = interval.len();
+        let (Some(&first), Some(&last)) = (interval.first(), interval.last()) else {
             return Vec::new();
         };
         let extension = (EXTENSION_PER_COEFFICIENT * (self.order + 1)).min(len - 1);
-        let before = (1..=extension).rev().map(|k| 2.0 * first - stretch[k]);
-        let after = (1..=extension).map(|k| 2.0 * last - stretch[len - 1 - k]);
-        let mut extended: Vec<f64> = before.chain(stretch.iter().copied()).chain(after).collect();
+        let before = (1..=extension).rev().map(|k| 2.0 * first - interval[k]);
+        let after = (1..=extension).map(|k| 2.0 * last - interval[len - 1 - k]);
+        let mut extended: Vec<f64> = before
+            .chain(interval.iter().copied())
+            .chain(after)
+            .collect();
         self.pass(&mut extended);
         extended.reverse();
         self.pass(&mut extended);
@@ -126,7 +129,7 @@ impl Butterworth {
 mod tests {
     use super::*;
 
-    /// Gain over both passes, measured on a sine in the middle of a long stretch.
+    /// Gain over both passes, measured on a sine in the middle of a long interval.
     fn gain(filter: &Butterworth, frequency_hz: f64, rate_hz: f64) -> f64 {
         let sine: Vec<f64> = (0..4001)
             .map(|k| (2.0 * PI * frequency_hz * (f64::from(k) - 2000.0) / rate_hz).cos())
@@ -173,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn short_stretches_stay_as_long() {
+    fn short_intervals_stay_as_long() {
         let filter = Butterworth::new(6.0, 4, 100.0).unwrap();
         assert!(filter.apply(&[]).is_empty());
         assert!((filter.apply(&[2.0])[0] - 2.0).abs() < 1e-12);

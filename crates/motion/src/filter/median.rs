@@ -8,7 +8,7 @@ const COUNTING_LIMIT: usize = 128;
 /// The sliding median of `window` samples.
 ///
 /// The window of sample `k` is centred for odd sizes, `k - (n - 1) / 2 ..= k + (n - 1) / 2`, and
-/// `k - n / 2 ..= k + n / 2 - 1` for even ones. Edge rule: at the ends of a stretch the window is
+/// `k - n / 2 ..= k + n / 2 - 1` for even ones. Edge rule: at the ends of an interval the window is
 /// truncated. The median of an even number of values is the mean of the two middle ones. That is
 /// MATLAB's `medfilt1(x, n, 'truncate')`.
 ///
@@ -42,12 +42,12 @@ impl Median {
         Ok(Self { window })
     }
 
-    /// Filters a stretch of numbers. Cost: a binary search or count and a move of less than the
+    /// Filters an interval of numbers. Cost: a binary search or count and a move of less than the
     /// window for each sample (the window is kept sorted). A NaN, which no track holds, makes the
     /// values around it meaningless.
-    pub fn apply(&self, stretch: &[f64]) -> Vec<f64> {
+    pub fn apply(&self, interval: &[f64]) -> Vec<f64> {
         let (behind, ahead) = (self.window / 2, self.window.div_ceil(2));
-        let len = stretch.len();
+        let len = interval.len();
         let mut sorted = Vec::with_capacity(self.window.min(len));
         let (mut start, mut end) = (0, 0);
         (0..len)
@@ -55,14 +55,14 @@ impl Median {
                 let wanted_start = k.saturating_sub(behind);
                 let wanted_end = k.saturating_add(ahead).min(len);
                 if end - start == self.window && wanted_end == end + 1 {
-                    replace(&mut sorted, stretch[start], stretch[end]);
+                    replace(&mut sorted, interval[start], interval[end]);
                     (start, end) = (start + 1, end + 1);
                 }
-                for &value in &stretch[end..wanted_end] {
+                for &value in &interval[end..wanted_end] {
                     let place = rank(&sorted, value);
                     sorted.insert(place, value);
                 }
-                for &value in &stretch[start..wanted_start] {
+                for &value in &interval[start..wanted_start] {
                     let place = rank(&sorted, value);
                     sorted.remove(place);
                 }
@@ -112,8 +112,8 @@ mod tests {
     use proptest::prelude::*;
 
     /// The definition, word for word.
-    fn by_definition(stretch: &[f64], n: usize) -> Vec<f64> {
-        let last = stretch.len() as isize - 1;
+    fn by_definition(interval: &[f64], n: usize) -> Vec<f64> {
+        let last = interval.len() as isize - 1;
         let n = n as isize;
         (0..=last)
             .map(|k| {
@@ -122,7 +122,7 @@ mod tests {
                 } else {
                     (k - (n - 1) / 2, k + (n - 1) / 2)
                 };
-                let mut window = stretch[from.max(0) as usize..=to.min(last) as usize].to_vec();
+                let mut window = interval[from.max(0) as usize..=to.min(last) as usize].to_vec();
                 window.sort_by(f64::total_cmp);
                 let half = window.len() / 2;
                 if window.len() % 2 == 1 {
@@ -140,37 +140,37 @@ mod tests {
         /// Few different values, so that ties and signed zeros are the rule.
         #[test]
         fn is_the_definition(
-            stretch in prop::collection::vec(prop_oneof![(-3..3).prop_map(f64::from), -1.0..1.0, Just(-0.0)], 0..300),
+            interval in prop::collection::vec(prop_oneof![(-3..3).prop_map(f64::from), -1.0..1.0, Just(-0.0)], 0..300),
             window in prop_oneof![1_usize..12, 1_usize..400],
         ) {
-            let found = Median::new(window).unwrap().apply(&stretch);
+            let found = Median::new(window).unwrap().apply(&interval);
             // `==`, for a signed zero may come out with either sign.
-            prop_assert_eq!(found, by_definition(&stretch, window));
+            prop_assert_eq!(found, by_definition(&interval, window));
         }
 
         #[test]
         fn leaves_a_monotone_signal_alone_away_from_its_ends(
-            mut stretch in prop::collection::vec(-1.0..1.0, 30..80), half in 1_usize..10,
+            mut interval in prop::collection::vec(-1.0..1.0, 30..80), half in 1_usize..10,
         ) {
-            stretch.sort_by(f64::total_cmp);
-            let found = Median::new(2 * half + 1).unwrap().apply(&stretch);
-            let inside = half..stretch.len() - half;
-            prop_assert_eq!(&found[inside.clone()], &stretch[inside]);
+            interval.sort_by(f64::total_cmp);
+            let found = Median::new(2 * half + 1).unwrap().apply(&interval);
+            let inside = half..interval.len() - half;
+            prop_assert_eq!(&found[inside.clone()], &interval[inside]);
         }
     }
 
     #[test]
     fn a_spike_shorter_than_half_the_window_is_gone() {
-        let mut stretch = [1.0; 40];
-        stretch[18..22].fill(100.0);
-        assert_eq!(Median::new(9).unwrap().apply(&stretch), [1.0; 40]);
+        let mut interval = [1.0; 40];
+        interval[18..22].fill(100.0);
+        assert_eq!(Median::new(9).unwrap().apply(&interval), [1.0; 40]);
     }
 
     #[test]
     fn a_window_of_one_changes_nothing_and_none_is_refused() {
-        let stretch = [3.0, 1.0, 2.0];
-        assert_eq!(Median::new(1).unwrap().apply(&stretch), stretch);
-        assert_eq!(Median::new(usize::MAX).unwrap().apply(&stretch), [2.0; 3]);
+        let interval = [3.0, 1.0, 2.0];
+        assert_eq!(Median::new(1).unwrap().apply(&interval), interval);
+        assert_eq!(Median::new(usize::MAX).unwrap().apply(&interval), [2.0; 3]);
         assert!(matches!(
             Median::new(0),
             Err(MotionError::Setting {

@@ -7,7 +7,7 @@ use crate::error::MotionError;
 /// squares procedures*, Anal. Chem. 36(8), 1964.
 ///
 /// Edge rule: the first and the last half window are evaluated on the polynomial through the first
-/// and the last `window` samples (SciPy's `savgol_filter`, mode `interp`). A stretch shorter than
+/// and the last `window` samples (SciPy's `savgol_filter`, mode `interp`). An interval shorter than
 /// the window is fitted as a whole, with at most as many coefficients as it has samples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SavitzkyGolay {
@@ -47,25 +47,25 @@ impl SavitzkyGolay {
         })
     }
 
-    /// Filters a stretch of numbers.
-    pub fn apply(&self, stretch: &[f64]) -> Vec<f64> {
-        let (window, len) = (self.middle.len(), stretch.len());
+    /// Filters an interval of numbers.
+    pub fn apply(&self, interval: &[f64]) -> Vec<f64> {
+        let (window, len) = (self.middle.len(), interval.len());
         if len == 0 {
             return Vec::new();
         }
         if len < window {
             let basis = Basis::new(len, self.order.min(len - 1));
-            return basis.fitted(stretch);
+            return basis.fitted(interval);
         }
         let half = window / 2;
-        let mut smooth = self.basis.fitted(&stretch[..window]);
+        let mut smooth = self.basis.fitted(&interval[..window]);
         smooth.truncate(half);
-        smooth.extend(stretch.windows(window).map(|samples| {
+        smooth.extend(interval.windows(window).map(|samples| {
             (samples.iter().zip(&self.middle))
                 .map(|(sample, weight)| sample * weight)
                 .sum::<f64>()
         }));
-        let last = self.basis.fitted(&stretch[len - window..]);
+        let last = self.basis.fitted(&interval[len - window..]);
         smooth.extend_from_slice(&last[window - half..]);
         smooth
     }
@@ -153,7 +153,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(64))]
 
-        /// Edges and stretches shorter than the window included.
+        /// Edges and intervals shorter than the window included.
         #[test]
         fn leaves_polynomials_alone(
             c in prop::array::uniform4(-1.0..1.0), len in 4_usize..80, half in 2_usize..20,

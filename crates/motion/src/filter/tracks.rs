@@ -1,4 +1,4 @@
-//! Filters applied to tracks: coordinate by coordinate, stretch by stretch.
+//! Filters applied to tracks: coordinate by coordinate, interval by interval.
 
 use std::ops::Range;
 
@@ -73,15 +73,15 @@ fn sign_continuous<To: Frame, From: Frame>(track: &PoseTrack<To, From>) -> Vec<V
 
 fn smooth_columns(
     columns: Vec<Vec<f64>>,
-    stretches: &[Range<usize>],
+    intervals: &[Range<usize>],
     smoother: &Smoother,
 ) -> Vec<Vec<f64>> {
     columns
         .into_par_iter()
         .map(|mut column| {
-            for stretch in stretches {
-                let smooth = smoother(&column[stretch.clone()]);
-                column[stretch.clone()].copy_from_slice(&smooth);
+            for interval in intervals {
+                let smooth = smoother(&column[interval.clone()]);
+                column[interval.clone()].copy_from_slice(&smooth);
             }
             column
         })

@@ -107,7 +107,7 @@ fn by_poses(
     };
     let axis = |axis: usize| {
         let seen = (0..track.len()).filter_map(in_body);
-        median(&mut seen.map(|at| at.coords_m()[axis]).collect::<Vec<f64>>())
+        median(seen.map(|at| at.coords_m()[axis]))
     };
     let place = Position::<Body>::new(axis(0), axis(1), axis(2));
     let placed = |k: usize| (poses.get(k)).map(|pose: Pose<World, Body>| (pose * place).coords_m());

@@ -75,7 +75,7 @@ fn one_gap(
     if samples.len() < LEAST_SAMPLES {
         return None;
     }
-    let regression = Regression::of(&samples)?;
+    let regression = Regression::new(&samples)?;
     let guess = |k: usize| inputs(k).map(|inputs| regression.at(&inputs));
     let guesses: Vec<Vector3<f64>> = gap.clone().map(guess).collect::<Option<_>>()?;
     let off = |k: usize| Some(tracks[own].get(k)?.coords_m() - guess(k)?);
@@ -92,7 +92,7 @@ struct Regression {
 }
 
 impl Regression {
-    fn of(samples: &[(Vec<f64>, Vector3<f64>)]) -> Option<Self> {
+    fn new(samples: &[(Vec<f64>, Vector3<f64>)]) -> Option<Self> {
         let n = samples.len() as f64;
         let width = samples.first()?.0.len();
         let means = samples

@@ -24,6 +24,8 @@ pub(crate) struct Take {
     pub(crate) series: Vec<Series>,
     /// Whether a marker exactly at the origin is a missing one.
     pub(crate) zero_is_missing: bool,
+    /// Error of the time column that is no finding, beside its rounding, seconds.
+    pub(crate) time_tolerance_s: f64,
     /// Key under which the header promises a number of rows, and that number.
     pub(crate) declared_rows: Option<(&'static str, u64)>,
     pub(crate) findings: Vec<Finding>,
@@ -59,7 +61,7 @@ impl Assembly {
             file: file.to_owned(),
             width,
             grid: Grid::new(file, rows_at_most, take.series.len()),
-            times: TimeCheck::new(take.clock.rate_hz()),
+            times: TimeCheck::new(take.clock.rate_hz(), take.time_tolerance_s),
             take,
             pending: VecDeque::new(),
             samples: 0,
@@ -166,7 +168,7 @@ impl Assembly {
         Ok(recording)
     }
 
-    /// What was odd so far.
+    /// Findings so far.
     pub(crate) fn findings(&self) -> Vec<Finding> {
         let mut findings = self.take.findings.clone();
         if let Some((key, declared)) = self.take.declared_rows

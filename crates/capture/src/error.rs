@@ -6,7 +6,7 @@ use std::io;
 use inhand_model::Setting;
 use thiserror::Error;
 
-/// Why a vendor file cannot be read or written.
+/// Reasons why a vendor file cannot be read or written.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum CaptureError {

@@ -17,7 +17,7 @@ pub(crate) struct Format {
     pub(crate) reader: Reader,
 }
 
-/// How files of a format are read, from the first byte after a byte-order mark.
+/// Reader of the files of a format, from the first byte after a byte-order mark.
 pub(crate) enum Reader {
     /// Row by row after a header, so that memory need not grow with the take.
     Rows(fn(&[u8], &str, &ReadSettings) -> Result<Opened, CaptureError>),

@@ -3,15 +3,15 @@
 use std::collections::BTreeMap;
 use std::fmt::Display;
 
-use inhand_model::{Finding, LengthUnit, Setting};
+use inhand_model::{Finding, LengthUnit, MarkerKind, Setting};
 
-use crate::assembly::Take;
+use crate::assembly::{Series, Take};
 use crate::error::CaptureError;
 use crate::settings::{ReadSettings, parse_length_unit, settle};
 use crate::table::Table;
 use crate::text::{excerpt, header_text};
 
-/// What a header says: of its columns, of its take, and how long it is.
+/// Contents of a header: columns, take, and its own length.
 pub(crate) struct Opened {
     pub(crate) table: Table,
     pub(crate) take: Take,
@@ -19,6 +19,22 @@ pub(crate) struct Opened {
     pub(crate) header_bytes: usize,
     /// Lines above the first row.
     pub(crate) header_lines: usize,
+}
+
+/// Adds the X, Y and Z of markers to a table.
+pub(crate) fn add_markers(
+    table: &mut Table,
+    names: Vec<&str>,
+    is_unlabelled: impl Fn(&str) -> bool,
+) -> Vec<Series> {
+    let marker = |name: &str| {
+        let kind = match name.is_empty() || is_unlabelled(name) {
+            true => MarkerKind::Unlabelled,
+            false => MarkerKind::Labelled,
+        };
+        Series::marker(name, "", kind, table.push_marker(name), None)
+    };
+    names.into_iter().map(marker).collect()
 }
 
 /// The lines of a header, one after the other.

@@ -106,7 +106,7 @@ impl<R: Read> Lines<R> {
         Ok(Some(Run { bytes, first_line }))
     }
 
-    /// Where the line that starts the buffer ends.
+    /// End of the line that starts the buffer.
     fn end_of_long_line(&mut self) -> Result<usize, CaptureError> {
         self.fill(MAX_LINE_BYTES + 1)?;
         let line = &self.buffer[..self.filled.min(MAX_LINE_BYTES + 1)];

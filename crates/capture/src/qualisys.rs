@@ -17,11 +17,11 @@
 
 use std::collections::BTreeMap;
 
-use inhand_model::{Finding, LengthUnit, MarkerKind, Setting, Source, StartTime, UpAxis};
+use inhand_model::{Finding, LengthUnit, Setting, Source, StartTime, UpAxis};
 
 use crate::assembly::{Series, Take};
 use crate::error::CaptureError;
-use crate::header::{Facts, HeaderLines, Opened};
+use crate::header::{Facts, HeaderLines, Opened, add_markers};
 use crate::settings::{ReadSettings, settle};
 use crate::start_time;
 use crate::table::{Column, Table};
@@ -100,6 +100,7 @@ pub(crate) fn open(
             },
             series,
             zero_is_missing: true,
+            time_tolerance_s: 0.0,
             declared_rows,
             findings,
         },
@@ -192,14 +193,7 @@ impl<'a> Header<'a> {
         for (label, column) in leading {
             table.push(column, label.to_owned());
         }
-        let marker = |name: &str| {
-            let kind = match name.is_empty() {
-                true => MarkerKind::Unlabelled,
-                false => MarkerKind::Labelled,
-            };
-            Series::marker(name, "", kind, table.push_marker(name), None)
-        };
-        let series = names.into_iter().map(marker).collect();
+        let series = add_markers(&mut table, names, |_| false);
         Ok((table, series))
     }
 }

@@ -151,7 +151,7 @@ impl<R: Read> Blocks<R> {
         self.assembly.take_block(BLOCK_SAMPLES).map(Some)
     }
 
-    /// What was odd about the file; complete after the last block.
+    /// Findings about the file; complete after the last block.
     pub fn findings(&self) -> Vec<Finding> {
         self.assembly.findings()
     }

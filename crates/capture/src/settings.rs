@@ -6,13 +6,13 @@ use inhand_model::{LengthUnit, RotationOrder, Setting, UpAxis};
 
 use crate::error::CaptureError;
 
-/// What the user states about a file. These only fill in what the file leaves open: a value that
+/// Facts about a file that the user states. They only fill in what the file leaves open: a value that
 /// contradicts the file's own statement is an error.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ReadSettings {
     /// Unit of the file's lengths.
     pub length_unit: Option<LengthUnit>,
-    /// How the file writes rotations.
+    /// Notation of the file's rotations.
     pub rotation_order: Option<RotationOrder>,
     /// Axis of the file's world that points up.
     pub up_axis: Option<UpAxis>,
@@ -55,7 +55,7 @@ pub fn parse_up_axis(name: &str) -> Option<UpAxis> {
     }
 }
 
-/// What the file states, else what the user says, else nothing.
+/// The file's statement, else the user's, else nothing.
 ///
 /// # Errors
 ///

@@ -114,20 +114,8 @@ pub(crate) fn format(unix_nanos: u64) -> Option<String> {
     while fraction.len() > 3 && fraction.ends_with('0') {
         fraction.pop();
     }
-    let (hour, half) = match time.hour() {
-        0 => (12, "AM"),
-        hour @ 1..=11 => (hour, "AM"),
-        12 => (12, "PM"),
-        hour => (hour - 12, "PM"),
-    };
-    Some(format!(
-        "{:04}-{:02}-{:02} {hour:02}.{:02}.{:02}.{fraction} {half}",
-        time.year(),
-        time.month(),
-        time.day(),
-        time.minute(),
-        time.second(),
-    ))
+    let (seconds, half) = (time.strftime("%Y-%m-%d %I.%M.%S"), time.strftime("%p"));
+    Some(format!("{seconds}.{fraction} {half}"))
 }
 
 #[cfg(test)]

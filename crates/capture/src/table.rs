@@ -17,7 +17,7 @@ const BLOCK_BYTES: usize = 128 * 1024;
 /// Largest frame number; every integer up to it is exact as f64.
 const MAX_FRAME: f64 = 9_007_199_254_740_992.0;
 
-/// What a column holds.
+/// Content of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Column {
     /// The frame number.
@@ -30,7 +30,7 @@ pub(crate) enum Column {
     Skip,
 }
 
-/// How long a text file is, or the part of it below its header.
+/// Length of a text file, or of the part below its header.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Extent {
     /// Bytes.
@@ -46,7 +46,7 @@ impl Extent {
         self.line_ends += count_lines(bytes) as u64;
     }
 
-    /// What is left below a header of so many bytes and lines.
+    /// The rest below a header of so many bytes and lines.
     pub(crate) fn below(self, bytes: usize, line_ends: usize) -> Self {
         Self {
             bytes: self.bytes.saturating_sub(bytes as u64),
@@ -55,14 +55,14 @@ impl Extent {
     }
 }
 
-/// What the columns of text rows mean.
+/// Meaning of the columns of text rows.
 pub(crate) struct Table {
     /// Name of the file, for messages.
     file: String,
     /// Byte between cells.
     delimiter: u8,
     columns: Vec<Column>,
-    /// What messages call each column.
+    /// Name of each column in messages.
     labels: Vec<String>,
     /// Number of [`Column::Value`] columns.
     values: usize,

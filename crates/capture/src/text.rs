@@ -5,7 +5,7 @@ use crate::error::CaptureError;
 /// Longest excerpt of a file in a message, characters: enough for any cell, short of a screen line.
 const EXCERPT_CHARS: usize = 40;
 
-/// What some programs put before UTF-8 text.
+/// The mark that some programs put before UTF-8 text.
 const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
 
 /// The bytes after a UTF-8 byte-order mark, if there is one.
@@ -55,7 +55,7 @@ pub(crate) fn count_lines(bytes: &[u8]) -> usize {
     memchr::memchr_iter(b'\n', bytes).count()
 }
 
-/// The beginning of a piece of the file, fit for a message.
+/// The beginning of some bytes of the file, short enough for a message.
 pub(crate) fn excerpt(bytes: &[u8]) -> String {
     // A character has at most four bytes.
     let head = &bytes[..bytes.len().min(4 * EXCERPT_CHARS)];
@@ -77,7 +77,7 @@ pub(crate) fn stem(file_name: &str) -> &str {
     }
 }
 
-/// Whether a marker is named as Motive names those it cannot tell: `Unlabeled:108` or
+/// Whether a marker is named as Motive names those it cannot identify: `Unlabeled:108` or
 /// `Unlabeled 1036`.
 pub(crate) fn is_unlabelled(name: &str) -> bool {
     let name = name.to_ascii_lowercase();

@@ -31,17 +31,17 @@
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 
-use inhand_model::{Finding, LengthUnit, MarkerKind, Position, Recording, Setting, Source, UpAxis};
+use inhand_model::{Finding, LengthUnit, Position, Recording, Setting, Source, UpAxis};
 
 use crate::assembly::{Series, Take};
 use crate::error::CaptureError;
-use crate::header::{Facts, HeaderLines, Opened};
+use crate::header::{Facts, HeaderLines, Opened, add_markers};
 use crate::settings::ReadSettings;
 use crate::start_time;
 use crate::table::{Column, Table};
 use crate::text::{excerpt, is_unlabelled, stem};
 
-/// How every file starts.
+/// Beginning of every file.
 const MAGIC: &str = "PathFileType";
 
 /// Line of the facts' values.
@@ -109,6 +109,7 @@ pub(crate) fn open(
             },
             series,
             zero_is_missing: true,
+            time_tolerance_s: 0.0,
             declared_rows,
             findings,
         },
@@ -201,14 +202,7 @@ fn columns(lines: &mut HeaderLines<'_>, file: &str) -> Result<(Table, Vec<Series
         let label = names.get(column).copied().unwrap_or_default();
         table.push(Column::Skip, label.to_owned());
     }
-    let marker = |name: &str| {
-        let kind = match name.is_empty() || is_unlabelled(name) {
-            true => MarkerKind::Unlabelled,
-            false => MarkerKind::Labelled,
-        };
-        Series::marker(name, "", kind, table.push_marker(name), None)
-    };
-    let series = marker_names.into_iter().map(marker).collect();
+    let series = add_markers(&mut table, marker_names, is_unlabelled);
     Ok((table, series))
 }
 

@@ -25,7 +25,7 @@ const MAX_CLOUD_MARKERS: usize = 512;
 /// The way out where a topic is no motion capture.
 const IGNORE: &str = "set this topic to \"ignore\" under [topics]";
 
-/// When the messages of a stream were taken, sent and written down, nanoseconds since 1970.
+/// Times of the messages of a stream: taken, sent and logged, nanoseconds since 1970.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Times {
     pub(crate) stamp: Vec<u64>,
@@ -57,14 +57,13 @@ pub(crate) struct Topic {
 }
 
 impl Topic {
-    /// How much the topic says about the take, 0 most: what users name themselves, then by its
-    /// messages.
+    /// Priority of the topic, 0 highest: topics that users name, then by their messages.
     pub(crate) fn rank(&self) -> u8 {
         if self.named { 0 } else { self.format.rank + 1 }
     }
 }
 
-/// What a series becomes.
+/// Use of a series.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum As {
     /// As its kind, name and rotations suggest.
@@ -338,7 +337,7 @@ impl<'a> Gathered<'a> {
         let becomes = match given {
             Some((TopicUse::Ignore, _)) => return Ok(None),
             // There are names, and this is beyond the last one.
-            Some((usage, None)) if usage.names() > 0 => {
+            Some((usage, None)) if !usage.names().is_empty() => {
                 self.topics[topic].unnamed += 1;
                 return Ok(None);
             }
@@ -360,7 +359,7 @@ impl<'a> Gathered<'a> {
         self.series.push(Series {
             topic,
             stream,
-            name: given_name.map_or_else(|| own.clone(), str::to_owned),
+            name: given_name.unwrap_or(&own).clone(),
             source_name: own,
             id,
             has_name,
@@ -381,10 +380,10 @@ impl<'a> Gathered<'a> {
         topic: usize,
         key: &str,
         item: &Item<'_>,
-    ) -> Result<Option<(&TopicUse, Option<&str>)>, ChannelError> {
+    ) -> Result<Option<(&TopicUse, Option<&String>)>, ChannelError> {
         let of = &self.topics[topic];
         if let Some(part) = self.settings.topics.get(&format!("{}#{key}", of.name)) {
-            return Ok(Some((part, part.name(0))));
+            return Ok(Some((part, part.names().first())));
         }
         let Some(whole) = &of.setting else {
             return Ok(None);
@@ -396,8 +395,8 @@ impl<'a> Gathered<'a> {
             Label::Name(..) => None,
         };
         match place {
-            _ if whole.names() == 0 => Ok(Some((whole, None))),
-            Some(place) => Ok(Some((whole, whole.name(place)))),
+            _ if whole.names().is_empty() => Ok(Some((whole, None))),
+            Some(place) => Ok(Some((whole, whole.names().get(place)))),
             None => Err(self.unclear(
                 topic,
                 "one thing, or things without names, to give a name to".to_owned(),

@@ -24,12 +24,12 @@
 //!
 //! # Conventions
 //!
-//! * **Time** is capture time: the stamp in the message. Where stamps are zero or do not tell messages
-//!   apart it is when messages were sent or, failing that, written; a finding says which.
-//! * **Rate**: the slope of a line through the stamps of the most telling messages (of the topics
+//! * **Time** is capture time: the stamp in the message. Where stamps are zero or do not distinguish
+//!   messages it is when messages were sent or, failing that, written; a finding says which.
+//! * **Rate**: the slope of a line through the stamps of the messages of the highest priority (of the topics
 //!   that the user names; else motion-capture messages, poses, clouds, transforms). It becomes a whole
-//!   number, or a rate of television, where the stamps single that one out: they lie within a
-//!   fifth of a period of an even clock (root mean square), and no other such rate lies
+//!   number, or a rate of television, where the stamps single that one out: they are within a
+//!   fifth of a period of an even clock (root mean square), and no other such rate is
 //!   within the error.
 //! * **Samples**: each message goes to the nearest instant of a phase that follows the stamps. An
 //!   instant without a message is a missing sample; of two messages for one sample the first is taken.
@@ -92,7 +92,7 @@ pub fn read_take(
     })
 }
 
-/// Where the views of a take in this file go: beside those of inhand, or beside third-party frames.
+/// The place for the views of a take in this file: beside those of inhand, or beside third-party frames.
 ///
 /// # Errors
 ///
@@ -127,7 +127,7 @@ pub fn read_recording(
     if used.is_empty() {
         return Err(nothing_to_read(&gathered, bytes, file_name));
     }
-    let timing = Timing::of(&gathered, &used, settings)?;
+    let timing = Timing::new(&gathered, &used, settings)?;
     recording(&gathered, &used, &timing, profile, file_name, settings)
 }
 
@@ -256,7 +256,7 @@ fn recording(
     Ok(recording)
 }
 
-/// What was passed over: messages that cannot be read, scans, things without a name, and settings
+/// Findings about what was passed over: messages that cannot be read, scans, things without a name, and settings
 /// for topics that are not there.
 fn unread(gathered: &Gathered<'_>, settings: &ImportSettings) -> Vec<Finding> {
     let mut findings = Vec::new();
@@ -302,7 +302,7 @@ fn unread(gathered: &Gathered<'_>, settings: &ImportSettings) -> Vec<Finding> {
     findings
 }
 
-/// Why there is nothing to read.
+/// The error that there is nothing to read.
 fn nothing_to_read(gathered: &Gathered<'_>, bytes: &[u8], file_name: &str) -> ChannelError {
     let faulty = gathered.topics.iter().find_map(|topic| {
         let (number, fault) = topic.first_fault.clone()?;

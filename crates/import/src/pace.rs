@@ -5,23 +5,23 @@
 //! samples are numbered along a phase that follows the stamps slowly, so that neither jitter nor
 //! drift moves a number.
 
-/// How fast the phase follows the stamps once it has settled.
+/// Gain of the phase towards the stamps once it has settled.
 const PHASE_GAIN: f64 = 1.0 / 16.0;
 
 /// Rounds of numbering and fitting.
 const ROUNDS: usize = 4;
 
-/// A period is proven where stamps lie around their instants by at most this share of it, root mean
+/// A period is proven where stamps are around their instants by at most this share of it, root mean
 /// square. Stamps without any period come to 0.29, the spread of a uniform distribution.
 const PROVEN_JITTER: f64 = 0.2;
 
-/// How far the clocks of cameras and computers may be apart: 200 millionths.
+/// Largest relative difference of the clocks of cameras and computers: 200 millionths.
 const CLOCK_TOLERANCE: f64 = 2e-4;
 
-/// How many standard errors a measured rate may be off.
+/// Largest error of a measured rate, standard errors.
 const STANDARD_ERRORS: f64 = 4.0;
 
-/// A rate is only taken as a whole number where the range that it may lie in is narrower than this
+/// A rate is only taken as a whole number where the range that it may be in is narrower than this
 /// to either side, Hz.
 const SNAP_RANGE_HZ: f64 = 0.25;
 
@@ -40,15 +40,15 @@ pub(crate) struct Pace {
     pub(crate) period_s: f64,
     /// Standard error of the period.
     pub(crate) error_s: f64,
-    /// How far stamps lie from their instants, root mean square.
+    /// Distance of stamps from their instants, root mean square.
     pub(crate) jitter_s: f64,
 }
 
 impl Pace {
     /// The pace of rising times in seconds, near `period_s` where that is given; `None` for fewer
     /// than two.
-    pub(crate) fn of(times_s: &[f64], period_s: Option<f64>) -> Option<Self> {
-        let mut period_s = match period_s {
+    pub(crate) fn new(times_s: &[f64], period_s: Option<f64>) -> Option<Self> {
+        let period_s = match period_s {
             Some(period_s) => period_s,
             None => median(times_s.windows(2).map(|pair| pair[1] - pair[0]).collect())?,
         };
@@ -56,15 +56,14 @@ impl Pace {
             return None;
         }
         // A first period from rounded stamps can be off too far for a phase to follow.
-        let mut line = Line::through(times_s, &by_steps(times_s, period_s))?;
+        let (mut period_s, mut error_s) = slope(times_s, &by_steps(times_s, period_s))?;
         for _ in 1..ROUNDS {
-            period_s = line.slope_s;
-            line = Line::through(times_s, &Phase::numbers(times_s, period_s).0)?;
+            (period_s, error_s) = slope(times_s, &Phase::numbers(times_s, period_s).0)?;
         }
-        let jitter_s = Phase::numbers(times_s, line.slope_s).1;
+        let (_, jitter_s) = Phase::numbers(times_s, period_s);
         Some(Self {
-            period_s: line.slope_s,
-            error_s: line.error_s,
+            period_s,
+            error_s,
             jitter_s,
         })
     }
@@ -105,35 +104,25 @@ fn by_steps(times_s: &[f64], period_s: f64) -> Vec<f64> {
     [0.0].into_iter().chain(steps).collect()
 }
 
-/// A line through times over their numbers.
-struct Line {
-    slope_s: f64,
-    error_s: f64,
-}
-
-impl Line {
-    fn through(times_s: &[f64], numbers: &[f64]) -> Option<Self> {
-        let n = times_s.len() as f64;
-        let mean = |values: &[f64]| values.iter().sum::<f64>() / n;
-        let (mean_time, mean_number) = (mean(times_s), mean(numbers));
-        let (mut squares, mut products) = (0.0, 0.0);
-        for (time_s, number) in times_s.iter().zip(numbers) {
-            squares += (number - mean_number).powi(2);
-            products += (number - mean_number) * (time_s - mean_time);
-        }
-        let slope_s = products / squares;
-        if !(slope_s.is_finite() && slope_s > 0.0) {
-            return None;
-        }
-        let residual = |(time_s, number): (&f64, &f64)| {
-            (time_s - mean_time - slope_s * (number - mean_number)).powi(2)
-        };
-        let variance = times_s.iter().zip(numbers).map(residual).sum::<f64>() / (n - 2.0).max(1.0);
-        Some(Self {
-            slope_s,
-            error_s: (variance / squares).sqrt(),
-        })
+/// Slope of a line through times over their numbers, and its standard error.
+fn slope(times_s: &[f64], numbers: &[f64]) -> Option<(f64, f64)> {
+    let n = times_s.len() as f64;
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / n;
+    let (mean_time, mean_number) = (mean(times_s), mean(numbers));
+    let (mut squares, mut products) = (0.0, 0.0);
+    for (time_s, number) in times_s.iter().zip(numbers) {
+        squares += (number - mean_number).powi(2);
+        products += (number - mean_number) * (time_s - mean_time);
     }
+    let slope_s = products / squares;
+    if !(slope_s.is_finite() && slope_s > 0.0) {
+        return None;
+    }
+    let residual = |(time_s, number): (&f64, &f64)| {
+        (time_s - mean_time - slope_s * (number - mean_number)).powi(2)
+    };
+    let variance = times_s.iter().zip(numbers).map(residual).sum::<f64>() / (n - 2.0).max(1.0);
+    Some((slope_s, (variance / squares).sqrt()))
 }
 
 /// The instant of the newest sample, as the stamps so far have it.
@@ -154,7 +143,7 @@ impl Phase {
         }
     }
 
-    /// Goes on to the sample that a later time belongs to; how far the time lies from it.
+    /// Goes on to the sample that a later time belongs to; returns the distance of the time from it.
     fn follow(&mut self, time_s: f64) -> f64 {
         let steps = ((time_s - self.time_s) / self.period_s).round().max(0.0);
         let instant_s = self.time_s + steps * self.period_s;
@@ -165,7 +154,7 @@ impl Phase {
         off_s
     }
 
-    /// The sample of each time, and how far times lie from their samples, root mean square.
+    /// The sample of each time, and the distance of times from their samples, root mean square.
     fn numbers(times_s: &[f64], period_s: f64) -> (Vec<f64>, f64) {
         let Some((&first_s, later)) = times_s.split_first() else {
             return (Vec::new(), 0.0);
@@ -181,7 +170,7 @@ impl Phase {
     }
 }
 
-/// Which sample a time belongs to.
+/// The samples of a take and their times.
 pub(crate) struct Grid {
     base_nanos: u64,
     period_s: f64,
@@ -194,7 +183,7 @@ const START_STAMPS: usize = 100;
 
 impl Grid {
     /// The samples of rising times; `None` without any.
-    pub(crate) fn of(times_nanos: &[u64], period_s: f64) -> Option<Self> {
+    pub(crate) fn new(times_nanos: &[u64], period_s: f64) -> Option<Self> {
         let &base_nanos = times_nanos.first()?;
         let mut phase = Phase::start(0.0, period_s);
         let mut knots = vec![(0.0, 0)];
@@ -223,7 +212,7 @@ impl Grid {
         self.knots.len() as u64
     }
 
-    /// When sample 0 was taken.
+    /// Time of sample 0.
     pub(crate) fn start_nanos(&self) -> u64 {
         let early = self.knots.iter().take(START_STAMPS);
         let off = early.map(|&(time_s, number)| time_s - number as f64 * self.period_s);
@@ -231,7 +220,7 @@ impl Grid {
         (self.base_nanos).saturating_add_signed((off_s * 1e9).round() as i64)
     }
 
-    /// The sample that a time belongs to, and how many periods it lies from it; `None` outside the
+    /// The sample that a time belongs to, and its distance in periods; `None` outside the
     /// take.
     pub(crate) fn sample(&self, time_nanos: u64) -> Option<(usize, f64)> {
         let time_s = seconds(self.base_nanos, time_nanos);
@@ -249,7 +238,7 @@ impl Grid {
     }
 }
 
-/// Seconds from one time to another, which may lie before it.
+/// Seconds from one time to another, which may be before it.
 pub(crate) fn seconds(base_nanos: u64, time_nanos: u64) -> f64 {
     let magnitude = time_nanos.abs_diff(base_nanos) as f64 / 1e9;
     if time_nanos < base_nanos {
@@ -280,7 +269,7 @@ mod tests {
     }
 
     fn pace(times_s: &[f64]) -> Pace {
-        Pace::of(times_s, None).unwrap()
+        Pace::new(times_s, None).unwrap()
     }
 
     #[test]
@@ -323,7 +312,7 @@ mod tests {
         let television: Vec<f64> = (0..2000)
             .map(|k| f64::from(k) * 1001.0 / 60_000.0)
             .collect();
-        let rate_hz = Pace::of(&television, None).unwrap().device_rate_hz();
+        let rate_hz = Pace::new(&television, None).unwrap().device_rate_hz();
         assert_eq!(rate_hz, Some(60_000.0 / 1001.0));
     }
 
@@ -344,8 +333,8 @@ mod tests {
             times_s.push(times_s[k] + 10.05e-3 + 9.95e-3 * noise(k));
         }
         assert!(!pace(&times_s).is_proven());
-        assert!(Pace::of(&[0.0], None).is_none());
-        assert!(Pace::of(&[], None).is_none());
+        assert!(Pace::new(&[0.0], None).is_none());
+        assert!(Pace::new(&[], None).is_none());
     }
 
     #[test]
@@ -358,7 +347,7 @@ mod tests {
         let times_s: Vec<f64> = nanos.iter().map(|&t| seconds(nanos[0], t)).collect();
         let pace = pace(&times_s);
         assert_eq!(pace.device_rate_hz(), Some(100.0));
-        let grid = Grid::of(&nanos, pace.period_s).unwrap();
+        let grid = Grid::new(&nanos, pace.period_s).unwrap();
         assert_eq!((grid.len(), grid.stamped()), (60_000, 59_940));
         assert_eq!(grid.start_nanos(), nanos[0]);
         let (sample, off) = grid.sample(nanos[0] + 59_999 * 10_001_500).unwrap();
@@ -380,8 +369,8 @@ mod tests {
         ) {
             nanos.sort_unstable();
             let times_s: Vec<f64> = nanos.iter().map(|&t| seconds(nanos[0], t)).collect();
-            let _ = Pace::of(&times_s, None).map(|pace| pace.device_rate_hz());
-            let grid = Grid::of(&nanos, period_s).unwrap();
+            let _ = Pace::new(&times_s, None).map(|pace| pace.device_rate_hz());
+            let grid = Grid::new(&nanos, period_s).unwrap();
             let mut last = 0;
             for &time in &nanos {
                 if let Some((sample, _)) = grid.sample(time) {
@@ -406,9 +395,9 @@ mod tests {
                 })
                 .collect();
             let times_s: Vec<f64> = nanos.iter().map(|&t| seconds(nanos[0], t)).collect();
-            let pace = Pace::of(&times_s, None).unwrap();
+            let pace = Pace::new(&times_s, None).unwrap();
             prop_assert!((pace.rate_hz() / rate_hz - 1.0).abs() < 1e-3);
-            let grid = Grid::of(&nanos, pace.period_s).unwrap();
+            let grid = Grid::new(&nanos, pace.period_s).unwrap();
             for (k, time) in kept.iter().zip(&nanos) {
                 prop_assert_eq!(grid.sample(*time).map(|(k, _)| k as u64), Some(*k));
             }

@@ -8,7 +8,7 @@ use crate::gather::{Gathered, Series};
 use crate::pace::median;
 use crate::timing::Timing;
 
-/// Messages further from their samples than this share of a period, in the median, go by another
+/// Messages further from their samples than this share of a period, in the median, follow another
 /// clock.
 const OFF_CLOCK: f64 = 0.25;
 
@@ -26,7 +26,7 @@ impl Placed {
     }
 }
 
-/// What is odd about the times of a topic's messages.
+/// Oddities in the times of a topic's messages.
 #[derive(Default)]
 struct Oddities {
     unstamped: usize,
@@ -37,7 +37,7 @@ struct Oddities {
     off_clock: Option<f64>,
 }
 
-/// When messages of a stream were taken, and to which samples they belong.
+/// Samples of the messages of a stream.
 struct StreamSamples {
     sample: Vec<Option<usize>>,
     oddities: Oddities,

@@ -6,7 +6,7 @@ use std::fmt;
 /// Most markers, bodies or transforms in one message: more are no motion capture.
 pub(crate) const MAX_ITEMS: usize = 10_000;
 
-/// Why a message cannot be used.
+/// Reason why a message cannot be used.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Fault {
     pub(crate) expected: String,
@@ -28,7 +28,7 @@ impl fmt::Display for Fault {
     }
 }
 
-/// How a message distinguishes its items.
+/// Identification of an item of a message.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Label<'a> {
     /// By nothing: it is the only one of its topic.
@@ -41,7 +41,7 @@ pub(crate) enum Label<'a> {
     Place(usize),
 }
 
-/// What kind of thing an item is.
+/// Kind of an item.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     /// A point.
@@ -91,7 +91,7 @@ pub(crate) struct MessageKind {
     /// Names of its schema, without the folder `msg` that ROS 2 puts in.
     pub(crate) schemas: &'static [&'static str],
     pub(crate) encoding: &'static str,
-    /// How much a topic of this kind says about a take, 0 most.
+    /// Priority of topics of this kind, 0 highest.
     pub(crate) rank: u8,
     /// Decodes a message.
     pub(crate) read: for<'a> fn(&'a [u8]) -> Readings<'a>,

@@ -1,4 +1,4 @@
-//! Which clock the messages of a file go by, the take's rate, and its samples.
+//! The clock that the messages of a file follow, the take's rate, and its samples.
 
 use std::collections::BTreeSet;
 
@@ -13,7 +13,7 @@ use inhand_channels::ChannelError;
 /// of a first message, the clock of another computer.
 const STRAY_STAMP_S: f64 = 60.0;
 
-/// Streams whose rates differ by less than this share go by one clock.
+/// Streams whose rates differ by less than this share follow one clock.
 const SAME_RATE: f64 = 0.02;
 
 /// Samples that jumps of the stamps may leave out, for each one that there is, beside
@@ -24,7 +24,7 @@ const FREE_GAPS: u64 = 1 << 20;
 /// Stamps before this, the year 2001, are seconds since a simulation or computer started.
 const CALENDAR_NANOS: u64 = 978_307_200_000_000_000;
 
-/// Where the time of a message is taken from.
+/// Source of the time of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum TimeSource {
     Stamp,
@@ -52,8 +52,8 @@ struct Candidate {
 }
 
 impl Timing {
-    /// The clock that the most telling messages go by.
-    pub(crate) fn of(
+    /// The clock of the messages of the highest priority.
+    pub(crate) fn new(
         gathered: &Gathered<'_>,
         used: &[usize],
         settings: &ImportSettings,
@@ -116,7 +116,7 @@ impl Timing {
                 "cut the recording into takes, or set this topic to \"ignore\" under [topics]",
             )
         };
-        let grid = Grid::of(&times, pace.period_s).ok_or_else(|| unclear("none".to_owned()))?;
+        let grid = Grid::new(&times, pace.period_s).ok_or_else(|| unclear("none".to_owned()))?;
         let stored: usize = gathered.series.iter().map(|s| s.message.len()).sum();
         let limit = LEFT_OUT_PER_SAMPLE
             .saturating_mul(stored as u64)
@@ -146,79 +146,74 @@ impl Timing {
             latency_s,
             findings: Vec::new(),
         };
-        timing.tell(gathered, topic, pace, settings);
+        let place = &gathered.topics[topic].name;
+        timing.findings = timing.clock_findings(place, pace, settings);
         Ok(timing)
     }
 
-    /// When the messages of a stream were taken; `None` for those whose stamps mean nothing.
+    /// Capture times of the messages of a stream; `None` for those whose stamps mean nothing.
     pub(crate) fn times(&self, stream: &Times) -> Vec<Option<u64>> {
         capture_times(stream, self.source, self.latency_s)
     }
 
-    /// Says which clock was used and how it was told.
-    fn tell(
-        &mut self,
-        gathered: &Gathered<'_>,
-        topic: usize,
-        pace: Pace,
-        settings: &ImportSettings,
-    ) {
-        let place = gathered.topics[topic].name.clone();
+    /// Findings about the clock that is used, and how it was found.
+    fn clock_findings(&self, place: &str, pace: Pace, settings: &ImportSettings) -> Vec<Finding> {
         let (measured, rate_hz) = (pace.rate_hz(), self.clock.rate_hz());
         let numbers = format!(
             "{measured:.4} Hz measured (± {:.4}), jitter {:.2} ms",
             pace.rate_error_hz(),
             pace.jitter_s * 1e3
         );
-        self.findings.push(if let Some(given) = settings.rate_hz {
-            let message = format!("{given} Hz as set: {numbers}");
-            if (measured / given - 1.0).abs() > SAME_RATE {
-                Finding::warning(place.clone(), message)
-            } else {
-                Finding::info(place.clone(), message)
+        let rate = match (settings.rate_hz, pace.device_rate_hz()) {
+            (Some(given), _) => {
+                let message = format!("{given} Hz as set: {numbers}");
+                match (measured / given - 1.0).abs() > SAME_RATE {
+                    true => Finding::warning(place, message),
+                    false => Finding::info(place, message),
+                }
             }
-        } else if pace.device_rate_hz().is_some() {
-            let message = format!("{rate_hz} Hz: {numbers}, which singles it out");
-            Finding::info(place.clone(), message)
-        } else {
+            (None, Some(_)) => {
+                let message = format!("{rate_hz} Hz: {numbers}, which singles it out");
+                Finding::info(place, message)
+            }
+            (None, None) => {
+                let message = format!(
+                    "the rate stays as measured, {numbers}: it singles out no rate that devices \
+                     have; source.rate_hz sets it"
+                );
+                Finding::warning(place, message)
+            }
+        };
+        let source = match (self.source, self.latency_s) {
+            (TimeSource::Stamp, Some(latency_s)) => {
+                let [least, middle, most] = latency_s.map(|seconds| seconds * 1e3);
+                let message = format!(
+                    "times are capture times, the stamps of the messages; they were logged \
+                     {least:.1} to {most:.1} ms later (median {middle:.1} ms)"
+                );
+                Finding::info(place, message)
+            }
+            (source, _) => {
+                let (when, delay) = match source {
+                    TimeSource::Publish => ("sent", ""),
+                    _ => ("logged", " that varies"),
+                };
+                let message = format!(
+                    "the messages carry no stamps that distinguish them: times are when they were \
+                     {when}, which is later than capture by an unknown delay{delay}"
+                );
+                Finding::warning(place, message)
+            }
+        };
+        let frames = self.grid.len();
+        let left_out = frames - self.grid.stamped();
+        let left_out = (left_out > 0).then(|| {
             let message = format!(
-                "the rate stays as measured, {numbers}: it singles out no rate that devices have; \
-                 source.rate_hz sets it"
+                "{left_out} of {frames} frames are in no message: taken as missing samples"
             );
-            Finding::warning(place.clone(), message)
+            Finding::warning(place, message)
         });
-        self.findings.push(match (self.source, self.latency_s) {
-            (TimeSource::Stamp, Some([least, middle, most])) => Finding::info(
-                place,
-                format!(
-                    "times are capture times, the stamps of the messages; they were logged {:.1} to \
-                     {:.1} ms later (median {:.1} ms)",
-                    least * 1e3,
-                    most * 1e3,
-                    middle * 1e3
-                ),
-            ),
-            (TimeSource::Publish, _) => Finding::warning(
-                place,
-                "the messages carry no stamps that tell them apart: times are when they were \
-                 sent, which is later than capture by an unknown delay",
-            ),
-            _ => Finding::warning(
-                place,
-                "the messages carry no stamps that tell them apart: times are when they were \
-                 logged, which is later than capture by an unknown delay that varies",
-            ),
-        });
-        let left_out = self.grid.len() - self.grid.stamped();
-        if left_out > 0 {
-            self.findings.push(Finding::warning(
-                gathered.topics[topic].name.clone(),
-                format!(
-                    "{left_out} of {} frames are in no message: taken as missing samples",
-                    self.grid.len()
-                ),
-            ));
-        }
+        [rate, source].into_iter().chain(left_out).collect()
     }
 }
 
@@ -245,7 +240,7 @@ fn rate(
             topic,
             "stamps at an even rate".to_owned(),
             format!(
-                "stamps about {:.3} ms apart that lie {:.3} ms off an even clock",
+                "stamps about {:.3} ms apart that are {:.3} ms off an even clock",
                 pace.period_s * 1e3,
                 pace.jitter_s * 1e3
             ),
@@ -255,16 +250,16 @@ fn rate(
     Ok(pace.device_rate_hz().unwrap_or(pace.rate_hz()))
 }
 
-/// The stamps, where those of most series tell their messages apart; else when messages were sent,
+/// The stamps, where those of most series distinguish their messages; else when messages were sent,
 /// where that differs from when they were logged.
 fn source(gathered: &Gathered<'_>, streams: &[usize]) -> TimeSource {
     let share = |usable: &dyn Fn(&Times) -> bool| {
         let usable = streams.iter().filter(|&&s| usable(&gathered.streams[s]));
         2 * usable.count() > streams.len()
     };
-    if share(&|times| tell_apart(&times.stamp)) {
+    if share(&|times| are_distinct(&times.stamp)) {
         TimeSource::Stamp
-    } else if share(&|times| times.publish != times.log && tell_apart(&times.publish)) {
+    } else if share(&|times| times.publish != times.log && are_distinct(&times.publish)) {
         TimeSource::Publish
     } else {
         TimeSource::Log
@@ -272,7 +267,7 @@ fn source(gathered: &Gathered<'_>, streams: &[usize]) -> TimeSource {
 }
 
 /// Whether at least half of the times are there and differ from each other.
-fn tell_apart(times: &[u64]) -> bool {
+fn are_distinct(times: &[u64]) -> bool {
     let mut present: Vec<u64> = times.iter().copied().filter(|&time| time > 0).collect();
     present.sort_unstable();
     present.dedup();
@@ -298,7 +293,7 @@ fn candidates(
         times.dedup();
         let base = times.first().copied().unwrap_or(0);
         let times_s: Vec<f64> = times.iter().map(|&time| seconds(base, time)).collect();
-        if let Some(pace) = Pace::of(&times_s, settings.rate_hz.map(|rate_hz| 1.0 / rate_hz)) {
+        if let Some(pace) = Pace::new(&times_s, settings.rate_hz.map(|rate_hz| 1.0 / rate_hz)) {
             candidates.push(Candidate {
                 stream,
                 values: messages,
@@ -351,9 +346,9 @@ fn latency(gathered: &Gathered<'_>, reference: &[Candidate]) -> Option<[f64; 3]>
     Some([least, median(all)?, most])
 }
 
-/// When messages were taken. Stamps that are not there, or far from where the others of the stream
-/// lie beside their log times, are none; a stream without stamps beside others that have them goes
-/// by its log times, less the delay of the others.
+/// Capture times of messages. Stamps that are not there, or far from where the others of the stream
+/// are beside their log times, are none; a stream without stamps beside others that have them
+/// follows its log times, less the delay of the others.
 fn capture_times(
     times: &Times,
     source: TimeSource,
@@ -362,7 +357,7 @@ fn capture_times(
     match source {
         TimeSource::Publish => times.publish.iter().copied().map(Some).collect(),
         TimeSource::Log => times.log.iter().copied().map(Some).collect(),
-        TimeSource::Stamp if !tell_apart(&times.stamp) => {
+        TimeSource::Stamp if !are_distinct(&times.stamp) => {
             let Some([_, middle_s, _]) = latency_s else {
                 return vec![None; times.log.len()];
             };

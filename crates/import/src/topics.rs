@@ -6,10 +6,10 @@ use std::str::FromStr;
 use inhand_model::{LengthUnit, UpAxis};
 use thiserror::Error;
 
-/// What the file leaves open and the user may state.
+/// Facts that a file leaves open and the user may state.
 #[derive(Clone, Debug)]
 pub struct ImportSettings {
-    /// What topics are, by topic, or by `topic#name` for one of several things on a topic: a
+    /// Uses of topics, by topic, or by `topic#name` for one of several things on a topic: a
     /// marker, a rigid body, a child frame, or the place or number of one without a name. The more
     /// exact key counts.
     pub topics: BTreeMap<String, TopicUse>,
@@ -35,7 +35,7 @@ impl Default for ImportSettings {
     }
 }
 
-/// What a topic is, as users say it: `ignore`, `body`, `marker`, `body:Hand`,
+/// Use of a topic, as users write it: `ignore`, `body`, `marker`, `body:Hand`,
 /// `marker:Thumb,Index,Middle` (names by place in the message).
 ///
 /// ```
@@ -90,19 +90,11 @@ impl FromStr for TopicUse {
 }
 
 impl TopicUse {
-    /// The name of the thing at `place` of a message, where the user gives it one.
-    pub(crate) fn name(&self, place: usize) -> Option<&str> {
+    /// Names given to the things on the topic, by place in a message.
+    pub(crate) fn names(&self) -> &[String] {
         match self {
-            TopicUse::Ignore => None,
-            TopicUse::Body(names) | TopicUse::Marker(names) => names.get(place).map(String::as_str),
-        }
-    }
-
-    /// Names given.
-    pub(crate) fn names(&self) -> usize {
-        match self {
-            TopicUse::Ignore => 0,
-            TopicUse::Body(names) | TopicUse::Marker(names) => names.len(),
+            TopicUse::Ignore => &[],
+            TopicUse::Body(names) | TopicUse::Marker(names) => names,
         }
     }
 }
@@ -118,7 +110,7 @@ const GENERIC_PARTS: [&str; 7] = [
     "tf",
 ];
 
-/// What a topic that carries one thing says that it is called: `/natnet_ros/Hand/pose` is `Hand`,
+/// The name of the one thing on a topic: `/natnet_ros/Hand/pose` is `Hand`,
 /// `/natnet_ros/Hand/marker0/pose` is `Hand:marker0`.
 pub(crate) fn name_of_topic(topic: &str) -> String {
     let mut parts: Vec<&str> = topic.split('/').filter(|part| !part.is_empty()).collect();

@@ -24,8 +24,8 @@ pub(crate) fn used(gathered: &Gathered<'_>) -> Vec<usize> {
     (0..gathered.series.len()).filter(usable).collect()
 }
 
-/// Distinguishes things of one name on different topics: those on the most telling topic count; where
-/// several topics tell as much, each is called by its whole topic.
+/// Distinguishes things of one name on different topics: those on the topic of the highest priority count; where
+/// several topics have the same priority, each is called by its whole topic.
 pub(crate) fn distinguish(gathered: &Gathered<'_>, entities: &mut Entities) {
     let Entities {
         markers,
@@ -59,14 +59,14 @@ fn distinguish_kind<T>(
             .map(|&(_, topic)| gathered.topics[topic].name.as_str());
         let names = names.collect::<Vec<_>>().join(", ");
         let place = format!("{kind} \"{shared}\"");
-        findings.push(match most_telling(topics)[..] {
+        findings.push(match first_ranked(topics)[..] {
             [_] => {
                 let message = format!("it is on the topics {names}: read from the first");
                 Finding::info(place, message)
             }
             _ => {
                 let message = format!(
-                    "it is on the topics {names}, which tell as much: each is called by its topic; \
+                    "it is on the topics {names}, which have the same priority: each is called by its topic; \
                      [topics] names or ignores them"
                 );
                 Finding::warning(place, message)
@@ -78,7 +78,7 @@ fn distinguish_kind<T>(
         let Some(topics) = topics.get(name) else {
             return true;
         };
-        let best = most_telling(topics);
+        let best = first_ranked(topics);
         let topic = topic_of(*series);
         if best.len() > 1 {
             let whole = &gathered.topics[topic].name;
@@ -92,7 +92,7 @@ fn distinguish_kind<T>(
 }
 
 /// The topics of the least rank, which is that of the first one.
-fn most_telling(topics: &BTreeSet<(u8, usize)>) -> Vec<usize> {
+fn first_ranked(topics: &BTreeSet<(u8, usize)>) -> Vec<usize> {
     let least = topics.first().map(|&(rank, _)| rank);
     let best = topics.iter().filter(|&&(rank, _)| Some(rank) == least);
     best.map(|&(_, topic)| topic).collect()
@@ -111,7 +111,7 @@ pub(crate) fn top_frames(gathered: &Gathered<'_>, used: &[usize]) -> BTreeSet<St
     frames.collect()
 }
 
-/// Whether everything is given in one frame, as is assumed.
+/// A finding where not everything is given in one frame, as is assumed.
 pub(crate) fn frames(gathered: &Gathered<'_>, used: &[usize]) -> Option<Finding> {
     let frames = top_frames(gathered, used);
     (frames.len() > 1).then(|| {
@@ -124,7 +124,7 @@ pub(crate) fn frames(gathered: &Gathered<'_>, used: &[usize]) -> Option<Finding>
     })
 }
 
-/// What was assumed of the unit and the axes, and whether the numbers speak against it.
+/// Assumptions about the unit and the axes, and numbers that contradict them.
 pub(crate) fn units_and_axes(entities: &Entities, settings: &ImportSettings) -> Vec<Finding> {
     let mut findings = Vec::new();
     if settings.length_unit.is_none() {

@@ -163,7 +163,7 @@ fn names_that_topics_share_become_whole_topics() {
     ]));
     let names: Vec<_> = recording.bodies.iter().map(|b| b.name.as_str()).collect();
     assert_eq!(names, ["/left/Hand/pose", "/right/Hand/pose"]);
-    assert_found(&recording, "which tell as much");
+    assert_found(&recording, "which have the same priority");
 }
 
 #[test]

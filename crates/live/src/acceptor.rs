@@ -16,7 +16,7 @@ use crate::viewer::serve;
 /// Viewers at the same time; each may have some MiB waiting.
 const MOST_VIEWERS: usize = 32;
 
-/// How long accepting rests where the system has no more sockets.
+/// Pause of accepting where the system has no more sockets.
 const REST: Duration = Duration::from_millis(100);
 
 /// Listens at an address.
@@ -59,13 +59,11 @@ impl Acceptor {
             thread: Some(thread.map_err(|source| LiveError::Thread { source })?),
         })
     }
+}
 
+impl Drop for Acceptor {
     /// Ends all connections that are left, and all threads.
-    pub(crate) fn shut(mut self) {
-        self.end();
-    }
-
-    fn end(&mut self) {
+    fn drop(&mut self) {
         let Some(thread) = self.thread.take() else {
             return;
         };
@@ -81,13 +79,7 @@ impl Acceptor {
     }
 }
 
-impl Drop for Acceptor {
-    fn drop(&mut self) {
-        self.end();
-    }
-}
-
-/// An address that stands for all of this computer cannot be connected to everywhere.
+/// An address for all interfaces of this computer cannot be connected to everywhere.
 fn reachable(mut address: SocketAddr) -> SocketAddr {
     match address.ip() {
         IpAddr::V4(ip) if ip.is_unspecified() => address.set_ip(Ipv4Addr::LOCALHOST.into()),

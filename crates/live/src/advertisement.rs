@@ -18,7 +18,7 @@ pub(crate) struct Advertisement {
 }
 
 impl Advertisement {
-    pub(crate) fn of<'a>(channels: impl IntoIterator<Item = &'a ChannelFacts>) -> Self {
+    pub(crate) fn new<'a>(channels: impl IntoIterator<Item = &'a ChannelFacts>) -> Self {
         let mut advertisement = Self::default();
         for channel in channels {
             if let Err(why) = check_schema(channel) {

@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 
 use crate::control::Viewer;
-use crate::outbox::Pushed;
 use crate::protocol::{Level, PlaybackState, Subprotocol, message_head, status, time};
 
 /// Subscriptions that one viewer may have.
@@ -27,7 +26,7 @@ struct Client {
     subscriptions: BTreeMap<u64, Vec<u32>>,
     /// Whether playback states mean something to it.
     controls: bool,
-    /// Messages that it did not get since it was last told so.
+    /// Messages that it did not get since it was last warned.
     missed: u64,
 }
 
@@ -201,7 +200,7 @@ impl Clients {
         (self.clients.values()).all(|client| client.viewer.outbox.is_empty())
     }
 
-    /// What was put into outboxes goes out.
+    /// Sends what was put into outboxes.
     pub(crate) fn wake(&self) {
         for client in self.clients.values() {
             client.viewer.outbox.wake();
@@ -234,7 +233,7 @@ impl Client {
             }
             let head = message_head(subscription, log_time);
             let outbox = &self.viewer.outbox;
-            match self.missed == 0 && outbox.binary(&[&head, data]) == Pushed::Waits {
+            match self.missed == 0 && outbox.binary(&[&head, data]) {
                 true => sent += 1,
                 false => self.missed += 1,
             }

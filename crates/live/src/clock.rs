@@ -30,7 +30,7 @@ pub struct Clock {
     span: (u64, u64),
     /// Log time at the last change.
     anchor: u64,
-    /// When that was; `None` while paused.
+    /// Time of that change; `None` while paused.
     since: Option<Duration>,
     speed: f64,
 }
@@ -100,7 +100,7 @@ impl Clock {
         self.speed = speed.clamp(SLOWEST, FASTEST);
     }
 
-    /// How long it takes until a log time is reached: nothing where it is past, `None` where it is later
+    /// Time until a log time is reached: nothing where it is past, `None` where it is later
     /// and the clock is paused.
     pub fn until(&self, now: Duration, log_time: u64) -> Option<Duration> {
         let left = log_time.saturating_sub(self.at(now));

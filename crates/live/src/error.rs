@@ -5,7 +5,7 @@ use std::io;
 use inhand_container::ContainerError;
 use thiserror::Error;
 
-/// Why a recording is not played, or no longer.
+/// Reasons why a recording is not played, or no longer.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum LiveError {
@@ -15,7 +15,7 @@ pub enum LiveError {
          another port: --port 0 takes any that is free"
     )]
     PortInUse {
-        /// Where viewers would have connected.
+        /// The address.
         host: String,
         /// The port.
         port: u16,
@@ -26,11 +26,11 @@ pub enum LiveError {
          here) or 0.0.0.0 (viewers anywhere), and a port that may be used"
     )]
     Bind {
-        /// Where viewers would have connected.
+        /// The address.
         host: String,
         /// The port.
         port: u16,
-        /// Why.
+        /// The cause.
         source: io::Error,
     },
     /// There is nothing to play.
@@ -38,13 +38,13 @@ pub enum LiveError {
     Empty {
         /// File that was read.
         file: String,
-        /// How many channels it has.
+        /// Number of its channels.
         channels: usize,
     },
     /// A speed at which nothing can be played.
     #[error("speed {found}: expected {slowest} to {fastest} (1 is as recorded)")]
     Speed {
-        /// What was asked for.
+        /// The speed asked for.
         found: f64,
         /// The slowest.
         slowest: f64,
@@ -56,7 +56,7 @@ pub enum LiveError {
     Start {
         /// File that was read.
         file: String,
-        /// What was asked for, seconds since the first message.
+        /// The start asked for, seconds since the first message.
         found: f64,
         /// Seconds from the first to the last message.
         duration_s: f64,
@@ -67,7 +67,7 @@ pub enum LiveError {
     /// The system gives no threads.
     #[error("cannot start a thread for viewers")]
     Thread {
-        /// Why.
+        /// The cause.
         source: io::Error,
     },
 }

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::net::SocketAddr;
 
-/// Why a viewer is disconnected.
+/// Reason why a viewer is disconnected.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum DisconnectReason {
@@ -33,40 +33,40 @@ impl fmt::Display for DisconnectReason {
 pub enum Event {
     /// A viewer has connected.
     Arrived {
-        /// Where it is.
+        /// Its address.
         viewer: SocketAddr,
     },
     /// A viewer is no longer there.
     Left {
-        /// Where it was.
+        /// Its address.
         viewer: SocketAddr,
-        /// How.
+        /// The reason.
         how: DisconnectReason,
     },
     /// A viewer read too slowly, did not get some messages, and goes on from here.
     Missed {
-        /// Where it is.
+        /// Its address.
         viewer: SocketAddr,
         /// Messages that it did not get.
         messages: u64,
     },
     /// A client connected that does not speak the protocol.
     Strange {
-        /// Where it is.
+        /// Its address.
         viewer: SocketAddr,
     },
     /// There are too many viewers for one more.
     Full {
-        /// Where it is.
+        /// Its address.
         viewer: SocketAddr,
-        /// How many there are.
+        /// Number of viewers.
         viewers: usize,
     },
     /// A topic cannot be advertised.
     LeftOut {
         /// Its name.
         topic: String,
-        /// Why.
+        /// The reason.
         why: String,
     },
     /// The end is reached.
@@ -87,7 +87,7 @@ pub struct Progress {
     pub speed: f64,
     /// Mode of playback.
     pub mode: Mode,
-    /// How many viewers are connected.
+    /// Number of connected viewers.
     pub viewers: usize,
 }
 

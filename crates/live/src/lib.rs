@@ -6,7 +6,7 @@
 //!
 //! One thread reads the file and keeps the time; each viewer has a thread that listens to it and one that
 //! sends to it. Everything for a viewer goes through one bounded queue: what comes after a seek cannot
-//! overtake what came before it, and a viewer that reads too slowly misses messages, is told so, and
+//! overtake what came before it, and a viewer that reads too slowly misses messages, is warned, and
 //! delays no other.
 
 mod acceptor;

@@ -25,35 +25,27 @@ struct State {
     closed: bool,
 }
 
-/// What became of a frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Pushed {
-    Waits,
-    /// There was no room for it, or the connection is closed.
-    Left,
-}
-
 impl Outbox {
-    /// Adds a text.
-    pub(crate) fn text(&self, text: &str) -> Pushed {
+    /// Adds a text; false where there was no room for it, or the connection is closed.
+    pub(crate) fn text(&self, text: &str) -> bool {
         self.frame(OpCode::Data(Data::Text), &[text.as_bytes()])
     }
 
-    /// Adds a binary message made of parts.
-    pub(crate) fn binary(&self, parts: &[&[u8]]) -> Pushed {
+    /// Adds a binary message made of parts; false as for [`Outbox::text`].
+    pub(crate) fn binary(&self, parts: &[&[u8]]) -> bool {
         self.frame(OpCode::Data(Data::Binary), parts)
     }
 
-    fn frame(&self, opcode: OpCode, parts: &[&[u8]]) -> Pushed {
+    fn frame(&self, opcode: OpCode, parts: &[&[u8]]) -> bool {
         let length: usize = parts.iter().map(|part| part.len()).sum();
         let mut state = self.lock();
         // A message of any size goes where nothing else waits.
         let full = !state.bytes.is_empty() && state.bytes.len() + length > MOST_BYTES;
-        if full || state.closed {
-            return Pushed::Left;
+        let fits = !full && !state.closed;
+        if fits {
+            add(&mut state.bytes, opcode, parts);
         }
-        add(&mut state.bytes, opcode, parts);
-        Pushed::Waits
+        fits
     }
 
     /// Adds frames as they are, such as answers to pings, where there is room.
@@ -112,7 +104,7 @@ impl Outbox {
     /// more comes.
     pub(crate) fn take(&self, sent: &mut Vec<u8>) -> bool {
         sent.clear();
-        // A burst is not held on to.
+        // The memory of a burst is given back.
         sent.shrink_to(1 << 20);
         let mut state = self.lock();
         state.under_way = false;
@@ -154,14 +146,14 @@ mod tests {
     #[test]
     fn frames_are_taken_in_order() {
         let outbox = Outbox::default();
-        assert_eq!(outbox.text("ab"), Pushed::Waits);
-        assert_eq!(outbox.binary(&[&[1], &[2, 3]]), Pushed::Waits);
+        assert!(outbox.text("ab"));
+        assert!(outbox.binary(&[&[1], &[2, 3]]));
         let mut sent = Vec::new();
         assert!(outbox.take(&mut sent));
         assert_eq!(sent, [0x81, 2, b'a', b'b', 0x82, 3, 1, 2, 3]);
         assert!(!outbox.is_empty(), "it is being sent");
         outbox.close();
-        assert_eq!(outbox.text("late"), Pushed::Left);
+        assert!(!outbox.text("late"));
         assert!(outbox.take(&mut sent));
         assert_eq!(sent, [0x88, 2, 0x03, 0xe9]);
         assert!(!outbox.take(&mut sent));
@@ -173,13 +165,13 @@ mod tests {
         let outbox = Outbox::default();
         // Alone it may be larger.
         let large = vec![0; MOST_BYTES + 1];
-        assert_eq!(outbox.binary(&[&large]), Pushed::Waits);
-        assert_eq!(outbox.binary(&[&[1]]), Pushed::Left);
+        assert!(outbox.binary(&[&large]));
+        assert!(!outbox.binary(&[&[1]]));
         outbox.raw(&[0x8a, 0]);
         let mut sent = Vec::new();
         assert!(outbox.take(&mut sent));
         assert_eq!(sent.len(), 10 + large.len());
-        assert_eq!(outbox.binary(&[&[1]]), Pushed::Waits);
+        assert!(outbox.binary(&[&[1]]));
     }
 
     #[test]

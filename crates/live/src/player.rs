@@ -19,13 +19,13 @@ use crate::start::StartOnSubscribe;
 /// Messages are sent at most so often, those due in between together.
 const TICK: Duration = Duration::from_millis(4);
 
-/// How often viewers are told the time where there are no messages.
+/// Interval at which viewers are sent the time where there are no messages.
 const HEARTBEAT: Duration = Duration::from_millis(50);
 
-/// How often there is a [`Event::Progress`].
+/// Interval of [`Event::Progress`].
 const PROGRESS: Duration = Duration::from_millis(200);
 
-/// How long viewers may take to close their connections.
+/// Time that viewers may take to close their connections.
 pub(crate) const CLOSING: Duration = Duration::from_secs(1);
 
 /// Messages that are sent before anyone else is listened to.
@@ -44,7 +44,7 @@ pub enum Repeat {
     Finish,
 }
 
-/// How playing came to an end.
+/// Reason why playback ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Ending {
     /// By the end of the file.
@@ -65,14 +65,14 @@ pub(crate) struct Player<R, N> {
     /// Whether time should pass as soon as a client is subscribed.
     pub(crate) wanted: bool,
     pub(crate) ended: bool,
-    /// The time that viewers were told last.
+    /// The time that viewers were sent last.
     pub(crate) shown: u64,
     pub(crate) clients: Clients,
     pub(crate) notify: N,
     pub(crate) times: Times,
 }
 
-/// When things were done last.
+/// Times of the last messages and the last report.
 #[derive(Default)]
 pub(crate) struct Times {
     sent: Duration,
@@ -144,7 +144,7 @@ impl<R: Read + Seek, N: FnMut(Event)> Player<R, N> {
         let more = open && self.deliver(now)?;
         if open && !more && self.wanted && self.clock.is_at_end(now) {
             match self.repeat {
-                // Clients that are behind catch up first, and are told what they missed.
+                // Clients that are behind catch up first, and are warned of what they missed.
                 Repeat::Finish if self.clients.is_anyone_behind() => {}
                 Repeat::Finish => return Ok(None),
                 Repeat::Stay | Repeat::Always => self.end(now)?,
@@ -209,7 +209,7 @@ impl<R: Read + Seek, N: FnMut(Event)> Player<R, N> {
         Ok(more)
     }
 
-    /// What happens at the end of the file.
+    /// Repeats or pauses at the end of the file.
     fn end(&mut self, now: Duration) -> Result<(), LiveError> {
         // A recording of one instant would be sent again and again without a pause.
         if self.repeat == Repeat::Always && self.span.0 < self.span.1 {
@@ -239,7 +239,7 @@ impl<R: Read + Seek, N: FnMut(Event)> Player<R, N> {
         }
     }
 
-    /// Does what it was told.
+    /// Obeys a command.
     fn obey(&mut self, command: Command, now: Duration) -> Result<(), LiveError> {
         match command {
             Command::Arrived(viewer) => self.arrived(now, viewer),
@@ -345,7 +345,7 @@ impl<R: Read + Seek, N: FnMut(Event)> Player<R, N> {
         Ok(())
     }
 
-    /// Lets time pass from now on, or stand.
+    /// Lets time pass from now on, or pauses it.
     fn want(&mut self, now: Duration, wanted: bool) {
         self.wanted = wanted;
         if !wanted {

@@ -2,9 +2,10 @@
 
 use data_encoding::BASE64;
 use inhand_container::ChannelFacts;
+use serde::Deserialize;
 use serde_json::{Value, json};
 
-/// What viewers and server agree upon when they connect. Both have the same messages.
+/// Subprotocols that viewers and server agree on when they connect. Both have the same messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Subprotocol {
     /// The first one; Lichtblick asks for it.
@@ -31,7 +32,7 @@ impl Subprotocol {
     }
 }
 
-/// Why a channel cannot be advertised, in words; text schemas have to be text.
+/// Checks whether a channel can be advertised: text schemas have to be text. The error is in words.
 pub(crate) fn check_schema(channel: &ChannelFacts) -> Result<(), &'static str> {
     match &channel.schema {
         Some(schema) if !is_binary(&schema.encoding) && str::from_utf8(&schema.data).is_err() => {
@@ -91,7 +92,7 @@ pub(crate) fn advertise<'a>(channels: impl IntoIterator<Item = (u64, &'a Channel
     json!({"op": "advertise", "channels": channels}).to_string()
 }
 
-/// How grave a status is.
+/// Level of a status message.
 #[derive(Clone, Copy)]
 pub(crate) enum Level {
     Warning = 1,
@@ -110,14 +111,14 @@ pub(crate) fn message_head(subscription: u32, log_time: u64) -> [u8; 13] {
     head
 }
 
-/// What time it is.
+/// The message of the time.
 pub(crate) fn time(log_time: u64) -> [u8; 9] {
     let mut bytes = [2; 9];
     bytes[1..].copy_from_slice(&log_time.to_le_bytes());
     bytes
 }
 
-/// What playing is about.
+/// Status of playback.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Status {
     Playing = 0,
@@ -125,7 +126,7 @@ pub(crate) enum Status {
     Ended = 3,
 }
 
-/// How playing stands.
+/// State of playback.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct PlaybackState {
     pub(crate) status: Status,
@@ -147,17 +148,17 @@ impl PlaybackState {
     }
 }
 
-/// What a viewer wants of playing.
+/// A playback request of a viewer.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PlaybackRequest {
     pub(crate) play: bool,
     pub(crate) speed: f64,
     pub(crate) seek: Option<u64>,
-    /// What the answer repeats.
+    /// Identifier that the answer repeats.
     pub(crate) id: String,
 }
 
-/// What a viewer says.
+/// A request of a viewer.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Request {
     /// Subscriptions and the channels that they are for.
@@ -166,40 +167,38 @@ pub(crate) enum Request {
     Playback(PlaybackRequest),
 }
 
-/// Takes a text from a viewer apart; an error is for the viewer.
-pub(crate) fn parse_text(text: &str) -> Result<Request, String> {
-    let value: Value = serde_json::from_str(text).map_err(|error| format!("not JSON: {error}"))?;
-    let list = |key: &str| {
-        value[key]
-            .as_array()
-            .ok_or_else(|| format!("expected a list \"{key}\""))
-    };
-    let id = |value: &Value| {
-        let id = value.as_u64().and_then(|id| u32::try_from(id).ok());
-        id.ok_or_else(|| format!("expected a subscription's number, found {value}"))
-    };
-    match value["op"].as_str() {
-        Some("subscribe") => {
-            let subscription = |entry: &Value| {
-                let channel = entry["channelId"].as_u64();
-                let channel = channel.ok_or_else(|| "expected a \"channelId\"".to_owned())?;
-                Ok((id(&entry["id"])?, channel))
-            };
-            let wanted = list("subscriptions")?.iter().map(subscription);
-            wanted
-                .collect::<Result<_, String>>()
-                .map(Request::Subscribe)
-        }
-        Some("unsubscribe") => {
-            let ids = list("subscriptionIds")?.iter().map(id);
-            ids.collect::<Result<_, String>>().map(Request::Unsubscribe)
-        }
-        Some(op) => Err(format!("\"{op}\" is nothing that a recording can do")),
-        None => Err("expected an \"op\"".to_owned()),
-    }
+/// A text of a viewer.
+#[derive(Deserialize)]
+#[serde(tag = "op", rename_all = "camelCase", rename_all_fields = "camelCase")]
+enum Operation {
+    Subscribe { subscriptions: Vec<Subscription> },
+    Unsubscribe { subscription_ids: Vec<u32> },
 }
 
-/// Takes bytes from a viewer apart; an error is for the viewer.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Subscription {
+    id: u32,
+    channel_id: u64,
+}
+
+/// Parses a text of a viewer; an error is for the viewer.
+pub(crate) fn parse_text(text: &str) -> Result<Request, String> {
+    let operation = serde_json::from_str(text);
+    Ok(
+        match operation.map_err(|error| format!("not understood: {error}"))? {
+            Operation::Subscribe { subscriptions } => {
+                let wanted = subscriptions
+                    .iter()
+                    .map(|wanted| (wanted.id, wanted.channel_id));
+                Request::Subscribe(wanted.collect())
+            }
+            Operation::Unsubscribe { subscription_ids } => Request::Unsubscribe(subscription_ids),
+        },
+    )
+}
+
+/// Parses bytes of a viewer; an error is for the viewer.
 pub(crate) fn parse_bytes(bytes: &[u8]) -> Result<Request, String> {
     match bytes.split_first() {
         Some((3, body)) => playback(body)

@@ -22,27 +22,27 @@ use crate::start::StartOnSubscribe;
 /// Commands that may wait; viewers that say more wait themselves.
 const WAITING: usize = 256;
 
-/// How long viewers may take to read the rest of a recording that has ended.
+/// Time that viewers may take to read the rest of a recording that has ended.
 const FINISHED: Duration = Duration::from_secs(30);
 
-/// How a recording is served.
+/// Settings of a server.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// Address to listen at, such as `127.0.0.1`.
     pub host: String,
     /// Port; 0 for any that is free.
     pub port: u16,
-    /// What viewers call it.
+    /// Name that viewers show.
     pub name: String,
     /// Seconds of the recording a second.
     pub speed: f64,
-    /// Where playing starts, seconds since the first message.
+    /// Start of playback, seconds since the first message.
     pub start_s: f64,
     /// Whether playback is paused at first.
     pub paused: bool,
     /// Whether playback goes on while no client is subscribed.
     pub unattended: bool,
-    /// What happens at the end.
+    /// Behaviour at the end.
     pub repeat: Repeat,
 }
 
@@ -149,7 +149,7 @@ impl<R: Read + Seek> Server<R> {
         })
     }
 
-    /// Where viewers connect to.
+    /// Address that viewers connect to.
     pub fn address(&self) -> SocketAddr {
         self.address
     }
@@ -168,7 +168,7 @@ impl<R: Read + Seek> Server<R> {
     /// [`LiveError::Thread`].
     pub fn run(self, notify: impl FnMut(Event)) -> Result<Played, LiveError> {
         let (settings, span) = (self.settings, self.span);
-        let advertisement = Advertisement::of(self.timeline.channels());
+        let advertisement = Advertisement::new(self.timeline.channels());
         let start = span
             .0
             .saturating_add((settings.start_s * 1e9).round() as u64);
@@ -210,7 +210,7 @@ impl<R: Read + Seek> Server<R> {
         player.disconnect_all(&self.commands, patience);
         // Threads that still send commands must not wait for the player.
         drop(self.commands);
-        acceptor.shut();
+        drop(acceptor);
         result.map(|_| Played {
             viewers: player.clients.came,
             sent: player.clients.sent,

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-/// How long a viewer may take, after the first topic, to ask for the others.
+/// Time that a viewer may take, after the first topic, to ask for the others.
 const SETTLE: Duration = Duration::from_millis(250);
 
 /// Open while a client is subscribed, or always.
@@ -33,7 +33,7 @@ impl StartOnSubscribe {
         self.always || self.since.is_some_and(|since| now >= since + SETTLE)
     }
 
-    /// How long until it opens; `None` where it is open or no client is subscribed.
+    /// Time until it opens; `None` where it is open or no client is subscribed.
     pub(crate) fn opens_in(&self, now: Duration) -> Option<Duration> {
         let since = self.since.filter(|_| !self.is_open(now))?;
         Some((since + SETTLE).saturating_sub(now))

@@ -17,10 +17,10 @@ use crate::event::DisconnectReason;
 use crate::outbox::Outbox;
 use crate::protocol::{Subprotocol, parse_bytes, parse_text};
 
-/// How long a viewer may take to say what it is.
+/// Time that a viewer may take for the handshake.
 const HANDSHAKE: Duration = Duration::from_secs(5);
 
-/// How long a viewer may read nothing while there is something to read. Systems buffer a good deal and take
+/// Time that a viewer may read nothing while there is something to read. Systems buffer a good deal and take
 /// it little by little, so that it may be three times as long before it shows.
 const STALL: Duration = Duration::from_secs(10);
 

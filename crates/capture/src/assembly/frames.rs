@@ -17,10 +17,10 @@ const LEFT_OUT_SAMPLES: u64 = 100_000;
 /// files three to six decimals. Both the row's time and the first row's carry half a step at most.
 const TIME_STEPS_S: [f64; 4] = [1e-3, 1e-4, 1e-5, 1e-6];
 
-/// How far from a multiple of its step a rounded time may come out, in single precision included.
+/// Largest distance of a rounded time from a multiple of its step, in single precision included.
 const TIME_ON_STEP_S: f64 = 1e-7;
 
-/// What a time column may be off beyond its rounding.
+/// Largest error of a time column beyond its rounding.
 const TIME_MARGIN_S: f64 = 1e-6;
 
 /// Relative precision of a time kept in single precision before it was printed.
@@ -115,6 +115,7 @@ impl Grid {
 #[derive(Default)]
 pub(super) struct TimeCheck {
     rate_hz: f64,
+    tolerance_s: f64,
     first_time_s: Option<(f64, i64)>,
     /// Index of the coarsest of [`TIME_STEPS_S`] that all times so far are multiples of.
     step: usize,
@@ -123,9 +124,10 @@ pub(super) struct TimeCheck {
 }
 
 impl TimeCheck {
-    pub(super) fn new(rate_hz: f64) -> Self {
+    pub(super) fn new(rate_hz: f64, tolerance_s: f64) -> Self {
         Self {
             rate_hz,
+            tolerance_s,
             ..Self::default()
         }
     }
@@ -154,14 +156,13 @@ impl TimeCheck {
     }
 
     pub(super) fn finding(&self) -> Option<Finding> {
-        let rounding_s = TIME_STEPS_S[self.step] + TIME_MARGIN_S;
+        let rounding_s = (TIME_STEPS_S[self.step] + TIME_MARGIN_S).max(self.tolerance_s);
         let (line, found_s, expected_s) = self.worst.filter(|_| self.worst_s > rounding_s)?;
         Some(Finding::warning(
             format!("line {line}"),
             format!(
                 "the time column says {found_s:.6} s where frame and rate ({} Hz) give \
-                 {expected_s:.6} s, more than its rounding; this is the worst row: times are \
-                 taken from the frames",
+                 {expected_s:.6} s; this is the worst row: times are taken from the frames",
                 self.rate_hz
             ),
         ))

@@ -10,7 +10,7 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use crate::table::Rows;
 
-/// Where a body's rotation is among the values of a row.
+/// Places of a body's rotation among the values of a row.
 #[derive(Clone, Copy)]
 pub(crate) enum RotationColumns {
     /// x, y, z, w.
@@ -25,7 +25,7 @@ enum Samples {
     Poses(BodyKind, RotationColumns, PoseTrack<World, Body>),
 }
 
-/// Why a sample is missing though some of its cells are not blank.
+/// Reasons for a missing sample though some of its cells are not blank.
 #[derive(Clone, Copy)]
 enum Oddity {
     Partial,
@@ -33,7 +33,7 @@ enum Oddity {
     AtOrigin,
 }
 
-/// What findings say of each [`Oddity`].
+/// Text of the finding of each [`Oddity`].
 const ODDITIES: [&str; 3] = [
     "some of its cells are blank",
     "its quaternion is not of unit length",
@@ -49,7 +49,7 @@ pub(crate) struct Series {
     samples: Samples,
     /// Place and values of a marker's quality or a body's error.
     extra: Option<(usize, Vec<f64>)>,
-    /// How often each [`Oddity`] happened, and on which line first.
+    /// Number of samples with each [`Oddity`], and line of the first.
     odd: [(usize, usize); 3],
 }
 

@@ -41,13 +41,13 @@ pub(super) struct Parameters {
 }
 
 /// Reads bytes of a file one after the other.
-struct Reader<'a> {
+struct ByteReader<'a> {
     file: &'a str,
     bytes: &'a [u8],
     at: usize,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> ByteReader<'a> {
     fn take(&mut self, length: usize) -> Result<&'a [u8], CaptureError> {
         let rest = self.bytes.get(self.at..).unwrap_or_default();
         let Some((taken, _)) = rest.split_at_checked(length) else {
@@ -83,7 +83,7 @@ impl Parameters {
             ));
         };
         let start = (usize::from(block) - 1) * BLOCK_BYTES;
-        let mut reader = Reader {
+        let mut reader = ByteReader {
             file,
             bytes,
             at: start,
@@ -236,7 +236,7 @@ fn header(bytes: &[u8], processor: Processor, file: &str) -> Result<Header, Capt
 
 /// Parameters by group and name. Records lie one after the other: length of the name, number of the
 /// group (negative for the record of a group itself), name, way to the next record, content.
-fn values(reader: &mut Reader<'_>, processor: Processor) -> Result<ByName, CaptureError> {
+fn values(reader: &mut ByteReader<'_>, processor: Processor) -> Result<ByName, CaptureError> {
     let mut groups: BTreeMap<i8, String> = BTreeMap::new();
     let mut parameters: Vec<(i8, String, (usize, Values))> = Vec::new();
     // A file may end with its parameters, or fill the rest of their blocks with zeros.
@@ -279,7 +279,7 @@ fn values(reader: &mut Reader<'_>, processor: Processor) -> Result<ByName, Captu
 }
 
 fn content(
-    reader: &mut Reader<'_>,
+    reader: &mut ByteReader<'_>,
     processor: Processor,
     name: &str,
 ) -> Result<Values, CaptureError> {

@@ -59,7 +59,7 @@ impl Points {
         }
         if frames < declared {
             let message = format!(
-                "the file promises {declared} frames of {points} points and holds {held}: read what \
+                "the file promises {declared} frames of {points} points and has {held}: read what \
                  is there; the file was cut"
             );
             findings.push(Finding::warning("POINT:FRAMES", message));

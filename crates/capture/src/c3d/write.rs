@@ -113,8 +113,8 @@ enum Content<'a> {
     /// A count in two words, the less significant one first.
     Long(u32),
     Real(f32),
-    Reals(usize),
-    Words(usize),
+    /// No values of a type.
+    Empty(i8),
     Text(&'a str),
     Texts(&'a [&'a str]),
 }
@@ -143,8 +143,8 @@ fn parameters(recording: &Recording, data_block: u16) -> Vec<u8> {
     group.add("LABELS", &Content::Texts(&[]));
     group.add("DESCRIPTIONS", &Content::Texts(&[]));
     group.add("GEN_SCALE", &Content::Real(1.0));
-    group.add("SCALE", &Content::Reals(0));
-    group.add("OFFSET", &Content::Words(0));
+    group.add("SCALE", &Content::Empty(4));
+    group.add("OFFSET", &Content::Empty(2));
     group.add("UNITS", &Content::Texts(&[]));
     group.add("RATE", &Content::Real(recording.clock.rate_hz() as f32));
     let mut group = Group::start(&mut bytes, 3, "FORCE_PLATFORM");
@@ -182,8 +182,7 @@ impl<'a> Group<'a> {
             // Two words, least significant first, are the bytes of one number.
             Content::Long(count) => (2, vec![2], count.to_le_bytes().to_vec()),
             Content::Real(real) => (4, vec![], real.to_le_bytes().to_vec()),
-            Content::Reals(count) => (4, vec![*count as u8], vec![0; 4 * count]),
-            Content::Words(count) => (2, vec![*count as u8], vec![0; 2 * count]),
+            Content::Empty(kind) => (*kind, vec![0], vec![]),
             Content::Text(text) => (-1, vec![text.len() as u8], text.as_bytes().to_vec()),
             Content::Texts(texts) => {
                 let length = text_bytes(texts);

@@ -1,4 +1,4 @@
-//! Which columns make which marker or body.
+//! Columns of markers and bodies.
 
 use std::collections::BTreeMap;
 
@@ -14,13 +14,13 @@ use crate::text::is_unlabelled;
 const NAMED_UNREAD: usize = 4;
 
 /// Meaning of the columns of a file.
-pub(super) struct Layout {
+pub(super) struct ColumnLayout {
     pub(super) table: Table,
     pub(super) series: Vec<Series>,
-    /// How rotations are written; `None` where there are none.
+    /// Notation of rotations; `None` where there are none.
     pub(super) rotation: Option<RotationOrder>,
     pub(super) findings: Vec<Finding>,
-    /// What is not given in the world, where the header says so.
+    /// The finding about coordinates that are not in the world.
     pub(super) local_space: Option<Finding>,
 }
 
@@ -76,7 +76,7 @@ struct Candidate<'a> {
     columns: [Option<(usize, usize)>; PLACES],
 }
 
-impl Layout {
+impl ColumnLayout {
     /// Groups the columns into entities.
     ///
     /// # Errors
@@ -250,7 +250,7 @@ impl Candidate<'_> {
         Ok((body, order))
     }
 
-    /// Names what is unknown of the unit too, so that nobody has to come back twice.
+    /// Names what is unknown of the unit too, so that one run shows both.
     fn no_rotation_order(&self, file: &str, length_unit: Option<LengthUnit>) -> CaptureError {
         let units = match length_unit {
             Some(_) => String::new(),

@@ -38,7 +38,7 @@
 //!   a millisecond, is only a check.
 //! * **Missing** samples are blank cells (or `NaN`); a pose or position of which only a part is
 //!   there is missing too.
-//! * **Axes** are not stated. Motive exports Y up unless told otherwise.
+//! * **Axes** are not stated. Motive exports Y up unless set otherwise.
 
 mod header;
 mod layout;
@@ -51,7 +51,7 @@ use inhand_model::{Finding, LengthUnit, RotationOrder, Setting, Source, UpAxis};
 
 use self::header::Header;
 pub(crate) use self::header::looks_like;
-use self::layout::Layout;
+use self::layout::ColumnLayout;
 use crate::assembly::Take;
 use crate::error::CaptureError;
 use crate::header::Opened;
@@ -74,7 +74,7 @@ pub(crate) fn open(
     let facts = &header.facts;
     let units = "Meters, Centimeters, Millimeters, Inches or Feet";
     let length_unit = facts.length_unit("Length Units", units, settings)?;
-    let layout = Layout::new(&header, rotation_order(&header, settings)?, length_unit)?;
+    let layout = ColumnLayout::new(&header, rotation_order(&header, settings)?, length_unit)?;
     let length_unit = match length_unit {
         Some(unit) => unit,
         // Without any entity there is no length to misread.
@@ -117,6 +117,7 @@ pub(crate) fn open(
             },
             series: layout.series,
             zero_is_missing: false,
+            time_tolerance_s: 0.0,
             declared_rows,
             findings,
         },

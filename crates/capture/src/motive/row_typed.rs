@@ -37,7 +37,7 @@ use crate::settings::{ReadSettings, settle};
 use crate::table::Rows;
 use crate::{start_time, text};
 
-/// How lines start, and with that files.
+/// Beginnings of lines, and with that of files.
 const ROW_TYPES: [&[u8]; 7] = [
     b"comment,",
     b"info,",
@@ -60,7 +60,7 @@ const SAMPLES_AT_LEAST: u64 = 1_000_000;
 /// A rate is taken to be a round number where that moves the last frame by less than this, frames.
 const ROUND_RATE_FRAMES: f64 = 0.25;
 
-/// How far a time stamp may be from the even clock, frames, before a finding names it.
+/// Largest distance of a time stamp from the even clock without a finding, frames.
 const LATE_FRAMES: f64 = 0.5;
 
 pub(crate) fn looks_like(bytes: &[u8]) -> bool {
@@ -102,9 +102,11 @@ pub(crate) fn read(
         all: stamped.collect(),
     };
     let start = start_time::parse("start time", None);
-    let clock = start.clock(times.rate_hz(file)?, file)?;
+    let rate_hz = times.rate_hz(file)?;
+    let clock = start.clock(rate_hz, file)?;
     let mut findings: Vec<Finding> = start.finding.into_iter().collect();
-    findings.extend(times.findings(clock.rate_hz()));
+    let message = format!("the file states none: {rate_hz} Hz by its time stamps");
+    findings.push(Finding::info("rate", message));
     findings.append(&mut seen.findings);
     let facts = Facts {
         file,
@@ -131,6 +133,7 @@ pub(crate) fn read(
         },
         series: std::mem::take(&mut columns.series),
         zero_is_missing: false,
+        time_tolerance_s: LATE_FRAMES / rate_hz,
         declared_rows,
         findings,
     };
@@ -187,7 +190,7 @@ impl Columns {
                 lost.push(other.samples.rows.len());
                 continue;
             }
-            // What the software cannot tell is called `Marker-1718`.
+            // A marker that the software cannot identify is called `Marker-1718`.
             let kind = match other.name.is_empty() || other.name.starts_with("Marker-") {
                 true => MarkerKind::Unlabelled,
                 false => MarkerKind::Labelled,
@@ -256,7 +259,7 @@ impl Columns {
         }
         Rows {
             frames: frames.iter().map(|&(_, number, _)| number).collect(),
-            times_s: Vec::new(),
+            times_s: frames.iter().map(|&(.., time_s)| time_s).collect(),
             values,
             lines: frames.iter().map(|&(line, ..)| line).collect(),
         }
@@ -304,33 +307,5 @@ impl Times {
         }
         let middle = rates.len() / 2;
         Some(*rates.select_nth_unstable_by(middle, f64::total_cmp).1)
-    }
-
-    fn findings(&self, rate_hz: f64) -> Vec<Finding> {
-        let mut findings = vec![Finding::info(
-            "rate",
-            format!("the file states none: {rate_hz} Hz by its time stamps"),
-        )];
-        let Some(&(_, first, start_s)) = self.all.first() else {
-            return findings;
-        };
-        let off = |&(line, frame, time_s): &(usize, i64, f64)| {
-            let even_s = start_s + (frame - first) as f64 / rate_hz;
-            (line, (time_s - even_s).abs())
-        };
-        let worst = self.all.iter().map(off).max_by(|a, b| a.1.total_cmp(&b.1));
-        if let Some((line, off_s)) = worst
-            && off_s * rate_hz > LATE_FRAMES
-        {
-            findings.push(Finding::warning(
-                format!("line {line}"),
-                format!(
-                    "its time stamp is {:.3} ms from the even clock of {rate_hz} Hz; this is the \
-                     worst row: times are taken from the frames",
-                    off_s * 1e3
-                ),
-            ));
-        }
-        findings
     }
 }

@@ -6,7 +6,7 @@ use thiserror::Error;
 /// Names listed before the rest is only counted.
 const LISTED: usize = 40;
 
-/// Why the roles of a take stay open: what is undetermined, what the take has, and how to set it.
+/// Reasons why the roles of a take stay open: what is undetermined, what the take has, and how to set it.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("{0}")]
 pub struct RoleError(pub(super) String);

@@ -1,4 +1,4 @@
-//! Which body or marker cluster is the hand, which the object, which marker is on which finger.
+//! Roles of bodies and markers: the hand, the object, the fingertips.
 //!
 //! Names decide, by fixed rules and never by a guess: where a take leaves a choice, the answer is
 //! an error that lists what the take contains and how to say which is meant.
@@ -27,12 +27,12 @@
 //! let mut settings = RoleSettings::default();
 //! let found = roles::resolve(&recording, &settings)?;
 //! assert_eq!(found.fingers[Finger::Middle], "middle_tip");
-//! assert_eq!(found.object, None); // nobody said that the pillow is the object
+//! assert_eq!(found.object, None); // no setting says that the pillow is the object
 //!
 //! settings.object = Some("pillow".parse()?);
-//! let told = roles::resolve(&recording, &settings)?;
+//! let set = roles::resolve(&recording, &settings)?;
 //! let pillow = ["pillow_top", "pillow_left", "pillow_right"].map(String::from);
-//! assert_eq!(told.object, Some(BodySource::Markers(pillow.to_vec())));
+//! assert_eq!(set.object, Some(BodySource::Markers(pillow.to_vec())));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
@@ -48,12 +48,12 @@ use std::str::FromStr;
 
 use inhand_model::{PerFinger, Recording, Roles};
 
-/// What the user says about the roles in a take; what is left open is found by name.
+/// Roles that the user sets; the others are found by name.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct RoleSettings {
-    /// What the hand's pose comes from.
+    /// Source of the hand's pose.
     pub hand: Option<BodyChoice>,
-    /// What the object's pose comes from.
+    /// Source of the object's pose.
     pub object: Option<BodyChoice>,
     /// Marker on each fingertip, by name.
     pub fingers: PerFinger<Option<String>>,
@@ -61,7 +61,7 @@ pub struct RoleSettings {
     pub no_object: bool,
 }
 
-/// What the user says a body's pose comes from.
+/// Source of a body's pose, as the user sets it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum BodyChoice {
     /// A rigid body or bone by name; where there is none of that name, the cluster of markers whose

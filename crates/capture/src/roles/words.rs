@@ -151,7 +151,7 @@ fn is_number(word: &str) -> bool {
     word.bytes().all(|byte| byte.is_ascii_digit())
 }
 
-/// What the markers of one cluster share: the name without its last word (`hand_top`, `hand_left`
+/// The part of a name that the markers of one cluster share: the name without its last word (`hand_top`, `hand_left`
 /// share `hand`; `Hand:Marker1` shares `Hand`). Empty where there is only one word.
 pub(super) fn cluster(name: &str) -> &str {
     let own = name.trim_end_matches(|c: char| c.is_ascii_digit());

@@ -1,7 +1,7 @@
 //! Points of a `foxglove.PointCloud` as markers.
 
+use ::foxglove::messages::PointCloud;
 use ::foxglove::messages::packed_element_field::NumericType;
-use ::foxglove::messages::{PackedElementField, PointCloud};
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion};
 
 use super::{coordinates, limited, rotation, stamp};
@@ -14,9 +14,14 @@ const NUMBER_FIELDS: [&str; 5] = ["id", "marker_id", "marker", "index", "label"]
 pub(super) fn points(cloud: &PointCloud) -> Readings<'static> {
     let axes = ["x", "y", "z"].map(|axis| NumberField::find(cloud, axis));
     let [Some(x), Some(y), Some(z)] = axes else {
+        let names = cloud
+            .fields
+            .iter()
+            .take(20)
+            .map(|field| field.name.as_str());
         return Err(Fault::new(
             "fields x, y and z, each with a numeric type and inside the point",
-            format!("the fields {}", names(&cloud.fields)),
+            format!("the fields {:?}", names.collect::<Vec<_>>()),
         ));
     };
     let number = (NUMBER_FIELDS.iter()).find_map(|name| NumberField::find(cloud, name));
@@ -69,17 +74,6 @@ fn pose(cloud: &PointCloud) -> Result<Isometry3<f64>, Fault> {
     ))
 }
 
-fn names(fields: &[PackedElementField]) -> String {
-    let names: Vec<&str> = (fields.iter().take(20))
-        .map(|field| field.name.as_str())
-        .collect();
-    if names.is_empty() {
-        "none".to_owned()
-    } else {
-        names.join(", ")
-    }
-}
-
 /// A number of every point.
 #[derive(Clone, Copy)]
 struct NumberField {
@@ -88,7 +82,7 @@ struct NumberField {
 }
 
 impl NumberField {
-    /// The field of that name, if all of it lies inside a point.
+    /// The field of that name, if all of it is inside a point.
     fn find(cloud: &PointCloud, name: &str) -> Option<Self> {
         let field = (cloud.fields.iter()).find(|field| field.name.eq_ignore_ascii_case(name))?;
         let numeric = NumericType::try_from(field.r#type).ok()?;

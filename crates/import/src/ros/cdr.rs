@@ -1,6 +1,6 @@
 //! Common data representation (CDR), version 1: how ROS 2 lays messages out.
 //!
-//! Four bytes of header say the order of bytes; behind them every number lies at a multiple of its
+//! Four bytes of header say the order of bytes; behind them every number is at a multiple of its
 //! own size, counted from the end of the header.
 
 use std::borrow::Cow;

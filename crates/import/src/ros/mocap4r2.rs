@@ -27,9 +27,9 @@ const MARKER_BYTES: usize = 36;
 /// Fewest bytes of a rigid body: lengths of name and markers, pose.
 const BODY_BYTES: usize = 64;
 
-/// `id_type` of a marker that goes by its number alone.
+/// `id_type` of a marker that its number alone identifies.
 const USE_INDEX: i8 = 1;
-/// `id_type` of a marker that goes by name and number.
+/// `id_type` of a marker that name and number identify.
 const USE_BOTH: i8 = 2;
 
 /// A message of mocap4r2: header, number of the frame, a sequence.

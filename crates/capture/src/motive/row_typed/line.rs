@@ -7,8 +7,8 @@ use crate::lines::MAX_LINE_BYTES;
 use crate::table::{cell_number, frame};
 use crate::text::{self, excerpt};
 
-/// What a line says.
-pub(super) enum Row<'a> {
+/// Contents of a line.
+pub(super) enum TypedRow<'a> {
     /// A comment, or nothing.
     Nothing,
     LeftHanded,
@@ -29,19 +29,14 @@ pub(super) struct Definition<'a> {
     pub(super) markers: usize,
 }
 
-/// What was seen at one frame.
+/// Bodies and markers at one frame.
 pub(super) struct FrameLine<'a> {
     pub(super) number: i64,
     /// NaN where blank.
     pub(super) time_s: f64,
-    pub(super) bodies: Vec<TrackedBody<'a>>,
+    /// ID, position and quaternion of each body, x, y, z, w last.
+    pub(super) bodies: Vec<(&'a str, [f64; 7])>,
     pub(super) markers: Vec<SeenMarker<'a>>,
-}
-
-pub(super) struct TrackedBody<'a> {
-    pub(super) id: &'a str,
-    /// Position and quaternion, x, y, z, w last.
-    pub(super) pose: [f64; 7],
 }
 
 pub(super) struct SeenMarker<'a> {
@@ -57,15 +52,15 @@ pub(super) struct BodyLine<'a> {
     pub(super) id: &'a str,
     /// Whether the pose is that of this frame.
     pub(super) tracked: bool,
-    /// Where the fit places its markers.
+    /// Positions of its markers by the fit.
     pub(super) fitted: Vec<[f64; 3]>,
-    /// Where they were seen, NaN where not.
+    /// Positions as seen, NaN where they were not.
     pub(super) seen: Vec<[f64; 3]>,
     pub(super) quality: Vec<f64>,
 }
 
 /// The lines of a file in memory.
-pub(super) struct Lines<'a> {
+pub(super) struct TypedLines<'a> {
     file: &'a str,
     rest: &'a [u8],
     number: usize,
@@ -73,7 +68,7 @@ pub(super) struct Lines<'a> {
     in_frames: bool,
 }
 
-impl<'a> Lines<'a> {
+impl<'a> TypedLines<'a> {
     pub(super) fn new(bytes: &'a [u8], file: &'a str) -> Self {
         Self {
             file,
@@ -84,7 +79,7 @@ impl<'a> Lines<'a> {
     }
 
     /// The next line and its number; `None` at the end.
-    pub(super) fn next_row(&mut self) -> Result<Option<(usize, Row<'a>)>, CaptureError> {
+    pub(super) fn next_row(&mut self) -> Result<Option<(usize, TypedRow<'a>)>, CaptureError> {
         if self.rest.is_empty() {
             return Ok(None);
         }
@@ -100,7 +95,7 @@ impl<'a> Lines<'a> {
         Ok(Some((self.number, row)))
     }
 
-    fn row(&mut self, line: &'a [u8]) -> Result<Row<'a>, CaptureError> {
+    fn row(&mut self, line: &'a [u8]) -> Result<TypedRow<'a>, CaptureError> {
         let mut cells = Cells {
             file: self.file,
             line: self.number,
@@ -109,18 +104,18 @@ impl<'a> Lines<'a> {
         };
         let kind = cells.bytes("a row type")?;
         match kind.trim_ascii().to_ascii_lowercase().as_slice() {
-            b"" | b"comment" | b"righthanded" => Ok(Row::Nothing),
-            b"lefthanded" => Ok(Row::LeftHanded),
-            b"info" => Ok(Row::Info {
+            b"" | b"comment" | b"righthanded" => Ok(TypedRow::Nothing),
+            b"lefthanded" => Ok(TypedRow::LeftHanded),
+            b"info" => Ok(TypedRow::Info {
                 key: cells.text("a key")?,
                 value: cells.text("a value")?,
             }),
             b"frame" => {
                 self.in_frames = true;
-                cells.frame_line().map(Row::Frame)
+                cells.frame_line().map(TypedRow::Frame)
             }
-            b"rigidbody" | b"trackable" if self.in_frames => cells.body_line().map(Row::Body),
-            b"rigidbody" | b"trackable" => cells.definition().map(Row::Definition),
+            b"rigidbody" | b"trackable" if self.in_frames => cells.body_line().map(TypedRow::Body),
+            b"rigidbody" | b"trackable" => cells.definition().map(TypedRow::Definition),
             _ => Err(cells.error(
                 "comment, info, rigidbody, trackable, frame, righthanded or lefthanded",
                 kind,
@@ -133,7 +128,7 @@ impl<'a> Lines<'a> {
 struct Cells<'a> {
     file: &'a str,
     line: usize,
-    /// What follows; `None` behind the last cell.
+    /// The rest of the line; `None` behind the last cell.
     rest: Option<&'a [u8]>,
     /// Cells taken.
     column: usize,
@@ -158,7 +153,7 @@ impl<'a> Cells<'a> {
             let pose = self.numbers()?;
             // Yaw, pitch and roll say the same again.
             self.numbers::<3>()?;
-            Ok(TrackedBody { id, pose })
+            Ok((id, pose))
         });
         let bodies = bodies.collect::<Result<_, CaptureError>>()?;
         let markers = self.count("a count of markers")?;

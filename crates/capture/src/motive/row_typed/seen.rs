@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use inhand_model::Finding;
 
-use super::line::{BodyLine, Definition, FrameLine, Lines, Row, SeenMarker};
+use super::line::{BodyLine, Definition, FrameLine, SeenMarker, TypedLines, TypedRow};
 use crate::error::CaptureError;
 
 /// Values of a thing at the frames that have it.
@@ -31,7 +31,7 @@ pub(super) struct SeenBody {
     pub(super) pose: Samples,
     /// Number of its markers.
     markers: usize,
-    /// Where the fit places each of them with its quality, and where it was seen.
+    /// Position of each by the fit with its quality, and as seen.
     pub(super) parts: Vec<[Samples; 2]>,
     /// Whether rows of its own place its markers.
     has_rows: bool,
@@ -67,13 +67,13 @@ pub(super) struct Seen {
 impl Seen {
     pub(super) fn read(bytes: &[u8], file: &str) -> Result<Self, CaptureError> {
         let mut seen = Self::default();
-        let mut lines = Lines::new(bytes, file);
+        let mut lines = TypedLines::new(bytes, file);
         // The frame whose rows of bodies may still come.
         let mut frame: Option<(usize, FrameLine<'_>)> = None;
         let mut bodies: Vec<BodyLine<'_>> = Vec::new();
         while let Some((line, row)) = lines.next_row()? {
             match (row, &frame) {
-                (Row::LeftHanded, None) => {
+                (TypedRow::LeftHanded, None) => {
                     let found = format_args!("a take in left-handed coordinates (line {line})");
                     return Err(CaptureError::unsupported(
                         file,
@@ -81,18 +81,18 @@ impl Seen {
                         "export it right-handed",
                     ));
                 }
-                (Row::Info { key, value }, None) => {
+                (TypedRow::Info { key, value }, None) => {
                     let fact = seen.facts.entry(key.to_owned());
                     fact.or_insert_with(|| value.to_owned());
                 }
-                (Row::Definition(body), None) => seen.define(&body),
-                (Row::Frame(next), _) => {
+                (TypedRow::Definition(body), None) => seen.define(&body),
+                (TypedRow::Frame(next), _) => {
                     if let Some((line, frame)) = frame.replace((line, next)) {
                         seen.place(line, &frame, &std::mem::take(&mut bodies));
                     }
                 }
                 // A row that names another frame is out of place.
-                (Row::Body(body), Some((_, frame))) if body.frame == frame.number => {
+                (TypedRow::Body(body), Some((_, frame))) if body.frame == frame.number => {
                     bodies.push(body);
                 }
                 _ => {}
@@ -129,11 +129,11 @@ impl Seen {
         let row = self.frames.len();
         self.frames.push((line, frame.number, frame.time_s));
         self.count += (frame.bodies.len() + frame.markers.len()) as u64;
-        for body in &frame.bodies {
-            match self.by_id.get(body.id) {
-                Some(&known) => self.bodies[known].pose.push(row, &body.pose),
-                None if self.undefined.iter().any(|id| id == body.id) => {}
-                None => self.undefined.push(body.id.to_owned()),
+        for &(id, pose) in &frame.bodies {
+            match self.by_id.get(id) {
+                Some(&known) => self.bodies[known].pose.push(row, &pose),
+                None if self.undefined.iter().any(|other| other == id) => {}
+                None => self.undefined.push(id.to_owned()),
             }
         }
         for line in bodies {
@@ -222,7 +222,10 @@ fn other_markers<'a, 'b>(
     others.map(move |marker| {
         let identity = (marker.id, marker.name);
         // Version 1 gives every marker the ID 0 and no name.
-        let told = !marker.name.is_empty() || !matches!(marker.id, "" | "0");
-        (marker, (told && met.insert(identity)).then_some(identity))
+        let is_identified = !marker.name.is_empty() || !matches!(marker.id, "" | "0");
+        (
+            marker,
+            (is_identified && met.insert(identity)).then_some(identity),
+        )
     })
 }

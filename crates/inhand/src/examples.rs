@@ -77,6 +77,11 @@ const SETTINGS: [&str; 8] = [
     "Evaluation",
 ];
 
+/// Options outside of these headings, wherever commands have them.
+const COMMON: [&str; 8] = [
+    "settings", "object", "rank", "methods", "output", "format", "force", "no_view",
+];
+
 /// The command line with examples under the help of each command, and a `-h` that fits a screen.
 pub(crate) fn with_examples(cli: Command) -> Command {
     cli.mut_subcommands(|command| {
@@ -87,11 +92,14 @@ pub(crate) fn with_examples(cli: Command) -> Command {
 
 fn short(command: Command) -> Command {
     let command = command.mut_args(|arg| {
-        let is_setting = SETTINGS.contains(&arg.get_help_heading().unwrap_or_default());
         // The help of --format names the values.
         let is_format = arg.get_id() == "format";
+        let arg = arg.hide_possible_values(is_format);
+        if COMMON.contains(&arg.get_id().as_str()) {
+            return arg.help_heading(None);
+        }
+        let is_setting = SETTINGS.contains(&arg.get_help_heading().unwrap_or_default());
         arg.hide_short_help(is_setting)
-            .hide_possible_values(is_format)
     });
     command.mut_subcommands(short)
 }
@@ -137,6 +145,16 @@ mod tests {
             }
         }
         assert_eq!(count, EXAMPLES.trim().lines().count(), "no other command");
+    }
+
+    #[test]
+    fn short_help_fits_a_screen() {
+        for command in with_examples(Cli::command()).get_subcommands_mut() {
+            let help = command.render_help().to_string();
+            let lines = help.lines().map(|line| line.len().div_ceil(100).max(1));
+            let count: usize = lines.sum();
+            assert!(count <= 26, "{count} lines:\n{help}");
+        }
     }
 
     #[test]

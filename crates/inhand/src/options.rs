@@ -28,7 +28,7 @@ pub(crate) enum Format {
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct SourceOptions {
     /// Settings file [default: inhand.toml of a session].
-    #[arg(long, value_name = "FILE", help_heading = None)]
+    #[arg(long, value_name = "FILE")]
     pub(crate) settings: Option<PathBuf>,
     /// Unit of length where a file does not state it: m, cm, mm, in or ft.
     #[arg(long, value_name = "UNIT")]
@@ -69,8 +69,8 @@ pub(crate) struct SelectOptions {
 /// Processing of takes.
 #[derive(Clone, Debug, Default, PartialEq, Args)]
 pub(crate) struct ProcessOptions {
-    /// Shape of the object: cube:EDGE, box:XxYxZ or cylinder:DIAMETERxHEIGHT, in metres.
-    #[arg(long, value_name = "SHAPE", help_heading = None)]
+    /// Shape of the object, metres: cube:EDGE, box:XxYxZ, cylinder:DIAMETERxHEIGHT.
+    #[arg(long, value_name = "SHAPE")]
     object: Option<String>,
     /// Offset from the tracked body's origin to the object's centre, in the body's frame, metres.
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
@@ -106,7 +106,7 @@ pub(crate) struct LearnOptions {
     /// With `learn`, also FROM..TO (a dozen in even steps) or FROM..TO:STEP: each rank is evaluated on takes
     /// left out of learning, and the smallest whose prediction error is within one standard error of the least is
     /// used.
-    #[arg(long, value_name = "N|FROM..TO", help_heading = None)]
+    #[arg(long, value_name = "N|FROM..TO")]
     rank: Option<RankOption>,
     /// Primitives of each finger's deviation from the cubic Hermite baseline [default: 28].
     #[arg(long, value_name = "N")]
@@ -170,12 +170,11 @@ pub(crate) struct LearnOptions {
 /// Choice of methods.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct MethodOptions {
-    /// Methods in the order of the report, separated by commas; the first is the default one.
+    /// Methods, separated by commas; the first is the default one.
     ///
-    /// auto is the method with the lowest error on training takes left out of learning, which is then repeated for
+    /// They are in the order of the report. auto is the method with the lowest error on training takes left out of learning, which is then repeated for
     /// each group of takes.
-    #[arg(long, value_name = "METHOD,...", value_delimiter = ',', value_parser = word::<Method>,
-          help_heading = None)]
+    #[arg(long, value_name = "METHOD,...", value_delimiter = ',', value_parser = word::<Method>)]
     methods: Vec<Method>,
 }
 
@@ -463,4 +462,44 @@ fn three_numbers(flag: &str, text: &str) -> Result<[f64; 3]> {
     numbers
         .and_then(|numbers| numbers.try_into().ok())
         .ok_or_else(|| UsageError(format!("{flag} {text}: expected three numbers, X,Y,Z")).into())
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::{CommandFactory, FromArgMatches};
+
+    use super::*;
+    use crate::commands::run::SessionOptions;
+
+    #[derive(Debug, clap::Parser)]
+    struct Call {
+        #[command(flatten)]
+        options: SessionOptions,
+    }
+
+    #[test]
+    fn defaults_in_the_help_are_those_of_the_settings() {
+        let mut count = 0;
+        for arg in Call::command().get_arguments() {
+            let help = arg.get_help().map(ToString::to_string).unwrap_or_default();
+            let stated = help.split_once("[default: ").map(|(_, rest)| rest);
+            let Some(value) = stated.and_then(|rest| rest.strip_suffix(']')) else {
+                continue;
+            };
+            // Other defaults depend on the takes.
+            if value.contains(' ') {
+                continue;
+            }
+            let flag = format!("--{}", arg.get_long().expect("every setting has a flag"));
+            let call = ["inhand", flag.as_str(), value];
+            let matches = Call::command()
+                .try_get_matches_from(call)
+                .expect("it parses");
+            let call = Call::from_arg_matches(&matches).expect("it parses");
+            let settings = call.options.settings(None).expect("it is valid");
+            assert_eq!(settings, Settings::default(), "{flag} {value}");
+            count += 1;
+        }
+        assert!(count > 25, "{count}");
+    }
 }

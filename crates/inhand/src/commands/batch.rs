@@ -26,10 +26,10 @@ pub(crate) struct Args {
     /// Sessions: folders with train/ and test/ takes, or files inhand.toml.
     #[arg(required = true)]
     sessions: Vec<PathBuf>,
-    /// Folder for the results: a folder for each session, summary.html, batch.json.
+    /// Folder for the results of each session, summary.html and batch.json.
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// Join sessions in summary.html although their settings differ; it lists the differences.
+    /// Join sessions with different settings; summary.html lists the differences.
     #[arg(long)]
     allow_different: bool,
     #[command(flatten)]

@@ -22,7 +22,9 @@ pub(crate) struct Args {
     /// Takes.
     #[arg(required = true)]
     inputs: Vec<PathBuf>,
-    /// Output file; a folder for several inputs. Without steps nothing is written.
+    /// Output file; a folder for several inputs.
+    ///
+    /// Without steps nothing is written.
     #[arg(short, long, value_name = "PATH")]
     output: Option<PathBuf>,
     #[command(flatten, next_help_heading = "Steps, in this order")]
@@ -51,18 +53,21 @@ struct StepOptions {
     /// All four repairs.
     #[arg(long)]
     repair: bool,
-    /// Fill gaps: by the straight line, the cubic through the motion on both sides, the other markers of the same
-    /// rigid cluster, or the other fingertips.
+    /// Fill gaps.
+    ///
+    /// linear is a straight line, cubic continues the motion on both sides, cluster uses the other markers of the
+    /// same rigid cluster, neighbours the other fingertips.
     #[arg(long, value_parser = one_of(&FILLS), value_name = "METHOD")]
     fill: Option<FillMethod>,
     /// Longest gap to fill, seconds [default: 0.1].
     #[arg(long, value_name = "SECONDS", requires = "fill")]
     fill_limit: Option<f64>,
-    /// Move a fingertip from its marker to its pad, in the axes of the hand's body, millimetres;
-    /// repeat for each finger.
+    /// Move a fingertip from its marker to its pad, millimetres.
+    ///
+    /// In the axes of the hand's body; repeat for each finger.
     #[arg(long, value_name = "FINGER=X,Y,Z", allow_hyphen_values = true)]
     pad_mm: Vec<String>,
-    /// New rate; motion that it cannot show is filtered out before.
+    /// Resample to this rate, after a low-pass filter.
     #[arg(long, value_name = "HZ", allow_hyphen_values = true)]
     resample: Option<f64>,
 }

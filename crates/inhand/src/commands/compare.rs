@@ -24,7 +24,7 @@ use condition::Condition;
 pub(crate) struct Args {
     /// evaluation.json before the change, or the folder with it.
     before: PathBuf,
-    /// evaluation.json after the change; left out to compare two methods of one evaluation.
+    /// evaluation.json after the change; none to compare two methods of one.
     after: Option<PathBuf>,
     /// Method after the change [default: every method that both have].
     #[arg(long, value_name = "METHOD")]

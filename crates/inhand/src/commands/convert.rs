@@ -31,7 +31,7 @@ pub(crate) struct Args {
     /// Output file; a folder for several inputs.
     #[arg(short, long, value_name = "PATH")]
     output: PathBuf,
-    #[command(flatten)]
+    #[command(flatten, next_help_heading = "Source")]
     source: SourceOptions,
     #[command(flatten)]
     writing: OutputOptions,

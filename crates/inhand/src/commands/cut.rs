@@ -22,22 +22,26 @@ use crate::output::check_outputs;
 pub(crate) struct Args {
     /// An MCAP file.
     input: PathBuf,
-    /// Start of the range: seconds since the take's first sample (of another file: its first message), or
-    /// a UTC time such as 2024-05-06T12:00:00Z [default: the start].
+    /// Start of the range, seconds [default: the start].
+    ///
+    /// Seconds since the take's first sample (of another file: its first message), or a UTC time such as
+    /// 2024-05-06T12:00:00Z.
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     from: Option<String>,
-    /// End of the range, which is not part of it: a time as --from [default: the end].
+    /// End of the range, as --from; it is not part of the range [default: the end].
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     to: Option<String>,
-    /// Keep only the times of events with this label, such as task=rotate, or slip (short for
-    /// label=slip); repeat for any of several.
+    /// Keep only the times of events with this label, such as task=rotate.
+    ///
+    /// A word such as slip is short for label=slip. Repeat for any of several.
     #[arg(long, value_name = "LABEL")]
     event: Vec<String>,
     /// Leave out the times of events with this label; repeat for several.
     #[arg(long, value_name = "LABEL")]
     without: Vec<String>,
-    /// Output file; with --event or --without a name that does not end in .mcap is a folder, for a
-    /// file of each event.
+    /// Output file; or a folder for a file of each event.
+    ///
+    /// With --event or --without, a name that does not end in .mcap is a folder.
     #[arg(short, long, value_name = "PATH")]
     output: PathBuf,
     /// Print the outcome as text or json.

@@ -15,7 +15,7 @@ use crate::output::{OutputFile, check_outputs};
 /// Compare generated with recorded motion in takes and write evaluation.json.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// Takes with generated channels, as `generate` and `run` write them.
+    /// Takes with generated channels, written by `generate` or `run`.
     #[arg(required = true)]
     inputs: Vec<PathBuf>,
     /// Dictionary that the motion was generated with.

@@ -19,20 +19,27 @@ use crate::options::{Format, SourceOptions, one_of};
 pub(crate) struct Args {
     /// A take of any format, or a dictionary.
     input: PathBuf,
-    /// Output; its extension is the format: .csv or .parquet for a take, .npz or .mat for a
-    /// dictionary. With --bids, the folder of the dataset.
+    /// Output: .csv or .parquet for a take, .npz or .mat for a dictionary.
+    ///
+    /// With --bids, the folder of the dataset.
     #[arg(short, long, value_name = "PATH")]
     output: PathBuf,
-    /// Layout of a table: wide has a row for each sample, tidy one for each sample of each
-    /// marker and body. A wide .csv can be read as a take again, with the .csv.json beside it.
+    /// Layout of a table.
+    ///
+    /// wide has a row for each sample, tidy one for each sample of each marker and body. A wide .csv can be read
+    /// as a take again, with the .csv.json beside it.
     #[arg(long, value_parser = one_of(&LAYOUTS), default_value = "wide")]
     layout: Layout,
-    /// Part of a take: recorded are markers and bodies, after cleaning where the take was cleaned;
-    /// measured are those before cleaning; processed are fingertips and object in the hand's frame.
+    /// Part of a take.
+    ///
+    /// recorded are markers and bodies, after cleaning where the take was cleaned; measured are those before
+    /// cleaning; processed are fingertips and object in the hand's frame.
     #[arg(long, value_parser = one_of(&PARTS), default_value = "recorded")]
     what: What,
-    /// Write the take into a BIDS dataset as sub=LABEL,task=LABEL, and where wanted ses=LABEL,
-    /// run=NUMBER, tracksys=LABEL. Without sub and task, those that `annotate about` stored.
+    /// Write the take into a BIDS dataset, such as sub=01,task=rotate.
+    ///
+    /// The labels are sub, task, and optionally ses, run (a number) and tracksys. Without sub and task, those that
+    /// `annotate about` stored are used.
     #[arg(long, value_name = "KEY=LABEL,...", num_args = 0..=1, default_missing_value = "",
           conflicts_with_all = ["layout", "what"])]
     bids: Option<String>,

@@ -31,7 +31,9 @@ pub(crate) struct Args {
     /// Leave out attachments.
     #[arg(long)]
     no_attachments: bool,
-    /// Compression of chunks: zstd is small, lz4 quicker to write [default: as in the input].
+    /// Compression of chunks [default: as in the input].
+    ///
+    /// zstd gives smaller files, lz4 is faster.
     #[arg(long, value_parser = one_of(&PACKINGS))]
     compression: Option<Packing>,
     #[command(flatten)]

@@ -21,8 +21,9 @@ pub(crate) struct Args {
     /// Two or more MCAP files.
     #[arg(required = true, num_args = 2..)]
     inputs: Vec<PathBuf>,
-    /// Keep the channels of both where files have a topic with different schemas, and where both hold
-    /// a take; the result is then no take.
+    /// Keep the channels of both files where schemas of a topic differ.
+    ///
+    /// Also where both files hold a take; the result is then no take.
     #[arg(long)]
     keep_both: bool,
     #[command(flatten)]

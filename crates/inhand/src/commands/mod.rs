@@ -24,7 +24,7 @@ mod play;
 mod process;
 mod recover;
 mod report;
-mod run;
+pub(crate) mod run;
 mod settings;
 mod simulate;
 mod view;

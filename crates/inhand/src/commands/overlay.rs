@@ -23,25 +23,30 @@ use crate::output::OutputFile;
 /// --methods prior -o c.mcap`.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// Takes, the one that others are compared with first; one alone with --methods.
+    /// Takes, the reference first; one take with --methods.
     #[arg(required = true, value_name = "TAKE")]
     inputs: Vec<PathBuf>,
-    /// Generated motion to show beside what was recorded: methods separated by commas, or all.
+    /// Generated motion to show beside the recording: methods separated by commas, or all.
     #[arg(long, value_name = "METHOD,...", value_delimiter = ',')]
     methods: Vec<String>,
-    /// Alignment of times: start (all takes begin together) or clock (by their stated times) [default: clock
-    /// for one take or takes that overlap in time, start otherwise].
+    /// Alignment of times: takes start together, or by their stated times.
+    ///
+    /// [default: clock for one take or takes that overlap in time, start otherwise]
     #[arg(long, value_parser = one_of(&ALIGNS))]
     align: Option<ClockAlign>,
-    /// Put the start of the first event with this label in each take at one instant, such as
-    /// task=rotate, or slip (short for label=slip).
+    /// Align the first event with this label in each take, such as task=rotate.
+    ///
+    /// The starts of the events are put at one instant. A word such as slip is short for label=slip.
     #[arg(long, value_name = "LABEL", conflicts_with = "align")]
     event: Option<String>,
-    /// Name of a take in topics, in the order of the takes; repeat for each [default: that of its file].
+    /// Name of a take in topics [default: that of its file].
+    ///
+    /// Repeat for each take, in their order.
     #[arg(long, value_name = "NAME")]
     name: Vec<String>,
-    /// Shape of the objects, where the files do not state it: cube:0.05, box:0.04x0.05x0.06 or
-    /// cylinder:0.05x0.07 (metres).
+    /// Shape of the objects, where the files do not state it, such as cube:0.05.
+    ///
+    /// In metres: cube:0.05, box:0.04x0.05x0.06 or cylinder:0.05x0.07.
     #[arg(long, value_name = "SHAPE")]
     object: Option<String>,
     #[command(flatten, next_help_heading = "Source")]

@@ -26,23 +26,26 @@ pub(crate) struct Args {
     /// Dictionary that `learn` or `run` wrote.
     #[arg(short, long, value_name = "FILE")]
     dictionary: PathBuf,
-    /// Start of the motion: FILE.json ({"fingertips_m": {"thumb": [x, y, z], ...},
-    /// "velocity_m_s": {...}, "object": {"position_m": [...], "quaternion_xyzw": [...]}} in the frame of
-    /// the hand, any part left out), or TAKE@SECONDS.
+    /// Start of the motion: FILE.json, or TAKE@SECONDS.
+    ///
+    /// The file is {"fingertips_m": {"thumb": [x, y, z], ...}, "velocity_m_s": {...}, "object": {"position_m":
+    /// [...], "quaternion_xyzw": [...]}} in the frame of the hand; any part may be left out.
     #[arg(long, value_name = "STATE")]
     from: String,
     /// End of the motion: a state as --from.
     #[arg(long, value_name = "STATE")]
     to: String,
-    /// State to pass at a time since the start; repeat for more. Of a take only positions are used, of a
-    /// file velocities too.
+    /// State to pass at a time since the start; repeat for more.
+    ///
+    /// Of a take only positions are used, of a file velocities too.
     #[arg(long, value_name = "SECONDS=STATE", allow_hyphen_values = true)]
     via: Vec<String>,
-    /// Duration, seconds [default: one segment of the dictionary]. Motion of another length is
-    /// a chain of segments, which meets all targets exactly, as with --ends hard.
+    /// Duration, seconds [default: one segment of the dictionary].
+    ///
+    /// Motion of another length is a chain of segments, which meets all targets exactly, as with --ends hard.
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     duration: Option<f64>,
-    /// Method: residual, prior, paper, or auto where the dictionary compared them.
+    /// Method: residual, prior, paper, or auto (the best by a comparison stored in the dictionary).
     #[arg(long, default_value = "residual", value_parser = word::<Method>)]
     method: Method,
     /// Fingers that must reach their targets; the others follow [default: all].

@@ -19,23 +19,20 @@ use crate::exit::{Exit, UsageError};
 
 /// Play an MCAP file live to Foxglove or Lichtblick
 ///
-/// Any MCAP file, to as many viewers as you like.
-///
-/// Open a "Foxglove WebSocket" connection to the address that is printed. Playing starts when the first
-/// viewer shows something. Foxglove has its own play bar; for other viewers, and for all of them
-/// together, use the keys here: space pauses, left and right go 5 s back and on, up and down change the
-/// speed, 0 goes to the start, q or Ctrl-C ends.
+/// Open a "Foxglove WebSocket" connection to the printed address, with up to 32 viewers. Playback starts when the
+/// first client subscribes. Foxglove has its own play bar; for all viewers together use the keys in this terminal:
+/// space pauses, left and right seek by 5 s, up and down change the speed, 0 seeks to the start, q or Ctrl-C ends.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// An MCAP file.
     input: PathBuf,
-    /// Address to listen at: 127.0.0.1 for viewers on this computer, 0.0.0.0 for viewers anywhere.
+    /// Address to listen at; 0.0.0.0 for viewers on other computers.
     #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1")]
     host: String,
-    /// Port to listen at; 0 takes any that is free.
+    /// Port to listen at; 0 for any free port.
     #[arg(long, value_name = "PORT", default_value_t = 8765)]
     port: u16,
-    /// Seconds of the recording a second, 0.01 to 100.
+    /// Playback speed, 0.01 to 100.
     #[arg(
         long,
         value_name = "FACTOR",
@@ -43,19 +40,21 @@ pub(crate) struct Args {
         allow_negative_numbers = true
     )]
     speed: f64,
-    /// Where to start: seconds since the first message, or a UTC time such as 2024-05-06T12:00:00Z.
+    /// Start: seconds since the first message, or a UTC time.
+    ///
+    /// A UTC time is written as 2024-05-06T12:00:00Z.
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     start: Option<String>,
-    /// Start with a pause.
+    /// Start paused.
     #[arg(long)]
     paused: bool,
     /// Start over at the end.
     #[arg(long = "loop")]
     repeat: bool,
-    /// End when the file does, after all viewers have got everything.
+    /// End after the file, when all viewers have received everything.
     #[arg(long, conflicts_with = "repeat")]
     once: bool,
-    /// Start at once, and play on while nobody watches.
+    /// Start at once, and play without viewers too.
     #[arg(long)]
     now: bool,
 }

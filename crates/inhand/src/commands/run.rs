@@ -58,7 +58,7 @@ pub(crate) struct SessionOptions {
 
 impl SessionOptions {
     /// Settings file, if any, with these options on top.
-    fn settings(&self, beside: Option<&Path>) -> Result<Settings> {
+    pub(crate) fn settings(&self, beside: Option<&Path>) -> Result<Settings> {
         let mut settings = self.source.effective(beside)?;
         settings.participant = self.participant.clone().or(settings.participant);
         settings.task = self.task.clone().or(settings.task);

@@ -38,8 +38,9 @@ pub(crate) struct Args {
     /// Share of fingertip samples lost in gaps.
     #[arg(long, default_value_t = 0.0, value_name = "SHARE")]
     gaps: f64,
-    /// Add the faults of real captures: 2 % gaps, and in each minute 10 swapped labels, 5 flipped bodies,
-    /// 20 spikes, 3 lost labels; TAKE.truth.json beside each take lists them.
+    /// Add the faults of real captures, listed in TAKE.truth.json.
+    ///
+    /// 2 % gaps, and in each minute 10 swapped labels, 5 flipped bodies, 20 spikes and 3 lost labels.
     #[arg(long, conflicts_with = "gaps")]
     faults: bool,
     /// Track the object in the training takes too.

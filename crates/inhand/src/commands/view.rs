@@ -24,11 +24,12 @@ pub(crate) struct Args {
     /// Output file; a folder for several inputs.
     #[arg(short, long, value_name = "PATH")]
     output: PathBuf,
-    /// The object's shape, where a file does not state it: cube:0.05, box:0.04x0.05x0.06 or
-    /// cylinder:0.05x0.07 (metres).
+    /// Shape of the object, where a file does not state it, such as cube:0.05.
+    ///
+    /// In metres: cube:0.05, box:0.04x0.05x0.06 or cylinder:0.05x0.07.
     #[arg(long, value_name = "SHAPE")]
     object: Option<String>,
-    /// Dictionary of the generated motion: the hulls of its training fingertips are drawn.
+    /// Dictionary of the generated motion, whose training hulls are drawn.
     #[arg(long, value_name = "FILE")]
     dictionary: Option<PathBuf>,
     #[command(flatten, next_help_heading = "Source")]

@@ -24,11 +24,12 @@ pub(crate) struct WholeArgs {
     /// Dictionary file.
     #[arg(short, long, value_name = "FILE", required = true)]
     output: Option<PathBuf>,
-    /// Keep rounds in this folder; a run that was killed goes on where it was.
+    /// Keep rounds in this folder; an interrupted run continues from it.
     #[arg(long, value_name = "FOLDER")]
     work: Option<PathBuf>,
-    /// Take the primitives of a .npz or .mat file as they are (`primitives` or `W`, or scikit-learn's
-    /// `components_`; with `offset_m`, what the data was shifted by), and learn the rest.
+    /// Use the primitives of a .npz or .mat file, and learn the rest.
+    ///
+    /// They are `primitives` or `W`, or scikit-learn's `components_`; with `offset_m`, the offset of the data.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["work", "rank", "restarts"])]
     primitives: Option<PathBuf>,
     /// Print the outcome as text or json.

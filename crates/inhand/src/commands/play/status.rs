@@ -13,7 +13,7 @@ pub(super) struct Status<'a> {
 }
 
 impl<'a> Status<'a> {
-    /// `keys`: whether keys are read, so that they can be told.
+    /// `keys`: whether keys are read, so that the line lists them.
     pub(super) fn new(console: &'a Console, keys: bool) -> Self {
         let bar = console.bar("{msg}");
         Self { console, bar, keys }
@@ -36,19 +36,19 @@ impl Drop for Status<'_> {
 
 fn words(event: &Event) -> Option<String> {
     Some(match event {
-        Event::Arrived { viewer } => format!("viewer   {viewer} has come"),
+        Event::Arrived { viewer } => format!("viewer   {viewer} connected"),
         Event::Left { viewer, how } => format!("viewer   {viewer} {how}"),
         Event::Missed { viewer, messages } => {
             format!("warning  {viewer} reads too slowly: {messages} messages were left out for it")
         }
         Event::Strange { viewer } => format!(
-            "warning  {viewer} connected, but not as a Foxglove WebSocket viewer; it was told how"
+            "warning  {viewer} connected without the Foxglove WebSocket protocol; it got instructions"
         ),
         Event::Full { viewer, viewers } => {
-            format!("warning  {viewer} was turned away: there are {viewers} connections already")
+            format!("warning  {viewer} was refused: there are {viewers} connections already")
         }
         Event::LeftOut { topic, why } => format!("warning  {topic} is left out: {why}"),
-        Event::Ended => "end      of the recording; viewers can go back".to_owned(),
+        Event::Ended => "end      of the recording; viewers can seek back".to_owned(),
         _ => return None,
     })
 }

@@ -1,4 +1,4 @@
-//! What `convert` refuses, and how it says so.
+//! Takes that `convert` refuses, and its messages.
 
 use crate::support::{Bench, stderr};
 

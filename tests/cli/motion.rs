@@ -1,4 +1,4 @@
-//! What an evaluation says of motion and contacts, worked out again from its tables; phases as events.
+//! Motion and contacts of an evaluation, recomputed from its tables; phases as events.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! What `inhand check` says of each recording. The expected results were written down after looking at
+//! Results of `inhand check` for each recording. The expected results were written down after looking at
 //! the data: no complaint is made that a person would not make.
 
 use std::path::{Path, PathBuf};

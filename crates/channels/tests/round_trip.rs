@@ -1,4 +1,4 @@
-//! What is written comes back bit for bit.
+//! Round trips, bit for bit.
 
 use std::io::Cursor;
 

@@ -1,4 +1,4 @@
-//! What viewers are given, read with the mcap and foxglove crates.
+//! Visualisation channels, read with the mcap and foxglove crates.
 
 use std::collections::{BTreeMap, BTreeSet};
 

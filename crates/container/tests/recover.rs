@@ -1,4 +1,4 @@
-//! What can be saved, and nothing else.
+//! Recovery of intact data, and of nothing else.
 
 use std::collections::BTreeMap;
 use std::io::Cursor;

@@ -1,4 +1,4 @@
-//! What is refused, and what the error says.
+//! Refused input and its errors.
 
 use inhand_dictionary::{LearnError, NmfSettings, learn_nmf, learn_pca};
 use nalgebra::DMatrix;

@@ -1,4 +1,4 @@
-//! What is public: learning from segments, and using what was learned.
+//! The public interface: learning from segments, and using a dictionary.
 
 #![expect(
     clippy::unwrap_used,

@@ -1,4 +1,4 @@
-//! What topics are: by their names, by their messages, as the user says.
+//! Meaning of topics: by names, by messages, by settings.
 
 use inhand_import::ImportSettings;
 use inhand_model::{LengthUnit, MarkerKind, UpAxis};

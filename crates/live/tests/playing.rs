@@ -1,4 +1,4 @@
-//! What arrives of a file.
+//! Messages that clients receive.
 
 use inhand_live::{Repeat, Settings};
 use serde_json::json;

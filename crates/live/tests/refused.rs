@@ -1,4 +1,4 @@
-//! What is not played.
+//! Refused files, options and clients.
 
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};

@@ -1,4 +1,4 @@
-//! What layouts show of each kind of output.
+//! Content of layouts for each kind of output.
 
 use inhand_channels::finger_hex;
 use inhand_model::Finger;

@@ -1,4 +1,4 @@
-//! Which names get which role.
+//! Roles by name.
 
 use inhand_capture::roles::{self, BodyChoice, RoleError, RoleSettings};
 use inhand_model::{BodySource, Finger, PerFinger, Recording, Roles};

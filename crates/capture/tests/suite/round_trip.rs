@@ -1,4 +1,4 @@
-//! What is written reads back the same.
+//! Round trips of written takes.
 
 use inhand_capture::{ReadSettings, motive};
 use inhand_model::{

@@ -1,4 +1,4 @@
-//! What is refused, and what unknown numbers give.
+//! Refused input, and results of unknown numbers.
 
 use inhand_contact::{ContactError, HullProbe, hull, hull_distance_m, inside};
 use inhand_model::Hull;

@@ -1,4 +1,4 @@
-//! What holds for any points, drawn so that many repeat, line up or share a plane.
+//! Properties for any points, drawn so that many repeat, line up or share a plane.
 
 use std::collections::BTreeSet;
 

@@ -1,4 +1,4 @@
-//! What the crate promises, against closed forms, NumPy and SciPy, and properties.
+//! The public functions compared with closed forms, NumPy and SciPy, and their properties.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 

@@ -1,4 +1,4 @@
-//! What is not there is left out and counted, never guessed and never a panic.
+//! Missing data: left out and counted, never guessed, never a panic.
 
 use inhand_evaluation::{EvaluationSettings, MethodResult, evaluate_method, motion_contacts};
 use inhand_model::{

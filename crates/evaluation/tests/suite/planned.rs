@@ -1,4 +1,4 @@
-//! What a method plans beside fingertips: the object, and corridors.
+//! Plans beside fingertips: the object, and prediction regions.
 
 use std::f64::consts::{PI, SQRT_2, TAU};
 

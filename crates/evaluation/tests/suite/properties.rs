@@ -1,4 +1,4 @@
-//! What holds for any session.
+//! Properties of any session.
 
 use inhand_model::{PerFinger, Pose, Position, in_contact};
 use nalgebra::{Isometry3, Vector3};

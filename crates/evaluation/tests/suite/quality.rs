@@ -1,4 +1,4 @@
-//! How complete a take is.
+//! Completeness of takes.
 
 use std::collections::BTreeMap;
 

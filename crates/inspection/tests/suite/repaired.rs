@@ -1,4 +1,4 @@
-//! What repairs leave is the take without faults.
+//! Repaired takes compared with the takes without faults.
 
 use inhand_inspection::{CleanSettings, clean, detect, repair};
 use inhand_model::{ChangeKind, Finger, Position, Recording, Status};

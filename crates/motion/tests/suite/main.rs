@@ -1,4 +1,4 @@
-//! What the crate promises, through its public interface.
+//! The public interface.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 

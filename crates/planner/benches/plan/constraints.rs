@@ -1,4 +1,4 @@
-//! What each family of constraints costs on top.
+//! Additional cost of each family of constraints.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! What holds for every target and every bound.
+//! Properties for every target and every bound.
 
 use inhand_model::{DictionaryKind, PlanStatus, SEGMENT_COORDINATES};
 use inhand_planner::{Method, Planner, Target, plan_all};

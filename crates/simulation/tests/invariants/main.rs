@@ -1,4 +1,4 @@
-//! What must hold for every simulated take, whatever its seed.
+//! Invariants of every simulated take, for any seed.
 
 mod faults;
 mod refusals;

@@ -1,4 +1,4 @@
-//! What the recording adds to the truth: noise, fits, signs, gaps, names.
+//! Additions of the recording to the truth: noise, fits, signs, gaps, names.
 
 use inhand_model::{
     BodyKind, Finger, Frame, MarkerKind, Pose, RotationOrder, Status, TrackedBody, UpAxis, World,

@@ -112,15 +112,18 @@ impl Facts {
     }
 
     pub(crate) fn clock(&self, file: &str) -> Result<Clock, ExportError> {
-        let times = [StartTime::Stated, StartTime::AssumedUtc, StartTime::Unknown];
-        let start_time = self.start_time.as_str();
-        let start_time = one_of(file, "start_time", start_time, &times, StartTime::name)?;
+        let names = StartTime::ALL.map(StartTime::name);
+        let start_time = StartTime::from_name(&self.start_time)
+            .ok_or_else(|| fact(file, "start_time", &names.join(", "), &self.start_time))?;
         Clock::new(self.start_unix_nanos, start_time, self.rate_hz)
             .map_err(|error| fact(file, "rate_hz", "a positive number", &error.to_string()))
     }
 
     pub(crate) fn source(&self, file: &str) -> Result<Source, ExportError> {
         let source = &self.source;
+        let wrong = |key: &str, expected: &str, found: &str| {
+            fact(file, &format!("source.{key}"), expected, found)
+        };
         let rotation = match source.rotation.as_deref() {
             None => None,
             Some("quaternion") => Some(RotationOrder::Quaternion),
@@ -130,49 +133,22 @@ impl Facts {
                     .collect();
                 let axes = axes.and_then(|axes| axes.try_into().ok());
                 let expected = "quaternion or an order such as XYZ";
-                let wrong = || fact(file, "source.rotation", expected, order);
-                Some(RotationOrder::Euler(axes.ok_or_else(wrong)?))
+                let axes = axes.ok_or_else(|| wrong("rotation", expected, order))?;
+                Some(RotationOrder::Euler(axes))
             }
         };
-        let units = [
-            LengthUnit::Metres,
-            LengthUnit::Centimetres,
-            LengthUnit::Millimetres,
-            LengthUnit::Inches,
-            LengthUnit::Feet,
-        ];
-        let (unit, axis) = (&source.length_unit, &source.up_axis);
-        let axes = [UpAxis::Y, UpAxis::Z];
+        let (unit, up) = (&source.length_unit, &source.up_axis);
+        let units = LengthUnit::ALL.map(LengthUnit::name).join(", ");
+        let axes = UpAxis::ALL.map(UpAxis::name).join(", ");
         Ok(Source {
             format: source.format.clone(),
-            length_unit: one_of(file, "source.length_unit", unit, &units, LengthUnit::name)?,
-            up_axis: one_of(file, "source.up_axis", axis, &axes, UpAxis::name)?,
+            length_unit: LengthUnit::from_name(unit)
+                .ok_or_else(|| wrong("length_unit", &units, unit))?,
+            up_axis: UpAxis::from_name(up).ok_or_else(|| wrong("up_axis", &axes, up))?,
             rotation,
             header: source.header.clone(),
         })
     }
-}
-
-/// The value of this name.
-pub(crate) fn by_name<T: Copy>(
-    values: &[T],
-    name: impl Fn(T) -> &'static str,
-    found: &str,
-) -> Option<T> {
-    values.iter().copied().find(|&value| name(value) == found)
-}
-
-fn one_of<T: Copy>(
-    file: &str,
-    key: &str,
-    found: &str,
-    values: &[T],
-    name: impl Fn(T) -> &'static str,
-) -> Result<T, ExportError> {
-    by_name(values, &name, found).ok_or_else(|| {
-        let names: Vec<_> = values.iter().map(|&value| name(value)).collect();
-        fact(file, key, &names.join(", "), found)
-    })
 }
 
 pub(crate) fn fact(file: &str, key: &str, expected: &str, found: &str) -> ExportError {

@@ -1,13 +1,13 @@
 //! A wide CSV as a recording.
 
 use inhand_model::{
-    BodyKind, Clock, Finding, LengthUnit, Marker, MarkerKind, Pose, Position, Recording,
-    RotationOrder, Setting, Source, StartTime, Status, Track, TrackedBody, UpAxis,
+    BodyKind, Clock, Finding, LengthUnit, Marker, MarkerKind, PointTrack, Pose, PoseTrack,
+    Position, Recording, RotationOrder, Setting, Source, StartTime, Status, TrackedBody, UpAxis,
 };
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
 use crate::error::{CsvFile, ExportError};
-use crate::facts::{Facts, by_name, fact};
+use crate::facts::{Facts, fact};
 
 /// Rotations off unit length by more than this are no rotations; tables may be rounded.
 const UNIT_TOLERANCE: f64 = 1e-3;
@@ -143,16 +143,12 @@ struct EntityColumns {
     position: [usize; 3],
     rotation: Option<[usize; 4]>,
     status: Option<usize>,
-    quality: Option<(usize, Vec<f64>)>,
-    marker_error: Option<(usize, Vec<f64>)>,
-    samples: Samples,
+    /// Quality of a marker, error of a body.
+    extra: Option<(usize, Vec<f64>)>,
+    /// Position, then rotation; NaN where missing.
+    samples: Vec<([f64; 7], Status)>,
     /// Samples of which only some coordinates are there, and the line of the first.
     partly: (usize, u64),
-}
-
-enum Samples {
-    Points(Track<Position<inhand_model::World>>),
-    Poses(Track<Pose<inhand_model::World, inhand_model::Body>>),
 }
 
 /// Columns by entity, in the order in which entities first appear.
@@ -192,12 +188,12 @@ fn columns(file: &str, headings: &csv::StringRecord) -> Result<Vec<EntityColumns
             position,
             rotation,
             status: find(name, "status"),
-            quality: find(name, "quality").map(|column| (column, Vec::new())),
-            marker_error: find(name, "marker_error_m").map(|column| (column, Vec::new())),
-            samples: match rotation {
-                None => Samples::Points(Track::missing(0)),
-                Some(_) => Samples::Poses(Track::missing(0)),
-            },
+            extra: match rotation {
+                None => find(name, "quality"),
+                Some(_) => find(name, "marker_error_m"),
+            }
+            .map(|column| (column, Vec::new())),
+            samples: Vec::new(),
             partly: (0, 0),
         });
     }
@@ -224,28 +220,14 @@ impl EntityColumns {
             self.partly.0 += 1;
         }
         let status = self.status(cells, there == used)?;
-        let [x, y, z, a, b, c, w] = numbers.map(|number| number.unwrap_or(f64::NAN));
-        match &mut self.samples {
-            Samples::Points(track) => {
-                let present = status.is_present();
-                track.push(present.then(|| Position::new(x, y, z)), status);
-            }
-            Samples::Poses(track) => {
-                let quaternion = Quaternion::new(w, a, b, c);
-                if status.is_present() && (quaternion.norm() - 1.0).abs() > UNIT_TOLERANCE {
-                    return Err(cells.error(rotation[0], "a quaternion of unit length"));
-                }
-                // Normalising again would change its last digits.
-                let rotation = UnitQuaternion::new_unchecked(quaternion);
-                let pose = Isometry3::from_parts(Translation3::new(x, y, z), rotation);
-                track.push(status.is_present().then(|| Pose::new(pose)), status);
-            }
+        let numbers = numbers.map(|number| number.unwrap_or(f64::NAN));
+        let norm: f64 = numbers[3..].iter().map(|v| v * v).sum::<f64>().sqrt();
+        if self.rotation.is_some() && status.is_present() && (norm - 1.0).abs() > UNIT_TOLERANCE {
+            return Err(cells.error(rotation[0], "a quaternion of unit length"));
         }
-        for series in [&mut self.quality, &mut self.marker_error]
-            .into_iter()
-            .flatten()
-        {
-            series.1.push(cells.number(series.0)?.unwrap_or(f64::NAN));
+        self.samples.push((numbers, status));
+        if let Some((column, series)) = &mut self.extra {
+            series.push(cells.number(*column)?.unwrap_or(f64::NAN));
         }
         Ok(())
     }
@@ -254,11 +236,8 @@ impl EntityColumns {
         let stated = self.status.map(|column| (column, cells.text(column)));
         let status = match stated {
             None | Some((_, "")) => Status::Measured,
-            Some((column, word)) => {
-                let all = [Status::Measured, Status::Filled, Status::Missing];
-                by_name(&all, Status::name, word)
-                    .ok_or_else(|| cells.error(column, "measured, filled or missing"))?
-            }
+            Some((column, word)) => Status::from_name(word)
+                .ok_or_else(|| cells.error(column, "measured, filled or missing"))?,
         };
         Ok(if whole { status } else { Status::Missing })
     }
@@ -356,12 +335,6 @@ fn entities(
     columns: Vec<EntityColumns>,
     facts: Option<&Facts>,
 ) -> Result<Entities, ExportError> {
-    const MARKERS: [MarkerKind; 3] = [
-        MarkerKind::Labelled,
-        MarkerKind::RigidBodyMarker,
-        MarkerKind::Unlabelled,
-    ];
-    const BODIES: [BodyKind; 2] = [BodyKind::RigidBody, BodyKind::Bone];
     let (mut markers, mut bodies) = (Vec::new(), Vec::new());
     for column in columns {
         let mut stated = facts.iter().flat_map(|facts| &facts.entities);
@@ -375,23 +348,38 @@ fn entities(
             let key = format!("entities: kind of {}", column.name);
             fact(facts_file, &key, expected, kind.unwrap_or_default())
         };
-        match column.samples {
-            Samples::Points(track) => markers.push(Marker {
+        let (_, extra) = column.extra.unzip();
+        let samples = column.samples.into_iter();
+        if column.rotation.is_none() {
+            let mut track = PointTrack::missing(0);
+            for ([x, y, z, ..], status) in samples {
+                let position = Position::new(x, y, z);
+                track.push(status.is_present().then_some(position), status);
+            }
+            markers.push(Marker {
                 name,
                 id,
-                kind: by_name(&MARKERS, MarkerKind::name, kind.unwrap_or("labelled"))
+                kind: MarkerKind::from_name(kind.unwrap_or(MarkerKind::Labelled.name()))
                     .ok_or_else(|| wrong("a kind of marker"))?,
                 track,
-                quality: column.quality.map(|(_, series)| series),
-            }),
-            Samples::Poses(track) => bodies.push(TrackedBody {
+                quality: extra,
+            });
+        } else {
+            let mut track = PoseTrack::missing(0);
+            for ([x, y, z, a, b, c, w], status) in samples {
+                // Normalising again would change its last digits.
+                let rotation = UnitQuaternion::new_unchecked(Quaternion::new(w, a, b, c));
+                let pose = Isometry3::from_parts(Translation3::new(x, y, z), rotation);
+                track.push(status.is_present().then(|| Pose::new(pose)), status);
+            }
+            bodies.push(TrackedBody {
                 name,
                 id,
-                kind: by_name(&BODIES, BodyKind::name, kind.unwrap_or("rigid_body"))
+                kind: BodyKind::from_name(kind.unwrap_or(BodyKind::RigidBody.name()))
                     .ok_or_else(|| wrong("a kind of body"))?,
                 track,
-                marker_error_m: column.marker_error.map(|(_, series)| series),
-            }),
+                marker_error_m: extra,
+            });
         }
     }
     Ok((markers, bodies))

@@ -1,6 +1,5 @@
 //! Progress and messages on stderr.
 
-use std::cell::Cell;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 use std::time::Duration;
@@ -58,24 +57,18 @@ impl Console {
         to_stderr(&lines);
     }
 
-    /// Shows the progress of many sessions; on a terminal with a bar and the remaining time.
-    pub(crate) fn batch(&self, sessions: usize) -> Batch {
-        let bar = self.bar("{bar:20} {pos}/{len}  {eta} left  {msg}");
-        bar.set_length(sessions as u64);
-        bar.enable_steady_tick(Duration::from_millis(500));
-        Batch {
-            quiet: self.quiet,
-            bar,
-            failed: Cell::new(0),
-        }
-    }
-
     /// Shows a step until it is done; on a terminal with a spinner after a second.
-    pub(crate) fn step(&self, name: &str) -> Step {
+    pub(crate) fn step(&self, name: &str) -> ProgressBar {
         let bar = self.bar("{spinner} {msg}");
         bar.set_message(name.to_owned());
         bar.enable_steady_tick(Duration::from_millis(250));
-        Step { bar }
+        bar
+    }
+
+    /// Ends a step and prints how long it took.
+    pub(crate) fn step_done(&self, step: &ProgressBar, line: &str, elapsed: Duration) {
+        step.finish_and_clear();
+        self.say(&format!("{line:<78} {:>5.2} s", elapsed.as_secs_f64()));
     }
 
     /// A progress line of this form on a terminal; hidden elsewhere.
@@ -87,59 +80,6 @@ impl Console {
         let style = ProgressStyle::with_template(template);
         bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
         bar
-    }
-}
-
-/// Many sessions, one after the other.
-#[derive(Debug)]
-pub(crate) struct Batch {
-    quiet: bool,
-    bar: ProgressBar,
-    failed: Cell<usize>,
-}
-
-impl Batch {
-    /// A session begins.
-    pub(crate) fn start(&self, name: &str) {
-        let failed = match self.failed.get() {
-            0 => String::new(),
-            failed => format!("{failed} failed   "),
-        };
-        self.bar.set_message(format!("{failed}{name}"));
-    }
-
-    /// A session ended, as the line says.
-    pub(crate) fn done(&self, line: &str, failed: bool) {
-        self.failed.set(self.failed.get() + usize::from(failed));
-        // The reason of a failure is printed even when the console is quiet.
-        if failed || !self.quiet {
-            self.bar.suspend(|| to_stderr(line));
-        }
-        self.bar.inc(1);
-    }
-
-    /// All sessions ended.
-    pub(crate) fn finish(self) {
-        self.bar.finish_and_clear();
-    }
-}
-
-/// A step that is under way.
-#[derive(Debug)]
-pub(crate) struct Step {
-    bar: ProgressBar,
-}
-
-impl Step {
-    /// Ends the step without a word.
-    pub(crate) fn clear(self) {
-        self.bar.finish_and_clear();
-    }
-
-    /// Ends the step and says how long it took.
-    pub(crate) fn done(self, console: &Console, line: &str, elapsed: Duration) {
-        self.bar.finish_and_clear();
-        console.say(&format!("{line:<78} {:>5.2} s", elapsed.as_secs_f64()));
     }
 }
 
@@ -191,9 +131,9 @@ pub(crate) fn with_flags(message: &str) -> String {
     })
 }
 
-fn to_stderr(line: &str) {
+pub(crate) fn to_stderr(line: &str) {
     let line = with_flags(line);
-    // Nobody is left to tell when stderr itself is gone.
+    // There is no place to report a lost stderr.
     let _ = writeln!(io::stderr().lock(), "{line}");
 }
 

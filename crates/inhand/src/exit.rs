@@ -26,21 +26,21 @@ pub(crate) enum Exit {
 impl Exit {
     /// The exit that an error stands for. A closed pipe is no failure: the reader had enough.
     pub(crate) fn of(error: &anyhow::Error) -> Self {
-        let closed_pipe = |e: &(dyn std::error::Error + 'static)| {
-            e.downcast_ref::<io::Error>()
-                .is_some_and(|e| e.kind() == io::ErrorKind::BrokenPipe)
-        };
-        if error.chain().any(closed_pipe) {
-            return Exit::Done;
+        for cause in error.chain() {
+            let io = cause.downcast_ref::<io::Error>();
+            if io.is_some_and(|e| e.kind() == io::ErrorKind::BrokenPipe) {
+                return Exit::Done;
+            }
+            let session = cause.downcast_ref::<SessionError>();
+            let matrices = cause.downcast_ref::<MatricesError>();
+            if session.is_some_and(SessionError::is_usage)
+                || matrices.is_some_and(MatricesError::is_usage)
+                || cause.is::<UsageError>()
+            {
+                return Exit::Usage;
+            }
         }
-        let usage = error.chain().any(|e| {
-            e.downcast_ref::<SessionError>()
-                .is_some_and(SessionError::is_usage)
-                || e.downcast_ref::<MatricesError>()
-                    .is_some_and(MatricesError::is_usage)
-                || e.downcast_ref::<UsageError>().is_some()
-        });
-        if usage { Exit::Usage } else { Exit::Failed }
+        Exit::Failed
     }
 }
 
@@ -56,13 +56,11 @@ impl From<Exit> for ExitCode {
 }
 
 /// A call that cannot be carried out as it was typed.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
 pub(crate) struct UsageError(pub(crate) String);
 
-impl std::fmt::Display for UsageError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(&self.0)
-    }
+/// Refuses a call.
+pub(crate) fn usage<T>(message: impl Into<String>) -> anyhow::Result<T> {
+    Err(UsageError(message.into()).into())
 }
-
-impl std::error::Error for UsageError {}

@@ -4,14 +4,14 @@ mod names;
 mod record;
 
 use std::path::{Path, PathBuf};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use anyhow::Result;
 use inhand_session::sessions::{MergeOptions, Part, merge};
 use inhand_session::write_text;
 
 use super::run::SessionOptions;
-use crate::console::{Console, data};
+use crate::console::{Console, data, to_stderr};
 use crate::exit::{Exit, UsageError};
 use crate::options::OutputOptions;
 use crate::output::check_outputs;
@@ -48,20 +48,30 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let mut record = earlier.unwrap_or_default();
     let known = record.folders();
     let names = names::unique(&args.sessions, &known).map_err(UsageError)?;
-    let batch = console.batch(args.sessions.len());
+    let bar = console.bar("{bar:20} {pos}/{len}  {eta} left  {msg}");
+    bar.set_length(args.sessions.len() as u64);
+    bar.enable_steady_tick(Duration::from_millis(500));
+    let mut failed = 0;
     for (session, name) in args.sessions.iter().zip(&names) {
         let folder = args.output.join(name);
-        batch.start(name);
+        bar.set_message(match failed {
+            0 => name.clone(),
+            _ => format!("{failed} failed   {name}"),
+        });
         let begin = Instant::now();
         let (state, error) = match one(args, session, &folder) {
             Ok(state) => (state, None),
             Err(error) => (State::Failed, Some(chain(&error))),
         };
         let seconds = begin.elapsed().as_secs_f64();
-        batch.done(
-            &line(name, state, error.as_deref(), seconds),
-            state == State::Failed,
-        );
+        let line = line(name, state, error.as_deref(), seconds);
+        bar.suspend(|| match state {
+            // The reason of a failure is printed even when the console is quiet.
+            State::Failed => to_stderr(&line),
+            _ => console.say(&line),
+        });
+        bar.inc(1);
+        failed += usize::from(state == State::Failed);
         record.set(Outcome {
             name: name.clone(),
             session: names::full(session),
@@ -72,7 +82,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         // After every session, so that an interrupted batch has its record.
         record.write(&record_file)?;
     }
-    batch.finish();
+    bar.finish_and_clear();
     say_failures(console, &record);
     let joined = join(console, args, &record, &summary_file)?;
     Ok(match record.exit() {

@@ -82,7 +82,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     for path in &args.inputs {
         let step = console.step(&format!("checking {}", path.display()));
         takes.push(check_take(path, &settings)?);
-        step.clear();
+        step.finish_and_clear();
     }
     let takes = ranked(takes);
     let shown = match args.format {

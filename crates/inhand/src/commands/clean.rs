@@ -10,7 +10,7 @@ use inhand_session::{CleanSection, Settings, Take, clean_take, provenance, write
 
 use crate::commands::{read_takes, takes_and_targets};
 use crate::console::{Console, data};
-use crate::exit::{Exit, UsageError};
+use crate::exit::{Exit, UsageError, usage};
 use crate::options::{OutputOptions, SourceOptions, one_of};
 
 /// List suspect samples in takes; with steps and -o, repair them and write cleaned takes.
@@ -94,9 +94,10 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let only_look = args.output.is_none() && asked == CleanSection::default();
     let Some(steps) = steps.filter(|_| !only_look) else {
         if args.output.is_some() {
-            let message = "-o writes cleaned takes: say which steps to take, such as --repair or \
-                           --swaps --fill cubic";
-            return Err(UsageError(message.to_owned()).into());
+            return usage(
+                "-o writes cleaned takes: say which steps to take, such as --repair or \
+                           --swaps --fill cubic",
+            );
         }
         let takes = read_takes(console, &args.inputs, &as_measured)?;
         let text: Result<String> = takes.iter().map(suggestions).collect();
@@ -104,9 +105,10 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         return Ok(Exit::Done);
     };
     let Some(output) = &args.output else {
-        let message = "steps change takes: name the output with -o, or leave the steps out to list \
-                       suspect samples";
-        return Err(UsageError(message.to_owned()).into());
+        return usage(
+            "steps change takes: name the output with -o, or leave the steps out to list \
+                       suspect samples",
+        );
     };
     let (takes, targets) = takes_and_targets(
         console,

@@ -9,7 +9,7 @@ use inhand_session::sessions::{CompareOptions, Part, compare};
 use inhand_session::{EvaluateSection, write_text};
 
 use crate::console::{Console, data};
-use crate::exit::{Exit, UsageError};
+use crate::exit::{Exit, UsageError, usage};
 use crate::options::Format;
 use crate::output::check_outputs;
 use condition::Condition;
@@ -63,8 +63,9 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         .map(|text| Condition::parse(text))
         .collect::<Result<Vec<_>, UsageError>>()?;
     if args.after.is_none() && args.method.is_none() && args.against.is_none() {
-        let message = "nothing to compare: name another evaluation, or two methods of this one with --method and --against";
-        return Err(UsageError(message.to_owned()).into());
+        return usage(
+            "nothing to compare: name another evaluation, or two methods of this one with --method and --against",
+        );
     }
     let before = Part::read(&args.before)?;
     let after = Part::read(args.after.as_ref().unwrap_or(&args.before))?;

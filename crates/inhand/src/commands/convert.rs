@@ -12,7 +12,7 @@ use inhand_session::{
 
 use crate::commands::{check_take_target, say_findings, targets};
 use crate::console::Console;
-use crate::exit::{Exit, UsageError};
+use crate::exit::{Exit, usage};
 use crate::options::{OutputOptions, SourceOptions};
 use crate::output::check_outputs;
 
@@ -49,8 +49,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let settings = args.source.effective(None)?;
     let vendor = VendorFormat::of(&args.output);
     if vendor.is_some() && args.inputs.len() > 1 {
-        let message = "-o names one file: expected one input, or a folder for several";
-        return Err(UsageError(message.to_owned()).into());
+        return usage("-o names one file: expected one input, or a folder for several");
     }
     let inputs = &args.inputs;
     let targets = targets(inputs, &args.output)?;

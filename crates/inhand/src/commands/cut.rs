@@ -10,7 +10,7 @@ use inhand_session::containers::{self, Cut, Instant};
 use serde_json::json;
 
 use crate::console::{Console, print};
-use crate::exit::{Exit, UsageError};
+use crate::exit::{Exit, UsageError, usage};
 use crate::options::{Format, labels};
 use crate::output::check_outputs;
 
@@ -96,12 +96,11 @@ fn by_events(args: &Args, keep: Interval) -> Result<Vec<Interval>> {
         .map(|time| Interval::new(time.start, (time.end < u64::MAX).then_some(time.end)))
         .collect();
     if intervals.is_empty() {
-        let message = format!(
+        return usage(format!(
             "no interval is left: {} has {} events, which `inhand annotate list` prints",
             args.input.display(),
             annotated.own.events.len() + annotated.others.len()
-        );
-        return Err(UsageError(message).into());
+        ));
     }
     Ok(intervals)
 }

@@ -42,7 +42,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     // A session of an earlier demo may be replaced.
     let again = args.writing.force || session.join(inhand_session::SETTINGS_FILE).is_file();
     simulate_session(&session, &simulated, args.seed, TakeFormat::Mcap, again)?;
-    step.done(console, &line, begin.elapsed());
+    console.step_done(&step, &line, begin.elapsed());
 
     let options = SessionOptions::default().of_run(&session, &args.output, &args.writing)?;
     run_shown(console, &options, Format::Text)

@@ -8,7 +8,7 @@ use inhand_session::{evaluate_stored, provenance, write_text};
 
 use crate::commands::{read_takes, say_used};
 use crate::console::{Console, data};
-use crate::exit::{Exit, UsageError};
+use crate::exit::{Exit, usage};
 use crate::options::{EvaluateOptions, Format, ProcessOptions, SelectOptions, SourceOptions};
 use crate::output::{OutputFile, check_outputs};
 
@@ -89,12 +89,12 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
 fn check_rows(path: &Path, evaluation: &Path) -> Result<()> {
     if Form::of(path).is_none() {
         let shown = path.display();
-        let message = format!("--rows {shown}: expected a file that ends in .parquet or .csv");
-        return Err(UsageError(message).into());
+        return usage(format!(
+            "--rows {shown}: expected a file that ends in .parquet or .csv"
+        ));
     }
     if path == evaluation {
-        let message = format!("--rows and -o both name {}", path.display());
-        return Err(UsageError(message).into());
+        return usage(format!("--rows and -o both name {}", path.display()));
     }
     Ok(())
 }

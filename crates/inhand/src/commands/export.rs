@@ -9,7 +9,7 @@ use anyhow::Result;
 use inhand_session::tables::{Form, Layout, What};
 
 use crate::console::Console;
-use crate::exit::{Exit, UsageError};
+use crate::exit::{Exit, UsageError, usage};
 use crate::options::{Format, SourceOptions, one_of};
 
 /// Write a take as a table (.csv, .parquet) or into a BIDS dataset (--bids), or a dictionary as matrices.
@@ -64,11 +64,10 @@ const PARTS: [(&str, What); 3] = [
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     if let Some(names) = &args.bids {
         if Form::of(&args.output).is_some() || is_matrices(&args.output) {
-            let message = format!(
+            return usage(format!(
                 "-o {}: expected the folder of a BIDS dataset with --bids",
                 args.output.display()
-            );
-            return Err(UsageError(message).into());
+            ));
         }
         return take::to_bids(console, args, names);
     }

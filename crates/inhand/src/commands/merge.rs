@@ -8,7 +8,7 @@ use serde_json::json;
 
 use crate::commands::cut::seconds;
 use crate::console::{Console, print};
-use crate::exit::{Exit, UsageError};
+use crate::exit::{Exit, usage};
 use crate::options::Format;
 use crate::output::OutputFile;
 
@@ -41,8 +41,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
             _ => other == input,
         };
         if inputs[..n].iter().any(same) {
-            let message = format!("{} is named twice", input.display());
-            return Err(UsageError(message).into());
+            return usage(format!("{} is named twice", input.display()));
         }
     }
     args.output.check(&inputs)?;

@@ -39,7 +39,7 @@ use inhand_model::{InputHash, Recording};
 use inhand_session::{Settings, Take, check_target};
 
 use crate::console::Console;
-use crate::exit::{Exit, UsageError};
+use crate::exit::{Exit, usage};
 
 /// The commands; a variant without a line of its own takes the first line of its arguments.
 #[derive(Debug, Subcommand)]
@@ -132,12 +132,11 @@ fn targets(inputs: &[PathBuf], output: &Path) -> Result<Vec<PathBuf>> {
         return Ok(vec![output.to_owned()]);
     }
     if output.is_file() {
-        let message = format!(
+        return usage(format!(
             "-o {}: expected a folder for {} inputs",
             output.display(),
             inputs.len()
-        );
-        return Err(UsageError(message).into());
+        ));
     }
     let mut targets = Vec::with_capacity(inputs.len());
     for input in inputs {
@@ -147,8 +146,10 @@ fn targets(inputs: &[PathBuf], output: &Path) -> Result<Vec<PathBuf>> {
             .to_string_lossy();
         let target = output.join(format!("{stem}.mcap"));
         if targets.contains(&target) {
-            let message = format!("two inputs would both be written as {}", target.display());
-            return Err(UsageError(message).into());
+            return usage(format!(
+                "two inputs would both be written as {}",
+                target.display()
+            ));
         }
         targets.push(target);
     }

@@ -62,7 +62,7 @@ pub(crate) struct Args {
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let step = console.step("looking at what is where");
     let timeline = Timeline::open(containers::open(&args.input)?)?;
-    step.clear();
+    step.finish_and_clear();
     let settings = Settings {
         host: args.host.clone(),
         port: args.port,

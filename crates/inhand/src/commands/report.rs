@@ -11,7 +11,7 @@ use inhand_session::sessions::Part;
 use inhand_session::{plan_times_beside, write_text};
 
 use crate::console::Console;
-use crate::exit::{Exit, UsageError};
+use crate::exit::{Exit, UsageError, usage};
 use crate::output::check_outputs;
 
 /// Write an evaluation as a page or in Markdown; join many into one report
@@ -46,7 +46,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     }
     let Some(path) = &args.evaluation else {
         // The parser asks for it.
-        return Err(UsageError("no evaluation was named".to_owned()).into());
+        return usage("no evaluation was named");
     };
     let forms = forms(&args.output, &["html", "htm", "md"])?;
     let part = Part::read(path)?;

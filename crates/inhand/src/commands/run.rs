@@ -104,7 +104,7 @@ pub(crate) fn run_shown(console: &Console, options: &RunOptions, format: Format)
         Event::Started(name) => step = Some(console.step(name)),
         Event::Finished(line, elapsed) => {
             if let Some(step) = step.take() {
-                step.done(console, line, elapsed);
+                console.step_done(&step, line, elapsed);
             }
         }
     };

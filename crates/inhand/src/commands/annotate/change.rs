@@ -9,7 +9,7 @@ use inhand_session::annotate::{self, Annotated, Vocabulary};
 
 use super::{AboutArgs, AddArgs, EditArgs, ImportArgs, RemoveArgs, Target};
 use crate::console::Console;
-use crate::exit::{Exit, UsageError};
+use crate::exit::{Exit, UsageError, usage};
 use crate::options::labels;
 
 pub(super) fn add(console: &Console, args: &AddArgs) -> Result<Exit> {
@@ -46,8 +46,7 @@ pub(super) fn import(console: &Console, args: &ImportArgs) -> Result<Exit> {
 
 pub(super) fn edit(console: &Console, args: &EditArgs) -> Result<Exit> {
     if args.at.is_none() && args.label.is_empty() && args.remove_label.is_empty() {
-        let message = "expected --at, --label or --remove-label: what to change";
-        return Err(UsageError(message.to_owned()).into());
+        return usage("expected --at, --label or --remove-label: what to change");
     }
     args.target.change(console, None, |annotated, annotations| {
         check_number(args.event, annotations)?;
@@ -60,8 +59,10 @@ pub(super) fn edit(console: &Console, args: &EditArgs) -> Result<Exit> {
         }
         for key in &args.remove_label {
             if event.labels.remove(key).is_none() {
-                let message = format!("--remove-label {key}: event {} has none", args.event);
-                return Err(UsageError(message).into());
+                return usage(format!(
+                    "--remove-label {key}: event {} has none",
+                    args.event
+                ));
             }
         }
         event
@@ -94,15 +95,15 @@ pub(super) fn about(console: &Console, args: &AboutArgs) -> Result<Exit> {
             let (key, value) = fact.split_once('=').unwrap_or((fact, ""));
             let (key, value) = (key.trim(), value.trim());
             if key.is_empty() || value.is_empty() {
-                let message = format!("--set {fact}: expected KEY=VALUE, such as subject=s01");
-                return Err(UsageError(message).into());
+                return usage(format!(
+                    "--set {fact}: expected KEY=VALUE, such as subject=s01"
+                ));
             }
             annotations.about.insert(key.to_owned(), value.to_owned());
         }
         for key in &args.unset {
             if annotations.about.remove(key).is_none() {
-                let message = format!("--unset {key}: the file states no such fact");
-                return Err(UsageError(message).into());
+                return usage(format!("--unset {key}: the file states no such fact"));
             }
         }
         let stated = annotations.about.len();

@@ -10,7 +10,7 @@ use inhand_session::tables::{self, Form};
 use super::Args;
 use crate::commands::read_take;
 use crate::console::Console;
-use crate::exit::{Exit, UsageError};
+use crate::exit::{Exit, UsageError, usage};
 use crate::output::check_outputs;
 
 pub(super) fn to_table(console: &Console, args: &Args, form: Form) -> Result<Exit> {
@@ -28,11 +28,10 @@ pub(super) fn to_table(console: &Console, args: &Args, form: Form) -> Result<Exi
 
 pub(super) fn to_bids(console: &Console, args: &Args, names: &str) -> Result<Exit> {
     if args.output.is_file() {
-        let message = format!(
+        return usage(format!(
             "-o {}: expected the folder of a BIDS dataset, found a file",
             args.output.display()
-        );
-        return Err(UsageError(message).into());
+        ));
     }
     let take = take(console, args)?;
     let names = bids_names(names, &take.annotations.about)?;
@@ -48,8 +47,9 @@ fn take(console: &Console, args: &Args) -> Result<Take> {
     let take = read_take(console, &args.input, &settings);
     if take.is_err() && inhand_session::read_dictionary(&args.input).is_ok() {
         let input = args.input.display();
-        let message = format!("{input} is a dictionary: expected -o to end in .npz or .mat");
-        return Err(UsageError(message).into());
+        return usage(format!(
+            "{input} is a dictionary: expected -o to end in .npz or .mat"
+        ));
     }
     take
 }

@@ -11,7 +11,7 @@ use serde_json::json;
 
 use super::whole::{RunOptions, round_text, write_learned};
 use crate::console::{Console, data};
-use crate::exit::{Exit, UsageError};
+use crate::exit::{Exit, usage};
 use crate::options::Format;
 
 #[derive(Debug, clap::Args)]
@@ -71,16 +71,17 @@ pub(super) fn init(console: &Console, args: &InitArgs) -> Result<Exit> {
     args.options.check_one_rank()?;
     let settings = args.options.settings()?;
     if settings.learn.kind != DictionaryKind::Nmf {
-        let message = "--kind pca: principal components have no rounds; learn them with \
-                       `inhand learn TAKES... -o DICTIONARY`";
-        return Err(UsageError(message.to_owned()).into());
+        return usage(
+            "--kind pca: principal components have no rounds; learn them with \
+                       `inhand learn TAKES... -o DICTIONARY`",
+        );
     }
     if LearningFolder::exists(&args.output) {
         let message = format!(
             "-o {}: there is a run in it already; go on with it, or name another folder",
             args.output.display()
         );
-        return Err(UsageError(message).into());
+        return usage(message);
     }
     let folder = (args.options).init(console, &args.output, &args.inputs, &settings)?;
     inhand_training::begin_rounds(&folder)?;

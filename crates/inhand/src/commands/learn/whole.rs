@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 use crate::commands::learn_rank::{self, RankChoice};
 use crate::console::{Console, data};
-use crate::exit::{Exit, UsageError};
+use crate::exit::{Exit, UsageError, usage};
 use crate::options::{
     Format, LearnOptions, MethodOptions, ProcessOptions, SelectOptions, SourceOptions,
 };
@@ -99,7 +99,7 @@ impl RunOptions {
 pub(super) fn run(console: &Console, args: &WholeArgs) -> Result<Exit> {
     // Clap asks for it; an option it has to be for the steps of a run, which have their own.
     let Some(output) = args.output.as_deref() else {
-        return Err(UsageError("expected -o DICTIONARY".to_owned()).into());
+        return usage("expected -o DICTIONARY");
     };
     let mut settings = args.options.settings()?;
     let inputs: Vec<_> = args.inputs.iter().map(PathBuf::as_path).collect();

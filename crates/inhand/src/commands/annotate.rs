@@ -1,15 +1,16 @@
 //! `inhand annotate VERB FILE`.
 
-mod change;
-mod show;
-
 use std::path::PathBuf;
 
-use anyhow::Result;
+use anyhow::{Context, Result};
+use inhand_export::events::{self, parse_instant, seconds_after};
+use inhand_model::{Annotations, Event};
+use inhand_session::annotate::{self, Annotated, Vocabulary};
+use serde_json::{Value, json};
 
-use crate::console::Console;
-use crate::exit::Exit;
-use crate::options::Format;
+use crate::console::{Console, print};
+use crate::exit::{Exit, UsageError, usage};
+use crate::options::{Format, labels};
 use crate::output::{OutputFile, TextOutput};
 
 /// Edit the events of an MCAP file of any origin.
@@ -147,12 +148,255 @@ struct ExportArgs {
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     match &args.verb {
-        Verb::Add(args) => change::add(console, args),
-        Verb::Import(args) => change::import(console, args),
-        Verb::Edit(args) => change::edit(console, args),
-        Verb::Remove(args) => change::remove(console, args),
-        Verb::About(args) => change::about(console, args),
-        Verb::List(args) => show::list(args),
-        Verb::Export(args) => show::export(console, args),
+        Verb::Add(args) => add(console, args),
+        Verb::Import(args) => import(console, args),
+        Verb::Edit(args) => edit(console, args),
+        Verb::Remove(args) => remove(console, args),
+        Verb::About(args) => about(console, args),
+        Verb::List(args) => list(args),
+        Verb::Export(args) => export(console, args),
     }
+}
+
+fn add(console: &Console, args: &AddArgs) -> Result<Exit> {
+    args.target.change(console, None, |annotated, annotations| {
+        let (start_unix_nanos, end_unix_nanos) = interval(&args.at, annotated.start_unix_nanos)?;
+        let labels = labels("--label", &args.label)?;
+        (labels.iter()).for_each(|label| note_key(annotations, &label.key));
+        annotations.events.push(Event {
+            start_unix_nanos,
+            end_unix_nanos,
+            labels: labels.into_iter().map(|l| (l.key, l.value)).collect(),
+        });
+        Ok("1 event added".to_owned())
+    })
+}
+
+fn import(console: &Console, args: &ImportArgs) -> Result<Exit> {
+    args.target
+        .change(console, Some(&args.csv), |annotated, annotations| {
+            let given = annotate::read_csv(&args.csv, annotated)?;
+            let count = given.events.len();
+            if args.replace || annotations.events.is_empty() {
+                annotations.keys = given.keys;
+                annotations.events = given.events;
+            } else {
+                for key in given.keys {
+                    note_key(annotations, &key);
+                }
+                annotations.events.extend(given.events);
+            }
+            Ok(counted(count, "event added", "events added"))
+        })
+}
+
+fn edit(console: &Console, args: &EditArgs) -> Result<Exit> {
+    if args.at.is_none() && args.label.is_empty() && args.remove_label.is_empty() {
+        return usage("expected --at, --label or --remove-label: what to change");
+    }
+    args.target.change(console, None, |annotated, annotations| {
+        check_number(args.event, annotations)?;
+        let labels = labels("--label", &args.label)?;
+        (labels.iter()).for_each(|label| note_key(annotations, &label.key));
+        let event = &mut annotations.events[args.event - 1];
+        if let Some(at) = &args.at {
+            let (start, end) = interval(at, annotated.start_unix_nanos)?;
+            (event.start_unix_nanos, event.end_unix_nanos) = (start, end);
+        }
+        for key in &args.remove_label {
+            if event.labels.remove(key).is_none() {
+                return usage(format!(
+                    "--remove-label {key}: event {} has none",
+                    args.event
+                ));
+            }
+        }
+        event
+            .labels
+            .extend(labels.into_iter().map(|l| (l.key, l.value)));
+        Ok(format!("event {} changed", args.event))
+    })
+}
+
+fn remove(console: &Console, args: &RemoveArgs) -> Result<Exit> {
+    args.target.change(console, None, |_, annotations| {
+        for &number in &args.event {
+            check_number(number, annotations)?;
+        }
+        let labels = labels("--label", &args.label)?;
+        let before = annotations.events.len();
+        let mut number = 0;
+        annotations.events.retain(|event| {
+            number += 1;
+            !args.event.contains(&number) && !labels.iter().any(|label| event.has(label))
+        });
+        let removed = before - annotations.events.len();
+        Ok(counted(removed, "event removed", "events removed"))
+    })
+}
+
+fn about(console: &Console, args: &AboutArgs) -> Result<Exit> {
+    args.target.change(console, None, |_, annotations| {
+        for fact in &args.set {
+            let (key, value) = fact.split_once('=').unwrap_or((fact, ""));
+            let (key, value) = (key.trim(), value.trim());
+            if key.is_empty() || value.is_empty() {
+                return usage(format!(
+                    "--set {fact}: expected KEY=VALUE, such as subject=s01"
+                ));
+            }
+            annotations.about.insert(key.to_owned(), value.to_owned());
+        }
+        for key in &args.unset {
+            if annotations.about.remove(key).is_none() {
+                return usage(format!("--unset {key}: the file states no such fact"));
+            }
+        }
+        let stated = annotations.about.len();
+        Ok(counted(stated, "fact stated", "facts stated"))
+    })
+}
+
+impl Target {
+    /// Reads the file's events, changes them and writes the file with them.
+    fn change(
+        &self,
+        console: &Console,
+        also_read: Option<&PathBuf>,
+        change: impl FnOnce(&Annotated, &mut Annotations) -> Result<String>,
+    ) -> Result<Exit> {
+        let read = [&self.file]
+            .into_iter()
+            .chain(also_read)
+            .chain(&self.vocabulary);
+        self.output.check(&read.collect::<Vec<_>>())?;
+        let (file, output) = (&self.file, &self.output.output);
+        let annotated = annotate::read(file)?;
+        let mut annotations = annotated.own.clone();
+        let done = change(&annotated, &mut annotations)?;
+        if let Some(vocabulary) = &self.vocabulary {
+            Vocabulary::read(vocabulary)?.check(file, &annotations.events)?;
+        }
+        annotate::write(file, output, &annotated, &annotations)?;
+        for event in annotations
+            .events
+            .iter()
+            .filter(|event| annotated.is_outside(event))
+        {
+            let start = seconds_after(event.start_unix_nanos, annotated.start_unix_nanos);
+            console.say(&format!(
+                "warning  the event at {start} s is outside the take"
+            ));
+        }
+        console.say(&format!("wrote {} ({done})", output.display()));
+        Ok(Exit::Done)
+    }
+}
+
+/// `FROM..TO` or one instant, as nanoseconds since 1970.
+fn interval(text: &str, origin: u64) -> Result<(u64, u64), UsageError> {
+    let wrong = |what: &str| {
+        UsageError(format!(
+            "--at {text}: expected {what}, such as 63.4..63.6 (seconds after the start) or 12.5"
+        ))
+    };
+    let (from, to) = text.split_once("..").unwrap_or((text, text));
+    let instant = |text: &str| parse_instant(text.trim(), origin);
+    let (Some(from), Some(to)) = (instant(from), instant(to)) else {
+        return Err(wrong("FROM..TO or one instant"));
+    };
+    if to < from {
+        return Err(wrong("an end that is not before the start"));
+    }
+    Ok((from, to))
+}
+
+/// Adds a key to those of the table, which shows them in the order of their first use.
+fn note_key(annotations: &mut Annotations, key: &str) {
+    if !annotations.keys.iter().any(|known| known == key) {
+        annotations.keys.push(key.to_owned());
+    }
+}
+
+fn check_number(number: usize, annotations: &Annotations) -> Result<(), UsageError> {
+    let count = annotations.events.len();
+    if (1..=count).contains(&number) {
+        return Ok(());
+    }
+    Err(UsageError(match count {
+        0 => format!("--event {number}: the file has no event on /annotations"),
+        _ => format!("--event {number}: expected 1 to {count}, as `annotate list` numbers them"),
+    }))
+}
+
+fn counted(count: usize, one: &str, many: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { many })
+}
+
+fn list(args: &ListArgs) -> Result<Exit> {
+    let annotated = annotate::read(&args.file)?;
+    print(args.format, || text(&annotated), || to_json(&annotated))?;
+    Ok(Exit::Done)
+}
+
+fn export(console: &Console, args: &ExportArgs) -> Result<Exit> {
+    args.output.check(&[&args.file])?;
+    let annotated = annotate::read(&args.file)?;
+    let mut csv = Vec::new();
+    events::write(&annotated.own, annotated.start_unix_nanos, &mut csv)?;
+    let csv = String::from_utf8(csv).context("labels are text")?;
+    args.output.write(console, &csv)?;
+    Ok(Exit::Done)
+}
+
+/// All events with their numbers; those of other topics have none, since they are not ours to change.
+fn numbered(annotated: &Annotated) -> impl Iterator<Item = (Option<usize>, &Event)> {
+    let own = annotated.own.events.iter().enumerate();
+    let own = own.map(|(index, event)| (Some(index + 1), event));
+    own.chain(annotated.others.iter().map(|event| (None, event)))
+}
+
+fn text(annotated: &Annotated) -> String {
+    let mut text = String::new();
+    for (key, value) in &annotated.own.about {
+        text += &format!("{key:<10} {value}\n");
+    }
+    let start = annotated.start_unix_nanos;
+    for (number, event) in numbered(annotated) {
+        let number = number.map_or_else(|| "-".to_owned(), |n| n.to_string());
+        let labels: Vec<String> = (event.labels.iter())
+            .map(|(key, value)| format!("{key}={value}"))
+            .collect();
+        text += &format!(
+            "{number:>4}  {:>12} .. {:<12}  {}\n",
+            seconds_after(event.start_unix_nanos, start),
+            seconds_after(event.end_unix_nanos, start),
+            labels.join("  "),
+        );
+    }
+    if text.is_empty() {
+        text += "no events\n";
+    }
+    text
+}
+
+fn to_json(annotated: &Annotated) -> Value {
+    let seconds = |unix_nanos: u64| {
+        (i128::from(unix_nanos) - i128::from(annotated.start_unix_nanos)) as f64 / 1e9
+    };
+    let events = numbered(annotated).map(|(number, event)| {
+        json!({
+            "number": number,
+            "start_s": seconds(event.start_unix_nanos),
+            "end_s": seconds(event.end_unix_nanos),
+            "start_unix_nanos": event.start_unix_nanos,
+            "end_unix_nanos": event.end_unix_nanos,
+            "labels": event.labels,
+        })
+    });
+    json!({
+        "start_unix_nanos": annotated.start_unix_nanos,
+        "about": annotated.own.about,
+        "events": events.collect::<Vec<_>>(),
+    })
 }

@@ -1,21 +1,21 @@
 //! `inhand batch SESSIONS... -o OUT`.
 
 mod names;
-mod record;
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use anyhow::Result;
 use inhand_session::sessions::{MergeOptions, Part, merge};
 use inhand_session::write_text;
+use serde::{Deserialize, Serialize};
 
 use super::run::SessionOptions;
 use crate::console::{Console, data, to_stderr};
 use crate::exit::{Exit, UsageError};
 use crate::options::OutputOptions;
 use crate::output::check_outputs;
-use record::{Outcome, Record, State};
 
 /// Run many sessions, skip and report those that fail, join their evaluations
 ///
@@ -39,7 +39,7 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
-    let record_file = args.output.join(record::FILE);
+    let record_file = args.output.join("batch.json");
     let summary_file = args.output.join("summary.html");
     let earlier = Record::read(&record_file);
     // Results beside a record are those of an earlier call.
@@ -152,6 +152,100 @@ fn join(console: &Console, args: &Args, record: &Record, target: &Path) -> Resul
         Err(refused) => {
             console.error(&anyhow::Error::from(refused).context("no summary"));
             Ok(false)
+        }
+    }
+}
+
+/// State of a session.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum State {
+    /// Everything was made.
+    Done,
+    /// Made earlier, and nothing has changed since.
+    UpToDate,
+    /// Made, but some plans have no trajectory.
+    PlansFailed,
+    /// Not made.
+    Failed,
+}
+
+impl State {
+    const ALL: [State; 4] = [
+        State::Done,
+        State::UpToDate,
+        State::PlansFailed,
+        State::Failed,
+    ];
+
+    const fn words(self) -> &'static str {
+        match self {
+            State::Done => "done",
+            State::UpToDate => "up to date",
+            State::PlansFailed => "with plans that failed",
+            State::Failed => "failed",
+        }
+    }
+}
+
+/// Outcome of a session.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct Outcome {
+    /// Folder of its results, beside the record.
+    name: String,
+    /// The session, from the root.
+    session: String,
+    state: State,
+    /// Why it failed.
+    error: Option<String>,
+    seconds: f64,
+}
+
+/// All sessions of a batch so far.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+struct Record {
+    sessions: Vec<Outcome>,
+}
+
+impl Record {
+    /// The record of earlier calls, where there is one.
+    fn read(path: &Path) -> Option<Self> {
+        let text = std::fs::read_to_string(path).ok()?;
+        serde_json::from_str(&text).ok()
+    }
+
+    /// The folder of results that each session has had so far.
+    fn folders(&self) -> BTreeMap<String, String> {
+        let folders = self.sessions.iter();
+        folders
+            .map(|s| (s.session.clone(), s.name.clone()))
+            .collect()
+    }
+
+    /// Adds the outcome of a session, or replaces an earlier one.
+    fn set(&mut self, outcome: Outcome) {
+        let mut known = self.sessions.iter_mut();
+        match known.find(|known| known.session == outcome.session) {
+            Some(known) => *known = outcome,
+            None => self.sessions.push(outcome),
+        }
+    }
+
+    fn write(&self, path: &Path) -> Result<()> {
+        let mut text = serde_json::to_string_pretty(self)?;
+        text.push('\n');
+        Ok(write_text(path, &text)?)
+    }
+
+    /// Failed where nothing was made; lossy where something is missing.
+    fn exit(&self) -> Exit {
+        let complete = |o: &Outcome| matches!(o.state, State::Done | State::UpToDate);
+        if self.sessions.iter().all(|o| o.state == State::Failed) {
+            Exit::Failed
+        } else if self.sessions.iter().all(complete) {
+            Exit::Done
+        } else {
+            Exit::Lossy
         }
     }
 }

@@ -1,16 +1,19 @@
 //! `inhand export FILE -o OUTPUT`.
 
-mod dictionary;
-mod take;
-
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use inhand_session::tables::{Form, Layout, What};
+use inhand_export::bids::BidsNames;
+use inhand_session::tables::{self, Form, Layout, What};
+use inhand_session::{Take, matrices, read_dictionary};
+use serde_json::json;
 
-use crate::console::Console;
+use crate::commands::read_take;
+use crate::console::{Console, print};
 use crate::exit::{Exit, UsageError, usage};
 use crate::options::{Format, SourceOptions, one_of};
+use crate::output::check_outputs;
 
 /// Write a take as a table (.csv, .parquet) or into a BIDS dataset (--bids), or a dictionary as matrices.
 ///
@@ -69,20 +72,115 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
                 args.output.display()
             ));
         }
-        return take::to_bids(console, args, names);
+        return to_bids(console, args, names);
     }
     match Form::of(&args.output) {
-        Some(form) => take::to_table(console, args, form),
-        None if is_matrices(&args.output) => dictionary::run(console, args),
-        None => Err(UsageError(format!(
+        Some(form) => to_table(console, args, form),
+        None if is_matrices(&args.output) => to_matrices(console, args),
+        None => usage(format!(
             "-o {}: expected .csv or .parquet for a take, .npz or .mat for a dictionary, or --bids \
              with the folder of a dataset; `inhand convert` writes .trc, .c3d and Motive's .csv",
             args.output.display()
-        ))
-        .into()),
+        )),
     }
 }
 
 fn is_matrices(path: &Path) -> bool {
-    inhand_session::matrices::form_of(path).is_ok()
+    matrices::form_of(path).is_ok()
+}
+
+fn to_table(console: &Console, args: &Args, form: Form) -> Result<Exit> {
+    let (what, layout) = (args.what, args.layout);
+    let mut outputs = vec![args.output.clone()];
+    if tables::has_facts(what, layout, form) {
+        outputs.push(tables::facts_path(&args.output));
+    }
+    check_outputs(&outputs, &[&args.input], args.force)?;
+    let take = take(console, args)?;
+    tables::write_table(&args.output, &take, what, layout, form)?;
+    outputs.iter().for_each(|output| console.wrote(output));
+    Ok(Exit::Done)
+}
+
+fn to_bids(console: &Console, args: &Args, names: &str) -> Result<Exit> {
+    if args.output.is_file() {
+        return usage(format!(
+            "-o {}: expected the folder of a BIDS dataset, found a file",
+            args.output.display()
+        ));
+    }
+    let take = take(console, args)?;
+    let names = bids_names(names, &take.annotations.about)?;
+    let outputs = tables::bids_paths(&args.output, &take, &names)?;
+    check_outputs(&outputs, &[&args.input], args.force)?;
+    tables::write_bids(&args.output, &take, &names)?;
+    outputs.iter().for_each(|output| console.wrote(output));
+    Ok(Exit::Done)
+}
+
+fn take(console: &Console, args: &Args) -> Result<Take> {
+    let settings = args.source.effective(None)?;
+    let take = read_take(console, &args.input, &settings);
+    if take.is_err() && read_dictionary(&args.input).is_ok() {
+        let input = args.input.display();
+        return usage(format!(
+            "{input} is a dictionary: expected -o to end in .npz or .mat"
+        ));
+    }
+    take
+}
+
+/// Names from `KEY=LABEL,...`, and otherwise from the facts stored with the take.
+fn bids_names(text: &str, about: &BTreeMap<String, String>) -> Result<BidsNames> {
+    let mut labels = BTreeMap::new();
+    for (key, fact) in [("sub", "subject"), ("ses", "session"), ("task", "task")] {
+        labels.insert(key, about.get(fact).map(String::as_str));
+    }
+    labels.insert("tracksys", about.get("tracking_system").map(String::as_str));
+    labels.insert("run", None);
+    for pair in text.split(',').filter(|pair| !pair.trim().is_empty()) {
+        let Some((key, label)) = pair.split_once('=') else {
+            return usage(format!("--bids {pair}: expected KEY=LABEL, such as sub=01"));
+        };
+        let Some(known) = labels.get_mut(key.trim()) else {
+            let key = key.trim();
+            return usage(format!(
+                "--bids {key}: expected sub, ses, task, run or tracksys"
+            ));
+        };
+        *known = Some(label.trim());
+    }
+    let label = |key: &str| labels[key].map(str::to_owned);
+    let needed = |key: &str| {
+        let message = || format!("--bids: expected {key}=LABEL, since the take does not state it");
+        label(key).ok_or_else(|| UsageError(message()))
+    };
+    let run = labels["run"].map(|run| {
+        let message = |_| UsageError(format!("--bids run={run}: expected a whole number"));
+        run.parse().map_err(message)
+    });
+    Ok(BidsNames {
+        subject: needed("sub")?,
+        session: label("ses"),
+        task: needed("task")?,
+        tracking_system: label("tracksys").unwrap_or_else(|| "OptiTrack".into()),
+        run: run.transpose()?,
+    })
+}
+
+fn to_matrices(console: &Console, args: &Args) -> Result<Exit> {
+    check_outputs([&args.output], &[&args.input], args.force)?;
+    let matrices = matrices::export_dictionary(&read_dictionary(&args.input)?.dictionary);
+    matrices::write(&args.output, &matrices)?;
+    let sizes: Vec<_> = (matrices.iter())
+        .filter_map(|(name, variable)| Some((name, variable.numbers()?.shape())))
+        .collect();
+    let line = |&(name, (rows, columns)): &(&String, (usize, usize))| {
+        format!("{name:<36} {rows} x {columns}\n")
+    };
+    let text = || sizes.iter().map(line).collect();
+    let json = || json!({ "matrices": sizes.iter().copied().collect::<BTreeMap<_, _>>() });
+    print(args.format, text, json)?;
+    console.wrote(&args.output);
+    Ok(Exit::Done)
 }

@@ -13,7 +13,6 @@ mod export;
 mod filter;
 mod generate;
 mod info;
-mod info_dictionary;
 mod layout;
 mod learn;
 mod learn_rank;

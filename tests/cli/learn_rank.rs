@@ -80,7 +80,7 @@ fn the_table_has_a_row_for_each_rank_and_says_why() {
         assert!(text.contains(words), "{words} in {text}");
     }
     assert_eq!(text.matches("<- suggested").count(), 1, "{text}");
-    assert!(text.contains("2 takes say little"), "{text}");
+    assert!(text.contains("2 takes are few"), "{text}");
 }
 
 #[test]

@@ -1,13 +1,12 @@
 //! The part of `inhand learn` that chooses a rank: `--rank FROM..TO`.
 
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result};
 use inhand_dictionary::{HeldOut, RankCurve, RankGroups, RankPoint, RankSuggestion};
 use inhand_model::{Provenance, Segments};
 use inhand_report::{RankFigure, RankFigurePoint, rank_figure_svg};
-use inhand_session::{Role, Settings, check_target, steps, write_text};
+use inhand_session::{Role, Settings, steps, write_text};
 use serde_json::{Value, json};
 
 use crate::console::Console;
@@ -24,11 +23,6 @@ pub(crate) fn figure_path(dictionary: &Path) -> PathBuf {
     dictionary.with_extension("rank.svg")
 }
 
-/// Refuses a figure that would replace another file, as for the dictionary.
-pub(crate) fn check_figure(dictionary: &Path, inputs: &[&Path], force: bool) -> Result<()> {
-    Ok(check_target(&figure_path(dictionary), inputs, || force)?)
-}
-
 /// The training segments, all in memory.
 pub(crate) fn segments(takes: &[PathBuf], settings: &Settings, reuse: bool) -> Result<Segments> {
     let takes = (takes.iter())
@@ -41,7 +35,7 @@ pub(crate) fn segments(takes: &[PathBuf], settings: &Settings, reuse: bool) -> R
     Ok(steps::segments(&motions, Role::Train, object, settings)?)
 }
 
-/// Judges the ranks on training takes left out of learning and puts the one suggested into the
+/// Evaluates the ranks on training takes left out of learning and puts the suggested one into the
 /// settings.
 pub(crate) fn choose(
     console: &Console,
@@ -77,85 +71,61 @@ impl RankChoice {
     /// The curve as a table, then the suggestion.
     pub(crate) fn text(&self) -> String {
         let curve = &self.curve;
+        let groups = groups(curve);
         let mut text = format!(
-            "{} training segments; {} of {} {} left out in turn, errors in mm rms ± standard error over {}\n\n\
+            "{} training segments; {} of {} {groups} left out in turn, errors in mm rms ± standard error over {groups}\n\n\
              rank  explained %  training         held out        predicted\n",
-            curve.segments,
-            curve.left_out,
-            curve.groups,
-            groups(curve),
-            groups(curve),
+            curve.segments, curve.left_out, curve.groups,
         );
         for point in &curve.points {
-            // Writing to a string cannot fail.
-            let _ = writeln!(
-                text,
-                "{:>4}  {:>11.3}  {:>8}  {:>15}  {:>15}{}",
+            text += &format!(
+                "{:>4}  {:>11.3}  {:>8}  {:>15}  {:>15}{}\n",
                 point.rank,
                 100.0 * point.explained_variance,
                 mm(point.training_rms_m),
                 with_error(point.reconstructed),
                 with_error(point.predicted),
-                if point.rank == self.suggestion.rank {
-                    "  <- suggested"
-                } else {
-                    ""
-                },
+                ["", "  <- suggested"][usize::from(point.rank == self.suggestion.rank)],
             );
         }
-        let _ = writeln!(
-            text,
-            "\npredicted: the middle {:.2} s of each left-out segment from the rest of it\n{}",
-            curve.hidden.len() as f64 / curve.rate_hz,
-            self.reason(),
-        );
-        text
+        let hidden_s = curve.hidden.len() as f64 / curve.rate_hz;
+        let reason = self.reason();
+        text + &format!(
+            "\npredicted: the middle {hidden_s:.2} s of each left-out segment from the rest of it\n{reason}\n"
+        )
     }
 
     /// Why this rank, in words.
     pub(crate) fn reason(&self) -> String {
-        let s = &self.suggestion;
-        let curve = &self.curve;
+        let (s, curve) = (&self.suggestion, &self.curve);
+        let (count, groups) = (curve.groups, groups(curve));
         let mut reason = format!("Rank {} is suggested: ", s.rank);
         let error_m = (curve.points.iter())
             .find(|point| point.rank == s.best_rank)
             .and_then(|point| point.predicted.standard_error_m);
-        let best = format!("{} mm at rank {}", mm(s.best_m), s.best_rank);
-        reason += &match error_m {
-            _ if curve.points.len() == 1 => "no other rank was judged.".to_owned(),
+        let (best, predicted) = (mm(s.best_m), mm(s.predicted_m));
+        let error = error_m.map(|error_m| format!("{} mm, over {count} {groups}", mm(error_m)));
+        reason += &match error {
+            _ if curve.points.len() == 1 => "no other rank was evaluated.".to_owned(),
             None => format!(
-                "it predicts best, {} mm; one group of segments alone gives no standard error.",
-                mm(s.best_m)
+                "its prediction error is the lowest, {best} mm; a single group of segments gives no standard \
+                 error."
             ),
-            Some(error_m) if s.rank == s.best_rank => format!(
-                "it predicts best, {} mm, and every smaller one is worse by more than one standard \
-                 error ({} mm, over {} {}).",
-                mm(s.best_m),
-                mm(error_m),
-                curve.groups,
-                groups(curve),
+            Some(error) if s.rank == s.best_rank => format!(
+                "its prediction error is the lowest, {best} mm, and that of every smaller one higher by more \
+                 than one standard error ({error})."
             ),
-            Some(error_m) => format!(
-                "the smallest whose prediction error ({} mm) is within one standard error ({} mm, over \
-                 {} {}) of the smallest ({best}). More primitives gain less than other {} would change.",
-                mm(s.predicted_m),
-                mm(error_m),
-                curve.groups,
-                groups(curve),
-                groups(curve),
+            Some(error) => format!(
+                "the smallest whose prediction error ({predicted} mm) is within one standard error ({error}) of \
+                 the lowest ({best} mm at rank {}). More primitives gain less than other {groups} would change.",
+                s.best_rank
             ),
         };
         if s.still_falling {
-            reason += " The error is smallest at the largest rank judged: still larger ones may \
-                       predict better.";
+            reason += " The error is lowest at the largest rank evaluated: larger ones may predict better.";
         }
-        if curve.groups < 4 {
-            let _ = write!(
-                reason,
-                " {} {} say little about the spread: give more takes.",
-                curve.groups,
-                groups(curve)
-            );
+        if count < 4 {
+            reason += &format!(" {count} {groups} are few for a standard error: add takes.");
         }
         reason
     }

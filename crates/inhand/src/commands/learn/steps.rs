@@ -5,14 +5,14 @@ use std::time::Instant;
 
 use anyhow::Result;
 use inhand_model::{DictionaryKind, StopReason};
-use inhand_session::check_target;
 use inhand_training::{LearningFolder, Progress, Shard};
 use serde_json::json;
 
 use super::whole::{RunOptions, round_text, write_learned};
-use crate::console::{Console, data};
+use crate::console::{Console, print};
 use crate::exit::{Exit, usage};
 use crate::options::Format;
+use crate::output::OutputFile;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct InitArgs {
@@ -56,15 +56,11 @@ pub(super) struct UpdateArgs {
 pub(super) struct FinishArgs {
     /// Folder of the run.
     folder: PathBuf,
-    /// Dictionary file.
-    #[arg(short, long, value_name = "FILE")]
-    output: PathBuf,
+    #[command(flatten)]
+    output: OutputFile,
     /// Print the outcome as text or json.
     #[arg(long, value_enum, default_value_t)]
     format: Format,
-    /// Replace an output that exists.
-    #[arg(long)]
-    force: bool,
 }
 
 pub(super) fn init(console: &Console, args: &InitArgs) -> Result<Exit> {
@@ -86,25 +82,22 @@ pub(super) fn init(console: &Console, args: &InitArgs) -> Result<Exit> {
     let folder = (args.options).init(console, &args.output, &args.inputs, &settings)?;
     inhand_training::begin_rounds(&folder)?;
     let plan = folder.plan();
-    match args.format {
-        Format::Json => data(&format!(
-            "{:#}\n",
-            json!({
-                "id": folder.id(),
-                "takes": plan.takes.len(),
-                "segments": plan.segments,
-                "left_out": plan.left_out,
-                "blocks": plan.blocks,
-            })
-        ))?,
-        Format::Text => data(&format!(
-            "{} segments from {} takes, {} blocks: at most {} shards have work\n",
-            plan.segments,
-            plan.takes.len(),
-            plan.blocks,
-            plan.blocks,
-        ))?,
-    }
+    let (takes, segments, blocks) = (plan.takes.len(), plan.segments, plan.blocks);
+    let text = || {
+        format!(
+            "{segments} segments from {takes} takes, {blocks} blocks: at most {blocks} shards have work\n"
+        )
+    };
+    let json = || {
+        json!({
+            "id": folder.id(),
+            "takes": takes,
+            "segments": segments,
+            "left_out": plan.left_out,
+            "blocks": blocks,
+        })
+    };
+    print(args.format, text, json)?;
     Ok(Exit::Done)
 }
 
@@ -113,18 +106,18 @@ pub(super) fn stats(console: &Console, args: &StatsArgs) -> Result<Exit> {
     let begin = Instant::now();
     let mut blocks = 0;
     let file = inhand_training::stats(&folder, args.shard, &mut || blocks += 1)?;
-    match args.format {
-        Format::Json => data(&format!(
-            "{:#}\n",
-            json!({
-                "file": file,
-                "blocks": blocks,
-                "time_s": begin.elapsed().as_secs_f64(),
-                "peak_memory_bytes": inhand_session::peak_memory_bytes(),
-            })
-        ))?,
-        Format::Text => console.say(&format!("wrote {} ({blocks} blocks)", file.display())),
+    if args.format == Format::Text {
+        console.say(&format!("wrote {} ({blocks} blocks)", file.display()));
     }
+    let json = || {
+        json!({
+            "file": file,
+            "blocks": blocks,
+            "time_s": begin.elapsed().as_secs_f64(),
+            "peak_memory_bytes": inhand_session::peak_memory_bytes(),
+        })
+    };
+    print(args.format, String::new, json)?;
     Ok(Exit::Done)
 }
 
@@ -138,31 +131,39 @@ pub(super) fn update(args: &UpdateArgs) -> Result<Exit> {
         stop,
         ..
     } = updated.measured;
-    match args.format {
-        Format::Json => data(&format!(
-            "{:#}\n",
-            json!({
-                "start": start,
-                "round": round,
-                "rms_mm": rms_m.map(|rms_m| rms_m * 1000.0),
-                "stop_reason": stop.map(StopReason::name),
-                "done": updated.progress.is_done(),
-            })
-        ))?,
-        Format::Text => {
-            data(&format!("{}\n", round_text(&updated.measured)))?;
-            if updated.progress.is_done() {
-                data("done: write the dictionary with `inhand learn finish`\n")?;
-            }
-        }
-    }
+    let done = updated.progress.is_done();
+    let text = || {
+        let done = if done {
+            "done: write the dictionary with `inhand learn finish`\n"
+        } else {
+            ""
+        };
+        format!("{}\n{done}", round_text(&updated.measured))
+    };
+    let json = || {
+        json!({
+            "start": start,
+            "round": round,
+            "rms_mm": rms_m.map(|rms_m| rms_m * 1000.0),
+            "stop_reason": stop.map(StopReason::name),
+            "done": done,
+        })
+    };
+    print(args.format, text, json)?;
     Ok(Exit::Done)
 }
 
 pub(super) fn finish(console: &Console, args: &FinishArgs) -> Result<Exit> {
-    check_target(&args.output, &[], || args.force)?;
+    args.output.check::<PathBuf>(&[])?;
     let folder = LearningFolder::open(&args.folder)?;
     let learned = inhand_training::finish(&folder)?;
-    write_learned(console, &args.output, &learned, None, 0.0, args.format)?;
+    write_learned(
+        console,
+        &args.output.output,
+        &learned,
+        None,
+        0.0,
+        args.format,
+    )?;
     Ok(Exit::Done)
 }

@@ -5,16 +5,18 @@ use std::time::Instant;
 
 use anyhow::Result;
 use inhand_model::DictionaryKind;
-use inhand_session::{Settings, check_target, matrices, scratch_folder, write_dictionary};
+use inhand_session::{Settings, Take, matrices, scratch_folder, write_dictionary};
 use inhand_training::{Learned, LearningFolder, Progress, learn_given, learn_in};
-use serde_json::{Value, json};
+use serde_json::json;
 
 use crate::commands::learn_rank::{self, RankChoice};
-use crate::console::{Console, data};
+use crate::commands::say_findings;
+use crate::console::{Console, print};
 use crate::exit::{Exit, UsageError, usage};
 use crate::options::{
     Format, LearnOptions, MethodOptions, ProcessOptions, SelectOptions, SourceOptions,
 };
+use crate::output::check_outputs;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct WholeArgs {
@@ -42,7 +44,7 @@ pub(crate) struct WholeArgs {
     force: bool,
 }
 
-/// What a run of learning depends on.
+/// Settings of a run of learning.
 #[derive(Debug, clap::Args)]
 pub(super) struct RunOptions {
     #[command(flatten, next_help_heading = "Source")]
@@ -73,7 +75,7 @@ impl RunOptions {
         Ok(self.learn.check_one_rank()?)
     }
 
-    /// Begins a run in a folder, saying what was odd about each take.
+    /// Begins a run in a folder and prints the findings of each take.
     pub(super) fn init(
         &self,
         console: &Console,
@@ -82,16 +84,9 @@ impl RunOptions {
         settings: &Settings,
     ) -> Result<LearningFolder> {
         let reuse = !self.process.ask_for_processing();
+        let mut say = |take: &Take| say_findings(console, &take.hash, &take.recording);
         Ok(inhand_training::init(
-            folder,
-            takes,
-            settings,
-            reuse,
-            &mut |take| {
-                for finding in &take.recording.findings {
-                    console.finding(&take.hash.name, finding);
-                }
-            },
+            folder, takes, settings, reuse, &mut say,
         )?)
     }
 }
@@ -102,21 +97,16 @@ pub(super) fn run(console: &Console, args: &WholeArgs) -> Result<Exit> {
         return usage("expected -o DICTIONARY");
     };
     let mut settings = args.options.settings()?;
-    let inputs: Vec<_> = args.inputs.iter().map(PathBuf::as_path).collect();
-    check_target(output, &inputs, || args.force)?;
+    check_outputs(&args.output, &args.inputs, args.force)?;
     check_together(args, &mut settings)?;
     let choice = match args.options.learn.ranks() {
         None => None,
         Some(ranks) => {
-            learn_rank::check_figure(output, &inputs, args.force)?;
+            check_outputs([&learn_rank::figure_path(output)], &args.inputs, args.force)?;
             let reuse = !args.options.process.ask_for_processing();
             let segments = learn_rank::segments(&args.inputs, &settings, reuse)?;
-            Some(learn_rank::choose(
-                console,
-                &segments,
-                ranks,
-                &mut settings,
-            )?)
+            let choice = learn_rank::choose(console, &segments, ranks, &mut settings);
+            Some(choice?)
         }
     };
 
@@ -146,14 +136,20 @@ pub(super) fn run(console: &Console, args: &WholeArgs) -> Result<Exit> {
     if let Some(choice) = &choice {
         choice.note(&mut learned.provenance);
         let figure = choice.write_figure(output)?;
-        console.say(&format!("wrote {}", figure.display()));
+        console.wrote(&figure);
     }
-    let choice = choice.as_ref();
-    write_learned(console, output, &learned, choice, read_s, args.format)?;
+    write_learned(
+        console,
+        output,
+        &learned,
+        choice.as_ref(),
+        read_s,
+        args.format,
+    )?;
     Ok(Exit::Done)
 }
 
-/// Refuses what does not go together before anything takes long.
+/// Refuses options that exclude each other before anything takes long.
 fn check_together(args: &WholeArgs, settings: &mut Settings) -> Result<()> {
     let refuse = |message: &str| Err(UsageError(message.to_owned()).into());
     let is_pca = settings.learn.kind == DictionaryKind::Pca;
@@ -190,17 +186,17 @@ pub(super) fn round_text(progress: &Progress) -> String {
         1 => String::new(),
         starts => format!("start {} of {starts}, ", progress.start + 1),
     };
-    let error = progress.rms_m.map_or_else(
-        || "begun".to_owned(),
-        |rms_m| format!("{:.4} mm rms", rms_m * 1000.0),
-    );
+    let error = progress
+        .rms_m
+        .map(|rms_m| format!("{:.4} mm rms", rms_m * 1000.0));
+    let error = error.unwrap_or_else(|| "begun".to_owned());
     let stop = progress.stop.map_or_else(String::new, |stop| {
         format!(" ({})", stop.name().replace('_', " "))
     });
     format!("{start}round {}: {error}{stop}", progress.round)
 }
 
-/// Writes the dictionary and prints what came of learning.
+/// Writes the dictionary and prints the outcome of learning.
 pub(super) fn write_learned(
     console: &Console,
     output: &Path,
@@ -216,65 +212,54 @@ pub(super) fn write_learned(
         std::slice::from_ref(&learned.provenance),
     )?;
     let learning = &dictionary.learning;
-    let rms_mm = learning.rms_m * 1000.0;
-    match format {
-        Format::Json => {
-            let restarts: Vec<Value> = (learning.restarts.iter())
-                .map(|restart| {
-                    json!({
-                        "seed": restart.seed,
-                        "rms_mm": restart.rms_m * 1000.0,
-                        "matched_cosine": restart.matched_cosine,
-                    })
-                })
-                .collect();
-            let mut outcome = json!({
-                "rms_mm": rms_mm,
-                "relative_error": learning.relative_error,
-                "iterations": learning.iterations,
-                "stop_reason": learning.stop_reason.name(),
-                "segments": learning.segments,
-                "rank": dictionary.rank(),
-                "seed": learning.seed,
-                "restarts": restarts,
-                "timings_s": {
-                    "read": read_s,
-                    "learn": learned.primitives_s,
-                    "deviations": learned.deviations_s,
-                },
-                "peak_memory_bytes": inhand_session::peak_memory_bytes(),
-            });
-            if let Some(choice) = choice {
-                outcome["rank_choice"] = choice.json();
-            }
-            data(&format!("{outcome:#}\n"))?;
+    let text = || {
+        let choice = choice.map(|choice| choice.text() + "\n");
+        let mut text = choice.unwrap_or_default();
+        text += &format!(
+            "{} primitives from {} segments: {:.3} mm rms after {} iterations ({})\n",
+            dictionary.rank(),
+            learning.segments,
+            learning.rms_m * 1000.0,
+            learning.iterations,
+            learning.stop_reason.name().replace('_', " "),
+        );
+        for restart in &learning.restarts {
+            let fate = match restart.seed == learning.seed {
+                true => "kept".to_owned(),
+                false => format!("mean matched cosine {:.4} with it", restart.matched_cosine),
+            };
+            let rms_mm = restart.rms_m * 1000.0;
+            text += &format!("  seed {}: {rms_mm:.4} mm rms, {fate}\n", restart.seed);
         }
-        Format::Text => {
-            if let Some(choice) = choice {
-                data(&format!("{}\n", choice.text()))?;
-            }
-            data(&format!(
-                "{} primitives from {} segments: {rms_mm:.3} mm rms after {} iterations ({})\n",
-                dictionary.rank(),
-                learning.segments,
-                learning.iterations,
-                learning.stop_reason.name().replace('_', " "),
-            ))?;
-            for restart in &learning.restarts {
-                let kept = restart.seed == learning.seed;
-                data(&format!(
-                    "  seed {}: {:.4} mm rms, {}\n",
-                    restart.seed,
-                    restart.rms_m * 1000.0,
-                    if kept {
-                        "kept".to_owned()
-                    } else {
-                        format!("mean matched cosine {:.4} with it", restart.matched_cosine)
-                    },
-                ))?;
-            }
+        text
+    };
+    let json = || {
+        let restarts = learning.restarts.iter().map(|restart| {
+            let (rms_mm, cosine) = (restart.rms_m * 1000.0, restart.matched_cosine);
+            json!({ "seed": restart.seed, "rms_mm": rms_mm, "matched_cosine": cosine })
+        });
+        let mut outcome = json!({
+            "rms_mm": learning.rms_m * 1000.0,
+            "relative_error": learning.relative_error,
+            "iterations": learning.iterations,
+            "stop_reason": learning.stop_reason.name(),
+            "segments": learning.segments,
+            "rank": dictionary.rank(),
+            "seed": learning.seed,
+            "restarts": restarts.collect::<Vec<_>>(),
+            "timings_s": {
+                "read": read_s,
+                "learn": learned.primitives_s,
+                "deviations": learned.deviations_s,
+            },
+            "peak_memory_bytes": inhand_session::peak_memory_bytes(),
+        });
+        if let Some(choice) = choice {
+            outcome["rank_choice"] = choice.json();
         }
-    }
-    console.say(&format!("wrote {}", output.display()));
+        outcome
+    };
+    print(format, text, json)?;
+    console.wrote(output);
     Ok(())
 }

@@ -32,13 +32,6 @@ pub struct Table<'a> {
     pub rows: usize,
 }
 
-impl std::fmt::Debug for Table<'_> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let names: Vec<&str> = self.columns.iter().map(|c| c.name.as_str()).collect();
-        write!(f, "Table({} rows of {})", self.rows, names.join(", "))
-    }
-}
-
 /// Describes a table column by column; each cell is computed from the row's value `R` when it is written.
 ///
 /// ```
@@ -56,12 +49,6 @@ impl std::fmt::Debug for Table<'_> {
 pub struct TableBuilder<'a, F> {
     row: F,
     table: Table<'a>,
-}
-
-impl<F> std::fmt::Debug for TableBuilder<'_, F> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        self.table.fmt(f)
-    }
 }
 
 impl<'a, R, F: Fn(usize) -> R + Clone + Sync + 'a> TableBuilder<'a, F> {

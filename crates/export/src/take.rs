@@ -76,12 +76,6 @@ impl<To: Frame, From: Frame> Track for &PoseTrack<To, From> {
     }
 }
 
-impl std::fmt::Debug for Entity<'_> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "Entity({} {})", self.kind, self.name)
-    }
-}
-
 impl<'a> Entity<'a> {
     fn new(name: &str, kind: &'static str, frame: &'static str, track: impl Track + 'a) -> Self {
         Self {

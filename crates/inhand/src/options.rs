@@ -6,7 +6,7 @@ use anyhow::Result;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use inhand_dictionary::{Precision, Start, Update};
-use inhand_model::{DictionaryKind, Label};
+use inhand_model::DictionaryKind;
 use inhand_session::{EndsKind, FilterKind, GapFill, Method, ObjectInSegments, Settings};
 use serde::de::value::Error as ValueError;
 use serde::de::{DeserializeOwned, IntoDeserializer};
@@ -41,8 +41,8 @@ pub(crate) struct SourceOptions {
     up: Option<String>,
     /// Meaning of a topic of a third-party MCAP recording: TOPIC=body:Hand, TOPIC=marker:Thumb or
     /// TOPIC=ignore; repeat for each topic whose name does not show it.
-    #[arg(long, value_name = "TOPIC=WORD")]
-    topic: Vec<String>,
+    #[arg(long, value_name = "TOPIC=WORD", value_parser = topic)]
+    topic: Vec<(String, String)>,
     /// The hand: a rigid body, or three or more markers separated by commas.
     #[arg(long, value_name = "NAME[,NAME...]")]
     hand: Option<String>,
@@ -50,8 +50,8 @@ pub(crate) struct SourceOptions {
     #[arg(long, value_name = "NAME[,NAME...]")]
     object_body: Option<String>,
     /// Marker on a fingertip; repeat for each finger that is not recognised by its name.
-    #[arg(long, value_name = "FINGER=MARKER")]
-    finger: Vec<String>,
+    #[arg(long, value_name = "FINGER=MARKER", value_parser = pair)]
+    finger: Vec<(String, String)>,
 }
 
 /// Selection of takes by their events.
@@ -73,8 +73,8 @@ pub(crate) struct ProcessOptions {
     #[arg(long, value_name = "SHAPE")]
     object: Option<String>,
     /// Offset from the tracked body's origin to the object's centre, in the body's frame, metres.
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
-    object_offset: Option<String>,
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = three_numbers)]
+    object_offset: Option<[f64; 3]>,
     /// Longest gap to fill, seconds [default: 0.1].
     #[arg(long, value_name = "SECONDS")]
     max_gap: Option<f64>,
@@ -220,8 +220,8 @@ pub(crate) struct EvaluateOptions {
     #[arg(long, value_name = "MM")]
     collision_mm: Option<f64>,
     /// Distance from a finger's marker to its pad, millimetres.
-    #[arg(long, value_name = "FINGER=MM")]
-    pad_offset_mm: Vec<String>,
+    #[arg(long, value_name = "FINGER=MM", value_parser = finger_mm)]
+    pad_offset_mm: Vec<(String, f64)>,
     /// Shortest contact or lift that counts as a change of contact, seconds [default: 0.05].
     #[arg(long, value_name = "S")]
     min_contact_s: Option<f64>,
@@ -256,27 +256,15 @@ impl SourceOptions {
     pub(crate) fn effective(&self, beside: Option<&Path>) -> Result<Settings> {
         let file = self.settings.as_deref().or(beside);
         let mut settings = file.map(Settings::read).transpose()?.unwrap_or_default();
-        self.apply(&mut settings)?;
-        Ok(settings)
-    }
-
-    fn apply(&self, settings: &mut Settings) -> Result<()> {
-        replace_some(&mut settings.source.units, &self.units);
-        replace_some(&mut settings.source.rotation_order, &self.rotation_order);
-        replace_some(&mut settings.source.up, &self.up);
-        for pair in &self.topic {
-            let (topic, usage) = (pair.rsplit_once('='))
-                .ok_or_else(|| UsageError(format!("--topic {pair}: expected TOPIC=WORD")))?;
-            let (topic, usage) = (topic.trim().to_owned(), usage.trim().to_owned());
-            settings.topics.insert(topic, usage);
-        }
+        let source = &mut settings.source;
+        replace_some(&mut source.units, &self.units);
+        replace_some(&mut source.rotation_order, &self.rotation_order);
+        replace_some(&mut source.up, &self.up);
+        settings.topics.extend(self.topic.iter().cloned());
         replace_some(&mut settings.roles.hand, &self.hand);
         replace_some(&mut settings.roles.object, &self.object_body);
-        for pair in &self.finger {
-            let (finger, marker) = key_value("--finger", pair)?;
-            settings.fingers.insert(finger, marker);
-        }
-        Ok(())
+        settings.fingers.extend(self.finger.iter().cloned());
+        Ok(settings)
     }
 }
 
@@ -303,11 +291,9 @@ impl ProcessOptions {
         *self != shape_alone
     }
 
-    pub(crate) fn apply(&self, settings: &mut Settings) -> Result<()> {
+    pub(crate) fn apply(&self, settings: &mut Settings) {
         replace_some(&mut settings.object.shape, &self.object);
-        if let Some(text) = &self.object_offset {
-            settings.object.offset_m = three_numbers("--object-offset", text)?;
-        }
+        replace(&mut settings.object.offset_m, self.object_offset);
         let process = &mut settings.process;
         replace(&mut process.max_gap_s, self.max_gap);
         replace(&mut process.fill, self.fill);
@@ -315,7 +301,6 @@ impl ProcessOptions {
         replace(&mut process.window, self.window);
         replace(&mut process.order, self.filter_order);
         replace(&mut process.cutoff_hz, self.cutoff);
-        Ok(())
     }
 }
 
@@ -392,7 +377,7 @@ impl PlanOptions {
 }
 
 impl EvaluateOptions {
-    pub(crate) fn apply(&self, settings: &mut Settings) -> Result<()> {
+    pub(crate) fn apply(&self, settings: &mut Settings) {
         let evaluate = &mut settings.evaluate;
         replace(&mut evaluate.tau_mm, self.tau_mm);
         replace(&mut evaluate.collision_mm, self.collision_mm);
@@ -401,16 +386,8 @@ impl EvaluateOptions {
         replace(&mut evaluate.grasp_fingers, self.grasp_fingers);
         replace(&mut evaluate.draws, self.draws);
         replace(&mut evaluate.confidence, self.confidence);
-        for pair in &self.pad_offset_mm {
-            let (finger, text) = key_value("--pad-offset-mm", pair)?;
-            let offset_mm = text.parse().map_err(|_| {
-                UsageError(format!(
-                    "--pad-offset-mm {pair}: expected a number after \"=\""
-                ))
-            })?;
-            evaluate.pad_offset_mm.insert(finger, offset_mm);
-        }
-        Ok(())
+        let offsets_mm = self.pad_offset_mm.iter().cloned();
+        evaluate.pad_offset_mm.extend(offsets_mm);
     }
 }
 
@@ -422,12 +399,6 @@ pub(crate) fn one_of<T: Copy + Send + Sync + 'static>(
         let value = values.iter().find(|(word, _)| *word == found);
         value.map(|&(_, value)| value).ok_or("no such word")
     })
-}
-
-/// A label of events, such as task=rotate, or slip (short for label=slip).
-pub(crate) fn labels(flag: &str, texts: &[String]) -> Result<Vec<Label>, UsageError> {
-    let parse = |text: &String| text.parse().map_err(|e| UsageError(format!("{flag}: {e}")));
-    texts.iter().map(parse).collect()
 }
 
 /// A word of a setting, by its name in inhand.toml.
@@ -447,21 +418,34 @@ fn replace_some<T: Clone>(setting: &mut Option<T>, option: &Option<T>) {
     }
 }
 
-fn key_value(flag: &str, pair: &str) -> Result<(String, String)> {
-    let (key, value) = pair
-        .split_once('=')
-        .ok_or_else(|| UsageError(format!("{flag} {pair}: expected FINGER=VALUE")))?;
-    Ok((key.trim().to_owned(), value.trim().to_owned()))
+/// `KEY=VALUE` with something on both sides.
+pub(crate) fn pair(text: &str) -> Result<(String, String), &'static str> {
+    parts(text.split_once('='))
 }
 
-fn three_numbers(flag: &str, text: &str) -> Result<[f64; 3]> {
-    let numbers: Option<Vec<f64>> = text
-        .split(',')
-        .map(|n| n.trim().parse().ok().filter(|v: &f64| v.is_finite()))
-        .collect();
-    numbers
-        .and_then(|numbers| numbers.try_into().ok())
-        .ok_or_else(|| UsageError(format!("{flag} {text}: expected three numbers, X,Y,Z")).into())
+/// The same of a topic, which may itself have a `=`.
+fn topic(text: &str) -> Result<(String, String), &'static str> {
+    parts(text.rsplit_once('='))
+}
+
+fn parts(parts: Option<(&str, &str)>) -> Result<(String, String), &'static str> {
+    let parts = parts.map(|(key, value)| (key.trim().to_owned(), value.trim().to_owned()));
+    let whole = parts.filter(|(key, value)| !key.is_empty() && !value.is_empty());
+    whole.ok_or("expected a name and a value around \"=\"")
+}
+
+fn finger_mm(text: &str) -> Result<(String, f64), &'static str> {
+    let (finger, number) = pair(text)?;
+    let number = number.parse();
+    Ok((finger, number.map_err(|_| "expected a number after \"=\"")?))
+}
+
+pub(crate) fn three_numbers(text: &str) -> Result<[f64; 3], &'static str> {
+    let numbers = text.split(',').map(|n| n.trim().parse().ok());
+    let finite = numbers.map(|n| n.filter(|n: &f64| n.is_finite()));
+    let numbers: Option<Vec<f64>> = finite.collect();
+    let numbers = numbers.and_then(|numbers| numbers.try_into().ok());
+    numbers.ok_or("expected three numbers, X,Y,Z")
 }
 
 #[cfg(test)]

@@ -14,7 +14,7 @@ use crate::containers::{self, sha256};
 use crate::error::{Located, SessionError};
 use crate::output::write_atomic;
 use crate::run::TOOL;
-use crate::tables::{start_unix_nanos, table_error};
+use crate::tables::start_unix_nanos;
 
 /// Topic of the events that inhand writes; those of other topics are never changed.
 const TOPIC: &str = "/annotations";
@@ -120,8 +120,7 @@ pub fn read_csv(path: &Path, annotated: &Annotated) -> Result<Annotations, Sessi
     let bytes = std::fs::read(path).map_err(SessionError::io("read", path))?;
     let name = path.file_name().unwrap_or(path.as_os_str());
     let name = name.to_string_lossy();
-    inhand_export::events::read(&bytes, &name, annotated.start_unix_nanos)
-        .map_err(table_error(path))
+    inhand_export::events::read(&bytes, &name, annotated.start_unix_nanos).in_file(path)
 }
 
 /// Writes `input` with these annotations in place of its own; every other record stays byte for

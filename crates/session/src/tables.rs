@@ -5,17 +5,16 @@ use std::path::{Path, PathBuf};
 use inhand_channels::Metadata;
 use inhand_export::bids::{self, BidsNames};
 use inhand_export::{
-    Entity, ExportError, contact_rows, evaluation_rows, facts_json, motion_entities, phase_rows,
-    recording_entities, rows_facts, segment_rows, tidy, wide, write_csv, write_parquet,
-    write_parquet_parts,
+    Entity, Table, contact_rows, evaluation_rows, facts_json, motion_entities, phase_rows,
+    recording_entities, rows_facts, segment_rows, tidy, wide, write_csv, write_parquet_parts,
 };
 use inhand_model::{EvaluationRows, MotionRows};
 
-use crate::error::SessionError;
+use crate::error::{Located, SessionError};
 use crate::output::{write_atomic, write_text};
 use crate::take::Take;
 
-/// What of a take goes into a table.
+/// Part of a take that a table holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum What {
     /// Markers and bodies in `world`, after cleaning where the take was cleaned.
@@ -26,7 +25,7 @@ pub enum What {
     Processed,
 }
 
-/// How a table is laid out.
+/// Layout of a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Layout {
     /// A row for each sample, columns for each entity.
@@ -75,7 +74,7 @@ pub const fn has_facts(what: What, layout: Layout, form: Form) -> bool {
 ///
 /// # Errors
 ///
-/// [`SessionError::Data`] where nothing is stored of what is asked for,
+/// [`SessionError::Data`] where the take does not store that part,
 /// [`SessionError::At`], [`SessionError::Io`].
 pub fn write_table(
     path: &Path,
@@ -94,23 +93,15 @@ pub fn write_table(
         Layout::Wide => wide(&entities, clock, samples),
         Layout::Tidy => tidy(&entities, clock, samples),
     };
-    write_atomic(path, |out| {
-        match form {
-            Form::Csv => write_csv(&table, out),
-            Form::Parquet => {
-                let about = [("inhand.recording", facts_json(recording))];
-                write_parquet(&table, &about, out)
-            }
-        }
-        .map_err(table_error(path))
-    })?;
+    let about = [("inhand.recording", facts_json(recording))];
+    write_file(path, form, &table, table.rows, &about)?;
     if has_facts(what, layout, form) {
         write_text(&facts_path(path), &facts_json(recording))?;
     }
     Ok(())
 }
 
-/// Writes every judged instant of an evaluation as a table, in the form that the extension names; Parquet
+/// Writes every evaluated instant as a table, in the form that the extension names; Parquet
 /// where it names none.
 ///
 /// # Errors
@@ -118,26 +109,35 @@ pub fn write_table(
 /// [`SessionError::At`], [`SessionError::Io`].
 pub fn write_rows(path: &Path, session: &str, rows: &EvaluationRows) -> Result<(), SessionError> {
     let table = evaluation_rows(session, rows);
+    let form = Form::of(path).unwrap_or(Form::Parquet);
+    let about = [rows_facts(session, rows)];
+    write_file(path, form, &table, rows.instants(), &about)
+}
+
+fn write_file(
+    path: &Path,
+    form: Form,
+    table: &Table<'_>,
+    part_rows: usize,
+    about: &[(&str, String)],
+) -> Result<(), SessionError> {
     write_atomic(path, |out| {
-        match Form::of(path) {
-            Some(Form::Csv) => write_csv(&table, out),
-            Some(Form::Parquet) | None => {
-                let about = [rows_facts(session, rows)];
-                write_parquet_parts(&table, rows.instants(), &about, out)
-            }
+        match form {
+            Form::Csv => write_csv(table, out),
+            Form::Parquet => write_parquet_parts(table, part_rows, about, out),
         }
-        .map_err(table_error(path))
+        .in_file(path)
     })
 }
 
-/// Where the tables behind what an evaluation says of motion and contacts go.
+/// Files of the tables behind the motion and contacts of an evaluation.
 #[derive(Clone, Debug)]
 pub struct MotionFiles {
     /// Measures of each segment.
     pub segments: PathBuf,
     /// Contacts of fingers.
     pub contacts: PathBuf,
-    /// States of contact, phases, steps of fingers.
+    /// Contact states, phases, gait steps.
     pub phases: PathBuf,
 }
 
@@ -173,13 +173,8 @@ pub fn write_motion_rows(
         (&files.contacts, contact_rows(session, rows)),
         (&files.phases, phase_rows(session, rows)),
     ] {
-        write_atomic(path, |out| {
-            match Form::of(path) {
-                Some(Form::Csv) => write_csv(&table, out),
-                Some(Form::Parquet) | None => write_parquet(&table, &[], out),
-            }
-            .map_err(table_error(path))
-        })?;
+        let form = Form::of(path).unwrap_or(Form::Parquet);
+        write_file(path, form, &table, table.rows, &[])?;
     }
     Ok(())
 }
@@ -209,7 +204,7 @@ pub fn bids_paths(
     names: &BidsNames,
 ) -> Result<Vec<PathBuf>, SessionError> {
     let files = bids::files(&take.recording, &take.annotations, names);
-    let files = files.map_err(table_error(folder))?;
+    let files = files.in_file(folder)?;
     let paths = files.iter().map(|file| (file, folder.join(&file.path)));
     let new = paths.filter(|(file, path)| !(file.of_dataset && path.exists()));
     Ok(new.map(|(_, path)| path).collect())
@@ -228,35 +223,30 @@ pub fn write_bids(folder: &Path, take: &Take, names: &BidsNames) -> Result<(), S
         std::fs::remove_file(&events).map_err(SessionError::io("remove", &events))?;
     }
     let files = bids::files(&take.recording, &take.annotations, names);
-    for file in files.map_err(table_error(folder))? {
+    for file in files.in_file(folder)? {
         let path = folder.join(&file.path);
         if new.contains(&path) {
-            write_atomic(&path, |out| file.write(out).map_err(table_error(&path)))?;
+            write_atomic(&path, |out| file.write(out).in_file(&path))?;
         }
     }
     Ok(())
 }
 
-pub(crate) fn table_error(path: &Path) -> impl Fn(ExportError) -> SessionError + '_ {
-    |source| SessionError::at(path.display(), source)
-}
-
-/// When a file's time line starts, nanoseconds since 1970: with the take where it holds one, else
+/// Start of a file's time line, nanoseconds since 1970: with the take where it holds one, else
 /// with its first message.
 ///
 /// # Errors
 ///
-/// [`SessionError::At`] for bytes that are no sound MCAP file.
+/// [`SessionError::At`] for bytes that are no intact MCAP file.
 pub fn start_unix_nanos(path: &Path, bytes: &[u8]) -> Result<u64, SessionError> {
     let name = path.display().to_string();
-    let wrong = |source: inhand_channels::ChannelError| SessionError::at(path.display(), source);
-    let Metadata(records) = inhand_channels::read_metadata(bytes, &name).map_err(wrong)?;
+    let Metadata(records) = inhand_channels::read_metadata(bytes, &name).in_file(path)?;
     let stated = (records.get("inhand.recording"))
         .and_then(|facts| facts.get("start_unix_nanos")?.parse().ok());
     match stated {
         Some(start) => Ok(start),
         None => {
-            let info = inhand_channels::info(bytes, &name).map_err(wrong)?;
+            let info = inhand_channels::info(bytes, &name).in_file(path)?;
             Ok(info.first_unix_nanos().unwrap_or_default())
         }
     }

@@ -4,13 +4,13 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result};
 use inhand_export::events::{self, parse_instant, seconds_after};
-use inhand_model::{Annotations, Event};
+use inhand_model::{Annotations, Event, Label};
 use inhand_session::annotate::{self, Annotated, Vocabulary};
 use serde_json::{Value, json};
 
 use crate::console::{Console, print};
 use crate::exit::{Exit, UsageError, usage};
-use crate::options::{Format, labels};
+use crate::options::{Format, pair};
 use crate::output::{OutputFile, TextOutput};
 
 /// Edit the events of an MCAP file of any origin.
@@ -66,7 +66,7 @@ struct AddArgs {
     at: String,
     /// A label as KEY=VALUE, or a word (short for label=WORD); repeat for more.
     #[arg(long, value_name = "LABEL", required = true)]
-    label: Vec<String>,
+    label: Vec<Label>,
 }
 
 /// Add the events of a CSV file. Its first columns are start_s and end_s, seconds after the file's
@@ -95,7 +95,7 @@ struct EditArgs {
     at: Option<String>,
     /// A label to set; repeat for more.
     #[arg(long, value_name = "LABEL")]
-    label: Vec<String>,
+    label: Vec<Label>,
     /// Key of a label to remove; repeat for more.
     #[arg(long, value_name = "KEY")]
     remove_label: Vec<String>,
@@ -111,7 +111,7 @@ struct RemoveArgs {
     event: Vec<usize>,
     /// Every event with this label; repeat for any of several.
     #[arg(long, value_name = "LABEL")]
-    label: Vec<String>,
+    label: Vec<Label>,
 }
 
 /// State facts about the whole take.
@@ -120,8 +120,8 @@ struct AboutArgs {
     #[command(flatten)]
     target: Target,
     /// A fact, such as subject=s01; repeat for more.
-    #[arg(long, value_name = "KEY=VALUE", required_unless_present = "unset")]
-    set: Vec<String>,
+    #[arg(long, value_name = "KEY=VALUE", required_unless_present = "unset", value_parser = pair)]
+    set: Vec<(String, String)>,
     /// Key of a fact to remove; repeat for more.
     #[arg(long, value_name = "KEY")]
     unset: Vec<String>,
@@ -161,12 +161,13 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
 fn add(console: &Console, args: &AddArgs) -> Result<Exit> {
     args.target.change(console, None, |annotated, annotations| {
         let (start_unix_nanos, end_unix_nanos) = interval(&args.at, annotated.start_unix_nanos)?;
-        let labels = labels("--label", &args.label)?;
-        (labels.iter()).for_each(|label| note_key(annotations, &label.key));
+        for label in &args.label {
+            note_key(annotations, &label.key);
+        }
         annotations.events.push(Event {
             start_unix_nanos,
             end_unix_nanos,
-            labels: labels.into_iter().map(|l| (l.key, l.value)).collect(),
+            labels: pairs(&args.label).collect(),
         });
         Ok("1 event added".to_owned())
     })
@@ -196,8 +197,9 @@ fn edit(console: &Console, args: &EditArgs) -> Result<Exit> {
     }
     args.target.change(console, None, |annotated, annotations| {
         check_number(args.event, annotations)?;
-        let labels = labels("--label", &args.label)?;
-        (labels.iter()).for_each(|label| note_key(annotations, &label.key));
+        for label in &args.label {
+            note_key(annotations, &label.key);
+        }
         let event = &mut annotations.events[args.event - 1];
         if let Some(at) = &args.at {
             let (start, end) = interval(at, annotated.start_unix_nanos)?;
@@ -211,9 +213,7 @@ fn edit(console: &Console, args: &EditArgs) -> Result<Exit> {
                 ));
             }
         }
-        event
-            .labels
-            .extend(labels.into_iter().map(|l| (l.key, l.value)));
+        event.labels.extend(pairs(&args.label));
         Ok(format!("event {} changed", args.event))
     })
 }
@@ -223,12 +223,11 @@ fn remove(console: &Console, args: &RemoveArgs) -> Result<Exit> {
         for &number in &args.event {
             check_number(number, annotations)?;
         }
-        let labels = labels("--label", &args.label)?;
         let before = annotations.events.len();
         let mut number = 0;
         annotations.events.retain(|event| {
             number += 1;
-            !args.event.contains(&number) && !labels.iter().any(|label| event.has(label))
+            !args.event.contains(&number) && !args.label.iter().any(|label| event.has(label))
         });
         let removed = before - annotations.events.len();
         Ok(counted(removed, "event removed", "events removed"))
@@ -237,16 +236,7 @@ fn remove(console: &Console, args: &RemoveArgs) -> Result<Exit> {
 
 fn about(console: &Console, args: &AboutArgs) -> Result<Exit> {
     args.target.change(console, None, |_, annotations| {
-        for fact in &args.set {
-            let (key, value) = fact.split_once('=').unwrap_or((fact, ""));
-            let (key, value) = (key.trim(), value.trim());
-            if key.is_empty() || value.is_empty() {
-                return usage(format!(
-                    "--set {fact}: expected KEY=VALUE, such as subject=s01"
-                ));
-            }
-            annotations.about.insert(key.to_owned(), value.to_owned());
-        }
+        annotations.about.extend(args.set.iter().cloned());
         for key in &args.unset {
             if annotations.about.remove(key).is_none() {
                 return usage(format!("--unset {key}: the file states no such fact"));
@@ -309,6 +299,11 @@ fn interval(text: &str, origin: u64) -> Result<(u64, u64), UsageError> {
         return Err(wrong("an end that is not before the start"));
     }
     Ok((from, to))
+}
+
+/// Keys and values of labels.
+fn pairs(labels: &[Label]) -> impl Iterator<Item = (String, String)> {
+    (labels.iter().cloned()).map(|label| (label.key, label.value))
 }
 
 /// Adds a key to those of the table, which shows them in the order of their first use.

@@ -10,8 +10,8 @@ use inhand_session::{CleanSection, Settings, Take, clean_take, provenance, write
 
 use crate::commands::{read_takes, takes_and_targets};
 use crate::console::{Console, data};
-use crate::exit::{Exit, UsageError, usage};
-use crate::options::{OutputOptions, SourceOptions, one_of};
+use crate::exit::{Exit, usage};
+use crate::options::{OutputOptions, SourceOptions, one_of, three_numbers};
 
 /// List suspect samples in takes; with steps and -o, repair them and write cleaned takes.
 ///
@@ -65,8 +65,8 @@ struct StepOptions {
     /// Move a fingertip from its marker to its pad, millimetres.
     ///
     /// In the axes of the hand's body; repeat for each finger.
-    #[arg(long, value_name = "FINGER=X,Y,Z", allow_hyphen_values = true)]
-    pad_mm: Vec<String>,
+    #[arg(long, value_name = "FINGER=X,Y,Z", allow_hyphen_values = true, value_parser = pad)]
+    pad_mm: Vec<(Finger, [f64; 3])>,
     /// Resample to this rate, after a low-pass filter.
     #[arg(long, value_name = "HZ", allow_hyphen_values = true)]
     resample: Option<f64>,
@@ -82,8 +82,8 @@ const FILLS: [(&str, FillMethod); 4] = [
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let mut settings = args.source.effective(None)?;
     let mut asked = CleanSection::default();
-    args.steps.apply(&mut asked)?;
-    args.steps.apply(&mut settings.clean)?;
+    args.steps.apply(&mut asked);
+    args.steps.apply(&mut settings.clean);
     settings.validate()?;
     let steps = settings.clean.steps()?;
     // Takes are read as measured; the steps follow here.
@@ -135,7 +135,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
 }
 
 impl StepOptions {
-    fn apply(&self, clean: &mut CleanSection) -> Result<()> {
+    fn apply(&self, clean: &mut CleanSection) {
         clean.flips |= self.flips || self.repair;
         clean.swaps |= self.swaps || self.repair;
         clean.spikes |= self.spikes || self.repair;
@@ -143,26 +143,17 @@ impl StepOptions {
         clean.fill = self.fill.unwrap_or(clean.fill);
         clean.fill_limit_s = self.fill_limit.unwrap_or(clean.fill_limit_s);
         clean.resample_hz = self.resample.or(clean.resample_hz);
-        for pair in &self.pad_mm {
-            let (finger, offset_mm) = pad(pair)?;
-            clean.pad_mm.insert(finger.name().to_owned(), offset_mm);
-        }
-        Ok(())
+        let pad_mm = self.pad_mm.iter();
+        let pad_mm = pad_mm.map(|&(finger, offset_mm)| (finger.name().to_owned(), offset_mm));
+        clean.pad_mm.extend(pad_mm);
     }
 }
 
-fn pad(pair: &str) -> Result<(Finger, [f64; 3])> {
-    let parsed = pair.split_once('=').and_then(|(finger, numbers)| {
-        let numbers: Vec<f64> =
-            (numbers.split(',').map(|n| n.trim().parse().ok())).collect::<Option<_>>()?;
-        Some((finger.trim().parse().ok()?, numbers.try_into().ok()?))
+fn pad(text: &str) -> Result<(Finger, [f64; 3]), &'static str> {
+    let parsed = text.split_once('=').and_then(|(finger, numbers)| {
+        Some((finger.trim().parse().ok()?, three_numbers(numbers).ok()?))
     });
-    let message = || {
-        UsageError(format!(
-            "--pad-mm {pair}: expected FINGER=X,Y,Z, such as index=0,0,8"
-        ))
-    };
-    Ok(parsed.ok_or_else(message)?)
+    parsed.ok_or("expected FINGER=X,Y,Z, such as index=0,0,8")
 }
 
 /// Suspect samples of a take in order of time, with the steps that would repair them.

@@ -9,7 +9,7 @@ use inhand_session::sessions::{CompareOptions, Part, compare};
 use inhand_session::{EvaluateSection, write_text};
 
 use crate::console::{Console, data};
-use crate::exit::{Exit, UsageError, usage};
+use crate::exit::{Exit, usage};
 use crate::options::Format;
 use crate::output::check_outputs;
 use condition::Condition;
@@ -40,7 +40,7 @@ pub(crate) struct Args {
     /// three_or_more, % are percentage points. With .low the lower end of the interval is compared: "p75.low > 0%"
     /// holds only if the whole interval is above zero.
     #[arg(long, value_name = "CONDITION")]
-    fail_if: Vec<String>,
+    fail_if: Vec<Condition>,
     /// Draws of the bootstrap; 0 for no intervals.
     #[arg(long, value_name = "N", default_value_t = EvaluateSection::default().draws, value_parser = draws)]
     draws: usize,
@@ -59,9 +59,6 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
-    let conditions = (args.fail_if.iter())
-        .map(|text| Condition::parse(text))
-        .collect::<Result<Vec<_>, UsageError>>()?;
     if args.after.is_none() && args.method.is_none() && args.against.is_none() {
         return usage(
             "nothing to compare: name another evaluation, or two methods of this one with --method and --against",
@@ -86,7 +83,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         console.wrote(output);
     }
     let mut exit = Exit::Done;
-    for condition in &conditions {
+    for condition in &args.fail_if {
         if let Some(holds) = condition.holds(&comparison)? {
             // Not even a quiet console hides why a check fails.
             console.error(&anyhow::anyhow!("check failed: {holds}"));

@@ -4,14 +4,14 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use inhand_container::Interval;
-use inhand_model::Selection;
+use inhand_model::{Label, Selection};
 use inhand_session::annotate;
 use inhand_session::containers::{self, Cut, Instant};
 use serde_json::json;
 
 use crate::console::{Console, print};
-use crate::exit::{Exit, UsageError, usage};
-use crate::options::{Format, labels};
+use crate::exit::{Exit, usage};
+use crate::options::Format;
 use crate::output::check_outputs;
 
 /// Cut a time range from an MCAP file of any origin; what stays is byte for byte as it was.
@@ -26,19 +26,19 @@ pub(crate) struct Args {
     ///
     /// Seconds since the take's first sample (of another file: its first message), or a UTC time such as
     /// 2024-05-06T12:00:00Z.
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
-    from: Option<String>,
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = instant)]
+    from: Option<Instant>,
     /// End of the range, as --from; it is not part of the range [default: the end].
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
-    to: Option<String>,
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = instant)]
+    to: Option<Instant>,
     /// Keep only the times of events with this label, such as task=rotate.
     ///
     /// A word such as slip is short for label=slip. Repeat for any of several.
     #[arg(long, value_name = "LABEL")]
-    event: Vec<String>,
+    event: Vec<Label>,
     /// Leave out the times of events with this label; repeat for several.
     #[arg(long, value_name = "LABEL")]
-    without: Vec<String>,
+    without: Vec<Label>,
     /// Output file; or a folder for a file of each event.
     ///
     /// With --event or --without, a name that does not end in .mcap is a folder.
@@ -53,9 +53,7 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
-    let from = args.from.as_deref().map(|text| instant("--from", text));
-    let to = args.to.as_deref().map(|text| instant("--to", text));
-    let keep = containers::interval(&args.input, from.transpose()?, to.transpose()?)?;
+    let keep = containers::interval(&args.input, args.from, args.to)?;
     let outputs = match args.event.is_empty() && args.without.is_empty() {
         true => vec![(args.output.clone(), vec![keep])],
         false => outputs(args, by_events(args, keep)?),
@@ -85,8 +83,8 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
 /// The intervals of events inside `keep`.
 fn by_events(args: &Args, keep: Interval) -> Result<Vec<Interval>> {
     let selection = Selection {
-        with: labels("--event", &args.event)?,
-        without: labels("--without", &args.without)?,
+        with: args.event.clone(),
+        without: args.without.clone(),
     };
     let annotated = annotate::read(&args.input)?;
     let to = keep.to_unix_nanos().unwrap_or(u64::MAX);
@@ -123,7 +121,7 @@ fn outputs(args: &Args, intervals: Vec<Interval>) -> Vec<(PathBuf, Vec<Interval>
 }
 
 /// Seconds, or a time with its zone.
-pub(super) fn instant(flag: &str, text: &str) -> Result<Instant, UsageError> {
+pub(super) fn instant(text: &str) -> Result<Instant, &'static str> {
     let trimmed = text.trim();
     let seconds = trimmed.strip_suffix('s').unwrap_or(trimmed).parse::<f64>();
     if let Ok(seconds) = seconds
@@ -132,14 +130,11 @@ pub(super) fn instant(flag: &str, text: &str) -> Result<Instant, UsageError> {
         return Ok(Instant::SinceStart(seconds));
     }
     let time = trimmed.parse::<jiff::Timestamp>().ok();
-    time.and_then(|time| u64::try_from(time.as_nanosecond()).ok())
-        .map(Instant::Utc)
-        .ok_or_else(|| {
-            UsageError(format!(
-                "{flag} {text}: expected seconds since the start, or a time with its zone from 1970 on, \
-                 such as 2024-05-06T12:00:00.5Z"
-            ))
-        })
+    let nanos = time.and_then(|time| u64::try_from(time.as_nanosecond()).ok());
+    nanos.map(Instant::Utc).ok_or(
+        "expected seconds since the start, or a time with its zone from 1970 on, such as \
+         2024-05-06T12:00:00.5Z",
+    )
 }
 
 fn text(cut: &Cut) -> String {

@@ -21,7 +21,7 @@ pub(crate) struct Args {
     output: PathBuf,
     /// Object: cube:EDGE or cylinder:DIAMETERxHEIGHT, metres.
     #[arg(long, default_value = "cube:0.05", value_name = "SHAPE")]
-    object: String,
+    object: Shape,
     /// Seed of the simulation.
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -30,7 +30,7 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
-    let shape: Shape = args.object.parse()?;
+    let shape = args.object;
     let session = args.output.join(DEMO_SESSION);
     let simulated = SessionSettings::new(shape);
     let begin = Instant::now();

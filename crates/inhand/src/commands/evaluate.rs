@@ -45,11 +45,11 @@ pub(crate) struct Args {
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let mut settings = args.source.effective(None)?;
     args.select.apply(&mut settings)?;
-    args.process.apply(&mut settings)?;
+    args.process.apply(&mut settings);
     if let Some(factor) = args.velocity_factor {
         settings.plan.velocity_factor = factor;
     }
-    args.evaluate.apply(&mut settings)?;
+    args.evaluate.apply(&mut settings);
     settings.validate()?;
     let output = &args.output.output;
     let inputs: Vec<_> = args.inputs.iter().chain([&args.dictionary]).collect();

@@ -41,7 +41,7 @@ pub(crate) struct Args {
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let mut settings = args.source.effective(None)?;
     args.select.apply(&mut settings)?;
-    args.process.apply(&mut settings)?;
+    args.process.apply(&mut settings);
     args.method.apply(&mut settings);
     args.plan.apply(&mut settings);
     settings.validate()?;

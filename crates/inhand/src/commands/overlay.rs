@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
-use inhand_model::PerFinger;
+use inhand_model::{Label, PerFinger};
 use inhand_session::overlay::{Align, Overlaid, OverlayMethods, OverlayOptions, overlay};
 use serde_json::{Value, json};
 
 use crate::console::{Console, by_finger, print};
-use crate::exit::{Exit, UsageError};
+use crate::exit::Exit;
 use crate::options::{Format, SourceOptions, one_of};
 use crate::output::OutputFile;
 
@@ -38,7 +38,7 @@ pub(crate) struct Args {
     ///
     /// The starts of the events are put at one instant. A word such as slip is short for label=slip.
     #[arg(long, value_name = "LABEL", conflicts_with = "align")]
-    event: Option<String>,
+    event: Option<Label>,
     /// Name of a take in topics [default: that of its file].
     ///
     /// Repeat for each take, in their order.
@@ -73,7 +73,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         inputs: args.inputs.clone(),
         names: args.name.clone(),
         methods: methods(&args.methods),
-        align: align(args)?,
+        align: align(args),
     };
     args.output.check(&args.inputs)?;
     let output = &args.output.output;
@@ -98,14 +98,11 @@ fn methods(given: &[String]) -> OverlayMethods {
     }
 }
 
-fn align(args: &Args) -> Result<Align> {
-    let Some(label) = &args.event else {
-        return Ok(args.align.map_or(Align::Auto, |align| align()));
-    };
-    let label = label.parse();
-    Ok(Align::Event(label.map_err(|error| {
-        UsageError(format!("--event: {error}"))
-    })?))
+fn align(args: &Args) -> Align {
+    match &args.event {
+        Some(label) => Align::Event(label.clone()),
+        None => args.align.map_or(Align::Auto, |align| align()),
+    }
 }
 
 fn hex([red, green, blue]: [u8; 3]) -> String {

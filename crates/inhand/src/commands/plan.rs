@@ -5,13 +5,13 @@ use std::path::PathBuf;
 use anyhow::Result;
 use inhand_model::{ConstraintFamily, Finger, PerFinger, Plan, PlanStatus, Trajectory};
 use inhand_session::{
-    Method, PlanRequest, Planned, Settings, State, StateRole, plan_motion, provenance, read_state,
-    steps, write_plan,
+    Method, PlanRequest, Planned, Settings, StateRole, plan_motion, provenance, read_state, steps,
+    write_plan,
 };
 use serde_json::json;
 
 use crate::console::{Console, by_finger, print};
-use crate::exit::{Exit, UsageError};
+use crate::exit::Exit;
 use crate::options::{
     EvaluateOptions, Format, OutputOptions, PlanOptions, ProcessOptions, SourceOptions, word,
 };
@@ -38,8 +38,8 @@ pub(crate) struct Args {
     /// State to pass at a time since the start; repeat for more.
     ///
     /// Of a take only positions are used, of a file velocities too.
-    #[arg(long, value_name = "SECONDS=STATE", allow_hyphen_values = true)]
-    via: Vec<String>,
+    #[arg(long, value_name = "SECONDS=STATE", allow_hyphen_values = true, value_parser = via)]
+    via: Vec<(f64, String)>,
     /// Duration, seconds [default: one segment of the dictionary].
     ///
     /// Motion of another length is a chain of segments, which meets all targets exactly, as with --ends hard.
@@ -50,7 +50,7 @@ pub(crate) struct Args {
     method: Method,
     /// Fingers that must reach their targets; the others follow [default: all].
     #[arg(long, value_name = "FINGER,...", value_delimiter = ',')]
-    fingers: Vec<String>,
+    fingers: Vec<Finger>,
     /// Output file.
     #[arg(short, long, value_name = "PATH")]
     output: PathBuf,
@@ -71,7 +71,6 @@ pub(crate) struct Args {
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let settings = settings(args)?;
-    let fingers = fingers(&args.fingers)?;
     let dictionary = inhand_session::read_dictionary(&args.dictionary)?;
     let mut methods = steps::settled_methods(&dictionary.dictionary, &settings)?;
     let method = methods.remove(0);
@@ -81,10 +80,18 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         start: read_state(&args.from, StateRole::Start, &settings, reuse)?,
         goal: read_state(&args.to, StateRole::Goal, &settings, reuse)?,
         via: (args.via.iter())
-            .map(|text| via(text, &settings, reuse))
+            .map(|(time_s, text)| {
+                Ok((
+                    *time_s,
+                    read_state(text, StateRole::Goal, &settings, reuse)?,
+                ))
+            })
             .collect::<Result<_>>()?,
         duration_s: args.duration,
-        fingers,
+        fingers: match args.fingers.is_empty() {
+            true => Finger::ALL.to_vec(),
+            false => args.fingers.clone(),
+        },
     };
     let via = request.via.iter().map(|(_, state)| state);
     let states = [&request.start, &request.goal].into_iter().chain(via);
@@ -111,33 +118,19 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
 
 fn settings(args: &Args) -> Result<Settings> {
     let mut settings = args.source.effective(None)?;
-    args.process.apply(&mut settings)?;
+    args.process.apply(&mut settings);
     args.plan.apply(&mut settings);
-    args.evaluate.apply(&mut settings)?;
+    args.evaluate.apply(&mut settings);
     settings.plan.methods = vec![args.method];
     settings.validate()?;
     Ok(settings)
 }
 
-fn fingers(names: &[String]) -> Result<Vec<Finger>> {
-    if names.is_empty() {
-        return Ok(Finger::ALL.to_vec());
-    }
-    let parse = |name: &String| {
-        let finger = name.trim().parse::<Finger>();
-        finger.map_err(|error| UsageError(format!("--fingers: {error}")).into())
-    };
-    names.iter().map(parse).collect()
-}
-
-fn via(text: &str, settings: &Settings, reuse: bool) -> Result<(f64, State)> {
-    let wrong = || {
-        let example = "SECONDS=STATE, such as 0.5=touch.json";
-        UsageError(format!("--via {text}: expected {example}"))
-    };
-    let (time, state) = text.split_once('=').ok_or_else(wrong)?;
-    let time_s = time.trim().parse().map_err(|_| wrong())?;
-    Ok((time_s, read_state(state, StateRole::Goal, settings, reuse)?))
+fn via(text: &str) -> Result<(f64, String), &'static str> {
+    let parsed = text
+        .split_once('=')
+        .and_then(|(time_s, state)| Some((time_s.trim().parse().ok()?, state.to_owned())));
+    parsed.ok_or("expected SECONDS=STATE, such as 0.5=touch.json")
 }
 
 /// The outcome: one line, or a few where there is no motion.

@@ -43,8 +43,8 @@ pub(crate) struct Args {
     /// Start: seconds since the first message, or a UTC time.
     ///
     /// A UTC time is written as 2024-05-06T12:00:00Z.
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
-    start: Option<String>,
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = instant)]
+    start: Option<Instant>,
     /// Start paused.
     #[arg(long)]
     paused: bool,
@@ -68,7 +68,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         port: args.port,
         name: timeline.file().to_owned(),
         speed: args.speed,
-        start_s: start_s(args, timeline.span())?,
+        start_s: start_s(args.start, timeline.span()),
         paused: args.paused,
         unattended: args.now,
         repeat: match (args.repeat, args.once) {
@@ -98,17 +98,15 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     Ok(Exit::Done)
 }
 
-/// Seconds from the first message to where playing starts.
-fn start_s(args: &Args, span: Option<(u64, u64)>) -> Result<f64> {
-    let Some(text) = args.start.as_deref() else {
-        return Ok(0.0);
-    };
+/// Seconds from the first message to the start of playback.
+fn start_s(start: Option<Instant>, span: Option<(u64, u64)>) -> f64 {
     let first = span.map_or(0, |(first, _)| first);
-    Ok(match instant("--start", text)? {
-        Instant::Utc(time) if time < first => -((first - time) as f64) / 1e9,
-        Instant::Utc(time) => (time - first) as f64 / 1e9,
-        Instant::SinceStart(seconds) => seconds,
-    })
+    match start {
+        None => 0.0,
+        Some(Instant::Utc(time)) if time < first => -((first - time) as f64) / 1e9,
+        Some(Instant::Utc(time)) => (time - first) as f64 / 1e9,
+        Some(Instant::SinceStart(seconds)) => seconds,
+    }
 }
 
 /// What cannot be played as it was typed is wrong usage.

@@ -32,7 +32,7 @@ pub(crate) struct Args {
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let mut settings = args.source.effective(None)?;
-    args.process.apply(&mut settings)?;
+    args.process.apply(&mut settings);
     settings.validate()?;
     let (takes, targets) = takes_and_targets(
         console,

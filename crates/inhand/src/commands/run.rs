@@ -63,12 +63,12 @@ impl SessionOptions {
         settings.participant = self.participant.clone().or(settings.participant);
         settings.task = self.task.clone().or(settings.task);
         self.select.apply(&mut settings)?;
-        self.process.apply(&mut settings)?;
+        self.process.apply(&mut settings);
         self.learn.check_one_rank()?;
         self.learn.apply(&mut settings);
         self.method.apply(&mut settings);
         self.plan.apply(&mut settings);
-        self.evaluate.apply(&mut settings)?;
+        self.evaluate.apply(&mut settings);
         settings.validate()?;
         Ok(settings)
     }

@@ -19,7 +19,7 @@ pub(crate) struct Args {
     output: PathBuf,
     /// Object: cube:EDGE or cylinder:DIAMETERxHEIGHT, metres.
     #[arg(long, default_value = "cube:0.05", value_name = "SHAPE")]
-    object: String,
+    object: Shape,
     /// Training takes.
     #[arg(long, default_value_t = 5, value_name = "N")]
     takes: usize,
@@ -58,7 +58,7 @@ const FORMATS: [(&str, TakeFormat); 2] =
     [("csv", TakeFormat::MotiveCsv), ("mcap", TakeFormat::Mcap)];
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
-    let shape: Shape = args.object.parse()?;
+    let shape = args.object;
     let mut settings = SessionSettings::new(shape);
     settings.train_takes = args.takes;
     settings.test_takes = args.test_takes;

@@ -1,5 +1,7 @@
 //! Conditions on a comparison, such as `p75 > 5%`.
 
+use std::str::FromStr;
+
 use inhand_model::{Estimate, EvaluationComparison, Finger, Measure};
 
 use crate::exit::UsageError;
@@ -49,10 +51,11 @@ pub(super) struct Condition {
     unit: &'static str,
 }
 
-impl Condition {
-    /// Reads a condition as a person types it.
-    pub(super) fn parse(text: &str) -> Result<Self, UsageError> {
-        let wrong = |what: String| UsageError(format!("--fail-if \"{text}\": {what}; {EXPECTED}"));
+impl FromStr for Condition {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let wrong = |what: String| format!("{what}; {EXPECTED}");
         let mut found = (OPERATORS.into_iter())
             .filter_map(|operator| Some((operator, text.split_once(operator.0)?)));
         let Some((operator, (left, right))) = found.next() else {
@@ -84,7 +87,9 @@ impl Condition {
             unit,
         })
     }
+}
 
+impl Condition {
     /// The condition with the number, where it holds; `None` where it does not.
     ///
     /// # Errors
@@ -222,7 +227,7 @@ mod tests {
     }
 
     fn holds(text: &str) -> Result<bool, String> {
-        let condition = Condition::parse(text).map_err(|error| error.to_string())?;
+        let condition: Condition = text.parse()?;
         let found = condition
             .holds(&comparison())
             .map_err(|error| error.to_string())?;

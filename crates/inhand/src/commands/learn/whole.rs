@@ -63,7 +63,7 @@ impl RunOptions {
     pub(super) fn settings(&self) -> Result<Settings> {
         let mut settings = self.source.effective(None)?;
         self.select.apply(&mut settings)?;
-        self.process.apply(&mut settings)?;
+        self.process.apply(&mut settings);
         self.learn.apply(&mut settings);
         self.method.apply(&mut settings);
         settings.validate()?;

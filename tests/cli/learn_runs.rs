@@ -358,7 +358,7 @@ fn primitives_without_their_offset_are_refused() {
             );
         }
         let list: Vec<_> = own.clone().into_iter().collect();
-        let form = inhand_export::matrices::Form::Npz;
+        let form = inhand_export::matrices::MatrixFormat::Npz;
         let bytes =
             inhand_export::matrices::write(form, "w.npz", &list).expect("matrices can be written");
         bench.write("w.npz", bytes);

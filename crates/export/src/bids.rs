@@ -46,55 +46,55 @@ impl BidsNames {
     ///
     /// [`ExportError::Content`].
     pub fn check(&self) -> Result<(), ExportError> {
-        let labels = [
-            ("the subject", Some(&self.subject)),
-            ("the session", self.session.as_ref()),
-            ("the task", Some(&self.task)),
-            ("the tracking system", Some(&self.tracking_system)),
-        ];
-        for (what, label) in labels {
+        for (_, name, label) in self.labels() {
             let Some(label) = label else { continue };
             if label.is_empty() || !label.chars().all(|c| c.is_ascii_alphanumeric()) {
                 let expected = "letters and digits alone, as BIDS wants them in file names";
-                let message = format!("{what} is \"{label}\": expected {expected}");
+                let message = format!("{name} is \"{label}\": expected {expected}");
                 return Err(ExportError::Content(message));
             }
         }
         Ok(())
     }
 
-    /// Folder of the take's files, relative to the dataset.
-    fn folder(&self) -> PathBuf {
-        let mut folder = PathBuf::from(format!("sub-{}", self.subject));
-        if let Some(session) = &self.session {
-            folder.push(format!("ses-{session}"));
-        }
-        folder.join("motion")
+    /// Key, name for people and label of each.
+    fn labels(&self) -> [(&'static str, &'static str, Option<&String>); 4] {
+        [
+            ("sub", "the subject", Some(&self.subject)),
+            ("ses", "the session", self.session.as_ref()),
+            ("task", "the task", Some(&self.task)),
+            (
+                "tracksys",
+                "the tracking system",
+                Some(&self.tracking_system),
+            ),
+        ]
     }
 
-    /// What file names begin with; events belong to the task, not to a tracking system.
-    fn prefix(&self, tracking_system: bool) -> String {
-        let mut prefix = format!("sub-{}", self.subject);
-        if let Some(session) = &self.session {
-            prefix += &format!("_ses-{session}");
-        }
-        prefix += &format!("_task-{}", self.task);
-        if tracking_system {
-            prefix += &format!("_tracksys-{}", self.tracking_system);
-        }
-        if let Some(run) = self.run {
-            prefix += &format!("_run-{run:02}");
-        }
-        prefix
+    /// The first labels as parts of a name, such as `sub-01`.
+    fn parts(&self, count: usize) -> Vec<String> {
+        let labels = self.labels().into_iter().take(count);
+        labels
+            .filter_map(|(key, _, label)| Some(format!("{key}-{}", label?)))
+            .collect()
+    }
+
+    /// A file of the take, relative to the dataset; events belong to the task, not to a tracking system.
+    fn file(&self, tracking_system: bool, suffix: &str) -> PathBuf {
+        let mut name = self.parts(if tracking_system { 4 } else { 3 });
+        name.extend(self.run.map(|run| format!("run-{run:02}")));
+        name.push(suffix.to_owned());
+        let folder: PathBuf = self.parts(2).into_iter().collect();
+        folder.join("motion").join(name.join("_"))
     }
 }
 
-/// Writes what a file holds.
+/// Writes the content of a file.
 type Content<'a> = Box<dyn Fn(&mut dyn Write) -> Result<(), ExportError> + 'a>;
 
 /// A file of a dataset.
 pub struct BidsFile<'a> {
-    /// Where it belongs, relative to the dataset.
+    /// Its place, relative to the dataset.
     pub path: PathBuf,
     /// Whether it is of the dataset as a whole, and stays as it is where there is one.
     pub of_dataset: bool,
@@ -141,10 +141,7 @@ pub fn files<'a>(
     names: &BidsNames,
 ) -> Result<Vec<BidsFile<'a>>, ExportError> {
     names.check()?;
-    let folder = names.folder();
-    let file = |tracking_system, suffix: &str| {
-        folder.join(format!("{}_{suffix}", names.prefix(tracking_system)))
-    };
+    let file = |tracking_system, suffix| names.file(tracking_system, suffix);
     let mut files = vec![
         BidsFile {
             of_dataset: true,
@@ -179,11 +176,9 @@ pub fn files<'a>(
     Ok(files)
 }
 
-/// Where the events of a take belong, relative to the dataset.
+/// File of the events of a take, relative to the dataset.
 pub fn events_path(names: &BidsNames) -> PathBuf {
-    names
-        .folder()
-        .join(format!("{}_events.tsv", names.prefix(false)))
+    names.file(false, "events.tsv")
 }
 
 /// Entities of a take with their names and whether any of their samples is filled.

@@ -4,7 +4,7 @@
 //! the nanosecond; every other column is a label, its heading the key and a blank cell no label.
 //! Reading also takes `start_time` and `end_time` (RFC 3339 with a zone, or nanoseconds since 1970)
 //! and BIDS's `onset` and `duration`, in any place, and a blank or `n/a` end as that of the start.
-//! What [`write`](fn@write) makes comes back from [`read`] as it was, to the byte.
+//! [`read`] and [`write`](fn@write) of a file reproduce it to the byte.
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -303,14 +303,8 @@ pub fn parse_seconds(text: &str) -> Option<i128> {
     }
     // In front of a blank whole part, as of ".5", a zero is meant.
     let whole: i128 = format!("0{whole}").parse().ok()?;
-    let mut nanos = 0;
-    for digit in fraction.bytes().chain(std::iter::repeat(b'0')).take(9) {
-        nanos = nanos * 10 + i128::from(digit - b'0');
-    }
-    let round_up = fraction
-        .as_bytes()
-        .get(9)
-        .is_some_and(|digit| *digit >= b'5');
+    let nanos: i128 = format!("{fraction:0<9}")[..9].parse().ok()?;
+    let round_up = fraction.as_bytes().get(9) >= Some(&b'5');
     let total = whole.checked_mul(NANOS_PER_SECOND)? + nanos + i128::from(round_up);
     Some(sign * total)
 }

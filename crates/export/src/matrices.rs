@@ -4,18 +4,18 @@
 //! not know the meaning of the matrices.
 //!
 //! ```
-//! use inhand_export::matrices::{Form, Variable, read, write};
+//! use inhand_export::matrices::{MatrixFormat, Variable, read, write};
 //! use nalgebra::DMatrix;
 //!
 //! let primitives = DMatrix::from_row_slice(2, 3, &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
-//! for form in [Form::Npz, Form::Mat] {
+//! for form in [MatrixFormat::Npz, MatrixFormat::Mat] {
 //!     let bytes = write(form, "w", &[("primitives", Variable::from(primitives.clone()))])?;
 //!     assert_eq!(read(&bytes, "w")?["primitives"], Variable::Numbers(primitives.clone()));
 //! }
 //! # Ok::<(), inhand_export::ExportError>(())
 //! ```
 //!
-//! # What is read
+//! # Reading
 //!
 //! Real numbers of any type that the tools write (floats of 2 to 8 bytes, integers, truth values), in
 //! either byte order, with one or two dimensions, packed or not; they become 64-bit floats. A vector of
@@ -23,7 +23,7 @@
 //! no such matrix (text, complex and sparse numbers, cells, structures, more dimensions) do not prevent
 //! reading the others: they are listed with their kind ([`Variable::Other`]).
 //!
-//! # What is written
+//! # Writing
 //!
 //! 64-bit floats, column by column. The same matrices give the same bytes: no time of day is written.
 
@@ -38,7 +38,7 @@ use std::collections::BTreeMap;
 use nalgebra::{DMatrix, DVector};
 
 use crate::error::ExportError;
-pub use form::Form;
+pub use form::MatrixFormat;
 
 /// A variable of a file.
 #[derive(Clone, Debug, PartialEq)]
@@ -84,28 +84,28 @@ impl From<f64> for Variable {
     }
 }
 
-/// Reads the variables of a file; its content says which form it has. `file` is what errors call it.
+/// Reads the variables of a file; its content determines the format. `file` is its name in errors.
 ///
 /// # Errors
 ///
 /// [`ExportError::Content`] for other files, among them those of MATLAB's `-v7.3`, and where the bytes
 /// contradict themselves.
 pub fn read(bytes: &[u8], file: &str) -> Result<Variables, ExportError> {
-    match Form::of_bytes(bytes) {
-        Some(Form::Npz) => npz::read(bytes, file),
-        Some(Form::Mat) => mat::read(bytes, file),
+    match MatrixFormat::from_bytes(bytes) {
+        Some(MatrixFormat::Npz) => npz::read(bytes, file),
+        Some(MatrixFormat::Mat) => mat::read(bytes, file),
         None => Err(form::unknown(bytes, file)),
     }
 }
 
-/// Writes matrices as a file of this form, in the given order. `file` is what errors call it.
+/// Writes matrices as a file of this form, in the given order. `file` is its name in errors.
 ///
 /// # Errors
 ///
 /// [`ExportError::Content`] for a name that MATLAB does not take or that comes twice, for
 /// [`Variable::Other`] and for matrices too large for the form.
 pub fn write<N: AsRef<str>>(
-    form: Form,
+    form: MatrixFormat,
     file: &str,
     variables: &[(N, Variable)],
 ) -> Result<Vec<u8>, ExportError> {
@@ -125,7 +125,7 @@ pub fn write<N: AsRef<str>>(
         }
     }
     match form {
-        Form::Npz => npz::write(file, &matrices),
-        Form::Mat => mat::write(file, &matrices),
+        MatrixFormat::Npz => npz::write(file, &matrices),
+        MatrixFormat::Mat => mat::write(file, &matrices),
     }
 }

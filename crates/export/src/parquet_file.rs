@@ -161,7 +161,7 @@ impl std::fmt::Debug for ParquetTable {
 }
 
 impl ParquetTable {
-    /// Opens a file and reads what it says of itself.
+    /// Opens a file and reads its metadata.
     ///
     /// # Errors
     ///
@@ -204,7 +204,7 @@ impl ParquetTable {
         self.columns.contains_key(column)
     }
 
-    /// What the file says of itself under a key.
+    /// Value of a key of the metadata.
     pub fn fact(&self, key: &str) -> Option<&str> {
         let facts = self.reader.metadata().file_metadata();
         let facts = facts.key_value_metadata()?;

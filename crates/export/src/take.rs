@@ -23,7 +23,7 @@ const COMPONENTS: [(&str, &str); 7] = [
 pub struct Entity<'a> {
     /// Its name, not always unique.
     pub(crate) name: String,
-    /// What it is: `labelled`, `rigid_body_marker`, `unlabelled`, `rigid_body`, `bone`,
+    /// Kind: `labelled`, `rigid_body_marker`, `unlabelled`, `rigid_body`, `bone`,
     /// `fingertip`, `object`, `hand`.
     pub(crate) kind: &'static str,
     /// Frame of its coordinates.
@@ -33,7 +33,7 @@ pub struct Entity<'a> {
     track: Box<dyn Track + 'a>,
 }
 
-/// What tables need of a track.
+/// A track as tables use it.
 trait Track: Sync {
     /// Numbers of a sample: 3 of a position, then 4 of a rotation.
     fn components(&self) -> usize;
@@ -151,7 +151,7 @@ pub(crate) fn unique_names(entities: &[Entity<'_>]) -> Vec<String> {
 }
 
 /// One row for each sample, and for each entity its columns: `NAME.x_m`, `.y_m`, `.z_m`, with a
-/// rotation `.qx`, `.qy`, `.qz`, `.qw`, then `.status`, and what else the source says.
+/// rotation `.qx`, `.qy`, `.qz`, `.qw`, then `.status`, and `.quality` or `.marker_error_m` of the source.
 pub fn wide<'a>(entities: &'a [Entity<'a>], clock: Clock, samples: usize) -> Table<'a> {
     let mut table = TableBuilder::new(samples, |sample| sample);
     table.numbers("time_s", "s", move |k| clock.time_s(k));

@@ -282,7 +282,7 @@ fn clock_of(file: &str, times_s: &[f64]) -> Result<Clock, ExportError> {
     })
 }
 
-/// Every row is where the clock says, seen from the first one.
+/// Refuses rows that are not at the times of the clock, counted from the first one.
 fn check_times(file: &str, times_s: &[f64], clock: Clock) -> Result<(), ExportError> {
     let first = times_s.first().copied().unwrap_or_default();
     let off = |(row, time_s): (usize, &f64)| {

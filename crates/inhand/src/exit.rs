@@ -24,8 +24,8 @@ pub(crate) enum Exit {
 }
 
 impl Exit {
-    /// The exit that an error stands for. A closed pipe is no failure: the reader had enough.
-    pub(crate) fn of(error: &anyhow::Error) -> Self {
+    /// The exit code of an error. A closed pipe is no failure, since the reader needs no more.
+    pub(crate) fn from_error(error: &anyhow::Error) -> Self {
         for cause in error.chain() {
             let io = cause.downcast_ref::<io::Error>();
             if io.is_some_and(|e| e.kind() == io::ErrorKind::BrokenPipe) {

@@ -49,7 +49,7 @@ fn main() -> std::process::ExitCode {
     match result {
         Ok(exit) => exit.into(),
         Err(error) => {
-            let exit = Exit::of(&error);
+            let exit = Exit::from_error(&error);
             if exit != Exit::Done {
                 console.error(&error);
             }

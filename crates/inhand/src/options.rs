@@ -56,7 +56,7 @@ pub(crate) struct SourceOptions {
 
 /// Selection of takes by their events.
 #[derive(Clone, Debug, Default, Args)]
-pub(crate) struct SelectOptions {
+struct SelectOptions {
     /// Use only the times of events with this label, such as task=rotate, or slip (short for
     /// label=slip); repeat for any of several.
     #[arg(long, value_name = "LABEL")]
@@ -93,6 +93,32 @@ pub(crate) struct ProcessOptions {
     /// Cut-off of the Butterworth filter after both passes, Hz [default: 6].
     #[arg(long, value_name = "HZ")]
     cutoff: Option<f64>,
+}
+
+/// Source, selection and processing of takes.
+#[derive(Clone, Debug, Default, Args)]
+pub(crate) struct TakeOptions {
+    #[command(flatten, next_help_heading = "Source")]
+    source: SourceOptions,
+    #[command(flatten, next_help_heading = "Events")]
+    select: SelectOptions,
+    #[command(flatten, next_help_heading = "Processing")]
+    process: ProcessOptions,
+}
+
+impl TakeOptions {
+    /// The settings of [`SourceOptions::effective`] with all of these options on top.
+    pub(crate) fn settings(&self, beside: Option<&Path>) -> Result<Settings> {
+        let mut settings = self.source.effective(beside)?;
+        self.select.apply(&mut settings)?;
+        self.process.apply(&mut settings);
+        Ok(settings)
+    }
+
+    /// Whether processed motion that a take stores is used.
+    pub(crate) fn reuse(&self) -> bool {
+        self.process.reuse()
+    }
 }
 
 /// Learning of a dictionary.
@@ -269,7 +295,7 @@ impl SourceOptions {
 }
 
 impl SelectOptions {
-    pub(crate) fn apply(&self, settings: &mut Settings) -> Result<()> {
+    fn apply(&self, settings: &mut Settings) -> Result<()> {
         if !self.event.is_empty() {
             settings.select.with.clone_from(&self.event);
         }
@@ -282,13 +308,13 @@ impl SelectOptions {
 }
 
 impl ProcessOptions {
-    /// Whether an option other than the shape is given: stored processed motion is then not used.
-    pub(crate) fn ask_for_processing(&self) -> bool {
+    /// Whether stored processed motion is used: not where an option other than the shape is given.
+    pub(crate) fn reuse(&self) -> bool {
         let shape_alone = ProcessOptions {
             object: self.object.clone(),
             ..ProcessOptions::default()
         };
-        *self != shape_alone
+        *self == shape_alone
     }
 
     pub(crate) fn apply(&self, settings: &mut Settings) {
@@ -446,44 +472,4 @@ pub(crate) fn three_numbers(text: &str) -> Result<[f64; 3], &'static str> {
     let numbers: Option<Vec<f64>> = finite.collect();
     let numbers = numbers.and_then(|numbers| numbers.try_into().ok());
     numbers.ok_or("expected three numbers, X,Y,Z")
-}
-
-#[cfg(test)]
-mod tests {
-    use clap::{CommandFactory, FromArgMatches};
-
-    use super::*;
-    use crate::commands::run::SessionOptions;
-
-    #[derive(Debug, clap::Parser)]
-    struct Call {
-        #[command(flatten)]
-        options: SessionOptions,
-    }
-
-    #[test]
-    fn defaults_in_the_help_are_those_of_the_settings() {
-        let mut count = 0;
-        for arg in Call::command().get_arguments() {
-            let help = arg.get_help().map(ToString::to_string).unwrap_or_default();
-            let stated = help.split_once("[default: ").map(|(_, rest)| rest);
-            let Some(value) = stated.and_then(|rest| rest.strip_suffix(']')) else {
-                continue;
-            };
-            // Other defaults depend on the takes.
-            if value.contains(' ') {
-                continue;
-            }
-            let flag = format!("--{}", arg.get_long().expect("every setting has a flag"));
-            let call = ["inhand", flag.as_str(), value];
-            let matches = Call::command()
-                .try_get_matches_from(call)
-                .expect("it parses");
-            let call = Call::from_arg_matches(&matches).expect("it parses");
-            let settings = call.options.settings(None).expect("it is valid");
-            assert_eq!(settings, Settings::default(), "{flag} {value}");
-            count += 1;
-        }
-        assert!(count > 25, "{count}");
-    }
 }

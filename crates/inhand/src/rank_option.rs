@@ -7,7 +7,7 @@ const RANKS: usize = 12;
 /// Most ranks of a range: a dictionary is learned for each, several times over.
 const MOST_RANKS: usize = 500;
 
-/// What `--rank` asks for.
+/// Value of `--rank`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum RankOption {
     /// This many primitives.

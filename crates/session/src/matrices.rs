@@ -20,7 +20,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use inhand_export::ExportError;
-use inhand_export::matrices::{Form, Variable, Variables};
+use inhand_export::matrices::{MatrixFormat, Variable, Variables};
 use inhand_model::{Dictionary, DictionaryKind, Hull, InputHash, Residual, SegmentLayout};
 use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
@@ -71,8 +71,8 @@ pub enum MatricesError {
 /// # Errors
 ///
 /// [`MatricesError::Extension`].
-pub fn form_of(path: &Path) -> Result<Form, MatricesError> {
-    Form::of_path(path).ok_or_else(|| MatricesError::Extension {
+pub fn form_of(path: &Path) -> Result<MatrixFormat, MatricesError> {
+    MatrixFormat::from_path(path).ok_or_else(|| MatricesError::Extension {
         path: path.to_owned(),
     })
 }

@@ -16,7 +16,7 @@ use crate::take::Take;
 
 /// Part of a take that a table holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum What {
+pub enum TablePart {
     /// Markers and bodies in `world`, after cleaning where the take was cleaned.
     Recorded,
     /// Markers and bodies in `world` as measured.
@@ -27,7 +27,7 @@ pub enum What {
 
 /// Layout of a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Layout {
+pub enum TableLayout {
     /// A row for each sample, columns for each entity.
     Wide,
     /// A row for each sample of each entity.
@@ -36,20 +36,20 @@ pub enum Layout {
 
 /// The kind of file that a table becomes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Form {
+pub enum TableFormat {
     /// Text.
     Csv,
     /// Parquet.
     Parquet,
 }
 
-impl Form {
+impl TableFormat {
     /// The form that a file's extension names.
-    pub fn of(path: &Path) -> Option<Self> {
+    pub fn from_path(path: &Path) -> Option<Self> {
         let extension = path.extension()?.to_str()?.to_ascii_lowercase();
         match extension.as_str() {
-            "csv" => Some(Form::Csv),
-            "parquet" => Some(Form::Parquet),
+            "csv" => Some(TableFormat::Csv),
+            "parquet" => Some(TableFormat::Parquet),
             _ => None,
         }
     }
@@ -63,10 +63,14 @@ pub fn facts_path(table: &Path) -> PathBuf {
 }
 
 /// Whether a table has facts beside it: those of a wide CSV are needed to read it as a take again.
-pub const fn has_facts(what: What, layout: Layout, form: Form) -> bool {
+pub const fn has_facts(what: TablePart, layout: TableLayout, form: TableFormat) -> bool {
     matches!(
         (what, layout, form),
-        (What::Recorded | What::Measured, Layout::Wide, Form::Csv)
+        (
+            TablePart::Recorded | TablePart::Measured,
+            TableLayout::Wide,
+            TableFormat::Csv
+        )
     )
 }
 
@@ -79,19 +83,19 @@ pub const fn has_facts(what: What, layout: Layout, form: Form) -> bool {
 pub fn write_table(
     path: &Path,
     take: &Take,
-    what: What,
-    layout: Layout,
-    form: Form,
+    what: TablePart,
+    layout: TableLayout,
+    form: TableFormat,
 ) -> Result<(), SessionError> {
     let entities = entities(take, what)?;
     let recording = match what {
-        What::Measured => take.measured(),
-        What::Recorded | What::Processed => &take.recording,
+        TablePart::Measured => take.measured(),
+        TablePart::Recorded | TablePart::Processed => &take.recording,
     };
     let (clock, samples) = (recording.clock, recording.len());
     let table = match layout {
-        Layout::Wide => wide(&entities, clock, samples),
-        Layout::Tidy => tidy(&entities, clock, samples),
+        TableLayout::Wide => wide(&entities, clock, samples),
+        TableLayout::Tidy => tidy(&entities, clock, samples),
     };
     let about = [("inhand.recording", facts_json(recording))];
     write_file(path, form, &table, table.rows, &about)?;
@@ -109,22 +113,22 @@ pub fn write_table(
 /// [`SessionError::At`], [`SessionError::Io`].
 pub fn write_rows(path: &Path, session: &str, rows: &EvaluationRows) -> Result<(), SessionError> {
     let table = evaluation_rows(session, rows);
-    let form = Form::of(path).unwrap_or(Form::Parquet);
+    let form = TableFormat::from_path(path).unwrap_or(TableFormat::Parquet);
     let about = [rows_facts(session, rows)];
     write_file(path, form, &table, rows.instants(), &about)
 }
 
 fn write_file(
     path: &Path,
-    form: Form,
+    form: TableFormat,
     table: &Table<'_>,
     part_rows: usize,
     about: &[(&str, String)],
 ) -> Result<(), SessionError> {
     write_atomic(path, |out| {
         match form {
-            Form::Csv => write_csv(table, out),
-            Form::Parquet => write_parquet_parts(table, part_rows, about, out),
+            TableFormat::Csv => write_csv(table, out),
+            TableFormat::Parquet => write_parquet_parts(table, part_rows, about, out),
         }
         .in_file(path)
     })
@@ -173,17 +177,17 @@ pub fn write_motion_rows(
         (&files.contacts, contact_rows(session, rows)),
         (&files.phases, phase_rows(session, rows)),
     ] {
-        let form = Form::of(path).unwrap_or(Form::Parquet);
+        let form = TableFormat::from_path(path).unwrap_or(TableFormat::Parquet);
         write_file(path, form, &table, table.rows, &[])?;
     }
     Ok(())
 }
 
-fn entities(take: &Take, what: What) -> Result<Vec<Entity<'_>>, SessionError> {
+fn entities(take: &Take, what: TablePart) -> Result<Vec<Entity<'_>>, SessionError> {
     match what {
-        What::Recorded => Ok(recording_entities(&take.recording)),
-        What::Measured => Ok(recording_entities(take.measured())),
-        What::Processed => match &take.stored_motion {
+        TablePart::Recorded => Ok(recording_entities(&take.recording)),
+        TablePart::Measured => Ok(recording_entities(take.measured())),
+        TablePart::Processed => match &take.stored_motion {
             Some(motion) => Ok(motion_entities(motion)),
             None => Err(take.error(
                 "no processed motion is stored in it: `inhand process` writes it".to_owned(),

@@ -13,43 +13,44 @@ const NAME_CHARACTERS: usize = 63;
 
 /// A form of file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Form {
+pub enum MatrixFormat {
     /// NumPy's archive of arrays, as of `numpy.savez`.
     Npz,
     /// MATLAB's MAT file of level 5, as of `save -v7`.
     Mat,
 }
 
-impl Form {
+impl MatrixFormat {
     /// Every form.
-    pub const ALL: [Form; 2] = [Form::Npz, Form::Mat];
+    pub const ALL: [MatrixFormat; 2] = [MatrixFormat::Npz, MatrixFormat::Mat];
 
     /// Extension of its files, without the dot.
     pub const fn extension(self) -> &'static str {
         match self {
-            Form::Npz => "npz",
-            Form::Mat => "mat",
+            MatrixFormat::Npz => "npz",
+            MatrixFormat::Mat => "mat",
         }
     }
 
     /// The form that a file name asks for, whatever the case of its letters.
     ///
     /// ```
-    /// use inhand_export::matrices::Form;
-    /// assert_eq!(Form::of_path("a/W.MAT"), Some(Form::Mat));
-    /// assert_eq!(Form::of_path("npz"), None);
+    /// use inhand_export::matrices::MatrixFormat;
+    /// assert_eq!(MatrixFormat::from_path("a/W.MAT"), Some(MatrixFormat::Mat));
+    /// assert_eq!(MatrixFormat::from_path("npz"), None);
     /// ```
-    pub fn of_path(path: impl AsRef<Path>) -> Option<Self> {
+    pub fn from_path(path: impl AsRef<Path>) -> Option<Self> {
         let extension = path.as_ref().extension()?;
-        (Form::ALL.into_iter()).find(|form| extension.eq_ignore_ascii_case(form.extension()))
+        (MatrixFormat::ALL.into_iter())
+            .find(|form| extension.eq_ignore_ascii_case(form.extension()))
     }
 
     /// The form that bytes start as.
-    pub fn of_bytes(bytes: &[u8]) -> Option<Self> {
+    pub fn from_bytes(bytes: &[u8]) -> Option<Self> {
         if ZIP_MARKS.iter().any(|mark| bytes.starts_with(mark)) {
-            return Some(Form::Npz);
+            return Some(MatrixFormat::Npz);
         }
-        mat::is_mat(bytes).then_some(Form::Mat)
+        mat::is_mat(bytes).then_some(MatrixFormat::Mat)
     }
 }
 

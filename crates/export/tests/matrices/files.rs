@@ -1,4 +1,4 @@
-use inhand_export::matrices::{Form, Variable, Variables, read, write};
+use inhand_export::matrices::{MatrixFormat, Variable, Variables, read, write};
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 
@@ -8,9 +8,9 @@ pub(crate) const STORED_MAT: &[u8] = include_bytes!("reference/stored.mat");
 pub(crate) const PACKED_MAT: &[u8] = include_bytes!("reference/packed.mat");
 pub(crate) const BIG_ENDIAN_MAT: &[u8] = include_bytes!("reference/big_endian.mat");
 /// Files that this crate wrote and that `make.py` has checked by NumPy and SciPy.
-const WRITTEN: [(Form, &[u8]); 2] = [
-    (Form::Npz, include_bytes!("reference/written.npz")),
-    (Form::Mat, include_bytes!("reference/written.mat")),
+const WRITTEN: [(MatrixFormat, &[u8]); 2] = [
+    (MatrixFormat::Npz, include_bytes!("reference/written.npz")),
+    (MatrixFormat::Mat, include_bytes!("reference/written.mat")),
 ];
 
 /// Set this to write the files anew; then run `make.py` on them.
@@ -122,7 +122,7 @@ fn every_variable_of_scipy_is_read() {
 }
 
 /// Variables of the files that `make.py` checks.
-fn written(form: Form) -> Vec<u8> {
+fn written(form: MatrixFormat) -> Vec<u8> {
     let vector = DVector::from_vec(vec![1.0, 2.0, 3.0]);
     let variables = [
         ("w", Variable::from(w())),
@@ -154,16 +154,18 @@ fn what_is_written_is_what_numpy_and_scipy_have_read() {
 fn names_that_a_tool_would_not_take_are_refused() {
     let one = || Variable::from(1.0);
     for name in ["", "1st", "a-b", "_a", "ä", &"a".repeat(64)] {
-        let error = write(Form::Npz, "a.npz", &[(name, one())]).unwrap_err();
+        let error = write(MatrixFormat::Npz, "a.npz", &[(name, one())]).unwrap_err();
         assert!(
             error.to_string().contains("expected names of letters"),
             "{error}"
         );
     }
     let twice = [("a", one()), ("a", one())];
-    assert!(write(Form::Mat, "a.mat", &twice).is_err());
+    assert!(write(MatrixFormat::Mat, "a.mat", &twice).is_err());
     let other = [("a", Variable::Other("text".to_owned()))];
-    let error = write(Form::Mat, "a.mat", &other).unwrap_err().to_string();
+    let error = write(MatrixFormat::Mat, "a.mat", &other)
+        .unwrap_err()
+        .to_string();
     assert!(
         error.contains("variable a") && error.contains("text"),
         "{error}"
@@ -181,7 +183,7 @@ proptest! {
         name in "[a-zA-Z][a-zA-Z0-9_]{0,62}",
     ) {
         let matrix = DMatrix::from_fn(rows, columns, |i, j| f64::from_bits(bits[7 * i + j]));
-        for form in Form::ALL {
+        for form in MatrixFormat::ALL {
             let bytes = write(form, "a", &[(&name, Variable::from(matrix.clone()))]).unwrap();
             let back = read(&bytes, "a").unwrap();
             let back = back[&name].numbers().unwrap();

@@ -93,7 +93,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
 
 /// Runs one session.
 fn one(args: &Args, session: &Path, folder: &Path) -> Result<State> {
-    let options = args.overrides.of_run(session, folder, &args.writing)?;
+    let options = args.overrides.run_options(session, folder, &args.writing)?;
     let result = inhand_session::run(&options, &mut |_| ())?;
     Ok(match (&result.evaluation, result.failed_plans) {
         (_, 1..) => State::PlansFailed,

@@ -47,7 +47,7 @@ enum CheckFormat {
     Markdown,
 }
 
-/// What makes the command exit with 3.
+/// Level from which on the command exits with 3.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 enum FailOn {
     /// A warning, or worse.

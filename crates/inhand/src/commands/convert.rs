@@ -47,7 +47,7 @@ enum Input {
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let settings = args.source.effective(None)?;
-    let vendor = VendorFormat::of(&args.output);
+    let vendor = VendorFormat::from_path(&args.output);
     if vendor.is_some() && args.inputs.len() > 1 {
         return usage("-o names one file: expected one input, or a folder for several");
     }
@@ -106,7 +106,7 @@ impl Input {
         }
     }
 
-    /// What holds for the whole take.
+    /// The take without samples.
     fn header(&self) -> &Recording {
         match self {
             Input::Long(take) => &take.header,
@@ -165,7 +165,7 @@ enum VendorFormat {
 
 impl VendorFormat {
     /// The format that a file's extension asks for.
-    fn of(path: &Path) -> Option<Self> {
+    fn from_path(path: &Path) -> Option<Self> {
         let extension = path.extension()?.to_str()?.to_ascii_lowercase();
         Some(match extension.as_str() {
             "csv" => VendorFormat::Csv,

@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use inhand_session::tables::{Form, write_rows};
+use inhand_session::tables::{TableFormat, write_rows};
 use inhand_session::{evaluate_stored, provenance, write_text};
 
 use crate::commands::{read_takes, say_used};
 use crate::console::{Console, data};
 use crate::exit::{Exit, usage};
-use crate::options::{EvaluateOptions, Format, ProcessOptions, SelectOptions, SourceOptions};
+use crate::options::{EvaluateOptions, Format, TakeOptions};
 use crate::output::{OutputFile, check_outputs};
 
 /// Compare generated with recorded motion in takes and write evaluation.json.
@@ -29,12 +29,8 @@ pub(crate) struct Args {
     /// Print the evaluation as text or json.
     #[arg(long, value_enum, default_value_t)]
     format: Format,
-    #[command(flatten, next_help_heading = "Source")]
-    source: SourceOptions,
-    #[command(flatten, next_help_heading = "Events")]
-    select: SelectOptions,
-    #[command(flatten, next_help_heading = "Processing")]
-    process: ProcessOptions,
+    #[command(flatten)]
+    takes: TakeOptions,
     /// Velocity bounds as a multiple of the training extremes [default: 1.1].
     #[arg(long, value_name = "FACTOR")]
     velocity_factor: Option<f64>,
@@ -43,9 +39,7 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
-    let mut settings = args.source.effective(None)?;
-    args.select.apply(&mut settings)?;
-    args.process.apply(&mut settings);
+    let mut settings = args.takes.settings(None)?;
     if let Some(factor) = args.velocity_factor {
         settings.plan.velocity_factor = factor;
     }
@@ -61,12 +55,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let dictionary = inhand_session::read_dictionary(&args.dictionary)?;
     let takes = read_takes(console, &args.inputs, &settings)?;
     say_used(console, &takes, &settings)?;
-    let (evaluation, rows) = evaluate_stored(
-        &takes,
-        &dictionary,
-        &settings,
-        !args.process.ask_for_processing(),
-    )?;
+    let (evaluation, rows) = evaluate_stored(&takes, &dictionary, &settings, args.takes.reuse())?;
     let hashes = takes.iter().map(|take| &take.hash);
     let hashes = hashes.chain([&dictionary.hash]).cloned();
     let made = provenance("evaluate", &settings, hashes);
@@ -87,7 +76,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
 
 /// Refuses a table of no known form, or in the place of the evaluation.
 fn check_rows(path: &Path, evaluation: &Path) -> Result<()> {
-    if Form::of(path).is_none() {
+    if TableFormat::from_path(path).is_none() {
         let shown = path.display();
         return usage(format!(
             "--rows {shown}: expected a file that ends in .parquet or .csv"

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use inhand_export::bids::BidsNames;
-use inhand_session::tables::{self, Form, Layout, What};
+use inhand_session::tables::{self, TableFormat, TableLayout, TablePart};
 use inhand_session::{Take, matrices, read_dictionary};
 use serde_json::json;
 
@@ -32,13 +32,13 @@ pub(crate) struct Args {
     /// wide has a row for each sample, tidy one for each sample of each marker and body. A wide .csv can be read
     /// as a take again, with the .csv.json beside it.
     #[arg(long, value_parser = one_of(&LAYOUTS), default_value = "wide")]
-    layout: Layout,
+    layout: TableLayout,
     /// Part of a take.
     ///
     /// recorded are markers and bodies, after cleaning where the take was cleaned; measured are those before
     /// cleaning; processed are fingertips and object in the hand's frame.
     #[arg(long, value_parser = one_of(&PARTS), default_value = "recorded")]
-    what: What,
+    what: TablePart,
     /// Write the take into a BIDS dataset, such as sub=01,task=rotate.
     ///
     /// The labels are sub, task, and optionally ses, run (a number) and tracksys. Without sub and task, those that
@@ -56,17 +56,18 @@ pub(crate) struct Args {
     force: bool,
 }
 
-const LAYOUTS: [(&str, Layout); 2] = [("wide", Layout::Wide), ("tidy", Layout::Tidy)];
+const LAYOUTS: [(&str, TableLayout); 2] =
+    [("wide", TableLayout::Wide), ("tidy", TableLayout::Tidy)];
 
-const PARTS: [(&str, What); 3] = [
-    ("recorded", What::Recorded),
-    ("measured", What::Measured),
-    ("processed", What::Processed),
+const PARTS: [(&str, TablePart); 3] = [
+    ("recorded", TablePart::Recorded),
+    ("measured", TablePart::Measured),
+    ("processed", TablePart::Processed),
 ];
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     if let Some(names) = &args.bids {
-        if Form::of(&args.output).is_some() || is_matrices(&args.output) {
+        if TableFormat::from_path(&args.output).is_some() || is_matrices(&args.output) {
             return usage(format!(
                 "-o {}: expected the folder of a BIDS dataset with --bids",
                 args.output.display()
@@ -74,7 +75,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         }
         return to_bids(console, args, names);
     }
-    match Form::of(&args.output) {
+    match TableFormat::from_path(&args.output) {
         Some(form) => to_table(console, args, form),
         None if is_matrices(&args.output) => to_matrices(console, args),
         None => usage(format!(
@@ -89,7 +90,7 @@ fn is_matrices(path: &Path) -> bool {
     matrices::form_of(path).is_ok()
 }
 
-fn to_table(console: &Console, args: &Args, form: Form) -> Result<Exit> {
+fn to_table(console: &Console, args: &Args, form: TableFormat) -> Result<Exit> {
     let (what, layout) = (args.what, args.layout);
     let mut outputs = vec![args.output.clone()];
     if tables::has_facts(what, layout, form) {

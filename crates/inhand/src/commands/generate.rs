@@ -8,9 +8,7 @@ use inhand_session::{GeneratedMotion, Role, TakeContents, provenance, steps, wri
 use crate::commands::{say_used, takes_and_targets};
 use crate::console::Console;
 use crate::exit::Exit;
-use crate::options::{
-    MethodOptions, OutputOptions, PlanOptions, ProcessOptions, SelectOptions, SourceOptions,
-};
+use crate::options::{MethodOptions, OutputOptions, PlanOptions, TakeOptions};
 
 /// Generate a trajectory for each segment of takes by every method; add the generated channels.
 #[derive(Debug, clap::Args)]
@@ -24,12 +22,8 @@ pub(crate) struct Args {
     /// Output file; a folder for several inputs.
     #[arg(short, long, value_name = "PATH")]
     output: PathBuf,
-    #[command(flatten, next_help_heading = "Source")]
-    source: SourceOptions,
-    #[command(flatten, next_help_heading = "Events")]
-    select: SelectOptions,
-    #[command(flatten, next_help_heading = "Processing")]
-    process: ProcessOptions,
+    #[command(flatten)]
+    takes: TakeOptions,
     #[command(flatten, next_help_heading = "Generation")]
     method: MethodOptions,
     #[command(flatten)]
@@ -39,9 +33,7 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
-    let mut settings = args.source.effective(None)?;
-    args.select.apply(&mut settings)?;
-    args.process.apply(&mut settings);
+    let mut settings = args.takes.settings(None)?;
     args.method.apply(&mut settings);
     args.plan.apply(&mut settings);
     settings.validate()?;
@@ -54,7 +46,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         &settings,
     )?;
     say_used(console, &takes, &settings)?;
-    let motions = steps::motions(&takes, &settings, !args.process.ask_for_processing())?;
+    let motions = steps::motions(&takes, &settings, args.takes.reuse())?;
     let mut failed = 0;
     for ((take, motion), target) in takes.iter().zip(&motions).zip(&targets) {
         let object = steps::segments_object(&dictionary.dictionary, &[motion], &settings)?;

@@ -9,12 +9,13 @@ use clap::Subcommand;
 use crate::console::Console;
 use crate::exit::Exit;
 
-/// Learn a dictionary of motion primitives. Takes with processed channels are used as they are,
-/// others are processed on the way. Memory does not grow with the number of segments, except for
-/// ranges of ranks.
+/// Learn a dictionary of motion primitives from takes.
 ///
-/// A run can also be spread over processes or machines that share a folder: `learn init` once, then
-/// `learn stats` for every shard and `learn update` until it says that learning has stopped, then
+/// Takes with processed channels are used as they are, others are processed first. Memory does not grow with the
+/// number of segments, except for ranges of ranks.
+///
+/// A run can also use several processes or machines that share a folder: `learn init` once, then
+/// `learn stats` for every shard and `learn update` until it prints that learning has stopped, then
 /// `learn finish`. The result has the same bits.
 #[derive(Debug, clap::Args)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]

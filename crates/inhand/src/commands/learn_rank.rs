@@ -62,7 +62,7 @@ pub(crate) fn choose(
             curve.largest,
         ));
     }
-    let suggestion = curve.suggestion().context("no rank could be judged")?;
+    let suggestion = curve.suggestion().context("no rank could be evaluated")?;
     settings.learn.rank = Some(suggestion.rank);
     Ok(RankChoice { curve, suggestion })
 }
@@ -203,7 +203,7 @@ fn figure_point(point: &RankPoint) -> RankFigurePoint {
 const fn groups(curve: &RankCurve) -> &'static str {
     match curve.by {
         RankGroups::Takes => "takes",
-        RankGroups::Stretches => "stretches of one take",
+        RankGroups::Stretches => "ranges of one take",
     }
 }
 

@@ -23,7 +23,7 @@ mod play;
 mod process;
 mod recover;
 mod report;
-pub(crate) mod run;
+mod run;
 mod settings;
 mod simulate;
 mod view;

@@ -74,7 +74,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let dictionary = inhand_session::read_dictionary(&args.dictionary)?;
     let mut methods = steps::settled_methods(&dictionary.dictionary, &settings)?;
     let method = methods.remove(0);
-    let reuse = !args.process.ask_for_processing();
+    let reuse = args.process.reuse();
     let request = PlanRequest {
         method,
         start: read_state(&args.from, StateRole::Start, &settings, reuse)?,

@@ -109,7 +109,7 @@ fn start_s(start: Option<Instant>, span: Option<(u64, u64)>) -> f64 {
     }
 }
 
-/// What cannot be played as it was typed is wrong usage.
+/// Wrong values of options are wrong usage.
 fn usage(error: LiveError) -> anyhow::Error {
     match error {
         LiveError::Speed { .. } => UsageError(format!("--{error}")).into(),

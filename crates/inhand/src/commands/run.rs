@@ -8,8 +8,7 @@ use inhand_session::{Event, RunOptions, Settings, locate};
 use crate::console::{Console, data};
 use crate::exit::Exit;
 use crate::options::{
-    EvaluateOptions, Format, LearnOptions, MethodOptions, OutputOptions, PlanOptions,
-    ProcessOptions, SelectOptions, SourceOptions,
+    EvaluateOptions, Format, LearnOptions, MethodOptions, OutputOptions, PlanOptions, TakeOptions,
 };
 
 /// Run every step on a session.
@@ -40,12 +39,8 @@ pub(crate) struct SessionOptions {
     /// Task, for tables over sessions.
     #[arg(long, value_name = "NAME", help_heading = "Session")]
     task: Option<String>,
-    #[command(flatten, next_help_heading = "Source")]
-    source: SourceOptions,
-    #[command(flatten, next_help_heading = "Events")]
-    select: SelectOptions,
-    #[command(flatten, next_help_heading = "Processing")]
-    process: ProcessOptions,
+    #[command(flatten)]
+    takes: TakeOptions,
     #[command(flatten, next_help_heading = "Learning")]
     learn: LearnOptions,
     #[command(flatten, next_help_heading = "Generation")]
@@ -58,12 +53,10 @@ pub(crate) struct SessionOptions {
 
 impl SessionOptions {
     /// Settings file, if any, with these options on top.
-    pub(crate) fn settings(&self, beside: Option<&Path>) -> Result<Settings> {
-        let mut settings = self.source.effective(beside)?;
+    fn settings(&self, beside: Option<&Path>) -> Result<Settings> {
+        let mut settings = self.takes.settings(beside)?;
         settings.participant = self.participant.clone().or(settings.participant);
         settings.task = self.task.clone().or(settings.task);
-        self.select.apply(&mut settings)?;
-        self.process.apply(&mut settings);
         self.learn.check_one_rank()?;
         self.learn.apply(&mut settings);
         self.method.apply(&mut settings);
@@ -74,7 +67,7 @@ impl SessionOptions {
     }
 
     /// A run of a session with these options.
-    pub(crate) fn of_run(
+    pub(crate) fn run_options(
         &self,
         session: &Path,
         output: &Path,
@@ -93,7 +86,7 @@ impl SessionOptions {
 }
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
-    let options = (args.overrides).of_run(&args.session, &args.output, &args.writing)?;
+    let options = (args.overrides).run_options(&args.session, &args.output, &args.writing)?;
     run_shown(console, &options, args.format)
 }
 
@@ -133,4 +126,43 @@ pub(crate) fn run_shown(console: &Console, options: &RunOptions, format: Format)
         return Ok(Exit::Lossy);
     }
     Ok(Exit::Done)
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::{CommandFactory, FromArgMatches};
+
+    use super::*;
+
+    #[derive(Debug, clap::Parser)]
+    struct Call {
+        #[command(flatten)]
+        options: SessionOptions,
+    }
+
+    #[test]
+    fn defaults_in_the_help_are_those_of_the_settings() {
+        let mut count = 0;
+        for arg in Call::command().get_arguments() {
+            let help = arg.get_help().map(ToString::to_string).unwrap_or_default();
+            let stated = help.split_once("[default: ").map(|(_, rest)| rest);
+            let Some(value) = stated.and_then(|rest| rest.strip_suffix(']')) else {
+                continue;
+            };
+            // Other defaults depend on the takes.
+            if value.contains(' ') {
+                continue;
+            }
+            let flag = format!("--{}", arg.get_long().expect("every setting has a flag"));
+            let call = ["inhand", flag.as_str(), value];
+            let matches = Call::command()
+                .try_get_matches_from(call)
+                .expect("it parses");
+            let call = Call::from_arg_matches(&matches).expect("it parses");
+            let settings = call.options.settings(None).expect("it is valid");
+            assert_eq!(settings, Settings::default(), "{flag} {value}");
+            count += 1;
+        }
+        assert!(count > 25, "{count}");
+    }
 }

@@ -47,7 +47,7 @@ pub(super) fn unique(
             .iter()
             .filter(|(session, _)| !given.contains(*session));
         let taken = earlier.map(|(_, name)| name.as_str()).chain(RESERVED);
-        // Not every file system tells upper and lower case apart.
+        // Some file systems ignore the case of names.
         let mut sorted: Vec<String> = (names.iter().map(String::as_str).chain(taken))
             .map(str::to_lowercase)
             .collect();
@@ -57,7 +57,7 @@ pub(super) fn unique(
     (1..=longest)
         .map(named)
         .find(|names| are_apart(names))
-        .ok_or_else(|| "sessions cannot be told apart by their folders' names".to_owned())
+        .ok_or_else(|| "the folder names of the sessions are not unique".to_owned())
 }
 
 /// Names of the folders down to a session. A settings file of a name of its own names the session, since a folder may

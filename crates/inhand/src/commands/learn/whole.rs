@@ -13,9 +13,7 @@ use crate::commands::learn_rank::{self, RankChoice};
 use crate::commands::say_findings;
 use crate::console::{Console, print};
 use crate::exit::{Exit, UsageError, usage};
-use crate::options::{
-    Format, LearnOptions, MethodOptions, ProcessOptions, SelectOptions, SourceOptions,
-};
+use crate::options::{Format, LearnOptions, MethodOptions, TakeOptions};
 use crate::output::check_outputs;
 
 #[derive(Debug, clap::Args)]
@@ -47,12 +45,8 @@ pub(crate) struct WholeArgs {
 /// Settings of a run of learning.
 #[derive(Debug, clap::Args)]
 pub(super) struct RunOptions {
-    #[command(flatten, next_help_heading = "Source")]
-    source: SourceOptions,
-    #[command(flatten, next_help_heading = "Events")]
-    select: SelectOptions,
-    #[command(flatten, next_help_heading = "Processing")]
-    process: ProcessOptions,
+    #[command(flatten)]
+    takes: TakeOptions,
     #[command(flatten, next_help_heading = "Learning")]
     learn: LearnOptions,
     #[command(flatten)]
@@ -61,9 +55,7 @@ pub(super) struct RunOptions {
 
 impl RunOptions {
     pub(super) fn settings(&self) -> Result<Settings> {
-        let mut settings = self.source.effective(None)?;
-        self.select.apply(&mut settings)?;
-        self.process.apply(&mut settings);
+        let mut settings = self.takes.settings(None)?;
         self.learn.apply(&mut settings);
         self.method.apply(&mut settings);
         settings.validate()?;
@@ -83,7 +75,7 @@ impl RunOptions {
         takes: &[PathBuf],
         settings: &Settings,
     ) -> Result<LearningFolder> {
-        let reuse = !self.process.ask_for_processing();
+        let reuse = self.takes.reuse();
         let mut say = |take: &Take| say_findings(console, &take.hash, &take.recording);
         Ok(inhand_training::init(
             folder, takes, settings, reuse, &mut say,
@@ -103,7 +95,7 @@ pub(super) fn run(console: &Console, args: &WholeArgs) -> Result<Exit> {
         None => None,
         Some(ranks) => {
             check_outputs([&learn_rank::figure_path(output)], &args.inputs, args.force)?;
-            let reuse = !args.options.process.ask_for_processing();
+            let reuse = args.options.takes.reuse();
             let segments = learn_rank::segments(&args.inputs, &settings, reuse)?;
             let choice = learn_rank::choose(console, &segments, ranks, &mut settings);
             Some(choice?)
@@ -167,7 +159,7 @@ fn check_together(args: &WholeArgs, settings: &mut Settings) -> Result<()> {
             "--primitives: expected --kind nmf; components about a mean are learned here",
         );
     }
-    // The file says how many there are. What it holds is checked against the takes' rate later.
+    // The file has its own number of primitives; its content is checked against the takes' rate later.
     settings.learn.rank = None;
     matrices::read(file)?;
     Ok(())

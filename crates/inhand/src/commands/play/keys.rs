@@ -30,7 +30,7 @@ const KEYS: [(&[u8], Control); 20] = [
     (b"\x1b[7~", Control::SeekTo(0.0)),
 ];
 
-/// What bytes from a terminal ask for; unknown keys ask for nothing. Takes from `bytes` what is a whole
+/// Controls for the bytes from a terminal, without those of unknown keys. Removes from `bytes` each whole
 /// key.
 fn controls(bytes: &mut Vec<u8>) -> Vec<Control> {
     let mut found = Vec::new();

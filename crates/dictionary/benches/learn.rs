@@ -1,5 +1,5 @@
 //! Time to learn a hand session: 200 primitives from 595 segments of 1500 numbers, beside the plain
-//! version on a smaller problem; to learn deviations from the smooth curve, and what to expect of one.
+//! version on a smaller problem; to learn deviations from the cubic Hermite baseline, and what to expect of one.
 //!
 //!     cargo bench -p inhand-dictionary
 
@@ -88,7 +88,7 @@ fn projection(bencher: divan::Bencher<'_, '_>) {
     bencher.bench(|| activations(&dictionary, data.column_m(7)));
 }
 
-/// Segments of 100 samples in five takes that deviate from the smooth curve in sixty shapes.
+/// Segments of 100 samples in five takes that deviate from the cubic Hermite baseline in sixty shapes.
 fn deviating(count: usize) -> Segments {
     let layout = SegmentLayout::one_second(100.0);
     let x = conditions(layout, 0, count);

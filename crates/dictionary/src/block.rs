@@ -11,10 +11,12 @@ use crate::descent::{Gram, descend};
 use crate::missing::Missing;
 use crate::multiplicative;
 use crate::packed::{Packed, gram_lower};
-use crate::product::{View, chunk_width, cross, dot, squared_norm, squared_residual, sum_lower};
+use crate::product::{cross, dot, squared_norm, squared_residual, sum_lower};
+use crate::random;
 use crate::real::Real;
 use crate::settings::{Penalty, Update};
-use crate::start;
+use crate::sums::Sums;
+use crate::view::{View, chunk_width};
 
 /// Columns of a block: large enough that its sums are small beside it, small enough that a block of
 /// 1500 rows takes 25 MB.
@@ -69,17 +71,6 @@ pub(crate) struct Block<T> {
     squared_norm: f64,
 }
 
-/// What a half step over a block returns.
-#[derive(Clone, Debug)]
-pub(crate) struct Fit {
-    /// `H Hᵀ` (`rank` x `rank`).
-    pub(crate) activation_gram: Vec<f64>,
-    /// Sum of all activations.
-    pub(crate) activation_sum: f64,
-    /// Squared Frobenius norm of `V - W H`, where `V` is known.
-    pub(crate) squared_residual: f64,
-}
-
 impl<T: Real> Block<T> {
     /// A block of complete columns without activations.
     #[cfg(test)]
@@ -103,11 +94,6 @@ impl<T: Real> Block<T> {
     /// Number of columns.
     pub(crate) fn count(&self) -> usize {
         self.data.len() / self.rows.max(1)
-    }
-
-    /// Squared Frobenius norm of the data that is there.
-    pub(crate) const fn squared_norm(&self) -> f64 {
-        self.squared_norm
     }
 
     /// Sets the activations of each column to random numbers around the one number that fits the
@@ -137,7 +123,7 @@ impl<T: Real> Block<T> {
             .enumerate()
             .flat_map_iter(|(place, column)| {
                 let fit = fit(column);
-                let shares = start::activation_shares(seed, first + place);
+                let shares = random::activation_shares(seed, first + place);
                 shares.take(rank).map(move |share| T::of(fit * share))
             })
             .collect();
@@ -161,9 +147,9 @@ impl<T: Real> Block<T> {
             .expect(&mut self.data, self.rows, &basis.rows_of, &self.activations);
     }
 
-    /// Updates the activations for given primitives and measures the fit. What is missing is then
-    /// what these activations expect.
-    pub(crate) fn fit(&mut self, basis: &Basis<T>, update: Update, sweeps: usize) -> Fit {
+    /// Updates the activations for given primitives and measures the fit, without the products with the
+    /// data. What is missing is then what these activations expect.
+    pub(crate) fn fit(&mut self, basis: &Basis<T>, update: Update, sweeps: usize) -> Sums {
         let (rows, rank) = (self.rows, basis.rank);
         let width = chunk_width(self.count());
         let l1 = T::of(basis.penalty.l1);
@@ -192,27 +178,19 @@ impl<T: Real> Block<T> {
         let everywhere = if expanded > T::DIRECT_RESIDUAL_BELOW * self.squared_norm {
             expanded
         } else {
-            self.residual(basis)
+            squared_residual(&self.data, rows, &basis.rows_of, &self.activations, rank)
         };
         let changed = self
             .missing
             .expect(&mut self.data, rows, &basis.rows_of, &self.activations);
-        Fit {
-            activation_gram: activation_gram.iter().map(|v| v.to_f64()).collect(),
-            activation_sum: self.activations.iter().map(|v| v.to_f64()).sum(),
-            squared_residual: (everywhere - changed).max(0.0),
+        Sums {
+            count: self.count(),
+            squared_norm_m2: self.squared_norm,
+            squared_residual_m2: (everywhere - changed).max(0.0),
+            activation_sum_m: self.activations.iter().map(|v| v.to_f64()).sum(),
+            activation_gram_m2: activation_gram.iter().map(|v| v.to_f64()).collect(),
+            cross_m2: Vec::new(),
         }
-    }
-
-    /// Squared Frobenius norm of `V - W H` from the differences themselves.
-    pub(crate) fn residual(&self, basis: &Basis<T>) -> f64 {
-        squared_residual(
-            &self.data,
-            self.rows,
-            &basis.rows_of,
-            &self.activations,
-            basis.rank,
-        )
     }
 
     /// `H Vᵀ` (`rank` x rows).

@@ -6,25 +6,15 @@ use crate::block::BLOCK_COLUMNS;
 use crate::columns::Columns;
 use crate::error::LearnError;
 
-/// Smallest and largest value of each coordinate of a sample, metres: the 15 of the fingertips, and
-/// with the object its 6.
-#[derive(Clone, Debug)]
-pub(crate) struct Range {
-    /// Smallest.
-    pub(crate) min_m: Vec<f64>,
-    /// Largest.
-    pub(crate) max_m: Vec<f64>,
-}
-
-/// What a look through the columns gives.
+/// What a look through the columns gives: the smallest and largest value of each coordinate of a sample,
+/// metres (the 15 of the fingertips, and with the object its 6), and how many numbers are missing.
 pub(crate) struct Survey {
-    /// Range of each coordinate.
-    pub(crate) range: Range,
-    /// Numbers that are missing.
+    pub(crate) min_m: Vec<f64>,
+    max_m: Vec<f64>,
     pub(crate) missing: usize,
 }
 
-/// Checks that the columns can teach, and returns the range of each coordinate.
+/// Looks through the columns and checks that they can teach.
 ///
 /// A fingertip that keeps a coordinate throughout is no fingertip. An object may: one that is only
 /// pushed does not turn.
@@ -37,21 +27,22 @@ pub(crate) fn survey(columns: &dyn Columns, may_miss: bool) -> Result<Survey, Le
         )));
     }
     let rows = layout.rows();
-    let mut range = Range {
-        min_m: vec![f64::INFINITY; coordinates(layout)],
-        max_m: vec![f64::NEG_INFINITY; coordinates(layout)],
+    let coordinates = SEGMENT_COORDINATES + layout.object_rows() / layout.samples;
+    let mut survey = Survey {
+        min_m: vec![f64::INFINITY; coordinates],
+        max_m: vec![f64::NEG_INFINITY; coordinates],
+        missing: 0,
     };
-    let mut missing = 0;
     let mut columns_m = vec![0.0; BLOCK_COLUMNS.min(count) * rows];
     for first in (0..count).step_by(BLOCK_COLUMNS) {
         let block = first..(first + BLOCK_COLUMNS).min(count);
         let columns_m = &mut columns_m[..block.len() * rows];
         columns.read(block.clone(), columns_m)?;
         for (segment, column) in block.zip(columns_m.chunks_exact(rows)) {
-            missing += check_numbers(columns, segment, column, may_miss)?;
+            survey.missing += check_numbers(columns, segment, column, may_miss)?;
             let (fingers, object) = column.split_at(layout.finger_rows());
-            range.widen(0, fingers.as_chunks::<SEGMENT_COORDINATES>().0);
-            range.widen(
+            survey.widen(0, fingers.as_chunks::<SEGMENT_COORDINATES>().0);
+            survey.widen(
                 SEGMENT_COORDINATES,
                 object.as_chunks::<OBJECT_COORDINATES>().0,
             );
@@ -59,16 +50,16 @@ pub(crate) fn survey(columns: &dyn Columns, may_miss: bool) -> Result<Survey, Le
     }
     for i in 0..SEGMENT_COORDINATES {
         // With all its numbers missing a coordinate is constant as well.
-        if range.min_m[i] >= range.max_m[i] {
+        if survey.min_m[i] >= survey.max_m[i] {
             return Err(LearnError::Data(format!(
                 "{} is {} m in every sample of {count} training segments: expected a fingertip that \
                  moves; check the marker, or leave these takes out",
                 named(i),
-                range.min_m[i]
+                survey.min_m[i]
             )));
         }
     }
-    Ok(Survey { range, missing })
+    Ok(survey)
 }
 
 /// How many numbers of a column are missing.
@@ -97,7 +88,7 @@ fn check_numbers(
     Ok(column.iter().filter(|v| v.is_nan()).count())
 }
 
-impl Range {
+impl Survey {
     /// Takes samples of N coordinates, the first of them number `first`, into the range.
     fn widen<const N: usize>(&mut self, first: usize, samples: &[[f64; N]]) {
         let (min_m, max_m) = (&mut self.min_m[first..], &mut self.max_m[first..]);
@@ -108,11 +99,6 @@ impl Range {
             }
         }
     }
-}
-
-/// Coordinates of a sample: 15, with the object 21.
-fn coordinates(layout: SegmentLayout) -> usize {
-    SEGMENT_COORDINATES + if layout.object { OBJECT_COORDINATES } else { 0 }
 }
 
 /// Sample of a row of a column, and which of the sample's coordinates it is.

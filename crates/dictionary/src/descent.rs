@@ -17,9 +17,10 @@
 
 use rayon::prelude::*;
 
-use crate::lanes::{Aligned, Lanes, lanes_multiply_add, multiply_add, single};
-use crate::product::{chunk_width, squared_norm};
+use crate::lanes::{Aligned, InstructionSet, Kernel, Lanes, lanes_multiply_add, multiply_add};
+use crate::product::squared_norm;
 use crate::real::Real;
+use crate::view::chunk_width;
 
 /// Coordinates whose gradients are formed together: eight accumulators of one vector each.
 const BLOCK: usize = 8;
@@ -117,90 +118,48 @@ pub(crate) fn descend<T: Real>(
     factor: &mut [T],
     sweeps: usize,
 ) {
-    #[cfg(target_arch = "x86_64")]
-    {
-        if std::arch::is_x86_feature_detected!("avx512f") {
-            #[expect(
-                unsafe_code,
-                reason = "a function compiled for a CPU feature; the feature was just found"
-            )]
-            // SAFETY: the CPU has AVX-512F.
-            return unsafe { descend_avx512(gram, linear, l1, factor, sweeps) };
-        }
-        if std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma")
-        {
-            #[expect(
-                unsafe_code,
-                reason = "a function compiled for a CPU feature; the feature was just found"
-            )]
-            // SAFETY: the CPU has AVX2 and FMA.
-            return unsafe { descend_fma(gram, linear, l1, factor, sweeps) };
-        }
-    }
-    #[cfg(target_arch = "aarch64")]
-    {
-        // Fused multiply-add belongs to the base instruction set.
-        return if single::<T>() {
-            descend_tiles::<T, 4, 1, true>(gram, linear, l1, factor, sweeps)
-        } else {
-            descend_tiles::<T, 2, 1, true>(gram, linear, l1, factor, sweeps)
-        };
-    }
-    #[cfg(not(target_arch = "aarch64"))]
-    if single::<T>() {
-        descend_tiles::<T, 8, 1, false>(gram, linear, l1, factor, sweeps);
-    } else {
-        descend_tiles::<T, 4, 1, false>(gram, linear, l1, factor, sweeps);
-    }
+    let descent = Descent {
+        gram,
+        linear,
+        l1,
+        factor,
+        sweeps,
+    };
+    // Lanes do not change a column's numbers: all instruction sets with fused multiply-add agree to the bit.
+    InstructionSet::of_this_cpu().run::<T, 2, _>(descent);
 }
 
-/// Lanes do not change a column's numbers, so this and [`descend_fma`] agree to the bit.
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f")]
-fn descend_avx512<T: Real>(gram: &Gram<T>, linear: &[T], l1: T, factor: &mut [T], sweeps: usize) {
-    if single::<T>() {
-        descend_tiles::<T, 16, 2, true>(gram, linear, l1, factor, sweeps);
-    } else {
-        descend_tiles::<T, 8, 2, true>(gram, linear, l1, factor, sweeps);
-    }
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma")]
-fn descend_fma<T: Real>(gram: &Gram<T>, linear: &[T], l1: T, factor: &mut [T], sweeps: usize) {
-    if single::<T>() {
-        descend_tiles::<T, 8, 1, true>(gram, linear, l1, factor, sweeps);
-    } else {
-        descend_tiles::<T, 4, 1, true>(gram, linear, l1, factor, sweeps);
-    }
-}
-
-/// Cuts the columns into tiles of `L * V`; the last one is filled up with zeros, which stay zeros.
-#[inline(always)]
-fn descend_tiles<T: Real, const L: usize, const V: usize, const FUSED: bool>(
-    gram: &Gram<T>,
-    linear: &[T],
+/// The arguments of [`descend`].
+struct Descent<'a, T> {
+    gram: &'a Gram<T>,
+    linear: &'a [T],
     l1: T,
-    factor: &mut [T],
+    factor: &'a mut [T],
     sweeps: usize,
-) {
-    let rank = gram.rank;
-    let mut x = Aligned::zeros(gram.padded * L * V);
-    let mut p = Aligned::zeros(gram.padded * L * V);
-    let (x, p) = (x.lanes_mut::<L, V>(), p.lanes_mut::<L, V>());
-    let width = L * V * rank;
-    for (factor, linear) in factor.chunks_mut(width).zip(linear.chunks(width)) {
-        load(x, factor, rank);
-        load(p, linear, rank);
-        for p in p.iter_mut().take(rank).flatten().flatten() {
-            *p -= l1;
-        }
-        for _ in 0..sweeps {
-            sweep_tile::<T, L, V, FUSED>(gram, p, x);
-        }
-        for (place, column) in factor.chunks_exact_mut(rank).enumerate() {
-            for (to, from) in column.iter_mut().zip(&*x) {
-                *to = from[place / L][place % L];
+}
+
+impl<T: Real> Kernel for Descent<'_, T> {
+    /// Cuts the columns into tiles of `L * V`; the last one is filled up with zeros, which stay zeros.
+    #[inline(always)]
+    fn run<const L: usize, const V: usize, const FUSED: bool>(self) {
+        let rank = self.gram.rank;
+        let mut x = Aligned::zeros(self.gram.padded * L * V);
+        let mut p = Aligned::zeros(self.gram.padded * L * V);
+        let (x, p) = (x.lanes_mut::<L, V>(), p.lanes_mut::<L, V>());
+        let width = L * V * rank;
+        for (factor, linear) in self.factor.chunks_mut(width).zip(self.linear.chunks(width)) {
+            load(x, factor, rank);
+            load(p, linear, rank);
+            for p in p.iter_mut().take(rank).flatten().flatten() {
+                *p -= self.l1;
+            }
+            for _ in 0..self.sweeps {
+                sweep_tile::<T, L, V, FUSED>(self.gram, p, x);
+            }
+            for (place, column) in factor.chunks_exact_mut(rank).enumerate() {
+                for (to, from) in column.iter_mut().zip(&*x) {
+                    *to = from[place / L][place % L];
+                }
             }
         }
     }
@@ -267,7 +226,7 @@ fn sweep_tile<T: Real, const L: usize, const V: usize, const FUSED: bool>(
 
 #[cfg(test)]
 mod tests {
-    use super::{Gram, descend_tiles};
+    use super::{Descent, Gram, Kernel as _};
 
     #[test]
     fn every_instruction_set_gives_the_same_numbers() {
@@ -281,20 +240,25 @@ mod tests {
             .collect();
         let gram = Gram::new(&gram, rank, 0.25);
         let linear: Vec<f64> = (0..rank * 13).map(|i| (0.7 * i as f64).sin()).collect();
-        let run = |descend: fn(&Gram<f64>, &[f64], f64, &mut [f64], usize)| {
+        let run = |run: fn(Descent<'_, f64>)| {
             let mut factor = vec![0.3; linear.len()];
-            descend(&gram, &linear, 0.125, &mut factor, 5);
+            run(Descent {
+                gram: &gram,
+                linear: &linear,
+                l1: 0.125,
+                factor: &mut factor,
+                sweeps: 5,
+            });
             factor
         };
-        let eight = run(descend_tiles::<f64, 8, 2, true>);
-        assert_eq!(
-            eight,
-            run(descend_tiles::<f64, 4, 1, true>),
-            "AVX-512 and AVX2"
-        );
-        assert_eq!(eight, run(descend_tiles::<f64, 2, 1, true>), "NEON");
+        let eight = run(|descent| descent.run::<8, 2, true>());
+        let four = run(|descent| descent.run::<4, 1, true>());
+        assert_eq!(eight, four, "AVX-512 and AVX2");
+        let two = run(|descent| descent.run::<2, 1, true>());
+        assert_eq!(eight, two, "NEON");
         assert!(eight.contains(&0.0));
-        for (fused, plain) in eight.iter().zip(run(descend_tiles::<f64, 4, 1, false>)) {
+        let plain = run(|descent| descent.run::<2, 1, false>());
+        for (fused, plain) in eight.iter().zip(plain) {
             assert!((fused - plain).abs() < 1e-14, "{fused} {plain}");
         }
     }

@@ -72,6 +72,7 @@ mod packed;
 mod pca;
 mod product;
 mod projection;
+mod random;
 mod rank;
 mod real;
 mod residual;
@@ -81,6 +82,7 @@ mod singular;
 mod stability;
 mod start;
 mod sums;
+mod view;
 
 #[cfg(test)]
 mod tests;
@@ -91,9 +93,10 @@ pub use explained::explained_variance;
 pub use nmf::{describe_nmf, learn_nmf, smallest_objective};
 pub use pca::learn_pca;
 pub use projection::activations;
+pub use random::draw;
 pub use rank::{HeldOut, RankCurve, RankGroups, RankMethod, RankPoint, RankSuggestion, rank_curve};
+pub use real::Activations;
 pub use residual::{Fold, ResidualSettings, folds, learn_residual};
-pub use rounds::{Activations, NmfProblem, NmfState, blocks};
+pub use rounds::{NmfProblem, NmfState, blocks};
 pub use settings::{NmfSettings, Penalty, Precision, Start, Update};
-pub use start::draw;
 pub use sums::{Node, Sums, Tree};

@@ -15,7 +15,7 @@ impl Missing {
     /// each, and puts a first guess there: on the line in time between its neighbours, the nearest
     /// one where there is none on one side, zero where there is none at all.
     ///
-    /// `parts` are the stretches of a column's rows with the width of their samples.
+    /// `parts` are the intervals of a column's rows with the width of their samples.
     pub(crate) fn guess(
         data: &mut [f64],
         rows: usize,

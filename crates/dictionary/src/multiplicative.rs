@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 
-use crate::product::{View, chunk_width, multiply};
 use crate::real::Real;
 use crate::settings::Penalty;
+use crate::view::{View, chunk_width, multiply};
 
 /// What a zero denominator is replaced by: the single-precision machine epsilon, as scikit-learn
 /// does, so that the two can be compared number by number.
@@ -62,8 +62,9 @@ mod tests {
 
     use super::update_all;
     use crate::packed::Packed;
-    use crate::product::{View, cross, gram};
+    use crate::product::{cross, gram};
     use crate::settings::Penalty;
+    use crate::view::View;
 
     fn numbers(value: &Value) -> Vec<f64> {
         match value {

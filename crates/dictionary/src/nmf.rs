@@ -7,10 +7,8 @@ use crate::block::Block;
 use crate::columns::Columns;
 use crate::covariance::moments_of;
 use crate::error::LearnError;
-use crate::real::Real;
-use crate::rounds::{
-    Activations, NmfProblem, NmfState, Stored, column_squares, fit_sums, unfit_activations,
-};
+use crate::real::{Activations, Real};
+use crate::rounds::{NmfProblem, NmfState, column_squares, unfit_activations};
 use crate::settings::{NmfSettings, Precision, Update};
 use crate::stability::matched_cosine;
 use crate::sums::Tree;
@@ -164,7 +162,7 @@ pub fn smallest_objective(states: &[NmfState]) -> usize {
 /// Rounds with everything in memory, to the last state and the activations of each block. The products
 /// with the data that only an update of the primitives needs are formed after it is known that there
 /// is one.
-fn solve<T: Stored>(
+fn solve<T: Real>(
     problem: &NmfProblem,
     mut state: NmfState,
     columns: &dyn Columns,
@@ -189,8 +187,7 @@ pub(crate) fn iterate<T: Real>(
         let mut fits = Tree::default();
         for (number, block) in blocks.iter_mut().enumerate() {
             let first = problem.block(number).start;
-            let fit = problem.fit(state, &basis, first, block);
-            fits.push_block(number, fit_sums(block, fit))?;
+            fits.push_block(number, problem.fit(state, &basis, first, block))?;
         }
         let sums = fits.root(blocks.len())?;
         problem.measure(state, &sums);
@@ -256,9 +253,7 @@ impl NmfProblem {
         {
             return Err(LearnError::PenaltyOfEverything);
         }
-        let lengths: Vec<f64> = (column_squares(&state.primitives, rank).iter())
-            .map(|square| square.sqrt())
-            .collect();
+        let lengths = self.lengths(state);
         let moments = moments_of(self.blocks(), rank, |block| {
             let mut values = activations(block)?.to_f64();
             if values.len() != rank * self.block(block).len() {
@@ -300,13 +295,15 @@ impl NmfProblem {
         (state.squared_residual_m2 / self.numbers as f64).sqrt()
     }
 
+    /// Length of each primitive.
+    fn lengths(&self, state: &NmfState) -> Vec<f64> {
+        let squares = column_squares(&state.primitives, self.settings.rank);
+        squares.into_iter().map(f64::sqrt).collect()
+    }
+
     /// Primitives of unit length (rows x rank); one that a penalty has emptied stays zero.
     fn primitives(&self, state: &NmfState) -> DMatrix<f64> {
-        let rank = self.settings.rank;
-        let lengths: Vec<f64> = column_squares(&state.primitives, rank)
-            .iter()
-            .map(|square| square.sqrt())
-            .collect();
+        let (rank, lengths) = (self.settings.rank, self.lengths(state));
         DMatrix::from_fn(self.layout.rows(), rank, |row, j| {
             let v = state.primitives[row * rank + j];
             if lengths[j] > 0.0 { v / lengths[j] } else { v }

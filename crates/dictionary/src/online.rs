@@ -4,8 +4,8 @@ use crate::block::Basis;
 use crate::columns::Columns;
 use crate::error::LearnError;
 use crate::product::add;
+use crate::random::shuffled;
 use crate::rounds::NmfProblem;
-use crate::start::shuffled;
 
 /// Columns of a batch: enough for fast products, few enough that a thousand segments make several
 /// steps.
@@ -51,7 +51,7 @@ impl NmfProblem {
             for v in gram_m2.iter_mut().chain(&mut cross_m2) {
                 *v *= kept;
             }
-            add(&mut gram_m2, &fit.activation_gram);
+            add(&mut gram_m2, &fit.activation_gram_m2);
             add(&mut cross_m2, &block.cross(rank));
             seen = kept * seen + block.count() as f64;
             let penalty = settings.primitive_penalty.weighted(seen);

@@ -7,9 +7,9 @@
 
 use rayon::prelude::*;
 
-use crate::lanes::{Aligned, Lanes, lanes_multiply_add, single};
-use crate::product::{View, chunk_width};
+use crate::lanes::{Aligned, InstructionSet, Kernel, Lanes, lanes_multiply_add};
 use crate::real::Real;
+use crate::view::{View, chunk_width};
 
 /// Terms that are summed before the result is written: a strip of the right operand this deep stays
 /// in the first cache, the left operand's slice in the second.
@@ -21,51 +21,15 @@ const STRIP: usize = 8;
 /// Strips that are copied together, so that whole runs of cache lines are read from each row.
 const STRIPS: usize = 8;
 
-/// What the kernel is compiled for, and with it the rows of the result that are summed together: as
-/// many registers as the CPU has for [`STRIP`] times their number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Shape {
-    #[cfg(target_arch = "x86_64")]
-    Avx512,
-    #[cfg(target_arch = "x86_64")]
-    Fma,
-    Base,
-}
-
-impl Shape {
-    fn of_this_cpu() -> Self {
-        #[cfg(target_arch = "x86_64")]
-        {
-            if std::arch::is_x86_feature_detected!("avx512f") {
-                return Shape::Avx512;
-            }
-            if std::arch::is_x86_feature_detected!("avx2")
-                && std::arch::is_x86_feature_detected!("fma")
-            {
-                return Shape::Fma;
-            }
-        }
-        Shape::Base
-    }
-
-    /// Rows of a panel.
-    const fn rows<T>(self) -> usize {
-        let bytes = match self {
-            #[cfg(target_arch = "x86_64")]
-            Shape::Avx512 => 3 * 64,
-            #[cfg(target_arch = "x86_64")]
-            Shape::Fma => 32,
-            Shape::Base => 16,
-        };
-        bytes / size_of::<T>()
-    }
-}
+/// Registers of rows that are summed together with AVX-512: as many as it has for [`STRIP`] times their
+/// number.
+const WIDE: usize = 3;
 
 /// A left operand (`rows` x `depth`) in panels of as many rows as one pass of the kernel sums, each
 /// column by column, filled up with zeros.
 #[derive(Clone, Debug)]
 pub(crate) struct Packed<T> {
-    shape: Shape,
+    set: InstructionSet,
     rows: usize,
     depth: usize,
     numbers: Aligned<T>,
@@ -74,14 +38,13 @@ pub(crate) struct Packed<T> {
 impl<T: Real> Packed<T> {
     /// Packs whole columns of `rows` numbers.
     pub(crate) fn new(columns: &[T], rows: usize) -> Self {
-        Self::with_shape(columns, rows, Shape::of_this_cpu())
+        Self::for_set(columns, rows, InstructionSet::of_this_cpu())
     }
 
-    fn with_shape(columns: &[T], rows: usize, shape: Shape) -> Self {
-        let (width, depth) = (
-            shape.rows::<T>(),
-            columns.len().checked_div(rows).unwrap_or(0),
-        );
+    fn for_set(columns: &[T], rows: usize, set: InstructionSet) -> Self {
+        let (bytes, registers) = set.registers(WIDE);
+        let width = registers * bytes / size_of::<T>();
+        let depth = columns.len().checked_div(rows).unwrap_or(0);
         let mut numbers = Aligned::zeros(rows.next_multiple_of(width) * depth);
         let to = numbers.numbers_mut();
         match width {
@@ -92,7 +55,7 @@ impl<T: Real> Packed<T> {
             _ => pack::<T, 2>(columns, rows, to),
         }
         Self {
-            shape,
+            set,
             rows,
             depth,
             numbers,
@@ -128,39 +91,13 @@ impl<T: Real> Packed<T> {
             self.rows * right.column_count(),
             "size of a product"
         );
-        match self.shape {
-            #[cfg(target_arch = "x86_64")]
-            Shape::Avx512 => {
-                #[expect(
-                    unsafe_code,
-                    reason = "a function compiled for a CPU feature; the feature was found"
-                )]
-                // SAFETY: this shape is made where the CPU has AVX-512F.
-                unsafe {
-                    times_avx512(self, right, out, &first_row);
-                }
-            }
-            #[cfg(target_arch = "x86_64")]
-            Shape::Fma => {
-                #[expect(
-                    unsafe_code,
-                    reason = "a function compiled for a CPU feature; the feature was found"
-                )]
-                // SAFETY: this shape is made where the CPU has AVX2 and FMA (every CPU with
-                // AVX-512F does).
-                unsafe {
-                    times_fma(self, right, out, &first_row);
-                }
-            }
-            Shape::Base => {
-                const FUSED: bool = cfg!(target_arch = "aarch64");
-                if single::<T>() {
-                    strips::<T, 4, 1, FUSED>(self, right, out, &first_row);
-                } else {
-                    strips::<T, 2, 1, FUSED>(self, right, out, &first_row);
-                }
-            }
-        }
+        let product = Product {
+            left: self,
+            right,
+            out,
+            first_row: &first_row,
+        };
+        self.set.run::<T, WIDE, _>(product);
     }
 }
 
@@ -191,81 +128,46 @@ pub(crate) fn gram_lower<T: Real>(factor: &[T], rank: usize) -> Vec<T> {
     out
 }
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f")]
-fn times_avx512<T: Real>(
-    left: &Packed<T>,
-    right: View<'_, T>,
-    out: &mut [T],
-    first_row: &dyn Fn(usize) -> usize,
-) {
-    if single::<T>() {
-        strips::<T, 16, 3, true>(left, right, out, first_row);
-    } else {
-        strips::<T, 8, 3, true>(left, right, out, first_row);
-    }
+/// The arguments of [`Packed::times_from`].
+struct Product<'a, T> {
+    left: &'a Packed<T>,
+    right: View<'a, T>,
+    out: &'a mut [T],
+    first_row: &'a dyn Fn(usize) -> usize,
 }
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma")]
-fn times_fma<T: Real>(
-    left: &Packed<T>,
-    right: View<'_, T>,
-    out: &mut [T],
-    first_row: &dyn Fn(usize) -> usize,
-) {
-    if single::<T>() {
-        strips::<T, 8, 1, true>(left, right, out, first_row);
-    } else {
-        strips::<T, 4, 1, true>(left, right, out, first_row);
-    }
-}
-
-/// The product by slices of [`DEPTH`] terms, strips of [`STRIP`] columns, panels of rows.
-#[inline(always)]
-fn strips<T: Real, const L: usize, const V: usize, const FUSED: bool>(
-    left: &Packed<T>,
-    right: View<'_, T>,
-    out: &mut [T],
-    first_row: &dyn Fn(usize) -> usize,
-) {
-    let (rows, depth) = (left.rows, left.depth);
-    let width = L * V;
-    if rows == 0 || depth == 0 {
-        out.fill(T::ZERO);
-        return;
-    }
-    let panels = left.numbers.lanes::<L, V>();
-    let mut strips = vec![[T::ZERO; STRIP]; STRIPS * DEPTH.min(depth)];
-    for start in (0..depth).step_by(DEPTH) {
-        let count = DEPTH.min(depth - start);
-        for (group, out) in out.chunks_mut(STRIPS * STRIP * rows).enumerate() {
-            let first_column = group * STRIPS * STRIP;
-            let strips = &mut strips[..STRIPS * count];
-            right.strips(start, first_column, strips, count);
-            for (place, out) in out.chunks_mut(STRIP * rows).enumerate() {
-                let strip = &strips[place * count..][..count];
-                let skipped = first_row(first_column + place * STRIP) / width;
-                for (panel, left) in panels.chunks_exact(depth).enumerate().skip(skipped) {
-                    let left = &left[start..][..count];
-                    let first = panel * width;
-                    // The last panel may need one register only.
-                    if first + L < rows {
-                        write(
-                            &tile::<T, L, V, V, FUSED>(left, strip),
-                            first,
-                            start,
-                            rows,
-                            out,
-                        );
-                    } else {
-                        write(
-                            &tile::<T, L, V, 1, FUSED>(left, strip),
-                            first,
-                            start,
-                            rows,
-                            out,
-                        );
+impl<T: Real> Kernel for Product<'_, T> {
+    /// The product by slices of [`DEPTH`] terms, strips of [`STRIP`] columns, panels of rows.
+    #[inline(always)]
+    fn run<const L: usize, const V: usize, const FUSED: bool>(self) {
+        let (rows, depth) = (self.left.rows, self.left.depth);
+        let width = L * V;
+        if rows == 0 || depth == 0 {
+            self.out.fill(T::ZERO);
+            return;
+        }
+        let panels = self.left.numbers.lanes::<L, V>();
+        let mut strips = vec![[T::ZERO; STRIP]; STRIPS * DEPTH.min(depth)];
+        for start in (0..depth).step_by(DEPTH) {
+            let count = DEPTH.min(depth - start);
+            for (group, out) in self.out.chunks_mut(STRIPS * STRIP * rows).enumerate() {
+                let first_column = group * STRIPS * STRIP;
+                let strips = &mut strips[..STRIPS * count];
+                self.right.strips(start, first_column, strips, count);
+                for (place, out) in out.chunks_mut(STRIP * rows).enumerate() {
+                    let strip = &strips[place * count..][..count];
+                    let skipped = (self.first_row)(first_column + place * STRIP) / width;
+                    for (panel, left) in panels.chunks_exact(depth).enumerate().skip(skipped) {
+                        let left = &left[start..][..count];
+                        let first = panel * width;
+                        // The last panel may need one register only.
+                        if first + L < rows {
+                            let sums = tile::<T, L, V, V, FUSED>(left, strip);
+                            write(&sums, first, start, rows, out);
+                        } else {
+                            let sums = tile::<T, L, V, 1, FUSED>(left, strip);
+                            write(&sums, first, start, rows, out);
+                        }
                     }
                 }
             }
@@ -317,25 +219,26 @@ fn tile<T: Real, const L: usize, const V: usize, const U: usize, const FUSED: bo
 
 #[cfg(test)]
 mod tests {
-    use super::{DEPTH, Packed, Shape, gram_lower};
-    use crate::product::{View, multiply};
+    use super::{DEPTH, Packed, gram_lower};
+    use crate::lanes::InstructionSet;
     use crate::real::Real;
+    use crate::view::{View, multiply};
 
     fn numbers<T: Real>(count: usize, step: f64) -> Vec<T> {
         (0..count).map(|i| T::of((step * i as f64).sin())).collect()
     }
 
-    fn shapes() -> Vec<Shape> {
-        let mut shapes = vec![Shape::of_this_cpu()];
+    fn sets() -> Vec<InstructionSet> {
+        let mut sets = vec![InstructionSet::of_this_cpu()];
         #[cfg(target_arch = "x86_64")]
-        if shapes[0] == Shape::Avx512 {
-            shapes.push(Shape::Fma);
+        if sets[0] == InstructionSet::Avx512 {
+            sets.push(InstructionSet::Fma);
         }
-        shapes.push(Shape::Base);
-        shapes
+        sets.push(InstructionSet::Base);
+        sets
     }
 
-    /// The product by every shape against the general one, both ways round of the right operand.
+    /// The product by every instruction set against the general one, both ways round of the right operand.
     fn check<T: Real>(rows: usize, depth: usize, columns: usize, tolerance: f64) {
         let left: Vec<T> = numbers(rows * depth, 0.7);
         let right: Vec<T> = numbers(depth * columns, 0.3);
@@ -353,20 +256,20 @@ mod tests {
             rows,
         );
         let mut first: Option<Vec<T>> = None;
-        for shape in shapes() {
-            let packed = Packed::with_shape(&left, rows, shape);
+        for set in sets() {
+            let packed = Packed::for_set(&left, rows, set);
             let mut found = vec![T::of(f64::NAN); rows * columns];
             packed.times(straight, &mut found);
             for (found, expected) in found.iter().zip(&expected) {
                 let difference = (*found - *expected).to_f64().abs();
-                assert!(difference < tolerance, "{shape:?}: {found:?} {expected:?}");
+                assert!(difference < tolerance, "{set:?}: {found:?} {expected:?}");
             }
             let mut other = vec![T::of(f64::NAN); rows * columns];
             packed.times(View::columns(&turned, columns).transposed(), &mut other);
-            assert_eq!(found, other, "{shape:?}, transposed");
+            assert_eq!(found, other, "{set:?}, transposed");
             // Fused multiply-add rounds the same whatever the width of the registers.
-            if shape != Shape::Base {
-                assert_eq!(*first.get_or_insert(found.clone()), found, "{shape:?}");
+            if set != InstructionSet::Base {
+                assert_eq!(*first.get_or_insert(found.clone()), found, "{set:?}");
             }
         }
     }

@@ -7,7 +7,8 @@ use crate::block::BLOCK_COLUMNS;
 use crate::columns::Columns;
 use crate::data::{check_rank, survey};
 use crate::error::LearnError;
-use crate::product::{View, add, chunk_width, gram, multiply, squared_norm, squared_residual};
+use crate::product::{add, gram, squared_norm, squared_residual};
+use crate::view::{View, chunk_width, multiply};
 use rayon::prelude::*;
 
 /// Share of the largest variance below which a component is rounding, not motion: the components

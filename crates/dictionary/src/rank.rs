@@ -40,7 +40,7 @@ pub enum RankMethod<'a> {
 pub struct HeldOut {
     /// Root mean square, metres.
     pub rms_m: f64,
-    /// Its standard error over takes (over stretches of a single take), metres; `None` where only
+    /// Its standard error over takes (over intervals of a single take), metres; `None` where only
     /// one of them was left out.
     pub standard_error_m: Option<f64>,
 }
@@ -69,8 +69,8 @@ pub struct RankPoint {
 pub enum RankGroups {
     /// By take.
     Takes,
-    /// By stretches of the only take.
-    Stretches,
+    /// By intervals of the only take.
+    Intervals,
 }
 
 /// How good dictionaries of different ranks are.
@@ -90,7 +90,7 @@ pub struct RankCurve {
     pub left_out: usize,
     /// How they were left out.
     pub by: RankGroups,
-    /// Takes, or stretches of the only one.
+    /// Takes, or intervals of the only one.
     pub groups: usize,
     /// Samples of each left-out segment that were hidden and predicted.
     pub hidden: Range<usize>,
@@ -118,7 +118,7 @@ pub struct RankSuggestion {
 
 /// Learns dictionaries of the given ranks and judges each on segments left out of learning.
 ///
-/// Segments are left out by take ([`folds`]; a single take by stretches), never by segment: overlapping
+/// Segments are left out by take ([`folds`]; a single take by intervals), never by segment: overlapping
 /// or neighbouring segments are nearly the same. For each group the dictionary is learned from the
 /// others, and the group's segments are
 ///
@@ -301,7 +301,7 @@ impl<'a> Judge<'a> {
             segments,
             folds,
             by: if one_take {
-                RankGroups::Stretches
+                RankGroups::Intervals
             } else {
                 RankGroups::Takes
             },
@@ -313,11 +313,11 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// Which take or stretch a left-out segment belongs to.
+    /// Which take or interval a left-out segment belongs to.
     fn group(&self, fold: usize, segment: usize) -> usize {
         match self.by {
             RankGroups::Takes => self.segments.origins()[segment].take,
-            RankGroups::Stretches => fold,
+            RankGroups::Intervals => fold,
         }
     }
 

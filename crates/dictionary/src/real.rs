@@ -4,6 +4,27 @@ use std::fmt::Debug;
 use std::iter::Sum;
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
+use serde::{Deserialize, Serialize};
+
+/// Activations of a block (rank x its columns), metres.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Activations {
+    /// In double precision.
+    F64(Vec<f64>),
+    /// In single precision.
+    F32(Vec<f32>),
+}
+
+impl Activations {
+    /// The numbers in double precision.
+    pub fn to_f64(&self) -> Vec<f64> {
+        match self {
+            Activations::F64(values) => values.clone(),
+            Activations::F32(values) => values.iter().map(|v| f64::from(*v)).collect(),
+        }
+    }
+}
+
 /// `f32` or `f64`: what the products and the descent need of a number.
 ///
 /// Vector widths follow from the size of the type: a register of the same instruction set holds
@@ -54,6 +75,12 @@ pub(crate) trait Real:
     /// Neither infinite nor NaN.
     fn is_finite(self) -> bool;
 
+    /// Activations of these numbers.
+    fn stored(values: Vec<Self>) -> Activations;
+
+    /// The numbers of activations, where they are of this kind.
+    fn restored(activations: Activations) -> Option<Vec<Self>>;
+
     /// `c = alpha * a * b + beta * c` for `a` (`m` x `k`), `b` (`k` x `n`), `c` (`m` x `n`), each a
     /// pointer with the strides of rows and columns.
     ///
@@ -79,7 +106,7 @@ pub(crate) trait Real:
 }
 
 macro_rules! real {
-    ($number:ident, $gemm:ident, $direct_residual_below:literal) => {
+    ($number:ident, $stored:ident, $gemm:ident, $direct_residual_below:literal) => {
         impl Real for $number {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
@@ -110,6 +137,17 @@ macro_rules! real {
                 $number::is_finite(self)
             }
 
+            fn stored(values: Vec<Self>) -> Activations {
+                Activations::$stored(values)
+            }
+
+            fn restored(activations: Activations) -> Option<Vec<Self>> {
+                match activations {
+                    Activations::$stored(values) => Some(values),
+                    _ => None,
+                }
+            }
+
             #[expect(unsafe_code, reason = "matrixmultiply takes pointers")]
             unsafe fn gemm(
                 m: usize,
@@ -133,5 +171,5 @@ macro_rules! real {
     };
 }
 
-real!(f64, dgemm, 1e-6);
-real!(f32, sgemm, 3e-2);
+real!(f64, F64, dgemm, 1e-6);
+real!(f32, F32, sgemm, 3e-2);

@@ -1,9 +1,9 @@
-//! Learning deviations from the smooth curve.
+//! Learning deviations from the cubic Hermite baseline.
 //!
-//! `ends` (end conditions as numbers, checked), `primitives` (principal components of each finger's
+//! `ends` (boundary conditions as numbers, checked), `primitives` (principal components of each finger's
 //! deviation), `profile` (what all coordinates share), `folds` (which takes are left out of what),
 //! `validation` (kernel widths and weights by predicting left-out takes), `blend` (the weights
-//! themselves), `calibration` (corridors).
+//! themselves), `calibration` (widths of prediction regions).
 
 mod blend;
 mod calibration;
@@ -22,11 +22,11 @@ pub use folds::{Fold, folds};
 use crate::data::survey;
 use crate::error::LearnError;
 use ends::{check_layout, ends_matrix, ends_moments};
-use primitives::Primitives;
+use primitives::{Demonstrations, Primitives};
 use profile::Sums;
-use validation::{Demonstrations, validate};
+use validation::validate;
 
-/// Settings of deviations from the smooth curve.
+/// Settings of deviations from the cubic Hermite baseline.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ResidualSettings {
     /// Primitives of each finger's deviation, and of the object's: fewer where the segments have no
@@ -41,16 +41,16 @@ impl Default for ResidualSettings {
     }
 }
 
-/// Learns how motion deviates from the smooth curve through its end conditions.
+/// Learns how motion deviates from the cubic Hermite baseline through its boundary conditions.
 ///
-/// Deviations are the segments less [`smooth_basis`] times their end conditions. Primitives are the
+/// Deviations are the segments less [`smooth_basis`] times their boundary conditions. Primitives are the
 /// principal components (about zero) of each finger's deviations, and of the object's where the
-/// layout has it; there is none where a finger follows the smooth curve to a nanometre. What to
+/// layout has it; there is none where a finger follows the cubic Hermite baseline to a nanometre. What to
 /// expect of a deviation is learned as [`Expectation`] says; kernel widths
 /// and weights are those that predict segments of left-out takes best (mean distance over fingers
-/// and instants), drawn back towards the smooth curve as far as the gain could be chance
-/// ([`Validation`](inhand_model::Validation)). The covariance of the activations and the corridors'
-/// calibration come from the same predictions, so they show what is not known beforehand.
+/// and instants), drawn back towards the cubic Hermite baseline as far as the gain could be chance
+/// ([`Validation`](inhand_model::Validation)). The covariance of the activations and the calibration
+/// of prediction regions come from the same predictions, so they show what is not known beforehand.
 ///
 /// Nothing is random and nothing depends on the number of threads.
 ///
@@ -61,7 +61,7 @@ impl Default for ResidualSettings {
 ///
 /// [`LearnError::Setting`] for settings without primitives, and for segments of a single sample or
 /// without a rate; [`LearnError::Data`] for no segments, numbers that are not finite, a fingertip that
-/// never moves, and end conditions without the object of the layout, that are no numbers, or not those
+/// never moves, and boundary conditions without the object of the layout, that are no numbers, or not those
 /// of the segment.
 pub fn learn_residual(
     segments: &Segments,
@@ -129,7 +129,7 @@ fn supported(segments: &Segments, most: usize) -> usize {
     most.min((apart / 4).max(1))
 }
 
-/// The segments less their smooth curves (rows x n), metres.
+/// The segments less their cubic Hermite baselines (rows x n), metres.
 fn deviations_m(segments: &Segments, ends: &DMatrix<f64>) -> DMatrix<f64> {
     let layout = segments.layout();
     let basis = smooth_basis(layout);

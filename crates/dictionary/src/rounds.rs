@@ -9,17 +9,17 @@
 use inhand_model::{SegmentLayout, StopReason};
 use serde::{Deserialize, Serialize};
 
-use crate::block::{BLOCK_COLUMNS, Basis, Block, Fit};
+use crate::block::{BLOCK_COLUMNS, Basis, Block};
 use crate::columns::Columns;
-use crate::data::{Survey, at_every_sample, check_rank, survey};
+use crate::data::{at_every_sample, check_rank, survey};
 use crate::descent::{Gram, descend_all};
 use crate::error::LearnError;
 use crate::missing::Missing;
 use crate::multiplicative;
 use crate::product::squared_norm;
-use crate::real::Real;
+use crate::random;
+use crate::real::{Activations, Real};
 use crate::settings::{NmfSettings, Penalty, Precision, Update};
-use crate::start;
 use crate::sums::Sums;
 
 /// Error relative to the data, as norms, at which a fit is exact: what is left is rounding, and
@@ -62,25 +62,6 @@ pub struct NmfState {
     pub stop: Option<StopReason>,
 }
 
-/// Activations of a block (rank x its columns), metres.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Activations {
-    /// In double precision.
-    F64(Vec<f64>),
-    /// In single precision.
-    F32(Vec<f32>),
-}
-
-impl Activations {
-    /// The numbers in double precision.
-    pub fn to_f64(&self) -> Vec<f64> {
-        match self {
-            Activations::F64(values) => values.clone(),
-            Activations::F32(values) => values.iter().map(|v| f64::from(*v)).collect(),
-        }
-    }
-}
-
 /// Number of blocks of so many segments.
 pub const fn blocks(segments: usize) -> usize {
     segments.div_ceil(BLOCK_COLUMNS)
@@ -94,17 +75,17 @@ impl NmfProblem {
     /// As [`learn_nmf`](crate::learn_nmf).
     pub fn new(columns: &dyn Columns, settings: &NmfSettings) -> Result<Self, LearnError> {
         settings.check()?;
-        let Survey { range, missing } = survey(columns, settings.may_miss)?;
+        let survey = survey(columns, settings.may_miss)?;
         let (layout, count) = (columns.layout(), columns.count());
         let rows = layout.rows();
         check_rank(settings.rank, count.min(rows), count, rows, "nmf")?;
-        let lowest: Vec<f64> = (range.min_m.iter())
+        let lowest: Vec<f64> = (survey.min_m.iter())
             .map(|min| min - settings.offset_margin_m)
             .collect();
         Ok(Self {
             layout,
             count,
-            numbers: rows * count - missing,
+            numbers: rows * count - survey.missing,
             offset_m: at_every_sample(layout, &lowest),
             settings: settings.clone(),
         })
@@ -160,7 +141,7 @@ impl NmfProblem {
         .ok_or_else(|| unfit_activations(block, state.round))
     }
 
-    fn sums_of<T: Stored>(
+    fn sums_of<T: Real>(
         &self,
         state: &NmfState,
         block: usize,
@@ -177,11 +158,8 @@ impl NmfProblem {
             let expected = self.settings.rank * data.count();
             (data.activations.len() == expected).then_some(())?;
         }
-        let fit = self.fit(state, &basis, self.block(block).start, &mut data);
-        let sums = Sums {
-            cross_m2: data.cross(self.settings.rank),
-            ..fit_sums(&data, fit)
-        };
+        let mut sums = self.fit(state, &basis, self.block(block).start, &mut data);
+        sums.cross_m2 = data.cross(self.settings.rank);
         Some((sums, T::stored(data.activations)))
     }
 
@@ -220,7 +198,7 @@ impl NmfProblem {
         basis: &Basis<T>,
         first: usize,
         block: &mut Block<T>,
-    ) -> Fit {
+    ) -> Sums {
         let settings = &self.settings;
         if state.round == 0 {
             block.start_activations(basis, state.seed, first);
@@ -358,7 +336,7 @@ impl NmfProblem {
         let dead = (0..rank).filter(|&j| !squares[j].is_normal());
         for j in dead {
             let purpose = (state.round - 1) * rank + j;
-            let segment = start::drawn_segment(self.count, state.seed, purpose);
+            let segment = random::drawn_segment(self.count, state.seed, purpose);
             let column = self.shifted::<f64>(self.read(columns, segment..segment + 1)?);
             let norm = squared_norm(&column.data).sqrt();
             for (numbers, v) in (state.primitives.chunks_exact_mut(rank)).zip(&column.data) {
@@ -392,50 +370,4 @@ pub(crate) fn column_squares(primitives: &[f64], rank: usize) -> Vec<f64> {
         }
     }
     squares
-}
-
-/// What a fit says for the sums, without the products with the data.
-pub(crate) fn fit_sums<T: Real>(block: &Block<T>, fit: Fit) -> Sums {
-    Sums {
-        count: block.count(),
-        squared_norm_m2: block.squared_norm(),
-        squared_residual_m2: fit.squared_residual,
-        activation_sum_m: fit.activation_sum,
-        activation_gram_m2: fit.activation_gram,
-        cross_m2: Vec::new(),
-    }
-}
-
-/// Numbers that activations are stored as.
-pub(crate) trait Stored: Real {
-    fn stored(values: Vec<Self>) -> Activations;
-
-    /// The numbers, where they are of this kind.
-    fn restored(activations: Activations) -> Option<Vec<Self>>;
-}
-
-impl Stored for f64 {
-    fn stored(values: Vec<f64>) -> Activations {
-        Activations::F64(values)
-    }
-
-    fn restored(activations: Activations) -> Option<Vec<f64>> {
-        match activations {
-            Activations::F64(values) => Some(values),
-            Activations::F32(_) => None,
-        }
-    }
-}
-
-impl Stored for f32 {
-    fn stored(values: Vec<f32>) -> Activations {
-        Activations::F32(values)
-    }
-
-    fn restored(activations: Activations) -> Option<Vec<f32>> {
-        match activations {
-            Activations::F32(values) => Some(values),
-            Activations::F64(_) => None,
-        }
-    }
 }

@@ -4,8 +4,9 @@ use nalgebra::DMatrix;
 
 use crate::packed::Packed;
 use crate::pca::{eigen_descending, transpose};
-use crate::product::{View, add, cross, dot, gram, squared_norm};
-use crate::start::{keyed, uniform};
+use crate::product::{add, cross, dot, gram, squared_norm};
+use crate::random::{keyed, uniform};
+use crate::view::View;
 
 /// Directions carried along beside those wanted: the last ones wanted settle by the gap to the first one
 /// that is not carried (Halko, Martinsson and Tropp 2011, section 4.2).

@@ -1,8 +1,8 @@
-//! Sums over blocks in one fixed order, whoever forms them.
+//! Sums over blocks in one fixed order, in one process or many.
 //!
 //! Floating-point sums depend on their order. The blocks are the leaves of a binary tree: blocks
 //! `2k` and `2k + 1` are added, then pairs of pairs, and so on. A process that has some of the blocks
-//! forms every sum of the tree that needs no others and hands those on; whoever has all of them gets
+//! forms every sum of the tree that needs no others and hands those on; a process with all of them gets
 //! the root with the same bits as a process that had every block. A run of neighbouring blocks gives
 //! at most two such sums for each level of the tree.
 

@@ -275,7 +275,7 @@ fn a_single_take_is_left_out_in_stretches() {
     )
     .unwrap();
     let curve = curve(&single, RankMethod::Pca, &[2, 5]);
-    assert_eq!((curve.by, curve.groups), (RankGroups::Stretches, 5));
+    assert_eq!((curve.by, curve.groups), (RankGroups::Intervals, 5));
     assert!(curve.suggestion().is_some());
 }
 

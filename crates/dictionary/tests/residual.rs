@@ -1,4 +1,4 @@
-//! Deviations from the smooth curve: what must come out exactly.
+//! Deviations from the cubic Hermite baseline: what must come out exactly.
 
 use inhand_model::ExpectationWeights;
 use nalgebra::{DMatrix, DVector};
@@ -103,7 +103,7 @@ fn one_demonstration_over_and_over_is_expected_as_it_was() {
 
 #[test]
 fn what_was_seen_once_is_no_expectation_but_a_spread() {
-    // There is nothing to leave out: the smooth curve is expected, and the one deviation says how
+    // There is nothing to leave out: the cubic Hermite baseline is expected, and the one deviation says how
     // far motion strays from it.
     let layout = layout(30, false);
     let x = conditions(layout, 0, 1);

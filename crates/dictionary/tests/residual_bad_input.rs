@@ -1,4 +1,4 @@
-//! Deviations from the smooth curve: input that cannot teach.
+//! Deviations from the cubic Hermite baseline: input that cannot teach.
 
 use inhand_dictionary::{ResidualSettings, learn_residual};
 use inhand_model::{EndConditions, SegmentLayout, SegmentOrigin, Segments, smooth_basis};
@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 
 use crate::residual_data::{around_smooth, conditions, ends, layout, numbers};
 
-/// Six segments in two takes, whose end conditions may be changed afterwards.
+/// Six segments in two takes, whose boundary conditions may be changed afterwards.
 fn six(layout: SegmentLayout, change: impl Fn(&mut Vec<EndConditions>)) -> Segments {
     let x = conditions(layout, 0, 6);
     let mut all = (0..6).map(|i| ends(&numbers(i, layout))).collect();
@@ -86,7 +86,7 @@ fn end_conditions_of_another_segment() {
     let error = refused(&segments);
     let place = "training segment 1 (take 0, sample 23): little axis 2 is";
     assert!(
-        error.starts_with(place) && error.contains("the end conditions say"),
+        error.starts_with(place) && error.contains("the boundary conditions say"),
         "{error}"
     );
     // Rounding is none.

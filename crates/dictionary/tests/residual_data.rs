@@ -1,4 +1,4 @@
-//! Segments around the smooth curve, made up here: end conditions and deviations are given.
+//! Segments around the cubic Hermite baseline, made up here: boundary conditions and deviations are given.
 
 use std::f64::consts::TAU;
 
@@ -30,7 +30,7 @@ pub(crate) fn normal(key: &[usize]) -> f64 {
     radius * (TAU * half(1)).cos()
 }
 
-/// End conditions as numbers: some centimetres apart, slow, the object a little turned.
+/// Boundary conditions as numbers: some centimetres apart, slow, the object a little turned.
 pub(crate) fn numbers(i: usize, layout: SegmentLayout) -> DVector<f64> {
     let first = |c| 0.05 * uniform(&[1, i, c]);
     let object = |a| 0.1 + 0.02 * uniform(&[4, i, a]);
@@ -44,7 +44,7 @@ pub(crate) fn numbers(i: usize, layout: SegmentLayout) -> DVector<f64> {
     })
 }
 
-/// End conditions from numbers.
+/// Boundary conditions from numbers.
 pub(crate) fn ends(numbers: &DVector<f64>) -> EndConditions {
     let part = |part: usize| {
         let mut configuration = [0.0; SEGMENT_COORDINATES];
@@ -85,7 +85,7 @@ pub(crate) fn layout(samples: usize, object: bool) -> SegmentLayout {
     }
 }
 
-/// Segments with these end conditions (d x n) and deviations (rows x n), side by side in takes of
+/// Segments with these boundary conditions (d x n) and deviations (rows x n), side by side in takes of
 /// `per_take`.
 pub(crate) fn around_smooth(
     layout: SegmentLayout,
@@ -105,7 +105,7 @@ pub(crate) fn around_smooth(
         .expect("one origin and one pair of ends each")
 }
 
-/// End conditions number `from` to `from + count` (d x n).
+/// Boundary conditions number `from` to `from + count` (d x n).
 pub(crate) fn conditions(layout: SegmentLayout, from: usize, count: usize) -> DMatrix<f64> {
     let columns: Vec<_> = (from..from + count).map(|i| numbers(i, layout)).collect();
     DMatrix::from_columns(&columns)

@@ -1,4 +1,4 @@
-//! Deviations from the smooth curve: what holds for any segments.
+//! Deviations from the cubic Hermite baseline: what holds for any segments.
 
 use inhand_model::{Bandwidths, Residual, SegmentLayout, SegmentOrigin, Segments};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
@@ -9,7 +9,7 @@ use crate::residual_data::{
     mean_error_m, normal, numbers, uniform,
 };
 
-/// Deviations without relation to the end conditions, of five smooth shapes, metres.
+/// Deviations without relation to the boundary conditions, of five smooth shapes, metres.
 fn noise(layout: SegmentLayout, seed: usize, count: usize, size_m: f64) -> DMatrix<f64> {
     deviations(layout, count, |i, c, s| {
         let shape = |k: usize| (std::f64::consts::PI * (k as f64 + 1.0) * s).sin();
@@ -18,7 +18,7 @@ fn noise(layout: SegmentLayout, seed: usize, count: usize, size_m: f64) -> DMatr
     })
 }
 
-/// Deviations with a relation to the end conditions, and some noise, metres.
+/// Deviations with a relation to the boundary conditions, and some noise, metres.
 fn related(layout: SegmentLayout, x: &DMatrix<f64>, seed: usize) -> DMatrix<f64> {
     let noise = noise(layout, seed, x.ncols(), 3e-4);
     let known = deviations(layout, x.ncols(), |i, c, s| {
@@ -162,7 +162,7 @@ proptest! {
         let residual = learn(&around_smooth(layout, &x, &known, per_take));
         let validation = residual.validation;
         prop_assert!(validation.error_m <= validation.smooth_error_m * (1.0 + 1e-12));
-        // On segments that were not there: what the smooth curve does. What chance can do harm falls
+        // On segments that were not there: what the cubic Hermite baseline does. What chance can do harm falls
         // with the segments (worst of 2700 draws: half of this).
         let x = conditions(layout, seed + 10_000, 60);
         let fresh = noise(layout, seed + 1, 60, 1e-3);

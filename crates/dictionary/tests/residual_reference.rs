@@ -1,4 +1,4 @@
-//! Deviations from the smooth curve against plain NumPy and SciPy
+//! Deviations from the cubic Hermite baseline against plain NumPy and SciPy
 //! (`reference/make_residual_reference.py`).
 
 use inhand_dictionary::{ResidualSettings, learn_residual};

@@ -134,7 +134,9 @@ impl LearningFolder {
                 ),
             )
         };
-        if let Some(key) = first_difference(&self.plan.settings, settings) {
+        let [begun, now] = [&self.plan.settings, settings]
+            .map(|settings| serde_json::to_value(settings).unwrap_or_default());
+        if let Some(key) = first_difference(&begun, &now, "") {
             return Err(wrong(&format!("another value of setting {key}")));
         }
         if self.plan.takes.len() != takes.len() {
@@ -312,24 +314,14 @@ impl LearningFolder {
 }
 
 /// Name of the first setting that differs.
-fn first_difference(a: &Settings, b: &Settings) -> Option<String> {
-    fn walk(a: &Value, b: &Value, key: &str) -> Option<String> {
-        if a == b {
-            return None;
-        }
-        let (Value::Object(of_a), Value::Object(of_b)) = (a, b) else {
-            return Some(key.to_owned());
-        };
-        let names = of_a.keys().chain(of_b.keys());
-        names.into_iter().find_map(|name| {
-            let of = |map: &serde_json::Map<String, Value>| map.get(name).cloned();
-            let [a, b] = [of(of_a), of(of_b)].map(Option::unwrap_or_default);
-            let dot = if key.is_empty() { "" } else { "." };
-            walk(&a, &b, &format!("{key}{dot}{name}"))
-        })
-    }
-    let value = |settings| serde_json::to_value(settings).unwrap_or_default();
-    walk(&value(a), &value(b), "")
+fn first_difference(a: &Value, b: &Value, key: &str) -> Option<String> {
+    let (Value::Object(in_a), Value::Object(in_b)) = (a, b) else {
+        return (a != b).then(|| key.to_owned());
+    };
+    in_a.keys().chain(in_b.keys()).find_map(|name| {
+        let dot = if key.is_empty() { "" } else { "." };
+        first_difference(&a[name], &b[name], &format!("{key}{dot}{name}"))
+    })
 }
 
 fn plan_path(root: &Path) -> PathBuf {

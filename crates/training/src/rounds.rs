@@ -260,35 +260,28 @@ fn shard_sums(
 /// round: which file, and why. Nothing is written then.
 pub fn update(folder: &LearningFolder, sums: &[PathBuf]) -> Result<Updated, SessionError> {
     let mut current = current(folder)?;
-    if current.state.stop.is_some() {
-        // A call that was killed may have left the next start to be begun.
-        begin_next(folder, &current)?;
-        return Ok(Updated {
-            measured: current.progress(),
-            progress: self::current(folder)?.progress(),
-        });
-    }
-    let total = total(folder, &current, sums)?;
-    let columns = TableColumns::new(folder)?;
     let round = current.state.round;
-    let before = std::mem::take(&mut current.state);
-    current.state = (current.problem)
-        .update(before, &total, &columns)
-        .during("learning")?;
-    folder.write_state(current.start, &current.state)?;
-    let measured = Progress {
-        round,
-        ..current.progress()
-    };
-    // What the round read is needed no more, nor what a killed update left behind.
-    for older in folder.rounds(current.start).filter(|&older| older < round) {
-        remove(&folder.round(current.start, older))?;
+    if current.state.stop.is_none() {
+        let total = total(folder, &current, sums)?;
+        let columns = TableColumns::new(folder)?;
+        let before = std::mem::take(&mut current.state);
+        let next = current.problem.update(before, &total, &columns);
+        current.state = next.during("learning")?;
+        folder.write_state(current.start, &current.state)?;
+        // What the round read is needed no more, nor what a killed update left behind.
+        for older in folder.rounds(current.start).filter(|&older| older < round) {
+            remove(&folder.round(current.start, older))?;
+        }
     }
     if current.state.stop.is_some() {
+        // Also where a call that was killed left the next start to be begun.
         begin_next(folder, &current)?;
     }
     Ok(Updated {
-        measured,
+        measured: Progress {
+            round,
+            ..current.progress()
+        },
         progress: self::current(folder)?.progress(),
     })
 }

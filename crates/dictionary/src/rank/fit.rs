@@ -5,7 +5,8 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 
 use crate::descent::{Gram, descend_until};
 use crate::error::LearnError;
-use crate::product::{View, gram, multiply};
+use crate::product::gram;
+use crate::view::{View, multiply};
 
 /// Most checks for convergence of coordinate descent, and sweeps between two.
 const CHECKS_AND_SWEEPS: (usize, usize) = (50, 20);

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::HeldOut;
 
-/// Squared errors by group: a take, or a stretch of the only one.
+/// Squared errors by group: a take, or a interval of the only one.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Errors {
     groups: BTreeMap<usize, Sum>,

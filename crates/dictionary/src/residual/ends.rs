@@ -1,4 +1,4 @@
-//! End conditions as numbers, checked against the segments they belong to.
+//! Boundary conditions as numbers, checked against the segments they belong to.
 
 use inhand_model::{OBJECT_COORDINATES, SEGMENT_COORDINATES, SegmentLayout, Segments, ends_len};
 use nalgebra::{DMatrix, DVector};
@@ -7,12 +7,12 @@ use crate::covariance::moments_of;
 use crate::data::named;
 use crate::error::LearnError;
 
-/// How far a segment's first and last sample may lie from its end conditions, metres: a marker is
-/// known no better. The smooth curve leads from one end condition to the other, so a segment that
+/// How far a segment's first and last sample may lie from its boundary conditions, metres: a marker is
+/// known no better. The cubic Hermite baseline leads from one boundary condition to the other, so a segment that
 /// begins elsewhere would have a deviation with a jump.
 const TOLERANCE_M: f64 = 1e-6;
 
-/// End conditions as columns (d x n).
+/// Boundary conditions as columns (d x n).
 ///
 /// The object's rotation is that of the segment's column: it is the same, but for a segment in which
 /// the object turns by more than half a turn, where the two poses alone would tell the way back.
@@ -63,7 +63,7 @@ fn check_finite(
     )))
 }
 
-/// Checks that the segment begins and ends where its end conditions say.
+/// Checks that the segment begins and ends where its boundary conditions say.
 fn check_same(
     segments: &Segments,
     segment: usize,
@@ -89,8 +89,8 @@ fn check_same(
         if (numbers[number] - column[row]).abs() > TOLERANCE_M {
             let origin = segments.origins()[segment];
             return Err(LearnError::Data(format!(
-                "training segment {segment} (take {}, sample {}): {} is {} m, but the end conditions say \
-                 {} m: give each segment its own end conditions",
+                "training segment {segment} (take {}, sample {}): {} is {} m, but the boundary conditions say \
+                 {} m: give each segment its own boundary conditions",
                 origin.take,
                 origin.start + t,
                 named(coordinate),
@@ -102,7 +102,7 @@ fn check_same(
     Ok(())
 }
 
-/// Mean and covariance of the end conditions, shrunk in units of their standard deviations:
+/// Mean and covariance of the boundary conditions, shrunk in units of their standard deviations:
 /// positions and velocities have no common scale.
 pub(super) fn ends_moments(
     ends: &DMatrix<f64>,

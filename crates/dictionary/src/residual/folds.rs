@@ -6,8 +6,8 @@ use inhand_model::SegmentOrigin;
 
 /// Most groups of takes.
 const MOST_FOLDS: usize = 8;
-/// Stretches of a single take that are left out in turn.
-const STRETCHES: usize = 5;
+/// Intervals of a single take that are left out in turn.
+const INTERVALS: usize = 5;
 /// Most segments predicted, over all groups.
 const MOST_SEGMENTS: usize = 600;
 
@@ -21,8 +21,8 @@ pub struct Fold {
 }
 
 /// Groups of segments for cross-validation, from where each segment starts and how many samples it
-/// has. Groups by take; with a single take, stretches of it, and segments that reach into the left-out
-/// stretch are in neither list. Groups without a segment on one side are dropped.
+/// has. Groups by take; with a single take, intervals of it, and segments that reach into the left-out
+/// interval are in neither list. Groups without a segment on one side are dropped.
 pub fn folds(origins: &[SegmentOrigin], samples: usize) -> Vec<Fold> {
     let mut takes: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for (segment, origin) in origins.iter().enumerate() {
@@ -31,7 +31,7 @@ pub fn folds(origins: &[SegmentOrigin], samples: usize) -> Vec<Fold> {
     let mut folds = if takes.len() > 1 {
         by_take(&takes)
     } else {
-        by_stretch(origins, samples)
+        by_interval(origins, samples)
     };
     for fold in &mut folds {
         fold.left_out = apart(&fold.left_out, origins, samples);
@@ -60,13 +60,13 @@ fn by_take(takes: &BTreeMap<usize, Vec<usize>>) -> Vec<Fold> {
         .collect()
 }
 
-fn by_stretch(origins: &[SegmentOrigin], samples: usize) -> Vec<Fold> {
+fn by_interval(origins: &[SegmentOrigin], samples: usize) -> Vec<Fold> {
     let starts = || origins.iter().map(|origin| origin.start);
     let (Some(first), Some(last)) = (starts().min(), starts().max()) else {
         return Vec::new();
     };
-    let length = (last + samples - first).div_ceil(STRETCHES);
-    (0..STRETCHES)
+    let length = (last + samples - first).div_ceil(INTERVALS);
+    (0..INTERVALS)
         .map(|i| {
             let (from, to) = (first + i * length, first + (i + 1) * length);
             let inside = |start: usize| start >= from && start + samples <= to;
@@ -141,10 +141,10 @@ mod tests {
     }
 
     #[test]
-    fn stretches_of_one_take_share_no_sample() {
+    fn intervals_of_one_take_share_no_sample() {
         let origins = origins(1, 200, 7);
         let folds = folds(&origins, 100);
-        assert_eq!(folds.len(), STRETCHES);
+        assert_eq!(folds.len(), INTERVALS);
         for fold in &folds {
             for &left_out in &fold.left_out {
                 for &known in &fold.known {

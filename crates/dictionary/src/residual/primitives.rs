@@ -5,7 +5,8 @@ use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use crate::pca::{eigen_descending, point_up};
-use crate::product::{View, gram, multiply};
+use crate::product::gram;
+use crate::view::{View, multiply};
 
 /// Share of the largest variance below which a component is rounding, not motion.
 const SMALLEST_VARIANCE: f64 = 1e-12;
@@ -31,6 +32,18 @@ pub(super) struct Primitives {
     parts: Vec<Part>,
     /// For each part, primitives as columns (width N x size).
     blocks: Vec<DMatrix<f64>>,
+}
+
+/// Everything that is learned from, by segment.
+pub(super) struct Demonstrations<'a> {
+    pub(super) layout: SegmentLayout,
+    pub(super) primitives: &'a Primitives,
+    /// Boundary conditions (d x n).
+    pub(super) ends: &'a DMatrix<f64>,
+    /// Deviations from the cubic Hermite baseline (rows x n), metres.
+    pub(super) deviations_m: &'a DMatrix<f64>,
+    /// Their activations (r x n), metres.
+    pub(super) activations_m: &'a DMatrix<f64>,
 }
 
 fn parts(layout: SegmentLayout) -> Vec<Part> {

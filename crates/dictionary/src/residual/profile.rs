@@ -9,7 +9,7 @@ use inhand_model::{OBJECT_COORDINATES, SEGMENT_COORDINATES, SegmentLayout, ends_
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
-use super::validation::Demonstrations;
+use super::primitives::Demonstrations;
 
 /// Ridge relative to the mean of the inputs' squares: enough to make the answer unique.
 const RIDGE: f64 = 1e-3;
@@ -17,7 +17,7 @@ const RIDGE: f64 = 1e-3;
 /// them must not grow beyond bounds.
 const SMALLEST_RIDGE_M2: f64 = 1e-12;
 
-/// One input of a coordinate, as a combination of end conditions: (index, factor).
+/// One input of a coordinate, as a combination of boundary conditions: (index, factor).
 type Input = Vec<(usize, f64)>;
 
 /// Coordinates that share their profiles.

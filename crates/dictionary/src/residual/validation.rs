@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::blend::{Points, blend, mean_distance};
 use super::calibration::{calibrate, covariances_m2};
 use super::folds::{Fold, folds};
-use super::primitives::Primitives;
+use super::primitives::{Demonstrations, Primitives};
 use super::profile::Sums;
 use crate::covariance::moments_about_zero;
 
@@ -22,23 +22,11 @@ const FINGER_WIDTHS: [f64; 4] = [0.35, 0.5, 0.7, 1.0];
 /// Smallest variance of an activation, m²: no marker is known better than a micrometre, and a
 /// spread of zero could not be inverted.
 const SMALLEST_VARIANCE_M2: f64 = 1e-12;
-/// Fewest left-out segments that can speak for anything but the smooth curve: five numbers (two
+/// Fewest left-out segments that can speak for anything but the cubic Hermite baseline: five numbers (two
 /// widths, three weights) are chosen on them, and their gains' spread is estimated from them.
 const LEAST_SEGMENTS: usize = 10;
 /// Instants of a segment at which predictions are compared; neighbouring ones tell the same.
 const INSTANTS: usize = 12;
-
-/// Everything that is learned from, by segment.
-pub(super) struct Demonstrations<'a> {
-    pub(super) layout: SegmentLayout,
-    pub(super) primitives: &'a Primitives,
-    /// End conditions (d x n).
-    pub(super) ends: &'a DMatrix<f64>,
-    /// Deviations from the smooth curve (rows x n), metres.
-    pub(super) deviations_m: &'a DMatrix<f64>,
-    /// Their activations (r x n), metres.
-    pub(super) activations_m: &'a DMatrix<f64>,
-}
 
 /// Left-out segments with their predictions, and what was recorded of them.
 struct LeftOut {
@@ -102,7 +90,7 @@ pub(super) fn validate(
 
     let remainders = remainders_m(demonstrations, predicted, choice);
     let covariance_m2 = covariance_m2(if predicted.segments.is_empty() {
-        // Nothing was predicted: the smooth curve is all that is expected.
+        // Nothing was predicted: the cubic Hermite baseline is all that is expected.
         demonstrations.activations_m
     } else {
         &remainders

@@ -203,7 +203,7 @@ fn figure_point(point: &RankPoint) -> RankFigurePoint {
 const fn groups(curve: &RankCurve) -> &'static str {
     match curve.by {
         RankGroups::Takes => "takes",
-        RankGroups::Stretches => "ranges of one take",
+        RankGroups::Intervals => "ranges of one take",
     }
 }
 

@@ -7,8 +7,7 @@
 //!
 //! ```
 //! use inhand_dictionary::{NmfSettings, activations, learn_nmf};
-//! use inhand_model::{Demonstrated, EndConditions, Hull, PerFinger, SegmentLayout};
-//! use inhand_model::{SegmentOrigin, Segments, VelocityBounds};
+//! use inhand_model::{Demonstrated, EndConditions, SegmentLayout, SegmentOrigin, Segments};
 //! use nalgebra::DMatrix;
 //!
 //! // Twenty segments of ten samples; the pipeline cuts them from recordings.
@@ -24,15 +23,8 @@
 //! # };
 //! # let origins = (0..20).map(|i| SegmentOrigin { take: 0, start: 10 * i }).collect();
 //! # let segments = Segments::new(layout, columns_m, origins, vec![ends; 20], 0)?;
-//! # let hull = Hull {
-//! #     vertices_m: vec![], triangles: vec![], normals: vec![], offsets_m: vec![],
-//! # };
-//! # let demonstrated = Demonstrated {
-//! #     hulls: PerFinger::from_fn(|_| hull.clone()),
-//! #     velocity: VelocityBounds { min_m_s: [-1.0; 15], max_m_s: [1.0; 15] },
-//! # };
 //! let settings = NmfSettings { rank: 6, ..NmfSettings::default() };
-//! let dictionary = learn_nmf(&segments, demonstrated, &settings)?;
+//! let dictionary = learn_nmf(&segments, Demonstrated::default(), &settings)?;
 //! assert!(dictionary.learning.rms_m < 1e-3);
 //!
 //! let h = activations(&dictionary, segments.column_m(3))?;

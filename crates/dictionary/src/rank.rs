@@ -179,10 +179,12 @@ pub fn rank_curve(
     let judge = Judge::new(segments, &folds);
     let (spread_m2, numbers) = squared_deviation_m2(segments);
     let mut points = Vec::with_capacity(ranks.len());
+    let mut groups = 0;
     for rank in ranks {
         let training_rms_m = learner.learned(None, rank)?.learning.rms_m;
         let squares_m2 = training_rms_m.powi(2) * numbers as f64;
         let (reconstructed, predicted) = judge.errors(&learner, rank)?;
+        groups = predicted.groups();
         let point = RankPoint {
             rank,
             training_rms_m,
@@ -204,7 +206,7 @@ pub fn rank_curve(
         segments: segments.len(),
         left_out: folds.iter().map(|fold| fold.left_out.len()).sum(),
         by: judge.by,
-        groups: judge.groups(),
+        groups,
         hidden: judge.hidden_samples,
         rate_hz: layout.rate_hz,
     })
@@ -254,9 +256,9 @@ fn check(layout: SegmentLayout, ranks: &[usize]) -> Result<(), LearnError> {
 
 /// Folds whose left-out segments have all their numbers; others cannot judge.
 fn whole(mut folds: Vec<Fold>, segments: &Segments) -> Vec<Fold> {
-    let complete = |segment: usize| segments.column_m(segment).iter().all(|v| v.is_finite());
     for fold in &mut folds {
-        fold.left_out.retain(|&segment| complete(segment));
+        fold.left_out
+            .retain(|&segment| segments.is_complete(segment));
     }
     folds.retain(|fold| !fold.left_out.is_empty());
     folds
@@ -319,16 +321,6 @@ impl<'a> Judge<'a> {
             RankGroups::Takes => self.segments.origins()[segment].take,
             RankGroups::Intervals => fold,
         }
-    }
-
-    fn groups(&self) -> usize {
-        let mut errors = Errors::default();
-        for (number, fold) in self.folds.iter().enumerate() {
-            for &segment in &fold.left_out {
-                errors.add(self.group(number, segment), 0.0, 1);
-            }
-        }
-        errors.groups()
     }
 
     /// Errors of reconstruction and of prediction.

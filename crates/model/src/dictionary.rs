@@ -75,7 +75,7 @@ pub struct Restart {
 }
 
 /// Bounds on the velocity of each coordinate, m/s.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct VelocityBounds {
     /// Lower bounds, finger then axis.
     pub min_m_s: Configuration,
@@ -85,7 +85,7 @@ pub struct VelocityBounds {
 
 /// A convex hull by its corners and by the half-spaces `normal * x <= offset` whose intersection
 /// it is: one for each triangle of its surface, in the order of the triangles.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Hull {
     /// Corners, metres.
     pub vertices_m: Vec<[f64; 3]>,
@@ -98,7 +98,7 @@ pub struct Hull {
 }
 
 /// What the training takes showed, as constraints for new motion.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Demonstrated {
     /// Hull of each fingertip's positions over the training takes, hand frame.
     pub hulls: PerFinger<Hull>,

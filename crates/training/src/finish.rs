@@ -75,7 +75,7 @@ pub fn learn_in(
     watch: &mut dyn FnMut(&Progress),
 ) -> Result<Learned, SessionError> {
     let plan = folder.plan();
-    let size = 8 * plan.segments * plan.layout().rows();
+    let size = 8 * plan.segments * plan.layout.rows();
     let is_nmf = plan.settings.learn.kind == DictionaryKind::Nmf;
     if is_nmf && (keep_rounds || size > IN_MEMORY_BYTES) {
         let begin = Instant::now();
@@ -162,7 +162,11 @@ fn with_the_rest(
             choice,
             ..dictionary
         },
-        provenance: provenance("learn", settings, folder.plan().inputs()),
+        provenance: provenance(
+            "learn",
+            settings,
+            folder.plan().takes.iter().map(|take| take.file.clone()),
+        ),
         primitives_s,
         deviations_s: begin.elapsed().as_secs_f64(),
     })

@@ -5,10 +5,14 @@ use std::path::{Path, PathBuf};
 use inhand_dictionary::{Activations, NmfProblem, NmfState};
 use inhand_model::{Demonstrated, Finger, InputHash, PerFinger, SegmentLayout};
 use inhand_session::{SessionError, Settings, TOOL, hex_sha256, write_text};
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::file::{self, Label};
+
+/// Label of the problem's file, which belongs to no round.
+const PROBLEM: (&str, usize, usize) = ("problem", 0, 0);
 
 /// Version of the folder's form.
 pub(crate) const FORMAT: u32 = 2;
@@ -21,12 +25,8 @@ pub struct LearningPlan {
     pub format: u32,
     /// Tool and version that made it.
     pub tool: String,
-    /// Samples per second of every take.
-    pub rate_hz: f64,
-    /// Samples of a segment.
-    pub samples: usize,
-    /// Whether segments carry the object.
-    pub object: bool,
+    /// Shape of the segments.
+    pub layout: SegmentLayout,
     /// Training segments.
     pub segments: usize,
     /// Segments that the takes would have given without gaps in addition.
@@ -43,10 +43,8 @@ pub struct LearningPlan {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PlannedTake {
-    /// Name of its file.
-    pub name: String,
-    /// SHA-256 of its file.
-    pub sha256: String,
+    /// Its file.
+    pub file: InputHash,
     /// Samples.
     pub samples: usize,
     /// Training segments in it.
@@ -54,23 +52,6 @@ pub struct PlannedTake {
 }
 
 impl LearningPlan {
-    /// Shape of the segments.
-    pub const fn layout(&self) -> SegmentLayout {
-        SegmentLayout {
-            samples: self.samples,
-            rate_hz: self.rate_hz,
-            object: self.object,
-        }
-    }
-
-    /// The takes as inputs of a step.
-    pub fn inputs(&self) -> impl Iterator<Item = InputHash> {
-        self.takes.iter().map(|take| InputHash {
-            name: take.name.clone(),
-            sha256: take.sha256.clone(),
-        })
-    }
-
     fn json(&self) -> String {
         serde_json::to_string_pretty(self).map_or_else(|e| e.to_string(), |text| text + "\n")
     }
@@ -145,11 +126,11 @@ impl LearningFolder {
         }
         for (planned, path) in self.plan.takes.iter().zip(takes) {
             let bytes = std::fs::read(path).map_err(SessionError::io("read", path))?;
-            if hex_sha256(&bytes) != planned.sha256 {
+            if hex_sha256(&bytes) != planned.file.sha256 {
                 return Err(wrong(&format!(
                     "another take in the place of {} ({})",
                     path.display(),
-                    planned.name
+                    planned.file.name
                 )));
             }
         }
@@ -221,13 +202,32 @@ impl LearningFolder {
             .max()
     }
 
-    pub(crate) fn label(&self, kind: &str, start: usize, round: usize) -> Label {
+    fn label(&self, (kind, start, round): (&str, usize, usize)) -> Label {
         Label {
             kind: kind.to_owned(),
             id: self.id.clone(),
             start,
             round,
         }
+    }
+
+    /// Writes a file of this run: its kind, start and round are part of it.
+    pub(crate) fn write(
+        &self,
+        path: &Path,
+        label: (&str, usize, usize),
+        value: &impl Serialize,
+    ) -> Result<(), SessionError> {
+        file::write(path, &self.label(label), value, true)
+    }
+
+    /// Reads a file of this run, which has to be of this kind, start and round.
+    pub(crate) fn read<T: DeserializeOwned>(
+        &self,
+        path: &Path,
+        label: (&str, usize, usize),
+    ) -> Result<T, SessionError> {
+        file::read(path, &self.label(label))
     }
 
     /// Writes what does not change from round to round.
@@ -238,21 +238,19 @@ impl LearningFolder {
     ) -> Result<(), SessionError> {
         let hulls = Finger::ALL.map(|finger| &demonstrated.hulls[finger]);
         let content = (problem, hulls, demonstrated.velocity);
-        let path = self.root.join("problem.bin");
-        file::write(&path, &self.label("problem", 0, 0), &content, true)
+        self.write(&self.root.join("problem.bin"), PROBLEM, &content)
     }
 
     /// Reads what does not change from round to round.
     pub(crate) fn problem(&self) -> Result<(NmfProblem, Demonstrated), SessionError> {
-        let path = self.root.join("problem.bin");
-        let (problem, hulls, velocity) = file::read(&path, &self.label("problem", 0, 0))?;
+        let (problem, hulls, velocity) = self.read(&self.root.join("problem.bin"), PROBLEM)?;
         let hulls = PerFinger::new(hulls);
         Ok((problem, Demonstrated { hulls, velocity }))
     }
 
     pub(crate) fn write_state(&self, start: usize, state: &NmfState) -> Result<(), SessionError> {
         let path = self.state_path(start, state.round);
-        file::write(&path, &self.label("state", start, state.round), state, true)
+        self.write(&path, ("state", start, state.round), state)
     }
 
     /// The state of the latest round of a start.
@@ -263,7 +261,7 @@ impl LearningFolder {
     ) -> Result<NmfState, SessionError> {
         let round = self.latest_round(start).unwrap_or(0);
         let path = self.state_path(start, round);
-        let state: NmfState = file::read(&path, &self.label("state", start, round))?;
+        let state: NmfState = self.read(&path, ("state", start, round))?;
         let rank = problem.settings.rank;
         if state.primitives.len() != rank * problem.layout.rows()
             || state.revived.iter().any(|&j| j >= rank)
@@ -288,12 +286,7 @@ impl LearningFolder {
         activations: &Activations,
     ) -> Result<(), SessionError> {
         let path = self.activations_path(start, round, block);
-        file::write(
-            &path,
-            &self.label("activations", start, round),
-            activations,
-            true,
-        )
+        self.write(&path, ("activations", start, round), activations)
     }
 
     /// The activations that a block had last: those of the round before, except after the round in which
@@ -309,7 +302,7 @@ impl LearningFolder {
             None => state.round.saturating_sub(1),
         };
         let path = self.activations_path(start, round, block);
-        file::read(&path, &self.label("activations", start, round))
+        self.read(&path, ("activations", start, round))
     }
 }
 

@@ -148,8 +148,7 @@ fn gather_one(
     let object = motion.object.as_ref();
     Ok(Gathered {
         planned: PlannedTake {
-            name: take.hash.name.clone(),
-            sha256: take.hash.sha256.clone(),
+            file: take.hash.clone(),
             samples: table.len(),
             segments: 0,
         },
@@ -168,7 +167,7 @@ fn begin(
     let rate_hz = (gathered.first()).map_or(1.0, |take| take.clock.rate_hz());
     let known = (gathered.iter()).map(|take| {
         (
-            take.planned.name.as_str(),
+            take.planned.file.name.as_str(),
             take.object_known,
             take.planned.samples,
         )
@@ -192,9 +191,7 @@ fn begin(
     let plan = LearningPlan {
         format: FORMAT,
         tool: TOOL.to_owned(),
-        rate_hz,
-        samples: layout.samples,
-        object: layout.object,
+        layout,
         segments,
         left_out: cuts.iter().map(|cut| cut.left_out).sum(),
         blocks: blocks(segments),

@@ -7,7 +7,6 @@ use inhand_dictionary::{NmfProblem, NmfState, Node, Sums, Tree, smallest_objecti
 use inhand_model::{DictionaryKind, StopReason};
 use inhand_session::{Located as _, SessionError};
 
-use crate::file;
 use crate::folder::LearningFolder;
 use crate::tables::TableColumns;
 
@@ -42,17 +41,13 @@ impl FromStr for Shard {
     fn from_str(text: &str) -> Result<Self, String> {
         let wrong = || format!("expected I/N with I from 1 to N, such as 1/8, found {text}");
         let (index, of) = text.split_once('/').ok_or_else(wrong)?;
-        let (index, of): (usize, usize) = (
-            index.trim().parse().map_err(|_| wrong())?,
-            of.trim().parse().map_err(|_| wrong())?,
-        );
-        if index == 0 || index > of || of > MOST_SHARDS {
-            return Err(wrong());
+        match (index.trim().parse(), of.trim().parse()) {
+            (Ok(index @ 1..), Ok(of @ ..=MOST_SHARDS)) if index <= of => Ok(Self {
+                index: index - 1,
+                of,
+            }),
+            _ => Err(wrong()),
         }
-        Ok(Self {
-            index: index - 1,
-            of,
-        })
     }
 }
 
@@ -188,23 +183,21 @@ pub fn stats(
         ));
     }
     let columns = TableColumns::new(folder)?;
-    let label = folder.label("sums", current.start, current.state.round);
-    let path = folder
-        .round(current.start, current.state.round)
-        .join(shard.file_name());
+    let (start, round) = (current.start, current.state.round);
+    let label = ("sums", start, round);
+    let path = folder.round(start, round).join(shard.file_name());
     let blocks = shard.blocks(current.problem.blocks());
     let all_there = || {
-        let (start, round) = (current.start, current.state.round);
         let path = |block| folder.activations_path(start, round, block);
         blocks.clone().all(|block| path(block).is_file())
     };
-    if path.is_file() && file::read::<Vec<Node>>(&path, &label).is_ok() && all_there() {
+    if path.is_file() && folder.read::<Vec<Node>>(&path, label).is_ok() && all_there() {
         // An earlier call got this far.
         blocks.for_each(|_| tick());
         return Ok(path);
     }
     let tree = shard_sums(folder, &current, &columns, blocks, tick)?;
-    file::write(&path, &label, &tree.into_nodes(), true)?;
+    folder.write(&path, label, &tree.into_nodes())?;
     Ok(path)
 }
 
@@ -335,10 +328,10 @@ fn total(
             ),
         ));
     }
-    let label = folder.label("sums", current.start, current.state.round);
+    let label = ("sums", current.start, current.state.round);
     let mut nodes = Vec::new();
     for path in &files {
-        for node in file::read::<Vec<Node>>(path, &label)? {
+        for node in folder.read::<Vec<Node>>(path, label)? {
             if !fits(&node, &current.problem) {
                 return Err(SessionError::data(path, "sums of a wrong size"));
             }

@@ -77,7 +77,7 @@ pub(crate) struct TableColumns<'a> {
 impl<'a> TableColumns<'a> {
     pub(crate) fn new(folder: &'a LearningFolder) -> Result<Self, SessionError> {
         let plan = folder.plan();
-        let settings = steps::cut_settings(plan.layout(), Role::Train, &plan.settings);
+        let settings = steps::cut_settings(plan.layout, Role::Train, &plan.settings);
         let cut = Cut::new(&settings).during("processing training takes")?;
         let mut firsts = vec![0];
         for take in &plan.takes {
@@ -153,7 +153,7 @@ impl<'a> TableColumns<'a> {
 
 impl Columns for TableColumns<'_> {
     fn layout(&self) -> SegmentLayout {
-        self.folder.plan().layout()
+        self.folder.plan().layout
     }
 
     fn count(&self) -> usize {

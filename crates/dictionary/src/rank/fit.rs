@@ -125,10 +125,9 @@ pub(super) fn squared_errors_m2(
 
 #[cfg(test)]
 mod tests {
-    use inhand_model::{Learning, SegmentLayout, StopReason};
+    use inhand_model::{Demonstrated, Learning, SegmentLayout, StopReason};
 
     use super::*;
-    use crate::rank::learner::unseen;
 
     const VISIBLE: [usize; 9] = [0, 1, 2, 3, 4, 10, 11, 13, 14];
     const ALIKE: f64 = 3.0;
@@ -164,7 +163,7 @@ mod tests {
                 seed: 0,
                 restarts: Vec::new(),
             },
-            demonstrated: unseen(),
+            demonstrated: Demonstrated::default(),
             residual: None,
             choice: None,
         }

@@ -1,8 +1,6 @@
 //! Dictionaries of many ranks, from all segments or without some.
 
-use inhand_model::{
-    Demonstrated, Dictionary, Hull, PerFinger, SEGMENT_COORDINATES, Segments, VelocityBounds,
-};
+use inhand_model::{Demonstrated, Dictionary, Segments};
 
 use super::RankMethod;
 use crate::error::LearnError;
@@ -11,7 +9,8 @@ use crate::pca::learn_pca;
 use crate::residual::Fold;
 use crate::settings::NmfSettings;
 
-/// Learns from all segments or from those outside of a fold.
+/// Learns from all segments or from those outside of a fold. What the takes demonstrate is left empty:
+/// learning passes it on without a look.
 pub(super) struct Learner<'a> {
     segments: &'a Segments,
     method: RankMethod<'a>,
@@ -67,10 +66,10 @@ impl<'a> Learner<'a> {
                     ..settings.clone()
                 };
                 match fold {
-                    None => learn_nmf(self.segments, unseen(), &settings),
+                    None => learn_nmf(self.segments, Demonstrated::default(), &settings),
                     Some(fold) => {
                         let known = self.segments.select(&self.folds[fold].known);
-                        learn_nmf(&known, unseen(), &settings)
+                        learn_nmf(&known, Demonstrated::default(), &settings)
                     }
                 }
             }
@@ -80,7 +79,7 @@ impl<'a> Learner<'a> {
 
 /// The first components, `most` of them or as many as the segments have.
 fn components(segments: &Segments, most: usize) -> Result<Dictionary, LearnError> {
-    match learn_pca(segments, unseen(), most) {
+    match learn_pca(segments, Demonstrated::default(), most) {
         // The largest rank for this many segments may still be above what their numbers have.
         Err(LearnError::RankTooLarge { largest, .. }) if largest > 0 => {
             components(segments, largest)
@@ -105,21 +104,4 @@ fn leading(dictionary: &Dictionary, rank: usize) -> Dictionary {
     let rows = dictionary.layout.rows() as f64;
     leading.learning.rms_m = (dictionary.learning.rms_m.powi(2) + dropped_m2 / rows).sqrt();
     leading
-}
-
-/// In place of what the takes showed, which learning passes on without a look.
-pub(super) fn unseen() -> Demonstrated {
-    let zero = [0.0; SEGMENT_COORDINATES];
-    Demonstrated {
-        hulls: PerFinger::from_fn(|_| Hull {
-            vertices_m: Vec::new(),
-            triangles: Vec::new(),
-            normals: Vec::new(),
-            offsets_m: Vec::new(),
-        }),
-        velocity: VelocityBounds {
-            min_m_s: zero,
-            max_m_s: zero,
-        },
-    }
 }

@@ -168,7 +168,7 @@ fn check_together(args: &WholeArgs, settings: &mut Settings) -> Result<()> {
 /// A dictionary of primitives from a file of matrices.
 fn given(folder: &LearningFolder, file: &Path) -> Result<Learned> {
     let plan = folder.plan();
-    let given = matrices::read_primitives(file, plan.layout(), DictionaryKind::Nmf)?;
+    let given = matrices::read_primitives(file, plan.layout, DictionaryKind::Nmf)?;
     Ok(learn_given(folder, &given, matrices::hash(file)?)?)
 }
 

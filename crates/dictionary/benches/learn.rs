@@ -4,7 +4,7 @@
 //!     cargo bench -p inhand-dictionary
 
 use inhand_dictionary::{
-    NmfSettings, ResidualSettings, Update, activations, learn_nmf, learn_pca, learn_residual,
+    DEVIATION_PRIMITIVES, NmfSettings, Update, activations, learn_nmf, learn_pca, learn_residual,
 };
 use inhand_model::{Bandwidths, ExpectationWeights, SegmentLayout, Segments};
 use nalgebra::DMatrix;
@@ -108,15 +108,15 @@ fn deviating(count: usize) -> Segments {
 #[divan::bench(sample_count = 10)]
 fn residual_session(bencher: divan::Bencher<'_, '_>) {
     let data = deviating(595);
-    bencher.bench(|| learn_residual(&data, &ResidualSettings::default()));
+    bencher.bench(|| learn_residual(&data, DEVIATION_PRIMITIVES));
 }
 
 /// What to expect of one segment, by demonstrations: a session cut at stride 100, and at stride 10.
 #[divan::bench(args = [595, 5950], sample_count = 100)]
 fn expected(bencher: divan::Bencher<'_, '_>, demonstrations: usize) {
     let data = deviating(demonstrations);
-    let residual = learn_residual(&data, &ResidualSettings::default())
-        .expect("the bench's own data can be learned");
+    let residual =
+        learn_residual(&data, DEVIATION_PRIMITIVES).expect("the bench's own data can be learned");
     // As a session of a real hand has them.
     let widths = Bandwidths {
         hand: 2.0,

@@ -49,6 +49,7 @@
 
 mod block;
 mod columns;
+mod comparison;
 mod covariance;
 mod data;
 mod descent;
@@ -80,15 +81,16 @@ mod view;
 mod tests;
 
 pub use columns::Columns;
+pub use comparison::{mean, mean_distance_m, standard_error};
 pub use error::LearnError;
 pub use explained::explained_variance;
 pub use nmf::{describe_nmf, learn_nmf, smallest_objective};
 pub use pca::learn_pca;
 pub use projection::activations;
 pub use random::draw;
-pub use rank::{HeldOut, RankCurve, RankGroups, RankMethod, RankPoint, RankSuggestion, rank_curve};
+pub use rank::{RankCurve, RankGroups, RankMethod, RankSuggestion, rank_curve};
 pub use real::Activations;
-pub use residual::{Fold, ResidualSettings, folds, learn_residual};
+pub use residual::{DEVIATION_PRIMITIVES, Fold, folds, learn_residual};
 pub use rounds::{NmfProblem, NmfState, blocks};
 pub use settings::{NmfSettings, Penalty, Precision, Start, Update};
 pub use sums::{Node, Sums, Tree};

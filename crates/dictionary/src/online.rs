@@ -41,7 +41,7 @@ impl NmfProblem {
         for (step, batch) in batches.into_iter().enumerate() {
             let first = batch * BATCH_COLUMNS;
             let segments = first..(first + BATCH_COLUMNS).min(self.count);
-            let penalty = settings.activation_penalty.scaled(rows);
+            let penalty = settings.activation_penalty.scaled(rows as f64);
             let basis = Basis::<f64>::new(&primitives, rank, penalty);
             let mut block = self.shifted::<f64>(self.read(columns, segments)?);
             block.start_activations(&basis, seed, first);
@@ -54,7 +54,7 @@ impl NmfProblem {
             add(&mut gram_m2, &fit.activation_gram_m2);
             add(&mut cross_m2, &block.cross(rank));
             seen = kept * seen + block.count() as f64;
-            let penalty = settings.primitive_penalty.weighted(seen);
+            let penalty = settings.primitive_penalty.scaled(seen);
             self.descend_primitives(penalty, &gram_m2, &cross_m2, &mut primitives);
         }
         Ok(primitives)

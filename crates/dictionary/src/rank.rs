@@ -6,13 +6,13 @@ mod learner;
 
 use std::ops::Range;
 
-use inhand_model::{DictionaryKind, SegmentLayout, Segments};
+use inhand_model::{DictionaryKind, RankPoint, SegmentLayout, Segments};
 
 use crate::data::place;
 use crate::error::LearnError;
 use crate::residual::{Fold, folds};
 use crate::settings::NmfSettings;
-use fit::{Prior, fitted, squared_errors_m2};
+use fit::{fitted, squared_errors_m2};
 use held_out::Errors;
 use learner::Learner;
 
@@ -33,35 +33,6 @@ pub enum RankMethod<'a> {
     Nmf(&'a NmfSettings),
     /// Principal components.
     Pca,
-}
-
-/// An error on segments that were left out of learning.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct HeldOut {
-    /// Root mean square, metres.
-    pub rms_m: f64,
-    /// Its standard error over takes (over intervals of a single take), metres; `None` where only
-    /// one of them was left out.
-    pub standard_error_m: Option<f64>,
-}
-
-/// How good a dictionary of one rank is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RankPoint {
-    /// Number of primitives.
-    pub rank: usize,
-    /// Root mean square of the reconstruction error of the training segments, metres.
-    pub training_rms_m: f64,
-    /// Share of the training segments' variance that is explained: one less the squared error over
-    /// the squared deviation of the segments from their mean segment. Negative where the mean
-    /// segment alone does better.
-    pub explained_variance: f64,
-    /// Reconstruction error of segments left out of learning, all of their rows known. It falls
-    /// with every primitive.
-    pub reconstructed: HeldOut,
-    /// Error on the middle part of segments left out of learning, from the rest of their rows. It
-    /// rises again where primitives follow what does not repeat.
-    pub predicted: HeldOut,
 }
 
 /// How segments are left out.
@@ -326,15 +297,19 @@ impl<'a> Judge<'a> {
     /// Errors of reconstruction and of prediction.
     fn errors(&self, learner: &Learner<'_>, rank: usize) -> Result<(Errors, Errors), LearnError> {
         let (mut reconstructed, mut predicted) = (Errors::default(), Errors::default());
-        let prior = Prior::Training { alike: self.alike };
         for (number, fold) in self.folds.iter().enumerate() {
             let dictionary = learner.learned(Some(number), rank)?;
             let columns_m = self.segments.columns_m().select_columns(&fold.left_out);
-            for (errors, known, judged, prior) in [
-                (&mut reconstructed, &self.all, &self.all, Prior::None),
-                (&mut predicted, &self.visible, &self.hidden, prior),
+            for (errors, known, judged, alike) in [
+                (&mut reconstructed, &self.all, &self.all, None),
+                (
+                    &mut predicted,
+                    &self.visible,
+                    &self.hidden,
+                    Some(self.alike),
+                ),
             ] {
-                let activations_m = fitted(&dictionary, &columns_m, known, prior)?;
+                let activations_m = fitted(&dictionary, &columns_m, known, alike)?;
                 let squares_m2 = squared_errors_m2(&dictionary, &activations_m, &columns_m, judged);
                 for (&segment, squares_m2) in fold.left_out.iter().zip(squares_m2) {
                     errors.add(self.group(number, segment), squares_m2, judged.len());

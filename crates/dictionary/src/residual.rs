@@ -22,26 +22,18 @@ pub use folds::{Fold, folds};
 use crate::data::survey;
 use crate::error::LearnError;
 use ends::{check_layout, ends_matrix, ends_moments};
+use folds::apart;
 use primitives::{Demonstrations, Primitives};
 use profile::Sums;
 use validation::validate;
 
-/// Settings of deviations from the cubic Hermite baseline.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ResidualSettings {
-    /// Primitives of each finger's deviation, and of the object's: fewer where the segments have no
-    /// more to show.
-    pub primitives: usize,
-}
+/// Primitives of each finger's deviation where nothing else is asked for, 140 in all: about 0.04 mm of a
+/// session's deviations are left out.
+pub const DEVIATION_PRIMITIVES: usize = 28;
 
-impl Default for ResidualSettings {
-    /// 28 primitives a finger, 140 in all: about 0.04 mm of a session's deviations are left out.
-    fn default() -> Self {
-        Self { primitives: 28 }
-    }
-}
-
-/// Learns how motion deviates from the cubic Hermite baseline through its boundary conditions.
+/// Learns how motion deviates from the cubic Hermite baseline through its boundary conditions, with at most
+/// as many primitives of each finger's deviation, and of the object's; fewer where the segments have no more
+/// to show.
 ///
 /// Deviations are the segments less [`smooth_basis`] times their boundary conditions. Primitives are the
 /// principal components (about zero) of each finger's deviations, and of the object's where the
@@ -59,23 +51,20 @@ impl Default for ResidualSettings {
 ///
 /// # Errors
 ///
-/// [`LearnError::Setting`] for settings without primitives, and for segments of a single sample or
+/// [`LearnError::Setting`] for no primitives, and for segments of a single sample or
 /// without a rate; [`LearnError::Data`] for no segments, numbers that are not finite, a fingertip that
 /// never moves, and boundary conditions without the object of the layout, that are no numbers, or not those
 /// of the segment.
-pub fn learn_residual(
-    segments: &Segments,
-    settings: &ResidualSettings,
-) -> Result<Residual, LearnError> {
+pub fn learn_residual(segments: &Segments, primitives: usize) -> Result<Residual, LearnError> {
     survey(segments, false)?;
     let layout = segments.layout();
     check_layout(layout)?;
-    if settings.primitives == 0 {
+    if primitives == 0 {
         return Err(LearnError::RANK_ZERO);
     }
     let ends = ends_matrix(segments)?;
     let deviations_m = deviations_m(segments, &ends);
-    let most = supported(segments, settings.primitives);
+    let most = supported(segments, primitives);
     let (primitives, activations_m) = Primitives::of(&deviations_m, layout, most);
     // A micrometre at least: no marker is known better, and a spread of zero could not be inverted.
     let unexplained_m2 = primitives
@@ -113,20 +102,9 @@ pub fn learn_residual(
 /// the recorded time. As many primitives as segments would express the training segments exactly
 /// and say nothing about others.
 fn supported(segments: &Segments, most: usize) -> usize {
-    let samples = segments.layout().samples;
-    let mut starts: Vec<_> = (segments.origins().iter())
-        .map(|origin| (origin.take, origin.start))
-        .collect();
-    starts.sort_unstable();
-    let mut apart = 0;
-    let mut last = None;
-    for (take, start) in starts {
-        if last.is_none_or(|(t, s)| t != take || s + samples <= start) {
-            apart += 1;
-            last = Some((take, start));
-        }
-    }
-    most.min((apart / 4).max(1))
+    let every: Vec<usize> = (0..segments.len()).collect();
+    let apart = apart(&every, segments.origins(), segments.layout().samples);
+    most.min((apart.len() / 4).max(1))
 }
 
 /// The segments less their cubic Hermite baselines (rows x n), metres.

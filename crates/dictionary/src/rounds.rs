@@ -165,7 +165,7 @@ impl NmfProblem {
 
     /// The primitives of a state as a half step over activations needs them.
     pub(crate) fn basis<T: Real>(&self, state: &NmfState) -> Basis<T> {
-        let penalty = (self.settings.activation_penalty).scaled(self.layout.rows());
+        let penalty = (self.settings.activation_penalty).scaled(self.layout.rows() as f64);
         Basis::new(&state.primitives, self.settings.rank, penalty)
     }
 
@@ -217,7 +217,7 @@ impl NmfProblem {
             .map(|j| sums.activation_gram_m2[j * rank + j])
             .sum();
         let activations = (settings.activation_penalty)
-            .scaled(self.layout.rows())
+            .scaled(self.layout.rows() as f64)
             .of(sums.activation_sum_m, squares);
         let primitives = self.primitive_penalty().of(
             state.primitives.iter().sum(),
@@ -294,7 +294,7 @@ impl NmfProblem {
     }
 
     fn primitive_penalty(&self) -> Penalty {
-        self.settings.primitive_penalty.scaled(self.count)
+        self.settings.primitive_penalty.scaled(self.count as f64)
     }
 
     /// Descends with the primitives, which cost as much as given.

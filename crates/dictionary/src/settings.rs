@@ -44,12 +44,7 @@ impl Penalty {
     }
 
     /// The same for a factor of which the data has `size` numbers for each of its own.
-    pub(crate) fn scaled(self, size: usize) -> Self {
-        self.weighted(size as f64)
-    }
-
-    /// The same for a size that is not whole, of columns that count in part.
-    pub(crate) fn weighted(self, size: f64) -> Self {
+    pub(crate) fn scaled(self, size: f64) -> Self {
         Self {
             l1: self.l1 * size,
             l2: self.l2 * size,

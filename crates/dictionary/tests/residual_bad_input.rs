@@ -1,6 +1,6 @@
 //! Deviations from the cubic Hermite baseline: input that cannot teach.
 
-use inhand_dictionary::{ResidualSettings, learn_residual};
+use inhand_dictionary::{DEVIATION_PRIMITIVES, learn_residual};
 use inhand_model::{EndConditions, SegmentLayout, SegmentOrigin, Segments, smooth_basis};
 use nalgebra::DMatrix;
 
@@ -21,7 +21,7 @@ fn six(layout: SegmentLayout, change: impl Fn(&mut Vec<EndConditions>)) -> Segme
 }
 
 fn refused(segments: &Segments) -> String {
-    let learned = learn_residual(segments, &ResidualSettings::default());
+    let learned = learn_residual(segments, DEVIATION_PRIMITIVES);
     learned.unwrap_err().to_string()
 }
 
@@ -35,8 +35,7 @@ fn no_segments() {
 
 #[test]
 fn no_primitives() {
-    let settings = ResidualSettings { primitives: 0 };
-    let learned = learn_residual(&six(layout(10, false), |_| ()), &settings);
+    let learned = learn_residual(&six(layout(10, false), |_| ()), 0);
     let error = learned.unwrap_err().to_string();
     assert!(error.starts_with("rank is 0"), "{error}");
 }
@@ -48,10 +47,7 @@ fn more_primitives_than_there_can_be_are_as_many_as_there_are() {
     let known = crate::residual_data::deviations(layout, 6, |i, c, s| {
         1e-3 * crate::residual_data::bump(s) * (i as f64 + c as f64).sin()
     });
-    let settings = ResidualSettings {
-        primitives: usize::MAX,
-    };
-    let residual = learn_residual(&around_smooth(layout, &x, &known, 3), &settings).unwrap();
+    let residual = learn_residual(&around_smooth(layout, &x, &known, 3), usize::MAX).unwrap();
     assert_eq!(residual.expectation.blocks(), [1; 5]);
 }
 
@@ -91,7 +87,7 @@ fn end_conditions_of_another_segment() {
     );
     // Rounding is none.
     let segments = six(layout(10, true), |ends| ends[1].last_m[14] += 1e-9);
-    assert!(learn_residual(&segments, &ResidualSettings::default()).is_ok());
+    assert!(learn_residual(&segments, DEVIATION_PRIMITIVES).is_ok());
     // The object counts as well.
     let segments = six(layout(10, true), |ends| {
         let other = ends[5].object;
@@ -110,7 +106,7 @@ fn an_object_that_the_end_conditions_do_not_have() {
     assert!(refused(&segments).starts_with("training segment 3 has no object pose"));
     // Without the object in the layout it does not matter.
     let segments = six(layout(10, false), |ends| ends[3].object = None);
-    assert!(learn_residual(&segments, &ResidualSettings::default()).is_ok());
+    assert!(learn_residual(&segments, DEVIATION_PRIMITIVES).is_ok());
 }
 
 #[test]
@@ -141,7 +137,7 @@ fn a_layout_without_time() {
 #[test]
 fn two_samples_are_nothing_but_ends() {
     let layout = layout(2, false);
-    let residual = learn_residual(&six(layout, |_| ()), &ResidualSettings::default()).unwrap();
+    let residual = learn_residual(&six(layout, |_| ()), DEVIATION_PRIMITIVES).unwrap();
     assert_eq!(residual.primitives.ncols(), 0);
     assert_eq!(residual.expected_m(&numbers(7, layout)).len(), 0);
 }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use inhand_dictionary::{ResidualSettings, learn_residual};
+use inhand_dictionary::{DEVIATION_PRIMITIVES, learn_residual};
 use inhand_model::{
     EndConditions, ObjectEnds, Pose, ROTATION_LEVER_M, Residual, SEGMENT_COORDINATES,
     SegmentLayout, SegmentOrigin, Segments, ends_len, smooth_basis,
@@ -145,7 +145,7 @@ pub(crate) fn displacement(x: &DMatrix<f64>, segment: usize, coordinate: usize) 
 }
 
 pub(crate) fn learn(segments: &Segments) -> Residual {
-    learn_residual(segments, &ResidualSettings::default()).expect("segments that can be learned")
+    learn_residual(segments, DEVIATION_PRIMITIVES).expect("segments that can be learned")
 }
 
 /// The deviation that is expected, metres (rows).

@@ -1,7 +1,7 @@
 //! Deviations from the cubic Hermite baseline against plain NumPy and SciPy
 //! (`reference/make_residual_reference.py`).
 
-use inhand_dictionary::{ResidualSettings, learn_residual};
+use inhand_dictionary::learn_residual;
 use inhand_model::{Residual, SegmentLayout, smooth_basis};
 use nalgebra::{DMatrix, DVector};
 use serde_json::Value;
@@ -29,7 +29,7 @@ fn made_up(layout: SegmentLayout, x: &DMatrix<f64>) -> DMatrix<f64> {
 fn learned(layout: SegmentLayout) -> Residual {
     let x = conditions(layout, 0, 48);
     let segments = around_smooth(layout, &x, &made_up(layout, &x), 16);
-    learn_residual(&segments, &ResidualSettings { primitives: 5 }).unwrap()
+    learn_residual(&segments, 5).unwrap()
 }
 
 fn reference(object: bool) -> Value {

@@ -43,6 +43,7 @@ mod movement;
 mod names;
 mod plan;
 mod provenance;
+mod rank;
 mod recording;
 mod residual;
 mod roles;
@@ -97,6 +98,7 @@ pub use plan::{
     Certificate, ConstraintFamily, Corridor, PerFamily, Plan, PlanChecks, PlanStatus, Relaxation,
 };
 pub use provenance::{InputHash, Provenance};
+pub use rank::{HeldOut, RankPoint};
 pub use recording::{
     BodyKind, LengthUnit, Marker, MarkerKind, Recording, RecordingError, RotationOrder, Source,
     TrackedBody, UpAxis,

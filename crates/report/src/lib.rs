@@ -70,7 +70,7 @@ use inhand_model::{Evaluation, EvaluationComparison, Provenance, Summary};
 pub use comparison::{markdown as comparison_markdown, text as comparison_text};
 pub use error::ReportError;
 pub use figure::{Figure, FigureColumn, FigureData, FigureValues};
-pub use rank_figure::{RankFigure, RankFigurePoint, rank_figure_svg};
+pub use rank_figure::{RankFigure, rank_figure_svg};
 pub use report::{PlanTimes, Report};
 pub use summary::{table as summary_table, text as summary_text};
 pub use text::text_summary;

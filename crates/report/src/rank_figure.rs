@@ -1,5 +1,6 @@
 //! Errors and explained variance against rank, as an SVG file of its own.
 
+use inhand_model::RankPoint;
 use maud::{Markup, PreEscaped, html};
 
 use crate::figure::line_chart::{self, Series};
@@ -31,7 +32,7 @@ pub struct RankFigure {
     /// Session and method of learning, such as `cube, nmf`.
     pub title: String,
     /// One for each rank, smallest first.
-    pub points: Vec<RankFigurePoint>,
+    pub points: Vec<RankPoint>,
     /// The rank suggested.
     pub suggested: usize,
     /// Largest prediction error that counts as good as the smallest, metres.
@@ -40,38 +41,21 @@ pub struct RankFigure {
     pub reason: String,
 }
 
-/// Errors at one rank.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RankFigurePoint {
-    /// Number of primitives.
-    pub rank: usize,
-    /// Share of the training segments' variance that is explained, up to 1.
-    pub explained_variance: f64,
-    /// Reconstruction error of training segments, root mean square, metres.
-    pub training_m: f64,
-    /// Reconstruction error of segments left out of learning, metres.
-    pub reconstructed_m: f64,
-    /// Prediction error of segments left out of learning, metres.
-    pub predicted_m: f64,
-    /// Standard error of the prediction error, metres.
-    pub predicted_standard_error_m: Option<f64>,
-}
-
 /// A line of the upper panel: class, label and error, metres.
-type ErrorLine = (&'static str, &'static str, fn(&RankFigurePoint) -> f64);
+type ErrorLine = (&'static str, &'static str, fn(&RankPoint) -> f64);
 
 /// Lines, the last one on top.
 const LINES: [ErrorLine; 3] = [
     ("b1", "training segments, reconstructed", |point| {
-        point.training_m
+        point.training_rms_m
     }),
     ("b0", "left-out segments, reconstructed", |point| {
-        point.reconstructed_m
+        point.reconstructed.rms_m
     }),
     (
         "l0",
         "left-out segments, hidden middle predicted",
-        |point| point.predicted_m,
+        |point| point.predicted.rms_m,
     ),
 ];
 
@@ -120,10 +104,11 @@ fn errors(figure: &RankFigure, x: &Scale) -> Markup {
             points.map(|point| (point.rank as f64, to_mm(of(point)))),
         )
     });
-    let bars = figure
-        .points
-        .iter()
-        .filter_map(|point| Some(to_mm(point.predicted_m + point.predicted_standard_error_m?)));
+    let bars = figure.points.iter().filter_map(|point| {
+        Some(to_mm(
+            point.predicted.rms_m + point.predicted.standard_error_m?,
+        ))
+    });
     let known = line_chart::heights(&series).chain(bars.filter(|top| top.is_finite()));
     let top = nice_end(known.fold(0.0, f64::max), WANTED_TICKS);
     let y = Scale::linear(0.0, top, frame.bottom, frame.top);
@@ -141,13 +126,13 @@ fn errors(figure: &RankFigure, x: &Scale) -> Markup {
         (line_chart::lines(&series, x, &y, true))
         g.l0 {
             @for point in &figure.points {
-                @if let Some(error_m) = point.predicted_standard_error_m {
-                    (error_bar(x.at(point.rank as f64), at(point.predicted_m + error_m), at(point.predicted_m - error_m)))
+                @if let Some(error_m) = point.predicted.standard_error_m {
+                    (error_bar(x.at(point.rank as f64), at(point.predicted.rms_m + error_m), at(point.predicted.rms_m - error_m)))
                 }
             }
         }
         @if let Some(point) = chosen {
-            circle.chosen cx=(Px(suggested)) cy=(Px(at(point.predicted_m))) r="6" {}
+            circle.chosen cx=(Px(suggested)) cy=(Px(at(point.predicted.rms_m))) r="6" {}
         }
     }
 }
@@ -155,7 +140,7 @@ fn errors(figure: &RankFigure, x: &Scale) -> Markup {
 fn variance(figure: &RankFigure, x: &Scale) -> Markup {
     let frame = frame(VARIANCE);
     // What is explained in full has no place on a logarithmic axis.
-    let left_percent = |point: &RankFigurePoint| match 100.0 * (1.0 - point.explained_variance) {
+    let left_percent = |point: &RankPoint| match 100.0 * (1.0 - point.explained_variance) {
         left if left > 0.0 => left,
         _ => f64::NAN,
     };
@@ -205,7 +190,7 @@ fn description(figure: &RankFigure) -> String {
     let (Some(first), Some(last)) = (figure.points.first(), figure.points.last()) else {
         return "No rank could be evaluated.".to_owned();
     };
-    let from_to = |of: fn(&RankFigurePoint) -> f64| {
+    let from_to = |of: fn(&RankPoint) -> f64| {
         format!(
             "from {} to {} mm",
             decimals(to_mm(of(first)), 2),
@@ -227,16 +212,23 @@ fn description(figure: &RankFigure) -> String {
 
 #[cfg(test)]
 mod tests {
+    use inhand_model::HeldOut;
+
     use super::*;
 
     fn figure() -> RankFigure {
-        let point = |rank: usize, predicted_m: f64| RankFigurePoint {
+        let point = |rank: usize, predicted_m: f64| RankPoint {
             rank,
             explained_variance: 1.0 - 0.1 / rank as f64,
-            training_m: 0.01 / rank as f64,
-            reconstructed_m: 0.012 / rank as f64,
-            predicted_m,
-            predicted_standard_error_m: Some(0.000_1),
+            training_rms_m: 0.01 / rank as f64,
+            reconstructed: HeldOut {
+                rms_m: 0.012 / rank as f64,
+                standard_error_m: None,
+            },
+            predicted: HeldOut {
+                rms_m: predicted_m,
+                standard_error_m: Some(0.000_1),
+            },
         };
         RankFigure {
             title: "a < b, nmf".to_owned(),

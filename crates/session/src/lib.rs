@@ -73,7 +73,8 @@ pub use settings::{
 pub use state::{State, StateRole, read_state};
 pub use stored::evaluate_stored;
 pub use take::{
-    Cleaning, Take, check_rates, describe_source, hex_sha256, read, read_clean, read_session,
+    Cleaning, Take, check_rates, describe_source, hash_take, hex_sha256, read, read_clean,
+    read_session,
 };
 pub use take_file::{
     GeneratedMotion, TakeContents, write as write_take, write_parts as write_take_parts,

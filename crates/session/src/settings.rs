@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use inhand_dictionary::{NmfSettings, Precision, Start, Update};
+use inhand_dictionary::{DEVIATION_PRIMITIVES, NmfSettings, Precision, Start, Update};
 use inhand_model::DictionaryKind;
 use inhand_motion::GapFill;
 use inhand_planner::PlannerSettings;
@@ -292,7 +292,7 @@ impl Default for LearnSection {
         Self {
             kind: DictionaryKind::Nmf,
             rank: None,
-            deviation_primitives: 28,
+            deviation_primitives: DEVIATION_PRIMITIVES,
             deviation_segments: 4096,
             object: ObjectInSegments::Auto,
             update: nmf.update,

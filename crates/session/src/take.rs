@@ -64,10 +64,7 @@ pub fn read(path: &Path, settings: &Settings) -> Result<Take, SessionError> {
     let facts = table_facts(path, &bytes)?;
     // Hashing takes as long as parsing: do both at once.
     let (sha256, parsed) = rayon::join(
-        || match &facts {
-            Some(facts) => hex_sha256(&[bytes.as_slice(), facts].concat()),
-            None => hex_sha256(&bytes),
-        },
+        || content_hash(&bytes, facts.as_deref()),
         || -> Result<_, SessionError> {
             if inhand_channels::is_mcap(&bytes) {
                 let settings = settings.import_settings()?;
@@ -144,6 +141,24 @@ pub fn read_clean(path: &Path, settings: &Settings) -> Result<Take, SessionError
 }
 
 /// The facts beside a wide table, where there are any.
+fn content_hash(bytes: &[u8], facts: Option<&[u8]>) -> String {
+    facts.map_or_else(
+        || hex_sha256(bytes),
+        |facts| hex_sha256(&[bytes, facts].concat()),
+    )
+}
+
+/// SHA-256 of a take, the facts beside a table included: that of a [`Take`] without parsing it.
+///
+/// # Errors
+///
+/// [`SessionError::Io`].
+pub fn hash_take(path: &Path) -> Result<String, SessionError> {
+    let bytes = std::fs::read(path).map_err(SessionError::io("read", path))?;
+    let facts = table_facts(path, &bytes)?;
+    Ok(content_hash(&bytes, facts.as_deref()))
+}
+
 fn table_facts(path: &Path, bytes: &[u8]) -> Result<Option<Vec<u8>>, SessionError> {
     let facts = facts_path(path);
     if !inhand_export::looks_like_wide_csv(bytes) || !facts.exists() {

@@ -24,7 +24,7 @@ pub struct Learned {
     pub provenance: Provenance,
     /// Time for the primitives, seconds.
     pub primitives_s: f64,
-    /// Time for deviations from the smooth curve, and the comparison of methods where that was asked
+    /// Time for deviations from the cubic Hermite baseline, and the comparison of methods where that was asked
     /// for, seconds.
     pub deviations_s: f64,
 }

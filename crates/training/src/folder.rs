@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use inhand_dictionary::{Activations, NmfProblem, NmfState};
 use inhand_model::{Demonstrated, Finger, InputHash, PerFinger, SegmentLayout};
-use inhand_session::{SessionError, Settings, TOOL, hex_sha256, write_text};
+use inhand_session::{SessionError, Settings, TOOL, hash_take, hex_sha256, write_text};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -125,8 +125,7 @@ impl LearningFolder {
             return Err(wrong(&format!("{found} takes, not {}", takes.len())));
         }
         for (planned, path) in self.plan.takes.iter().zip(takes) {
-            let bytes = std::fs::read(path).map_err(SessionError::io("read", path))?;
-            if hex_sha256(&bytes) != planned.file.sha256 {
+            if hash_take(path)? != planned.file.sha256 {
                 return Err(wrong(&format!(
                     "another take in the place of {} ({})",
                     path.display(),

@@ -130,7 +130,7 @@ impl<'a> TableColumns<'a> {
         self.firsts.partition_point(|&first| first <= segment) - 1
     }
 
-    /// Some of the segments with their end conditions.
+    /// Some of the segments with their boundary conditions.
     pub(crate) fn segments(&self, which: &[usize]) -> Result<Segments, SessionError> {
         let layout = self.layout();
         let mut columns_m = vec![0.0; which.len() * layout.rows()];
@@ -147,7 +147,7 @@ impl<'a> TableColumns<'a> {
         let columns_m = DMatrix::from_vec(layout.rows(), which.len(), columns_m);
         let left_out = self.folder.plan().left_out;
         Ok(Segments::new(layout, columns_m, origins, ends, left_out)
-            .expect("a column, an origin and end conditions were made for each segment"))
+            .expect("a column, an origin and boundary conditions were made for each segment"))
     }
 }
 

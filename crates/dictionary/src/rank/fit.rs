@@ -17,16 +17,6 @@ const SMALLEST_CHANGE: f64 = 1e-5;
 /// leave a combination of primitives without any evidence.
 const JITTER: f64 = 1e-12;
 
-/// What is expected of the activations before a row is seen.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Prior {
-    /// Nothing.
-    None,
-    /// Mean and covariance of the training activations, against rows that are off by the training
-    /// error; this many neighbouring samples tell as much as one.
-    Training { alike: f64 },
-}
-
 /// Activations (rank x segments, metres) that explain the given rows of the segments
 /// (`columns_m`, rows x segments, metres) best:
 ///
@@ -36,12 +26,12 @@ pub(super) enum Prior {
 ///
 /// over `h >= 0` for NMF and over all `h` for PCA; `S` are the rows, `s²` is the mean square of the
 /// training error, `mu` and `Sigma` are the moments of the training activations and `c` is how many
-/// samples are alike; without a prior the second term is absent.
+/// samples are alike; without it the second term, the prior, is absent.
 pub(super) fn fitted(
     dictionary: &Dictionary,
     columns_m: &DMatrix<f64>,
     rows: &[usize],
-    prior: Prior,
+    alike: Option<f64>,
 ) -> Result<DMatrix<f64>, LearnError> {
     let rank = dictionary.rank();
     let too_extreme = || {
@@ -66,7 +56,7 @@ pub(super) fn fitted(
         linear.as_mut_slice(),
         rank,
     );
-    if let Prior::Training { alike } = prior {
+    if let Some(alike) = alike {
         let covariance_m2 = dictionary.activation_covariance_m2.clone();
         let variance_m2 = alike * dictionary.learning.rms_m.powi(2);
         let precision = Cholesky::new(covariance_m2).ok_or_else(too_extreme)?;
@@ -176,8 +166,7 @@ mod tests {
     #[test]
     fn with_a_prior_components_have_their_conditional_mean() {
         let d = dictionary(DictionaryKind::Pca);
-        let prior = Prior::Training { alike: ALIKE };
-        let found = fitted(&d, &columns(), &VISIBLE, prior).unwrap();
+        let found = fitted(&d, &columns(), &VISIBLE, Some(ALIKE)).unwrap();
         // The same from the other side, by the covariance of the visible rows.
         let w = d.primitives.select_rows(&VISIBLE);
         let (mean, covariance) = (&d.activation_mean_m, &d.activation_covariance_m2);
@@ -195,14 +184,14 @@ mod tests {
     fn non_negative_activations_are_optimal() {
         let d = dictionary(DictionaryKind::Nmf);
         let w = d.primitives.select_rows(&VISIBLE);
-        for prior in [Prior::None, Prior::Training { alike: ALIKE }] {
-            let found = fitted(&d, &columns(), &VISIBLE, prior).unwrap();
+        for alike in [None, Some(ALIKE)] {
+            let found = fitted(&d, &columns(), &VISIBLE, alike).unwrap();
             let mut at_bound = 0;
             for (i, column) in columns().column_iter().enumerate() {
                 let h = found.column(i);
                 let seen = (column - &d.offset_m).select_rows(&VISIBLE);
                 let mut gradient = w.transpose() * (&w * h - seen);
-                if let Prior::Training { alike } = prior {
+                if let Some(alike) = alike {
                     let inverse = d.activation_covariance_m2.clone().try_inverse().unwrap();
                     let variance_m2 = alike * d.learning.rms_m.powi(2);
                     gradient += inverse * (h - &d.activation_mean_m) * variance_m2;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::HeldOut;
+use inhand_model::HeldOut;
 
 /// Squared errors by group: a take, or a interval of the only one.
 #[derive(Clone, Debug, Default)]

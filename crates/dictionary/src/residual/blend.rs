@@ -36,19 +36,6 @@ pub(super) fn blend<const K: usize>(points: &Points<'_, K>) -> ([f64; K], f64) {
     (weights, error)
 }
 
-/// Mean distance of a prediction, metres.
-pub(super) fn mean_distance(wanted: &[f64], prediction: &[f64]) -> f64 {
-    let points = Points {
-        wanted,
-        predictions: [prediction],
-    };
-    let mut sum = 0.0;
-    for i in 0..points.len() {
-        sum += length(points.left(i, &[1.0]));
-    }
-    sum / points.len().max(1) as f64
-}
-
 /// Normal equations of weighted least squares.
 struct Sums<const K: usize> {
     squares: [[f64; K]; K],

@@ -86,7 +86,7 @@ fn by_interval(origins: &[SegmentOrigin], samples: usize) -> Vec<Fold> {
 }
 
 /// The segments in order of time, without those that overlap the one before.
-fn apart(segments: &[usize], origins: &[SegmentOrigin], samples: usize) -> Vec<usize> {
+pub(super) fn apart(segments: &[usize], origins: &[SegmentOrigin], samples: usize) -> Vec<usize> {
     let mut ordered = segments.to_vec();
     ordered.sort_by_key(|&segment| (origins[segment].take, origins[segment].start));
     let mut kept: Vec<usize> = Vec::new();

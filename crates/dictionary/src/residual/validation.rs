@@ -1,17 +1,17 @@
 //! Widths and weights by predicting left-out takes.
 
 use inhand_model::{
-    Bandwidths, Calibration, Expectation, ExpectationWeights, SegmentLayout, SegmentOrigin,
-    Validation,
+    Bandwidths, Calibration, Expectation, ExpectationWeights, SegmentOrigin, Validation,
 };
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
-use super::blend::{Points, blend, mean_distance};
+use super::blend::{Points, blend};
 use super::calibration::{calibrate, covariances_m2};
 use super::folds::{Fold, folds};
 use super::primitives::{Demonstrations, Primitives};
 use super::profile::Sums;
+use crate::comparison::{mean, mean_distance_m, standard_error};
 use crate::covariance::moments_about_zero;
 
 /// Kernel widths that are tried, over the features of the hand: narrower ones follow single
@@ -29,8 +29,13 @@ const LEAST_SEGMENTS: usize = 10;
 const INSTANTS: usize = 12;
 
 /// Left-out segments with their predictions, and what was recorded of them.
-struct LeftOut {
-    predicted: Predicted,
+struct LeftOut<'a> {
+    demonstrations: &'a Demonstrations<'a>,
+    segments: Vec<usize>,
+    /// Predicted activations (r x segments), metres: of the profile and, for each width, of the kernels.
+    profile: DMatrix<f64>,
+    hand: [DMatrix<f64>; HAND_WIDTHS.len()],
+    finger: [DMatrix<f64>; FINGER_WIDTHS.len()],
     /// Samples at which predictions are compared.
     instants: Vec<usize>,
     /// Deviations of the fingertips there, as [`Primitives::fingertips_of`] orders them, metres.
@@ -44,14 +49,6 @@ pub(super) struct Chosen {
     pub(super) covariance_m2: DMatrix<f64>,
     pub(super) calibration: Vec<Calibration>,
     pub(super) validation: Validation,
-}
-
-/// Left-out segments with their predictions: activations (r x segments), metres.
-struct Predicted {
-    segments: Vec<usize>,
-    profile: DMatrix<f64>,
-    hand: [DMatrix<f64>; HAND_WIDTHS.len()],
-    finger: [DMatrix<f64>; FINGER_WIDTHS.len()],
 }
 
 /// One way to predict: which of the widths, and the weights of profile, hand and finger.
@@ -69,33 +66,28 @@ pub(super) fn validate(
     unexplained_m2: f64,
 ) -> Chosen {
     let folds = folds(origins, demonstrations.layout.samples);
-    let predicted = predict(demonstrations, sums, &folds);
-    let instants = instants(demonstrations.layout);
-    let left_out = LeftOut {
-        wanted_m: Primitives::fingertips_of(
-            demonstrations.deviations_m,
-            &predicted.segments,
-            &instants,
-        ),
-        predicted,
-        instants,
-    };
-    let predicted = &left_out.predicted;
-    let best = choose(demonstrations, &left_out);
+    let left_out = LeftOut::new(demonstrations, sums, &folds);
+    let best = left_out.choose();
     let with_weights = |weights| Choice { weights, ..best };
-    let errors = |choice| segment_errors_m(demonstrations, &left_out, choice);
+    let errors = |choice| left_out.errors_m(choice);
     let smooth = errors(with_weights([0.0; 3]));
     let trust = trust(&smooth, &errors(best));
     let choice = with_weights(best.weights.map(|weight| weight * trust));
 
-    let remainders = remainders_m(demonstrations, predicted, choice);
-    let covariance_m2 = covariance_m2(if predicted.segments.is_empty() {
+    let known = (demonstrations.activations_m).select_columns(&left_out.segments);
+    let remainders = &known - left_out.expected_m(choice);
+    let covariance_m2 = covariance_m2(if left_out.segments.is_empty() {
         // Nothing was predicted: the cubic Hermite baseline is all that is expected.
         demonstrations.activations_m
     } else {
         &remainders
     });
-    let left = left_m(demonstrations, predicted, &remainders);
+    // What is left of the fingertips' deviations at every sample: expressed less expected is the remainder,
+    // so recorded - expressed + remainder, what no activations express included.
+    let every: Vec<usize> = (0..demonstrations.layout.samples).collect();
+    let recorded =
+        Primitives::fingertips_of(demonstrations.deviations_m, &left_out.segments, &every);
+    let left = recorded + (demonstrations.primitives).fingertips_m(&(&remainders - known), &every);
     let covariances = covariances_m2(demonstrations.primitives, &covariance_m2, unexplained_m2);
     let error = errors(choice);
     Chosen {
@@ -112,7 +104,7 @@ pub(super) fn validate(
         calibration: calibrate(&left, &covariances),
         validation: Validation {
             folds: folds.len(),
-            segments: predicted.segments.len(),
+            segments: left_out.segments.len(),
             smooth_error_m: mean(&smooth),
             error_m: mean(&error),
             standard_error_m: standard_error(&gains(&smooth, &error)),
@@ -135,28 +127,6 @@ fn covariance_m2(errors_m: &DMatrix<f64>) -> DMatrix<f64> {
         covariance_m2[(i, i)] += missing;
     }
     covariance_m2
-}
-
-fn predict(demonstrations: &Demonstrations<'_>, sums: &Sums, folds: &[Fold]) -> Predicted {
-    let parts: Vec<Vec<[DMatrix<f64>; HAND_WIDTHS.len()]>> = folds
-        .par_iter()
-        .map(|fold| predict_fold(demonstrations, sums, fold))
-        .collect();
-    let parts: Vec<_> = parts.into_iter().flatten().collect();
-    let rank = demonstrations.primitives.rank();
-    let gather = |width: usize, column: usize| {
-        let mut matrix = DMatrix::zeros(rank, parts.len());
-        for (mut place, part) in matrix.column_iter_mut().zip(&parts) {
-            place.copy_from(&part[width].column(column));
-        }
-        matrix
-    };
-    Predicted {
-        segments: folds.iter().flat_map(|f| f.left_out.clone()).collect(),
-        profile: gather(0, 0),
-        hand: std::array::from_fn(|i| gather(i, 1)),
-        finger: std::array::from_fn(|i| gather(i, 2)),
-    }
 }
 
 /// The parts of the expectation (r x 3) for each left-out segment and pair of widths.
@@ -185,45 +155,89 @@ fn predict_fold(
         .collect()
 }
 
-/// The samples at which predictions are compared.
-fn instants(layout: SegmentLayout) -> Vec<usize> {
-    let step = layout.samples.div_ceil(INSTANTS);
-    (step / 2..layout.samples).step_by(step).collect()
-}
-
-/// The widths that predict best by themselves, then the weights of all three parts together.
-fn choose(demonstrations: &Demonstrations<'_>, left_out: &LeftOut) -> Choice {
-    let wanted = left_out.wanted_m.as_slice();
-    let predicted = &left_out.predicted;
-    let at_instants =
-        |a: &DMatrix<f64>| (demonstrations.primitives).fingertips_m(a, &left_out.instants);
-    let profile = at_instants(&predicted.profile);
-    let best = |candidates: &[DMatrix<f64>; HAND_WIDTHS.len()]| {
-        let tried: Vec<(f64, DMatrix<f64>)> = candidates
+impl<'a> LeftOut<'a> {
+    fn new(demonstrations: &'a Demonstrations<'a>, sums: &Sums, folds: &[Fold]) -> Self {
+        let parts: Vec<Vec<[DMatrix<f64>; HAND_WIDTHS.len()]>> = folds
             .par_iter()
-            .map(|candidate| {
-                let candidate = at_instants(candidate);
-                let points = Points {
-                    wanted,
-                    predictions: [profile.as_slice(), candidate.as_slice()],
-                };
-                (blend(&points).1, candidate)
-            })
+            .map(|fold| predict_fold(demonstrations, sums, fold))
             .collect();
-        let numbered = tried.into_iter().enumerate();
-        let smallest = numbered.min_by(|(_, (a, _)), (_, (b, _))| a.total_cmp(b));
-        smallest.map_or((0, DMatrix::zeros(0, 0)), |(i, (_, best))| (i, best))
-    };
-    let (hand, by_hand) = best(&predicted.hand);
-    let (finger, by_finger) = best(&predicted.finger);
-    let (weights, _) = blend(&Points {
-        wanted,
-        predictions: [profile.as_slice(), by_hand.as_slice(), by_finger.as_slice()],
-    });
-    Choice {
-        hand,
-        finger,
-        weights,
+        let parts: Vec<_> = parts.into_iter().flatten().collect();
+        let rank = demonstrations.primitives.rank();
+        let gather = |width: usize, column: usize| {
+            let mut matrix = DMatrix::zeros(rank, parts.len());
+            for (mut place, part) in matrix.column_iter_mut().zip(&parts) {
+                place.copy_from(&part[width].column(column));
+            }
+            matrix
+        };
+        let segments: Vec<_> = folds.iter().flat_map(|f| f.left_out.clone()).collect();
+        let step = demonstrations.layout.samples.div_ceil(INSTANTS);
+        let instants = (step / 2..demonstrations.layout.samples).step_by(step);
+        let instants: Vec<_> = instants.collect();
+        let deviations_m = demonstrations.deviations_m;
+        Self {
+            demonstrations,
+            profile: gather(0, 0),
+            hand: std::array::from_fn(|i| gather(i, 1)),
+            finger: std::array::from_fn(|i| gather(i, 2)),
+            wanted_m: Primitives::fingertips_of(deviations_m, &segments, &instants),
+            segments,
+            instants,
+        }
+    }
+
+    /// Fingertips at the compared instants that activations stand for.
+    fn at_instants(&self, activations_m: &DMatrix<f64>) -> DMatrix<f64> {
+        (self.demonstrations.primitives).fingertips_m(activations_m, &self.instants)
+    }
+
+    /// The widths that predict best by themselves, then the weights of all three parts together.
+    fn choose(&self) -> Choice {
+        let wanted = self.wanted_m.as_slice();
+        let profile = self.at_instants(&self.profile);
+        let best = |candidates: &[DMatrix<f64>; HAND_WIDTHS.len()]| {
+            let tried: Vec<(f64, DMatrix<f64>)> = candidates
+                .par_iter()
+                .map(|candidate| {
+                    let candidate = self.at_instants(candidate);
+                    let points = Points {
+                        wanted,
+                        predictions: [profile.as_slice(), candidate.as_slice()],
+                    };
+                    (blend(&points).1, candidate)
+                })
+                .collect();
+            let numbered = tried.into_iter().enumerate();
+            let smallest = numbered.min_by(|(_, (a, _)), (_, (b, _))| a.total_cmp(b));
+            smallest.map_or((0, DMatrix::zeros(0, 0)), |(i, (_, best))| (i, best))
+        };
+        let (hand, by_hand) = best(&self.hand);
+        let (finger, by_finger) = best(&self.finger);
+        let (weights, _) = blend(&Points {
+            wanted,
+            predictions: [profile.as_slice(), by_hand.as_slice(), by_finger.as_slice()],
+        });
+        Choice {
+            hand,
+            finger,
+            weights,
+        }
+    }
+
+    /// Predicted activations, metres.
+    fn expected_m(&self, choice: Choice) -> DMatrix<f64> {
+        let [profile, hand, finger] = choice.weights;
+        &self.profile * profile
+            + &self.hand[choice.hand] * hand
+            + &self.finger[choice.finger] * finger
+    }
+
+    /// Mean distance over fingers and compared instants of each left-out segment, metres.
+    fn errors_m(&self, choice: Choice) -> Vec<f64> {
+        let expected_m = self.at_instants(&self.expected_m(choice));
+        (self.wanted_m.column_iter().zip(expected_m.column_iter()))
+            .map(|(wanted, expected)| mean_distance_m(wanted.as_slice(), expected.as_slice()))
+            .collect()
     }
 }
 
@@ -239,72 +253,6 @@ fn trust(smooth: &[f64], full: &[f64]) -> f64 {
     (1.0 - (error / gain).powi(2)).max(0.0)
 }
 
-fn expected_m(predicted: &Predicted, choice: Choice) -> DMatrix<f64> {
-    let [profile, hand, finger] = choice.weights;
-    &predicted.profile * profile
-        + &predicted.hand[choice.hand] * hand
-        + &predicted.finger[choice.finger] * finger
-}
-
-/// Mean distance over fingers and compared instants of each left-out segment, metres.
-fn segment_errors_m(
-    demonstrations: &Demonstrations<'_>,
-    left_out: &LeftOut,
-    choice: Choice,
-) -> Vec<f64> {
-    let expected_m = expected_m(&left_out.predicted, choice);
-    let expected_m = (demonstrations.primitives).fingertips_m(&expected_m, &left_out.instants);
-    (left_out
-        .wanted_m
-        .column_iter()
-        .zip(expected_m.column_iter()))
-    .map(|(wanted, expected)| mean_distance(wanted.as_slice(), expected.as_slice()))
-    .collect()
-}
-
-/// What is left of the activations after the prediction (r x left-out segments), metres.
-fn remainders_m(
-    demonstrations: &Demonstrations<'_>,
-    predicted: &Predicted,
-    choice: Choice,
-) -> DMatrix<f64> {
-    let known = demonstrations
-        .activations_m
-        .select_columns(&predicted.segments);
-    known - expected_m(predicted, choice)
-}
-
-/// What is left of the fingertips' deviations, at every sample: what is left of the activations,
-/// and what no activations express.
-fn left_m(
-    demonstrations: &Demonstrations<'_>,
-    predicted: &Predicted,
-    remainders: &DMatrix<f64>,
-) -> DMatrix<f64> {
-    let every: Vec<usize> = (0..demonstrations.layout.samples).collect();
-    let known = demonstrations
-        .activations_m
-        .select_columns(&predicted.segments);
-    let recorded =
-        Primitives::fingertips_of(demonstrations.deviations_m, &predicted.segments, &every);
-    // Expressed less expected is the remainder: recorded - expressed + remainder.
-    recorded + (demonstrations.primitives).fingertips_m(&(remainders - known), &every)
-}
-
 fn gains(smooth: &[f64], other: &[f64]) -> Vec<f64> {
     smooth.iter().zip(other).map(|(s, o)| s - o).collect()
-}
-
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len().max(1) as f64
-}
-
-fn standard_error(values: &[f64]) -> f64 {
-    let count = values.len();
-    if count < 2 {
-        return 0.0;
-    }
-    let mean = mean(values);
-    let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
-    (squares / (count - 1) as f64 / count as f64).sqrt()
 }

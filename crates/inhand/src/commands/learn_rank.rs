@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result};
-use inhand_dictionary::{HeldOut, RankCurve, RankGroups, RankPoint, RankSuggestion};
-use inhand_model::{Provenance, Segments};
-use inhand_report::{RankFigure, RankFigurePoint, rank_figure_svg};
+use inhand_dictionary::{RankCurve, RankGroups, RankSuggestion};
+use inhand_model::{HeldOut, Provenance, RankPoint, Segments};
+use inhand_report::{RankFigure, rank_figure_svg};
 use inhand_session::{Role, Settings, steps, write_text};
 use serde_json::{Value, json};
 
@@ -179,24 +179,13 @@ impl RankChoice {
         let name = dictionary.file_stem().unwrap_or_default();
         let figure = RankFigure {
             title: format!("{}, {}", name.to_string_lossy(), self.curve.kind.name()),
-            points: self.curve.points.iter().map(figure_point).collect(),
+            points: self.curve.points.clone(),
             suggested: self.suggestion.rank,
             limit_m: self.suggestion.limit_m,
             reason: self.reason(),
         };
         write_text(&path, &rank_figure_svg(&figure))?;
         Ok(path)
-    }
-}
-
-fn figure_point(point: &RankPoint) -> RankFigurePoint {
-    RankFigurePoint {
-        rank: point.rank,
-        explained_variance: point.explained_variance,
-        training_m: point.training_rms_m,
-        reconstructed_m: point.reconstructed.rms_m,
-        predicted_m: point.predicted.rms_m,
-        predicted_standard_error_m: point.predicted.standard_error_m,
     }
 }
 

@@ -1,9 +1,7 @@
 //! Choosing a method by how well each does on training takes left out of learning.
 
-use inhand_dictionary::{Fold, folds};
-use inhand_model::{
-    Demonstrated, Dictionary, Finger, MethodCandidate, MethodChoice, Segments, Trajectory,
-};
+use inhand_dictionary::{Fold, folds, mean, mean_distance_m, standard_error};
+use inhand_model::{Demonstrated, Dictionary, MethodCandidate, MethodChoice, Segments};
 
 use super::learn::demonstrations;
 use super::{generate, learn};
@@ -130,31 +128,13 @@ fn add_fold(
     for (method, list) in errors.methods.iter().zip(&mut errors.by_segment_m) {
         let generated = generate(*method, &dictionary, &left_out, settings)?;
         for (segment, trajectory) in generated.trajectories.iter().enumerate() {
-            list.push(mean_error_m(
-                trajectory.as_ref(),
-                left_out.fingertips_m(segment),
-            ));
+            let recorded_m = left_out.fingertips_m(segment);
+            list.push(trajectory.as_ref().map_or(f64::INFINITY, |trajectory| {
+                mean_distance_m(recorded_m, trajectory.values_m())
+            }));
         }
     }
     Ok(())
-}
-
-/// Mean distance over fingers and instants, metres; infinite without a trajectory.
-fn mean_error_m(trajectory: Option<&Trajectory>, recorded_m: &[f64]) -> f64 {
-    let Some(trajectory) = trajectory else {
-        return f64::INFINITY;
-    };
-    let planned = trajectory.values_m().as_chunks::<3>().0;
-    let recorded = recorded_m.as_chunks::<3>().0;
-    let sum: f64 = (planned.iter().zip(recorded))
-        .map(|(p, r)| {
-            (0..3)
-                .map(|axis| (p[axis] - r[axis]).powi(2))
-                .sum::<f64>()
-                .sqrt()
-        })
-        .sum();
-    sum / (trajectory.layout().samples * Finger::COUNT) as f64
 }
 
 impl Errors {
@@ -195,15 +175,8 @@ impl Errors {
         let gains: Vec<f64> = (self.by_segment_m[one].iter().zip(&self.by_segment_m[other]))
             .map(|(one, other)| other - one)
             .collect();
-        let mean = mean(&gains);
-        let squares: f64 = gains.iter().map(|gain| (gain - mean).powi(2)).sum();
-        let n = gains.len() as f64;
-        (mean, (squares / (n - 1.0).max(1.0) / n).sqrt())
+        (mean(&gains), standard_error(&gains))
     }
-}
-
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len().max(1) as f64
 }
 
 #[cfg(test)]

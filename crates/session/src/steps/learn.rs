@@ -1,8 +1,6 @@
 //! From training segments to a dictionary.
 
-use inhand_dictionary::{
-    NmfSettings, Penalty, ResidualSettings, draw, learn_nmf, learn_pca, learn_residual,
-};
+use inhand_dictionary::{NmfSettings, Penalty, draw, learn_nmf, learn_pca, learn_residual};
 use inhand_model::{Demonstrated, Dictionary, DictionaryKind, Segments};
 
 use crate::error::{Located as _, SessionError};
@@ -11,7 +9,7 @@ use crate::settings::{LearnSection, Settings};
 /// Primitives where the settings name no number: as published.
 const RANK: usize = 200;
 
-/// Learns the dictionary, and deviations from the smooth curve beside it.
+/// Learns the dictionary, and deviations from the cubic Hermite baseline beside it.
 ///
 /// # Errors
 ///
@@ -34,7 +32,7 @@ pub fn learn(
     with_deviations(dictionary, &demonstrations(segments, settings), settings)
 }
 
-/// Adds deviations from the smooth curve, learned from the given segments.
+/// Adds deviations from the cubic Hermite baseline, learned from the given segments.
 ///
 /// # Errors
 ///
@@ -44,8 +42,7 @@ pub fn with_deviations(
     demonstrations: &Segments,
     settings: &Settings,
 ) -> Result<Dictionary, SessionError> {
-    let primitives = settings.learn.deviation_primitives;
-    let residual = learn_residual(demonstrations, &ResidualSettings { primitives });
+    let residual = learn_residual(demonstrations, settings.learn.deviation_primitives);
     Ok(Dictionary {
         residual: Some(residual.during("learning")?),
         ..dictionary

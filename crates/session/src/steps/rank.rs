@@ -1,7 +1,7 @@
 //! Choice of the number of primitives.
 
-use inhand_dictionary::{RankCurve, RankMethod, RankPoint, rank_curve};
-use inhand_model::{DictionaryKind, Segments};
+use inhand_dictionary::{RankCurve, RankMethod, rank_curve};
+use inhand_model::{DictionaryKind, RankPoint, Segments};
 
 use super::nmf_settings;
 use crate::error::{Located as _, SessionError};

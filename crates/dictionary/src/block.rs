@@ -34,7 +34,7 @@ pub(crate) struct Basis<T> {
     padded: Gram<T>,
     /// The primitives as the product with the data reads them.
     packed: Packed<T>,
-    /// What activations cost.
+    /// Penalty of activations.
     penalty: Penalty,
 }
 
@@ -65,7 +65,7 @@ pub(crate) struct Block<T> {
     pub(crate) data: Vec<T>,
     /// Activations (`rank` x count).
     pub(crate) activations: Vec<T>,
-    /// What is missing.
+    /// Places of missing numbers.
     missing: Missing,
     /// Squared Frobenius norm of the data that is there.
     squared_norm: f64,

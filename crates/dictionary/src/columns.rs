@@ -17,7 +17,7 @@ pub trait Columns: Sync {
     /// Number of segments (n).
     fn count(&self) -> usize;
 
-    /// Where a segment was cut from, for messages.
+    /// Take and sample that a segment was cut from, for messages.
     fn origin(&self, segment: usize) -> SegmentOrigin;
 
     /// Segments that the takes would have given without gaps in addition, for messages.

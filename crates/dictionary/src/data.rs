@@ -6,7 +6,7 @@ use crate::block::BLOCK_COLUMNS;
 use crate::columns::Columns;
 use crate::error::LearnError;
 
-/// What a look through the columns gives: the smallest and largest value of each coordinate of a sample,
+/// Result of a look through the columns: the smallest and largest value of each coordinate of a sample,
 /// metres (the 15 of the fingertips, and with the object its 6), and how many numbers are missing.
 pub(crate) struct Survey {
     pub(crate) min_m: Vec<f64>,
@@ -62,7 +62,7 @@ pub(crate) fn survey(columns: &dyn Columns, may_miss: bool) -> Result<Survey, Le
     Ok(survey)
 }
 
-/// How many numbers of a column are missing.
+/// Number of missing numbers of a column.
 fn check_numbers(
     columns: &dyn Columns,
     segment: usize,

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-/// Why a dictionary cannot be learned or used.
+/// Reason why a dictionary cannot be learned or used.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum LearnError {

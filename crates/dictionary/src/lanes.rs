@@ -16,7 +16,7 @@ pub(crate) trait Kernel {
     fn run<const L: usize, const V: usize, const FUSED: bool>(self);
 }
 
-/// What a kernel is compiled for.
+/// Instruction set that a kernel is compiled for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum InstructionSet {
     #[cfg(target_arch = "x86_64")]

@@ -3,7 +3,7 @@
 use crate::product::dot;
 use crate::real::Real;
 
-/// Where numbers are missing.
+/// Places of missing numbers.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Missing {
     /// Column and row of each missing number, in the order of the data.
@@ -38,7 +38,7 @@ impl Missing {
         Self { places }
     }
 
-    /// How many numbers are missing.
+    /// Number of missing numbers.
     #[cfg(test)]
     pub(crate) fn len(&self) -> usize {
         self.places.len()

@@ -141,10 +141,10 @@ pub fn describe_nmf(
     problem.finish(&[state], demonstrated, &mut |block| Ok(fit(block)?.1))
 }
 
-/// How far data may lie below a given offset, metres: rounding of what other tools wrote.
+/// Largest distance of data below a given offset, metres: rounding of what other tools wrote.
 const GIVEN_SLACK_M: f64 = 1e-6;
 
-/// Where the smallest last objective is; the first of equal ones.
+/// Index of the smallest last objective; the first of equal ones.
 pub fn smallest_objective(states: &[NmfState]) -> usize {
     let last = |state: &NmfState| {
         let last = state.objective_history_m2.last().copied();
@@ -209,7 +209,7 @@ pub(crate) fn iterate<T: Real>(
 }
 
 impl NmfProblem {
-    /// How each of several starts ended, against the one at `best`; none for a single start.
+    /// Results of several starts compared with the one at `best`; none for a single start.
     fn compare(&self, states: &[NmfState], best: usize) -> Vec<Restart> {
         if states.len() < 2 {
             return Vec::new();
@@ -238,7 +238,7 @@ impl NmfProblem {
     ///
     /// # Errors
     ///
-    /// What `activations` returns, and [`LearnError::Data`] for some of another size.
+    /// Errors of `activations`, and [`LearnError::Data`] for some of another size.
     pub fn finish(
         &self,
         starts: &[NmfState],

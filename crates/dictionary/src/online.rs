@@ -14,7 +14,7 @@ const BATCH_COLUMNS: usize = 256;
 /// Sweeps over the activations of a batch, which start from nothing and are met once.
 const ACTIVATION_SWEEPS: usize = 10;
 
-/// How fast earlier batches are forgotten: after `t` batches the sums so far count
+/// Exponent by which earlier batches are forgotten: after `t` batches the sums so far count
 /// `(1 - 1 / t)^FORGETTING` (Mairal et al. 2010, section 3.4.1 of the paper): their activations
 /// belong to primitives that were worse.
 const FORGETTING: i32 = 2;

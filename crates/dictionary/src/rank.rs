@@ -26,7 +26,7 @@ const ALIKE_S: f64 = 0.1;
 /// Fewest samples of a segment: some before, some in and some after the hidden part.
 const LEAST_SAMPLES: usize = 3;
 
-/// What is learned at each rank.
+/// Kind of dictionary that is learned at each rank.
 #[derive(Clone, Copy, Debug)]
 pub enum RankMethod<'a> {
     /// Non-negative matrix factorisation with these settings; their rank is not used.
@@ -35,7 +35,7 @@ pub enum RankMethod<'a> {
     Pca,
 }
 
-/// How segments are left out.
+/// Groups in which segments are left out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RankGroups {
     /// By take.
@@ -44,7 +44,7 @@ pub enum RankGroups {
     Intervals,
 }
 
-/// How good dictionaries of different ranks are.
+/// Errors of dictionaries of different ranks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RankCurve {
     /// Kind of dictionary.
@@ -59,7 +59,7 @@ pub struct RankCurve {
     pub segments: usize,
     /// Segments that were left out in turn and judged; none overlaps another.
     pub left_out: usize,
-    /// How they were left out.
+    /// Groups in which they were left out.
     pub by: RankGroups,
     /// Takes, or intervals of the only one.
     pub groups: usize,

@@ -35,13 +35,13 @@ pub struct NmfProblem {
     pub count: usize,
     /// Numbers that are there, over all segments.
     pub numbers: usize,
-    /// What is taken off each row before factorising, metres.
+    /// Offset subtracted from each row before factorising, metres.
     pub offset_m: Vec<f64>,
-    /// How to factorise.
+    /// Settings of the factorisation.
     pub settings: NmfSettings,
 }
 
-/// What a round starts from, and how it went so far.
+/// State at the start of a round, and the history so far.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct NmfState {
     /// Seed of the start.
@@ -58,7 +58,7 @@ pub struct NmfState {
     pub squared_norm_m2: f64,
     /// Squared Frobenius norm of the error that was measured last, m².
     pub squared_residual_m2: f64,
-    /// Why learning stopped; the primitives are then the result.
+    /// Reason why learning stopped; the primitives are then the result.
     pub stop: Option<StopReason>,
 }
 
@@ -106,7 +106,7 @@ impl NmfProblem {
     ///
     /// # Errors
     ///
-    /// What reading them returns.
+    /// Errors of reading them.
     pub fn read_block(&self, columns: &dyn Columns, block: usize) -> Result<Vec<f64>, LearnError> {
         self.read(columns, self.block(block))
     }
@@ -250,7 +250,7 @@ impl NmfProblem {
     ///
     /// # Errors
     ///
-    /// What reading returns for a training segment that is needed to replace a primitive that has
+    /// Errors of reading a training segment that is needed to replace a primitive that has
     /// become zero.
     pub fn update(
         &self,

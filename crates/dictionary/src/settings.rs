@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// How the factors are updated.
+/// Update rule of the factors.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Update {
@@ -27,7 +27,7 @@ pub enum Precision {
     F32,
 }
 
-/// What a factor costs: `l1` times the sum of its numbers plus `l2` times half the sum of their
+/// Penalty of a factor: `l1` times the sum of its numbers plus `l2` times half the sum of their
 /// squares.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Penalty {
@@ -51,13 +51,13 @@ impl Penalty {
         }
     }
 
-    /// What a factor costs by the sum of its numbers and that of their squares.
+    /// Cost of a factor by the sum of its numbers and that of their squares.
     pub(crate) fn of(self, sum: f64, squares: f64) -> f64 {
         self.l1 * sum + 0.5 * self.l2 * squares
     }
 }
 
-/// Where the primitives start.
+/// Start of the primitives.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Start {
@@ -93,19 +93,19 @@ pub struct NmfSettings {
     pub relative_change: f64,
     /// Learning stops once the root mean square error is not above this, metres.
     pub stop_rms_m: Option<f64>,
-    /// What stays between each coordinate's training minimum and zero after the shift, metres.
+    /// Distance between each coordinate's training minimum and zero after the shift, metres.
     pub offset_margin_m: f64,
-    /// How the factors are updated.
+    /// Update rule of the factors.
     pub update: Update,
     /// Sweeps of coordinate descent over a factor for each product with the data, with
     /// [`Update::Hals`]; at least 1 (Gillis and Glineur 2012). A sweep costs a tenth of the product,
     /// and with three the error falls as fast in one iteration as in two to three with one.
     pub sweeps: usize,
-    /// Where the primitives start.
+    /// Start of the primitives.
     pub start: Start,
-    /// What activations cost, on the scale of the problem (see [`primitive_penalty`](Self::primitive_penalty)).
+    /// Penalty of activations, on the scale of the problem (see [`primitive_penalty`](Self::primitive_penalty)).
     pub activation_penalty: Penalty,
-    /// What primitives cost. With `n` segments of `m` numbers the objective is
+    /// Penalty of primitives. With `n` segments of `m` numbers the objective is
     ///
     /// ```text
     /// 1/2 |V - offset - W H|² + m * activation_penalty(H) + n * primitive_penalty(W)

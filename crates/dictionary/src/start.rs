@@ -18,7 +18,7 @@ impl NmfProblem {
     ///
     /// # Errors
     ///
-    /// What reading columns returns.
+    /// Errors of reading columns.
     pub fn start(&self, columns: &dyn Columns, seed: u64) -> Result<NmfState, LearnError> {
         let primitives = match self.settings.start {
             Start::Random => self.random_primitives(seed),

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::LearnError;
 
-/// What can be added up over blocks.
+/// A quantity that is added up over blocks.
 pub(crate) trait Addend {
     /// Adds the sum over the blocks that follow.
     fn add(&mut self, following: Self);

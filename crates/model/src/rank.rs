@@ -10,7 +10,7 @@ pub struct HeldOut {
     pub standard_error_m: Option<f64>,
 }
 
-/// How good a dictionary of one rank is.
+/// Errors of a dictionary of one rank.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RankPoint {
     /// Number of primitives.

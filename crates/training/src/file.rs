@@ -14,7 +14,7 @@ use sha2::{Digest, Sha256};
 const MAGIC: &[u8; 8] = b"INHAND\0\x02";
 const CHECKSUM_BYTES: usize = 32;
 
-/// What a file is, and what it belongs to.
+/// Kind of a file and the round it belongs to.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Label {
     pub(crate) kind: String,

@@ -1,4 +1,4 @@
-//! Names in a learning folder, and what all of its files belong to.
+//! Names and files of a learning folder, and the plan that they belong to.
 
 use std::path::{Path, PathBuf};
 
@@ -17,7 +17,7 @@ const PROBLEM: (&str, usize, usize) = ("problem", 0, 0);
 /// Version of the folder's form.
 pub(crate) const FORMAT: u32 = 2;
 
-/// What a run of learning is: the content of `learning.json`.
+/// Plan of a run of learning: the content of `learning.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LearningPlan {
@@ -159,7 +159,7 @@ impl LearningFolder {
         &self.root
     }
 
-    /// What the run is.
+    /// Plan of the run.
     pub const fn plan(&self) -> &LearningPlan {
         &self.plan
     }

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use crate::folder::{FORMAT, LearningFolder, LearningPlan, PlannedTake, table_path};
 use crate::tables::{TableColumns, read_table, write_table};
 
-/// What is kept of a take once its table is written.
+/// Facts about a take whose table is written.
 struct Gathered {
     planned: PlannedTake,
     path: PathBuf,
@@ -24,7 +24,7 @@ struct Gathered {
     shown: Shown,
 }
 
-/// How takes turn into motions.
+/// Source of the motions of takes.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Processing {
     /// As an earlier step stored them.

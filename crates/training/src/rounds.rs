@@ -1,4 +1,4 @@
-//! The rounds of a run: what a shard does, and what becomes of all of them.
+//! The rounds of a run: the work of a shard, and the update from the sums of all shards.
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -51,18 +51,18 @@ impl FromStr for Shard {
     }
 }
 
-/// Where a run is.
+/// State of a run.
 #[derive(Clone, Debug)]
 pub struct Progress {
     /// Which of the random starts, from 0.
     pub start: usize,
-    /// How many there are.
+    /// Number of starts.
     pub starts: usize,
     /// Iterations done in this start.
     pub round: usize,
     /// Last measured error, root mean square, metres; `None` before the first round.
     pub rms_m: Option<f64>,
-    /// Why this start stopped, if it did.
+    /// Reason why this start stopped, if it did.
     pub stop: Option<StopReason>,
 }
 
@@ -73,12 +73,12 @@ impl Progress {
     }
 }
 
-/// What an update gave.
+/// Result of an update.
 #[derive(Clone, Debug)]
 pub struct Updated {
-    /// Where the run was: the round that was measured.
+    /// State before the update: the round that was measured.
     pub measured: Progress,
-    /// Where it is.
+    /// State after it.
     pub progress: Progress,
 }
 

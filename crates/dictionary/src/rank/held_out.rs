@@ -54,7 +54,7 @@ impl Errors {
         }
     }
 
-    /// How many groups there are.
+    /// Number of groups.
     pub(super) fn groups(&self) -> usize {
         self.groups.len()
     }

@@ -42,7 +42,7 @@ struct Sums<const K: usize> {
     products: [f64; K],
 }
 
-/// What one pass over the points gives.
+/// Result of one pass over the points.
 struct Pass<const K: usize> {
     mean_distance_m: f64,
     sums: Sums<K>,
@@ -53,7 +53,7 @@ impl<const K: usize> Points<'_, K> {
         self.wanted.len() / 3
     }
 
-    /// What the weighted predictions leave of a point.
+    /// Remainder of a point less the weighted predictions.
     fn left(&self, i: usize, weights: &[f64; K]) -> [f64; 3] {
         let mut left = point(self.wanted, i);
         for (weight, prediction) in weights.iter().zip(self.predictions) {

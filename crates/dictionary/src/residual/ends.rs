@@ -7,7 +7,7 @@ use crate::covariance::moments_of;
 use crate::data::named;
 use crate::error::LearnError;
 
-/// How far a segment's first and last sample may lie from its boundary conditions, metres: a marker is
+/// Largest distance of a segment's first and last sample from its boundary conditions, metres: a marker is
 /// known no better. The cubic Hermite baseline leads from one boundary condition to the other, so a segment that
 /// begins elsewhere would have a deviation with a jump.
 const TOLERANCE_M: f64 = 1e-6;

@@ -42,7 +42,7 @@ struct LeftOut<'a> {
     wanted_m: DMatrix<f64>,
 }
 
-/// What the left-out takes say.
+/// Widths, weights and errors from the left-out takes.
 pub(super) struct Chosen {
     pub(super) bandwidths: Bandwidths,
     pub(super) weights: ExpectationWeights,
@@ -241,7 +241,7 @@ impl<'a> LeftOut<'a> {
     }
 }
 
-/// How much of the weights to keep, by the gain's ratio `t` to its own standard error over
+/// Share of the weights to keep, by the gain's ratio `t` to its own standard error over
 /// segments: `1 - 1/t²`, nothing for `t` below 1 (the positive part of James and Stein's factor for
 /// a single number). Nothing as well for fewer segments than [`LEAST_SEGMENTS`].
 fn trust(smooth: &[f64], full: &[f64]) -> f64 {

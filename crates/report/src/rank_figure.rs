@@ -264,9 +264,9 @@ mod tests {
     fn what_does_not_exist_is_not_drawn() {
         let mut figure = figure();
         figure.points.truncate(1);
-        figure.points[0].predicted_standard_error_m = None;
+        figure.points[0].predicted.standard_error_m = None;
         figure.points[0].explained_variance = 1.0;
-        figure.points[0].training_m = f64::NAN;
+        figure.points[0].training_rms_m = f64::NAN;
         figure.suggested = 10;
         let svg = rank_figure_svg(&figure);
         assert_eq!(svg.matches("class=\"bar\"").count(), 0);

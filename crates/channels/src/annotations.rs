@@ -16,7 +16,7 @@ use crate::streams::Streams;
 use crate::topic;
 use crate::wire::viewer_time;
 
-/// Name of the schema that events have, whoever wrote them.
+/// Name of the schema of events, of any writer.
 const SCHEMA: &str = "foxglove.Event";
 
 /// Adds each event when it begins; its sequence number is its place among those given.
@@ -95,20 +95,20 @@ struct EventChannel {
 /// Collects events from the records of a file.
 #[derive(Default)]
 pub(crate) struct EventReader {
-    /// Whether events of other topics are left alone.
+    /// Whether events of other topics are ignored.
     own_alone: bool,
     /// Whether a schema is that of events.
     schemas: BTreeMap<u16, bool>,
     channels: BTreeMap<u16, EventChannel>,
-    /// With the channel and the sequence number, which say where an event belongs.
+    /// With the channel and the sequence number, which give the order.
     events: Vec<(u16, u32, Event)>,
     keys: Vec<String>,
-    /// Events of others that cannot be read; the first of each topic is said.
+    /// Third-party events that cannot be read; the first of each topic is reported.
     unread: Vec<Finding>,
 }
 
 impl EventReader {
-    /// What was odd about events of others, a topic at a time.
+    /// Findings about third-party events, one for each topic.
     pub(crate) fn findings(&mut self) -> Vec<Finding> {
         let mut unread = std::mem::take(&mut self.unread);
         unread.dedup_by(|later, first| later.place == first.place);
@@ -139,7 +139,7 @@ impl EventReader {
                     let (event, keys) = match channel.event(data, file) {
                         Ok(read) => read,
                         Err(error) if channel.topic == topic::ANNOTATIONS => return Err(error),
-                        // What another tool means is its own: a take is not lost for it.
+                        // A third-party event must not make the take unreadable.
                         Err(error) => {
                             self.unread.push(Finding::warning(
                                 channel.topic.clone(),
@@ -254,7 +254,7 @@ fn from_json(data: &[u8]) -> Option<JsonEvent> {
 
 /// A file that holds events alone, to be joined with another one.
 ///
-/// `profile` is what the file says of the kind of its content: that of the other one.
+/// `profile` is that of the other file.
 ///
 /// # Errors
 ///

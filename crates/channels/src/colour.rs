@@ -6,7 +6,7 @@ use inhand_model::{Finger, PerFinger};
 pub type Rgb = [u8; 3];
 
 /// Colour of each finger: five of the eight colours that Okabe and Ito chose so that people with
-/// any common form of colour blindness can tell them apart ("Color Universal Design", 2008).
+/// any common form of colour blindness can distinguish them ("Color Universal Design", 2008).
 pub const FINGER_COLOURS: PerFinger<Rgb> = PerFinger::new([
     [0xE6, 0x9F, 0x00],
     [0x56, 0xB4, 0xE9],
@@ -17,7 +17,7 @@ pub const FINGER_COLOURS: PerFinger<Rgb> = PerFinger::new([
 
 /// Colours of generated motion, by the place of the method among those of a file. None is a finger's, so
 /// that planned and recorded fingertips are never mistaken for each other; they differ in lightness as
-/// well as in hue, and all of them stand out from a dark as from a light background.
+/// well as in hue, and all of them contrast with a dark as with a light background.
 pub const METHOD_COLOURS: [Rgb; 7] = [
     [0xF0, 0xE4, 0x42],
     [0xA6, 0x6C, 0xFF],

@@ -17,7 +17,7 @@ use crate::topic;
 pub struct TakeCut {
     /// Samples that stay.
     pub samples: Range<usize>,
-    /// Whether these are all.
+    /// Whether these are all samples of the take.
     pub whole: bool,
     /// Log times of the messages that stay.
     pub keep: Interval,
@@ -134,14 +134,14 @@ fn kept_samples(
 pub fn latch(channel: &ChannelFacts) -> Option<Latch> {
     match &*channel.topic {
         topic::RECORDING_FINDINGS => Some(Latch::All),
-        // The tree of views beside a tree of others.
+        // The tree of views beside a third-party tree.
         topic::VIEW_TF_STATIC | topic::VIEW_FRAMES => Some(Latch::All),
         topic if is_sent_once(topic) => Some(Latch::Last),
         _ => inhand_container::latch(channel),
     }
 }
 
-/// Views that one message says for the whole file.
+/// Whether a single message of the topic holds for the whole file.
 fn is_sent_once(topic: &str) -> bool {
     let of_file = [
         topic::VIEW_OBJECT,
@@ -158,7 +158,7 @@ fn is_sent_once(topic: &str) -> bool {
     of_file.contains(&topic) || of_layer(topic)
 }
 
-/// Whether a channel counts samples from the start of the whole take, so that it says nothing of a
+/// Whether a channel counts samples from the start of the whole take, so that it has no meaning in a
 /// range of it: generated trajectories and how they were judged, what cleaning changed.
 pub fn is_of_whole_take(channel: &ChannelFacts) -> bool {
     counts_from_start(&channel.topic)

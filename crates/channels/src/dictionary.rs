@@ -30,7 +30,7 @@ const START_UNIX_NANOS: u64 = 0;
 /// zstd saves a quarter: unpacking them takes several times as long as everything else there is to do.
 const UNPACKED: Packing = Packing::None;
 
-/// How far a playable second departs from the mean motion, in standard deviations of the
+/// Distance of a playable second from the mean motion, in standard deviations of the
 /// activation: enough to see, within what training has shown.
 const PLAYED_DEVIATIONS: f64 = 2.0;
 
@@ -106,8 +106,8 @@ pub fn write_dictionary(
 
 /// Reads a dictionary that [`write_dictionary`] wrote, with what made it.
 ///
-/// A sound file is read in place: its checksums are compared, and nothing is copied but the
-/// dictionary. Files whose chunks somebody packed are read as well, only slower.
+/// An intact file is read in place: its checksums are compared, and nothing is copied but the
+/// dictionary. Files with compressed chunks are read as well, only slower.
 ///
 /// # Errors
 ///
@@ -138,7 +138,7 @@ pub fn read_dictionary(
     Ok((decoder.dictionary(message)?, provenance))
 }
 
-/// What a file with a dictionary is searched for.
+/// Parts of a file with a dictionary.
 #[derive(Default)]
 struct Found {
     metadata: Metadata,
@@ -165,8 +165,8 @@ impl Found {
     }
 }
 
-/// Searches a file whose chunks are packed, or that is not sound. Chunks are unpacked until the
-/// dictionary is found; of what lies behind it the checksum over the whole file is compared.
+/// Searches a file whose chunks are packed, or that is not intact. Chunks are unpacked until the
+/// dictionary is found; of the rest the checksum over the whole file is compared.
 fn look_closely(bytes: &[u8], file_name: &str) -> Result<Found, ChannelError> {
     let mut found = Found::default();
     let walked = walk_while(file_name, bytes, |record| {

@@ -5,14 +5,14 @@ use std::fmt::Display;
 use inhand_container::ContainerError;
 use thiserror::Error;
 
-/// Why a file cannot be written or read.
+/// An error of reading or writing a file.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ChannelError {
     /// The file is no intact MCAP file, or cannot be read or written.
     #[error(transparent)]
     Container(#[from] ContainerError),
-    /// A message does not say what its channel promises.
+    /// A message does not fit its channel.
     #[error("{file}: {topic}, message {message}: expected {expected}, found {found}")]
     Message {
         /// File that was read.
@@ -21,9 +21,9 @@ pub enum ChannelError {
         topic: String,
         /// Number of the message in its channel, from 0.
         message: usize,
-        /// What should be there.
+        /// Expected content.
         expected: String,
-        /// What is there.
+        /// Content found.
         found: String,
     },
     /// A third-party recording leaves open what its messages mean.
@@ -33,14 +33,14 @@ pub enum ChannelError {
         file: String,
         /// Topic of the messages.
         topic: String,
-        /// What would be clear.
+        /// Expected content.
         expected: String,
-        /// What is there.
+        /// Content found.
         found: Box<str>,
-        /// What to do.
+        /// Remedy.
         hint: Box<str>,
     },
-    /// A metadata record does not say what it should.
+    /// A key of a metadata record is missing or does not parse.
     #[error(
         "{file}: metadata record \"{record}\", key \"{key}\": expected {expected}, found {found}"
     )]
@@ -51,9 +51,9 @@ pub enum ChannelError {
         record: String,
         /// The key.
         key: String,
-        /// What should be there.
+        /// Expected content.
         expected: String,
-        /// What is there.
+        /// Content found.
         found: String,
     },
     /// An intact file without what was asked for.
@@ -61,21 +61,21 @@ pub enum ChannelError {
     Absent {
         /// File that was read.
         file: String,
-        /// What was asked for.
+        /// Content that is missing.
         what: String,
-        /// What the file has instead.
+        /// Content found instead.
         found: String,
-        /// What to do.
+        /// Remedy.
         hint: String,
     },
     /// Values that cannot go into one file together.
     #[error("{what}: expected {expected}, found {found}")]
     Mismatch {
-        /// Which value.
+        /// Name of the value.
         what: String,
-        /// What would fit.
+        /// Expected value.
         expected: String,
-        /// What was given.
+        /// Value found.
         found: String,
     },
 }

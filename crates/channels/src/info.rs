@@ -22,7 +22,7 @@ pub struct FileInfo {
     pub bytes: u64,
     /// Profile, such as `ros2`; mostly empty.
     pub profile: String,
-    /// What wrote it.
+    /// Program or library that wrote it.
     pub library: String,
     /// Channels by id.
     pub channels: Vec<ChannelInfo>,
@@ -42,7 +42,7 @@ pub struct FileInfo {
     pub fingertips: Vec<FingertipsInfo>,
     /// Whether the file ends with a summary, which viewers need.
     pub has_summary: bool,
-    /// Why the rest of the file could not be read; what is listed comes from before it.
+    /// Fault that ended reading; the listing covers the part before it.
     pub problem: Option<ChannelError>,
 }
 
@@ -75,11 +75,11 @@ pub struct ChannelInfo {
     pub topic: String,
     /// Name of the schema; `None` for a channel without one.
     pub schema: Option<String>,
-    /// How the schema is written, such as `protobuf`; `None` for a channel without one.
+    /// Encoding of the schema, such as `protobuf`; `None` for a channel without one.
     pub schema_encoding: Option<String>,
-    /// How messages are written, such as `protobuf`, `json`, `cdr`.
+    /// Encoding of messages, such as `protobuf`, `json`, `cdr`.
     pub message_encoding: String,
-    /// What the writer says about the channel; ours have `frame`.
+    /// Metadata of the channel; those of inhand have `frame`.
     pub metadata: BTreeMap<String, String>,
     /// Messages.
     pub messages: u64,
@@ -109,11 +109,11 @@ fn span_s(first: Option<u64>, last: Option<u64>) -> f64 {
 /// All chunks together.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct ChunkInfo {
-    /// How many there are; 0 for a file without chunks.
+    /// Number of chunks; 0 for a file without chunks.
     pub count: u64,
-    /// Bytes as they lie in the file.
+    /// Their bytes in the file, compressed.
     pub packed_bytes: u64,
-    /// Bytes that they hold.
+    /// Their bytes, uncompressed.
     pub unpacked_bytes: u64,
     /// Chunks by compression: `zstd`, `lz4`, `none`.
     pub compression: BTreeMap<String, u64>,
@@ -139,7 +139,7 @@ pub struct FrameInfo {
     pub child: String,
     /// Topic that places it.
     pub topic: String,
-    /// How often.
+    /// Number of transforms.
     pub transforms: u64,
 }
 

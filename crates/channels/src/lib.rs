@@ -47,13 +47,13 @@
 //! # }
 //! ```
 //!
-//! # What the files are like
+//! # Files
 //!
 //! Topics, schemas, units and frames are listed in `schemas/README.md`; the messages of package
 //! `inhand` are defined in `schemas/inhand`, and what no message holds is in metadata records
 //! (`inhand.recording`, `inhand.provenance.<n>` and others). Files are chunked, compressed with
 //! zstd (dictionaries are not, so that they load at once), indexed, with a summary and checksums;
-//! messages lie in time order; every schema carries
+//! messages are in time order; every schema carries
 //! its complete descriptors. The same nouns give the same bytes.
 
 mod annotations;

@@ -338,7 +338,7 @@ impl Metadata {
     }
 }
 
-/// One metadata record with what an error about it has to say.
+/// One metadata record, with the file for errors.
 struct Record<'a> {
     file: &'a str,
     name: &'a str,

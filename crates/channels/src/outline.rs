@@ -15,7 +15,7 @@ pub(crate) fn stride(rate_hz: f64) -> usize {
     ((rate_hz / MAX_RATE_HZ - 1e-3).ceil() as usize).max(1)
 }
 
-/// Every how many samples scenes show one: a multiple of [`stride`], so that all views speak of the same
+/// Every how many samples scenes show one: a multiple of [`stride`], so that all views show the same
 /// instants.
 pub(crate) fn scene_stride(rate_hz: f64) -> usize {
     let stride = stride(rate_hz);
@@ -23,13 +23,13 @@ pub(crate) fn scene_stride(rate_hz: f64) -> usize {
     stride * ((view_hz / MAX_SCENE_RATE_HZ - 1e-3).ceil() as usize).max(1)
 }
 
-/// What has to be known of a whole take before its first sample can be written. It is gathered in
+/// Facts of a whole take that its first sample depends on. They are gathered in
 /// a first pass over the blocks of a take that is too long for memory.
 #[derive(Clone, Debug, Default)]
 pub struct Outline {
     /// Samples of the take.
     pub(crate) samples: usize,
-    /// What was odd about its source.
+    /// Findings about its source.
     pub(crate) findings: Vec<Finding>,
     /// Whether each body is present at any sample that views show.
     pub(crate) shown_bodies: Vec<bool>,
@@ -57,7 +57,7 @@ impl Outline {
         self.samples += block.len();
     }
 
-    /// Says what was odd about the whole take's source.
+    /// Adds findings about the whole take's source.
     #[must_use]
     pub fn with_findings(mut self, findings: Vec<Finding>) -> Self {
         self.findings = findings;
@@ -69,7 +69,7 @@ impl Outline {
         self.samples
     }
 
-    /// What was odd about the take's source.
+    /// Findings about the take's source.
     pub fn findings(&self) -> &[Finding] {
         &self.findings
     }

@@ -17,7 +17,7 @@ use crate::streams::{Sampling, Streams};
 use crate::topic::LayerTopics;
 use crate::view::draw_overlay;
 
-/// As many layers as colours can tell apart: eight, and a darker shade of each.
+/// Most layers: colours distinguish eight, and a darker shade of each.
 pub const MAX_LAYERS: usize = 16;
 
 /// The seven colours of Okabe and Ito and a grey, in an order in which those that come first differ most.
@@ -42,20 +42,20 @@ pub fn layer_colour(layer: usize) -> Rgb {
     }
 }
 
-/// Several motions over each other, in the frame `F`: `hand`, where hands coincide, or `world`.
+/// Overlaid motions in the frame `F`: `hand`, where hands coincide, or `world`.
 #[derive(Clone, Copy, Debug)]
 pub struct OverlayFile<'a, F: Frame> {
     /// The motions; the others are compared with the first.
     pub layers: &'a [OverlayLayer<'a, F>],
-    /// Where the hand of the first layer is in the world, on its clock; for motions in the hand's frame.
+    /// Pose of the hand of the first layer in the world, on its clock; for motions in the hand's frame.
     pub hand: Option<(Clock, &'a PoseTrack<World, Hand>)>,
     /// The objects that are turned.
     pub objects: &'a [OverlayObject<'a, F>],
     /// Axis of `world` that points up.
     pub up_axis: UpAxis,
-    /// What else the record `inhand.overlay` says.
+    /// Other facts of the record `inhand.overlay`.
     pub about: &'a BTreeMap<String, String>,
-    /// What made the file.
+    /// Steps that made the file, first to last.
     pub provenance: &'a [Provenance],
 }
 
@@ -64,7 +64,7 @@ pub struct OverlayFile<'a, F: Frame> {
 pub struct OverlayLayer<'a, F: Frame> {
     /// Name; becomes part of topics.
     pub name: &'a str,
-    /// When samples are, on the time line of the file.
+    /// Times of the samples, on the time line of the file.
     pub clock: Clock,
     /// Fingertips.
     pub tips: &'a PerFinger<PointTrack<F>>,
@@ -86,22 +86,22 @@ pub struct OverlayObject<'a, F: Frame> {
     /// Number of the layer that it belongs to; the frame of the first layer's is `object`, others have
     /// the layer's name behind it.
     pub layer: usize,
-    /// When samples are.
+    /// Times of the samples.
     pub clock: Clock,
-    /// Where it is.
+    /// Its pose.
     pub track: &'a PoseTrack<F, Object>,
     /// Its shape, where it is known.
     pub shape: Option<Shape>,
 }
 
-/// Writes motions over each other as one MCAP file, by time; the same values give the same bytes.
+/// Writes an overlay of motions as one MCAP file, by time; the same values give the same bytes.
 ///
 /// Each layer has its own samples and times on `/overlay/<name>/fingertips`; its distances to the first
 /// layer, on `/overlay/<name>/distance`, have the times of the first.
 ///
 /// # Errors
 ///
-/// [`ChannelError::Mismatch`] for no layer or more than colours can tell apart, names that make no topic
+/// [`ChannelError::Mismatch`] for no layer or more than colours can distinguish, names that make no topic
 /// or come twice; [`ChannelError::Container`].
 pub fn write_overlay<F: Frame>(
     mut out: impl Write,
@@ -143,7 +143,7 @@ fn check<F: Frame>(file: &OverlayFile<'_, F>) -> Result<(), ChannelError> {
     if layers == 0 || layers > MAX_LAYERS {
         return Err(ChannelError::mismatch(
             "layers of an overlay",
-            format!("1 to {MAX_LAYERS}, which colours can tell apart"),
+            format!("1 to {MAX_LAYERS}, which colours can distinguish"),
             layers,
         ));
     }

@@ -97,7 +97,7 @@ pub fn read_metadata(bytes: &[u8], file_name: &str) -> Result<Metadata, ChannelE
     }
 }
 
-/// The fault of a file: a look into every chunk may say more exactly where it is.
+/// The fault of a file: reading every chunk may find its place more exactly.
 pub(crate) fn exact_fault(bytes: &[u8], file: &str, fault: ChannelError) -> ChannelError {
     walk(file, bytes, Depth::Everything, |_| Ok(()))
         .err()

@@ -72,7 +72,7 @@ struct FileSet {
     file: Vec<Vec<u8>>,
 }
 
-/// The two fields of a `FileDescriptorProto` that say what a file needs.
+/// Name and imports of a `FileDescriptorProto`.
 #[derive(Clone, PartialEq, Message)]
 struct FileHead {
     #[prost(string, tag = "1")]

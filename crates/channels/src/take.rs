@@ -22,7 +22,7 @@ pub struct TakeFile<'a> {
     /// first one with trails.
     pub generated: &'a [GeneratedMethod<'a>],
     /// How trajectories compare with the recorded motion, by method. An entry named [`RECORDED`]
-    /// says which recorded fingertips touch the object; viewers light them up.
+    /// has the recorded contacts with the object; viewers light them up.
     pub evaluated: &'a [EvaluatedMethod],
     /// The object's shape, drawn in the frame `object`.
     pub object_shape: Option<Shape>,
@@ -74,7 +74,7 @@ pub struct GeneratedMethod<'a> {
     pub name: &'a str,
     /// Trajectories, in any order.
     pub segments: &'a [GeneratedSegment<'a>],
-    /// Plans that found no trajectory, in any order: what they say of why goes into the file.
+    /// Plans that found no trajectory, in any order; their diagnosis goes into the file.
     pub unsolved: &'a [UnsolvedPlan<'a>],
 }
 

@@ -17,12 +17,12 @@ pub(crate) const DICTIONARY: &str = "/dictionary/model";
 pub(crate) const DICTIONARY_PRIMITIVES: &str = "/dictionary/primitives";
 pub(crate) const TF: &str = "/tf";
 pub(crate) const TF_STATIC: &str = "/tf_static";
-/// What all topics that only viewers need begin with.
+/// Prefix of all topics that only viewers need.
 pub const VIEW: &str = "/view/";
-/// Where the tree of frames lies in files of others, which may have one of their own.
+/// The tree of frames in third-party files, which may have one of their own.
 pub(crate) const VIEW_TF: &str = "/view/tf";
 pub(crate) const VIEW_TF_STATIC: &str = "/view/tf_static";
-/// Places the frames of others under ours.
+/// Places third-party frames in the tree.
 pub(crate) const VIEW_FRAMES: &str = "/view/frames";
 pub(crate) const VIEW_MARKERS: &str = "/view/markers";
 pub(crate) const VIEW_BODIES: &str = "/view/bodies";
@@ -44,7 +44,7 @@ pub(crate) const VIEW_HULLS: &str = "/view/dictionary/hulls";
 
 pub(crate) const VIEW_LEGEND: &str = "/view/overlay/legend";
 
-/// Topics of one layer of several that lie over each other.
+/// Topics of one layer of an overlay.
 pub(crate) struct LayerTopics {
     pub(crate) fingertips: String,
     pub(crate) distance: String,

@@ -8,15 +8,15 @@ use crate::topic::{self, MethodTopics};
 /// Source of the motion in a channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum TopicSource<'a> {
-    /// The take's.
+    /// The take's motion.
     Take,
-    /// The take's as measured, where views show the processed one.
+    /// The take's motion as measured, where views show the processed one.
     Measured,
-    /// What a method generated.
+    /// Motion that a method generated.
     Method(&'a str),
     /// A dictionary's primitives, one after the other.
     Dictionary,
-    /// What was laid over a take, by name.
+    /// A layer of an overlay, by name.
     Overlay(&'a str),
 }
 
@@ -32,11 +32,11 @@ pub enum TopicRole<'a> {
     TipScene(TopicSource<'a>),
     /// Fingertips that touch the object, as points.
     Touching(TopicSource<'a>),
-    /// Where fingertips can be, as outlines or solids.
+    /// Hulls of fingertips, as outlines or solids.
     Hulls(TopicSource<'a>),
     /// Paths of whole primitives.
     Paths,
-    /// Points in the place of what a scene draws, for viewers without scenes.
+    /// Points instead of a scene, for viewers without scenes.
     Points,
     /// The object as a solid.
     Solid,
@@ -57,13 +57,13 @@ pub enum TopicRole<'a> {
     /// Distances of a primitive from the mean motion, metres, `<finger>_m`, and its number,
     /// `primitive`.
     Profile,
-    /// What was odd about a take.
+    /// Findings about a take.
     Findings,
     /// Events.
     Events,
-    /// Anything else that is made to be looked at.
+    /// Anything else that viewers draw.
     View,
-    /// Data that is not looked at as it is.
+    /// Data that viewers do not draw.
     Data,
 }
 
@@ -94,7 +94,7 @@ impl<'a> TopicRole<'a> {
         })
     }
 
-    /// Topics that stand for many: of methods, of overlays.
+    /// Topics of methods and of overlays.
     fn of_segments(topic: &'a str) -> Option<Self> {
         let segments: Vec<&str> = topic.strip_prefix('/')?.split('/').collect();
         Some(match segments[..] {

@@ -5,7 +5,7 @@
 //! shows it at a sample that views show, and nothing is drawn in a frame that is not in the tree:
 //! a single unconnected frame empties a whole view in some viewers.
 //!
-//! Every message says all there is to draw at its instant, since a viewer that jumps in time sees
+//! Every message has all that is drawn at its instant, since a viewer that jumps in time sees
 //! only the last message of each topic. What holds for the whole take is sent once, on topics of
 //! its own.
 
@@ -119,7 +119,8 @@ fn recorded_tips<'a>(file: &TakeFile<'a>, hand: bool) -> Option<Tips<'a>> {
     })
 }
 
-/// Where segments, sorted by their start, overlap, the one that started last counts.
+/// Position in the generated motion; where segments, sorted by their start, overlap, the one that started
+/// last counts.
 fn generated_position_m(
     segments: &[&GeneratedSegment<'_>],
     k: usize,

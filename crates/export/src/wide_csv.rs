@@ -81,7 +81,7 @@ pub fn read_wide_csv(
     };
     check_times(file, &times_s, clock)?;
     let (name, source) = match &facts {
-        Some(facts) => (facts.name.as_str(), facts.source(&facts_file)?),
+        Some(facts) => (facts.name.as_str(), facts.source.clone()),
         None => {
             let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
             (stem, source_of(&columns, settings, &mut findings))

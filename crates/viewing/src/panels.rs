@@ -9,7 +9,7 @@ use crate::content::Content;
 
 /// A panel and its settings.
 pub(crate) struct Panel {
-    /// Kind and name, `Plot!error`; viewers tell the kind from it.
+    /// Kind and name, `Plot!error`; viewers read the kind from it.
     pub(crate) id: String,
     pub(crate) settings: Value,
 }

@@ -36,7 +36,7 @@ const UNKNOWN_M: f64 = 2.0;
 const CELL_M: f64 = 0.01;
 /// Width of the grid, metres.
 const WIDTH_M: f64 = 0.3;
-/// How far below the lowest fingertip it lies, metres.
+/// Distance of the grid below the lowest fingertip, metres.
 const BELOW_M: f64 = 0.05;
 /// Faint, so that it is seen only when it is looked for.
 const GRID_COLOUR: &str = "#8888884d";
@@ -48,7 +48,7 @@ const BODY_PX: f64 = 8.0;
 const MARKER_PX: f64 = 5.0;
 /// Of points that show a shape together.
 const SHAPE_PX: f64 = 2.5;
-/// Schemas of others that a 3D panel draws, whatever they are called in ROS.
+/// Third-party schemas that a 3D panel draws, by their names without package.
 const DRAWN: [&str; 9] = [
     "PointCloud",
     "PointCloud2",
@@ -110,7 +110,7 @@ pub(crate) fn panel(content: &Content) -> (Panel, bool) {
     (Panel::new("3D", "hand", "Hand", settings), draws)
 }
 
-/// Frame that a view follows, and what it looks at there.
+/// Frame that a view follows, and its target there.
 struct Camera {
     /// Frame to follow; the viewer's choice where none is known.
     frame: Option<&'static str>,
@@ -186,7 +186,7 @@ fn topic_settings(content: &Content) -> impl Iterator<Item = (String, Value)> {
     (content.topics().iter()).filter_map(move |topic| {
         let settings = match TopicRole::from_topic(&topic.name) {
             Some(shown) => of_ours(content, topic, shown)?,
-            // Beside ours, those of others are the same motion once more.
+            // Beside views of inhand, third-party ones are the same motion once more.
             None if is_drawn(topic) => json!({ "visible": !ours }),
             None => return None,
         };

@@ -10,7 +10,7 @@ use super::Decoder;
 use crate::error::ChannelError;
 use crate::messages;
 
-/// Rows of one block of primitives: where each of its numbers stands in a segment's column.
+/// Rows of one block of primitives in a segment's column.
 fn block_rows(layout: SegmentLayout, block: usize) -> Vec<usize> {
     let (start, stride, width) = if block < Finger::COUNT {
         (3 * block, SEGMENT_COORDINATES, 3)

@@ -10,7 +10,7 @@ use crate::metadata::Metadata;
 const MAX_RECORD_BYTES: u64 = 64 << 20;
 
 /// The metadata records before the first other record of an MCAP file, as
-/// [`write_take`](crate::write_take) puts them. A file that is none, or that is cut there, has none.
+/// [`write_take`](crate::write_take) puts them. Bytes that are no MCAP file, or that are cut there, have none.
 ///
 /// # Errors
 ///

@@ -10,7 +10,7 @@ use crate::error::ChannelError;
 use crate::messages;
 use crate::wire;
 
-/// How far the time of a message may be from that of its sample. Both are rounded to nanoseconds, and a
+/// Tolerance between the time of a message and that of its sample. Both are rounded to nanoseconds, and a
 /// cut counts them from another sample; samples are much farther apart.
 pub(crate) const TIME_TOLERANCE_NANOS: u64 = 1000;
 
@@ -25,7 +25,7 @@ const MOST_LOSSY: usize = 1 << 24;
 pub(super) struct Place<'a> {
     pub(super) file: &'a str,
     pub(super) topic: &'a str,
-    /// What errors call the message.
+    /// Number of the message in errors.
     pub(super) number: usize,
     pub(super) clock: Clock,
     pub(super) samples: usize,
@@ -71,7 +71,7 @@ impl Place<'_> {
     }
 }
 
-/// What a message says of one marker, body or fingertip.
+/// One marker, body or fingertip of a message.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Entry {
     pub(super) position_m: Option<wire::Point>,

@@ -18,7 +18,7 @@ const MEAN: Paint = ([0x99, 0x99, 0x99], 0.6);
 const PATH_ALPHA: f64 = 0.9;
 /// Diameter of a fingertip, metres: less than most primitives move it.
 const TIP_M: f64 = 0.003;
-/// Height of the number of the primitive, metres, and how far above the fingertips it stands.
+/// Height of the number of the primitive, metres, and its height above the fingertips.
 const TEXT_M: f64 = 0.005;
 const TEXT_ABOVE_M: f64 = 0.03;
 

@@ -13,7 +13,7 @@ use crate::topic;
 
 /// Hulls enclose each other and the fingertips.
 const FILLED_ALPHA: f64 = 0.2;
-/// Outlines stand around moving fingertips and must not hide them.
+/// Outlines are around moving fingertips and must not hide them.
 const OUTLINE_ALPHA: f64 = 0.25;
 /// Thickness of an outline, metres.
 const OUTLINE_M: f64 = 0.0003;
@@ -37,7 +37,7 @@ pub(crate) fn draw_filled(
     streams.once(topic::VIEW_HULLS, Some(Hand::NAME), unix_nanos, &scene)
 }
 
-/// Draws outlines of hulls once, on a topic of their own: one entity a finger, to be told apart.
+/// Draws outlines of hulls once, on a topic of their own: one entity for each finger.
 pub(crate) fn draw_outlines(
     hulls: &PerFinger<Hull>,
     unix_nanos: u64,

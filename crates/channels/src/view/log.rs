@@ -9,7 +9,7 @@ use crate::take::TakeFile;
 use crate::topic;
 use crate::wire::viewer_time;
 
-/// Adds the log, if there is anything to say.
+/// Adds the log, if there are entries.
 pub(crate) fn add(
     file: &TakeFile<'_>,
     measured: Clock,

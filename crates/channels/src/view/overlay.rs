@@ -25,7 +25,7 @@ use crate::topic::{self, LayerTopics};
 
 /// Height of the letters of the legend, metres.
 const LETTER_M: f64 = 0.005;
-/// How far above the fingertips the last line of the legend stands, metres.
+/// Height of the last line of the legend above the fingertips, metres.
 const LEGEND_ABOVE_M: f64 = 0.035;
 /// From line to line of the legend, metres.
 const LEGEND_LINE_M: f64 = 0.007;
@@ -37,7 +37,7 @@ const TRAIL_POINTS: usize = 4;
 const TRAIL_STEP_S: f64 = 0.16;
 /// Opacity of a trail.
 const TRAIL_ALPHA: f64 = 0.8;
-/// Opacity of the objects of layers after the first: what lies behind stays visible.
+/// Opacity of the objects of layers after the first: objects behind stay visible.
 const OBJECT_ALPHA: f64 = 0.3;
 
 /// Draws an overlay.
@@ -69,7 +69,7 @@ pub(crate) fn draw_overlay<'a, F: Frame>(
     Ok(())
 }
 
-/// The tree down to the frame that layers are in; says whether the first object is in it.
+/// The tree down to the frame that layers are in; returns whether the first object is in it.
 fn place_first<'a, F: Frame>(
     file: &OverlayFile<'a, F>,
     start: u64,
@@ -122,7 +122,7 @@ fn is_shown<To: Frame, From: Frame>(track: &PoseTrack<To, From>, clock: Clock) -
     samples.any(|k| track.status(k).is_present())
 }
 
-/// Draws once, on a topic of its own, which colour is whose.
+/// Draws the names of the layers in their colours, once, on a topic of its own.
 fn draw_legend<F: Frame>(
     layers: &[OverlayLayer<'_, F>],
     frame: &str,
@@ -175,8 +175,8 @@ fn draw_tips<'a, F: Frame>(
     let topics = LayerTopics::new(layer.name)?;
     let (samples, rate_hz) = (layer.samples(), layer.clock.rate_hz());
     let (colour, frame) = (layer_colour(number), Some(F::NAME));
-    // A layer that ends before others has an empty message behind its last sample: it would stand still
-    // beside them otherwise.
+    // A layer that ends before others has an empty message behind its last sample: it would be drawn beside
+    // them until the end otherwise.
     let every = |stride: usize| {
         let behind = samples.samples.next_multiple_of(stride);
         let fits = layer.clock.unix_nanos(behind) <= end_unix_nanos;
@@ -221,7 +221,7 @@ fn draw_tips<'a, F: Frame>(
     draw_trails(layer, number, (&topics.view_trails, sampling), streams)
 }
 
-/// Draws where the fingertips of a layer were a moment ago.
+/// Draws the recent path of each fingertip of a layer.
 fn draw_trails<'a, F: Frame>(
     layer: &'a OverlayLayer<'a, F>,
     number: usize,
@@ -272,7 +272,7 @@ fn draw_object<'a, F: Frame>(
     let frame = format!("{}_{name}", Object::NAME);
     let samples = Sampling::all(clock, track.len()).every(tree_stride(clock));
     let child = frame.clone();
-    // A topic of its own: in one with others, a viewer that jumps would see the last alone.
+    // A topic of its own: of a shared one, a viewer that jumps in time shows the last message alone.
     streams.sampled(&topics.tf, None, samples, move |at| {
         let pose = Pose::isometry(track.get(at.k)?);
         let transforms = vec![transform(F::NAME, &child, pose, at.unix_nanos)];

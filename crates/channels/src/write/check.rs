@@ -1,4 +1,4 @@
-//! Whether the parts of a take belong together.
+//! Checks that the parts of a take belong together.
 
 use std::collections::BTreeSet;
 use std::fmt::Display;

@@ -78,7 +78,7 @@ pub(super) fn add_entities<'a>(
     Ok(())
 }
 
-/// NaN stands for "not there" in memory; in a message the field is absent.
+/// A number of a series: NaN in memory is an absent field in a message.
 fn present(series: Option<&Vec<f64>>, k: usize) -> Option<f64> {
     series
         .map(|values| values[k])

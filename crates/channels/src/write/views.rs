@@ -21,19 +21,19 @@ use crate::view::{UPRIGHT, draw_take, transform};
 /// Owner of the file that the views of a take are for.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum ViewsFor {
-    /// A take of ours: the tree of frames lies on `/tf` and `/tf_static`.
+    /// A take that inhand wrote: the tree of frames is on `/tf` and `/tf_static`.
     #[default]
     Take,
-    /// A third-party recording, which may have a tree of frames of its own: ours lies on `/view/tf` and
+    /// A third-party recording, which may have a tree of frames of its own: that of the views is on `/view/tf` and
     /// `/view/tf_static`, and the roots of their trees are placed in its `world`.
     ThirdParty {
-        /// Where the roots stand: `world_from_root`, metres.
+        /// Poses of the roots: `world_from_root`, metres.
         roots: BTreeMap<String, Isometry3<f64>>,
     },
 }
 
-/// Which channels of a file only show what others hold, and were written by us: without them the file
-/// says the same. `dictionary` says that the file is one.
+/// Selects the channels that inhand added for viewers: without them the file has the same data.
+/// `dictionary` tells whether the file is one.
 pub fn view_channels(
     metadata: &Metadata,
     dictionary: bool,
@@ -48,8 +48,8 @@ pub fn view_channels(
     }
 }
 
-/// Writes what viewers draw of a take as an MCAP file of its own: the very messages that
-/// [`write_take`](crate::write_take) adds to the rest. `profile` is what the file says that it is.
+/// Writes the views of a take as an MCAP file of its own: the same messages that
+/// [`write_take`](crate::write_take) adds to the rest. `profile` is that of the file.
 ///
 /// # Errors
 ///
@@ -85,13 +85,13 @@ fn beside_others(ours: &str) -> &str {
     }
 }
 
-/// Hangs trees of others at ours: a viewer shows nothing of what no tree connects.
+/// Places third-party trees in the world: a viewer shows nothing that no tree connects.
 fn place_roots(
     roots: &BTreeMap<String, Isometry3<f64>>,
     unix_nanos: u64,
     streams: &mut Streams<'_>,
 ) -> Result<(), ChannelError> {
-    // A frame without a name is no frame, and ours has its place already.
+    // A frame without a name is no frame, and those of inhand have their place already.
     let ours = [World::NAME, UPRIGHT];
     let named = |root: &str| !root.is_empty() && !ours.contains(&root);
     let transforms: Vec<_> = (roots.iter().filter(|(root, _)| named(root)))

@@ -196,13 +196,13 @@ fn facts_that_are_none_are_refused() {
         (
             "\"up_axis\": \"z\"",
             "\"up_axis\": \"w\"",
-            "\"source.up_axis\" to be y, z",
+            "expected `y` or `z`",
         ),
         ("\"kind\": \"bone\"", "\"kind\": \"fish\"", "a kind of body"),
         (
             "\"rotation\": \"XZY\"",
             "\"rotation\": \"XQ\"",
-            "source.rotation",
+            "quaternion or an axis order",
         ),
         ("{", "", "expected value"),
     ] {

@@ -208,7 +208,7 @@ fn check_layers<F: Frame>(drawn: &Drawn<F>) -> Result<(), SessionError> {
         found,
     };
     if names.len() > MAX_LAYERS {
-        let expected = format!("at most {MAX_LAYERS} motions, which colours can tell apart");
+        let expected = format!("at most {MAX_LAYERS} motions, which colours can distinguish");
         let found = format!("{}; choose some by --methods", names.len());
         return Err(wrong("takes and methods", expected, found));
     }

@@ -5,9 +5,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use inhand_channels::TakeFile;
-use inhand_session::{
-    Coverage, LongTake, LongTakeFacts, Settings, provenance, read, write_take_parts,
-};
+use inhand_session::{Coverage, LongTake, Settings, provenance, read, write_take_parts};
 
 /// A take with gaps, of more samples than a block has.
 fn long_csv(folder: &Path) -> PathBuf {
@@ -53,12 +51,8 @@ fn assert_same_bytes(path: &Path, settings: &Settings) {
     let chain = [provenance("convert", settings, [whole.hash.clone()])];
     for view in [true, false] {
         let (a, b) = (folder.path().join("a.mcap"), folder.path().join("b.mcap"));
-        let facts = LongTakeFacts {
-            provenance: &chain,
-            object_shape: settings.shape().unwrap(),
-            view,
-        };
-        long.write(&a, facts).unwrap();
+        let shape = settings.shape().unwrap();
+        long.write(&a, &chain, shape, view).unwrap();
         let file = TakeFile {
             roles: whole.roles.as_ref().ok(),
             object_shape: settings.shape().unwrap(),
@@ -109,13 +103,8 @@ fn a_file_that_changes_while_it_is_read_gives_nothing() {
         .unwrap()
         .unwrap();
     let target = folder.path().join("out.mcap");
-    let facts = LongTakeFacts {
-        provenance: &[],
-        object_shape: None,
-        view: true,
-    };
     let refused = |words: &str| {
-        let error = long.write(&target, facts).unwrap_err();
+        let error = long.write(&target, &[], None, true).unwrap_err();
         let cause = std::error::Error::source(&error).map(ToString::to_string);
         let message = format!("{error}: {}", cause.unwrap_or_default());
         assert!(message.contains(words), "{message}");
@@ -135,7 +124,7 @@ fn a_file_that_changes_while_it_is_read_gives_nothing() {
     writeln!(file, "60001,x").unwrap();
     refused("expected a number");
     fs::remove_file(&path).unwrap();
-    assert!(long.write(&target, facts).is_err());
+    assert!(long.write(&target, &[], None, true).is_err());
 }
 
 #[test]

@@ -54,28 +54,7 @@ pub(crate) fn add_events<'a>(
 /// As [`read_take`](crate::read_take) for bytes that are no intact MCAP file;
 /// [`ChannelError::Message`] for an event that cannot be read or that ends before it starts.
 pub fn read_annotations(bytes: &[u8], file_name: &str) -> Result<Annotations, ChannelError> {
-    read_with(bytes, file_name, EventReader::default())
-}
-
-/// As [`read_annotations`], of the topic `/annotations` alone: what inhand itself may change.
-///
-/// # Errors
-///
-/// As [`read_annotations`].
-pub fn read_own_annotations(bytes: &[u8], file_name: &str) -> Result<Annotations, ChannelError> {
-    let reader = EventReader {
-        own_alone: true,
-        ..EventReader::default()
-    };
-    read_with(bytes, file_name, reader)
-}
-
-fn read_with(
-    bytes: &[u8],
-    file_name: &str,
-    mut reader: EventReader,
-) -> Result<Annotations, ChannelError> {
-    let mut metadata = Metadata::default();
+    let (mut metadata, mut reader) = (Metadata::default(), EventReader::default());
     walk(file_name, bytes, Depth::Everything, |record| {
         if let Record::Metadata(facts) = &record {
             (metadata.0).insert(facts.name.clone(), facts.metadata.clone());
@@ -83,6 +62,53 @@ fn read_with(
         reader.record(&record, file_name)
     })?;
     reader.finish(&metadata, file_name)
+}
+
+/// The events of a file, with the facts that place them on its time line.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FileEvents {
+    /// Those of the topic `/annotations`, which inhand may change.
+    pub own: Annotations,
+    /// Those of other topics.
+    pub others: Vec<Event>,
+    /// All metadata records.
+    pub metadata: Metadata,
+    /// Log time of the earliest message.
+    pub first_unix_nanos: Option<u64>,
+}
+
+/// Reads the events of a file as [`read_annotations`] does, those that inhand may change apart.
+///
+/// # Errors
+///
+/// As [`read_annotations`].
+pub fn read_file_events(bytes: &[u8], file_name: &str) -> Result<FileEvents, ChannelError> {
+    let mut found = FileEvents::default();
+    let (mut own, mut all) = (EventReader::default(), EventReader::default());
+    own.own_alone = true;
+    walk(file_name, bytes, Depth::Everything, |record| {
+        match &record {
+            Record::Metadata(facts) => {
+                (found.metadata.0).insert(facts.name.clone(), facts.metadata.clone());
+            }
+            Record::Message { header, .. } => {
+                let first = found.first_unix_nanos.get_or_insert(header.log_time);
+                *first = header.log_time.min(*first);
+            }
+            _ => {}
+        }
+        own.record(&record, file_name)?;
+        all.record(&record, file_name)
+    })?;
+    found.own = own.finish(&found.metadata, file_name)?;
+    found.others = all.finish(&found.metadata, file_name)?.events;
+    // Each own event is among all of them once.
+    for event in &found.own.events {
+        if let Some(place) = found.others.iter().position(|other| other == event) {
+            found.others.remove(place);
+        }
+    }
+    Ok(found)
 }
 
 /// A channel of events.
@@ -252,9 +278,7 @@ fn from_json(data: &[u8]) -> Option<JsonEvent> {
     Some((time("start_time")?, end, pairs))
 }
 
-/// A file that holds events alone, to be joined with another one.
-///
-/// `profile` is that of the other file.
+/// Writes a file that holds events alone, to be appended to another one.
 ///
 /// # Errors
 ///
@@ -262,9 +286,8 @@ fn from_json(data: &[u8]) -> Option<JsonEvent> {
 pub fn write_annotations(
     mut out: impl Write,
     annotations: &Annotations,
-    profile: &str,
 ) -> Result<(), ChannelError> {
-    let mut streams = Streams::create(&mut out, PACKED, profile, &Metadata::default())?;
+    let mut streams = Streams::create(&mut out, PACKED, &Metadata::default())?;
     add_events(annotations, &mut streams)?;
     streams.finish()
 }

@@ -73,7 +73,7 @@ pub fn write_dictionary(
 
     let mut metadata = Metadata::default();
     metadata.add_provenance(provenance);
-    let mut streams = Streams::create(&mut out, UNPACKED, "", &metadata)?;
+    let mut streams = Streams::create(&mut out, UNPACKED, &metadata)?;
     let hand = Some(Hand::NAME);
     let message = to_message(dictionary);
     streams.once(topic::DICTIONARY, hand, START_UNIX_NANOS, &message)?;

@@ -79,7 +79,7 @@ mod wire;
 mod write;
 
 pub use annotations::{
-    annotation_records, read_annotations, read_own_annotations, write_annotations,
+    FileEvents, annotation_records, read_annotations, read_file_events, write_annotations,
 };
 pub use colour::{FINGER_COLOURS, METHOD_COLOURS, Rgb, finger_hex, method_colour};
 pub use cut::{TakeCut, cut_take, is_of_whole_take, latch};

@@ -25,14 +25,9 @@ pub(crate) struct Output<'a> {
 }
 
 impl<'a> Output<'a> {
-    /// A file that states what kind of content it has.
-    pub(crate) fn create_of(
-        out: &'a mut dyn Write,
-        packing: Packing,
-        profile: &str,
-    ) -> Result<Self, ChannelError> {
+    pub(crate) fn create(out: &'a mut dyn Write, packing: Packing) -> Result<Self, ChannelError> {
         Ok(Self {
-            writer: Writer::new(out, profile, LIBRARY, packing)?,
+            writer: Writer::new(out, "", LIBRARY, packing)?,
             rename: |topic| topic,
         })
     }

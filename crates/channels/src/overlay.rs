@@ -114,7 +114,7 @@ pub fn write_overlay<F: Frame>(
     }
     metadata.add_fact(OVERLAY, "frame", F::NAME.to_owned());
     metadata.add_provenance(file.provenance);
-    let mut streams = Streams::create(&mut out, PACKED, "", &metadata)?;
+    let mut streams = Streams::create(&mut out, PACKED, &metadata)?;
     let (first, frame) = (&file.layers[0], Some(F::NAME));
     for (n, layer) in file.layers.iter().enumerate() {
         let topics = LayerTopics::new(layer.name)?;

@@ -80,14 +80,13 @@ pub(crate) struct Streams<'a> {
 }
 
 impl<'a> Streams<'a> {
-    /// Begins a file of this profile with its metadata.
+    /// Begins a file with its metadata.
     pub(crate) fn create(
         out: &'a mut dyn Write,
         packing: Packing,
-        profile: &str,
         metadata: &Metadata,
     ) -> Result<Self, ChannelError> {
-        let mut output = Output::create_of(out, packing, profile)?;
+        let mut output = Output::create(out, packing)?;
         for (name, facts) in &metadata.0 {
             output.metadata(name, facts)?;
         }

@@ -90,7 +90,7 @@ impl<'a> TakeWriter<'a> {
         settings: &WriteSettings,
     ) -> Result<Self, ChannelError> {
         check::parts(file, outline.samples)?;
-        let mut streams = Streams::create(out, PACKED, "", &metadata(file, outline.samples))?;
+        let mut streams = Streams::create(out, PACKED, &metadata(file, outline.samples))?;
         let (recording, clock) = (file.recording, file.used().clock);
         let samples = Sampling::all(clock, outline.samples);
         if let Some(annotations) = file.annotations

@@ -64,7 +64,7 @@ pub(crate) fn check_attachment<R: Read + Seek>(
     }
 }
 
-/// Sums the first bytes, behind which the sum stands.
+/// Sums the first bytes, which the sum follows.
 struct Summed<'a> {
     out: &'a mut dyn Write,
     sum: Hasher,

@@ -1,4 +1,4 @@
-//! A file that is read record by record at the pace of others.
+//! A file that is read record by record at the pace of other files.
 
 use std::io::{Read, Seek};
 use std::ops::Range;
@@ -9,7 +9,7 @@ use crate::error::{ContainerError, Place};
 use crate::format::{MessageFacts, PREFIX_BYTES, is_made_anew};
 use crate::source::{Head, Source};
 
-/// A file and the record that it stands at.
+/// A file and the record at hand.
 pub(crate) struct Feed<R> {
     pub(crate) source: Source<R>,
     /// Body of the header record.
@@ -50,7 +50,7 @@ impl<R: Read + Seek> Feed<R> {
         })
     }
 
-    /// Log time of the message that the file stands at; `None` at its end.
+    /// Log time of the message at hand; `None` at its end.
     pub(crate) fn message_time(&self) -> Option<u64> {
         self.message
     }

@@ -1,6 +1,6 @@
-//! Stretches of log time.
+//! Ranges of log time.
 
-/// A stretch of log time, nanoseconds since 1970-01-01 UTC: from `from` to just before `to`.
+/// A range of log time, nanoseconds since 1970-01-01 UTC: from `from` to just before `to`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Interval {
     from: u64,

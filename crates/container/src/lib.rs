@@ -1,4 +1,4 @@
-//! The records of any MCAP file as bytes, whoever wrote it: read, written, cut, filtered, merged, recovered.
+//! The records of any MCAP file as bytes: read, written, cut, filtered, merged, recovered.
 //!
 //! This crate knows no message. What it keeps of a file stays byte for byte; what the format makes of
 //! that (indexes, summary, checksums) it makes anew. Files of any size work: a [`Source`] is read from
@@ -61,7 +61,7 @@ pub use error::ContainerError;
 pub use interval::Interval;
 pub use mcap::records::Record;
 pub use merge::{Merge, Merged, merge};
-pub use overview::{MetadataRecord, channels, metadata, metadata_of, span};
+pub use overview::{MetadataRecord, channels, metadata, span};
 pub use quick::walk_in_place;
 pub use recover::{Loss, Recovered, recover};
 pub use select::{Selected, Selection, select};

@@ -164,7 +164,7 @@ impl<W: Write> Merger<'_, W> {
         self.writer.outside(op::METADATA, &body)
     }
 
-    /// Writes the message that a file stands at.
+    /// Writes the message at hand of a file.
     fn message<R: Read + Seek>(
         &mut self,
         n: usize,
@@ -176,7 +176,7 @@ impl<W: Write> Merger<'_, W> {
     }
 }
 
-/// Gives the message that a file stands at its new channel.
+/// Gives the message at hand of a file its new channel.
 pub(crate) fn set_channel<R: Read + Seek>(
     ids: &Ids,
     file: usize,

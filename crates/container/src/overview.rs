@@ -1,7 +1,7 @@
 //! Overview of a file before it is read: summary, metadata, time range.
 
 use std::collections::BTreeMap;
-use std::io::{Cursor, Read, Seek};
+use std::io::{Read, Seek};
 
 use mcap::records::{ChunkIndex, Metadata, Record, Statistics, op};
 
@@ -35,8 +35,8 @@ pub(crate) struct Overview {
 }
 
 impl Overview {
-    /// The summary of a file; empty where it has none or one that is not sound. The source then
-    /// stands at its first record.
+    /// The summary of a file; empty where it has none or one that is not sound. The source is then
+    /// at its first record.
     pub(crate) fn read<R: Read + Seek>(source: &mut Source<R>) -> Result<Self, ContainerError> {
         let end = End::read(source)?;
         source.rewind()?;
@@ -79,7 +79,7 @@ impl Overview {
     }
 }
 
-/// How a file ends that ends as one should.
+/// End of a file that has a footer.
 pub(crate) enum End {
     /// By a footer alone.
     Bare,
@@ -245,7 +245,7 @@ pub fn channels<R: Read + Seek>(
 }
 
 /// Visits the schemas and channels of a file: as its summary lists them, else as its records define
-/// them, for which the file is read to its end. Then the source stands at its first record.
+/// them, for which the file is read to its end. Then the source is at its first record.
 pub(crate) fn walk_definitions<R: Read + Seek>(
     source: &mut Source<R>,
     overview: &Overview,
@@ -258,13 +258,4 @@ pub(crate) fn walk_definitions<R: Read + Seek>(
     }
     walk_source(source, |record| visit(record).map(|()| Depth::Everything))?;
     source.rewind()
-}
-
-/// The metadata records of a file in memory; see [`metadata`].
-///
-/// # Errors
-///
-/// As for [`metadata`], and [`ContainerError::NotMcap`].
-pub fn metadata_of(file: &str, bytes: &[u8]) -> Result<Vec<MetadataRecord>, ContainerError> {
-    metadata(&mut Source::open(file, Cursor::new(bytes))?)
 }

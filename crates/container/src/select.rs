@@ -1,4 +1,4 @@
-//! Part of a file: a stretch of time, some topics, another packing. All else byte for byte.
+//! Part of a file: a time range, some topics, another packing. All else byte for byte.
 
 mod latched;
 
@@ -24,12 +24,12 @@ use latched::Latched;
 
 /// What is kept of a file.
 pub struct Selection<'a> {
-    /// Stretches of log time; messages of others are left out.
+    /// Ranges of log time; messages of others are left out.
     pub keep: Vec<Interval>,
     /// Which channels stay; a message whose channel the file does not define stays only where this
     /// is `None`.
     pub channels: Option<&'a dyn Fn(&ChannelFacts) -> bool>,
-    /// Which messages from before a stretch are moved to its start.
+    /// Which messages from before an interval are moved to its start.
     pub latch: &'a dyn Fn(&ChannelFacts) -> Option<Latch>,
     /// Whether metadata records stay.
     pub metadata: bool,
@@ -85,9 +85,9 @@ pub struct Selected {
     pub appended: u64,
     /// Messages that were read and left out.
     pub left_out: u64,
-    /// Chunks that were not even read, since their times are outside all stretches.
+    /// Chunks that were not even read, since their times are outside all intervals.
     pub chunks_skipped: u64,
-    /// Messages whose log time is now that of the first message of a stretch.
+    /// Messages whose log time is now that of the first message of an interval.
     pub moved: u64,
 }
 

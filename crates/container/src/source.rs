@@ -45,7 +45,7 @@ pub struct Source<R> {
     file: String,
     input: R,
     bytes: u64,
-    /// Where the input stands.
+    /// Position of the input.
     position: u64,
     /// Where the record starts that comes next.
     next: u64,
@@ -251,7 +251,7 @@ impl<R: Read + Seek> Source<R> {
         unpack(self.place(head.offset), body, records)
     }
 
-    /// The body of the header record, where the source stands at one; then at the record behind it.
+    /// The body of the header record, where the source is at one; then it is at the record behind it.
     pub(crate) fn header(&mut self) -> Result<Option<Vec<u8>>, ContainerError> {
         let mut body = Vec::new();
         if let Some(head) = self.next_head()?
@@ -277,7 +277,7 @@ impl<R: Read + Seek> Source<R> {
         }
     }
 
-    /// Stands in front of the body of the record whose head was read last, after a look elsewhere.
+    /// Goes back to the body of the record whose head was read last.
     pub(crate) fn back_to(&mut self, head: Head) -> Result<(), ContainerError> {
         self.seek(head.body())
     }

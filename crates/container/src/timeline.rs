@@ -104,7 +104,7 @@ struct Active {
 }
 
 impl<R: Read + Seek> Timeline<R> {
-    /// Learns what is where in a file; stands at its first message.
+    /// Learns what is where in a file; starts at its first message.
     ///
     /// # Errors
     ///

@@ -61,8 +61,8 @@ pub fn walk_while<E: From<ContainerError>>(
     walk_source(&mut Source::open(file, Cursor::new(bytes))?, visit)
 }
 
-/// As [`walk_while`] for a file of any size; it is read from where the source stands. Whoever has seen
-/// enough ends the walk by an error of their own.
+/// As [`walk_while`] for a file of any size; it is read from where the source is. An error of
+/// `visit` ends the walk.
 ///
 /// # Errors
 ///

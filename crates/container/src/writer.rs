@@ -179,7 +179,7 @@ impl<W: Write> Writer<W> {
         self.define(op::SCHEMA, [&to_bytes(&header), &length[..], data].concat())
     }
 
-    /// The id of a channel, which is written unless the file has an equal one. Schema 0 stands for none.
+    /// The id of a channel, which is written unless the file has an equal one. Schema 0 means none.
     ///
     /// # Errors
     ///

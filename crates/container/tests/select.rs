@@ -7,12 +7,14 @@ use std::rc::Rc;
 
 use inhand_container::{
     ChannelFacts, ContainerError, Interval, Latch, MetadataRecord, Packing, Selection, Source,
-    Writer, latch, metadata_of, select, span,
+    Writer, latch, select, span,
 };
 use mcap::Compression;
 use proptest::prelude::*;
 
-use crate::support::{PLAIN, Sent, Shape, file, messages, records, selected, sent, shapes};
+use crate::support::{
+    PLAIN, Sent, Shape, file, messages, metadata_of, records, selected, sent, shapes,
+};
 
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(60) })]
@@ -260,7 +262,7 @@ fn metadata_are_replaced_by_name_and_added() {
         record("notes", "other"),
         record("more", "new"),
     ];
-    assert_eq!(metadata_of("out", &out).unwrap(), expected);
+    assert_eq!(metadata_of(&out), expected);
     assert_eq!(sent(&out), sent(&bytes));
 }
 

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::Cursor;
 
-use inhand_container::{Selected, Selection, Source, select, verify};
+use inhand_container::{MetadataRecord, Selected, Selection, Source, metadata, select, verify};
 use mcap::records::{MessageHeader, Metadata, Record};
 use mcap::write::PrivateRecordOptions;
 use mcap::{Attachment, Compression, WriteOptions};
@@ -151,6 +151,10 @@ pub(crate) fn sent(bytes: &[u8]) -> Vec<(String, u32, u64, Vec<u8>)> {
             )
         })
         .collect()
+}
+
+pub(crate) fn metadata_of(bytes: &[u8]) -> Vec<MetadataRecord> {
+    metadata(&mut Source::open("out.mcap", Cursor::new(bytes)).unwrap()).unwrap()
 }
 
 /// What is selected, read back with every checksum.

@@ -4,7 +4,6 @@ use std::io;
 use std::process::ExitCode;
 
 use inhand_session::SessionError;
-use inhand_session::matrices::MatricesError;
 
 /// Shown under `--help`.
 pub(crate) const HELP: &str = "Exit codes: 0 done, 1 failed, 2 wrong usage, \
@@ -32,11 +31,7 @@ impl Exit {
                 return Exit::Done;
             }
             let session = cause.downcast_ref::<SessionError>();
-            let matrices = cause.downcast_ref::<MatricesError>();
-            if session.is_some_and(SessionError::is_usage)
-                || matrices.is_some_and(MatricesError::is_usage)
-                || cause.is::<UsageError>()
-            {
+            if session.is_some_and(SessionError::is_usage) || cause.is::<UsageError>() {
                 return Exit::Usage;
             }
         }

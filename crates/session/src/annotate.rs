@@ -5,16 +5,14 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::Path;
 
-use inhand_channels::Metadata;
+use inhand_channels::{ChannelError, FileEvents, Metadata};
 use inhand_container::{ChannelFacts, MetadataRecord, Selection};
-use inhand_model::{Annotations, Clock, Event, InputHash, Label, Provenance, StartTime};
+use inhand_model::{Annotations, Clock, Event, Label, Provenance, StartTime};
 use serde_json::json;
 
-use crate::containers::{self, sha256};
+use crate::containers::{self, RECORDING, hash_file, name_of};
 use crate::error::{Located, SessionError};
-use crate::output::write_atomic;
 use crate::run::TOOL;
-use crate::tables::start_unix_nanos;
 
 /// Topic of the events that inhand writes; those of other topics are never changed.
 const TOPIC: &str = "/annotations";
@@ -28,24 +26,14 @@ pub struct Annotated {
     pub own: Annotations,
     /// Events on topics of others.
     pub others: Vec<Event>,
-    /// What kind of content the file says it has.
-    profile: String,
-    /// What the file says wrote it.
-    library: String,
     metadata: Metadata,
 }
 
 impl Annotated {
-    /// The stretches of the file that are selected, nanoseconds since 1970, end exclusive. Of a take
+    /// The intervals of the file that are selected, nanoseconds since 1970, end exclusive. Of a take
     /// they begin and end with samples, those at both ends of an event included.
     pub fn stretches(&self, selection: &inhand_model::Selection) -> Vec<Range<u64>> {
-        let events: Vec<Event> = self
-            .own
-            .events
-            .iter()
-            .chain(&self.others)
-            .cloned()
-            .collect();
+        let events = [&self.own.events[..], &self.others].concat();
         let Some((clock, samples)) = self.take() else {
             return selection.intervals(&events);
         };
@@ -64,7 +52,7 @@ impl Annotated {
 
     /// Clock and samples of the take that the file holds.
     fn take(&self) -> Option<(Clock, usize)> {
-        let facts = self.metadata.0.get("inhand.recording")?;
+        let facts = self.metadata.0.get(RECORDING)?;
         let rate_hz = facts.get("rate_hz")?.parse().ok()?;
         let clock = Clock::new(self.start_unix_nanos, StartTime::Unknown, rate_hz).ok()?;
         Some((clock, facts.get("samples")?.parse().ok()?))
@@ -80,33 +68,24 @@ impl Annotated {
 pub fn read(path: &Path) -> Result<Annotated, SessionError> {
     let bytes = std::fs::read(path).map_err(SessionError::io("read", path))?;
     if !inhand_channels::is_mcap(&bytes) {
-        return Err(wrong(
+        return Err(SessionError::data(
             path,
             "events are kept in MCAP files: `inhand convert` makes one of a take".to_owned(),
         ));
     }
     let name = path.display().to_string();
-    let channels = |source: inhand_channels::ChannelError| SessionError::at(path.display(), source);
-    let own = inhand_channels::read_own_annotations(&bytes, &name).map_err(channels)?;
-    let all = inhand_channels::read_annotations(&bytes, &name).map_err(channels)?;
-    let metadata = inhand_channels::read_metadata(&bytes, &name).map_err(channels)?;
-    let info = inhand_channels::info(&bytes, &name).map_err(channels)?;
-    if let Some(problem) = info.problem {
-        return Err(channels(problem));
-    }
-    let mut others = all.events;
-    // Each own event is among all of them once.
-    for event in &own.events {
-        if let Some(place) = others.iter().position(|other| other == event) {
-            others.remove(place);
-        }
-    }
-    Ok(Annotated {
-        start_unix_nanos: start_unix_nanos(path, &bytes)?,
+    let events = inhand_channels::read_file_events(&bytes, &name).in_file(path)?;
+    let start = containers::take_start(&events.metadata).or(events.first_unix_nanos);
+    let FileEvents {
         own,
         others,
-        profile: info.profile,
-        library: info.library,
+        metadata,
+        ..
+    } = events;
+    Ok(Annotated {
+        start_unix_nanos: start.unwrap_or_default(),
+        own,
+        others,
         metadata,
     })
 }
@@ -118,9 +97,7 @@ pub fn read(path: &Path) -> Result<Annotated, SessionError> {
 /// [`SessionError::At`] with line and column, [`SessionError::Io`].
 pub fn read_csv(path: &Path, annotated: &Annotated) -> Result<Annotations, SessionError> {
     let bytes = std::fs::read(path).map_err(SessionError::io("read", path))?;
-    let name = path.file_name().unwrap_or(path.as_os_str());
-    let name = name.to_string_lossy();
-    inhand_export::events::read(&bytes, &name, annotated.start_unix_nanos).in_file(path)
+    inhand_export::events::read(&bytes, &name_of(path), annotated.start_unix_nanos).in_file(path)
 }
 
 /// Writes `input` with these annotations in place of its own; every other record stays byte for
@@ -137,80 +114,75 @@ pub fn write(
     annotations: &Annotations,
 ) -> Result<(), SessionError> {
     check_times(input, annotations)?;
-    let made = provenance(input, annotations)?;
-    put(input, output, annotated, annotations, Some(&made))
-}
-
-/// As [`write`], with a step of the file's making to add or none.
-pub(crate) fn put(
-    input: &Path,
-    output: &Path,
-    annotated: &Annotated,
-    annotations: &Annotations,
-    made: Option<&Provenance>,
-) -> Result<(), SessionError> {
-    let records = inhand_channels::annotation_records(annotations).0;
-    let known = &annotated.metadata.0;
-    let is_known = |name: &String| known.contains_key(name);
-    let mut replace: BTreeMap<_, _> = records.clone();
-    replace.retain(|name, _| is_known(name));
-    // What is no longer said must not stay.
-    for name in ["inhand.annotations", "inhand.about"] {
-        if known.contains_key(name) && !records.contains_key(name) {
-            replace.insert(name.to_owned(), BTreeMap::new());
-        }
-    }
-    let new = records.into_iter().filter(|(name, _)| !is_known(name));
-    let steps = made.map(|made| annotated.metadata.next_provenance(made).0);
-    let add = new
-        .chain(steps.unwrap_or_default())
-        .map(|(name, facts)| MetadataRecord { name, facts });
-    let not_own = |channel: &ChannelFacts| channel.topic != TOPIC;
-    let without_events = Selection {
-        channels: known_events(annotated).then_some(&not_own),
-        replace,
-        add: add.collect(),
-        ..Selection::default()
-    };
-    if annotations.events.is_empty() {
-        containers::filter(input, output, &without_events)?;
-        return Ok(());
-    }
-    let folder = output
-        .parent()
-        .filter(|folder| !folder.as_os_str().is_empty());
-    let folder = folder.unwrap_or(Path::new("."));
-    let scratch = tempfile::Builder::new()
-        .prefix(".inhand-unfinished-")
-        .tempdir_in(folder)
-        .map_err(SessionError::io("write", output))?;
-    let rest = scratch.path().join("rest.mcap");
-    containers::filter(input, &rest, &without_events)?;
-    let events = scratch.path().join("events.mcap");
-    write_atomic(&events, |out| {
-        inhand_channels::write_annotations(out, annotations, &annotated.profile).in_file(output)
-    })?;
-    containers::merge_as(&annotated.library, &[&rest, &events], output, false)?;
-    Ok(())
-}
-
-/// Whether the file has events of ours that others have to take the place of.
-fn known_events(annotated: &Annotated) -> bool {
-    !annotated.own.events.is_empty()
-}
-
-/// The events themselves are in the file; the step says that they were written.
-fn provenance(input: &Path, annotations: &Annotations) -> Result<Provenance, SessionError> {
-    let name = input.file_name().unwrap_or(input.as_os_str());
-    Ok(Provenance {
+    // The events themselves are in the file; the step says that they were written.
+    let made = Provenance {
         tool: TOOL.to_owned(),
         step: "annotate".to_owned(),
         settings_json: json!({ "events": annotations.events.len() }).to_string(),
-        inputs: vec![InputHash {
-            name: name.to_string_lossy().into_owned(),
-            sha256: sha256(input)?,
-        }],
-    })
+        inputs: vec![hash_file(input)?],
+    };
+    let had_events = !annotated.own.events.is_empty();
+    let exchange = Exchange::new(&annotated.metadata, had_events, annotations, Some(&made));
+    let exchange = exchange.in_file(output)?;
+    let stays = |channel: &ChannelFacts| exchange.keeps(channel);
+    let selection = Selection {
+        channels: had_events.then_some(&stays),
+        replace: exchange.replace.clone(),
+        add: exchange.add.clone(),
+        append: exchange.append.as_deref(),
+        ..Selection::default()
+    };
+    containers::filter(input, output, &selection)?;
+    Ok(())
+}
+
+/// The changes to a file that put annotations in the place of its own.
+pub(crate) struct Exchange {
+    had_events: bool,
+    pub(crate) replace: BTreeMap<String, BTreeMap<String, String>>,
+    pub(crate) add: Vec<MetadataRecord>,
+    /// A file of the new events; `None` without any.
+    pub(crate) append: Option<Vec<u8>>,
+}
+
+impl Exchange {
+    /// For a file with this metadata, which may have events of its own; `made` is added as a step.
+    pub(crate) fn new(
+        metadata: &Metadata,
+        had_events: bool,
+        annotations: &Annotations,
+        made: Option<&Provenance>,
+    ) -> Result<Self, ChannelError> {
+        let records = inhand_channels::annotation_records(annotations).0;
+        let known = &metadata.0;
+        let (mut replace, new): (BTreeMap<_, _>, BTreeMap<_, _>) =
+            (records.into_iter()).partition(|(name, _)| known.contains_key(name));
+        // What is no longer said must not stay.
+        for name in ["inhand.annotations", "inhand.about"] {
+            if known.contains_key(name) {
+                replace.entry(name.to_owned()).or_default();
+            }
+        }
+        let steps = made.map(|made| metadata.next_provenance(made).0);
+        let add = new.into_iter().chain(steps.unwrap_or_default());
+        let mut events = Vec::new();
+        if !annotations.events.is_empty() {
+            inhand_channels::write_annotations(&mut events, annotations)?;
+        }
+        Ok(Self {
+            had_events,
+            replace,
+            add: add
+                .map(|(name, facts)| MetadataRecord { name, facts })
+                .collect(),
+            append: Some(events).filter(|events| !events.is_empty()),
+        })
+    }
+
+    /// Whether a channel of the file stays.
+    pub(crate) fn keeps(&self, channel: &ChannelFacts) -> bool {
+        !(self.had_events && channel.topic == TOPIC)
+    }
 }
 
 /// Viewers state times with 32 bits of seconds.
@@ -222,7 +194,7 @@ fn check_times(path: &Path, annotations: &Annotations) -> Result<(), SessionErro
         .find(|event| event.end_unix_nanos > LAST)
     {
         None => Ok(()),
-        Some(event) => Err(wrong(
+        Some(event) => Err(SessionError::data(
             path,
             format!(
                 "an event ends {} ns after 1970: expected a time before the year 2106, the last \
@@ -231,10 +203,6 @@ fn check_times(path: &Path, annotations: &Annotations) -> Result<(), SessionErro
             ),
         )),
     }
-}
-
-fn wrong(path: &Path, message: String) -> SessionError {
-    SessionError::data(path, message)
 }
 
 /// Which labels may be used: for each key its values, or any where there is none.
@@ -295,7 +263,7 @@ impl Vocabulary {
                     format!("a key of the vocabulary, {}", keys.join(", "))
                 }
             };
-            return Err(wrong(
+            return Err(SessionError::data(
                 file,
                 format!("the label {label}: expected {allowed}"),
             ));

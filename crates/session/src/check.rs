@@ -45,7 +45,7 @@ fn check_settings(settings: &Settings) -> Result<CheckSettings, SessionError> {
     })
 }
 
-/// An error and its causes without the file's name, which stands beside them.
+/// An error and its causes without the file's name, which is shown beside them.
 fn reason(error: &SessionError, path: &Path) -> String {
     let file = path.display().to_string();
     let name = name_of(path);

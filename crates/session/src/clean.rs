@@ -14,7 +14,7 @@ use crate::take_file;
 ///
 /// # Errors
 ///
-/// [`SessionError::At`], and [`SessionError::Data`] where roles cannot be told.
+/// [`SessionError::At`], and [`SessionError::Data`] where roles are undetermined.
 pub fn clean_take(take: &Take, steps: &CleanSettings) -> Result<Cleaned, SessionError> {
     let mut cleaned =
         inhand_inspection::clean(&take.recording, take.roles()?, steps).in_file(&take.path)?;
@@ -63,18 +63,15 @@ pub fn write_cleaned(
     shape: Option<Shape>,
     view: bool,
 ) -> Result<(), SessionError> {
-    let mut provenance = take.provenance.clone();
-    provenance.push(made.clone());
+    take.roles()?;
+    let provenance = take.made_by(made);
     let file = TakeFile {
         cleaned: Some(inhand_channels::CleanedTake {
             recording: &cleaned.recording,
             changes: &cleaned.changes,
         }),
-        roles: Some(take.roles()?),
         object_shape: shape,
-        annotations: Some(&take.annotations),
-        provenance: &provenance,
-        ..TakeFile::new(take.measured())
+        ..take.file(&provenance)
     };
     take_file::write_parts(path, &file, view)
 }

@@ -2,26 +2,24 @@
 //!
 //! A file that holds a take stays one where that is possible: see [`cut`] and [`merge`].
 
-mod take;
-
-pub(crate) use take::sha256;
-
 use std::fs::File;
-use std::io::{BufReader, BufWriter, Write as _};
+use std::io::BufReader;
 use std::ops::Range;
 use std::path::Path;
 
-use inhand_channels::Metadata;
+use inhand_channels::{Metadata, cut_take};
 use inhand_container::{
-    ChannelFacts, ContainerError, Interval, Merge, Merged, MetadataRecord, Packing, Recovered,
-    Selected, Selection, Source,
+    ChannelFacts, Interval, Merge, Merged, MetadataRecord, Packing, Recovered, Selected, Selection,
+    Source,
 };
-use inhand_model::{Annotations, Event};
+use inhand_model::{Annotations, Event, InputHash, Provenance};
+use serde_json::json;
 
-use crate::annotate;
-use crate::error::SessionError;
+use crate::annotate::{self, Exchange};
+use crate::error::{Located, SessionError};
 use crate::output::write_atomic;
 use crate::run::TOOL;
+use crate::take::Hashed;
 
 /// The metadata record that makes a file a take.
 pub(crate) const RECORDING: &str = "inhand.recording";
@@ -55,7 +53,7 @@ pub type FileSource = Source<BufReader<File>>;
 pub fn open(path: &Path) -> Result<FileSource, SessionError> {
     let file = File::open(path).map_err(SessionError::io("read", path))?;
     let reader = BufReader::with_capacity(1 << 16, file);
-    Source::open(&name_of(path), reader).map_err(container(path))
+    Source::open(&name_of(path), reader).in_file(path)
 }
 
 pub(crate) fn name_of(path: &Path) -> String {
@@ -63,21 +61,22 @@ pub(crate) fn name_of(path: &Path) -> String {
     name.to_string_lossy().into_owned()
 }
 
-pub(crate) fn container(path: &Path) -> impl Fn(ContainerError) -> SessionError {
-    let path = path.to_owned();
-    move |source| SessionError::at(path.display(), source)
-}
-
 /// The metadata of a file by name; nothing else of it is read.
 fn metadata(source: &mut FileSource, path: &Path) -> Result<Metadata, SessionError> {
-    let records = inhand_container::metadata(source).map_err(container(path))?;
+    let records = inhand_container::metadata(source).in_file(path)?;
     let facts = records
         .into_iter()
         .map(|record| (record.name, record.facts));
     Ok(Metadata(facts.collect()))
 }
 
-/// The stretch of a file between two instants, each of which may be open.
+/// When a take's first sample is, nanoseconds since 1970-01-01 UTC; `None` for a file without a take.
+pub(crate) fn take_start(metadata: &Metadata) -> Option<u64> {
+    let facts = metadata.0.get(RECORDING)?;
+    facts.get("start_unix_nanos")?.parse().ok()
+}
+
+/// The interval of a file between two instants, each of which may be open.
 ///
 /// # Errors
 ///
@@ -88,16 +87,10 @@ pub fn interval(
     to: Option<Instant>,
 ) -> Result<Interval, SessionError> {
     let mut source = open(path)?;
-    let start = match metadata(&mut source, path)?.0.get(RECORDING) {
-        Some(facts) => facts
-            .get("start_unix_nanos")
-            .and_then(|text| text.parse().ok()),
-        None => None,
-    };
-    let start: u64 = match start {
+    let start = match take_start(&metadata(&mut source, path)?) {
         Some(start) => start,
         None => {
-            let span = inhand_container::span(&mut source).map_err(container(path))?;
+            let span = inhand_container::span(&mut source).in_file(path)?;
             span.map_or(0, |(start, _)| start)
         }
     };
@@ -129,9 +122,9 @@ pub fn interval(
     Ok(Interval::new(from, to))
 }
 
-/// Writes stretches of a file.
+/// Writes intervals of a file.
 ///
-/// What stays is byte for byte as it was, but for messages that still hold at the start of a stretch
+/// What stays is byte for byte as it was, but for messages that still hold at the start of an interval
 /// and were sent before it (static transforms): these get the time of its first message. Of a take the
 /// samples nearest to the ends count, its metadata state what is left, with the cut as a step of its
 /// making, and what counts samples of the whole take (generated trajectories, their evaluation) is
@@ -140,71 +133,104 @@ pub fn interval(
 /// # Errors
 ///
 /// [`SessionError::At`] with the byte at which a file is wrong, [`SessionError::At`]
-/// where the stretches are not one stretch of a take, [`SessionError::Io`].
-pub fn cut(input: &Path, output: &Path, stretches: &[Interval]) -> Result<Cut, SessionError> {
+/// where the intervals are not one interval of a take, [`SessionError::Io`].
+pub fn cut(input: &Path, output: &Path, intervals: &[Interval]) -> Result<Cut, SessionError> {
     let mut source = open(input)?;
     let metadata = metadata(&mut source, input)?;
-    let take = take::cut(input, &metadata, stretches)?;
-    let of_stretch = |channel: &ChannelFacts| !inhand_channels::is_of_whole_take(channel);
-    let selection = match &take {
-        None => Selection {
-            keep: stretches.to_vec(),
-            // Overlays and bags that were given views have what is sent once as takes do.
-            latch: &inhand_channels::latch,
-            ..Selection::default()
-        },
-        Some(take) => Selection {
-            keep: vec![take.keep],
-            channels: (!take.whole).then_some(&of_stretch),
-            latch: &inhand_channels::latch,
-            replace: take.replace.clone(),
-            add: take.add.clone(),
-            ..Selection::default()
-        },
-    };
-    let kept = &selection.keep;
-    let reaching = events_into(input, &metadata, kept)?;
-    let selected = match reaching {
-        None => select(&mut source, input, output, &selection)?,
-        Some(events) => {
-            let folder = output
-                .parent()
-                .filter(|folder| !folder.as_os_str().is_empty());
-            let scratch = tempfile::Builder::new()
-                .prefix(".inhand-unfinished-")
-                .tempdir_in(folder.unwrap_or(Path::new(".")))
-                .map_err(SessionError::io("write", output))?;
-            let cut = scratch.path().join("cut.mcap");
-            let selected = select(&mut source, input, &cut, &selection)?;
-            annotate::put(&cut, output, &annotate::read(&cut)?, &events, None)?;
-            selected
+    let take = match metadata.0.contains_key(RECORDING) {
+        true => {
+            let made = cut_provenance(input, intervals)?;
+            cut_take(&metadata, &name_of(input), intervals, &made).in_file(input)?
         }
+        false => None,
     };
+    let keep = (take.as_ref()).map_or_else(|| intervals.to_vec(), |take| vec![take.keep]);
+    // Messages of events that begin before what is kept are outside of it.
+    let events = events_into(input, &metadata, &keep)?;
+    let events = events.map(|events| Exchange::new(&metadata, true, &events, None).in_file(input));
+    let events = events.transpose()?;
+    let of_part = take.as_ref().is_some_and(|take| !take.whole);
+    let stays = |channel: &ChannelFacts| {
+        !(of_part && inhand_channels::is_of_whole_take(channel))
+            && events.as_ref().is_none_or(|events| events.keeps(channel))
+    };
+    let mut selection = Selection {
+        keep,
+        channels: (of_part || events.is_some()).then_some(&stays),
+        // Overlays and bags that were given views have what is sent once as takes do.
+        latch: &inhand_channels::latch,
+        append: events.as_ref().and_then(|events| events.append.as_deref()),
+        ..Selection::default()
+    };
+    if let Some(events) = &events {
+        selection.replace.extend(events.replace.clone());
+        selection.add.extend(events.add.clone());
+    }
+    if let Some(take) = &take {
+        selection.replace.extend(take.replace.clone());
+        selection.add.extend(take.add.clone());
+    }
+    let mut selected = select(&mut source, input, output, &selection)?;
+    // Events that were written anew are not lost.
+    selected.left_out = selected.left_out.saturating_sub(selected.appended);
     Ok(Cut {
         selected,
         samples: take.map(|take| take.samples),
     })
 }
 
-/// The events that lie in any of the stretches, if some of them begin before: their messages then lie
+fn cut_provenance(input: &Path, intervals: &[Interval]) -> Result<Provenance, SessionError> {
+    let settings: Vec<_> = (intervals.iter())
+        .map(|interval| {
+            json!({
+                "from_unix_nanos": interval.from_unix_nanos(),
+                "to_unix_nanos": interval.to_unix_nanos(),
+            })
+        })
+        .collect();
+    Ok(Provenance {
+        tool: TOOL.to_owned(),
+        step: "cut".to_owned(),
+        settings_json: json!({ "keep": settings }).to_string(),
+        inputs: vec![hash_file(input)?],
+    })
+}
+
+/// Name and content of a file of any size.
+///
+/// # Errors
+///
+/// [`SessionError::Io`].
+pub fn hash_file(path: &Path) -> Result<InputHash, SessionError> {
+    let hashed = Hashed::open(path).and_then(|mut file| {
+        std::io::copy(&mut file, &mut std::io::sink())?;
+        Ok(file.sha256())
+    });
+    Ok(InputHash {
+        name: name_of(path),
+        sha256: hashed.map_err(SessionError::io("read", path))?,
+    })
+}
+
+/// The events that lie in any of the intervals, if some of them begin before: their messages then lie
 /// outside. `None` where messages tell it all.
 fn events_into(
     input: &Path,
     metadata: &Metadata,
-    stretches: &[Interval],
+    intervals: &[Interval],
 ) -> Result<Option<Annotations>, SessionError> {
     if !metadata.0.contains_key("inhand.annotations") {
         return Ok(None);
     }
     let mut annotations = annotate::read(input)?.own;
-    let meets = |event: &Event, stretch: &Interval| {
-        event.end_unix_nanos >= stretch.from_unix_nanos()
-            && (stretch.to_unix_nanos()).is_none_or(|to| event.start_unix_nanos < to)
+    let meets = |event: &Event, interval: &Interval| {
+        event.end_unix_nanos >= interval.from_unix_nanos()
+            && (interval.to_unix_nanos()).is_none_or(|to| event.start_unix_nanos < to)
     };
-    (annotations.events).retain(|event| stretches.iter().any(|stretch| meets(event, stretch)));
+    (annotations.events).retain(|event| intervals.iter().any(|interval| meets(event, interval)));
     let begins_inside = |event: &Event| {
         let start = event.start_unix_nanos;
-        stretches.iter().any(|stretch| stretch.contains(start))
+        intervals.iter().any(|interval| interval.contains(start))
     };
     let all_inside = annotations.events.iter().all(begins_inside);
     Ok((!all_inside).then_some(annotations))
@@ -231,7 +257,7 @@ fn select(
 ) -> Result<Selected, SessionError> {
     let mut selected = Selected::default();
     write_atomic(output, |out| {
-        selected = inhand_container::select(source, out, selection).map_err(container(input))?;
+        selected = inhand_container::select(source, out, selection).in_file(input)?;
         Ok(())
     })?;
     Ok(selected)
@@ -247,16 +273,6 @@ fn select(
 /// [`SessionError::Data`] for several takes, [`SessionError::At`] for topics with different
 /// schemas, both only without `keep_both`; what reading and writing can find.
 pub fn merge(inputs: &[&Path], output: &Path, keep_both: bool) -> Result<Merged, SessionError> {
-    merge_as(TOOL, inputs, output, keep_both)
-}
-
-/// As [`merge`], with what the output says wrote it.
-pub(crate) fn merge_as(
-    library: &str,
-    inputs: &[&Path],
-    output: &Path,
-    keep_both: bool,
-) -> Result<Merged, SessionError> {
     let mut sources = Vec::with_capacity(inputs.len());
     let mut takes = Vec::new();
     for &input in inputs {
@@ -286,14 +302,14 @@ pub(crate) fn merge_as(
         _ => record,
     };
     let settings = Merge {
-        library,
+        library: TOOL,
         keep_both,
         metadata: &rename,
         packing: Packing::Zstd,
     };
     let mut merged = Merged::default();
     write_atomic(output, |out| {
-        merged = inhand_container::merge(sources, out, &settings).map_err(container(output))?;
+        merged = inhand_container::merge(sources, out, &settings).in_file(output)?;
         Ok(())
     })?;
     Ok(merged)
@@ -301,8 +317,8 @@ pub(crate) fn merge_as(
 
 /// What a take of which something was lost has to say, so that samples without messages count as
 /// missing when it is read.
-fn recovered_take(metadata: &Metadata, recovered: &Recovered) -> Option<MetadataRecord> {
-    let is_take = metadata.0.contains_key(RECORDING);
+fn recovered_take(recovered: &Recovered) -> Option<MetadataRecord> {
+    let is_take = recovered.metadata.contains(RECORDING);
     (is_take && recovered.is_lossy()).then(|| MetadataRecord {
         name: "inhand.recovered".to_owned(),
         facts: [
@@ -326,34 +342,15 @@ fn recovered_take(metadata: &Metadata, recovered: &Recovered) -> Option<Metadata
 pub fn recover(input: &Path, output: &Path) -> Result<Recovered, SessionError> {
     let file = File::open(input).map_err(SessionError::io("read", input))?;
     let reader = BufReader::with_capacity(1 << 16, file);
-    let folder = output
-        .parent()
-        .filter(|folder| !folder.as_os_str().is_empty());
-    let scratch = tempfile::Builder::new()
-        .prefix(".inhand-unfinished-")
-        .tempfile_in(folder.unwrap_or(Path::new(".")))
-        .map_err(SessionError::io("write", output))?;
-    let mut saved = BufWriter::with_capacity(1 << 20, scratch.as_file());
-    let mut recovered = inhand_container::recover(&name_of(input), reader, &mut saved, |_| None)
-        .map_err(container(input))?;
-    saved.flush().map_err(SessionError::io("write", output))?;
-    drop(saved);
-    let mut saved = open(scratch.path())?;
-    let add = recovered_take(&metadata(&mut saved, output)?, &recovered);
-    let with_record = Selection {
-        add: add.into_iter().collect(),
-        ..Selection::default()
-    };
+    let mut recovered = Recovered::default();
     write_atomic(output, |out| {
-        let selected = inhand_container::select(&mut saved, &mut *out, &with_record)
-            .map_err(container(output))?;
-        recovered.written = selected.written;
-        out.flush().map_err(SessionError::io("write", output))?;
+        recovered = inhand_container::recover(&name_of(input), reader, &mut *out, recovered_take)
+            .in_file(input)?;
         let written = out.get_ref().try_clone();
         let written = written.map_err(SessionError::io("read", output))?;
         let mut written =
-            Source::open(&name_of(output), BufReader::new(written)).map_err(container(output))?;
-        inhand_container::verify(&mut written, &recovered.written).map_err(container(output))
+            Source::open(&name_of(output), BufReader::new(written)).in_file(output)?;
+        inhand_container::verify(&mut written, &recovered.written).in_file(output)
     })?;
     Ok(recovered)
 }

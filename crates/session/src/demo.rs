@@ -71,7 +71,7 @@ pub fn simulate_session(
     Ok(files.into_iter().map(|(path, _)| path).collect())
 }
 
-/// Where planted faults are, for whoever judges what a search finds. Samples count from 0, `last` is
+/// Places of planted faults, to judge a search by. Samples count from 0, `last` is
 /// the last one that is wrong; lengths are metres, rotations quaternions x, y, z, w.
 fn faults_json(take: &SimulatedTake) -> String {
     let faults: Vec<_> = (take.faults.iter())

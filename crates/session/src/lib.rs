@@ -58,7 +58,7 @@ pub use dictionary_file::{DictionaryFile, read as read_dictionary, write as writ
 pub use error::{Located, SessionError};
 pub use figures::write_figures;
 pub use inhand_motion::GapFill;
-pub use long_take::{LongTake, LongTakeFacts};
+pub use long_take::{LongTake, TakeInput};
 pub use manifest::{PlanMs, RunJson, peak_memory_bytes, plan_times_beside};
 pub use methods::Method;
 pub use output::{check_target, scratch_folder, write_atomic, write_durable, write_text};

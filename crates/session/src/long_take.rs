@@ -10,16 +10,18 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::sync_channel;
 
 use inhand_capture::roles::resolve;
-use inhand_capture::{Blocks, CaptureError, Extent, ReadSettings, has_even_rows};
+use inhand_capture::{Blocks, Extent, ReadSettings, has_even_rows};
 use inhand_channels::{Outline, TakeFile, TakeWriter, WriteSettings};
 use inhand_model::{InputHash, Provenance, Recording, Roles, Shape};
 use sha2::{Digest, Sha256};
 
 use crate::coverage::Coverage;
-use crate::error::SessionError;
+use crate::error::{Located, SessionError};
 use crate::output::write_atomic;
+use crate::run::provenance;
 use crate::settings::Settings;
-use crate::take::hex;
+use crate::take::{Hashed, Take, hex, read};
+use crate::take_file::write_parts;
 
 /// Bytes read at a time where nothing is parsed.
 const READ_BYTES: usize = 1 << 20;
@@ -39,7 +41,7 @@ pub struct LongTake {
     pub header: Recording,
     /// How much of its markers and bodies is there.
     pub coverage: Coverage,
-    /// Which entity has which role, or why that cannot be told.
+    /// Which entity has which role, or why that is undetermined.
     pub roles: Result<Roles, String>,
     /// Content of the file.
     pub hash: InputHash,
@@ -48,15 +50,86 @@ pub struct LongTake {
     settings: ReadSettings,
 }
 
-/// What is known of a take beside its samples.
-#[derive(Clone, Copy, Debug)]
-pub struct LongTakeFacts<'a> {
-    /// What made the file, first step first.
-    pub provenance: &'a [Provenance],
-    /// Shape of the object.
-    pub object_shape: Option<Shape>,
-    /// Whether to add channels that viewers draw.
-    pub view: bool,
+/// A take to convert, in memory only where it has to be.
+#[derive(Debug)]
+pub enum TakeInput {
+    /// On disk; its samples are read again to be written.
+    Long(Box<LongTake>),
+    /// In memory.
+    Whole(Box<Take>),
+}
+
+impl TakeInput {
+    /// Reads a take, whatever its format.
+    ///
+    /// # Errors
+    ///
+    /// As for [`read`].
+    pub fn open(path: &Path, settings: &Settings) -> Result<Self, SessionError> {
+        Ok(match LongTake::open(path, settings)? {
+            Some(long) => TakeInput::Long(Box::new(long)),
+            None => TakeInput::Whole(Box::new(read(path, settings)?)),
+        })
+    }
+
+    /// Content of the file.
+    pub fn hash(&self) -> &InputHash {
+        match self {
+            TakeInput::Long(take) => &take.hash,
+            TakeInput::Whole(take) => &take.hash,
+        }
+    }
+
+    /// The facts that hold for the whole take.
+    pub fn header(&self) -> &Recording {
+        match self {
+            TakeInput::Long(take) => &take.header,
+            TakeInput::Whole(take) => &take.recording,
+        }
+    }
+
+    /// How much of its markers and bodies is there.
+    pub fn coverage(&self) -> Coverage {
+        match self {
+            TakeInput::Long(take) => take.coverage.clone(),
+            TakeInput::Whole(take) => Coverage::of(&take.recording),
+        }
+    }
+
+    /// Which entity has which role, or why that is undetermined.
+    pub fn roles(&self) -> Result<&Roles, &str> {
+        let roles = match self {
+            TakeInput::Long(take) => &take.roles,
+            TakeInput::Whole(take) => &take.roles,
+        };
+        roles.as_ref().map_err(String::as_str)
+    }
+
+    /// Writes the take as MCAP, with channels that viewers draw where `view` says so.
+    ///
+    /// # Errors
+    ///
+    /// [`SessionError`]; then no file appears.
+    pub fn convert(
+        &self,
+        target: &Path,
+        settings: &Settings,
+        view: bool,
+    ) -> Result<(), SessionError> {
+        let made = provenance("convert", settings, [self.hash().clone()]);
+        let shape = settings.shape()?;
+        match self {
+            TakeInput::Long(take) => take.write(target, &[made], shape, view),
+            TakeInput::Whole(take) => {
+                let provenance = take.made_by(&made);
+                let file = TakeFile {
+                    object_shape: shape,
+                    ..take.file(&provenance)
+                };
+                write_parts(target, &file, view)
+            }
+        }
+    }
 }
 
 impl LongTake {
@@ -91,11 +164,10 @@ impl LongTake {
             sha256,
         };
         let read_settings = settings.read_settings()?;
-        let capture = capture_error(path);
         let mut blocks =
-            Blocks::open(&mut file, extent, &hash.name, &read_settings).map_err(&capture)?;
+            Blocks::open(&mut file, extent, &hash.name, &read_settings).in_file(path)?;
         let (mut outline, mut coverage) = (Outline::default(), Coverage::default());
-        while let Some(block) = blocks.next_block().map_err(&capture)? {
+        while let Some(block) = blocks.next_block().in_file(path)? {
             outline.add(&block);
             coverage.add(&block);
         }
@@ -120,19 +192,23 @@ impl LongTake {
     ///
     /// [`SessionError`]; then no file appears. One is that the file has changed since it was
     /// opened.
-    pub fn write(&self, target: &Path, facts: LongTakeFacts<'_>) -> Result<(), SessionError> {
+    pub fn write(
+        &self,
+        target: &Path,
+        provenance: &[Provenance],
+        object_shape: Option<Shape>,
+        view: bool,
+    ) -> Result<(), SessionError> {
         write_atomic(target, |out| {
-            let channels =
-                |source: inhand_channels::ChannelError| SessionError::at(target.display(), source);
             let file = TakeFile {
                 roles: self.roles.as_ref().ok(),
-                object_shape: facts.object_shape,
-                provenance: facts.provenance,
+                object_shape,
+                provenance,
                 ..TakeFile::new(&self.header)
             };
-            let settings = WriteSettings { view: facts.view };
+            let settings = WriteSettings { view };
             let mut writer =
-                TakeWriter::begin(out, &file, &self.outline, &settings).map_err(channels)?;
+                TakeWriter::begin(out, &file, &self.outline, &settings).in_file(target)?;
             std::thread::scope(|scope| {
                 // Rows are parsed while those before them are written.
                 let (sender, receiver) = sync_channel(BLOCKS_AHEAD);
@@ -144,28 +220,24 @@ impl LongTake {
                     .join()
                     .unwrap_or_else(|panic| std::panic::resume_unwind(panic));
                 read?;
-                written.map_err(channels)
+                written.in_file(target)
             })?;
-            writer.finish().map_err(channels)
+            writer.finish().in_file(target)
         })
     }
 
     /// Reads the file again and hands on its blocks, as long as they are taken.
     fn blocks(&self, mut take: impl FnMut(Recording) -> bool) -> Result<(), SessionError> {
         let io = |error| SessionError::io("read", &self.path)(error);
-        let mut file = Hashed {
-            input: File::open(&self.path).map_err(io)?,
-            hash: Sha256::new(),
-        };
-        let capture = capture_error(&self.path);
+        let mut file = Hashed::open(&self.path).map_err(io)?;
         let mut blocks = Blocks::open(&mut file, self.extent, &self.hash.name, &self.settings)
-            .map_err(&capture)?;
-        while let Some(block) = blocks.next_block().map_err(&capture)? {
+            .in_file(&self.path)?;
+        while let Some(block) = blocks.next_block().in_file(&self.path)? {
             if !take(block) {
                 return Ok(());
             }
         }
-        if hex(&file.hash.finalize()) == self.hash.sha256 {
+        if file.sha256() == self.hash.sha256 {
             Ok(())
         } else {
             Err(SessionError::data(
@@ -174,10 +246,6 @@ impl LongTake {
             ))
         }
     }
-}
-
-fn capture_error(path: &Path) -> impl Fn(CaptureError) -> SessionError {
-    |source| SessionError::at(path.display(), source)
 }
 
 /// Length and hash of a file.
@@ -194,19 +262,5 @@ fn measure(file: &mut File) -> io::Result<(Extent, String)> {
             Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
             Err(error) => return Err(error),
         }
-    }
-}
-
-/// A file that is hashed as it is read.
-struct Hashed {
-    input: File,
-    hash: Sha256,
-}
-
-impl Read for Hashed {
-    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
-        let read = self.input.read(out)?;
-        self.hash.update(&out[..read]);
-        Ok(read)
     }
 }

@@ -9,8 +9,9 @@ use inhand_report::PlanTimes;
 use inhand_statistics::quantiles::quantile;
 use serde::{Deserialize, Serialize};
 
+use crate::containers;
 use crate::error::SessionError;
-use crate::output;
+use crate::output::{self, folder_of};
 use crate::run::TOOL;
 use crate::session::Session;
 use crate::settings::{EvaluateSection, PlanSection, Settings};
@@ -20,7 +21,7 @@ use crate::take::{Take, hex_sha256};
 pub(crate) const RUN_FILE: &str = "run.json";
 
 /// Facts of one run.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct RunJson {
     /// Wall time of each step, seconds.
     pub timings_s: BTreeMap<String, f64>,
@@ -51,7 +52,7 @@ pub struct PlanMs {
 
 impl PlanMs {
     /// Summary of plan times.
-    pub fn of(times: &[Duration]) -> Self {
+    pub fn new(times: &[Duration]) -> Self {
         let mut ms: Vec<_> = times
             .iter()
             .map(|time| time.as_secs_f64() * 1000.0)
@@ -68,7 +69,7 @@ impl PlanMs {
 }
 
 /// What results were made from, and their content.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Manifest {
     /// Name of the session.
     pub session: String,
@@ -186,16 +187,13 @@ pub(crate) fn claim(
         }
     }
     let unfinished = RunJson {
-        timings_s: BTreeMap::new(),
-        plan_ms: BTreeMap::new(),
-        peak_memory_bytes: None,
         threads: rayon::current_num_threads(),
         command: command.to_vec(),
         manifest: Manifest {
             session: session.to_owned(),
-            key: String::new(),
-            outputs: BTreeMap::new(),
+            ..Manifest::default()
         },
+        ..RunJson::default()
     };
     write_run_json(run_file, &unfinished)
 }
@@ -247,16 +245,7 @@ fn read(path: &Path) -> Option<RunJson> {
 }
 
 fn hash_file(path: &Path) -> Result<String, SessionError> {
-    Ok(hex_sha256(
-        &std::fs::read(path).map_err(SessionError::io("read", path))?,
-    ))
-}
-
-fn folder_of(file: &Path) -> &Path {
-    let folder = file
-        .parent()
-        .filter(|folder| !folder.as_os_str().is_empty());
-    folder.unwrap_or(Path::new("."))
+    Ok(containers::hash_file(path)?.sha256)
 }
 
 /// The path of a result in its folder, with `/` on every system.

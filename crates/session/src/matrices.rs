@@ -17,90 +17,52 @@
 mod given;
 
 use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use inhand_export::ExportError;
-use inhand_export::matrices::{MatrixFormat, Variable, Variables};
-use inhand_model::{Dictionary, DictionaryKind, Hull, InputHash, Residual, SegmentLayout};
+use inhand_export::matrices::{self, MatrixFormat, Variable, Variables};
+use inhand_model::{Dictionary, DictionaryKind, Hull, Residual, SegmentLayout};
 use nalgebra::{DMatrix, DVector};
-use thiserror::Error;
 
-use crate::error::SessionError;
+use crate::containers::name_of;
+use crate::error::{Located, SessionError};
 use crate::output;
-use crate::take::hex_sha256;
 
 pub use given::{Given, import_primitives};
 
 /// Named matrices in the order in which they are written.
 pub type Matrices = Vec<(String, Variable)>;
 
-/// Why matrices cannot be written, read or used.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum MatricesError {
-    /// A file name that asks for no form of matrices.
-    #[error("{}: expected a file name that ends in .npz or .mat", path.display())]
-    Extension {
-        /// The file.
-        path: PathBuf,
-    },
-    /// A file that cannot be read or written.
-    #[error("matrices")]
-    File(#[source] Box<SessionError>),
-    /// Content that is no matrices, or none that can be written.
-    #[error(transparent)]
-    Form(#[from] ExportError),
-    /// Matrices that are no primitives for these takes.
-    #[error("{file}: {what}: expected {expected}, found {found}; {hint}")]
-    Given {
-        /// The file.
-        file: String,
-        /// The variable, or what is looked for.
-        what: String,
-        /// What was expected.
-        expected: String,
-        /// What was found.
-        found: String,
-        /// What to do.
-        hint: String,
-    },
-}
-
 /// The form that a file name asks for by its extension.
 ///
 /// # Errors
 ///
-/// [`MatricesError::Extension`].
-pub fn form_of(path: &Path) -> Result<MatrixFormat, MatricesError> {
-    MatrixFormat::from_path(path).ok_or_else(|| MatricesError::Extension {
-        path: path.to_owned(),
-    })
+/// [`SessionError::Usage`] for another extension.
+pub fn form_of(path: &Path) -> Result<MatrixFormat, SessionError> {
+    let message = "expected a file name that ends in .npz or .mat";
+    MatrixFormat::from_path(path).ok_or_else(|| SessionError::usage(path, message))
 }
 
 /// Writes matrices in the form that the extension says, whole or not at all.
 ///
 /// # Errors
 ///
-/// [`MatricesError::Extension`], [`MatricesError::Form`], [`MatricesError::File`].
-pub fn write(path: &Path, matrices: &Matrices) -> Result<(), MatricesError> {
-    let bytes = inhand_export::matrices::write(form_of(path)?, &name_of(path), matrices)?;
-    let written = output::write_atomic(path, |out| {
+/// As for [`form_of`]; [`SessionError::At`] for matrices that cannot be written, [`SessionError::Io`].
+pub fn write(path: &Path, matrices: &Matrices) -> Result<(), SessionError> {
+    let bytes = matrices::write(form_of(path)?, &name_of(path), matrices).in_file(path)?;
+    output::write_atomic(path, |out| {
         out.write_all(&bytes)
             .map_err(SessionError::io("write", path))
-    });
-    written.map_err(|error| MatricesError::File(Box::new(error)))
+    })
 }
 
 /// Reads every variable of a file; its content says which form it has.
 ///
 /// # Errors
 ///
-/// [`MatricesError::File`], [`MatricesError::Form`].
-pub fn read(path: &Path) -> Result<Variables, MatricesError> {
-    let bytes = std::fs::read(path)
-        .map_err(SessionError::io("read", path))
-        .map_err(|error| MatricesError::File(Box::new(error)))?;
-    Ok(inhand_export::matrices::read(&bytes, &name_of(path))?)
+/// [`SessionError::Io`], [`SessionError::At`] for content that is no matrices.
+pub fn read(path: &Path) -> Result<Variables, SessionError> {
+    let bytes = std::fs::read(path).map_err(SessionError::io("read", path))?;
+    matrices::read(&bytes, &name_of(path)).in_file(path)
 }
 
 /// Reads a file by [`read`] and takes primitives from it by [`import_primitives`].
@@ -112,37 +74,8 @@ pub fn read_primitives(
     path: &Path,
     layout: SegmentLayout,
     kind: DictionaryKind,
-) -> Result<Given, MatricesError> {
+) -> Result<Given, SessionError> {
     import_primitives(&read(path)?, &name_of(path), layout, kind)
-}
-
-/// Content of a file of matrices.
-///
-/// # Errors
-///
-/// [`MatricesError::File`].
-pub fn hash(path: &Path) -> Result<InputHash, MatricesError> {
-    let bytes = std::fs::read(path)
-        .map_err(SessionError::io("read", path))
-        .map_err(|error| MatricesError::File(Box::new(error)))?;
-    Ok(InputHash {
-        name: name_of(path),
-        sha256: hex_sha256(&bytes),
-    })
-}
-
-impl MatricesError {
-    /// Whether the call was wrong, rather than the data: exit code 2.
-    pub const fn is_usage(&self) -> bool {
-        matches!(self, MatricesError::Extension { .. })
-    }
-}
-
-fn name_of(path: &Path) -> String {
-    path.file_name()
-        .unwrap_or(path.as_os_str())
-        .to_string_lossy()
-        .into_owned()
 }
 
 /// Every number of a dictionary as named matrices; vectors are columns, indices count from 0.

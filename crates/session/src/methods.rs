@@ -15,7 +15,7 @@ use crate::settings::invalid;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Method {
-    /// The best of the others on left-out training takes; stands for one of them, never runs itself.
+    /// The best of the others on left-out training takes; named in place of one of them, never runs itself.
     Auto,
     /// Learned: ends and end velocities given, the deviation from the smooth curve expected from
     /// the demonstrations.

@@ -57,7 +57,7 @@ fn write_renamed(
     durable: bool,
     write: impl FnOnce(&mut BufWriter<File>) -> Result<(), SessionError>,
 ) -> Result<(), SessionError> {
-    let folder = folder_of(path)?;
+    let folder = make_folder_of(path)?;
     let temporary = tempfile::Builder::new()
         .prefix(TEMPORARY_PREFIX)
         .tempfile_in(folder)
@@ -81,10 +81,15 @@ fn write_renamed(
         .map_err(|error| SessionError::io("write", path)(error.error))
 }
 
-/// Folder of a file to be written, created where it is missing.
-fn folder_of(path: &Path) -> Result<&Path, SessionError> {
+/// Folder of a file.
+pub(crate) fn folder_of(path: &Path) -> &Path {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty());
-    let folder = folder.unwrap_or(Path::new("."));
+    folder.unwrap_or(Path::new("."))
+}
+
+/// Folder of a file to be written, created where it is missing.
+fn make_folder_of(path: &Path) -> Result<&Path, SessionError> {
+    let folder = folder_of(path);
     std::fs::create_dir_all(folder).map_err(SessionError::io("create folder", folder))?;
     Ok(folder)
 }
@@ -95,7 +100,7 @@ fn folder_of(path: &Path) -> Result<&Path, SessionError> {
 ///
 /// [`SessionError::Io`].
 pub fn scratch_folder(output: &Path) -> Result<TempDir, SessionError> {
-    let folder = folder_of(output)?;
+    let folder = make_folder_of(output)?;
     tempfile::Builder::new()
         .prefix(TEMPORARY_PREFIX)
         .tempdir_in(folder)

@@ -1,4 +1,4 @@
-//! Several takes or methods over each other, on one time line, in one file.
+//! Overlays: several takes or methods on one time line, in one file.
 
 mod input;
 mod layers;
@@ -7,12 +7,12 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use inhand_channels::{OverlayFile, OverlayLayer, OverlayObject, Rgb, layer_colour};
-use inhand_evaluation::overlay::{Apart, Tips, apart, distances_m, moved};
-use inhand_model::{Clock, Finding, Frame, Label, PerFinger, PoseTrack, World};
+use inhand_evaluation::overlay::{Apart, Tips, apart, distances_m};
+use inhand_model::{Finding, Frame, Hand, Label, PerFinger, World};
 use serde_json::json;
 
-use self::input::{Input, Placed};
-use self::layers::{Drawn, Shown};
+use self::input::Input;
+use self::layers::{Drawn, Layer, Shown};
 use crate::error::{Located, SessionError};
 use crate::output::write_atomic;
 use crate::settings::Settings;
@@ -47,7 +47,7 @@ pub enum OverlayMethods {
     All,
 }
 
-/// How time lines lie over each other.
+/// How time lines are aligned.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Align {
     /// By the clock where files are of one take or overlap in time that was stated, by their starts
@@ -62,7 +62,7 @@ pub enum Align {
     Event(Label),
 }
 
-/// What to put over each other.
+/// Content of an overlay.
 #[derive(Clone, Debug, Default)]
 pub struct OverlayOptions {
     /// Takes; others are compared with the first.
@@ -71,7 +71,7 @@ pub struct OverlayOptions {
     pub names: Vec<String>,
     /// Generated motion to show.
     pub methods: OverlayMethods,
-    /// How time lines lie over each other.
+    /// How time lines are aligned.
     pub align: Align,
 }
 
@@ -101,7 +101,7 @@ pub struct OverlaidLayer {
 pub struct Overlaid {
     /// The frame that motions are shown in.
     pub frame: &'static str,
-    /// How time lines lie over each other: `start`, `clock`, or `event` with the label.
+    /// How time lines are aligned: `start`, `clock`, or `event` with the label.
     pub align: String,
     /// The motions, the first one first.
     pub layers: Vec<OverlaidLayer>,
@@ -111,7 +111,7 @@ pub struct Overlaid {
     pub findings: Vec<(String, Finding)>,
 }
 
-/// Writes motions of several takes, or of several methods of one, over each other into one file.
+/// Writes an overlay: motions of several takes, or of several methods of one, in one file.
 ///
 /// All are in the frame of the hand where every take has processed motion, so that hands coincide;
 /// otherwise in the world. Memory is taken for all takes at once.
@@ -125,56 +125,14 @@ pub fn overlay(
     output: &Path,
     settings: &Settings,
 ) -> Result<Overlaid, SessionError> {
-    let inputs = input::read(options, settings)?;
+    let mut inputs = input::read(options, settings)?;
     let mut notes = Vec::new();
+    let align = input::align(&mut inputs, &options.align, &mut notes)?;
     let unprocessed = (inputs.iter()).find(|input| input.take.stored_motion.is_none());
-    let placed = input::align(&inputs, &options.align, &mut notes)?;
-    match unprocessed {
-        None => write::<inhand_model::Hand>(options, &inputs, placed, output, settings, notes),
-        Some(input) => {
-            notes.push(format!(
-                "{} has no processed motion (`inhand process` adds it): all are shown in the world, \
-                 where hands do not coincide",
-                input.take.path.display()
-            ));
-            refuse_other_axes(&inputs)?;
-            write::<World>(options, &inputs, placed, output, settings, notes)
-        }
-    }
-}
-
-/// A layer with its distances.
-struct Compared<'a, F: Frame> {
-    layer: &'a layers::Layer<F>,
-    clock: Clock,
-    distances_m: Vec<PerFinger<f64>>,
-}
-
-fn write<F: Shown>(
-    options: &OverlayOptions,
-    inputs: &[Input],
-    placed: Placed,
-    output: &Path,
-    settings: &Settings,
-    mut notes: Vec<String>,
-) -> Result<Overlaid, SessionError> {
-    let drawn: Drawn<F> = layers::of(inputs, &options.methods, &mut notes)?;
-    let clocks = (inputs.iter().zip(&placed.offsets))
-        .map(|(input, &offset)| {
-            moved(input.take.recording.clock, offset).ok_or_else(|| {
-                let message = "its times, moved to those of the others, lie outside those that \
-                               files can state; --align start";
-                input.take.error(message.to_owned())
-            })
-        })
-        .collect::<Result<Vec<_>, _>>()?;
-    let compared = compare(&drawn, &clocks);
-    let result = Overlaid {
-        frame: F::NAME,
-        align: placed.align,
-        layers: (compared.iter().enumerate())
-            .map(|(n, compared)| described(n, compared, inputs, &placed.offsets))
-            .collect(),
+    let mut overlaid = Overlaid {
+        frame: Hand::NAME,
+        align,
+        layers: Vec::new(),
         notes,
         findings: (inputs.iter())
             .flat_map(|input| {
@@ -183,89 +141,96 @@ fn write<F: Shown>(
             })
             .collect(),
     };
-    let layers: Vec<_> = (compared.iter())
-        .map(|compared| OverlayLayer {
-            name: &compared.layer.name,
-            clock: compared.clock,
-            tips: &compared.layer.tips,
-            distances_m: &compared.distances_m,
+    match unprocessed {
+        None => write::<Hand>(options, &inputs, output, settings, &mut overlaid)?,
+        Some(input) => {
+            overlaid.frame = World::NAME;
+            overlaid.notes.push(format!(
+                "{} has no processed motion (`inhand process` adds it): all are shown in the world, \
+                 where hands do not coincide",
+                input.take.path.display()
+            ));
+            refuse_other_axes(&inputs)?;
+            write::<World>(options, &inputs, output, settings, &mut overlaid)?;
+        }
+    }
+    Ok(overlaid)
+}
+
+fn write<F: Shown>(
+    options: &OverlayOptions,
+    inputs: &[Input],
+    output: &Path,
+    settings: &Settings,
+    overlaid: &mut Overlaid,
+) -> Result<(), SessionError> {
+    let drawn: Drawn<F> = layers::of(inputs, &options.methods, &mut overlaid.notes)?;
+    let distances_m: Vec<_> = (0..drawn.layers.len())
+        .map(|n| from_first(&drawn.layers, n, inputs))
+        .collect();
+    overlaid.layers = (drawn.layers.iter().zip(&distances_m).enumerate())
+        .map(|(n, (layer, distances_m))| {
+            let input = &inputs[layer.input];
+            OverlaidLayer {
+                name: layer.name.clone(),
+                file: input.take.hash.name.clone(),
+                method: layer.method.clone(),
+                colour: layer_colour(n),
+                offset_nanos: input.offset_nanos,
+                samples: input.take.recording.len(),
+                rate_hz: input.clock.rate_hz(),
+                apart: (n > 0).then(|| apart(distances_m)),
+            }
+        })
+        .collect();
+    let layers: Vec<_> = (drawn.layers.iter().zip(&distances_m))
+        .map(|(layer, distances_m)| OverlayLayer {
+            name: &layer.name,
+            clock: inputs[layer.input].clock,
+            tips: &layer.tips,
+            distances_m,
         })
         .collect();
     let objects: Vec<_> = (drawn.objects.iter())
         .map(|object| OverlayObject {
             layer: object.layer,
-            clock: clocks[object.input],
+            clock: inputs[object.input].clock,
             track: &object.track,
             shape: inputs[object.input].shape,
         })
         .collect();
-    let made = crate::run::provenance(
-        "overlay",
-        settings,
-        inputs.iter().map(|input| input.take.hash.clone()),
-    );
+    let hashes = inputs.iter().map(|input| input.take.hash.clone());
+    let made = crate::run::provenance("overlay", settings, hashes);
+    let first = &inputs[0];
+    let motion = first.take.stored_motion.as_ref();
     let file = OverlayFile {
         layers: &layers,
-        hand: first_hand(inputs, &clocks),
+        hand: motion.map(|motion| (first.clock, &motion.hand)),
         objects: &objects,
-        up_axis: inputs[0].take.recording.source.up_axis,
-        about: &about(&result),
+        up_axis: first.take.recording.source.up_axis,
+        about: &about(overlaid),
         provenance: &[made],
     };
     write_atomic(output, |out| {
         inhand_channels::write_overlay(out, &file).in_file(output)
-    })?;
-    Ok(result)
+    })
 }
 
-fn first_hand<'a>(
-    inputs: &'a [Input],
-    clocks: &[Clock],
-) -> Option<(Clock, &'a PoseTrack<World, inhand_model::Hand>)> {
-    let motion = inputs.first()?.take.stored_motion.as_ref()?;
-    Some((*clocks.first()?, &motion.hand))
-}
-
-fn compare<'a, F: Frame>(drawn: &'a Drawn<F>, clocks: &[Clock]) -> Vec<Compared<'a, F>> {
-    let tips = |layer: &'a layers::Layer<F>| Tips {
-        clock: clocks[layer.input],
+/// Distances of a layer's fingertips from those of the first one; none for that.
+fn from_first<F: Frame>(layers: &[Layer<F>], n: usize, inputs: &[Input]) -> Vec<PerFinger<f64>> {
+    let [first, layer] = [&layers[0], &layers[n]].map(|layer| Tips {
+        clock: inputs[layer.input].clock,
         tracks: &layer.tips,
-    };
-    (drawn.layers.iter().enumerate())
-        .map(|(n, layer)| Compared {
-            layer,
-            clock: clocks[layer.input],
-            distances_m: match drawn.layers.first() {
-                Some(first) if n > 0 => distances_m(tips(first), tips(layer)),
-                _ => Vec::new(),
-            },
-        })
-        .collect()
-}
-
-fn described<F: Frame>(
-    n: usize,
-    compared: &Compared<'_, F>,
-    inputs: &[Input],
-    offsets: &[i128],
-) -> OverlaidLayer {
-    let layer = compared.layer;
-    let take = &inputs[layer.input].take;
-    OverlaidLayer {
-        name: layer.name.clone(),
-        file: take.hash.name.clone(),
-        method: layer.method.clone(),
-        colour: layer_colour(n),
-        offset_nanos: offsets[layer.input],
-        samples: take.recording.len(),
-        rate_hz: compared.clock.rate_hz(),
-        apart: (n > 0).then(|| apart(&compared.distances_m)),
+    });
+    match n {
+        0 => Vec::new(),
+        _ => distances_m(first, layer),
     }
 }
 
 /// What the file says about itself.
-fn about(result: &Overlaid) -> BTreeMap<String, String> {
-    let layers: Vec<_> = (result.layers.iter())
+fn about(overlaid: &Overlaid) -> BTreeMap<String, String> {
+    let layers: Vec<_> = (overlaid.layers.iter())
         .map(|layer| {
             let [r, g, b] = layer.colour;
             json!({
@@ -281,7 +246,7 @@ fn about(result: &Overlaid) -> BTreeMap<String, String> {
         })
         .collect();
     BTreeMap::from([
-        ("align".to_owned(), result.align.clone()),
+        ("align".to_owned(), overlaid.align.clone()),
         ("layers".to_owned(), json!(layers).to_string()),
     ])
 }

@@ -48,7 +48,7 @@ pub struct RunOptions {
     pub command: Vec<String>,
 }
 
-/// What happens during a run, for whoever watches it.
+/// Progress of a run.
 #[derive(Clone, Debug)]
 pub enum Event<'a> {
     /// A step begins.
@@ -231,7 +231,7 @@ impl<'a> Run<'a> {
         let test = steps::segments(&test_motions, Role::Test, object, settings)?;
         if test.is_empty() {
             let message =
-                "no test segment: no stretch of the test takes is long enough without gaps";
+                "no test segment: no interval of the test takes is long enough without gaps";
             return Err(SessionError::session(&self.options.folder, message));
         }
         Ok(Cut {
@@ -300,14 +300,9 @@ impl<'a> Run<'a> {
             Ok(all.map(|g| steps::evaluate(&comparison, g)).collect())
         })?;
         let (methods, rows): (Vec<_>, Vec<_>) = evaluated.into_iter().unzip();
-        let name = &self.session.name;
-        let mut evaluation = steps::assemble(
-            steps::session_facts(name, &cut.results, train, &cut.test, settings),
-            dictionary.choice.clone(),
-            steps::dictionary_facts(dictionary, settings),
-            methods,
-            steps::quality(&cut.results)?,
-        );
+        let (name, segments) = (&self.session.name, (train, &cut.test));
+        let mut evaluation =
+            steps::assemble(name, &cut.results, segments, dictionary, methods, settings)?;
         let motion = self.time("motion", || {
             steps::motion_analysis(&comparison, generated, &rows, train, settings)
         })?;

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::containers::name_of;
 use crate::error::SessionError;
+use crate::output::folder_of;
 use crate::settings::{Role, Settings};
 
 /// Settings file of a session folder.
@@ -47,11 +48,7 @@ pub fn locate(path: &Path) -> Result<(PathBuf, Option<PathBuf>), SessionError> {
         .extension()
         .is_some_and(|e| e.eq_ignore_ascii_case("toml"))
     {
-        let folder = path
-            .parent()
-            .filter(|p| !p.as_os_str().is_empty())
-            .unwrap_or(Path::new("."));
-        return Ok((folder.to_owned(), Some(path.to_owned())));
+        return Ok((folder_of(path).to_owned(), Some(path.to_owned())));
     }
     Err(SessionError::session(
         path,
@@ -132,22 +129,21 @@ fn from_settings(folder: &Path, settings: &Settings) -> Result<Vec<SessionTake>,
             );
             return Err(SessionError::session(folder, message));
         }
-        for (key, value) in [("from_s", entry.from_s), ("to_s", entry.to_s)] {
+        let (from_s, to_s) = (entry.from_s, entry.to_s);
+        let wrong = |what: String| {
+            let message = format!("take {}: {what}", entry.path.display());
+            Err(SessionError::session(folder, message))
+        };
+        for (key, value) in [("from_s", from_s), ("to_s", to_s)] {
             if value.is_some_and(|v| !v.is_finite() || v < 0.0) {
-                let message = format!("take {}: {key} must be 0 or more", entry.path.display());
-                return Err(SessionError::session(folder, message));
+                return wrong(format!("{key} must be 0 or more"));
             }
         }
-        if let (Some(from), Some(to)) = (entry.from_s, entry.to_s)
+        if let (Some(from), Some(to)) = (from_s, to_s)
             && from >= to
         {
-            let message = format!(
-                "take {}: from_s is {from}, which is not before to_s, {to}",
-                entry.path.display()
-            );
-            return Err(SessionError::session(folder, message));
+            return wrong(format!("from_s is {from}, which is not before to_s, {to}"));
         }
-        let (from_s, to_s) = (entry.from_s, entry.to_s);
         takes.push(SessionTake {
             name: stem(&path),
             path,

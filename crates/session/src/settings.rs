@@ -31,11 +31,11 @@ pub struct Settings {
     /// What they did, for tables over sessions.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub task: Option<String>,
-    /// Whether one file may serve for training and testing over the same stretch of time.
+    /// Whether one file may serve for training and testing over the same time range.
     pub allow_shared_takes: bool,
     /// What source files leave open.
     pub source: SourceSettings,
-    /// What topics of MCAP recordings of others are, by topic or `topic#name`: `ignore`, `body`,
+    /// What topics of third-party MCAP recordings are, by topic or `topic#name`: `ignore`, `body`,
     /// `marker`, `body:Hand`, `marker:Thumb,Index` (names by place in the message).
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub topics: BTreeMap<String, String>,
@@ -65,14 +65,14 @@ pub struct Settings {
     pub takes: Vec<TakeEntry>,
 }
 
-/// Which stretches of takes are used, by their events. A label is written `task=rotate`, or as a word
+/// Which intervals of takes are used, by their events. A label is written `task=rotate`, or as a word
 /// such as `slip`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SelectSection {
-    /// Only stretches of events with one of these labels; everything where there is none.
+    /// Only intervals of events with one of these labels; everything where there is none.
     pub with: Vec<String>,
-    /// But no stretch of an event with one of these labels.
+    /// But no interval of an event with one of these labels.
     pub without: Vec<String>,
 }
 
@@ -131,7 +131,7 @@ pub struct SourceSettings {
     /// Which axis points up, where a file does not state it: y or z.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub up: Option<String>,
-    /// Samples per second of an MCAP recording of others, where its stamps do not prove a rate.
+    /// Samples per second of an third-party MCAP recording, where its stamps do not prove a rate.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rate_hz: Option<f64>,
 }
@@ -211,7 +211,7 @@ pub struct SegmentSection {
     /// Samples from one training segment to the next; 0 for no overlap. Test segments never
     /// overlap.
     pub stride: usize,
-    /// Seconds kept free at both ends of a stretch; end velocities are taken over them.
+    /// Seconds kept free at both ends of an interval; end velocities are taken over them.
     pub margin_s: f64,
     /// How much of a training segment may be missing between its ends, seconds. Non-negative
     /// primitives learn from what is there; deviations from the smooth curve and principal components

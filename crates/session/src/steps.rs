@@ -5,9 +5,8 @@ use inhand_evaluation::{
     recorded, recording_quality,
 };
 use inhand_model::{
-    DeviationFacts, Dictionary, DictionaryFacts, Evaluation, EvaluationRows, MethodChoice,
-    MethodEvaluation, MethodRows, Motion, Plan, Roles, SegmentLayout, Segments, SessionFacts,
-    TakeFacts, TakeQuality,
+    DeviationFacts, Dictionary, DictionaryFacts, Evaluation, EvaluationRows, MethodEvaluation,
+    MethodRows, Motion, Plan, Roles, SegmentLayout, Segments, SessionFacts, TakeFacts, TakeQuality,
 };
 use inhand_motion::{
     Cut, SegmentSettings, Templates, cut_segments, fit_templates, smooth, to_hand_frame,
@@ -19,7 +18,6 @@ use crate::settings::{ObjectInSegments, Role, Settings};
 use crate::take::Take;
 
 mod choose;
-mod contacts;
 mod generate;
 mod illustrate;
 mod intervals;
@@ -30,8 +28,6 @@ mod select;
 mod shown;
 
 pub use choose::{choice, choose_method, learn_and_choose, settled_methods};
-pub use contacts::contacts;
-use contacts::evaluation_settings;
 use generate::velocity_bounds;
 pub use generate::{Generated, SegmentCorridors, generate, plan_settings};
 pub(crate) use generate::{Hold, corridors_of, hold_settings, plan_error, planner};
@@ -40,7 +36,8 @@ pub(crate) use intervals::SEED;
 pub use intervals::intervals;
 pub(crate) use learn::nmf_settings_of;
 pub use learn::{complete, drawn_demonstrations, learn, nmf_settings, with_deviations};
-pub use motion::{MotionAnalysis, contact_rows, contact_rules, motion_analysis};
+use motion::evaluation_settings;
+pub use motion::{MotionAnalysis, contact_rows, contact_rules, contacts, motion_analysis};
 pub use rank::judge_ranks;
 pub(crate) use select::select;
 pub use select::{Tally, Used, used};
@@ -306,7 +303,7 @@ fn planned_objects(generated: &Generated) -> Option<Vec<Option<ObjectPoses>>> {
 }
 
 /// Facts of the dictionary for an evaluation.
-pub fn dictionary_facts(dictionary: &Dictionary, settings: &Settings) -> DictionaryFacts {
+fn dictionary_facts(dictionary: &Dictionary, settings: &Settings) -> DictionaryFacts {
     let learning = &dictionary.learning;
     DictionaryFacts {
         kind: dictionary.kind,
@@ -340,7 +337,7 @@ pub struct TakeResult<'a> {
 }
 
 /// Facts of the session for an evaluation.
-pub fn session_facts(
+fn session_facts(
     name: &str,
     takes: &[TakeResult<'_>],
     train: Option<&Segments>,
@@ -385,11 +382,7 @@ pub fn session_facts(
 }
 
 /// What each take's data is worth.
-///
-/// # Errors
-///
-/// [`SessionError::Data`] where a take has no roles.
-pub fn quality(takes: &[TakeResult<'_>]) -> Result<Vec<TakeQuality>, SessionError> {
+fn quality(takes: &[TakeResult<'_>]) -> Result<Vec<TakeQuality>, SessionError> {
     let one = |result: &TakeResult<'_>| {
         let roles = result.take.roles()?;
         let mut quality = recording_quality(
@@ -401,34 +394,34 @@ pub fn quality(takes: &[TakeResult<'_>]) -> Result<Vec<TakeQuality>, SessionErro
         quality.take.clone_from(&result.take.name);
         Ok(quality)
     };
-    takes
-        .par_iter()
-        .map(one)
-        .collect::<Vec<_>>()
-        .into_iter()
-        .collect()
+    let all: Vec<_> = takes.par_iter().map(one).collect();
+    all.into_iter().collect()
 }
 
-/// Puts the parts of an evaluation together.
+/// Puts an evaluation together; movement, contacts over time and intervals are not in it yet. `train`
+/// are the training segments, where they are at hand.
+///
+/// # Errors
+///
+/// [`SessionError::Data`] where a take has no roles.
 pub fn assemble(
-    session: SessionFacts,
-    choice: Option<MethodChoice>,
-    dictionary: DictionaryFacts,
+    name: &str,
+    takes: &[TakeResult<'_>],
+    (train, test): (Option<&Segments>, &Segments),
+    dictionary: &Dictionary,
     methods: Vec<MethodEvaluation>,
-    quality: Vec<TakeQuality>,
-) -> Evaluation {
-    let default_method = methods
-        .first()
-        .map_or_else(String::new, |method| method.name.clone());
-    Evaluation {
-        session,
-        default_method,
-        choice,
-        dictionary,
+    settings: &Settings,
+) -> Result<Evaluation, SessionError> {
+    let default_method = methods.first().map(|method| method.name.clone());
+    Ok(Evaluation {
+        session: session_facts(name, takes, train, test, settings),
+        default_method: default_method.unwrap_or_default(),
+        choice: dictionary.choice.clone(),
+        dictionary: dictionary_facts(dictionary, settings),
         methods,
-        quality,
+        quality: quality(takes)?,
         intervals: None,
         movement: None,
         contacts: None,
-    }
+    })
 }

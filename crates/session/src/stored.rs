@@ -55,20 +55,10 @@ pub fn evaluate_stored(
             role: Role::Test,
         })
         .collect();
-    let name = settings.name.clone().unwrap_or_else(|| {
-        takes
-            .iter()
-            .map(|take| take.name.as_str())
-            .collect::<Vec<_>>()
-            .join(", ")
-    });
-    let mut evaluation = steps::assemble(
-        steps::session_facts(&name, &results, None, &test, settings),
-        dictionary.choice.clone(),
-        steps::dictionary_facts(dictionary, settings),
-        methods,
-        steps::quality(&results)?,
-    );
+    let names: Vec<&str> = takes.iter().map(|take| take.name.as_str()).collect();
+    let name = settings.name.clone().unwrap_or_else(|| names.join(", "));
+    let segments = (None, &test);
+    let mut evaluation = steps::assemble(&name, &results, segments, dictionary, methods, settings)?;
     evaluation.movement = Some(motion.movement);
     evaluation.contacts = motion.contacts;
     evaluation.intervals = steps::intervals(&evaluation, &rows, settings)?;

@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use inhand_channels::Metadata;
 use inhand_export::bids::{self, BidsNames};
 use inhand_export::{
     Entity, Table, contact_rows, evaluation_rows, facts_json, motion_entities, phase_rows,
@@ -234,24 +233,4 @@ pub fn write_bids(folder: &Path, take: &Take, names: &BidsNames) -> Result<(), S
         }
     }
     Ok(())
-}
-
-/// Start of a file's time line, nanoseconds since 1970: with the take where it holds one, else
-/// with its first message.
-///
-/// # Errors
-///
-/// [`SessionError::At`] for bytes that are no intact MCAP file.
-pub fn start_unix_nanos(path: &Path, bytes: &[u8]) -> Result<u64, SessionError> {
-    let name = path.display().to_string();
-    let Metadata(records) = inhand_channels::read_metadata(bytes, &name).in_file(path)?;
-    let stated = (records.get("inhand.recording"))
-        .and_then(|facts| facts.get("start_unix_nanos")?.parse().ok());
-    match stated {
-        Some(start) => Ok(start),
-        None => {
-            let info = inhand_channels::info(bytes, &name).in_file(path)?;
-            Ok(info.first_unix_nanos().unwrap_or_default())
-        }
-    }
 }

@@ -1,9 +1,11 @@
 //! Takes in memory: read from a vendor file or MCAP, with roles and hash.
 
+use std::fs::File;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use inhand_capture::roles::{RoleSettings, resolve};
-use inhand_channels::{CleanedTake, ReadCleaned, ReadTake};
+use inhand_channels::{CleanedTake, ReadCleaned, ReadTake, TakeFile};
 use inhand_export::WideSettings;
 use inhand_model::{
     Annotations, BodySource, Change, Clock, Finger, InputHash, Motion, PointTrack, Provenance,
@@ -29,7 +31,7 @@ pub struct Take {
     pub recording: Recording,
     /// What was measured, where `recording` is cleaned, and what was changed.
     pub cleaning: Option<Cleaning>,
-    /// Which entity has which role; `None` where it cannot be told.
+    /// Which entity has which role; an error where it is undetermined.
     pub roles: Result<Roles, String>,
     /// Content of the file.
     pub hash: InputHash,
@@ -51,7 +53,7 @@ pub struct Cleaning {
 }
 
 /// Reads a take, whatever its format; cleaned where it was stored so, or where the settings' table
-/// `[clean]` names steps. Roles are told where that is possible.
+/// `[clean]` names steps. Roles are determined where that is possible.
 ///
 /// # Errors
 ///
@@ -60,7 +62,7 @@ pub fn read(path: &Path, settings: &Settings) -> Result<Take, SessionError> {
     let bytes = std::fs::read(path).map_err(SessionError::io("read", path))?;
     let file_name = name_of(path);
     let role_settings = settings.role_settings()?;
-    // What a table cannot hold stands beside it, and counts as part of it.
+    // What a table cannot hold is in a file beside it, and counts as part of it.
     let facts = table_facts(path, &bytes)?;
     // Hashing takes as long as parsing: do both at once.
     let (sha256, parsed) = rayon::join(
@@ -127,11 +129,11 @@ pub fn read(path: &Path, settings: &Settings) -> Result<Take, SessionError> {
 }
 
 /// As [`read`], cleaned by the steps that the settings name. A take that was cleaned before stays as it
-/// is: what a person did by hand stands.
+/// is: what a person did by hand is kept.
 ///
 /// # Errors
 ///
-/// As [`read`]; [`SessionError::At`], and [`SessionError::Data`] where roles cannot be told.
+/// As [`read`]; [`SessionError::At`], and [`SessionError::Data`] where roles are undetermined.
 pub fn read_clean(path: &Path, settings: &Settings) -> Result<Take, SessionError> {
     let take = read(path, settings)?;
     match settings.clean.steps()? {
@@ -195,7 +197,23 @@ impl Take {
         })
     }
 
-    /// The roles, or an error that says which one cannot be told.
+    /// The take as a file of what was recorded and cleaned, made by these steps.
+    pub fn file<'a>(&'a self, provenance: &'a [Provenance]) -> TakeFile<'a> {
+        TakeFile {
+            cleaned: self.cleaned(),
+            roles: self.roles.as_ref().ok(),
+            annotations: Some(&self.annotations),
+            provenance,
+            ..TakeFile::new(self.measured())
+        }
+    }
+
+    /// The steps that made the take, and another one.
+    pub fn made_by(&self, step: &Provenance) -> Vec<Provenance> {
+        [&self.provenance[..], std::slice::from_ref(step)].concat()
+    }
+
+    /// The roles, or an error that says which one is undetermined.
     ///
     /// # Errors
     ///
@@ -259,7 +277,7 @@ fn read_entry(entry: &SessionTake, settings: &Settings) -> Result<Take, SessionE
 }
 
 impl Cleaning {
-    /// Keeps what lies in this stretch of time, seconds after the first sample.
+    /// Keeps what is in this time range, seconds after the first sample.
     fn keep(&mut self, from_s: f64, to_s: f64) {
         let clock = self.measured.clock;
         let kept = clock.nearest_sample(from_s)..clock.nearest_sample(to_s);
@@ -363,6 +381,34 @@ pub fn describe_source(source: &BodySource) -> String {
     match source {
         BodySource::RigidBody(name) => format!("rigid body \"{name}\""),
         BodySource::Markers(names) => format!("markers {}", names.join(", ")),
+    }
+}
+
+/// A file that is hashed as it is read.
+pub(crate) struct Hashed {
+    file: File,
+    hash: Sha256,
+}
+
+impl Hashed {
+    pub(crate) fn open(path: &Path) -> io::Result<Self> {
+        Ok(Self {
+            file: File::open(path)?,
+            hash: Sha256::new(),
+        })
+    }
+
+    /// The hash of what was read, as lower-case hexadecimal.
+    pub(crate) fn sha256(self) -> String {
+        hex(&self.hash.finalize())
+    }
+}
+
+impl Read for Hashed {
+    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+        let read = self.file.read(out)?;
+        self.hash.update(&out[..read]);
+        Ok(read)
     }
 }
 

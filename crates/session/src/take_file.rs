@@ -51,54 +51,46 @@ pub struct GeneratedMotion<'a> {
 ///
 /// [`SessionError`]; then no file appears.
 pub fn write(path: &Path, contents: &TakeContents<'_>, view: bool) -> Result<(), SessionError> {
+    let TakeContents { take, settings, .. } = *contents;
+    take.roles()?;
     let motion = contents.generated.as_ref();
-    let of_take = motion.map_or_else(Vec::new, GeneratedMotion::segments_of_take);
     let methods = motion.map_or(&[][..], |motion| motion.generated);
-    let rows = motion.map_or(&[][..], |motion| motion.rows);
-    let segments: Vec<_> = (motion.iter())
-        .flat_map(|motion| {
-            methods
-                .iter()
-                .map(|g| motion.generated_segments(g, &of_take))
-        })
-        .collect();
-    let unsolved: Vec<_> = (motion.iter())
-        .flat_map(|motion| methods.iter().map(|g| motion.unsolved_plans(g, &of_take)))
-        .collect();
-    let generated: Vec<_> = (methods.iter().zip(&segments).zip(&unsolved))
-        .map(|((g, segments), unsolved)| GeneratedMethod {
+    let of_take = motion.map_or_else(Vec::new, GeneratedMotion::segments_of_take);
+    let parts: Vec<_> = (motion
+        .iter()
+        .flat_map(|motion| methods.iter().map(move |g| (motion, g))))
+    .map(|(motion, g)| {
+        let segments = motion.generated_segments(g, &of_take);
+        (segments, motion.unsolved_plans(g, &of_take))
+    })
+    .collect();
+    let generated: Vec<_> = (methods.iter().zip(&parts))
+        .map(|(g, (segments, unsolved))| GeneratedMethod {
             name: g.method.name(),
             segments,
             unsolved,
         })
         .collect();
-    let tau_m = contents.settings.evaluate.tau_mm / 1e3;
-    let annotations = found_events::with_found(
-        &contents.take.annotations,
-        contents.motion,
-        contents.settings,
-    )?;
-    let recorded = recorded_contacts(contents.motion, contents.settings)?;
+    let annotations = found_events::with_found(&take.annotations, contents.motion, settings)?;
+    let tau_m = settings.evaluate.tau_mm / 1000.0;
     let of_methods = (motion.iter()).flat_map(|motion| {
-        methods.iter().zip(rows).map(|(g, rows)| EvaluatedMethod {
+        let judged = methods.iter().zip(motion.rows);
+        judged.map(|(g, rows)| EvaluatedMethod {
             name: g.method.name().to_owned(),
             samples: motion.evaluated_samples(rows, &of_take, tau_m),
         })
     });
+    let recorded = recorded_contacts(contents.motion, settings)?;
     let evaluated: Vec<_> = recorded.into_iter().chain(of_methods).collect();
-    let mut provenance = contents.take.provenance.clone();
-    provenance.push(contents.made.clone());
+    let provenance = take.made_by(contents.made);
     let file = TakeFile {
-        recording: contents.take.measured(),
-        cleaned: contents.take.cleaned(),
-        roles: Some(contents.take.roles()?),
         motion: Some(contents.motion),
         generated: &generated,
         evaluated: &evaluated,
-        object_shape: contents.settings.shape()?,
+        object_shape: settings.shape()?,
         hulls: motion.map(|motion| motion.hulls),
         annotations: Some(&annotations),
-        provenance: &provenance,
+        ..take.file(&provenance)
     };
     write_parts(path, &file, view)
 }

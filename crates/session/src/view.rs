@@ -2,17 +2,17 @@
 
 mod stored;
 
+use std::io::Cursor;
 use std::path::Path;
 
-use inhand_channels::{GeneratedMethod, TakeFile};
-use inhand_container::{ChannelFacts, Merge, MetadataRecord, Packing, Selected, Selection};
-use inhand_model::{Finding, Hull, InputHash, PerFinger, Provenance};
+use inhand_channels::{ChannelError, GeneratedMethod, Metadata, TakeFile};
+use inhand_container::{ChannelFacts, MetadataRecord, Packing, Selection, Source};
+use inhand_model::{Finding, Hull, InputHash, PerFinger};
 
-use self::stored::StoredParts;
-use crate::containers::{self, container};
+use self::stored::StoredMethod;
+use crate::containers;
 use crate::dictionary_file::DictionaryFile;
-use crate::error::SessionError;
-use crate::output::{scratch_folder, write_atomic};
+use crate::error::{Located, SessionError};
 use crate::settings::Settings;
 use crate::take::hex_sha256;
 use crate::take_file::recorded_contacts;
@@ -25,7 +25,7 @@ const DICTIONARY: &str = "/dictionary/model";
 pub enum ViewedKind {
     /// A take of ours.
     Take,
-    /// A recording of others.
+    /// A third-party recording.
     Foreign,
     /// A dictionary.
     Dictionary,
@@ -69,30 +69,37 @@ pub fn add_views(
                       take, with views",
         ));
     }
-    let scratch = scratch_folder(output)?;
-    let [rest, views] = ["rest.mcap", "views.mcap"].map(|name| scratch.path().join(name));
     let file = File::of(input, &bytes)?;
     let kind = file.kind;
     let hulls = dictionary.map(|dictionary| &dictionary.dictionary.demonstrated.hulls);
-    let findings = match kind {
-        ViewedKind::Dictionary => {
-            file.write_dictionary_views(&views, scratch.path())?;
-            Vec::new()
-        }
-        ViewedKind::Take | ViewedKind::Foreign => file.write_take_views(&views, hulls, settings)?,
+    let (views, findings) = match kind {
+        ViewedKind::Dictionary => (file.dictionary_views().in_file(input)?, Vec::new()),
+        ViewedKind::Take | ViewedKind::Foreign => file.take_views(hulls, settings)?,
     };
     let of_dictionary = dictionary.map(|dictionary| dictionary.hash.clone());
-    let inputs = std::iter::once(file.hash.clone()).chain(of_dictionary);
-    let made = crate::run::provenance("view", settings, inputs);
-    let facts = (file.library.clone(), file.packing());
-    let kept = file.write_rest(&rest, &made)?;
-    // Both parts are on disk and are joined chunk by chunk.
-    drop(bytes);
-    let all = join([&rest, &views], output, facts)?;
+    let made = crate::run::provenance(
+        "view",
+        settings,
+        [file.hash.clone()].into_iter().chain(of_dictionary),
+    );
+    let is_view = file.is_view();
+    let stays = |channel: &ChannelFacts| !is_view(channel);
+    let step = file.metadata.next_provenance(&made).0.into_iter();
+    let selection = Selection {
+        channels: Some(&stays),
+        add: step
+            .map(|(name, facts)| MetadataRecord { name, facts })
+            .collect(),
+        append: Some(&views),
+        // Dictionaries are kept unpacked, so that they load at once.
+        packing: (kind == ViewedKind::Dictionary).then_some(Packing::None),
+        ..Selection::default()
+    };
+    let selected = containers::filter(input, output, &selection)?;
     Ok(Viewed {
         kind,
-        replaced: kept.left_out,
-        messages: all.saturating_sub(kept.written.messages),
+        replaced: selected.left_out,
+        messages: selected.appended,
         findings,
     })
 }
@@ -104,21 +111,18 @@ struct File<'a> {
     name: String,
     hash: InputHash,
     kind: ViewedKind,
-    profile: String,
-    library: String,
-    metadata: inhand_channels::Metadata,
+    metadata: Metadata,
 }
 
 impl<'a> File<'a> {
     fn of(path: &'a Path, bytes: &'a [u8]) -> Result<Self, SessionError> {
         let name = containers::name_of(path);
-        let info = inhand_channels::info(bytes, &name).map_err(channels(path))?;
-        if let Some(problem) = info.problem {
-            return Err(channels(path)(problem));
-        }
-        let kind = if info.metadata.0.contains_key(containers::RECORDING) {
+        let metadata = inhand_channels::read_metadata(bytes, &name).in_file(path)?;
+        let channels = Source::open(&name, Cursor::new(bytes))
+            .and_then(|mut source| inhand_container::channels(&mut source));
+        let kind = if metadata.0.contains_key(containers::RECORDING) {
             ViewedKind::Take
-        } else if info.channels.iter().any(|c| c.topic == DICTIONARY) {
+        } else if (channels.in_file(path)?.iter()).any(|c| c.topic == DICTIONARY) {
             ViewedKind::Dictionary
         } else {
             ViewedKind::Foreign
@@ -133,18 +137,8 @@ impl<'a> File<'a> {
             name,
             hash,
             kind,
-            profile: info.profile,
-            library: info.library,
-            metadata: info.metadata,
+            metadata,
         })
-    }
-
-    /// Dictionaries are kept unpacked, so that they load at once.
-    fn packing(&self) -> Packing {
-        match self.kind {
-            ViewedKind::Dictionary => Packing::None,
-            ViewedKind::Take | ViewedKind::Foreign => Packing::Zstd,
-        }
     }
 
     /// Which channels only show what others hold.
@@ -153,116 +147,68 @@ impl<'a> File<'a> {
         inhand_channels::view_channels(&self.metadata, dictionary)
     }
 
-    /// The file without views.
-    fn write_rest(&self, path: &Path, made: &Provenance) -> Result<Selected, SessionError> {
-        let is_view = self.is_view();
-        let stays = |channel: &ChannelFacts| !is_view(channel);
-        let step = self.metadata.next_provenance(made).0.into_iter();
+    /// The views of a dictionary alone: its file is small, and is its views for the greater part.
+    fn dictionary_views(&self) -> Result<Vec<u8>, ChannelError> {
+        let (dictionary, _) = inhand_channels::read_dictionary(self.bytes, &self.name)?;
+        let (mut whole, mut views) = (Vec::new(), Vec::new());
+        inhand_channels::write_dictionary(&mut whole, &dictionary, &[])?;
         let selection = Selection {
-            channels: Some(&stays),
-            add: step
-                .map(|(name, facts)| MetadataRecord { name, facts })
-                .collect(),
+            channels: Some(&self.is_view()),
             ..Selection::default()
         };
-        containers::filter(self.path, path, &selection)
+        let mut source = Source::open(&self.name, Cursor::new(whole))?;
+        inhand_container::select(&mut source, &mut views, &selection)?;
+        Ok(views)
     }
 
-    /// The views of a dictionary alone.
-    fn write_dictionary_views(&self, path: &Path, scratch: &Path) -> Result<(), SessionError> {
-        let (dictionary, _) = inhand_channels::read_dictionary(self.bytes, &self.name)
-            .map_err(channels(self.path))?;
-        // A dictionary's file is small, and is its views for the greater part.
-        let whole = scratch.join("dictionary.mcap");
-        crate::dictionary_file::write(&whole, &dictionary, &[])?;
-        let is_view = self.is_view();
-        let views = Selection {
-            channels: Some(&is_view),
-            metadata: false,
-            ..Selection::default()
-        };
-        containers::filter(&whole, path, &views)?;
-        Ok(())
-    }
-
-    /// The views of a take alone; gives what was odd about a recording of others.
-    fn write_take_views(
+    /// The views of a take alone, and what was odd about a third-party recording.
+    fn take_views(
         &self,
-        path: &Path,
         hulls: Option<&PerFinger<Hull>>,
         settings: &Settings,
-    ) -> Result<Vec<Finding>, SessionError> {
+    ) -> Result<(Vec<u8>, Vec<Finding>), SessionError> {
         let take = crate::take::read(self.path, settings)?;
-        let parts = match self.kind {
-            ViewedKind::Take => {
-                let clock = take.recording.clock;
-                let wrong = channels(self.path);
-                StoredParts::read(self.bytes, &self.name, &self.metadata, clock, wrong)?
-            }
-            ViewedKind::Foreign | ViewedKind::Dictionary => StoredParts::default(),
-        };
+        let (mut methods, mut evaluated, mut shape) = (Vec::new(), Vec::new(), None);
+        if self.kind == ViewedKind::Take {
+            let clock = take.recording.clock;
+            let read = inhand_channels::read_generated(self.bytes, &self.name);
+            let read = read.in_file(self.path)?.into_iter();
+            methods.extend(read.map(|method| StoredMethod::new(method, clock)));
+            let read = inhand_channels::read_evaluated(self.bytes, &self.name);
+            evaluated = read.in_file(self.path)?;
+            shape = self.metadata.shape(&self.name).in_file(self.path)?;
+        }
         let import = settings.import_settings()?;
-        let views_for = inhand_import::views_for(self.bytes, &self.name, &import)
-            .map_err(channels(self.path))?;
-        let (segments, unsolved) = (parts.segments(), parts.unsolved());
-        let generated: Vec<_> = (parts.generated.iter().zip(&segments).zip(&unsolved))
-            .map(|((method, segments), unsolved)| GeneratedMethod {
+        let views_for =
+            inhand_import::views_for(self.bytes, &self.name, &import).in_file(self.path)?;
+        let parts: Vec<_> = methods.iter().map(StoredMethod::parts).collect();
+        let generated: Vec<_> = (methods.iter().zip(&parts))
+            .map(|(method, (segments, unsolved))| GeneratedMethod {
                 name: &method.name,
                 segments,
                 unsolved,
             })
             .collect();
-        let mut evaluated = parts.evaluated.clone();
         // Nobody could say what touches an object whose shape was not known.
-        if let (None, Some(motion)) = (parts.shape, &take.stored_motion) {
+        if let (None, Some(motion)) = (shape, &take.stored_motion) {
             evaluated.extend(recorded_contacts(motion, settings)?);
         }
         let file = TakeFile {
-            cleaned: take.cleaned(),
-            roles: take.roles.as_ref().ok(),
             motion: take.stored_motion.as_ref(),
             generated: &generated,
             evaluated: &evaluated,
-            object_shape: parts.shape.or(settings.shape()?),
+            object_shape: shape.or(settings.shape()?),
             hulls,
-            ..TakeFile::new(take.measured())
+            annotations: None,
+            ..take.file(&[])
         };
-        write_atomic(path, |out| {
-            inhand_channels::write_views(out, &file, &views_for, &self.profile)
-                .map_err(channels(self.path))
-        })?;
-        Ok(match self.kind {
+        let mut views = Vec::new();
+        inhand_channels::write_views(&mut views, &file, &views_for).in_file(self.path)?;
+        let findings = match self.kind {
             // What was odd about the source of a take of ours is in it.
             ViewedKind::Foreign => take.measured().findings.clone(),
             ViewedKind::Take | ViewedKind::Dictionary => Vec::new(),
-        })
+        };
+        Ok((views, findings))
     }
-}
-
-fn channels(path: &Path) -> impl Fn(inhand_channels::ChannelError) -> SessionError {
-    let path = path.to_owned();
-    move |source| SessionError::at(path.display(), source)
-}
-
-/// Both parts as one file; gives its messages.
-fn join(
-    parts: [&Path; 2],
-    output: &Path,
-    (library, packing): (String, Packing),
-) -> Result<u64, SessionError> {
-    let [rest, views] = parts;
-    let sources = [containers::open(rest)?, containers::open(views)?].into();
-    let settings = Merge {
-        library: &library,
-        keep_both: false,
-        metadata: &|_, record| record,
-        packing,
-    };
-    let mut messages = 0;
-    write_atomic(output, |out| {
-        let merged = inhand_container::merge(sources, out, &settings).map_err(container(output))?;
-        messages = merged.written.messages;
-        Ok(())
-    })?;
-    Ok(messages)
 }

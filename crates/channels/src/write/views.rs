@@ -49,7 +49,7 @@ pub fn view_channels(
 }
 
 /// Writes the views of a take as an MCAP file of its own: the same messages that
-/// [`write_take`](crate::write_take) adds to the rest. `profile` is that of the file.
+/// [`write_take`](crate::write_take) adds to the rest.
 ///
 /// # Errors
 ///
@@ -58,12 +58,11 @@ pub fn write_views(
     mut out: impl Write,
     file: &TakeFile<'_>,
     views_for: &ViewsFor,
-    profile: &str,
 ) -> Result<(), ChannelError> {
     let used = file.used();
     let outline = Outline::new(used);
     check::parts(file, outline.samples)?;
-    let mut streams = Streams::create(&mut out, PACKED, profile, &Metadata::default())?;
+    let mut streams = Streams::create(&mut out, PACKED, &Metadata::default())?;
     if let ViewsFor::ThirdParty { roots } = views_for {
         streams.output.rename_topics(beside_others);
         place_roots(roots, used.clock.unix_nanos(0), &mut streams)?;

@@ -160,7 +160,7 @@ impl<W: Write> Keeper<W> {
         let mut body = body.to_vec();
         if schema != 0 && !self.schemas.contains_key(&schema) {
             self.report.without_schema.insert(channel.topic);
-            // Number 0 stands for none.
+            // Number 0 means none.
             set_id(&mut body[2..], 0);
         }
         let first = (self.channels.entry(channel.id)).or_insert_with(|| body.clone());

@@ -1,4 +1,4 @@
-//! Stretches of a file that are read at once: chunks, and messages that lie outside them.
+//! Intervals of a file that are read at once: chunks, and messages outside of them.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{Read, Seek};
@@ -25,7 +25,7 @@ pub(super) enum Kind {
     Loose,
 }
 
-/// A stretch of a file with messages.
+/// An interval of a file with messages.
 #[derive(Clone, Debug)]
 pub(super) struct Block {
     pub(super) kind: Kind,

@@ -3,12 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
-use inhand_channels::TakeFile;
-use inhand_model::{BodySource, Finger, InputHash, Recording, Roles};
-use inhand_session::{
-    Coverage, Located, LongTake, LongTakeFacts, Settings, Take, describe_source, provenance,
-    write_atomic, write_take_parts,
-};
+use inhand_model::{BodySource, Finger, Recording, Roles};
+use inhand_session::{Coverage, Located, TakeInput, describe_source, write_atomic};
 
 use crate::commands::{check_take_target, say_findings, targets};
 use crate::console::Console;
@@ -37,14 +33,6 @@ pub(crate) struct Args {
     writing: OutputOptions,
 }
 
-/// A take as far as its length allows.
-enum Input {
-    /// On disk; its samples are read again to be written.
-    Long(Box<LongTake>),
-    /// In memory.
-    Whole(Box<Take>),
-}
-
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let settings = args.source.effective(None)?;
     let vendor = VendorFormat::from_path(&args.output);
@@ -55,7 +43,10 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let targets = targets(inputs, &args.output)?;
     let mut takes = Vec::with_capacity(inputs.len());
     for path in inputs {
-        let take = Input::read(path, &settings, vendor.is_some())?;
+        let take = match vendor {
+            None => TakeInput::open(path, &settings)?,
+            Some(_) => TakeInput::Whole(Box::new(inhand_session::read(path, &settings)?)),
+        };
         say_findings(console, take.hash(), take.header());
         takes.push(take);
     }
@@ -69,9 +60,9 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     }
     let mut exit = Exit::Done;
     for (take, target) in takes.iter().zip(&targets) {
-        take.describe(console);
+        describe(console, take);
         match (take, vendor) {
-            (Input::Whole(take), Some(format)) => {
+            (TakeInput::Whole(take), Some(format)) => {
                 format.write(target, &take.recording)?;
                 let left_out = take.recording.bodies.len();
                 if left_out > 0 && !format.holds_bodies() {
@@ -82,77 +73,12 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
                     exit = Exit::Lossy;
                 }
             }
-            _ => take.write(target, &settings, !args.writing.no_view)?,
+            _ => take.convert(target, &settings, !args.writing.no_view)?,
         }
         let megabytes = std::fs::metadata(target)?.len() as f64 / 1e6;
         console.say(&format!("wrote {} ({megabytes:.1} MB)", target.display()));
     }
     Ok(exit)
-}
-
-impl Input {
-    fn read(path: &Path, settings: &Settings, whole: bool) -> Result<Self> {
-        if !whole && let Some(take) = LongTake::open(path, settings)? {
-            return Ok(Input::Long(Box::new(take)));
-        }
-        let take = inhand_session::read(path, settings)?;
-        Ok(Input::Whole(Box::new(take)))
-    }
-
-    fn hash(&self) -> &InputHash {
-        match self {
-            Input::Long(take) => &take.hash,
-            Input::Whole(take) => &take.hash,
-        }
-    }
-
-    /// The take without samples.
-    fn header(&self) -> &Recording {
-        match self {
-            Input::Long(take) => &take.header,
-            Input::Whole(take) => &take.recording,
-        }
-    }
-
-    fn write(&self, target: &Path, settings: &Settings, view: bool) -> Result<()> {
-        let made = provenance("convert", settings, [self.hash().clone()]);
-        let object_shape = settings.shape()?;
-        match self {
-            Input::Long(take) => take.write(
-                target,
-                LongTakeFacts {
-                    provenance: &[made],
-                    object_shape,
-                    view,
-                },
-            )?,
-            Input::Whole(take) => {
-                let mut chain = take.provenance.clone();
-                chain.push(made);
-                let file = TakeFile {
-                    roles: take.roles.as_ref().ok(),
-                    object_shape,
-                    annotations: Some(&take.annotations),
-                    provenance: &chain,
-                    cleaned: take.cleaned(),
-                    ..TakeFile::new(take.measured())
-                };
-                write_take_parts(target, &file, view)?;
-            }
-        }
-        Ok(())
-    }
-
-    /// Prints the facts of a take that a user checks before going on.
-    fn describe(&self, console: &Console) {
-        match self {
-            Input::Long(take) => describe(console, &take.header, &take.coverage, &take.roles),
-            Input::Whole(take) => {
-                let coverage = Coverage::of(&take.recording);
-                describe(console, &take.recording, &coverage, &take.roles);
-            }
-        }
-    }
 }
 
 /// Formats of capture software that are written.
@@ -212,12 +138,9 @@ fn bodies(count: usize) -> String {
     }
 }
 
-fn describe(
-    console: &Console,
-    header: &Recording,
-    coverage: &Coverage,
-    roles: &Result<Roles, String>,
-) {
+/// Prints the facts of a take that a user checks before going on.
+fn describe(console: &Console, take: &TakeInput) {
+    let (header, coverage) = (take.header(), take.coverage());
     let source = &header.source;
     let rotation = source.rotation.map(|order| order.to_string());
     let rotation = rotation.unwrap_or_else(|| "no rotations".to_owned());
@@ -229,8 +152,8 @@ fn describe(
         source.length_unit.name(),
         source.up_axis.name().to_uppercase(),
     ));
-    match roles {
-        Ok(roles) => describe_roles(console, header, coverage, roles),
+    match take.roles() {
+        Ok(roles) => describe_roles(console, header, &coverage, roles),
         Err(message) => {
             console
                 .say("could not identify every role of hand, object and fingers; the recording is");

@@ -6,7 +6,7 @@ use inhand_export::matrices::{Variable, Variables};
 use inhand_model::{DictionaryKind, OBJECT_COORDINATES, SEGMENT_COORDINATES, SegmentLayout};
 use nalgebra::{DMatrix, DVector};
 
-use super::MatricesError;
+use crate::error::SessionError;
 
 /// Names under which primitives are looked for, and whether they are the rows there.
 const PRIMITIVES: [(&str, bool); 4] = [
@@ -41,7 +41,7 @@ pub struct Given {
 ///
 /// # Errors
 ///
-/// [`MatricesError::Given`] where the file has none or several, where sizes are not those of the
+/// [`SessionError::Data`] where the file has none or several, where sizes are not those of the
 /// layout, for numbers that are not finite, below zero where the kind allows none, or not metres, and
 /// for a primitive of nothing but zeros.
 pub fn import_primitives(
@@ -49,7 +49,7 @@ pub fn import_primitives(
     file: &str,
     layout: SegmentLayout,
     kind: DictionaryKind,
-) -> Result<Given, MatricesError> {
+) -> Result<Given, SessionError> {
     let source = Source {
         variables,
         file,
@@ -92,18 +92,13 @@ impl Source<'_> {
         expected: impl Display,
         found: impl Display,
         hint: impl Display,
-    ) -> MatricesError {
-        MatricesError::Given {
-            file: self.file.to_owned(),
-            what: what.to_string(),
-            expected: expected.to_string(),
-            found: found.to_string(),
-            hint: hint.to_string(),
-        }
+    ) -> SessionError {
+        let message = format!("{what}: expected {expected}, found {found}; {hint}");
+        SessionError::data(self.file, message)
     }
 
     /// A matrix of finite numbers; `None` where there is no such variable.
-    fn matrix(&self, name: &str) -> Result<Option<&DMatrix<f64>>, MatricesError> {
+    fn matrix(&self, name: &str) -> Result<Option<&DMatrix<f64>>, SessionError> {
         let matrix = match self.variables.get(name) {
             None => return Ok(None),
             Some(Variable::Other(what)) => {
@@ -123,7 +118,7 @@ impl Source<'_> {
         }
     }
 
-    fn not_negative(&self, name: &str, matrix: &DMatrix<f64>) -> Result<(), MatricesError> {
+    fn not_negative(&self, name: &str, matrix: &DMatrix<f64>) -> Result<(), SessionError> {
         if self.kind != DictionaryKind::Nmf {
             return Ok(());
         }
@@ -139,7 +134,7 @@ impl Source<'_> {
     }
 
     /// The primitives as columns, and the name that they have.
-    fn primitives(&self) -> Result<(&'static str, DMatrix<f64>), MatricesError> {
+    fn primitives(&self) -> Result<(&'static str, DMatrix<f64>), SessionError> {
         let mut there = (PRIMITIVES.iter()).filter(|(name, _)| self.variables.contains_key(*name));
         let Some(&(name, as_rows)) = there.next() else {
             return Err(self.no_primitives());
@@ -165,7 +160,7 @@ impl Source<'_> {
         Ok((name, columns))
     }
 
-    fn no_primitives(&self) -> MatricesError {
+    fn no_primitives(&self) -> SessionError {
         let names: Vec<_> = self.variables.keys().take(20).map(String::as_str).collect();
         let hint = if self.variables.contains_key("H") {
             "H is ambiguous: scikit-learn's holds primitives as rows where segments are rows (save it \
@@ -190,7 +185,7 @@ impl Source<'_> {
         name: &str,
         matrix: &DMatrix<f64>,
         as_rows: bool,
-    ) -> Result<(), MatricesError> {
+    ) -> Result<(), SessionError> {
         let rows = self.layout.rows();
         let (long, rank) = if as_rows {
             (matrix.ncols(), matrix.nrows())
@@ -229,7 +224,7 @@ impl Source<'_> {
         Some(self.variables.get(name)?.numbers()?.ncols())
     }
 
-    fn offset_m(&self) -> Result<Option<DVector<f64>>, MatricesError> {
+    fn offset_m(&self) -> Result<Option<DVector<f64>>, SessionError> {
         for name in OFFSETS {
             let Some(offset) = self.matrix(name)? else {
                 continue;

@@ -3,13 +3,13 @@
 use std::path::Path;
 
 use inhand_channels::ReadMethod;
-use inhand_evaluation::overlay::offsets_nanos;
-use inhand_model::{Event, Label, Shape, StartTime};
+use inhand_evaluation::overlay::{moved, offsets_nanos};
+use inhand_model::{Clock, Event, Label, Shape, StartTime};
 
 use super::{Align, OverlayMethods, OverlayOptions};
-use crate::error::SessionError;
+use crate::error::{Located, SessionError};
 use crate::session::stem;
-use crate::settings::Settings;
+use crate::settings::{Settings, invalid};
 use crate::take::{Take, same_motion, same_source};
 
 /// Topic of a dictionary's own message.
@@ -21,12 +21,10 @@ pub(super) struct Input {
     pub(super) take: Take,
     pub(super) methods: Vec<ReadMethod>,
     pub(super) shape: Option<Shape>,
-}
-
-/// Where each time line lies.
-pub(super) struct Placed {
-    pub(super) align: String,
-    pub(super) offsets: Vec<i128>,
+    /// Its time line among those of the others.
+    pub(super) clock: Clock,
+    /// By how much that is moved.
+    pub(super) offset_nanos: i128,
 }
 
 pub(super) fn read(
@@ -34,14 +32,9 @@ pub(super) fn read(
     settings: &Settings,
 ) -> Result<Vec<Input>, SessionError> {
     let paths = &options.inputs;
-    let wrong = |key: &str, expected: &str, found: String| SessionError::Settings {
-        key: key.to_owned(),
-        expected: expected.to_owned(),
-        found,
-    };
     if paths.is_empty() || paths.len() == 1 && options.methods == OverlayMethods::None {
         let expected = "two or more, or one with --methods";
-        return Err(wrong("takes", expected, paths.len().to_string()));
+        return Err(invalid("takes", expected, &paths.len()));
     }
     for (n, path) in paths.iter().enumerate() {
         let same = |other: &std::path::PathBuf| match (other.canonicalize(), path.canonicalize()) {
@@ -50,19 +43,19 @@ pub(super) fn read(
         };
         if paths[..n].iter().any(same) {
             let found = format!("{} twice", path.display());
-            return Err(wrong("takes", "each file once", found));
+            return Err(invalid("takes", "each file once", &found));
         }
     }
     if options.names.len() > paths.len() {
         let expected = format!("at most one for each of {} takes", paths.len());
-        return Err(wrong("name", &expected, options.names.len().to_string()));
+        return Err(invalid("name", &expected, &options.names.len()));
     }
     let names = names(paths.iter().map(AsRef::as_ref), &options.names);
     for (n, name) in names.iter().enumerate() {
         let fits = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
         if name.is_empty() || !name.chars().all(fits) || names[..n].contains(name) {
             let expected = "letters, digits, '_' and '-', another for each take";
-            return Err(wrong("name", expected, format!("\"{name}\"")));
+            return Err(invalid("name", expected, &format!("\"{name}\"")));
         }
     }
     (paths.iter().zip(names))
@@ -78,22 +71,21 @@ fn read_one(
 ) -> Result<Input, SessionError> {
     let bytes = std::fs::read(path).map_err(SessionError::io("read", path))?;
     let refuse = |message: &str| SessionError::data(path, message);
-    let channels = |source: inhand_channels::ChannelError| SessionError::at(path.display(), source);
     let mut stated = None;
     let mut methods = Vec::new();
     if inhand_channels::is_mcap(&bytes) {
         let file = path.display().to_string();
-        let info = inhand_channels::info(&bytes, &file).map_err(channels)?;
+        let info = inhand_channels::info(&bytes, &file).in_file(path)?;
         if info.channels.iter().any(|c| c.topic == DICTIONARY) {
             return Err(refuse("a dictionary: takes are put over each other"));
         }
-        stated = info.metadata.shape(&file).map_err(channels)?;
+        stated = info.metadata.shape(&file).in_file(path)?;
         let generated = info
             .channels
             .iter()
             .any(|c| c.topic.starts_with("/generated/"));
         if generated && options.methods != OverlayMethods::None {
-            methods = inhand_channels::read_generated(&bytes, &file).map_err(channels)?;
+            methods = inhand_channels::read_generated(&bytes, &file).in_file(path)?;
         }
     }
     drop(bytes);
@@ -103,6 +95,8 @@ fn read_one(
     }
     Ok(Input {
         name,
+        clock: take.recording.clock,
+        offset_nanos: 0,
         take,
         methods,
         // What a file says of its object counts more than what is said of all of them.
@@ -141,12 +135,12 @@ fn names<'a>(paths: impl Iterator<Item = &'a Path>, given: &[String]) -> Vec<Str
     names
 }
 
-/// Where time lines lie, and whether any of them meets that of the first.
+/// Moves time lines so that each meets that of the first; gives by what, in a word.
 pub(super) fn align(
-    inputs: &[Input],
+    inputs: &mut [Input],
     align: &Align,
     notes: &mut Vec<String>,
-) -> Result<Placed, SessionError> {
+) -> Result<String, SessionError> {
     let starts: Vec<u64> = (inputs.iter())
         .map(|input| input.take.recording.clock.start_unix_nanos())
         .collect();
@@ -160,29 +154,29 @@ pub(super) fn align(
         Align::Auto if of_one_time(inputs) => ("clock".to_owned(), vec![0; inputs.len()]),
         Align::Auto => ("start".to_owned(), starts.clone()),
     };
-    let offsets = offsets_nanos(&starts, &anchors);
-    check_overlap(inputs, &offsets, &word)?;
+    for (input, offset) in inputs.iter_mut().zip(offsets_nanos(&starts, &anchors)) {
+        input.offset_nanos = offset;
+    }
+    check_overlap(inputs, &word)?;
     notes.push(match (align, &*word) {
         (Align::Auto, "clock") if inputs.len() == 1 => "by the clock: one take".to_owned(),
         (Align::Auto, "clock") => "by the clock: one take, or takes of one time".to_owned(),
         (Align::Auto, _) => "by the start: takes of different times".to_owned(),
         _ => format!("by the {word}"),
     });
-    for (input, &offset) in inputs
-        .iter()
-        .zip(&offsets)
-        .filter(|(_, offset)| **offset != 0)
-    {
-        notes.push(format!(
-            "{} is moved by {:+.6} s",
-            input.name,
-            offset as f64 * 1e-9
-        ));
+    for input in inputs {
+        let offset = input.offset_nanos;
+        if offset != 0 {
+            let seconds = offset as f64 * 1e-9;
+            notes.push(format!("{} is moved by {seconds:+.6} s", input.name));
+        }
+        input.clock = moved(input.clock, offset).ok_or_else(|| {
+            let message = "its times, moved to those of the others, lie outside those that files \
+                           can state; --align start";
+            input.take.error(message.to_owned())
+        })?;
     }
-    Ok(Placed {
-        align: word,
-        offsets,
-    })
+    Ok(word)
 }
 
 /// Whether times of all files tell where they lie to each other.
@@ -192,28 +186,26 @@ fn of_one_time(inputs: &[Input]) -> bool {
     };
     let stated = |input: &Input| input.take.recording.clock.start_time() != StartTime::Unknown;
     others.iter().all(|other| {
-        let overlap = stated(first) && stated(other) && meets(first, 0, other, 0);
+        let overlap = stated(first) && stated(other) && meets(first, other);
         overlap || same_source(&first.take, &other.take) || same_motion(&first.take, &other.take)
     })
 }
 
-/// First and last sample on a moved time line.
-fn span(input: &Input, offset: i128) -> (i128, i128) {
-    let recording = &input.take.recording;
-    let at = |k: usize| i128::from(recording.clock.unix_nanos(k)) + offset;
-    (at(0), at(recording.len().saturating_sub(1)))
+/// Whether two moved time lines have a time in common.
+fn meets(a: &Input, b: &Input) -> bool {
+    let span = |input: &Input| {
+        let clock = input.take.recording.clock;
+        let last = input.take.recording.len().saturating_sub(1);
+        [0, last].map(|k| i128::from(clock.unix_nanos(k)) + input.offset_nanos)
+    };
+    let ([a_start, a_end], [b_start, b_end]) = (span(a), span(b));
+    a_start <= b_end && b_start <= a_end
 }
 
-fn meets(a: &Input, offset_a: i128, b: &Input, offset_b: i128) -> bool {
-    let (a, b) = (span(a, offset_a), span(b, offset_b));
-    a.0 <= b.1 && b.0 <= a.1
-}
-
-fn check_overlap(inputs: &[Input], offsets: &[i128], word: &str) -> Result<(), SessionError> {
+fn check_overlap(inputs: &[Input], word: &str) -> Result<(), SessionError> {
     let first = &inputs[0];
-    let apart = (inputs.iter().zip(offsets))
-        .find(|(input, offset)| !meets(first, offsets[0], input, **offset));
-    let Some((input, _)) = apart else {
+    let apart = inputs.iter().find(|input| !meets(first, input));
+    let Some(input) = apart else {
         return Ok(());
     };
     Err(input.take.error(format!(

@@ -9,6 +9,7 @@ use inhand_model::{
 use super::OverlayMethods;
 use super::input::Input;
 use crate::error::SessionError;
+use crate::settings::invalid;
 
 /// One motion.
 pub(super) struct Layer<F: Frame> {
@@ -185,15 +186,11 @@ fn check_methods(inputs: &[Input], methods: &OverlayMethods) -> Result<(), Sessi
     let mut names = known;
     names.sort_unstable();
     names.dedup();
-    Err(SessionError::Settings {
-        key: "methods".to_owned(),
-        expected: match names.len() {
-            0 => "files with generated motion, as `inhand run` and `inhand generate` write"
-                .to_owned(),
-            _ => format!("some of {}", names.join(", ")),
-        },
-        found: missing.to_owned(),
-    })
+    let expected = match names.len() {
+        0 => "files with generated motion, as `inhand run` and `inhand generate` write".to_owned(),
+        _ => format!("some of {}", names.join(", ")),
+    };
+    Err(invalid("methods", &expected, &missing))
 }
 
 fn check_layers<F: Frame>(drawn: &Drawn<F>) -> Result<(), SessionError> {
@@ -202,22 +199,17 @@ fn check_layers<F: Frame>(drawn: &Drawn<F>) -> Result<(), SessionError> {
         .iter()
         .map(|layer| layer.name.as_str())
         .collect();
-    let wrong = |key: &str, expected: String, found: String| SessionError::Settings {
-        key: key.to_owned(),
-        expected,
-        found,
-    };
     if names.len() > MAX_LAYERS {
         let expected = format!("at most {MAX_LAYERS} motions, which colours can distinguish");
         let found = format!("{}; choose some by --methods", names.len());
-        return Err(wrong("takes and methods", expected, found));
+        return Err(invalid("takes and methods", &expected, &found));
     }
     let twice = (1..names.len()).find(|&n| names[..n].contains(&names[n]));
     match twice {
         None => Ok(()),
         Some(n) => {
-            let expected = "another for each motion".to_owned();
-            Err(wrong("name", expected, format!("\"{}\" twice", names[n])))
+            let found = format!("\"{}\" twice", names[n]);
+            Err(invalid("name", "another for each motion", &found))
         }
     }
 }

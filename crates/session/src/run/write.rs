@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::{RunFiles, RunOptions};
 use crate::error::SessionError;
 use crate::figures::write_figures;
-use crate::manifest;
+use crate::manifest::PlanMs;
 use crate::output;
 use crate::settings::Role;
 use crate::steps::{Generated, TakeResult};
@@ -87,14 +87,9 @@ pub(super) fn write_reports(
 }
 
 /// Times of single plans, each method that plans.
-pub(super) fn plan_times(generated: &[Generated]) -> BTreeMap<String, manifest::PlanMs> {
+pub(super) fn plan_times(generated: &[Generated]) -> BTreeMap<String, PlanMs> {
     (generated.iter())
         .filter(|g| !g.plan_times.is_empty())
-        .map(|g| {
-            (
-                g.method.name().to_owned(),
-                manifest::PlanMs::of(&g.plan_times),
-            )
-        })
+        .map(|g| (g.method.name().to_owned(), PlanMs::new(&g.plan_times)))
         .collect()
 }

@@ -100,15 +100,11 @@ fn pairs<'a>(
     options: &CompareOptions,
 ) -> Result<Vec<Pair<'a>>, SessionError> {
     let find = |part: &'a Part, name: &str| {
-        let known = part.evaluation.methods.iter();
-        known
-            .clone()
-            .find(|method| method.name == name)
-            .ok_or_else(|| {
-                let names: Vec<&str> = known.map(|method| method.name.as_str()).collect();
-                let message = format!("no method \"{name}\"; evaluated were {}", names.join(", "));
-                SessionError::data(&part.path, message)
-            })
+        part.method(name).ok_or_else(|| {
+            let names = part.method_names().join(", ");
+            let message = format!("no method \"{name}\"; evaluated were {names}");
+            SessionError::data(&part.path, message)
+        })
     };
     let pairs: Vec<Pair<'a>> = match (&options.method, &options.against) {
         (Some(new), old) => {

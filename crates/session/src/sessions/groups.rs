@@ -77,8 +77,7 @@ pub(super) fn counts<'a>(
 ) -> (usize, usize) {
     let mut counts = (0_usize, 0_usize);
     for part in parts {
-        let methods = &part.evaluation.methods;
-        if let Some(found) = methods.iter().find(|found| found.name == method) {
+        if let Some(found) = part.method(method) {
             let error = finger.map_or(&found.error.all, |finger| &found.error.by_finger[finger]);
             counts.0 = counts.0.saturating_add(error.n_filled);
             counts.1 = counts.1.saturating_add(error.n_left_out);

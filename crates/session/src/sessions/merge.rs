@@ -62,7 +62,7 @@ pub fn merge(parts: &[Part], options: MergeOptions) -> Result<Summary, SessionEr
     let default = default.unwrap_or_default();
 
     let of_parts: Vec<Vec<&MethodEvaluation>> = (methods.iter())
-        .map(|name| parts.iter().filter_map(|part| method(part, name)).collect())
+        .map(|name| parts.iter().filter_map(|part| part.method(name)).collect())
         .collect();
     let contestants: Vec<Contestant<'_>> = (methods.iter().zip(&of_parts))
         .map(|(name, of_parts)| Contestant {
@@ -194,20 +194,13 @@ fn check_same(parts: &[Part], different: &[SettingDifference]) -> Result<(), Ses
 /// Methods that all parts have, in the order of the first.
 fn common_methods(parts: &[Part]) -> Result<Vec<String>, SessionError> {
     let first = parts[0].method_names().into_iter();
-    let in_all = first.filter(|name| parts.iter().all(|part| method(part, name).is_some()));
+    let in_all = first.filter(|name| parts.iter().all(|part| part.method(name).is_some()));
     let common: Vec<String> = in_all.map(str::to_owned).collect();
     if common.is_empty() {
         let message = "no method is in every evaluation";
         return Err(SessionError::data(&parts[0].path, message));
     }
     Ok(common)
-}
-
-fn method<'a>(part: &'a Part, name: &str) -> Option<&'a MethodEvaluation> {
-    part.evaluation
-        .methods
-        .iter()
-        .find(|method| method.name == name)
 }
 
 /// The method that most sessions look at first, the first of equally many.
@@ -336,7 +329,7 @@ fn session(part: &Part, name: String, methods: &[String]) -> SessionSummary {
             .filter(|finding| finding.severity == Severity::Warning)
             .count(),
         methods: (methods.iter())
-            .filter_map(|name| method(part, name))
+            .filter_map(|name| part.method(name))
             .map(|method| SessionMethod {
                 name: method.name.clone(),
                 error: method.error,

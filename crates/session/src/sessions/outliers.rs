@@ -13,7 +13,7 @@ const MEDIAN_DEVIATION: f64 = 0.6745;
 const MEAN_DEVIATION: f64 = 0.797_884_560_802_865_4;
 /// Differences of shares below are of no interest, however regular the others are, points.
 const LEAST_POINTS: f64 = 5.0;
-/// A session that loses or fills more than this share is told of, however many others do, percent.
+/// A session that loses or fills more than this share is listed, however many others do, percent.
 const MUCH: f64 = 20.0;
 
 /// A number of each session that may be far off: what it is, its unit, whether it is a share that is lost, and where

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use inhand_export::RowsFile;
-use inhand_model::{Evaluation, EvaluationRows, Finger, Provenance};
+use inhand_model::{Evaluation, EvaluationRows, Finger, MethodEvaluation, Provenance};
 
 use crate::error::{Located, SessionError};
 
@@ -24,7 +24,7 @@ pub struct Part {
     pub evaluation: Evaluation,
     /// What made it.
     pub provenance: Vec<Provenance>,
-    /// The rows; `None` where no file with rows stands beside it.
+    /// The rows; `None` where there is no file with rows beside it.
     rows: Option<RowsFile>,
 }
 
@@ -97,6 +97,12 @@ impl Part {
         Ok(())
     }
 
+    /// What was found of a method.
+    pub(super) fn method(&self, name: &str) -> Option<&MethodEvaluation> {
+        let mut methods = self.evaluation.methods.iter();
+        methods.find(|method| method.name == name)
+    }
+
     /// Names of the methods, in their order.
     pub fn method_names(&self) -> Vec<&str> {
         let methods = self.evaluation.methods.iter();
@@ -111,7 +117,7 @@ impl Part {
     pub fn rows(&self) -> Result<&RowsFile, SessionError> {
         self.rows.as_ref().ok_or_else(|| {
             let message = format!(
-                "no {ROWS_FILE} stands beside it, and without the rows quantiles over sessions cannot be exact: \
+                "there is no {ROWS_FILE} beside it, and without the rows quantiles over sessions cannot be exact: \
                  keep the two files of a run together, or write it with `inhand evaluate --rows`"
             );
             SessionError::data(&self.path, message)
@@ -164,9 +170,8 @@ impl Part {
         finger: Finger,
         errors: &[f64],
     ) -> Result<(), SessionError> {
-        let stated = (self.evaluation.methods.iter())
-            .find(|known| known.name == method)
-            .map(|known| known.error.by_finger[finger]);
+        let stated = self.method(method);
+        let stated = stated.map(|stated| stated.error.by_finger[finger]);
         let mean = errors.iter().sum::<f64>() / errors.len() as f64;
         let same = stated.is_some_and(|stated| {
             let off = (mean - stated.mean).abs() > MEAN_ROUNDING * stated.mean.abs();

@@ -20,7 +20,7 @@ const OF_THE_RECORDING: [&str; 9] = [
     "fingers",
 ];
 
-/// What stands for a setting that is not there.
+/// Value shown for a setting that is not there.
 const NOT_SET: &str = "not set";
 
 /// Settings that are not the same in all parts, those that say what was recorded left out, and the version of

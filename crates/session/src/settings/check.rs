@@ -120,7 +120,7 @@ impl Settings {
         })
     }
 
-    /// Which stretches of takes are used.
+    /// Which intervals of takes are used.
     ///
     /// # Errors
     ///

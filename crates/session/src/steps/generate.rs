@@ -33,12 +33,12 @@ pub struct Generated {
     pub corridors: Option<SegmentCorridors>,
 }
 
-/// Recorded motion against a method's corridors.
+/// Recorded motion against a method's prediction regions.
 #[derive(Clone, Debug)]
 pub struct SegmentCorridors {
     /// Mahalanobis distance at each instant of each segment; `None` where the plan failed.
     pub mahalanobis: Vec<Option<Vec<PerFinger<f64>>>>,
-    /// Widths of the corridors.
+    /// Widths of the prediction regions.
     pub widths: Vec<Calibration>,
 }
 
@@ -219,7 +219,7 @@ fn target(
     }
 }
 
-/// Recorded motion against the corridors of plans that an earlier step made.
+/// Recorded motion against the prediction regions of plans that an earlier step made.
 ///
 /// # Errors
 ///

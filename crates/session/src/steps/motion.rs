@@ -1,14 +1,15 @@
 //! Movement and contact dynamics of the recording and of each method.
 
 use inhand_evaluation::{
-    JudgedMethod, MovementSettings, contact_dynamics, filled_segments, movement,
+    EvaluationSettings, JudgedMethod, MovementSettings, contact_dynamics, filled_segments,
+    motion_contacts, movement,
 };
 use inhand_model::{
     ContactDynamics, ContactRows, ContactRules, MethodRows, Motion, MotionRows, MovementAnalysis,
-    Segments,
+    PerFinger, Segments,
 };
 
-use super::{Comparison, Generated, evaluation_settings};
+use super::{Comparison, Generated};
 use crate::error::SessionError;
 use crate::settings::Settings;
 
@@ -95,4 +96,29 @@ pub fn contact_rows(
     Ok(inhand_evaluation::contact_rows(
         motion, &shape, &limits, &rules,
     )?)
+}
+
+/// The limits that motion is judged by.
+pub(super) fn evaluation_settings(settings: &Settings) -> Result<EvaluationSettings, SessionError> {
+    Ok(EvaluationSettings {
+        tau_m: settings.evaluate.tau_mm / 1000.0,
+        collision_limit_m: settings.evaluate.collision_mm / 1000.0,
+        finger_offsets_m: settings.pad_offsets_m()?,
+        ..EvaluationSettings::paper()
+    })
+}
+
+/// Signed distance of each pad to the object at each sample of a motion, metres; no sample where the object's shape or pose is not known.
+///
+/// # Errors
+///
+/// [`SessionError::Settings`].
+pub fn contacts(
+    motion: &Motion,
+    settings: &Settings,
+) -> Result<Vec<Option<PerFinger<f64>>>, SessionError> {
+    Ok(match settings.shape()? {
+        Some(shape) => motion_contacts(motion, &shape, &evaluation_settings(settings)?),
+        None => Vec::new(),
+    })
 }

@@ -169,7 +169,8 @@ fn check_together(args: &WholeArgs, settings: &mut Settings) -> Result<()> {
 fn given(folder: &LearningFolder, file: &Path) -> Result<Learned> {
     let plan = folder.plan();
     let given = matrices::read_primitives(file, plan.layout, DictionaryKind::Nmf)?;
-    Ok(learn_given(folder, &given, matrices::hash(file)?)?)
+    let hash = inhand_session::containers::hash_file(file)?;
+    Ok(learn_given(folder, &given, hash)?)
 }
 
 /// A line about a round.

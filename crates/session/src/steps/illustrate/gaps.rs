@@ -33,11 +33,11 @@ fn track_gaps(track: &str, statuses: &[Status], clock: Clock) -> TrackGaps {
     let mut start = 0;
     for run in statuses.chunk_by(|a, b| a == b) {
         let end = start + run.len();
-        // A sample stands for one period.
-        let stretch_s = [clock.time_s(start), clock.time_s(end)];
+        // A sample covers one period.
+        let interval_s = [clock.time_s(start), clock.time_s(end)];
         match run[0] {
-            Status::Missing => gaps.missing_s.push(stretch_s),
-            Status::Filled => gaps.filled_s.push(stretch_s),
+            Status::Missing => gaps.missing_s.push(interval_s),
+            Status::Filled => gaps.filled_s.push(interval_s),
             Status::Measured => {}
         }
         start = end;
@@ -52,7 +52,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn stretches_are_told_apart() {
+    fn missing_and_filled_intervals_are_distinguished() {
         use Status::{Filled, Measured, Missing};
         let clock = Clock::new(0, StartTime::Unknown, 10.0).expect("a rate");
         let statuses = [Missing, Measured, Filled, Filled, Missing, Measured, Filled];

@@ -12,7 +12,7 @@ use crate::steps::complete;
 /// How many primitives are shown.
 const SHOWN: usize = 6;
 
-/// Ranks whose share of the variance is told, beside that of the dictionary.
+/// Ranks whose share of the variance is shown, beside that of the dictionary.
 const RANKS: [usize; 11] = [1, 2, 3, 5, 10, 20, 50, 100, 200, 500, 1000];
 
 /// The primitives used most in training, most first.

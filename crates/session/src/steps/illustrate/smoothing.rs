@@ -8,10 +8,10 @@ use inhand_statistics::quantiles::statistics;
 
 use crate::error::{Located, SessionError};
 
-/// Length of the stretch that is shown, seconds.
+/// Length of the interval that is shown, seconds.
 const SHOWN_S: f64 = 4.0;
 
-/// Places a second at which a stretch may begin.
+/// Places a second at which an interval may begin.
 const PLACES_A_SECOND: f64 = 2.0;
 
 /// Samples of a window of the spectra: at 100 Hz frequencies 0.4 Hz apart.
@@ -22,7 +22,7 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 /// What the filter does to test takes.
 #[derive(Clone, Debug, Default)]
 pub struct Smoothing {
-    /// A stretch before and after it.
+    /// An interval before and after it.
     pub filtering: Option<Filtering>,
     /// How motion and noise spread over frequencies.
     pub spectrum: Option<Spectrum>,
@@ -42,7 +42,7 @@ pub fn smoothing(before: &[&Motion], after: &[&Motion]) -> Result<Smoothing, Ses
     })
 }
 
-/// A coordinate of a fingertip over a stretch of a take.
+/// A coordinate of a fingertip over an interval of a take.
 #[derive(Clone, Debug)]
 struct Place {
     take: usize,
@@ -51,7 +51,7 @@ struct Place {
     samples: Range<usize>,
 }
 
-/// The stretch without gaps in which a filtered coordinate covers the longest way from its least to its
+/// The interval without gaps in which a filtered coordinate covers the longest way from its least to its
 /// largest value; of equal ones the first.
 fn most_moved(motions: &[&Motion]) -> Option<Place> {
     let mut most: Option<(f64, Place)> = None;
@@ -62,15 +62,15 @@ fn most_moved(motions: &[&Motion]) -> Option<Place> {
         for finger in Finger::ALL {
             let track = &motion.fingertips[finger];
             for start in (0..(track.len() + 1).saturating_sub(samples)).step_by(step) {
-                let stretch = start..start + samples;
+                let interval = start..start + samples;
                 let present = |k| track.status(k).is_present();
-                if samples == 0 || !stretch.clone().all(present) {
+                if samples == 0 || !interval.clone().all(present) {
                     continue;
                 }
                 for axis in 0..3 {
-                    let reach = reach(&coordinate(track, axis, stretch.clone()));
+                    let reach = reach(&coordinate(track, axis, interval.clone()));
                     if most.as_ref().is_none_or(|(best, _)| reach > *best) {
-                        let samples = stretch.clone();
+                        let samples = interval.clone();
                         most = Some((
                             reach,
                             Place {
@@ -95,7 +95,7 @@ fn reach(values: &[f64]) -> f64 {
     high - low
 }
 
-/// A coordinate over a stretch, metres; NaN where it is missing.
+/// A coordinate over an interval, metres; NaN where it is missing.
 fn coordinate(track: &PointTrack<Hand>, axis: usize, samples: Range<usize>) -> Vec<f64> {
     let values = &track.values()[samples];
     values.iter().map(|p| p.to_array()[axis]).collect()
@@ -141,7 +141,7 @@ fn spectrum(before: &[&Motion], after: &[&Motion]) -> Result<Option<Spectrum>, S
         return Ok(None);
     };
     let Some((before_m2_hz, after_m2_hz)) = before.density().zip(after.density()) else {
-        return Ok(None); // No stretch is long enough.
+        return Ok(None); // No interval is long enough.
     };
     let frequencies = 0..after.frequencies();
     Ok(Some(Spectrum {

@@ -26,7 +26,7 @@ pub(crate) enum Reader {
 }
 
 /// Every format.
-pub(crate) const FORMATS: [Format; 5] = [
+pub(crate) static FORMATS: &[Format] = &[
     Format::new("c3d", c3d::looks_like, Reader::Whole(c3d::read)),
     Format::new("tsv", qualisys::looks_like, Reader::Rows(qualisys::open)),
     Format::new("trc", trc::looks_like, Reader::Rows(trc::open)),
@@ -49,7 +49,7 @@ impl Format {
         file: &str,
     ) -> Result<(&'static Self, &'a [u8]), CaptureError> {
         let bytes = without_byte_order_mark(bytes, file)?;
-        let found = (const { &FORMATS }.iter()).find(|format| (format.looks_like)(bytes));
+        let found = (FORMATS.iter()).find(|format| (format.looks_like)(bytes));
         match found {
             Some(format) => Ok((format, bytes)),
             None => Err(Self::unknown(bytes, file)),

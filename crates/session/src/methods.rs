@@ -1,4 +1,5 @@
-//! The methods that a session can be judged on, by name.
+//! The methods that are compared, by name. A new one is a variant with a curve, or with an arm in
+//! `steps::generate::planner`, and a colour in `channels::colour`.
 
 use std::fmt;
 use std::str::FromStr;
@@ -93,6 +94,9 @@ impl Method {
         }
     }
 }
+
+/// Viewers distinguish methods by colour: each has one of its own.
+const _: () = assert!(Method::ALL.len() <= inhand_channels::METHOD_COLOURS.len());
 
 impl fmt::Display for Method {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -9,7 +9,7 @@ use self::cdr::Cdr;
 use crate::reading::{Fault, Item, Kind, Label, MAX_ITEMS, MessageKind, Reading, Readings, nanos};
 
 /// Message kinds by package.
-pub(super) const PACKAGES: [&[MessageKind]; 3] = [geometry::KINDS, mocap4r2::KINDS, tf::KINDS];
+pub(super) const PACKAGES: &[&[MessageKind]] = &[geometry::KINDS, mocap4r2::KINDS, tf::KINDS];
 
 /// A kind whose schema has one of these names.
 const fn kind(

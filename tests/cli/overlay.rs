@@ -282,7 +282,7 @@ fn one_finger_is_compared_and_nothing_at_all_is_refused() {
             ..TakeFile::new(&recording)
         };
         let mut bytes = Vec::new();
-        inhand_channels::write_take(&mut bytes, &file, &Default::default()).expect("it is written");
+        inhand_channels::write_take(&mut bytes, &file, true).expect("it is written");
         bench.write(name, bytes);
     };
     with(&[Finger::Ring], 900, "ring.mcap");

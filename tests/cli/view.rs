@@ -247,12 +247,11 @@ fn a_take_without_samples_gets_what_there_is() {
     let (recording, roles) = (take.recording.slice(0..0), take.roles.as_ref());
     for (name, view) in [("with.mcap", true), ("without.mcap", false)] {
         let mut bytes = Vec::new();
-        let settings = inhand_channels::WriteSettings { view };
         let file = inhand_channels::TakeFile {
             roles,
             ..inhand_channels::TakeFile::new(&recording)
         };
-        inhand_channels::write_take(&mut bytes, &file, &settings).expect("it is written");
+        inhand_channels::write_take(&mut bytes, &file, view).expect("it is written");
         bench.write(name, bytes);
     }
     let views = same_views(&bench, "with.mcap", "without.mcap");

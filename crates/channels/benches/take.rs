@@ -10,9 +10,7 @@ mod common;
 use std::io::Cursor;
 
 use divan::Bencher;
-use inhand_channels::{
-    TakeFile, WriteSettings, info, read_dictionary, read_take, write_dictionary, write_take,
-};
+use inhand_channels::{TakeFile, info, read_dictionary, read_take, write_dictionary, write_take};
 
 const SAMPLES: usize = 12_000;
 
@@ -27,7 +25,7 @@ fn train(take: &common::Take) -> TakeFile<'_> {
 
 fn written(file: &TakeFile, view: bool) -> Vec<u8> {
     let mut out = Cursor::new(Vec::with_capacity(32 << 20));
-    write_take(&mut out, file, &WriteSettings { view }).unwrap();
+    write_take(&mut out, file, view).unwrap();
     out.into_inner()
 }
 

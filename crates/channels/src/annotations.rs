@@ -11,8 +11,7 @@ use serde_json::Value;
 
 use crate::error::ChannelError;
 use crate::metadata::{ABOUT, Metadata};
-use crate::output::PACKED;
-use crate::streams::Streams;
+use crate::streams::{PACKED, Streams};
 use crate::topic;
 use crate::wire::viewer_time;
 

@@ -80,6 +80,19 @@ pub enum ChannelError {
     },
 }
 
+/// Refuses what does not fit: `what`, what was expected of it and what was found.
+pub(crate) fn ensure(
+    fits: bool,
+    what: impl Into<String>,
+    expected: impl Display,
+    found: impl Display,
+) -> Result<(), ChannelError> {
+    if fits {
+        return Ok(());
+    }
+    Err(ChannelError::mismatch(what, expected, found))
+}
+
 impl ChannelError {
     pub(crate) fn message(
         file: &str,

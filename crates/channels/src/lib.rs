@@ -6,7 +6,7 @@
 //! ```
 //! use std::io::Cursor;
 //!
-//! use inhand_channels::{TakeFile, WriteSettings, info, read_take, write_take};
+//! use inhand_channels::{TakeFile, info, read_take, write_take};
 //! use inhand_model::{
 //!     Clock, LengthUnit, Marker, MarkerKind, PointTrack, Position, Recording, Source, StartTime,
 //!     UpAxis,
@@ -32,7 +32,7 @@
 //! let recording = Recording::new("a".to_owned(), clock, source, 2, vec![thumb], vec![])?;
 //!
 //! let mut bytes = Cursor::new(Vec::new());
-//! write_take(&mut bytes, &TakeFile::new(&recording), &WriteSettings::default())?;
+//! write_take(&mut bytes, &TakeFile::new(&recording), true)?;
 //!
 //! let take = read_take(bytes.get_ref(), "a.mcap")?;
 //! assert_eq!(take.recording.markers[0].track.get(0), Some(seen));
@@ -64,8 +64,6 @@ mod error;
 mod info;
 mod messages;
 mod metadata;
-mod outline;
-mod output;
 mod overlay;
 mod preview;
 mod read;
@@ -90,7 +88,6 @@ pub use info::{
 };
 pub use inhand_container::is_mcap;
 pub use metadata::Metadata;
-pub use outline::Outline;
 pub use overlay::{
     MAX_LAYERS, OverlayFile, OverlayLayer, OverlayObject, layer_colour, write_overlay,
 };
@@ -101,7 +98,7 @@ pub use read::{
 };
 pub use take::{
     CleanedTake, ContactSample, EvaluatedMethod, EvaluatedSample, GeneratedMethod,
-    GeneratedSegment, RECORDED, ReadCleaned, ReadTake, TakeFile, UnsolvedPlan, WriteSettings,
+    GeneratedSegment, Outline, RECORDED, ReadCleaned, ReadTake, TakeFile,
 };
 pub use topic::{VIEW as VIEW_TOPICS, planned_fingertips_topic};
 pub use topic_role::{TopicRole, TopicSource, take_topics};

@@ -9,11 +9,10 @@ use inhand_model::{
 };
 
 use crate::colour::Rgb;
-use crate::error::ChannelError;
+use crate::error::{ChannelError, ensure};
 use crate::messages;
 use crate::metadata::{Metadata, OVERLAY};
-use crate::output::PACKED;
-use crate::streams::{Sampling, Streams};
+use crate::streams::{PACKED, Sampling, Streams};
 use crate::topic::LayerTopics;
 use crate::view::draw_overlay;
 
@@ -140,31 +139,18 @@ pub fn write_overlay<F: Frame>(
 
 fn check<F: Frame>(file: &OverlayFile<'_, F>) -> Result<(), ChannelError> {
     let layers = file.layers.len();
-    if layers == 0 || layers > MAX_LAYERS {
-        return Err(ChannelError::mismatch(
-            "layers of an overlay",
-            format!("1 to {MAX_LAYERS}, which colours can distinguish"),
-            layers,
-        ));
-    }
+    let expected = format!("1 to {MAX_LAYERS}, which colours can distinguish");
+    let counts = (1..=MAX_LAYERS).contains(&layers);
+    ensure(counts, "layers of an overlay", expected, layers)?;
     for (n, layer) in file.layers.iter().enumerate() {
-        if file.layers[..n]
-            .iter()
-            .any(|other| other.name == layer.name)
-        {
-            return Err(ChannelError::mismatch(
-                "names of layers",
-                "each one once",
-                format!("\"{}\" twice", layer.name),
-            ));
-        }
+        let mut others = file.layers[..n].iter();
+        let unique = others.all(|other| other.name != layer.name);
+        let found = format!("\"{}\" twice", layer.name);
+        ensure(unique, "names of layers", "each one once", found)?;
     }
-    match file.objects.iter().find(|object| object.layer >= layers) {
-        None => Ok(()),
-        Some(object) => Err(ChannelError::mismatch(
-            "layer of an object",
-            format!("one of {layers}"),
-            object.layer,
-        )),
+    for object in file.objects {
+        let (n, expected) = (object.layer, format!("one of {layers}"));
+        ensure(n < layers, "layer of an object", expected, n)?;
     }
+    Ok(())
 }

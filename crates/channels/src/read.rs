@@ -1,10 +1,10 @@
 //! A take's nouns from its file.
 
-mod leading;
 mod methods;
 mod tracks;
 
 use std::collections::BTreeMap;
+use std::io::{self, Read};
 
 use foxglove::messages::{Log, log};
 use inhand_container::{Depth, Record, walk};
@@ -12,7 +12,7 @@ use inhand_model::{
     Annotations, Body, Change, ChangeKind, Finding, Finger, Hand, Marker, Motion, Object,
     PerFinger, Pose, Position, Recording, Severity, TrackedBody, World,
 };
-use mcap::records::MessageHeader;
+use mcap::records::{MessageHeader, op};
 use prost::Message;
 
 use crate::annotations::EventReader;
@@ -22,7 +22,6 @@ use crate::messages;
 use crate::metadata::{CLEANED, Metadata, RECORDING, RecordingFacts};
 use crate::take::{ReadCleaned, ReadTake};
 use crate::topic;
-pub use leading::read_leading_metadata;
 pub use methods::{ReadMethod, read_evaluated, read_generated};
 pub(crate) use tracks::TIME_TOLERANCE_NANOS;
 use tracks::{Place, TrackReader};
@@ -407,4 +406,46 @@ fn change(data: &[u8], at: &Place<'_>) -> Result<Change, ChannelError> {
         samples: first as usize..end as usize,
         message: message.message,
     })
+}
+
+/// Longest record that is read; one of a take with a thousand markers has some 100 KB.
+const MAX_RECORD_BYTES: u64 = 64 << 20;
+
+/// The metadata records before the first other record of an MCAP file, as
+/// [`write_take`](crate::write_take) puts them. Bytes that are no MCAP file, or that are cut there, have none.
+///
+/// # Errors
+///
+/// Those of reading.
+pub fn read_leading_metadata(mut file: impl Read) -> io::Result<Metadata> {
+    let mut metadata = Metadata::default();
+    let mut magic = Vec::new();
+    file.by_ref()
+        .take(mcap::MAGIC.len() as u64)
+        .read_to_end(&mut magic)?;
+    if magic != mcap::MAGIC {
+        return Ok(metadata);
+    }
+    let mut body = Vec::new();
+    loop {
+        let mut prefix = [0; 9];
+        match file.read_exact(&mut prefix) {
+            Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => return Ok(metadata),
+            result => result?,
+        }
+        let [opcode, length @ ..] = prefix;
+        let length = u64::from_le_bytes(length);
+        if !matches!(opcode, op::HEADER | op::METADATA) || length > MAX_RECORD_BYTES {
+            return Ok(metadata);
+        }
+        body.clear();
+        file.by_ref().take(length).read_to_end(&mut body)?;
+        match mcap::parse_record(opcode, &body) {
+            Ok(mcap::records::Record::Metadata(facts)) => {
+                metadata.0.insert(facts.name, facts.metadata);
+            }
+            Ok(_) => {}
+            Err(_) => return Ok(metadata),
+        }
+    }
 }

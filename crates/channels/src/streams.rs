@@ -2,13 +2,56 @@
 
 use std::io::Write;
 
-use inhand_container::Packing;
+use inhand_container::{Packing, Writer};
 use inhand_model::{Clock, Recording};
 
 use crate::error::ChannelError;
 use crate::metadata::Metadata;
-use crate::output::{ChannelId, Output};
 use crate::schema::Logged;
+
+/// A fixed name: the same nouns give the same bytes.
+const LIBRARY: &str = concat!("inhand ", env!("CARGO_PKG_VERSION"));
+
+/// How chunks are packed where a file is kept and read as a whole.
+pub(crate) const PACKED: Packing = Packing::Zstd;
+
+/// A file being written.
+pub(crate) struct Output<'a> {
+    writer: Writer<&'a mut dyn Write>,
+    /// Gives channels that are added from now on other topics.
+    pub(crate) rename: fn(&str) -> &str,
+}
+
+impl Output<'_> {
+    /// Adds a channel whose coordinates are in `frame`, if it has any, and returns its id.
+    pub(crate) fn channel<M: Logged>(
+        &mut self,
+        topic: &str,
+        frame: Option<&str>,
+    ) -> Result<u16, ChannelError> {
+        let schema = M::schema();
+        let schema_id = (self.writer).schema(&schema.name, "protobuf", &schema.descriptors)?;
+        let metadata = (frame.iter())
+            .map(|frame| ("frame".to_owned(), (*frame).to_owned()))
+            .collect();
+        let topic = (self.rename)(topic);
+        Ok((self.writer).channel(schema_id, topic, "protobuf", &metadata)?)
+    }
+
+    /// Writes a message of the instant `unix_nanos`.
+    pub(crate) fn message<M: Logged>(
+        &mut self,
+        channel: u16,
+        sequence: usize,
+        unix_nanos: u64,
+        message: &M,
+    ) -> Result<(), ChannelError> {
+        // The format has 32 bits for it; it only helps people who read a listing.
+        let sequence = sequence as u32;
+        let encode = |data: &mut Vec<u8>| message.encode_raw(data);
+        Ok((self.writer).message(channel, sequence, unix_nanos, encode)?)
+    }
+}
 
 /// Consecutive samples of a take that is written block by block, and the number of the first one.
 type Block<'a> = Option<(&'a Recording, usize)>;
@@ -86,12 +129,15 @@ impl<'a> Streams<'a> {
         packing: Packing,
         metadata: &Metadata,
     ) -> Result<Self, ChannelError> {
-        let mut output = Output::create(out, packing)?;
+        let mut writer = Writer::new(out, "", LIBRARY, packing)?;
         for (name, facts) in &metadata.0 {
-            output.metadata(name, facts)?;
+            writer.metadata(name, facts)?;
         }
         Ok(Self {
-            output,
+            output: Output {
+                writer,
+                rename: |topic| topic,
+            },
             streams: Vec::new(),
         })
     }
@@ -111,7 +157,7 @@ impl<'a> Streams<'a> {
     /// Messages that are known: sequence number, time, message; by time.
     pub(crate) fn listed<M: Logged>(
         &mut self,
-        channel: ChannelId,
+        channel: u16,
         messages: impl IntoIterator<Item = (usize, u64, M), IntoIter: 'a>,
     ) {
         let mut messages = messages.into_iter().peekable();
@@ -184,6 +230,7 @@ impl<'a> Streams<'a> {
     /// Writes all that waits, and ends the file.
     pub(crate) fn finish(mut self) -> Result<(), ChannelError> {
         self.write_until(u64::MAX, None)?;
-        self.output.finish()
+        self.output.writer.finish()?;
+        Ok(())
     }
 }

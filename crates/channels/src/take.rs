@@ -1,8 +1,8 @@
 //! Contents of a take's file, to write and as read.
 
 use inhand_model::{
-    Annotations, Change, Hull, Motion, PerFinger, Plan, Provenance, Recording, Roles, Shape,
-    Trajectory,
+    Annotations, Change, Finding, Hull, Motion, PerFinger, Plan, Provenance, Recording, Roles,
+    Shape, Trajectory,
 };
 
 /// Everything about a take that goes into one file; each part but the recording is optional.
@@ -72,28 +72,20 @@ pub struct CleanedTake<'a> {
 pub struct GeneratedMethod<'a> {
     /// Name, such as `prior`; becomes part of topics.
     pub name: &'a str,
-    /// Trajectories, in any order.
+    /// Trajectories and plans that found none, in any order.
     pub segments: &'a [GeneratedSegment<'a>],
-    /// Plans that found no trajectory, in any order; their diagnosis goes into the file.
-    pub unsolved: &'a [UnsolvedPlan<'a>],
 }
 
-/// A plan without a trajectory and where in the take its trajectory would be.
-#[derive(Clone, Copy, Debug)]
-pub struct UnsolvedPlan<'a> {
-    /// Sample of the take at which it would start.
-    pub start_sample: usize,
-    /// Samples it would have.
-    pub samples: usize,
-    /// How planning ended.
-    pub plan: &'a Plan,
-}
-
-/// Segments in the order in which they start.
-pub(crate) fn by_start<'a>(segments: &'a [GeneratedSegment<'a>]) -> Vec<&'a GeneratedSegment<'a>> {
-    let mut segments: Vec<_> = segments.iter().collect();
-    segments.sort_by_key(|segment| segment.start_sample);
-    segments
+impl<'a> GeneratedMethod<'a> {
+    /// Trajectories with their first samples, in the order in which they start.
+    pub(crate) fn trajectories(&self) -> Vec<(usize, &'a Trajectory)> {
+        let segments = self.segments.iter();
+        let mut trajectories: Vec<_> = segments
+            .filter_map(|segment| Some((segment.start_sample, segment.trajectory?)))
+            .collect();
+        trajectories.sort_by_key(|&(start, _)| start);
+        trajectories
+    }
 }
 
 /// Which of the take's markers is on which fingertip.
@@ -101,13 +93,15 @@ pub(crate) fn marker_indices(recording: &Recording, roles: &Roles) -> PerFinger<
     (roles.fingers.each_ref()).map(|name| recording.marker_index(name))
 }
 
-/// One trajectory and where in the take it belongs.
+/// A trajectory, or a plan that found none, and where in the take it belongs.
 #[derive(Clone, Copy, Debug)]
 pub struct GeneratedSegment<'a> {
-    /// Sample of the take at which the trajectory starts.
+    /// Sample of the take at which the trajectory starts or would start.
     pub start_sample: usize,
-    /// The motion, at the take's rate.
-    pub trajectory: &'a Trajectory,
+    /// Samples that it has or would have.
+    pub samples: usize,
+    /// The motion, at the take's rate; of a plan without one the diagnosis goes into the file.
+    pub trajectory: Option<&'a Trajectory>,
     /// How it was planned, where it was.
     pub plan: Option<&'a Plan>,
 }
@@ -146,19 +140,6 @@ pub struct ContactSample {
     pub count: usize,
 }
 
-/// How to write a take.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct WriteSettings {
-    /// Whether to add channels that viewers draw (`/tf`, `/tf_static`, `/view/...`).
-    pub view: bool,
-}
-
-impl Default for WriteSettings {
-    fn default() -> Self {
-        Self { view: true }
-    }
-}
-
 /// What a take's file holds of what later steps start from.
 #[derive(Clone, Debug)]
 pub struct ReadTake {
@@ -183,4 +164,77 @@ pub struct ReadCleaned {
     pub recording: Recording,
     /// What was changed, in the order of the steps; samples are those of the recording as measured.
     pub changes: Vec<Change>,
+}
+
+/// Views show at most this many instants a second: more than a screen needs only costs space.
+const MAX_RATE_HZ: f64 = 50.0;
+
+/// Scenes show at most this many instants a second: a scene is ten times the size of a cloud.
+const MAX_SCENE_RATE_HZ: f64 = 25.0;
+
+/// Every how many samples views show one.
+pub(crate) fn stride(rate_hz: f64) -> usize {
+    // The quotient of a rate and 50 is far below the largest integer; a tiny slack keeps 100.0001
+    // Hz at two.
+    ((rate_hz / MAX_RATE_HZ - 1e-3).ceil() as usize).max(1)
+}
+
+/// Every how many samples scenes show one: a multiple of [`stride`], so that all views show the same
+/// instants.
+pub(crate) fn scene_stride(rate_hz: f64) -> usize {
+    let stride = stride(rate_hz);
+    let view_hz = rate_hz / stride as f64;
+    stride * ((view_hz / MAX_SCENE_RATE_HZ - 1e-3).ceil() as usize).max(1)
+}
+
+/// Facts of a whole take that its first sample depends on. They are gathered in
+/// a first pass over the blocks of a take that is too long for memory.
+#[derive(Clone, Debug, Default)]
+pub struct Outline {
+    /// Samples of the take.
+    pub(crate) samples: usize,
+    /// Findings about its source.
+    pub(crate) findings: Vec<Finding>,
+    /// Whether each body is present at any sample that views show.
+    pub(crate) shown_bodies: Vec<bool>,
+}
+
+impl Outline {
+    /// The outline of a take in memory.
+    pub fn new(recording: &Recording) -> Self {
+        let mut outline = Self::default();
+        outline.add(recording);
+        outline.findings.clone_from(&recording.findings);
+        outline
+    }
+
+    /// Adds the samples that follow those so far. Findings of a block are not looked at.
+    pub fn add(&mut self, block: &Recording) {
+        let stride = stride(block.clock.rate_hz());
+        // The first sample of the block that views show.
+        let first = self.samples.next_multiple_of(stride) - self.samples;
+        self.shown_bodies.resize(block.bodies.len(), false);
+        for (shown, body) in self.shown_bodies.iter_mut().zip(&block.bodies) {
+            let mut samples = (first..block.len()).step_by(stride);
+            *shown = *shown || samples.any(|row| body.track.status(row).is_present());
+        }
+        self.samples += block.len();
+    }
+
+    /// Adds findings about the whole take's source.
+    #[must_use]
+    pub fn with_findings(mut self, findings: Vec<Finding>) -> Self {
+        self.findings = findings;
+        self
+    }
+
+    /// Samples so far.
+    pub fn samples(&self) -> usize {
+        self.samples
+    }
+
+    /// Findings about the take's source.
+    pub fn findings(&self) -> &[Finding] {
+        &self.findings
+    }
 }

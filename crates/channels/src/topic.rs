@@ -1,6 +1,6 @@
 //! Topics, in one place.
 
-use crate::error::ChannelError;
+use crate::error::{ChannelError, ensure};
 
 pub(crate) const ANNOTATIONS: &str = "/annotations";
 pub(crate) const RECORDING_FINGERTIPS: &str = "/recording/fingertips";
@@ -81,14 +81,9 @@ pub(crate) fn fits_topic(c: char) -> bool {
 }
 
 fn check_name(what: &str, name: &str) -> Result<(), ChannelError> {
-    if name.is_empty() || !name.chars().all(fits_topic) {
-        return Err(ChannelError::mismatch(
-            what,
-            "letters, digits, '_' and '-', as it becomes part of a topic",
-            format!("\"{name}\""),
-        ));
-    }
-    Ok(())
+    let fits = !name.is_empty() && name.chars().all(fits_topic);
+    let expected = "letters, digits, '_' and '-', as it becomes part of a topic";
+    ensure(fits, what, expected, format!("\"{name}\""))
 }
 
 /// The topic of the fingertips that a method planned.

@@ -12,7 +12,6 @@
 mod dictionary;
 mod draw;
 mod hulls;
-mod log;
 mod object;
 mod overlay;
 mod tips;
@@ -24,16 +23,19 @@ pub(crate) use transforms::{UPRIGHT, transform};
 
 use std::rc::Rc;
 
-use inhand_model::{Clock, Finger, Frame, Hand, MarkerKind, PerFinger, World};
+use foxglove::messages::{Log, log};
+use inhand_model::{
+    Clock, Finger, Frame, Hand, MarkerKind, PerFinger, PlanStatus, Trajectory, World,
+};
 
 use crate::colour::{FINGER_COLOURS, Rgb, method_colour};
 use crate::error::ChannelError;
-use crate::outline::{Outline, stride};
 use crate::streams::{Instant, Sampling, Streams};
-use crate::take::{GeneratedSegment, RECORDED, TakeFile, by_start, marker_indices};
+use crate::take::{Outline, RECORDED, TakeFile, marker_indices, stride};
 use crate::topic::{self, MethodTopics};
 use crate::view::draw::add_cloud;
 use crate::view::tips::{TipTopics, Tips};
+use crate::wire::viewer_time;
 
 const LABELLED: Rgb = [0xF0, 0xE4, 0x42];
 const OF_BODY: Rgb = [0x00, 0x72, 0xB2];
@@ -73,10 +75,12 @@ pub(crate) fn draw_take<'a>(
         };
         // Planned motion alone needs telling apart from nothing: its fingers show which is which.
         let alone = file.motion.is_none() && file.roles.is_none() && place == 0;
-        let segments = by_start(method.segments);
+        let trajectories = method.trajectories();
         let tips = Tips {
             frame: Hand::NAME,
-            position_m: Rc::new(move |at, finger| generated_position_m(&segments, at.k, finger)),
+            position_m: Rc::new(move |at, finger| {
+                generated_position_m(&trajectories, at.k, finger)
+            }),
             contacts: contacts(file, method.name),
             shells: (!alone).then(|| method_colour(place)),
             links: alone,
@@ -89,7 +93,7 @@ pub(crate) fn draw_take<'a>(
     if tree.object {
         object::draw(file.object_shape, start, streams)?;
     }
-    log::add(file, measured, streams)
+    add_log(file, measured, streams)
 }
 
 /// Fingertips of the motion, frame `hand`, or else of the markers that have the roles, frame `world`.
@@ -119,18 +123,17 @@ fn recorded_tips<'a>(file: &TakeFile<'a>, hand: bool) -> Option<Tips<'a>> {
     })
 }
 
-/// Position in the generated motion; where segments, sorted by their start, overlap, the one that started
+/// Position in the generated motion; where trajectories, sorted by their start, overlap, the one that started
 /// last counts.
 fn generated_position_m(
-    segments: &[&GeneratedSegment<'_>],
+    trajectories: &[(usize, &Trajectory)],
     k: usize,
     finger: Finger,
 ) -> Option<[f64; 3]> {
-    let started = segments.partition_point(|segment| segment.start_sample <= k);
-    let segment = segments[..started].last()?;
-    let t = k - segment.start_sample;
-    let inside = t < segment.trajectory.layout().samples;
-    inside.then(|| segment.trajectory.position(t, finger).to_array())
+    let started = trajectories.partition_point(|&(start, _)| start <= k);
+    let (start, trajectory) = trajectories[..started].last()?;
+    let inside = k - start < trajectory.layout().samples;
+    inside.then(|| trajectory.position(k - start, finger).to_array())
 }
 
 /// Contacts of a method by sample.
@@ -193,5 +196,59 @@ fn draw_entities<'a>(
             }
         })?;
     }
+    Ok(())
+}
+
+/// Adds the log of changes made by cleaning and of plans without a solution, if there are any.
+fn add_log(
+    file: &TakeFile<'_>,
+    measured: Clock,
+    streams: &mut Streams<'_>,
+) -> Result<(), ChannelError> {
+    let clock = file.recording.clock;
+    let mut entries: Vec<(usize, log::Level, &str, String)> = Vec::new();
+    if let Some(cleaned) = &file.cleaned {
+        let last = cleaned.recording.len().saturating_sub(1);
+        for change in cleaned.changes {
+            // The first sample of the cleaned recording that it concerns.
+            let sample = clock.nearest_sample(measured.time_s(change.samples.start));
+            let message = change.to_string();
+            entries.push((sample.min(last), log::Level::Info, "clean", message));
+        }
+    }
+    for method in file.generated {
+        for unsolved in method.segments {
+            let (None, Some(plan)) = (unsolved.trajectory, unsolved.plan) else {
+                continue;
+            };
+            let how = match plan.status {
+                PlanStatus::Infeasible => "no motion keeps to all constraints",
+                _ => "the solver found no motion",
+            };
+            let message = format!("no trajectory: {how}");
+            let sample = unsolved.start_sample;
+            entries.push((sample, log::Level::Warning, method.name, message));
+        }
+    }
+    if entries.is_empty() {
+        return Ok(());
+    }
+    // The order of those at one sample stays.
+    entries.sort_by_key(|(sample, ..)| *sample);
+    let messages: Vec<_> = (entries.into_iter())
+        .map(|(sample, level, name, message)| {
+            let unix_nanos = clock.unix_nanos(sample);
+            let log = Log {
+                timestamp: Some(viewer_time(unix_nanos)),
+                level: level.into(),
+                name: name.to_owned(),
+                message,
+                ..Log::default()
+            };
+            (sample, unix_nanos, log)
+        })
+        .collect();
+    let channel = streams.output.channel::<Log>(topic::VIEW_LOG, None)?;
+    streams.listed(channel, messages);
     Ok(())
 }

@@ -1,28 +1,26 @@
 //! A take's nouns as channels, sample by sample, so that messages are in the file in time order.
 
-mod check;
-mod methods;
 mod tracks;
-mod views;
 
-pub use views::{ViewsFor, view_channels, write_views};
-
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
 
-use inhand_model::{Clock, Recording};
+use foxglove::messages::FrameTransforms;
+use inhand_container::ChannelFacts;
+use inhand_model::{Clock, Frame, Recording, Track, World};
+use nalgebra::Isometry3;
 
 use crate::annotations::add_events;
-use crate::error::ChannelError;
+use crate::error::{ChannelError, ensure};
 use crate::metadata::{CLEANED, HEADER, MOTION, Metadata, OBJECT, RECORDING};
-use crate::outline::Outline;
-use crate::output::PACKED;
-use crate::streams::{Sampling, Streams};
-use crate::take::{TakeFile, WriteSettings};
-use crate::topic;
-use crate::view::draw_take;
+use crate::streams::{PACKED, Sampling, Streams};
+use crate::take::{GeneratedSegment, Outline, TakeFile};
+use crate::topic::{self, MethodTopics};
+use crate::view::{UPRIGHT, draw_take, transform};
 
 /// Writes everything about a take as one MCAP file; the same values give the same bytes.
 ///
+/// `view` tells whether to add channels that viewers draw (`/tf`, `/tf_static`, `/view/...`).
 /// `log_time` and `publish_time` of a message are the time of its sample. Coordinates are metres
 /// in the frame that the channel's metadata key `frame` names. Writing takes memory for one
 /// chunk (1 MiB) and the indexes, whatever the length of the take.
@@ -32,14 +30,10 @@ use crate::view::draw_take;
 /// [`ChannelError::Mismatch`] for parts that do not belong to one take (another clock or length, a
 /// trajectory past the end, a method name that makes no topic), before anything is written;
 /// [`ChannelError::Container`] when writing fails.
-pub fn write_take(
-    mut out: impl Write,
-    file: &TakeFile,
-    settings: &WriteSettings,
-) -> Result<(), ChannelError> {
+pub fn write_take(mut out: impl Write, file: &TakeFile, view: bool) -> Result<(), ChannelError> {
     let used = file.used();
     let outline = Outline::new(used).with_findings(file.recording.findings.clone());
-    let mut writer = TakeWriter::begin(&mut out, file, &outline, settings)?;
+    let mut writer = TakeWriter::begin(&mut out, file, &outline, view)?;
     writer.append(used)?;
     writer.finish()
 }
@@ -59,8 +53,7 @@ pub fn write_take(
 ///
 /// let header = recording.slice(0..0);
 /// let mut bytes = Vec::new();
-/// let settings = WriteSettings::default();
-/// let mut writer = TakeWriter::begin(&mut bytes, &TakeFile::new(&header), &outline, &settings)?;
+/// let mut writer = TakeWriter::begin(&mut bytes, &TakeFile::new(&header), &outline, true)?;
 /// for block in blocks() {
 ///     writer.append(&block)?;
 /// }
@@ -87,9 +80,9 @@ impl<'a> TakeWriter<'a> {
         out: &'a mut dyn Write,
         file: &TakeFile<'a>,
         outline: &Outline,
-        settings: &WriteSettings,
+        view: bool,
     ) -> Result<Self, ChannelError> {
-        check::parts(file, outline.samples)?;
+        check(file, outline.samples)?;
         let mut streams = Streams::create(out, PACKED, &metadata(file, outline.samples))?;
         let (recording, clock) = (file.recording, file.used().clock);
         let samples = Sampling::all(clock, outline.samples);
@@ -121,9 +114,9 @@ impl<'a> TakeWriter<'a> {
         if let Some(motion) = file.motion {
             tracks::add_motion(motion, samples, &mut streams)?;
         }
-        methods::add_generated(file.generated, clock, &mut streams)?;
-        methods::add_evaluated(file.evaluated, clock, &mut streams)?;
-        if settings.view {
+        tracks::add_generated(file.generated, clock, &mut streams)?;
+        tracks::add_evaluated(file.evaluated, clock, &mut streams)?;
+        if view {
             let drawn = TakeFile {
                 recording: file.used(),
                 ..file.clone()
@@ -161,13 +154,12 @@ impl<'a> TakeWriter<'a> {
     /// [`ChannelError::Mismatch`] for another number of samples than the outline has;
     /// [`ChannelError::Container`].
     pub fn finish(self) -> Result<(), ChannelError> {
-        if self.written != self.expected {
-            return Err(ChannelError::mismatch(
-                "samples of the take",
-                self.expected,
-                self.written,
-            ));
-        }
+        ensure(
+            self.written == self.expected,
+            "samples of the take",
+            self.expected,
+            self.written,
+        )?;
         self.streams.finish()
     }
 }
@@ -195,4 +187,152 @@ fn metadata(file: &TakeFile, samples: usize) -> Metadata {
     }
     metadata.add_provenance(file.provenance);
     metadata
+}
+
+/// Owner of the file that the views of a take are for.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum ViewsFor {
+    /// A take that inhand wrote: the tree of frames is on `/tf` and `/tf_static`.
+    #[default]
+    Take,
+    /// A third-party recording, which may have a tree of frames of its own: that of the views is on `/view/tf` and
+    /// `/view/tf_static`, and the roots of their trees are placed in its `world`.
+    ThirdParty {
+        /// Poses of the roots: `world_from_root`, metres.
+        roots: BTreeMap<String, Isometry3<f64>>,
+    },
+}
+
+/// Selects the channels that inhand added for viewers: without them the file has the same data.
+/// `dictionary` tells whether the file is one.
+pub fn view_channels(
+    metadata: &Metadata,
+    dictionary: bool,
+) -> impl Fn(&ChannelFacts) -> bool + use<> {
+    let tree = dictionary || metadata.is_take();
+    let ours = tree || metadata.has_added_views();
+    move |channel: &ChannelFacts| {
+        let shown = channel.topic.starts_with(topic::VIEW)
+            || tree && [topic::TF, topic::TF_STATIC].contains(&channel.topic.as_str());
+        let foxglove = (channel.schema_name()).is_some_and(|s| s.starts_with("foxglove."));
+        ours && shown && foxglove && channel.message_encoding == "protobuf"
+    }
+}
+
+/// Writes the views of a take as an MCAP file of its own: the same messages that
+/// [`write_take`](crate::write_take) adds to the rest.
+///
+/// # Errors
+///
+/// As for [`write_take`](crate::write_take).
+pub fn write_views(
+    mut out: impl Write,
+    file: &TakeFile<'_>,
+    views_for: &ViewsFor,
+) -> Result<(), ChannelError> {
+    let used = file.used();
+    let outline = Outline::new(used);
+    check(file, outline.samples)?;
+    let mut streams = Streams::create(&mut out, PACKED, &Metadata::default())?;
+    if let ViewsFor::ThirdParty { roots } = views_for {
+        streams.output.rename = beside_others;
+        place_roots(roots, used.clock.unix_nanos(0), &mut streams)?;
+    }
+    let drawn = TakeFile {
+        recording: used,
+        ..file.clone()
+    };
+    draw_take(&drawn, file.recording.clock, &outline, &mut streams)?;
+    streams.write_until(u64::MAX, Some((used, 0)))?;
+    streams.finish()
+}
+
+fn beside_others(ours: &str) -> &str {
+    match ours {
+        topic::TF => topic::VIEW_TF,
+        topic::TF_STATIC => topic::VIEW_TF_STATIC,
+        other => other,
+    }
+}
+
+/// Places third-party trees in the world: a viewer shows nothing that no tree connects.
+fn place_roots(
+    roots: &BTreeMap<String, Isometry3<f64>>,
+    unix_nanos: u64,
+    streams: &mut Streams<'_>,
+) -> Result<(), ChannelError> {
+    // A frame without a name is no frame, and those of inhand have their place already.
+    let ours = [World::NAME, UPRIGHT];
+    let named = |root: &str| !root.is_empty() && !ours.contains(&root);
+    let transforms: Vec<_> = (roots.iter().filter(|(root, _)| named(root)))
+        .map(|(root, &world_from_root)| transform(World::NAME, root, world_from_root, unix_nanos))
+        .collect();
+    if transforms.is_empty() {
+        return Ok(());
+    }
+    let message = FrameTransforms { transforms };
+    streams.once(topic::VIEW_FRAMES, None, unix_nanos, &message)
+}
+
+/// Checks that the parts of a take of so many samples belong together.
+fn check(file: &TakeFile, samples: usize) -> Result<(), ChannelError> {
+    let clock = file.used().clock;
+    if let Some(motion) = file.motion {
+        let lengths = [motion.hand.len()]
+            .into_iter()
+            .chain(motion.object.iter().map(Track::len))
+            .chain(motion.fingertips.iter().map(|(_, track)| track.len()));
+        for found in lengths {
+            let what = "samples of a track of the motion";
+            ensure(found == samples, what, samples, found)?;
+        }
+        let (found, expected) = (motion.clock, format!("that of the recording, {clock:?}"));
+        let what = "clock of the motion";
+        ensure(found == clock, what, expected, format!("{found:?}"))?;
+    }
+    let mut names = BTreeSet::new();
+    for method in file.generated {
+        check_method(&mut names, method.name)?;
+        for segment in method.segments {
+            check_segment(segment, method.name, samples, clock.rate_hz())?;
+        }
+    }
+    let mut names = BTreeSet::new();
+    for method in file.evaluated {
+        check_method(&mut names, &method.name)?;
+        if let Some(last) = method.samples.iter().map(|judged| judged.sample).max() {
+            let what = format!("judged sample of method \"{}\"", method.name);
+            let expected = format!("below {samples}, the samples of the take");
+            ensure(last < samples, what, expected, last)?;
+        }
+    }
+    Ok(())
+}
+
+fn check_method<'a>(names: &mut BTreeSet<&'a str>, name: &'a str) -> Result<(), ChannelError> {
+    MethodTopics::new(name)?;
+    let found = format!("\"{name}\" twice");
+    let what = "names of the methods";
+    ensure(names.insert(name), what, "each one once", found)
+}
+
+fn check_segment(
+    segment: &GeneratedSegment,
+    method: &str,
+    samples: usize,
+    rate_hz: f64,
+) -> Result<(), ChannelError> {
+    let start = segment.start_sample;
+    let Some(trajectory) = segment.trajectory else {
+        let what = format!("start of an unsolved plan of {method}");
+        let expected = format!("below the {samples} samples of the take");
+        return ensure(start < samples, what, expected, start);
+    };
+    let layout = trajectory.layout();
+    let end = start.saturating_add(layout.samples);
+    let what = format!("end of a trajectory of method \"{method}\"");
+    let expected = format!("at most {samples}, the samples of the take");
+    ensure(end <= samples, what, expected, end)?;
+    let what = format!("rate of a trajectory of method \"{method}\" in Hz");
+    ensure(layout.rate_hz == rate_hz, what, rate_hz, layout.rate_hz)
 }

@@ -4,8 +4,8 @@ use std::io::Cursor;
 
 use inhand_channels::{
     ChannelError, EvaluatedMethod, GeneratedMethod, GeneratedSegment, Outline, TakeFile,
-    TakeWriter, UnsolvedPlan, WriteSettings, read_dictionary, read_generated,
-    read_leading_metadata, read_metadata, read_take, write_dictionary, write_take,
+    TakeWriter, read_dictionary, read_generated, read_leading_metadata, read_metadata, read_take,
+    write_dictionary, write_take,
 };
 use inhand_model::{
     BodySource, Clock, DictionaryKind, Finger, Frame, LengthUnit, Motion, Plan, PoseTrack,
@@ -17,7 +17,7 @@ use crate::common;
 
 pub(crate) fn written(file: &TakeFile, view: bool) -> Vec<u8> {
     let mut out = Cursor::new(Vec::new());
-    write_take(&mut out, file, &WriteSettings { view }).unwrap();
+    write_take(&mut out, file, view).unwrap();
     out.into_inner()
 }
 
@@ -219,7 +219,6 @@ fn blocks_give_the_bytes_of_the_whole() {
         let generated = [GeneratedMethod {
             name: "prior",
             segments: &segments,
-            unsolved: &[],
         }];
         let evaluated = common::evaluated(&["recorded", "prior"], &take);
         let mut recording = take.recording.clone();
@@ -248,9 +247,8 @@ fn blocks_give_the_bytes_of_the_whole() {
                 blocks().for_each(|block| outline.add(&block));
                 let outline = outline.with_findings(recording.findings.clone());
                 let mut out = Vec::new();
-                let settings = WriteSettings::default();
                 let mut writer =
-                    TakeWriter::begin(&mut out, &file(&header), &outline, &settings).unwrap();
+                    TakeWriter::begin(&mut out, &file(&header), &outline, true).unwrap();
                 blocks().for_each(|block| writer.append(&block).unwrap());
                 writer.finish().unwrap();
                 assert!(
@@ -273,8 +271,7 @@ fn a_take_that_ends_early_is_no_file() {
     let mut out = Vec::new();
     let file = TakeFile::new(&take.recording);
     let outline = Outline::new(&take.recording);
-    let mut writer =
-        TakeWriter::begin(&mut out, &file, &outline, &WriteSettings::default()).unwrap();
+    let mut writer = TakeWriter::begin(&mut out, &file, &outline, true).unwrap();
     writer.append(&take.recording.slice(0..39)).unwrap();
     let error = writer.finish().unwrap_err().to_string();
     assert!(
@@ -298,7 +295,7 @@ fn a_later_start_and_marker_clusters_come_back() {
         provenance: &take.provenance,
         ..TakeFile::new(&recording)
     };
-    write_take(&mut out, &file, &WriteSettings::default()).unwrap();
+    write_take(&mut out, &file, true).unwrap();
     let read = read_take(out.get_ref(), "slice.mcap").unwrap();
     assert_same_recording(&read.recording, &recording);
     assert_eq!(read.roles, Some(roles));
@@ -316,21 +313,21 @@ fn trajectories_and_plans_come_back() {
         .collect();
     // A plan without a motion says why.
     let infeasible = common::infeasible(&take);
-    let unsolved = [UnsolvedPlan {
+    let unsolved = GeneratedSegment {
         start_sample: 1,
         samples: 120,
-        plan: &infeasible,
-    }];
+        trajectory: None,
+        plan: Some(&infeasible),
+    };
+    let with_unsolved = [&segments[..], &[unsolved]].concat();
     let generated = [
         GeneratedMethod {
             name: "prior",
-            segments: &segments,
-            unsolved: &unsolved,
+            segments: &with_unsolved,
         },
         GeneratedMethod {
             name: "line",
             segments: &bare,
-            unsolved: &[],
         },
     ];
     let file = common::take_file(&take, &generated, &[]);
@@ -433,7 +430,7 @@ fn a_dictionary_with_the_object_comes_back_and_plays_its_fingertips() {
 /// What `write_take` says to parts that do not belong together; nothing may be written then.
 fn refusal(file: &TakeFile) -> String {
     let mut out = Cursor::new(Vec::new());
-    let error = write_take(&mut out, file, &WriteSettings::default()).unwrap_err();
+    let error = write_take(&mut out, file, true).unwrap_err();
     assert!(matches!(error, ChannelError::Mismatch { .. }), "{error:?}");
     assert!(out.get_ref().is_empty());
     error.to_string()
@@ -455,7 +452,8 @@ fn parts_of_different_takes_are_refused() {
     let (_, trajectory, _) = &take.trajectories[0];
     let segment = |start_sample| GeneratedSegment {
         start_sample,
-        trajectory,
+        samples: trajectory.layout().samples,
+        trajectory: Some(trajectory),
         plan: None,
     };
     let with_segment = |segment: GeneratedSegment, name: &str| {
@@ -463,7 +461,6 @@ fn parts_of_different_takes_are_refused() {
         let generated = [GeneratedMethod {
             name,
             segments: &segments,
-            unsolved: &[],
         }];
         refusal(&TakeFile {
             generated: &generated,
@@ -481,7 +478,8 @@ fn parts_of_different_takes_are_refused() {
     let (_, trajectory, _) = &faster.trajectories[0];
     let segment = GeneratedSegment {
         start_sample: 0,
-        trajectory,
+        samples: trajectory.layout().samples,
+        trajectory: Some(trajectory),
         plan: None,
     };
     assert!(with_segment(segment, "prior").contains("rate"));
@@ -543,7 +541,7 @@ fn a_cleaned_recording_comes_back_beside_the_measured_one() {
         ..TakeFile::new(raw)
     };
     let mut bytes = std::io::Cursor::new(Vec::new());
-    inhand_channels::write_take(&mut bytes, &file, &Default::default()).unwrap();
+    inhand_channels::write_take(&mut bytes, &file, true).unwrap();
     let bytes = bytes.into_inner();
     let read = inhand_channels::read_take(&bytes, "a.mcap").unwrap();
     let same = |a: &Recording, b: &Recording| {

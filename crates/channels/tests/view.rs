@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use foxglove::messages::{FrameTransforms, Log, Point3, PointCloud, SceneUpdate};
 use inhand_channels::{
-    FINGER_COLOURS, GeneratedMethod, RECORDED, TakeFile, UnsolvedPlan, info, method_colour,
+    FINGER_COLOURS, GeneratedMethod, GeneratedSegment, RECORDED, TakeFile, info, method_colour,
     write_dictionary,
 };
 use inhand_model::{Finger, PointTrack, PoseTrack, Recording, Shape, UpAxis};
@@ -453,15 +453,15 @@ fn hulls_are_outlined_once_each_edge_once() {
 fn plans_without_a_motion_are_told_where_it_would_be() {
     let take = common::take(250, 100.0);
     let plan = common::infeasible(&take);
-    let unsolved = [UnsolvedPlan {
+    let unsolved = [GeneratedSegment {
         start_sample: 100,
         samples: 100,
-        plan: &plan,
+        trajectory: None,
+        plan: Some(&plan),
     }];
     let generated = [GeneratedMethod {
         name: "prior",
-        segments: &[],
-        unsolved: &unsolved,
+        segments: &unsolved,
     }];
     let messages = messages(&written(&common::take_file(&take, &generated, &[]), true));
     let (at, _) = messages["/view/log"][0];

@@ -11,7 +11,7 @@ use std::sync::mpsc::sync_channel;
 
 use inhand_capture::roles::resolve;
 use inhand_capture::{Blocks, Extent, ReadSettings, has_even_rows};
-use inhand_channels::{Outline, TakeFile, TakeWriter, WriteSettings};
+use inhand_channels::{Outline, TakeFile, TakeWriter};
 use inhand_model::{InputHash, Provenance, Recording, Roles, Shape};
 use sha2::{Digest, Sha256};
 
@@ -206,9 +206,7 @@ impl LongTake {
                 provenance,
                 ..TakeFile::new(&self.header)
             };
-            let settings = WriteSettings { view };
-            let mut writer =
-                TakeWriter::begin(out, &file, &self.outline, &settings).in_file(target)?;
+            let mut writer = TakeWriter::begin(out, &file, &self.outline, view).in_file(target)?;
             std::thread::scope(|scope| {
                 // Rows are parsed while those before them are written.
                 let (sender, receiver) = sync_channel(BLOCKS_AHEAD);

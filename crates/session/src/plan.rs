@@ -290,14 +290,14 @@ pub fn write_plan(
     let segments: Vec<_> = (parts.iter().zip(&planned.plans))
         .map(|((start_sample, trajectory), plan)| GeneratedSegment {
             start_sample: *start_sample,
-            trajectory,
+            samples: trajectory.layout().samples,
+            trajectory: Some(trajectory),
             plan: Some(plan),
         })
         .collect();
     let generated = [GeneratedMethod {
         name: planned.method.name(),
         segments: &segments,
-        unsolved: &[],
     }];
     let recording = empty_recording(whole.layout().rate_hz, samples);
     let file = TakeFile {

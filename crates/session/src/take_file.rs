@@ -4,7 +4,7 @@ use std::path::Path;
 
 use inhand_channels::{
     ContactSample, EvaluatedMethod, EvaluatedSample, GeneratedMethod, GeneratedSegment, RECORDED,
-    TakeFile, UnsolvedPlan, WriteSettings,
+    TakeFile,
 };
 use inhand_model::{Hull, MethodRows, Motion, PerFinger, Provenance, Segments, in_contact};
 
@@ -56,19 +56,13 @@ pub fn write(path: &Path, contents: &TakeContents<'_>, view: bool) -> Result<(),
     let motion = contents.generated.as_ref();
     let methods = motion.map_or(&[][..], |motion| motion.generated);
     let of_take = motion.map_or_else(Vec::new, GeneratedMotion::segments_of_take);
-    let parts: Vec<_> = (motion
-        .iter()
-        .flat_map(|motion| methods.iter().map(move |g| (motion, g))))
-    .map(|(motion, g)| {
-        let segments = motion.generated_segments(g, &of_take);
-        (segments, motion.unsolved_plans(g, &of_take))
-    })
-    .collect();
-    let generated: Vec<_> = (methods.iter().zip(&parts))
-        .map(|(g, (segments, unsolved))| GeneratedMethod {
+    let segments: Vec<_> = (motion.iter())
+        .flat_map(|motion| (methods.iter()).map(|g| motion.generated_segments(g, &of_take)))
+        .collect();
+    let generated: Vec<_> = (methods.iter().zip(&segments))
+        .map(|(g, segments)| GeneratedMethod {
             name: g.method.name(),
             segments,
-            unsolved,
         })
         .collect();
     let annotations = found_events::with_found(&take.annotations, contents.motion, settings)?;
@@ -102,7 +96,7 @@ pub fn write(path: &Path, contents: &TakeContents<'_>, view: bool) -> Result<(),
 /// [`SessionError::At`], [`SessionError::Io`].
 pub fn write_parts(path: &Path, file: &TakeFile<'_>, view: bool) -> Result<(), SessionError> {
     output::write_atomic(path, |out| {
-        inhand_channels::write_take(out, file, &WriteSettings { view }).in_file(path)
+        inhand_channels::write_take(out, file, view).in_file(path)
     })
 }
 
@@ -120,28 +114,17 @@ impl<'a> GeneratedMotion<'a> {
         generated: &'a Generated,
         of_take: &[usize],
     ) -> Vec<GeneratedSegment<'a>> {
-        (of_take.iter())
-            .filter_map(|&segment| {
-                Some(GeneratedSegment {
-                    start_sample: self.segments.origins()[segment].start,
-                    trajectory: generated.trajectories[segment].as_ref()?,
-                    plan: generated.plans.as_ref().map(|plans| &plans[segment]),
-                })
-            })
-            .collect()
-    }
-
-    fn unsolved_plans(&self, generated: &'a Generated, of_take: &[usize]) -> Vec<UnsolvedPlan<'a>> {
-        let plans = generated.plans.as_deref().unwrap_or_default();
-        (of_take.iter())
-            .filter_map(|&segment| Some((segment, plans.get(segment)?)))
-            .filter(|(_, plan)| plan.trajectory.is_none())
-            .map(|(segment, plan)| UnsolvedPlan {
+        let segment = |&segment: &usize| {
+            let trajectory = generated.trajectories[segment].as_ref();
+            let plan = generated.plans.as_ref().map(|plans| &plans[segment]);
+            (trajectory.is_some() || plan.is_some()).then(|| GeneratedSegment {
                 start_sample: self.segments.origins()[segment].start,
                 samples: self.segments.layout().samples,
+                trajectory,
                 plan,
             })
-            .collect()
+        };
+        of_take.iter().filter_map(segment).collect()
     }
 
     fn evaluated_samples(

@@ -181,12 +181,11 @@ impl<'a> File<'a> {
         let import = settings.import_settings()?;
         let views_for =
             inhand_import::views_for(self.bytes, &self.name, &import).in_file(self.path)?;
-        let parts: Vec<_> = methods.iter().map(StoredMethod::parts).collect();
-        let generated: Vec<_> = (methods.iter().zip(&parts))
-            .map(|(method, (segments, unsolved))| GeneratedMethod {
+        let segments: Vec<_> = methods.iter().map(StoredMethod::segments).collect();
+        let generated: Vec<_> = (methods.iter().zip(&segments))
+            .map(|(method, segments)| GeneratedMethod {
                 name: &method.name,
                 segments,
-                unsolved,
             })
             .collect();
         // Nobody could say what touches an object whose shape was not known.

@@ -8,8 +8,8 @@ use super::draw::{Paint, TRAIL_M, add_cloud, entity, point, scene, sphere, strip
 use super::{hulls, transforms};
 use crate::colour::FINGER_COLOURS;
 use crate::error::ChannelError;
-use crate::outline::{scene_stride, stride};
 use crate::streams::{Sampling, Streams};
+use crate::take::{scene_stride, stride};
 use crate::topic;
 
 /// Colour and opacity of the mean motion.

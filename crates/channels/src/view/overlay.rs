@@ -18,9 +18,9 @@ use super::draw::{
 use super::object;
 use super::transforms::{self, Edge, transform};
 use crate::error::ChannelError;
-use crate::outline::{scene_stride, stride};
 use crate::overlay::{OverlayFile, OverlayLayer, OverlayObject, layer_colour};
 use crate::streams::{Sampling, Streams};
+use crate::take::{scene_stride, stride};
 use crate::topic::{self, LayerTopics};
 
 /// Height of the letters of the legend, metres.

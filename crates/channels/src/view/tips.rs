@@ -9,9 +9,9 @@ use inhand_model::{Finger, PerFinger};
 use super::draw::{Dot, SPHERE_M, TRAIL_M, add_cloud, entity, point, scene, sphere, strip};
 use crate::colour::{FINGER_COLOURS, Rgb};
 use crate::error::ChannelError;
-use crate::outline::{scene_stride, stride};
 use crate::streams::{Instant, Sampling, Streams};
 use crate::take::ContactSample;
+use crate::take::{scene_stride, stride};
 
 /// Diameter and opacity of a fingertip that is drawn as a shell, metres.
 const SHELL_M: f64 = 0.007;

@@ -5,8 +5,8 @@ use inhand_model::{BodySource, Frame, Hand, Object, Pose, World};
 use nalgebra::{Isometry3, UnitQuaternion};
 
 use crate::error::ChannelError;
-use crate::outline::Outline;
 use crate::streams::{Instant, Sampling, Streams};
+use crate::take::Outline;
 use crate::take::TakeFile;
 use crate::topic;
 use crate::wire::viewer_time;

@@ -1,16 +1,18 @@
-//! Recordings, what cleaning changed, and motions, sample by sample.
+//! Recordings, what cleaning changed, motions and what methods generated, sample by sample.
 
 use foxglove::messages::{Log, log};
 use inhand_model::{
-    Change, Finding, Frame, Hand, Motion, PoseTrack, Position, Recording, Roles, Severity, Status,
-    World,
+    Change, Clock, ConstraintFamily, Finding, Frame, Hand, Motion, Plan, PoseTrack, Position,
+    Recording, Roles, Severity, Status, World,
 };
 
 use crate::error::ChannelError;
 use crate::messages;
 use crate::streams::{Sampling, Streams};
-use crate::take::{CleanedTake, marker_indices};
-use crate::topic;
+use crate::take::{
+    CleanedTake, EvaluatedMethod, GeneratedMethod, GeneratedSegment, marker_indices,
+};
+use crate::topic::{self, MethodTopics};
 use crate::wire::{Point, Timestamp, viewer_time};
 
 const WORLD: Option<&str> = Some(World::NAME);
@@ -206,4 +208,128 @@ fn add_pose<'a, To: Frame, From: Frame>(
             bodies: vec![body],
         })
     })
+}
+
+/// Adds what each method generated.
+pub(super) fn add_generated<'a>(
+    methods: &[GeneratedMethod<'a>],
+    clock: Clock,
+    streams: &mut Streams<'a>,
+) -> Result<(), ChannelError> {
+    for method in methods {
+        let topics = MethodTopics::new(method.name)?;
+        let channel = (streams.output).channel::<messages::Fingertips>(&topics.fingertips, HAND)?;
+        if method.segments.iter().any(|segment| segment.plan.is_some()) {
+            let channel = (streams.output).channel::<messages::Plan>(&topics.plan, HAND)?;
+            let mut segments: Vec<_> = method.segments.iter().collect();
+            segments.sort_by_key(|segment| segment.start_sample);
+            let (solved, unsolved): (Vec<&GeneratedSegment>, Vec<_>) =
+                (segments.into_iter()).partition(|segment| segment.trajectory.is_some());
+            for segments in [unsolved, solved] {
+                let plans = segments.into_iter().enumerate();
+                let messages = plans.filter_map(move |(n, segment)| {
+                    let unix_nanos = clock.unix_nanos(segment.start_sample);
+                    let message = plan_message(segment, segment.plan?, unix_nanos);
+                    Some((n, unix_nanos, message))
+                });
+                streams.listed(channel, messages);
+            }
+        }
+        // Where trajectories overlap, they come in the order in which they start.
+        let mut samples: Vec<_> = (method.trajectories().into_iter())
+            .flat_map(|(start, trajectory)| {
+                (0..trajectory.layout().samples).map(move |t| (start + t, t, trajectory))
+            })
+            .collect();
+        samples.sort_by_key(|&(k, ..)| k);
+        let messages = samples.into_iter().map(move |(k, t, trajectory)| {
+            let unix_nanos = clock.unix_nanos(k);
+            let message = messages::Fingertips::new(unix_nanos, |finger| {
+                let position = trajectory.position(t, finger);
+                messages::Fingertip::new(Some(position.to_array()), Status::Measured)
+            });
+            (k, unix_nanos, message)
+        });
+        streams.listed(channel, messages);
+    }
+    Ok(())
+}
+
+fn plan_message(segment: &GeneratedSegment<'_>, plan: &Plan, unix_nanos: u64) -> messages::Plan {
+    let checks = &plan.checks;
+    let families = ConstraintFamily::ALL.into_iter().filter_map(|family| {
+        let (active, violation) = (checks.active[family] as u64, checks.violation[family]);
+        (active > 0 || violation.is_some()).then(|| messages::FamilyCheck {
+            family: messages::ConstraintFamily::from(family).into(),
+            active,
+            violation,
+        })
+    });
+    messages::Plan {
+        timestamp: Some(Timestamp::from_unix_nanos(unix_nanos)),
+        start_sample: segment.start_sample as u64,
+        samples: segment.samples as u64,
+        status: messages::PlanStatus::from(plan.status).into(),
+        activations_m: plan.activations_m.as_slice().to_vec(),
+        objective: plan.objective,
+        stationarity: plan.certificate.stationarity,
+        primal: plan.certificate.primal,
+        dual: plan.certificate.dual,
+        complementarity: plan.certificate.complementarity,
+        active_velocity_bounds: checks.active[ConstraintFamily::Velocity] as u64,
+        active_activation_bounds: checks.active[ConstraintFamily::Activations] as u64,
+        rows_taken_up: checks.rows_taken_up as u64,
+        rounds: plan.rounds as u64,
+        iterations: plan.iterations as u64,
+        families: families.collect(),
+        rows: checks.rows as u64,
+        hull_distance_m: checks.hull_distance_m,
+        relaxations: (plan.relaxations.iter())
+            .map(|relaxation| messages::Relaxation {
+                family: messages::ConstraintFamily::from(relaxation.family).into(),
+                by: relaxation.by,
+                joint: relaxation.joint,
+            })
+            .collect(),
+        hand_from_object: (plan.object.iter())
+            .map(|pose| messages::PlannedPose {
+                position_m: Some(pose.origin().to_array().into()),
+                orientation: Some(pose.quaternion_xyzw().into()),
+            })
+            .collect(),
+    }
+}
+
+/// Adds errors and contacts of each method.
+pub(super) fn add_evaluated<'a>(
+    methods: &'a [EvaluatedMethod],
+    clock: Clock,
+    streams: &mut Streams<'a>,
+) -> Result<(), ChannelError> {
+    for method in methods {
+        let topics = MethodTopics::new(&method.name)?;
+        let mut samples: Vec<_> = method.samples.iter().collect();
+        samples.sort_by_key(|judged| judged.sample);
+        let at = move |sample| (sample, clock.unix_nanos(sample));
+        if samples.iter().any(|judged| judged.error_m.is_some()) {
+            let channel =
+                (streams.output).channel::<messages::FingerErrors>(&topics.error, HAND)?;
+            let messages = samples.clone().into_iter().filter_map(move |judged| {
+                let (k, unix_nanos) = at(judged.sample);
+                let message = messages::FingerErrors::new(unix_nanos, judged.error_m.as_ref()?);
+                Some((k, unix_nanos, message))
+            });
+            streams.listed(channel, messages);
+        }
+        if samples.iter().any(|judged| judged.contact.is_some()) {
+            let channel = (streams.output).channel::<messages::Contacts>(&topics.contact, HAND)?;
+            let messages = samples.into_iter().filter_map(move |judged| {
+                let (k, unix_nanos) = at(judged.sample);
+                let message = messages::Contacts::new(unix_nanos, judged.contact.as_ref()?);
+                Some((k, unix_nanos, message))
+            });
+            streams.listed(channel, messages);
+        }
+    }
+    Ok(())
 }

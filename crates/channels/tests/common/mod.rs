@@ -326,7 +326,8 @@ pub(crate) fn segments(take: &Take) -> Vec<GeneratedSegment<'_>> {
     (take.trajectories.iter())
         .map(|(start_sample, trajectory, plan)| GeneratedSegment {
             start_sample: *start_sample,
-            trajectory,
+            samples: trajectory.layout().samples,
+            trajectory: Some(trajectory),
             plan: Some(plan),
         })
         .collect()
@@ -336,11 +337,7 @@ pub(crate) fn generated<'a>(
     names: &[&'a str],
     segments: &'a [GeneratedSegment<'a>],
 ) -> Vec<GeneratedMethod<'a>> {
-    let method = |&name| GeneratedMethod {
-        name,
-        segments,
-        unsolved: &[],
-    };
+    let method = |&name| GeneratedMethod { name, segments };
     names.iter().map(method).collect()
 }
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use inhand_channels::{GeneratedSegment, ReadMethod, UnsolvedPlan};
+use inhand_channels::{GeneratedSegment, ReadMethod};
 use inhand_model::{Clock, Configuration, Plan, PlanStatus, SegmentLayout, Trajectory};
 
 /// What one method generated.
@@ -51,21 +51,23 @@ impl StoredMethod {
     }
 
     /// The motion, and the plans that found none.
-    pub(super) fn parts(&self) -> (Vec<GeneratedSegment<'_>>, Vec<UnsolvedPlan<'_>>) {
-        let segments = self.segments.iter();
-        let segments = segments.map(|(start_sample, trajectory, plan)| GeneratedSegment {
+    pub(super) fn segments(&self) -> Vec<GeneratedSegment<'_>> {
+        let solved = self.segments.iter();
+        let solved = solved.map(|(start_sample, trajectory, plan)| GeneratedSegment {
             start_sample: *start_sample,
-            trajectory,
+            samples: trajectory.layout().samples,
+            trajectory: Some(trajectory),
             plan: plan.as_ref(),
         });
         let unsolved = self.unsolved.iter();
-        let unsolved = unsolved.map(|(&start_sample, plan)| UnsolvedPlan {
+        let unsolved = unsolved.map(|(&start_sample, plan)| GeneratedSegment {
             start_sample,
             // Views say where it would start; of the rest nothing is drawn.
             samples: 0,
-            plan,
+            trajectory: None,
+            plan: Some(plan),
         });
-        (segments.collect(), unsolved.collect())
+        solved.chain(unsolved).collect()
     }
 }
 

@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use inhand_model::{ContactChange, Drawn, ErrorChange, Estimate, EvaluationComparison, Finger};
 
 use crate::html::intervals::{measure_words, millimetres_3};
-use crate::number::{percent, plain, signed};
 use crate::table::{Table, escaped};
+use crate::words::{percent, plain, signed};
 
 /// A line of the comparison: method, fingers, statistic, change.
 type Change = (String, &'static str, &'static str, String);

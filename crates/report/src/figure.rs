@@ -8,13 +8,12 @@
 //! depend on the data alone.
 
 pub(crate) mod axes;
-pub(crate) mod bars;
 pub(crate) mod box_plot;
 mod data;
 pub(crate) mod gait_diagram;
 pub(crate) mod legend;
 pub(crate) mod line_chart;
-pub(crate) mod palette;
+mod palette;
 mod print;
 pub(crate) mod projection;
 pub(crate) mod row_plot;
@@ -29,6 +28,7 @@ use maud::{Markup, html};
 
 pub use data::{FigureColumn, FigureData, FigureValues};
 pub(crate) use legend::{Key, finger_keys};
+pub(crate) use palette::{PLAIN_CLASS, RECORDED_CLASS, classes, finger_class};
 
 /// A figure of a report: its drawing, its caption, and the numbers that are drawn.
 ///
@@ -144,6 +144,16 @@ pub(crate) struct Frame {
 }
 
 impl Frame {
+    /// The frame from left to right and from top to bottom.
+    pub(crate) const fn new([left, right]: [f64; 2], [top, bottom]: [f64; 2]) -> Self {
+        Self {
+            left,
+            top,
+            right,
+            bottom,
+        }
+    }
+
     pub(crate) fn width(&self) -> f64 {
         self.right - self.left
     }

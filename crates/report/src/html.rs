@@ -25,14 +25,13 @@ mod shown;
 pub(crate) mod summary;
 mod worst;
 
-use inhand_model::MethodEvaluation;
+use inhand_model::{Finger, MethodEvaluation};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
+use crate::Report;
 use crate::figure::line_chart::Series;
-use crate::figure::palette::{RECORDED_CLASS, classes};
 use crate::figure::row_plot::PlotRow;
-use crate::figure::{Figure, style};
-use crate::report::Report;
+use crate::figure::{Figure, RECORDED_CLASS, classes, style};
 use crate::table::{Head, Table};
 pub(crate) use body::Body;
 
@@ -76,10 +75,8 @@ impl<'a, T> Method<'a, T> {
     /// The row of the method in a plot.
     fn row(&self) -> PlotRow<'_> {
         PlotRow {
-            label: self.name,
-            class: &self.class,
             stressed: self.default,
-            ..PlotRow::default()
+            ..PlotRow::new(self.name, &self.class)
         }
     }
 
@@ -102,6 +99,15 @@ fn named<'m, 'a, T>(methods: &'m [Method<'a, T>], name: &str) -> Option<&'m Meth
     methods.iter().find(|method| method.name == name)
 }
 
+/// The methods of which something is known, with it.
+fn known_of<'m, 'a, R>(
+    methods: &'m [Method<'a>],
+    of: impl Fn(&'a MethodEvaluation) -> Option<R>,
+) -> Vec<(&'m Method<'a>, R)> {
+    let known = methods.iter().map(|m| Some((m, of(m.evaluation)?)));
+    known.flatten().collect()
+}
+
 /// A table with methods as rows.
 fn method_table<'m, R: 'm, T: 'm>(
     caption: impl Into<String>,
@@ -110,6 +116,55 @@ fn method_table<'m, R: 'm, T: 'm>(
 ) -> Table<'m, R> {
     Table::new(caption, rows, "method", move |row| method(row).head())
         .stressed(move |row| method(row).default)
+}
+
+/// Recorded or planned motion, with what is known of it.
+struct Motion<'a, T> {
+    name: &'a str,
+    head: Head,
+    stressed: bool,
+    facts: &'a T,
+}
+
+/// The recorded motion, then the methods of which something is known.
+fn motions<'a, T>(
+    recorded_facts: &'a T,
+    planned: &'a [(String, T)],
+    methods: &'a [Method<'_>],
+) -> Vec<Motion<'a, T>> {
+    let mut motions = vec![Motion {
+        name: "recorded",
+        head: recorded(),
+        stressed: false,
+        facts: recorded_facts,
+    }];
+    motions.extend(methods.iter().filter_map(|method| {
+        let (_, facts) = planned.iter().find(|(name, _)| name == method.name)?;
+        Some(Motion {
+            name: method.name,
+            head: method.head(),
+            stressed: method.default,
+            facts,
+        })
+    }));
+    motions
+}
+
+/// A row of a motion.
+type MotionRow<'a, T, R> = (&'a Motion<'a, T>, R);
+
+/// A table with a group of motions for each finger.
+fn motions_by_finger<'a, T, R: 'a>(
+    caption: &str,
+    motions: &'a [Motion<'a, T>],
+    of: fn(&'a T, Finger) -> R,
+) -> Table<'a, MotionRow<'a, T, R>> {
+    let groups = Finger::ALL.map(|finger| {
+        let rows = motions.iter().map(|own| (own, of(own.facts, finger)));
+        (finger, rows.collect())
+    });
+    Table::grouped(caption, groups, "motion", |(motion, _)| motion.head.clone())
+        .stressed(|(motion, _)| motion.stressed)
 }
 
 /// Recorded motion as the head of a line.

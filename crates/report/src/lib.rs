@@ -44,9 +44,9 @@
 //! # Ok::<(), inhand_report::ReportError>(())
 //! ```
 //!
-//! In reading order: `json`, `verdict` (a method compared with the baselines, in words),
-//! `learned` (method choice, deviation and prediction regions, in words), `table` (columns and rows for the page, Markdown
-//! and a terminal), `text`, `markdown`, `number` (digits), `figure` (one value is a drawing for the page and for print with
+//! In reading order: `json`, `verdict` (a method compared with the baselines, method choice,
+//! deviation and prediction regions, in words), `table` (columns and rows for the page, Markdown
+//! and a terminal), `text`, `markdown`, `words` (digits, lists), `figure` (one value is a drawing for the page and for print with
 //! its numbers; scales, axes, the row plot and other plots), `html` (the page, a file a section; a section is a `Body`).
 
 mod comparison;
@@ -54,26 +54,67 @@ mod error;
 mod figure;
 mod html;
 mod json;
-mod learned;
 mod markdown;
-mod number;
 mod rank_figure;
-mod report;
 mod summary;
 mod table;
 mod text;
 mod verdict;
 mod words;
 
-use inhand_model::{Evaluation, EvaluationComparison, Provenance, Summary};
+use inhand_model::{
+    Evaluation, EvaluationComparison, EvaluationRows, Illustrations, Provenance, Summary,
+};
 
 pub use comparison::{markdown as comparison_markdown, text as comparison_text};
 pub use error::ReportError;
 pub use figure::{Figure, FigureColumn, FigureData, FigureValues};
 pub use rank_figure::{RankFigure, rank_figure_svg};
-pub use report::{PlanTimes, Report};
 pub use summary::{table as summary_table, text as summary_text};
 pub use text::text_summary;
+
+/// Everything that a report is made from. Without rows or illustrations it has fewer figures.
+#[derive(Clone, Copy, Debug)]
+pub struct Report<'a> {
+    /// The numbers.
+    pub evaluation: &'a Evaluation,
+    /// The single values behind them.
+    pub rows: Option<&'a EvaluationRows>,
+    /// Illustrations of takes and training.
+    pub illustrations: Option<&'a Illustrations>,
+    /// Times of plans, where they are known: they differ from run to run, so not for a page that has to be the same each time.
+    pub plan_times: &'a [PlanTimes],
+    /// The steps that led here.
+    pub provenance: &'a [Provenance],
+}
+
+/// Times of single plans of a method.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlanTimes {
+    /// Method.
+    pub method: String,
+    /// Plans.
+    pub n: usize,
+    /// Median, milliseconds.
+    pub p50_ms: f64,
+    /// 95 % quantile, milliseconds.
+    pub p95_ms: f64,
+    /// Longest, milliseconds.
+    pub max_ms: f64,
+}
+
+impl<'a> Report<'a> {
+    /// A report of an evaluation alone.
+    pub fn new(evaluation: &'a Evaluation, provenance: &'a [Provenance]) -> Self {
+        Self {
+            evaluation,
+            rows: None,
+            illustrations: None,
+            plan_times: &[],
+            provenance,
+        }
+    }
+}
 
 /// `evaluation.json`: pretty-printed, keys in a fixed order, `schema_version` first, numbers that
 /// are not finite as `null`, a newline at the end. Lengths under keys that end in `_mm` are

@@ -7,9 +7,9 @@ use inhand_model::{Evaluation, Intervals, Measure, MethodEvaluation, Statistics}
 use crate::html::intervals::{
     against, error_words, estimate, made_words, measure_words, relative_words,
 };
-use crate::number::{count, decimals, millimetres, part_of, percent};
 use crate::table::{Table, escaped, known, statistic};
 use crate::verdict::sentences;
+use crate::words::{count, decimals, millimetres, part_of, percent};
 
 /// A measure with a column, and its value where no interval is known.
 type MeasureColumn = (Measure, fn(&Statistics) -> f64);

@@ -6,7 +6,7 @@ use maud::{Markup, PreEscaped, html};
 use crate::figure::line_chart::{self, Series};
 use crate::figure::scale::{Scale, nice_end};
 use crate::figure::{Frame, Px, axes};
-use crate::number::{decimals, percent, to_mm};
+use crate::words::{decimals, percent, to_mm};
 
 const STYLE: &str = include_str!("rank_figure.css");
 
@@ -70,10 +70,10 @@ pub fn rank_figure_svg(figure: &RankFigure) -> String {
         ranks().fold(f64::NEG_INFINITY, f64::max),
     );
     let x = if first < last {
-        Scale::linear(first, last, LEFT, WIDTH - RIGHT)
+        Scale::linear(first, last).over(LEFT, WIDTH - RIGHT)
     } else {
         // A single rank is in the middle.
-        Scale::linear(first - 1.0, first + 1.0, LEFT, WIDTH - RIGHT)
+        Scale::linear(first - 1.0, first + 1.0).over(LEFT, WIDTH - RIGHT)
     };
     let markup = html! {
         svg.page xmlns="http://www.w3.org/2000/svg" viewBox={ (Px(-EDGE)) " " (Px(-EDGE)) " " (Px(WIDTH + 2.0 * EDGE)) " " (Px(HEIGHT + 2.0 * EDGE)) } role="img" aria-labelledby="title desc" {
@@ -111,7 +111,7 @@ fn errors(figure: &RankFigure, x: &Scale) -> Markup {
     });
     let known = line_chart::heights(&series).chain(bars.filter(|top| top.is_finite()));
     let top = nice_end(known.fold(0.0, f64::max), WANTED_TICKS);
-    let y = Scale::linear(0.0, top, frame.bottom, frame.top);
+    let y = Scale::linear(0.0, top).over(frame.bottom, frame.top);
     let at = |error_m: f64| y.at(to_mm(error_m));
     let suggested = x.at(figure.suggested as f64);
     let chosen = (figure.points.iter()).find(|point| point.rank == figure.suggested);
@@ -151,7 +151,7 @@ fn variance(figure: &RankFigure, x: &Scale) -> Markup {
     let series = [Series::new("variance not explained (%)", "plain", points)];
     let low = line_chart::heights(&series).fold(f64::INFINITY, f64::min);
     let high = line_chart::heights(&series).fold(0.0, f64::max);
-    let y = Scale::log(low, high, frame.bottom, frame.top);
+    let y = Scale::log(low, high).over(frame.bottom, frame.top);
     html! {
         (axes::left(&frame, &y, 4, "training variance not explained, %"))
         (axes::bottom(&frame, x, WANTED_TICKS, "rank (number of primitives)"))
@@ -161,12 +161,7 @@ fn variance(figure: &RankFigure, x: &Scale) -> Markup {
 }
 
 fn frame((top, bottom): (f64, f64)) -> Frame {
-    Frame {
-        left: LEFT,
-        top,
-        right: WIDTH - RIGHT,
-        bottom,
-    }
+    Frame::new([LEFT, WIDTH - RIGHT], [top, bottom])
 }
 
 /// The suggested rank at its mark, on the side that has room.

@@ -8,8 +8,8 @@ use inhand_model::{
 
 use crate::figure::FigureData;
 use crate::html::intervals::{error_words, estimate, measure_words};
-use crate::number::{NARROW_SPACE, decimals, millimetres, percent};
 use crate::table::{Table, escaped, known};
+use crate::words::{NARROW_SPACE, decimals, millimetres, percent};
 
 /// Sessions that the text lists, the worst ones.
 const LISTED: usize = 5;

@@ -3,8 +3,8 @@
 use inhand_model::{Finger, Statistics};
 use maud::{Markup, Render, html};
 
-use crate::figure::palette::finger_class;
-use crate::number::{NONE, count, decimals, millimetres, percent};
+use crate::figure::finger_class;
+use crate::words::{NONE, count, decimals, millimetres, percent};
 
 /// Head of a line or of a group of lines: a name with swatches of the colours it has in figures.
 #[derive(Clone, Debug, Default)]
@@ -89,6 +89,11 @@ pub(crate) const UPPER: [Statistic; 4] = [SPREAD[4], SPREAD[5], SPREAD[6], SPREA
 /// A statistic of a distribution; NaN where nothing was evaluated.
 pub(crate) fn statistic(s: &Statistics, of: fn(&Statistics) -> f64) -> f64 {
     if s.n == 0 { f64::NAN } else { of(s) }
+}
+
+/// Sizes of a sample: `n`, filled and left out.
+pub(crate) fn sizes(s: &Statistics) -> [usize; 3] {
+    [s.n, s.n_filled, s.n_left_out]
 }
 
 /// A cell as printed, and the number by which the smallest of a column is found.

@@ -2,11 +2,9 @@
 
 use inhand_model::{Evaluation, MethodEvaluation};
 
-use crate::learned::choice_sentence;
-use crate::number::{NARROW_SPACE, millimetres, percent};
 use crate::table::{Statistic, Table};
-use crate::verdict::{comparison_sentence, contact_sentence, region_sentence};
-use crate::words::shortened;
+use crate::verdict::{choice_sentence, comparison_sentence, contact_sentence, region_sentence};
+use crate::words::{NARROW_SPACE, millimetres, percent, shortened};
 
 /// Longest description that is written out, so that a line fits a terminal of 100 columns.
 const DESCRIPTION_WIDTH: usize = 36;

@@ -2,12 +2,10 @@
 
 use inhand_model::{Finger, Statistics};
 
-use super::line_chart::AxisSpec;
-use super::palette::finger_class;
 use super::row_plot::{self, Mark, MarkShape, PlotRow, RowPlot, WANTED_TICKS};
-use super::scale::nice_end;
-use super::{FigureData, Panel};
-use crate::number::{count, decimals, plain};
+use super::scale::{Scale, nice_end};
+use super::{FigureData, Panel, finger_class};
+use crate::words::{count, decimals, plain};
 
 /// Parts of a box, explained under every figure of them.
 pub(crate) const BOX_WORDS: &str = "Box: first to third quartile; line: median; whiskers: farthest value within 1.5 \
@@ -94,7 +92,7 @@ impl LengthUnit {
         row_plot::draw(&RowPlot {
             title,
             swatch: swatch.map(finger_class),
-            axis: AxisSpec::linear(axis_name, 0.0, end),
+            axis: (axis_name, Scale::linear(0.0, end)),
             numbers: &["median", "max"],
             rows: rows.into_iter().map(|row| self.row(title, row)).collect(),
             ..RowPlot::default()
@@ -138,11 +136,7 @@ impl LengthUnit {
 
 /// The row of a finger.
 pub(crate) fn finger_row(finger: Finger) -> PlotRow<'static> {
-    PlotRow {
-        label: finger.name(),
-        class: finger_class(finger),
-        ..PlotRow::default()
-    }
+    PlotRow::new(finger.name(), finger_class(finger))
 }
 
 fn drawable(s: &Statistics) -> bool {

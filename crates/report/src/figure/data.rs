@@ -2,8 +2,8 @@
 
 use inhand_model::Statistics;
 
-use crate::number::to_mm;
 use crate::table::{Statistic, statistic};
+use crate::words::to_mm;
 
 /// The table behind a figure: named columns of the same length.
 #[derive(Clone, Debug, Default, PartialEq)]

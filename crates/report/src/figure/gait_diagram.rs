@@ -3,11 +3,9 @@
 use inhand_model::{Finger, PhaseKind, TakeContacts};
 use maud::{Markup, html};
 
-use super::palette::finger_class;
 use super::scale::Scale;
-use super::{Frame, Panel, Px, axes};
-use crate::number::{plain, short};
-use crate::words::shortened;
+use super::{Frame, Panel, Px, axes, finger_class};
+use crate::words::{plain, short, shortened};
 
 /// Phases, in the order of tables, with their words and the class of their colour.
 pub(crate) const PHASES: [(PhaseKind, &str, &str); 4] = [
@@ -63,13 +61,8 @@ pub(crate) fn draw(take: &TakeContacts) -> Panel {
 
 /// One row: a lane for each finger, phases beneath, an axis.
 fn block(take: &TakeContacts, span_s: [f64; 2], top: f64, is_last: bool) -> Markup {
-    let frame = Frame {
-        left: LEFT,
-        top,
-        right: WIDTH - 8.0,
-        bottom: top + BLOCK_HEIGHT,
-    };
-    let x = Scale::linear(span_s[0], span_s[1], frame.left, frame.right);
+    let frame = Frame::new([LEFT, WIDTH - 8.0], [top, top + BLOCK_HEIGHT]);
+    let x = Scale::linear(span_s[0], span_s[1]).over(frame.left, frame.right);
     let name = if is_last { "time in the take (s)" } else { "" };
     let phases_top = top + LANE_HEIGHT * Finger::COUNT as f64 + 3.0;
     html! {
@@ -78,53 +71,34 @@ fn block(take: &TakeContacts, span_s: [f64; 2], top: f64, is_last: bool) -> Mark
             @let y = top + LANE_HEIGHT * finger.index() as f64;
             text.label x=(Px(LEFT - 8.0)) y=(Px(y + 10.5)) text-anchor="end" { (finger.name()) }
             g.(finger_class(finger)) {
-                @for interval in inside(&take.contacts_s[finger], span_s) {
-                    (bar(&x, interval, y + 1.0, BAR_HEIGHT, || format!("{finger} touches")))
-                }
+                (bars(&x, &take.contacts_s[finger], [y + 1.0, BAR_HEIGHT], &format!("{finger} touches")))
             }
             g.missing {
-                @for interval in inside(&take.unknown_s[finger], span_s) {
-                    (bar(&x, interval, y + 0.5 * LANE_HEIGHT - 1.0, 1.5, || format!("{finger}: not known")))
-                }
+                (bars(&x, &take.unknown_s[finger], [y + 0.5 * LANE_HEIGHT - 1.0, 1.5], &format!("{finger}: not known")))
             }
         }
         text.label x=(Px(LEFT - 8.0)) y=(Px(phases_top + 9.0)) text-anchor="end" { "phase" }
         @for (kind, name, class) in PHASES {
             g.(class) {
                 @for phase in take.phases.iter().filter(|phase| phase.kind == kind) {
-                    @for interval in inside(&[phase.span_s], span_s) {
-                        (bar(&x, interval, phases_top, PHASE_HEIGHT, || name.to_owned()))
-                    }
+                    (bars(&x, &[phase.span_s], [phases_top, PHASE_HEIGHT], name))
                 }
             }
         }
     }
 }
 
-fn bar(x: &Scale, interval: Interval, top: f64, height: f64, name: impl Fn() -> String) -> Markup {
-    let (left, right) = (x.at(interval.drawn_s[0]), x.at(interval.drawn_s[1]));
-    let [start, end] = interval.whole_s.map(short);
+/// Bars over those parts of intervals that are on the axis.
+fn bars(x: &Scale, intervals_s: &[[f64; 2]], [top, height]: [f64; 2], name: &str) -> Markup {
+    let [low, high] = x.ends();
     html! {
-        rect.area x=(Px(left)) y=(Px(top)) width=(Px((right - left).max(LEAST))) height=(Px(height)) {
-            title { (name()) ", " (start) " to " (end) " s" }
+        @for [start, end] in intervals_s.iter().filter(|[start, end]| *start < high && *end > low) {
+            @let (left, right) = (x.at(start.max(low)), x.at(end.min(high)));
+            rect.area x=(Px(left)) y=(Px(top)) width=(Px((right - left).max(LEAST))) height=(Px(height)) {
+                title { (name) ", " (short(*start)) " to " (short(*end)) " s" }
+            }
         }
     }
-}
-
-/// An interval of time, and the part of it in a row.
-#[derive(Clone, Copy)]
-struct Interval {
-    whole_s: [f64; 2],
-    drawn_s: [f64; 2],
-}
-
-fn inside(intervals: &[[f64; 2]], span_s: [f64; 2]) -> impl Iterator<Item = Interval> {
-    (intervals.iter())
-        .filter(move |s| s[0] < span_s[1] && s[1] > span_s[0])
-        .map(move |&whole_s| Interval {
-            whole_s,
-            drawn_s: [whole_s[0].max(span_s[0]), whole_s[1].min(span_s[1])],
-        })
 }
 
 /// Description for readers who do not see it.

@@ -3,8 +3,7 @@
 use inhand_model::Finger;
 use maud::{Markup, html};
 
-use super::Px;
-use super::palette::finger_class;
+use super::{Px, finger_class};
 use crate::words::shortened;
 
 /// An entry of a legend.

@@ -2,9 +2,9 @@
 
 use maud::{Markup, html};
 
-use super::scale::Scale;
+use super::scale::{Axis, Scale};
 use super::{FigureData, Frame, Key, Panel, Px, axes};
-use crate::number::{plain, short};
+use crate::words::{plain, short};
 
 /// One line. Points that are not finite break it.
 #[derive(Clone)]
@@ -48,57 +48,15 @@ pub(crate) fn heights(series: &[Series]) -> impl Iterator<Item = f64> {
     points.map(|point| point.1).filter(|y| y.is_finite())
 }
 
-/// Name and range of an axis.
-#[derive(Default)]
-pub(crate) struct AxisSpec<'a> {
-    /// Name with its unit.
-    pub(crate) name: &'a str,
-    /// First value.
-    pub(crate) low: f64,
-    /// Last value.
-    pub(crate) high: f64,
-    /// Whether equal ratios are equally far apart.
-    pub(crate) log: bool,
-}
-
-impl<'a> AxisSpec<'a> {
-    /// An axis on which equal differences are equally far apart.
-    pub(crate) fn linear(name: &'a str, low: f64, high: f64) -> Self {
-        Self {
-            name,
-            low,
-            high,
-            log: false,
-        }
-    }
-
-    /// An axis on which equal ratios are equally far apart.
-    pub(crate) fn log(name: &'a str, low: f64, high: f64) -> Self {
-        Self {
-            log: true,
-            ..Self::linear(name, low, high)
-        }
-    }
-
-    /// The axis over these pixels.
-    pub(crate) fn scale(&self, from_px: f64, to_px: f64) -> Scale {
-        if self.log {
-            Scale::log(self.low, self.high, from_px, to_px)
-        } else {
-            Scale::linear(self.low, self.high, from_px, to_px)
-        }
-    }
-}
-
 /// A figure of lines.
 #[derive(Default)]
 pub(crate) struct LineChart<'a> {
     /// Title, above the figure and in its description.
     pub(crate) title: &'a str,
     /// Horizontal axis.
-    pub(crate) x: AxisSpec<'a>,
+    pub(crate) x: Axis<'a>,
     /// Vertical axis.
-    pub(crate) y: AxisSpec<'a>,
+    pub(crate) y: Axis<'a>,
     /// Lines; later ones are drawn above earlier ones.
     pub(crate) series: &'a [Series],
     /// Whether each point gets a dot with its values as tooltip.
@@ -118,32 +76,25 @@ const WANTED_TICKS: usize = 6;
 
 /// Draws the figure. Lines that leave the axes are cut at the frame.
 pub(crate) fn draw(chart: &LineChart<'_>) -> Panel {
-    let frame = Frame {
-        left: LEFT,
-        top: TOP,
-        right: WIDTH - RIGHT,
-        bottom: HEIGHT - axes::BOTTOM_ROOM,
-    };
-    let x = chart.x.scale(frame.left, frame.right);
-    let y = chart.y.scale(frame.bottom, frame.top);
+    let frame = Frame::new([LEFT, WIDTH - RIGHT], [TOP, HEIGHT - axes::BOTTOM_ROOM]);
+    let x = chart.x.1.over(frame.left, frame.right);
+    let y = chart.y.1.over(frame.bottom, frame.top);
     // A nested svg cuts what leaves it, without the id that a clip path would need. It is a little
     // larger than the frame, so that lines and dots on the frame stay whole.
-    let cut = Frame {
-        left: frame.left - MARGIN,
-        top: frame.top - MARGIN,
-        right: frame.right + MARGIN,
-        bottom: frame.bottom + MARGIN,
-    };
-    let inner_x = chart.x.scale(MARGIN, MARGIN + frame.width());
-    let inner_y = chart.y.scale(MARGIN + frame.height(), MARGIN);
+    let cut = Frame::new(
+        [frame.left - MARGIN, frame.right + MARGIN],
+        [frame.top - MARGIN, frame.bottom + MARGIN],
+    );
+    let inner_x = chart.x.1.over(MARGIN, MARGIN + frame.width());
+    let inner_y = chart.y.1.over(MARGIN + frame.height(), MARGIN);
     let mut series: Vec<&Series> = chart.series.iter().collect();
     series.sort_by_key(|line| line.on_top);
     let shapes = html! {
             text.title x="0" y="12.5" { (chart.title) }
-            (axes::left(&frame, &y, WANTED_TICKS, chart.y.name))
-            (axes::bottom(&frame, &x, WANTED_TICKS, chart.x.name))
+            (axes::left(&frame, &y, WANTED_TICKS, chart.y.0))
+            (axes::bottom(&frame, &x, WANTED_TICKS, chart.x.0))
             svg.plot x=(Px(cut.left)) y=(Px(cut.top)) width=(Px(cut.width())) height=(Px(cut.height()))
-                data-x=(inner_x.describe()) data-y=(inner_y.describe()) data-x-name=(chart.x.name) data-y-name=(chart.y.name) {
+                data-x=(inner_x.describe()) data-y=(inner_y.describe()) data-x-name=(chart.x.0) data-y-name=(chart.y.0) {
                 @if let Some((value, name)) = &chart.marked_x {
                     @let at = inner_x.at(*value);
                     line.mark x1=(Px(at)) y1=(Px(MARGIN)) x2=(Px(at)) y2=(Px(MARGIN + frame.height())) {}
@@ -212,7 +163,7 @@ pub(crate) fn path(points: impl IntoIterator<Item = (f64, f64)>) -> String {
 
 fn summary(chart: &LineChart<'_>) -> String {
     let names: Vec<&str> = chart.series.iter().map(|s| s.label.as_str()).collect();
-    let (title, y, x) = (chart.title, chart.y.name, chart.x.name);
+    let (title, y, x) = (chart.title, chart.y.0, chart.x.0);
     format!("{title}: {y} over {x}, lines {}", names.join(", "))
 }
 

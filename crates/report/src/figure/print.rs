@@ -13,14 +13,8 @@ const EDGE_MM: f64 = 2.0;
 /// User units across one column: text of 12 units prints in 2.4 mm, about 7 points.
 const COLUMN_UNITS: f64 = 410.0;
 
-/// A panel at its place, millimetres.
-struct Placed<'a> {
-    panel: &'a Panel,
-    x: f64,
-    y: f64,
-    width: f64,
-    height: f64,
-}
+/// A panel with its left and upper edge, width and height, millimetres.
+type Placed<'a> = (&'a Panel, [f64; 4]);
 
 /// The file.
 pub(super) fn svg(figure: &Figure) -> String {
@@ -57,9 +51,9 @@ pub(super) fn svg(figure: &Figure) -> String {
                 svg.chart x=(Px(EDGE_MM)) y=(Px(EDGE_MM)) width=(Px(inside_mm)) height=(Px(keys_mm))
                     viewBox={ "0 0 " (Px(inside_mm / unit_mm)) " " (Px(keys_height)) } preserveAspectRatio="xMinYMin" { (keys) }
             }
-            @for place in &panels {
-                svg.chart x=(Px(place.x)) y=(Px(place.y)) width=(Px(place.width)) height=(Px(place.height))
-                    viewBox=(place.panel.view_box()) preserveAspectRatio="xMinYMin" { (place.panel.shapes) }
+            @for (panel, [x, y, width, height]) in &panels {
+                svg.chart x=(Px(*x)) y=(Px(*y)) width=(Px(*width)) height=(Px(*height))
+                    viewBox=(panel.view_box()) preserveAspectRatio="xMinYMin" { (panel.shapes) }
             }
         }
     };
@@ -74,12 +68,9 @@ fn placed(figure: &Figure, columns: usize, inside_mm: f64, top_mm: f64) -> (Vec<
     let mut y = top_mm;
     for row in figure.panels.chunks(columns) {
         let height_of = |panel: &Panel| panel.height * column_mm / panel.width;
-        all.extend(row.iter().enumerate().map(|(place, panel)| Placed {
-            panel,
-            x: EDGE_MM + (column_mm + GAP_MM) * place as f64,
-            y,
-            width: column_mm,
-            height: height_of(panel),
+        all.extend(row.iter().enumerate().map(|(place, panel)| {
+            let x = EDGE_MM + (column_mm + GAP_MM) * place as f64;
+            (panel, [x, y, column_mm, height_of(panel)])
         }));
         y += row.iter().map(height_of).fold(0.0, f64::max) + GAP_MM;
     }

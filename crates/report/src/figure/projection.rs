@@ -79,7 +79,7 @@ impl Bounds {
 
     fn scale(&self, axis: usize, from_px: f64, to_px: f64) -> Scale {
         let centre = self.centre[axis];
-        Scale::linear(centre - self.half, centre + self.half, from_px, to_px)
+        Scale::linear(centre - self.half, centre + self.half).over(from_px, to_px)
     }
 }
 
@@ -90,12 +90,7 @@ fn known(points: &[[f64; 3]]) -> impl Iterator<Item = &[f64; 3]> {
 }
 
 fn panel(of: &str, shapes: &[Shape], bounds: &Bounds, [across, up]: [usize; 2]) -> Panel {
-    let frame = Frame {
-        left: LEFT,
-        top: TOP,
-        right: LEFT + SIDE,
-        bottom: TOP + SIDE,
-    };
+    let frame = Frame::new([LEFT, LEFT + SIDE], [TOP, TOP + SIDE]);
     let x = bounds.scale(across, frame.left, frame.right);
     let y = bounds.scale(up, frame.bottom, frame.top);
     let (across, up) = ((AXES[across], across), (AXES[up], up));

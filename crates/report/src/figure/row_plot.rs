@@ -3,10 +3,8 @@
 use inhand_model::Finger;
 use maud::{Markup, html};
 
-use super::line_chart::AxisSpec;
-use super::palette::finger_class;
-use super::scale::Scale;
-use super::{Frame, Panel, Px, axes};
+use super::scale::{Axis, Scale};
+use super::{Frame, Panel, Px, axes, finger_class};
 use crate::words::shortened;
 
 /// Rows on one axis.
@@ -17,7 +15,7 @@ pub(crate) struct RowPlot<'a> {
     /// Class of a swatch before the title.
     pub(crate) swatch: Option<&'a str>,
     /// The axis.
-    pub(crate) axis: AxisSpec<'a>,
+    pub(crate) axis: Axis<'a>,
     /// A value on the axis to mark, with its name.
     pub(crate) marked: Option<(f64, &'a str)>,
     /// Headings of the numbers at the right.
@@ -41,6 +39,17 @@ pub(crate) struct PlotRow<'a> {
     pub(crate) marks: Vec<Mark>,
     /// Numbers at the right.
     pub(crate) numbers: Vec<String>,
+}
+
+impl<'a> PlotRow<'a> {
+    /// A row without marks.
+    pub(crate) fn new(label: &'a str, class: &'a str) -> Self {
+        Self {
+            label,
+            class,
+            ..Self::default()
+        }
+    }
 }
 
 /// A shape on the axis.
@@ -170,13 +179,14 @@ pub(crate) fn draw(plot: &RowPlot<'_>) -> Panel {
     };
     let letters = plot.rows.iter().map(|row| row.label.chars().count()).max();
     let ends = number_ends(plot);
-    let frame = Frame {
-        left: GAP + LETTER_WIDTH * letters.unwrap_or(0).min(LABEL_LETTERS) as f64,
-        top: TOP,
-        right: ends.first().map_or(WIDTH - 12.0, |first| first.0 - first.1),
-        bottom: TOP + height * plot.rows.len() as f64,
-    };
-    let scale = plot.axis.scale(frame.left, frame.right);
+    let frame = Frame::new(
+        [
+            GAP + LETTER_WIDTH * letters.unwrap_or(0).min(LABEL_LETTERS) as f64,
+            ends.first().map_or(WIDTH - 12.0, |first| first.0 - first.1),
+        ],
+        [TOP, TOP + height * plot.rows.len() as f64],
+    );
+    let scale = plot.axis.1.over(frame.left, frame.right);
     let [_, high] = scale.ends();
     let shapes = html! {
         @if let Some(class) = plot.swatch {
@@ -186,7 +196,7 @@ pub(crate) fn draw(plot: &RowPlot<'_>) -> Panel {
         @for (name, (end, _)) in plot.numbers.iter().zip(&ends) {
             text.tick x=(Px(*end)) y=(Px(TOP - 6.0)) text-anchor="end" { (name) }
         }
-        (axes::bottom(&frame, &scale, WANTED_TICKS, plot.axis.name))
+        (axes::bottom(&frame, &scale, WANTED_TICKS, plot.axis.0))
         @if let Some((value, name)) = plot.marked {
             text.tick x=(Px(scale.at(value))) y=(Px(TOP - 6.0)) text-anchor="middle" { (name) }
             (frame.mark(scale.at(value)))
@@ -248,5 +258,5 @@ fn summary(plot: &RowPlot<'_>) -> String {
         }
     };
     let rows: Vec<String> = plot.rows.iter().map(row).collect();
-    format!("{} ({}): {}", plot.title, plot.axis.name, rows.join("; "))
+    format!("{} ({}): {}", plot.title, plot.axis.0, rows.join("; "))
 }

@@ -7,8 +7,11 @@ pub(crate) struct Tick {
     pub(crate) label: String,
 }
 
+/// An axis: its name with the unit, and its values.
+pub(crate) type Axis<'a> = (&'a str, Scale);
+
 /// Maps `low..=high` onto `from_px..=to_px`.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Scale {
     /// Whether equal ratios are equally far apart, not equal differences.
     log: bool,
@@ -21,7 +24,7 @@ pub(crate) struct Scale {
 impl Scale {
     /// A linear scale. A range that is empty, reversed or not finite becomes one unit wide, so
     /// that a figure of nothing still has an axis.
-    pub(crate) fn linear(low: f64, high: f64, from_px: f64, to_px: f64) -> Self {
+    pub(crate) fn linear(low: f64, high: f64) -> Self {
         let low = if low.is_finite() { low } else { 0.0 };
         let high = if high.is_finite() && high > low {
             high
@@ -29,16 +32,14 @@ impl Scale {
             low + 1.0
         };
         Self {
-            log: false,
             low,
             high,
-            from_px,
-            to_px,
+            ..Self::default()
         }
     }
 
     /// A logarithmic scale over whole decades. Bounds that are not positive become one decade.
-    pub(crate) fn log(low: f64, high: f64, from_px: f64, to_px: f64) -> Self {
+    pub(crate) fn log(low: f64, high: f64) -> Self {
         let usable = |value: f64| value.is_finite() && value > 0.0;
         let low = if usable(low) { low } else { 1.0 };
         let low = 10f64.powi(decade_below(low));
@@ -48,8 +49,16 @@ impl Scale {
             log: true,
             low,
             high: 10f64.powi(above),
+            ..Self::default()
+        }
+    }
+
+    /// The scale over these pixels.
+    pub(crate) fn over(self, from_px: f64, to_px: f64) -> Self {
+        Self {
             from_px,
             to_px,
+            ..self
         }
     }
 
@@ -215,23 +224,23 @@ mod tests {
 
     #[test]
     fn linear_scale_is_affine() {
-        let scale = Scale::linear(2.0, 12.0, 100.0, 300.0);
+        let scale = Scale::linear(2.0, 12.0).over(100.0, 300.0);
         for (value, px) in [(2.0, 100.0), (7.0, 200.0), (12.0, 300.0), (17.0, 400.0)] {
             assert_eq!(scale.at(value), px);
         }
-        let downwards = Scale::linear(0.0, 1.0, 200.0, 0.0);
+        let downwards = Scale::linear(0.0, 1.0).over(200.0, 0.0);
         assert_eq!(downwards.at(0.25), 150.0);
     }
 
     #[test]
     fn log_scale_gives_equal_room_to_equal_ratios() {
-        let scale = Scale::log(3.0, 2000.0, 0.0, 400.0);
+        let scale = Scale::log(3.0, 2000.0).over(0.0, 400.0);
         for (value, px) in [(1.0, 0.0), (10.0, 100.0), (100.0, 200.0), (10_000.0, 400.0)] {
             assert!((scale.at(value) - px).abs() < 1e-9, "{value}");
         }
         assert_eq!(labels(&scale.ticks(5)), ["1", "10", "100", "1000", "10⁴"]);
         assert_eq!(
-            labels(&Scale::log(1e-4, 1e8, 0.0, 1.0).ticks(4)),
+            labels(&Scale::log(1e-4, 1e8).over(0.0, 1.0).ticks(4)),
             ["10⁻⁴", "0.1", "100", "10⁵", "10⁸"]
         );
     }
@@ -258,7 +267,7 @@ mod tests {
 
     #[test]
     fn ticks_are_whole_multiples_with_matching_digits() {
-        let ticks = |low, high| Scale::linear(low, high, 0.0, 1.0).ticks(5);
+        let ticks = |low, high| Scale::linear(low, high).over(0.0, 1.0).ticks(5);
         assert_eq!(
             labels(&ticks(0.0, 1.0)),
             ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]
@@ -314,10 +323,10 @@ mod tests {
             (f64::NAN, f64::NAN),
             (0.0, f64::INFINITY),
         ] {
-            let scale = Scale::linear(low, high, 0.0, 100.0);
+            let scale = Scale::linear(low, high).over(0.0, 100.0);
             assert!(scale.at(scale.ends()[1]).is_finite());
             assert!(!scale.ticks(5).is_empty());
-            let scale = Scale::log(low, high, 0.0, 100.0);
+            let scale = Scale::log(low, high).over(0.0, 100.0);
             assert_eq!(scale.at(scale.ends()[1]), 100.0);
             assert!(scale.ticks(5).len() >= 2);
         }

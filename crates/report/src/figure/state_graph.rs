@@ -5,10 +5,8 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use inhand_model::{Finger, StateFacts, TakeContacts, Transition};
 use maud::{Markup, html};
 
-use super::palette::{PLAIN_CLASS, finger_class};
-use super::{Panel, Px};
-use crate::number::percent;
-use crate::words::shortened;
+use super::{PLAIN_CLASS, Panel, Px, finger_class};
+use crate::words::{percent, shortened};
 
 const WIDTH: f64 = 460.0;
 const HEIGHT: f64 = 420.0;
@@ -138,23 +136,12 @@ fn arrow(
     let [ux, uy] = [(tip[0] - end[0]) / HEAD, (tip[1] - end[1]) / HEAD];
     let side = 0.45 * HEAD;
     let head = format!(
-        "M{} {}L{} {}L{} {}z",
-        Px(tip[0]),
-        Px(tip[1]),
-        Px(end[0] - side * uy),
-        Px(end[1] + side * ux),
-        Px(end[0] + side * uy),
-        Px(end[1] - side * ux)
+        "M{}L{}L{}z",
+        point(tip),
+        point([end[0] - side * uy, end[1] + side * ux]),
+        point([end[0] + side * uy, end[1] - side * ux])
     );
-    let way = format!(
-        "M{} {}Q{} {} {} {}",
-        Px(start[0]),
-        Px(start[1]),
-        Px(bent[0]),
-        Px(bent[1]),
-        Px(end[0]),
-        Px(end[1])
-    );
+    let way = format!("M{}Q{} {}", point(start), point(bent), point(end));
     let width = 0.8 + 3.2 * (count as f64 / most.max(1) as f64).sqrt();
     html! {
         g.faded {
@@ -163,6 +150,12 @@ fn arrow(
             path.area d=(head) {}
         }
     }
+}
+
+/// Coordinates in a path.
+fn point(at: [f64; 2]) -> String {
+    let [x, y] = at.map(Px);
+    format!("{x} {y}")
 }
 
 /// The point so far from one towards another.

@@ -5,11 +5,9 @@ use maud::html;
 
 use super::Body;
 use crate::figure::box_plot::{BOX_WORDS, MICROMETRES};
-use crate::figure::palette::PLAIN_CLASS;
 use crate::figure::row_plot::PlotRow;
-use crate::figure::{Figure, FigureData};
-use crate::number::{count, percent};
-use crate::words::{join_words, tied};
+use crate::figure::{Figure, FigureData, PLAIN_CLASS};
+use crate::words::{count, join_words, percent, tied};
 
 /// The figure and the effect of clouds on contacts; `None` without clouds.
 pub(super) fn section(clouds: &[PointCloud]) -> Option<Body> {
@@ -38,14 +36,8 @@ pub(super) fn section(clouds: &[PointCloud]) -> Option<Body> {
         .iter()
         .map(|c| format!("{} points", count(c.points)))
         .collect();
-    let rows = names.iter().zip(excesses()).map(|(label, excess_m)| {
-        let row = PlotRow {
-            label,
-            class: PLAIN_CLASS,
-            ..PlotRow::default()
-        };
-        (row, excess_m)
-    });
+    let rows = names.iter().map(|label| PlotRow::new(label, PLAIN_CLASS));
+    let rows = rows.zip(excesses());
     let title = "Excess of point clouds";
     Some(body.figure(Figure {
         id: "point-clouds",

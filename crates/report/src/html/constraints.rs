@@ -5,10 +5,10 @@ use maud::{Markup, html};
 
 use super::errors::finger_table;
 use super::{Body, Method, default, method_table, plans, recorded};
-use crate::number::{
+use crate::table::{Head, Table, known};
+use crate::words::{
     NONE, count, decimals, millimetres, part_of, percent, plain, scientific, to_mm,
 };
-use crate::table::{Head, Table, known};
 
 /// The section's content.
 pub(super) fn section(methods: &[Method<'_>]) -> Body {

@@ -4,12 +4,12 @@ use inhand_model::{EvaluationRows, Finger, PerFinger, in_contact};
 use maud::html;
 
 use super::{Method, default};
-use crate::figure::palette::{PLAIN_CLASS, finger_class};
 use crate::figure::scale::Scale;
 use crate::figure::strips::{self, Run, State};
-use crate::figure::{Figure, FigureData, Frame, Key, Panel, Px, axes, finger_keys};
-use crate::number::{plain, to_mm};
-use crate::words::shortened;
+use crate::figure::{
+    Figure, FigureData, Frame, Key, PLAIN_CLASS, Panel, Px, axes, finger_class, finger_keys,
+};
+use crate::words::{plain, shortened, to_mm};
 
 /// Takes that have a panel; more would make a page of strips.
 const TAKES: usize = 3;
@@ -140,12 +140,10 @@ fn three(distances_m: &PerFinger<f64>, tau_m: f64) -> State {
 
 /// Two strips a finger, recorded above planned.
 fn panel(take: &str, contacts: &[Contact<'_>], rate_hz: f64) -> Panel {
-    let frame = Frame {
-        left: LEFT,
-        top: TOP - 2.0,
-        right: RIGHT,
-        bottom: TOP + 0.5 * FINGER_HEIGHT * contacts.len() as f64,
-    };
+    let frame = Frame::new(
+        [LEFT, RIGHT],
+        [TOP - 2.0, TOP + 0.5 * FINGER_HEIGHT * contacts.len() as f64],
+    );
     let recorded = contacts
         .iter()
         .filter(|contact| contact.motion == "recorded");
@@ -153,7 +151,7 @@ fn panel(take: &str, contacts: &[Contact<'_>], rate_hz: f64) -> Panel {
     let last = runs().map(|run| run.end).max().unwrap_or(0);
     let first = runs().map(|run| run.begin).min().unwrap_or(last);
     let (from_s, to_s) = (first as f64 / rate_hz, last as f64 / rate_hz);
-    let x = Scale::linear(from_s, to_s, frame.left, frame.right);
+    let x = Scale::linear(from_s, to_s).over(frame.left, frame.right);
     let strip = |place: usize, contact: &Contact<'_>| {
         let y = TOP + FINGER_HEIGHT * (place / 2) as f64;
         let planned = place % 2 == 1;

@@ -1,33 +1,24 @@
 //! Fingertips on the object: distances and contacts, planned beside recorded.
 
-use inhand_model::{
-    ContactShare, EvaluationRows, Finger, PerFinger, Statistics, TauShare, in_contact,
-};
+use inhand_model::{ContactShare, EvaluationRows, Finger, PerFinger, TauShare, in_contact};
 use maud::html;
 
 use super::errors::{finger_figure, finger_table};
-use super::{Body, Method, contact_raster, recorded};
-use crate::figure::bars::{self, BarSeries, Bars};
-use crate::figure::line_chart::{self, AxisSpec, LineChart, Series};
-use crate::figure::palette::RECORDED_CLASS;
-use crate::figure::{Figure, FigureData, Key};
-use crate::number::{NONE, count, percent, plain, to_mm};
-use crate::report::Report;
+use super::{Body, Method, contact_raster, known_of, recorded};
+use crate::Report;
+use crate::figure::line_chart::{self, LineChart, Series};
+use crate::figure::scale::Scale;
+use crate::figure::{Figure, FigureData, Frame, Key, Panel, Px, RECORDED_CLASS, axes};
 use crate::table::{Head, Table};
+use crate::words::{NONE, count, percent, plain, to_mm};
 
 /// A method with its contacts.
 type Contacts<'m, 'a> = (&'m Method<'a>, &'a ContactShare);
-/// A method with its differences of distances.
-type Differences<'m, 'a> = (&'m Method<'a>, &'a PerFinger<Statistics>);
 
 /// The section's content.
 pub(super) fn section(report: &Report<'_>, methods: &[Method<'_>]) -> Body {
-    let contacts: Vec<Contacts<'_, '_>> = (methods.iter())
-        .filter_map(|method| Some((method, method.evaluation.contact.as_ref()?)))
-        .collect();
-    let differences: Vec<Differences<'_, '_>> = (methods.iter())
-        .filter_map(|method| Some((method, method.evaluation.distance_difference.as_ref()?)))
-        .collect();
+    let contacts = known_of(methods, |own| own.contact.as_ref());
+    let differences = known_of(methods, |own| own.distance_difference.as_ref());
     let mut body = Body::default();
     if contacts.is_empty() && differences.is_empty() {
         body = body.prose(html! {
@@ -161,8 +152,8 @@ fn by_threshold(contacts: &[Contacts<'_, '_>]) -> Option<Figure> {
     let chart = |title: &str, low: f64| {
         line_chart::draw(&LineChart {
             title,
-            x: AxisSpec::linear("contact threshold tau (mm)", 0.0, widest),
-            y: AxisSpec::linear("share of instants (%)", low, 100.0),
+            x: ("contact threshold tau (mm)", Scale::linear(0.0, widest)),
+            y: ("share of instants (%)", Scale::linear(low, 100.0)),
             series: &series,
             dots: true,
             marked_x: Some((tau_mm, format!("used: {} mm", plain(tau_mm)))),
@@ -233,11 +224,6 @@ fn contact_count(rows: &EvaluationRows, methods: &[Method<'_>], tau_m: f64) -> O
             shares.map(|(fingers, share)| (*label, fingers, counts[fingers], 100.0 * share))
         })
         .collect();
-    let series = counted.iter().map(|(label, class, counts)| BarSeries {
-        label,
-        class,
-        shares: shares(counts),
-    });
     let legend = counted
         .iter()
         .map(|(label, class, _)| Key::area(*label, *class));
@@ -257,14 +243,55 @@ fn contact_count(rows: &EvaluationRows, methods: &[Method<'_>], tau_m: f64) -> O
             .numbers("share_percent", |cell| cell.3)
             .done(),
         legend: legend.collect(),
-        panels: vec![bars::draw(&Bars {
-            title: "Fingers in contact at once",
-            x_name: "fingers in contact",
-            y_name: "share of instants (%)",
-            groups: (0..=Finger::COUNT).map(|n| n.to_string()).collect(),
-            series: series.collect(),
-        })],
+        panels: vec![bars(&counted)],
     })
+}
+
+const WIDTH: f64 = 460.0;
+const HEIGHT: f64 = 286.0;
+const FRAME: Frame = Frame::new([42.0, WIDTH - 8.0], [44.0, HEIGHT - axes::BOTTOM_ROOM]);
+/// Of a group's width, what is left free.
+const GAP_SHARE: f64 = 0.22;
+/// Least height of a bar above zero: rare is not never.
+const LEAST: f64 = 1.0;
+
+/// Bars side by side: a group for each number of fingers, a bar for each motion.
+fn bars(counted: &[(&str, &str, Counts)]) -> Panel {
+    let title = "Fingers in contact at once";
+    let y = Scale::linear(0.0, 100.0).over(FRAME.bottom, FRAME.top);
+    let group_width = FRAME.width() / (Finger::COUNT + 1) as f64;
+    let bar_width = group_width * (1.0 - GAP_SHARE) / counted.len() as f64;
+    let series = counted.iter().map(|(label, _, counts)| {
+        let shares: Vec<String> = shares(counts).into_iter().map(percent).collect();
+        format!("{label} {} %", shares.join(", "))
+    });
+    let series: Vec<String> = series.collect();
+    Panel {
+        width: WIDTH,
+        height: HEIGHT,
+        summary: format!("{title}: share of 0, 1, 2, 3, 4, 5; {}", series.join("; ")),
+        shapes: html! {
+            text.title x="0" y="12.5" { (title) }
+            (axes::left(&FRAME, &y, 5, "share of instants (%)"))
+            line.axis x1=(Px(FRAME.left)) y1=(Px(FRAME.bottom)) x2=(Px(FRAME.right)) y2=(Px(FRAME.bottom)) {}
+            text.name x=(Px(0.5 * (FRAME.left + FRAME.right))) y=(Px(HEIGHT - 5.0)) text-anchor="middle" { "fingers in contact" }
+            @for fingers in 0..=Finger::COUNT {
+                @let left = FRAME.left + group_width * (fingers as f64 + 0.5 * GAP_SHARE);
+                text.tick x=(Px(FRAME.left + group_width * (fingers as f64 + 0.5))) y=(Px(FRAME.bottom + 18.0)) text-anchor="middle" { (fingers) }
+                @for (place, (label, class, counts)) in counted.iter().enumerate() {
+                    @let share = shares(counts)[fingers];
+                    @if share > 0.0 {
+                        @let top = y.at(100.0 * share).min(FRAME.bottom - LEAST);
+                        g.(class) {
+                            rect.area x=(Px(left + bar_width * place as f64)) y=(Px(top)) width=(Px(0.86 * bar_width)) height=(Px(FRAME.bottom - top)) {
+                                title { (label) ", " (fingers) ": " (percent(share)) " %" }
+                            }
+                        }
+                    }
+                }
+            }
+        },
+    }
 }
 
 /// Counts of one motion, over instants at which another is known too.
@@ -282,9 +309,9 @@ fn counts(own: &[PerFinger<f64>], other: &[PerFinger<f64>], tau_m: f64) -> Count
     counts
 }
 
-fn shares(counts: &Counts) -> Vec<f64> {
+fn shares(counts: &Counts) -> [f64; Finger::COUNT + 1] {
     let n = counts.iter().sum::<usize>() as f64;
-    counts.iter().map(|&own| own as f64 / n).collect()
+    counts.map(|own| own as f64 / n)
 }
 
 #[cfg(test)]

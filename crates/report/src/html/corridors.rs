@@ -4,12 +4,11 @@ use inhand_model::{CorridorCoverage, Finger};
 use maud::html;
 
 use super::{Body, Method};
-use crate::figure::line_chart::AxisSpec;
 use crate::figure::row_plot::{self, Mark, MarkShape, PlotRow, RowPlot, WANTED_TICKS};
-use crate::figure::scale::whole_steps;
+use crate::figure::scale::{Scale, whole_steps};
 use crate::figure::{Figure, FigureData, Key, finger_keys};
-use crate::number::{NONE, percent, stated_percent};
 use crate::table::Table;
+use crate::words::{NONE, percent, stated_percent};
 
 /// Prediction regions of one stated share, by method.
 struct Region<'m, 'a> {
@@ -121,10 +120,9 @@ fn figure(regions: &[Region<'_, '_>]) -> Option<Figure> {
                 "{} % prediction regions",
                 stated_percent(region.share_stated)
             ),
-            axis: AxisSpec::linear(
+            axis: (
                 "recorded positions inside (%)",
-                low.max(0.0),
-                high.min(100.0),
+                Scale::linear(low.max(0.0), high.min(100.0)),
             ),
             marked: Some((stated, "stated")),
             numbers: &["all"],

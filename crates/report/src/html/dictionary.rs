@@ -6,13 +6,12 @@ use inhand_model::{
 use maud::{Markup, html};
 
 use super::Body;
-use crate::figure::Figure;
-use crate::figure::line_chart::{self, AxisSpec, LineChart, Series};
-use crate::figure::palette::PLAIN_CLASS;
-use crate::learned::deviation_sentence;
-use crate::number::{NONE, count, decimals, percent, short, to_mm};
+use crate::figure::line_chart::{self, LineChart, Series};
+use crate::figure::scale::Scale;
+use crate::figure::{Figure, PLAIN_CLASS};
 use crate::table::Table;
-use crate::words::tied;
+use crate::verdict::deviation_sentence;
+use crate::words::{NONE, count, decimals, percent, short, tied, to_mm};
 
 const MM2_PER_M2: f64 = 1e6;
 
@@ -86,8 +85,8 @@ fn objective_figure(facts: &DictionaryFacts) -> Option<Figure> {
         legend: Vec::new(),
         panels: vec![line_chart::draw(&LineChart {
             title: "Objective while learning",
-            x: AxisSpec::linear("sweep", 0.0, last as f64),
-            y: AxisSpec::log("objective (mm², logarithmic)", low, high),
+            x: ("sweep", Scale::linear(0.0, last as f64)),
+            y: ("objective (mm², logarithmic)", Scale::log(low, high)),
             series: &series,
             ..LineChart::default()
         })],

@@ -6,14 +6,13 @@ use inhand_model::{
 };
 use maud::{Markup, html};
 
-use super::{Body, Method, recorded};
+use super::{Body, Method, motions, motions_by_finger};
+use crate::Report;
 use crate::figure::gait_diagram::{self, PHASES};
-use crate::figure::palette::finger_class;
 use crate::figure::state_graph::{self, STATES};
-use crate::figure::{Figure, FigureData, Key, finger_keys};
-use crate::number::{counted, plain, to_mm};
-use crate::report::Report;
+use crate::figure::{Figure, FigureData, Key, finger_class, finger_keys};
 use crate::table::{Head, Table, statistic};
+use crate::words::{counted, plain, to_mm};
 
 /// Takes that have tables and figures of their own; all are in `evaluation.json`.
 const TAKES: usize = 3;
@@ -203,21 +202,9 @@ fn state_tables(take: &TakeContacts) -> Markup {
 
 /// The recording and each method inside the test segments.
 fn segment_table(contacts: &ContactDynamics, methods: &[Method<'_>]) -> Markup {
-    let mut motions = vec![(recorded(), false, &contacts.recorded.by_finger)];
-    motions.extend(methods.iter().filter_map(|method| {
-        let (_, found) = contacts
-            .methods
-            .iter()
-            .find(|(name, _)| name == method.name)?;
-        Some((method.head(), method.default, &found.by_finger))
-    }));
-    let groups = Finger::ALL.map(|finger| {
-        let rows = motions.iter().map(|motion| (motion, &motion.2[finger]));
-        (finger, rows.collect())
-    });
+    let motions = motions(&contacts.recorded, &contacts.methods, methods);
     let caption = "Contacts inside the test segments, recorded and planned";
-    let table = Table::grouped(caption, groups, "motion", |(motion, _)| motion.0.clone())
-        .stressed(|(motion, _)| motion.1);
+    let table = motions_by_finger(caption, &motions, |own, finger| &own.by_finger[finger]);
     html! {
         (fact_columns(table, |row| row.1))
         p.note {

@@ -4,13 +4,13 @@ use inhand_model::{Evaluation, EvaluationRows, Finger, HandAndFingers, PerFinger
 use maud::{Render, html};
 
 use super::{Body, Method, default, intervals, segment_errors};
+use crate::Report;
 use crate::figure::box_plot::{self, BOX_WORDS, MILLIMETRES, finger_row};
-use crate::figure::line_chart::{self, AxisSpec, LineChart, Series};
-use crate::figure::scale::nice_end;
+use crate::figure::line_chart::{self, LineChart, Series};
+use crate::figure::scale::{Scale, nice_end};
 use crate::figure::{Figure, Panel};
-use crate::number::{count, count_range, millimetres, plain, to_mm};
-use crate::report::Report;
-use crate::table::{Head, SPREAD, Table};
+use crate::table::{self, Head, SPREAD, Table};
+use crate::words::{count, count_range, millimetres, plain, to_mm};
 
 /// Name of the axis of errors.
 pub(super) const AXIS_NAME: &str = "distance to recorded fingertip (mm)";
@@ -193,8 +193,8 @@ fn distribution(rows: &EvaluationRows, methods: &[Method<'_>]) -> Option<Figure>
         legend: line_chart::keys(&series),
         panels: vec![line_chart::draw(&LineChart {
             title: "Distribution of errors",
-            x: AxisSpec::log("error (mm, logarithmic)", LEAST_MM, largest),
-            y: AxisSpec::linear("share of errors up to it (%)", 0.0, 100.0),
+            x: ("error (mm, logarithmic)", Scale::log(LEAST_MM, largest)),
+            y: ("share of errors up to it (%)", Scale::linear(0.0, 100.0)),
             series: &series,
             ..LineChart::default()
         })],
@@ -244,8 +244,8 @@ fn over_time(evaluation: &Evaluation, methods: &[Method<'_>]) -> Body {
     let chart = |title: &str, high: f64| {
         line_chart::draw(&LineChart {
             title,
-            x: AxisSpec::linear("time in the segment (s)", 0.0, last_s),
-            y: AxisSpec::linear("median error (mm)", 0.0, high),
+            x: ("time in the segment (s)", Scale::linear(0.0, last_s)),
+            y: ("median error (mm)", Scale::linear(0.0, high)),
             series: &series,
             ..LineChart::default()
         })
@@ -334,7 +334,7 @@ pub(super) fn spread_columns<'a, R: 'a>(
     of: fn(&R) -> Statistics,
 ) -> Table<'a, R> {
     table
-        .sizes(move |row| [of(row).n, of(row).n_filled, of(row).n_left_out])
+        .sizes(move |row| table::sizes(&of(row)))
         .statistics(&SPREAD, "mm", millimetres, of)
 }
 

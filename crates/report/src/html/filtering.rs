@@ -4,12 +4,11 @@ use inhand_model::{Filtering, Finger, Illustrations, Spectrum};
 use maud::html;
 
 use super::Body;
-use crate::figure::line_chart::{self, AxisSpec, LineChart, Series};
-use crate::figure::palette::finger_class;
-use crate::figure::scale::{nice_end, whole_steps};
-use crate::figure::{Figure, FigureData};
-use crate::number::{count, millimetres, plain, to_mm};
+use crate::figure::line_chart::{self, LineChart, Series};
+use crate::figure::scale::{Scale, nice_end, whole_steps};
+use crate::figure::{Figure, FigureData, finger_class};
 use crate::table::{Statistic, Table, UPPER};
+use crate::words::{count, millimetres, plain, to_mm};
 
 const MM2_PER_M2: f64 = 1e6;
 const BEFORE_CLASS: &str = "faded";
@@ -70,8 +69,11 @@ fn interval(filtering: &Filtering) -> Figure {
         legend: line_chart::keys(&series),
         panels: vec![line_chart::draw(&LineChart {
             title: "Before and after filtering",
-            x: AxisSpec::linear("time since the take's first sample (s)", first_s, last_s),
-            y: AxisSpec::linear(&format!("{axis} (mm)"), low, high),
+            x: (
+                "time since the take's first sample (s)",
+                Scale::linear(first_s, last_s),
+            ),
+            y: (&format!("{axis} (mm)"), Scale::linear(low, high)),
             series: &series,
             ..LineChart::default()
         })],
@@ -136,12 +138,11 @@ fn density(spectrum: &Spectrum) -> Figure {
         legend: line_chart::keys(&series),
         panels: vec![line_chart::draw(&LineChart {
             title: "Power spectral density",
-            x: AxisSpec::log(
+            x: (
                 "frequency (Hz, logarithmic)",
-                first_hz,
-                last_hz.unwrap_or(10.0),
+                Scale::log(first_hz, last_hz.unwrap_or(10.0)),
             ),
-            y: AxisSpec::log("density (mm²/Hz, logarithmic)", y_low, y_high),
+            y: ("density (mm²/Hz, logarithmic)", Scale::log(y_low, y_high)),
             series: &series,
             ..LineChart::default()
         })],

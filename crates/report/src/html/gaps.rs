@@ -4,12 +4,12 @@ use inhand_model::{Finger, TakeGaps, TrackGaps};
 use maud::{Markup, html};
 
 use super::Body;
-use crate::figure::palette::{PLAIN_CLASS, finger_class};
 use crate::figure::scale::Scale;
 use crate::figure::strips::rectangles;
-use crate::figure::{Figure, FigureData, Frame, Key, Panel, Px, axes, finger_keys};
-use crate::number::{count, decimals};
-use crate::words::shortened;
+use crate::figure::{
+    Figure, FigureData, Frame, Key, PLAIN_CLASS, Panel, Px, axes, finger_class, finger_keys,
+};
+use crate::words::{count, decimals, shortened};
 
 /// Takes that are drawn at most; those with most to show.
 const SHOWN: usize = 12;
@@ -111,13 +111,8 @@ fn panel(takes: &[&TakeGaps]) -> Panel {
         tops.push(bottom);
         bottom += HEAD + ROW * take.tracks.len() as f64;
     }
-    let frame = Frame {
-        left: LEFT,
-        top: TOP,
-        right: WIDTH - RIGHT,
-        bottom: bottom + 4.0,
-    };
-    let x = Scale::linear(0.0, longest_s, frame.left, frame.right);
+    let frame = Frame::new([LEFT, WIDTH - RIGHT], [TOP, bottom + 4.0]);
+    let x = Scale::linear(0.0, longest_s).over(frame.left, frame.right);
     let names: Vec<&str> = takes.iter().map(|take| take.take.as_str()).collect();
     Panel {
         width: WIDTH,
@@ -177,7 +172,7 @@ mod tests {
 
     #[test]
     fn intervals_in_the_same_pixel_are_one() {
-        let x = Scale::linear(0.0, 100.0, 0.0, 100.0);
+        let x = Scale::linear(0.0, 100.0).over(0.0, 100.0);
         let intervals = [[1.0, 1.1], [1.5, 1.6], [10.0, 30.0], [50.0, 50.01]];
         let path = strip(&intervals, &x, 0.0, 8.0);
         assert_eq!(path, "M1 0H2.5v8H1zM10 0H30v8H10zM50 0H51v8H50z");

@@ -7,12 +7,11 @@ use inhand_model::{
 use maud::html;
 
 use super::{Body, Method, method_table, named};
-use crate::figure::line_chart::AxisSpec;
 use crate::figure::row_plot::{self, Mark, MarkShape, PlotRow, RowPlot, WANTED_TICKS};
-use crate::figure::scale::whole_steps;
+use crate::figure::scale::{Scale, whole_steps};
 use crate::figure::{Figure, FigureData};
-use crate::number::{count, decimals, percent, plain, signed, to_mm};
 use crate::table::{Table, known};
+use crate::words::{count, decimals, percent, plain, signed, to_mm};
 
 /// Measures of which differences are drawn, with the titles of their panels.
 const DRAWN: [(Measure, &str); 3] = [
@@ -262,7 +261,7 @@ fn differences_figure<T>(
             .collect();
         let plot = RowPlot {
             title,
-            axis: AxisSpec::linear("difference from the baseline (%)", low, high),
+            axis: ("difference from the baseline (%)", Scale::linear(low, high)),
             marked: Some((0.0, "equal")),
             numbers: &[""],
             rows,

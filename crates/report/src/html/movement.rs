@@ -3,14 +3,13 @@
 use inhand_model::{Finger, FingerMovement, Movement, MovementAnalysis, Statistics};
 use maud::{Markup, html};
 
-use super::{Body, Method, recorded};
-use crate::figure::line_chart::AxisSpec;
+use super::{Body, Method, Motion, MotionRow, motions, motions_by_finger};
+use crate::Report;
 use crate::figure::row_plot::{self, Mark, MarkShape, PlotRow, RowPlot, WANTED_TICKS};
-use crate::figure::scale::whole_steps;
+use crate::figure::scale::{Scale, whole_steps};
 use crate::figure::{Figure, FigureData, Key, Panel, finger_keys};
-use crate::number::{count, millimetres, plain, short, to_mm};
-use crate::report::Report;
-use crate::table::{Head, Table, UPPER, statistic};
+use crate::table::{Table, UPPER, statistic};
+use crate::words::{count, millimetres, plain, short, to_mm};
 
 /// A measure of a fingertip's motion.
 struct Measure {
@@ -61,18 +60,10 @@ const MEASURES: [Measure; 5] = [
     },
 ];
 
-/// A motion with its head in tables.
-struct Moving<'a> {
-    name: &'a str,
-    head: Head,
-    stressed: bool,
-    movement: &'a Movement,
-}
-
 /// The section's content; `None` where movement was not measured.
 pub(super) fn section(report: &Report<'_>, methods: &[Method<'_>]) -> Option<Body> {
     let analysis = report.evaluation.movement.as_ref()?;
-    let motions = motions(analysis, methods);
+    let motions = motions(&analysis.recorded, &analysis.methods, methods);
     let body = Body::from(html! {
         p {
             "How each fingertip moves over the test segments, as recorded and as planned: a value for each segment, medians here, whole \
@@ -95,37 +86,15 @@ pub(super) fn section(report: &Report<'_>, methods: &[Method<'_>]) -> Option<Bod
     Some(body.prose(nearest_part(analysis, &motions)))
 }
 
-fn motions<'a>(analysis: &'a MovementAnalysis, methods: &'a [Method<'_>]) -> Vec<Moving<'a>> {
-    let recorded = Moving {
-        name: "recorded",
-        head: recorded(),
-        stressed: false,
-        movement: &analysis.recorded,
-    };
-    let planned = methods.iter().filter_map(|method| {
-        let mut found = analysis.methods.iter();
-        let (_, movement) = found.find(|(name, _)| name == method.name)?;
-        Some(Moving {
-            name: method.name,
-            head: method.head(),
-            stressed: method.default,
-            movement,
-        })
-    });
-    std::iter::once(recorded).chain(planned).collect()
-}
+/// A motion.
+type Moving<'a> = Motion<'a, Movement>;
 
-fn finger_table<'a>(motions: &'a [Moving<'a>]) -> Table<'a, (&'a Moving<'a>, &'a FingerMovement)> {
-    let groups = Finger::ALL.map(|finger| {
-        let rows = motions
-            .iter()
-            .map(|motion| (motion, &motion.movement.by_finger[finger]));
-        (finger, rows.collect())
-    });
+fn finger_table<'a>(
+    motions: &'a [Moving<'a>],
+) -> Table<'a, MotionRow<'a, Movement, &'a FingerMovement>> {
     let caption = "Motion of each fingertip: medians over segments";
     let median = |s: &Statistics| statistic(s, |s| s.p50);
-    Table::grouped(caption, groups, "motion", |(motion, _)| motion.head.clone())
-        .stressed(|(motion, _)| motion.stressed)
+    motions_by_finger(caption, motions, |own, finger| &own.by_finger[finger])
         .counts("n", "", |(_, own)| own.length_m.n)
         .counts("left out", "", |(_, own)| own.length_m.n_left_out)
         .lengths("length", move |(_, own)| median(&own.length_m))
@@ -140,7 +109,7 @@ fn finger_table<'a>(motions: &'a [Moving<'a>]) -> Table<'a, (&'a Moving<'a>, &'a
 fn nearest_part(analysis: &MovementAnalysis, motions: &[Moving<'_>]) -> Markup {
     let rows = motions
         .iter()
-        .filter_map(|motion| Some((motion, motion.movement.nearest_demonstration_m?)));
+        .filter_map(|motion| Some((motion, motion.facts.nearest_demonstration_m?)));
     let caption = "Time-warped distance of the whole hand to the nearest demonstration (mm)";
     let table = Table::new(caption, rows, "motion", |(motion, _)| motion.head.clone())
         .stressed(|(motion, _)| motion.stressed)
@@ -170,7 +139,7 @@ fn figure(motions: &[Moving<'_>]) -> Figure {
     let cells: Vec<(&Measure, &str, Finger, Statistics)> = (MEASURES.iter())
         .flat_map(|measure| motions.iter().map(move |motion| (measure, motion)))
         .flat_map(|(measure, motion)| {
-            let fingers = motion.movement.by_finger.iter();
+            let fingers = motion.facts.by_finger.iter();
             fingers.map(move |(finger, own)| (measure, motion.name, finger, (measure.of)(own)))
         })
         .collect();
@@ -208,7 +177,7 @@ fn panel(measure: &Measure, motions: &[Moving<'_>]) -> Panel {
         (s.n > 0).then_some((s.n, scaled))
     };
     let row = |motion: &Moving<'_>| {
-        let fingers = motion.movement.by_finger.iter();
+        let fingers = motion.facts.by_finger.iter();
         let marks = fingers.filter_map(|(finger, own)| {
             let (n, [p25, p50, p75]) = quartiles(own)?;
             let [a, b, c] = [p25, p50, p75].map(short);
@@ -222,7 +191,7 @@ fn panel(measure: &Measure, motions: &[Moving<'_>]) -> Panel {
     };
     let fingers = motions
         .iter()
-        .flat_map(|motion| motion.movement.by_finger.as_array());
+        .flat_map(|motion| motion.facts.by_finger.as_array());
     let ends = fingers
         .filter_map(quartiles)
         .flat_map(|(_, [p25, _, p75])| [p25, p75]);
@@ -240,7 +209,7 @@ fn panel(measure: &Measure, motions: &[Moving<'_>]) -> Panel {
     });
     row_plot::draw(&RowPlot {
         title: measure.title,
-        axis: AxisSpec::linear(measure.axis, low, high),
+        axis: (measure.axis, Scale::linear(low, high)),
         rows: rows.collect(),
         ..RowPlot::default()
     })

@@ -2,26 +2,18 @@
 
 use maud::html;
 
-use super::{Body, Method, method_table};
-use crate::number::{NONE, decimals, millimetres};
-use crate::table::UPPER;
+use super::{Body, Method, known_of, method_table};
+use crate::table::{UPPER, sizes};
+use crate::words::{NONE, decimals, millimetres};
 
 /// The section's content; `None` where no method plans the object.
 pub(super) fn section(methods: &[Method<'_>]) -> Option<Body> {
-    let planned = methods
-        .iter()
-        .filter_map(|method| Some((method, method.evaluation.object_error?)));
+    let planned = known_of(methods, |own| own.object_error);
     let caption =
         "Object: distance between the origins (mm), and angle between the orientations (°)";
     let degrees = |angle: f64| decimals(angle.to_degrees(), 2);
     let table = method_table(caption, planned, |row| row.0)
-        .sizes(|(_, error)| {
-            [
-                error.position.n,
-                error.position.n_filled,
-                error.position.n_left_out,
-            ]
-        })
+        .sizes(|(_, error)| sizes(&error.position))
         .statistics(&UPPER, "mm", millimetres, |(_, error)| error.position)
         .statistics(&UPPER, "°", degrees, |(_, error)| error.angle)
         .smallest_marked();

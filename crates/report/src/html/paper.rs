@@ -9,12 +9,11 @@ use inhand_model::{
 use maud::html;
 
 use super::Body;
+use crate::Report;
 use crate::json::settings_value;
-use crate::number::{millimetres, part_of, percent, plain, to_mm};
-use crate::report::Report;
 use crate::table::{Table, known};
 use crate::verdict::default_method;
-use crate::words::join_words;
+use crate::words::{join_words, millimetres, part_of, percent, plain, to_mm};
 
 /// The publication, as it is cited.
 const SOURCE: &str = "arXiv:2308.15153";

@@ -4,10 +4,9 @@ use inhand_model::{Finger, Path, PathExample};
 use maud::html;
 
 use super::{Body, Method, default};
-use crate::figure::palette::{PLAIN_CLASS, finger_class};
 use crate::figure::projection::{self, Drawn, Shape};
-use crate::figure::{Figure, FigureData, Key, finger_keys};
-use crate::number::{decimals, to_mm};
+use crate::figure::{Figure, FigureData, Key, PLAIN_CLASS, finger_class, finger_keys};
+use crate::words::{decimals, to_mm};
 
 /// The examples; a sentence where there are none.
 pub(super) fn part(examples: &[PathExample], methods: &[Method<'_>]) -> Body {

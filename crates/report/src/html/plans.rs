@@ -3,23 +3,20 @@
 use inhand_model::{ConstraintFamily, FamilyFacts, PlanFacts};
 use maud::html;
 
-use super::{Body, Method, method_table, named};
-use crate::figure::line_chart::AxisSpec;
-use crate::figure::palette::PLAIN_CLASS;
+use super::{Body, Method, known_of, method_table, named};
+use crate::PlanTimes;
 use crate::figure::row_plot::{self, Mark, MarkShape, PlotRow, RowPlot};
-use crate::figure::{Figure, FigureData, Key};
-use crate::number::{NONE, count, decimals, part_of, scientific, to_mm};
-use crate::report::PlanTimes;
+use crate::figure::scale::Scale;
+use crate::figure::{Figure, FigureData, Key, PLAIN_CLASS};
 use crate::table::{Table, known};
+use crate::words::{NONE, count, decimals, part_of, scientific, to_mm};
 
 /// A method with what is known of its plans.
 type Planned<'m, 'a> = (&'m Method<'a>, &'a PlanFacts);
 
 /// Status of plans, certificates by method, then families of constraints by method.
 pub(super) fn section(methods: &[Method<'_>]) -> Body {
-    let planned: Vec<Planned<'_, '_>> = (methods.iter())
-        .filter_map(|method| Some((method, method.evaluation.plan.as_ref()?)))
-        .collect();
+    let planned = known_of(methods, |own| own.plan.as_ref());
     if planned.is_empty() {
         return html! { p { "No method solved an optimisation." } }.into();
     }
@@ -82,7 +79,7 @@ fn status(planned: &[Planned<'_, '_>]) -> Option<Figure> {
         legend: ENDS.map(|(end, class)| Key::area(end, class)).into(),
         panels: vec![row_plot::draw(&RowPlot {
             title: "How plans ended",
-            axis: AxisSpec::linear("share of plans (%)", 0.0, 100.0),
+            axis: ("share of plans (%)", Scale::linear(0.0, 100.0)),
             numbers: &["solved"],
             rows: rows.collect(),
             ..RowPlot::default()
@@ -265,7 +262,7 @@ pub(super) fn times(times: &[PlanTimes], methods: &[Method<'_>]) -> Option<Body>
         legend: Vec::new(),
         panels: vec![row_plot::draw(&RowPlot {
             title: "Time of a plan",
-            axis: AxisSpec::log("time (ms, logarithmic)", low, high),
+            axis: ("time (ms, logarithmic)", Scale::log(low, high)),
             numbers: &["median"],
             rows: rows.collect(),
             ..RowPlot::default()

@@ -4,7 +4,7 @@ use inhand_model::Provenance;
 use maud::{Markup, html};
 
 use crate::json::settings_value;
-use crate::number::counted;
+use crate::words::counted;
 
 /// The section's content.
 pub(super) fn section(provenance: &[Provenance]) -> Markup {

@@ -4,8 +4,8 @@ use inhand_model::{Evaluation, Finding, Finger, TakeFacts, TakeQuality, TrackQua
 use maud::{Markup, html};
 
 use super::Body;
-use crate::number::{count, percent};
 use crate::table::{Table, known};
+use crate::words::{count, percent};
 
 /// Findings of one take that are shown before they fold away.
 const FINDINGS_SHOWN: usize = 6;

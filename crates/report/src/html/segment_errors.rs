@@ -6,20 +6,13 @@ use maud::{Markup, html};
 use super::contact_raster::{is_rate, state};
 use super::{Method, default};
 use crate::figure::line_chart::{self, Series};
-use crate::figure::palette::finger_class;
 use crate::figure::scale::{Scale, nice_end};
 use crate::figure::strips::{self, State};
-use crate::figure::{Figure, FigureData, Frame, Key, Panel, Px, axes, finger_keys};
-use crate::number::{decimals, plain, to_mm};
-use crate::words::shortened;
+use crate::figure::{Figure, FigureData, Frame, Key, Panel, Px, axes, finger_class, finger_keys};
+use crate::words::{decimals, plain, shortened, to_mm};
 
 const WIDTH: f64 = 460.0;
-const FRAME: Frame = Frame {
-    left: 50.0,
-    top: 44.0,
-    right: WIDTH - 54.0,
-    bottom: 210.0,
-};
+const FRAME: Frame = Frame::new([50.0, WIDTH - 54.0], [44.0, 210.0]);
 /// From the error's axis down to the first strip.
 const STRIPS_TOP: f64 = FRAME.bottom + 12.0;
 const FINGER_HEIGHT: f64 = 17.0;
@@ -154,13 +147,8 @@ impl Shown<'_> {
             )
         });
         let largest = line_chart::heights(&lines).fold(0.0, f64::max);
-        let y = Scale::linear(
-            0.0,
-            nice_end(largest, WANTED_TICKS),
-            FRAME.bottom,
-            FRAME.top,
-        );
-        let x = Scale::linear(0.0, seconds, FRAME.left, FRAME.right);
+        let y = Scale::linear(0.0, nice_end(largest, WANTED_TICKS)).over(FRAME.bottom, FRAME.top);
+        let x = Scale::linear(0.0, seconds).over(FRAME.left, FRAME.right);
         let strips = match self.tau_m {
             Some(_) => FINGER_HEIGHT * Finger::COUNT as f64 + STRIPS_TOP - FRAME.bottom,
             None => 0.0,

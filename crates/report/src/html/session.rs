@@ -4,11 +4,9 @@ use inhand_model::{Evaluation, MethodEvaluation, TakeFacts};
 use maud::{Markup, html};
 
 use super::{Body, Method, method_table, named};
-use crate::learned::choice_sentence;
-use crate::number::{NONE, counted, decimals, plain, to_mm};
 use crate::table::Table;
-use crate::verdict::{Outcome, comparisons, default_method, sentences};
-use crate::words::tied;
+use crate::verdict::{Outcome, choice_sentence, comparisons, default_method, sentences};
+use crate::words::{NONE, counted, decimals, plain, tied, to_mm};
 
 /// Facts at the top of the page.
 pub(super) fn facts(evaluation: &Evaluation) -> Vec<(&'static str, String)> {

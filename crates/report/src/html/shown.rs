@@ -6,13 +6,11 @@ use inhand_model::{
 use maud::html;
 
 use super::Body;
-use crate::figure::line_chart::{self, AxisSpec, LineChart, Series};
-use crate::figure::palette::{PLAIN_CLASS, finger_class};
+use crate::figure::line_chart::{self, LineChart, Series};
 use crate::figure::projection::{self, Drawn, Shape};
-use crate::figure::scale::nice_end;
-use crate::figure::{Figure, FigureData, Key, finger_keys};
-use crate::number::{count, percent, to_mm};
-use crate::words::tied;
+use crate::figure::scale::{Scale, nice_end};
+use crate::figure::{Figure, FigureData, Key, PLAIN_CLASS, finger_class, finger_keys};
+use crate::words::{count, percent, tied, to_mm};
 
 /// The section's content; sentences where something is not available.
 pub(super) fn section(all: &Illustrations, kind: DictionaryKind, rate_hz: f64) -> Body {
@@ -80,8 +78,8 @@ fn used_most(kind: DictionaryKind, primitives: &[PrimitivePath], rate_hz: f64) -
         let share = percent(primitive.share);
         line_chart::draw(&LineChart {
             title: &format!("Primitive {}, {share} %", primitive.index),
-            x: AxisSpec::linear("time in the segment (s)", 0.0, last_s),
-            y: AxisSpec::linear("displacement (mm)", 0.0, high),
+            x: ("time in the segment (s)", Scale::linear(0.0, last_s)),
+            y: ("displacement (mm)", Scale::linear(0.0, high)),
             series: &series,
             ..LineChart::default()
         })
@@ -156,8 +154,8 @@ fn variance(explained: &ExplainedVariance) -> Option<Figure> {
         legend: vec![Key::line(names[0], PLAIN_CLASS), Key::area(names[1], "l0")],
         panels: vec![line_chart::draw(&LineChart {
             title: "Explained variance",
-            x: AxisSpec::log("primitives (logarithmic)", 1.0, highest as f64),
-            y: AxisSpec::linear("explained (%)", low, 100.0),
+            x: ("primitives (logarithmic)", Scale::log(1.0, highest as f64)),
+            y: ("explained (%)", Scale::linear(low, 100.0)),
             series: &series,
             dots: true,
             ..LineChart::default()

@@ -8,10 +8,9 @@ use super::{Body, Method, Section, intervals, method_table, section, shell};
 use crate::figure::box_plot::{self, BOX_WORDS, MILLIMETRES};
 use crate::figure::row_plot::PlotRow;
 use crate::figure::{Figure, FigureData};
-use crate::number::{NONE, count, counted, decimals, millimetres, percent};
 use crate::summary::{by_finger, three_contacts, worst_first};
 use crate::table::{Head, Table, UPPER};
-use crate::words::join_words;
+use crate::words::{NONE, count, counted, decimals, join_words, millimetres, percent};
 
 /// Draws the page.
 pub(crate) fn page(summary: &Summary) -> Markup {
@@ -215,14 +214,8 @@ fn session_figure(
     let title = format!("{name}, by session");
     let end = MILLIMETRES.shared_end(drawn.iter().map(|(_, error)| *error));
     let panel = |part: &[(&SessionSummary, &Statistics)]| {
-        let rows = part.iter().map(|(session, error)| {
-            let row = PlotRow {
-                label: &session.name,
-                class: &method.class,
-                ..PlotRow::default()
-            };
-            (row, *error)
-        });
+        let rows = (part.iter())
+            .map(|(session, error)| (PlotRow::new(&session.name, &method.class), *error));
         MILLIMETRES.boxes(&title, None, AXIS_NAME, end, rows)
     };
     // Two columns of boxes are read more easily than one tall one.

@@ -4,21 +4,13 @@ use inhand_model::{Finger, WorstCase};
 use maud::{Markup, html};
 
 use super::Body;
-use crate::figure::line_chart;
-use crate::figure::palette::finger_class;
 use crate::figure::scale::{Scale, nice_end};
-use crate::figure::{Figure, FigureData, Frame, Key, Panel, Px, axes};
-use crate::number::{decimals, millimetres, plain, to_mm};
+use crate::figure::{Figure, FigureData, Frame, Key, Panel, Px, axes, finger_class, line_chart};
 use crate::table::Table;
-use crate::words::shortened;
+use crate::words::{decimals, millimetres, plain, shortened, to_mm};
 
 const WIDTH: f64 = 380.0;
-const FRAME: Frame = Frame {
-    left: 34.0,
-    top: 42.0,
-    right: WIDTH - 12.0,
-    bottom: 112.0,
-};
+const FRAME: Frame = Frame::new([34.0, WIDTH - 12.0], [42.0, 112.0]);
 const HEIGHT: f64 = 116.0 + axes::BOTTOM_ROOM;
 const TITLE_LETTERS: usize = 46;
 /// Time before and after the worst instant in a cut, seconds.
@@ -57,8 +49,8 @@ pub(super) fn part(cases: &[WorstCase], rate_hz: f64) -> Body {
 
 fn panel(place: usize, case: &WorstCase, rate_hz: f64, end_mm: f64) -> Panel {
     let last_s = case.errors_m.len().saturating_sub(1) as f64 / rate_hz;
-    let x = Scale::linear(0.0, last_s, FRAME.left, FRAME.right);
-    let y = Scale::linear(0.0, end_mm, FRAME.bottom, FRAME.top);
+    let x = Scale::linear(0.0, last_s).over(FRAME.left, FRAME.right);
+    let y = Scale::linear(0.0, end_mm).over(FRAME.bottom, FRAME.top);
     let points: Vec<(f64, f64)> = (case.errors_m.iter().enumerate())
         .filter(|(_, error_m)| error_m.is_finite())
         .map(|(t, error_m)| (x.at(t as f64 / rate_hz), y.at(to_mm(*error_m))))

@@ -5,9 +5,9 @@ mod offset;
 mod resample;
 
 use inhand_model::{Change, PerFinger, Recording, Roles};
+use inhand_motion::MotionError;
 
 use crate::detect;
-use crate::error::CleaningError;
 use crate::repair::repair;
 use crate::suspect::Suspect;
 
@@ -57,7 +57,7 @@ pub struct Cleaned {
     pub changes: Vec<Change>,
 }
 
-type Detector = fn(&Recording, &Roles) -> Result<Vec<Suspect>, CleaningError>;
+type Detector = fn(&Recording, &Roles) -> Result<Vec<Suspect>, MotionError>;
 
 /// Cleans a recording: flips, swaps, spikes, lost labels, gaps, pads, rate, in this order, the steps
 /// that `settings` wish for. The recording given stays as it is.
@@ -67,12 +67,12 @@ type Detector = fn(&Recording, &Roles) -> Result<Vec<Suspect>, CleaningError>;
 ///
 /// # Errors
 ///
-/// [`CleaningError`].
+/// [`MotionError`].
 pub fn clean(
     recording: &Recording,
     roles: &Roles,
     settings: &CleanSettings,
-) -> Result<Cleaned, CleaningError> {
+) -> Result<Cleaned, MotionError> {
     let mut cleaned = recording.clone();
     let mut changes = Vec::new();
     let repairs: [(bool, Detector); 4] = [

@@ -11,9 +11,8 @@ mod swaps;
 mod unlabelled;
 
 use inhand_model::{Finger, Recording, Roles};
-use inhand_motion::fingertip_markers;
+use inhand_motion::{MotionError, fingertip_markers};
 
-use crate::error::CleaningError;
 use crate::lookup::finger_of;
 use crate::repair::repair;
 use crate::suspect::{Suspect, SuspectKind};
@@ -28,8 +27,8 @@ pub use unlabelled::unlabelled;
 ///
 /// # Errors
 ///
-/// [`CleaningError::Motion`] for roles that are not in the recording.
-pub fn all(recording: &Recording, roles: Option<&Roles>) -> Result<Vec<Suspect>, CleaningError> {
+/// [`MotionError`] for roles that are not in the recording.
+pub fn all(recording: &Recording, roles: Option<&Roles>) -> Result<Vec<Suspect>, MotionError> {
     let flips = flips(recording);
     let found = match roles {
         Some(roles) => fingertips(recording, roles)?.concat(),
@@ -44,7 +43,7 @@ pub fn all(recording: &Recording, roles: Option<&Roles>) -> Result<Vec<Suspect>,
 pub(crate) fn fingertips(
     recording: &Recording,
     roles: &Roles,
-) -> Result<[Vec<Suspect>; 3], CleaningError> {
+) -> Result<[Vec<Suspect>; 3], MotionError> {
     let mut state = recording.clone();
     let swaps = swaps(&state, roles)?;
     repair(&mut state, roles, &swaps)?;

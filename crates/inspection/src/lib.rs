@@ -37,7 +37,6 @@ mod repair;
 mod suspect;
 
 mod continuity;
-mod error;
 mod geometry;
 mod lookup;
 mod statistics;
@@ -47,6 +46,5 @@ pub use check::{
     check, ranked, to_json, to_markdown, to_text,
 };
 pub use clean::{CleanSettings, Cleaned, FillMethod, FillSettings, clean, fill, resample, to_pads};
-pub use error::CleaningError;
 pub use repair::repair;
 pub use suspect::{FlipRepair, Suspect, SuspectKind};

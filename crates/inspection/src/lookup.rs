@@ -5,10 +5,11 @@ use std::ops::Range;
 use inhand_model::{
     BodySource, Finger, Hand, PerFinger, PointTrack, Pose, PoseTrack, Recording, Roles, World,
 };
-use inhand_motion::{BodyRole, GapFill, fill_poses, fit_templates, in_role, role_body};
+use inhand_motion::{
+    BodyRole, GapFill, MotionError, fill_poses, fit_templates, in_role, role_body,
+};
 
 use crate::detect::flips::{breaks, without_flips};
-use crate::error::CleaningError;
 
 /// Longest time over which the hand's pose is guessed where it is missing, seconds: what is found
 /// and filled in the hand's frame rests on it. A tenth of a second of a hand's motion is near a line.
@@ -42,7 +43,7 @@ pub(crate) fn hand_poses(
     recording: &Recording,
     roles: &Roles,
     flips: Flips,
-) -> Result<PoseTrack<World, Hand>, CleaningError> {
+) -> Result<PoseTrack<World, Hand>, MotionError> {
     let rate_hz = recording.clock.rate_hz();
     // The hand alone: an object that no template fits must not stand in the way.
     let hand = Roles {

@@ -3,9 +3,8 @@
 use std::ops::Range;
 
 use inhand_model::{Change, ChangeKind, Frame, Marker, PointTrack, Recording, Roles, Status};
-use inhand_motion::fingertip_markers;
+use inhand_motion::{MotionError, fingertip_markers};
 
-use crate::error::CleaningError;
 use crate::suspect::{FlipRepair, Suspect, SuspectKind};
 
 /// Repairs a recording as suspects suggest, one after the other, and lists what was done.
@@ -20,12 +19,12 @@ use crate::suspect::{FlipRepair, Suspect, SuspectKind};
 ///
 /// # Errors
 ///
-/// [`CleaningError::Motion`] where a fingertip of the roles is not in the recording.
+/// [`MotionError`] where a fingertip of the roles is not in the recording.
 pub fn repair(
     recording: &mut Recording,
     roles: &Roles,
     suspects: &[Suspect],
-) -> Result<Vec<Change>, CleaningError> {
+) -> Result<Vec<Change>, MotionError> {
     let mut changes = Vec::with_capacity(suspects.len());
     for suspect in suspects {
         let (kind, entity, done) = undo(recording, roles, suspect)?;
@@ -44,7 +43,7 @@ fn undo(
     recording: &mut Recording,
     roles: &Roles,
     suspect: &Suspect,
-) -> Result<(ChangeKind, String, &'static str), CleaningError> {
+) -> Result<(ChangeKind, String, &'static str), MotionError> {
     let samples = &suspect.samples;
     Ok(match &suspect.kind {
         SuspectKind::Flip {

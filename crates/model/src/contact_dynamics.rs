@@ -5,7 +5,8 @@ use serde::{Deserialize, Serialize};
 use crate::evaluation::Statistics;
 use crate::finger::{Finger, PerFinger};
 use crate::finger_set::FingerSet;
-use crate::units::{AsIs, Millimetres, Unit, named};
+use crate::names::named;
+use crate::units::{self, AsIs, Millimetres, Unit};
 
 /// What counts as a contact, a grasp and a step of a finger.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -31,7 +32,7 @@ pub struct ContactDynamics {
     /// The recording inside the test segments, for comparison with the methods.
     pub recorded: SegmentContacts,
     /// Each method inside the test segments, by its name, in the order of the evaluation.
-    #[serde(with = "named")]
+    #[serde(with = "units::named")]
     pub methods: Vec<(String, SegmentContacts)>,
 }
 
@@ -125,29 +126,20 @@ pub struct Transition {
     pub count: usize,
 }
 
-/// Kind of manipulation in a phase.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum PhaseKind {
-    /// The fingers of the phase keep their contacts, whether the object moves between them or is held still.
-    InGrasp,
-    /// At least one finger is on the way from a lift to where it sets down, others hold.
-    FingerGaiting,
-    /// Fewer fingers than a grasp needs, between two grasps.
-    Regrasp,
-    /// The same at the beginning or end of what is known: taken up or let go.
-    NoGrasp,
-}
-
-impl PhaseKind {
-    /// Lower-case name with `_`, as in files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            PhaseKind::InGrasp => "in_grasp",
-            PhaseKind::FingerGaiting => "finger_gaiting",
-            PhaseKind::Regrasp => "regrasp",
-            PhaseKind::NoGrasp => "no_grasp",
-        }
+named! {
+    /// Kind of manipulation in a phase.
+    #[derive(Serialize, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum PhaseKind {
+        /// The fingers of the phase keep their contacts, whether the object moves between them or is
+        /// held still.
+        InGrasp = "in_grasp",
+        /// At least one finger is on the way from a lift to where it sets down, others hold.
+        FingerGaiting = "finger_gaiting",
+        /// Fewer fingers than a grasp needs, between two grasps.
+        Regrasp = "regrasp",
+        /// The same at the beginning or end of what is known: taken up or let go.
+        NoGrasp = "no_grasp",
     }
 }
 

@@ -1,6 +1,7 @@
 //! Enums whose variants have names in files.
 
-/// Defines such an enum as a table of its variants and their names.
+/// Defines an enum whose variants have names in files, as a table of both.
+#[macro_export]
 macro_rules! named {
     (
         $(#[$meta:meta])*

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use inhand_model::{BodySource, Recording, Roles, Status};
+use inhand_model::{BodySource, Recording, Roles, Status, named};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use rayon::prelude::*;
 
@@ -20,27 +20,17 @@ const MAX_ROUNDS: usize = 50;
 /// Frames summed by one thread at a time. Fixed, so that sums do not depend on the threads.
 const FRAMES_PER_CHUNK: usize = 1024;
 
-/// A body whose frame is defined by the roles.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum BodyRole {
-    /// The back of the hand.
-    Hand,
-    /// The manipulated object.
-    Object,
+named! {
+    /// A body whose frame is defined by the roles.
+    pub enum BodyRole {
+        /// The back of the hand.
+        Hand = "hand",
+        /// The manipulated object.
+        Object = "object",
+    }
 }
 
 impl BodyRole {
-    /// Both roles, the hand first.
-    pub const ALL: [BodyRole; 2] = [BodyRole::Hand, BodyRole::Object];
-
-    /// Lower-case name, as in settings.
-    pub const fn name(self) -> &'static str {
-        match self {
-            BodyRole::Hand => "hand",
-            BodyRole::Object => "object",
-        }
-    }
-
     /// What `roles` say the body is.
     pub fn source(self, roles: &Roles) -> Option<&BodySource> {
         match self {

@@ -2,32 +2,22 @@
 
 use std::ops::Range;
 
-use inhand_model::Clock;
+use inhand_model::{Clock, named};
 use serde::Serialize;
 
-/// How much a result matters.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Level {
-    /// Looked at, nothing to do.
-    Ok,
-    /// Worth knowing, or no evidence either way.
-    Info,
-    /// A number may be wrong or data is lost.
-    Warn,
-    /// The take cannot be used as it is.
-    Fail,
-}
-
-impl Level {
-    /// Lower-case name, as in files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Level::Ok => "ok",
-            Level::Info => "info",
-            Level::Warn => "warn",
-            Level::Fail => "fail",
-        }
+named! {
+    /// How much a result matters.
+    #[derive(PartialOrd, Ord, Hash, Serialize)]
+    #[serde(rename_all = "lowercase")]
+    pub enum Level {
+        /// Looked at, nothing to do.
+        Ok = "ok",
+        /// Worth knowing, or no evidence either way.
+        Info = "info",
+        /// A number may be wrong or data is lost.
+        Warn = "warn",
+        /// The take cannot be used as it is.
+        Fail = "fail",
     }
 }
 

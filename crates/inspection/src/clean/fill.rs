@@ -17,45 +17,33 @@ use std::ops::Range;
 
 use inhand_model::{
     Change, ChangeKind, Frame, Hand, MarkerKind, PerFinger, PointTrack, PoseTrack, Position,
-    Recording, Roles, Status, World,
+    Recording, Roles, Status, World, named,
 };
 use inhand_motion::{GapFill, MotionError, fingertip_markers};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use crate::error::CleaningError;
 use crate::lookup::{Flips, finger_of, hand_breaks, hand_poses, in_hand};
 
-/// How gaps are filled.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum FillMethod {
-    /// Not at all.
-    None,
-    /// The straight line from the sample before to the sample after.
-    Linear,
-    /// The cubic that leaves and arrives with the velocities of the motion on both sides, each taken
-    /// from up to five samples.
-    Cubic,
-    /// Where the other markers of the same rigid cluster say it is: markers of the clusters that roles
-    /// name, and of rigid bodies. Three others at least, or the body's pose, are needed all through the
-    /// gap; other markers stay as they are.
-    Cluster,
-    /// Where the other fingertips say it is, by a regression on their motion in the hand before and
-    /// after the gap; joined to both sides. For fingertips; other markers stay as they are.
-    Neighbours,
-}
-
-impl FillMethod {
-    /// Lower-case name, as in settings.
-    pub const fn name(self) -> &'static str {
-        match self {
-            FillMethod::None => "none",
-            FillMethod::Linear => "linear",
-            FillMethod::Cubic => "cubic",
-            FillMethod::Cluster => "cluster",
-            FillMethod::Neighbours => "neighbours",
-        }
+named! {
+    /// How gaps are filled.
+    #[derive(Serialize, Deserialize)]
+    #[serde(rename_all = "lowercase")]
+    pub enum FillMethod {
+        /// Not at all.
+        None = "none",
+        /// The straight line from the sample before to the sample after.
+        Linear = "linear",
+        /// The cubic that leaves and arrives with the velocities of the motion on both sides, each
+        /// taken from up to five samples.
+        Cubic = "cubic",
+        /// Where the other markers of the same rigid cluster say it is: markers of the clusters that
+        /// roles name, and of rigid bodies. Three others at least, or the body's pose, are needed all
+        /// through the gap; other markers stay as they are.
+        Cluster = "cluster",
+        /// Where the other fingertips say it is, by a regression on their motion in the hand before
+        /// and after the gap; joined to both sides. For fingertips; other markers stay as they are.
+        Neighbours = "neighbours",
     }
 }
 
@@ -70,11 +58,11 @@ pub struct FillSettings {
 
 impl FillSettings {
     /// Missing samples in the longest gap that is filled.
-    fn limit_samples(&self, rate_hz: f64) -> Result<usize, CleaningError> {
+    fn limit_samples(&self, rate_hz: f64) -> Result<usize, MotionError> {
         if !(self.limit_s.is_finite() && self.limit_s >= 0.0) {
             let found = format!("{} s", self.limit_s);
             let expected = "a time in seconds, 0 or more";
-            return Err(MotionError::setting("fill limit", found, expected).into());
+            return Err(MotionError::setting("fill limit", found, expected));
         }
         // A whole number of samples must not be lost to rounding: 0.29 s * 100 Hz is 28.999...96.
         const SLACK_SAMPLES: f64 = 1e-6;
@@ -86,12 +74,12 @@ impl FillSettings {
 ///
 /// # Errors
 ///
-/// [`CleaningError::Motion`]; [`CleaningError::TooFewMarkers`] where a cluster with a gap has too few others.
+/// [`MotionError`], also where a cluster with a gap has too few other markers.
 pub fn fill(
     recording: &mut Recording,
     roles: &Roles,
     settings: &FillSettings,
-) -> Result<Vec<Change>, CleaningError> {
+) -> Result<Vec<Change>, MotionError> {
     let limit = settings.limit_samples(recording.clock.rate_hz())?;
     let tips = fingertip_markers(recording, roles)?;
     let filled = match settings.method {
@@ -152,7 +140,7 @@ fn along_its_way(
     tips: &PerFinger<usize>,
     method: FillMethod,
     limit: usize,
-) -> Result<Vec<Filled>, CleaningError> {
+) -> Result<Vec<Filled>, MotionError> {
     let hand = hand_poses(recording, roles, Flips::Kept)?;
     let breaks = hand_breaks(recording, roles);
     let mut filled = Vec::new();

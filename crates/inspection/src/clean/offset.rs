@@ -9,7 +9,6 @@ use inhand_model::{Change, ChangeKind, Finger, PerFinger, Position, Recording, R
 use inhand_motion::{MotionError, fingertip_markers};
 use nalgebra::Vector3;
 
-use crate::error::CleaningError;
 use crate::lookup::{Flips, hand_poses};
 
 /// Longer than any finger.
@@ -21,13 +20,13 @@ const FARTHEST_M: f64 = 0.2;
 ///
 /// # Errors
 ///
-/// [`CleaningError::Motion`] for offsets that are not finite or longer than a finger, and for roles that
+/// [`MotionError`] for offsets that are not finite or longer than a finger, and for roles that
 /// are not in the take.
 pub fn to_pads(
     recording: &mut Recording,
     roles: &Roles,
     offsets_m: &PerFinger<Option<[f64; 3]>>,
-) -> Result<Vec<Change>, CleaningError> {
+) -> Result<Vec<Change>, MotionError> {
     for offset_m in offsets_m.as_array().iter().flatten() {
         // A range contains no NaN.
         if !offset_m
@@ -38,7 +37,7 @@ pub fn to_pads(
                 format!("{offset_m:?} m"),
                 "lengths of a finger at most, metres",
             );
-            return Err(MotionError::setting("pad offset", found, expected).into());
+            return Err(MotionError::setting("pad offset", found, expected));
         }
     }
     let tips = fingertip_markers(recording, roles)?;

@@ -22,8 +22,6 @@ use inhand_model::{
 use inhand_motion::{MotionError, lagrange_weight};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
-use crate::error::CleaningError;
-
 /// Rates that a recording can be brought to, Hz.
 const RATES_HZ: std::ops::RangeInclusive<f64> = 1.0..=10_000.0;
 /// Most samples of the result, for memory.
@@ -39,12 +37,12 @@ const AT_SAMPLE: f64 = 1e-9;
 ///
 /// # Errors
 ///
-/// [`CleaningError::Motion`] for a rate out of 1 to 10000 Hz or too many samples.
-pub fn resample(recording: &Recording, rate_hz: f64) -> Result<(Recording, Change), CleaningError> {
+/// [`MotionError`] for a rate out of 1 to 10000 Hz or too many samples.
+pub fn resample(recording: &Recording, rate_hz: f64) -> Result<(Recording, Change), MotionError> {
     let from_hz = recording.clock.rate_hz();
     let wrong = |found: String| {
         let expected = "1 to 10000 Hz, for 20 million samples at most";
-        Err(MotionError::setting("resample rate", found, expected).into())
+        Err(MotionError::setting("resample rate", found, expected))
     };
     if !RATES_HZ.contains(&rate_hz) {
         return wrong(format!("{rate_hz} Hz"));
@@ -61,12 +59,12 @@ pub fn resample(recording: &Recording, rate_hz: f64) -> Result<(Recording, Chang
     };
     let step = from_hz / rate_hz;
     let grid = Grid { samples, step };
-    let (start, start_time) = (
+    let (start, kind) = (
         recording.clock.start_unix_nanos(),
         recording.clock.start_time(),
     );
     let resampled = recording.with_samples(
-        Clock::new(start, start_time, rate_hz)?,
+        Clock::new(start, kind, rate_hz).expect("a rate of 1 Hz or more is positive"),
         samples,
         |points| grid.points(points),
         |poses| grid.poses(poses),

@@ -19,13 +19,12 @@
 use std::ops::Range;
 
 use inhand_model::{Finger, Hand, PerFinger, PointTrack, Recording, Roles, Status};
-use inhand_motion::fingertip_markers;
+use inhand_motion::{MotionError, fingertip_markers};
 use rayon::prelude::*;
 
 use super::excursions::Visits;
 use super::spikes::spikes_in;
 use crate::continuity::{UsualJumps, end_after, end_before};
-use crate::error::CleaningError;
 use crate::geometry::{Geometry, INDEPENDENT_S};
 use crate::lookup::{Flips, hand_poses, in_hand};
 use crate::suspect::{Suspect, SuspectKind};
@@ -48,8 +47,8 @@ const WRONG_START_NATS: f64 = 6.0;
 ///
 /// # Errors
 ///
-/// [`CleaningError::Motion`].
-pub fn swaps(recording: &Recording, roles: &Roles) -> Result<Vec<Suspect>, CleaningError> {
+/// [`MotionError`].
+pub fn swaps(recording: &Recording, roles: &Roles) -> Result<Vec<Suspect>, MotionError> {
     let hand = hand_poses(recording, roles, Flips::SetAside)?;
     let tips = fingertip_markers(recording, roles)?;
     let labels: Vec<PointTrack<Hand>> = (tips.as_array().par_iter())

@@ -8,10 +8,9 @@
 use std::ops::Range;
 
 use inhand_model::{Finger, Hand, MarkerKind, PerFinger, PointTrack, Recording, Roles};
-use inhand_motion::fingertip_markers;
+use inhand_motion::{MotionError, fingertip_markers};
 
 use crate::continuity::{End, UsualJumps, end_after, end_before, jump_m};
-use crate::error::CleaningError;
 use crate::geometry::Geometry;
 use crate::lookup::{Flips, hand_poses, in_hand};
 use crate::repair::take_over;
@@ -36,8 +35,8 @@ const LEAST_SAMPLES: usize = 3;
 ///
 /// # Errors
 ///
-/// [`CleaningError::Motion`].
-pub fn unlabelled(recording: &Recording, roles: &Roles) -> Result<Vec<Suspect>, CleaningError> {
+/// [`MotionError`].
+pub fn unlabelled(recording: &Recording, roles: &Roles) -> Result<Vec<Suspect>, MotionError> {
     let [_, _, unlabelled] = super::fingertips(recording, roles)?;
     Ok(unlabelled)
 }
@@ -45,7 +44,7 @@ pub fn unlabelled(recording: &Recording, roles: &Roles) -> Result<Vec<Suspect>, 
 pub(crate) fn unlabelled_of_clean_tips(
     recording: &Recording,
     roles: &Roles,
-) -> Result<Vec<Suspect>, CleaningError> {
+) -> Result<Vec<Suspect>, MotionError> {
     let pieces = pieces(recording);
     if pieces.is_empty() {
         return Ok(Vec::new());

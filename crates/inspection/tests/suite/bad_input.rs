@@ -1,6 +1,6 @@
 //! Takes and settings that nothing can be made of.
 
-use inhand_inspection::{CleanSettings, CleaningError, FillMethod, FillSettings, clean, detect};
+use inhand_inspection::{CleanSettings, FillMethod, FillSettings, clean, detect};
 use inhand_model::{BodySource, Finger, PerFinger, Roles, Status};
 use inhand_motion::MotionError;
 use inhand_simulation::{TakeSettings, simulate};
@@ -47,10 +47,10 @@ fn roles_that_are_not_in_the_take_are_named() {
     assert!(
         matches!(
             error,
-            CleaningError::Motion(MotionError::NotInTake {
+            MotionError::NotInTake {
                 kind: "rigid body",
                 ..
-            })
+            }
         ),
         "{error}"
     );

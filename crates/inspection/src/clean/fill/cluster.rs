@@ -6,11 +6,10 @@ use inhand_model::{
     Body, BodySource, MarkerKind, PerFinger, Pose, PoseTrack, Position, Recording, Roles, Status,
     World,
 };
-use inhand_motion::{BodyRole, fit_templates, role_body};
+use inhand_motion::{BodyRole, MotionError, fit_templates, role_body};
 use nalgebra::Vector3;
 
 use super::{Filled, inner_gaps, join};
-use crate::error::CleaningError;
 use crate::lookup::{finger_of, is_named_after};
 use crate::statistics::median;
 
@@ -25,7 +24,7 @@ pub(super) fn from_clusters(
     roles: &Roles,
     tips: &PerFinger<usize>,
     limit: usize,
-) -> Result<Vec<Filled>, CleaningError> {
+) -> Result<Vec<Filled>, MotionError> {
     let mut filled = Vec::new();
     let sources = [Some(&roles.hand), roles.object.as_ref()];
     for source in sources.into_iter().flatten() {
@@ -53,7 +52,7 @@ fn from_role(
     tips: &PerFinger<usize>,
     names: &[String],
     limit: usize,
-) -> Result<Vec<Filled>, CleaningError> {
+) -> Result<Vec<Filled>, MotionError> {
     let cluster: Vec<(&String, usize)> = (names.iter())
         .filter_map(|name| Some((name, recording.marker_index(name)?)))
         .filter(|&(_, marker)| finger_of(tips, marker).is_none())
@@ -69,12 +68,12 @@ fn from_role(
             .cloned()
             .collect();
         if others.len() < LEAST_OTHERS {
-            return Err(CleaningError::TooFewMarkers {
-                take: recording.name.clone(),
-                marker: name.clone(),
-                cluster: names.join(", "),
-                found: others.len(),
-            });
+            let (take, cluster, found) = (&recording.name, names.join(", "), others.len());
+            return Err(MotionError::Body(format!(
+                "take \"{take}\": marker \"{name}\" of the cluster \"{cluster}\" has {found} others that \
+                 are no fingertip, and {LEAST_OTHERS} are needed to fill it by the cluster: name more \
+                 markers, or fill by another method"
+            )));
         }
         // The pose of the cluster without the marker that is wanted.
         let source = BodySource::Markers(others);

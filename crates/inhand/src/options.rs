@@ -54,18 +54,6 @@ pub(crate) struct SourceOptions {
     finger: Vec<(String, String)>,
 }
 
-/// Selection of takes by their events.
-#[derive(Clone, Debug, Default, Args)]
-struct SelectOptions {
-    /// Use only the times of events with this label, such as task=rotate, or slip (short for
-    /// label=slip); repeat for any of several.
-    #[arg(long, value_name = "LABEL")]
-    event: Vec<String>,
-    /// Leave out the times of events with this label; repeat for several.
-    #[arg(long, value_name = "LABEL")]
-    without: Vec<String>,
-}
-
 /// Processing of takes.
 #[derive(Clone, Debug, Default, PartialEq, Args)]
 pub(crate) struct ProcessOptions {
@@ -100,24 +88,30 @@ pub(crate) struct ProcessOptions {
 pub(crate) struct TakeOptions {
     #[command(flatten, next_help_heading = "Source")]
     source: SourceOptions,
-    #[command(flatten, next_help_heading = "Events")]
-    select: SelectOptions,
+    /// Use only the times of events with this label, such as task=rotate, or slip (short for
+    /// label=slip); repeat for any of several.
+    #[arg(long, help_heading = "Events", value_name = "LABEL")]
+    event: Vec<String>,
+    /// Leave out the times of events with this label; repeat for several.
+    #[arg(long, help_heading = "Events", value_name = "LABEL")]
+    without: Vec<String>,
     #[command(flatten, next_help_heading = "Processing")]
-    process: ProcessOptions,
+    pub(crate) process: ProcessOptions,
 }
 
 impl TakeOptions {
     /// The settings of [`SourceOptions::effective`] with all of these options on top.
     pub(crate) fn settings(&self, beside: Option<&Path>) -> Result<Settings> {
         let mut settings = self.source.effective(beside)?;
-        self.select.apply(&mut settings)?;
+        if !self.event.is_empty() {
+            settings.select.with.clone_from(&self.event);
+        }
+        if !self.without.is_empty() {
+            settings.select.without.clone_from(&self.without);
+        }
+        settings.selection()?;
         self.process.apply(&mut settings);
         Ok(settings)
-    }
-
-    /// Whether processed motion that a take stores is used.
-    pub(crate) fn reuse(&self) -> bool {
-        self.process.reuse()
     }
 }
 
@@ -291,19 +285,6 @@ impl SourceOptions {
         replace_some(&mut settings.roles.object, &self.object_body);
         settings.fingers.extend(self.finger.iter().cloned());
         Ok(settings)
-    }
-}
-
-impl SelectOptions {
-    fn apply(&self, settings: &mut Settings) -> Result<()> {
-        if !self.event.is_empty() {
-            settings.select.with.clone_from(&self.event);
-        }
-        if !self.without.is_empty() {
-            settings.select.without.clone_from(&self.without);
-        }
-        settings.selection()?;
-        Ok(())
     }
 }
 

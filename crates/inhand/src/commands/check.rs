@@ -72,9 +72,8 @@ impl FailOn {
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let mut settings = args.source.effective(None)?;
-    if let Some(max_gap_s) = args.max_gap {
-        settings.process.max_gap_s = max_gap_s;
-    }
+    let process = &mut settings.process;
+    process.max_gap_s = args.max_gap.unwrap_or(process.max_gap_s);
     settings.validate()?;
     args.output.check(&args.inputs)?;
     // One take in memory at a time: results are small.

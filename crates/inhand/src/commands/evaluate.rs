@@ -40,9 +40,8 @@ pub(crate) struct Args {
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let mut settings = args.takes.settings(None)?;
-    if let Some(factor) = args.velocity_factor {
-        settings.plan.velocity_factor = factor;
-    }
+    let plan = &mut settings.plan;
+    plan.velocity_factor = args.velocity_factor.unwrap_or(plan.velocity_factor);
     args.evaluate.apply(&mut settings);
     settings.validate()?;
     let output = &args.output.output;
@@ -55,7 +54,8 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let dictionary = inhand_session::read_dictionary(&args.dictionary)?;
     let takes = read_takes(console, &args.inputs, &settings)?;
     say_used(console, &takes, &settings)?;
-    let (evaluation, rows) = evaluate_stored(&takes, &dictionary, &settings, args.takes.reuse())?;
+    let (evaluation, rows) =
+        evaluate_stored(&takes, &dictionary, &settings, args.takes.process.reuse())?;
     let hashes = takes.iter().map(|take| &take.hash);
     let hashes = hashes.chain([&dictionary.hash]).cloned();
     let made = provenance("evaluate", &settings, hashes);

@@ -46,7 +46,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         &settings,
     )?;
     say_used(console, &takes, &settings)?;
-    let motions = steps::motions(&takes, &settings, args.takes.reuse())?;
+    let motions = steps::motions(&takes, &settings, args.takes.process.reuse())?;
     let mut failed = 0;
     for ((take, motion), target) in takes.iter().zip(&motions).zip(&targets) {
         let object = steps::segments_object(&dictionary.dictionary, &[motion], &settings)?;

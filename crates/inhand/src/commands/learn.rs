@@ -1,13 +1,23 @@
 //! `inhand learn TAKE... -o DICTIONARY`, and the steps of a run that is spread over processes.
 
 mod steps;
-mod whole;
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use anyhow::Result;
 use clap::Subcommand;
+use inhand_model::DictionaryKind;
+use inhand_session::{Settings, Take, matrices, scratch_folder, write_dictionary};
+use inhand_training::{Learned, LearningFolder, Progress, learn_given, learn_in};
+use serde_json::json;
 
-use crate::console::Console;
-use crate::exit::Exit;
+use crate::commands::learn_rank::{self, RankChoice};
+use crate::commands::say_findings;
+use crate::console::{Console, print};
+use crate::exit::{Exit, UsageError, usage};
+use crate::options::{Format, LearnOptions, MethodOptions, TakeOptions};
+use crate::output::check_outputs;
 
 /// Learn a dictionary of motion primitives from takes.
 ///
@@ -22,8 +32,28 @@ use crate::exit::Exit;
 pub(crate) struct Args {
     #[command(subcommand)]
     step: Option<Step>,
+    /// Training takes.
+    #[arg(required = true)]
+    inputs: Vec<PathBuf>,
+    /// Dictionary file.
+    #[arg(short, long, value_name = "FILE", required = true)]
+    output: Option<PathBuf>,
+    /// Keep rounds in this folder; an interrupted run continues from it.
+    #[arg(long, value_name = "FOLDER")]
+    work: Option<PathBuf>,
+    /// Use the primitives of a .npz or .mat file, and learn the rest.
+    ///
+    /// They are `primitives` or `W`, or scikit-learn's `components_`; with `offset_m`, the offset of the data.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["work", "rank", "restarts"])]
+    primitives: Option<PathBuf>,
+    /// Print the outcome as text or json.
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
     #[command(flatten)]
-    whole: whole::WholeArgs,
+    options: RunOptions,
+    /// Replace an output that exists.
+    #[arg(long)]
+    force: bool,
 }
 
 #[derive(Debug, Subcommand)]
@@ -44,6 +74,217 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         Some(Step::Stats(args)) => steps::stats(console, args),
         Some(Step::Update(args)) => steps::update(args),
         Some(Step::Finish(args)) => steps::finish(console, args),
-        None => whole::run(console, &args.whole),
+        None => run_whole(console, args),
     }
+}
+
+/// Settings of a run of learning.
+#[derive(Debug, clap::Args)]
+struct RunOptions {
+    #[command(flatten)]
+    takes: TakeOptions,
+    #[command(flatten, next_help_heading = "Learning")]
+    learn: LearnOptions,
+    #[command(flatten)]
+    method: MethodOptions,
+}
+
+impl RunOptions {
+    fn settings(&self) -> Result<Settings> {
+        let mut settings = self.takes.settings(None)?;
+        self.learn.apply(&mut settings);
+        self.method.apply(&mut settings);
+        settings.validate()?;
+        Ok(settings)
+    }
+
+    /// Begins a run in a folder and prints the findings of each take.
+    fn init(
+        &self,
+        console: &Console,
+        folder: &Path,
+        takes: &[PathBuf],
+        settings: &Settings,
+    ) -> Result<LearningFolder> {
+        let reuse = self.takes.process.reuse();
+        let mut say = |take: &Take| say_findings(console, &take.hash, &take.recording);
+        Ok(inhand_training::init(
+            folder, takes, settings, reuse, &mut say,
+        )?)
+    }
+}
+
+/// Learns in one process.
+fn run_whole(console: &Console, args: &Args) -> Result<Exit> {
+    // Clap asks for it; an option it has to be for the steps of a run, which have their own.
+    let Some(output) = args.output.as_deref() else {
+        return usage("expected -o DICTIONARY");
+    };
+    let mut settings = args.options.settings()?;
+    check_outputs(&args.output, &args.inputs, args.force)?;
+    check_together(args, &mut settings)?;
+    let choice = match args.options.learn.ranks() {
+        None => None,
+        Some(ranks) => {
+            check_outputs([&learn_rank::figure_path(output)], &args.inputs, args.force)?;
+            let reuse = args.options.takes.process.reuse();
+            let segments = learn_rank::segments(&args.inputs, &settings, reuse)?;
+            let choice = learn_rank::choose(console, &segments, ranks, &mut settings);
+            Some(choice?)
+        }
+    };
+
+    let begin = Instant::now();
+    let scratch;
+    let folder = match &args.work {
+        Some(work) if LearningFolder::exists(work) => {
+            let folder = LearningFolder::open(work)?;
+            folder.check_same(&args.inputs, &settings)?;
+            console.say(&format!("going on with the run in {}", work.display()));
+            folder
+        }
+        Some(work) => args.options.init(console, work, &args.inputs, &settings)?,
+        None => {
+            scratch = scratch_folder(output)?;
+            let root = scratch.path();
+            args.options.init(console, root, &args.inputs, &settings)?
+        }
+    };
+    let read_s = begin.elapsed().as_secs_f64();
+    let mut learned = match &args.primitives {
+        Some(file) => given(&folder, file)?,
+        None => learn_in(&folder, args.work.is_some(), &mut |progress| {
+            console.say(&round_text(progress));
+        })?,
+    };
+    if let Some(choice) = &choice {
+        choice.note(&mut learned.provenance);
+        let figure = choice.write_figure(output)?;
+        console.wrote(&figure);
+    }
+    write_learned(
+        console,
+        output,
+        &learned,
+        choice.as_ref(),
+        read_s,
+        args.format,
+    )?;
+    Ok(Exit::Done)
+}
+
+/// Refuses options that exclude each other before anything takes long.
+fn check_together(args: &Args, settings: &mut Settings) -> Result<()> {
+    let refuse = |message: &str| Err(UsageError(message.to_owned()).into());
+    let is_pca = settings.learn.kind == DictionaryKind::Pca;
+    if args.work.is_some() && is_pca {
+        return refuse("--work: principal components have no rounds to keep; leave it out");
+    }
+    if args.work.is_some() && args.options.learn.ranks().is_some() {
+        return refuse("--work: expected a single --rank; choose one first, without --work");
+    }
+    let Some(file) = &args.primitives else {
+        return Ok(());
+    };
+    if is_pca {
+        return refuse(
+            "--primitives: expected --kind nmf; components about a mean are learned here",
+        );
+    }
+    // The file has its own number of primitives; its content is checked against the takes' rate later.
+    settings.learn.rank = None;
+    matrices::read(file)?;
+    Ok(())
+}
+
+/// A dictionary of primitives from a file of matrices.
+fn given(folder: &LearningFolder, file: &Path) -> Result<Learned> {
+    let plan = folder.plan();
+    let given = matrices::read_primitives(file, plan.layout, DictionaryKind::Nmf)?;
+    let hash = inhand_session::containers::hash_file(file)?;
+    Ok(learn_given(folder, &given, hash)?)
+}
+
+/// A line about a round.
+fn round_text(progress: &Progress) -> String {
+    let start = match progress.starts {
+        1 => String::new(),
+        starts => format!("start {} of {starts}, ", progress.start + 1),
+    };
+    let error = progress
+        .rms_m
+        .map(|rms_m| format!("{:.4} mm rms", rms_m * 1000.0));
+    let error = error.unwrap_or_else(|| "begun".to_owned());
+    let stop = progress.stop.map_or_else(String::new, |stop| {
+        format!(" ({})", stop.name().replace('_', " "))
+    });
+    format!("{start}round {}: {error}{stop}", progress.round)
+}
+
+/// Writes the dictionary and prints the outcome of learning.
+fn write_learned(
+    console: &Console,
+    output: &Path,
+    learned: &Learned,
+    choice: Option<&RankChoice>,
+    read_s: f64,
+    format: Format,
+) -> Result<()> {
+    let dictionary = &learned.dictionary;
+    write_dictionary(
+        output,
+        dictionary,
+        std::slice::from_ref(&learned.provenance),
+    )?;
+    let learning = &dictionary.learning;
+    let text = || {
+        let choice = choice.map(|choice| choice.text() + "\n");
+        let mut text = choice.unwrap_or_default();
+        text += &format!(
+            "{} primitives from {} segments: {:.3} mm rms after {} iterations ({})\n",
+            dictionary.rank(),
+            learning.segments,
+            learning.rms_m * 1000.0,
+            learning.iterations,
+            learning.stop_reason.name().replace('_', " "),
+        );
+        for restart in &learning.restarts {
+            let fate = match restart.seed == learning.seed {
+                true => "kept".to_owned(),
+                false => format!("mean matched cosine {:.4} with it", restart.matched_cosine),
+            };
+            let rms_mm = restart.rms_m * 1000.0;
+            text += &format!("  seed {}: {rms_mm:.4} mm rms, {fate}\n", restart.seed);
+        }
+        text
+    };
+    let json = || {
+        let restarts = learning.restarts.iter().map(|restart| {
+            let (rms_mm, cosine) = (restart.rms_m * 1000.0, restart.matched_cosine);
+            json!({ "seed": restart.seed, "rms_mm": rms_mm, "matched_cosine": cosine })
+        });
+        let mut outcome = json!({
+            "rms_mm": learning.rms_m * 1000.0,
+            "relative_error": learning.relative_error,
+            "iterations": learning.iterations,
+            "stop_reason": learning.stop_reason.name(),
+            "segments": learning.segments,
+            "rank": dictionary.rank(),
+            "seed": learning.seed,
+            "restarts": restarts.collect::<Vec<_>>(),
+            "timings_s": {
+                "read": read_s,
+                "learn": learned.primitives_s,
+                "deviations": learned.deviations_s,
+            },
+            "peak_memory_bytes": inhand_session::peak_memory_bytes(),
+        });
+        if let Some(choice) = choice {
+            outcome["rank_choice"] = choice.json();
+        }
+        outcome
+    };
+    print(format, text, json)?;
+    console.wrote(output);
+    Ok(())
 }

@@ -65,9 +65,7 @@ const ALIGNS: [(&str, ClockAlign); 2] = [("start", || Align::Start), ("clock", |
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let mut settings = args.source.effective(None)?;
-    if args.object.is_some() {
-        settings.object.shape.clone_from(&args.object);
-    }
+    settings.object.shape = args.object.clone().or(settings.object.shape);
     settings.validate()?;
     let options = OverlayOptions {
         inputs: args.inputs.clone(),

@@ -5,8 +5,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use inhand_model::{ConstraintFamily, Finger, PerFinger, Plan, PlanStatus, Trajectory};
 use inhand_session::{
-    Method, PlanRequest, Planned, Settings, StateRole, plan_motion, provenance, read_state, steps,
-    write_plan,
+    Method, PlanRequest, Planned, StateRole, plan_motion, provenance, read_state, steps, write_plan,
 };
 use serde_json::json;
 
@@ -70,7 +69,12 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
-    let settings = settings(args)?;
+    let mut settings = args.source.effective(None)?;
+    args.process.apply(&mut settings);
+    args.plan.apply(&mut settings);
+    args.evaluate.apply(&mut settings);
+    settings.plan.methods = vec![args.method];
+    settings.validate()?;
     let dictionary = inhand_session::read_dictionary(&args.dictionary)?;
     let mut methods = steps::settled_methods(&dictionary.dictionary, &settings)?;
     let method = methods.remove(0);
@@ -114,16 +118,6 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     write_plan(&args.output, &planned, &settings, &steps, view)?;
     console.wrote(&args.output);
     Ok(Exit::Done)
-}
-
-fn settings(args: &Args) -> Result<Settings> {
-    let mut settings = args.source.effective(None)?;
-    args.process.apply(&mut settings);
-    args.plan.apply(&mut settings);
-    args.evaluate.apply(&mut settings);
-    settings.plan.methods = vec![args.method];
-    settings.validate()?;
-    Ok(settings)
 }
 
 fn via(text: &str) -> Result<(f64, String), &'static str> {

@@ -1,19 +1,16 @@
 //! `inhand play FILE`.
 
-mod keys;
-mod status;
-
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
 use inhand_container::Timeline;
-use inhand_live::{Control, Controls, LiveError, Played, Repeat, Server, Settings};
+use inhand_live::{
+    Control, Controls, Event, LiveError, Mode, Played, Progress, Repeat, Server, Settings,
+};
 use inhand_session::containers::{self, Instant};
 
-use crate::commands::cut::instant;
-use crate::commands::play::keys::Keys;
-use crate::commands::play::status::Status;
+use crate::commands::cut::{instant, seconds};
 use crate::console::{Console, data};
 use crate::exit::{Exit, UsageError};
 
@@ -78,7 +75,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         },
     };
     let topics = timeline.channels().count();
-    let seconds = super::cut::seconds(timeline.span());
+    let seconds = seconds(timeline.span());
     let server = Server::open(timeline, &settings).map_err(usage)?;
     stop_on_signals(server.controls())?;
     let address = server.address();
@@ -90,10 +87,15 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     // For scripts: what they need to connect, as soon as they can.
     data(&format!("ws://{address}\n"))?;
     let keys = Keys::listen(server.controls(), console.is_quiet());
-    let mut status = Status::new(console, keys.is_some());
-    let played = server.run(|event| status.tell(&event));
+    let (bar, with_keys) = (console.bar("{msg}"), keys.is_some());
+    let played = server.run(|event| match (&event, words(&event)) {
+        (Event::Progress(now), _) => bar.set_message(progress_line(now, with_keys)),
+        (_, Some(line)) => bar.suspend(|| console.say(&line)),
+        _ => {}
+    });
     // The terminal is as it was before anything more is said.
-    drop((status, keys));
+    bar.finish_and_clear();
+    drop(keys);
     say_played(console, played?);
     Ok(Exit::Done)
 }
@@ -140,10 +142,7 @@ fn say_how(console: &Console, address: SocketAddr) {
 }
 
 fn say_played(console: &Console, played: Played) {
-    let viewers = match played.viewers {
-        1 => "1 viewer".to_owned(),
-        viewers => format!("{viewers} viewers"),
-    };
+    let viewers = viewers(played.viewers);
     let missed = match played.missed {
         0 => String::new(),
         missed => format!(", {missed} left out for viewers that read too slowly"),
@@ -152,4 +151,238 @@ fn say_played(console: &Console, played: Played) {
         "played   {} messages to {viewers}{missed}",
         played.sent
     ));
+}
+
+/// A number of viewers in words.
+fn viewers(count: u64) -> String {
+    match count {
+        1 => "1 viewer".to_owned(),
+        _ => format!("{count} viewers"),
+    }
+}
+
+/// The line about an event, except for progress.
+fn words(event: &Event) -> Option<String> {
+    Some(match event {
+        Event::Arrived { viewer } => format!("viewer   {viewer} connected"),
+        Event::Left { viewer, how } => format!("viewer   {viewer} {how}"),
+        Event::Missed { viewer, messages } => {
+            format!("warning  {viewer} reads too slowly: {messages} messages were left out for it")
+        }
+        Event::Strange { viewer } => format!(
+            "warning  {viewer} connected without the Foxglove WebSocket protocol; it got instructions"
+        ),
+        Event::Full { viewer, viewers } => {
+            format!("warning  {viewer} was refused: there are {viewers} connections already")
+        }
+        Event::LeftOut { topic, why } => format!("warning  {topic} is left out: {why}"),
+        Event::Ended => "end      of the recording; viewers can seek back".to_owned(),
+        _ => return None,
+    })
+}
+
+/// The progress line; it lists the keys where keys are read.
+fn progress_line(now: &Progress, keys: bool) -> String {
+    let mode = match now.mode {
+        Mode::Playing => "playing",
+        Mode::Paused => "paused",
+        Mode::Waiting => "waiting for a viewer",
+        _ => "at the end",
+    };
+    let help = match keys {
+        true => "  [space, arrows, 0, q]",
+        false => "",
+    };
+    let viewers = viewers(now.viewers as u64);
+    let (at, of) = (clock(now.at_s), clock(now.duration_s));
+    format!("{at} of {of}  x{}  {viewers}  {mode}{help}", now.speed)
+}
+
+/// Minutes and seconds to the tenth, cut off.
+fn clock(seconds: f64) -> String {
+    let tenths = (seconds * 10.0) as u64;
+    format!("{}:{:02}.{}", tenths / 600, tenths / 10 % 60, tenths % 10)
+}
+
+/// How far the arrows go, seconds.
+const STEP_S: f64 = 5.0;
+
+/// Keys and what they do; those with several bytes are what terminals send for arrows and Home.
+const KEYS: [(&[u8], Control); 20] = [
+    (b" ", Control::Toggle),
+    (b"\x1b[C", Control::SeekBy(STEP_S)),
+    (b"\x1bOC", Control::SeekBy(STEP_S)),
+    (b"\x1b[D", Control::SeekBy(-STEP_S)),
+    (b"\x1bOD", Control::SeekBy(-STEP_S)),
+    (b"\x1b[A", Control::Faster),
+    (b"\x1bOA", Control::Faster),
+    (b"+", Control::Faster),
+    (b"=", Control::Faster),
+    (b"\x1b[B", Control::Slower),
+    (b"\x1bOB", Control::Slower),
+    (b"-", Control::Slower),
+    (b"0", Control::SeekTo(0.0)),
+    (b"\x1b[H", Control::SeekTo(0.0)),
+    (b"\x1bOH", Control::SeekTo(0.0)),
+    (b"\x1b[1~", Control::SeekTo(0.0)),
+    (b"q", Control::Stop),
+    (b"Q", Control::Stop),
+    // Ctrl-D; Ctrl-C is a signal as ever.
+    (b"\x04", Control::Stop),
+    (b"\x1b[7~", Control::SeekTo(0.0)),
+];
+
+/// Controls for the bytes from a terminal, without those of unknown keys. Removes from `bytes` each whole
+/// key.
+fn controls(bytes: &mut Vec<u8>) -> Vec<Control> {
+    let mut found = Vec::new();
+    let mut rest = &bytes[..];
+    while !rest.is_empty() {
+        if let Some((key, control)) = KEYS.iter().find(|(key, _)| rest.starts_with(key)) {
+            found.push(*control);
+            rest = &rest[key.len()..];
+        } else if KEYS.iter().any(|(key, _)| key.starts_with(rest)) {
+            break;
+        } else {
+            rest = &rest[1..];
+        }
+    }
+    *bytes = rest.to_vec();
+    found
+}
+
+#[cfg(unix)]
+mod terminal {
+    use std::io::{self, IsTerminal, Read};
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicBool, Ordering};
+    use std::thread::{self, JoinHandle};
+
+    use rustix::process::getpgrp;
+    use rustix::termios::{
+        LocalModes, OptionalActions, SpecialCodeIndex, Termios, tcgetattr, tcgetpgrp, tcsetattr,
+    };
+
+    use super::{Controls, controls};
+
+    /// Keys are read until this is dropped; then the terminal is as it was.
+    pub(crate) struct Keys {
+        before: Termios,
+        over: Arc<AtomicBool>,
+        thread: Option<JoinHandle<()>>,
+    }
+
+    impl Keys {
+        /// `None` without a terminal, or where it belongs to another job: reading would stop this one.
+        pub(crate) fn listen(player: Controls, quiet: bool) -> Option<Self> {
+            let stdin = io::stdin();
+            let ours = tcgetpgrp(&stdin).is_ok_and(|group| group == getpgrp());
+            if quiet || !ours || !io::stderr().is_terminal() {
+                return None;
+            }
+            let before = tcgetattr(&stdin).ok()?;
+            let mut keys = before.clone();
+            // Key by key and without an echo. Ctrl-C stays a signal.
+            keys.local_modes -= LocalModes::ICANON | LocalModes::ECHO;
+            // Reading returns after a tenth of a second without a key.
+            keys.special_codes[SpecialCodeIndex::VMIN] = 0;
+            keys.special_codes[SpecialCodeIndex::VTIME] = 1;
+            let over = Arc::<AtomicBool>::default();
+            tcsetattr(&stdin, OptionalActions::Now, &keys).ok()?;
+            let mut keys = Self {
+                before,
+                over: Arc::clone(&over),
+                thread: None,
+            };
+            let thread = thread::Builder::new()
+                .name("keys".to_owned())
+                .spawn(move || read(&player, &over));
+            keys.thread = Some(thread.ok()?);
+            Some(keys)
+        }
+    }
+
+    impl Drop for Keys {
+        fn drop(&mut self) {
+            self.over.store(true, Ordering::SeqCst);
+            if let Some(thread) = self.thread.take() {
+                // It reads for a tenth of a second at most.
+                let _ = thread.join();
+            }
+            let _ = tcsetattr(io::stdin(), OptionalActions::Now, &self.before);
+        }
+    }
+
+    fn read(player: &Controls, over: &AtomicBool) {
+        let (mut pressed, mut bytes) = ([0; 32], Vec::new());
+        while !over.load(Ordering::SeqCst) {
+            match io::stdin().lock().read(&mut pressed) {
+                // Whatever began a key and did not go on was none.
+                Ok(0) => bytes.clear(),
+                Ok(count) => bytes.extend_from_slice(&pressed[..count]),
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                Err(_) => return,
+            }
+            for control in controls(&mut bytes) {
+                if !player.send(control) {
+                    return;
+                }
+            }
+        }
+    }
+}
+
+#[cfg(unix)]
+use terminal::Keys;
+
+/// Without Unix terminals there are no keys.
+#[cfg(not(unix))]
+struct Keys;
+
+#[cfg(not(unix))]
+impl Keys {
+    fn listen(_player: Controls, _quiet: bool) -> Option<Self> {
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pressed(bytes: &[u8]) -> (Vec<Control>, Vec<u8>) {
+        let mut bytes = bytes.to_vec();
+        (controls(&mut bytes), bytes)
+    }
+
+    #[test]
+    fn keys_are_told_apart_however_they_come() {
+        let (found, rest) = pressed(b" \x1b[C\x1b[D\x1bOA-x\x1b[5~0q");
+        let expected = [
+            Control::Toggle,
+            Control::SeekBy(5.0),
+            Control::SeekBy(-5.0),
+            Control::Faster,
+            Control::Slower,
+            Control::SeekTo(0.0),
+            Control::Stop,
+        ];
+        assert_eq!((&found[..], &rest[..]), (&expected[..], &b""[..]));
+    }
+
+    #[test]
+    fn half_a_key_waits_for_its_rest() {
+        assert_eq!(pressed(b"\x1b["), (vec![], b"\x1b[".to_vec()));
+        let (found, _) = pressed(b"\x1b[1~");
+        assert_eq!(found, [Control::SeekTo(0.0)]);
+        assert_eq!(pressed(b"\xff\x00").0, []);
+    }
+
+    #[test]
+    fn times_are_minutes_and_seconds() {
+        assert_eq!(clock(0.0), "0:00.0");
+        assert_eq!(clock(59.99), "0:59.9");
+        assert_eq!(clock(600.05), "10:00.0");
+        assert_eq!(clock(6001.25), "100:01.2");
+    }
 }

@@ -3,10 +3,11 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
-use inhand_session::{Settings, locate};
+use inhand_session::locate;
 
 use crate::console::data;
 use crate::exit::Exit;
+use crate::options::SourceOptions;
 
 /// Print every setting with its effective value: defaults, then the session's inhand.toml.
 #[derive(Debug, clap::Args)]
@@ -20,11 +21,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit> {
         Some(session) => locate(session)?.1,
         None => None,
     };
-    let settings = file
-        .as_deref()
-        .map(Settings::read)
-        .transpose()?
-        .unwrap_or_default();
+    let settings = SourceOptions::default().effective(file.as_deref())?;
     settings.validate()?;
     data(&settings.to_toml()?)?;
     Ok(Exit::Done)

@@ -41,9 +41,7 @@ pub(crate) struct Args {
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let mut settings = args.source.effective(None)?;
-    if args.object.is_some() {
-        settings.object.shape.clone_from(&args.object);
-    }
+    settings.object.shape = args.object.clone().or(settings.object.shape);
     settings.validate()?;
     let targets = targets(&args.inputs, &args.output)?;
     let read: Vec<_> = args.inputs.iter().chain(&args.dictionary).collect();

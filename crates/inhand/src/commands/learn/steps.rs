@@ -8,7 +8,7 @@ use inhand_model::{DictionaryKind, StopReason};
 use inhand_training::{LearningFolder, Progress, Shard};
 use serde_json::json;
 
-use super::whole::{RunOptions, round_text, write_learned};
+use super::{RunOptions, round_text, write_learned};
 use crate::console::{Console, print};
 use crate::exit::{Exit, usage};
 use crate::options::Format;
@@ -64,7 +64,7 @@ pub(super) struct FinishArgs {
 }
 
 pub(super) fn init(console: &Console, args: &InitArgs) -> Result<Exit> {
-    args.options.check_one_rank()?;
+    args.options.learn.check_one_rank()?;
     let settings = args.options.settings()?;
     if settings.learn.kind != DictionaryKind::Nmf {
         return usage(

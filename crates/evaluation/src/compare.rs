@@ -1,12 +1,10 @@
 //! Two evaluations side by side: how statistics differ, with intervals.
 
-use std::borrow::Cow;
-
 use inhand_model::{Bootstrap, ContactChange, ErrorChange, EvaluationRows, Finger, Measure};
 use inhand_statistics::BootstrapError;
 use inhand_statistics::bootstrap::{ClusteredRows, differences};
 
-use crate::intervals::{common, ones_and_zeros, segment_contacts, segment_errors};
+use crate::intervals::{compared, ones_and_zeros, segment_contacts, segment_errors};
 
 /// A method in the rows of an evaluation.
 #[derive(Clone, Copy, Debug)]
@@ -57,7 +55,7 @@ pub fn compare_errors(
     let fingers = [None].into_iter().chain(Finger::ALL.map(Some));
     let mut changes = Vec::new();
     for ((first, second), finger) in first.iter().zip(&second).zip(fingers) {
-        let [first, second] = looked_at(paired, first, second);
+        let [first, second] = compared(paired, first, second);
         let values = first
             .measures(&Measure::ALL)
             .into_iter()
@@ -101,7 +99,7 @@ pub fn compare_contacts(
     };
     let first = ones_and_zeros(&first, |counts| counts.three_or_more)?;
     let second = ones_and_zeros(&second, |counts| counts.three_or_more)?;
-    let [first, second] = looked_at(paired, &first, &second);
+    let [first, second] = compared(paired, &first, &second);
     let mean = [Measure::Mean];
     let found = differences(&first, &second, paired, &mean, &bootstrap)?;
     Ok(found[0].map(|found| ContactChange {
@@ -111,17 +109,4 @@ pub fn compare_contacts(
         after: first.measures(&mean)[0],
         absolute: Some(found.absolute),
     }))
-}
-
-/// Rows to compare: of pairs those of clusters in which both judged the same instants.
-fn looked_at<'a>(
-    paired: bool,
-    first: &'a ClusteredRows,
-    second: &'a ClusteredRows,
-) -> [Cow<'a, ClusteredRows>; 2] {
-    if paired {
-        common(first, second)
-    } else {
-        [first, second].map(Cow::Borrowed)
-    }
 }

@@ -217,27 +217,20 @@ impl SortedErrors {
             .map_or(&self.all, |finger| &self.by_finger[finger])
             .rows
     }
-}
 
-impl Rows {
-    fn new(rows: ClusteredRows) -> Self {
-        let by_cluster = (rows.by_cluster().par_iter())
-            .map(|rows| measures_of(rows))
-            .collect();
-        Self { rows, by_cluster }
-    }
-}
-
-impl SortedErrors {
     /// The errors of one finger after the other: what is read of one is dropped before the next.
     fn read<E: From<BootstrapError>>(
         mut errors: impl FnMut(Finger) -> Result<ErrorsByCluster, E>,
     ) -> Result<Self, E> {
+        let measured = |rows: ClusteredRows| Rows {
+            by_cluster: (rows.by_cluster().par_iter().map(|rows| measures_of(rows))).collect(),
+            rows,
+        };
         let by_finger = PerFinger::try_from_fn(|finger| -> Result<Rows, E> {
-            Ok(Rows::new(ClusteredRows::new(&errors(finger)?)?))
+            Ok(measured(ClusteredRows::new(&errors(finger)?)?))
         })?;
         let parts: Vec<&ClusteredRows> = by_finger.iter().map(|(_, rows)| &rows.rows).collect();
-        let all = Rows::new(ClusteredRows::merged(&parts)?);
+        let all = measured(ClusteredRows::merged(&parts)?);
         Ok(Self { by_finger, all })
     }
 }
@@ -338,12 +331,16 @@ fn only<'a>(
     })
 }
 
-/// Both samples over the clusters in which both judged the same instants.
-pub(crate) fn common<'a>(
+/// Samples to compare: of pairs the clusters in which both judged the same instants, else all.
+pub(crate) fn compared<'a>(
+    paired: bool,
     first: &'a ClusteredRows,
     second: &'a ClusteredRows,
 ) -> [Cow<'a, ClusteredRows>; 2] {
-    only(&judged_by_both(first, second), first, second)
+    match paired {
+        true => only(&judged_by_both(first, second), first, second),
+        false => [first, second].map(Cow::Borrowed),
+    }
 }
 
 /// Differences of the first from the second in each measure, over the clusters in which both judged the same instants;

@@ -74,20 +74,16 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod certificates;
 mod compare;
 mod constraints;
 mod contacts;
-mod corridors;
 mod dynamics;
-mod dynamics_facts;
 mod input;
 mod instants;
 mod intervals;
 mod known;
 mod method;
 mod movement;
-mod object;
 pub mod overlay;
 mod quality;
 mod recorded;

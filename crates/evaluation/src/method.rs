@@ -1,20 +1,18 @@
 //! One method against the recorded motion.
 
 use inhand_model::{
-    Finger, HandAndFingers, MethodEvaluation, MethodRows, PerFinger, SegmentLayout, Statistics,
-    Trajectory,
+    Calibration, ConstraintFamily, CorridorCoverage, FamilyFacts, Finger, Hand, HandAndFingers,
+    MethodEvaluation, MethodRows, Object, ObjectError, PerFinger, Plan, PlanFacts, PlanStatus,
+    Pose, SegmentLayout, Statistics, Trajectory,
 };
 use inhand_statistics::quantiles::statistics;
 use rayon::prelude::*;
 
-use crate::certificates::plan_facts;
 use crate::constraints::{check_velocity, collision, reachability};
 use crate::contacts::{contact_share, distance_difference};
-use crate::corridors::coverage;
 use crate::input::{EvaluationSettings, MethodResult, TestData};
 use crate::instants::{UNKNOWN, fingertips, measure};
 use crate::known::{Counts, finger_statistics, known_statistics};
-use crate::object::{object_error, pose_errors};
 use crate::recorded::Recorded;
 
 /// Judges a method at every instant of the test segments.
@@ -169,4 +167,160 @@ fn median_by_sample(rows: &MethodRows, samples: usize) -> Vec<f64> {
             statistics(errors, 0, 0).p50
         })
         .collect()
+}
+
+/// Distance between the origins (metres) and angle (radians) of planned and recorded object at every instant, NaN
+/// where one of them is not known. `planned` has one entry for each segment of the recording, `None` where the plan
+/// failed; the result is `None` where no take has an object.
+fn pose_errors(
+    planned: &[Option<&[Pose<Hand, Object>]>],
+    recorded: &Recorded,
+    samples: usize,
+) -> Option<(Vec<f64>, Vec<f64>)> {
+    if recorded.object_from_hand.is_empty() {
+        return None;
+    }
+    let error = |(k, object_from_hand): (usize, &Option<Pose<Object, Hand>>)| {
+        let planned = planned[k / samples]?[k % samples];
+        let hand_from_object = object_from_hand.filter(|_| planned.is_finite())?.inverse();
+        let rotation = hand_from_object.isometry().rotation;
+        Some((
+            planned.origin().distance_m(hand_from_object.origin()),
+            planned.isometry().rotation.angle_to(&rotation),
+        ))
+    };
+    let instants = recorded.object_from_hand.iter().enumerate();
+    Some(
+        instants
+            .map(|k| error(k).unwrap_or((f64::NAN, f64::NAN)))
+            .unzip(),
+    )
+}
+
+/// Errors of the planned object over all instants at which they are known; `None` where there is none.
+fn object_error(rows: &MethodRows, recorded: &Recorded, counts: Counts) -> Option<ObjectError> {
+    let filled = &recorded.rows.object_filled;
+    let over = |values: &[f64]| {
+        let values = values.iter().copied().zip(filled.iter().copied());
+        known_statistics(values, counts.instants())
+    };
+    Some(ObjectError {
+        position: over(rows.object_position_error_m.as_ref()?),
+        angle: over(rows.object_angle_error_rad.as_ref()?),
+    })
+}
+
+/// Coverage of each width over all instants at which the distance is known. `mahalanobis` has one entry
+/// for each segment of the recording, `None` where there is no region. On the edge is inside.
+fn coverage(
+    mahalanobis: &[Option<&[PerFinger<f64>]>],
+    widths: &[Calibration],
+    recorded: &Recorded,
+    counts: Counts,
+) -> Vec<CorridorCoverage> {
+    // Distances of each finger, the same for all widths.
+    let mut n_filled = 0;
+    let known: PerFinger<Vec<f64>> = PerFinger::from_fn(|finger| {
+        let mut known = Vec::new();
+        for (segment, instants) in mahalanobis.iter().enumerate() {
+            for (t, distances) in instants.unwrap_or_default().iter().enumerate() {
+                if !distances[finger].is_nan() {
+                    known.push(distances[finger]);
+                    let k = segment * counts.samples + t;
+                    n_filled += usize::from(recorded.rows.filled[k][finger]);
+                }
+            }
+        }
+        known
+    });
+    let n: usize = known.iter().map(|(_, known)| known.len()).sum();
+    let n_left_out = (Finger::ALL.into_iter())
+        .map(|finger| counts.left_out(known[finger].len()))
+        .sum();
+    (widths.iter())
+        .map(|width| {
+            let inside = (known.each_ref())
+                .map(|known| known.iter().filter(|&&d| d <= width.mahalanobis).count());
+            CorridorCoverage {
+                share_stated: width.share,
+                mahalanobis: width.mahalanobis,
+                n,
+                n_filled,
+                n_left_out,
+                share_inside: HandAndFingers {
+                    all: inside.as_array().iter().sum::<usize>() as f64 / n as f64,
+                    by_finger: PerFinger::from_fn(|finger| {
+                        inside[finger] as f64 / known[finger].len() as f64
+                    }),
+                },
+            }
+        })
+        .collect()
+}
+
+fn plan_facts(plans: &[Plan]) -> PlanFacts {
+    let solved: Vec<_> = (plans.iter())
+        .filter(|plan| plan.trajectory.is_some())
+        .collect();
+    let infeasible: Vec<_> = (plans.iter())
+        .filter(|plan| plan.status == PlanStatus::Infeasible)
+        .collect();
+    let families = ConstraintFamily::ALL
+        .into_iter()
+        .filter_map(|family| family_facts(family, &solved, &infeasible))
+        .collect();
+    let outside = (solved.iter())
+        .filter_map(|plan| plan.checks.hull_distance_m)
+        .map(|distance_m| usize::from(distance_m > 0.0));
+    let active = |plan: &&&Plan| plan.checks.active[ConstraintFamily::Velocity] > 0;
+    PlanFacts {
+        solved: solved.len(),
+        infeasible: infeasible.len(),
+        failed: plans.len().saturating_sub(solved.len() + infeasible.len()),
+        // NaN is the worst of all.
+        worst_kkt_residual: (solved.iter())
+            .map(|plan| plan.certificate.worst())
+            .max_by(f64::total_cmp)
+            .unwrap_or(0.0),
+        velocity_bound_active: solved.iter().filter(active).count(),
+        families,
+        outside_hull: outside.clone().next().map(|_| outside.sum()),
+    }
+}
+
+/// Facts of one family; `None` where it was off in every plan.
+fn family_facts(
+    family: ConstraintFamily,
+    solved: &[&Plan],
+    infeasible: &[&Plan],
+) -> Option<FamilyFacts> {
+    let violations = || {
+        solved
+            .iter()
+            .filter_map(|plan| plan.checks.violation[family])
+    };
+    let relaxations: Vec<f64> = (infeasible.iter())
+        .flat_map(|plan| &plan.relaxations)
+        .filter(|relaxation| relaxation.family == family && !relaxation.joint)
+        .map(|relaxation| relaxation.by)
+        .collect();
+    let on = |plan: &&Plan| plan.checks.violation[family].is_some();
+    if !solved
+        .iter()
+        .chain(infeasible)
+        .copied()
+        .any(|plan| on(&plan))
+    {
+        return None;
+    }
+    Some(FamilyFacts {
+        family,
+        active: (solved.iter())
+            .filter(|plan| plan.checks.active[family] > 0)
+            .count(),
+        // Null in files where no plan has a motion to judge.
+        worst_violation: violations().max_by(f64::total_cmp).unwrap_or(f64::NAN),
+        would_mend: relaxations.len(),
+        largest_relaxation: relaxations.into_iter().fold(0.0, f64::max),
+    })
 }

@@ -28,14 +28,14 @@ const NOTHING: f64 = 1e-22;
 /// Steps allowed for each row that could be active. Practice needs about one for each that is.
 const STEPS_PER_ROW: usize = 20;
 
-/// End of a minimisation.
+/// End of a minimisation, by this method or by Clarabel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Ending {
     /// Every row holds, every multiplier is positive.
     Optimal,
     /// A row contradicts the working ones.
     Infeasible,
-    /// Too many steps.
+    /// Too many steps, or no answer.
     Stalled,
 }
 
@@ -71,12 +71,13 @@ pub(crate) struct ActiveSet<'a> {
     least_curvature: f64,
     signs: bool,
     rows: Vec<Row>,
-    point: DVector<f64>,
+    pub(crate) point: DVector<f64>,
     working: Vec<Constraint>,
     multipliers: Vec<f64>,
     factor: Factor,
-    steps: usize,
-    contradiction: Option<Contradiction>,
+    pub(crate) steps: usize,
+    /// Why there is no solution, once a minimisation found none.
+    pub(crate) contradiction: Option<Contradiction>,
 }
 
 /// Proof that no point keeps all rows (Farkas): with these factors, none negative, the rows add up to one
@@ -140,22 +141,6 @@ impl<'a> ActiveSet<'a> {
             image: None,
             tolerance,
         });
-    }
-
-    /// The present point.
-    pub(crate) const fn point(&self) -> &DVector<f64> {
-        &self.point
-    }
-
-    /// Steps taken so far.
-    pub(crate) const fn steps(&self) -> usize {
-        self.steps
-    }
-
-    /// Which rows contradict each other, where a minimisation ended with
-    /// [`Ending::Infeasible`].
-    pub(crate) const fn contradiction(&self) -> Option<&Contradiction> {
-        self.contradiction.as_ref()
     }
 
     /// Constraints that hold with equality, with their multipliers.
@@ -346,11 +331,6 @@ impl<'a> ActiveSet<'a> {
             Constraint::Row(j) => self.rows[j].size,
         };
         left > DEPENDENT * whole && whole > self.least_curvature * size
-    }
-
-    /// Changes the point a little, such as to make equations hold to the last digit.
-    pub(crate) fn correct(&mut self, change: impl FnOnce(&mut DVector<f64>)) {
-        change(&mut self.point);
     }
 
     fn drop_working(&mut self, j: usize) {

@@ -164,7 +164,7 @@ fn by_contradictions(
             if !kept.restored(task, &mut solver, &rows, by) {
                 return Found::Unclear;
             }
-            let fresh = fresh(task, active, families, solver.point(), by);
+            let fresh = fresh(task, active, families, &solver.point, by);
             if fresh.is_empty() {
                 return Found::Least(by);
             }
@@ -245,9 +245,9 @@ impl Kept<'_> {
 
     /// By how much families have to be relaxed further for a contradiction to go.
     fn rise(&self, solver: &ActiveSet<'_>, rows: &[Yielding]) -> Result<f64, Found> {
-        let contradiction = solver.contradiction().ok_or(Found::Unclear)?;
+        let contradiction = (solver.contradiction.as_ref()).ok_or(Found::Unclear)?;
         let (mut yields, mut could_yield) = (0.0, 0.0);
-        let mut sum = DVector::zeros(solver.point().len());
+        let mut sum = DVector::zeros(solver.point.len());
         for &(constraint, factor) in &contradiction.factors {
             match constraint {
                 Constraint::Sign(i) => sum[i] += factor,
@@ -279,14 +279,14 @@ impl Kept<'_> {
     ) -> bool {
         for refinement in 0..=REFINEMENTS {
             solver.snap();
-            if self.holds(task, solver.point(), rows, by) {
+            if self.holds(task, &solver.point, rows, by) {
                 return true;
             }
             if refinement < REFINEMENTS {
                 if let Some(equations) = &self.problem.equalities {
-                    solver.correct(|point| equations.restore(point, &self.instance.values));
+                    equations.restore(&mut solver.point, &self.instance.values);
                 }
-                let (_, gradient) = self.problem.evaluate(&self.instance, solver.point());
+                let (_, gradient) = self.problem.evaluate(&self.instance, &solver.point);
                 solver.refine(gradient);
             }
         }
@@ -352,7 +352,7 @@ fn elastic(
             slack => relaxed.push((row, right, slack)),
         }
     }
-    let equations = program.rows();
+    let equations = program.right.len();
     for (row, right, slack) in relaxed {
         program.push(row.iter(), 1.0, slack, right);
         program.push(row.iter(), -1.0, slack, -right);

@@ -17,20 +17,12 @@ use clarabel::solver::{
 };
 use nalgebra::DVector;
 
-use crate::active_set::Constraint;
+use crate::active_set::{Constraint, Ending};
 use crate::problem::{Instance, Problem};
 use crate::rows::ActiveRow;
 
 /// Tighter than Clarabel's 1e-8: bounds that are active have to be told from those that are not.
 const TOLERANCE: f64 = 1e-10;
-
-/// End of a solution by Clarabel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Ending {
-    Optimal,
-    Infeasible,
-    Failed,
-}
 
 /// Clarabel's answer.
 pub(crate) struct Solution {
@@ -51,7 +43,7 @@ pub(crate) struct Program {
     /// `A`: row, column, value.
     matrix: Vec<(usize, usize, f64)>,
     /// `b`.
-    right: Vec<f64>,
+    pub(crate) right: Vec<f64>,
 }
 
 impl Program {
@@ -79,11 +71,6 @@ impl Program {
         self.matrix
             .extend(used.map(|(column, value)| (at, column, value)));
         self.right.push(right);
-    }
-
-    /// How many rows there are.
-    pub(crate) fn rows(&self) -> usize {
-        self.right.len()
     }
 
     /// Solves it, with `s = 0` for the first `equations` rows; `None` where it cannot be set up or the answer holds
@@ -163,7 +150,7 @@ pub(crate) fn solve(
     }
     let Some(found) = program.solve(observed) else {
         return Solution {
-            ending: Ending::Failed,
+            ending: Ending::Stalled,
             unknowns: DVector::zeros(rank),
             inequalities: Vec::new(),
             iterations: 0,
@@ -178,7 +165,7 @@ pub(crate) fn solve(
             SolverStatus::PrimalInfeasible | SolverStatus::AlmostPrimalInfeasible => {
                 Ending::Infeasible
             }
-            _ => Ending::Failed,
+            _ => Ending::Stalled,
         },
         unknowns: DVector::from_column_slice(&found.x[..rank]),
         inequalities: constraints

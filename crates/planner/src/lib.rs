@@ -81,7 +81,7 @@
 //! function of unknowns), `problem` with `equality` (what is minimised), `rows` (constraints on the
 //! motion, family by family), `solve` (rows activated as needed, answers judged), `active_set` with
 //! `cholesky` (the default solver), `interior_point` (Clarabel), `explain` (what would have to be relaxed),
-//! `outcome` (the plan), `object`, `planner`, `chain` with `spline`, `replan`.
+//! `outcome` (the plan), `object`, `planner`, `chain` with `spline`.
 //!
 //! This is the only crate that knows Clarabel. It knows no files and no recordings.
 
@@ -101,7 +101,6 @@ mod outcome;
 mod planner;
 mod precision;
 mod problem;
-mod replan;
 mod rows;
 mod settings;
 mod solve;
@@ -109,13 +108,12 @@ mod spline;
 mod target;
 mod target_values;
 
-pub use chain::{Chain, Knot, plan_chain};
+pub use chain::{Chain, Knot, plan_chain, replan};
 pub use error::PlanError;
 pub use method::{Backend, Method};
 pub use object::{held_fingers, object_between};
 pub use outcome::worst_hull_distance_m;
 pub use planner::{Planner, plan_all};
-pub use replan::replan;
 pub use settings::{AccelerationBounds, Constraints, Ends, PlannerSettings, widened};
 pub use target::{Holding, Target, Tips, Waypoint};
 

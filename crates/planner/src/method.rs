@@ -24,20 +24,13 @@ impl Method {
     /// the last configuration, or both; the object's poses where segments carry it. A target may
     /// give any method more or less.
     pub fn target(self, ends: &EndConditions) -> Target {
-        let all = Target::from(ends);
-        match self {
-            Method::Paper => Target {
-                first_m: Tips::default(),
-                first_velocity_m_s: Tips::default(),
-                last_velocity_m_s: Tips::default(),
-                ..all
-            },
-            Method::Prior => Target {
-                first_velocity_m_s: Tips::default(),
-                last_velocity_m_s: Tips::default(),
-                ..all
-            },
+        let mut target = Target::from(ends);
+        target.first_velocity_m_s = Tips::default();
+        target.last_velocity_m_s = Tips::default();
+        if self == Method::Paper {
+            target.first_m = Tips::default();
         }
+        target
     }
 }
 

@@ -66,10 +66,10 @@ impl MotionModel {
             Method::Paper => (DVector::zeros(rank), Precision::Ridge(ridge)),
             Method::Prior => (
                 &dictionary.activation_mean_m * MM_PER_M,
-                Precision::Blocks(vec![inverse_of_covariance(
-                    "activations",
-                    &(&dictionary.activation_covariance_m2 * (MM_PER_M * MM_PER_M)),
-                )?]),
+                Precision::Blocks(vec![(
+                    0,
+                    inverse_of_covariance("activations", &dictionary.activation_covariance_m2)?,
+                )]),
             ),
         };
         Ok(Self {
@@ -87,11 +87,9 @@ impl MotionModel {
         let layout = residual.layout;
         check_layout(layout)?;
         check_residual(residual)?;
-        let squared = MM_PER_M * MM_PER_M;
-        let precision = Precision::Blocks(vec![
-            inverse_of_covariance("end conditions", &(&residual.ends_covariance * squared))?,
-            inverse_of_covariance("activations", &(&residual.covariance_m2 * squared))?,
-        ]);
+        let ends = inverse_of_covariance("end conditions", &residual.ends_covariance)?;
+        let activations = inverse_of_covariance("activations", &residual.covariance_m2)?;
+        let precision = Precision::Blocks(vec![(0, ends), (ends_len(layout), activations)]);
         Ok(Self {
             layout,
             basis: Basis::smooth(layout, residual.primitives.clone()),
@@ -99,7 +97,7 @@ impl MotionModel {
             signs: false,
             precision,
             expected: Expected::ByEnds(Box::new(residual.clone())),
-            unexplained_mm2: residual.unexplained_m2 * squared,
+            unexplained_mm2: residual.unexplained_m2 * (MM_PER_M * MM_PER_M),
         })
     }
 

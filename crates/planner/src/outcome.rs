@@ -55,7 +55,7 @@ pub(crate) fn plan_from(
             _ => Vec::new(),
         },
         activations_m: if usable {
-            &judged.candidate.unknowns / MM_PER_M
+            &judged.unknowns / MM_PER_M
         } else {
             DVector::zeros(0)
         },
@@ -97,22 +97,22 @@ pub fn worst_hull_distance_m(trajectory: &Trajectory, hulls: &PerFinger<Hull>) -
 }
 
 fn active(task: &Task<'_>, outcome: &Outcome, usable: bool) -> PerFamily<usize> {
-    let candidate = &outcome.judged.candidate;
+    let judged = &outcome.judged;
     let mut active = PerFamily::default();
-    for &(constraint, multiplier) in &candidate.multipliers {
+    for &(constraint, multiplier) in &judged.multipliers {
         let Constraint::Row(j) = constraint else {
             continue;
         };
         let row = &outcome.rows[j].row;
         // An interior point gives every row a multiplier, and those that are not active a slack that
         // is larger.
-        if multiplier > row.slack(&outcome.judged.motion_mm).abs() {
+        if multiplier > row.slack(&judged.motion_mm).abs() {
             active[row.family] += 1;
         }
     }
     if task.model.signs && usable {
         active[ConstraintFamily::Activations] =
-            candidate.unknowns.iter().filter(|h| **h == 0.0).count();
+            judged.unknowns.iter().filter(|h| **h == 0.0).count();
     }
     active
 }
@@ -120,7 +120,7 @@ fn active(task: &Task<'_>, outcome: &Outcome, usable: bool) -> PerFamily<usize> 
 /// Largest violation of each family that is on, in its unit.
 fn violation(task: &Task<'_>, judged: &Judged) -> PerFamily<Option<f64>> {
     let mut violation = PerFamily::from_fn(|family| judged.worst[family].map(|worst| worst.by));
-    let unknowns = &judged.candidate.unknowns;
+    let unknowns = &judged.unknowns;
     if task.model.signs {
         violation[ConstraintFamily::Activations] = Some((0.0 - unknowns.min()) / MM_PER_M);
     }

@@ -96,10 +96,12 @@ impl Planner {
         let constraints = &settings.constraints;
         let mut families: Vec<Arc<dyn Family>> = Vec::new();
         if let Some(bounds) = &constraints.velocity {
-            families.push(Arc::new(Differences::velocity(bounds, layout)));
+            let (min, max) = (&bounds.min_m_s, &bounds.max_m_s);
+            families.push(Arc::new(Differences::new(1, min, max, layout)));
         }
         if let Some(bounds) = &constraints.acceleration {
-            families.push(Arc::new(Differences::acceleration(bounds, layout)));
+            let (min, max) = (&bounds.min_m_s2, &bounds.max_m_s2);
+            families.push(Arc::new(Differences::new(2, min, max, layout)));
         }
         if let Some(margin_m) = constraints.reachability_margin_m {
             let hulls = (hulls.as_ref()).ok_or_else(|| PlanError::no_hull(Finger::Thumb))?;

@@ -10,8 +10,8 @@ use crate::error::PlanError;
 pub(crate) enum Precision {
     /// The same for every unknown, on its own.
     Ridge(f64),
-    /// Inverses of covariances along the diagonal.
-    Blocks(Vec<DMatrix<f64>>),
+    /// Inverses of covariances along the diagonal, each with the row where it starts.
+    Blocks(Vec<(usize, DMatrix<f64>)>),
 }
 
 impl Precision {
@@ -21,13 +21,10 @@ impl Precision {
             Precision::Ridge(ridge) => v * *ridge,
             Precision::Blocks(blocks) => {
                 let mut product = DVector::zeros(v.len());
-                let mut at = 0;
-                for block in blocks {
+                for (at, block) in blocks {
                     let n = block.nrows();
-                    product
-                        .rows_mut(at, n)
-                        .gemv(1.0, block, &v.rows(at, n), 0.0);
-                    at += n;
+                    let mut part = product.rows_mut(*at, n);
+                    part.gemv(1.0, block, &v.rows(*at, n), 0.0);
                 }
                 product
             }
@@ -40,12 +37,10 @@ impl Precision {
         match self {
             Precision::Ridge(ridge) => entries.extend((0..unknowns).map(|i| (i, i, *ridge))),
             Precision::Blocks(blocks) => {
-                let mut at = 0;
-                for block in blocks {
+                for (at, block) in blocks {
                     for j in 0..block.ncols() {
                         entries.extend((0..=j).map(|i| (at + i, at + j, block[(i, j)])));
                     }
-                    at += block.ncols();
                 }
             }
         }
@@ -61,12 +56,9 @@ impl Precision {
                 }
             }
             Precision::Blocks(blocks) => {
-                let mut at = 0;
-                for block in blocks {
-                    let n = block.nrows();
-                    let mut place = matrix.view_mut((at, at), (n, n));
+                for (at, block) in blocks {
+                    let mut place = matrix.view_mut((*at, *at), block.shape());
                     place += block;
-                    at += n;
                 }
             }
         }
@@ -76,14 +68,15 @@ impl Precision {
 /// Inverse of a covariance, 1/mm².
 pub(crate) fn inverse_of_covariance(
     what: &str,
-    covariance_mm2: &DMatrix<f64>,
+    covariance_m2: &DMatrix<f64>,
 ) -> Result<DMatrix<f64>, PlanError> {
+    let covariance_mm2 = covariance_m2 * (MM_PER_M * MM_PER_M);
     inverse(covariance_mm2.clone()).ok_or_else(|| {
-        let smallest_mm2 = covariance_mm2.clone().symmetric_eigenvalues().min();
+        let smallest_mm2 = covariance_mm2.symmetric_eigenvalues().min();
         PlanError::Model(format!(
             "the covariance of the {} {what} is not positive definite (smallest eigenvalue {:e} m²): \
              learn with shrinkage, fewer primitives or more segments",
-            covariance_mm2.nrows(),
+            covariance_m2.nrows(),
             smallest_mm2 / (MM_PER_M * MM_PER_M)
         ))
     })

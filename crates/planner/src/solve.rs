@@ -6,7 +6,7 @@
 use inhand_model::{Certificate, PerFamily};
 use nalgebra::DVector;
 
-use crate::active_set::{self, ActiveSet, Constraint};
+use crate::active_set::{ActiveSet, Constraint, Ending};
 use crate::interior_point;
 use crate::method::Backend;
 use crate::model::MotionModel;
@@ -38,15 +38,10 @@ pub(crate) struct Task<'a> {
     pub(crate) families: Families<'a>,
 }
 
-/// An optimum with its multipliers where they are not zero, before it is judged.
-pub(crate) struct Candidate {
+/// An optimum with its multipliers where they are not zero, its motion and its proof.
+pub(crate) struct Judged {
     pub(crate) unknowns: DVector<f64>,
     pub(crate) multipliers: Vec<(Constraint, f64)>,
-}
-
-/// A candidate with its motion and proof.
-pub(crate) struct Judged {
-    pub(crate) candidate: Candidate,
     pub(crate) motion_mm: Vec<f64>,
     pub(crate) objective: f64,
     pub(crate) worst: PerFamily<Option<Worst>>,
@@ -137,15 +132,15 @@ impl Task<'_> {
         loop {
             rounds += 1;
             let ending = solver.minimise();
-            let motion_mm = self.model.motion_mm(solver.point());
+            let motion_mm = self.model.motion_mm(&solver.point);
             let fresh = self.fresh(&motion_mm, &rows, true);
-            if ending != active_set::Ending::Optimal || fresh.is_empty() || rounds == ROUNDS {
+            if ending != Ending::Optimal || fresh.is_empty() || rounds == ROUNDS {
                 return Outcome {
                     judged: self.refined(&mut solver, &rows),
-                    infeasible: ending == active_set::Ending::Infeasible,
+                    infeasible: ending == Ending::Infeasible,
                     rows,
                     rounds,
-                    iterations: solver.steps(),
+                    iterations: solver.steps,
                 };
             }
             for active in fresh {
@@ -163,13 +158,10 @@ impl Task<'_> {
             iterations += found.iterations;
             let judged = self.polished(&found, &rows);
             let fresh = self.fresh(&judged.motion_mm, &rows, false);
-            if found.ending != interior_point::Ending::Optimal
-                || fresh.is_empty()
-                || rounds == ROUNDS
-            {
+            if found.ending != Ending::Optimal || fresh.is_empty() || rounds == ROUNDS {
                 return Outcome {
                     judged,
-                    infeasible: found.ending == interior_point::Ending::Infeasible,
+                    infeasible: found.ending == Ending::Infeasible,
                     rows,
                     rounds,
                     iterations,
@@ -215,9 +207,9 @@ impl Task<'_> {
                 break;
             }
             if let Some(equalities) = &self.problem.equalities {
-                solver.correct(|point| equalities.restore(point, &self.instance.values));
+                equalities.restore(&mut solver.point, &self.instance.values);
             }
-            let (_, gradient) = self.problem.evaluate(self.instance, solver.point());
+            let (_, gradient) = self.problem.evaluate(self.instance, &solver.point);
             solver.refine(gradient);
             solver.snap();
             let next = self.judged(solver, rows);
@@ -237,7 +229,7 @@ impl Task<'_> {
             .iter()
             .map(|&(c, multiplier, _)| (c, multiplier));
         let raw = self.judge(found.unknowns.clone(), multipliers.collect(), rows);
-        if found.ending != interior_point::Ending::Optimal {
+        if found.ending != Ending::Optimal {
             return raw;
         }
         let mut start = found.unknowns.clone();
@@ -264,34 +256,11 @@ impl Task<'_> {
 
     /// The solver's present point with its proof.
     fn judged(&self, solver: &ActiveSet<'_>, rows: &[ActiveRow]) -> Judged {
-        self.judge(solver.point().clone(), solver.working().collect(), rows)
+        self.judge(solver.point.clone(), solver.working().collect(), rows)
     }
 
-    fn judge(
-        &self,
-        unknowns: DVector<f64>,
-        multipliers: Vec<(Constraint, f64)>,
-        rows: &[ActiveRow],
-    ) -> Judged {
-        let candidate = Candidate {
-            unknowns,
-            multipliers,
-        };
-        let motion_mm = self.model.motion_mm(&candidate.unknowns);
-        let (objective, gradient) = self.problem.evaluate(self.instance, &candidate.unknowns);
-        let worst = self.families.worst(&motion_mm);
-        let certificate = self.certificate(&candidate, rows, (&motion_mm, &gradient), &worst);
-        Judged {
-            candidate,
-            motion_mm,
-            objective,
-            worst,
-            certificate,
-        }
-    }
-
-    /// The four residuals of the optimality conditions, from the motion of a candidate (mm, all rows) and the
-    /// gradient of the minimised function there.
+    /// An answer with the four residuals of the optimality conditions, from its motion (mm, all rows) and
+    /// the gradient of the minimised function there.
     ///
     /// With `q` the gradient of the minimised function at zero: stationarity, dual and complementarity
     /// are relative to max(1, |q|). Multipliers of equations are those that leave least of the gradient.
@@ -299,32 +268,33 @@ impl Task<'_> {
     /// max(1, its right side)), and violation of a row, relative to its bound as its family has it.
     /// For fingertips kept apart or near contact points that is the true distance, not its
     /// linearisation, while multipliers belong to linearised rows.
-    fn certificate(
+    fn judge(
         &self,
-        candidate: &Candidate,
+        unknowns: DVector<f64>,
+        multipliers: Vec<(Constraint, f64)>,
         rows: &[ActiveRow],
-        (motion_mm, gradient): (&[f64], &DVector<f64>),
-        worst: &PerFamily<Option<Worst>>,
-    ) -> Certificate {
-        let unknowns = &candidate.unknowns;
+    ) -> Judged {
+        let motion_mm = self.model.motion_mm(&unknowns);
+        let (objective, gradient) = self.problem.evaluate(self.instance, &unknowns);
+        let worst = self.families.worst(&motion_mm);
         let scale = self.instance.gradient_at_zero.norm().max(1.0);
-        let mut lagrangian = gradient.clone();
+        let mut lagrangian = gradient;
         let (mut dual, mut complementarity) = (0.0_f64, 0.0_f64);
         let mut judge = |multiplier: f64, slack: f64| {
             dual = dual.max(-multiplier);
             complementarity = complementarity.max((multiplier * slack).abs());
         };
         // Signs first: the sum is the same in whatever order they and rows were activated.
-        for &(constraint, multiplier) in &candidate.multipliers {
+        for &(constraint, multiplier) in &multipliers {
             if let Constraint::Sign(i) = constraint {
                 lagrangian[i] -= multiplier;
                 judge(multiplier, unknowns[i]);
             }
         }
-        for &(constraint, multiplier) in &candidate.multipliers {
+        for &(constraint, multiplier) in &multipliers {
             if let Constraint::Row(j) = constraint {
                 lagrangian.axpy(-multiplier, &rows[j].normal, 1.0);
-                judge(multiplier, rows[j].row.slack(motion_mm));
+                judge(multiplier, rows[j].row.slack(&motion_mm));
             }
         }
         let mut primal = 0.0_f64;
@@ -332,17 +302,25 @@ impl Task<'_> {
             primal = primal.max(-unknowns.min());
         }
         if let Some(equalities) = &self.problem.equalities {
-            primal = primal.max(equalities.violation(unknowns, &self.instance.values));
+            primal = primal.max(equalities.violation(&unknowns, &self.instance.values));
             lagrangian = equalities.remaining(&lagrangian);
         }
         for (_, worst) in worst.iter() {
             primal = primal.max(worst.map_or(0.0, |worst| worst.relative));
         }
-        Certificate {
+        let certificate = Certificate {
             stationarity: lagrangian.norm() / scale,
             primal,
             dual: dual / scale,
             complementarity: complementarity / scale,
+        };
+        Judged {
+            unknowns,
+            multipliers,
+            motion_mm,
+            objective,
+            worst,
+            certificate,
         }
     }
 }

@@ -126,36 +126,29 @@ impl TargetValues {
 fn entries(target: &Target, layout: SegmentLayout) -> Result<Vec<Entry>, PlanError> {
     let last = layout.samples - 1;
     let mut entries: Vec<Entry> = Vec::new();
-    let mut position = |what, sample, tips: &Tips| {
-        check_tips(what, tips, FARTHEST_M)?;
-        let part = |finger| TargetPart::Position { sample, finger };
+    let mut add = |what, limit, tips: &Tips, part: &dyn Fn(Finger) -> TargetPart| {
+        check_tips(what, tips, limit)?;
         entries.extend(given(tips).map(|(finger, tip)| (part(finger), tip, what)));
         Ok::<(), PlanError>(())
     };
-    position("first configuration", 0, &target.first_m)?;
-    position("last configuration", last, &target.last_m)?;
+    let at = |sample| move |finger| TargetPart::Position { sample, finger };
+    add("first configuration", FARTHEST_M, &target.first_m, &at(0))?;
+    add("last configuration", FARTHEST_M, &target.last_m, &at(last))?;
     for waypoint in &target.waypoints {
-        position(
-            "waypoint",
-            sample_at(waypoint.time_s, layout)?,
-            &waypoint.tips,
-        )?;
+        let sample = sample_at(waypoint.time_s, layout)?;
+        add("waypoint", FARTHEST_M, &waypoint.tips, &at(sample))?;
     }
-    let mut velocity = |what, tips: &Tips, part: &dyn Fn(Finger) -> TargetPart| {
-        check_tips(what, tips, FASTEST_M_S)?;
-        entries.extend(given(tips).map(|(finger, tip)| (part(finger), tip, what)));
-        Ok::<(), PlanError>(())
-    };
     for step in &target.steps {
         let sample = sample_at(step.time_s, layout)?.min(last - 1);
         let part = |finger| TargetPart::Step { sample, finger };
-        velocity("velocity on the way", &step.tips, &part)?;
+        add("velocity on the way", FASTEST_M_S, &step.tips, &part)?;
     }
     for (what, end, tips) in [
         ("first velocity", End::First, &target.first_velocity_m_s),
         ("last velocity", End::Last, &target.last_velocity_m_s),
     ] {
-        velocity(what, tips, &|finger| TargetPart::Velocity { end, finger })?;
+        let part = |finger| TargetPart::Velocity { end, finger };
+        add(what, FASTEST_M_S, tips, &part)?;
     }
     entries.extend(object(target, layout)?);
     Ok(entries)

@@ -21,14 +21,8 @@ const FIT_TOLERANCE_RAD: f64 = 1e-11;
 /// that five are enough at a tenth; more only guards against noise beyond all settings.
 const MAX_FIT_STEPS: usize = 20;
 
-/// A rigid body with its three markers, in the order of the recording.
-pub(crate) struct CapturedBody {
-    pub(crate) body: TrackedBody,
-    pub(crate) markers: [Marker; 3],
-}
-
 /// Captures a rigid body with markers at `template` (in its frame `F`): every marker is seen with
-/// noise, and the pose is the least-squares fit to them, as capture software reports it.
+/// noise, and the pose is the least-squares fit to them, as capture software reports it. The markers are in the order of the recording.
 pub(crate) fn capture_body<F: Frame>(
     name: &str,
     template: &[Position<F>; 3],
@@ -36,7 +30,7 @@ pub(crate) fn capture_body<F: Frame>(
     noise_m: f64,
     rate_hz: f64,
     random: &mut Random,
-) -> CapturedBody {
+) -> (TrackedBody, [Marker; 3]) {
     let fit = Fit::new(template);
     let mut track = PoseTrack::with_capacity(truth.len());
     let mut error_m = Vec::with_capacity(truth.len());
@@ -72,7 +66,7 @@ pub(crate) fn capture_body<F: Frame>(
         track,
         marker_error_m: Some(error_m),
     };
-    CapturedBody { body, markers }
+    (body, markers)
 }
 
 /// Captures a marker of its own: noise on every sample, nothing in the `gaps`.

@@ -4,7 +4,7 @@ use inhand_model::{Finger, Hand, Position, Shape};
 
 use crate::error::SimulationError;
 use crate::grasp::{Grasp, Swing};
-use crate::object_motion::{ObjectMotion, Posture};
+use crate::motion::{ObjectMotion, Posture};
 use crate::random::{Purpose, Random};
 use crate::surface::Solid;
 

@@ -41,11 +41,10 @@ mod take;
 mod choreography;
 
 mod grasp;
-mod object_motion;
+mod motion;
 mod surface;
 
 mod capture;
-mod hand_motion;
 
 mod faults;
 

@@ -4,15 +4,15 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use inhand_model::{
-    Clock, Finger, Hand, LengthUnit, Object, PerFinger, Pose, Position, Recording, RotationOrder,
-    Shape, Source, StartTime, UpAxis, World,
+    Clock, Finger, Hand, LengthUnit, Marker, Object, PerFinger, Pose, Position, Recording,
+    RotationOrder, Shape, Source, StartTime, TrackedBody, UpAxis, World,
 };
 use nalgebra::Isometry3;
 
-use crate::capture::{CapturedBody, capture_body, capture_marker, draw_gaps};
+use crate::capture::{capture_body, capture_marker, draw_gaps};
 use crate::choreography::{Choreography, choreograph};
 use crate::error::SimulationError;
-use crate::hand_motion::HandMotion;
+use crate::motion::HandMotion;
 use crate::random::{Purpose, Random};
 use crate::settings::TakeSettings;
 use crate::surface::Solid;
@@ -131,9 +131,9 @@ pub fn simulate(settings: &TakeSettings, seed: u64) -> Result<SimulatedTake, Sim
     let truth = truth(settings, samples, gaps, seed)?;
 
     let (mut bodies, mut markers) = (Vec::new(), Vec::new());
-    let mut add = |captured: CapturedBody| {
-        bodies.push(captured.body);
-        markers.extend(captured.markers);
+    let mut add = |(body, of_body): (TrackedBody, [Marker; 3])| {
+        bodies.push(body);
+        markers.extend(of_body);
     };
     let (noise_m, rate_hz) = (settings.noise_m, settings.rate_hz);
     add(capture_body(

@@ -1,12 +1,9 @@
 //! Bounds on velocity and acceleration: first and second differences of each coordinate.
 
-use inhand_model::{
-    Configuration, ConstraintFamily, SEGMENT_COORDINATES, SegmentLayout, VelocityBounds,
-};
+use inhand_model::{Configuration, ConstraintFamily, SEGMENT_COORDINATES, SegmentLayout};
 
 use super::{Family, Key, Row, TOLERANCE, Worst};
 use crate::MM_PER_M;
-use crate::settings::AccelerationBounds;
 
 /// Less than this no difference of positions can be told from rounding, mm.
 const ROUNDING_MM: f64 = 1e-12;
@@ -24,15 +21,7 @@ pub(crate) struct Differences {
 }
 
 impl Differences {
-    pub(crate) fn velocity(bounds: &VelocityBounds, layout: SegmentLayout) -> Self {
-        Self::new(1, &bounds.min_m_s, &bounds.max_m_s, layout)
-    }
-
-    pub(crate) fn acceleration(bounds: &AccelerationBounds, layout: SegmentLayout) -> Self {
-        Self::new(2, &bounds.min_m_s2, &bounds.max_m_s2, layout)
-    }
-
-    fn new(
+    pub(crate) fn new(
         order: usize,
         lower: &Configuration,
         upper: &Configuration,

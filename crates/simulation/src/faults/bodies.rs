@@ -24,12 +24,6 @@ const APART_S: f64 = 0.1;
 /// Every order of three markers but the right one.
 const WRONG_ORDERS: [[usize; 3]; 5] = [[1, 0, 2], [0, 2, 1], [2, 1, 0], [1, 2, 0], [2, 0, 1]];
 
-/// A wrong solution of a body.
-struct WrongPose {
-    true_from_recorded: Isometry3<f64>,
-    error: WrongError,
-}
-
 /// Marker error of a wrong solution.
 enum WrongError {
     Times(f64),
@@ -52,8 +46,9 @@ impl Planting<'_> {
                 .ok_or_else(|| self.crowded("flip", number, count))?;
             let markers = self.markers_of(body);
             let template = self.template(body, markers);
-            let wrong = draw_wrong(&template, random);
-            self.flip(body, markers, &template, &stretch, &wrong);
+            let (true_from_recorded, error) = draw_wrong(&template, random);
+            let wrong = (true_from_recorded, &error);
+            self.flip(body, markers, &template, &stretch, wrong);
             for end in [stretch.start, stretch.end] {
                 if random.chance(LOST_AT_FLIP_CHANCE) {
                     let len = self.in_samples(random.between(LOST_AT_FLIP_RANGE_S));
@@ -62,7 +57,6 @@ impl Planting<'_> {
                 }
             }
             taken[body].push(stretch.clone());
-            let true_from_recorded = wrong.true_from_recorded;
             let name = self.recording.bodies[body].name.clone();
             self.add(FaultKind::Flip { true_from_recorded }, vec![name], stretch);
         }
@@ -86,17 +80,17 @@ impl Planting<'_> {
         markers: [usize; 3],
         template: &[Position<Body>; 3],
         stretch: &Range<usize>,
-        wrong: &WrongPose,
+        (true_from_recorded, error): (Isometry3<f64>, &WrongError),
     ) {
         for k in stretch.clone() {
             let tracked = &mut self.recording.bodies[body];
             let Some(pose) = tracked.track.get(k) else {
                 continue;
             };
-            let flipped = Pose::new(pose.isometry() * wrong.true_from_recorded);
+            let flipped = Pose::new(pose.isometry() * true_from_recorded);
             tracked.track.set(k, Some(flipped), Status::Measured);
             if let Some(error_m) = &mut tracked.marker_error_m {
-                error_m[k] = match wrong.error {
+                error_m[k] = match *error {
                     WrongError::Times(factor) => error_m[k] * factor,
                     WrongError::Metres(wrong_m) => error_m[k].hypot(wrong_m),
                 };
@@ -122,7 +116,7 @@ impl Planting<'_> {
     }
 }
 
-fn draw_wrong(template: &[Position<Body>; 3], random: &mut Random) -> WrongPose {
+fn draw_wrong(template: &[Position<Body>; 3], random: &mut Random) -> (Isometry3<f64>, WrongError) {
     let centre = template.iter().map(|m| m.coords_m()).sum::<Vector3<f64>>() / 3.0;
     if random.chance(TURN_CHANCE) {
         let axis = [Vector3::x_axis(), Vector3::y_axis(), Vector3::z_axis()][random.below(3)];
@@ -130,13 +124,9 @@ fn draw_wrong(template: &[Position<Body>; 3], random: &mut Random) -> WrongPose 
         let turn = UnitQuaternion::from_axis_angle(&axis, quarters * std::f64::consts::FRAC_PI_2);
         let mut off = || random.between((-TURN_OFFSET_M, TURN_OFFSET_M));
         let off = Vector3::new(off(), off(), off());
-        return WrongPose {
-            true_from_recorded: Isometry3::from_parts(
-                Translation3::from(centre - turn * centre + off),
-                turn,
-            ),
-            error: WrongError::Times(random.between(TURN_ERROR_RANGE)),
-        };
+        let place = Translation3::from(centre - turn * centre + off);
+        let error = WrongError::Times(random.between(TURN_ERROR_RANGE));
+        return (Isometry3::from_parts(place, turn), error);
     }
     // The body as fitted when its markers are taken for one another: in its own true frame, marker
     // i of the template is seen where marker `order[i]` is.
@@ -149,10 +139,8 @@ fn draw_wrong(template: &[Position<Body>; 3], random: &mut Random) -> WrongPose 
     let fitted = Fit::new(template).pose(&seen, near);
     let off =
         (template.iter().zip(&seen)).map(|(m, seen)| ((fitted * m.point()).coords - seen).norm());
-    WrongPose {
-        true_from_recorded: fitted,
-        error: WrongError::Metres(off.sum::<f64>() / 3.0),
-    }
+    let error_m = off.sum::<f64>() / 3.0;
+    (fitted, WrongError::Metres(error_m))
 }
 
 /// Axes along the first side of a triangle and its normal.

@@ -4,7 +4,7 @@ use inhand_model::{Finger, OBJECT_COORDINATES, SEGMENT_COORDINATES, SegmentLayou
 
 use crate::block::BLOCK_COLUMNS;
 use crate::columns::Columns;
-use crate::error::LearnError;
+use crate::error::{LearnError, check_setting};
 
 /// Result of a look through the columns: the smallest and largest value of each coordinate of a sample,
 /// metres (the 15 of the fingertips, and with the object its 6), and how many numbers are missing.
@@ -129,6 +129,12 @@ pub(crate) fn at_every_sample(layout: SegmentLayout, coordinates: &[f64]) -> Vec
         .collect()
 }
 
+/// Refuses rank 0.
+pub(crate) fn check_any_rank(rank: usize) -> Result<(), LearnError> {
+    let expected = "1 or more: a dictionary has at least one primitive";
+    check_setting(rank > 0, "rank", expected, rank as f64)
+}
+
 /// Checks a rank against the largest possible one.
 pub(crate) fn check_rank(
     rank: usize,
@@ -137,9 +143,7 @@ pub(crate) fn check_rank(
     rows: usize,
     kind: &'static str,
 ) -> Result<(), LearnError> {
-    if rank == 0 {
-        return Err(LearnError::RANK_ZERO);
-    }
+    check_any_rank(rank)?;
     if rank > largest {
         return Err(LearnError::RankTooLarge {
             rank,

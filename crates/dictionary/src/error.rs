@@ -44,14 +44,22 @@ pub enum LearnError {
     Data(String),
 }
 
-impl LearnError {
-    /// Rank 0.
-    pub(crate) const RANK_ZERO: Self = LearnError::Setting {
-        name: "rank",
-        expected: "1 or more: a dictionary has at least one primitive",
-        found: 0.0,
+/// Refuses a setting out of its range.
+pub(crate) fn check_setting(
+    fits: bool,
+    name: &'static str,
+    expected: &'static str,
+    found: f64,
+) -> Result<(), LearnError> {
+    let error = LearnError::Setting {
+        name,
+        expected,
+        found,
     };
+    if fits { Ok(()) } else { Err(error) }
+}
 
+impl LearnError {
     /// An error for `map_err` where segments or activations could not be read.
     pub fn reading(error: impl std::fmt::Display) -> Self {
         LearnError::Data(format!("training segments cannot be read: {error}"))

@@ -60,7 +60,7 @@ fn explained(
         centred.eigenvalues()?
     } else {
         let pass = |see: &mut dyn FnMut(&[f64])| centred.each_block(see);
-        leading(rows, segments, wanted, POWERS, 0, pass)?.squared_values
+        leading(rows, segments, wanted, POWERS, 0, pass)?.1
     };
     squares.sort_by(|a, b| b.total_cmp(a));
     let share = |rank: usize| {

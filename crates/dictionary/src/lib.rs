@@ -60,7 +60,6 @@ mod missing;
 mod multiplicative;
 mod nmf;
 mod nndsvd;
-mod online;
 mod packed;
 mod pca;
 mod product;

@@ -38,12 +38,9 @@ pub(crate) fn update<T: Real>(
     let (l1, l2) = (T::of(penalty.l1), T::of(penalty.l2));
     let mut denominator = vec![T::ZERO; factor.len()];
     multiply(
-        T::ONE,
         View::columns(gram, rank),
         View::columns(factor, rank),
-        T::ZERO,
         &mut denominator,
-        rank,
     );
     for ((x, p), d) in factor.iter_mut().zip(linear).zip(denominator) {
         let d = d + (l1 + l2 * *x);

@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::block::Block;
 use crate::columns::Columns;
 use crate::covariance::moments_of;
-use crate::error::LearnError;
+use crate::error::{LearnError, check_setting};
 use crate::real::{Activations, Real};
 use crate::rounds::{NmfProblem, NmfState, column_squares, unfit_activations};
 use crate::settings::{NmfSettings, Precision, Update};
@@ -353,13 +353,7 @@ impl NmfSettings {
             weight("primitive_penalty.l2", w.l2),
         ];
         for (name, expected, found, range) in checks {
-            if !range.contains(&found) {
-                return Err(LearnError::Setting {
-                    name,
-                    expected,
-                    found,
-                });
-            }
+            check_setting(range.contains(&found), name, expected, found)?;
         }
         let (penalised, other) = match (h.is_none(), w.is_none()) {
             (false, true) => ("activations", "primitives"),

@@ -45,9 +45,9 @@ fn nndsvd<E>(
     seed: u64,
     mut pass: impl FnMut(&mut dyn FnMut(&[f64])) -> Result<(), E>,
 ) -> Result<Vec<f64>, E> {
-    let leading = leading(rows, count, rank, POWERS, seed, &mut pass)?;
+    let (vectors, squared_values) = leading(rows, count, rank, POWERS, seed, &mut pass)?;
     // The other singular vectors are never formed: of `s_j v_j` only the lengths of its parts count.
-    let packed = Packed::new(&leading.vectors, rank);
+    let packed = Packed::new(&vectors, rank);
     let mut squares = vec![[0.0; 2]; rank];
     let mut sum = 0.0;
     pass(&mut |data| {
@@ -62,8 +62,8 @@ fn nndsvd<E>(
 
     let mut primitives = vec![mean; rank * rows];
     for (j, [positive, negative]) in squares.into_iter().enumerate() {
-        let vector = || leading.vectors.iter().skip(j).step_by(rank);
-        let value = leading.squared_values[j].sqrt();
+        let vector = || vectors.iter().skip(j).step_by(rank);
+        let value = squared_values[j].sqrt();
         // The first pair is of one sign by Perron and Frobenius.
         let (sign, scale) = if j == 0 {
             (vector().sum::<f64>().signum(), value.sqrt())

@@ -72,7 +72,7 @@ impl<T: Real> Packed<T> {
 
     /// The same, columns in parallel.
     pub(crate) fn times_all(&self, right: View<'_, T>, out: &mut [T]) {
-        let width = chunk_width(right.column_count());
+        let width = chunk_width(right.columns);
         out.par_chunks_mut((width * self.rows).max(1))
             .enumerate()
             .for_each(|(chunk, out)| {
@@ -85,12 +85,8 @@ impl<T: Real> Packed<T> {
     /// The same, but of each strip of columns only from the panel on that holds row
     /// `first_row(column)` of its first column.
     fn times_from(&self, right: View<'_, T>, out: &mut [T], first_row: impl Fn(usize) -> usize) {
-        assert_eq!(self.depth, right.rows(), "inner sizes of a product agree");
-        assert_eq!(
-            out.len(),
-            self.rows * right.column_count(),
-            "size of a product"
-        );
+        assert_eq!(self.depth, right.rows, "inner sizes of a product agree");
+        assert_eq!(out.len(), self.rows * right.columns, "size of a product");
         let product = Product {
             left: self,
             right,
@@ -247,14 +243,7 @@ mod tests {
             .collect();
         let straight = View::columns(&right, depth);
         let mut expected = vec![T::ZERO; rows * columns];
-        multiply(
-            T::ONE,
-            View::columns(&left, rows),
-            straight,
-            T::ZERO,
-            &mut expected,
-            rows,
-        );
+        multiply(View::columns(&left, rows), straight, &mut expected);
         let mut first: Option<Vec<T>> = None;
         for set in sets() {
             let packed = Packed::for_set(&left, rows, set);
@@ -305,7 +294,7 @@ mod tests {
             let factor: Vec<f64> = numbers(rank * count, 0.9);
             let view = View::columns(&factor, rank);
             let mut expected = vec![0.0; rank * rank];
-            multiply(1.0, view, view.transposed(), 0.0, &mut expected, rank);
+            multiply(view, view.transposed(), &mut expected);
             let found = gram_lower(&factor, rank);
             for column in 0..rank {
                 for row in column..rank {

@@ -183,12 +183,9 @@ impl<'a> Centred<'a> {
         let mut components = vec![0.0; self.rows * vectors.len() / count];
         self.each_block(|block| {
             multiply(
-                1.0,
                 View::columns(block, self.rows),
                 View::columns(&vectors, count),
-                0.0,
                 &mut components,
-                self.rows,
             );
         })?;
         Ok(components)
@@ -266,12 +263,9 @@ fn project(basis: &[f64], centred: &[f64], rows: usize, rank: usize) -> Vec<f64>
         .zip(centred.par_chunks(width * rows))
         .for_each(|(activations, columns)| {
             multiply(
-                1.0,
                 View::columns(basis, rank),
                 View::columns(columns, rows),
-                0.0,
                 activations,
-                rank,
             );
         });
     activations

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::packed::{Packed, gram_lower};
 use crate::real::Real;
-use crate::view::{View, chunk_width, multiply};
+use crate::view::{View, chunk_width, subtract_product};
 
 /// `factor * factorᵀ` (`rank` x `rank`) for a factor of `rank` rows, summed in chunk order.
 pub(crate) fn gram<T: Real>(factor: &[T], rank: usize) -> Vec<T> {
@@ -63,13 +63,10 @@ pub(crate) fn squared_residual<T: Real>(
         .zip(activations.par_chunks(width * rank))
         .map(|(data, activations)| {
             let mut difference = data.to_vec();
-            multiply(
-                -T::ONE,
+            subtract_product(
                 View::columns(basis, rank).transposed(),
                 View::columns(activations, rank),
-                T::ONE,
                 &mut difference,
-                rows,
             );
             squared_norm(&difference)
         })

@@ -1,20 +1,21 @@
 //! Errors of dictionaries of different ranks on takes left out of learning.
 
 mod fit;
-mod held_out;
-mod learner;
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
-use inhand_model::{DictionaryKind, RankPoint, SegmentLayout, Segments};
+use inhand_model::{
+    Demonstrated, Dictionary, DictionaryKind, HeldOut, RankPoint, SegmentLayout, Segments,
+};
 
-use crate::data::place;
-use crate::error::LearnError;
+use crate::data::{check_any_rank, place};
+use crate::error::{LearnError, check_setting};
+use crate::nmf::learn_nmf;
+use crate::pca::learn_pca;
 use crate::residual::{Fold, folds};
 use crate::settings::NmfSettings;
 use fit::{fitted, squared_errors_m2};
-use held_out::Errors;
-use learner::Learner;
 
 /// Share of a left-out segment that is hidden and predicted, in its middle.
 const HIDDEN_SHARE: f64 = 0.3;
@@ -155,7 +156,7 @@ pub fn rank_curve(
         let training_rms_m = learner.learned(None, rank)?.learning.rms_m;
         let squares_m2 = training_rms_m.powi(2) * numbers as f64;
         let (reconstructed, predicted) = judge.errors(&learner, rank)?;
-        groups = predicted.groups();
+        groups = predicted.groups.len();
         let point = RankPoint {
             rank,
             training_rms_m,
@@ -207,22 +208,11 @@ impl RankCurve {
 
 /// Checks what does not depend on the segments' numbers.
 fn check(layout: SegmentLayout, ranks: &[usize]) -> Result<(), LearnError> {
-    if layout.samples < LEAST_SAMPLES {
-        return Err(LearnError::Setting {
-            name: "samples of a segment",
-            expected: "at least 3, as the middle ones are hidden",
-            found: layout.samples as f64,
-        });
-    }
-    match ranks.first() {
-        None => Err(LearnError::Setting {
-            name: "number of ranks",
-            expected: "at least 1",
-            found: 0.0,
-        }),
-        Some(0) => Err(LearnError::RANK_ZERO),
-        Some(_) => Ok(()),
-    }
+    let (samples, expected) = (layout.samples, "at least 3, as the middle ones are hidden");
+    let enough = samples >= LEAST_SAMPLES;
+    check_setting(enough, "samples of a segment", expected, samples as f64)?;
+    check_setting(!ranks.is_empty(), "number of ranks", "at least 1", 0.0)?;
+    check_any_rank(ranks[0])
 }
 
 /// Folds whose left-out segments have all their numbers; others cannot judge.
@@ -327,6 +317,143 @@ fn middle(samples: usize) -> Range<usize> {
     first..first + count
 }
 
+/// Learns from all segments or from those outside of a fold. What the takes demonstrate is left empty:
+/// learning passes it on without a look.
+struct Learner<'a> {
+    segments: &'a Segments,
+    method: RankMethod<'a>,
+    folds: &'a [Fold],
+    /// Principal components of everything, then of what is outside of each fold, as many as are
+    /// wanted; none for NMF.
+    components: Vec<Dictionary>,
+}
+
+impl<'a> Learner<'a> {
+    fn new(
+        segments: &'a Segments,
+        method: RankMethod<'a>,
+        folds: &'a [Fold],
+        most: usize,
+    ) -> Result<Self, LearnError> {
+        let components = match method {
+            RankMethod::Nmf(_) => Vec::new(),
+            RankMethod::Pca => std::iter::once(components(segments, most))
+                .chain((folds.iter()).map(|fold| components(&segments.select(&fold.known), most)))
+                .collect::<Result<_, _>>()?,
+        };
+        Ok(Self {
+            segments,
+            method,
+            folds,
+            components,
+        })
+    }
+
+    /// Largest rank that can be learned outside of every fold.
+    fn largest(&self) -> usize {
+        let rows = self.segments.layout().rows();
+        let known = self.folds.iter().map(|fold| fold.known.len().min(rows));
+        match self.method {
+            RankMethod::Nmf(_) => known.min(),
+            RankMethod::Pca => self.components.iter().map(Dictionary::rank).min(),
+        }
+        .unwrap_or(0)
+    }
+
+    /// A dictionary learned outside of a fold, or from everything.
+    fn learned(&self, fold: Option<usize>, rank: usize) -> Result<Dictionary, LearnError> {
+        match self.method {
+            RankMethod::Pca => Ok(leading(&self.components[fold.map_or(0, |i| i + 1)], rank)),
+            RankMethod::Nmf(settings) => {
+                let settings = NmfSettings {
+                    rank,
+                    ..settings.clone()
+                };
+                match fold {
+                    None => learn_nmf(self.segments, Demonstrated::default(), &settings),
+                    Some(fold) => {
+                        let known = self.segments.select(&self.folds[fold].known);
+                        learn_nmf(&known, Demonstrated::default(), &settings)
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The first components, `most` of them or as many as the segments have.
+fn components(segments: &Segments, most: usize) -> Result<Dictionary, LearnError> {
+    match learn_pca(segments, Demonstrated::default(), most) {
+        // The largest rank for this many segments may still be above what their numbers have.
+        Err(LearnError::RankTooLarge { largest, .. }) if largest > 0 => {
+            components(segments, largest)
+        }
+        learned => learned,
+    }
+}
+
+/// The dictionary of the first `rank` components of a larger one. Components are orthonormal and
+/// their activations uncorrelated, so the squared error grows by those of the ones dropped.
+fn leading(dictionary: &Dictionary, rank: usize) -> Dictionary {
+    let covariance_m2 = &dictionary.activation_covariance_m2;
+    let dropped_m2: f64 = (rank..dictionary.rank())
+        .map(|j| covariance_m2[(j, j)])
+        .sum();
+    let mut leading = Dictionary {
+        primitives: dictionary.primitives.columns(0, rank).into_owned(),
+        activation_mean_m: dictionary.activation_mean_m.rows(0, rank).into_owned(),
+        activation_covariance_m2: covariance_m2.view((0, 0), (rank, rank)).into_owned(),
+        ..dictionary.clone()
+    };
+    let rows = dictionary.layout.rows() as f64;
+    leading.learning.rms_m = (dictionary.learning.rms_m.powi(2) + dropped_m2 / rows).sqrt();
+    leading
+}
+
+/// Squared errors by group, a take or an interval of the only one: their sum, m², and over how many numbers.
+#[derive(Clone, Debug, Default)]
+struct Errors {
+    groups: BTreeMap<usize, (f64, usize)>,
+}
+
+impl Errors {
+    /// Adds a segment: the sum of its squared errors, over how many numbers, and its group.
+    fn add(&mut self, group: usize, squares_m2: f64, numbers: usize) {
+        let sum = self.groups.entry(group).or_default();
+        sum.0 += squares_m2;
+        sum.1 += numbers;
+    }
+
+    /// Root mean square over all numbers, with its standard error over groups.
+    ///
+    /// The mean square is a ratio of sums over K groups, so its variance is
+    /// `K / (K - 1) sum_k w_k² (m_k - m)²`, with the groups' mean squares `m_k` and shares of the
+    /// numbers `w_k` (Cochran, Sampling Techniques, 1977, section 6.3; for groups of one size the
+    /// usual variance of a mean). The root's standard error is half of that over the root.
+    fn summary(&self) -> HeldOut {
+        let groups = || self.groups.values();
+        let numbers = groups().map(|sum| sum.1).sum::<usize>().max(1) as f64;
+        let mean_m2 = groups().map(|sum| sum.0).sum::<f64>() / numbers;
+        let spread_m4: f64 = groups()
+            .map(|&(squares_m2, n)| ((squares_m2 - n as f64 * mean_m2) / numbers).powi(2))
+            .sum();
+        let count = self.groups.len();
+        let rms_m = mean_m2.sqrt();
+        let standard_error_m = (count > 1).then(|| {
+            let error_m2 = (spread_m4 * count as f64 / (count - 1) as f64).sqrt();
+            if rms_m > 0.0 {
+                0.5 * error_m2 / rms_m
+            } else {
+                0.0
+            }
+        });
+        HeldOut {
+            rms_m,
+            standard_error_m,
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -354,5 +481,28 @@ mod tests {
         for (row, expected) in [(0, 0), (14, 0), (15, 1), (59, 3), (60, 0), (66, 1), (83, 3)] {
             assert_eq!(place(layout, row).0, expected, "{row}");
         }
+    }
+
+    #[test]
+    fn groups_of_one_size_have_the_standard_error_of_a_mean() {
+        let mut errors = Errors::default();
+        for (group, square) in [(0, 1.0), (1, 4.0), (2, 7.0), (0, 1.0), (1, 4.0), (2, 7.0)] {
+            errors.add(group, 5.0 * square, 5);
+        }
+        let summary = errors.summary();
+        assert!((summary.rms_m - 2.0).abs() < 1e-12);
+        // Mean squares 1, 4, 7: standard deviation 3, of their mean 3 / sqrt(3), of its root a
+        // quarter of that.
+        let expected = 3.0_f64.sqrt() / 4.0;
+        assert!((summary.standard_error_m.unwrap() - expected).abs() < 1e-12);
+        assert_eq!(errors.groups.len(), 3);
+    }
+
+    #[test]
+    fn one_group_has_no_standard_error() {
+        let mut errors = Errors::default();
+        errors.add(3, 8.0, 2);
+        let summary = errors.summary();
+        assert_eq!((summary.rms_m, summary.standard_error_m), (2.0, None));
     }
 }

@@ -2,11 +2,10 @@
 //!
 //! `ends` (boundary conditions as numbers, checked), `primitives` (principal components of each finger's
 //! deviation), `profile` (what all coordinates share), `folds` (which takes are left out of what),
-//! `validation` (kernel widths and weights by predicting left-out takes), `blend` (the weights
-//! themselves), `calibration` (widths of prediction regions).
+//! `validation` (kernel widths, weights and widths of prediction regions by predicting left-out takes), `blend` (the weights
+//! themselves).
 
 mod blend;
-mod calibration;
 mod ends;
 mod folds;
 mod primitives;
@@ -19,7 +18,7 @@ use rayon::prelude::*;
 
 pub use folds::{Fold, folds};
 
-use crate::data::survey;
+use crate::data::{check_any_rank, survey};
 use crate::error::LearnError;
 use ends::{check_layout, ends_matrix, ends_moments};
 use folds::apart;
@@ -59,9 +58,7 @@ pub fn learn_residual(segments: &Segments, primitives: usize) -> Result<Residual
     survey(segments, false)?;
     let layout = segments.layout();
     check_layout(layout)?;
-    if primitives == 0 {
-        return Err(LearnError::RANK_ZERO);
-    }
+    check_any_rank(primitives)?;
     let ends = ends_matrix(segments)?;
     let deviations_m = deviations_m(segments, &ends);
     let most = supported(segments, primitives);

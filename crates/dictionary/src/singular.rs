@@ -15,17 +15,8 @@ const OVERSAMPLING: usize = 10;
 /// Keeps the random numbers of directions apart from others of the same seed.
 const DIRECTION_KEYS: u64 = 0x5349_4e47_554c_4152;
 
-/// Leading left singular vectors of a matrix `V` (rows x n) and the squares of their singular
-/// values, largest first.
-#[derive(Clone, Debug)]
-pub(crate) struct Leading {
-    /// Singular vectors as rows (number x rows), orthonormal.
-    pub(crate) vectors: Vec<f64>,
-    /// Squares of the singular values.
-    pub(crate) squared_values: Vec<f64>,
-}
-
-/// The `wanted` leading left singular vectors of `V` by randomised subspace iteration (Halko, Martinsson
+/// The `wanted` leading left singular vectors of a matrix `V` (rows x n) as orthonormal rows (wanted x rows) and
+/// the squares of their singular values, largest first, by randomised subspace iteration (Halko, Martinsson
 /// and Tropp 2011, "Finding structure with randomness", algorithm 4.4, with `V Vᵀ` as the matrix):
 /// `powers` times the directions are multiplied by `V Vᵀ` and made orthonormal, then turned so that
 /// they diagonalise it. `pass` shows every block of columns to its argument, in block order; it is
@@ -43,7 +34,7 @@ pub(crate) fn leading<E>(
     powers: usize,
     seed: u64,
     mut pass: impl FnMut(&mut dyn FnMut(&[f64])) -> Result<(), E>,
-) -> Result<Leading, E> {
+) -> Result<(Vec<f64>, Vec<f64>), E> {
     let smaller = rows.min(count);
     let carried = (wanted + OVERSAMPLING).min(smaller);
     let wanted = wanted.min(carried);
@@ -76,10 +67,8 @@ pub(crate) fn leading<E>(
     let turn = turns.columns(0, wanted).transpose();
     let mut vectors = vec![0.0; wanted * rows];
     Packed::new(turn.as_slice(), wanted).times(View::columns(&directions, carried), &mut vectors);
-    Ok(Leading {
-        vectors,
-        squared_values: values[..wanted].iter().map(|v| v.max(0.0)).collect(),
-    })
+    let squared_values = values[..wanted].iter().map(|v| v.max(0.0));
+    Ok((vectors, squared_values.collect()))
 }
 
 /// Share of a direction that is left when those before it are taken away, below which it is
@@ -140,16 +129,16 @@ mod tests {
     fn check(rows: usize, count: usize, values: &[f64], wanted: usize, powers: usize) {
         let (data, u) = with_values(rows, count, values);
         // In blocks of seven columns.
-        let found = leading(rows, count, wanted, powers, 3, |see| {
+        let (vectors, squared_values) = leading(rows, count, wanted, powers, 3, |see| {
             data.as_slice().chunks(7 * rows).for_each(see);
             Ok::<(), Infallible>(())
         })
         .unwrap();
-        let vectors = DMatrix::from_column_slice(wanted, rows, &found.vectors);
+        let vectors = DMatrix::from_column_slice(wanted, rows, &vectors);
         let unit = &vectors * vectors.transpose();
         assert!((unit - DMatrix::identity(wanted, wanted)).amax() < 1e-12);
         for (j, value) in values.iter().enumerate().take(wanted) {
-            let relative = found.squared_values[j] / (value * value) - 1.0;
+            let relative = squared_values[j] / (value * value) - 1.0;
             assert!(relative.abs() < 1e-10, "{j}: {relative}");
             let cosine = (vectors.row(j) * u.column(j))[(0, 0)].abs();
             assert!((cosine - 1.0).abs() < 1e-9, "{j}: {cosine}");

@@ -148,12 +148,9 @@ fn products_agree_with_nalgebra() {
         assert!(largest_difference(&cross(&h, rank, &v, rows), expected.as_slice()) < tolerance);
         let mut product = vec![f64::NAN; rank * count];
         multiply(
-            1.0,
             View::columns(&w, rank),
             View::columns(&v, rows),
-            0.0,
             &mut product,
-            rank,
         );
         assert!(largest_difference(&product, (&w_m * &v_m).as_slice()) < tolerance);
         let expected = (&v_m - w_m.transpose() * &h_m).norm_squared();

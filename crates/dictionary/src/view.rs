@@ -24,8 +24,8 @@ pub(crate) fn chunk_width(count: usize) -> usize {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct View<'a, T> {
     data: &'a [T],
-    rows: usize,
-    columns: usize,
+    pub(crate) rows: usize,
+    pub(crate) columns: usize,
     row_stride: usize,
     column_stride: usize,
 }
@@ -61,16 +61,6 @@ impl<'a, T: Real> View<'a, T> {
             rows: range.len(),
             ..self
         }
-    }
-
-    /// Number of rows.
-    pub(crate) const fn rows(&self) -> usize {
-        self.rows
-    }
-
-    /// Number of columns.
-    pub(crate) const fn column_count(&self) -> usize {
-        self.columns
     }
 
     /// Copies columns from number `column` on, `C` at a time, of `count` rows from number `row` on, into
@@ -142,28 +132,27 @@ impl<'a, T: Real> View<'a, T> {
     }
 }
 
-/// `out = alpha * a * b + beta * out`, where the columns of `out` start `out_stride` numbers apart.
+/// `out = a * b`.
 ///
 /// Each number of `out` is summed in an order that depends on the common size of `a` and `b` alone.
-pub(crate) fn multiply<T: Real>(
-    alpha: T,
-    a: View<'_, T>,
-    b: View<'_, T>,
-    beta: T,
-    out: &mut [T],
-    out_stride: usize,
-) {
+pub(crate) fn multiply<T: Real>(a: View<'_, T>, b: View<'_, T>, out: &mut [T]) {
+    gemm(T::ONE, a, b, T::ZERO, out);
+}
+
+/// `out -= a * b`, summed as [`multiply`] does.
+pub(crate) fn subtract_product<T: Real>(a: View<'_, T>, b: View<'_, T>, out: &mut [T]) {
+    gemm(-T::ONE, a, b, T::ONE, out);
+}
+
+/// `out = alpha * a * b + beta * out`.
+fn gemm<T: Real>(alpha: T, a: View<'_, T>, b: View<'_, T>, beta: T, out: &mut [T]) {
     assert_eq!(a.columns, b.rows, "inner sizes of a product agree");
     assert!(a.extent() <= a.data.len(), "left operand inside its slice");
     assert!(b.extent() <= b.data.len(), "right operand inside its slice");
     if a.rows == 0 || b.columns == 0 {
         return;
     }
-    assert!(a.rows <= out_stride, "columns of the result do not overlap");
-    assert!(
-        (b.columns - 1) * out_stride + a.rows <= out.len(),
-        "result inside its slice"
-    );
+    assert!(b.columns * a.rows <= out.len(), "result inside its slice");
     #[expect(
         unsafe_code,
         reason = "matrixmultiply takes pointers; the three assertions above are its contract"
@@ -171,15 +160,8 @@ pub(crate) fn multiply<T: Real>(
     // SAFETY: every index that the call reads or writes was checked against its slice above, and
     // `out` is borrowed mutably, so that it overlaps neither operand.
     unsafe {
-        T::gemm(
-            a.rows,
-            a.columns,
-            b.columns,
-            alpha,
-            a.pointer(),
-            b.pointer(),
-            beta,
-            (out.as_mut_ptr(), 1, out_stride as isize),
-        );
+        let out = (out.as_mut_ptr(), 1, a.rows as isize);
+        let (a_at, b_at) = (a.pointer(), b.pointer());
+        T::gemm(a.rows, a.columns, b.columns, alpha, a_at, b_at, beta, out);
     }
 }

@@ -6,7 +6,7 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use crate::descent::{Gram, descend_until};
 use crate::error::LearnError;
 use crate::product::gram;
-use crate::view::{View, multiply};
+use crate::view::{View, multiply, subtract_product};
 
 /// Most checks for convergence of coordinate descent, and sweeps between two.
 const CHECKS_AND_SWEEPS: (usize, usize) = (50, 20);
@@ -49,12 +49,9 @@ pub(super) fn fitted(
     let mut quadratic = DMatrix::from_vec(rank, rank, gram(basis.as_slice(), rank));
     let mut linear = DMatrix::zeros(rank, shifted.ncols());
     multiply(
-        1.0,
         View::columns(basis.as_slice(), rank),
         View::columns(shifted.as_slice(), rows.len()),
-        0.0,
         linear.as_mut_slice(),
-        rank,
     );
     if let Some(alike) = alike {
         let covariance_m2 = dictionary.activation_covariance_m2.clone();
@@ -97,13 +94,10 @@ pub(super) fn squared_errors_m2(
     let primitives = dictionary.primitives.select_rows(rows);
     let offset_m = dictionary.offset_m.select_rows(rows);
     let mut errors_m = columns_m.select_rows(rows);
-    multiply(
-        -1.0,
+    subtract_product(
         View::columns(primitives.as_slice(), rows.len()),
         View::columns(activations_m.as_slice(), dictionary.rank()),
-        1.0,
         errors_m.as_mut_slice(),
-        rows.len(),
     );
     (errors_m.column_iter_mut())
         .map(|mut column| {

@@ -23,30 +23,21 @@ pub(super) struct Points<'a, const K: usize> {
 /// unknowns as there are predictions. Weights are zero where none are better than that.
 pub(super) fn blend<const K: usize>(points: &Points<'_, K>) -> ([f64; K], f64) {
     let mut weights = [0.0; K];
-    let first = pass(points, &weights, |_| 1.0);
-    let (mut error, mut sums) = (first.mean_distance_m, first.sums);
+    let (mut error, mut sums) = pass(points, &weights, |_| 1.0);
     for _ in 0..ROUNDS {
         let next = non_negative_least_squares(&sums);
-        let seen = pass(points, &next, |distance| distance.max(SMALLEST_M).recip());
-        if seen.mean_distance_m < error {
-            (weights, error) = (next, seen.mean_distance_m);
+        let (next_error, next_sums) =
+            pass(points, &next, |distance| distance.max(SMALLEST_M).recip());
+        if next_error < error {
+            (weights, error) = (next, next_error);
         }
-        sums = seen.sums;
+        sums = next_sums;
     }
     (weights, error)
 }
 
-/// Normal equations of weighted least squares.
-struct Sums<const K: usize> {
-    squares: [[f64; K]; K],
-    products: [f64; K],
-}
-
-/// Result of one pass over the points.
-struct Pass<const K: usize> {
-    mean_distance_m: f64,
-    sums: Sums<K>,
-}
+/// Normal equations of weighted least squares: the matrix and the right-hand side.
+type Equations<const K: usize> = ([[f64; K]; K], [f64; K]);
 
 impl<const K: usize> Points<'_, K> {
     fn len(&self) -> usize {
@@ -71,19 +62,16 @@ fn pass<const K: usize>(
     points: &Points<'_, K>,
     weights: &[f64; K],
     factor: impl Fn(f64) -> f64,
-) -> Pass<K> {
+) -> (f64, Equations<K>) {
     let mut distances = 0.0;
-    let mut sums = Sums {
-        squares: [[0.0; K]; K],
-        products: [0.0; K],
-    };
+    let (mut squares, mut products) = ([[0.0; K]; K], [0.0; K]);
     for i in 0..points.len() {
         let distance = length(points.left(i, weights));
         distances += distance;
         let factor = factor(distance);
         let wanted = point(points.wanted, i);
         let predictions = points.predictions.map(|prediction| point(prediction, i));
-        let places = sums.squares.iter_mut().zip(&mut sums.products);
+        let places = squares.iter_mut().zip(&mut products);
         for ((squares, product), prediction) in places.zip(predictions) {
             let scaled = prediction.map(|v| factor * v);
             *product += dot(scaled, wanted);
@@ -92,10 +80,8 @@ fn pass<const K: usize>(
             }
         }
     }
-    Pass {
-        mean_distance_m: distances / points.len().max(1) as f64,
-        sums,
-    }
+    let mean_m = distances / points.len().max(1) as f64;
+    (mean_m, (squares, products))
 }
 
 fn point(coordinates: &[f64], i: usize) -> [f64; 3] {
@@ -112,13 +98,13 @@ fn length(a: [f64; 3]) -> f64 {
 
 /// Minimises `1/2 wᵀ squares w - productsᵀ w` over `w >= 0` for a handful of unknowns: the best of
 /// the solutions over all subsets.
-fn non_negative_least_squares<const K: usize>(sums: &Sums<K>) -> [f64; K] {
+fn non_negative_least_squares<const K: usize>((squares, products): &Equations<K>) -> [f64; K] {
     let mut best = ([0.0; K], 0.0);
     for subset in 1_u32..1 << K {
         let used: Vec<usize> = (0..K).filter(|k| subset >> k & 1 == 1).collect();
         let count = used.len();
-        let part = DMatrix::from_fn(count, count, |i, j| sums.squares[used[i]][used[j]]);
-        let products = DVector::from_fn(count, |i, _| sums.products[used[i]]);
+        let part = DMatrix::from_fn(count, count, |i, j| squares[used[i]][used[j]]);
+        let products = DVector::from_fn(count, |i, _| products[used[i]]);
         let Some(solution) = part.cholesky().map(|c| c.solve(&products)) else {
             continue;
         };
@@ -177,7 +163,7 @@ mod tests {
         };
         let (weights, error) = blend(&points);
         let searched = (0..10_000)
-            .map(|i| pass(&points, &[f64::from(i) * 1e-3], |_| 1.0).mean_distance_m)
+            .map(|i| pass(&points, &[f64::from(i) * 1e-3], |_| 1.0).0)
             .fold(f64::INFINITY, f64::min);
         assert!(error <= searched * 1.01, "{weights:?} {error} {searched}");
     }

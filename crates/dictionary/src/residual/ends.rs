@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::covariance::moments_of;
 use crate::data::named;
-use crate::error::LearnError;
+use crate::error::{LearnError, check_setting};
 
 /// Largest distance of a segment's first and last sample from its boundary conditions, metres: a marker is
 /// known no better. The cubic Hermite baseline leads from one boundary condition to the other, so a segment that
@@ -130,19 +130,15 @@ pub(super) fn ends_moments(
 
 /// Checks that there is time between the first and the last sample.
 pub(super) fn check_layout(layout: SegmentLayout) -> Result<(), LearnError> {
-    if layout.samples < 2 {
-        return Err(LearnError::Setting {
-            name: "samples of a segment",
-            expected: "2 or more: a curve has a first and a last one",
-            found: layout.samples as f64,
-        });
-    }
-    if !(layout.rate_hz.is_finite() && layout.rate_hz > 0.0) {
-        return Err(LearnError::Setting {
-            name: "rate of the segments in Hz",
-            expected: "a positive number",
-            found: layout.rate_hz,
-        });
-    }
-    Ok(())
+    let (samples, rate_hz) = (layout.samples, layout.rate_hz);
+    let expected = "2 or more: a curve has a first and a last one";
+    check_setting(
+        samples >= 2,
+        "samples of a segment",
+        expected,
+        samples as f64,
+    )?;
+    let positive = rate_hz.is_finite() && rate_hz > 0.0;
+    let name = "rate of the segments in Hz";
+    check_setting(positive, name, "a positive number", rate_hz)
 }

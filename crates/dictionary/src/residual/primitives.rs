@@ -240,12 +240,9 @@ fn activations(block: &DMatrix<f64>, own_m: &DMatrix<f64>) -> DMatrix<f64> {
     let (rows, size) = block.shape();
     let mut activations = DMatrix::zeros(size, own_m.ncols());
     multiply(
-        1.0,
         View::columns(block.as_slice(), rows).transposed(),
         View::columns(own_m.as_slice(), rows),
-        0.0,
         activations.as_mut_slice(),
-        size,
     );
     activations
 }

@@ -10,9 +10,9 @@ use inhand_container::{ChannelFacts, MetadataRecord, Selection};
 use inhand_model::{Annotations, Clock, Event, Label, Provenance, StartTime};
 use serde_json::json;
 
-use crate::containers::{self, RECORDING, hash_file, name_of};
+use crate::TOOL;
 use crate::error::{Located, SessionError};
-use crate::run::TOOL;
+use crate::files::{RECORDING, filter, hash_file, name_of, take_start};
 
 /// Topic of the events that inhand writes; those of other topics are never changed.
 const TOPIC: &str = "/annotations";
@@ -75,7 +75,7 @@ pub fn read(path: &Path) -> Result<Annotated, SessionError> {
     }
     let name = path.display().to_string();
     let events = inhand_channels::read_file_events(&bytes, &name).in_file(path)?;
-    let start = containers::take_start(&events.metadata).or(events.first_unix_nanos);
+    let start = take_start(&events.metadata).or(events.first_unix_nanos);
     let FileEvents {
         own,
         others,
@@ -132,7 +132,7 @@ pub fn write(
         append: exchange.append.as_deref(),
         ..Selection::default()
     };
-    containers::filter(input, output, &selection)?;
+    filter(input, output, &selection)?;
     Ok(())
 }
 

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use inhand_inspection::{CheckSettings, Checked, check, detect};
 
-use crate::containers::name_of;
 use crate::error::SessionError;
+use crate::files::name_of;
 use crate::settings::Settings;
 use crate::take::read;
 

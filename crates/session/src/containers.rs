@@ -12,17 +12,15 @@ use inhand_container::{
     ChannelFacts, Interval, Merge, Merged, MetadataRecord, Packing, Recovered, Selected, Selection,
     Source,
 };
-use inhand_model::{Annotations, Event, InputHash, Provenance};
+use inhand_model::{Annotations, Event, Provenance};
 use serde_json::json;
 
+use crate::TOOL;
 use crate::annotate::{self, Exchange};
 use crate::error::{Located, SessionError};
+pub use crate::files::{FileSource, filter, hash_file, open};
+use crate::files::{RECORDING, name_of, select, take_start};
 use crate::output::write_atomic;
-use crate::run::TOOL;
-use crate::take::Hashed;
-
-/// The metadata record that makes a file a take.
-pub(crate) const RECORDING: &str = "inhand.recording";
 
 /// An instant as a person says it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,25 +40,6 @@ pub struct Cut {
     pub samples: Option<Range<usize>>,
 }
 
-/// A file that is read record by record.
-pub type FileSource = Source<BufReader<File>>;
-
-/// Opens an MCAP file for reading record by record.
-///
-/// # Errors
-///
-/// [`SessionError::Io`], and [`SessionError::At`] for a file of another kind.
-pub fn open(path: &Path) -> Result<FileSource, SessionError> {
-    let file = File::open(path).map_err(SessionError::io("read", path))?;
-    let reader = BufReader::with_capacity(1 << 16, file);
-    Source::open(&name_of(path), reader).in_file(path)
-}
-
-pub(crate) fn name_of(path: &Path) -> String {
-    let name = path.file_name().unwrap_or(path.as_os_str());
-    name.to_string_lossy().into_owned()
-}
-
 /// The metadata of a file by name; nothing else of it is read.
 fn metadata(source: &mut FileSource, path: &Path) -> Result<Metadata, SessionError> {
     let records = inhand_container::metadata(source).in_file(path)?;
@@ -68,12 +47,6 @@ fn metadata(source: &mut FileSource, path: &Path) -> Result<Metadata, SessionErr
         .into_iter()
         .map(|record| (record.name, record.facts));
     Ok(Metadata(facts.collect()))
-}
-
-/// When a take's first sample is, nanoseconds since 1970-01-01 UTC; `None` for a file without a take.
-pub(crate) fn take_start(metadata: &Metadata) -> Option<u64> {
-    let facts = metadata.0.get(RECORDING)?;
-    facts.get("start_unix_nanos")?.parse().ok()
 }
 
 /// The interval of a file between two instants, each of which may be open.
@@ -196,22 +169,6 @@ fn cut_provenance(input: &Path, intervals: &[Interval]) -> Result<Provenance, Se
     })
 }
 
-/// Name and content of a file of any size.
-///
-/// # Errors
-///
-/// [`SessionError::Io`].
-pub fn hash_file(path: &Path) -> Result<InputHash, SessionError> {
-    let hashed = Hashed::open(path).and_then(|mut file| {
-        std::io::copy(&mut file, &mut std::io::sink())?;
-        Ok(file.sha256())
-    });
-    Ok(InputHash {
-        name: name_of(path),
-        sha256: hashed.map_err(SessionError::io("read", path))?,
-    })
-}
-
 /// The events that lie in any of the intervals, if some of them begin before: their messages then lie
 /// outside. `None` where messages tell it all.
 fn events_into(
@@ -234,33 +191,6 @@ fn events_into(
     };
     let all_inside = annotations.events.iter().all(begins_inside);
     Ok((!all_inside).then_some(annotations))
-}
-
-/// Writes what `selection` keeps of a file, byte for byte.
-///
-/// # Errors
-///
-/// [`SessionError::At`] with the byte at which the file is wrong, [`SessionError::Io`].
-pub fn filter(
-    input: &Path,
-    output: &Path,
-    selection: &Selection<'_>,
-) -> Result<Selected, SessionError> {
-    select(&mut open(input)?, input, output, selection)
-}
-
-fn select(
-    source: &mut FileSource,
-    input: &Path,
-    output: &Path,
-    selection: &Selection<'_>,
-) -> Result<Selected, SessionError> {
-    let mut selected = Selected::default();
-    write_atomic(output, |out| {
-        selected = inhand_container::select(source, out, selection).in_file(input)?;
-        Ok(())
-    })?;
-    Ok(selected)
 }
 
 /// Writes files as one, by time.

@@ -8,9 +8,9 @@ use inhand_simulation::{FaultKind, SessionSettings, SimulatedTake, session};
 use rayon::prelude::*;
 use serde_json::json;
 
+use crate::TOOL;
 use crate::error::{Located, SessionError};
 use crate::output;
-use crate::run::TOOL;
 use crate::session::{SETTINGS_FILE, is_take};
 use crate::settings::Role;
 use crate::take_file;

@@ -4,10 +4,9 @@ use std::path::Path;
 
 use inhand_model::{Dictionary, InputHash, Provenance};
 
-use crate::containers::name_of;
 use crate::error::{Located, SessionError};
+use crate::files::{hex_sha256, name_of};
 use crate::output;
-use crate::take::hex_sha256;
 
 /// A dictionary read from a file.
 #[derive(Clone, Debug)]

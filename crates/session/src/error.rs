@@ -145,3 +145,12 @@ impl<T, E: Into<Box<dyn StdError + Send + Sync>>> Located<T> for Result<T, E> {
         self.map_err(|source| SessionError::at(step, source))
     }
 }
+
+/// An error about one setting.
+pub(crate) fn invalid(key: &str, expected: &str, found: &impl Display) -> SessionError {
+    SessionError::Settings {
+        key: key.to_owned(),
+        expected: expected.to_owned(),
+        found: found.to_string(),
+    }
+}

@@ -30,6 +30,7 @@ mod demo;
 mod dictionary_file;
 mod error;
 mod figures;
+mod files;
 mod found_events;
 mod long_take;
 mod manifest;
@@ -57,13 +58,14 @@ pub use demo::{DEMO_SESSION, TakeFormat, simulate_session};
 pub use dictionary_file::{DictionaryFile, read as read_dictionary, write as write_dictionary};
 pub use error::{Located, SessionError};
 pub use figures::write_figures;
+pub use files::hex_sha256;
 pub use inhand_motion::GapFill;
 pub use long_take::{LongTake, TakeInput};
 pub use manifest::{PlanMs, RunJson, peak_memory_bytes, plan_times_beside};
 pub use methods::Method;
 pub use output::{check_target, scratch_folder, write_atomic, write_durable, write_text};
 pub use plan::{PlanRequest, Planned, plan_motion, write_plan};
-pub use run::{Event, RunFiles, RunOptions, RunResult, TOOL, provenance, run};
+pub use run::{Event, RunFiles, RunOptions, RunResult, provenance, run};
 pub use session::{SETTINGS_FILE, Session, SessionTake, is_take, list_takes, locate};
 pub use settings::{
     BodySettings, CleanSection, EndsKind, EvaluateSection, FilterKind, LearnSection,
@@ -73,10 +75,12 @@ pub use settings::{
 pub use state::{State, StateRole, read_state};
 pub use stored::evaluate_stored;
 pub use take::{
-    Cleaning, Take, check_rates, describe_source, hash_take, hex_sha256, read, read_clean,
-    read_session,
+    Cleaning, Take, check_rates, describe_source, hash_take, read, read_clean, read_session,
 };
 pub use take_file::{
     GeneratedMotion, TakeContents, write as write_take, write_parts as write_take_parts,
 };
 pub use view::{Viewed, ViewedKind, add_views};
+
+/// Name and version of the tool, as written into files.
+pub const TOOL: &str = concat!("inhand ", env!("CARGO_PKG_VERSION"));

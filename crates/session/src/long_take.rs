@@ -17,10 +17,11 @@ use sha2::{Digest, Sha256};
 
 use crate::coverage::Coverage;
 use crate::error::{Located, SessionError};
+use crate::files::{Hashed, hex};
 use crate::output::write_atomic;
 use crate::run::provenance;
 use crate::settings::Settings;
-use crate::take::{Hashed, Take, hex, read};
+use crate::take::{Take, read};
 use crate::take_file::write_parts;
 
 /// Bytes read at a time where nothing is parsed.

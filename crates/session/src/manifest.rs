@@ -9,13 +9,13 @@ use inhand_report::PlanTimes;
 use inhand_statistics::quantiles::quantile;
 use serde::{Deserialize, Serialize};
 
-use crate::containers;
+use crate::TOOL;
 use crate::error::SessionError;
+use crate::files::{hash_file, hex_sha256};
 use crate::output::{self, folder_of};
-use crate::run::TOOL;
 use crate::session::Session;
 use crate::settings::{EvaluateSection, PlanSection, Settings};
-use crate::take::{Take, hex_sha256};
+use crate::take::Take;
 
 /// File name of the run's facts in its output folder.
 pub(crate) const RUN_FILE: &str = "run.json";
@@ -92,7 +92,7 @@ impl Manifest {
         outputs: &[&Path],
     ) -> Result<Self, SessionError> {
         use rayon::prelude::*;
-        let hashes: Vec<_> = outputs.par_iter().map(|path| hash_file(path)).collect();
+        let hashes: Vec<_> = outputs.par_iter().map(|path| hash_of(path)).collect();
         let names = outputs.iter().map(|path| name_in(folder, path));
         let outputs = names.zip(hashes).map(|(name, hash)| Ok((name, hash?)));
         Ok(Self {
@@ -151,7 +151,7 @@ pub(crate) fn up_to_date(run_file: &Path, session: &str, key: &str, outputs: &[&
         return false;
     }
     let unchanged = |(name, hash): (&String, &String)| {
-        file_in(folder, name).is_some_and(|path| hash_file(&path).is_ok_and(|now| now == *hash))
+        file_in(folder, name).is_some_and(|path| hash_of(&path).is_ok_and(|now| now == *hash))
     };
     earlier.outputs.par_iter().all(unchanged)
 }
@@ -182,7 +182,7 @@ pub(crate) fn claim(
             continue;
         };
         let kept = outputs.iter().any(|path| name_in(folder, path) == name);
-        if !kept && hash_file(&stale).is_ok_and(|now| now == hash) {
+        if !kept && hash_of(&stale).is_ok_and(|now| now == hash) {
             std::fs::remove_file(&stale).map_err(SessionError::io("remove", &stale))?;
         }
     }
@@ -216,7 +216,7 @@ pub fn plan_times_beside(evaluation: &Path) -> Vec<PlanTimes> {
     let folder = folder_of(evaluation);
     let run = read(&folder.join(RUN_FILE)).filter(|run| {
         let hash = run.manifest.outputs.get(&name_in(folder, evaluation));
-        hash.is_some_and(|hash| hash_file(evaluation).is_ok_and(|now| now == *hash))
+        hash.is_some_and(|hash| hash_of(evaluation).is_ok_and(|now| now == *hash))
     });
     let times = run.map_or_else(BTreeMap::new, |run| run.plan_ms);
     (times.into_iter())
@@ -244,8 +244,8 @@ fn read(path: &Path) -> Option<RunJson> {
     serde_json::from_slice(&std::fs::read(path).ok()?).ok()
 }
 
-fn hash_file(path: &Path) -> Result<String, SessionError> {
-    Ok(containers::hash_file(path)?.sha256)
+fn hash_of(path: &Path) -> Result<String, SessionError> {
+    Ok(hash_file(path)?.sha256)
 }
 
 /// The path of a result in its folder, with `/` on every system.

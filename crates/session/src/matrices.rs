@@ -23,8 +23,8 @@ use inhand_export::matrices::{self, MatrixFormat, Variable, Variables};
 use inhand_model::{Dictionary, DictionaryKind, Hull, Residual, SegmentLayout};
 use nalgebra::{DMatrix, DVector};
 
-use crate::containers::name_of;
 use crate::error::{Located, SessionError};
+use crate::files::name_of;
 use crate::output;
 
 pub use given::{Given, import_primitives};

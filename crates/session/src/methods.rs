@@ -9,8 +9,7 @@ use inhand_model::{EndConditions, SegmentLayout, Trajectory};
 use serde::de::{IntoDeserializer, value};
 use serde::{Deserialize, Serialize};
 
-use crate::error::SessionError;
-use crate::settings::invalid;
+use crate::error::{SessionError, invalid};
 
 /// A way to make motion between given ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]

@@ -10,9 +10,9 @@ use inhand_model::{
 };
 use inhand_planner::{Holding, Knot, Target, Tips, plan_chain};
 
-use crate::error::SessionError;
+use crate::error::{SessionError, invalid};
 use crate::methods::Method;
-use crate::settings::{Settings, invalid};
+use crate::settings::Settings;
 use crate::state::State;
 use crate::steps::{Hold, hold_settings, plan_error, planner};
 use crate::take_file::write_parts;

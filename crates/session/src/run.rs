@@ -14,6 +14,7 @@ use inhand_model::{
 use inhand_report::Report;
 use rayon::prelude::*;
 
+use crate::TOOL;
 use crate::dictionary_file;
 use crate::error::SessionError;
 use crate::manifest::{self, Manifest, RunJson};
@@ -24,9 +25,6 @@ use crate::take::{self, Take};
 pub use files::RunFiles;
 use files::check_output;
 use write::{plan_times, write_reports, write_takes};
-
-/// Name and version of the tool, as written into files.
-pub const TOOL: &str = concat!("inhand ", env!("CARGO_PKG_VERSION"));
 
 /// Folder of the report's figures, in that of the results.
 pub(crate) const FIGURES: &str = "figures";

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use crate::containers::name_of;
 use crate::error::SessionError;
+use crate::files::name_of;
 use crate::output::folder_of;
 use crate::settings::{Role, Settings};
 

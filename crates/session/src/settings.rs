@@ -14,7 +14,6 @@ use crate::methods::Method;
 mod check;
 mod clean;
 
-pub(crate) use check::invalid;
 pub use clean::CleanSection;
 
 /// Settings of a session, as `inhand.toml` holds them. Lengths are metres unless the name says

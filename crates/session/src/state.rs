@@ -18,11 +18,11 @@ use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
-use crate::containers::name_of;
 use crate::error::SessionError;
+use crate::files::{hex_sha256, name_of};
 use crate::settings::Settings;
 use crate::steps;
-use crate::take::{self, hex_sha256};
+use crate::take;
 
 /// How far from unit length a quaternion may be: what six written decimals leave.
 const QUATERNION_TOLERANCE: f64 = 1e-3;

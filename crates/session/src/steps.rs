@@ -13,7 +13,7 @@ use inhand_motion::{
 };
 use rayon::prelude::*;
 
-use crate::error::{Located, SessionError};
+use crate::error::{Located, SessionError, invalid};
 use crate::settings::{ObjectInSegments, Role, Settings};
 use crate::take::Take;
 
@@ -163,7 +163,7 @@ pub fn object_in_segments<'a>(
         .find(|(_, known, samples)| (known.unwrap_or(0) as f64) < OBJECT_KNOWN * *samples as f64);
     match (settings.learn.object, without) {
         (ObjectInSegments::No, _) => Ok(false),
-        (ObjectInSegments::Yes, Some((name, ..))) => Err(crate::settings::invalid(
+        (ObjectInSegments::Yes, Some((name, ..))) => Err(invalid(
             "learn.object",
             "takes that track the object, or `auto`",
             &format!("yes, but {name} does not track it"),

@@ -10,6 +10,7 @@ use inhand_export::{
 use inhand_model::{EvaluationRows, MotionRows};
 
 use crate::error::{Located, SessionError};
+pub use crate::files::facts_path;
 use crate::output::{write_atomic, write_text};
 use crate::take::Take;
 
@@ -52,13 +53,6 @@ impl TableFormat {
             _ => None,
         }
     }
-}
-
-/// The file of facts beside a wide table of a recording: `<table>.json`.
-pub fn facts_path(table: &Path) -> PathBuf {
-    let mut path = table.as_os_str().to_owned();
-    path.push(".json");
-    path.into()
 }
 
 /// Whether a table has facts beside it: those of a wide CSV are needed to read it as a take again.

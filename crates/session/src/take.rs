@@ -1,7 +1,5 @@
 //! Takes in memory: read from a vendor file or MCAP, with roles and hash.
 
-use std::fs::File;
-use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use inhand_capture::roles::{RoleSettings, resolve};
@@ -12,13 +10,11 @@ use inhand_model::{
     Recording, Roles, World,
 };
 use rayon::prelude::*;
-use sha2::{Digest, Sha256};
 
-use crate::containers::name_of;
 use crate::error::{Located, SessionError};
+use crate::files::{facts_path, hex_sha256, name_of};
 use crate::session::{Session, SessionTake};
 use crate::settings::{Role, Settings};
-use crate::tables::facts_path;
 
 /// A take in memory.
 #[derive(Clone, Debug)]
@@ -382,49 +378,4 @@ pub fn describe_source(source: &BodySource) -> String {
         BodySource::RigidBody(name) => format!("rigid body \"{name}\""),
         BodySource::Markers(names) => format!("markers {}", names.join(", ")),
     }
-}
-
-/// A file that is hashed as it is read.
-pub(crate) struct Hashed {
-    file: File,
-    hash: Sha256,
-}
-
-impl Hashed {
-    pub(crate) fn open(path: &Path) -> io::Result<Self> {
-        Ok(Self {
-            file: File::open(path)?,
-            hash: Sha256::new(),
-        })
-    }
-
-    /// The hash of what was read, as lower-case hexadecimal.
-    pub(crate) fn sha256(self) -> String {
-        hex(&self.hash.finalize())
-    }
-}
-
-impl Read for Hashed {
-    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
-        let read = self.file.read(out)?;
-        self.hash.update(&out[..read]);
-        Ok(read)
-    }
-}
-
-/// SHA-256 as lower-case hexadecimal.
-pub fn hex_sha256(bytes: &[u8]) -> String {
-    hex(&Sha256::digest(bytes))
-}
-
-/// Bytes as lower-case hexadecimal.
-pub(crate) fn hex(bytes: &[u8]) -> String {
-    bytes
-        .iter()
-        .fold(String::with_capacity(64), |mut text, byte| {
-            use std::fmt::Write as _;
-            // Writing to a string cannot fail.
-            let _ = write!(text, "{byte:02x}");
-            text
-        })
 }

@@ -10,11 +10,10 @@ use inhand_container::{ChannelFacts, MetadataRecord, Packing, Selection, Source}
 use inhand_model::{Finding, Hull, InputHash, PerFinger};
 
 use self::stored::StoredMethod;
-use crate::containers;
 use crate::dictionary_file::DictionaryFile;
 use crate::error::{Located, SessionError};
+use crate::files::{RECORDING, filter, hex_sha256, name_of};
 use crate::settings::Settings;
-use crate::take::hex_sha256;
 use crate::take_file::recorded_contacts;
 
 /// Topic of a dictionary's own message.
@@ -95,7 +94,7 @@ pub fn add_views(
         packing: (kind == ViewedKind::Dictionary).then_some(Packing::None),
         ..Selection::default()
     };
-    let selected = containers::filter(input, output, &selection)?;
+    let selected = filter(input, output, &selection)?;
     Ok(Viewed {
         kind,
         replaced: selected.left_out,
@@ -116,11 +115,11 @@ struct File<'a> {
 
 impl<'a> File<'a> {
     fn of(path: &'a Path, bytes: &'a [u8]) -> Result<Self, SessionError> {
-        let name = containers::name_of(path);
+        let name = name_of(path);
         let metadata = inhand_channels::read_metadata(bytes, &name).in_file(path)?;
         let channels = Source::open(&name, Cursor::new(bytes))
             .and_then(|mut source| inhand_container::channels(&mut source));
-        let kind = if metadata.0.contains_key(containers::RECORDING) {
+        let kind = if metadata.0.contains_key(RECORDING) {
             ViewedKind::Take
         } else if (channels.in_file(path)?.iter()).any(|c| c.topic == DICTIONARY) {
             ViewedKind::Dictionary

@@ -7,9 +7,9 @@ use inhand_evaluation::overlay::{moved, offsets_nanos};
 use inhand_model::{Clock, Event, Label, Shape, StartTime};
 
 use super::{Align, OverlayMethods, OverlayOptions};
-use crate::error::{Located, SessionError};
+use crate::error::{Located, SessionError, invalid};
 use crate::session::stem;
-use crate::settings::{Settings, invalid};
+use crate::settings::Settings;
 use crate::take::{Take, same_motion, same_source};
 
 /// Topic of a dictionary's own message.

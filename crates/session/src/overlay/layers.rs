@@ -8,8 +8,7 @@ use inhand_model::{
 
 use super::OverlayMethods;
 use super::input::Input;
-use crate::error::SessionError;
-use crate::settings::invalid;
+use crate::error::{SessionError, invalid};
 
 /// One motion.
 pub(super) struct Layer<F: Frame> {

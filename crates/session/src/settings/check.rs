@@ -15,7 +15,7 @@ use inhand_model::{DictionaryKind, Finger, PerFinger, Selection, Shape};
 use inhand_motion::{Filter, ProcessSettings};
 
 use super::{FilterKind, LearnSection, Settings};
-use crate::error::SessionError;
+use crate::error::{SessionError, invalid};
 use crate::methods::Method;
 
 impl Settings {
@@ -279,15 +279,6 @@ impl Settings {
             ..self.clone()
         };
         without_takes.json()
-    }
-}
-
-/// An error about one setting.
-pub(crate) fn invalid(key: &str, expected: &str, found: &impl Display) -> SessionError {
-    SessionError::Settings {
-        key: key.to_owned(),
-        expected: expected.to_owned(),
-        found: found.to_string(),
     }
 }
 

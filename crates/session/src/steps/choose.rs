@@ -5,7 +5,7 @@ use inhand_model::{Demonstrated, Dictionary, MethodCandidate, MethodChoice, Segm
 
 use super::learn::demonstrations;
 use super::{generate, learn};
-use crate::error::SessionError;
+use crate::error::{SessionError, invalid};
 use crate::methods::Method;
 use crate::settings::Settings;
 
@@ -67,7 +67,7 @@ pub fn settled_methods(
             (Method::Auto, None) => {
                 let expected = "a method by name, or a dictionary that was learned with \
                                 `--methods auto`";
-                return Err(crate::settings::invalid("plan.methods", expected, &"auto"));
+                return Err(invalid("plan.methods", expected, &"auto"));
             }
             (method, _) => method,
         };
@@ -96,7 +96,7 @@ pub fn choose_method(
 ) -> Result<MethodChoice, SessionError> {
     let folds = folds(train.origins(), train.layout().samples);
     if folds.is_empty() {
-        return Err(crate::settings::invalid(
+        return Err(invalid(
             "plan.methods",
             "a method by name, as there is too little training data to leave any out for `auto`",
             &"auto",

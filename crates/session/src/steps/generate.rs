@@ -14,9 +14,9 @@ use inhand_planner::{
 };
 use rayon::prelude::*;
 
-use crate::error::SessionError;
+use crate::error::{SessionError, invalid};
 use crate::methods::Method;
-use crate::settings::{EndsKind, Settings, invalid};
+use crate::settings::{EndsKind, Settings};
 
 /// What one method made of every test segment.
 #[derive(Clone, Debug)]

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use inhand_model::{Motion, Selection};
 
-use crate::error::SessionError;
-use crate::settings::{Settings, invalid};
+use crate::error::{SessionError, invalid};
+use crate::settings::Settings;
 use crate::take::Take;
 
 /// Notes in each motion which of its samples are used.

@@ -1,0 +1,136 @@
+//! Files by name, hash and record: what every step that reads or changes one shares.
+
+use std::fs::File;
+use std::io::{self, BufReader, Read};
+use std::path::{Path, PathBuf};
+
+use inhand_channels::Metadata;
+use inhand_container::{Selected, Selection, Source};
+use inhand_model::InputHash;
+use sha2::{Digest, Sha256};
+
+use crate::error::{Located, SessionError};
+use crate::output::write_atomic;
+
+/// The metadata record that makes a file a take.
+pub(crate) const RECORDING: &str = "inhand.recording";
+
+/// A file that is read record by record.
+pub type FileSource = Source<BufReader<File>>;
+
+/// Opens an MCAP file for reading record by record.
+///
+/// # Errors
+///
+/// [`SessionError::Io`], and [`SessionError::At`] for a file of another kind.
+pub fn open(path: &Path) -> Result<FileSource, SessionError> {
+    let file = File::open(path).map_err(SessionError::io("read", path))?;
+    let reader = BufReader::with_capacity(1 << 16, file);
+    Source::open(&name_of(path), reader).in_file(path)
+}
+
+pub(crate) fn name_of(path: &Path) -> String {
+    let name = path.file_name().unwrap_or(path.as_os_str());
+    name.to_string_lossy().into_owned()
+}
+
+/// When a take's first sample is, nanoseconds since 1970-01-01 UTC; `None` for a file without a take.
+pub(crate) fn take_start(metadata: &Metadata) -> Option<u64> {
+    let facts = metadata.0.get(RECORDING)?;
+    facts.get("start_unix_nanos")?.parse().ok()
+}
+
+/// Name and content of a file of any size.
+///
+/// # Errors
+///
+/// [`SessionError::Io`].
+pub fn hash_file(path: &Path) -> Result<InputHash, SessionError> {
+    let hashed = Hashed::open(path).and_then(|mut file| {
+        std::io::copy(&mut file, &mut std::io::sink())?;
+        Ok(file.sha256())
+    });
+    Ok(InputHash {
+        name: name_of(path),
+        sha256: hashed.map_err(SessionError::io("read", path))?,
+    })
+}
+
+/// The file of facts beside a wide table of a recording: `<table>.json`.
+pub fn facts_path(table: &Path) -> PathBuf {
+    let mut path = table.as_os_str().to_owned();
+    path.push(".json");
+    path.into()
+}
+
+/// Writes what `selection` keeps of a file, byte for byte.
+///
+/// # Errors
+///
+/// [`SessionError::At`] with the byte at which the file is wrong, [`SessionError::Io`].
+pub fn filter(
+    input: &Path,
+    output: &Path,
+    selection: &Selection<'_>,
+) -> Result<Selected, SessionError> {
+    select(&mut open(input)?, input, output, selection)
+}
+
+pub(crate) fn select(
+    source: &mut FileSource,
+    input: &Path,
+    output: &Path,
+    selection: &Selection<'_>,
+) -> Result<Selected, SessionError> {
+    let mut selected = Selected::default();
+    write_atomic(output, |out| {
+        selected = inhand_container::select(source, out, selection).in_file(input)?;
+        Ok(())
+    })?;
+    Ok(selected)
+}
+
+/// A file that is hashed as it is read.
+pub(crate) struct Hashed {
+    file: File,
+    hash: Sha256,
+}
+
+impl Hashed {
+    pub(crate) fn open(path: &Path) -> io::Result<Self> {
+        Ok(Self {
+            file: File::open(path)?,
+            hash: Sha256::new(),
+        })
+    }
+
+    /// The hash of what was read, as lower-case hexadecimal.
+    pub(crate) fn sha256(self) -> String {
+        hex(&self.hash.finalize())
+    }
+}
+
+impl Read for Hashed {
+    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
+        let read = self.file.read(out)?;
+        self.hash.update(&out[..read]);
+        Ok(read)
+    }
+}
+
+/// SHA-256 as lower-case hexadecimal.
+pub fn hex_sha256(bytes: &[u8]) -> String {
+    hex(&Sha256::digest(bytes))
+}
+
+/// Bytes as lower-case hexadecimal.
+pub(crate) fn hex(bytes: &[u8]) -> String {
+    bytes
+        .iter()
+        .fold(String::with_capacity(64), |mut text, byte| {
+            use std::fmt::Write as _;
+            // Writing to a string cannot fail.
+            let _ = write!(text, "{byte:02x}");
+            text
+        })
+}

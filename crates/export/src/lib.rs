@@ -50,7 +50,6 @@
 pub mod bids;
 mod error;
 pub mod events;
-mod facts;
 pub mod matrices;
 mod motion;
 mod parquet_file;
@@ -60,10 +59,9 @@ mod take;
 mod wide_csv;
 
 pub use error::ExportError;
-pub use facts::facts_json;
 pub use motion::{contact_rows, phase_rows, segment_rows};
-pub use parquet_file::{ParquetTable, write_parquet, write_parquet_parts};
+pub use parquet_file::{ParquetTable, write_parquet};
 pub use rows::{RowsFile, evaluation_rows, rows_facts};
 pub use table::{Column, Table, TableBuilder, write_csv};
 pub use take::{Entity, motion_entities, recording_entities, tidy, wide};
-pub use wide_csv::{WideSettings, looks_like_wide_csv, read_wide_csv};
+pub use wide_csv::{facts_json, looks_like_wide_csv, read_wide_csv};

@@ -27,19 +27,17 @@
 //!
 //! 64-bit floats, column by column. The same matrices give the same bytes: no time of day is written.
 
-mod error;
-mod form;
 mod mat;
 mod npz;
 mod number;
 
 use std::collections::BTreeMap;
+use std::fmt::Display;
+use std::path::Path;
 
 use nalgebra::{DMatrix, DVector};
 
 use crate::error::ExportError;
-pub use form::MatrixFormat;
-
 /// A variable of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Variable {
@@ -94,7 +92,7 @@ pub fn read(bytes: &[u8], file: &str) -> Result<Variables, ExportError> {
     match MatrixFormat::from_bytes(bytes) {
         Some(MatrixFormat::Npz) => npz::read(bytes, file),
         Some(MatrixFormat::Mat) => mat::read(bytes, file),
-        None => Err(form::unknown(bytes, file)),
+        None => Err(unknown(bytes, file)),
     }
 }
 
@@ -113,7 +111,7 @@ pub fn write<N: AsRef<str>>(
     for (name, variable) in variables {
         let name = name.as_ref();
         let again = matrices.iter().any(|&(earlier, _)| earlier == name);
-        if again || !form::is_name(name) {
+        if again || !is_name(name) {
             return Err(ExportError::Content(format!(
                 "{file}: variable \"{name}\": expected names of letters, digits and _ that start with a \
                  letter, have at most 63 characters and come once"
@@ -121,11 +119,116 @@ pub fn write<N: AsRef<str>>(
         }
         match variable {
             Variable::Numbers(matrix) => matrices.push((name, matrix)),
-            Variable::Other(what) => return Err(error::not_written(file, name, what)),
+            Variable::Other(what) => return Err(not_written(file, name, what)),
         }
     }
     match form {
         MatrixFormat::Npz => npz::write(file, &matrices),
         MatrixFormat::Mat => mat::write(file, &matrices),
+    }
+}
+
+/// How archives of files start; an empty one has the second mark.
+const ZIP_MARKS: [&[u8]; 2] = [b"PK\x03\x04", b"PK\x05\x06"];
+
+/// Longest name that MATLAB takes.
+const NAME_CHARACTERS: usize = 63;
+
+/// A form of file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MatrixFormat {
+    /// NumPy's archive of arrays, as of `numpy.savez`.
+    Npz,
+    /// MATLAB's MAT file of level 5, as of `save -v7`.
+    Mat,
+}
+
+impl MatrixFormat {
+    /// Every form.
+    pub const ALL: [MatrixFormat; 2] = [MatrixFormat::Npz, MatrixFormat::Mat];
+
+    /// Extension of its files, without the dot.
+    pub const fn extension(self) -> &'static str {
+        match self {
+            MatrixFormat::Npz => "npz",
+            MatrixFormat::Mat => "mat",
+        }
+    }
+
+    /// The form that a file name asks for, whatever the case of its letters.
+    ///
+    /// ```
+    /// use inhand_export::matrices::MatrixFormat;
+    /// assert_eq!(MatrixFormat::from_path("a/W.MAT"), Some(MatrixFormat::Mat));
+    /// assert_eq!(MatrixFormat::from_path("npz"), None);
+    /// ```
+    pub fn from_path(path: impl AsRef<Path>) -> Option<Self> {
+        let extension = path.as_ref().extension()?;
+        (MatrixFormat::ALL.into_iter())
+            .find(|form| extension.eq_ignore_ascii_case(form.extension()))
+    }
+
+    /// The form that bytes start as.
+    pub fn from_bytes(bytes: &[u8]) -> Option<Self> {
+        if ZIP_MARKS.iter().any(|mark| bytes.starts_with(mark)) {
+            return Some(MatrixFormat::Npz);
+        }
+        mat::is_mat(bytes).then_some(MatrixFormat::Mat)
+    }
+}
+
+/// Whether MATLAB takes it as a name of a variable.
+fn is_name(name: &str) -> bool {
+    name.len() <= NAME_CHARACTERS
+        && name.starts_with(|c: char| c.is_ascii_alphabetic())
+        && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+}
+
+/// The error for bytes of none of the forms.
+fn unknown(bytes: &[u8], file: &str) -> ExportError {
+    // HDF5's own mark, without MATLAB's text in front or after it.
+    const HDF5: &[u8] = b"\x89HDF\r\n\x1a\n";
+    let matrices = "no file of matrices: expected .npz (numpy.savez) or .mat (MATLAB's save -v7)";
+    let level_5 = "expected a MAT file of level 5";
+    let message =
+        if bytes.starts_with(HDF5) || bytes.get(512..).is_some_and(|rest| rest.starts_with(HDF5)) {
+            format!("{level_5}, found one of MATLAB 7.3 (HDF5): save it again with `save -v7`")
+        } else if mat::looks_like_level_4(bytes) {
+            let remedy = "save it again with `save -v7` (scipy.io.savemat: format='5')";
+            format!("{level_5}, found what looks like one of level 4: {remedy}")
+        } else if bytes.starts_with(b"\x93NUMPY") {
+            let remedy = "save it with numpy.savez(file, primitives=array)";
+            format!("{matrices}, found a single array (.npy): {remedy}")
+        } else if bytes.is_empty() {
+            format!("{matrices}, found nothing")
+        } else {
+            let start = bytes[..bytes.len().min(12)].escape_ascii();
+            format!("{matrices}, found \"{start}\" ({} bytes)", bytes.len())
+        };
+    ExportError::Content(format!("{file}: {message}"))
+}
+
+/// A variable that cannot be written.
+fn not_written(file: &str, name: &str, found: impl Display) -> ExportError {
+    ExportError::Content(format!(
+        "{file}: variable {name}: expected a matrix that fits into the file, found {found}"
+    ))
+}
+
+/// Content that contradicts the format, before its place is known.
+#[derive(Debug)]
+pub(crate) struct Fault(String);
+
+impl Fault {
+    fn new(expected: impl Display, found: impl Display) -> Self {
+        Self(format!("expected {expected}, found {found}"))
+    }
+
+    /// With the file and the place in it.
+    fn at(self, file: &str, place: impl Display) -> ExportError {
+        let Self(fault) = self;
+        ExportError::Content(format!(
+            "{file}: {place}: {fault}; save or copy the file again"
+        ))
     }
 }

@@ -29,26 +29,14 @@ const GROUP_ROWS: usize = 64 * 1024;
 const MOST_AT_ONCE: usize = 1 << 16;
 
 /// Writes a table as Parquet (version 2, zstd). Blank cells are null. The file's metadata has under
-/// `inhand.columns` a JSON object with unit and frame of each column, and the pairs of `about`.
+/// `inhand.columns` a JSON object with unit and frame of each column, and the pairs of `about`. Every `part_rows`
+/// rows belong together, such as those of a method, and are stored so that a reader finds them without their
+/// neighbours.
 ///
 /// # Errors
 ///
 /// [`ExportError::Parquet`], [`ExportError::Write`].
 pub fn write_parquet(
-    table: &Table<'_>,
-    about: &[(&str, String)],
-    out: impl Write + Send,
-) -> Result<(), ExportError> {
-    write_parquet_parts(table, table.rows, about, out)
-}
-
-/// As [`write_parquet`]; every `part_rows` rows belong together, such as those of a method, and are stored so that
-/// a reader finds them without their neighbours.
-///
-/// # Errors
-///
-/// [`ExportError::Parquet`], [`ExportError::Write`].
-pub fn write_parquet_parts(
     table: &Table<'_>,
     part_rows: usize,
     about: &[(&str, String)],
@@ -147,7 +135,7 @@ const AGAIN: &str = "it may be cut or damaged: make it again";
 
 /// A Parquet file whose columns are read one at a time, so that a file far larger than memory can be read.
 pub struct ParquetTable {
-    file: String,
+    pub(crate) file: String,
     reader: SerializedFileReader<File>,
     columns: BTreeMap<String, usize>,
     /// Rows of each group.

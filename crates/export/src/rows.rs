@@ -139,7 +139,6 @@ pub fn rows_facts(session: &str, rows: &EvaluationRows) -> (&'static str, String
 /// Rows of an evaluation in a Parquet file.
 #[derive(Debug)]
 pub struct RowsFile {
-    file: String,
     table: ParquetTable,
     facts: RowsFacts,
 }
@@ -151,12 +150,11 @@ impl RowsFile {
     ///
     /// [`ExportError::Content`] for a file that is cut, or holds another table.
     pub fn open(path: &Path) -> Result<Self, ExportError> {
-        let file = path.display().to_string();
         let table = ParquetTable::open(path)?;
         let expected = "a table of the instants behind an evaluation";
         let wrong = |expected: &str, found: &str| {
             let hint = "`inhand run` and `inhand evaluate --rows` write it";
-            ExportError::file(&file, expected, found, hint)
+            ExportError::file(&table.file, expected, found, hint)
         };
         let facts = (table.fact(FACTS))
             .ok_or_else(|| wrong(expected, "a Parquet file of other content"))?;
@@ -169,7 +167,7 @@ impl RowsFile {
             let expected = format!("{methods} methods x {segments} segments x {samples} samples");
             return Err(wrong(&expected, &format!("{} rows", table.rows())));
         }
-        Ok(Self { file, table, facts })
+        Ok(Self { table, facts })
     }
 
     /// Name of the session.
@@ -191,7 +189,7 @@ impl RowsFile {
         let place = self.facts.methods.iter().position(|name| name == method);
         let place = place.ok_or_else(|| {
             ExportError::file(
-                &self.file,
+                &self.table.file,
                 format!("the method \"{method}\""),
                 self.facts.methods.join(", "),
                 "run the session with that method",
@@ -287,7 +285,7 @@ impl RowsFile {
             .collect::<Option<_>>()
             .ok_or_else(|| {
                 ExportError::file(
-                    &self.file,
+                    &self.table.file,
                     format!("segments of {}", self.facts.takes.join(", ")),
                     "one of another take, or before its start",
                     "make the table again",

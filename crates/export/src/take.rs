@@ -30,11 +30,11 @@ pub struct Entity<'a> {
     pub(crate) frame: &'static str,
     /// A number of the source for each sample, NaN where missing: its name with unit, and unit.
     extra: Option<(&'static str, &'static str, &'a [f64])>,
-    track: Box<dyn Track + 'a>,
+    pub(crate) track: Box<dyn Track + 'a>,
 }
 
 /// A track as tables use it.
-trait Track: Sync {
+pub(crate) trait Track: Sync {
     /// Numbers of a sample: 3 of a position, then 4 of a rotation.
     fn components(&self) -> usize;
     /// Position, metres, and rotation, a unit quaternion (x, y, z, w); NaN where missing.
@@ -87,18 +87,9 @@ impl<'a> Entity<'a> {
         }
     }
 
-    /// Columns of its values: positions, then rotations where it has them.
-    pub(crate) fn components(&self) -> usize {
-        self.track.components()
-    }
-
     /// A component of a sample, NaN where missing.
     pub(crate) fn number(&self, sample: usize, component: usize) -> f64 {
         self.track.values(sample)[component]
-    }
-
-    pub(crate) fn status(&self, sample: usize) -> Status {
-        self.track.status(sample)
     }
 }
 
@@ -156,12 +147,16 @@ pub fn wide<'a>(entities: &'a [Entity<'a>], clock: Clock, samples: usize) -> Tab
     let mut table = TableBuilder::new(samples, |sample| sample);
     table.numbers("time_s", "s", move |k| clock.time_s(k));
     for (entity, name) in entities.iter().zip(unique_names(entities)) {
-        for (component, (suffix, unit)) in COMPONENTS[..entity.components()].iter().enumerate() {
+        for (component, (suffix, unit)) in
+            COMPONENTS[..entity.track.components()].iter().enumerate()
+        {
             let number = move |k| entity.number(k, component);
             let column = table.numbers(format!("{name}.{suffix}"), unit, number);
             column.frame = entity.frame;
         }
-        table.words(format!("{name}.status"), move |k| entity.status(k).name());
+        table.words(format!("{name}.status"), move |k| {
+            entity.track.status(k).name()
+        });
         if let Some((suffix, unit, series)) = entity.extra {
             table.numbers(format!("{name}.{suffix}"), unit, move |k| series[k]);
         }
@@ -183,7 +178,7 @@ pub fn tidy<'a>(entities: &'a [Entity<'a>], clock: Clock, samples: usize) -> Tab
     for (component, (name, unit)) in COMPONENTS.into_iter().enumerate() {
         table.numbers(name, unit, move |(k, entity)| entity.number(k, component));
     }
-    table.words("status", |(k, entity)| entity.status(k).name());
+    table.words("status", |(k, entity)| entity.track.status(k).name());
     for (name, unit) in [("marker_error_m", "m"), ("quality", "1")] {
         table.numbers(name, unit, move |(k, entity)| match entity.extra {
             Some((extra, _, series)) if extra == name => series[k],

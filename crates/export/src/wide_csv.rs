@@ -1,13 +1,16 @@
-//! A wide CSV as a recording.
+//! A wide CSV as a recording, and the JSON beside it: facts that its columns cannot hold.
+
+use std::collections::BTreeMap;
 
 use inhand_model::{
     BodyKind, Clock, Finding, LengthUnit, Marker, MarkerKind, PointTrack, Pose, PoseTrack,
     Position, Recording, RotationOrder, Setting, Source, StartTime, Status, TrackedBody, UpAxis,
 };
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
+use serde::{Deserialize, Serialize};
 
-use crate::error::{CsvFile, ExportError};
-use crate::facts::{Facts, fact};
+use crate::error::{CsvFile, ExportError, shown};
+use crate::take::{recording_entities, unique_names};
 
 /// Rotations off unit length by more than this are no rotations; tables may be rounded.
 const UNIT_TOLERANCE: f64 = 1e-3;
@@ -17,13 +20,6 @@ const TIME_TOLERANCE: f64 = 0.1;
 
 /// A line is no longer than this: a name and ten cells for each of many thousand entities.
 const MAX_LINE_BYTES: usize = 16 << 20;
-
-/// Settings for a table without facts beside it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct WideSettings {
-    /// Axis that points up; y where nothing is said, with a finding.
-    pub up_axis: Option<UpAxis>,
-}
 
 /// Whether bytes start as a wide table does: its first column is `time_s` and another one ends in
 /// `.x_m`.
@@ -38,8 +34,9 @@ pub fn looks_like_wide_csv(bytes: &[u8]) -> bool {
 
 /// Reads a wide table, as [`wide`](crate::wide) and [`write_csv`](crate::write_csv) make them, as a
 /// recording. `facts` is the content of the JSON beside it, as
-/// [`facts_json`](crate::facts_json) makes it; without it the rate comes from the times, entities with a
-/// rotation are bodies, and the take starts at an unknown time.
+/// [`facts_json`] makes it; without it the rate comes from the times, entities with a
+/// rotation are bodies, the take starts at an unknown time, and `up_axis` points up (y where it is not said,
+/// with a finding).
 ///
 /// # Errors
 ///
@@ -49,7 +46,7 @@ pub fn read_wide_csv(
     bytes: &[u8],
     file: &str,
     facts: Option<&[u8]>,
-    settings: WideSettings,
+    up_axis: Option<UpAxis>,
 ) -> Result<Recording, ExportError> {
     let facts_file = format!("{file}.json");
     let facts = (facts.map(|facts| Facts::parse(facts, &facts_file))).transpose()?;
@@ -84,7 +81,7 @@ pub fn read_wide_csv(
         Some(facts) => (facts.name.as_str(), facts.source.clone()),
         None => {
             let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
-            (stem, source_of(&columns, settings, &mut findings))
+            (stem, source_of(&columns, up_axis, &mut findings))
         }
     };
     findings.extend(columns.iter().filter_map(EntityColumns::finding));
@@ -304,10 +301,10 @@ fn check_times(file: &str, times_s: &[f64], clock: Clock) -> Result<(), ExportEr
 
 fn source_of(
     columns: &[EntityColumns],
-    settings: WideSettings,
+    up_axis: Option<UpAxis>,
     findings: &mut Vec<Finding>,
 ) -> Source {
-    let up_axis = settings.up_axis.unwrap_or_else(|| {
+    let up_axis = up_axis.unwrap_or_else(|| {
         findings.push(Finding::info(
             "",
             format!(
@@ -383,4 +380,105 @@ fn entities(
         }
     }
     Ok((markers, bodies))
+}
+
+/// Version of the file; raised when a key changes its meaning.
+const FACTS_VERSION: u32 = 1;
+
+/// Facts of a recording beside its wide table.
+#[derive(Debug, Serialize, Deserialize)]
+struct Facts {
+    /// Version of the file.
+    inhand_table: u32,
+    name: String,
+    samples: usize,
+    rate_hz: f64,
+    start_unix_nanos: u64,
+    start_time: StartTime,
+    source: Source,
+    /// Bodies, then markers, in the order of the columns.
+    entities: Vec<EntityFacts>,
+    /// Unit of each kind of column, for readers who do not know the names.
+    units: BTreeMap<String, String>,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+struct EntityFacts {
+    /// Prefix of its columns.
+    columns: String,
+    name: String,
+    id: String,
+    kind: String,
+}
+
+/// Facts of a recording that a wide table cannot hold, as JSON: clock, source, names and kinds. Written
+/// beside the table as `<table>.json`, it lets [`read_wide_csv`] give the
+/// recording again.
+pub fn facts_json(recording: &Recording) -> String {
+    let entities = recording_entities(recording);
+    let ids = (recording.bodies.iter().map(|body| &body.id))
+        .chain(recording.markers.iter().map(|marker| &marker.id));
+    let units = [
+        ("time_s", "s"),
+        (".x_m, .y_m, .z_m", "m, frame world"),
+        (".qx, .qy, .qz, .qw", "unit quaternion, world from body"),
+        (".status", "measured, filled or missing"),
+        (".marker_error_m", "m"),
+        (".quality", "0 to 1"),
+    ];
+    let facts = Facts {
+        inhand_table: FACTS_VERSION,
+        name: recording.name.clone(),
+        samples: recording.len(),
+        rate_hz: recording.clock.rate_hz(),
+        start_unix_nanos: recording.clock.start_unix_nanos(),
+        start_time: recording.clock.start_time(),
+        source: recording.source.clone(),
+        entities: (entities.iter().zip(unique_names(&entities)).zip(ids))
+            .map(|((entity, columns), id)| EntityFacts {
+                columns,
+                name: entity.name.clone(),
+                id: id.clone(),
+                kind: entity.kind.to_owned(),
+            })
+            .collect(),
+        units: (units.iter())
+            .map(|(columns, unit)| ((*columns).to_owned(), (*unit).to_owned()))
+            .collect(),
+    };
+    let mut text = serde_json::to_string_pretty(&facts)
+        .expect("texts and finite numbers, which a recording has, are JSON");
+    text.push('\n');
+    text
+}
+
+const FACTS_HINT: &str = "write it again with inhand export, or remove it to read the table alone";
+
+impl Facts {
+    fn parse(text: &[u8], file: &str) -> Result<Self, ExportError> {
+        let wrong = |found: &str| {
+            let expected = format!("the facts of a table, version {FACTS_VERSION}");
+            ExportError::file(file, expected, found, FACTS_HINT)
+        };
+        let facts: Facts =
+            serde_json::from_slice(text).map_err(|error| wrong(&error.to_string()))?;
+        match facts.inhand_table {
+            FACTS_VERSION => Ok(facts),
+            other => Err(wrong(&format!("version {other}"))),
+        }
+    }
+
+    fn clock(&self, file: &str) -> Result<Clock, ExportError> {
+        Clock::new(self.start_unix_nanos, self.start_time, self.rate_hz)
+            .map_err(|error| fact(file, "rate_hz", "a positive number", &error.to_string()))
+    }
+}
+
+fn fact(file: &str, key: &str, expected: &str, found: &str) -> ExportError {
+    ExportError::file(
+        file,
+        format!("\"{key}\" to be {expected}"),
+        shown(found),
+        FACTS_HINT,
+    )
 }

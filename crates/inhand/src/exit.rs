@@ -13,13 +13,13 @@ pub(crate) const HELP: &str = "Exit codes: 0 done, 1 failed, 2 wrong usage, \
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Exit {
     /// Done.
-    Done,
+    Done = 0,
     /// Failed; no output was written.
-    Failed,
+    Failed = 1,
     /// The call was wrong.
-    Usage,
+    Usage = 2,
     /// Finished, but data was lost or a check did not pass.
-    Lossy,
+    Lossy = 3,
 }
 
 impl Exit {
@@ -41,12 +41,7 @@ impl Exit {
 
 impl From<Exit> for ExitCode {
     fn from(exit: Exit) -> ExitCode {
-        ExitCode::from(match exit {
-            Exit::Done => 0,
-            Exit::Failed => 1,
-            Exit::Usage => 2,
-            Exit::Lossy => 3,
-        })
+        ExitCode::from(exit as u8)
     }
 }
 

@@ -6,7 +6,6 @@ mod examples;
 mod exit;
 mod options;
 mod output;
-mod rank_option;
 
 use clap::{CommandFactory, FromArgMatches, Parser};
 

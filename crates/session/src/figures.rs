@@ -33,7 +33,8 @@ fn write_figure(folder: &Path, figure: &Figure) -> Result<[PathBuf; 3], SessionE
     write_text(&csv, &figure.data.csv())?;
     let about = [("inhand.figure", figure.title.clone())];
     write_atomic(&parquet, |out| {
-        write_parquet(&table(&figure.data), &about, out).in_file(&parquet)
+        let table = table(&figure.data);
+        write_parquet(&table, table.rows, &about, out).in_file(&parquet)
     })?;
     Ok([svg, csv, parquet])
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use inhand_export::bids::{self, BidsNames};
 use inhand_export::{
     Entity, Table, contact_rows, evaluation_rows, facts_json, motion_entities, phase_rows,
-    recording_entities, rows_facts, segment_rows, tidy, wide, write_csv, write_parquet_parts,
+    recording_entities, rows_facts, segment_rows, tidy, wide, write_csv, write_parquet,
 };
 use inhand_model::{EvaluationRows, MotionRows};
 
@@ -121,7 +121,7 @@ fn write_file(
     write_atomic(path, |out| {
         match form {
             TableFormat::Csv => write_csv(table, out),
-            TableFormat::Parquet => write_parquet_parts(table, part_rows, about, out),
+            TableFormat::Parquet => write_parquet(table, part_rows, about, out),
         }
         .in_file(path)
     })

@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 
 use inhand_capture::roles::{RoleSettings, resolve};
 use inhand_channels::{CleanedTake, ReadCleaned, ReadTake, TakeFile};
-use inhand_export::WideSettings;
 use inhand_model::{
     Annotations, BodySource, Change, Clock, Finger, InputHash, Motion, PointTrack, Provenance,
     Recording, Roles, World,
@@ -68,11 +67,9 @@ pub fn read(path: &Path, settings: &Settings) -> Result<Take, SessionError> {
                 let settings = settings.import_settings()?;
                 inhand_import::read_take(&bytes, &file_name, &settings).in_file(path)
             } else if inhand_export::looks_like_wide_csv(&bytes) {
-                let settings = WideSettings {
-                    up_axis: settings.read_settings()?.up_axis,
-                };
+                let up_axis = settings.read_settings()?.up_axis;
                 let recording =
-                    inhand_export::read_wide_csv(&bytes, &file_name, facts.as_deref(), settings)
+                    inhand_export::read_wide_csv(&bytes, &file_name, facts.as_deref(), up_axis)
                         .in_file(path)?;
                 Ok(vendor_take(recording))
             } else {

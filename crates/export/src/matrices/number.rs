@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::error::Fault;
+use super::Fault;
 
 /// Integers beyond this are not all 64-bit floats.
 const EXACT_INTEGER: i128 = 1 << 53;

@@ -13,10 +13,11 @@ fn cells_units_and_facts_come_back() {
     let entities = recording_entities(&take);
     let mut bytes = Vec::new();
     let about = [("inhand.recording", "facts".to_owned())];
-    write_parquet(&wide(&entities, take.clock, take.len()), &about, &mut bytes).unwrap();
+    let table = wide(&entities, take.clock, take.len());
+    write_parquet(&table, table.rows, &about, &mut bytes).unwrap();
     let again = {
         let mut bytes = Vec::new();
-        write_parquet(&wide(&entities, take.clock, take.len()), &about, &mut bytes).unwrap();
+        write_parquet(&table, table.rows, &about, &mut bytes).unwrap();
         bytes
     };
     assert_eq!(again, bytes, "the same table gives the same bytes");
@@ -70,7 +71,8 @@ fn more_rows_than_a_group_holds() {
     let take = recording(15_000, 100.0);
     let entities = recording_entities(&take);
     let mut bytes = Vec::new();
-    write_parquet(&tidy(&entities, take.clock, take.len()), &[], &mut bytes).unwrap();
+    let table = tidy(&entities, take.clock, take.len());
+    write_parquet(&table, table.rows, &[], &mut bytes).unwrap();
     let reader = SerializedFileReader::new(bytes::Bytes::from(bytes)).unwrap();
     assert_eq!(reader.metadata().file_metadata().num_rows(), 75_000);
     assert_eq!(reader.num_row_groups(), 2);

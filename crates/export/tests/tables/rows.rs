@@ -1,6 +1,6 @@
 //! Rows of an evaluation go into Parquet and come back.
 
-use inhand_export::{RowsFile, evaluation_rows, rows_facts, write_parquet_parts};
+use inhand_export::{RowsFile, evaluation_rows, rows_facts, write_parquet};
 use inhand_model::{EvaluationRows, Finger, MethodRows, PerFinger, SegmentLayout, SegmentOrigin};
 
 const SAMPLES: usize = 3;
@@ -58,7 +58,7 @@ fn written(rows: &EvaluationRows) -> (tempfile::TempDir, std::path::PathBuf) {
     let path = folder.path().join("rows.parquet");
     let file = std::fs::File::create(&path).expect("a file");
     let about = [rows_facts("session", rows)];
-    write_parquet_parts(
+    write_parquet(
         &evaluation_rows("session", rows),
         rows.instants(),
         &about,
@@ -112,7 +112,7 @@ fn cut_and_other_files_are_refused() {
     }
     let other = folder.path().join("other.parquet");
     let file = std::fs::File::create(&other).expect("a file");
-    write_parquet_parts(&evaluation_rows("session", &rows(true)), 6, &[], file).expect("written");
+    write_parquet(&evaluation_rows("session", &rows(true)), 6, &[], file).expect("written");
     let refused = RowsFile::open(&other).expect_err("no rows of ours");
     assert!(refused.to_string().contains("other content"), "{refused}");
 }

@@ -1,8 +1,8 @@
 //! Wide and tidy CSV, and wide CSV back.
 
 use inhand_export::{
-    ExportError, WideSettings, facts_json, looks_like_wide_csv, read_wide_csv, recording_entities,
-    tidy, wide, write_csv,
+    ExportError, facts_json, looks_like_wide_csv, read_wide_csv, recording_entities, tidy, wide,
+    write_csv,
 };
 use inhand_model::{Recording, Sample, StartTime, Status, Track, UpAxis};
 use proptest::prelude::*;
@@ -75,9 +75,8 @@ fn a_recording_comes_back_bit_for_bit() {
         let take = recording(samples, rate_hz);
         let csv = wide_csv(&take);
         let facts = facts_json(&take);
-        let settings = WideSettings::default();
         assert!(looks_like_wide_csv(&csv));
-        let back = read_wide_csv(&csv, "a.csv", Some(facts.as_bytes()), settings).unwrap();
+        let back = read_wide_csv(&csv, "a.csv", Some(facts.as_bytes()), None).unwrap();
         assert_same(&back, &take);
         assert_eq!(back.findings, []);
         assert_eq!((wide_csv(&back), facts_json(&back)), (csv, facts));
@@ -88,10 +87,7 @@ fn a_recording_comes_back_bit_for_bit() {
 fn without_facts_the_rate_comes_from_the_times() {
     let take = recording(500, 120.0);
     let csv = wide_csv(&take);
-    let settings = WideSettings {
-        up_axis: Some(UpAxis::Z),
-    };
-    let back = read_wide_csv(&csv, "a.csv", None, settings).unwrap();
+    let back = read_wide_csv(&csv, "a.csv", None, Some(UpAxis::Z)).unwrap();
     assert_eq!(back.clock.rate_hz(), 120.0);
     assert_eq!(back.clock.start_time(), StartTime::Unknown);
     assert_eq!((back.source.up_axis, back.findings.len()), (UpAxis::Z, 0));
@@ -100,7 +96,7 @@ fn without_facts_the_rate_comes_from_the_times() {
     assert_eq!(back.name, "a");
 
     // What is assumed is said.
-    let back = read_wide_csv(&csv, "a.csv", None, WideSettings::default()).unwrap();
+    let back = read_wide_csv(&csv, "a.csv", None, None).unwrap();
     assert!(back.findings[0].message.contains("y is taken to point up"));
 }
 
@@ -125,7 +121,7 @@ fn tidy_has_a_row_for_each_entity_and_sample() {
 }
 
 fn refused(csv: &str) -> String {
-    read_wide_csv(csv.as_bytes(), "a.csv", None, WideSettings::default())
+    read_wide_csv(csv.as_bytes(), "a.csv", None, None)
         .unwrap_err()
         .to_string()
 }
@@ -168,7 +164,7 @@ fn what_cannot_be_read_is_refused_with_its_place() {
         assert!(error.contains(expected), "{error}\nhas no {expected}");
     }
     let not_text = [head.as_bytes(), b"0,1,2,3,\xff\n"].concat();
-    let error = read_wide_csv(&not_text, "a.csv", None, WideSettings::default()).unwrap_err();
+    let error = read_wide_csv(&not_text, "a.csv", None, None).unwrap_err();
     assert!(
         error.to_string().contains("line 2: expected text in UTF-8"),
         "{error}"
@@ -183,12 +179,7 @@ fn facts_that_are_none_are_refused() {
     let with = |from: &str, to: &str| {
         assert!(facts.contains(from), "{from}");
         let facts = facts.replace(from, to);
-        read_wide_csv(
-            &csv,
-            "a.csv",
-            Some(facts.as_bytes()),
-            WideSettings::default(),
-        )
+        read_wide_csv(&csv, "a.csv", Some(facts.as_bytes()), None)
     };
     for (from, to, expected) in [
         ("\"inhand_table\": 1", "\"inhand_table\": 2", "version 2"),
@@ -225,7 +216,7 @@ fn facts_that_are_none_are_refused() {
 #[test]
 fn blank_cells_are_missing_and_half_samples_are_told() {
     let csv = "time_s,a.x_m,a.y_m,a.z_m\r\n0,1,2,3\r\n0.5,,,\r\n1,1,,3\r\n1.5,NaN,nan,NAN\r\n";
-    let take = read_wide_csv(csv.as_bytes(), "a.csv", None, WideSettings::default()).unwrap();
+    let take = read_wide_csv(csv.as_bytes(), "a.csv", None, None).unwrap();
     let track = &take.markers[0].track;
     assert_eq!(track.counts().missing, 3);
     assert_eq!(take.clock.rate_hz(), 2.0);
@@ -261,7 +252,7 @@ proptest! {
         }
         let facts = facts_json(&take);
         for facts in [None, Some(facts.as_bytes())] {
-            match read_wide_csv(&csv, "a.csv", facts, WideSettings::default()) {
+            match read_wide_csv(&csv, "a.csv", facts, None) {
                 Ok(back) => prop_assert!(back.len() <= 20),
                 Err(error) => {
                     let writing = matches!(error, ExportError::Write(_));

@@ -44,7 +44,10 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let force = args.writing.force || earlier.is_some();
     check_outputs([&record_file, &summary_file], &args.sessions, force)?;
     let mut record = earlier.unwrap_or_default();
-    let known = record.folders();
+    // The folder of results that each session has had so far.
+    let known = (record.sessions.iter())
+        .map(|outcome| (outcome.session.clone(), outcome.name.clone()))
+        .collect();
     let names = unique(&args.sessions, &known).map_err(UsageError)?;
     let bar = console.bar("{bar:20} {pos}/{len}  {eta} left  {msg}");
     bar.set_length(args.sessions.len() as u64);
@@ -210,14 +213,6 @@ impl Record {
     fn read(path: &Path) -> Option<Self> {
         let text = std::fs::read_to_string(path).ok()?;
         serde_json::from_str(&text).ok()
-    }
-
-    /// The folder of results that each session has had so far.
-    fn folders(&self) -> BTreeMap<String, String> {
-        let folders = self.sessions.iter();
-        folders
-            .map(|s| (s.session.clone(), s.name.clone()))
-            .collect()
     }
 
     /// Adds the outcome of a session, or replaces an earlier one.

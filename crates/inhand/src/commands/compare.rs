@@ -1,18 +1,17 @@
 //! `inhand compare BEFORE AFTER`.
 
-mod condition;
-
 use std::path::PathBuf;
+use std::str::FromStr;
 
 use anyhow::Result;
+use inhand_model::{Estimate, EvaluationComparison, Finger, Measure};
 use inhand_session::sessions::{CompareOptions, Part, compare};
 use inhand_session::{EvaluateSection, write_text};
 
 use crate::console::{Console, data};
-use crate::exit::{Exit, usage};
+use crate::exit::{Exit, UsageError, usage};
 use crate::options::Format;
 use crate::output::check_outputs;
-use condition::Condition;
 
 /// Compare two evaluations or two methods, with intervals; fail on a condition
 ///
@@ -98,5 +97,271 @@ fn draws(text: &str) -> Result<usize, String> {
     match text.parse() {
         Ok(draws @ (0 | 100..=1_000_000)) => Ok(draws),
         _ => Err("expected 0, or 100 to 1000000".to_owned()),
+    }
+}
+
+/// Form of a condition, for errors.
+const EXPECTED: &str =
+    "expected [METHOD:]STATISTIC[.FINGER][.low|.high] OP NUMBER[%|mm], such as \"p75 > 5%\"";
+const SHARE: &str = "three_or_more";
+
+/// The compared number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Quantity {
+    Error(Measure, Option<Finger>),
+    ThreeOrMore,
+}
+
+/// Which end of the change.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum End {
+    Value,
+    Low,
+    High,
+}
+
+/// A comparison of two numbers, with its sign.
+type Operator = (&'static str, fn(&f64, &f64) -> bool);
+
+/// The longer signs first, since they begin with the shorter ones.
+const OPERATORS: [Operator; 4] = [
+    (">=", f64::ge),
+    ("<=", f64::le),
+    (">", f64::gt),
+    ("<", f64::lt),
+];
+
+const PERCENT: &str = "%";
+const MILLIMETRES: &str = "mm";
+
+/// A condition on the change from before to after.
+#[derive(Clone, Debug)]
+struct Condition {
+    text: String,
+    method: Option<String>,
+    quantity: Quantity,
+    end: End,
+    operator: Operator,
+    limit: f64,
+    unit: &'static str,
+}
+
+impl FromStr for Condition {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let wrong = |what: String| format!("{what}; {EXPECTED}");
+        let mut found = (OPERATORS.into_iter())
+            .filter_map(|operator| Some((operator, text.split_once(operator.0)?)));
+        let Some((operator, (left, right))) = found.next() else {
+            return Err(wrong("no operator >, >=, < or <=".to_owned()));
+        };
+        // Names of methods hold no colon, statistics neither.
+        let (method, what) = match left.trim().rsplit_once(':') {
+            Some((method, what)) => (Some(method.trim().to_owned()), what.trim()),
+            None => (None, left.trim()),
+        };
+        let (quantity, end) = quantity(what).map_err(&wrong)?;
+        let right = right.trim();
+        let (number, unit) = ([PERCENT, MILLIMETRES].into_iter())
+            .find_map(|unit| Some((right.strip_suffix(unit)?.trim(), unit)))
+            .ok_or_else(|| wrong(format!("\"{right}\" has no unit")))?;
+        let limit: f64 = (number.parse().ok())
+            .filter(|limit: &f64| limit.is_finite())
+            .ok_or_else(|| wrong(format!("\"{number}\" is no number")))?;
+        if quantity == Quantity::ThreeOrMore && unit == MILLIMETRES {
+            return Err(wrong("a share changes by % (points)".to_owned()));
+        }
+        Ok(Self {
+            text: text.to_owned(),
+            method,
+            quantity,
+            end,
+            operator,
+            limit,
+            unit,
+        })
+    }
+}
+
+impl Condition {
+    /// The condition with the number, where it holds; `None` where it does not.
+    ///
+    /// # Errors
+    ///
+    /// [`UsageError`] where the comparison has no such number, so that a check never passes unseen.
+    fn holds(&self, comparison: &EvaluationComparison) -> Result<Option<String>, UsageError> {
+        let wrong = |what: &str| UsageError(format!("--fail-if \"{}\": {what}", self.text));
+        let found = self
+            .change(comparison)
+            .ok_or_else(|| wrong("the comparison has no such method or statistic"))?;
+        let value = found.filter(|value| value.is_finite()).ok_or_else(|| {
+            wrong("it has no such number: no interval (rows.parquet beside both evaluations gives one), or a change relative to 0")
+        })?;
+        let (_, compare) = self.operator;
+        let holds = compare(&value, &self.limit);
+        Ok(holds.then(|| format!("{}: it is {value:.3} {}", self.text, self.unit)))
+    }
+
+    /// The change in the unit of the condition: `None` without such a line, `Some(None)` without the number.
+    fn change(&self, comparison: &EvaluationComparison) -> Option<Option<f64>> {
+        let of_method = |name: &str| self.method.as_deref().is_none_or(|method| method == name);
+        match self.quantity {
+            Quantity::Error(measure, finger) => {
+                let mut changes = comparison.errors.iter();
+                let change = changes.find(|change| {
+                    (change.measure, change.finger) == (measure, finger)
+                        && of_method(&change.after_method)
+                })?;
+                Some(if self.unit == PERCENT {
+                    self.pick(100.0, change.relative_change, &change.relative)
+                } else {
+                    self.pick(1e3, change.after_m - change.before_m, &change.absolute)
+                })
+            }
+            Quantity::ThreeOrMore => {
+                let mut changes = comparison.contacts.iter();
+                let change = changes.find(|change| of_method(&change.after_method))?;
+                Some(self.pick(100.0, change.after - change.before, &change.absolute))
+            }
+        }
+    }
+
+    /// The value or an end of its interval, times a factor.
+    fn pick(&self, factor: f64, value: f64, estimate: &Option<Estimate>) -> Option<f64> {
+        let interval = estimate.as_ref().and_then(|estimate| estimate.interval);
+        let picked = match self.end {
+            End::Value => Some(value),
+            End::Low => interval.map(|[low, _]| low),
+            End::High => interval.map(|[_, high]| high),
+        };
+        picked.map(|picked| factor * picked)
+    }
+}
+
+/// `p75`, `p75.thumb`, `p75.thumb.low`, `three_or_more.high`.
+fn quantity(what: &str) -> Result<(Quantity, End), String> {
+    let mut words = what.split('.');
+    let name = words.next().unwrap_or_default();
+    let (mut finger, mut end) = (None, End::Value);
+    for word in words {
+        match (word, word.parse::<Finger>()) {
+            ("low", _) if end == End::Value => end = End::Low,
+            ("high", _) if end == End::Value => end = End::High,
+            (_, Ok(found)) if finger.is_none() && end == End::Value => finger = Some(found),
+            _ => return Err(format!("\"{word}\" is no finger, low or high")),
+        }
+    }
+    if name == SHARE {
+        return match finger {
+            None => Ok((Quantity::ThreeOrMore, end)),
+            Some(finger) => Err(format!("{SHARE} is of all fingers, not of the {finger}")),
+        };
+    }
+    let mut measures = Measure::ALL.into_iter();
+    let measure = measures.find(|measure| measure.name() == name);
+    let measure = measure.ok_or_else(|| format!("no statistic \"{name}\""))?;
+    Ok((Quantity::Error(measure, finger), end))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use inhand_model::{Bootstrap, Cluster, ComparedSide, ContactChange, Drawn, ErrorChange};
+
+    fn comparison() -> EvaluationComparison {
+        let side = || ComparedSide {
+            file: String::new(),
+            session: String::new(),
+        };
+        let estimate = |value: f64| Estimate {
+            value,
+            n: 10,
+            clusters: 2,
+            standard_error: None,
+            interval: Some([value - 0.01, value + 0.01]),
+        };
+        let change = |method: &str, finger, before_m: f64, after_m: f64| ErrorChange {
+            before_method: method.to_owned(),
+            after_method: method.to_owned(),
+            finger,
+            measure: Measure::P75,
+            before_m,
+            after_m,
+            relative_change: ErrorChange::relative_change(before_m, after_m),
+            absolute: None,
+            relative: Some(estimate((after_m - before_m) / before_m)),
+        };
+        EvaluationComparison {
+            before: side(),
+            after: side(),
+            drawn: Drawn::Together,
+            bootstrap: Bootstrap {
+                cluster: Cluster::Segment,
+                draws: 1,
+                seed: 1,
+                confidence: 0.95,
+            },
+            errors: vec![
+                change("prior", None, 1e-3, 1.08e-3),
+                change("prior", Some(Finger::Thumb), 1e-3, 0.9e-3),
+                change("line", None, 2e-3, 2e-3),
+            ],
+            contacts: vec![ContactChange {
+                before_method: "prior".to_owned(),
+                after_method: "prior".to_owned(),
+                before: 0.99,
+                after: 0.96,
+                absolute: None,
+            }],
+            settings: Vec::new(),
+        }
+    }
+
+    fn holds(text: &str) -> Result<bool, String> {
+        let condition: Condition = text.parse()?;
+        let found = condition
+            .holds(&comparison())
+            .map_err(|error| error.to_string())?;
+        Ok(found.is_some())
+    }
+
+    #[test]
+    fn conditions_hold_where_the_change_is_so_large() {
+        for (text, expected) in [
+            ("p75 > 5%", true),
+            ("p75 > 9 %", false),
+            ("p75.low > 6%", true),
+            ("p75.high >= 9.1%", false),
+            ("p75 > 0.05mm", true),
+            ("line:p75 > 0%", false),
+            ("line:p75 >= 0%", true),
+            ("p75.thumb < -5%", true),
+            ("prior:p75.thumb.high <= -8.9%", true),
+            ("three_or_more < -2%", true),
+            ("three_or_more<-4%", false),
+        ] {
+            assert_eq!(holds(text), Ok(expected), "{text}");
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_checked_is_refused() {
+        for (text, reason) in [
+            ("p75 5%", "no operator"),
+            ("p75 > 5", "no unit"),
+            ("p75 > five%", "no number"),
+            ("p76 > 5%", "no statistic"),
+            ("p75.sixth > 5%", "no finger"),
+            ("three_or_more > 1mm", "points"),
+            ("three_or_more.thumb > 1%", "all fingers"),
+            ("p95 > 5%", "no such method or statistic"),
+            ("residual:p75 > 5%", "no such method or statistic"),
+            ("three_or_more.low > 1%", "no interval"),
+            ("p75.low > 1mm", "no interval"),
+        ] {
+            let refused = holds(text).expect_err(text);
+            assert!(refused.contains(reason), "{text}: {refused}");
+        }
     }
 }

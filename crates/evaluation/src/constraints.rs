@@ -99,10 +99,8 @@ pub(crate) fn check_velocity(
         .flatten()
         .map(|trajectory| {
             let (mut n, mut outside) = (0, 0);
-            let (mut least, mut greatest) = (
-                [0.0_f64; SEGMENT_COORDINATES],
-                [0.0_f64; SEGMENT_COORDINATES],
-            );
+            let mut least = [0.0_f64; SEGMENT_COORDINATES];
+            let mut greatest = least;
             for step in velocity::steps(trajectory) {
                 n += SEGMENT_COORDINATES;
                 for (c, v) in step.into_iter().enumerate() {

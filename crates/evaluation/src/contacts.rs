@@ -6,9 +6,9 @@
 //! farther outside: a method that puts fingers deep into the object does not score by it.
 
 use inhand_contact::FingerOffsets;
-pub(crate) use inhand_model::in_contact;
 use inhand_model::{
     ContactShare, Finger, MethodRows, Motion, PerFinger, Pose, Shape, Statistics, TauShare,
+    in_contact,
 };
 
 use crate::constraints::is_known;

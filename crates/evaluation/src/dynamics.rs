@@ -7,12 +7,13 @@ use inhand_contact::{ContactError, ContactSeries, phases, slip_m};
 use inhand_model::{
     ContactDynamics, ContactRow, ContactRows, ContactRules, Finger, FingerContactFacts, FingerSet,
     GaitFacts, Motion, Object, PerFinger, PhaseFacts, Pose, Position, SegmentContacts, Shape,
-    StateFacts, StateRow, Statistics, Status, TakeContacts, Trajectory, Transition, runs,
+    StateFacts, StateRow, Statistics, Status, TakeContacts, Trajectory, Transition, in_contact,
+    runs,
 };
 use inhand_statistics::quantiles::statistics;
 use rayon::prelude::*;
 
-use crate::contacts::{in_contact, motion_contacts};
+use crate::contacts::motion_contacts;
 use crate::input::{EvaluationSettings, TestData};
 use crate::instants::fingertips;
 use crate::method::usable;

@@ -7,7 +7,7 @@ use std::borrow::Cow;
 
 use inhand_model::{
     Bootstrap, Estimate, EvaluationRows, Finger, HandAndFingers, Intervals, Measure,
-    MeasureEstimates, MethodIntervals, PairedDifference, PerFinger,
+    MeasureEstimates, MethodIntervals, PairedDifference, PerFinger, in_contact,
 };
 use inhand_statistics::BootstrapError;
 use inhand_statistics::bootstrap::{self, ClusteredRows, Difference};
@@ -15,7 +15,7 @@ use inhand_statistics::quantiles::sorted_statistics;
 use rayon::prelude::*;
 
 use crate::constraints::is_known;
-use crate::contacts::{STABLE, in_contact};
+use crate::contacts::STABLE;
 
 /// Errors of a finger, metres: a list for each cluster, of the instants that were judged.
 pub type ErrorsByCluster = Vec<Vec<f64>>;

@@ -75,9 +75,9 @@ pub fn plan_chain(planner: &Planner, knots: &[Knot]) -> Result<Chain, PlanError>
         trajectory: None,
     };
     let mut motion_m: Vec<f64> = Vec::new();
-    for segment in 0..route.segments() {
+    for segment in 0..route.last_sample.div_ceil(layout.samples - 1) {
         let before = chain.plans.last().and_then(|plan| plan.trajectory.as_ref());
-        let start_s = route.time_s(route.first_sample(segment));
+        let start_s = route.time_s(segment * (layout.samples - 1));
         let plan = (planner.plan(&route.target(segment, before))).map_err(|source| {
             PlanError::Segment {
                 segment,
@@ -155,14 +155,6 @@ impl Route {
             layout,
             splines,
         })
-    }
-
-    fn segments(&self) -> usize {
-        self.last_sample.div_ceil(self.layout.samples - 1)
-    }
-
-    fn first_sample(&self, segment: usize) -> usize {
-        segment * (self.layout.samples - 1)
     }
 
     fn time_s(&self, sample: usize) -> f64 {

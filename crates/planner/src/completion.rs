@@ -26,21 +26,14 @@ pub(crate) struct Completion {
     known: Vec<(usize, usize)>,
     /// End conditions that are not given.
     open: Vec<usize>,
-    /// What lies on the way, if anything is open.
-    way: Way,
+    /// Place among the given values of each number of what lies on the way, if anything is open.
+    places: Vec<usize>,
+    /// `S_y` (numbers on the way x end conditions).
+    smooth: DMatrix<f64>,
+    /// `B_y` (numbers on the way x activations).
+    deviation: DMatrix<f64>,
     /// `C Oᵀ (O C Oᵀ + R)⁻¹` (open x (known + on the way)).
     regression: DMatrix<f64>,
-}
-
-/// Given parts of the way between the ends.
-#[derive(Clone, Debug)]
-struct Way {
-    /// Place of each number among the given values.
-    places: Vec<usize>,
-    /// `S_y` (numbers x end conditions).
-    smooth: DMatrix<f64>,
-    /// `B_y` (numbers x activations).
-    deviation: DMatrix<f64>,
 }
 
 impl Completion {
@@ -72,22 +65,19 @@ impl Completion {
         }
         let columns = ends + residual.primitives.ncols();
         let rows = DMatrix::from_fn(rows.len(), columns, |i, j| rows[i][j]);
-        let way = Way {
-            places,
-            smooth: rows.columns(0, ends).into_owned(),
-            deviation: rows.columns_range(ends..).into_owned(),
-        };
+        let smooth = rows.columns(0, ends).into_owned();
+        let deviation = rows.columns_range(ends..).into_owned();
 
-        let mut observed = DMatrix::zeros(known.len() + way.places.len(), ends);
+        let mut observed = DMatrix::zeros(known.len() + places.len(), ends);
         for (row, &(end, _)) in known.iter().enumerate() {
             observed[(row, end)] = 1.0;
         }
         let tail = known.len()..observed.nrows();
-        observed.rows_range_mut(tail.clone()).copy_from(&way.smooth);
+        observed.rows_range_mut(tail.clone()).copy_from(&smooth);
         let across = &observed * &residual.ends_covariance;
         let mut own = &across * observed.transpose();
         let mut spread = own.view_range_mut(tail.clone(), tail);
-        spread += &way.deviation * &residual.covariance_m2 * way.deviation.transpose();
+        spread += &deviation * &residual.covariance_m2 * deviation.transpose();
         for i in 0..spread.nrows() {
             spread[(i, i)] += SHARPEST * SHARPEST;
         }
@@ -99,7 +89,9 @@ impl Completion {
         Self {
             known,
             open,
-            way,
+            places,
+            smooth,
+            deviation,
             regression,
         }
     }
@@ -107,7 +99,7 @@ impl Completion {
     /// All end conditions (m, m/s): the given ones, and the conditional mean of the others.
     pub(crate) fn likely(&self, residual: &Residual, values: &[f64]) -> DVector<f64> {
         let straight = self.likely_with(residual, values, None);
-        if self.way.places.is_empty() {
+        if self.places.is_empty() {
             return straight;
         }
         // On the way motion is off the smooth curve by what is expected there.
@@ -126,11 +118,11 @@ impl Completion {
         for &(end, place) in &self.known {
             ends[end] = values[place] / MM_PER_M;
         }
-        let mut way = -(&self.way.smooth * mean);
+        let mut way = -(&self.smooth * mean);
         if let Some(expected_m) = expected_m {
-            way -= &self.way.deviation * expected_m;
+            way -= &self.deviation * expected_m;
         }
-        for (way, &place) in way.iter_mut().zip(&self.way.places) {
+        for (way, &place) in way.iter_mut().zip(&self.places) {
             *way += values[place] / MM_PER_M;
         }
         let away = DVector::from_iterator(

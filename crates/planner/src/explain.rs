@@ -130,10 +130,15 @@ fn by_contradictions(
     active: &mut Vec<ActiveRow>,
     families: &[ConstraintFamily],
 ) -> Found {
-    let Some((kept, mut rows)) = kept(task, families) else {
+    let Some((problem, instance, mut rows)) = kept(task, families) else {
         return Found::Unclear;
     };
-    let start = kept.problem.unconstrained(&kept.instance);
+    let kept = Task {
+        problem: &problem,
+        instance: &instance,
+        ..task.clone()
+    };
+    let start = problem.unconstrained(&instance);
     if !kept.equations_hold(&start) {
         return Found::Nothing;
     }
@@ -149,7 +154,7 @@ fn by_contradictions(
     rows.extend(active.iter().map(yielding));
     let mut by = 0.0;
     for _ in 0..ROUNDS {
-        let mut solver = ActiveSet::new(&kept.problem.inverse, start.clone(), task.model.signs);
+        let mut solver = ActiveSet::new(&problem.inverse, start.clone(), task.model.signs);
         let add = |solver: &mut ActiveSet<'_>, row: &Yielding| {
             let bound = row.bound - row.yielding * by;
             solver.add_row(row.normal.clone(), bound, 0.5 * TOLERANCE_MM);
@@ -161,7 +166,7 @@ fn by_contradictions(
                 Ending::Infeasible => break,
                 Ending::Optimal => {}
             }
-            if !kept.restored(task, &mut solver, &rows, by) {
+            if !restored(&kept, &mut solver, &rows, by) {
                 return Found::Unclear;
             }
             let fresh = fresh(task, active, families, &solver.point, by);
@@ -177,7 +182,7 @@ fn by_contradictions(
                 active.push(row);
             }
         }
-        match kept.rise(&solver, &rows) {
+        match rise(&problem, &solver, &rows) {
             Ok(rise) => by += rise,
             Err(found) => return found,
         }
@@ -199,20 +204,14 @@ fn fresh(
         TOLERANCE_MM / unit_mm + if families.contains(&family) { by } else { 0.0 }
     });
     let motion_mm = task.model.motion_mm(unknowns);
-    (task.families.violated(&motion_mm, &slack, true).into_iter())
-        .filter(|row| active.iter().all(|active| active.row.key != row.key))
-        .map(|row| task.activated(row))
-        .collect()
+    task.fresh(&motion_mm, &slack, active, true)
 }
 
-/// The problem with the equations that are not relaxed.
-struct Kept<'a> {
-    problem: Cow<'a, Problem>,
-    instance: Cow<'a, Instance>,
-}
-
-/// Splits equations into those that are kept and those that are relaxed, as pairs of rows.
-fn kept<'a>(task: &Task<'a>, families: &[ConstraintFamily]) -> Option<(Kept<'a>, Vec<Yielding>)> {
+/// The problem with the equations that are not relaxed, and those that are, as pairs of rows.
+fn kept<'a>(
+    task: &Task<'a>,
+    families: &[ConstraintFamily],
+) -> Option<(Cow<'a, Problem>, Cow<'a, Instance>, Vec<Yielding>)> {
     let (problem, instance) = (task.problem, task.instance);
     let equations = problem
         .equalities
@@ -221,8 +220,7 @@ fn kept<'a>(task: &Task<'a>, families: &[ConstraintFamily]) -> Option<(Kept<'a>,
     let (relaxed, kept): (Vec<usize>, Vec<usize>) =
         (0..equations).partition(|k| families.contains(&family_of(problem.pattern[k / 3])));
     let Some(all) = problem.equalities.as_ref().filter(|_| !relaxed.is_empty()) else {
-        let (problem, instance) = (Cow::Borrowed(problem), Cow::Borrowed(instance));
-        return Some((Kept { problem, instance }, Vec::new()));
+        return Some((Cow::Borrowed(problem), Cow::Borrowed(instance), Vec::new()));
     };
     let pair = |&k: &usize| {
         [1.0, -1.0].map(|sign| Yielding {
@@ -233,73 +231,54 @@ fn kept<'a>(task: &Task<'a>, families: &[ConstraintFamily]) -> Option<(Kept<'a>,
     };
     let rows = relaxed.iter().flat_map(pair).collect();
     let (problem, instance) = problem.with_equations(instance, &kept)?;
-    let (problem, instance) = (Cow::Owned(problem), Cow::Owned(instance));
-    Some((Kept { problem, instance }, rows))
+    Some((Cow::Owned(problem), Cow::Owned(instance), rows))
 }
 
-impl Kept<'_> {
-    fn equations_hold(&self, point: &DVector<f64>) -> bool {
-        let equations = self.problem.equalities.as_ref();
-        equations.is_none_or(|equations| equations.consistent(point, &self.instance.values))
-    }
-
-    /// By how much families have to be relaxed further for a contradiction to go.
-    fn rise(&self, solver: &ActiveSet<'_>, rows: &[Yielding]) -> Result<f64, Found> {
-        let contradiction = (solver.contradiction.as_ref()).ok_or(Found::Unclear)?;
-        let (mut yields, mut could_yield) = (0.0, 0.0);
-        let mut sum = DVector::zeros(solver.point.len());
-        for &(constraint, factor) in &contradiction.factors {
-            match constraint {
-                Constraint::Sign(i) => sum[i] += factor,
-                Constraint::Row(j) => {
-                    sum.axpy(factor, &rows[j].normal, 1.0);
-                    yields += factor * rows[j].yielding;
-                    could_yield += factor * MM_PER_M * rows[j].normal.norm();
-                }
+/// By how much families have to be relaxed further for a contradiction to go.
+fn rise(problem: &Problem, solver: &ActiveSet<'_>, rows: &[Yielding]) -> Result<f64, Found> {
+    let contradiction = (solver.contradiction.as_ref()).ok_or(Found::Unclear)?;
+    let (mut yields, mut could_yield) = (0.0, 0.0);
+    let mut sum = DVector::zeros(solver.point.len());
+    for &(constraint, factor) in &contradiction.factors {
+        match constraint {
+            Constraint::Sign(i) => sum[i] += factor,
+            Constraint::Row(j) => {
+                sum.axpy(factor, &rows[j].normal, 1.0);
+                yields += factor * rows[j].yielding;
+                could_yield += factor * MM_PER_M * rows[j].normal.norm();
             }
         }
-        let spread = sum.dot(&(&self.problem.inverse * &sum)).max(0.0).sqrt();
-        if contradiction.missing < FARTHEST * spread {
-            return Err(Found::Unclear);
-        }
-        if yields <= NO_PART * could_yield {
-            return Err(Found::Nothing);
-        }
-        Ok(contradiction.missing / yields)
     }
+    let spread = sum.dot(&(&problem.inverse * &sum)).max(0.0).sqrt();
+    if contradiction.missing < FARTHEST * spread {
+        return Err(Found::Unclear);
+    }
+    if yields <= NO_PART * could_yield {
+        return Err(Found::Nothing);
+    }
+    Ok(contradiction.missing / yields)
+}
 
-    /// Takes back what rounding did to the solver's point; whether all rows, signs and equations
-    /// then hold.
-    fn restored(
-        &self,
-        task: &Task<'_>,
-        solver: &mut ActiveSet<'_>,
-        rows: &[Yielding],
-        by: f64,
-    ) -> bool {
-        for refinement in 0..=REFINEMENTS {
-            solver.snap();
-            if self.holds(task, &solver.point, rows, by) {
-                return true;
-            }
-            if refinement < REFINEMENTS {
-                if let Some(equations) = &self.problem.equalities {
-                    equations.restore(&mut solver.point, &self.instance.values);
-                }
-                let (_, gradient) = self.problem.evaluate(&self.instance, &solver.point);
-                solver.refine(gradient);
-            }
+/// Takes back what rounding did to the solver's point; whether all rows, signs and equations
+/// then hold.
+fn restored(kept: &Task<'_>, solver: &mut ActiveSet<'_>, rows: &[Yielding], by: f64) -> bool {
+    let row_holds = |point: &DVector<f64>, row: &Yielding| {
+        row.normal.dot(point) - row.bound + row.yielding * by >= -TOLERANCE_MM
+    };
+    for refinement in 0..=REFINEMENTS {
+        solver.snap();
+        let point = &solver.point;
+        if kept.equations_hold(point)
+            && (!kept.model.signs || point.min() >= -TOLERANCE_MM)
+            && rows.iter().all(|row| row_holds(point, row))
+        {
+            return true;
         }
-        false
+        if refinement < REFINEMENTS {
+            kept.correct(solver);
+        }
     }
-
-    fn holds(&self, task: &Task<'_>, point: &DVector<f64>, rows: &[Yielding], by: f64) -> bool {
-        self.equations_hold(point)
-            && (!task.model.signs || point.min() >= -TOLERANCE_MM)
-            && rows
-                .iter()
-                .all(|row| row.normal.dot(point) - row.bound + row.yielding * by >= -TOLERANCE_MM)
-    }
+    false
 }
 
 /// The same by Clarabel, rows activated as needed.

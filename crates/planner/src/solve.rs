@@ -94,9 +94,7 @@ impl Task<'_> {
 
     fn converge(&self, backend: Backend, rows: Vec<ActiveRow>) -> Outcome {
         let start = self.problem.unconstrained(self.instance);
-        if let Some(equalities) = &self.problem.equalities
-            && !equalities.consistent(&start, &self.instance.values)
-        {
+        if !self.equations_hold(&start) {
             return Outcome {
                 judged: self.judge(start, Vec::new(), &[]),
                 infeasible: true,
@@ -133,7 +131,7 @@ impl Task<'_> {
             rounds += 1;
             let ending = solver.minimise();
             let motion_mm = self.model.motion_mm(&solver.point);
-            let fresh = self.fresh(&motion_mm, &rows, true);
+            let fresh = self.fresh(&motion_mm, &PerFamily::default(), &rows, true);
             if ending != Ending::Optimal || fresh.is_empty() || rounds == ROUNDS {
                 return Outcome {
                     judged: self.refined(&mut solver, &rows),
@@ -157,7 +155,7 @@ impl Task<'_> {
             let found = interior_point::solve(self.problem, self.instance, self.model.signs, &rows);
             iterations += found.iterations;
             let judged = self.polished(&found, &rows);
-            let fresh = self.fresh(&judged.motion_mm, &rows, false);
+            let fresh = self.fresh(&judged.motion_mm, &PerFamily::default(), &rows, false);
             if found.ending != Ending::Optimal || fresh.is_empty() || rounds == ROUNDS {
                 return Outcome {
                     judged,
@@ -172,17 +170,36 @@ impl Task<'_> {
     }
 
     /// Rows that a motion violates and that are not active yet.
-    fn fresh(&self, motion_mm: &[f64], rows: &[ActiveRow], peaks_only: bool) -> Vec<ActiveRow> {
-        let violated = self
-            .families
-            .violated(motion_mm, &PerFamily::default(), peaks_only);
+    pub(crate) fn fresh(
+        &self,
+        motion_mm: &[f64],
+        slack: &PerFamily<f64>,
+        rows: &[ActiveRow],
+        peaks_only: bool,
+    ) -> Vec<ActiveRow> {
+        let violated = self.families.violated(motion_mm, slack, peaks_only);
         (violated.into_iter())
             .filter(|row| rows.iter().all(|active| active.row.key != row.key))
             .map(|row| self.activated(row))
             .collect()
     }
 
-    pub(crate) fn activated(&self, row: Row) -> ActiveRow {
+    /// Whether a point keeps the equations.
+    pub(crate) fn equations_hold(&self, point: &DVector<f64>) -> bool {
+        let equalities = self.problem.equalities.as_ref();
+        equalities.is_none_or(|equalities| equalities.consistent(point, &self.instance.values))
+    }
+
+    /// Takes back what rounding did to the solver's point.
+    pub(crate) fn correct(&self, solver: &mut ActiveSet<'_>) {
+        if let Some(equalities) = &self.problem.equalities {
+            equalities.restore(&mut solver.point, &self.instance.values);
+        }
+        let (_, gradient) = self.problem.evaluate(self.instance, &solver.point);
+        solver.refine(gradient);
+    }
+
+    fn activated(&self, row: Row) -> ActiveRow {
         ActiveRow {
             normal: row.normal(self.model),
             bound: row.bound_on_unknowns(self.model),
@@ -206,11 +223,7 @@ impl Task<'_> {
             if best.certificate.worst() <= REFINED {
                 break;
             }
-            if let Some(equalities) = &self.problem.equalities {
-                equalities.restore(&mut solver.point, &self.instance.values);
-            }
-            let (_, gradient) = self.problem.evaluate(self.instance, &solver.point);
-            solver.refine(gradient);
+            self.correct(solver);
             solver.snap();
             let next = self.judged(solver, rows);
             if next.certificate.worst() >= best.certificate.worst() {
@@ -232,12 +245,7 @@ impl Task<'_> {
         if found.ending != Ending::Optimal {
             return raw;
         }
-        let mut start = found.unknowns.clone();
-        if let Some(equalities) = &self.problem.equalities {
-            equalities.restore(&mut start, &self.instance.values);
-        }
-        let (_, gradient) = self.problem.evaluate(self.instance, &start);
-        let mut solver = self.active_set(start, rows);
+        let mut solver = self.active_set(found.unknowns.clone(), rows);
         solver.hold(
             found
                 .inequalities
@@ -245,7 +253,7 @@ impl Task<'_> {
                 .filter(|(_, multiplier, slack)| multiplier > slack)
                 .map(|&(constraint, ..)| constraint),
         );
-        solver.refine(gradient);
+        self.correct(&mut solver);
         let polished = self.refined(&mut solver, rows);
         if polished.certificate.worst() <= raw.certificate.worst().max(POLISHED) {
             polished

@@ -194,25 +194,23 @@ pub(crate) fn sample_at(time_s: f64, layout: SegmentLayout) -> Result<usize, Pla
 
 /// Given poses of the object.
 fn object(target: &Target, layout: SegmentLayout) -> Result<Vec<Entry>, PlanError> {
-    if !layout.object {
-        return match target.object_needed {
-            true => Err(PlanError::Target(
+    let first = match target.object_first {
+        _ if !layout.object && target.object_needed => {
+            return Err(PlanError::Target(
                 "the target gives a pose of the object, which is not in these segments: \
                  learn from takes that track it, or leave the object out of the target"
                     .to_owned(),
-            )),
-            false => Ok(Vec::new()),
-        };
-    }
-    let Some(first) = target.object_first else {
-        return match target.object_last {
-            Some(_) => Err(PlanError::Target(
+            ));
+        }
+        None if layout.object && target.object_last.is_some() => {
+            return Err(PlanError::Target(
                 "the target gives the object's last pose and not its first: segments know how far \
                  it turns from the first, so give both"
                     .to_owned(),
-            )),
-            None => Ok(Vec::new()),
-        };
+            ));
+        }
+        Some(first) if layout.object => first,
+        _ => return Ok(Vec::new()),
     };
     let mut list = Vec::new();
     for (what, end, pose) in [

@@ -45,6 +45,9 @@ const IDLE_REGRASP_CHANCE: f64 = 0.6;
 pub(crate) struct Choreography {
     pub(crate) object: ObjectMotion,
     pub(crate) grasp: Grasp,
+    random: Random,
+    /// Up to here everything is planned, nothing moves beyond it.
+    now_s: f64,
 }
 
 /// Plans at least `duration_s` seconds.
@@ -63,8 +66,9 @@ pub(crate) fn choreograph(
     let object = ObjectMotion::new(home, &mut Random::new(seed, Purpose::Sway));
     let mut random = Random::new(seed, Purpose::Choreography);
     let grasp = Grasp::new(shape, home, object.hand_from_object(0.0), &mut random)?;
-    let mut plan = Planner {
-        choreography: Choreography { object, grasp },
+    let mut plan = Choreography {
+        object,
+        grasp,
         random,
         now_s: 0.0,
     };
@@ -76,7 +80,7 @@ pub(crate) fn choreograph(
             plan.episode(axis);
         }
     }
-    Ok(plan.choreography)
+    Ok(plan)
 }
 
 /// Metres along an axis, radians about one.
@@ -88,14 +92,7 @@ const fn stroke_range(axis: usize) -> (f64, f64) {
     }
 }
 
-struct Planner {
-    choreography: Choreography,
-    random: Random,
-    /// Up to here everything is planned, nothing moves beyond it.
-    now_s: f64,
-}
-
-impl Planner {
+impl Choreography {
     /// A pause, a stroke along or about one axis, perhaps a second one after a regrasp, and back.
     fn episode(&mut self, axis: usize) {
         self.now_s += self.random.between(PAUSE_RANGE_S);
@@ -126,7 +123,7 @@ impl Planner {
             deviation * self.random.normal().clamp(-2.0, 2.0)
         });
         to[axis] += target;
-        let object = &mut self.choreography.object;
+        let object = &mut self.object;
         // The way back from two strokes takes its time too.
         let (_, longest) = stroke_range(axis);
         let stretch = ((to[axis] - object.last_posture()[axis]).abs() / longest).max(1.0);
@@ -136,8 +133,8 @@ impl Planner {
 
     /// Moves the fingers that are too far from home, the worst first.
     fn regrasp_strained(&mut self) {
-        let hand_from_object = self.choreography.object.hand_from_object(self.now_s);
-        let grasp = &self.choreography.grasp;
+        let hand_from_object = self.object.hand_from_object(self.now_s);
+        let grasp = &self.grasp;
         let mut strained: Vec<(f64, Finger)> = Finger::ALL
             .into_iter()
             .map(|finger| (grasp.strain_m(finger, hand_from_object), finger))
@@ -156,10 +153,9 @@ impl Planner {
         let mut before: Option<Swing> = None;
         for &finger in fingers {
             let duration_s = self.random.between(SWING_RANGE_S);
-            let Choreography { object, grasp } = &mut self.choreography;
-            let set_down = object.hand_from_object(start_s + duration_s);
+            let set_down = self.object.hand_from_object(start_s + duration_s);
             let Some(swing) =
-                grasp.regrasp(finger, start_s, duration_s, set_down, &mut self.random)
+                (self.grasp).regrasp(finger, start_s, duration_s, set_down, &mut self.random)
             else {
                 continue;
             };

@@ -179,7 +179,8 @@ fn truth(
     gaps: PerFinger<Vec<Range<usize>>>,
     seed: u64,
 ) -> Result<Truth, SimulationError> {
-    let Choreography { object, grasp } = choreograph(settings.shape, settings.duration_s, seed)?;
+    let Choreography { object, grasp, .. } =
+        choreograph(settings.shape, settings.duration_s, seed)?;
     let hand = HandMotion::new(&mut Random::new(seed, Purpose::HandMotion));
     let time_s = |k: usize| k as f64 / settings.rate_hz;
     let world_from_hand: Vec<_> = (0..samples)

@@ -121,19 +121,19 @@ impl Family for Differences {
             &[1.0, -2.0, 1.0]
         };
         let terms = (factors.iter().enumerate()).map(|(k, factor)| (at(place + k), sign * factor));
-        Row::new(
-            self.family(),
-            Key::Difference {
+        Row {
+            family: self.family(),
+            key: Key::Difference {
                 order: self.order,
                 sample: place,
                 coordinate,
                 upper,
             },
-            terms,
-            sign * self.limit_mm(series),
-            self.allowed_mm(series),
-            MM_PER_M / self.rate,
-        )
+            terms: terms.collect(),
+            bound: sign * self.limit_mm(series),
+            allowed: self.allowed_mm(series),
+            yielding: MM_PER_M / self.rate,
+        }
     }
 
     /// All coordinates of a place at once, which takes a fraction of the time of one after the other.

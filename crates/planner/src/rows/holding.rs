@@ -68,18 +68,18 @@ impl Family for Held {
         let away = tip(motion_mm, sample, *finger) - path[sample];
         let direction = away / away.norm();
         let at = SegmentLayout::row(sample, *finger, 0);
-        Row::new(
-            ConstraintFamily::Holding,
-            Key::Tangent {
+        Row {
+            family: ConstraintFamily::Holding,
+            key: Key::Tangent {
                 sample,
                 finger: *finger,
                 direction: [0, 1, 2].map(|axis| direction[axis].to_bits()),
             },
-            (0..3).map(|axis| (at + axis, -direction[axis])),
-            -(direction.dot(&path[sample]) + self.tau_mm),
-            TOLERANCE * self.tau_mm,
-            MM_PER_M,
-        )
+            terms: (0..3).map(|axis| (at + axis, -direction[axis])).collect(),
+            bound: -(direction.dot(&path[sample]) + self.tau_mm),
+            allowed: TOLERANCE * self.tau_mm,
+            yielding: MM_PER_M,
+        }
     }
 }
 

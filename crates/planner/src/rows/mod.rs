@@ -65,13 +65,12 @@ impl Key {
     }
 }
 
-/// `sum of factor * coordinate >= bound`, mm, over at most six trajectory coordinates.
+/// `sum of factor * coordinate >= bound`, mm, over a few trajectory coordinates.
 #[derive(Clone, Debug)]
 pub(crate) struct Row {
     pub(crate) family: ConstraintFamily,
     pub(crate) key: Key,
-    terms: [(usize, f64); 6],
-    used: usize,
+    terms: Vec<(usize, f64)>,
     pub(crate) bound: f64,
     /// How far the row may be violated, mm.
     pub(crate) allowed: f64,
@@ -80,34 +79,6 @@ pub(crate) struct Row {
 }
 
 impl Row {
-    fn new(
-        family: ConstraintFamily,
-        key: Key,
-        terms: impl IntoIterator<Item = (usize, f64)>,
-        bound: f64,
-        allowed: f64,
-        yielding: f64,
-    ) -> Self {
-        let mut row = Self {
-            family,
-            key,
-            terms: [(0, 0.0); 6],
-            used: 0,
-            bound,
-            allowed,
-            yielding,
-        };
-        for (place, term) in row.terms.iter_mut().zip(terms) {
-            *place = term;
-            row.used += 1;
-        }
-        row
-    }
-
-    fn terms(&self) -> &[(usize, f64)] {
-        &self.terms[..self.used]
-    }
-
     /// How far a motion stays inside the bound, mm; negative outside.
     pub(crate) fn slack(&self, motion_mm: &[f64]) -> f64 {
         self.along(motion_mm) - self.bound
@@ -116,7 +87,7 @@ impl Row {
     /// The row's factors of the unknowns.
     pub(crate) fn normal(&self, model: &MotionModel) -> DVector<f64> {
         let mut normal = DVector::zeros(model.unknowns());
-        for &(coordinate, factor) in self.terms() {
+        for &(coordinate, factor) in &self.terms {
             model
                 .basis
                 .add_row(coordinate, factor, normal.as_mut_slice());
@@ -130,7 +101,7 @@ impl Row {
     }
 
     fn along(&self, motion_mm: &[f64]) -> f64 {
-        (self.terms().iter())
+        (self.terms.iter())
             .map(|&(coordinate, factor)| factor * motion_mm[coordinate])
             .sum()
     }

@@ -76,17 +76,17 @@ impl Family for Reach {
         let (_, face) = self.highest(motion_mm, sample, finger);
         let (normal, offset) = self.faces[finger][face];
         let at = SegmentLayout::row(sample, finger, 0);
-        Row::new(
-            ConstraintFamily::Reachability,
-            Key::Face {
+        Row {
+            family: ConstraintFamily::Reachability,
+            key: Key::Face {
                 sample,
                 finger,
                 face,
             },
-            (0..3).map(|axis| (at + axis, -normal[axis])),
-            -offset,
-            TOLERANCE,
-            MM_PER_M,
-        )
+            terms: (0..3).map(|axis| (at + axis, -normal[axis])).collect(),
+            bound: -offset,
+            allowed: TOLERANCE,
+            yielding: MM_PER_M,
+        }
     }
 }

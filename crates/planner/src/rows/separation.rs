@@ -100,14 +100,14 @@ impl Family for Separation {
         let [one, other] = [one, other].map(|finger| SegmentLayout::row(sample, finger, 0));
         let away = (0..3).map(|axis| (one + axis, direction[axis]));
         let back = (0..3).map(|axis| (other + axis, -direction[axis]));
-        Row::new(
-            ConstraintFamily::Separation,
-            Key::Apart { sample, pair },
-            away.chain(back),
-            self.least_mm,
-            self.allowed_mm(pair),
-            MM_PER_M,
-        )
+        Row {
+            family: ConstraintFamily::Separation,
+            key: Key::Apart { sample, pair },
+            terms: away.chain(back).collect(),
+            bound: self.least_mm,
+            allowed: self.allowed_mm(pair),
+            yielding: MM_PER_M,
+        }
     }
 }
 

@@ -5,33 +5,26 @@ mod checkup;
 mod convention;
 mod gaps;
 mod hand;
-mod json;
-mod markdown;
-mod numbers;
 mod origin;
-mod rank;
+mod output;
 mod settings;
 mod subject;
-mod suspects;
-mod text;
 mod timing;
 mod up;
 mod words;
 
-use inhand_model::{Motion, Recording, Roles, SegmentLayout, Setting};
+use std::ops::Range;
+
+use inhand_model::{Clock, Motion, Recording, Roles, SegmentLayout, Setting};
 use inhand_motion::{Cut, SegmentSettings, SegmentTable, to_hand_frame};
 
 use self::subject::Subject;
-use self::suspects::suspected;
-use self::words::percent;
+use self::words::{count, percent, times};
 use crate::suspect::{Suspect, SuspectKind};
 
 pub use checkup::{CheckResult, Checkup, Level, MAX_PLACES, Number, Place, SegmentShare};
-pub use json::to_json;
-pub use markdown::to_markdown;
-pub use rank::{Checked, ranked};
+pub use output::{Checked, ranked, to_json, to_markdown, to_text};
 pub use settings::CheckSettings;
-pub use text::to_text;
 
 /// Compares what a take's header states with what its data says.
 ///
@@ -93,6 +86,65 @@ fn unusable(why: &str) -> CheckResult {
         .advice(format!(
             "name another body or other markers with {hand} and {object}"
         ))
+}
+
+/// One result for each kind and entity, in the order of the first suspect of each.
+fn suspected(clock: &Clock, suspects: &[Suspect]) -> Vec<CheckResult> {
+    let mut groups: Vec<((&'static str, String), Vec<&Suspect>)> = Vec::new();
+    for suspect in suspects {
+        let key = (suspect.kind.id(), suspect.kind.entity());
+        match groups.iter_mut().find(|(other, _)| *other == key) {
+            Some((_, group)) => group.push(suspect),
+            None => groups.push((key, vec![suspect])),
+        }
+    }
+    let results = groups
+        .into_iter()
+        .map(|((id, entity), group)| suspect_result(clock, id, entity, &group));
+    results.collect()
+}
+
+fn suspect_result(
+    clock: &Clock,
+    id: &'static str,
+    entity: String,
+    group: &[&Suspect],
+) -> CheckResult {
+    let mut ranges: Vec<_> = group.iter().map(|s| s.samples.clone()).collect();
+    ranges.sort_by_key(|range| (range.start, range.end));
+    let samples = ranges.iter().map(Range::len).sum();
+    let scores = group.iter().map(|s| s.score);
+    let found = format!(
+        "{} ({})",
+        count(group.len(), one_and_many(&group[0].kind)),
+        times(clock, &ranges)
+    );
+    CheckResult::new(id, Level::Warn, entity)
+        .at(clock, &ranges)
+        .expected("none")
+        .found(match group {
+            [suspect] => format!("{found}: {suspect}"),
+            _ => found,
+        })
+        .advice("look at it in a viewer; `inhand clean` lists and repairs it")
+        .number("count", group.len() as f64, samples)
+        .number(
+            "largest_score",
+            scores.fold(f64::NEG_INFINITY, f64::max),
+            group.len(),
+        )
+}
+
+const fn one_and_many(kind: &SuspectKind) -> [&'static str; 2] {
+    match kind {
+        SuspectKind::Spike { .. } => ["spike", "spikes"],
+        SuspectKind::Swap { .. } => ["suspected swap", "suspected swaps"],
+        SuspectKind::Flip { .. } => ["suspected flip", "suspected flips"],
+        SuspectKind::Unlabelled { .. } => [
+            "interval without its label",
+            "intervals without their label",
+        ],
+    }
 }
 
 /// Removes jumps of an orientation that a detected flip explains.

@@ -34,19 +34,6 @@ pub struct CleanSettings {
     pub resample_hz: Option<f64>,
 }
 
-impl CleanSettings {
-    /// All repairs, no filling, no resampling.
-    pub fn repairs() -> Self {
-        Self {
-            flips: true,
-            swaps: true,
-            spikes: true,
-            stitch: true,
-            ..Self::default()
-        }
-    }
-}
-
 /// A cleaned recording.
 #[derive(Clone, Debug)]
 pub struct Cleaned {

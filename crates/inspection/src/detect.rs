@@ -4,7 +4,6 @@
 //! hand moves all fingers in its frame; then swaps; spikes in what swaps leave; then what unlabelled
 //! markers could be, beside fingertips that are known.
 
-mod excursions;
 pub(crate) mod flips;
 mod spikes;
 mod swaps;

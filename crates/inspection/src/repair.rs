@@ -66,19 +66,16 @@ fn undo(
             let labels: Vec<usize> = fingers.iter().map(|&finger| tips[finger]).collect();
             let markers = &mut recording.markers;
             for k in samples.clone() {
-                let sample = |&label: &usize| {
-                    let Marker { track, quality, .. } = &markers[label];
-                    let quality = quality.as_ref().map_or(f64::NAN, |quality| quality[k]);
-                    (track.get(k), track.status(k), quality)
-                };
                 // Each label carries the samples of the next finger of the cycle.
+                let sample = |&label: &usize| {
+                    let Marker { track, .. } = &markers[label];
+                    (track.get(k), track.status(k), quality(&markers[label], k))
+                };
                 let mut carried: Vec<_> = labels.iter().map(sample).collect();
                 carried.rotate_right(1);
                 for (&label, (value, status, quality)) in labels.iter().zip(carried) {
                     markers[label].track.set(k, value, status);
-                    if let Some(qualities) = &mut markers[label].quality {
-                        qualities[k] = quality;
-                    }
+                    set_quality(&mut markers[label], k, quality);
                 }
             }
             let names: Vec<_> = labels
@@ -98,13 +95,8 @@ fn undo(
             remove(&mut recording.markers[*marker], samples);
             let target = &mut recording.markers[tip];
             take_over(&mut target.track, &source.track, samples);
-            if let Some(own) = &mut target.quality {
-                for k in samples.clone() {
-                    own[k] = source
-                        .quality
-                        .as_ref()
-                        .map_or(f64::NAN, |quality| quality[k]);
-                }
+            for k in samples.clone() {
+                set_quality(target, k, quality(&source, k));
             }
             let done = "its samples are the fingertip's now";
             (ChangeKind::Stitched, target.name.clone(), done)
@@ -115,9 +107,20 @@ fn undo(
 fn remove(marker: &mut Marker, samples: &Range<usize>) {
     for k in samples.clone() {
         marker.track.set(k, None, Status::Missing);
-        if let Some(quality) = &mut marker.quality {
-            quality[k] = f64::NAN;
-        }
+        set_quality(marker, k, f64::NAN);
+    }
+}
+
+fn quality(marker: &Marker, k: usize) -> f64 {
+    marker
+        .quality
+        .as_ref()
+        .map_or(f64::NAN, |quality| quality[k])
+}
+
+fn set_quality(marker: &mut Marker, k: usize, value: f64) {
+    if let Some(quality) = &mut marker.quality {
+        quality[k] = value;
     }
 }
 

@@ -21,14 +21,10 @@ named! {
 
 /// Why a clock cannot be made.
 #[derive(Clone, Debug, PartialEq, Error)]
-#[non_exhaustive]
-pub enum ClockError {
-    /// The rate is not a positive finite number.
-    #[error("the sample rate is {rate_hz} Hz: expected a positive number")]
-    Rate {
-        /// The rate found.
-        rate_hz: f64,
-    },
+#[error("the sample rate is {rate_hz} Hz: expected a positive number")]
+pub struct ClockError {
+    /// The rate found.
+    pub rate_hz: f64,
 }
 
 /// Evenly spaced sample times: sample `k` is taken at `start + k / rate`.
@@ -46,14 +42,14 @@ impl Clock {
     ///
     /// # Errors
     ///
-    /// [`ClockError::Rate`] unless the rate is a positive finite number.
+    /// [`ClockError`] unless the rate is a positive finite number.
     pub fn new(
         start_unix_nanos: u64,
         start_time: StartTime,
         rate_hz: f64,
     ) -> Result<Self, ClockError> {
         if !(rate_hz.is_finite() && rate_hz > 0.0) {
-            return Err(ClockError::Rate { rate_hz });
+            return Err(ClockError { rate_hz });
         }
         Ok(Self {
             start_unix_nanos,

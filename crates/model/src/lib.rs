@@ -23,11 +23,9 @@
 //! ```
 
 mod annotations;
-mod change;
 mod clock;
 mod comparison;
 mod contact_dynamics;
-mod contact_rule;
 mod dictionary;
 mod evaluation;
 mod expectation;
@@ -38,12 +36,10 @@ mod frame;
 mod illustrations;
 mod intervals;
 mod motion;
-mod motion_rows;
 mod movement;
 mod names;
 mod plan;
 mod provenance;
-mod rank;
 mod recording;
 mod residual;
 mod roles;
@@ -57,17 +53,15 @@ mod trajectory;
 mod units;
 
 pub use annotations::{Annotations, Event, FOUND, Label, LabelError, Selection};
-pub use change::{Change, ChangeKind};
 pub use clock::{Clock, ClockError, StartTime};
 pub use comparison::{ComparedSide, ContactChange, Drawn, ErrorChange, EvaluationComparison};
 pub use contact_dynamics::{
     ContactDynamics, ContactRules, FingerContactFacts, GaitFacts, PhaseFacts, PhaseKind,
-    SegmentContacts, StateFacts, TakeContacts, Transition,
+    SegmentContacts, StateFacts, TakeContacts, Transition, in_contact,
 };
-pub use contact_rule::in_contact;
 pub use dictionary::{
-    Demonstrated, Dictionary, DictionaryError, DictionaryKind, Hull, Learning, Restart, StopReason,
-    VelocityBounds,
+    Demonstrated, Dictionary, DictionaryError, DictionaryKind, HeldOut, Hull, Learning, RankPoint,
+    Restart, StopReason, VelocityBounds,
 };
 pub use evaluation::{
     Collision, ContactShare, CorridorCoverage, DeviationFacts, DictionaryFacts, Evaluation,
@@ -76,7 +70,7 @@ pub use evaluation::{
     VelocityCheck,
 };
 pub use expectation::{Bandwidths, Distances, Expectation, ExpectationWeights};
-pub use finding::{Finding, Severity};
+pub use finding::{Change, ChangeKind, Finding, Severity};
 pub use finger::{Finger, HandAndFingers, PerFinger, UnknownFinger};
 pub use finger_set::FingerSet;
 pub use frame::{Body, Frame, Hand, Object, Pose, Position, World, rotation_from_xyzw};
@@ -89,23 +83,21 @@ pub use intervals::{
     PairedDifference,
 };
 pub use motion::Motion;
-pub use motion_rows::{
-    ContactRow, ContactRows, GaitRow, MotionRows, MovementRows, PathFacts, PhaseRow,
-    SegmentMovement, StateRow,
-};
 pub use movement::{FingerMovement, Movement, MovementAnalysis};
 pub use plan::{
     Certificate, ConstraintFamily, Corridor, PerFamily, Plan, PlanChecks, PlanStatus, Relaxation,
 };
 pub use provenance::{InputHash, Provenance};
-pub use rank::{HeldOut, RankPoint};
 pub use recording::{
     BodyKind, LengthUnit, Marker, MarkerKind, Recording, RecordingError, RotationOrder, Source,
     TrackedBody, UpAxis,
 };
 pub use residual::{Calibration, Residual, Validation, ends_len, smooth_basis};
 pub use roles::{BodySource, Roles};
-pub use rows::{EvaluationRows, MethodRows};
+pub use rows::{
+    ContactRow, ContactRows, EvaluationRows, GaitRow, MethodRows, MotionRows, MovementRows,
+    PathFacts, PhaseRow, SegmentMovement, StateRow,
+};
 pub use segments::{
     Configuration, EndConditions, OBJECT_COORDINATES, ObjectEnds, ROTATION_LEVER_M,
     SEGMENT_COORDINATES, SegmentLayout, SegmentOrigin, Segments, SegmentsError,

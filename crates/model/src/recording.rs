@@ -216,20 +216,16 @@ pub struct Recording {
     samples: usize,
 }
 
-/// Why parts do not make a recording.
+/// A track that is longer or shorter than its take.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[non_exhaustive]
-pub enum RecordingError {
-    /// A track is longer or shorter than the take.
-    #[error("{entity} has {found} samples: expected {expected}, as the take has")]
-    Length {
-        /// Which marker or body, and which of its series.
-        entity: String,
-        /// Samples of the take.
-        expected: usize,
-        /// Samples of the track.
-        found: usize,
-    },
+#[error("{entity} has {found} samples: expected {expected}, as the take has")]
+pub struct RecordingError {
+    /// Which marker or body, and which of its series.
+    pub entity: String,
+    /// Samples of the take.
+    pub expected: usize,
+    /// Samples of the track.
+    pub found: usize,
 }
 
 impl Recording {
@@ -237,7 +233,7 @@ impl Recording {
     ///
     /// # Errors
     ///
-    /// [`RecordingError::Length`] where a track or quality series has another length.
+    /// [`RecordingError`] where a track or quality series has another length.
     pub fn new(
         name: String,
         clock: Clock,
@@ -246,33 +242,25 @@ impl Recording {
         markers: Vec<Marker>,
         bodies: Vec<TrackedBody>,
     ) -> Result<Self, RecordingError> {
-        let check = |entity: std::fmt::Arguments<'_>, found: Option<usize>| match found {
-            Some(found) if found != samples => Err(RecordingError::Length {
-                entity: entity.to_string(),
+        let check = |what: &str, name: &str, found: usize| match found == samples {
+            true => Ok(()),
+            false => Err(RecordingError {
+                entity: format!("{what} \"{name}\""),
                 expected: samples,
                 found,
             }),
-            _ => Ok(()),
         };
-        for Marker {
-            name,
-            track,
-            quality,
-            ..
-        } in &markers
-        {
-            check(format_args!("marker \"{name}\""), Some(track.len()))?;
-            check(
-                format_args!("quality of marker \"{name}\""),
-                quality.as_ref().map(Vec::len),
-            )?;
+        let series = |numbers: &Option<Vec<f64>>| numbers.as_ref().map_or(samples, Vec::len);
+        for marker in &markers {
+            check("marker", &marker.name, marker.track.len())?;
+            check("quality of marker", &marker.name, series(&marker.quality))?;
         }
         for body in &bodies {
-            let (name, errors) = (&body.name, &body.marker_error_m);
-            check(format_args!("body \"{name}\""), Some(body.track.len()))?;
+            check("body", &body.name, body.track.len())?;
             check(
-                format_args!("marker error of body \"{name}\""),
-                errors.as_ref().map(Vec::len),
+                "marker error of body",
+                &body.name,
+                series(&body.marker_error_m),
             )?;
         }
         Ok(Self {

@@ -147,20 +147,16 @@ pub struct Segments {
     pub left_out: usize,
 }
 
-/// Why parts do not make segments.
+/// Lists of different lengths, or columns of another height.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[non_exhaustive]
-pub enum SegmentsError {
-    /// Lists of different lengths, or columns of another height.
-    #[error("segments do not fit together: {what} is {found}, expected {expected}")]
-    Shape {
-        /// Which size.
-        what: &'static str,
-        /// The size it should have.
-        expected: usize,
-        /// The size it has.
-        found: usize,
-    },
+#[error("segments do not fit together: {what} is {found}, expected {expected}")]
+pub struct SegmentsError {
+    /// Which size.
+    pub what: &'static str,
+    /// The size it should have.
+    pub expected: usize,
+    /// The size it has.
+    pub found: usize,
 }
 
 impl Segments {
@@ -168,7 +164,7 @@ impl Segments {
     ///
     /// # Errors
     ///
-    /// [`SegmentsError::Shape`] where the sizes disagree.
+    /// [`SegmentsError`] where the sizes disagree.
     pub fn new(
         layout: SegmentLayout,
         columns_m: DMatrix<f64>,
@@ -183,7 +179,7 @@ impl Segments {
             ("number of end conditions", count, ends.len()),
         ] {
             if expected != found {
-                return Err(SegmentsError::Shape {
+                return Err(SegmentsError {
                     what,
                     expected,
                     found,

@@ -79,8 +79,6 @@ mod segments;
 mod settings;
 mod table;
 
-mod object_rows;
-
 mod body;
 mod gaps;
 mod template;
@@ -96,7 +94,7 @@ pub use gaps::{fill_points, fill_poses, lagrange_weight};
 pub use lookup::fingertip_markers;
 pub use process::{in_hand, process, smooth, to_hand_frame};
 pub use segments::{Cut, Starts, cut_segments};
-pub use settings::{Filter, GapFill, ProcessSettings, SegmentSettings};
+pub use settings::{Filter, GapFill, ProcessSettings, SegmentSettings, gap_samples};
 pub use spectrum::Welch;
 pub use table::SegmentTable;
 pub use template::{BodyRole, Template, Templates, fit_templates};

@@ -12,7 +12,7 @@ use crate::error::MotionError;
 use crate::filter::{smooth_points, smooth_poses, smoother};
 use crate::gaps::{fill_points, fill_poses};
 use crate::lookup::fingertip_markers;
-use crate::settings::{Filter, ProcessSettings};
+use crate::settings::{Filter, ProcessSettings, gap_samples};
 use crate::template::{BodyRole, Templates};
 
 /// Takes a recording into the hand's frame and filters it: [`to_hand_frame`], then [`smooth`].
@@ -56,7 +56,7 @@ pub fn to_hand_frame(
     templates: &Templates,
     settings: &ProcessSettings,
 ) -> Result<Motion, MotionError> {
-    let max_gap = settings.max_gap_samples(recording.clock.rate_hz())?;
+    let max_gap = gap_samples("max_gap_s", settings.max_gap_s, recording.clock.rate_hz())?;
     let offset = settings.object_offset()?;
 
     let body = |role, source| role_body(recording, role, source, templates);

@@ -75,18 +75,24 @@ pub struct SegmentSettings {
     pub missing_s: f64,
 }
 
-impl ProcessSettings {
-    /// Missing samples in the longest gap that is filled.
-    pub(crate) fn max_gap_samples(&self, rate_hz: f64) -> Result<usize, MotionError> {
-        if !(self.max_gap_s.is_finite() && self.max_gap_s >= 0.0) {
-            return Err(MotionError::setting(
-                "max_gap_s",
-                self.max_gap_s,
-                "a time in seconds, 0 or more",
-            ));
-        }
-        // A whole number of samples must not be lost to rounding: 0.29 s * 100 Hz is 28.999...96.
-        const SLACK_SAMPLES: f64 = 1e-6;
-        Ok((self.max_gap_s * rate_hz + SLACK_SAMPLES) as usize)
+/// Missing samples in the longest gap that is filled, by a setting in seconds.
+///
+/// # Errors
+///
+/// [`MotionError::Setting`] for a time that is negative or not finite.
+pub fn gap_samples(
+    setting: &'static str,
+    longest_s: f64,
+    rate_hz: f64,
+) -> Result<usize, MotionError> {
+    if !(longest_s.is_finite() && longest_s >= 0.0) {
+        return Err(MotionError::setting(
+            setting,
+            longest_s,
+            "a time in seconds, 0 or more",
+        ));
     }
+    // A whole number of samples must not be lost to rounding: 0.29 s * 100 Hz is 28.999...96.
+    const SLACK_SAMPLES: f64 = 1e-6;
+    Ok((longest_s * rate_hz + SLACK_SAMPLES) as usize)
 }

@@ -6,10 +6,10 @@ use inhand_model::{
 use inhand_motion::BodyRole;
 
 use super::checkup::{CheckResult, Level};
-use super::numbers::Sorted;
 use super::subject::Subject;
 use super::words::{count, length, times};
 use crate::lookup::is_named_after;
+use crate::statistics::Sorted;
 
 /// Markers of a body that are looked at, at most: pairs grow with the square.
 const MAX_MARKERS: usize = 12;

@@ -13,8 +13,8 @@ use nalgebra::{Isometry3, Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector
 
 use super::bodies::{MIN_MARKERS, markers_of};
 use super::checkup::{CheckResult, Level};
-use super::numbers::{Sorted, thinned};
 use super::words::length;
+use crate::statistics::{Sorted, thinned};
 
 /// Samples that are looked at, evenly spread.
 const SAMPLES: usize = 300;

@@ -4,9 +4,9 @@ use inhand_model::{Finger, LengthUnit, Motion, Pose, Recording, Setting};
 use nalgebra::Vector3;
 
 use super::checkup::{CheckResult, Level};
-use super::numbers::Sorted;
 use super::settings::CheckSettings;
 use super::words::{length, names};
+use crate::statistics::Sorted;
 
 /// Reach of a hand in the middle of what is plausible, metres: what a unit that fits best comes
 /// nearest to.

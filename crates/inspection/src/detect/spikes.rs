@@ -238,17 +238,13 @@ fn at_gaps(track: &PointTrack<World>, gaps: &[Range<usize>], usual: &Usual) -> V
             if after_gap.end < track.len() {
                 let line = end_after(track, after_gap.end);
                 let beside = after_gap.end - 1;
-                runs.extend(
-                    line.and_then(|line| broken(track, after_gap, beside, -1.0, &line, usual)),
-                );
+                runs.extend(broken(track, after_gap, beside, -1.0, line, usual));
             }
             if gap.start > len {
                 let before_gap = gap.start - len..gap.start;
                 let line = end_before(track, before_gap.start - 1);
                 let beside = before_gap.start;
-                runs.extend(
-                    line.and_then(|line| broken(track, before_gap, beside, 1.0, &line, usual)),
-                );
+                runs.extend(broken(track, before_gap, beside, 1.0, line, usual));
             }
         }
     }
@@ -262,9 +258,10 @@ fn broken(
     samples: Range<usize>,
     beside: usize,
     step: f64,
-    line: &End,
+    line: Option<End>,
     usual: &Usual,
 ) -> Option<Run> {
+    let line = line?;
     let present = samples.clone().all(|k| track.get(k).is_some());
     let expected = line.position_m + line.velocity? * step;
     let off_m = (track.get(beside).filter(|_| present)?.coords_m() - expected).norm();

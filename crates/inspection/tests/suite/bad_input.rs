@@ -6,7 +6,7 @@ use inhand_motion::MotionError;
 use inhand_simulation::{TakeSettings, simulate};
 use proptest::prelude::*;
 
-use crate::common::roles;
+use crate::common::{repairs, roles};
 
 fn short() -> inhand_model::Recording {
     let settings = TakeSettings {
@@ -26,7 +26,7 @@ fn everything(method: FillMethod) -> CleanSettings {
         }),
         pads_m: PerFinger::from_fn(|_| Some([0.0, 0.0, 0.005])),
         resample_hz: Some(60.0),
-        ..CleanSettings::repairs()
+        ..repairs()
     }
 }
 
@@ -43,7 +43,7 @@ fn roles_that_are_not_in_the_take_are_named() {
         hand: BodySource::RigidBody("Foot".into()),
         ..roles(true)
     };
-    let error = clean(&take, &no_hand, &CleanSettings::repairs()).expect_err("no such body");
+    let error = clean(&take, &no_hand, &repairs()).expect_err("no such body");
     assert!(
         matches!(
             error,

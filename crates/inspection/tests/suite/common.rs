@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use inhand_inspection::{Suspect, SuspectKind};
+use inhand_inspection::{CleanSettings, Suspect, SuspectKind};
 use inhand_model::{BodySource, Finger, PerFinger, Recording, Roles};
 use inhand_simulation::{Fault, FaultSettings, FaultyTake, TakeSettings, simulate_faulty};
 
@@ -169,5 +169,16 @@ impl Tallies {
             .iter()
             .map(|tally| tally.false_alarms)
             .sum()
+    }
+}
+
+/// All repairs, no filling, no resampling.
+pub(crate) fn repairs() -> CleanSettings {
+    CleanSettings {
+        flips: true,
+        swaps: true,
+        spikes: true,
+        stitch: true,
+        ..CleanSettings::default()
     }
 }

@@ -5,7 +5,7 @@ use inhand_inspection::{CleanSettings, FillMethod, FillSettings, clean, detect};
 use inhand_model::{Finger, Status};
 use inhand_simulation::{TakeSettings, simulate};
 
-use crate::common::{Tallies, compare, faulty, label, minutes, roles};
+use crate::common::{Tallies, compare, faulty, label, minutes, repairs, roles};
 
 fn takes() -> Vec<(TakeSettings, u64, bool)> {
     let hand_only = TakeSettings {
@@ -99,7 +99,7 @@ fn filled_fingertips_are_near_the_truth() {
                 method,
                 limit_s: 0.1,
             }),
-            ..CleanSettings::repairs()
+            ..repairs()
         };
         let cleaned = clean(&take.recording, &roles(true), &settings).expect("roles are there");
         let mut errors_mm = Vec::new();

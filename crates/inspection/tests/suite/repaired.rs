@@ -4,7 +4,7 @@ use inhand_inspection::{CleanSettings, clean, detect, repair};
 use inhand_model::{ChangeKind, Finger, Position, Recording, Status};
 use inhand_simulation::{FaultKind, TakeSettings};
 
-use crate::common::{faulty, label, roles};
+use crate::common::{faulty, label, repairs, roles};
 
 /// Samples of a recording that are further from the truth than `limit_m`, and all that are there.
 fn far_off(
@@ -33,8 +33,7 @@ fn fingertips_and_bodies_are_back_where_they_were() {
     let take = faulty(&TakeSettings::cube("cube"), 341);
     let (wrong, before) = far_off(&take.recording, &take, 0.003);
     assert!(wrong > 1000, "the faults show: {wrong} of {before}");
-    let cleaned = clean(&take.recording, &roles(true), &CleanSettings::repairs())
-        .expect("roles are in the take");
+    let cleaned = clean(&take.recording, &roles(true), &repairs()).expect("roles are in the take");
     let (far, after) = far_off(&cleaned.recording, &take, 0.003);
     assert!(
         after > before,
@@ -73,8 +72,7 @@ fn every_changed_sample_is_in_a_change_and_no_other() {
         342,
     );
     let raw = take.recording.clone();
-    let cleaned = clean(&take.recording, &roles(true), &CleanSettings::repairs())
-        .expect("roles are in the take");
+    let cleaned = clean(&take.recording, &roles(true), &repairs()).expect("roles are in the take");
     let same = |a: Option<Position<_>>, b: Option<Position<_>>| a == b;
     for (before, after) in raw.markers.iter().zip(&cleaned.recording.markers) {
         for k in 0..before.track.len() {
@@ -135,8 +133,7 @@ fn a_step_that_is_not_wished_for_changes_nothing() {
 #[test]
 fn what_was_repaired_is_not_found_again() {
     let take = faulty(&TakeSettings::cylinder("cylinder"), 344);
-    let cleaned = clean(&take.recording, &roles(true), &CleanSettings::repairs())
-        .expect("roles are in the take");
+    let cleaned = clean(&take.recording, &roles(true), &repairs()).expect("roles are in the take");
     let left = detect::all(&cleaned.recording, Some(&roles(true))).expect("roles are in the take");
     let count = |id: &str| {
         left.iter()

@@ -187,7 +187,7 @@ fn entities(recording: &Recording) -> Vec<(Entity<'_>, String, bool)> {
     let names = unique_names(&entities);
     (entities.into_iter().zip(names))
         .map(|(entity, name)| {
-            let filled = (0..recording.len()).any(|k| entity.track.status(k) == Status::Filled);
+            let filled = (0..recording.len()).any(|k| (entity.status)(k) == Status::Filled);
             (entity, name, filled)
         })
         .collect()
@@ -197,11 +197,11 @@ fn write_motion(recording: &Recording, out: &mut dyn Write) -> Result<(), Export
     let entities = entities(recording);
     let mut table = TableBuilder::new(recording.len(), |sample| sample);
     for (entity, name, filled) in &entities {
-        for component in 0..entity.track.components() {
+        for component in 0..entity.components {
             table.numbers(name, "", move |k| entity.number(k, component));
         }
         if *filled {
-            table.counts(name, |k| (entity.track.status(k) == Status::Filled).into());
+            table.counts(name, |k| ((entity.status)(k) == Status::Filled).into());
         }
     }
     write_tsv(&table.finish(), false, out)
@@ -210,7 +210,7 @@ fn write_motion(recording: &Recording, out: &mut dyn Write) -> Result<(), Export
 fn write_channels(recording: &Recording, out: &mut dyn Write) -> Result<(), ExportError> {
     let mut channels = Vec::new();
     for (entity, name, filled) in entities(recording) {
-        for (component, letter) in COMPONENTS[..entity.track.components()].iter().enumerate() {
+        for (component, letter) in COMPONENTS[..entity.components].iter().enumerate() {
             let (kind, unit) = [("ORNT", ""), ("POS", "m")][usize::from(component < 3)];
             let channel = format!("{name}_{letter}");
             let cells = [&*channel, letter, kind, &*name, unit, entity.frame];
@@ -251,7 +251,7 @@ fn frames_json(recording: &Recording) -> serde_json::Value {
 fn motion_json(recording: &Recording, names: &BidsNames) -> serde_json::Value {
     let entities = entities(recording);
     let filled = entities.iter().filter(|(.., filled)| *filled).count();
-    let components: usize = entities.iter().map(|(e, ..)| e.track.components()).sum();
+    let components: usize = entities.iter().map(|(e, ..)| e.components).sum();
     let positions = 3 * entities.len();
     let rotations = components - positions;
     let rate_hz = recording.clock.rate_hz();

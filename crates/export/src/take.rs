@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use inhand_model::{
-    Clock, Finger, Frame, Motion, PointTrack, PoseTrack, Position, Recording, Status,
+    Clock, Finger, Frame, Motion, Pose, Position, Recording, Sample, Status, Track,
 };
 
 use crate::table::{Table, TableBuilder};
@@ -30,78 +30,69 @@ pub struct Entity<'a> {
     pub(crate) frame: &'static str,
     /// A number of the source for each sample, NaN where missing: its name with unit, and unit.
     extra: Option<(&'static str, &'static str, &'a [f64])>,
-    pub(crate) track: Box<dyn Track + 'a>,
-}
-
-/// A track as tables use it.
-pub(crate) trait Track: Sync {
     /// Numbers of a sample: 3 of a position, then 4 of a rotation.
-    fn components(&self) -> usize;
+    pub(crate) components: usize,
     /// Position, metres, and rotation, a unit quaternion (x, y, z, w); NaN where missing.
-    fn values(&self, k: usize) -> [f64; 7];
-    fn status(&self, k: usize) -> Status;
-}
-
-impl<F: Frame> Track for &PointTrack<F> {
-    fn components(&self) -> usize {
-        3
-    }
-
-    fn values(&self, k: usize) -> [f64; 7] {
-        let position = self.get(k).map(Position::to_array);
-        let [x, y, z] = position.unwrap_or([f64::NAN; 3]);
-        [x, y, z, f64::NAN, f64::NAN, f64::NAN, f64::NAN]
-    }
-
-    fn status(&self, k: usize) -> Status {
-        PointTrack::status(self, k)
-    }
-}
-
-impl<To: Frame, From: Frame> Track for &PoseTrack<To, From> {
-    fn components(&self) -> usize {
-        7
-    }
-
-    fn values(&self, k: usize) -> [f64; 7] {
-        let Some(pose) = self.get(k) else {
-            return [f64::NAN; 7];
-        };
-        let ([x, y, z], [a, b, c, w]) = (pose.origin().to_array(), pose.quaternion_xyzw());
-        [x, y, z, a, b, c, w]
-    }
-
-    fn status(&self, k: usize) -> Status {
-        PoseTrack::status(self, k)
-    }
+    numbers: Box<dyn Fn(usize) -> [f64; 7] + Sync + 'a>,
+    pub(crate) status: Box<dyn Fn(usize) -> Status + Sync + 'a>,
 }
 
 impl<'a> Entity<'a> {
-    fn new(name: &str, kind: &'static str, frame: &'static str, track: impl Track + 'a) -> Self {
+    fn new<T: Sample + Sync>(
+        name: &str,
+        kind: &'static str,
+        frame: &'static str,
+        track: &'a Track<T>,
+        (components, numbers): (usize, fn(T) -> [f64; 7]),
+    ) -> Self {
         Self {
             name: name.to_owned(),
             kind,
             frame,
             extra: None,
-            track: Box::new(track),
+            components,
+            numbers: Box::new(move |k| track.get(k).map_or([f64::NAN; 7], numbers)),
+            status: Box::new(move |k| track.status(k)),
         }
     }
 
     /// A component of a sample, NaN where missing.
     pub(crate) fn number(&self, sample: usize, component: usize) -> f64 {
-        self.track.values(sample)[component]
+        (self.numbers)(sample)[component]
     }
+}
+
+fn position<F: Frame>(position: Position<F>) -> [f64; 7] {
+    let [x, y, z] = position.to_array();
+    [x, y, z, f64::NAN, f64::NAN, f64::NAN, f64::NAN]
+}
+
+fn pose<To: Frame, From: Frame>(pose: Pose<To, From>) -> [f64; 7] {
+    let ([x, y, z], [a, b, c, w]) = (pose.origin().to_array(), pose.quaternion_xyzw());
+    [x, y, z, a, b, c, w]
 }
 
 /// Bodies, then markers of a recording, in `world`.
 pub fn recording_entities(recording: &Recording) -> Vec<Entity<'_>> {
     let bodies = recording.bodies.iter().map(|body| Entity {
         extra: (body.marker_error_m.as_deref()).map(|series| ("marker_error_m", "m", series)),
-        ..Entity::new(&body.name, body.kind.name(), "world", &body.track)
+        ..Entity::new(
+            &body.name,
+            body.kind.name(),
+            "world",
+            &body.track,
+            (7, pose),
+        )
     });
     let markers = recording.markers.iter().map(|marker| Entity {
         extra: (marker.quality.as_deref()).map(|series| ("quality", "1", series)),
-        ..Entity::new(&marker.name, marker.kind.name(), "world", &marker.track)
+        ..Entity::new(
+            &marker.name,
+            marker.kind.name(),
+            "world",
+            &marker.track,
+            (3, position),
+        )
     });
     bodies.chain(markers).collect()
 }
@@ -110,11 +101,11 @@ pub fn recording_entities(recording: &Recording) -> Vec<Entity<'_>> {
 pub fn motion_entities(motion: &Motion) -> Vec<Entity<'_>> {
     let fingertip = |finger: Finger| {
         let track = &motion.fingertips[finger];
-        Entity::new(finger.name(), "fingertip", "hand", track)
+        Entity::new(finger.name(), "fingertip", "hand", track, (3, position))
     };
-    let object =
-        (motion.object.as_ref()).map(|track| Entity::new("object", "object", "hand", track));
-    let hand = Entity::new("hand", "hand", "world", &motion.hand);
+    let object = (motion.object.as_ref())
+        .map(|track| Entity::new("object", "object", "hand", track, (7, pose)));
+    let hand = Entity::new("hand", "hand", "world", &motion.hand, (7, pose));
     let fingertips = Finger::ALL.into_iter().map(fingertip);
     fingertips.chain(object).chain([hand]).collect()
 }
@@ -147,16 +138,12 @@ pub fn wide<'a>(entities: &'a [Entity<'a>], clock: Clock, samples: usize) -> Tab
     let mut table = TableBuilder::new(samples, |sample| sample);
     table.numbers("time_s", "s", move |k| clock.time_s(k));
     for (entity, name) in entities.iter().zip(unique_names(entities)) {
-        for (component, (suffix, unit)) in
-            COMPONENTS[..entity.track.components()].iter().enumerate()
-        {
+        for (component, (suffix, unit)) in COMPONENTS[..entity.components].iter().enumerate() {
             let number = move |k| entity.number(k, component);
             let column = table.numbers(format!("{name}.{suffix}"), unit, number);
             column.frame = entity.frame;
         }
-        table.words(format!("{name}.status"), move |k| {
-            entity.track.status(k).name()
-        });
+        table.words(format!("{name}.status"), move |k| (entity.status)(k).name());
         if let Some((suffix, unit, series)) = entity.extra {
             table.numbers(format!("{name}.{suffix}"), unit, move |k| series[k]);
         }
@@ -178,7 +165,7 @@ pub fn tidy<'a>(entities: &'a [Entity<'a>], clock: Clock, samples: usize) -> Tab
     for (component, (name, unit)) in COMPONENTS.into_iter().enumerate() {
         table.numbers(name, unit, move |(k, entity)| entity.number(k, component));
     }
-    table.words("status", |(k, entity)| entity.track.status(k).name());
+    table.words("status", |(k, entity)| (entity.status)(k).name());
     for (name, unit) in [("marker_error_m", "m"), ("quality", "1")] {
         table.numbers(name, unit, move |(k, entity)| match entity.extra {
             Some((extra, _, series)) if extra == name => series[k],

@@ -115,7 +115,7 @@ pub struct Relaxation {
 /// Proof of optimality, recomputed over all rows of the full problem, apart from the solver.
 ///
 /// Each residual is relative to max(1, size of its terms) in the problem's own units (mm).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Certificate {
     /// Norm of the Lagrangian's gradient.
     pub stationarity: f64,

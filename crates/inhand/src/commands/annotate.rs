@@ -161,9 +161,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
 fn add(console: &Console, args: &AddArgs) -> Result<Exit> {
     args.target.change(console, None, |annotated, annotations| {
         let (start_unix_nanos, end_unix_nanos) = interval(&args.at, annotated.start_unix_nanos)?;
-        for label in &args.label {
-            note_key(annotations, &label.key);
-        }
+        note_keys(annotations, args.label.iter().map(|label| &label.key));
         annotations.events.push(Event {
             start_unix_nanos,
             end_unix_nanos,
@@ -182,9 +180,7 @@ fn import(console: &Console, args: &ImportArgs) -> Result<Exit> {
                 annotations.keys = given.keys;
                 annotations.events = given.events;
             } else {
-                for key in given.keys {
-                    note_key(annotations, &key);
-                }
+                note_keys(annotations, &given.keys);
                 annotations.events.extend(given.events);
             }
             Ok(counted(count, "event added", "events added"))
@@ -197,9 +193,7 @@ fn edit(console: &Console, args: &EditArgs) -> Result<Exit> {
     }
     args.target.change(console, None, |annotated, annotations| {
         check_number(args.event, annotations)?;
-        for label in &args.label {
-            note_key(annotations, &label.key);
-        }
+        note_keys(annotations, args.label.iter().map(|label| &label.key));
         let event = &mut annotations.events[args.event - 1];
         if let Some(at) = &args.at {
             let (start, end) = interval(at, annotated.start_unix_nanos)?;
@@ -306,10 +300,12 @@ fn pairs(labels: &[Label]) -> impl Iterator<Item = (String, String)> {
     (labels.iter().cloned()).map(|label| (label.key, label.value))
 }
 
-/// Adds a key to those of the table, which shows them in the order of their first use.
-fn note_key(annotations: &mut Annotations, key: &str) {
-    if !annotations.keys.iter().any(|known| known == key) {
-        annotations.keys.push(key.to_owned());
+/// Adds keys to those of the table, which shows them in the order of their first use.
+fn note_keys<'a>(annotations: &mut Annotations, keys: impl IntoIterator<Item = &'a String>) {
+    for key in keys {
+        if !annotations.keys.contains(key) {
+            annotations.keys.push(key.clone());
+        }
     }
 }
 

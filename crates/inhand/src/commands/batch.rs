@@ -65,7 +65,10 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
             Err(error) => (State::Failed, Some(chain(&error))),
         };
         let seconds = begin.elapsed().as_secs_f64();
-        let line = line(name, state, error.as_deref(), seconds);
+        let line = match &error {
+            Some(error) => format!("failed   {name}: {error}"),
+            None => format!("{:<8} {name:<60} {seconds:>7.2} s", state.words()),
+        };
         bar.suspend(|| match state {
             // The reason of a failure is printed even when the console is quiet.
             State::Failed => to_stderr(&line),
@@ -109,21 +112,13 @@ fn chain(error: &anyhow::Error) -> String {
     causes.join(": ").replace('\n', "; ")
 }
 
-fn line(name: &str, state: State, error: Option<&str>, seconds: f64) -> String {
-    match error {
-        Some(error) => format!("failed   {name}: {error}"),
-        None => format!("{:<8} {name:<60} {seconds:>7.2} s", state.words()),
-    }
-}
-
 fn say_failures(console: &Console, record: &Record) {
     let mut parts = vec![format!("{} sessions", record.sessions.len())];
-    for state in State::ALL {
-        let n = record.sessions.iter().filter(|s| s.state == state).count();
-        if n > 0 {
-            parts.push(format!("{n} {}", state.words()));
-        }
+    let mut counts = BTreeMap::<State, usize>::new();
+    for outcome in &record.sessions {
+        *counts.entry(outcome.state).or_default() += 1;
     }
+    parts.extend((counts.iter()).map(|(state, n)| format!("{n} {}", state.words())));
     console.say(&parts.join(", "));
 }
 
@@ -158,7 +153,7 @@ fn join(console: &Console, args: &Args, record: &Record, target: &Path) -> Resul
 }
 
 /// State of a session.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 enum State {
     /// Everything was made.
@@ -172,13 +167,6 @@ enum State {
 }
 
 impl State {
-    const ALL: [State; 4] = [
-        State::Done,
-        State::UpToDate,
-        State::PlansFailed,
-        State::Failed,
-    ];
-
     const fn words(self) -> &'static str {
         match self {
             State::Done => "done",

@@ -1,6 +1,6 @@
 //! `inhand evaluate --dictionary D TAKE... -o EVALUATION`.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::Result;
 use inhand_session::tables::{TableFormat, write_rows};
@@ -49,7 +49,15 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let outputs = [output].into_iter().chain(&args.rows);
     check_outputs(outputs, &inputs, args.output.force)?;
     if let Some(path) = &args.rows {
-        check_rows(path, output)?;
+        let shown = path.display();
+        if TableFormat::from_path(path).is_none() {
+            return usage(format!(
+                "--rows {shown}: expected a file that ends in .parquet or .csv"
+            ));
+        }
+        if path == output {
+            return usage(format!("--rows and -o both name {shown}"));
+        }
     }
     let dictionary = inhand_session::read_dictionary(&args.dictionary)?;
     let takes = read_takes(console, &args.inputs, &settings)?;
@@ -72,18 +80,4 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     }
     console.wrote(output);
     Ok(Exit::Done)
-}
-
-/// Refuses a table of no known form, or in the place of the evaluation.
-fn check_rows(path: &Path, evaluation: &Path) -> Result<()> {
-    if TableFormat::from_path(path).is_none() {
-        let shown = path.display();
-        return usage(format!(
-            "--rows {shown}: expected a file that ends in .parquet or .csv"
-        ));
-    }
-    if path == evaluation {
-        return usage(format!("--rows and -o both name {}", path.display()));
-    }
-    Ok(())
 }

@@ -152,7 +152,15 @@ fn run_whole(console: &Console, args: &Args) -> Result<Exit> {
     };
     let read_s = begin.elapsed().as_secs_f64();
     let mut learned = match &args.primitives {
-        Some(file) => given(&folder, file)?,
+        Some(file) => {
+            let layout = folder.plan().layout;
+            let given = matrices::read_primitives(file, layout, DictionaryKind::Nmf)?;
+            learn_given(
+                &folder,
+                &given,
+                inhand_session::containers::hash_file(file)?,
+            )?
+        }
         None => learn_in(&folder, args.work.is_some(), &mut |progress| {
             console.say(&round_text(progress));
         })?,
@@ -195,14 +203,6 @@ fn check_together(args: &Args, settings: &mut Settings) -> Result<()> {
     settings.learn.rank = None;
     matrices::read(file)?;
     Ok(())
-}
-
-/// A dictionary of primitives from a file of matrices.
-fn given(folder: &LearningFolder, file: &Path) -> Result<Learned> {
-    let plan = folder.plan();
-    let given = matrices::read_primitives(file, plan.layout, DictionaryKind::Nmf)?;
-    let hash = inhand_session::containers::hash_file(file)?;
-    Ok(learn_given(folder, &given, hash)?)
 }
 
 /// A line about a round.

@@ -233,16 +233,10 @@ fn plan_json(plan: &Plan) -> serde_json::Value {
         let (position_m, rotation) = (pose.origin().to_array(), pose.quaternion_xyzw());
         json!({ "position_m": position_m, "quaternion_xyzw": rotation })
     });
-    let certificate = plan.certificate;
     json!({
         "status": plan.status.name(),
         "objective": plan.objective,
-        "certificate": {
-            "stationarity": certificate.stationarity,
-            "primal": certificate.primal,
-            "dual": certificate.dual,
-            "complementarity": certificate.complementarity,
-        },
+        "certificate": plan.certificate,
         "rows": plan.checks.rows,
         "constraints": families.collect::<Vec<_>>(),
         "hull_distance_m": plan.checks.hull_distance_m,

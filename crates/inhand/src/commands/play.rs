@@ -114,8 +114,9 @@ fn start_s(start: Option<Instant>, span: Option<(u64, u64)>) -> f64 {
 /// Wrong values of options are wrong usage.
 fn usage(error: LiveError) -> anyhow::Error {
     match error {
-        LiveError::Speed { .. } => UsageError(format!("--{error}")).into(),
-        LiveError::Start { .. } => UsageError(format!("--{error}")).into(),
+        LiveError::Speed { .. } | LiveError::Start { .. } => {
+            UsageError(format!("--{error}")).into()
+        }
         other => other.into(),
     }
 }
@@ -128,17 +129,16 @@ fn stop_on_signals(controls: Controls) -> Result<()> {
 }
 
 fn say_how(console: &Console, address: SocketAddr) {
-    if address.ip().is_unspecified() {
-        let port = address.port();
-        console.say(&format!(
-            "open     a Foxglove WebSocket connection to ws://localhost:{port} in Foxglove or Lichtblick; on \
-             other computers with this one's name"
-        ));
-    } else {
-        console.say(&format!(
-            "open     a Foxglove WebSocket connection to ws://{address} in Foxglove or Lichtblick"
-        ));
-    }
+    let (shown, elsewhere) = match address.ip().is_unspecified() {
+        true => (
+            format!("localhost:{}", address.port()),
+            "; on other computers with this one's name",
+        ),
+        false => (address.to_string(), ""),
+    };
+    console.say(&format!(
+        "open     a Foxglove WebSocket connection to ws://{shown} in Foxglove or Lichtblick{elsewhere}"
+    ));
 }
 
 fn say_played(console: &Console, played: Played) {

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use anyhow::Result;
 use inhand_model::{DictionaryKind, StopReason};
-use inhand_training::{LearningFolder, Progress, Shard};
+use inhand_training::{LearningFolder, Shard};
 use serde_json::json;
 
 use super::{RunOptions, round_text, write_learned};
@@ -124,28 +124,21 @@ pub(super) fn stats(console: &Console, args: &StatsArgs) -> Result<Exit> {
 pub(super) fn update(args: &UpdateArgs) -> Result<Exit> {
     let folder = LearningFolder::open(&args.folder)?;
     let updated = inhand_training::update(&folder, &args.sums)?;
-    let Progress {
-        start,
-        round,
-        rms_m,
-        stop,
-        ..
-    } = updated.measured;
+    let measured = &updated.measured;
     let done = updated.progress.is_done();
     let text = || {
-        let done = if done {
-            "done: write the dictionary with `inhand learn finish`\n"
-        } else {
-            ""
+        let done = match done {
+            true => "done: write the dictionary with `inhand learn finish`\n",
+            false => "",
         };
-        format!("{}\n{done}", round_text(&updated.measured))
+        format!("{}\n{done}", round_text(measured))
     };
     let json = || {
         json!({
-            "start": start,
-            "round": round,
-            "rms_mm": rms_m.map(|rms_m| rms_m * 1000.0),
-            "stop_reason": stop.map(StopReason::name),
+            "start": measured.start,
+            "round": measured.round,
+            "rms_mm": measured.rms_m.map(|rms_m| rms_m * 1000.0),
+            "stop_reason": measured.stop.map(StopReason::name),
             "done": done,
         })
     };

@@ -7,8 +7,7 @@ use inhand_contact::{ContactError, ContactSeries, phases, slip_m};
 use inhand_model::{
     ContactDynamics, ContactRow, ContactRows, ContactRules, Finger, FingerContactFacts, FingerSet,
     GaitFacts, Motion, Object, PerFinger, PhaseFacts, Pose, Position, SegmentContacts, Shape,
-    StateFacts, StateRow, Statistics, Status, TakeContacts, Trajectory, Transition, in_contact,
-    runs,
+    StateFacts, StateRow, Status, TakeContacts, Trajectory, Transition, in_contact, runs,
 };
 use inhand_statistics::quantiles::statistics;
 use rayon::prelude::*;
@@ -328,25 +327,19 @@ fn states(runs: &[StateRow], rate_hz: f64) -> Vec<StateFacts> {
     let mut states: Vec<StateFacts> = (by_state.into_iter())
         .map(|(fingers, runs)| {
             let samples = runs.iter().map(|run| run.samples.len()).sum();
+            let whole = runs.iter().filter(|run| run.complete);
+            let durations_s = whole.map(|run| run.samples.len() as f64 / rate_hz);
             StateFacts {
                 fingers,
                 samples,
                 share: samples as f64 / all as f64,
                 runs: runs.len(),
-                duration_s: durations(&runs, rate_hz),
+                duration_s: statistics(durations_s.collect(), 0, 0),
             }
         })
         .collect();
     states.sort_by_key(|state| (std::cmp::Reverse(state.samples), state.fingers));
     states
-}
-
-fn durations(runs: &[&StateRow], rate_hz: f64) -> Statistics {
-    let whole = runs.iter().filter(|run| run.complete);
-    let durations_s = whole
-        .map(|run| run.samples.len() as f64 / rate_hz)
-        .collect();
-    statistics(durations_s, 0, 0)
 }
 
 /// Transitions from one sample to the next, most frequent first.

@@ -30,14 +30,9 @@ pub(crate) fn known_statistics(
     values: impl IntoIterator<Item = (f64, bool)>,
     whole: usize,
 ) -> Statistics {
-    let mut n_filled = 0;
     let known = (values.into_iter()).filter(|(value, _)| value.is_finite());
-    let known: Vec<f64> = known
-        .map(|(value, filled)| {
-            n_filled += usize::from(filled);
-            value
-        })
-        .collect();
+    let (known, filled): (Vec<f64>, Vec<bool>) = known.unzip();
+    let n_filled = filled.into_iter().filter(|&filled| filled).count();
     let n_left_out = whole.saturating_sub(known.len());
     statistics(known, n_filled, n_left_out)
 }

@@ -294,32 +294,22 @@ fn family_facts(
     solved: &[&Plan],
     infeasible: &[&Plan],
 ) -> Option<FamilyFacts> {
-    let violations = || {
-        solved
-            .iter()
-            .filter_map(|plan| plan.checks.violation[family])
-    };
     let relaxations: Vec<f64> = (infeasible.iter())
         .flat_map(|plan| &plan.relaxations)
         .filter(|relaxation| relaxation.family == family && !relaxation.joint)
         .map(|relaxation| relaxation.by)
         .collect();
-    let on = |plan: &&Plan| plan.checks.violation[family].is_some();
-    if !solved
-        .iter()
-        .chain(infeasible)
-        .copied()
-        .any(|plan| on(&plan))
-    {
-        return None;
-    }
+    let violation = |plan: &&Plan| plan.checks.violation[family];
+    (solved.iter().chain(infeasible)).find_map(violation)?;
     Some(FamilyFacts {
         family,
         active: (solved.iter())
             .filter(|plan| plan.checks.active[family] > 0)
             .count(),
         // Null in files where no plan has a motion to judge.
-        worst_violation: violations().max_by(f64::total_cmp).unwrap_or(f64::NAN),
+        worst_violation: (solved.iter().filter_map(violation))
+            .max_by(f64::total_cmp)
+            .unwrap_or(f64::NAN),
         would_mend: relaxations.len(),
         largest_relaxation: relaxations.into_iter().fold(0.0, f64::max),
     })

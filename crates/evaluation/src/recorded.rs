@@ -24,12 +24,21 @@ pub struct Recorded {
 pub fn recorded(data: &TestData<'_>, settings: &EvaluationSettings) -> Recorded {
     let layout = data.segments.layout();
     let has_object = data.motions.iter().any(|m| m.object.is_some());
-    let known: Vec<Known> = (0..data.segments.len() * layout.samples)
-        .into_par_iter()
-        .map(|k| known(data, k / layout.samples, k % layout.samples))
-        .collect();
-    let object_from_hand: Vec<_> = (known.iter().filter(|_| has_object))
-        .map(|known| known.object_from_hand)
+    // The take of an instant, and its sample there.
+    let at = |k: usize| {
+        let origin = data.segments.origins()[k / layout.samples];
+        (
+            data.motions.get(origin.take),
+            origin.start + k % layout.samples,
+        )
+    };
+    let object = |k: usize| {
+        let (motion, sample) = at(k);
+        Some((motion?.object.as_ref()?, sample))
+    };
+    let all = (0..data.segments.len() * layout.samples).into_par_iter();
+    let object_from_hand: Vec<_> = (all.clone().filter(|_| has_object))
+        .map(|k| object(k).and_then(|(track, sample)| track.get(sample).map(Pose::inverse)))
         .collect();
     let instants = measure(data, settings, &object_from_hand, |segment| {
         Some(data.segments.fingertips_m(segment))
@@ -39,8 +48,17 @@ pub fn recorded(data: &TestData<'_>, settings: &EvaluationSettings) -> Recorded 
         layout,
         takes: data.motions.iter().map(|m| m.name.clone()).collect(),
         segments: data.segments.origins().to_vec(),
-        filled: known.iter().map(|known| known.filled).collect(),
-        object_filled: known.iter().map(|known| known.object_filled).collect(),
+        filled: (all.clone())
+            .map(|k| {
+                let (motion, sample) = at(k);
+                PerFinger::from_fn(|finger| {
+                    motion.is_some_and(|m| m.fingertips[finger].status(sample) == Status::Filled)
+                })
+            })
+            .collect(),
+        object_filled: all
+            .map(|k| object(k).is_some_and(|(track, k)| track.status(k) == Status::Filled))
+            .collect(),
         recorded_distance_m: has_distance.then_some(instants.distance_m),
         recorded_hull_distance_m: instants.hull_distance_m,
         recorded_nearest_pair_m: instants.nearest_pair.iter().map(|pair| pair.0).collect(),
@@ -56,28 +74,5 @@ impl Recorded {
     /// Whether each fingertip or the object was filled at an instant.
     pub(crate) fn any_filled(&self, k: usize) -> PerFinger<bool> {
         self.rows.filled[k].map(|finger| finger || self.rows.object_filled[k])
-    }
-}
-
-/// Statuses and pose of one instant of a take.
-struct Known {
-    filled: PerFinger<bool>,
-    object_filled: bool,
-    object_from_hand: Option<Pose<Object, Hand>>,
-}
-
-fn known(data: &TestData<'_>, segment: usize, t: usize) -> Known {
-    let origin = data.segments.origins()[segment];
-    let sample = origin.start + t;
-    let motion = data.motions.get(origin.take);
-    let object = motion.and_then(|motion| motion.object.as_ref());
-    Known {
-        filled: PerFinger::from_fn(|finger| {
-            motion.is_some_and(|m| m.fingertips[finger].status(sample) == Status::Filled)
-        }),
-        object_filled: object.is_some_and(|object| object.status(sample) == Status::Filled),
-        object_from_hand: object
-            .and_then(|object| object.get(sample))
-            .map(Pose::inverse),
     }
 }

@@ -175,28 +175,17 @@ impl MotionModel {
 
     /// `mu` for given values (mm, three for each part of the pattern), mm.
     pub(crate) fn mean_mm(&self, completion: Option<&Completion>, values: &[f64]) -> DVector<f64> {
-        match (&self.expected, completion) {
-            (Expected::ByEnds(residual), Some(completion)) => {
-                let likely = completion.likely(residual, values);
-                let activations = residual.expected_m(&likely);
-                DVector::from_iterator(
-                    self.unknowns(),
-                    residual
-                        .ends_mean
-                        .iter()
-                        .chain(activations.iter())
-                        .map(|v| v * MM_PER_M),
-                )
-            }
-            (Expected::Always(mean), _) => mean.clone(),
-            (Expected::ByEnds(residual), None) => {
-                let ends = residual.ends_mean.len();
-                let mut mean = DVector::zeros(self.unknowns());
-                mean.rows_mut(0, ends)
-                    .copy_from(&(&residual.ends_mean * MM_PER_M));
-                mean
-            }
+        let residual = match &self.expected {
+            Expected::Always(mean) => return mean.clone(),
+            Expected::ByEnds(residual) => residual,
+        };
+        let ends = &residual.ends_mean;
+        let mut mean_m = ends.clone().resize_vertically(self.unknowns(), 0.0);
+        if let Some(completion) = completion {
+            let expected_m = residual.expected_m(&completion.likely(residual, values));
+            mean_m.rows_range_mut(ends.len()..).copy_from(&expected_m);
         }
+        mean_m * MM_PER_M
     }
 }
 

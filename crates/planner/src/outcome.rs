@@ -39,11 +39,7 @@ pub(crate) fn plan_from(
     } else {
         None
     };
-    let signs = if task.model.signs {
-        task.model.unknowns()
-    } else {
-        0
-    };
+    let signs = usize::from(task.model.signs) * task.model.unknowns();
     let rows: usize = task.families.all.iter().map(|family| family.rows()).sum();
     let equations = (task.problem.equalities.as_ref()).map_or(0, |e| e.rows.nrows());
     Ok(Plan {

@@ -146,12 +146,12 @@ pub fn simulate_faulty(
     planting.ghosts(count(faults.ghosts_per_minute), &mut random(3))?;
     planting.flips(count(faults.flips_per_minute), &mut random(4))?;
     let (recording, mut faults) = (planting.recording, planting.faults);
-    faults.sort_by(|a, b| {
-        (a.samples.start, a.kind.name(), &a.entities).cmp(&(
-            b.samples.start,
-            b.kind.name(),
-            &b.entities,
-        ))
+    faults.sort_by_cached_key(|fault| {
+        (
+            fault.samples.start,
+            fault.kind.name(),
+            fault.entities.clone(),
+        )
     });
     Ok(FaultyTake {
         clean,

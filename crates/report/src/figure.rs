@@ -10,7 +10,6 @@
 pub(crate) mod axes;
 pub(crate) mod box_plot;
 mod data;
-pub(crate) mod gait_diagram;
 pub(crate) mod legend;
 pub(crate) mod line_chart;
 mod palette;

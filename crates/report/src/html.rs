@@ -1,7 +1,6 @@
 //! The page: a verdict first, then what it rests on, a file a section.
 
 mod body;
-mod clouds;
 mod constraints;
 mod contact_raster;
 mod contacts;
@@ -13,7 +12,6 @@ mod filtering;
 mod gaps;
 pub(crate) mod intervals;
 mod movement;
-mod object;
 mod paper;
 mod paths;
 mod plans;
@@ -218,12 +216,12 @@ fn sections(report: &Report<'_>) -> Vec<Section> {
             }),
         ),
         section("paper", "Beside the paper", paper::section(report)),
-        section("object", "Object pose", object::section(methods)),
+        section("object", "Object pose", errors::object(methods)),
         section("contacts", "Contacts", contacts::section(report, methods)),
         section(
             "clouds",
             "Clouds of points",
-            shown.and_then(|all| clouds::section(&all.point_clouds)),
+            shown.and_then(|all| contacts::clouds(&all.point_clouds)),
         ),
         section(
             "dynamics",

@@ -46,7 +46,7 @@
 //!
 //! In reading order: `json`, `verdict` (a method compared with the baselines, method choice,
 //! deviation and prediction regions, in words), `table` (columns and rows for the page, Markdown
-//! and a terminal), `text`, `markdown`, `words` (digits, lists), `figure` (one value is a drawing for the page and for print with
+//! and a terminal), `text` (for a terminal and in Markdown), `words` (digits, lists), `figure` (one value is a drawing for the page and for print with
 //! its numbers; scales, axes, the row plot and other plots), `html` (the page, a file a section; a section is a `Body`).
 
 mod comparison;
@@ -54,7 +54,6 @@ mod error;
 mod figure;
 mod html;
 mod json;
-mod markdown;
 mod rank_figure;
 mod summary;
 mod table;
@@ -201,7 +200,7 @@ pub fn comparison_json(comparison: &EvaluationComparison) -> Result<String, Repo
 /// As [`html`].
 pub fn markdown(report: &Report<'_>) -> Result<String, ReportError> {
     check_names(report.evaluation)?;
-    Ok(markdown::write(report.evaluation))
+    Ok(text::markdown(report.evaluation))
 }
 
 fn check_names(evaluation: &Evaluation) -> Result<(), ReportError> {

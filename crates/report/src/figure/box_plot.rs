@@ -2,6 +2,7 @@
 
 use inhand_model::{Finger, Statistics};
 
+use super::data::STATISTICS;
 use super::row_plot::{self, Mark, MarkShape, PlotRow, RowPlot, WANTED_TICKS};
 use super::scale::{Scale, nice_end};
 use super::{FigureData, Panel, finger_class};
@@ -151,22 +152,7 @@ pub(crate) fn data(boxes: &[(&str, &str, &Statistics)]) -> FigureData {
     FigureData::about(boxes)
         .words("finger", |row| row.0)
         .words("motion", |row| row.1)
-        .lengths(
-            &[
-                "mean",
-                "rmse",
-                "min",
-                "whisker_low",
-                "p5",
-                "p25",
-                "p50",
-                "p75",
-                "p95",
-                "whisker_high",
-                "max",
-            ],
-            |row| row.2,
-        )
+        .lengths(&STATISTICS.map(|(name, _)| name), |row| row.2)
         .done()
 }
 

@@ -142,7 +142,7 @@ impl<'a, R> DataColumns<'a, R> {
 }
 
 /// Statistics by their names in tables.
-const STATISTICS: [Statistic; 11] = [
+pub(crate) const STATISTICS: [Statistic; 11] = [
     ("mean", |s| s.mean),
     ("rmse", |s| s.rmse),
     ("min", |s| s.min),

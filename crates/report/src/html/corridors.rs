@@ -10,18 +10,27 @@ use crate::figure::{Figure, FigureData, Key, finger_keys};
 use crate::table::Table;
 use crate::words::{NONE, percent, stated_percent};
 
-/// Prediction regions of one stated share, by method.
-struct Region<'m, 'a> {
-    share_stated: f64,
-    methods: Vec<(&'m Method<'a>, &'a CorridorCoverage)>,
-}
+/// A prediction region of a method.
+type Region<'m, 'a> = (&'m Method<'a>, &'a CorridorCoverage);
 
 /// The section's content; `None` where no method plans a prediction region.
 pub(super) fn section(methods: &[Method<'_>]) -> Option<Body> {
-    let regions = regions(methods);
-    if regions.is_empty() {
+    let mut all: Vec<Region<'_, '_>> = (methods.iter())
+        .flat_map(|method| {
+            method
+                .evaluation
+                .corridors
+                .iter()
+                .map(move |own| (method, own))
+        })
+        .collect();
+    if all.is_empty() {
         return None;
     }
+    // Stable: those of one stated share stay in the order of the methods.
+    all.sort_by(|a, b| a.1.share_stated.total_cmp(&b.1.share_stated));
+    let regions: Vec<&[Region<'_, '_>]> =
+        (all.chunk_by(|a, b| a.1.share_stated == b.1.share_stated)).collect();
     let body = Body::from(html! {
         p {
             "A prediction region states, for each fingertip and instant, how far from the plan the recorded fingertip may be when both do the same task. \
@@ -30,8 +39,8 @@ pub(super) fn section(methods: &[Method<'_>]) -> Option<Body> {
         }
     });
     let groups = regions.iter().map(|region| {
-        let head = format!("stated: {} %", stated_percent(region.share_stated));
-        (head, region.methods.clone())
+        let head = format!("stated: {} %", stated_percent(region[0].1.share_stated));
+        (head, region.to_vec())
     });
     let share = |coverage: &CorridorCoverage, share: f64| match coverage.n {
         0 => NONE.to_owned(),
@@ -60,39 +69,18 @@ pub(super) fn section(methods: &[Method<'_>]) -> Option<Body> {
     }))
 }
 
-/// Stated shares in rising order, each with the methods that state it.
-fn regions<'m, 'a>(methods: &'m [Method<'a>]) -> Vec<Region<'m, 'a>> {
-    let mut regions: Vec<Region<'m, 'a>> = Vec::new();
-    for method in methods {
-        for coverage in &method.evaluation.corridors {
-            let share_stated = coverage.share_stated;
-            match regions
-                .iter_mut()
-                .find(|region| region.share_stated == share_stated)
-            {
-                Some(region) => region.methods.push((method, coverage)),
-                None => regions.push(Region {
-                    share_stated,
-                    methods: vec![(method, coverage)],
-                }),
-            }
-        }
-    }
-    regions.sort_by(|a, b| a.share_stated.total_cmp(&b.share_stated));
-    regions
-}
-
 /// Shortest axis, percentage points: less would make a drama of rounding.
 const SHORTEST: f64 = 10.0;
 
 /// `None` where nothing was evaluated.
-fn figure(regions: &[Region<'_, '_>]) -> Option<Figure> {
+fn figure(regions: &[&[Region<'_, '_>]]) -> Option<Figure> {
     // Method, finger, stated and found percentages.
     let mut cells: Vec<(&str, &str, f64, f64)> = Vec::new();
     let mut panels = Vec::new();
     for region in regions {
-        let known = region.methods.iter();
-        let known = known.filter(|(_, own)| own.n > 0 && region.share_stated.is_finite());
+        let share_stated = region[0].1.share_stated;
+        let known = region.iter();
+        let known = known.filter(|(_, own)| own.n > 0 && share_stated.is_finite());
         let rows: Vec<PlotRow<'_>> = known
             .clone()
             .map(|(method, own)| row(method, own))
@@ -100,7 +88,7 @@ fn figure(regions: &[Region<'_, '_>]) -> Option<Figure> {
         if rows.is_empty() {
             continue;
         }
-        let stated = 100.0 * region.share_stated;
+        let stated = 100.0 * share_stated;
         let first = cells.len();
         for (method, own) in known {
             let shares = &own.share_inside;
@@ -116,10 +104,7 @@ fn figure(regions: &[Region<'_, '_>]) -> Option<Figure> {
         let shown = cells[first..].iter().map(|cell| cell.3).chain([stated]);
         let [low, high] = whole_steps(shown, SHORTEST, WANTED_TICKS);
         panels.push(row_plot::draw(&RowPlot {
-            title: &format!(
-                "{} % prediction regions",
-                stated_percent(region.share_stated)
-            ),
+            title: &format!("{} % prediction regions", stated_percent(share_stated)),
             axis: (
                 "recorded positions inside (%)",
                 Scale::linear(low.max(0.0), high.min(100.0)),

@@ -8,11 +8,11 @@ use maud::{Markup, html};
 
 use super::{Body, Method, motions, motions_by_finger};
 use crate::Report;
-use crate::figure::gait_diagram::{self, PHASES};
+use crate::figure::scale::Scale;
 use crate::figure::state_graph::{self, STATES};
-use crate::figure::{Figure, FigureData, Key, finger_class, finger_keys};
+use crate::figure::{Figure, FigureData, Frame, Key, Panel, Px, axes, finger_class, finger_keys};
 use crate::table::{Head, Table, statistic};
-use crate::words::{counted, plain, to_mm};
+use crate::words::{counted, plain, short, shortened, to_mm};
 
 /// Takes that have tables and figures of their own; all are in `evaluation.json`.
 const TAKES: usize = 3;
@@ -219,11 +219,11 @@ fn gaits(takes: &[TakeContacts]) -> Figure {
     let mut legend = finger_keys(Key::area);
     legend.extend(PHASES.map(|(_, words, class)| Key::area(words, class)));
     let longest_s = takes.iter().map(|take| take.duration_s).fold(0.0, f64::max);
-    let shown_s = gait_diagram::shown_s(longest_s);
-    let cut = if shown_s < longest_s {
+    let drawn_s = shown_s(longest_s);
+    let cut = if drawn_s < longest_s {
         format!(
             " Of longer takes the first {} s are drawn; all contacts are in evaluation.json and contacts.parquet.",
-            plain(shown_s)
+            plain(drawn_s)
         )
     } else {
         String::new()
@@ -236,8 +236,114 @@ fn gaits(takes: &[TakeContacts]) -> Figure {
         ),
         data: gait_data(takes),
         legend,
-        panels: takes.iter().map(gait_diagram::draw).collect(),
+        panels: takes.iter().map(gait_panel).collect(),
     }
+}
+
+/// Phases, in the order of tables, with their words and the class of their colour.
+const PHASES: [(PhaseKind, &str, &str); 4] = [
+    (PhaseKind::InGrasp, "in grasp", "phase-grasp"),
+    (PhaseKind::FingerGaiting, "finger gaiting", "phase-gaiting"),
+    (PhaseKind::Regrasp, "regrasp", "phase-regrasp"),
+    (PhaseKind::NoGrasp, "no grasp", "phase-none"),
+];
+
+const WIDTH: f64 = 940.0;
+const LEFT: f64 = 62.0;
+const TITLE_HEIGHT: f64 = 26.0;
+const LANE_HEIGHT: f64 = 15.0;
+const BAR_HEIGHT: f64 = 11.0;
+const PHASE_HEIGHT: f64 = 9.0;
+/// Lanes of five fingers, and of the phases beneath.
+const BLOCK_HEIGHT: f64 = LANE_HEIGHT * (Finger::COUNT as f64) + 18.0;
+/// From the end of a row's lanes to the next row's: tick labels.
+const BLOCK_GAP: f64 = 30.0;
+const WANTED_TICKS: usize = 12;
+/// Least width of an interval that is there at all: short is not never.
+const LEAST: f64 = 0.6;
+
+/// The longest interval in a row of a diagram, seconds.
+const ROW_S: f64 = 60.0;
+/// Rows of a diagram; what comes later is not drawn.
+const ROWS: usize = 4;
+
+/// Time of a take that is drawn, seconds.
+fn shown_s(duration_s: f64) -> f64 {
+    duration_s.min(ROW_S * ROWS as f64)
+}
+
+/// The gait diagram of a take: rows of equal length below each other.
+fn gait_panel(take: &TakeContacts) -> Panel {
+    let shown_s = shown_s(take.duration_s);
+    let rows = ((shown_s / ROW_S).ceil() as usize).clamp(1, ROWS);
+    let row_s = shown_s / rows as f64;
+    let top = |row: usize| TITLE_HEIGHT + (BLOCK_HEIGHT + BLOCK_GAP) * row as f64;
+    let shapes = html! {
+        text.title x="0" y="12.5" { (shortened(&take.take, 80)) }
+        @for row in 0..rows {
+            (gait_rows(take, [row_s * row as f64, row_s * (row + 1) as f64], top(row), row + 1 == rows))
+        }
+    };
+    Panel {
+        width: WIDTH,
+        height: top(rows - 1) + BLOCK_HEIGHT + axes::BOTTOM_ROOM,
+        summary: gait_summary(take),
+        shapes,
+    }
+}
+
+/// One row: a lane for each finger, phases beneath, an axis.
+fn gait_rows(take: &TakeContacts, span_s: [f64; 2], top: f64, is_last: bool) -> Markup {
+    let frame = Frame::new([LEFT, WIDTH - 8.0], [top, top + BLOCK_HEIGHT]);
+    let x = Scale::linear(span_s[0], span_s[1]).over(frame.left, frame.right);
+    let name = if is_last { "time in the take (s)" } else { "" };
+    let phases_top = top + LANE_HEIGHT * Finger::COUNT as f64 + 3.0;
+    html! {
+        (axes::bottom(&frame, &x, WANTED_TICKS, name))
+        @for finger in Finger::ALL {
+            @let y = top + LANE_HEIGHT * finger.index() as f64;
+            text.label x=(Px(LEFT - 8.0)) y=(Px(y + 10.5)) text-anchor="end" { (finger.name()) }
+            g.(finger_class(finger)) {
+                (bars(&x, &take.contacts_s[finger], [y + 1.0, BAR_HEIGHT], &format!("{finger} touches")))
+            }
+            g.missing {
+                (bars(&x, &take.unknown_s[finger], [y + 0.5 * LANE_HEIGHT - 1.0, 1.5], &format!("{finger}: not known")))
+            }
+        }
+        text.label x=(Px(LEFT - 8.0)) y=(Px(phases_top + 9.0)) text-anchor="end" { "phase" }
+        @for (kind, name, class) in PHASES {
+            g.(class) {
+                @for phase in take.phases.iter().filter(|phase| phase.kind == kind) {
+                    (bars(&x, &[phase.span_s], [phases_top, PHASE_HEIGHT], name))
+                }
+            }
+        }
+    }
+}
+
+/// Bars over those parts of intervals that are on the axis.
+fn bars(x: &Scale, intervals_s: &[[f64; 2]], [top, height]: [f64; 2], name: &str) -> Markup {
+    let [low, high] = x.ends();
+    html! {
+        @for [start, end] in intervals_s.iter().filter(|[start, end]| *start < high && *end > low) {
+            @let (left, right) = (x.at(start.max(low)), x.at(end.min(high)));
+            rect.area x=(Px(left)) y=(Px(top)) width=(Px((right - left).max(LEAST))) height=(Px(height)) {
+                title { (name) ", " (short(*start)) " to " (short(*end)) " s" }
+            }
+        }
+    }
+}
+
+/// Description for readers who do not see it.
+fn gait_summary(take: &TakeContacts) -> String {
+    let contacts = (take.contacts_s.each_ref()).map(|contacts| contacts.len().to_string());
+    format!(
+        "{}: contacts of thumb to little finger over {} s: {}; {} phases",
+        take.take,
+        plain(take.duration_s),
+        contacts.as_array().join(", "),
+        take.phases.len()
+    )
 }
 
 fn gait_data(takes: &[TakeContacts]) -> FigureData {

@@ -1,16 +1,16 @@
-//! Distance between planned and recorded fingertips.
+//! Distance between planned and recorded fingertips, and poses of the object.
 
 use inhand_model::{Evaluation, EvaluationRows, Finger, HandAndFingers, PerFinger, Statistics};
 use maud::{Render, html};
 
-use super::{Body, Method, default, intervals, segment_errors};
+use super::{Body, Method, default, intervals, known_of, method_table, segment_errors};
 use crate::Report;
 use crate::figure::box_plot::{self, BOX_WORDS, MILLIMETRES, finger_row};
 use crate::figure::line_chart::{self, LineChart, Series};
 use crate::figure::scale::{Scale, nice_end};
 use crate::figure::{Figure, Panel};
-use crate::table::{self, Head, SPREAD, Table};
-use crate::words::{count, count_range, millimetres, plain, to_mm};
+use crate::table::{self, Head, SPREAD, Table, UPPER};
+use crate::words::{NONE, count, count_range, decimals, millimetres, plain, to_mm};
 
 /// Name of the axis of errors.
 pub(super) const AXIS_NAME: &str = "distance to recorded fingertip (mm)";
@@ -326,6 +326,34 @@ fn distribution_table<'m>(
         Table::grouped(caption, groups, "method", |row| row.0.head()).stressed(|row| row.0.default),
         |row| row.1,
     )
+}
+
+/// Object error of methods that plan the object too; `None` where no method does.
+pub(super) fn object(methods: &[Method<'_>]) -> Option<Body> {
+    let planned = known_of(methods, |own| own.object_error);
+    let caption =
+        "Object: distance between the origins (mm), and angle between the orientations (°)";
+    let degrees = |angle: f64| decimals(angle.to_degrees(), 2);
+    let table = method_table(caption, planned, |row| row.0)
+        .sizes(|(_, error)| table::sizes(&error.position))
+        .statistics(&UPPER, "mm", millimetres, |(_, error)| error.position)
+        .statistics(&UPPER, "°", degrees, |(_, error)| error.angle)
+        .smallest_marked();
+    (!table.is_empty()).then(|| {
+        Body::from(html! {
+            p {
+                "Planned against recorded pose of the object in the hand's frame, at every sample of every test segment where both are known."
+            }
+        })
+        .prose(table)
+        .prose(html! {
+            p.note {
+                "n: instants compared. Filled: those among them at which the object rests on an interpolated sample. Left out: object not tracked, \
+                 a gap, or a plan that failed. Angle: of the one rotation from the recorded to the planned orientation, 0 to 180°. Bold: smallest of \
+                 its column among the methods. " (NONE) ": nothing to evaluate."
+            }
+        })
+    })
 }
 
 /// Sizes and statistics of errors.

@@ -28,7 +28,10 @@ const LEAST: f64 = 1.0;
 
 /// The raster, or a sentence where no take has a gap.
 pub(super) fn part(gaps: &[TakeGaps]) -> Body {
-    let mut worst: Vec<&TakeGaps> = gaps.iter().filter(|take| intervals(take) > 0).collect();
+    let mut worst: Vec<&TakeGaps> = gaps
+        .iter()
+        .filter(|take| spans(take).next().is_some())
+        .collect();
     if gaps.is_empty() {
         return Body::default();
     }
@@ -69,37 +72,33 @@ pub(super) fn part(gaps: &[TakeGaps]) -> Body {
     })
 }
 
-fn intervals(take: &TakeGaps) -> usize {
-    let tracks = take.tracks.iter();
-    tracks
-        .map(|track| track.missing_s.len() + track.filled_s.len())
-        .sum()
+/// Intervals of a track, with the word for them.
+fn track_spans(track: &TrackGaps) -> [(&'static str, &[[f64; 2]]); 2] {
+    [("missing", &track.missing_s), ("filled", &track.filled_s)]
+}
+
+fn spans(take: &TakeGaps) -> impl Iterator<Item = (&TrackGaps, &'static str, [f64; 2])> {
+    take.tracks.iter().flat_map(|track| {
+        let all = track_spans(track).into_iter();
+        all.flat_map(move |(what, spans)| spans.iter().map(move |&span| (track, what, span)))
+    })
 }
 
 fn gaps_s(take: &TakeGaps) -> f64 {
-    let of = |intervals_s: &[[f64; 2]]| intervals_s.iter().map(|[a, b]| b - a).sum::<f64>();
-    let tracks = take.tracks.iter();
-    tracks
-        .map(|track| of(&track.missing_s) + of(&track.filled_s))
-        .sum()
+    spans(take).map(|(.., [start, end])| end - start).sum()
 }
 
 fn data(gaps: &[TakeGaps]) -> FigureData {
-    let mut rows: Vec<(&TakeGaps, &TrackGaps, &str, [f64; 2])> = Vec::new();
-    for take in gaps {
-        for track in &take.tracks {
-            let (missing, filled) = (track.missing_s.iter(), track.filled_s.iter());
-            rows.extend(missing.map(|interval_s| (take, track, "missing", *interval_s)));
-            rows.extend(filled.map(|interval_s| (take, track, "filled", *interval_s)));
-        }
-    }
+    let rows: Vec<(&TakeGaps, (&TrackGaps, &str, [f64; 2]))> = (gaps.iter())
+        .flat_map(|take| spans(take).map(move |span| (take, span)))
+        .collect();
     FigureData::about(&rows)
         .words("take", |row| &*row.0.take)
         .words("role", |row| &*row.0.role)
-        .words("track", |row| &*row.1.track)
-        .words("status", |row| row.2)
-        .numbers("start_s", |row| row.3[0])
-        .numbers("end_s", |row| row.3[1])
+        .words("track", |row| &*row.1.0.track)
+        .words("status", |row| row.1.1)
+        .numbers("start_s", |row| row.1.2[0])
+        .numbers("end_s", |row| row.1.2[1])
         .done()
 }
 
@@ -139,23 +138,21 @@ fn row(track: &TrackGaps, duration_s: f64, x: &Scale, top: f64) -> Markup {
         .find(|finger| finger.name() == track.track);
     let class = finger.map_or(PLAIN_CLASS, finger_class);
     let (from, to) = (x.at(0.0), x.at(duration_s));
-    let missing = strip(&track.missing_s, x, top, HEIGHT);
-    let filled = strip(&track.filled_s, x, top + 0.25 * HEIGHT, 0.5 * HEIGHT);
-    let say = |intervals: &[[f64; 2]], what: &str| {
-        let sum_s: f64 = intervals.iter().map(|[a, b]| b - a).sum();
-        format!(
-            "{}, {what}: {} intervals, {} s",
-            track.track,
-            count(intervals.len()),
-            decimals(sum_s, 2)
-        )
+    let say = |what: &str, spans: &[[f64; 2]]| {
+        let sum_s: f64 = spans.iter().map(|[a, b]| b - a).sum();
+        let (n, sum) = (count(spans.len()), decimals(sum_s, 2));
+        format!("{}, {what}: {n} intervals, {sum} s", track.track)
     };
+    let shapes = [("area", 0.0, HEIGHT), ("half", 0.25 * HEIGHT, 0.5 * HEIGHT)];
     html! {
         text.tick x=(Px(LEFT - 6.0)) y=(Px(top + HEIGHT)) text-anchor="end" { (track.track) }
         line.grid x1=(Px(from)) y1=(Px(top + 0.5 * HEIGHT)) x2=(Px(to)) y2=(Px(top + 0.5 * HEIGHT)) {}
         g.(class) {
-            @if !missing.is_empty() { path.area d=(missing) { title { (say(&track.missing_s, "missing")) } } }
-            @if !filled.is_empty() { path.half d=(filled) { title { (say(&track.filled_s, "filled")) } } }
+            @for ((what, spans), (shape, down, height)) in track_spans(track).into_iter().zip(shapes) {
+                @if !spans.is_empty() {
+                    path.(shape) d=(strip(spans, x, top + down, height)) { title { (say(what, spans)) } }
+                }
+            }
         }
     }
 }

@@ -1,6 +1,5 @@
 //! The page: a verdict first, then what it rests on, a file a section.
 
-mod body;
 mod constraints;
 mod contact_raster;
 mod contacts;
@@ -8,30 +7,25 @@ mod corridors;
 mod dictionary;
 mod dynamics;
 mod errors;
-mod filtering;
-mod gaps;
+mod examples;
 pub(crate) mod intervals;
 mod movement;
 mod paper;
-mod paths;
-mod plans;
-mod provenance;
+mod processing;
 mod quality;
 mod segment_errors;
 mod session;
 mod shown;
 pub(crate) mod summary;
-mod worst;
 
 use inhand_model::{Finger, MethodEvaluation};
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{DOCTYPE, Markup, PreEscaped, Render, html};
 
 use crate::Report;
 use crate::figure::line_chart::Series;
 use crate::figure::row_plot::PlotRow;
 use crate::figure::{Figure, RECORDED_CLASS, classes, style};
 use crate::table::{Head, Table};
-pub(crate) use body::Body;
 
 /// Styles, written into the page. Ours alone, so it needs no escaping.
 const STYLE: &str = include_str!("html/style.css");
@@ -170,6 +164,80 @@ fn recorded() -> Head {
     Head::coloured(RECORDED_CLASS, "recorded")
 }
 
+/// Content of a section from top to bottom: prose, tables and figures. A folder of figures is collected from the same
+/// sections as the page, so that no figure is on the page alone.
+#[derive(Default)]
+pub(crate) struct Body(Vec<BodyPart>);
+
+enum BodyPart {
+    /// Headings, paragraphs, tables.
+    Prose(Markup),
+    Figure(Box<Figure>),
+    /// Parts that a reader unfolds.
+    Folded(&'static str, Body),
+}
+
+impl Body {
+    fn with(mut self, part: impl IntoIterator<Item = BodyPart>) -> Self {
+        self.0.extend(part);
+        self
+    }
+
+    /// Adds headings, paragraphs or a table.
+    pub(crate) fn prose(self, content: impl Render) -> Self {
+        self.with([BodyPart::Prose(content.render())])
+    }
+
+    /// Adds a figure; nothing where there is none to draw.
+    pub(crate) fn figure(self, figure: impl Into<Option<Figure>>) -> Self {
+        let figure = figure.into();
+        self.with(figure.map(|figure| BodyPart::Figure(Box::new(figure))))
+    }
+
+    /// Adds parts that a reader unfolds; nothing where there are none.
+    pub(crate) fn folded(self, summary: &'static str, body: Body) -> Self {
+        let part = (!body.0.is_empty()).then_some(BodyPart::Folded(summary, body));
+        self.with(part)
+    }
+
+    /// Adds all parts of another body, where there is one.
+    pub(crate) fn append(self, other: impl Into<Option<Body>>) -> Self {
+        self.with(other.into().unwrap_or_default().0)
+    }
+
+    /// The section on the page.
+    pub(crate) fn draw(&self) -> Markup {
+        html! {
+            @for part in &self.0 {
+                @match part {
+                    BodyPart::Prose(markup) => (markup),
+                    BodyPart::Figure(figure) => (figure.embed()),
+                    BodyPart::Folded(summary, body) => details {
+                        summary { (summary) }
+                        (body.draw())
+                    },
+                }
+            }
+        }
+    }
+
+    /// Its figures in their order.
+    pub(crate) fn into_figures(self) -> Vec<Figure> {
+        let figures = self.0.into_iter().map(|part| match part {
+            BodyPart::Prose(_) => Vec::new(),
+            BodyPart::Figure(figure) => vec![*figure],
+            BodyPart::Folded(_, body) => body.into_figures(),
+        });
+        figures.flatten().collect()
+    }
+}
+
+impl From<Markup> for Body {
+    fn from(markup: Markup) -> Self {
+        Self::default().prose(markup)
+    }
+}
+
 /// A part of the page with its place in the table of contents.
 struct Section {
     id: &'static str,
@@ -201,7 +269,7 @@ fn sections(report: &Report<'_>) -> Vec<Section> {
         section(
             "processing",
             "Gaps and filter",
-            shown.map(|all| gaps::part(&all.gaps).append(filtering::part(all))),
+            shown.map(|all| processing::gaps(&all.gaps).append(processing::filter(all))),
         ),
         section(
             "errors",
@@ -212,7 +280,7 @@ fn sections(report: &Report<'_>) -> Vec<Section> {
             "examples",
             "Paths and worst errors",
             shown.map(|all| {
-                paths::part(&all.paths, methods).append(worst::part(&all.worst, rate_hz))
+                examples::paths(&all.paths, methods).append(examples::worst(&all.worst, rate_hz))
             }),
         ),
         section("paper", "Beside the paper", paper::section(report)),
@@ -233,7 +301,7 @@ fn sections(report: &Report<'_>) -> Vec<Section> {
         section(
             "plan-times",
             "Plan times",
-            plans::times(report.plan_times, methods),
+            constraints::times(report.plan_times, methods),
         ),
         section(
             "corridors",
@@ -249,7 +317,7 @@ fn sections(report: &Report<'_>) -> Vec<Section> {
         section(
             "provenance",
             "Settings and provenance",
-            Body::from(provenance::section(report.provenance)),
+            Body::from(session::provenance(report.provenance)),
         ),
     ];
     sections.into_iter().flatten().collect()

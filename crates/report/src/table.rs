@@ -423,6 +423,11 @@ pub(crate) fn escaped(text: &str) -> String {
     safe
 }
 
+/// A dash where nothing was evaluated.
+pub(crate) fn evaluated(n: usize, text: String) -> String {
+    if n == 0 { NONE.to_owned() } else { text }
+}
+
 /// Text that may not be known.
 pub(crate) fn known(text: Option<String>) -> String {
     text.unwrap_or_else(|| NONE.to_owned())

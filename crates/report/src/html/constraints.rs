@@ -1,11 +1,15 @@
-//! Whether planned motion satisfies its constraints: reach, collisions, velocities, optimality.
+//! Whether planned motion satisfies its constraints: reach, collisions, velocities, optimality; how plans ended, and how long they took.
 
-use inhand_model::{Collision, PerFinger, PlanFacts};
+use inhand_model::{Collision, ConstraintFamily, FamilyFacts, PerFinger, PlanFacts};
 use maud::{Markup, html};
 
 use super::errors::finger_table;
-use super::{Body, Method, default, method_table, plans, recorded};
-use crate::table::{Head, Table, known};
+use super::{Body, Method, default, known_of, method_table, named, recorded};
+use crate::PlanTimes;
+use crate::figure::row_plot::{self, Mark, MarkShape, PlotRow, RowPlot};
+use crate::figure::scale::Scale;
+use crate::figure::{Figure, FigureData, Key, PLAIN_CLASS};
+use crate::table::{Head, Table, evaluated, known};
 use crate::words::{
     NONE, count, decimals, millimetres, part_of, percent, plain, scientific, to_mm,
 };
@@ -23,7 +27,7 @@ pub(super) fn section(methods: &[Method<'_>]) -> Body {
             Body::default().prose(finger_table(caption, &distances)),
         )
         .prose(collision_table(methods))
-        .append(plans::section(methods))
+        .append(plans(methods))
 }
 
 fn overview(methods: &[Method<'_>]) -> Markup {
@@ -80,11 +84,6 @@ fn overview(methods: &[Method<'_>]) -> Markup {
              their lines show which constraints a smooth curve breaks on its own."
         }
     }
-}
-
-/// A dash where nothing was evaluated.
-fn evaluated(n: usize, text: String) -> String {
-    if n == 0 { NONE.to_owned() } else { text }
 }
 
 /// A value that is not a number wins, so that it shows.
@@ -173,4 +172,305 @@ fn collision_table<'m>(methods: &'m [Method<'m>]) -> Table<'m, Motion<'m, 'm>> {
                 known(collision.nearest_pair.map(|(a, b)| format!("{a}, {b}")))
             })
         })
+}
+
+/// A method with what is known of its plans.
+type Planned<'m, 'a> = (&'m Method<'a>, &'a PlanFacts);
+
+/// Status of plans, certificates by method, then families of constraints by method.
+fn plans(methods: &[Method<'_>]) -> Body {
+    let planned = known_of(methods, |own| own.plan.as_ref());
+    if planned.is_empty() {
+        return html! { p { "No method solved an optimisation." } }.into();
+    }
+    Body::default()
+        .figure(status(&planned))
+        .append(certificates(&planned))
+        .append(families(&planned))
+}
+
+/// Ends of a plan with the class of their colour.
+const ENDS: [(&str, &str); 3] = [
+    ("solved", "status-solved"),
+    ("infeasible", "status-infeasible"),
+    ("failed", "status-failed"),
+];
+
+/// `None` where there is no plan.
+fn status(planned: &[Planned<'_, '_>]) -> Option<Figure> {
+    let counts = |plan: &PlanFacts| [plan.solved, plan.infeasible, plan.failed];
+    let ended = planned.iter().map(|(method, plan)| (*method, counts(plan)));
+    let ended: Vec<_> = ended
+        .filter(|(_, counts)| counts.iter().sum::<usize>() > 0)
+        .collect();
+    if ended.is_empty() {
+        return None;
+    }
+    let cells: Vec<(&str, &str, usize)> = (ended.iter())
+        .flat_map(|(method, counts)| {
+            ENDS.iter()
+                .zip(counts)
+                .map(|((end, _), n)| (method.name, *end, *n))
+        })
+        .collect();
+    let rows = ended.iter().map(|(method, counts)| {
+        let n: usize = counts.iter().sum();
+        let share = |ends: usize| 100.0 * counts[..ends].iter().sum::<usize>() as f64 / n as f64;
+        let ends = ENDS
+            .iter()
+            .enumerate()
+            .filter(|(place, _)| counts[*place] > 0);
+        let marks = ends.map(|(place, (end, class))| {
+            let words = format!("{} {end}", part_of(counts[place], n));
+            Mark::over(MarkShape::Area, [share(place), share(place + 1)]).coloured(class, words)
+        });
+        PlotRow {
+            marks: marks.collect(),
+            numbers: vec![part_of(counts[0], n)],
+            ..method.row()
+        }
+    });
+    Some(Figure {
+        id: "plan-status",
+        title: "How plans ended.".to_owned(),
+        caption: "Share of each method's plans; numbers at the right: solved of all.".to_owned(),
+        data: FigureData::about(&cells)
+            .words("method", |cell| cell.0)
+            .words("end", |cell| cell.1)
+            .counts("plans", |cell| cell.2)
+            .done(),
+        legend: ENDS.map(|(end, class)| Key::area(end, class)).into(),
+        panels: vec![row_plot::draw(&RowPlot {
+            title: "How plans ended",
+            axis: ("share of plans (%)", Scale::linear(0.0, 100.0)),
+            numbers: &["solved"],
+            rows: rows.collect(),
+            ..RowPlot::default()
+        })],
+    })
+}
+
+fn certificates(planned: &[Planned<'_, '_>]) -> Body {
+    let with_hull = planned.iter().any(|(_, plan)| plan.outside_hull.is_some());
+    let planned = planned.iter();
+    let mut table = method_table("Plans and their certificates", planned, |row| row.0)
+        .counts("solved", "plans", |(_, plan)| plan.solved)
+        .counts("infeasible", "plans", |(_, plan)| plan.infeasible)
+        .counts("failed", "plans", |(_, plan)| plan.failed)
+        .counts("velocity bound active", "plans", |(_, plan)| {
+            plan.velocity_bound_active
+        })
+        .counts("velocity outside", "plans", |(method, _)| {
+            method.evaluation.velocity.trajectories_outside
+        })
+        .numbers("KKT residual", "worst", |(_, plan)| {
+            scientific(plan.worst_kkt_residual)
+        });
+    if with_hull {
+        table = table.numbers("outside the hull", "plans", |(_, plan)| {
+            let outside = plan.outside_hull.filter(|_| plan.solved > 0);
+            known(outside.map(|outside| part_of(outside, plan.solved)))
+        });
+    }
+    Body::default().prose(table).prose(html! {
+        p.note {
+            "Infeasible: shown to have no solution. Failed: the solver ended with neither a solution nor such a proof. Neither has a \
+             trajectory, so neither is in the statistics above."
+            @if with_hull {
+                " Outside the hull: solved plans with a fingertip outside its training hull at some instant. That is a finding and no error \
+                 unless reachability was asked for: recorded motion leaves the hull of the training takes as well, and a plan starts and \
+                 ends at its targets."
+            }
+        }
+    })
+}
+
+fn families(planned: &[Planned<'_, '_>]) -> Option<Body> {
+    // Where every plan has a solution nothing has to be relaxed.
+    let any_infeasible = planned.iter().any(|(_, plan)| plan.infeasible > 0);
+    let groups = planned.iter().map(|(method, plan)| {
+        let rows = plan.families.iter().map(|facts| (*plan, facts));
+        (method.head(), rows.collect())
+    });
+    let caption = "Activity of each family of constraints, by method";
+    let mut table = Table::grouped(caption, groups, "constraint", |(_, facts)| {
+        family_words(facts.family)
+    })
+    .numbers("active", "plans", |(plan, facts)| {
+        part_of(facts.active, plan.solved)
+    })
+    .words("worst violation", |(plan, facts)| {
+        violation_words(facts, plan.solved)
+    });
+    if table.is_empty() {
+        return None;
+    }
+    if any_infeasible {
+        table = table
+            .numbers(
+                "would mend",
+                "infeasible plans",
+                |(plan, facts)| match plan.infeasible {
+                    0 => NONE.to_owned(),
+                    infeasible => part_of(facts.would_mend, infeasible),
+                },
+            )
+            .numbers(
+                "largest relaxation",
+                "needed for that",
+                |(_, facts)| match facts.would_mend {
+                    0 => NONE.to_owned(),
+                    _ => amount(facts.largest_relaxation, facts.family),
+                },
+            );
+    }
+    Some(Body::default().prose(table).prose(html! {
+        p.note {
+            "Families that were off are not listed. Active: solved plans with at least one active bound. Worst violation: over \
+             all bounds of all solved plans, recomputed from the motion; one far below what cameras resolve is the solver's rounding. "
+            @if any_infeasible {
+                "Would mend: infeasible plans that would have a solution if this family alone were relaxed, all its bounds moving outwards by at \
+                 most the largest relaxation."
+            } @else {
+                "No plan was infeasible, so no constraint had to be relaxed."
+            }
+        }
+    }))
+}
+
+fn violation_words(facts: &FamilyFacts, solved: usize) -> String {
+    let violation = facts.worst_violation;
+    if solved == 0 || !violation.is_finite() {
+        NONE.to_owned()
+    } else if violation < 0.0 {
+        format!("satisfied (margin {})", amount(-violation, facts.family))
+    } else if violation == 0.0 {
+        "satisfied exactly".to_owned()
+    } else {
+        amount(violation, facts.family)
+    }
+}
+
+/// A number in the family's unit, with the metre turned into millimetres as everywhere in reports.
+/// Small ones keep their order of magnitude, which distinguishes rounding from a bound that was broken.
+fn amount(value: f64, family: ConstraintFamily) -> String {
+    let value = to_mm(value);
+    if !value.is_finite() {
+        return NONE.to_owned();
+    }
+    let digits = match value < 0.01 {
+        true => scientific(value),
+        false => decimals(value, 2),
+    };
+    format!("{digits} m{}", family.unit())
+}
+
+const fn family_words(family: ConstraintFamily) -> &'static str {
+    match family {
+        ConstraintFamily::Targets => "target positions met",
+        ConstraintFamily::TargetVelocities => "target velocities met",
+        ConstraintFamily::Activations => "activations not negative",
+        ConstraintFamily::Velocity => "velocity",
+        ConstraintFamily::Acceleration => "acceleration",
+        ConstraintFamily::Reachability => "inside the training hull",
+        ConstraintFamily::Separation => "distance between fingertips",
+        ConstraintFamily::Holding => "contact points held",
+    }
+}
+
+/// Times of single plans; `None` where none is known.
+pub(super) fn times(times: &[PlanTimes], methods: &[Method<'_>]) -> Option<Body> {
+    let positive = |ms: f64| ms > 0.0 && ms.is_finite();
+    let times: Vec<&PlanTimes> = (times.iter())
+        .filter(|t| t.n > 0 && [t.p50_ms, t.p95_ms, t.max_ms].into_iter().all(positive))
+        .collect();
+    let low = times.iter().map(|t| t.p50_ms).fold(f64::INFINITY, f64::min);
+    let high = times.iter().map(|t| t.max_ms).fold(0.0, f64::max);
+    if times.is_empty() {
+        return None;
+    }
+    let rows = times.iter().map(|own| {
+        let method = named(methods, &own.method);
+        let [p50, p95, max] = [own.p50_ms, own.p95_ms, own.max_ms].map(|ms| decimals(ms, 2));
+        PlotRow {
+            label: &own.method,
+            class: method.map_or(PLAIN_CLASS, |method| &method.class),
+            tooltip: format!(
+                "{}: {} plans; median {p50}, 95 % {p95}, longest {max} ms",
+                own.method,
+                count(own.n)
+            ),
+            marks: vec![
+                Mark::over(MarkShape::Whisker, [own.p50_ms, own.max_ms]),
+                Mark::at(MarkShape::Median, own.p50_ms),
+                Mark::at(MarkShape::Ring, own.p95_ms),
+            ],
+            numbers: vec![p50],
+            ..PlotRow::default()
+        }
+    });
+    let figure = Figure {
+        id: "plan-times",
+        title: "Time of single plans.".to_owned(),
+        caption: "From the median (line) over the 95 % quantile (dot) to the longest (end). Times are those of the machine \
+            that made the run, and of other work on it meanwhile."
+            .to_owned(),
+        data: FigureData::about(&times)
+            .words("method", |own| &*own.method)
+            .counts("n", |own| own.n)
+            .numbers("p50_ms", |own| own.p50_ms)
+            .numbers("p95_ms", |own| own.p95_ms)
+            .numbers("max_ms", |own| own.max_ms)
+            .done(),
+        legend: Vec::new(),
+        panels: vec![row_plot::draw(&RowPlot {
+            title: "Time of a plan",
+            axis: ("time (ms, logarithmic)", Scale::log(low, high)),
+            numbers: &["median"],
+            rows: rows.collect(),
+            ..RowPlot::default()
+        })],
+    };
+    let table = Table::new("Time of single plans", &times, "method", |own| {
+        own.method.clone()
+    })
+    .counts("plans", "", |own| own.n)
+    .decimals("median", "ms", 2, |own| own.p50_ms)
+    .decimals("95 %", "ms", 2, |own| own.p95_ms)
+    .decimals("longest", "ms", 2, |own| own.max_ms);
+    Some(Body::default().figure(figure).prose(table))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn violations_have_their_words_and_units() {
+        let words = |family, worst_violation| {
+            let facts = FamilyFacts {
+                family,
+                active: 0,
+                worst_violation,
+                would_mend: 0,
+                largest_relaxation: 0.0,
+            };
+            violation_words(&facts, 1)
+        };
+        for (family, violation, expected) in [
+            (
+                ConstraintFamily::Reachability,
+                -0.000_31,
+                "satisfied (margin 0.31 mm)",
+            ),
+            (ConstraintFamily::Velocity, 2.0e-12, "2.0e-9 mm/s"),
+            (ConstraintFamily::Velocity, 0.012_5, "12.50 mm/s"),
+            (ConstraintFamily::Acceleration, 1.5, "1500.00 mm/s²"),
+            (ConstraintFamily::Targets, 0.0, "satisfied exactly"),
+            (ConstraintFamily::Separation, f64::NAN, NONE),
+            (ConstraintFamily::Separation, f64::NEG_INFINITY, NONE),
+        ] {
+            assert_eq!(words(family, violation), expected);
+        }
+    }
 }

@@ -13,8 +13,8 @@ use crate::figure::line_chart::{self, LineChart, Series};
 use crate::figure::row_plot::PlotRow;
 use crate::figure::scale::Scale;
 use crate::figure::{Figure, FigureData, Frame, Key, PLAIN_CLASS, Panel, Px, RECORDED_CLASS, axes};
-use crate::table::{Head, Table};
-use crate::words::{NONE, count, join_words, percent, plain, tied, to_mm};
+use crate::table::{Head, Table, evaluated};
+use crate::words::{count, join_words, percent, plain, tied, to_mm};
 
 /// A method with its contacts.
 type Contacts<'m, 'a> = (&'m Method<'a>, &'a ContactShare);
@@ -114,10 +114,7 @@ fn share_table<'a>(contacts: &[Contacts<'_, 'a>]) -> Table<'a, Share<'a>> {
             by_finger: &contact.by_finger,
         });
     }
-    let share = |row: &Share<'_>, value: f64| match row.contact.n {
-        0 => NONE.to_owned(),
-        _ => percent(value),
-    };
+    let share = |row: &Share<'_>, value: f64| evaluated(row.contact.n, percent(value));
     let caption = "Share of instants in contact, planned and recorded";
     Table::new(caption, rows, "motion", |row| row.head.clone())
         .stressed(|row| row.stressed)

@@ -7,7 +7,7 @@ use super::{Body, Method};
 use crate::figure::row_plot::{self, Mark, MarkShape, PlotRow, RowPlot, WANTED_TICKS};
 use crate::figure::scale::{Scale, whole_steps};
 use crate::figure::{Figure, FigureData, Key, finger_keys};
-use crate::table::Table;
+use crate::table::{Table, evaluated};
 use crate::words::{NONE, percent, stated_percent};
 
 /// A prediction region of a method.
@@ -42,10 +42,7 @@ pub(super) fn section(methods: &[Method<'_>]) -> Option<Body> {
         let head = format!("stated: {} %", stated_percent(region[0].1.share_stated));
         (head, region.to_vec())
     });
-    let share = |coverage: &CorridorCoverage, share: f64| match coverage.n {
-        0 => NONE.to_owned(),
-        _ => percent(share),
-    };
+    let share = |own: &CorridorCoverage, share: f64| evaluated(own.n, percent(share));
     let caption =
         "Share of recorded fingertip positions inside the prediction region, on the test segments";
     let table = Table::grouped(caption, groups, "method", |(method, _)| method.head())

@@ -22,7 +22,7 @@ use self::subject::Subject;
 use self::words::{count, percent, times};
 use crate::suspect::{Suspect, SuspectKind};
 
-pub use checkup::{CheckResult, Checkup, Level, MAX_PLACES, Number, Place, SegmentShare};
+pub use checkup::*;
 pub use output::{Checked, ranked, to_json, to_markdown, to_text};
 pub use settings::CheckSettings;
 

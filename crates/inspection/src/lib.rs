@@ -41,10 +41,7 @@ mod geometry;
 mod lookup;
 mod statistics;
 
-pub use check::{
-    CheckResult, CheckSettings, Checked, Checkup, Level, MAX_PLACES, Number, Place, SegmentShare,
-    check, ranked, to_json, to_markdown, to_text,
-};
-pub use clean::{CleanSettings, Cleaned, FillMethod, FillSettings, clean, fill, resample, to_pads};
+pub use check::*;
+pub use clean::*;
 pub use repair::repair;
-pub use suspect::{FlipRepair, Suspect, SuspectKind};
+pub use suspect::*;

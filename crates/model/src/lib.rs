@@ -52,62 +52,31 @@ mod track;
 mod trajectory;
 mod units;
 
-pub use annotations::{Annotations, Event, FOUND, Label, LabelError, Selection};
-pub use clock::{Clock, ClockError, StartTime};
-pub use comparison::{ComparedSide, ContactChange, Drawn, ErrorChange, EvaluationComparison};
-pub use contact_dynamics::{
-    ContactDynamics, ContactRules, FingerContactFacts, GaitFacts, PhaseFacts, PhaseKind,
-    SegmentContacts, StateFacts, TakeContacts, Transition, in_contact,
-};
-pub use dictionary::{
-    Demonstrated, Dictionary, DictionaryError, DictionaryKind, HeldOut, Hull, Learning, RankPoint,
-    Restart, StopReason, VelocityBounds,
-};
-pub use evaluation::{
-    Collision, ContactShare, CorridorCoverage, DeviationFacts, DictionaryFacts, Evaluation,
-    FamilyFacts, MethodCandidate, MethodChoice, MethodEvaluation, ObjectError, PlanFacts,
-    Reachability, SessionFacts, Statistics, TakeFacts, TakeQuality, TauShare, TrackQuality,
-    VelocityCheck,
-};
-pub use expectation::{Bandwidths, Distances, Expectation, ExpectationWeights};
-pub use finding::{Change, ChangeKind, Finding, Severity};
-pub use finger::{Finger, HandAndFingers, PerFinger, UnknownFinger};
-pub use finger_set::FingerSet;
-pub use frame::{Body, Frame, Hand, Object, Pose, Position, World, rotation_from_xyzw};
-pub use illustrations::{
-    ExplainedVariance, Filtering, Illustrations, Path, PathExample, PointCloud, PrimitivePath,
-    Spectrum, TakeGaps, TrackGaps, WorstCase,
-};
-pub use intervals::{
-    Bootstrap, Cluster, Estimate, Intervals, Measure, MeasureEstimates, MethodIntervals,
-    PairedDifference,
-};
-pub use motion::Motion;
-pub use movement::{FingerMovement, Movement, MovementAnalysis};
-pub use plan::{
-    Certificate, ConstraintFamily, Corridor, PerFamily, Plan, PlanChecks, PlanStatus, Relaxation,
-};
-pub use provenance::{InputHash, Provenance};
-pub use recording::{
-    BodyKind, LengthUnit, Marker, MarkerKind, Recording, RecordingError, RotationOrder, Source,
-    TrackedBody, UpAxis,
-};
-pub use residual::{Calibration, Residual, Validation, ends_len, smooth_basis};
-pub use roles::{BodySource, Roles};
-pub use rows::{
-    ContactRow, ContactRows, EvaluationRows, GaitRow, MethodRows, MotionRows, MovementRows,
-    PathFacts, PhaseRow, SegmentMovement, StateRow,
-};
-pub use segments::{
-    Configuration, EndConditions, OBJECT_COORDINATES, ObjectEnds, ROTATION_LEVER_M,
-    SEGMENT_COORDINATES, SegmentLayout, SegmentOrigin, Segments, SegmentsError,
-    object_coordinates_m,
-};
-pub use setting::Setting;
-pub use shape::{Shape, ShapeError};
-pub use summary::{
-    GroupSummary, MethodSummary, Outlier, OutlierSession, SessionMethod, SessionSummary,
-    SettingDifference, SharedContacts, Summary,
-};
-pub use track::{PointTrack, PoseTrack, Sample, Status, Track, TrackCounts, runs};
-pub use trajectory::{Trajectory, TrajectoryError};
+// What these modules make public is the crate's: each noun has one name.
+pub use annotations::*;
+pub use clock::*;
+pub use comparison::*;
+pub use contact_dynamics::*;
+pub use dictionary::*;
+pub use evaluation::*;
+pub use expectation::*;
+pub use finding::*;
+pub use finger::*;
+pub use finger_set::*;
+pub use frame::*;
+pub use illustrations::*;
+pub use intervals::*;
+pub use motion::*;
+pub use movement::*;
+pub use plan::*;
+pub use provenance::*;
+pub use recording::*;
+pub use residual::*;
+pub use roles::*;
+pub use rows::*;
+pub use segments::*;
+pub use setting::*;
+pub use shape::*;
+pub use summary::*;
+pub use track::*;
+pub use trajectory::*;

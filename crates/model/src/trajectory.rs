@@ -75,10 +75,7 @@ impl Trajectory {
     ///
     /// If there is no such sample.
     pub fn configuration_m(&self, t: usize) -> Configuration {
-        let mut configuration = [0.0; SEGMENT_COORDINATES];
-        configuration
-            .copy_from_slice(&self.values_m[t * SEGMENT_COORDINATES..][..SEGMENT_COORDINATES]);
-        configuration
+        self.values_m.as_chunks().0[t]
     }
 
     /// Position of a fingertip at sample `t`.

@@ -1,14 +1,21 @@
 //! Cutting motions into segments.
 
+use std::f64::consts::TAU;
 use std::ops::Range;
 
-use inhand_model::{EndConditions, Motion, SegmentLayout, SegmentOrigin, Segments, runs};
-use nalgebra::DMatrix;
+use inhand_model::{
+    Configuration, EndConditions, Hand, Motion, OBJECT_COORDINATES, Object, ObjectEnds, Pose,
+    ROTATION_LEVER_M, SegmentLayout, SegmentOrigin, Segments, runs,
+};
+use nalgebra::{DMatrix, Unit, UnitQuaternion, Vector3};
 use rayon::prelude::*;
 
 use crate::error::MotionError;
 use crate::settings::SegmentSettings;
 use crate::table::SegmentTable;
+
+/// A turn below which its axis is rounding, radians: unit quaternions carry some 1e-16.
+const SMALLEST_TURN_RAD: f64 = 1e-9;
 
 /// Cuts segments of N samples out of every interval in which all five fingertips are present
 /// (measured or filled).
@@ -200,7 +207,12 @@ impl Cut {
     ///
     /// If the take ends before the segment, or the column has another length.
     pub fn fill(&self, table: &SegmentTable, start: usize, column_m: &mut [f64]) {
-        table.fill(self.layout, start, column_m);
+        let samples = start..start + self.layout.samples;
+        let (fingers, object_m) = column_m.split_at_mut(self.layout.finger_rows());
+        fingers.copy_from_slice(table.fingertips_m()[samples.clone()].as_flattened());
+        if self.layout.object {
+            fill_object(object_m, table.object().get(samples).unwrap_or_default());
+        }
     }
 
     /// End conditions of the segment that starts at a sample.
@@ -209,7 +221,23 @@ impl Cut {
     ///
     /// If the take ends before the segment and its margin.
     pub fn ends(&self, table: &SegmentTable, start: usize) -> EndConditions {
-        table.ends(self.layout, self.margin, start)
+        let fingertips_m = table.fingertips_m();
+        let last = start + self.layout.samples - 1;
+        let velocity = |from: usize, to: usize| -> Configuration {
+            let per_second = self.layout.rate_hz / self.margin as f64;
+            std::array::from_fn(|i| (fingertips_m[to][i] - fingertips_m[from][i]) * per_second)
+        };
+        let object = match (table.object_at(start), table.object_at(last)) {
+            (Some(first), Some(last)) => Some(ObjectEnds { first, last }),
+            _ => None,
+        };
+        EndConditions {
+            first_m: fingertips_m[start],
+            last_m: fingertips_m[last],
+            first_velocity_m_s: velocity(start - self.margin, start),
+            last_velocity_m_s: velocity(last, last + self.margin),
+            object,
+        }
     }
 
     /// Where segments with their margins may lie. Margins may reach beyond what is selected: they only
@@ -262,4 +290,50 @@ impl Cut {
             || ends.iter().all(|&k| table.is_present(k)) && missing() <= self.missing)
             && (!self.layout.object || samples.clone().all(|k| table.has_object(k)))
     }
+}
+
+/// Fills the object's rows of a column (6 N, time-major) from its poses at the N samples, all of them
+/// present: position in the hand's frame, metres, and the rotation vector since the first sample
+/// (hand frame) times [`ROTATION_LEVER_M`].
+///
+/// A rotation has many vectors, whole turns apart along its axis. The first sample's is zero, and
+/// each further sample takes the one nearest to the sample before, so that a steady turn is a
+/// straight line beyond half a turn too. Near a whole turn the axis of what is left is lost in noise
+/// and the vector with it, as for any three numbers that stand for a rotation.
+fn fill_object(rows_m: &mut [f64], poses: &[Pose<Hand, Object>]) {
+    let Some(first) = poses.first() else {
+        return;
+    };
+    let back = first.isometry().rotation.inverse();
+    let mut turned = Vector3::zeros();
+    for (k, (row, pose)) in (rows_m
+        .as_chunks_mut::<OBJECT_COORDINATES>()
+        .0
+        .iter_mut()
+        .zip(poses))
+    .enumerate()
+    {
+        let [x, y, z] = pose.origin().to_array();
+        if k > 0 {
+            turned = nearest_rotation_vector(pose.isometry().rotation * back, turned);
+        }
+        let [a, b, c]: [f64; 3] = (turned * ROTATION_LEVER_M).into();
+        *row = [x, y, z, a, b, c];
+    }
+}
+
+/// The rotation vector of a rotation that is nearest to `previous`, radians: of
+/// `axis * (angle + 2 pi k)` over whole k.
+fn nearest_rotation_vector(rotation: UnitQuaternion<f64>, previous: Vector3<f64>) -> Vector3<f64> {
+    let shortest = rotation.scaled_axis();
+    let angle = shortest.norm();
+    // No turn, or whole turns, have any axis: the nearest vector lies along the previous one.
+    let axis = Unit::try_new(shortest, SMALLEST_TURN_RAD)
+        .or_else(|| Unit::try_new(previous, SMALLEST_TURN_RAD));
+    let Some(axis) = axis else {
+        return shortest;
+    };
+    // Half a turn from nowhere is as near either way and stays as it is: ties go to even.
+    let turns = ((axis.dot(&previous) - angle) / TAU).round_ties_even();
+    axis.into_inner() * (angle + TAU * turns)
 }

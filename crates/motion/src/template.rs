@@ -65,18 +65,12 @@ pub struct Template {
 
 /// The templates of a session. Empty where hand and object are rigid bodies of the takes.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Templates {
-    hand: Option<Template>,
-    object: Option<Template>,
-}
+pub struct Templates([Option<Template>; BodyRole::ALL.len()]);
 
 impl Templates {
     /// The template of a body, where it is a cluster.
     pub fn get(&self, role: BodyRole) -> Option<&Template> {
-        match role {
-            BodyRole::Hand => self.hand.as_ref(),
-            BodyRole::Object => self.object.as_ref(),
-        }
+        self.0[role as usize].as_ref()
     }
 }
 
@@ -100,10 +94,8 @@ pub fn fit_templates<'a>(
     takes: impl IntoIterator<Item = (&'a Recording, &'a Roles)>,
 ) -> Result<Templates, MotionError> {
     let takes: Vec<_> = takes.into_iter().collect();
-    Ok(Templates {
-        hand: fit_template(&takes, BodyRole::Hand)?,
-        object: fit_template(&takes, BodyRole::Object)?,
-    })
+    let [hand, object] = BodyRole::ALL.map(|role| fit_template(&takes, role));
+    Ok(Templates([hand?, object?]))
 }
 
 fn fit_template(

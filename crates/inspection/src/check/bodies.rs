@@ -126,11 +126,7 @@ fn rigidity(
     if markers.len() < MIN_MARKERS {
         return None;
     }
-    let Subject {
-        recording,
-        settings,
-        ..
-    } = *subject;
+    let (recording, settings) = (subject.recording, subject.settings);
     let mut pairs = Vec::new();
     for (i, a) in markers.iter().enumerate() {
         pairs.extend(

@@ -30,17 +30,6 @@ pub struct Place {
     pub to_s: f64,
 }
 
-impl Place {
-    /// The place of some samples; an empty range is the sample it starts at.
-    pub fn new(clock: &Clock, samples: &Range<usize>) -> Self {
-        let last = samples.end.saturating_sub(1).max(samples.start);
-        Self {
-            from_s: clock.time_s(samples.start),
-            to_s: clock.time_s(last),
-        }
-    }
-}
-
 /// A number behind a result.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Number {
@@ -111,8 +100,12 @@ impl CheckResult {
     }
 
     pub(crate) fn at(mut self, clock: &Clock, ranges: &[Range<usize>]) -> Self {
-        let places = ranges.iter().take(MAX_PLACES);
-        self.places = places.map(|range| Place::new(clock, range)).collect();
+        // An empty range is the sample it starts at.
+        let place = |range: &Range<usize>| Place {
+            from_s: clock.time_s(range.start),
+            to_s: clock.time_s(range.end.saturating_sub(1).max(range.start)),
+        };
+        self.places = ranges.iter().take(MAX_PLACES).map(place).collect();
         self
     }
 }

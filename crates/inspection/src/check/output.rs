@@ -285,14 +285,8 @@ fn details(take: &Checked, lines: &mut Vec<String>) {
         Ok(checkup) => checkup,
         Err(why) => return lines.push(format!("Cannot be read: {}\n", escaped(why))),
     };
-    let Checkup {
-        format,
-        samples,
-        rate_hz,
-        duration_s,
-        ..
-    } = checkup;
-    let format = escaped(format);
+    let (format, samples) = (escaped(&checkup.format), checkup.samples);
+    let (rate_hz, duration_s) = (checkup.rate_hz, checkup.duration_s);
     lines.push(format!(
         "{format}, {samples} samples at {rate_hz} Hz, {duration_s:.2} s.\n"
     ));

@@ -108,11 +108,7 @@ fn repeated_frames(recording: &Recording) -> Vec<Range<usize>> {
 
 /// Entities that report the very same numbers for longer than any camera does.
 pub(crate) fn frozen(subject: &Subject<'_>) -> Vec<CheckResult> {
-    let Subject {
-        recording,
-        settings,
-        ..
-    } = *subject;
+    let (recording, settings) = (subject.recording, subject.settings);
     let clock = recording.clock;
     let shortest = ((settings.frozen_s * clock.rate_hz()).ceil() as usize).max(MIN_FROZEN_SAMPLES);
     let repeated = repeated_frames(recording);

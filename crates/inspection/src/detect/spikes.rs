@@ -161,11 +161,9 @@ impl Usual {
             };
             let before = (k >= 2).then(|| from(at(k - 1), at(k - 2))).flatten();
             let after = from(at(k + 1), at(k + 2));
-            match (before, after) {
-                (Some(a), Some(b)) => a.max(b),
-                (Some(a), None) | (None, Some(a)) => a,
-                (None, None) => f64::NAN,
-            }
+            (before.into_iter().chain(after))
+                .reduce(f64::max)
+                .unwrap_or(f64::NAN)
         });
         Self {
             off_m: off_m.collect(),
@@ -194,16 +192,10 @@ fn between(
     let at = |k: usize| track.get(k).map(Position::coords_m);
     let middle = 0.5 * (samples.start + samples.end - 1) as f64;
     let mut side: Vec<(f64, Vector3<f64>)> = Vec::with_capacity(2 * SIDE);
-    let before = (1..=SIDE).map_while(|back| {
-        samples
-            .start
-            .checked_sub(back)
-            .and_then(|k| Some((k, at(k)?)))
-    });
-    side.extend(before.map(|(k, p)| (k as f64 - middle, p)));
+    let timed = |k: usize| Some((k as f64 - middle, at(k)?));
+    side.extend((1..=SIDE).map_while(|back| timed(samples.start.checked_sub(back)?)));
     let count_before = side.len();
-    let after = (samples.end..samples.end + SIDE).map_while(|k| Some((k, at(k)?)));
-    side.extend(after.map(|(k, p)| (k as f64 - middle, p)));
+    side.extend((samples.end..samples.end + SIDE).map_while(timed));
     let count_after = side.len() - count_before;
     if count_before.min(count_after) < least_side || side.len() < 4 {
         return None;

@@ -51,7 +51,7 @@ pub(crate) fn add_events<'a>(
 /// # Errors
 ///
 /// As [`read_take`](crate::read_take) for bytes that are no intact MCAP file;
-/// [`ChannelError::Message`] for an event that cannot be read or that ends before it starts.
+/// [`ChannelError::Mismatch`] for an event that cannot be read or that ends before it starts.
 pub fn read_annotations(bytes: &[u8], file_name: &str) -> Result<Annotations, ChannelError> {
     let (mut metadata, mut reader) = (Metadata::default(), EventReader::default());
     walk(file_name, bytes, Depth::Everything, |record| {

@@ -37,7 +37,7 @@ pub struct TakeCut {
 /// # Errors
 ///
 /// [`ChannelError::Mismatch`] for intervals without a sample, and for several ranges with others
-/// between them, which no single take can hold; [`ChannelError::Metadata`].
+/// between them, which no single take can hold, and for metadata that does not parse.
 pub fn cut_take(
     metadata: &Metadata,
     file_name: &str,

@@ -112,7 +112,7 @@ pub fn write_dictionary(
 /// # Errors
 ///
 /// As for [`read_take`](crate::read_take); [`ChannelError::Absent`] for a file without a
-/// dictionary, [`ChannelError::Message`] for one that does not fit together.
+/// dictionary, [`ChannelError::Mismatch`] for one that does not fit together.
 pub fn read_dictionary(
     bytes: &[u8],
     file_name: &str,
@@ -128,7 +128,7 @@ pub fn read_dictionary(
         return Err(absent(
             bytes,
             file_name,
-            format!("dictionary (topic {})", topic::DICTIONARY),
+            &format!("dictionary (topic {})", topic::DICTIONARY),
             "give a file that inhand learn wrote",
         ));
     };

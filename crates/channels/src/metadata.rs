@@ -232,7 +232,7 @@ impl Metadata {
     ///
     /// # Errors
     ///
-    /// [`ChannelError::Metadata`] for a text that is no shape.
+    /// [`ChannelError::Mismatch`] for a text that is no shape.
     pub fn shape(&self, file: &str) -> Result<Option<Shape>, ChannelError> {
         (self.record(file, OBJECT))
             .filter(|record| record.facts.contains_key("shape"))
@@ -310,7 +310,7 @@ impl Metadata {
     ///
     /// # Errors
     ///
-    /// [`ChannelError::Metadata`] for a record of a step that is not as this crate writes it.
+    /// [`ChannelError::Mismatch`] for a record of a step that is not as this crate writes it.
     pub fn provenance(&self, file: &str) -> Result<Vec<Provenance>, ChannelError> {
         let mut steps: Vec<(u64, &str)> = (self.0.keys())
             .filter_map(|name| {
@@ -347,16 +347,13 @@ struct Record<'a> {
 
 impl<'a> Record<'a> {
     fn error(&self, key: &str, expected: &str) -> ChannelError {
-        ChannelError::Metadata {
-            file: self.file.to_owned(),
-            record: self.name.to_owned(),
-            key: key.to_owned(),
-            expected: expected.to_owned(),
-            found: match self.facts.get(key) {
-                None => "nothing".to_owned(),
-                Some(text) => format!("\"{}\"", text.chars().take(80).collect::<String>()),
-            },
-        }
+        let found = match self.facts.get(key) {
+            None => "nothing".to_owned(),
+            Some(text) => format!("\"{}\"", text.chars().take(80).collect::<String>()),
+        };
+        let (file, record) = (self.file, self.name);
+        let what = format!("{file}: metadata record \"{record}\", key \"{key}\"");
+        ChannelError::mismatch(what, expected, found)
     }
 
     fn text(&self, key: &str) -> Result<&'a str, ChannelError> {

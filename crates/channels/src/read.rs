@@ -34,8 +34,7 @@ use tracks::{Place, TrackReader};
 /// # Errors
 ///
 /// [`ChannelError::Container`] for bytes that are no intact MCAP file, [`ChannelError::Absent`] for one
-/// without a recording, [`ChannelError::Metadata`] and [`ChannelError::Message`] where one contradicts
-/// itself.
+/// without a recording, [`ChannelError::Mismatch`] where one contradicts itself.
 pub fn read_take(bytes: &[u8], file_name: &str) -> Result<ReadTake, ChannelError> {
     let metadata = read_metadata(bytes, file_name)?;
     let Some(facts) = metadata.recording(file_name, RECORDING)? else {
@@ -107,28 +106,25 @@ fn no_recording(bytes: &[u8], file_name: &str) -> ChannelError {
     absent(
         bytes,
         file_name,
-        format!("recording (metadata record \"{RECORDING}\")"),
+        &format!("recording (metadata record \"{RECORDING}\")"),
         "give a file that inhand convert or inhand run wrote, or convert the source again",
     )
 }
 
 /// The error for an intact file without `what` was looked for: lists the topics that it has.
-pub fn absent(bytes: &[u8], file_name: &str, what: String, hint: &str) -> ChannelError {
+pub fn absent(bytes: &[u8], file_name: &str, what: &str, hint: &str) -> ChannelError {
     let topics = match info(bytes, file_name) {
         Ok(info) => info.channels.into_iter().map(|channel| channel.topic),
         Err(error) => return error,
     };
     let topics: Vec<String> = topics.take(20).collect();
-    ChannelError::Absent {
-        file: file_name.to_owned(),
-        what,
-        found: if topics.is_empty() {
-            "no channel".to_owned()
-        } else {
-            format!("the topics {}", topics.join(", "))
-        },
-        hint: hint.to_owned(),
-    }
+    let found = match &*topics {
+        [] => "no channel".to_owned(),
+        topics => format!("the topics {}", topics.join(", ")),
+    };
+    ChannelError::Absent(format!(
+        "{file_name}: no {what}: the file has {found}; {hint}"
+    ))
 }
 
 /// A recording as far as it has been read.
@@ -197,12 +193,14 @@ impl RecordingReader {
             markers,
             bodies,
         );
-        let mut recording = recording.map_err(|error| ChannelError::Metadata {
-            file: file.to_owned(),
-            record: self.record.to_owned(),
-            key: "samples".to_owned(),
-            expected: "the number of samples of every marker and body".to_owned(),
-            found: error.to_string(),
+        let mut recording = recording.map_err(|error| {
+            let record = self.record;
+            let what = format!("{file}: metadata record \"{record}\", key \"samples\"");
+            ChannelError::mismatch(
+                what,
+                "the number of samples of every marker and body",
+                error,
+            )
         })?;
         recording.findings = findings;
         Ok(recording)

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use foxglove::Encode;
 use foxglove::messages::{Event, FrameTransforms, Log, PointCloud, SceneUpdate};
+use foxglove::{Encode, Schema};
 use prost::Message;
 
 use crate::messages;
@@ -11,15 +11,10 @@ use crate::messages;
 /// Every file of `schemas/inhand` and every import of theirs, imports first.
 const DESCRIPTORS: &[u8] = include_bytes!("generated/inhand.binpb");
 
-/// What a protobuf schema record holds.
-pub(crate) struct Schema {
-    pub(crate) name: String,
-    /// A `google.protobuf.FileDescriptorSet`, complete: viewers refuse one without its imports.
-    pub(crate) descriptors: Vec<u8>,
-}
-
 /// A message that can be written to a channel.
 pub(crate) trait Logged: Message + 'static {
+    /// The schema record, whose `google.protobuf.FileDescriptorSet` is complete: viewers refuse one without its
+    /// imports.
     fn schema() -> Schema;
 }
 
@@ -27,10 +22,9 @@ macro_rules! ours {
     ($($message:ident in $file:literal;)*) => {$(
         impl Logged for messages::$message {
             fn schema() -> Schema {
-                Schema {
-                    name: concat!("inhand.", stringify!($message)).to_owned(),
-                    descriptors: descriptors_for(concat!("inhand/", $file, ".proto")),
-                }
+                let descriptors = descriptors_for(concat!("inhand/", $file, ".proto"));
+                let name = concat!("inhand.", stringify!($message));
+                Schema::new(name, "protobuf", descriptors)
             }
         }
     )*};
@@ -52,12 +46,8 @@ macro_rules! viewers {
     ($($message:ident),*) => {$(
         impl Logged for $message {
             fn schema() -> Schema {
-                let schema = <Self as Encode>::get_schema()
-                    .expect("every message of the foxglove crate has a schema");
-                Schema {
-                    name: schema.name,
-                    descriptors: schema.data.into_owned(),
-                }
+                <Self as Encode>::get_schema()
+                    .expect("every message of the foxglove crate has a schema")
             }
         }
     )*};
@@ -111,7 +101,7 @@ mod tests {
     use super::*;
 
     fn files_of<M: Logged>() -> Vec<String> {
-        let set = FileSet::decode(M::schema().descriptors.as_slice()).unwrap();
+        let set = FileSet::decode(&*M::schema().data).unwrap();
         set.file
             .iter()
             .map(|file| FileHead::decode(file.as_slice()).unwrap().name)

@@ -30,7 +30,7 @@ impl Output<'_> {
         frame: Option<&str>,
     ) -> Result<u16, ChannelError> {
         let schema = M::schema();
-        let schema_id = (self.writer).schema(&schema.name, "protobuf", &schema.descriptors)?;
+        let schema_id = (self.writer).schema(&schema.name, "protobuf", &schema.data)?;
         let metadata = (frame.iter())
             .map(|frame| ("frame".to_owned(), (*frame).to_owned()))
             .collect();

@@ -227,14 +227,4 @@ impl Outline {
         self.findings = findings;
         self
     }
-
-    /// Samples so far.
-    pub fn samples(&self) -> usize {
-        self.samples
-    }
-
-    /// Findings about the take's source.
-    pub fn findings(&self) -> &[Finding] {
-        &self.findings
-    }
 }

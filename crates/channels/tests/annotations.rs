@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::io::Cursor;
 
-use inhand_channels::{ChannelError, TakeFile, info, read_annotations, read_take};
+use inhand_channels::{TakeFile, info, read_annotations, read_take};
 use inhand_model::{Annotations, Event};
 use mcap::records::MessageHeader;
 
@@ -163,10 +163,8 @@ fn events_that_are_none_are_refused_with_their_place() {
         };
         let error =
             read_annotations(&foreign("/annotations", encoding, &messages), "a.mcap").unwrap_err();
-        let ChannelError::Message { topic, message, .. } = &error else {
-            panic!("{error}");
-        };
-        assert_eq!((topic.as_str(), *message), ("/annotations", 1), "{error}");
+        let place = "a.mcap: /annotations, message 1: expected ";
+        assert!(error.to_string().starts_with(place), "{error}");
         // What another tool means is its own: its good events count, the others are left out.
         let others = read_annotations(&foreign("/labels", encoding, &messages), "a.mcap").unwrap();
         assert_eq!(others.events.len(), 1);

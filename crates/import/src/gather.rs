@@ -413,12 +413,10 @@ impl<'a> Gathered<'a> {
         found: String,
         hint: &str,
     ) -> ChannelError {
-        ChannelError::Unclear {
-            file: self.file.to_owned(),
-            topic: self.topics[topic].name.clone(),
+        ChannelError::Mismatch {
+            what: format!("{}: {}", self.file, self.topics[topic].name),
             expected,
-            found: found.into(),
-            hint: hint.into(),
+            found: found + "; " + hint,
         }
     }
 }

@@ -115,8 +115,8 @@ pub fn views_for(
 /// # Errors
 ///
 /// [`ChannelError::Container`] for bytes that are no intact MCAP file; [`ChannelError::Absent`], with a list of the topics, where none is
-/// understood; [`ChannelError::Message`] where no message of them can be read;
-/// [`ChannelError::Unclear`] where they leave open what they mean.
+/// understood; [`ChannelError::Mismatch`] where no message of them can be read and where they leave open
+/// what they mean.
 pub fn read_recording(
     bytes: &[u8],
     file_name: &str,
@@ -306,10 +306,8 @@ fn unread(gathered: &Gathered<'_>, settings: &ImportSettings) -> Vec<Finding> {
 fn nothing_to_read(gathered: &Gathered<'_>, bytes: &[u8], file_name: &str) -> ChannelError {
     let faulty = gathered.topics.iter().find_map(|topic| {
         let (number, fault) = topic.first_fault.clone()?;
-        Some(ChannelError::Message {
-            file: file_name.to_owned(),
-            topic: topic.name.clone(),
-            message: number,
+        Some(ChannelError::Mismatch {
+            what: format!("{file_name}: {}, message {number}", topic.name),
             expected: fault.expected,
             found: fault.found,
         })
@@ -319,8 +317,7 @@ fn nothing_to_read(gathered: &Gathered<'_>, bytes: &[u8], file_name: &str) -> Ch
             bytes,
             file_name,
             "take: neither a recording of inhand (metadata record \"inhand.recording\") nor markers, \
-             poses or transforms on a topic that can be read"
-                .to_owned(),
+             poses or transforms on a topic that can be read",
             "readable are the ROS 2 messages PoseStamped, PointStamped, PoseArray, TransformStamped, \
              TFMessage, mocap4r2 Markers and RigidBodies in CDR, and foxglove.PoseInFrame, \
              PosesInFrame, FrameTransform(s) and PointCloud in protobuf or JSON; [topics] in the \

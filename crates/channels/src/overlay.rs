@@ -13,7 +13,7 @@ use crate::error::{ChannelError, ensure};
 use crate::messages;
 use crate::metadata::{Metadata, OVERLAY};
 use crate::streams::{PACKED, Sampling, Streams};
-use crate::topic::LayerTopics;
+use crate::topic;
 use crate::view::draw_overlay;
 
 /// Most layers: colours distinguish eight, and a darker shade of each.
@@ -116,8 +116,8 @@ pub fn write_overlay<F: Frame>(
     let mut streams = Streams::create(&mut out, PACKED, &metadata)?;
     let (first, frame) = (&file.layers[0], Some(F::NAME));
     for (n, layer) in file.layers.iter().enumerate() {
-        let topics = LayerTopics::new(layer.name)?;
-        streams.sampled(&topics.fingertips, frame, layer.samples(), move |at| {
+        let topic = |leaf| topic::named(topic::OVERLAY, layer.name, leaf);
+        streams.sampled(&topic("fingertips"), frame, layer.samples(), move |at| {
             Some(messages::Fingertips::new(at.unix_nanos, |finger| {
                 let track = &layer.tips[finger];
                 let position_m = track.get(at.k).map(Position::to_array);
@@ -126,7 +126,7 @@ pub fn write_overlay<F: Frame>(
         })?;
         if n > 0 {
             let samples = Sampling::all(first.clock, layer.distances_m.len());
-            streams.sampled(&topics.distance, frame, samples, move |at| {
+            streams.sampled(&topic("distance"), frame, samples, move |at| {
                 let distance_m = &layer.distances_m[at.k];
                 let known = !distance_m.as_array().iter().all(|metres| metres.is_nan());
                 known.then(|| messages::FingerErrors::new(at.unix_nanos, distance_m))
@@ -143,6 +143,7 @@ fn check<F: Frame>(file: &OverlayFile<'_, F>) -> Result<(), ChannelError> {
     let counts = (1..=MAX_LAYERS).contains(&layers);
     ensure(counts, "layers of an overlay", expected, layers)?;
     for (n, layer) in file.layers.iter().enumerate() {
+        topic::check_name("name of a layer", layer.name)?;
         let mut others = file.layers[..n].iter();
         let unique = others.all(|other| other.name != layer.name);
         let found = format!("\"{}\" twice", layer.name);

@@ -1,4 +1,12 @@
 //! Topics, in one place.
+//!
+//! | root | topics of a method or a layer |
+//! | --- | --- |
+//! | `/generated/<method>` | `fingertips`, `plan` |
+//! | `/evaluation/<method>` | `error`, `contact` |
+//! | `/view/generated/<method>` | `fingertips`, `fingertips_scene`, `contacts` |
+//! | `/overlay/<layer>` | `fingertips`, `distance` |
+//! | `/view/overlay/<layer>` | `fingertips`, `fingertip_balls`, `fingertips_scene`, `trails`, `tf`, `object`, `object_edges` |
 
 use crate::error::{ChannelError, ensure};
 
@@ -44,35 +52,16 @@ pub(crate) const VIEW_HULLS: &str = "/view/dictionary/hulls";
 
 pub(crate) const VIEW_LEGEND: &str = "/view/overlay/legend";
 
-/// Topics of one layer of an overlay.
-pub(crate) struct LayerTopics {
-    pub(crate) fingertips: String,
-    pub(crate) distance: String,
-    pub(crate) view_fingertips: String,
-    pub(crate) view_balls: String,
-    pub(crate) view_scene: String,
-    pub(crate) view_trails: String,
-    pub(crate) tf: String,
-    pub(crate) object: String,
-    pub(crate) object_edges: String,
-}
+// Roots of topics that have the name of a method or of a layer of an overlay as their next part.
+pub(crate) const GENERATED: &str = "/generated";
+pub(crate) const EVALUATION: &str = "/evaluation";
+pub(crate) const VIEW_GENERATED: &str = "/view/generated";
+pub(crate) const OVERLAY: &str = "/overlay";
+pub(crate) const VIEW_OVERLAY: &str = "/view/overlay";
 
-impl LayerTopics {
-    /// Topics of the layer, unless its name would break them.
-    pub(crate) fn new(name: &str) -> Result<Self, ChannelError> {
-        check_name("name of a layer", name)?;
-        Ok(Self {
-            fingertips: format!("/overlay/{name}/fingertips"),
-            distance: format!("/overlay/{name}/distance"),
-            view_fingertips: format!("/view/overlay/{name}/fingertips"),
-            view_balls: format!("/view/overlay/{name}/fingertip_balls"),
-            view_scene: format!("/view/overlay/{name}/fingertips_scene"),
-            view_trails: format!("/view/overlay/{name}/trails"),
-            tf: format!("/view/overlay/{name}/tf"),
-            object: format!("/view/overlay/{name}/object"),
-            object_edges: format!("/view/overlay/{name}/object_edges"),
-        })
-    }
+/// The topic of a method or a layer under one of the roots.
+pub(crate) fn named(root: &str, name: &str, leaf: &str) -> String {
+    format!("{root}/{name}/{leaf}")
 }
 
 /// Whether a topic can have this name as a part.
@@ -80,7 +69,8 @@ pub(crate) fn fits_topic(c: char) -> bool {
     c.is_ascii_alphanumeric() || c == '_' || c == '-'
 }
 
-fn check_name(what: &str, name: &str) -> Result<(), ChannelError> {
+/// Refuses a name that would break topics.
+pub(crate) fn check_name(what: &str, name: &str) -> Result<(), ChannelError> {
     let fits = !name.is_empty() && name.chars().all(fits_topic);
     let expected = "letters, digits, '_' and '-', as it becomes part of a topic";
     ensure(fits, what, expected, format!("\"{name}\""))
@@ -88,32 +78,5 @@ fn check_name(what: &str, name: &str) -> Result<(), ChannelError> {
 
 /// The topic of the fingertips that a method planned.
 pub fn planned_fingertips_topic(method: &str) -> String {
-    format!("/generated/{method}/fingertips")
-}
-
-/// Topics of one method.
-pub(crate) struct MethodTopics {
-    pub(crate) fingertips: String,
-    pub(crate) plan: String,
-    pub(crate) error: String,
-    pub(crate) contact: String,
-    pub(crate) view_fingertips: String,
-    pub(crate) view_scene: String,
-    pub(crate) view_contacts: String,
-}
-
-impl MethodTopics {
-    /// Topics of the method, unless its name would break them.
-    pub(crate) fn new(name: &str) -> Result<Self, ChannelError> {
-        check_name("name of a method", name)?;
-        Ok(Self {
-            fingertips: planned_fingertips_topic(name),
-            plan: format!("/generated/{name}/plan"),
-            error: format!("/evaluation/{name}/error"),
-            contact: format!("/evaluation/{name}/contact"),
-            view_fingertips: format!("/view/generated/{name}/fingertips"),
-            view_scene: format!("/view/generated/{name}/fingertips_scene"),
-            view_contacts: format!("/view/generated/{name}/contacts"),
-        })
-    }
+    named(GENERATED, method, "fingertips")
 }

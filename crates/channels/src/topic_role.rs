@@ -3,7 +3,8 @@
 use inhand_model::{Frame, Hand, Object, World};
 
 use crate::error::ChannelError;
-use crate::topic::{self, MethodTopics};
+use crate::take::RECORDED;
+use crate::topic;
 
 /// Source of the motion in a channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -158,19 +159,19 @@ pub fn take_topics(methods: &[&str]) -> Result<Vec<(String, Option<&'static str>
     .map(|(topic, frame)| (topic.to_owned(), frame))
     .into();
     for method in methods {
-        let of_method = MethodTopics::new(method)?;
-        for topic in [
-            of_method.error,
-            of_method.contact,
-            of_method.fingertips,
-            of_method.view_fingertips,
-            of_method.view_scene,
+        topic::check_name("name of a method", method)?;
+        for (root, leaf) in [
+            (topic::EVALUATION, "error"),
+            (topic::EVALUATION, "contact"),
+            (topic::GENERATED, "fingertips"),
+            (topic::VIEW_GENERATED, "fingertips"),
+            (topic::VIEW_GENERATED, "fingertips_scene"),
         ] {
-            topics.push((topic, hand));
+            topics.push((topic::named(root, method, leaf), hand));
         }
     }
-    let recorded = MethodTopics::new("recorded")?;
-    topics.push((recorded.contact, hand));
+    let recorded = topic::named(topic::EVALUATION, RECORDED, "contact");
+    topics.push((recorded, hand));
     Ok(topics)
 }
 
@@ -179,20 +180,23 @@ mod tests {
     use super::*;
 
     #[test]
-    fn topics_of_methods_are_recognised_as_they_are_made() -> Result<(), ChannelError> {
-        let topics = MethodTopics::new("a-b_c")?;
+    fn topics_of_methods_are_recognised_as_they_are_made() {
         let whose = TopicSource::Method("a-b_c");
-        for (topic, shown) in [
-            (&topics.fingertips, TopicRole::Positions(whose)),
-            (&topics.plan, TopicRole::Data),
-            (&topics.error, TopicRole::Error("a-b_c")),
-            (&topics.contact, TopicRole::Contact("a-b_c")),
-            (&topics.view_fingertips, TopicRole::Tips(whose)),
-            (&topics.view_scene, TopicRole::TipScene(whose)),
+        for (root, leaf, shown) in [
+            (topic::GENERATED, "fingertips", TopicRole::Positions(whose)),
+            (topic::GENERATED, "plan", TopicRole::Data),
+            (topic::EVALUATION, "error", TopicRole::Error("a-b_c")),
+            (topic::EVALUATION, "contact", TopicRole::Contact("a-b_c")),
+            (topic::VIEW_GENERATED, "fingertips", TopicRole::Tips(whose)),
+            (
+                topic::VIEW_GENERATED,
+                "fingertips_scene",
+                TopicRole::TipScene(whose),
+            ),
         ] {
-            assert_eq!(TopicRole::from_topic(topic), Some(shown), "{topic}");
+            let topic = topic::named(root, "a-b_c", leaf);
+            assert_eq!(TopicRole::from_topic(&topic), Some(shown), "{topic}");
         }
-        Ok(())
     }
 
     #[test]

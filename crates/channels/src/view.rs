@@ -32,7 +32,7 @@ use crate::colour::{FINGER_COLOURS, Rgb, method_colour};
 use crate::error::ChannelError;
 use crate::streams::{Instant, Sampling, Streams};
 use crate::take::{Outline, RECORDED, TakeFile, marker_indices, stride};
-use crate::topic::{self, MethodTopics};
+use crate::topic;
 use crate::view::draw::add_cloud;
 use crate::view::tips::{TipTopics, Tips};
 use crate::wire::viewer_time;
@@ -65,13 +65,14 @@ pub(crate) fn draw_take<'a>(
         tips.add(&topics, samples, streams)?;
     }
     for (place, method) in file.generated.iter().enumerate().filter(|_| tree.hand) {
-        let topics = MethodTopics::new(method.name)?;
+        let [cloud, scene, contacts_topic] = ["fingertips", "fingertips_scene", "contacts"]
+            .map(|leaf| topic::named(topic::VIEW_GENERATED, method.name, leaf));
         let topics = TipTopics {
-            cloud: &topics.view_fingertips,
+            cloud: &cloud,
             // Scenes of all methods on top of each other would show none.
-            scene: (place == 0).then_some(&topics.view_scene),
+            scene: (place == 0).then_some(&scene),
             balls: None,
-            contacts: (place == 0).then_some(&topics.view_contacts),
+            contacts: (place == 0).then_some(&contacts_topic),
         };
         // Planned motion alone needs telling apart from nothing: its fingers show which is which.
         let alone = file.motion.is_none() && file.roles.is_none() && place == 0;

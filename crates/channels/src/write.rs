@@ -15,7 +15,7 @@ use crate::error::{ChannelError, ensure};
 use crate::metadata::{CLEANED, HEADER, MOTION, Metadata, OBJECT, RECORDING};
 use crate::streams::{PACKED, Sampling, Streams};
 use crate::take::{GeneratedSegment, Outline, TakeFile};
-use crate::topic::{self, MethodTopics};
+use crate::topic;
 use crate::view::{UPRIGHT, draw_take, transform};
 
 /// Writes everything about a take as one MCAP file; the same values give the same bytes.
@@ -310,7 +310,7 @@ fn check(file: &TakeFile, samples: usize) -> Result<(), ChannelError> {
 }
 
 fn check_method<'a>(names: &mut BTreeSet<&'a str>, name: &'a str) -> Result<(), ChannelError> {
-    MethodTopics::new(name)?;
+    topic::check_name("name of a method", name)?;
     let found = format!("\"{name}\" twice");
     let what = "names of the methods";
     ensure(names.insert(name), what, "each one once", found)

@@ -1,9 +1,12 @@
-//! Training data: checks, and the shift that makes it non-negative.
+//! Training data: where it is read from, checks, and the shift that makes it non-negative.
 
-use inhand_model::{Finger, OBJECT_COORDINATES, SEGMENT_COORDINATES, SegmentLayout};
+use std::ops::Range;
+
+use inhand_model::{
+    Finger, OBJECT_COORDINATES, SEGMENT_COORDINATES, SegmentLayout, SegmentOrigin, Segments,
+};
 
 use crate::block::BLOCK_COLUMNS;
-use crate::columns::Columns;
 use crate::error::{LearnError, check_setting};
 
 /// Result of a look through the columns: the smallest and largest value of each coordinate of a sample,
@@ -154,4 +157,55 @@ pub(crate) fn check_rank(
         });
     }
     Ok(())
+}
+
+/// Training columns, in memory or not.
+///
+/// Learning asks for whole blocks in order, again and again, and now and then for a single column.
+/// The same range has to give the same numbers each time.
+pub trait Columns: Sync {
+    /// Shape of every segment.
+    fn layout(&self) -> SegmentLayout;
+
+    /// Number of segments (n).
+    fn count(&self) -> usize;
+
+    /// Take and sample that a segment was cut from, for messages.
+    fn origin(&self, segment: usize) -> SegmentOrigin;
+
+    /// Segments that the takes would have given without gaps in addition, for messages.
+    fn left_out(&self) -> usize;
+
+    /// Copies some of the columns (rows x range), metres, one after the other; what is missing is
+    /// NaN.
+    ///
+    /// # Errors
+    ///
+    /// [`LearnError::Data`] where they cannot be had.
+    fn read(&self, segments: Range<usize>, into_m: &mut [f64]) -> Result<(), LearnError>;
+}
+
+impl Columns for Segments {
+    fn layout(&self) -> SegmentLayout {
+        Segments::layout(self)
+    }
+
+    fn count(&self) -> usize {
+        self.len()
+    }
+
+    fn origin(&self, segment: usize) -> SegmentOrigin {
+        self.origins()[segment]
+    }
+
+    fn left_out(&self) -> usize {
+        self.left_out
+    }
+
+    fn read(&self, segments: Range<usize>, into_m: &mut [f64]) -> Result<(), LearnError> {
+        let rows = Segments::layout(self).rows();
+        let columns = &self.columns_m().as_slice()[segments.start * rows..segments.end * rows];
+        into_m.copy_from_slice(columns);
+        Ok(())
+    }
 }

@@ -2,8 +2,7 @@
 
 use inhand_model::ExplainedVariance;
 
-use crate::columns::Columns;
-use crate::data::survey;
+use crate::data::{Columns, survey};
 use crate::error::LearnError;
 use crate::pca::Centred;
 use crate::singular::leading;

@@ -48,7 +48,6 @@
 //! raises the objective; nothing depends on hash order, clock or thread.
 
 mod block;
-mod columns;
 mod comparison;
 mod covariance;
 mod data;
@@ -79,8 +78,8 @@ mod view;
 #[cfg(test)]
 mod tests;
 
-pub use columns::Columns;
 pub use comparison::{mean, mean_distance_m, standard_error};
+pub use data::Columns;
 pub use error::LearnError;
 pub use explained::explained_variance;
 pub use nmf::{describe_nmf, learn_nmf, smallest_objective};

@@ -4,8 +4,8 @@ use inhand_model::{Demonstrated, Dictionary, DictionaryKind, Learning, Restart, 
 use nalgebra::{DMatrix, DVector};
 
 use crate::block::Block;
-use crate::columns::Columns;
 use crate::covariance::moments_of;
+use crate::data::Columns;
 use crate::error::{LearnError, check_setting};
 use crate::real::{Activations, Real};
 use crate::rounds::{NmfProblem, NmfState, column_squares, unfit_activations};

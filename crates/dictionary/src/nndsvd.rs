@@ -1,7 +1,7 @@
 //! A start from the singular vectors of the data.
 
 use crate::block::Block;
-use crate::columns::Columns;
+use crate::data::Columns;
 use crate::error::LearnError;
 use crate::packed::Packed;
 use crate::rounds::NmfProblem;

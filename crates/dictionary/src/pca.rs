@@ -4,8 +4,7 @@ use inhand_model::{Demonstrated, Dictionary, DictionaryKind, Learning, StopReaso
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use crate::block::BLOCK_COLUMNS;
-use crate::columns::Columns;
-use crate::data::{check_rank, survey};
+use crate::data::{Columns, check_rank, survey};
 use crate::error::LearnError;
 use crate::product::{add, gram, squared_norm, squared_residual};
 use crate::view::{View, chunk_width, multiply};

@@ -10,8 +10,7 @@ use inhand_model::{SegmentLayout, StopReason};
 use serde::{Deserialize, Serialize};
 
 use crate::block::{BLOCK_COLUMNS, Basis, Block};
-use crate::columns::Columns;
-use crate::data::{at_every_sample, check_rank, survey};
+use crate::data::{Columns, at_every_sample, check_rank, survey};
 use crate::descent::{Gram, descend_all};
 use crate::error::LearnError;
 use crate::missing::Missing;

@@ -1,7 +1,7 @@
 //! Initial primitives.
 
 use crate::block::Basis;
-use crate::columns::Columns;
+use crate::data::Columns;
 use crate::error::LearnError;
 use crate::product::add;
 use crate::random::{draw, keyed, shuffled, uniform};

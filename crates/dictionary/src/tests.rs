@@ -9,8 +9,8 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 use serde_json::Value;
 
 use crate::block::{Basis, Block};
-use crate::columns::Columns;
 use crate::covariance::moments_of;
+use crate::data::Columns;
 use crate::descent::{Gram, descend, descend_all};
 use crate::error::LearnError;
 use crate::nmf::iterate;

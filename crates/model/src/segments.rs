@@ -76,6 +76,24 @@ impl SegmentLayout {
         t * SEGMENT_COORDINATES + finger.index() * 3 + axis
     }
 
+    /// Parts of a column: each finger and, where it is there, the object.
+    pub fn parts(&self) -> usize {
+        Finger::COUNT + usize::from(self.object)
+    }
+
+    /// Rows of one part, sample by sample.
+    pub fn part_rows(self, part: usize) -> impl Iterator<Item = usize> {
+        let (start, stride, width) = if part < Finger::COUNT {
+            (3 * part, SEGMENT_COORDINATES, 3)
+        } else {
+            (self.finger_rows(), OBJECT_COORDINATES, OBJECT_COORDINATES)
+        };
+        (0..self.samples).flat_map(move |t| {
+            let first = start + t * stride;
+            first..first + width
+        })
+    }
+
     /// Time from the first to the last sample, seconds: (N - 1) / rate.
     pub fn duration_s(&self) -> f64 {
         self.samples.saturating_sub(1) as f64 / self.rate_hz

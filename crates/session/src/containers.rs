@@ -110,7 +110,7 @@ pub fn interval(
 pub fn cut(input: &Path, output: &Path, intervals: &[Interval]) -> Result<Cut, SessionError> {
     let mut source = open(input)?;
     let metadata = metadata(&mut source, input)?;
-    let take = match metadata.0.contains_key(RECORDING) {
+    let take = match metadata.is_take() {
         true => {
             let made = cut_provenance(input, intervals)?;
             cut_take(&metadata, &name_of(input), intervals, &made).in_file(input)?
@@ -207,7 +207,7 @@ pub fn merge(inputs: &[&Path], output: &Path, keep_both: bool) -> Result<Merged,
     let mut takes = Vec::new();
     for &input in inputs {
         let mut source = open(input)?;
-        if metadata(&mut source, input)?.0.contains_key(RECORDING) {
+        if metadata(&mut source, input)?.is_take() {
             takes.push(input);
         }
         sources.push(source);

@@ -12,7 +12,7 @@ use inhand_model::{Finding, Hull, InputHash, PerFinger};
 use self::stored::StoredMethod;
 use crate::dictionary_file::DictionaryFile;
 use crate::error::{Located, SessionError};
-use crate::files::{RECORDING, filter, hex_sha256, name_of};
+use crate::files::{filter, hex_sha256, name_of};
 use crate::settings::Settings;
 use crate::take_file::recorded_contacts;
 
@@ -119,7 +119,7 @@ impl<'a> File<'a> {
         let metadata = inhand_channels::read_metadata(bytes, &name).in_file(path)?;
         let channels = Source::open(&name, Cursor::new(bytes))
             .and_then(|mut source| inhand_container::channels(&mut source));
-        let kind = if metadata.0.contains_key(RECORDING) {
+        let kind = if metadata.is_take() {
             ViewedKind::Take
         } else if (channels.in_file(path)?.iter()).any(|c| c.topic == DICTIONARY) {
             ViewedKind::Dictionary

@@ -17,9 +17,9 @@ pub struct Topic {
 /// What one or several files have to show.
 #[derive(Clone, Debug, Default)]
 pub struct Content {
-    topics: Vec<Topic>,
-    frames: BTreeSet<String>,
-    seen: BTreeMap<String, PointExtent>,
+    pub(crate) topics: Vec<Topic>,
+    pub(crate) frames: BTreeSet<String>,
+    pub(crate) seen: BTreeMap<String, PointExtent>,
 }
 
 impl Content {
@@ -57,19 +57,6 @@ impl Content {
     /// Whether any topic is one that inhand writes.
     pub fn is_ours(&self) -> bool {
         self.shown().next().is_some()
-    }
-
-    /// Topics in the order of the files.
-    pub fn topics(&self) -> &[Topic] {
-        &self.topics
-    }
-
-    pub(crate) fn has_frame(&self, frame: &str) -> bool {
-        self.frames.contains(frame)
-    }
-
-    pub(crate) fn seen(&self, frame: &str) -> Option<PointExtent> {
-        self.seen.get(frame).copied()
     }
 
     /// Our topics and what they show.

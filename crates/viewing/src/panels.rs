@@ -41,7 +41,7 @@ pub(crate) fn lists(content: &Content) -> Vec<Panel> {
     let of_others = || {
         let is_log = |schema: &String| LOGS.contains(&schema.as_str());
         let log = |topic: &&crate::Topic| topic.schema.as_ref().is_some_and(is_log);
-        content.topics().iter().find(log).map(|t| t.name.as_str())
+        content.topics.iter().find(log).map(|t| t.name.as_str())
     };
     if let Some(topic) = content.find(TopicRole::Findings) {
         panels.push(log(topic, "Findings"));

@@ -123,9 +123,9 @@ impl Camera {
     /// The camera for the content: on fingertips in the hand's frame, else where fingertips or markers
     /// are first seen in the room, else on the object or the hand.
     fn new(content: &Content) -> Self {
-        let hand = content.has_frame(Hand::NAME);
-        let in_hand = content.seen(Hand::NAME).filter(|_| hand);
-        let in_room = content.seen(UPRIGHT);
+        let hand = content.frames.contains(Hand::NAME);
+        let in_hand = content.seen.get(Hand::NAME).copied().filter(|_| hand);
+        let in_room = content.seen.get(UPRIGHT).copied();
         let (frame, seen, distance_m) = if let Some(seen) = in_hand.or(in_room) {
             let (frame, least_m) = match in_hand {
                 Some(_) => (Hand::NAME, FINGERTIPS_M),
@@ -133,12 +133,12 @@ impl Camera {
             };
             let distance_m = (RADII * seen.radius_m).clamp(least_m, MOST_M);
             (Some(frame), Some(seen), distance_m)
-        } else if content.has_frame(Object::NAME) {
+        } else if content.frames.contains(Object::NAME) {
             (Some(Object::NAME), None, FINGERTIPS_M)
         } else if hand {
             (Some(Hand::NAME), None, HAND_M)
         } else {
-            let world = content.has_frame(World::NAME);
+            let world = content.frames.contains(World::NAME);
             (world.then_some(UPRIGHT), None, UNKNOWN_M)
         };
         Self {
@@ -183,7 +183,7 @@ fn grid(camera: &Camera) -> Value {
 /// Settings of each topic that can be drawn. What would be drawn twice is off.
 fn topic_settings(content: &Content) -> impl Iterator<Item = (String, Value)> {
     let ours = content.is_ours();
-    (content.topics().iter()).filter_map(move |topic| {
+    (content.topics.iter()).filter_map(move |topic| {
         let settings = match TopicRole::from_topic(&topic.name) {
             Some(shown) => of_ours(content, topic, shown)?,
             // Beside views of inhand, third-party ones are the same motion once more.

@@ -1,8 +1,8 @@
 //! The learned deviation in a dictionary's file.
 
 use inhand_model::{
-    Bandwidths, Calibration, Expectation, ExpectationWeights, Finger, OBJECT_COORDINATES, Residual,
-    SEGMENT_COORDINATES, SegmentLayout, Validation, ends_len,
+    Bandwidths, Calibration, Expectation, ExpectationWeights, Residual, SegmentLayout, Validation,
+    ends_len,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -10,27 +10,12 @@ use super::Decoder;
 use crate::error::ChannelError;
 use crate::messages;
 
-/// Rows of one block of primitives in a segment's column.
-fn block_rows(layout: SegmentLayout, block: usize) -> Vec<usize> {
-    let (start, stride, width) = if block < Finger::COUNT {
-        (3 * block, SEGMENT_COORDINATES, 3)
-    } else {
-        (layout.finger_rows(), OBJECT_COORDINATES, OBJECT_COORDINATES)
-    };
-    (0..layout.samples)
-        .flat_map(|t| {
-            let first = start + t * stride;
-            first..first + width
-        })
-        .collect()
-}
-
 pub(super) fn to_message(residual: &Residual) -> messages::Residual {
     let expectation = &residual.expectation;
     let mut start = 0;
     let primitives = (expectation.blocks().iter().enumerate())
         .map(|(block, &count)| {
-            let rows = block_rows(residual.layout, block);
+            let rows: Vec<_> = residual.layout.part_rows(block).collect();
             let columns = start..start + count;
             start += count;
             messages::DeviationPrimitives {
@@ -151,14 +136,14 @@ impl Decoder<'_> {
         messages: &[messages::DeviationPrimitives],
         layout: SegmentLayout,
     ) -> Result<(Vec<usize>, DMatrix<f64>), ChannelError> {
-        let expected = Finger::COUNT + usize::from(layout.object);
+        let expected = layout.parts();
         if messages.len() != expected {
             let expected = format!("primitives of {expected} parts");
             return Err(self.error(expected, messages.len()));
         }
         let (mut blocks, mut columns) = (Vec::new(), Vec::new());
         for (block, message) in messages.iter().enumerate() {
-            let rows = block_rows(layout, block);
+            let rows: Vec<_> = layout.part_rows(block).collect();
             let (height, numbers) = (rows.len(), &message.primitives);
             let count = numbers.len() / height.max(1);
             if message.count != count as u64 || count * height != numbers.len() {

@@ -21,7 +21,7 @@ use crate::error::ChannelError;
 use crate::overlay::{OverlayFile, OverlayLayer, OverlayObject, layer_colour};
 use crate::streams::{Sampling, Streams};
 use crate::take::{scene_stride, stride};
-use crate::topic::{self, LayerTopics};
+use crate::topic;
 
 /// Height of the letters of the legend, metres.
 const LETTER_M: f64 = 0.005;
@@ -172,7 +172,7 @@ fn draw_tips<'a, F: Frame>(
     end_unix_nanos: u64,
     streams: &mut Streams<'a>,
 ) -> Result<(), ChannelError> {
-    let topics = LayerTopics::new(layer.name)?;
+    let topic = |leaf| topic::named(topic::VIEW_OVERLAY, layer.name, leaf);
     let (samples, rate_hz) = (layer.samples(), layer.clock.rate_hz());
     let (colour, frame) = (layer_colour(number), Some(F::NAME));
     // A layer that ends before others has an empty message behind its last sample: it would be drawn beside
@@ -185,7 +185,7 @@ fn draw_tips<'a, F: Frame>(
     };
     let stride = scene_stride(rate_hz).max(LEAST_STRIDE);
 
-    let place = (&*topics.view_fingertips, F::NAME);
+    let place = (&*topic("fingertips"), F::NAME);
     add_cloud(
         streams,
         place,
@@ -198,7 +198,7 @@ fn draw_tips<'a, F: Frame>(
         },
     )?;
     // For viewers that draw no scenes.
-    let place = (&*topics.view_balls, F::NAME);
+    let place = (&*topic("fingertip_balls"), F::NAME);
     add_cloud(
         streams,
         place,
@@ -210,15 +210,21 @@ fn draw_tips<'a, F: Frame>(
             }
         },
     )?;
-    streams.sampled(&topics.view_scene, frame, every(stride), move |at| {
-        let mut tips = entity(F::NAME, layer.name, at.unix_nanos);
-        let spheres = tips_m(layer, at.k).map(|(_, tip_m)| sphere(tip_m, SPHERE_M, (colour, 1.0)));
-        tips.spheres = spheres.collect();
-        Some(scene(vec![tips]))
-    })?;
+    streams.sampled(
+        &topic("fingertips_scene"),
+        frame,
+        every(stride),
+        move |at| {
+            let mut tips = entity(F::NAME, layer.name, at.unix_nanos);
+            let spheres =
+                tips_m(layer, at.k).map(|(_, tip_m)| sphere(tip_m, SPHERE_M, (colour, 1.0)));
+            tips.spheres = spheres.collect();
+            Some(scene(vec![tips]))
+        },
+    )?;
     let steps = (TRAIL_STEP_S * rate_hz / stride as f64).round() as usize;
     let sampling = every(steps.max(4) * stride);
-    draw_trails(layer, number, (&topics.view_trails, sampling), streams)
+    draw_trails(layer, number, (&topic("trails"), sampling), streams)
 }
 
 /// Draws the recent path of each fingertip of a layer.
@@ -268,12 +274,12 @@ fn draw_object<'a, F: Frame>(
         return Ok(());
     }
     let name = file.layers[object.layer].name;
-    let topics = LayerTopics::new(name)?;
+    let topic = |leaf| topic::named(topic::VIEW_OVERLAY, name, leaf);
     let frame = format!("{}_{name}", Object::NAME);
     let samples = Sampling::all(clock, track.len()).every(tree_stride(clock));
     let child = frame.clone();
     // A topic of its own: of a shared one, a viewer that jumps in time shows the last message alone.
-    streams.sampled(&topics.tf, None, samples, move |at| {
+    streams.sampled(&topic("tf"), None, samples, move |at| {
         let pose = Pose::isometry(track.get(at.k)?);
         let transforms = vec![transform(F::NAME, &child, pose, at.unix_nanos)];
         Some(FrameTransforms { transforms })
@@ -283,8 +289,8 @@ fn draw_object<'a, F: Frame>(
     };
     let paint: Paint = (layer_colour(object.layer), OBJECT_ALPHA);
     let solid = object::solid(shape, (&frame, &frame), paint, start);
-    streams.once(&topics.object, Some(&frame), start, &scene(vec![solid]))?;
-    let edges = (&*topics.object_edges, &*frame, "edge");
+    streams.once(&topic("object"), Some(&frame), start, &scene(vec![solid]))?;
+    let edges = (&*topic("object_edges"), &*frame, "edge");
     let points_m = object::edge_points_m(shape);
     object::cloud(edges, points_m, |_| paint.0, start, streams)
 }

@@ -12,7 +12,7 @@ use crate::streams::{Sampling, Streams};
 use crate::take::{
     CleanedTake, EvaluatedMethod, GeneratedMethod, GeneratedSegment, marker_indices,
 };
-use crate::topic::{self, MethodTopics};
+use crate::topic;
 use crate::wire::{Point, Timestamp, viewer_time};
 
 const WORLD: Option<&str> = Some(World::NAME);
@@ -217,10 +217,11 @@ pub(super) fn add_generated<'a>(
     streams: &mut Streams<'a>,
 ) -> Result<(), ChannelError> {
     for method in methods {
-        let topics = MethodTopics::new(method.name)?;
-        let channel = (streams.output).channel::<messages::Fingertips>(&topics.fingertips, HAND)?;
+        let topic = |leaf| topic::named(topic::GENERATED, method.name, leaf);
+        let channel =
+            (streams.output).channel::<messages::Fingertips>(&topic("fingertips"), HAND)?;
         if method.segments.iter().any(|segment| segment.plan.is_some()) {
-            let channel = (streams.output).channel::<messages::Plan>(&topics.plan, HAND)?;
+            let channel = (streams.output).channel::<messages::Plan>(&topic("plan"), HAND)?;
             let mut segments: Vec<_> = method.segments.iter().collect();
             segments.sort_by_key(|segment| segment.start_sample);
             let (solved, unsolved): (Vec<&GeneratedSegment>, Vec<_>) =
@@ -307,13 +308,13 @@ pub(super) fn add_evaluated<'a>(
     streams: &mut Streams<'a>,
 ) -> Result<(), ChannelError> {
     for method in methods {
-        let topics = MethodTopics::new(&method.name)?;
+        let topic = |leaf| topic::named(topic::EVALUATION, &method.name, leaf);
         let mut samples: Vec<_> = method.samples.iter().collect();
         samples.sort_by_key(|judged| judged.sample);
         let at = move |sample| (sample, clock.unix_nanos(sample));
         if samples.iter().any(|judged| judged.error_m.is_some()) {
             let channel =
-                (streams.output).channel::<messages::FingerErrors>(&topics.error, HAND)?;
+                (streams.output).channel::<messages::FingerErrors>(&topic("error"), HAND)?;
             let messages = samples.clone().into_iter().filter_map(move |judged| {
                 let (k, unix_nanos) = at(judged.sample);
                 let message = messages::FingerErrors::new(unix_nanos, judged.error_m.as_ref()?);
@@ -322,7 +323,8 @@ pub(super) fn add_evaluated<'a>(
             streams.listed(channel, messages);
         }
         if samples.iter().any(|judged| judged.contact.is_some()) {
-            let channel = (streams.output).channel::<messages::Contacts>(&topics.contact, HAND)?;
+            let channel =
+                (streams.output).channel::<messages::Contacts>(&topic("contact"), HAND)?;
             let messages = samples.into_iter().filter_map(move |judged| {
                 let (k, unix_nanos) = at(judged.sample);
                 let message = messages::Contacts::new(unix_nanos, judged.contact.as_ref()?);

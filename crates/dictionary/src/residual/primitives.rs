@@ -1,6 +1,6 @@
 //! Principal components of each finger's deviation.
 
-use inhand_model::{Finger, OBJECT_COORDINATES, SEGMENT_COORDINATES, SegmentLayout};
+use inhand_model::{Finger, SEGMENT_COORDINATES, SegmentLayout};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
@@ -14,22 +14,10 @@ const SMALLEST_VARIANCE: f64 = 1e-12;
 /// nanometre over a whole segment.
 const SMALLEST_SQUARE_M2: f64 = 1e-18;
 
-/// The deviation of one finger, or of the object: which rows of a column it has.
-#[derive(Clone, Copy, Debug)]
-struct Part {
-    /// First of its rows at the first sample.
-    start: usize,
-    /// Rows from one sample to the next.
-    stride: usize,
-    /// Rows at each sample.
-    width: usize,
-}
-
 /// Orthonormal primitives, block by block.
 #[derive(Clone, Debug)]
 pub(super) struct Primitives {
     layout: SegmentLayout,
-    parts: Vec<Part>,
     /// For each part, primitives as columns (width N x size).
     blocks: Vec<DMatrix<f64>>,
 }
@@ -46,43 +34,6 @@ pub(super) struct Demonstrations<'a> {
     pub(super) activations_m: &'a DMatrix<f64>,
 }
 
-fn parts(layout: SegmentLayout) -> Vec<Part> {
-    let finger = |finger: Finger| Part {
-        start: finger.index() * 3,
-        stride: SEGMENT_COORDINATES,
-        width: 3,
-    };
-    let mut parts: Vec<_> = Finger::ALL.map(finger).to_vec();
-    if layout.object {
-        parts.push(Part {
-            start: layout.finger_rows(),
-            stride: OBJECT_COORDINATES,
-            width: OBJECT_COORDINATES,
-        });
-    }
-    parts
-}
-
-impl Part {
-    /// Its rows of a column, one after the other.
-    fn rows(self, samples: usize) -> impl Iterator<Item = usize> {
-        (0..samples).flat_map(move |t| {
-            let first = self.start + t * self.stride;
-            first..first + self.width
-        })
-    }
-
-    fn gather(self, columns_m: &DMatrix<f64>, samples: usize) -> DMatrix<f64> {
-        let mut own = DMatrix::zeros(self.width * samples, columns_m.ncols());
-        for (mut own, column) in own.column_iter_mut().zip(columns_m.column_iter()) {
-            for (place, row) in own.iter_mut().zip(self.rows(samples)) {
-                *place = column[row];
-            }
-        }
-        own
-    }
-}
-
 impl Primitives {
     /// At most `most` components of each part, those with the largest mean square, and the
     /// activations of the deviations (r x n, metres): orthonormal primitives make them scalar
@@ -92,21 +43,17 @@ impl Primitives {
         layout: SegmentLayout,
         most: usize,
     ) -> (Self, DMatrix<f64>) {
-        let parts = parts(layout);
-        let (blocks, products): (Vec<_>, Vec<_>) = parts
-            .par_iter()
+        let (blocks, products): (Vec<_>, Vec<_>) = (0..layout.parts())
+            .into_par_iter()
             .map(|part| {
-                let own_m = part.gather(deviations_m, layout.samples);
+                let rows: Vec<usize> = layout.part_rows(part).collect();
+                let own_m = deviations_m.select_rows(&rows);
                 let block = components(&own_m, most);
                 let activations = activations(&block, &own_m);
                 (block, activations)
             })
             .unzip();
-        let primitives = Self {
-            layout,
-            parts,
-            blocks,
-        };
+        let primitives = Self { layout, blocks };
         let mut activations_m = DMatrix::zeros(primitives.rank(), deviations_m.ncols());
         let mut start = 0;
         for product in products {
@@ -208,11 +155,12 @@ impl Primitives {
             (Finger::COUNT, coordinate - SEGMENT_COORDINATES)
         };
         let start: usize = self.blocks[..index].iter().map(DMatrix::ncols).sum();
-        let (part, block) = (self.parts[index], &self.blocks[index]);
+        let block = &self.blocks[index];
+        let width = block.nrows() / self.layout.samples;
         for (j, primitive) in block.column_iter().enumerate() {
             for (k, profile) in profiles.column_iter().enumerate() {
                 activations[(start + j, k)] = (profile.iter().enumerate())
-                    .map(|(t, value)| value * primitive[t * part.width + axis])
+                    .map(|(t, value)| value * primitive[t * width + axis])
                     .sum();
             }
         }
@@ -223,9 +171,9 @@ impl Primitives {
     pub(super) fn matrix(&self) -> DMatrix<f64> {
         let mut matrix = DMatrix::zeros(self.layout.rows(), self.rank());
         let mut start = 0;
-        for (part, block) in self.parts.iter().zip(&self.blocks) {
+        for (part, block) in self.blocks.iter().enumerate() {
             for (j, primitive) in block.column_iter().enumerate() {
-                for (row, value) in part.rows(self.layout.samples).zip(primitive.iter()) {
+                for (row, value) in self.layout.part_rows(part).zip(primitive.iter()) {
                     matrix[(row, start + j)] = *value;
                 }
             }

@@ -62,9 +62,16 @@ pub(crate) fn table<'a>(
     table.finish()
 }
 
-/// An instant in seconds after another, exact to the nanosecond.
+/// An instant in seconds after another, exact to the nanosecond and without digits that say nothing.
 pub fn seconds_after(unix_nanos: u64, start_unix_nanos: u64) -> String {
-    seconds(i128::from(unix_nanos) - i128::from(start_unix_nanos))
+    let nanos = i128::from(unix_nanos) - i128::from(start_unix_nanos);
+    let sign = if nanos < 0 { "-" } else { "" };
+    let (whole, rest) = (
+        nanos.abs() / NANOS_PER_SECOND,
+        nanos.abs() % NANOS_PER_SECOND,
+    );
+    let text = format!("{sign}{whole}.{rest:09}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
 /// An instant as people write it: seconds after `start_unix_nanos`, or a time with its zone
@@ -84,17 +91,6 @@ pub fn parse_instant(text: &str, start_unix_nanos: u64) -> Option<u64> {
         None => text.parse::<jiff::Timestamp>().ok()?.as_nanosecond(),
     };
     u64::try_from(nanos).ok()
-}
-
-/// Nanoseconds as seconds, without digits that say nothing.
-pub(crate) fn seconds(nanos: i128) -> String {
-    let sign = if nanos < 0 { "-" } else { "" };
-    let (whole, rest) = (
-        nanos.abs() / NANOS_PER_SECOND,
-        nanos.abs() % NANOS_PER_SECOND,
-    );
-    let text = format!("{sign}{whole}.{rest:09}");
-    text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
 /// Reads events; times are seconds after `start_unix_nanos`, unless they are instants.

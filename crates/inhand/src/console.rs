@@ -38,6 +38,11 @@ impl Console {
         self.say(&format!("wrote {}", file.display()));
     }
 
+    /// Names a file that was written, with what is in it.
+    pub(crate) fn wrote_with(&self, file: &Path, content: &str) {
+        self.say(&format!("wrote {} ({content})", file.display()));
+    }
+
     /// A finding about a file that is used all the same.
     pub(crate) fn finding(&self, file: &str, finding: &Finding) {
         self.say(&format!("{:<8} {file}: {finding}", finding.severity.name()));

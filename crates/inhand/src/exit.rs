@@ -23,6 +23,11 @@ pub(crate) enum Exit {
 }
 
 impl Exit {
+    /// The end of a command that did all, unless something was lost or a check did not pass.
+    pub(crate) fn done_unless(lossy: bool) -> Self {
+        if lossy { Exit::Lossy } else { Exit::Done }
+    }
+
     /// The exit code of an error. A closed pipe is no failure, since the reader needs no more.
     pub(crate) fn from_error(error: &anyhow::Error) -> Self {
         for cause in error.chain() {

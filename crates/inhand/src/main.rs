@@ -45,14 +45,12 @@ fn main() -> std::process::ExitCode {
         Ok(()) => cli.command.run(&console),
         Err(error) => Err(anyhow::Error::new(error).context("cannot start threads")),
     };
-    match result {
-        Ok(exit) => exit.into(),
-        Err(error) => {
-            let exit = Exit::from_error(&error);
-            if exit != Exit::Done {
-                console.error(&error);
-            }
-            exit.into()
+    let exit = result.unwrap_or_else(|error| {
+        let exit = Exit::from_error(&error);
+        if exit != Exit::Done {
+            console.error(&error);
         }
-    }
+        exit
+    });
+    exit.into()
 }

@@ -119,6 +119,14 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), SessionError> {
     })
 }
 
+/// Whether two paths name one file: the same one on disk, or the same path where there is none.
+pub fn same_file(a: &Path, b: &Path) -> bool {
+    match (a.canonicalize(), b.canonicalize()) {
+        (Ok(a), Ok(b)) => a == b,
+        _ => a == b,
+    }
+}
+
 /// Refuses an output that is also an input, or that exists and may not be replaced.
 ///
 /// # Errors
@@ -133,11 +141,7 @@ pub fn check_target(
     if !path.exists() {
         return Ok(());
     }
-    let same = |input: &&&Path| match (path.canonicalize(), input.canonicalize()) {
-        (Ok(a), Ok(b)) => a == b,
-        _ => false,
-    };
-    if inputs.iter().any(|input| same(&input)) {
+    if inputs.iter().any(|input| same_file(path, input)) {
         return refuse("the output is also an input: name another file");
     }
     if path.is_dir() {

@@ -272,7 +272,7 @@ impl Target {
                 "warning  the event at {start} s is outside the take"
             ));
         }
-        console.say(&format!("wrote {} ({done})", output.display()));
+        console.wrote_with(output, &done);
         Ok(Exit::Done)
     }
 }

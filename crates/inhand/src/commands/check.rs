@@ -90,9 +90,5 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         CheckFormat::Markdown => to_markdown(&takes),
     };
     args.output.write(console, &shown)?;
-    Ok(if args.fail_on.is_met(&takes) {
-        Exit::Lossy
-    } else {
-        Exit::Done
-    })
+    Ok(Exit::done_unless(args.fail_on.is_met(&takes)))
 }

@@ -125,11 +125,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         let view = !args.writing.no_view;
         write_cleaned(target, take, &cleaned, &made, settings.shape()?, view)?;
         data(&listed(&cleaned.changes, take.measured().clock))?;
-        console.say(&format!(
-            "wrote {} ({})",
-            target.display(),
-            counted(&cleaned.changes)
-        ));
+        console.wrote_with(target, &counted(&cleaned.changes));
     }
     Ok(Exit::Done)
 }

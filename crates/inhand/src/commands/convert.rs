@@ -76,7 +76,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
             _ => take.convert(target, &settings, !args.writing.no_view)?,
         }
         let megabytes = std::fs::metadata(target)?.len() as f64 / 1e6;
-        console.say(&format!("wrote {} ({megabytes:.1} MB)", target.display()));
+        console.wrote_with(target, &format!("{megabytes:.1} MB"));
     }
     Ok(exit)
 }

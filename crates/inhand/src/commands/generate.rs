@@ -72,13 +72,11 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         write_take(target, &contents, !args.writing.no_view)?;
         let trajectories = generated.iter().flat_map(|g| &g.trajectories);
         let lost = trajectories.filter(|t| t.is_none()).count();
-        console.say(&format!(
-            "wrote {} ({} segments by {} methods, {lost} without a trajectory)",
-            target.display(),
-            segments.len(),
-            generated.len(),
-        ));
+        let (segments, methods) = (segments.len(), generated.len());
+        let counts =
+            format!("{segments} segments by {methods} methods, {lost} without a trajectory");
+        console.wrote_with(target, &counts);
         failed += lost;
     }
-    Ok(if failed > 0 { Exit::Lossy } else { Exit::Done })
+    Ok(Exit::done_unless(failed > 0))
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use inhand_session::containers;
+use inhand_session::{containers, same_file};
 use serde_json::json;
 
 use crate::commands::cut::seconds;
@@ -36,11 +36,7 @@ pub(crate) struct Args {
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let inputs: Vec<&Path> = args.inputs.iter().map(PathBuf::as_path).collect();
     for (n, input) in inputs.iter().enumerate() {
-        let same = |other: &&Path| match (other.canonicalize(), input.canonicalize()) {
-            (Ok(a), Ok(b)) => a == b,
-            _ => other == input,
-        };
-        if inputs[..n].iter().any(same) {
+        if inputs[..n].iter().any(|other| same_file(other, input)) {
             return usage(format!("{} is named twice", input.display()));
         }
     }

@@ -52,13 +52,13 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         };
         write_take(target, &contents, !args.writing.no_view)?;
         let counts = Finger::ALL.map(|finger| motion.fingertips[finger].counts());
-        console.say(&format!(
-            "wrote {} ({} samples; of all fingertip samples {} filled, {} missing)",
-            target.display(),
+        let content = format!(
+            "{} samples; of all fingertip samples {} filled, {} missing",
             motion.len(),
             counts.iter().map(|counts| counts.filled).sum::<usize>(),
             counts.iter().map(|counts| counts.missing).sum::<usize>(),
-        ));
+        );
+        console.wrote_with(target, &content);
     }
     Ok(Exit::Done)
 }

@@ -36,11 +36,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let recovered = containers::recover(&args.input, output)?;
     print(args.format, || text(&recovered), || as_json(&recovered))?;
     console.say(&format!("wrote {}, and read it back", output.display()));
-    Ok(if recovered.is_lossy() {
-        Exit::Lossy
-    } else {
-        Exit::Done
-    })
+    Ok(Exit::done_unless(recovered.is_lossy()))
 }
 
 fn text(recovered: &Recovered) -> String {

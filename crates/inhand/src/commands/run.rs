@@ -123,9 +123,8 @@ pub(crate) fn run_shown(console: &Console, options: &RunOptions, format: Format)
             "{} plans have no trajectory: see the report",
             result.failed_plans
         ));
-        return Ok(Exit::Lossy);
     }
-    Ok(Exit::Done)
+    Ok(Exit::done_unless(result.failed_plans > 0))
 }
 
 #[cfg(test)]

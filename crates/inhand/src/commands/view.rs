@@ -58,11 +58,8 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
             (ViewedKind::Dictionary, _) => ", which dictionaries always have".to_owned(),
             (_, replaced) => format!(" in place of {replaced}"),
         };
-        console.say(&format!(
-            "wrote {} ({} messages for viewers{had})",
-            target.display(),
-            viewed.messages
-        ));
+        let content = format!("{} messages for viewers{had}", viewed.messages);
+        console.wrote_with(target, &content);
     }
     Ok(Exit::Done)
 }

@@ -8,6 +8,7 @@ use inhand_model::{Clock, Event, Label, Shape, StartTime};
 
 use super::{Align, OverlayMethods, OverlayOptions};
 use crate::error::{Located, SessionError, invalid};
+use crate::output::same_file;
 use crate::session::stem;
 use crate::settings::Settings;
 use crate::take::{Take, same_motion, same_source};
@@ -37,11 +38,7 @@ pub(super) fn read(
         return Err(invalid("takes", expected, &paths.len()));
     }
     for (n, path) in paths.iter().enumerate() {
-        let same = |other: &std::path::PathBuf| match (other.canonicalize(), path.canonicalize()) {
-            (Ok(a), Ok(b)) => a == b,
-            _ => other == path,
-        };
-        if paths[..n].iter().any(same) {
+        if paths[..n].iter().any(|other| same_file(other, path)) {
             let found = format!("{} twice", path.display());
             return Err(invalid("takes", "each file once", &found));
         }

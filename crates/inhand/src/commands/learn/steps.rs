@@ -107,7 +107,7 @@ pub(super) fn stats(console: &Console, args: &StatsArgs) -> Result<Exit> {
     let mut blocks = 0;
     let file = inhand_training::stats(&folder, args.shard, &mut || blocks += 1)?;
     if args.format == Format::Text {
-        console.say(&format!("wrote {} ({blocks} blocks)", file.display()));
+        console.wrote_with(&file, &format!("{blocks} blocks"));
     }
     let json = || {
         json!({

@@ -9,7 +9,7 @@ fn a_cylinder_session_runs_from_code() {
     let folder = tempfile::tempdir().unwrap();
     let shape: Shape = "cylinder:0.05x0.06".parse().unwrap();
     let mut simulated = SessionSettings::new(shape);
-    (simulated.train_takes, simulated.duration_s) = (2, 15.0);
+    (simulated.train_takes, simulated.take.duration_s) = (2, 15.0);
     let session = folder.path().join("session");
     let takes = simulate_session(&session, &simulated, 3, TakeFormat::Mcap, false).unwrap();
     assert_eq!(takes.len(), 3);

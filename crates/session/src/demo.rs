@@ -66,7 +66,7 @@ pub fn simulate_session(
             output::write_text(&truth, &faults_json(take))?;
         }
     }
-    let text = format!("[object]\nshape = \"{}\"\n", simulated.shape);
+    let text = format!("[object]\nshape = \"{}\"\n", simulated.take.shape);
     output::write_text(&settings_path, &text)?;
     Ok(files.into_iter().map(|(path, _)| path).collect())
 }

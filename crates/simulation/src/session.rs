@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::error::SimulationError;
 use crate::faults::{FaultSettings, simulate_faulty};
 use crate::random::{Purpose, Random};
-use crate::settings::{GapSettings, TakeSettings, in_range};
+use crate::settings::{TakeSettings, in_range};
 use crate::take::{SimulatedTake, simulate};
 
 /// Most takes of one kind in a session: names have two digits.
@@ -15,21 +15,14 @@ const MAX_TAKES: usize = 99;
 /// A session of takes; [`SessionSettings::new`] has the defaults of the demo.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SessionSettings {
-    /// The object in the hand, as in [`TakeSettings::shape`].
-    pub shape: Shape,
+    /// What all takes have in common. Each has a name of its own, and the object is tracked in those for
+    /// testing and where `track_object_in_training` says so.
+    pub take: TakeSettings,
     /// Takes for learning, up to 99.
     pub train_takes: usize,
     /// Takes for testing, up to 99.
     pub test_takes: usize,
-    /// Length of every take, seconds.
-    pub duration_s: f64,
-    /// Samples per second.
-    pub rate_hz: f64,
-    /// Standard deviation of marker noise per coordinate, metres.
-    pub noise_m: f64,
-    /// Gaps in the fingertip markers of every take, if any.
-    pub gaps: Option<GapSettings>,
-    /// Faults planted into every take, if any; their gaps take the place of `gaps`.
+    /// Faults planted into every take, if any; their gaps take the place of those of `take`.
     pub faults: Option<FaultSettings>,
     /// Whether the object is tracked in the takes for learning; in those for testing it is.
     pub track_object_in_training: bool,
@@ -38,29 +31,13 @@ pub struct SessionSettings {
 impl SessionSettings {
     /// The session of the demo with this object: five takes for learning, one for testing, 120 s
     /// each, otherwise as [`TakeSettings::new`]; the object is tracked in the test take alone.
-    pub const fn new(shape: Shape) -> Self {
+    pub fn new(shape: Shape) -> Self {
         Self {
-            shape,
+            take: TakeSettings::new(shape, ""),
             train_takes: 5,
             test_takes: 1,
-            duration_s: 120.0,
-            rate_hz: 100.0,
-            noise_m: 1e-4,
-            gaps: None,
             faults: None,
             track_object_in_training: false,
-        }
-    }
-
-    fn take(&self, name: String, track_object: bool) -> TakeSettings {
-        TakeSettings {
-            shape: self.shape,
-            duration_s: self.duration_s,
-            rate_hz: self.rate_hz,
-            noise_m: self.noise_m,
-            gaps: self.gaps,
-            track_object,
-            name,
         }
     }
 }
@@ -88,17 +65,21 @@ pub fn session(settings: &SessionSettings, seed: u64) -> Result<SimulatedSession
     ] {
         in_range(setting, takes as f64, 0.0, MAX_TAKES as f64)?;
     }
-    let object = match settings.shape {
+    let object = match settings.take.shape {
         Shape::Cuboid { edges_m: [x, y, z] } if x == y && y == z => "cube",
         Shape::Cuboid { .. } => "box",
         Shape::Cylinder { .. } => "cylinder",
     };
     let plan = |role: &'static str, takes: usize, first_stream: u64, track_object: bool| {
         (1..=takes).map(move |number| {
-            let name = format!("{object}_{role}_{number:02}");
+            let take = TakeSettings {
+                name: format!("{object}_{role}_{number:02}"),
+                track_object,
+                ..settings.take.clone()
+            };
             let stream = Purpose::Take(first_stream + number as u64);
             let take_seed = Random::new(seed, stream).integer();
-            (settings.take(name, track_object), take_seed)
+            (take, take_seed)
         })
     };
     let track_in_training = settings.track_object_in_training;

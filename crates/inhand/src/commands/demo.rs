@@ -36,7 +36,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let begin = Instant::now();
     let line = format!(
         "simulating a session: {shape}, {} takes of {} s for training, {} for testing",
-        simulated.train_takes, simulated.duration_s, simulated.test_takes
+        simulated.train_takes, simulated.take.duration_s, simulated.test_takes
     );
     let step = console.step(&line);
     // A session of an earlier demo may be replaced.

@@ -63,9 +63,9 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     settings.train_takes = args.takes;
     settings.test_takes = args.test_takes;
     settings.track_object_in_training = args.track_object;
-    settings.duration_s = args.duration;
-    settings.rate_hz = args.rate;
-    settings.gaps = (args.gaps != 0.0).then(|| GapSettings::with_share(args.gaps));
+    settings.take.duration_s = args.duration;
+    settings.take.rate_hz = args.rate;
+    settings.take.gaps = (args.gaps != 0.0).then(|| GapSettings::with_share(args.gaps));
     settings.faults = args.faults.then(FaultSettings::bad_session);
     let files = simulate_session(&args.output, &settings, args.seed, args.format, args.force)?;
     let lines = files.iter().map(|file| format!("{}\n", file.display()));

@@ -80,7 +80,7 @@ fn a_session_refuses_what_its_takes_refuse() {
         change(&mut settings);
         session(&settings, 1).map(|_| ())
     };
-    assert!(settings(|s| s.rate_hz = f64::NAN).is_err());
+    assert!(settings(|s| s.take.rate_hz = f64::NAN).is_err());
     assert!(settings(|s| s.train_takes = 1000).is_err());
     let empty = settings(|s| (s.train_takes, s.test_takes) = (0, 0));
     assert_eq!(empty, Ok(()));

@@ -33,15 +33,13 @@ fn short(name: &str) -> TakeSettings {
 }
 
 fn short_session() -> SessionSettings {
-    SessionSettings {
-        train_takes: 3,
-        test_takes: 2,
-        duration_s: 10.0,
-        ..SessionSettings::new(Shape::Cylinder {
-            diameter_m: 0.05,
-            height_m: 0.05,
-        })
-    }
+    let mut settings = SessionSettings::new(Shape::Cylinder {
+        diameter_m: 0.05,
+        height_m: 0.05,
+    });
+    (settings.train_takes, settings.test_takes) = (3, 2);
+    settings.take.duration_s = 10.0;
+    settings
 }
 
 #[test]

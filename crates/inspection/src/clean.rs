@@ -8,8 +8,7 @@ use inhand_model::{Change, PerFinger, Recording, Roles};
 use inhand_motion::MotionError;
 
 use crate::detect;
-use crate::repair::repair;
-use crate::suspect::Suspect;
+use crate::suspect::{Suspect, repair};
 
 pub use fill::{FillMethod, FillSettings, fill};
 pub use offset::to_pads;

@@ -13,8 +13,7 @@ use inhand_model::{Finger, Recording, Roles};
 use inhand_motion::{MotionError, fingertip_markers};
 
 use crate::lookup::finger_of;
-use crate::repair::repair;
-use crate::suspect::{Suspect, SuspectKind};
+use crate::suspect::{Suspect, SuspectKind, repair};
 
 pub use flips::flips;
 pub use spikes::spikes;

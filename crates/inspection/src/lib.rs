@@ -33,7 +33,6 @@ pub mod detect;
 
 mod check;
 mod clean;
-mod repair;
 mod suspect;
 
 mod continuity;
@@ -43,5 +42,4 @@ mod statistics;
 
 pub use check::*;
 pub use clean::*;
-pub use repair::repair;
 pub use suspect::*;

@@ -3,8 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::evaluation::Statistics;
-use crate::finger::{Finger, PerFinger};
-use crate::finger_set::FingerSet;
+use crate::finger::{Finger, FingerSet, PerFinger};
 use crate::names::named;
 use crate::units::{self, AsIs, Millimetres, Unit};
 

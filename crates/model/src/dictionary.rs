@@ -204,24 +204,14 @@ impl Dictionary {
     /// [`DictionaryError`] for the first part that does not fit.
     pub fn validate(&self) -> Result<(), DictionaryError> {
         let (rows, rank) = (self.layout.rows(), self.rank());
+        let (mean_m, covariance) = (&self.activation_mean_m, &self.activation_covariance_m2);
+        let (high, wide) = covariance.shape();
         for (what, expected, found) in [
             ("rows of the primitives", rows, self.primitives.nrows()),
             ("length of the offset", rows, self.offset_m.len()),
-            (
-                "length of the activation mean",
-                rank,
-                self.activation_mean_m.len(),
-            ),
-            (
-                "rows of the activation covariance",
-                rank,
-                self.activation_covariance_m2.nrows(),
-            ),
-            (
-                "columns of the activation covariance",
-                rank,
-                self.activation_covariance_m2.ncols(),
-            ),
+            ("length of the activation mean", rank, mean_m.len()),
+            ("rows of the activation covariance", rank, high),
+            ("columns of the activation covariance", rank, wide),
         ] {
             if expected != found {
                 return Err(DictionaryError::Shape {
@@ -235,11 +225,8 @@ impl Dictionary {
         for (what, numbers) in [
             ("the primitives", self.primitives.as_slice()),
             ("the offset", self.offset_m.as_slice()),
-            ("the activation mean", self.activation_mean_m.as_slice()),
-            (
-                "the activation covariance",
-                self.activation_covariance_m2.as_slice(),
-            ),
+            ("the activation mean", mean_m.as_slice()),
+            ("the activation covariance", covariance.as_slice()),
             ("the velocity bounds", &velocity.min_m_s),
             ("the velocity bounds", &velocity.max_m_s),
         ] {

@@ -3,8 +3,7 @@
 use std::ops::Range;
 
 use crate::contact_dynamics::PhaseKind;
-use crate::finger::{Finger, PerFinger};
-use crate::finger_set::FingerSet;
+use crate::finger::{Finger, FingerSet, PerFinger};
 use crate::segments::{SegmentLayout, SegmentOrigin};
 
 /// Every judged instant behind an evaluation: what statistics of fingertips, their figures and intervals are

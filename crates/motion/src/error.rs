@@ -63,6 +63,19 @@ impl MotionError {
             expected: expected.into(),
         }
     }
+
+    /// Fails unless a setting is in its range.
+    pub(crate) fn unless(
+        in_range: bool,
+        setting: &'static str,
+        found: impl fmt::Display,
+        expected: &str,
+    ) -> Result<(), Self> {
+        match in_range {
+            true => Ok(()),
+            false => Err(Self::setting(setting, found, expected)),
+        }
+    }
 }
 
 /// Names in quotes.

@@ -57,7 +57,10 @@ pub fn to_hand_frame(
     settings: &ProcessSettings,
 ) -> Result<Motion, MotionError> {
     let max_gap = gap_samples("max_gap_s", settings.max_gap_s, recording.clock.rate_hz())?;
-    let offset = settings.object_offset()?;
+    let (offset_m, expected) = (settings.object_offset_m, "three finite numbers, metres");
+    let finite = offset_m.iter().all(|c| c.is_finite());
+    MotionError::unless(finite, "object_offset_m", format!("{offset_m:?}"), expected)?;
+    let offset = Translation3::from(offset_m);
 
     let body = |role, source| role_body(recording, role, source, templates);
     let mut hand: PoseTrack<World, Hand> = in_role(&body(BodyRole::Hand, &roles.hand)?.track);
@@ -140,17 +143,4 @@ pub fn in_hand<T: Sample, U: Sample>(
         (both.map(|(pose, value)| combine(pose, value)), status)
     };
     (0..track.len()).map(sample).collect()
-}
-
-impl ProcessSettings {
-    fn object_offset(&self) -> Result<Translation3<f64>, MotionError> {
-        if self.object_offset_m.iter().all(|c| c.is_finite()) {
-            return Ok(Translation3::from(self.object_offset_m));
-        }
-        Err(MotionError::setting(
-            "object_offset_m",
-            format!("{:?}", self.object_offset_m),
-            "three finite numbers, metres",
-        ))
-    }
 }

@@ -133,39 +133,25 @@ impl Cut {
     /// [`MotionError::Setting`] as [`cut_segments`].
     pub fn new(settings: &SegmentSettings) -> Result<Self, MotionError> {
         let layout = settings.layout;
-        if layout.samples < 2 {
-            return Err(MotionError::setting(
-                "layout.samples",
-                layout.samples,
-                "2 or more: a segment has a first and a last sample",
-            ));
-        }
-        if settings.stride == 0 {
-            return Err(MotionError::setting("stride", 0, "1 sample or more"));
-        }
+        let (samples, stride) = (layout.samples, settings.stride);
+        let expected = "2 or more: a segment has a first and a last sample";
+        MotionError::unless(samples >= 2, "layout.samples", samples, expected)?;
+        MotionError::unless(stride > 0, "stride", stride, "1 sample or more")?;
         let margin = (settings.margin_s * layout.rate_hz).round();
-        if !(margin >= 1.0 && margin.is_finite()) {
-            return Err(MotionError::setting(
-                "margin_s",
-                settings.margin_s,
-                format!(
-                    "{} s or more, a sample at {} Hz: end velocities are taken over it",
-                    1.0 / layout.rate_hz,
-                    layout.rate_hz
-                ),
-            ));
-        }
+        let expected = format!(
+            "{} s or more, a sample at {} Hz: end velocities are taken over it",
+            1.0 / layout.rate_hz,
+            layout.rate_hz
+        );
+        let in_range = margin >= 1.0 && margin.is_finite();
+        MotionError::unless(in_range, "margin_s", settings.margin_s, &expected)?;
         let missing = settings.missing_s * layout.rate_hz;
-        if !(missing >= 0.0 && missing < layout.samples as f64) {
-            return Err(MotionError::setting(
-                "missing_s",
-                settings.missing_s,
-                "a time in seconds, 0 or more and shorter than a segment",
-            ));
-        }
+        let in_range = missing >= 0.0 && missing < samples as f64;
+        let expected = "a time in seconds, 0 or more and shorter than a segment";
+        MotionError::unless(in_range, "missing_s", settings.missing_s, expected)?;
         Ok(Self {
             layout,
-            stride: settings.stride,
+            stride,
             margin: margin as usize,
             // A whole number of samples must not be lost to rounding.
             missing: (missing + 1e-6) as usize,

@@ -85,13 +85,9 @@ pub fn gap_samples(
     longest_s: f64,
     rate_hz: f64,
 ) -> Result<usize, MotionError> {
-    if !(longest_s.is_finite() && longest_s >= 0.0) {
-        return Err(MotionError::setting(
-            setting,
-            longest_s,
-            "a time in seconds, 0 or more",
-        ));
-    }
+    let in_range = longest_s.is_finite() && longest_s >= 0.0;
+    let expected = "a time in seconds, 0 or more";
+    MotionError::unless(in_range, setting, longest_s, expected)?;
     // A whole number of samples must not be lost to rounding: 0.29 s * 100 Hz is 28.999...96.
     const SLACK_SAMPLES: f64 = 1e-6;
     Ok((longest_s * rate_hz + SLACK_SAMPLES) as usize)

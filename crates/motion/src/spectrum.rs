@@ -56,20 +56,11 @@ impl Welch {
     /// [`MotionError::Setting`] for a window of fewer than two samples and for a rate that is not a positive
     /// number.
     pub fn new(window: usize, rate_hz: f64) -> Result<Self, MotionError> {
-        if window < 2 {
-            return Err(MotionError::setting(
-                "window",
-                window,
-                "2 samples or more: one has no frequency",
-            ));
-        }
-        if !(rate_hz > 0.0 && rate_hz.is_finite()) {
-            return Err(MotionError::setting(
-                "rate_hz",
-                rate_hz,
-                "a positive number of samples per second",
-            ));
-        }
+        let expected = "2 samples or more: one has no frequency";
+        MotionError::unless(window >= 2, "window", window, expected)?;
+        let expected = "a positive number of samples per second";
+        let positive = rate_hz > 0.0 && rate_hz.is_finite();
+        MotionError::unless(positive, "rate_hz", rate_hz, expected)?;
         let turn = |k: usize| TAU * (k % window) as f64 / window as f64;
         let hann: Vec<f64> = (0..window).map(|n| 0.5 - 0.5 * turn(n).cos()).collect();
         let frequencies = window / 2 + 1;

@@ -129,11 +129,8 @@ fn rigidity(
     let (recording, settings) = (subject.recording, subject.settings);
     let mut pairs = Vec::new();
     for (i, a) in markers.iter().enumerate() {
-        pairs.extend(
-            markers[i + 1..]
-                .iter()
-                .filter_map(|b| Pair::new(recording.len(), a, b)),
-        );
+        let others = markers[i + 1..].iter();
+        pairs.extend(others.filter_map(|b| Pair::new(recording.len(), a, b)));
     }
     let worst = pairs.iter().max_by(|a, b| a.p95_m.total_cmp(&b.p95_m))?;
     let drifting = pairs

@@ -81,10 +81,8 @@ fn of_body(recording: &Recording, body: &TrackedBody) -> Option<CheckResult> {
     let tried: Vec<_> = (readings(recording.source.rotation).into_iter())
         .map(|reading| (seen.wander_m(&reading.rotation, reading.positions), reading))
         .collect();
-    let best_m = tried
-        .iter()
-        .map(|(wander_m, _)| *wander_m)
-        .fold(f64::INFINITY, f64::min);
+    let wanders_m = tried.iter().map(|(wander_m, _)| *wander_m);
+    let best_m = wanders_m.fold(f64::INFINITY, f64::min);
     // Of readings that are as good as each other, the likeliest, which is the first.
     let as_good_m = AS_GOOD * best_m + AS_GOOD_M;
     let better = (tried.into_iter())
@@ -247,11 +245,8 @@ fn axis_changes() -> impl Iterator<Item = (String, Matrix3<f64>)> {
                 let minus = if sign(row) < 0.0 { "-" } else { "" };
                 words.push(format!("{minus}{}", ["x", "y", "z"][usize::from(from)]));
             }
-            let moved = order
-                .iter()
-                .enumerate()
-                .filter(|&(row, &from)| row != usize::from(from));
-            let changed = moved.count() + signs.count_ones() as usize;
+            let moved = (0..3).filter(|&row| row != usize::from(order[row])).count();
+            let changed = moved + signs.count_ones() as usize;
             if changed > 0 {
                 changes.push((changed, format!("axes ({})", words.join(", ")), matrix));
             }

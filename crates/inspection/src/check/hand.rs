@@ -3,8 +3,8 @@
 use inhand_model::{Finger, LengthUnit, Motion, Pose, Recording, Setting};
 use nalgebra::Vector3;
 
+use super::CheckSettings;
 use super::checkup::{CheckResult, Level};
-use super::settings::CheckSettings;
 use super::words::{length, names};
 use crate::statistics::Sorted;
 

@@ -53,15 +53,10 @@ pub(crate) fn duplicate_names(subject: &Subject<'_>) -> Option<CheckResult> {
     let Recording {
         markers, bodies, ..
     } = subject.recording;
-    let named = (markers
-        .iter()
-        .filter(|marker| marker.kind != MarkerKind::Unlabelled))
-    .map(|marker| (marker.kind.name(), marker.name.as_str()))
-    .chain(
-        bodies
-            .iter()
-            .map(|body| (body.kind.name(), body.name.as_str())),
-    );
+    let markers_named = (markers.iter())
+        .filter(|m| m.kind != MarkerKind::Unlabelled)
+        .map(|m| (m.kind.name(), m.name.as_str()));
+    let named = markers_named.chain(bodies.iter().map(|b| (b.kind.name(), b.name.as_str())));
     let mut seen: BTreeMap<(&str, &str), usize> = BTreeMap::new();
     named.for_each(|name| *seen.entry(name).or_default() += 1);
     seen.retain(|_, n| *n > 1);

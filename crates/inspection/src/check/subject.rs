@@ -7,7 +7,7 @@ use inhand_model::{
 };
 use inhand_motion::{BodyRole, MotionError, Templates, fit_templates, role_body};
 
-use super::settings::CheckSettings;
+use super::CheckSettings;
 
 /// A take, the limits of its check, and hand, object and fingertips; none of these without roles.
 pub(crate) struct Subject<'a> {

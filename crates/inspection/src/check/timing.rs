@@ -96,12 +96,9 @@ fn repeats<T: Sample + PartialEq>(track: &Track<T>, k: usize) -> Option<bool> {
 /// Runs of frames in which everything that is present equals the frame before.
 fn repeated_frames(recording: &Recording) -> Vec<Range<usize>> {
     runs(1..recording.len(), |k| {
-        let markers = recording
-            .markers
-            .iter()
-            .filter_map(|m| repeats(&m.track, k));
-        let mut present =
-            markers.chain(recording.bodies.iter().filter_map(|b| repeats(&b.track, k)));
+        let markers = (recording.markers.iter()).filter_map(|m| repeats(&m.track, k));
+        let bodies = (recording.bodies.iter()).filter_map(|b| repeats(&b.track, k));
+        let mut present = markers.chain(bodies);
         present.next() == Some(true) && present.all(|repeats| repeats)
     })
 }

@@ -13,9 +13,8 @@ use inhand_motion::{MotionError, fingertip_markers};
 use crate::continuity::{End, UsualJumps, end_after, end_before, jump_m};
 use crate::geometry::Geometry;
 use crate::lookup::{Flips, hand_poses, in_hand};
-use crate::repair::take_over;
 use crate::statistics::median;
-use crate::suspect::{Suspect, SuspectKind};
+use crate::suspect::{Suspect, SuspectKind, take_over};
 
 /// An end of a piece says whose it is if the finger was seen within this time of it, seconds.
 const NEAR_S: f64 = 0.15;

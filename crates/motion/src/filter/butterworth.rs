@@ -44,20 +44,14 @@ impl Butterworth {
     /// [`MotionError::Setting`] for an order outside 1 to 10 and for a cut-off that is not between zero
     /// and half the rate.
     pub fn new(cutoff_hz: f64, order: usize, rate_hz: f64) -> Result<Self, MotionError> {
-        if !(1..=MAX_ORDER).contains(&order) {
-            return Err(MotionError::setting(
-                "filter.order",
-                order,
-                format!("1 to {MAX_ORDER}"),
-            ));
-        }
-        if !(cutoff_hz > 0.0 && cutoff_hz < 0.5 * rate_hz) {
-            return Err(MotionError::setting(
-                "filter.cutoff_hz",
-                cutoff_hz,
-                format!("above 0 and below half the rate of {rate_hz} Hz"),
-            ));
-        }
+        let (in_range, expected) = (
+            (1..=MAX_ORDER).contains(&order),
+            format!("1 to {MAX_ORDER}"),
+        );
+        MotionError::unless(in_range, "filter.order", order, &expected)?;
+        let in_range = cutoff_hz > 0.0 && cutoff_hz < 0.5 * rate_hz;
+        let expected = format!("above 0 and below half the rate of {rate_hz} Hz");
+        MotionError::unless(in_range, "filter.cutoff_hz", cutoff_hz, &expected)?;
         let w = (PI * cutoff_hz / rate_hz).tan() / (SQRT_2 - 1.0).powf(0.5 / order as f64);
         let mut sections: Vec<Section> = (0..order / 2)
             .map(|pair| {

@@ -32,13 +32,8 @@ impl Median {
     ///
     /// [`MotionError::Setting`] for a window of no sample.
     pub fn new(window: usize) -> Result<Self, MotionError> {
-        if window == 0 {
-            return Err(MotionError::setting(
-                "filter.window",
-                window,
-                "a number of samples, 1 or more",
-            ));
-        }
+        let expected = "a number of samples, 1 or more";
+        MotionError::unless(window > 0, "filter.window", window, expected)?;
         Ok(Self { window })
     }
 

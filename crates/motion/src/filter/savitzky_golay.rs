@@ -24,20 +24,10 @@ impl SavitzkyGolay {
     ///
     /// [`MotionError::Setting`] for an even window and for an order that the window does not allow.
     pub fn new(window: usize, order: usize) -> Result<Self, MotionError> {
-        if window.is_multiple_of(2) {
-            return Err(MotionError::setting(
-                "filter.window",
-                window,
-                "an odd number of samples",
-            ));
-        }
-        if order >= window {
-            return Err(MotionError::setting(
-                "filter.order",
-                order,
-                format!("a degree below the window of {window} samples"),
-            ));
-        }
+        let odd = !window.is_multiple_of(2);
+        MotionError::unless(odd, "filter.window", window, "an odd number of samples")?;
+        let expected = format!("a degree below the window of {window} samples");
+        MotionError::unless(order < window, "filter.order", order, &expected)?;
         let basis = Basis::new(window, order);
         let middle = (0..window).map(|k| basis.product(window / 2, k)).collect();
         Ok(Self {

@@ -89,19 +89,21 @@ impl From<f64> for Variable {
 /// [`ExportError::Content`] for other files, among them those of MATLAB's `-v7.3`, and where the bytes
 /// contradict themselves.
 pub fn read(bytes: &[u8], file: &str) -> Result<Variables, ExportError> {
-    match MatrixFormat::from_bytes(bytes) {
-        Some(MatrixFormat::Npz) => npz::read(bytes, file),
-        Some(MatrixFormat::Mat) => mat::read(bytes, file),
-        None => Err(unknown(bytes, file)),
+    if ZIP_MARKS.iter().any(|mark| bytes.starts_with(mark)) {
+        npz::read(bytes, file)
+    } else if mat::is_mat(bytes) {
+        mat::read(bytes, file)
+    } else {
+        Err(unknown(bytes, file))
     }
 }
 
-/// Writes matrices as a file of this form, in the given order. `file` is its name in errors.
+/// Writes matrices as a file of this format, in the given order. `file` is its name in errors.
 ///
 /// # Errors
 ///
 /// [`ExportError::Content`] for a name that MATLAB does not take or that comes twice, for
-/// [`Variable::Other`] and for matrices too large for the form.
+/// [`Variable::Other`] and for matrices too large for the format.
 pub fn write<N: AsRef<str>>(
     form: MatrixFormat,
     file: &str,
@@ -134,7 +136,7 @@ const ZIP_MARKS: [&[u8]; 2] = [b"PK\x03\x04", b"PK\x05\x06"];
 /// Longest name that MATLAB takes.
 const NAME_CHARACTERS: usize = 63;
 
-/// A form of file.
+/// A file format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MatrixFormat {
     /// NumPy's archive of arrays, as of `numpy.savez`.
@@ -144,7 +146,7 @@ pub enum MatrixFormat {
 }
 
 impl MatrixFormat {
-    /// Every form.
+    /// Every format.
     pub const ALL: [MatrixFormat; 2] = [MatrixFormat::Npz, MatrixFormat::Mat];
 
     /// Extension of its files, without the dot.
@@ -155,7 +157,7 @@ impl MatrixFormat {
         }
     }
 
-    /// The form that a file name asks for, whatever the case of its letters.
+    /// The format that a file name asks for, whatever the case of its letters.
     ///
     /// ```
     /// use inhand_export::matrices::MatrixFormat;
@@ -167,14 +169,6 @@ impl MatrixFormat {
         (MatrixFormat::ALL.into_iter())
             .find(|form| extension.eq_ignore_ascii_case(form.extension()))
     }
-
-    /// The form that bytes start as.
-    pub fn from_bytes(bytes: &[u8]) -> Option<Self> {
-        if ZIP_MARKS.iter().any(|mark| bytes.starts_with(mark)) {
-            return Some(MatrixFormat::Npz);
-        }
-        mat::is_mat(bytes).then_some(MatrixFormat::Mat)
-    }
 }
 
 /// Whether MATLAB takes it as a name of a variable.
@@ -184,7 +178,7 @@ fn is_name(name: &str) -> bool {
         && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
 }
 
-/// The error for bytes of none of the forms.
+/// The error for bytes of none of the formats.
 fn unknown(bytes: &[u8], file: &str) -> ExportError {
     // HDF5's own mark, without MATLAB's text in front or after it.
     const HDF5: &[u8] = b"\x89HDF\r\n\x1a\n";

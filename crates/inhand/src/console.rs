@@ -13,19 +13,11 @@ use crate::options::Format;
 /// Messages on stderr.
 #[derive(Debug)]
 pub(crate) struct Console {
-    quiet: bool,
+    /// Whether only results and errors are wanted.
+    pub(crate) quiet: bool,
 }
 
 impl Console {
-    pub(crate) fn new(quiet: bool) -> Self {
-        Self { quiet }
-    }
-
-    /// Whether only results and errors are wanted.
-    pub(crate) fn is_quiet(&self) -> bool {
-        self.quiet
-    }
-
     /// A line about what was done.
     pub(crate) fn say(&self, line: &str) {
         if !self.quiet {

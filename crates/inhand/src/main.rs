@@ -36,7 +36,7 @@ struct Cli {
 fn main() -> std::process::ExitCode {
     let matches = examples::with_examples(Cli::command()).get_matches();
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
-    let console = Console::new(cli.quiet);
+    let console = Console { quiet: cli.quiet };
     // The pool is built once, here; it can only fail where the system refuses threads.
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(usize::from(cli.threads))

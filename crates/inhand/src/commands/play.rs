@@ -86,7 +86,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     say_how(console, address);
     // For scripts: what they need to connect, as soon as they can.
     data(&format!("ws://{address}\n"))?;
-    let keys = Keys::listen(server.controls(), console.is_quiet());
+    let keys = Keys::listen(server.controls(), console.quiet);
     let (bar, with_keys) = (console.bar("{msg}"), keys.is_some());
     let played = server.run(|event| match (&event, words(&event)) {
         (Event::Progress(now), _) => bar.set_message(progress_line(now, with_keys)),

@@ -207,10 +207,10 @@ pub struct ObjectError {
     pub angle: Statistics,
 }
 
-/// How often the recorded motion lies within a planned corridor of a stated width.
+/// How often the recorded motion lies within a prediction region of a stated width.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CorridorCoverage {
-    /// Share of instants that the corridor was made to hold, 0 to 1.
+    /// Share of instants that the region was made to hold, 0 to 1.
     pub share_stated: f64,
     /// Its width, as a Mahalanobis distance, without unit.
     #[serde(with = "AsIs")]
@@ -219,7 +219,7 @@ pub struct CorridorCoverage {
     pub n: usize,
     /// Instants among `n` at which the fingertip was filled.
     pub n_filled: usize,
-    /// Instants left out: a gap, a plan that failed, or one without corridor.
+    /// Instants left out: a gap, a plan that failed, or one without region.
     pub n_left_out: usize,
     /// Share of the `n` instants inside; NaN without any.
     #[serde(rename = "inside", with = "AsIs")]
@@ -350,7 +350,7 @@ pub struct MethodEvaluation {
     /// Planned against recorded object; `None` where the method plans no object or no take has one.
     #[serde(flatten, with = "object_error")]
     pub object_error: Option<ObjectError>,
-    /// Coverage of the corridor, one for each width; empty where the method plans no corridor.
+    /// Coverage of the region, one for each width; empty where the method plans no region.
     #[serde(default)]
     pub corridors: Vec<CorridorCoverage>,
     /// How planning went; `None` for baselines.

@@ -39,7 +39,7 @@ pub struct Residual {
     pub covariance_m2: DMatrix<f64>,
     /// Mean square of what the primitives cannot express, per fingertip coordinate, m².
     pub unexplained_m2: f64,
-    /// How wide a corridor has to be to hold a share of the demonstrations, measured on takes left
+    /// How wide a prediction region has to be to hold a share of the demonstrations, measured on takes left
     /// out.
     pub calibration: Vec<Calibration>,
     /// How the weights of the expectation were chosen.
@@ -65,7 +65,7 @@ pub struct Validation {
     pub standard_error_m: f64,
 }
 
-/// A corridor's width: at each instant the recorded fingertip lies within `mahalanobis` standard
+/// Width of a prediction region: at each instant the recorded fingertip lies within `mahalanobis` standard
 /// deviations of the planned one (as the three-dimensional covariance measures it) at a share
 /// `share` of all instants.
 #[derive(Clone, Copy, Debug, PartialEq)]

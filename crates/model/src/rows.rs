@@ -52,7 +52,7 @@ pub struct MethodRows {
     pub object_position_error_m: Option<Vec<f64>>,
     /// Angle between planned and recorded object, radians; `None` likewise.
     pub object_angle_error_rad: Option<Vec<f64>>,
-    /// Mahalanobis distance of each recorded fingertip from the planned corridor, no unit; `None` where the method
+    /// Mahalanobis distance of each recorded fingertip from the planned prediction region, no unit; `None` where the method
     /// plans none.
     pub mahalanobis: Option<Vec<PerFinger<f64>>>,
 }

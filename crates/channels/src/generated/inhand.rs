@@ -135,7 +135,7 @@ pub struct DeviationPrimitives {
     #[prost(double, repeated, tag = "2")]
     pub primitives: ::prost::alloc::vec::Vec<f64>,
 }
-/// How wide a corridor has to be to hold a share of all instants.
+/// How wide a prediction region has to be to hold a share of all instants.
 #[derive(Clone, Copy, PartialEq, ::prost::Message)]
 pub struct CorridorWidth {
     /// Share of instants inside, 0 to 1.
@@ -190,7 +190,7 @@ pub struct Residual {
     /// Mean square of what the primitives cannot express, per coordinate, square metres.
     #[prost(double, tag = "13")]
     pub unexplained_m2: f64,
-    /// Widths of corridors.
+    /// Widths of prediction regions.
     #[prost(message, repeated, tag = "14")]
     pub calibration: ::prost::alloc::vec::Vec<CorridorWidth>,
     /// Groups of takes that were left out in turn, and segments predicted.

@@ -98,11 +98,11 @@ fn ranks_that_are_too_large_are_left_out_and_named() {
 }
 
 #[test]
-fn a_single_take_is_judged_by_its_stretches() {
+fn a_single_take_is_evaluated_by_its_ranges() {
     let bench = Bench::csv();
     let options = ["--rank", "4..8:4", "--format", "json"];
     let choice = outcome(&run(&bench, &TAKES[..1], &options))["rank_choice"].clone();
-    assert_eq!(choice["left_out_by"], "stretches of one take");
+    assert_eq!(choice["left_out_by"], "ranges of one take");
 }
 
 #[test]

@@ -44,7 +44,7 @@ pub(crate) struct Args {
     /// Use the primitives of a .npz or .mat file, and learn the rest.
     ///
     /// They are `primitives` or `W`, or scikit-learn's `components_`; with `offset_m`, the offset of the data.
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["work", "rank", "restarts"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["work", "rank", "restarts"], hide_short_help = true)]
     primitives: Option<PathBuf>,
     /// Print the outcome as text or json.
     #[arg(long, value_enum, default_value_t)]

@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::evaluation::Statistics;
 use crate::finger::{Finger, FingerSet, PerFinger};
 use crate::names::named;
+use crate::statistics::Statistics;
 use crate::units::{self, AsIs, Millimetres, Unit};
 
 /// More than rounding can do to a distance between a finger and the object in its hand, metres, so

@@ -4,11 +4,11 @@ use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::evaluation::MethodChoice;
-use crate::finger::PerFinger;
+use crate::finger::{Finger, PerFinger};
 use crate::names::named;
 use crate::residual::Residual;
-use crate::segments::{Configuration, SegmentLayout};
+use crate::segments::{Configuration, SEGMENT_COORDINATES, SegmentLayout};
+use crate::units::{Millimetres, Number, Numbers, Unit, millimetres_or_infinite};
 
 named! {
     /// How a dictionary was learned.
@@ -238,5 +238,71 @@ impl Dictionary {
             return Err(DictionaryError::Negative);
         }
         Ok(())
+    }
+}
+
+/// How methods compare on left-out training takes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MethodChoice {
+    /// The method chosen.
+    pub method: String,
+    /// Every method that was compared.
+    pub candidates: Vec<MethodCandidate>,
+    /// By how much the best learned method is better than the best that learns nothing, metres;
+    /// `None` where only one kind was compared. A learned method is chosen if this is above its
+    /// standard error.
+    #[serde(rename = "gain_mm", with = "Millimetres")]
+    pub gain_m: Option<f64>,
+    /// Standard error of that difference over segments, metres.
+    #[serde(rename = "gain_standard_error_mm", with = "Millimetres")]
+    pub gain_standard_error_m: Option<f64>,
+    /// Groups of takes left out in turn.
+    pub folds: usize,
+    /// Segments planned.
+    pub segments: usize,
+}
+
+/// One method on left-out training takes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MethodCandidate {
+    /// Name.
+    pub name: String,
+    /// Mean error over segments, fingers and instants, metres; infinite where a plan failed.
+    #[serde(rename = "mean_error_mm", with = "millimetres_or_infinite")]
+    pub mean_error_m: f64,
+}
+
+/// Velocity bounds of one finger in a document, each axis.
+#[derive(Serialize, Deserialize)]
+pub(crate) struct FingerBounds {
+    min: [Number; 3],
+    max: [Number; 3],
+}
+
+impl Numbers for VelocityBounds {
+    type Written = PerFinger<FingerBounds>;
+
+    fn write(&self, unit: fn(f64) -> f64) -> Self::Written {
+        let axes = |bounds: &[f64; SEGMENT_COORDINATES], finger: Finger| {
+            std::array::from_fn(|axis| bounds[3 * finger.index() + axis].write(unit))
+        };
+        PerFinger::from_fn(|finger| FingerBounds {
+            min: axes(&self.min_m_s, finger),
+            max: axes(&self.max_m_s, finger),
+        })
+    }
+
+    fn read(written: Self::Written, unit: fn(f64) -> f64) -> Self {
+        let mut bounds = VelocityBounds {
+            min_m_s: [0.0; SEGMENT_COORDINATES],
+            max_m_s: [0.0; SEGMENT_COORDINATES],
+        };
+        for (finger, FingerBounds { min, max }) in written.into_array().into_iter().enumerate() {
+            for (axis, (min, max)) in min.into_iter().zip(max).enumerate() {
+                bounds.min_m_s[3 * finger + axis] = f64::read(min, unit);
+                bounds.max_m_s[3 * finger + axis] = f64::read(max, unit);
+            }
+        }
+        bounds
     }
 }

@@ -4,7 +4,7 @@
 use serde::{Deserialize, Serialize, Serializer};
 
 use crate::contact_dynamics::ContactDynamics;
-use crate::dictionary::{DictionaryKind, StopReason, VelocityBounds};
+use crate::dictionary::{DictionaryKind, MethodChoice, StopReason, VelocityBounds};
 use crate::expectation::{Bandwidths, ExpectationWeights};
 use crate::finding::{Finding, Severity};
 use crate::finger::{Finger, HandAndFingers, PerFinger};
@@ -12,89 +12,9 @@ use crate::intervals::Intervals;
 use crate::movement::MovementAnalysis;
 use crate::plan::ConstraintFamily;
 use crate::residual::Validation;
+use crate::statistics::Statistics;
 use crate::track::TrackCounts;
-use crate::units::{
-    AsIs, Degrees, Millimetres, Numbers, SquareMillimetres, Unit, millimetres_or_infinite,
-};
-
-/// A distribution of lengths, metres, or, where a field says so, of angles, radians. Quantiles are
-/// type 7 (linear interpolation).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Statistics {
-    /// Values.
-    pub n: usize,
-    /// Values among `n` that rest on a filled sample.
-    pub n_filled: usize,
-    /// Values that a take without gaps, and plans without failures, would have given in addition.
-    pub n_left_out: usize,
-    /// Arithmetic mean.
-    #[serde(with = "AsIs")]
-    pub mean: f64,
-    /// Root of the mean square.
-    #[serde(with = "AsIs")]
-    pub rmse: f64,
-    /// Smallest value.
-    #[serde(with = "AsIs")]
-    pub min: f64,
-    /// 5 % quantile.
-    #[serde(with = "AsIs")]
-    pub p5: f64,
-    /// First quartile.
-    #[serde(with = "AsIs")]
-    pub p25: f64,
-    /// Median.
-    #[serde(with = "AsIs")]
-    pub p50: f64,
-    /// Third quartile.
-    #[serde(with = "AsIs")]
-    pub p75: f64,
-    /// 95 % quantile.
-    #[serde(with = "AsIs")]
-    pub p95: f64,
-    /// Largest value.
-    #[serde(with = "AsIs")]
-    pub max: f64,
-    /// Smallest value not below the first quartile by more than 1.5 interquartile ranges.
-    #[serde(with = "AsIs")]
-    pub whisker_low: f64,
-    /// Largest value not above the third quartile by more than 1.5 interquartile ranges.
-    #[serde(with = "AsIs")]
-    pub whisker_high: f64,
-}
-
-impl Statistics {
-    fn map(mut self, mut change: impl FnMut(f64) -> f64) -> Self {
-        for value in [
-            &mut self.mean,
-            &mut self.rmse,
-            &mut self.min,
-            &mut self.p5,
-            &mut self.p25,
-            &mut self.p50,
-            &mut self.p75,
-            &mut self.p95,
-            &mut self.max,
-            &mut self.whisker_low,
-            &mut self.whisker_high,
-        ] {
-            *value = change(*value);
-        }
-        self
-    }
-}
-
-/// Quantiles of nothing do not exist: with n = 0 every number is null, whatever the struct holds.
-impl Numbers for Statistics {
-    type Written = Statistics;
-
-    fn write(&self, unit: fn(f64) -> f64) -> Statistics {
-        self.map(|value| if self.n > 0 { unit(value) } else { f64::NAN })
-    }
-
-    fn read(written: Statistics, unit: fn(f64) -> f64) -> Self {
-        written.map(unit)
-    }
-}
+use crate::units::{AsIs, Degrees, Millimetres, SquareMillimetres, Unit};
 
 /// How much of the planned motion lies where the training takes have been.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -264,37 +184,6 @@ pub struct FamilyFacts {
     /// The most that it would have to give way for one of them, in the family's unit.
     #[serde(with = "AsIs")]
     pub largest_relaxation: f64,
-}
-
-/// How methods compare on left-out training takes.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct MethodChoice {
-    /// The method chosen.
-    pub method: String,
-    /// Every method that was compared.
-    pub candidates: Vec<MethodCandidate>,
-    /// By how much the best learned method is better than the best that learns nothing, metres;
-    /// `None` where only one kind was compared. A learned method is chosen if this is above its
-    /// standard error.
-    #[serde(rename = "gain_mm", with = "Millimetres")]
-    pub gain_m: Option<f64>,
-    /// Standard error of that difference over segments, metres.
-    #[serde(rename = "gain_standard_error_mm", with = "Millimetres")]
-    pub gain_standard_error_m: Option<f64>,
-    /// Groups of takes left out in turn.
-    pub folds: usize,
-    /// Segments planned.
-    pub segments: usize,
-}
-
-/// One method on left-out training takes.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct MethodCandidate {
-    /// Name.
-    pub name: String,
-    /// Mean error over segments, fingers and instants, metres; infinite where a plan failed.
-    #[serde(rename = "mean_error_mm", with = "millimetres_or_infinite")]
-    pub mean_error_m: f64,
 }
 
 /// What was learned of deviations from the smooth curve.

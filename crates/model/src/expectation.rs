@@ -9,8 +9,7 @@ use nalgebra::{DMatrix, DVector};
 
 use self::kernel::kernels;
 use crate::finger::Finger;
-use crate::residual::{FINGER_ENDS, ends_len};
-use crate::segments::{SEGMENT_COORDINATES, SegmentLayout};
+use crate::segments::{FINGER_ENDS, SEGMENT_COORDINATES, SegmentLayout, ends_len};
 
 /// Sums of a product that are kept side by side.
 const SUMS: usize = 4;

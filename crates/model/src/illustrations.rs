@@ -2,8 +2,8 @@
 //! spectra, hulls, primitives.
 
 use crate::dictionary::Hull;
-use crate::evaluation::Statistics;
 use crate::finger::{Finger, PerFinger};
+use crate::statistics::Statistics;
 
 /// A path of five fingertips in the hand frame, metres: a list of points for each finger.
 pub type Path = PerFinger<Vec<[f64; 3]>>;

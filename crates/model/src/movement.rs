@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::evaluation::Statistics;
 use crate::finger::PerFinger;
+use crate::statistics::Statistics;
 use crate::units::{AsIs, Millimetres, Unit, named};
 
 /// Measures of motion over the test segments: of the recording and of each method, at the same segments.

@@ -4,13 +4,8 @@ use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
 use crate::expectation::Expectation;
-use crate::segments::{EndConditions, SEGMENT_COORDINATES, SegmentLayout};
+use crate::segments::{EndConditions, FINGER_ENDS, SEGMENT_COORDINATES, SegmentLayout, ends_len};
 use crate::units::{Millimetres, Unit};
-
-/// Numbers in a vector of end conditions without the object: four configurations.
-pub(crate) const FINGER_ENDS: usize = 4 * SEGMENT_COORDINATES;
-/// Numbers for the object: first position, last position, rotation between them.
-const OBJECT_ENDS: usize = 9;
 
 /// Motion as the smooth curve through its end conditions plus a learned deviation:
 ///
@@ -85,11 +80,6 @@ impl Residual {
     pub fn expected_m(&self, ends: &DVector<f64>) -> DVector<f64> {
         self.expectation.expected_m(ends)
     }
-}
-
-/// Numbers in a vector of end conditions: 60, with the object 69.
-pub const fn ends_len(layout: SegmentLayout) -> usize {
-    FINGER_ENDS + if layout.object { OBJECT_ENDS } else { 0 }
 }
 
 impl EndConditions {

@@ -10,6 +10,11 @@ use crate::frame::{Hand, Object, Pose, Position};
 /// Numbers in one configuration: five fingertips, three coordinates each.
 pub const SEGMENT_COORDINATES: usize = 3 * Finger::COUNT;
 
+/// Numbers in a vector of end conditions without the object: four configurations.
+pub(crate) const FINGER_ENDS: usize = 4 * SEGMENT_COORDINATES;
+/// Numbers for the object: first position, last position, rotation between them.
+const OBJECT_ENDS: usize = 9;
+
 /// Fingertip positions at one instant, hand frame, metres, ordered finger then axis; also used for
 /// their velocities in m/s.
 pub type Configuration = [f64; SEGMENT_COORDINATES];
@@ -297,4 +302,9 @@ impl Segments {
         let column = self.column_m(segment);
         Position::new(column[row], column[row + 1], column[row + 2])
     }
+}
+
+/// Numbers in a vector of end conditions: 60, with the object 69.
+pub const fn ends_len(layout: SegmentLayout) -> usize {
+    FINGER_ENDS + if layout.object { OBJECT_ENDS } else { 0 }
 }

@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
-use crate::evaluation::Statistics;
 use crate::finger::HandAndFingers;
 use crate::intervals::Intervals;
+use crate::statistics::Statistics;
 use crate::units::{Millimetres, Unit};
 
 /// What many sessions say together. Statistics over sessions are those of all their instants together, not

@@ -4,9 +4,7 @@
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use crate::dictionary::VelocityBounds;
-use crate::finger::{Finger, HandAndFingers, PerFinger};
-use crate::segments::SEGMENT_COORDINATES;
+use crate::finger::{HandAndFingers, PerFinger};
 
 /// A number of a document, or null. A type of its own, because serde takes a missing `Option` for null and a missing
 /// key must be an error.
@@ -170,41 +168,6 @@ impl<T: Numbers> Numbers for HandAndFingers<T> {
             all: T::read(written.all, unit),
             by_finger: PerFinger::read(written.by_finger, unit),
         }
-    }
-}
-
-/// Velocity bounds of one finger in a document, each axis.
-#[derive(Serialize, Deserialize)]
-pub(crate) struct FingerBounds {
-    min: [Number; 3],
-    max: [Number; 3],
-}
-
-impl Numbers for VelocityBounds {
-    type Written = PerFinger<FingerBounds>;
-
-    fn write(&self, unit: fn(f64) -> f64) -> Self::Written {
-        let axes = |bounds: &[f64; SEGMENT_COORDINATES], finger: Finger| {
-            std::array::from_fn(|axis| bounds[3 * finger.index() + axis].write(unit))
-        };
-        PerFinger::from_fn(|finger| FingerBounds {
-            min: axes(&self.min_m_s, finger),
-            max: axes(&self.max_m_s, finger),
-        })
-    }
-
-    fn read(written: Self::Written, unit: fn(f64) -> f64) -> Self {
-        let mut bounds = VelocityBounds {
-            min_m_s: [0.0; SEGMENT_COORDINATES],
-            max_m_s: [0.0; SEGMENT_COORDINATES],
-        };
-        for (finger, FingerBounds { min, max }) in written.into_array().into_iter().enumerate() {
-            for (axis, (min, max)) in min.into_iter().zip(max).enumerate() {
-                bounds.min_m_s[3 * finger + axis] = f64::read(min, unit);
-                bounds.max_m_s[3 * finger + axis] = f64::read(max, unit);
-            }
-        }
-        bounds
     }
 }
 

@@ -3,8 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::{Bandwidths, Expectation, ExpectationWeights};
-use crate::residual::ends_len;
-use crate::segments::SegmentLayout;
+use crate::segments::{SegmentLayout, ends_len};
 
 fn layout(object: bool) -> SegmentLayout {
     SegmentLayout {

@@ -101,12 +101,17 @@ pub(crate) fn unpack(
         return Err(place.short(op::CHUNK));
     };
     let fault = |expected: String, found: String| place.error(name_of(op::CHUNK), expected, found);
-    let (size, limit) = (header.uncompressed_size, limit(&data));
+    let size = match Packing::from_name(&header.compression) {
+        // What is not packed is all there, whatever is stated.
+        Some(Packing::None) => data.len() as u64,
+        _ => header.uncompressed_size,
+    };
+    let limit = limit(&data);
     if size > limit {
         let expected = format!("at most {limit} bytes");
         return Err(fault(expected, format!("a length of {size}")));
     }
-    let unpacked = decompress(&header.compression, &data, size, records);
+    let unpacked = decompress(&header.compression, &data, size + 1, records);
     let found = records.len() as u64;
     let calculated = match header.uncompressed_crc {
         0 => 0,
@@ -129,6 +134,10 @@ pub(crate) fn unpack(
         }
         Err(_) => Err(ends_early()),
         Ok(()) if found < size => Err(ends_early()),
+        Ok(()) if found > size => {
+            let expected = format!("{size} bytes, as stated");
+            Err(fault(expected, "more".to_owned()))
+        }
         Ok(()) if !sound => {
             let stated = header.uncompressed_crc;
             Err(place.bad_sum(name_of(op::CHUNK), stated, calculated))

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use mcap::records::{Channel, Record};
+use mcap::records::Record;
 
 use crate::error::{ContainerError, Place};
 use crate::format::set_id;
@@ -16,8 +16,8 @@ pub(crate) struct Ids {
     keep_both: bool,
     /// By name, encoding and data.
     schemas: Taken<(String, String, Vec<u8>)>,
-    /// By the channel with the new id of its schema, and none of its own.
-    channels: Taken<Channel>,
+    /// By topic, new id of the schema, encoding and metadata.
+    channels: Taken<(String, u16, String, BTreeMap<String, String>)>,
     /// Schema id and encoding of the first channel of each topic, with its file's name.
     topics: BTreeMap<String, (u16, String, String)>,
     /// Topics with several channels of different schemas or encodings.
@@ -26,17 +26,18 @@ pub(crate) struct Ids {
 
 /// The ids that are taken, and what for.
 struct Taken<K> {
-    ids: Vec<(K, u16)>,
+    /// The ids of equal ones, and how many of them each file has.
+    ids: BTreeMap<K, (Vec<u16>, BTreeMap<usize, usize>)>,
     taken: BTreeSet<u16>,
     first: u16,
     /// New ids by file and old id.
     of_file: BTreeMap<(usize, u16), u16>,
 }
 
-impl<K: PartialEq> Taken<K> {
+impl<K: Ord> Taken<K> {
     fn starting_at(first: u16) -> Self {
         Self {
-            ids: Vec::new(),
+            ids: BTreeMap::new(),
             taken: BTreeSet::new(),
             first,
             of_file: BTreeMap::new(),
@@ -45,26 +46,25 @@ impl<K: PartialEq> Taken<K> {
 
     /// The new id of a file's schema or channel; `None` where there is none left.
     fn id(&mut self, file: usize, old: u16, content: K) -> Option<u16> {
-        let of_file = &self.of_file;
-        let before = of_file.get(&(file, old));
-        let is_other = |id: u16| {
-            let mut own = of_file.range((file, 0)..=(file, u16::MAX));
-            own.any(|((_, other), new)| *new == id && *other != old)
-        };
-        let equal = || (self.ids.iter()).filter(|(known, _)| *known == content);
-        let known = (self.ids.iter()).find(|(known, id)| Some(id) == before && *known == content);
-        let known = known.or_else(|| equal().find(|(_, id)| !is_other(*id)));
-        let id = match known {
-            Some((_, id)) => *id,
+        let (equal, of_each) = self.ids.entry(content).or_default();
+        if let Some(before) = self.of_file.get(&(file, old))
+            && equal.contains(before)
+        {
+            return Some(*before);
+        }
+        let of_this = of_each.entry(file).or_default();
+        let id = match equal.get(*of_this) {
+            Some(id) => *id,
             None => {
                 let is_free = |id: &u16| *id >= self.first && !self.taken.contains(id);
                 let id = Some(old).filter(is_free);
                 let id = id.or_else(|| (self.first..=u16::MAX).find(is_free))?;
                 self.taken.insert(id);
-                self.ids.push((content, id));
+                equal.push(id);
                 id
             }
         };
+        *of_this += 1;
         self.of_file.insert((file, old), id);
         Some(id)
     }
@@ -90,8 +90,8 @@ impl Ids {
     pub(crate) fn topic(&self, new: u16) -> Option<&str> {
         let mut known = self.channels.ids.iter();
         known
-            .find(|(_, id)| *id == new)
-            .map(|(channel, _)| &*channel.topic)
+            .find(|(_, (ids, _))| ids.contains(&new))
+            .map(|((topic, ..), _)| topic.as_str())
     }
 
     /// Learns a schema or channel of a file; its new id, `None` for other records.
@@ -115,11 +115,12 @@ impl Ids {
                     })?,
                 };
                 self.check_topic(place, &channel.topic, schema, &channel.message_encoding)?;
-                let content = Channel {
-                    id: 0,
-                    schema_id: schema,
-                    ..channel.clone()
-                };
+                let content = (
+                    channel.topic.clone(),
+                    schema,
+                    channel.message_encoding.clone(),
+                    channel.metadata.clone(),
+                );
                 self.channels.id(file, channel.id, content)
             }
             _ => return Ok(None),

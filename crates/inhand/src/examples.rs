@@ -99,7 +99,8 @@ fn short(command: Command) -> Command {
             return arg.help_heading(None);
         }
         let is_setting = SETTINGS.contains(&arg.get_help_heading().unwrap_or_default());
-        arg.hide_short_help(is_setting)
+        let is_hidden = is_setting || arg.is_hide_short_help_set();
+        arg.hide_short_help(is_hidden)
     });
     command.mut_subcommands(short)
 }

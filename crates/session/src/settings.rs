@@ -130,7 +130,7 @@ pub struct SourceSettings {
     /// Which axis points up, where a file does not state it: y or z.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub up: Option<String>,
-    /// Samples per second of an third-party MCAP recording, where its stamps do not prove a rate.
+    /// Samples per second of a third-party MCAP recording, where its stamps do not prove a rate.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rate_hz: Option<f64>,
 }

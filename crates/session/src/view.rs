@@ -48,7 +48,7 @@ pub struct Viewed {
 /// A step `view` is added to the provenance. Where fingertips have been in training is drawn if the
 /// `dictionary` is given that was learned there.
 ///
-/// Memory is taken for the file's bytes and for the take in them.
+/// Memory is taken for the file's bytes, for the take in them and for the packed views.
 ///
 /// # Errors
 ///

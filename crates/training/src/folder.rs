@@ -39,6 +39,13 @@ pub struct LearningPlan {
     pub settings: Settings,
 }
 
+/// Who began a run.
+#[derive(Deserialize)]
+struct Begun {
+    format: u32,
+    tool: String,
+}
+
 /// A take of the run.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -84,15 +91,16 @@ impl LearningFolder {
             }
             Err(error) => return Err(SessionError::io("read", &path)(error)),
         };
-        let plan: LearningPlan = serde_json::from_str(&text)
-            .map_err(|error| wrong(format!("not the plan of a run: {error}")))?;
-        if plan.format != FORMAT || plan.tool != TOOL {
+        let not_a_plan = |error| wrong(format!("not the plan of a run: {error}"));
+        // The rest of another version's plan may be anything.
+        let Begun { format, tool } = serde_json::from_str(&text).map_err(not_a_plan)?;
+        if format != FORMAT || tool != TOOL {
             return Err(wrong(format!(
-                "the run was begun by {} (form {}), this is {} (form {FORMAT}): go on with the \
-                 version that began it, or begin again",
-                plan.tool, plan.format, TOOL
+                "the run was begun by {tool} (form {format}), this is {TOOL} (form {FORMAT}): go on with \
+                 the version that began it, or begin again"
             )));
         }
+        let plan: LearningPlan = serde_json::from_str(&text).map_err(not_a_plan)?;
         plan.settings.validate()?;
         Ok(Self {
             root: root.to_owned(),

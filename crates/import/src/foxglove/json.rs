@@ -68,11 +68,7 @@ pub(super) fn point_cloud(value: &Value) -> Result<PointCloud, Fault> {
                 r#type: i32::try_from(whole(field, "type")?).unwrap_or(0),
             })
         })?,
-        // With or without the signs that fill it up.
-        data: BASE64_NOPAD
-            .decode(text(value, "data")?.trim_end_matches('=').as_bytes())
-            .map_err(|error| Fault::new("\"data\" in base64", error.to_string()))?
-            .into(),
+        data: base64(&text(value, "data")?)?.into(),
     })
 }
 
@@ -148,4 +144,33 @@ fn unexpected(value: &Value, key: &str, expected: &str) -> Fault {
         |found| found.to_string().chars().take(40).collect(),
     );
     Fault::new(format!("{expected} as \"{key}\""), found)
+}
+
+/// Bytes of base64, with or without the signs that fill it up.
+fn base64(text: &str) -> Result<Vec<u8>, Fault> {
+    BASE64_NOPAD
+        .decode(text.trim_end_matches('=').as_bytes())
+        .map_err(|error| Fault::new("\"data\" in base64", error.to_string()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn base64_as_in_rfc_4648() {
+        for (text, bytes) in [
+            ("", &b""[..]),
+            ("Zg==", b"f"),
+            ("Zm8=", b"fo"),
+            ("Zm9v", b"foo"),
+            ("Zm9vYg==", b"foob"),
+            ("Zm9vYmE", b"fooba"),
+            ("+/+/", &[0xfb, 0xff, 0xbf]),
+        ] {
+            assert_eq!(base64(text).ok().as_deref(), Some(bytes), "{text}");
+        }
+        assert!(base64("Zm9vY").is_err());
+        assert!(base64("Zm 9").is_err());
+    }
 }

@@ -105,7 +105,7 @@ fn findings(takes: &[TakeQuality]) -> Markup {
     html! {
         @if !takes.is_empty() {
             h3 { "Findings" }
-            @if odd().next().is_none() { p { "Every take is OK." } }
+            @if odd().next().is_none() { p { "No finding in any take." } }
         }
         @for take in odd() {
             h4 { (take.take) span.faint { " (" (take.role) ")" } }

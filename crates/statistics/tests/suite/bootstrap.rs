@@ -122,6 +122,16 @@ fn nothing_and_one_cluster_have_no_interval() {
             (3.0, None, None)
         );
     }
+
+    // Of 5 clusters with rows and 40 without, a draw in 200 has no row at all: it is left out.
+    let mut sparse = vec![vec![]; 45];
+    for (cluster, value) in [1.0, 3.0, 1.0, 3.0, 1.0].into_iter().enumerate() {
+        sparse[9 * cluster] = vec![value];
+    }
+    let rows = ClusteredRows::new(&sparse).unwrap();
+    let many = bootstrap(2700, 1, 0.9);
+    let mean = intervals(&rows, &[Measure::Mean], &many).unwrap()[0].unwrap();
+    assert_eq!(mean.interval, Some([1.0, 3.0]));
 }
 
 #[test]

@@ -129,7 +129,7 @@ fn nothing_and_one_cluster_have_no_interval() {
         sparse[9 * cluster] = vec![value];
     }
     let rows = ClusteredRows::new(&sparse).unwrap();
-    let many = bootstrap(2700, 1, 0.9);
+    let many = bootstrap(2700, 1, 0.999);
     let mean = intervals(&rows, &[Measure::Mean], &many).unwrap()[0].unwrap();
     assert_eq!(mean.interval, Some([1.0, 3.0]));
 }

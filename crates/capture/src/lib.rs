@@ -1,7 +1,7 @@
 //! Vendor motion-capture files to recordings and back: Motive CSV, Qualisys TSV, TRC,
 //! C3D.
 //!
-//! A reader turns bytes into a [`Recording`]: metres, unit quaternions, an even clock, a status on
+//! A reader turns bytes into a [`Recording`](inhand_model::Recording): metres, unit quaternions, an even clock, a status on
 //! every sample. Odd but usable content becomes a [`Finding`](inhand_model::Finding) on the
 //! recording; unusable content is a [`CaptureError`] that says where, what was expected,
 //! what was found and what to do. Nothing here opens a file. [`read()`] takes a file in memory, [`Blocks`]

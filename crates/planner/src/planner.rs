@@ -136,7 +136,7 @@ impl Planner {
     ///
     /// # Errors
     ///
-    /// [`PlanError::Conditioning`] where rounding leaves no problem to solve.
+    /// [`PlanError`] where rounding leaves no problem to solve.
     pub fn exact(mut self) -> Result<Self, PlanError> {
         if self.deviations.take().is_some() {
             let usual = TargetValues::new(&usual_target(self.method), self.model.layout)?;

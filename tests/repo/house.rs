@@ -76,7 +76,9 @@ fn function(line: &str) -> Option<&str> {
 
 #[test]
 fn files_open_with_a_noun_phrase_or_a_verb() {
-    let clauses = ["What ", "How ", "Where ", "When ", "Who ", "Why "];
+    let clauses = [
+        "What ", "How ", "Where ", "When ", "Who ", "Why ", "Which ", "Whether ",
+    ];
     for file in files() {
         let first = file
             .text

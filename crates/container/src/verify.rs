@@ -1,4 +1,4 @@
-//! Whether a file that was written reads back.
+//! Checks that a written file reads back.
 
 use std::io::{Read, Seek};
 

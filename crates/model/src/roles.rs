@@ -1,4 +1,4 @@
-//! Which tracked thing is the hand, the object, a finger.
+//! Roles of tracked things: hand, object, fingers.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,4 +1,4 @@
-//! Which segments are predicted from which.
+//! Folds: groups of segments that are predicted from the others.
 
 use std::collections::BTreeMap;
 

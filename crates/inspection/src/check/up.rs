@@ -1,4 +1,4 @@
-//! Which way is up, by things that rest.
+//! The vertical axis, by things that rest.
 //!
 //! A thing that lies still while the hand moves lies on something, and from there it can only be
 //! taken up. So the direction in which its resting places are the lowest points of its track, while

@@ -1,4 +1,4 @@
-//! Which class of the style sheet colours what. Fingers have the same colour in every figure;
+//! Classes of the style sheet, by what they colour. Fingers have the same colour in every figure;
 //! methods have a scheme of their own, distinguished by dashes as well as by colour, learned methods
 //! solid and baselines dashed.
 

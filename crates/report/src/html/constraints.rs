@@ -1,4 +1,4 @@
-//! Whether planned motion satisfies its constraints: reach, collisions, velocities, optimality; how plans ended, and how long they took.
+//! Constraints that planned motion satisfies or violates: reach, collisions, velocities, optimality; how plans ended, and how long they took.
 
 use inhand_model::{Collision, ConstraintFamily, FamilyFacts, PerFinger, PlanFacts};
 use maud::{Markup, html};

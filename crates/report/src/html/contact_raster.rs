@@ -1,4 +1,4 @@
-//! Which finger touches when, recorded and planned, over whole test takes.
+//! Contacts of each finger over time, recorded and planned, over whole test takes.
 
 use inhand_model::{EvaluationRows, Finger, PerFinger, in_contact};
 use maud::html;

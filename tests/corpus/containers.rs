@@ -40,6 +40,7 @@ fn selected(bytes: &[u8], selection: &Selection<'_>) -> Vec<u8> {
     let selected = select(&mut source, &mut out, selection).expect("the file is sound");
     let mut written = Source::open("out.mcap", Cursor::new(&out)).expect("the output opens");
     verify(&mut written, &selected.written).expect("the output reads back");
+    drop(written);
     out
 }
 
@@ -203,6 +204,7 @@ fn recovered(bytes: &[u8]) -> Option<(Vec<u8>, inhand_container::Recovered)> {
     let recovered = recover("damaged.mcap", Cursor::new(bytes), &mut out, |_| None).ok()?;
     let mut written = Source::open("out.mcap", Cursor::new(&out)).expect("the output opens");
     verify(&mut written, &recovered.written).expect("the output reads back");
+    drop(written);
     Some((out, recovered))
 }
 

@@ -274,14 +274,14 @@ fn marker_names<'a>(
 /// # Errors
 ///
 /// [`CaptureError::Output`] where `out` fails.
-pub fn write(recording: &Recording, out: &mut impl Write) -> Result<(), CaptureError> {
+pub fn write(recording: &Recording, out: &mut dyn Write) -> Result<(), CaptureError> {
     write_all(recording, out).map_err(|source| CaptureError::Output {
         format: "TRC",
         source,
     })
 }
 
-fn write_all(recording: &Recording, out: &mut impl Write) -> io::Result<()> {
+fn write_all(recording: &Recording, out: &mut dyn Write) -> io::Result<()> {
     write_header(recording, out)?;
     for k in 0..recording.len() {
         write!(out, "{}\t{:.6}", k + 1, recording.clock.time_s(k))?;
@@ -301,7 +301,7 @@ fn write_all(recording: &Recording, out: &mut impl Write) -> io::Result<()> {
     out.flush()
 }
 
-fn write_header(recording: &Recording, out: &mut impl Write) -> io::Result<()> {
+fn write_header(recording: &Recording, out: &mut dyn Write) -> io::Result<()> {
     let (rate_hz, frames) = (recording.clock.rate_hz(), recording.len());
     let markers = recording.markers.len();
     write!(

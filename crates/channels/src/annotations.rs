@@ -283,10 +283,10 @@ fn from_json(data: &[u8]) -> Option<JsonEvent> {
 ///
 /// [`ChannelError::Container`] when writing fails.
 pub fn write_annotations(
-    mut out: impl Write,
+    out: &mut dyn Write,
     annotations: &Annotations,
 ) -> Result<(), ChannelError> {
-    let mut streams = Streams::create(&mut out, PACKED, &Metadata::default())?;
+    let mut streams = Streams::create(out, PACKED, &Metadata::default())?;
     add_events(annotations, &mut streams)?;
     streams.finish()
 }

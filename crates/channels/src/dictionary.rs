@@ -46,7 +46,7 @@ const PLAYED_DEVIATIONS: f64 = 2.0;
 /// [`ChannelError::Mismatch`] for a dictionary that is none ([`Dictionary::validate`]);
 /// [`ChannelError::Container`] when writing fails.
 pub fn write_dictionary(
-    mut out: impl Write,
+    out: &mut dyn Write,
     dictionary: &Dictionary,
     provenance: &[Provenance],
 ) -> Result<(), ChannelError> {
@@ -73,7 +73,7 @@ pub fn write_dictionary(
 
     let mut metadata = Metadata::default();
     metadata.add_provenance(provenance);
-    let mut streams = Streams::create(&mut out, UNPACKED, &metadata)?;
+    let mut streams = Streams::create(out, UNPACKED, &metadata)?;
     let hand = Some(Hand::NAME);
     let message = to_message(dictionary);
     streams.once(topic::DICTIONARY, hand, START_UNIX_NANOS, &message)?;

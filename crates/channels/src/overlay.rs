@@ -103,7 +103,7 @@ pub struct OverlayObject<'a, F: Frame> {
 /// [`ChannelError::Mismatch`] for no layer or more than colours can distinguish, names that make no topic
 /// or come twice; [`ChannelError::Container`].
 pub fn write_overlay<F: Frame>(
-    mut out: impl Write,
+    out: &mut dyn Write,
     file: &OverlayFile<'_, F>,
 ) -> Result<(), ChannelError> {
     check(file)?;
@@ -113,7 +113,7 @@ pub fn write_overlay<F: Frame>(
     }
     metadata.add_fact(OVERLAY, "frame", F::NAME.to_owned());
     metadata.add_provenance(file.provenance);
-    let mut streams = Streams::create(&mut out, PACKED, &metadata)?;
+    let mut streams = Streams::create(out, PACKED, &metadata)?;
     let (first, frame) = (&file.layers[0], Some(F::NAME));
     for (n, layer) in file.layers.iter().enumerate() {
         let topic = |leaf| topic::named(topic::OVERLAY, layer.name, leaf);

@@ -1,7 +1,6 @@
 //! Quick preview of a file: channels, frames, first pose of the hand.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::{Read, Seek};
 
 use foxglove::messages::{FrameTransform, FrameTransforms};
 use inhand_container::{
@@ -72,7 +71,7 @@ impl PointExtent {
 /// # Errors
 ///
 /// [`ChannelError::Container`] where the records that are looked at do not follow each other.
-pub fn preview<R: Read + Seek>(source: &mut Source<R>) -> Result<Preview, ChannelError> {
+pub fn preview(source: &mut Source<'_>) -> Result<Preview, ChannelError> {
     let channels = channels(source)?;
     let mut search = Search::new(&channels);
     // An error of `None` ends the walk early.

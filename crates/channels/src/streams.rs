@@ -17,7 +17,7 @@ pub(crate) const PACKED: Packing = Packing::Zstd;
 
 /// A file being written.
 pub(crate) struct Output<'a> {
-    writer: Writer<&'a mut dyn Write>,
+    writer: Writer<'a>,
     /// Gives channels that are added from now on other topics.
     pub(crate) rename: fn(&str) -> &str,
 }

@@ -30,10 +30,10 @@ use crate::view::{UPRIGHT, draw_take, transform};
 /// [`ChannelError::Mismatch`] for parts that do not belong to one take (another clock or length, a
 /// trajectory past the end, a method name that makes no topic), before anything is written;
 /// [`ChannelError::Container`] when writing fails.
-pub fn write_take(mut out: impl Write, file: &TakeFile, view: bool) -> Result<(), ChannelError> {
+pub fn write_take(out: &mut dyn Write, file: &TakeFile, view: bool) -> Result<(), ChannelError> {
     let used = file.used();
     let outline = Outline::new(used).with_findings(file.recording.findings.clone());
-    let mut writer = TakeWriter::begin(&mut out, file, &outline, view)?;
+    let mut writer = TakeWriter::begin(out, file, &outline, view)?;
     writer.append(used)?;
     writer.finish()
 }
@@ -226,14 +226,14 @@ pub fn view_channels(
 ///
 /// As for [`write_take`](crate::write_take).
 pub fn write_views(
-    mut out: impl Write,
+    out: &mut dyn Write,
     file: &TakeFile<'_>,
     views_for: &ViewsFor,
 ) -> Result<(), ChannelError> {
     let used = file.used();
     let outline = Outline::new(used);
     check(file, outline.samples)?;
-    let mut streams = Streams::create(&mut out, PACKED, &Metadata::default())?;
+    let mut streams = Streams::create(out, PACKED, &Metadata::default())?;
     if let ViewsFor::ThirdParty { roots } = views_for {
         streams.output.rename = beside_others;
         place_roots(roots, used.clock.unix_nanos(0), &mut streams)?;

@@ -146,7 +146,7 @@ fn a_full_disk_is_an_error() {
     let take = common::take(300, 100.0);
     let file = common::take_file(&take, &[], &[]);
     for room in [0, 100, 10_000, written(&file, true).len() - 1] {
-        let error = write_take(Full(room), &file, true).unwrap_err();
+        let error = write_take(&mut Full(room), &file, true).unwrap_err();
         assert!(
             matches!(error, ChannelError::Container(ContainerError::Write { .. })),
             "{error:?}"

@@ -1,6 +1,6 @@
 //! Attachments of any size, passed on a piece at a time.
 
-use std::io::{self, Read, Seek, Write};
+use std::io::{self, Write};
 
 use crc32fast::Hasher;
 use mcap::records::{AttachmentIndex, op};
@@ -15,8 +15,8 @@ use crate::writer::Writer;
 const START_BYTES: u64 = 1 << 20;
 
 /// The index entry of the attachment whose head was read last, yet without a place.
-pub(crate) fn read_index<R: Read + Seek>(
-    source: &mut Source<R>,
+pub(crate) fn read_index(
+    source: &mut Source<'_>,
     head: Head,
 ) -> Result<AttachmentIndex, ContainerError> {
     let mut start = Vec::new();
@@ -27,10 +27,10 @@ pub(crate) fn read_index<R: Read + Seek>(
 }
 
 /// Copies the attachment whose head was read last.
-pub(crate) fn pass_attachment<R: Read + Seek, W: Write>(
-    source: &mut Source<R>,
+pub(crate) fn pass_attachment(
+    source: &mut Source<'_>,
     head: Head,
-    writer: &mut Writer<W>,
+    writer: &mut Writer<'_>,
 ) -> Result<(), ContainerError> {
     let index = read_index(source, head)?;
     let summed = summed_bytes(&index);
@@ -40,8 +40,8 @@ pub(crate) fn pass_attachment<R: Read + Seek, W: Write>(
 }
 
 /// Passes the body of an attachment on and compares its checksum, which covers `summed_bytes`.
-pub(crate) fn check_attachment<R: Read + Seek>(
-    source: &mut Source<R>,
+pub(crate) fn check_attachment(
+    source: &mut Source<'_>,
     head: Head,
     summed_bytes: u64,
     out: &mut dyn Write,

@@ -2,6 +2,7 @@
 
 use std::io::{self, Read, Write as _};
 
+use lz4_flex::frame::{FrameDecoder, FrameEncoder};
 use mcap::records::{ChunkHeader, Record, op};
 use zstd::bulk::Compressor;
 
@@ -67,13 +68,10 @@ impl Packing {
             Packing::None => Ok(records.to_vec()),
             Packing::Zstd => zstd.compress(records),
             Packing::Lz4 => {
-                let mut encoder = lz4::EncoderBuilder::new()
-                    // Some readers get these checksums wrong; the chunk has one of its own.
-                    .block_checksum(lz4::liblz4::BlockChecksum::NoBlockChecksum)
-                    .build(Vec::with_capacity(records.len() / 2))?;
+                let out = Vec::with_capacity(records.len() / 2);
+                let mut encoder = FrameEncoder::new(out);
                 encoder.write_all(records)?;
-                let (packed, result) = encoder.finish();
-                result.map(|()| packed)
+                Ok(encoder.finish()?)
             }
         }
     }
@@ -167,7 +165,7 @@ fn decompress(compression: &str, packed: &[u8], most: u64, out: &mut Vec<u8>) ->
     let unpacked: Box<dyn Read + '_> = match Packing::from_name(compression) {
         Some(Packing::None) => Box::new(packed),
         Some(Packing::Zstd) => Box::new(zstd::Decoder::with_buffer(packed)?),
-        Some(Packing::Lz4) => Box::new(lz4::Decoder::new(packed)?),
+        Some(Packing::Lz4) => Box::new(FrameDecoder::new(packed)),
         None => return Err(io::ErrorKind::Unsupported.into()),
     };
     out.reserve(usize::try_from(most.min(FIRST_BYTES)).unwrap_or_default());

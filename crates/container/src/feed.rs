@@ -1,6 +1,5 @@
 //! A file that is read record by record at the pace of other files.
 
-use std::io::{Read, Seek};
 use std::ops::Range;
 
 use mcap::records::op;
@@ -10,8 +9,8 @@ use crate::format::{MessageFacts, PREFIX_BYTES, is_made_anew};
 use crate::source::{Head, Source};
 
 /// A file and the record at hand.
-pub(crate) struct Feed<R> {
-    pub(crate) source: Source<R>,
+pub(crate) struct Feed<'a> {
+    pub(crate) source: Source<'a>,
     /// Body of the header record.
     pub(crate) header: Option<Vec<u8>>,
     /// Body of the record at hand where it lies outside chunks, or of the chunk.
@@ -35,8 +34,8 @@ pub(crate) enum Outside {
     Attachment(Head),
 }
 
-impl<R: Read + Seek> Feed<R> {
-    pub(crate) fn start(mut source: Source<R>) -> Result<Self, ContainerError> {
+impl<'a> Feed<'a> {
+    pub(crate) fn start(mut source: Source<'a>) -> Result<Self, ContainerError> {
         source.rewind()?;
         Ok(Self {
             header: source.header()?,

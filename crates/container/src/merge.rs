@@ -1,7 +1,7 @@
 //! Several files as one, by time.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::{Read, Seek, Write};
+use std::io::Write;
 
 use mcap::records::{Record, op};
 
@@ -64,9 +64,9 @@ pub struct Merged {
 ///
 /// [`ContainerError::Collision`] for a topic with different schemas, unless both are to be kept, and
 /// where ids run out; the errors of reading and writing.
-pub fn merge<R: Read + Seek, W: Write>(
-    sources: Vec<Source<R>>,
-    out: W,
+pub fn merge(
+    sources: Vec<Source<'_>>,
+    out: &mut dyn Write,
     settings: &Merge<'_>,
 ) -> Result<Merged, ContainerError> {
     let feeds: Result<Vec<_>, _> = sources.into_iter().map(Feed::start).collect();
@@ -110,9 +110,9 @@ pub fn merge<R: Read + Seek, W: Write>(
     })
 }
 
-struct Merger<'a, W> {
+struct Merger<'a> {
     settings: &'a Merge<'a>,
-    writer: Writer<W>,
+    writer: Writer<'a>,
     ids: Ids,
     /// Which files had messages in a channel.
     used: BTreeMap<u16, BTreeSet<usize>>,
@@ -121,13 +121,9 @@ struct Merger<'a, W> {
     result: Merged,
 }
 
-impl<W: Write> Merger<'_, W> {
+impl Merger<'_> {
     /// Writes what is in a file up to its next message.
-    fn advance<R: Read + Seek>(
-        &mut self,
-        n: usize,
-        feed: &mut Feed<R>,
-    ) -> Result<(), ContainerError> {
+    fn advance(&mut self, n: usize, feed: &mut Feed<'_>) -> Result<(), ContainerError> {
         while let Some(outside) = feed.next()? {
             match outside {
                 Outside::Attachment(head) => {
@@ -147,7 +143,7 @@ impl<W: Write> Merger<'_, W> {
         Ok(())
     }
 
-    fn metadata<R: Read + Seek>(&mut self, n: usize, feed: &Feed<R>) -> Result<(), ContainerError> {
+    fn metadata(&mut self, n: usize, feed: &Feed<'_>) -> Result<(), ContainerError> {
         let Record::Metadata(record) = feed.place().parse(op::METADATA, feed.body())? else {
             return Ok(());
         };
@@ -165,11 +161,7 @@ impl<W: Write> Merger<'_, W> {
     }
 
     /// Writes the message at hand of a file.
-    fn message<R: Read + Seek>(
-        &mut self,
-        n: usize,
-        feed: &mut Feed<R>,
-    ) -> Result<(), ContainerError> {
+    fn message(&mut self, n: usize, feed: &mut Feed<'_>) -> Result<(), ContainerError> {
         let channel = set_channel(&self.ids, n, feed)?;
         self.used.entry(channel).or_default().insert(n);
         self.writer.inside(op::MESSAGE, feed.body())
@@ -177,10 +169,10 @@ impl<W: Write> Merger<'_, W> {
 }
 
 /// Gives the message at hand of a file its new channel.
-pub(crate) fn set_channel<R: Read + Seek>(
+pub(crate) fn set_channel(
     ids: &Ids,
     file: usize,
-    feed: &mut Feed<R>,
+    feed: &mut Feed<'_>,
 ) -> Result<u16, ContainerError> {
     let old = id_of(feed.body()).unwrap_or_default();
     let channel = ids.channel(file, old).ok_or_else(|| {

@@ -1,7 +1,6 @@
 //! Overview of a file before it is read: summary, metadata, time range.
 
 use std::collections::BTreeMap;
-use std::io::{Read, Seek};
 
 use mcap::records::{ChunkIndex, Metadata, Record, Statistics, op};
 
@@ -37,7 +36,7 @@ pub(crate) struct Overview {
 impl Overview {
     /// The summary of a file; empty where it has none or one that is not sound. The source is then
     /// at its first record.
-    pub(crate) fn read<R: Read + Seek>(source: &mut Source<R>) -> Result<Self, ContainerError> {
+    pub(crate) fn read(source: &mut Source<'_>) -> Result<Self, ContainerError> {
         let end = End::read(source)?;
         source.rewind()?;
         Ok(match end {
@@ -91,9 +90,7 @@ pub(crate) enum End {
 
 impl End {
     /// `None` for a file without a footer at its end.
-    pub(crate) fn read<R: Read + Seek>(
-        source: &mut Source<R>,
-    ) -> Result<Option<Self>, ContainerError> {
+    pub(crate) fn read(source: &mut Source<'_>) -> Result<Option<Self>, ContainerError> {
         let end = (FOOTER_BYTES + mcap::MAGIC.len()) as u64;
         let Some(footer_offset) = source.bytes().checked_sub(end) else {
             return Ok(None);
@@ -164,9 +161,7 @@ impl From<Metadata> for MetadataRecord {
 ///
 /// [`ContainerError::Truncated`] and [`ContainerError::Damaged`] where records do not follow each
 /// other or a metadata record does not parse, [`ContainerError::Read`].
-pub fn metadata<R: Read + Seek>(
-    source: &mut Source<R>,
-) -> Result<Vec<MetadataRecord>, ContainerError> {
+pub fn metadata(source: &mut Source<'_>) -> Result<Vec<MetadataRecord>, ContainerError> {
     source.rewind()?;
     let (mut found, mut body) = (Vec::new(), Vec::new());
     while let Some(head) = source.next_head()? {
@@ -193,7 +188,7 @@ pub fn metadata<R: Read + Seek>(
 ///
 /// [`ContainerError::Truncated`] and [`ContainerError::Damaged`] for files without a summary whose
 /// records do not follow each other, [`ContainerError::Read`].
-pub fn span<R: Read + Seek>(source: &mut Source<R>) -> Result<Option<(u64, u64)>, ContainerError> {
+pub fn span(source: &mut Source<'_>) -> Result<Option<(u64, u64)>, ContainerError> {
     if let Some(counted) = Overview::read(source)?.statistics {
         let span = (counted.message_start_time, counted.message_end_time);
         return Ok((counted.message_count > 0).then_some(span));
@@ -232,9 +227,7 @@ pub fn span<R: Read + Seek>(source: &mut Source<R>) -> Result<Option<(u64, u64)>
 ///
 /// [`ContainerError::Truncated`] and [`ContainerError::Damaged`] for files without a sound summary
 /// whose records do not follow each other, [`ContainerError::Read`].
-pub fn channels<R: Read + Seek>(
-    source: &mut Source<R>,
-) -> Result<Vec<ChannelFacts>, ContainerError> {
+pub fn channels(source: &mut Source<'_>) -> Result<Vec<ChannelFacts>, ContainerError> {
     let overview = Overview::read(source)?;
     let mut definitions = Definitions::default();
     walk_definitions(source, &overview, |record| {
@@ -246,8 +239,8 @@ pub fn channels<R: Read + Seek>(
 
 /// Visits the schemas and channels of a file: as its summary lists them, else as its records define
 /// them, for which the file is read to its end. Then the source is at its first record.
-pub(crate) fn walk_definitions<R: Read + Seek>(
-    source: &mut Source<R>,
+pub(crate) fn walk_definitions(
+    source: &mut Source<'_>,
     overview: &Overview,
     mut visit: impl FnMut(Record<'_>) -> Result<(), ContainerError>,
 ) -> Result<(), ContainerError> {

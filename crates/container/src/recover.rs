@@ -38,10 +38,10 @@ const SUMMED_BYTES: u64 = 1 << 20;
 ///
 /// [`ContainerError::NotMcap`] for bytes that are no MCAP file at all; [`ContainerError::Read`],
 /// [`ContainerError::Write`].
-pub fn recover<R: Read + Seek, W: Write>(
+pub fn recover(
     file: &str,
-    input: R,
-    out: W,
+    input: impl Read + Seek + Send,
+    out: &mut dyn Write,
     add: impl FnOnce(&Recovered) -> Option<MetadataRecord>,
 ) -> Result<Recovered, ContainerError> {
     let mut source = Source::unchecked(file, input)?;
@@ -75,9 +75,7 @@ pub fn recover<R: Read + Seek, W: Write>(
 }
 
 /// The body of the header record and where the record behind it starts.
-fn header<R: Read + Seek>(
-    source: &mut Source<R>,
-) -> Result<(Option<Vec<u8>>, u64), ContainerError> {
+fn header(source: &mut Source<'_>) -> Result<(Option<Vec<u8>>, u64), ContainerError> {
     let magic_bytes = mcap::MAGIC.len() as u64;
     let mut start = Vec::new();
     source.read_at(0, 64 << 10, &mut start)?;
@@ -98,15 +96,15 @@ fn header<R: Read + Seek>(
     Source::open(source.file(), std::io::Cursor::new(start)).map(|_| (None, 0))
 }
 
-struct Recovery<R, W> {
-    source: Source<R>,
-    keeper: Keeper<W>,
+struct Recovery<'a, 's> {
+    source: Source<'s>,
+    keeper: Keeper<'a>,
     records: Vec<u8>,
     /// Whether the record that ends the data has been met, after which nothing is missed.
     after_data: bool,
 }
 
-impl<R: Read + Seek, W: Write> Recovery<R, W> {
+impl Recovery<'_, '_> {
     fn starts_well(&mut self) -> Result<bool, ContainerError> {
         let mut magic = Vec::new();
         self.source

@@ -3,7 +3,7 @@
 mod latched;
 
 use std::collections::BTreeMap;
-use std::io::{Cursor, Read, Seek, Write};
+use std::io::{Cursor, Write};
 
 use mcap::records::{Record, op};
 
@@ -103,9 +103,9 @@ pub struct Selected {
 /// [`ContainerError::Truncated`] and [`ContainerError::Damaged`] with the byte at which the file is
 /// wrong; [`ContainerError::Collision`] for appended channels with other schemas than those of their
 /// topics; [`ContainerError::Read`], [`ContainerError::Write`]. What was written then is no file.
-pub fn select<R: Read + Seek, W: Write>(
-    source: &mut Source<R>,
-    out: W,
+pub fn select(
+    source: &mut Source<'_>,
+    out: &mut dyn Write,
     selection: &Selection<'_>,
 ) -> Result<Selected, ContainerError> {
     let overview = Overview::read(source)?;
@@ -146,11 +146,11 @@ struct Fate {
     latch: Option<Latch>,
 }
 
-struct Copy<'a, R, W> {
-    source: &'a mut Source<R>,
+struct Copy<'a, 's> {
+    source: &'a mut Source<'s>,
     overview: Overview,
     selection: &'a Selection<'a>,
-    writer: Writer<W>,
+    writer: Writer<'a>,
     appended: Option<Appended<'a>>,
     definitions: Definitions,
     fates: BTreeMap<u16, Fate>,
@@ -164,7 +164,7 @@ struct Copy<'a, R, W> {
     kept: Vec<u8>,
 }
 
-impl<R: Read + Seek, W: Write> Copy<'_, R, W> {
+impl Copy<'_, '_> {
     /// Channels are known from the summary before chunks are skipped.
     fn learn_from_overview(&mut self) -> Result<(), ContainerError> {
         let overview = std::mem::take(&mut self.overview);
@@ -392,7 +392,7 @@ impl Selection<'_> {
 
 /// Messages of a second file, on their way into the copy of the first.
 struct Appended<'a> {
-    feed: Feed<Cursor<&'a [u8]>>,
+    feed: Feed<'a>,
     ids: Ids,
     /// Records that are not written yet.
     records: Vec<u8>,
@@ -401,8 +401,8 @@ struct Appended<'a> {
 
 impl<'a> Appended<'a> {
     /// Leaves the ids alone that the first file has for what stays of it.
-    fn open<R: Read + Seek>(
-        source: &mut Source<R>,
+    fn open(
+        source: &mut Source<'_>,
         overview: &Overview,
         selection: &Selection<'_>,
         bytes: &'a [u8],
@@ -444,10 +444,10 @@ impl<'a> Appended<'a> {
     }
 
     /// Writes messages up to this time as far as they fill chunks; without one all that are left.
-    fn write_before<W: Write>(
+    fn write_before(
         &mut self,
         time: Option<u64>,
-        writer: &mut Writer<W>,
+        writer: &mut Writer<'_>,
         packing: Packing,
     ) -> Result<(), ContainerError> {
         while let Some(next) = self.feed.message_time()

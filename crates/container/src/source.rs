@@ -36,14 +36,19 @@ impl Head {
     }
 }
 
+/// Bytes that can be read from any place.
+trait Input: Read + Seek + Send {}
+
+impl<T: Read + Seek + Send> Input for T {}
+
 /// An MCAP file that is read from front to back.
 ///
 /// Checksums over all data and over the summary are compared where they stand, unless something
 /// before them was skipped. Memory is taken for the largest record at most, and never more than the
 /// file has bytes, whatever its lengths say.
-pub struct Source<R> {
+pub struct Source<'a> {
     file: String,
-    input: R,
+    input: Box<dyn Input + 'a>,
     bytes: u64,
     /// Position of the input.
     position: u64,
@@ -63,14 +68,14 @@ enum Part {
     End,
 }
 
-impl<R: Read + Seek> Source<R> {
+impl<'a> Source<'a> {
     /// Opens a file; `file` is what errors call it.
     ///
     /// # Errors
     ///
     /// [`ContainerError::NotMcap`] for anything that does not start as an MCAP file does,
     /// [`ContainerError::Read`].
-    pub fn open(file: &str, input: R) -> Result<Self, ContainerError> {
+    pub fn open(file: &str, input: impl Read + Seek + Send + 'a) -> Result<Self, ContainerError> {
         let mut source = Self::unchecked(file, input)?;
         let rest = source.rest(0)?;
         if !rest.start.starts_with(mcap::MAGIC) {
@@ -84,10 +89,13 @@ impl<R: Read + Seek> Source<R> {
     }
 
     /// A file of which not even the first bytes need to be sound.
-    pub(crate) fn unchecked(file: &str, input: R) -> Result<Self, ContainerError> {
+    pub(crate) fn unchecked(
+        file: &str,
+        input: impl Read + Seek + Send + 'a,
+    ) -> Result<Self, ContainerError> {
         let mut source = Self {
             file: file.to_owned(),
-            input,
+            input: Box::new(input),
             bytes: 0,
             position: 0,
             next: 0,
@@ -368,7 +376,7 @@ impl<R: Read + Seek> Source<R> {
     }
 }
 
-impl<R> std::fmt::Debug for Source<R> {
+impl std::fmt::Debug for Source<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         (f.debug_struct("Source"))
             .field("file", &self.file)

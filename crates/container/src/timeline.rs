@@ -6,7 +6,6 @@ mod survey;
 
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
-use std::io::{Read, Seek};
 use std::sync::Arc;
 
 use mcap::records::{Record, op};
@@ -77,8 +76,8 @@ pub struct KeptMessage {
 /// # Ok(())
 /// # }
 /// ```
-pub struct Timeline<R> {
-    source: Source<R>,
+pub struct Timeline<'a> {
+    source: Source<'a>,
     channels: BTreeMap<u16, ChannelFacts>,
     /// In the order of the file.
     blocks: Vec<Block>,
@@ -103,14 +102,14 @@ struct Active {
     next: usize,
 }
 
-impl<R: Read + Seek> Timeline<R> {
+impl<'a> Timeline<'a> {
     /// Learns what is where in a file; starts at its first message.
     ///
     /// # Errors
     ///
     /// [`ContainerError::Truncated`] and [`ContainerError::Damaged`] where records do not follow each
     /// other or do not parse, [`ContainerError::Read`].
-    pub fn open(mut source: Source<R>) -> Result<Self, ContainerError> {
+    pub fn open(mut source: Source<'a>) -> Result<Self, ContainerError> {
         let (definitions, blocks) = survey::survey(&mut source)?;
         let mut by_start: Vec<usize> = (0..blocks.len()).collect();
         by_start.sort_by_key(|&block| blocks[block].span.0);
@@ -242,7 +241,7 @@ impl<R: Read + Seek> Timeline<R> {
     }
 }
 
-impl<R> std::fmt::Debug for Timeline<R> {
+impl std::fmt::Debug for Timeline<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Timeline")
             .field("source", &self.source)

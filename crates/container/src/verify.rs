@@ -1,7 +1,5 @@
 //! Checks that a written file reads back.
 
-use std::io::{Read, Seek};
-
 use mcap::records::Record;
 
 use crate::error::ContainerError;
@@ -14,10 +12,7 @@ use crate::writer::Written;
 /// # Errors
 ///
 /// What reading can find, and [`ContainerError::Verification`] for another count.
-pub fn verify<R: Read + Seek>(
-    source: &mut Source<R>,
-    written: &Written,
-) -> Result<(), ContainerError> {
+pub fn verify(source: &mut Source<'_>, written: &Written) -> Result<(), ContainerError> {
     source.rewind()?;
     let mut found = Written {
         bytes: source.bytes(),

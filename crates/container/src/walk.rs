@@ -1,6 +1,6 @@
 //! Every record of a file in turn, parsed.
 
-use std::io::{Cursor, Read, Seek};
+use std::io::Cursor;
 
 use mcap::records::{Record, op};
 
@@ -67,9 +67,17 @@ pub fn walk_while<E: From<ContainerError>>(
 /// # Errors
 ///
 /// As for [`walk`].
-pub fn walk_source<E: From<ContainerError>, R: Read + Seek>(
-    source: &mut Source<R>,
+pub fn walk_source<E: From<ContainerError>>(
+    source: &mut Source<'_>,
     mut visit: impl FnMut(Record<'_>) -> Result<Depth, E>,
+) -> Result<(), E> {
+    visit_all(source, &mut visit)
+}
+
+/// Built once for each kind of error, whoever visits.
+fn visit_all<E: From<ContainerError>>(
+    source: &mut Source<'_>,
+    visit: &mut dyn FnMut(Record<'_>) -> Result<Depth, E>,
 ) -> Result<(), E> {
     let mut in_summary = false;
     let (mut body, mut records) = (Vec::new(), Vec::new());
@@ -85,7 +93,7 @@ pub fn walk_source<E: From<ContainerError>, R: Read + Seek>(
             op::CHUNK => {
                 let depth = visit(place.parse(head.opcode, &body)?)?;
                 if depth == Depth::Everything {
-                    walk_chunk(place, &body, &mut records, &mut visit)?;
+                    walk_chunk(place, &body, &mut records, visit)?;
                 }
             }
             op::HEADER | op::SCHEMA | op::CHANNEL | op::MESSAGE | op::METADATA | op::ATTACHMENT => {
@@ -102,7 +110,7 @@ fn walk_chunk<E: From<ContainerError>>(
     place: Place,
     body: &[u8],
     records: &mut Vec<u8>,
-    visit: &mut impl FnMut(Record<'_>) -> Result<Depth, E>,
+    visit: &mut dyn FnMut(Record<'_>) -> Result<Depth, E>,
 ) -> Result<(), E> {
     let unpacked = unpack(place, body, records);
     for (opcode, data) in Records(records).flatten() {

@@ -60,8 +60,8 @@ pub struct Written {
 /// # Ok(())
 /// # }
 /// ```
-pub struct Writer<W> {
-    out: Summed<W>,
+pub struct Writer<'a> {
+    out: Summed<'a>,
     /// Records of the chunk that is being filled.
     open: Vec<u8>,
     packing: Packing,
@@ -77,13 +77,13 @@ pub struct Writer<W> {
 }
 
 /// An output with its position and the checksum of what went through.
-struct Summed<W> {
-    out: W,
+struct Summed<'a> {
+    out: &'a mut dyn Write,
     position: u64,
     sum: Hasher,
 }
 
-impl<W: Write> Write for Summed<W> {
+impl Write for Summed<'_> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let written = self.out.write(bytes)?;
         self.sum.update(&bytes[..written]);
@@ -96,14 +96,14 @@ impl<W: Write> Write for Summed<W> {
     }
 }
 
-impl<W: Write> Writer<W> {
+impl<'a> Writer<'a> {
     /// Starts a file that states the profile of its content and the library that writes it.
     ///
     /// # Errors
     ///
     /// [`ContainerError::Write`].
     pub fn new(
-        out: W,
+        out: &'a mut dyn Write,
         profile: &str,
         library: &str,
         packing: Packing,
@@ -117,7 +117,7 @@ impl<W: Write> Writer<W> {
 
     /// Starts a file with the body of a header record.
     pub(crate) fn with_header(
-        out: W,
+        out: &'a mut dyn Write,
         header: &[u8],
         packing: Packing,
     ) -> Result<Self, ContainerError> {
@@ -508,7 +508,7 @@ fn name(body: &[u8]) -> String {
     }
 }
 
-impl<W> std::fmt::Debug for Writer<W> {
+impl std::fmt::Debug for Writer<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         (f.debug_struct("Writer"))
             .field("written", &self.written)

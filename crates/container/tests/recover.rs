@@ -278,7 +278,8 @@ fn what_is_no_such_file_is_refused() {
         &[0; 5000],
         b"\x89PNG\r\n\x1a\n and so on",
     ] {
-        let error = recover("x.csv", Cursor::new(bytes), std::io::sink(), |_| None).unwrap_err();
+        let error =
+            recover("x.csv", Cursor::new(bytes), &mut std::io::sink(), |_| None).unwrap_err();
         assert!(matches!(error, ContainerError::NotMcap { .. }), "{error}");
     }
 }

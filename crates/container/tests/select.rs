@@ -1,9 +1,9 @@
 //! Cutting, filtering, packing anew.
 
-use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::io::{Cursor, Read, Seek, SeekFrom};
-use std::rc::Rc;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use inhand_container::{
     ChannelFacts, ContainerError, Interval, Latch, MetadataRecord, Packing, Selection, Source,
@@ -91,7 +91,7 @@ proptest! {
         }
         bytes.truncate((bytes.len() as f64 * (0.5 + end)) as usize);
         if let Ok(mut source) = Source::open("x.mcap", Cursor::new(&bytes)) {
-            let _ = select(&mut source, std::io::sink(), &Selection::default());
+            let _ = select(&mut source, &mut std::io::sink(), &Selection::default());
             let _ = span(&mut source);
         }
     }
@@ -200,12 +200,12 @@ fn what_holds_on_is_told_by_topic_and_durability() {
 }
 
 /// Counts what is read.
-struct Counting<R>(R, Rc<Cell<u64>>);
+struct Counting<R>(R, Arc<AtomicU64>);
 
 impl<R: Read> Read for Counting<R> {
     fn read(&mut self, into: &mut [u8]) -> std::io::Result<usize> {
         let read = self.0.read(into)?;
-        self.1.set(self.1.get() + read as u64);
+        self.1.fetch_add(read as u64, Relaxed);
         Ok(read)
     }
 }
@@ -220,7 +220,7 @@ impl<R: Seek> Seek for Counting<R> {
 fn chunks_outside_a_stretch_are_not_read() {
     let messages: Vec<Sent> = (0..20_000).map(|k| (1, k)).collect();
     let bytes = file(&PLAIN, &messages);
-    let read = Rc::new(Cell::new(0));
+    let read = Arc::new(AtomicU64::new(0));
     let mut source = Source::open("x", Counting(Cursor::new(&bytes), read.clone())).unwrap();
     let keep = vec![Interval::new(10_000, Some(10_100))];
     let mut out = Vec::new();
@@ -236,9 +236,9 @@ fn chunks_outside_a_stretch_are_not_read() {
     assert_eq!(sent(&out).len(), 100);
     assert!(result.chunks_skipped > 2000, "{}", result.chunks_skipped);
     assert!(
-        read.get() < bytes.len() as u64,
+        read.load(Relaxed) < bytes.len() as u64,
         "{} of {}",
-        read.get(),
+        read.load(Relaxed),
         bytes.len()
     );
 }
@@ -304,7 +304,7 @@ fn a_chunk_that_claims_too_much_is_refused() {
     hostile[chunk + 9 + 16..chunk + 9 + 24].copy_from_slice(&(1_u64 << 60).to_le_bytes());
     hostile[chunk + 1..chunk + 9].copy_from_slice(&(1_u64 << 60).to_le_bytes());
     let mut source = Source::open("x", Cursor::new(&hostile)).unwrap();
-    let error = select(&mut source, std::io::sink(), &Selection::default()).unwrap_err();
+    let error = select(&mut source, &mut std::io::sink(), &Selection::default()).unwrap_err();
     assert!(
         matches!(error, ContainerError::Truncated { offset, .. } if offset == chunk as u64),
         "{error}"

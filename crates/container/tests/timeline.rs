@@ -11,18 +11,18 @@ use crate::support::{PLAIN, Shape, file, messages, sent, shapes};
 /// Topic, sequence, log time and data.
 type Message = (String, u32, u64, Vec<u8>);
 
-fn open(bytes: &[u8]) -> Result<Timeline<Cursor<&[u8]>>, ContainerError> {
+fn open(bytes: &[u8]) -> Result<Timeline<'_>, ContainerError> {
     Timeline::open(Source::open("in.mcap", Cursor::new(bytes))?)
 }
 
-fn topics(timeline: &Timeline<Cursor<&[u8]>>) -> BTreeMap<u16, String> {
+fn topics(timeline: &Timeline<'_>) -> BTreeMap<u16, String> {
     (timeline.channels())
         .map(|channel| (channel.id, channel.topic.clone()))
         .collect()
 }
 
 /// All that follows.
-fn rest(timeline: &mut Timeline<Cursor<&[u8]>>) -> Vec<Message> {
+fn rest(timeline: &mut Timeline<'_>) -> Vec<Message> {
     let topics = topics(timeline);
     let mut all = Vec::new();
     while let Some(due) = timeline.next_time().unwrap() {
@@ -151,7 +151,7 @@ fn a_file_without_messages_has_no_span() {
 }
 
 /// A file that other programs may change while it is open.
-fn changing(bytes: &[u8]) -> (tempfile::NamedTempFile, Timeline<std::fs::File>) {
+fn changing(bytes: &[u8]) -> (tempfile::NamedTempFile, Timeline<'static>) {
     let file = tempfile::NamedTempFile::new().unwrap();
     std::fs::write(file.path(), bytes).unwrap();
     let source = Source::open("in.mcap", std::fs::File::open(file.path()).unwrap()).unwrap();
@@ -159,7 +159,7 @@ fn changing(bytes: &[u8]) -> (tempfile::NamedTempFile, Timeline<std::fs::File>) 
     (file, timeline)
 }
 
-fn read_all(timeline: &mut Timeline<std::fs::File>) -> Result<usize, ContainerError> {
+fn read_all(timeline: &mut Timeline<'_>) -> Result<usize, ContainerError> {
     let mut count = 0;
     while timeline.next_message()?.is_some() {
         count += 1;

@@ -27,7 +27,7 @@ const MOST_DIGITS: usize = 15;
 pub fn write(
     annotations: &Annotations,
     start_unix_nanos: u64,
-    out: impl Write,
+    out: &mut dyn Write,
 ) -> Result<(), ExportError> {
     let times = |event: &Event| {
         [event.start_unix_nanos, event.end_unix_nanos]

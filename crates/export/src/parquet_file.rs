@@ -40,7 +40,7 @@ pub fn write_parquet(
     table: &Table<'_>,
     part_rows: usize,
     about: &[(&str, String)],
-    mut out: impl Write + Send,
+    out: &mut (dyn Write + Send),
 ) -> Result<(), ExportError> {
     let fields = (table.columns.iter())
         .map(|column| Ok(Arc::new(field(column)?)))
@@ -59,7 +59,7 @@ pub fn write_parquet(
         .set_dictionary_enabled(false)
         .set_encoding(Encoding::PLAIN)
         .build();
-    let mut writer = SerializedFileWriter::new(&mut out, Arc::new(schema), Arc::new(properties))?;
+    let mut writer = SerializedFileWriter::new(&mut *out, Arc::new(schema), Arc::new(properties))?;
     let mut start = 0;
     while start < table.rows {
         // No group holds rows of two parts.

@@ -127,7 +127,7 @@ pub(crate) fn table_of<'a, R: Clone + Send + Sync + 'a>(
 /// # Errors
 ///
 /// [`ExportError::Write`].
-pub fn write_csv(table: &Table<'_>, out: impl Write) -> Result<(), ExportError> {
+pub fn write_csv(table: &Table<'_>, out: &mut dyn Write) -> Result<(), ExportError> {
     let mut writer = csv::Writer::from_writer(out);
     writer.write_record(table.columns.iter().map(|column| &column.name))?;
     write_rows(table, writer, |_| ())
@@ -137,7 +137,7 @@ pub fn write_csv(table: &Table<'_>, out: impl Write) -> Result<(), ExportError> 
 pub(crate) fn write_tsv(
     table: &Table<'_>,
     heading: bool,
-    out: impl Write,
+    out: &mut dyn Write,
 ) -> Result<(), ExportError> {
     let mut writer = csv::WriterBuilder::new()
         .delimiter(b'\t')
@@ -167,7 +167,7 @@ pub(crate) fn write_tsv(
 /// Writes all rows; `fit` changes cells to what the format can hold.
 fn write_rows(
     table: &Table<'_>,
-    mut writer: csv::Writer<impl Write>,
+    mut writer: csv::Writer<&mut dyn Write>,
     fit: impl Fn(&mut Vec<u8>),
 ) -> Result<(), ExportError> {
     let mut cell = Vec::new();

@@ -1,6 +1,5 @@
 //! Playing: the one thread that reads the file, keeps the time and fills the outboxes.
 
-use std::io::{Read, Seek};
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
@@ -53,8 +52,8 @@ pub(crate) enum Ending {
     Stopped,
 }
 
-pub(crate) struct Player<R, N> {
-    pub(crate) timeline: Timeline<R>,
+pub(crate) struct Player<'a, N> {
+    pub(crate) timeline: Timeline<'a>,
     pub(crate) advertisement: Advertisement,
     pub(crate) span: (u64, u64),
     pub(crate) greeting: Vec<String>,
@@ -79,7 +78,7 @@ pub(crate) struct Times {
     progress: Option<(Duration, Mode, f64)>,
 }
 
-impl<R: Read + Seek, N: FnMut(Event)> Player<R, N> {
+impl<N: FnMut(Event)> Player<'_, N> {
     /// Plays until the end or until a stop is requested.
     pub(crate) fn play(&mut self, commands: &Receiver<Command>) -> Result<Ending, LiveError> {
         let begun = Instant::now();

@@ -1,6 +1,5 @@
 //! A recording that viewers can connect to.
 
-use std::io::{Read, Seek};
 use std::net::{SocketAddr, TcpListener};
 use std::sync::mpsc::{self, Receiver, SyncSender};
 use std::time::{Duration, SystemTime};
@@ -91,8 +90,8 @@ pub struct Played {
 /// # Ok(())
 /// # }
 /// ```
-pub struct Server<R> {
-    timeline: Timeline<R>,
+pub struct Server<'a> {
+    timeline: Timeline<'a>,
     span: (u64, u64),
     settings: Settings,
     listener: TcpListener,
@@ -101,14 +100,14 @@ pub struct Server<R> {
     commands: Receiver<Command>,
 }
 
-impl<R: Read + Seek> Server<R> {
+impl<'a> Server<'a> {
     /// Takes the port. Viewers that connect are served when it runs.
     ///
     /// # Errors
     ///
     /// [`LiveError::Empty`], [`LiveError::Speed`], [`LiveError::Start`], [`LiveError::PortInUse`],
     /// [`LiveError::Bind`].
-    pub fn open(timeline: Timeline<R>, settings: &Settings) -> Result<Self, LiveError> {
+    pub fn open(timeline: Timeline<'a>, settings: &Settings) -> Result<Self, LiveError> {
         let file = || timeline.file().to_owned();
         let Some(span) = timeline.span() else {
             return Err(LiveError::Empty {
@@ -226,7 +225,7 @@ fn session() -> String {
     format!("{nanos}-{}", std::process::id())
 }
 
-impl<R> std::fmt::Debug for Server<R> {
+impl std::fmt::Debug for Server<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Server")
             .field("address", &self.address)

@@ -1,6 +1,6 @@
 //! Small recordings.
 
-use std::io::{Cursor, Read, Seek};
+use std::io::Cursor;
 use std::net::SocketAddr;
 use std::sync::mpsc::{self, Receiver};
 use std::thread::{self, JoinHandle};
@@ -64,7 +64,7 @@ pub(crate) fn mcap(messages: &[Message]) -> Vec<u8> {
     out.into_inner()
 }
 
-pub(crate) fn timeline(bytes: Vec<u8>) -> Timeline<Cursor<Vec<u8>>> {
+pub(crate) fn timeline(bytes: Vec<u8>) -> Timeline<'static> {
     Timeline::open(Source::open("take.mcap", Cursor::new(bytes)).unwrap()).unwrap()
 }
 
@@ -90,10 +90,7 @@ pub(crate) fn start(settings: &Settings) -> Running {
     run(timeline(mcap(&messages())), settings)
 }
 
-pub(crate) fn run<R>(timeline: Timeline<R>, settings: &Settings) -> Running
-where
-    R: Read + Seek + Send + 'static,
-{
+pub(crate) fn run(timeline: Timeline<'static>, settings: &Settings) -> Running {
     let server = Server::open(timeline, settings).unwrap();
     let (sender, events) = mpsc::channel();
     Running {

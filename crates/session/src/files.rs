@@ -16,7 +16,7 @@ use crate::output::write_atomic;
 pub(crate) const RECORDING: &str = "inhand.recording";
 
 /// A file that is read record by record.
-pub type FileSource = Source<BufReader<File>>;
+pub type FileSource = Source<'static>;
 
 /// Opens an MCAP file for reading record by record.
 ///

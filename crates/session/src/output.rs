@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{BufWriter, Write as _};
 use std::path::Path;
 
-use tempfile::TempDir;
+use tempfile::{TempDir, TempPath};
 
 use crate::error::SessionError;
 
@@ -37,7 +37,9 @@ pub fn write_atomic(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<File>) -> Result<(), SessionError>,
 ) -> Result<(), SessionError> {
-    write_renamed(path, false, write)
+    let (mut out, temporary) = begin(path)?;
+    write(&mut out)?;
+    rename(out, temporary, path, false)
 }
 
 /// The same for a file that must outlast a crash of the machine.
@@ -49,22 +51,29 @@ pub fn write_durable(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<File>) -> Result<(), SessionError>,
 ) -> Result<(), SessionError> {
-    write_renamed(path, true, write)
+    let (mut out, temporary) = begin(path)?;
+    write(&mut out)?;
+    rename(out, temporary, path, true)
 }
 
-fn write_renamed(
-    path: &Path,
-    durable: bool,
-    write: impl FnOnce(&mut BufWriter<File>) -> Result<(), SessionError>,
-) -> Result<(), SessionError> {
+/// A temporary file beside its target.
+fn begin(path: &Path) -> Result<(BufWriter<File>, TempPath), SessionError> {
     let folder = make_folder_of(path)?;
     let temporary = tempfile::Builder::new()
         .prefix(TEMPORARY_PREFIX)
         .tempfile_in(folder)
         .map_err(SessionError::io("write", path))?;
-    let (file, temporary_path) = temporary.into_parts();
-    let mut out = BufWriter::with_capacity(1 << 20, file);
-    write(&mut out)?;
+    let (file, temporary) = temporary.into_parts();
+    Ok((BufWriter::with_capacity(1 << 20, file), temporary))
+}
+
+/// Gives a temporary file the name of its target.
+fn rename(
+    mut out: BufWriter<File>,
+    temporary: TempPath,
+    path: &Path,
+    durable: bool,
+) -> Result<(), SessionError> {
     out.flush().map_err(SessionError::io("write", path))?;
     if durable {
         // What is read by other processes, or by a later call after a crash, has to be on the disk
@@ -75,8 +84,8 @@ fn write_renamed(
     }
     drop(out);
     // Temporary files are private to their owner; a result is an ordinary file.
-    set_ordinary_permissions(&temporary_path)?;
-    temporary_path
+    set_ordinary_permissions(&temporary)?;
+    temporary
         .persist(path)
         .map_err(|error| SessionError::io("write", path)(error.error))
 }

@@ -31,14 +31,14 @@ const PARAMETER_BLOCK: u8 = 2;
 /// # Errors
 ///
 /// [`CaptureError::Output`] where `out` fails, or for more markers than the format can count.
-pub fn write(recording: &Recording, out: &mut impl Write) -> Result<(), CaptureError> {
+pub fn write(recording: &Recording, out: &mut dyn Write) -> Result<(), CaptureError> {
     write_all(recording, out).map_err(|source| CaptureError::Output {
         format: "C3D",
         source,
     })
 }
 
-fn write_all(recording: &Recording, out: &mut impl Write) -> io::Result<()> {
+fn write_all(recording: &Recording, out: &mut dyn Write) -> io::Result<()> {
     let points = recording.markers.len();
     if points > MAX_POINTS {
         return Err(too_large("markers", MAX_POINTS, points));

@@ -34,14 +34,14 @@ enum Entity<'a> {
 /// # Errors
 ///
 /// [`CaptureError::Output`] where `out` fails.
-pub fn write(recording: &Recording, out: &mut impl Write) -> Result<(), CaptureError> {
+pub fn write(recording: &Recording, out: &mut dyn Write) -> Result<(), CaptureError> {
     write_all(recording, out).map_err(|source| CaptureError::Output {
         format: "Motive CSV",
         source,
     })
 }
 
-fn write_all(recording: &Recording, out: &mut impl Write) -> io::Result<()> {
+fn write_all(recording: &Recording, out: &mut dyn Write) -> io::Result<()> {
     let entities = in_motive_order(recording);
     write_facts(recording, out)?;
     write_labels(&entities, out)?;
@@ -83,7 +83,7 @@ fn in_motive_order(recording: &Recording) -> Vec<Entity<'_>> {
     entities
 }
 
-fn write_facts(recording: &Recording, out: &mut impl Write) -> io::Result<()> {
+fn write_facts(recording: &Recording, out: &mut dyn Write) -> io::Result<()> {
     let samples = recording.len().to_string();
     let rate = format!("{:.6}", recording.clock.rate_hz());
     // As written, unless six decimals are not enough to say the rate.
@@ -118,7 +118,7 @@ fn write_facts(recording: &Recording, out: &mut impl Write) -> io::Result<()> {
 }
 
 /// Writes the rows of types, names, IDs, kinds and axes.
-fn write_labels(entities: &[Entity<'_>], out: &mut impl Write) -> io::Result<()> {
+fn write_labels(entities: &[Entity<'_>], out: &mut dyn Write) -> io::Result<()> {
     let mut columns = vec![["", "", "", "", "Frame"]];
     columns.push(["Type", "Name", "ID", "", "Time (Seconds)"]);
     for entity in entities {
@@ -157,7 +157,7 @@ fn write_labels(entities: &[Entity<'_>], out: &mut impl Write) -> io::Result<()>
 
 fn write_rows<'a>(
     rows: impl IntoIterator<Item = impl Iterator<Item = &'a str>>,
-    out: &mut impl Write,
+    out: &mut dyn Write,
 ) -> io::Result<()> {
     let mut csv = csv::WriterBuilder::new()
         .terminator(csv::Terminator::CRLF)
@@ -168,14 +168,14 @@ fn write_rows<'a>(
     csv.flush()
 }
 
-fn cells<const N: usize>(out: &mut impl Write, numbers: Option<[f64; N]>) -> io::Result<()> {
+fn cells<const N: usize>(out: &mut dyn Write, numbers: Option<[f64; N]>) -> io::Result<()> {
     match numbers {
         Some(numbers) => (numbers.iter()).try_for_each(|number| write!(out, ",{number}")),
         None => out.write_all(&[b','; N]),
     }
 }
 
-fn quality(out: &mut impl Write, series: Option<&[f64]>, k: usize) -> io::Result<()> {
+fn quality(out: &mut dyn Write, series: Option<&[f64]>, k: usize) -> io::Result<()> {
     let Some(series) = series else {
         return Ok(());
     };

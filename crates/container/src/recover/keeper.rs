@@ -14,8 +14,8 @@ use crate::format::{MessageFacts, Records, push_record, set_id};
 use crate::overview::{MetadataRecord, Overview};
 use crate::writer::Writer;
 
-pub(super) struct Keeper<W> {
-    pub(super) writer: Writer<W>,
+pub(super) struct Keeper<'a> {
+    pub(super) writer: Writer<'a>,
     pub(super) report: Recovered,
     overview: Overview,
     schemas: BTreeMap<u16, Vec<u8>>,
@@ -24,9 +24,9 @@ pub(super) struct Keeper<W> {
     kept: Vec<u8>,
 }
 
-impl<W: Write> Keeper<W> {
+impl<'a> Keeper<'a> {
     pub(super) fn create(
-        out: W,
+        out: &'a mut dyn Write,
         header: &[u8],
         overview: Overview,
     ) -> Result<Self, ContainerError> {

@@ -1,7 +1,6 @@
 //! Finds possible record starts in untrusted bytes.
 
 use std::collections::BTreeSet;
-use std::io::{Read, Seek};
 
 use mcap::records::op;
 
@@ -17,7 +16,7 @@ const WINDOW_BYTES: u64 = 1 << 20;
 /// A record beyond this is taken for one by how it starts.
 const PARSED_BYTES: u64 = 64 << 10;
 
-impl<R: Read + Seek> Source<R> {
+impl Source<'_> {
     /// What the bytes here say as the head of a record; `None` where the file ends before it.
     pub(super) fn head_at(&mut self, offset: u64) -> Result<Option<Head>, ContainerError> {
         let mut prefix = Vec::new();

@@ -1,7 +1,6 @@
 //! Intervals of a file that are read at once: chunks, and messages outside of them.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::{Read, Seek};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -55,10 +54,7 @@ impl Block {
     }
 
     /// Reads its records, unpacked, its checksum compared.
-    pub(super) fn load<R: Read + Seek>(
-        &self,
-        source: &mut Source<R>,
-    ) -> Result<Vec<u8>, ContainerError> {
+    pub(super) fn load(&self, source: &mut Source<'_>) -> Result<Vec<u8>, ContainerError> {
         let mut bytes = Vec::new();
         source.read_at(self.offset, self.bytes, &mut bytes)?;
         let place = source.place(self.offset);

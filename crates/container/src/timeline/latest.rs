@@ -3,7 +3,6 @@
 use std::cmp::Reverse;
 use std::collections::btree_map::Entry as Place;
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::{Read, Seek};
 
 use crate::channel::{Latch, latch};
 use crate::error::ContainerError;
@@ -15,7 +14,7 @@ use crate::timeline::{KeptMessage, Timeline};
 /// first in the file count.
 const MOST_LASTING: usize = 4096;
 
-impl<R: Read + Seek> Timeline<R> {
+impl Timeline<'_> {
     /// What holds just before an instant, in the order of log time: of each channel the last message
     /// that is earlier, of those that hold on together ([`Latch::All`]) all different ones.
     ///

@@ -1,7 +1,6 @@
 //! Survey of a file: from its summary, and by scanning what the summary leaves out.
 
 use std::collections::BTreeSet;
-use std::io::{Read, Seek};
 
 use mcap::records::op;
 
@@ -16,9 +15,7 @@ use crate::timeline::blocks::{Block, Kind, messages};
 const LOOSE_BYTES: u64 = 1 << 20;
 
 /// The channels of a file, and its blocks in the order of the file.
-pub(super) fn survey<R: Read + Seek>(
-    source: &mut Source<R>,
-) -> Result<(Definitions, Vec<Block>), ContainerError> {
+pub(super) fn survey(source: &mut Source<'_>) -> Result<(Definitions, Vec<Block>), ContainerError> {
     let overview = Overview::read(source)?;
     let mut definitions = Definitions::default();
     if overview.complete {

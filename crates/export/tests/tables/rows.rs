@@ -56,13 +56,13 @@ fn same(a: &EvaluationRows, b: &EvaluationRows) {
 fn written(rows: &EvaluationRows) -> (tempfile::TempDir, std::path::PathBuf) {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("rows.parquet");
-    let file = std::fs::File::create(&path).expect("a file");
+    let mut file = std::fs::File::create(&path).expect("a file");
     let about = [rows_facts("session", rows)];
     write_parquet(
         &evaluation_rows("session", rows),
         rows.instants(),
         &about,
-        file,
+        &mut file,
     )
     .expect("written");
     (folder, path)
@@ -111,8 +111,8 @@ fn cut_and_other_files_are_refused() {
         assert!(refused.to_string().contains("cut.parquet"), "{refused}");
     }
     let other = folder.path().join("other.parquet");
-    let file = std::fs::File::create(&other).expect("a file");
-    write_parquet(&evaluation_rows("session", &rows(true)), 6, &[], file).expect("written");
+    let mut file = std::fs::File::create(&other).expect("a file");
+    write_parquet(&evaluation_rows("session", &rows(true)), 6, &[], &mut file).expect("written");
     let refused = RowsFile::open(&other).expect_err("no rows of ours");
     assert!(refused.to_string().contains("other content"), "{refused}");
 }

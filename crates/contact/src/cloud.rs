@@ -3,9 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use inhand_model::{Object, Position, Shape};
-use parry3d::bounding_volume::Aabb;
-use parry3d::math::Vector;
-use parry3d::partitioning::{Bvh, BvhBuildStrategy, BvhNode};
+use rstar::RTree;
 
 /// Points spread evenly over the surface of an object.
 ///
@@ -25,10 +23,7 @@ use parry3d::partitioning::{Bvh, BvhBuildStrategy, BvhNode};
 /// assert!(near_m >= exact_m && near_m < exact_m + 5e-5);
 /// ```
 #[derive(Clone, Debug)]
-pub struct SurfaceCloud {
-    points: Vec<Vector>,
-    tree: Bvh,
-}
+pub struct SurfaceCloud(RTree<[f64; 3]>);
 
 impl SurfaceCloud {
     /// A cloud of so many points.
@@ -43,26 +38,22 @@ impl SurfaceCloud {
             let wanted = end.saturating_sub(on.len());
             on.extend((0..wanted).map(|k| (face.at)(even(k))));
         }
-        let leaves: Vec<Aabb> = on.iter().map(|p| Aabb::new(*p, *p)).collect();
-        Self {
-            tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &leaves),
-            points: on,
-        }
+        Self(RTree::bulk_load(on))
     }
 
     /// Points of the cloud.
-    pub const fn len(&self) -> usize {
-        self.points.len()
+    pub fn len(&self) -> usize {
+        self.0.size()
     }
 
     /// Whether there is no point.
-    pub const fn is_empty(&self) -> bool {
-        self.points.is_empty()
+    pub fn is_empty(&self) -> bool {
+        self.0.size() == 0
     }
 
     /// The points.
-    pub fn points(&self) -> impl ExactSizeIterator<Item = Position<Object>> {
-        self.points.iter().map(|p| Position::new(p.x, p.y, p.z))
+    pub fn points(&self) -> impl Iterator<Item = Position<Object>> {
+        self.0.iter().map(|p| Position::from(*p))
     }
 
     /// Distance to the nearest point of the cloud, metres: infinite for a cloud without points, NaN for a
@@ -71,21 +62,15 @@ impl SurfaceCloud {
         if !p.is_finite() {
             return f64::NAN;
         }
-        let p = Vector::from(p.to_array());
-        let to_box = |node: &BvhNode, _| {
-            let outside = (node.mins() - p).max(p - node.maxs()).max(Vector::ZERO);
-            outside.length_squared()
-        };
-        let to_point = |leaf: u32, _| Some(self.points[leaf as usize].distance_squared(p));
-        (self.tree.find_best(f64::MAX, to_box, to_point))
-            .map_or(f64::INFINITY, |(_, squared)| squared.sqrt())
+        (self.0.nearest_neighbor(p.to_array()))
+            .map_or(f64::INFINITY, |nearest| Position::from(*nearest).distance_m(p))
     }
 }
 
 /// A part of the surface: where the points of the unit square go, area by area.
 struct Face {
     area_m2: f64,
-    at: Box<dyn Fn([f64; 2]) -> Vector>,
+    at: Box<dyn Fn([f64; 2]) -> [f64; 3]>,
 }
 
 fn faces(shape: &Shape) -> Vec<Face> {
@@ -100,7 +85,7 @@ fn faces(shape: &Shape) -> Vec<Face> {
                 area_m2: TAU * radius * height_m,
                 at: Box::new(move |[u, v]| {
                     let (sine, cosine) = (TAU * u).sin_cos();
-                    Vector::new(radius * cosine, radius * sine, height_m * (v - 0.5))
+                    [radius * cosine, radius * sine, height_m * (v - 0.5)]
                 }),
             };
             let cap = |z: f64| Face {
@@ -109,7 +94,7 @@ fn faces(shape: &Shape) -> Vec<Face> {
                     // Rings of equal area.
                     let (sine, cosine) = (TAU * u).sin_cos();
                     let out = radius * v.sqrt();
-                    Vector::new(out * cosine, out * sine, z)
+                    [out * cosine, out * sine, z]
                 }),
             };
             vec![side, cap(-half), cap(half)]
@@ -128,7 +113,7 @@ fn of_box(edges_m: [f64; 3], face: usize) -> Face {
             p[across] = side * edges_m[across];
             p[a] = (u - 0.5) * edges_m[a];
             p[b] = (v - 0.5) * edges_m[b];
-            Vector::from(p)
+            p
         }),
     }
 }
@@ -158,7 +143,7 @@ mod tests {
     fn points_lie_on_the_surface_by_its_area() {
         for shape in [BOX, CYLINDER] {
             let cloud = SurfaceCloud::new(&shape, 10_000);
-            assert_eq!(cloud.points().len(), 10_000);
+            assert_eq!(cloud.points().count(), 10_000);
             assert!(
                 cloud
                     .points()

@@ -9,8 +9,9 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Folder under `crates/` and the folders it may use. Kept as the table in `docs/architecture.md`.
-const EDGES: [(&str, &[&str]); 21] = [
+const EDGES: [(&str, &[&str]); 22] = [
     ("model", &[]),
+    ("parallel", &[]),
     ("statistics", &["model"]),
     ("curves", &["model"]),
     ("capture", &["model"]),
@@ -23,15 +24,19 @@ const EDGES: [(&str, &[&str]); 21] = [
     ("dictionary", &["model"]),
     ("contact", &["model"]),
     ("planner", &["model", "contact"]),
-    ("evaluation", &["model", "curves", "statistics", "contact"]),
+    (
+        "evaluation",
+        &["model", "parallel", "curves", "statistics", "contact"],
+    ),
     ("report", &["model"]),
-    ("simulation", &["model", "contact"]),
+    ("simulation", &["model", "parallel", "contact"]),
     ("live", &["container"]),
     ("viewing", &["model", "channels"]),
     (
         "session",
         &[
             "model",
+            "parallel",
             "curves",
             "statistics",
             "capture",
@@ -49,7 +54,10 @@ const EDGES: [(&str, &[&str]); 21] = [
             "simulation",
         ],
     ),
-    ("training", &["model", "motion", "dictionary", "session"]),
+    (
+        "training",
+        &["model", "parallel", "motion", "dictionary", "session"],
+    ),
     (
         "inhand",
         &[
@@ -81,7 +89,7 @@ const EDGES: [(&str, &[&str]); 21] = [
 /// and the other fills.
 const USERS: [(&str, &[&str]); 14] = [
     ("mcap", &["channels", "container"]),
-    ("lz4", &["container"]),
+    ("lz4_flex", &["container"]),
     ("zstd", &["container"]),
     ("crc32fast", &["container"]),
     ("prost", &["channels", "import"]),

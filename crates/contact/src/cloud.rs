@@ -62,8 +62,9 @@ impl SurfaceCloud {
         if !p.is_finite() {
             return f64::NAN;
         }
-        (self.0.nearest_neighbor(p.to_array()))
-            .map_or(f64::INFINITY, |nearest| Position::from(*nearest).distance_m(p))
+        (self.0.nearest_neighbor(p.to_array())).map_or(f64::INFINITY, |nearest| {
+            Position::from(*nearest).distance_m(p)
+        })
     }
 }
 

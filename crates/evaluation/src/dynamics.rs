@@ -10,7 +10,6 @@ use inhand_model::{
     StateFacts, StateRow, Status, TakeContacts, Trajectory, Transition, in_contact, runs,
 };
 use inhand_statistics::quantiles::statistics;
-use rayon::prelude::*;
 
 use crate::contacts::motion_contacts;
 use crate::input::{EvaluationSettings, TestData};
@@ -47,9 +46,9 @@ pub fn contact_dynamics<'a>(
     let (Some(shape), Some(distance_m)) = (&data.shape, &recorded.rows.recorded_distance_m) else {
         return Ok(None);
     };
-    let takes = (data.motions.par_iter())
-        .map(|motion| contact_rows(&motion.selected_only(), shape, settings, rules))
-        .collect::<Result<Vec<_>, _>>()?;
+    let takes = inhand_parallel::try_map(data.motions, |motion| {
+        contact_rows(&motion.selected_only(), shape, settings, rules)
+    })?;
 
     let layout = data.segments.layout();
     let judge = |distance_m: &[PerFinger<f64>],
@@ -64,8 +63,7 @@ pub fn contact_dynamics<'a>(
                 false,
             )
         };
-        let all = (0..data.segments.len()).into_par_iter();
-        all.map(segment_rows).collect::<Result<Vec<_>, _>>()
+        inhand_parallel::try_up_to(data.segments.len(), segment_rows)
     };
     let mut segments = vec![judge(distance_m, &|segment| {
         Some(data.segments.fingertips_m(segment))

@@ -9,10 +9,10 @@ use inhand_model::{
     Bootstrap, Estimate, EvaluationRows, Finger, HandAndFingers, Intervals, Measure,
     MeasureEstimates, MethodIntervals, PairedDifference, PerFinger, in_contact,
 };
+use inhand_parallel::{map, try_map};
 use inhand_statistics::BootstrapError;
 use inhand_statistics::bootstrap::{self, ClusteredRows, Difference};
 use inhand_statistics::quantiles::sorted_statistics;
-use rayon::prelude::*;
 
 use crate::constraints::is_known;
 use crate::contacts::STABLE;
@@ -86,16 +86,11 @@ pub fn intervals<E: From<BootstrapError>>(
     {
         let names = (name(default), name(best));
         differences.extend(paired(names, None, &sample.all, &other.all, &bootstrap)?);
-        let fingers: Vec<_> = Finger::ALL
-            .into_par_iter()
-            .map(|finger| {
-                let (one, other) = (&sample.by_finger[finger], &other.by_finger[finger]);
-                paired(names, Some(finger), one, other, &bootstrap)
-            })
-            .collect();
-        for finger in fingers {
-            differences.extend(finger?);
-        }
+        let fingers = try_map(&Finger::ALL, |&finger| {
+            let (one, other) = (&sample.by_finger[finger], &other.by_finger[finger]);
+            paired(names, Some(finger), one, other, &bootstrap)
+        })?;
+        differences.extend(fingers.into_iter().flatten());
     }
     // From here on only what is pooled is compared: the fingers' copies may go.
     let of_best = of_best.map(|sample| sample.all);
@@ -223,7 +218,7 @@ impl SortedErrors {
         mut errors: impl FnMut(Finger) -> Result<ErrorsByCluster, E>,
     ) -> Result<Self, E> {
         let measured = |rows: ClusteredRows| Rows {
-            by_cluster: (rows.by_cluster().par_iter().map(|rows| measures_of(rows))).collect(),
+            by_cluster: map(&rows.by_cluster(), |rows| measures_of(rows)),
             rows,
         };
         let by_finger = PerFinger::try_from_fn(|finger| -> Result<Rows, E> {
@@ -264,9 +259,9 @@ fn method_intervals(
     contacts: Option<&[ContactCounts]>,
     bootstrap: &Bootstrap,
 ) -> Result<MethodIntervals, BootstrapError> {
-    let by_finger: Vec<_> = (sample.by_finger.as_array().par_iter())
-        .map(|rows| estimates(&rows.rows, bootstrap))
-        .collect::<Result<_, _>>()?;
+    let by_finger = try_map(sample.by_finger.as_array(), |rows| {
+        estimates(&rows.rows, bootstrap)
+    })?;
     let mut by_finger = by_finger.into_iter();
     let (three_or_more, three_or_more_less_recorded) = contacts
         .map(|counts| contact_estimates(counts, bootstrap))

@@ -6,7 +6,6 @@ use inhand_model::{
     Pose, SegmentLayout, Statistics, Trajectory,
 };
 use inhand_statistics::quantiles::statistics;
-use rayon::prelude::*;
 
 use crate::constraints::{check_velocity, collision, reachability};
 use crate::contacts::{contact_share, distance_difference};
@@ -157,16 +156,13 @@ fn pooled(
 }
 
 fn median_by_sample(rows: &MethodRows, samples: usize) -> Vec<f64> {
-    (0..samples)
-        .into_par_iter()
-        .map(|t| {
-            let errors = (rows.error_m.iter().skip(t).step_by(samples))
-                .flat_map(|errors| *errors.as_array())
-                .filter(|error| error.is_finite())
-                .collect();
-            statistics(errors, 0, 0).p50
-        })
-        .collect()
+    inhand_parallel::up_to(samples, |t| {
+        let errors = (rows.error_m.iter().skip(t).step_by(samples))
+            .flat_map(|errors| *errors.as_array())
+            .filter(|error| error.is_finite())
+            .collect();
+        statistics(errors, 0, 0).p50
+    })
 }
 
 /// Distance between the origins (metres) and angle (radians) of planned and recorded object at every instant, NaN

@@ -8,7 +8,7 @@ use inhand_model::{
     PathFacts, PerFinger, Position, SEGMENT_COORDINATES, SegmentMovement, Segments, Statistics,
     Trajectory,
 };
-use rayon::prelude::*;
+use inhand_parallel::up_to;
 
 use crate::input::TestData;
 use crate::instants::tips;
@@ -91,19 +91,15 @@ pub fn movement(
     let segments = data.segments.len();
     let of_recording = MovementRows {
         name: inhand_model::MotionRows::RECORDED.to_owned(),
-        segments: (0..segments)
-            .into_par_iter()
-            .map(|segment| measure(Some(data.segments.fingertips_m(segment))))
-            .collect(),
+        segments: up_to(segments, |segment| {
+            measure(Some(data.segments.fingertips_m(segment)))
+        }),
     };
     let of_methods = methods.iter().map(|method| MovementRows {
         name: method.rows.name.clone(),
-        segments: (0..segments)
-            .into_par_iter()
-            .map(|segment| {
-                measure(usable(method.trajectories, segment, layout).map(Trajectory::values_m))
-            })
-            .collect(),
+        segments: up_to(segments, |segment| {
+            measure(usable(method.trajectories, segment, layout).map(Trajectory::values_m))
+        }),
     });
     let rows: Vec<MovementRows> = std::iter::once(of_recording).chain(of_methods).collect();
 

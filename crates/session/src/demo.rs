@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use inhand_channels::TakeFile;
 use inhand_model::Provenance;
 use inhand_simulation::{FaultKind, SessionSettings, SimulatedTake, session};
-use rayon::prelude::*;
 use serde_json::json;
 
 use crate::TOOL;
@@ -56,10 +55,9 @@ pub fn simulate_session(
         settings_json: format!("{{\"seed\":{seed}}}"),
         inputs: Vec::new(),
     };
-    let written: Vec<_> = (files.par_iter())
-        .map(|(path, take)| write_simulated(path, take, format, &provenance))
-        .collect();
-    written.into_iter().collect::<Result<(), _>>()?;
+    inhand_parallel::try_map(&files, |(path, take)| {
+        write_simulated(path, take, format, &provenance)
+    })?;
     for (path, take) in &files {
         if simulated.faults.is_some() {
             let truth = path.with_extension("truth.json");

@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 
 use inhand_export::{Table, TableBuilder, write_parquet};
 use inhand_report::{Figure, FigureData, FigureValues, Report};
-use rayon::prelude::*;
 
 use crate::error::{Located, SessionError};
 use crate::output::{write_atomic, write_text};
@@ -18,11 +17,7 @@ use crate::output::{write_atomic, write_text};
 /// at all.
 pub fn write_figures(folder: &Path, report: &Report<'_>) -> Result<Vec<PathBuf>, SessionError> {
     let figures = inhand_report::figures(report)?;
-    let written: Vec<Result<_, SessionError>> = figures
-        .par_iter()
-        .map(|figure| write_figure(folder, figure))
-        .collect();
-    let written = written.into_iter().collect::<Result<Vec<_>, _>>()?;
+    let written = inhand_parallel::try_map(&figures, |figure| write_figure(folder, figure))?;
     Ok(written.into_iter().flatten().collect())
 }
 

@@ -91,14 +91,13 @@ impl Manifest {
         folder: &Path,
         outputs: &[&Path],
     ) -> Result<Self, SessionError> {
-        use rayon::prelude::*;
-        let hashes: Vec<_> = outputs.par_iter().map(|path| hash_of(path)).collect();
-        let names = outputs.iter().map(|path| name_in(folder, path));
-        let outputs = names.zip(hashes).map(|(name, hash)| Ok((name, hash?)));
+        let outputs = inhand_parallel::try_map(outputs, |path| -> Result<_, SessionError> {
+            Ok((name_in(folder, path), hash_of(path)?))
+        })?;
         Ok(Self {
             session: session.to_owned(),
             key,
-            outputs: outputs.collect::<Result<_, SessionError>>()?,
+            outputs: outputs.into_iter().collect(),
         })
     }
 }
@@ -141,7 +140,6 @@ pub(crate) fn learn_provenance<'a>(
 
 /// Whether the results of an earlier run have this key and are all unchanged, `outputs` among them.
 pub(crate) fn up_to_date(run_file: &Path, session: &str, key: &str, outputs: &[&Path]) -> bool {
-    use rayon::prelude::*;
     let Some(earlier) = read(run_file).map(|run| run.manifest) else {
         return false;
     };
@@ -150,10 +148,11 @@ pub(crate) fn up_to_date(run_file: &Path, session: &str, key: &str, outputs: &[&
     if earlier.key != key || earlier.session != session || !outputs.iter().all(listed) {
         return false;
     }
-    let unchanged = |(name, hash): (&String, &String)| {
-        file_in(folder, name).is_some_and(|path| hash_of(&path).is_ok_and(|now| now == *hash))
-    };
-    earlier.outputs.par_iter().all(unchanged)
+    let listed: Vec<_> = earlier.outputs.iter().collect();
+    let unchanged = inhand_parallel::map(&listed, |(name, hash)| {
+        file_in(folder, name).is_some_and(|path| hash_of(&path).is_ok_and(|now| now == **hash))
+    });
+    unchanged.into_iter().all(|unchanged| unchanged)
 }
 
 /// Whether a file is the `run.json` of an earlier run of this session.

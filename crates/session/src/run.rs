@@ -12,7 +12,6 @@ use inhand_model::{
     Dictionary, Evaluation, InputHash, MethodRows, Motion, MotionRows, Provenance, Segments,
 };
 use inhand_report::Report;
-use rayon::prelude::*;
 
 use crate::TOOL;
 use crate::dictionary_file;
@@ -294,8 +293,9 @@ impl<'a> Run<'a> {
             steps::measure_recorded(&cut.test, &cut.test_motions, dictionary, settings)
         })?;
         let evaluated: Vec<_> = self.time("evaluate", || {
-            let all = generated.par_iter();
-            Ok(all.map(|g| steps::evaluate(&comparison, g)).collect())
+            Ok(inhand_parallel::map(generated, |g| {
+                steps::evaluate(&comparison, g)
+            }))
         })?;
         let (methods, rows): (Vec<_>, Vec<_>) = evaluated.into_iter().unzip();
         let (name, segments) = (&self.session.name, (train, &cut.test));

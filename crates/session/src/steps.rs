@@ -11,7 +11,6 @@ use inhand_model::{
 use inhand_motion::{
     Cut, SegmentSettings, Templates, cut_segments, fit_templates, smooth, to_hand_frame,
 };
-use rayon::prelude::*;
 
 use crate::error::{Located, SessionError, invalid};
 use crate::settings::{ObjectInSegments, Role, Settings};
@@ -64,13 +63,11 @@ pub fn motions_in_hand(takes: &[Take], settings: &Settings) -> Result<Vec<Motion
         .collect::<Result<Vec<_>, _>>()?;
     let templates = templates(takes, &roles)?;
     let process_settings = settings.process_settings()?;
-    let motions: Vec<_> = (takes.par_iter().zip(&roles))
-        .map(|(take, roles)| {
-            to_hand_frame(&take.recording, roles, &templates, &process_settings)
-                .during(format_args!("processing {}", take.name))
-        })
-        .collect();
-    let mut motions = motions.into_iter().collect::<Result<Vec<_>, _>>()?;
+    let mut motions = inhand_parallel::try_up_to(takes.len(), |n| {
+        let take = &takes[n];
+        to_hand_frame(&take.recording, roles[n], &templates, &process_settings)
+            .during(format_args!("processing {}", take.name))
+    })?;
     select(&mut motions, takes, settings)?;
     Ok(motions)
 }
@@ -85,10 +82,9 @@ pub fn smooth_motions(
     settings: &Settings,
 ) -> Result<Vec<Motion>, SessionError> {
     let filter = settings.process_settings()?.filter;
-    let smoothed: Vec<_> = (motions.par_iter())
-        .map(|motion| smooth(motion, filter).during(format_args!("processing {}", motion.name)))
-        .collect();
-    smoothed.into_iter().collect()
+    inhand_parallel::try_map(motions, |motion| {
+        smooth(motion, filter).during(format_args!("processing {}", motion.name))
+    })
 }
 
 /// Motions that an earlier step stored in takes; takes processed now where `reuse` is false or any
@@ -394,8 +390,7 @@ fn quality(takes: &[TakeResult<'_>]) -> Result<Vec<TakeQuality>, SessionError> {
         quality.take.clone_from(&result.take.name);
         Ok(quality)
     };
-    let all: Vec<_> = takes.par_iter().map(one).collect();
-    all.into_iter().collect()
+    inhand_parallel::try_map(takes, one)
 }
 
 /// Puts an evaluation together; movement, contacts over time and intervals are not in it yet. `train`

@@ -8,7 +8,6 @@ use inhand_model::{
     Annotations, BodySource, Change, Clock, Finger, InputHash, Motion, PointTrack, Provenance,
     Recording, Roles, World,
 };
-use rayon::prelude::*;
 
 use crate::error::{Located, SessionError};
 use crate::files::{facts_path, hex_sha256, name_of};
@@ -60,7 +59,7 @@ pub fn read(path: &Path, settings: &Settings) -> Result<Take, SessionError> {
     // What a table cannot hold is in a file beside it, and counts as part of it.
     let facts = table_facts(path, &bytes)?;
     // Hashing takes as long as parsing: do both at once.
-    let (sha256, parsed) = rayon::join(
+    let (sha256, parsed) = inhand_parallel::both(
         || content_hash(&bytes, facts.as_deref()),
         || -> Result<_, SessionError> {
             if inhand_channels::is_mcap(&bytes) {
@@ -229,12 +228,7 @@ impl Take {
 /// The first take, in the session's order, that cannot be read; takes of different rates; takes
 /// that serve for training and testing at once.
 pub fn read_session(session: &Session, settings: &Settings) -> Result<Vec<Take>, SessionError> {
-    let takes: Vec<_> = session
-        .takes
-        .par_iter()
-        .map(|entry| read_entry(entry, settings))
-        .collect();
-    let takes = takes.into_iter().collect::<Result<Vec<_>, _>>()?;
+    let takes = inhand_parallel::try_map(&session.takes, |entry| read_entry(entry, settings))?;
     for take in &takes {
         take.roles()?;
     }

@@ -1,7 +1,6 @@
 //! A session: takes for learning and takes for testing, of one hand and one object.
 
 use inhand_model::Shape;
-use rayon::prelude::*;
 
 use crate::error::SimulationError;
 use crate::faults::{FaultSettings, simulate_faulty};
@@ -86,14 +85,10 @@ pub fn session(settings: &SessionSettings, seed: u64) -> Result<SimulatedSession
     let takes: Vec<(TakeSettings, u64)> = plan("train", settings.train_takes, 0, track_in_training)
         .chain(plan("test", settings.test_takes, 1000, true))
         .collect();
-    let simulated: Vec<_> = (takes.par_iter())
-        .map(|(take, take_seed)| match &settings.faults {
-            None => simulate(take, *take_seed),
-            Some(faults) => Ok(simulate_faulty(take, faults, *take_seed)?.into_take()),
-        })
-        .collect();
-    // In order, so that the first error is the same whatever the number of threads.
-    let mut train = simulated.into_iter().collect::<Result<Vec<_>, _>>()?;
+    let mut train = inhand_parallel::try_map(&takes, |(take, take_seed)| match &settings.faults {
+        None => simulate(take, *take_seed),
+        Some(faults) => Ok(simulate_faulty(take, faults, *take_seed)?.into_take()),
+    })?;
     let test = train.split_off(settings.train_takes);
     Ok(SimulatedSession { train, test })
 }

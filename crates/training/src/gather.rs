@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use inhand_dictionary::{NmfProblem, blocks};
 use inhand_model::{BodySource, Clock, Motion, SegmentLayout};
 use inhand_motion::{Cut, SegmentTable};
+use inhand_parallel::{try_map, try_up_to};
 use inhand_session::steps::{self, Shown};
 use inhand_session::{
     Located as _, Role, SessionError, Settings, TOOL, Take, check_rates, read_clean,
 };
-use rayon::prelude::*;
 
 use crate::folder::{FORMAT, LearningFolder, LearningPlan, PlannedTake, table_path};
 use crate::tables::{TableColumns, read_table, write_table};
@@ -90,21 +90,16 @@ fn gather(
     let mut gathered: Vec<Gathered> = Vec::with_capacity(paths.len());
     let mut used = steps::Tally::new(settings)?;
     for paths in paths.chunks(together.max(1)) {
-        let read = paths.par_iter().map(|path| read_clean(path, settings));
-        let read: Vec<_> = read.collect();
-        let takes = read.into_iter().collect::<Result<Vec<_>, _>>()?;
+        let takes = try_map(paths, |path| read_clean(path, settings))?;
         takes.iter().for_each(&mut *seen);
         takes.iter().for_each(|take| used.add(take));
         let Some(motions) = motions(&takes, settings, way)? else {
             return Ok(None);
         };
         let first = gathered.len();
-        let tables: Vec<_> = (takes.par_iter().zip(&motions).enumerate())
-            .map(|(i, (take, motion))| gather_one(root, first + i, take, motion))
-            .collect();
-        for table in tables {
-            gathered.push(table?);
-        }
+        gathered.extend(try_up_to(takes.len(), |i| {
+            gather_one(root, first + i, &takes[i], &motions[i])
+        })?);
         check_rates(
             gathered
                 .iter()
@@ -178,11 +173,9 @@ fn begin(
     };
     let cut = Cut::new(&steps::cut_settings(layout, Role::Train, settings))
         .during("processing training takes")?;
-    let cuts: Vec<_> = (0..gathered.len())
-        .into_par_iter()
-        .map(|i| Ok(cut.starts(&read_table(&table_path(root, i), i)?)))
-        .collect();
-    let cuts = cuts.into_iter().collect::<Result<Vec<_>, SessionError>>()?;
+    let cuts = try_up_to(gathered.len(), |i| -> Result<_, SessionError> {
+        Ok(cut.starts(&read_table(&table_path(root, i), i)?))
+    })?;
     let takes = (gathered.iter().zip(&cuts)).map(|(take, cut)| PlannedTake {
         segments: cut.starts.len(),
         ..take.planned.clone()

@@ -223,7 +223,7 @@ fn shard_sums(
         let Some((columns_m, previous)) = next.take() else {
             break;
         };
-        let (done, loaded) = rayon::join(
+        let (done, loaded) = inhand_parallel::both(
             || {
                 let (state, problem) = (&current.state, &current.problem);
                 problem.sums(state, block, columns_m, previous)

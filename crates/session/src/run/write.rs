@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use inhand_model::{EvaluationRows, Hull, MethodRows, MotionRows, PerFinger, Provenance, Segments};
+use inhand_parallel::both;
 use inhand_report::Report;
-use rayon::prelude::*;
 
 use super::{RunFiles, RunOptions};
 use crate::error::SessionError;
@@ -32,26 +32,24 @@ pub(super) fn write_takes(
     let indices: Vec<_> = (results.iter())
         .map(|result| (result.role == Role::Test).then(|| tests.next()).flatten())
         .collect();
-    let written: Vec<_> = (results.par_iter().zip(&indices).zip(&files.takes))
-        .map(|((result, &index), path)| {
-            let motion = index.map(|take| GeneratedMotion {
-                segments: test,
-                take,
-                generated,
-                rows,
-                hulls,
-            });
-            let contents = TakeContents {
-                take: result.take,
-                motion: result.motion,
-                generated: motion,
-                made: provenance,
-                settings: &options.settings,
-            };
-            take_file::write(path, &contents, options.view)
-        })
-        .collect();
-    written.into_iter().collect()
+    inhand_parallel::try_up_to(results.len(), |n| {
+        let motion = indices[n].map(|take| GeneratedMotion {
+            segments: test,
+            take,
+            generated,
+            rows,
+            hulls,
+        });
+        let contents = TakeContents {
+            take: results[n].take,
+            motion: results[n].motion,
+            generated: motion,
+            made: provenance,
+            settings: &options.settings,
+        };
+        take_file::write(&files.takes[n], &contents, options.view)
+    })
+    .map(drop)
 }
 
 /// Writes the rows, the evaluation, the page and its figures; returns the files of the figures.
@@ -62,17 +60,17 @@ pub(super) fn write_reports(
     files: &RunFiles,
 ) -> Result<Vec<PathBuf>, SessionError> {
     let evaluation = report.evaluation;
-    let (table, (json, (html, figures))) = rayon::join(
+    let (table, (json, (html, figures))) = both(
         || {
             let session = &evaluation.session.name;
             tables::write_rows(&files.rows, session, rows)?;
             tables::write_motion_rows(&files.motion, session, motion)
         },
         || {
-            rayon::join(
+            both(
                 || inhand_report::evaluation_json(evaluation, report.provenance),
                 || {
-                    rayon::join(
+                    both(
                         || inhand_report::html(report),
                         || write_figures(&files.figures, report),
                     )

@@ -9,7 +9,6 @@ use inhand_model::{
     Summary,
 };
 use inhand_statistics::quantiles::sorted_statistics;
-use rayon::prelude::*;
 
 use super::groups::{Groups, counts};
 use super::outliers::outliers;
@@ -85,10 +84,7 @@ pub fn merge(parts: &[Part], options: MergeOptions) -> Result<Summary, SessionEr
             confidence: options.confidence,
         },
         |place, finger| -> Result<_, SessionError> {
-            let read = parts
-                .par_iter()
-                .map(|part| part.errors_m(&methods[place], finger));
-            read.collect::<Vec<_>>().into_iter().collect()
+            inhand_parallel::try_map(parts, |part| part.errors_m(&methods[place], finger))
         },
         |place| contact_counts(&of_parts[place]),
         |place, errors| {

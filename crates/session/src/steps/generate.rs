@@ -12,7 +12,6 @@ use inhand_planner::{
     AccelerationBounds, Constraints, Ends, Holding, PlanError, Planner, PlannerSettings, Target,
     held_fingers, object_between, plan_all, widened,
 };
-use rayon::prelude::*;
 
 use crate::error::{SessionError, invalid};
 use crate::methods::Method;
@@ -250,25 +249,23 @@ fn corridors(
     plans: &[Plan],
     segments: &Segments,
 ) -> Result<SegmentCorridors, PlanError> {
-    let mahalanobis: Vec<Result<_, PlanError>> = (targets.par_iter().zip(plans).enumerate())
-        .map(|(segment, (target, plan))| {
-            let Some(trajectory) = &plan.trajectory else {
-                return Ok(None);
-            };
-            let corridor = planner.corridor(target)?;
-            let distances = (0..segments.layout().samples)
-                .map(|t| {
-                    PerFinger::from_fn(|finger: Finger| {
-                        let recorded = segments.position(segment, t, finger);
-                        corridor.mahalanobis(trajectory, t, finger, recorded)
-                    })
+    let mahalanobis = inhand_parallel::try_up_to(plans.len(), |segment| -> Result<_, PlanError> {
+        let Some(trajectory) = &plans[segment].trajectory else {
+            return Ok(None);
+        };
+        let corridor = planner.corridor(&targets[segment])?;
+        let distances = (0..segments.layout().samples)
+            .map(|t| {
+                PerFinger::from_fn(|finger: Finger| {
+                    let recorded = segments.position(segment, t, finger);
+                    corridor.mahalanobis(trajectory, t, finger, recorded)
                 })
-                .collect();
-            Ok(Some(distances))
-        })
-        .collect();
+            })
+            .collect();
+        Ok(Some(distances))
+    })?;
     Ok(SegmentCorridors {
-        mahalanobis: mahalanobis.into_iter().collect::<Result<_, _>>()?,
+        mahalanobis,
         widths: residual.calibration.clone(),
     })
 }

@@ -48,7 +48,7 @@ pub fn illustrate(
     run: &Illustrated<'_>,
     smoothing: Smoothing,
 ) -> Result<Illustrations, SessionError> {
-    let (explained, point_clouds) = rayon::join(
+    let (explained, point_clouds) = inhand_parallel::both(
         || learned::explained(run.train, run.dictionary),
         || clouds::point_clouds(run),
     );

@@ -45,7 +45,7 @@ pub fn motion_analysis(
         })
         .collect();
     let rules = contact_rules(settings);
-    let ((movement, movement_rows), contacts) = rayon::join(
+    let ((movement, movement_rows), contacts) = inhand_parallel::both(
         || movement(data, recorded, &methods, train, &MovementSettings::USUAL),
         || contact_dynamics(data, recorded, &methods, &comparison.settings, &rules),
     );

@@ -5,7 +5,6 @@ use inhand_curves::velocity;
 use inhand_model::{
     Demonstrated, Finger, Hand, Motion, PerFinger, Position, SEGMENT_COORDINATES, VelocityBounds,
 };
-use rayon::prelude::*;
 
 use crate::error::{Located, SessionError};
 
@@ -70,14 +69,10 @@ impl Shown {
     ///
     /// [`SessionError::At`] where a fingertip was never seen, or does not move.
     pub fn demonstrated(&self) -> Result<Demonstrated, SessionError> {
-        let hulls: Vec<_> = Finger::ALL
-            .into_par_iter()
-            .map(|finger| {
-                hull(&self.corners[finger])
-                    .during(format_args!("training hull of the {finger} finger"))
-            })
-            .collect();
-        let mut hulls = hulls.into_iter();
+        let mut hulls = inhand_parallel::map(&Finger::ALL, |&finger| {
+            hull(&self.corners[finger]).during(format_args!("training hull of the {finger} finger"))
+        })
+        .into_iter();
         let hulls = PerFinger::try_from_fn(|_| {
             hulls
                 .next()
@@ -103,7 +98,7 @@ impl Shown {
 ///
 /// As [`Shown::demonstrated`].
 pub fn demonstrated(motions: &[&Motion]) -> Result<Demonstrated, SessionError> {
-    let each: Vec<Shown> = motions.par_iter().map(|motion| Shown::of(motion)).collect();
+    let each: Vec<Shown> = inhand_parallel::map(motions, |motion| Shown::of(motion));
     let mut all = Shown::default();
     for shown in &each {
         all.add(shown);

@@ -3,7 +3,6 @@
 use inhand_contact::{SurfaceCloud, surface_distance_m};
 use inhand_model::{Finger, Object, PerFinger, PointCloud, Position, Shape, Status};
 use inhand_statistics::quantiles::statistics;
-use rayon::prelude::*;
 
 use super::Illustrated;
 use crate::error::SessionError;
@@ -83,14 +82,12 @@ fn compare(
     tau_m: f64,
 ) -> PointCloud {
     // In the order of the instants, whatever thread measured them.
-    let measured: Vec<PerFinger<[f64; 2]>> = (instants.par_iter())
-        .map(|instant| {
-            PerFinger::from_fn(|finger| {
-                let tip = instant.tips[finger];
-                [surface_distance_m(shape, tip), cloud.distance_m(tip)]
-            })
+    let measured: Vec<PerFinger<[f64; 2]>> = inhand_parallel::map(instants, |instant| {
+        PerFinger::from_fn(|finger| {
+            let tip = instant.tips[finger];
+            [surface_distance_m(shape, tip), cloud.distance_m(tip)]
         })
-        .collect();
+    });
     let excess_m = (measured.iter().flat_map(PerFinger::as_array))
         .map(|[exact, by_cloud]| (by_cloud - exact.abs()).max(0.0))
         .collect();

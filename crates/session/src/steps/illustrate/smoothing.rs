@@ -35,7 +35,7 @@ pub struct Smoothing {
 /// [`SessionError::At`] for takes without a rate.
 pub fn smoothing(before: &[&Motion], after: &[&Motion]) -> Result<Smoothing, SessionError> {
     let (filtering, spectrum) =
-        rayon::join(|| filtering(before, after), || spectrum(before, after));
+        inhand_parallel::both(|| filtering(before, after), || spectrum(before, after));
     Ok(Smoothing {
         filtering,
         spectrum: spectrum?,
@@ -136,7 +136,7 @@ fn filtering(before: &[&Motion], after: &[&Motion]) -> Option<Filtering> {
 }
 
 fn spectrum(before: &[&Motion], after: &[&Motion]) -> Result<Option<Spectrum>, SessionError> {
-    let (before, after) = rayon::join(|| welch(before), || welch(after));
+    let (before, after) = inhand_parallel::both(|| welch(before), || welch(after));
     let (Some(before), Some(after)) = (before?, after?) else {
         return Ok(None);
     };

@@ -96,18 +96,18 @@ fn known_of<'m, 'a, R>(
     methods: &'m [Method<'a>],
     of: impl Fn(&'a MethodEvaluation) -> Option<R>,
 ) -> Vec<(&'m Method<'a>, R)> {
-    let known = methods.iter().map(|m| Some((m, of(m.evaluation)?)));
-    known.flatten().collect()
+    let known = methods.iter().filter_map(|m| Some((m, of(m.evaluation)?)));
+    known.collect()
 }
 
 /// A table with methods as rows.
-fn method_table<'m, R: 'm, T: 'm>(
+fn method_table<'m, R, T: 'm>(
     caption: impl Into<String>,
     rows: impl IntoIterator<Item = R>,
-    method: impl Fn(&R) -> &Method<'m, T> + Copy + 'm,
-) -> Table<'m, R> {
-    Table::new(caption, rows, "method", move |row| method(row).head())
-        .stressed(move |row| method(row).default)
+    method: fn(&R) -> &Method<'m, T>,
+) -> Table<R> {
+    Table::new(caption, rows, "method", |row| method(row).head())
+        .stressed(|row| method(row).default)
 }
 
 /// Recorded or planned motion, with what is known of it.
@@ -146,11 +146,11 @@ fn motions<'a, T>(
 type MotionRow<'a, T, R> = (&'a Motion<'a, T>, R);
 
 /// A table with a group of motions for each finger.
-fn motions_by_finger<'a, T, R: 'a>(
+fn motions_by_finger<'a, T, R>(
     caption: &str,
     motions: &'a [Motion<'a, T>],
     of: fn(&'a T, Finger) -> R,
-) -> Table<'a, MotionRow<'a, T, R>> {
+) -> Table<MotionRow<'a, T, R>> {
     let groups = Finger::ALL.map(|finger| {
         let rows = motions.iter().map(|own| (own, of(own.facts, finger)));
         (finger, rows.collect())
@@ -326,9 +326,8 @@ fn sections(report: &Report<'_>) -> Vec<Section> {
 /// Every figure of the page, in its order.
 pub(crate) fn figures(report: &Report<'_>) -> Vec<Figure> {
     let sections = sections(report).into_iter();
-    sections
-        .flat_map(|section| section.body.into_figures())
-        .collect()
+    let figures = sections.flat_map(|section| section.body.into_figures());
+    figures.collect()
 }
 
 /// Draws the page of one evaluation.

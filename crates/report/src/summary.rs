@@ -73,7 +73,7 @@ pub fn text(summary: &Summary, markdown: bool) -> String {
     );
     let measures = [Measure::P50, Measure::P75, Measure::P95];
     let table = measures.into_iter().fold(table, |table, measure| {
-        table.numbers(measure_words(measure), "mm", move |method| {
+        table.numbers(measure_words(measure), "mm", |method| {
             let mut found = summary.intervals.methods.iter();
             let own = found.find(|own| own.method == method.name);
             let estimates = own.and_then(|own| own.error.all.as_ref());

@@ -1,5 +1,7 @@
 //! Tables: columns and rows, described once for the page, for Markdown and for a terminal.
 
+use std::ops::Range;
+
 use inhand_model::{Finger, Statistics};
 use maud::{Markup, Render, html};
 
@@ -99,112 +101,90 @@ pub(crate) fn sizes(s: &Statistics) -> [usize; 3] {
 /// A cell as printed, and the number by which the smallest of a column is found.
 type Cell = (String, f64);
 
-struct Column<'a, R> {
+struct Column {
     name: String,
     unit: String,
     /// Whether its cells are words, set to the left.
     words: bool,
     /// Whether the smallest of a group is marked.
     marked: bool,
-    cell: Box<dyn Fn(&R) -> Cell + 'a>,
+    /// A cell for each row.
+    cells: Vec<Cell>,
+}
+
+impl Column {
+    /// The smallest of some rows as printed. Equal as printed is equal: no one is shown ahead by digits that nobody
+    /// sees. A single row is ahead of no one.
+    fn smallest(&self, rows: &Range<usize>) -> Option<&str> {
+        let cells = self.cells[rows.clone()].iter();
+        let values = cells.filter(|(_, value)| self.marked && value.is_finite());
+        let smallest = values.min_by(|a, b| a.1.total_cmp(&b.1))?;
+        (rows.len() > 1).then_some(&*smallest.0)
+    }
 }
 
 /// A table: a caption, groups of rows, and what each column says of a row.
-pub(crate) struct Table<'a, R> {
-    caption: String,
-    groups: Vec<(Option<Head>, Vec<R>)>,
-    name: &'a str,
-    head: Box<dyn Fn(&R) -> Head + 'a>,
-    stressed: Box<dyn Fn(&R) -> bool + 'a>,
-    columns: Vec<Column<'a, R>>,
+pub(crate) struct Table<R> {
+    rows: Vec<R>,
+    printed: Printed,
 }
 
-impl<'a, R> Table<'a, R> {
+impl<R> Table<R> {
     /// A table whose first column is `name`, made of `head`.
     pub(crate) fn new<H: Into<Head>>(
         caption: impl Into<String>,
         rows: impl IntoIterator<Item = R>,
-        name: &'a str,
-        head: impl Fn(&R) -> H + 'a,
+        name: &str,
+        head: impl Fn(&R) -> H,
     ) -> Self {
-        let groups = vec![(None, rows.into_iter().collect())];
-        Self::with_groups(caption, groups, name, head)
+        let rows: Vec<R> = rows.into_iter().collect();
+        let mut printed = Printed::new(caption.into(), name);
+        printed.add_group(None, rows.len(), &|row| head(&rows[row]).into());
+        Self { rows, printed }
     }
 
     /// A table of groups of rows, each under its head.
     pub(crate) fn grouped<G: Into<Head>, H: Into<Head>>(
         caption: impl Into<String>,
         groups: impl IntoIterator<Item = (G, Vec<R>)>,
-        name: &'a str,
-        head: impl Fn(&R) -> H + 'a,
+        name: &str,
+        head: impl Fn(&R) -> H,
     ) -> Self {
-        let groups = groups.into_iter().filter(|(_, rows)| !rows.is_empty());
-        let groups = groups.map(|(head, rows)| (Some(head.into()), rows));
-        Self::with_groups(caption, groups.collect(), name, head)
-    }
-
-    fn with_groups<H: Into<Head>>(
-        caption: impl Into<String>,
-        groups: Vec<(Option<Head>, Vec<R>)>,
-        name: &'a str,
-        head: impl Fn(&R) -> H + 'a,
-    ) -> Self {
-        Self {
-            caption: caption.into(),
-            groups,
-            name,
-            head: Box::new(move |row| head(row).into()),
-            stressed: Box::new(|_| false),
-            columns: Vec::new(),
+        let (mut all, mut printed) = (Vec::new(), Printed::new(caption.into(), name));
+        for (group, mut rows) in groups {
+            if !rows.is_empty() {
+                let group = Some(group.into());
+                printed.add_group(group, rows.len(), &|row| head(&rows[row]).into());
+                all.append(&mut rows);
+            }
         }
+        Self { rows: all, printed }
     }
 
     /// Stresses rows.
-    pub(crate) fn stressed(mut self, stressed: impl Fn(&R) -> bool + 'a) -> Self {
-        self.stressed = Box::new(stressed);
+    pub(crate) fn stressed(mut self, stressed: impl Fn(&R) -> bool) -> Self {
+        (self.printed).stress(&|row| stressed(&self.rows[row]));
         self
     }
 
-    fn column(
-        mut self,
-        name: impl Into<String>,
-        unit: impl Into<String>,
-        words: bool,
-        cell: impl Fn(&R) -> Cell + 'a,
-    ) -> Self {
-        self.columns.push(Column {
-            name: name.into(),
-            unit: unit.into(),
-            words,
-            marked: false,
-            cell: Box::new(cell),
-        });
+    fn column(mut self, name: &str, unit: &str, words: bool, cell: &dyn Fn(&R) -> Cell) -> Self {
+        (self.printed).add_column(name, unit, words, &|row| cell(&self.rows[row]));
         self
     }
 
     /// Adds a column of words.
-    pub(crate) fn words(self, name: impl Into<String>, words: impl Fn(&R) -> String + 'a) -> Self {
-        self.column(name, "", true, move |row| (words(row), f64::NAN))
+    pub(crate) fn words(self, name: &str, words: impl Fn(&R) -> String) -> Self {
+        self.column(name, "", true, &|row| (words(row), f64::NAN))
     }
 
     /// Adds a column of numbers as they are printed.
-    pub(crate) fn numbers(
-        self,
-        name: impl Into<String>,
-        unit: impl Into<String>,
-        number: impl Fn(&R) -> String + 'a,
-    ) -> Self {
-        self.column(name, unit, false, move |row| (number(row), f64::NAN))
+    pub(crate) fn numbers(self, name: &str, unit: &str, number: impl Fn(&R) -> String) -> Self {
+        self.column(name, unit, false, &|row| (number(row), f64::NAN))
     }
 
     /// Adds a column of counts.
-    pub(crate) fn counts(
-        self,
-        name: impl Into<String>,
-        unit: impl Into<String>,
-        n: impl Fn(&R) -> usize + 'a,
-    ) -> Self {
-        self.numbers(name, unit, move |row| count(n(row)))
+    pub(crate) fn counts(self, name: &str, unit: &str, n: impl Fn(&R) -> usize) -> Self {
+        self.numbers(name, unit, |row| count(n(row)))
     }
 
     /// Adds a column of numbers with so many decimals.
@@ -213,37 +193,33 @@ impl<'a, R> Table<'a, R> {
         name: &str,
         unit: &str,
         digits: usize,
-        value: impl Fn(&R) -> f64 + 'a,
+        value: impl Fn(&R) -> f64,
     ) -> Self {
-        self.numbers(name, unit, move |row| decimals(value(row), digits))
+        self.numbers(name, unit, |row| decimals(value(row), digits))
     }
 
     /// Adds a column of lengths in millimetres, of metres.
-    pub(crate) fn lengths(self, name: &str, metres: impl Fn(&R) -> f64 + 'a) -> Self {
-        self.numbers(name, "mm", move |row| millimetres(metres(row)))
+    pub(crate) fn lengths(self, name: &str, metres: impl Fn(&R) -> f64) -> Self {
+        self.numbers(name, "mm", |row| millimetres(metres(row)))
     }
 
     /// Adds a column of percentages, of shares; NaN is a dash.
-    pub(crate) fn percents(self, name: &str, unit: &str, share: impl Fn(&R) -> f64 + 'a) -> Self {
-        self.numbers(name, unit, move |row| percent(share(row)))
+    pub(crate) fn percents(self, name: &str, unit: &str, share: impl Fn(&R) -> f64) -> Self {
+        self.numbers(name, unit, |row| percent(share(row)))
     }
 
     /// Adds a column for each finger.
-    pub(crate) fn fingers(
-        self,
-        unit: &str,
-        cell: impl Fn(&R, Finger) -> String + Copy + 'a,
-    ) -> Self {
+    pub(crate) fn fingers(self, unit: &str, cell: impl Fn(&R, Finger) -> String) -> Self {
         Finger::ALL.into_iter().fold(self, |table, finger| {
-            table.numbers(finger.name(), unit, move |row| cell(row, finger))
+            table.numbers(finger.name(), unit, |row| cell(row, finger))
         })
     }
 
     /// Adds the sizes of a sample: `n`, filled and left out.
-    pub(crate) fn sizes(self, sizes: impl Fn(&R) -> [usize; 3] + Copy + 'a) -> Self {
-        self.counts("n", "", move |row| sizes(row)[0])
-            .counts("filled", "", move |row| sizes(row)[1])
-            .counts("left out", "", move |row| sizes(row)[2])
+    pub(crate) fn sizes(self, sizes: impl Fn(&R) -> [usize; 3]) -> Self {
+        self.counts("n", "", |row| sizes(row)[0])
+            .counts("filled", "", |row| sizes(row)[1])
+            .counts("left out", "", |row| sizes(row)[2])
     }
 
     /// Adds statistics of a distribution in a unit; a dash where nothing was evaluated.
@@ -252,10 +228,10 @@ impl<'a, R> Table<'a, R> {
         which: &[Statistic],
         unit: &str,
         print: fn(f64) -> String,
-        of: impl Fn(&R) -> Statistics + Copy + 'a,
+        of: impl Fn(&R) -> Statistics,
     ) -> Self {
         which.iter().fold(self, |table, &(name, place)| {
-            table.column(name, unit, false, move |row| {
+            table.column(name, unit, false, &|row| {
                 let value = statistic(&of(row), place);
                 (print(value), value)
             })
@@ -264,24 +240,77 @@ impl<'a, R> Table<'a, R> {
 
     /// Marks the smallest of each column so far that has values to compare.
     pub(crate) fn smallest_marked(mut self) -> Self {
-        self.columns
-            .iter_mut()
-            .for_each(|column| column.marked = true);
+        for column in &mut self.printed.columns {
+            column.marked = true;
+        }
         self
     }
 
     /// Whether there is no row.
     pub(crate) fn is_empty(&self) -> bool {
-        self.groups.iter().all(|(_, rows)| rows.is_empty())
+        self.rows.is_empty()
     }
 
-    /// The smallest of a column as printed. Equal as printed is equal: no one is shown ahead by digits that nobody
-    /// sees. A single row is ahead of no one.
-    fn smallest(column: &Column<'a, R>, rows: &[R]) -> Option<String> {
-        let cells = rows.iter().map(|row| (column.cell)(row));
-        let values = cells.filter(|(_, value)| column.marked && value.is_finite());
-        let smallest = values.min_by(|a, b| a.1.total_cmp(&b.1))?;
-        (rows.len() > 1).then_some(smallest.0)
+    /// The rows as a Markdown table.
+    pub(crate) fn markdown(&self) -> String {
+        self.printed.markdown()
+    }
+
+    /// The rows in columns as wide as their widest cell, words to the left and numbers to the right.
+    pub(crate) fn aligned(&self) -> String {
+        self.printed.aligned()
+    }
+}
+
+impl<R> Render for Table<R> {
+    fn render(&self) -> Markup {
+        self.printed.render()
+    }
+}
+
+/// What is printed of a table. It knows rows by their places alone, so that it is compiled once and not for each
+/// type of row.
+#[derive(Default)]
+struct Printed {
+    caption: String,
+    /// Groups of rows, each with its head.
+    groups: Vec<(Option<Head>, Range<usize>)>,
+    name: String,
+    /// A head for each row.
+    heads: Vec<Head>,
+    /// Whether each row is stressed.
+    stressed: Vec<bool>,
+    columns: Vec<Column>,
+}
+
+impl Printed {
+    fn new(caption: String, name: &str) -> Self {
+        Self {
+            caption,
+            name: name.to_owned(),
+            ..Self::default()
+        }
+    }
+
+    fn add_group(&mut self, group: Option<Head>, rows: usize, head: &dyn Fn(usize) -> Head) {
+        let first = self.heads.len();
+        self.groups.push((group, first..first + rows));
+        self.heads.extend((0..rows).map(head));
+        self.stressed.resize(first + rows, false);
+    }
+
+    fn stress(&mut self, stressed: &dyn Fn(usize) -> bool) {
+        self.stressed = (0..self.heads.len()).map(stressed).collect();
+    }
+
+    fn add_column(&mut self, name: &str, unit: &str, words: bool, cell: &dyn Fn(usize) -> Cell) {
+        self.columns.push(Column {
+            name: name.to_owned(),
+            unit: unit.to_owned(),
+            words,
+            marked: false,
+            cells: (0..self.heads.len()).map(cell).collect(),
+        });
     }
 
     /// Headings with their units, then the cells of each row.
@@ -290,22 +319,12 @@ impl<'a, R> Table<'a, R> {
             "" => column.name.clone(),
             unit => format!("{} ({unit})", column.name),
         });
-        let mut lines = vec![
-            std::iter::once(self.name.to_owned())
-                .chain(headings)
-                .collect(),
-        ];
-        lines.extend(self.rows().map(|row| {
-            let cells = self.columns.iter().map(|column| (column.cell)(row).0);
-            std::iter::once((self.head)(row).text)
-                .chain(cells)
-                .collect()
+        let mut lines = vec![std::iter::once(self.name.clone()).chain(headings).collect()];
+        lines.extend(self.heads.iter().enumerate().map(|(row, head)| {
+            let cells = self.columns.iter().map(|own| own.cells[row].0.clone());
+            std::iter::once(head.text.clone()).chain(cells).collect()
         }));
         lines
-    }
-
-    fn rows(&self) -> impl Iterator<Item = &R> {
-        self.groups.iter().flat_map(|(_, rows)| rows)
     }
 
     /// Whether cells are words; the first are.
@@ -313,17 +332,16 @@ impl<'a, R> Table<'a, R> {
         place == 0 || self.columns[place - 1].words
     }
 
-    /// The rows as a Markdown table.
-    pub(crate) fn markdown(&self) -> String {
+    fn markdown(&self) -> String {
         let mut lines = self.lines();
-        for (cells, row) in lines[1..].iter_mut().zip(self.rows()) {
+        for (cells, stressed) in lines[1..].iter_mut().zip(&self.stressed) {
             // Numbers are ours and need no escaping.
             for (place, cell) in cells.iter_mut().enumerate() {
                 if self.words_at(place) {
                     *cell = escaped(cell);
                 }
             }
-            if (self.stressed)(row) {
+            if *stressed {
                 cells[0] = format!("**{}**", cells[0]);
             }
         }
@@ -334,8 +352,7 @@ impl<'a, R> Table<'a, R> {
             .collect()
     }
 
-    /// The rows in columns as wide as their widest cell, words to the left and numbers to the right.
-    pub(crate) fn aligned(&self) -> String {
+    fn aligned(&self) -> String {
         let lines = self.lines();
         let width = |column: usize| {
             let widths = lines.iter().map(|line| line[column].chars().count());
@@ -356,7 +373,7 @@ impl<'a, R> Table<'a, R> {
 }
 
 /// The table on the page; it scrolls in itself where a page is narrower.
-impl<R> Render for Table<'_, R> {
+impl Render for Printed {
     fn render(&self) -> Markup {
         let caption = &self.caption;
         html! {
@@ -377,17 +394,17 @@ impl<R> Render for Table<'_, R> {
                         }
                     }
                     @for (head, rows) in &self.groups {
-                        @let smallest = self.columns.iter().map(|c| Self::smallest(c, rows)).collect::<Vec<_>>();
+                        @let smallest = self.columns.iter().map(|c| c.smallest(rows)).collect::<Vec<_>>();
                         tbody {
                             @if let Some(head) = head {
                                 tr.group { th colspan=(1 + self.columns.len()) scope="rowgroup" { span { (head) } } }
                             }
-                            @for row in rows {
-                                tr class=[(self.stressed)(row).then_some("stressed")] {
-                                    th scope="row" { ((self.head)(row)) }
+                            @for row in rows.clone() {
+                                tr class=[self.stressed[row].then_some("stressed")] {
+                                    th scope="row" { (self.heads[row]) }
                                     @for (column, smallest) in self.columns.iter().zip(&smallest) {
-                                        @let (text, _) = (column.cell)(row);
-                                        @let best = smallest.as_ref() == Some(&text);
+                                        @let text = &*column.cells[row].0;
+                                        @let best = *smallest == Some(text);
                                         // Most cells have no class, and there are many of them.
                                         td class=[if best { Some("best") } else { column.words.then_some("words") }] { (text) }
                                     }

@@ -45,7 +45,7 @@ pub(crate) fn markdown(evaluation: &Evaluation) -> String {
 fn method_table<'a>(
     methods: Vec<&'a MethodEvaluation>,
     evaluation: &'a Evaluation,
-    columns: impl FnOnce(Table<'a, &'a MethodEvaluation>) -> Table<'a, &'a MethodEvaluation>,
+    columns: impl FnOnce(Table<&'a MethodEvaluation>) -> Table<&'a MethodEvaluation>,
 ) -> String {
     let more = more(methods.len(), METHODS, "methods");
     let head = |method: &&MethodEvaluation| match method.baseline {
@@ -61,7 +61,7 @@ fn methods(evaluation: &Evaluation) -> String {
     let methods = evaluation.methods.iter();
     method_table(methods.collect(), evaluation, |table| {
         let mut table = SHOWN.into_iter().fold(table, |table, (measure, of)| {
-            table.numbers(measure_words(measure), "mm", move |method| {
+            table.numbers(measure_words(measure), "mm", |method| {
                 error_cell(method, evaluation, measure, of)
             })
         });
@@ -114,7 +114,7 @@ fn differences(evaluation: &Evaluation, intervals: &Intervals) -> String {
     }
     let table = method_table(compared, evaluation, |table| {
         SHOWN.into_iter().fold(table, |table, (measure, _)| {
-            table.numbers(measure_words(measure), "", move |method| {
+            table.numbers(measure_words(measure), "", |method| {
                 let relative = found(method, measure).and_then(|own| own.relative.as_ref());
                 known(relative.map(relative_words))
             })
@@ -209,7 +209,7 @@ fn table(methods: &[MethodEvaluation]) -> String {
     let lengths = methods.iter().map(|method| method.name.chars().count());
     let width = lengths.max().unwrap_or(0);
     let title = "error over all fingers and instants (mm)";
-    let table = Table::new("", methods, title, move |method| {
+    let table = Table::new("", methods, title, |method| {
         let description = shortened(&method.description, DESCRIPTION_WIDTH);
         format!("  {:<width$}  {description}", method.name)
     })

@@ -52,7 +52,7 @@ impl LengthUnit {
         let shown: Vec<&Statistics> = distributions.into_iter().filter(|s| drawable(s)).collect();
         let widest = shown.iter().map(|s| self.extent(s)).fold(0.0, f64::max);
         let mut quartiles: Vec<f64> = shown.iter().map(|s| self.per_m * s.p75).collect();
-        quartiles.sort_by(f64::total_cmp);
+        quartiles.sort_unstable_by(f64::total_cmp);
         let typical = quartiles.get(quartiles.len() / 2);
         // A limit of zero (most distributions are all zero) would leave no axis.
         let limit = typical

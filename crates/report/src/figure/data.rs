@@ -90,28 +90,31 @@ pub(crate) struct DataColumns<'a, R> {
 }
 
 impl<'a, R> DataColumns<'a, R> {
-    fn column(mut self, name: impl Into<String>, values: FigureValues) -> Self {
-        let name = name.into();
+    fn column<V>(
+        mut self,
+        name: &str,
+        kind: fn(Vec<V>) -> FigureValues,
+        cell: &dyn Fn(&'a R) -> V,
+    ) -> Self {
+        let values = kind(cells(self.rows.len(), &|row| cell(&self.rows[row])));
+        let name = name.to_owned();
         self.columns.push(FigureColumn { name, values });
         self
     }
 
     /// Adds a column of words.
     pub(crate) fn words<W: Into<String>>(self, name: &str, words: impl Fn(&'a R) -> W) -> Self {
-        let values = self.rows.iter().map(|row| words(row).into()).collect();
-        self.column(name, FigureValues::Words(values))
+        self.column(name, FigureValues::Words, &|row| words(row).into())
     }
 
     /// Adds a column of counts.
     pub(crate) fn counts(self, name: &str, count: impl Fn(&'a R) -> usize) -> Self {
-        let values = self.rows.iter().map(count).collect();
-        self.column(name, FigureValues::Counts(values))
+        self.column(name, FigureValues::Counts, &count)
     }
 
     /// Adds a column of numbers.
-    pub(crate) fn numbers(self, name: impl Into<String>, number: impl Fn(&'a R) -> f64) -> Self {
-        let values = self.rows.iter().map(number).collect();
-        self.column(name, FigureValues::Numbers(values))
+    pub(crate) fn numbers(self, name: &str, number: impl Fn(&'a R) -> f64) -> Self {
+        self.column(name, FigureValues::Numbers, &number)
     }
 
     /// Adds a column for each coordinate of a point, millimetres.
@@ -129,7 +132,9 @@ impl<'a, R> DataColumns<'a, R> {
             .counts("n_left_out", |row| of(row).n_left_out);
         let named = STATISTICS.iter().filter(|(name, _)| names.contains(name));
         named.fold(sizes, |columns, &(name, place)| {
-            columns.numbers(format!("{name}_mm"), |row| to_mm(statistic(of(row), place)))
+            columns.numbers(&format!("{name}_mm"), |row| {
+                to_mm(statistic(of(row), place))
+            })
         })
     }
 
@@ -139,6 +144,11 @@ impl<'a, R> DataColumns<'a, R> {
             columns: self.columns,
         }
     }
+}
+
+/// Cells of rows by their places, so that this is compiled once for each type of cell and not for each type of row.
+fn cells<V>(rows: usize, cell: &dyn Fn(usize) -> V) -> Vec<V> {
+    (0..rows).map(cell).collect()
 }
 
 /// Statistics by their names in tables.

@@ -153,7 +153,7 @@ fn line(points: &[[f64; 2]]) -> String {
 /// Corners of the convex hull in the plane (Andrew 1979, the monotone chain), one way round.
 fn outline(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let mut sorted = points.to_vec();
-    sorted.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+    sorted.sort_unstable_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
     sorted.dedup();
     if sorted.len() < 3 {
         return sorted;

@@ -63,12 +63,12 @@ fn overview(methods: &[Method<'_>]) -> Markup {
             let velocity = &m.evaluation.velocity;
             evaluated(velocity.n, decimals(velocity.worst_ratio, 3))
         })
-        .numbers("infeasible", "plans", move |m| {
+        .numbers("infeasible", "plans", |m| {
             plan(m, |plan| {
                 part_of(plan.infeasible, plan.solved + plan.infeasible + plan.failed)
             })
         })
-        .numbers("KKT residual", "worst", move |m| {
+        .numbers("KKT residual", "worst", |m| {
             plan(m, |plan| scientific(plan.worst_kkt_residual))
         });
     html! {
@@ -95,7 +95,7 @@ fn farthest(values: &PerFinger<f64>) -> f64 {
 /// A motion of a table: a method, or the recorded motion at the instants of the default method.
 type Motion<'m, 'a> = (&'m Method<'a>, bool);
 
-fn motion_table<'m>(caption: &str, methods: &'m [Method<'m>]) -> Table<'m, Motion<'m, 'm>> {
+fn motion_table<'m>(caption: &str, methods: &'m [Method<'m>]) -> Table<Motion<'m, 'm>> {
     let reference = default(methods)
         .or(methods.first())
         .map(|method| (method, true));
@@ -113,7 +113,7 @@ fn motion_table<'m>(caption: &str, methods: &'m [Method<'m>]) -> Table<'m, Motio
         .stressed(|(method, is_recorded)| method.default && !is_recorded)
 }
 
-fn reach_table<'m>(methods: &'m [Method<'m>]) -> Table<'m, Motion<'m, 'm>> {
+fn reach_table<'m>(methods: &'m [Method<'m>]) -> Table<Motion<'m, 'm>> {
     let caption = "Reachability: share of instants inside the training hull (%), and farthest distance outside it (mm), by finger";
     motion_table(caption, methods)
         .counts("n", "a finger", |(method, _)| {
@@ -135,7 +135,7 @@ fn reach_table<'m>(methods: &'m [Method<'m>]) -> Table<'m, Motion<'m, 'm>> {
         })
 }
 
-fn collision_table<'m>(methods: &'m [Method<'m>]) -> Table<'m, Motion<'m, 'm>> {
+fn collision_table<'m>(methods: &'m [Method<'m>]) -> Table<Motion<'m, 'm>> {
     // What is not known of the recorded motion is left blank.
     let planned = |(method, is_recorded): &Motion<'_, '_>, text: fn(&Collision) -> String| {
         if *is_recorded {
@@ -154,7 +154,7 @@ fn collision_table<'m>(methods: &'m [Method<'m>]) -> Table<'m, Motion<'m, 'm>> {
             };
             evaluated(collision.n, count(instants))
         })
-        .numbers("with a collision", "trajectories", move |row| {
+        .numbers("with a collision", "trajectories", |row| {
             planned(row, |collision| {
                 evaluated(collision.n, count(collision.trajectories))
             })
@@ -167,7 +167,7 @@ fn collision_table<'m>(methods: &'m [Method<'m>]) -> Table<'m, Motion<'m, 'm>> {
             };
             evaluated(collision.n, millimetres(nearest_m))
         })
-        .words("which pair", move |row| {
+        .words("which pair", |row| {
             planned(row, |collision| {
                 known(collision.nearest_pair.map(|(a, b)| format!("{a}, {b}")))
             })

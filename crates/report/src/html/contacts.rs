@@ -81,7 +81,7 @@ struct Share<'a> {
     by_finger: &'a PerFinger<f64>,
 }
 
-fn share_table<'a>(contacts: &[Contacts<'_, 'a>]) -> Table<'a, Share<'a>> {
+fn share_table<'a>(contacts: &[Contacts<'_, 'a>]) -> Table<Share<'a>> {
     let mut rows = Vec::new();
     // The recorded motion is the same for every method unless some plans are missing.
     for (place, (method, contact)) in contacts.iter().enumerate() {
@@ -119,10 +119,8 @@ fn share_table<'a>(contacts: &[Contacts<'_, 'a>]) -> Table<'a, Share<'a>> {
     Table::new(caption, rows, "motion", |row| row.head.clone())
         .stressed(|row| row.stressed)
         .sizes(|row| [row.contact.n, row.contact.n_filled, row.contact.n_left_out])
-        .numbers("three or more", "%", move |row| {
-            share(row, row.three_or_more)
-        })
-        .fingers("%", move |row, finger| share(row, row.by_finger[finger]))
+        .numbers("three or more", "%", |row| share(row, row.three_or_more))
+        .fingers("%", |row, finger| share(row, row.by_finger[finger]))
 }
 
 fn same_recorded(a: &ContactShare, b: &ContactShare) -> bool {

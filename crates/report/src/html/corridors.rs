@@ -51,10 +51,10 @@ pub(super) fn section(methods: &[Method<'_>]) -> Option<Body> {
         .counts("filled", "", |(_, own)| own.n_filled)
         .counts("left out", "", |(_, own)| own.n_left_out)
         .decimals("width", "std. dev.", 2, |(_, own)| own.mahalanobis)
-        .numbers("all fingers", "% inside", move |(_, own)| {
+        .numbers("all fingers", "% inside", |(_, own)| {
             share(own, own.share_inside.all)
         })
-        .fingers("%", move |(_, own), finger| {
+        .fingers("%", |(_, own), finger| {
             share(own, own.share_inside.by_finger[finger])
         });
     Some(body.figure(figure(&regions)).prose(table).prose(html! {

@@ -93,7 +93,7 @@ fn objective_figure(facts: &DictionaryFacts) -> Option<Figure> {
     })
 }
 
-fn bounds_table(bounds: &VelocityBounds) -> Table<'_, Finger> {
+fn bounds_table(bounds: &VelocityBounds) -> Table<Finger> {
     let caption = "Velocity bounds in the hand's frame";
     let table = Table::new(caption, Finger::ALL, "finger", |finger| *finger);
     let columns = [(0, "x"), (1, "y"), (2, "z")]
@@ -103,7 +103,7 @@ fn bounds_table(bounds: &VelocityBounds) -> Table<'_, Finger> {
             ends.map(|(end, values)| (format!("{name} {end}"), axis, values))
         });
     columns.fold(table, |table, (name, axis, values)| {
-        table.numbers(name, "mm/s", move |finger| {
+        table.numbers(&name, "mm/s", |finger| {
             decimals(to_mm(values[3 * finger.index() + axis]), 1)
         })
     })

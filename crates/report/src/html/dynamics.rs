@@ -54,21 +54,18 @@ fn rules(rules: &ContactRules) -> Markup {
     }
 }
 
-fn fact_columns<R>(
-    table: Table<'_, R>,
-    of: impl Fn(&R) -> &FingerContactFacts + Copy + 'static,
-) -> Table<'_, R> {
+fn fact_columns<R>(table: Table<R>, of: fn(&R) -> &FingerContactFacts) -> Table<R> {
     let median = |s: &Statistics| statistic(s, |s| s.p50);
     table
-        .decimals("known", "s", 1, move |row| of(row).known_s)
-        .percents("in contact", "%", move |row| of(row).duty)
-        .counts("makes", "", move |row| of(row).makes)
-        .counts("breaks", "", move |row| of(row).breaks)
-        .counts("n", "", move |row| of(row).duration_s.n)
-        .decimals("duration", "s", 2, move |row| median(&of(row).duration_s))
-        .counts("cut", "", move |row| of(row).censored)
-        .counts("n", "", move |row| of(row).slip_m.n)
-        .lengths("slip", move |row| median(&of(row).slip_m))
+        .decimals("known", "s", 1, |row| of(row).known_s)
+        .percents("in contact", "%", |row| of(row).duty)
+        .counts("makes", "", |row| of(row).makes)
+        .counts("breaks", "", |row| of(row).breaks)
+        .counts("n", "", |row| of(row).duration_s.n)
+        .decimals("duration", "s", 2, |row| median(&of(row).duration_s))
+        .counts("cut", "", |row| of(row).censored)
+        .counts("n", "", |row| of(row).slip_m.n)
+        .lengths("slip", |row| median(&of(row).slip_m))
 }
 
 fn take_table(takes: &[TakeContacts]) -> Markup {

@@ -76,11 +76,10 @@ fn overview(methods: &[Method<'_>]) -> Figure {
     let pooled = || methods.iter().map(|m| (m.name, &m.evaluation.error.all));
     let (panels, caption) = overview_panels(methods, |method| &method.error, &sizes(pooled()));
     let mut boxes: Vec<_> = pooled().map(|(name, error)| ("all", name, error)).collect();
-    boxes.extend(
-        default(methods)
-            .into_iter()
-            .flat_map(|method| finger_boxes(method.name, &method.evaluation.error.by_finger)),
-    );
+    if let Some(method) = default(methods) {
+        let fingers = &method.evaluation.error.by_finger;
+        boxes.extend(finger_boxes(method.name, fingers));
+    }
     Figure {
         id: "error-by-method",
         title: "Error of each method, and of the default method by finger.".to_owned(),
@@ -308,7 +307,7 @@ fn error_table(methods: &[Method<'_>]) -> impl Render {
 pub(super) fn finger_table<'m>(
     caption: &str,
     rows: &[(&'m Method<'m>, &PerFinger<Statistics>)],
-) -> Table<'m, Distribution<'m, 'm>> {
+) -> Table<Distribution<'m, 'm>> {
     let groups = Finger::ALL.map(|finger| {
         let rows = rows
             .iter()
@@ -321,7 +320,7 @@ pub(super) fn finger_table<'m>(
 fn distribution_table<'m>(
     caption: &str,
     groups: impl IntoIterator<Item = (Head, Vec<Distribution<'m, 'm>>)>,
-) -> Table<'m, Distribution<'m, 'm>> {
+) -> Table<Distribution<'m, 'm>> {
     spread_columns(
         Table::grouped(caption, groups, "method", |row| row.0.head()).stressed(|row| row.0.default),
         |row| row.1,
@@ -357,12 +356,9 @@ pub(super) fn object(methods: &[Method<'_>]) -> Option<Body> {
 }
 
 /// Sizes and statistics of errors.
-pub(super) fn spread_columns<'a, R: 'a>(
-    table: Table<'a, R>,
-    of: fn(&R) -> Statistics,
-) -> Table<'a, R> {
+pub(super) fn spread_columns<R>(table: Table<R>, of: fn(&R) -> Statistics) -> Table<R> {
     table
-        .sizes(move |row| table::sizes(&of(row)))
+        .sizes(|row| table::sizes(&of(row)))
         .statistics(&SPREAD, "mm", millimetres, of)
 }
 

@@ -185,14 +185,14 @@ fn estimates<T>(intervals: &Intervals, methods: &[Method<'_, T>]) -> Body {
 }
 
 fn error_columns<'m, 'a, T>(
-    table: Table<'m, Estimated<'m, 'a, T>>,
+    table: Table<Estimated<'m, 'a, T>>,
     clusters: &str,
-) -> Table<'m, Estimated<'m, 'a, T>> {
+) -> Table<Estimated<'m, 'a, T>> {
     let table = table.numbers("n", clusters, |(_, error)| {
         known(error.as_ref().map(|error| made_of(&error[0])))
     });
     Measure::ALL.into_iter().fold(table, |table, measure| {
-        table.numbers(measure_words(measure), "mm", move |(_, error)| {
+        table.numbers(measure_words(measure), "mm", |(_, error)| {
             let own = error.as_ref().map(|error| estimate(error, measure));
             known(own.map(|own| in_a_cell(own, millimetres_3)))
         })
@@ -294,7 +294,7 @@ fn difference_data(all: &[&PairedDifference]) -> FigureData {
         .words("measure", |d| d.measure.name());
     let parts = ["", "_low", "_high"].into_iter().enumerate();
     let columns = parts.clone().fold(columns, |columns, (place, part)| {
-        columns.numbers(format!("relative{part}_percent"), |d| {
+        columns.numbers(&format!("relative{part}_percent"), |d| {
             d.relative
                 .as_ref()
                 .map_or(f64::NAN, |own| 100.0 * ends(own)[place])
@@ -302,7 +302,7 @@ fn difference_data(all: &[&PairedDifference]) -> FigureData {
     });
     parts
         .fold(columns, |columns, (place, part)| {
-            columns.numbers(format!("absolute{part}_mm"), |d| {
+            columns.numbers(&format!("absolute{part}_mm"), |d| {
                 to_mm(ends(&d.absolute)[place])
             })
         })

@@ -91,19 +91,19 @@ type Moving<'a> = Motion<'a, Movement>;
 
 fn finger_table<'a>(
     motions: &'a [Moving<'a>],
-) -> Table<'a, MotionRow<'a, Movement, &'a FingerMovement>> {
+) -> Table<MotionRow<'a, Movement, &'a FingerMovement>> {
     let caption = "Motion of each fingertip: medians over segments";
     let median = |s: &Statistics| statistic(s, |s| s.p50);
     motions_by_finger(caption, motions, |own, finger| &own.by_finger[finger])
         .counts("n", "", |(_, own)| own.length_m.n)
         .counts("left out", "", |(_, own)| own.length_m.n_left_out)
-        .lengths("length", move |(_, own)| median(&own.length_m))
-        .decimals("peak speed", "mm/s", 1, move |(_, own)| {
+        .lengths("length", |(_, own)| median(&own.length_m))
+        .decimals("peak speed", "mm/s", 1, |(_, own)| {
             to_mm(median(&own.peak_speed_m_s))
         })
-        .percents("still", "%", move |(_, own)| median(&own.static_share))
-        .decimals("SPARC", "", 2, move |(_, own)| median(&own.sparc))
-        .decimals("LDLJ", "", 2, move |(_, own)| median(&own.ldlj))
+        .percents("still", "%", |(_, own)| median(&own.static_share))
+        .decimals("SPARC", "", 2, |(_, own)| median(&own.sparc))
+        .decimals("LDLJ", "", 2, |(_, own)| median(&own.ldlj))
 }
 
 fn nearest_part(analysis: &MovementAnalysis, motions: &[Moving<'_>]) -> Markup {

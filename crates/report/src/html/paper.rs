@@ -185,7 +185,7 @@ fn comparison(
         .words("published", |(_, stated, _)| (*stated).to_owned());
     let methods = std::iter::once(method).chain(default);
     let table = methods.fold(table, |table, method| {
-        table.words(format!("this run, {}", method.name), |(.., of)| {
+        table.words(&format!("this run, {}", method.name), |(.., of)| {
             known(of(method))
         })
     });

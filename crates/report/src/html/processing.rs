@@ -238,14 +238,14 @@ fn interval(filtering: &Filtering) -> Figure {
     }
 }
 
-fn moved(filtering: &Filtering) -> Table<'_, Finger> {
+fn moved(filtering: &Filtering) -> Table<Finger> {
     const SHOWN: [Statistic; 3] = [UPPER[0], UPPER[2], UPPER[3]];
     let caption = "Distance between positions before and after the filter";
     let of = |finger: &Finger| filtering.moved[*finger];
     Table::new(caption, Finger::ALL, "finger", |finger| *finger)
-        .counts("n", "", move |finger| of(finger).n)
-        .counts("filled", "", move |finger| of(finger).n_filled)
-        .counts("missing", "", move |finger| of(finger).n_left_out)
+        .counts("n", "", |finger| of(finger).n)
+        .counts("filled", "", |finger| of(finger).n_filled)
+        .counts("missing", "", |finger| of(finger).n_left_out)
         .statistics(&SHOWN, "mm", millimetres, of)
 }
 

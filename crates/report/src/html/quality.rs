@@ -37,7 +37,7 @@ pub(super) fn section(evaluation: &Evaluation) -> Body {
 /// A take with its role and its quality.
 type Take<'a> = (&'static str, &'a TakeFacts, Option<&'a TakeQuality>);
 
-fn takes(evaluation: &Evaluation) -> Table<'_, Take<'_>> {
+fn takes(evaluation: &Evaluation) -> Table<Take<'_>> {
     let session = &evaluation.session;
     // One take may serve for both roles, in different time ranges.
     let quality = |role: &str, take: &TakeFacts| {
@@ -83,7 +83,7 @@ fn gaps(takes: &[TakeQuality]) -> Vec<Track<'_>> {
     tracks.filter(|(.., track)| gap(track)).collect()
 }
 
-fn gap_table(gaps: Vec<Track<'_>>) -> Table<'_, Track<'_>> {
+fn gap_table(gaps: Vec<Track<'_>>) -> Table<Track<'_>> {
     Table::new("Gaps of the fingertips", gaps, "take", |(take, ..)| {
         take.take.clone()
     })

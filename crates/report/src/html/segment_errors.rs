@@ -88,7 +88,7 @@ fn ranked(rows: &EvaluationRows, method: &MethodRows) -> Vec<(usize, f64)> {
         .map(|(segment, instants)| (segment, mean(instants)))
         .filter(|(segment, mean)| mean.is_finite() && *segment < rows.segments.len())
         .collect();
-    ranked.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
+    ranked.sort_unstable_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
     ranked
 }
 
@@ -216,13 +216,13 @@ fn data(shown: &[Shown<'_>]) -> FigureData {
         .numbers("time_s", |(one, t, _)| time(one, *t));
     let mut columns = Finger::ALL.into_iter().fold(columns, |columns, finger| {
         let name = format!("{finger}_error_mm");
-        columns.numbers(name, |(one, _, row)| one.error_mm(*row, finger))
+        columns.numbers(&name, |(one, _, row)| one.error_mm(*row, finger))
     });
     if shown.iter().any(|one| one.tau_m.is_some()) {
         for (motion, planned) in [("planned", true), ("recorded", false)] {
             for finger in Finger::ALL {
                 let name = format!("{finger}_contact_{motion}");
-                columns = columns.numbers(name, |(one, _, row)| {
+                columns = columns.numbers(&name, |(one, _, row)| {
                     match one.state(*row, finger, planned) {
                         State::On => 1.0,
                         State::Off => 0.0,

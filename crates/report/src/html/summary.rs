@@ -181,10 +181,10 @@ fn sessions(summary: &Summary, contenders: &[Method<'_, MethodSummary>]) -> Body
     .statistics(&UPPER, "mm", millimetres, |session| {
         session.methods[place].error.all
     })
-    .percents("three +", "%", move |s| {
+    .percents("three +", "%", |s| {
         three_contacts(s.methods[place].contacts)[0]
     })
-    .percents("recorded", "%", move |s| {
+    .percents("recorded", "%", |s| {
         three_contacts(s.methods[place].contacts)[1]
     });
     let body = Body::from(html! {
@@ -325,10 +325,8 @@ fn groups(summary: &Summary) -> Body {
         .words("task", |group| stated(group.task.as_deref()))
         .counts("sessions", "", |group| group.sessions)
         .counts("n", "", |group| group.error.all.n)
-        .numbers("all fingers", "mm", move |group| middle(&group.error.all))
-        .fingers("mm", move |group, finger| {
-            middle(&group.error.by_finger[finger])
-        })
+        .numbers("all fingers", "mm", |group| middle(&group.error.all))
+        .fingers("mm", |group, finger| middle(&group.error.by_finger[finger]))
     });
     let body = Body::from(html! {
         p {

@@ -59,6 +59,16 @@ impl<'a, T> Method<'a, T> {
             .collect()
     }
 
+    /// The same without what is known of it.
+    fn alone(&self) -> Method<'a, ()> {
+        Method {
+            name: self.name,
+            evaluation: &(),
+            class: self.class.clone(),
+            default: self.default,
+        }
+    }
+
     /// The name with the colour it has in the figures.
     fn head(&self) -> Head {
         Head::coloured(&self.class, self.name)

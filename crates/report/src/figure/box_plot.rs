@@ -45,13 +45,10 @@ const REACH: f64 = 6.0;
 impl LengthUnit {
     /// An axis end for all of `distributions`: far enough for their whiskers and 95 % quantiles,
     /// unless a few of them are so much wider than the rest that the rest would be unreadable.
-    pub(crate) fn shared_end<'a>(
-        &self,
-        distributions: impl IntoIterator<Item = &'a Statistics>,
-    ) -> f64 {
-        let shown: Vec<&Statistics> = distributions.into_iter().filter(|s| drawable(s)).collect();
-        let widest = shown.iter().map(|s| self.extent(s)).fold(0.0, f64::max);
-        let mut quartiles: Vec<f64> = shown.iter().map(|s| self.per_m * s.p75).collect();
+    pub(crate) fn shared_end(&self, distributions: &[&Statistics]) -> f64 {
+        let shown = || distributions.iter().filter(|s| drawable(s));
+        let widest = shown().map(|s| self.extent(s)).fold(0.0, f64::max);
+        let mut quartiles: Vec<f64> = shown().map(|s| self.per_m * s.p75).collect();
         quartiles.sort_unstable_by(f64::total_cmp);
         let typical = quartiles.get(quartiles.len() / 2);
         // A limit of zero (most distributions are all zero) would leave no axis.
@@ -66,13 +63,8 @@ impl LengthUnit {
     }
 
     /// Number of `distributions` that reach past the end of the axis with a whisker or 95 % quantile, in a sentence.
-    pub(crate) fn cut_words<'a>(
-        &self,
-        distributions: impl IntoIterator<Item = &'a Statistics>,
-        end: f64,
-    ) -> String {
-        let distributions = distributions.into_iter();
-        let cut = distributions.filter(|s| drawable(s) && self.extent(s) > end);
+    pub(crate) fn cut_words(&self, distributions: &[&Statistics], end: f64) -> String {
+        let cut = (distributions.iter()).filter(|s| drawable(s) && self.extent(s) > end);
         let (name, end) = (self.name, plain(end));
         match cut.count() {
             0 => "No box, whisker or dot is cut off.".to_owned(),
@@ -174,8 +166,9 @@ mod tests {
     }
 
     fn end_and_words(all: &[Statistics]) -> (f64, String) {
-        let end = MILLIMETRES.shared_end(all);
-        (end, MILLIMETRES.cut_words(all, end))
+        let all: Vec<&Statistics> = all.iter().collect();
+        let end = MILLIMETRES.shared_end(&all);
+        (end, MILLIMETRES.cut_words(&all, end))
     }
 
     #[test]

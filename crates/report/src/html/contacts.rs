@@ -1,7 +1,7 @@
 //! Fingertips on the object: distances and contacts, planned beside recorded.
 
 use inhand_model::{
-    ContactShare, EvaluationRows, Finger, PerFinger, PointCloud, TauShare, in_contact,
+    ContactShare, EvaluationRows, Finger, PerFinger, PointCloud, Statistics, TauShare, in_contact,
 };
 use maud::html;
 
@@ -218,14 +218,14 @@ pub(super) fn clouds(clouds: &[PointCloud]) -> Option<Body> {
             "\u{a0}% by the surface, of the same instants."
         }
     });
-    let excesses = || clouds.iter().map(|cloud| &cloud.excess_m);
-    let end = MICROMETRES.shared_end(excesses());
+    let excesses: Vec<&Statistics> = clouds.iter().map(|cloud| &cloud.excess_m).collect();
+    let end = MICROMETRES.shared_end(&excesses);
     let names: Vec<String> = clouds
         .iter()
         .map(|c| format!("{} points", count(c.points)))
         .collect();
     let rows = names.iter().map(|label| PlotRow::new(label, PLAIN_CLASS));
-    let rows = rows.zip(excesses());
+    let rows = rows.zip(excesses.iter().copied());
     let title = "Excess of point clouds";
     Some(body.figure(Figure {
         id: "point-clouds",
@@ -235,7 +235,7 @@ pub(super) fn clouds(clouds: &[PointCloud]) -> Option<Body> {
              over the surface. A cloud is never nearer than the surface. {BOX_WORDS} {}",
             count(first.excess_m.n),
             count(first.excess_m.n_filled),
-            MICROMETRES.cut_words(excesses(), end),
+            MICROMETRES.cut_words(&excesses, end),
         ),
         data: FigureData::about(clouds)
             .counts("points", |cloud| cloud.points)

@@ -52,19 +52,20 @@ pub(super) fn overview_panels<T>(
     error: fn(&T) -> &HandAndFingers<Statistics>,
     sizes: &str,
 ) -> (Vec<Panel>, String) {
-    let pooled = || methods.iter().map(|method| &error(method.evaluation).all);
-    let end = MILLIMETRES.shared_end(pooled());
-    let rows = methods.iter().map(|m| (m.row(), &error(m.evaluation).all));
+    let pooled = methods.iter().map(|m| &error(m.evaluation).all);
+    let pooled: Vec<&Statistics> = pooled.collect();
+    let end = MILLIMETRES.shared_end(&pooled);
+    let rows = methods.iter().map(Method::row).zip(pooled.iter().copied());
     let title = "All fingers, by method";
     let mut panels = vec![MILLIMETRES.boxes(title, None, AXIS_NAME, end, rows)];
     panels.extend(default(methods).map(|method| {
         let fingers = &error(method.evaluation).by_finger;
         let title = format!("{}, by finger", method.name);
-        let end = MILLIMETRES.shared_end(fingers.as_array());
+        let end = MILLIMETRES.shared_end(&fingers.as_array().each_ref());
         let rows = fingers.iter().map(|(finger, s)| (finger_row(finger), s));
         MILLIMETRES.boxes(&title, None, AXIS_NAME, end, rows)
     }));
-    let cut = MILLIMETRES.cut_words(pooled(), end);
+    let cut = MILLIMETRES.cut_words(&pooled, end);
     (
         panels,
         format!("{BOX_WORDS} {sizes}The two axes differ. {cut}"),
@@ -123,13 +124,14 @@ pub(super) fn finger_figure(
     lead: &str,
     axis_name: &str,
 ) -> Figure {
-    let all = || rows.iter().flat_map(|(_, fingers)| fingers.as_array());
-    let end = MILLIMETRES.shared_end(all());
+    let all = rows.iter().flat_map(|(_, fingers)| fingers.as_array());
+    let all: Vec<&Statistics> = all.collect();
+    let end = MILLIMETRES.shared_end(&all);
     let panel = |finger: Finger| {
         let rows = rows.iter().map(|(m, fingers)| (m.row(), &fingers[finger]));
         MILLIMETRES.boxes(finger.name(), Some(finger), axis_name, end, rows)
     };
-    let sizes: Vec<usize> = all().map(|s| s.n).collect();
+    let sizes: Vec<usize> = all.iter().map(|s| s.n).collect();
     let differ = match sizes.iter().all(|n| *n == sizes[0]) {
         true => " for each box",
         false => ", different for different boxes: point at a box, or see the statistics",
@@ -143,7 +145,7 @@ pub(super) fn finger_figure(
         caption: format!(
             "{lead}{BOX_WORDS} n = {}{differ}. {}",
             count_range(&sizes),
-            MILLIMETRES.cut_words(all(), end)
+            MILLIMETRES.cut_words(&all, end)
         ),
         data: box_plot::data(&boxes.collect::<Vec<_>>()),
         legend: Vec::new(),

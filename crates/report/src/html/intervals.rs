@@ -46,6 +46,8 @@ pub(super) fn part(evaluation: &Evaluation, methods: &[Method<'_>]) -> Option<Bo
 
 /// Intervals and differences of the methods.
 pub(super) fn body<T>(intervals: &Intervals, methods: &[Method<'_, T>]) -> Body {
+    // Compiled once for evaluations and summaries.
+    let methods: &Vec<Method<'_, ()>> = &methods.iter().map(Method::alone).collect();
     let body = Body::from(html! { p { (made_words(&intervals.bootstrap)) } })
         .append(estimates(intervals, methods));
     let Some(baseline) = &intervals.best_baseline else {
@@ -135,12 +137,12 @@ pub(crate) fn relative_words(estimate: &Estimate) -> String {
 }
 
 /// A method with the intervals of its errors, where they are known.
-type Estimated<'m, 'a, T> = (&'m Method<'a, T>, Option<[Estimate; Measure::ALL.len()]>);
+type Estimated<'a> = (&'a Method<'a, ()>, Option<[Estimate; Measure::ALL.len()]>);
 
-fn estimates<T>(intervals: &Intervals, methods: &[Method<'_, T>]) -> Body {
+fn estimates(intervals: &Intervals, methods: &[Method<'_, ()>]) -> Body {
     let confidence = plain(100.0 * intervals.bootstrap.confidence);
     let clusters = format!("({})", plural(intervals));
-    let all: Vec<(&Method<'_, T>, &MethodIntervals)> = (methods.iter())
+    let all: Vec<(&Method<'_, ()>, &MethodIntervals)> = (methods.iter())
         .filter_map(|method| {
             let mut found = intervals.methods.iter();
             Some((method, found.find(|own| own.method == method.name)?))
@@ -184,10 +186,7 @@ fn estimates<T>(intervals: &Intervals, methods: &[Method<'_, T>]) -> Body {
     body.prose(contacts)
 }
 
-fn error_columns<'m, 'a, T>(
-    table: Table<Estimated<'m, 'a, T>>,
-    clusters: &str,
-) -> Table<Estimated<'m, 'a, T>> {
+fn error_columns<'a>(table: Table<Estimated<'a>>, clusters: &str) -> Table<Estimated<'a>> {
     let table = table.numbers("n", clusters, |(_, error)| {
         known(error.as_ref().map(|error| made_of(&error[0])))
     });
@@ -221,10 +220,10 @@ const REACH: f64 = 100.0;
 const SHORTEST: f64 = 10.0;
 
 /// `None` where no difference is relative to anything.
-fn differences_figure<T>(
+fn differences_figure(
     intervals: &Intervals,
     baseline: &str,
-    methods: &[Method<'_, T>],
+    methods: &[Method<'_, ()>],
 ) -> Option<Figure> {
     let all: Vec<&PairedDifference> = (DRAWN.iter())
         .flat_map(|(measure, _)| against(intervals, baseline, *measure))
@@ -310,7 +309,7 @@ fn difference_data(all: &[&PairedDifference]) -> FigureData {
         .done()
 }
 
-fn differences<T>(intervals: &Intervals, baseline: &str, methods: &[Method<'_, T>]) -> Body {
+fn differences(intervals: &Intervals, baseline: &str, methods: &[Method<'_, ()>]) -> Body {
     let method = |difference: &PairedDifference| named(methods, &difference.method);
     let groups = Measure::ALL.map(|measure| {
         let rows = against(intervals, baseline, measure).map(|d| (d, method(d)));

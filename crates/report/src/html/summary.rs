@@ -212,7 +212,8 @@ fn session_figure(
     }
     let name = method.name;
     let title = format!("{name}, by session");
-    let end = MILLIMETRES.shared_end(drawn.iter().map(|(_, error)| *error));
+    let errors: Vec<&Statistics> = drawn.iter().map(|(_, error)| *error).collect();
+    let end = MILLIMETRES.shared_end(&errors);
     let panel = |part: &[(&SessionSummary, &Statistics)]| {
         let rows = (part.iter())
             .map(|(session, error)| (PlotRow::new(&session.name, &method.class), *error));
@@ -229,10 +230,7 @@ fn session_figure(
         false => String::new(),
     };
     // The finger of a box is all of them; the session comes before it.
-    let boxes: Vec<_> = drawn
-        .iter()
-        .map(|(_, error)| ("all", name, *error))
-        .collect();
+    let boxes: Vec<_> = errors.iter().map(|error| ("all", name, *error)).collect();
     let mut data = FigureData::about(&drawn)
         .words("session", |(session, _)| &*session.name)
         .words("file", |(session, _)| &*session.file)

@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 use std::fmt::Display;
 
-use inhand_model::{Finding, LengthUnit, MarkerKind, Setting};
+use inhand_model::{Clock, Finding, LengthUnit, MarkerKind, Setting, Source};
 
 use crate::assembly::{Series, Take};
 use crate::error::CaptureError;
 use crate::settings::{ReadSettings, parse_length_unit, settle};
 use crate::table::Table;
-use crate::text::{excerpt, header_text};
+use crate::text::{excerpt, header_text, stem};
 
 /// Contents of a header: columns, take, and its own length.
 pub(crate) struct Opened {
@@ -74,6 +74,34 @@ impl<'a> HeaderLines<'a> {
         self.bytes += line.len();
         let line = header_text(line, self.number, self.file)?;
         Ok(Some(line.trim_end_matches(['\r', '\n'])))
+    }
+
+    /// A take of markers, whose header is the lines taken so far. These formats write zeros for a
+    /// missing marker.
+    pub(crate) fn opened(
+        &self,
+        table: Table,
+        series: Vec<Series>,
+        clock: Clock,
+        source: Source,
+        declared_rows: Option<(&'static str, u64)>,
+        findings: Vec<Finding>,
+    ) -> Opened {
+        Opened {
+            table,
+            header_bytes: self.bytes,
+            header_lines: self.number,
+            take: Take {
+                name: stem(self.file).to_owned(),
+                clock,
+                source,
+                series,
+                zero_is_missing: true,
+                time_tolerance_s: 0.0,
+                declared_rows,
+                findings,
+            },
+        }
     }
 
     /// The error that the line taken last is not what belongs there.

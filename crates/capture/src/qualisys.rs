@@ -19,13 +19,12 @@ use std::collections::BTreeMap;
 
 use inhand_model::{Finding, LengthUnit, Setting, Source, StartTime, UpAxis};
 
-use crate::assembly::{Series, Take};
+use crate::assembly::Series;
 use crate::error::CaptureError;
 use crate::header::{Facts, HeaderLines, Opened, add_markers};
 use crate::settings::{ReadSettings, settle};
 use crate::start_time;
 use crate::table::{Column, Table};
-use crate::text::stem;
 
 /// Keys with which a header may start.
 const KEYS: [&[u8]; 6] = [
@@ -84,27 +83,14 @@ pub(crate) fn open(
     let (table, series) = header.columns(&lines, file)?;
     let declared_rows = facts.count("NO_OF_FRAMES", &mut findings);
     let version = facts.get("FILE_VERSION").unwrap_or_default();
-    Ok(Opened {
-        table,
-        header_bytes: lines.bytes,
-        header_lines: lines.number,
-        take: Take {
-            name: stem(file).to_owned(),
-            clock,
-            source: Source {
-                format: format!("Qualisys TSV {version}").trim_end().to_owned(),
-                length_unit,
-                up_axis: settings.up_axis.unwrap_or(UpAxis::Z),
-                rotation: None,
-                header: header.facts.by_key,
-            },
-            series,
-            zero_is_missing: true,
-            time_tolerance_s: 0.0,
-            declared_rows,
-            findings,
-        },
-    })
+    let source = Source {
+        format: format!("Qualisys TSV {version}").trim_end().to_owned(),
+        length_unit,
+        up_axis: settings.up_axis.unwrap_or(UpAxis::Z),
+        rotation: None,
+        header: header.facts.by_key,
+    };
+    Ok(lines.opened(table, series, clock, source, declared_rows, findings))
 }
 
 /// Everything above the rows of data.

@@ -33,13 +33,13 @@ use std::io::{self, Write};
 
 use inhand_model::{Finding, LengthUnit, Position, Recording, Setting, Source, UpAxis};
 
-use crate::assembly::{Series, Take};
+use crate::assembly::Series;
 use crate::error::CaptureError;
 use crate::header::{Facts, HeaderLines, Opened, add_markers};
 use crate::settings::ReadSettings;
 use crate::start_time;
 use crate::table::{Column, Table};
-use crate::text::{excerpt, is_unlabelled, stem};
+use crate::text::{excerpt, is_unlabelled};
 
 /// Beginning of every file.
 const MAGIC: &str = "PathFileType";
@@ -93,27 +93,14 @@ pub(crate) fn open(
     }
     let declared_rows = facts.count("NumFrames", &mut findings);
     facts.check_markers("NumMarkers", series.len(), &mut findings);
-    Ok(Opened {
-        table,
-        header_bytes: lines.bytes,
-        header_lines: lines.number,
-        take: Take {
-            name: stem(file).to_owned(),
-            clock,
-            source: Source {
-                format: "TRC".to_owned(),
-                length_unit,
-                up_axis: settings.up_axis.unwrap_or(UpAxis::Y),
-                rotation: None,
-                header: facts.by_key,
-            },
-            series,
-            zero_is_missing: true,
-            time_tolerance_s: 0.0,
-            declared_rows,
-            findings,
-        },
-    })
+    let source = Source {
+        format: "TRC".to_owned(),
+        length_unit,
+        up_axis: settings.up_axis.unwrap_or(UpAxis::Y),
+        rotation: None,
+        header: facts.by_key,
+    };
+    Ok(lines.opened(table, series, clock, source, declared_rows, findings))
 }
 
 /// The cells of the next line, without spaces around them and without blank ones at the end.

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::fmt;
 
 /// Most markers, bodies or transforms in one message: more are no motion capture.
-pub(crate) const MAX_ITEMS: usize = 10_000;
+const MAX_ITEMS: usize = 10_000;
 
 /// Reason why a message cannot be used.
 #[derive(Clone, Debug, PartialEq)]
@@ -98,9 +98,34 @@ pub(crate) struct MessageKind {
 }
 
 impl MessageKind {
+    pub(crate) const fn new(
+        encoding: &'static str,
+        schemas: &'static [&'static str],
+        rank: u8,
+        read: for<'a> fn(&'a [u8]) -> Readings<'a>,
+    ) -> Self {
+        Self {
+            schemas,
+            encoding,
+            rank,
+            read,
+        }
+    }
+
     pub(crate) fn is_cloud(&self) -> bool {
         self.rank == CLOUDS
     }
+}
+
+/// A count of items of a message, refused where motion capture has none of so many.
+pub(crate) fn limited(count: usize, items: &str) -> Result<usize, Fault> {
+    if count <= MAX_ITEMS {
+        return Ok(count);
+    }
+    Err(Fault::new(
+        format!("at most {MAX_ITEMS} {items} in a message"),
+        count.to_string(),
+    ))
 }
 
 /// Seconds and nanoseconds as nanoseconds; 0 for times before 1970.

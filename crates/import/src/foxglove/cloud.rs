@@ -4,8 +4,8 @@ use ::foxglove::messages::PointCloud;
 use ::foxglove::messages::packed_element_field::NumericType;
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion};
 
-use super::{coordinates, limited, rotation, stamp};
-use crate::reading::{Fault, Item, Kind, Label, Reading, Readings};
+use super::{coordinates, rotation, stamp};
+use crate::reading::{Fault, Item, Kind, Label, Reading, Readings, limited};
 
 /// Fields that number a marker, the first that a cloud has.
 const NUMBER_FIELDS: [&str; 5] = ["id", "marker_id", "marker", "index", "label"];

@@ -10,9 +10,12 @@ use ::foxglove::messages::{
 use prost::Message;
 
 use crate::reading::{
-    CLOUDS, Fault, Item, Kind, Label, MAX_ITEMS, MessageKind, POSES, Reading, Readings, TRANSFORMS,
+    CLOUDS, Fault, Item, Kind, Label, MessageKind, POSES, Reading, Readings, TRANSFORMS, limited,
     nanos,
 };
+
+const PROTOBUF: &str = "protobuf";
+const JSON: &str = "json";
 
 const POSE: &[&str] = &["foxglove.PoseInFrame"];
 const POSES_IN_FRAME: &[&str] = &["foxglove.PosesInFrame"];
@@ -21,49 +24,31 @@ const TRANSFORM_LIST: &[&str] = &["foxglove.FrameTransforms"];
 const CLOUD: &[&str] = &["foxglove.PointCloud"];
 
 pub(super) const KINDS: &[MessageKind] = &[
-    protobuf(POSE, POSES, |m| pose(decode(m)?)),
-    json(POSE, POSES, |m| pose(json::decode(m, json::pose_in_frame)?)),
-    protobuf(POSES_IN_FRAME, POSES, |m| poses(decode(m)?)),
-    json(POSES_IN_FRAME, POSES, |m| {
+    MessageKind::new(PROTOBUF, POSE, POSES, |m| pose(decode(m)?)),
+    MessageKind::new(JSON, POSE, POSES, |m| {
+        pose(json::decode(m, json::pose_in_frame)?)
+    }),
+    MessageKind::new(PROTOBUF, POSES_IN_FRAME, POSES, |m| poses(decode(m)?)),
+    MessageKind::new(JSON, POSES_IN_FRAME, POSES, |m| {
         poses(json::decode(m, json::poses_in_frame)?)
     }),
-    protobuf(TRANSFORM, TRANSFORMS, |m| Ok(vec![transform(decode(m)?)])),
-    json(TRANSFORM, TRANSFORMS, |m| {
+    MessageKind::new(PROTOBUF, TRANSFORM, TRANSFORMS, |m| {
+        Ok(vec![transform(decode(m)?)])
+    }),
+    MessageKind::new(JSON, TRANSFORM, TRANSFORMS, |m| {
         Ok(vec![transform(json::decode(m, json::frame_transform)?)])
     }),
-    protobuf(TRANSFORM_LIST, TRANSFORMS, |m| transforms(decode(m)?)),
-    json(TRANSFORM_LIST, TRANSFORMS, |m| {
+    MessageKind::new(PROTOBUF, TRANSFORM_LIST, TRANSFORMS, |m| {
+        transforms(decode(m)?)
+    }),
+    MessageKind::new(JSON, TRANSFORM_LIST, TRANSFORMS, |m| {
         transforms(json::decode(m, json::frame_transforms)?)
     }),
-    protobuf(CLOUD, CLOUDS, |m| cloud::points(&decode(m)?)),
-    json(CLOUD, CLOUDS, |m| {
+    MessageKind::new(PROTOBUF, CLOUD, CLOUDS, |m| cloud::points(&decode(m)?)),
+    MessageKind::new(JSON, CLOUD, CLOUDS, |m| {
         cloud::points(&json::decode(m, json::point_cloud)?)
     }),
 ];
-
-const fn protobuf(
-    schemas: &'static [&'static str],
-    rank: u8,
-    read: for<'a> fn(&'a [u8]) -> Readings<'a>,
-) -> MessageKind {
-    MessageKind {
-        schemas,
-        encoding: "protobuf",
-        rank,
-        read,
-    }
-}
-
-const fn json(
-    schemas: &'static [&'static str],
-    rank: u8,
-    read: for<'a> fn(&'a [u8]) -> Readings<'a>,
-) -> MessageKind {
-    MessageKind {
-        encoding: "json",
-        ..protobuf(schemas, rank, read)
-    }
-}
 
 fn decode<M: Message + Default>(message: &[u8]) -> Result<M, Fault> {
     M::decode(message).map_err(|error| Fault::new("a protobuf message", error.to_string()))
@@ -115,17 +100,6 @@ fn item(pose: &Pose, label: Label<'static>) -> Item<'static> {
         position: coordinates(pose.position),
         rotation: rotation(pose.orientation),
     }
-}
-
-/// Refuses messages that hold more than motion capture has.
-pub(super) fn limited(count: usize, what: &str) -> Result<(), Fault> {
-    if count <= MAX_ITEMS {
-        return Ok(());
-    }
-    Err(Fault::new(
-        format!("at most {MAX_ITEMS} {what} in a message"),
-        count.to_string(),
-    ))
 }
 
 pub(super) fn stamp(time: Option<Timestamp>) -> u64 {

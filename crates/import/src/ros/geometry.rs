@@ -1,16 +1,16 @@
 //! Package `geometry_msgs`: poses and points with a header.
 
-use super::{decode, header, kind, limited, one, point, pose};
+use super::{CDR, decode, header, limited, one, point, pose};
 use crate::reading::{Kind, Label, MessageKind, POSES, Readings};
 
 pub(super) const KINDS: &[MessageKind] = &[
-    kind(&["geometry_msgs/PoseStamped"], POSES, |message| {
+    MessageKind::new(CDR, &["geometry_msgs/PoseStamped"], POSES, |message| {
         one(message, |cdr| pose(cdr, Label::Topic, Kind::Pose))
     }),
-    kind(&["geometry_msgs/PointStamped"], POSES, |message| {
+    MessageKind::new(CDR, &["geometry_msgs/PointStamped"], POSES, |message| {
         one(message, |cdr| point(cdr, Label::Topic, Kind::Marker))
     }),
-    kind(&["geometry_msgs/PoseArray"], POSES, poses),
+    MessageKind::new(CDR, &["geometry_msgs/PoseArray"], POSES, poses),
 ];
 
 /// Bytes of a position and a quaternion.

@@ -1,11 +1,12 @@
 //! Package `mocap4r2_msgs`: markers and rigid bodies of motion capture.
 
-use super::{Cdr, decode, header, kind, limited, point, pose};
+use super::{CDR, Cdr, decode, header, limited, point, pose};
 use crate::reading::{Fault, Item, Kind, Label, MOTION_CAPTURE, MessageKind, Readings};
 
 // The second name of each is that of the package before it was renamed.
 pub(super) const KINDS: &[MessageKind] = &[
-    kind(
+    MessageKind::new(
+        CDR,
         &["mocap4r2_msgs/Markers", "mocap_msgs/Markers"],
         MOTION_CAPTURE,
         |message| {
@@ -15,7 +16,8 @@ pub(super) const KINDS: &[MessageKind] = &[
             })
         },
     ),
-    kind(
+    MessageKind::new(
+        CDR,
         &["mocap4r2_msgs/RigidBodies", "mocap_msgs/RigidBodies"],
         MOTION_CAPTURE,
         |message| frame(message, BODY_BYTES, body),

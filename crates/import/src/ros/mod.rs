@@ -6,24 +6,12 @@ mod mocap4r2;
 mod tf;
 
 use self::cdr::Cdr;
-use crate::reading::{Fault, Item, Kind, Label, MAX_ITEMS, MessageKind, Reading, Readings, nanos};
+use crate::reading::{self, Fault, Item, Kind, Label, MessageKind, Reading, Readings, nanos};
 
 /// Message kinds by package.
 pub(super) const PACKAGES: &[&[MessageKind]] = &[geometry::KINDS, mocap4r2::KINDS, tf::KINDS];
 
-/// A kind whose schema has one of these names.
-const fn kind(
-    schemas: &'static [&'static str],
-    rank: u8,
-    read: for<'a> fn(&'a [u8]) -> Readings<'a>,
-) -> MessageKind {
-    MessageKind {
-        schemas,
-        encoding: "cdr",
-        rank,
-        read,
-    }
-}
+const CDR: &str = "cdr";
 
 /// Decodes a message, all of it.
 fn decode<'a>(message: &'a [u8], read: impl FnOnce(&mut Cdr<'a>) -> Readings<'a>) -> Readings<'a> {
@@ -46,13 +34,7 @@ fn one<'a>(
 }
 
 fn limited(count: usize) -> Result<usize, Fault> {
-    if count <= MAX_ITEMS {
-        return Ok(count);
-    }
-    Err(Fault::new(
-        format!("at most {MAX_ITEMS} markers or bodies in a message"),
-        count.to_string(),
-    ))
+    reading::limited(count, "markers or bodies")
 }
 
 /// A header and no items yet.

@@ -1,13 +1,17 @@
 //! Transforms between frames.
 
-use super::{Cdr, decode, header, kind, limited, pose};
+use super::{CDR, Cdr, decode, header, limited, pose};
 use crate::reading::{Fault, Kind, Label, MessageKind, Reading, TRANSFORMS};
 
 pub(super) const KINDS: &[MessageKind] = &[
-    kind(&["geometry_msgs/TransformStamped"], TRANSFORMS, |message| {
-        decode(message, |cdr| Ok(vec![transform(cdr)?]))
-    }),
-    kind(
+    MessageKind::new(
+        CDR,
+        &["geometry_msgs/TransformStamped"],
+        TRANSFORMS,
+        |message| decode(message, |cdr| Ok(vec![transform(cdr)?])),
+    ),
+    MessageKind::new(
+        CDR,
         &["tf2_msgs/TFMessage", "tf/tfMessage"],
         TRANSFORMS,
         |message| {

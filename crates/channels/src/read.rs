@@ -277,15 +277,7 @@ impl TakeReader {
         data: &[u8],
         file: &str,
     ) -> Result<(), ChannelError> {
-        let place = |facts: &RecordingFacts| Place {
-            file,
-            topic,
-            number: 0,
-            clock: facts.clock,
-            samples: facts.samples,
-            lossy: facts.lossy,
-            log_time: header.log_time,
-        };
+        let place = |facts: &RecordingFacts| Place::new(file, topic, facts, header);
         let measured = place(&self.measured.facts);
         match topic {
             topic::RECORDING_MARKERS => return self.measured.markers.message(measured, data),

@@ -123,15 +123,7 @@ fn read_methods<T: Default>(
             let Some((index, part, topic)) = channels.get(&header.channel_id) else {
                 return Ok(());
             };
-            let mut at = Place {
-                file,
-                topic,
-                number: 0,
-                clock: facts.clock,
-                samples: facts.samples,
-                lossy: facts.lossy,
-                log_time: header.log_time,
-            };
+            let mut at = Place::new(file, topic, &facts, &header);
             at.number = at.nearest_sample().0;
             read(&mut methods[*index].1, part, at, &data)
         }

@@ -3,11 +3,13 @@
 use std::fmt::Display;
 
 use inhand_model::{Clock, Frame, Pose, Position, Sample, Status, Track};
+use mcap::records::MessageHeader;
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use prost::{DecodeError, Message};
 
 use crate::error::ChannelError;
 use crate::messages;
+use crate::metadata::RecordingFacts;
 use crate::wire;
 
 /// Tolerance between the time of a message and that of its sample. Both are rounded to nanoseconds, and a
@@ -34,7 +36,25 @@ pub(super) struct Place<'a> {
     pub(super) log_time: u64,
 }
 
-impl Place<'_> {
+impl<'a> Place<'a> {
+    /// A message of a take with these facts.
+    pub(super) fn new(
+        file: &'a str,
+        topic: &'a str,
+        facts: &RecordingFacts,
+        header: &MessageHeader,
+    ) -> Self {
+        Self {
+            file,
+            topic,
+            number: 0,
+            clock: facts.clock,
+            samples: facts.samples,
+            lossy: facts.lossy,
+            log_time: header.log_time,
+        }
+    }
+
     pub(super) fn error(&self, expected: impl Display, found: impl Display) -> ChannelError {
         ChannelError::message(self.file, self.topic, self.number, expected, found)
     }

@@ -1,5 +1,7 @@
 //! Messages of many channels, merged by time into one file.
 
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
 use std::io::Write;
 
 use inhand_container::{Packing, Writer};
@@ -104,22 +106,17 @@ impl Sampling {
     }
 }
 
+/// Writes the next message of a channel and gives the time of the one after it; `None` after the last.
 type WriteNext<'a> =
     Box<dyn FnMut(Block<'_>, &mut Output<'_>) -> Result<Option<u64>, ChannelError> + 'a>;
-
-/// Messages of one channel in the order of their times.
-struct Stream<'a> {
-    /// Time of the next message; `None` after the last one.
-    next: Option<u64>,
-    /// Writes that message and gives the time of the one after it.
-    write: WriteNext<'a>,
-}
 
 /// A file being written, with the messages that wait for their time. Those of one instant come in the
 /// order in which their channels were added.
 pub(crate) struct Streams<'a> {
     pub(crate) output: Output<'a>,
-    streams: Vec<Stream<'a>>,
+    streams: Vec<WriteNext<'a>>,
+    /// Time of the next message of each stream that goes on, with the number of the stream.
+    due: BinaryHeap<Reverse<(u64, usize)>>,
 }
 
 impl<'a> Streams<'a> {
@@ -139,7 +136,15 @@ impl<'a> Streams<'a> {
                 rename: |topic| topic,
             },
             streams: Vec::new(),
+            due: BinaryHeap::new(),
         })
+    }
+
+    /// Adds a stream whose first message is of the time `first`.
+    fn push(&mut self, first: Option<u64>, write: WriteNext<'a>) {
+        let stream = self.streams.len();
+        self.due.extend(first.map(|time| Reverse((time, stream))));
+        self.streams.push(write);
     }
 
     /// A channel with a single message, which is written at once.
@@ -161,15 +166,16 @@ impl<'a> Streams<'a> {
         messages: impl IntoIterator<Item = (usize, u64, M), IntoIter: 'a>,
     ) {
         let mut messages = messages.into_iter().peekable();
-        self.streams.push(Stream {
-            next: messages.peek().map(|&(_, time, _)| time),
-            write: Box::new(move |_, output| {
+        let first = messages.peek().map(|&(_, time, _)| time);
+        self.push(
+            first,
+            Box::new(move |_, output| {
                 if let Some((sequence, unix_nanos, message)) = messages.next() {
                     output.message(channel, sequence, unix_nanos, &message)?;
                 }
                 Ok(messages.peek().map(|&(_, time, _)| time))
             }),
-        });
+        );
     }
 
     /// A channel with a message for each sample of which `message` makes one.
@@ -195,9 +201,9 @@ impl<'a> Streams<'a> {
         mut write: impl FnMut(&Instant<'_>, &mut Output<'_>) -> Result<(), ChannelError> + 'a,
     ) {
         let mut k = 0;
-        self.streams.push(Stream {
-            next: sampling.time(0),
-            write: Box::new(move |block, output| {
+        self.push(
+            sampling.time(0),
+            Box::new(move |block, output| {
                 let unix_nanos = sampling.clock.unix_nanos(k);
                 let at = Instant {
                     k,
@@ -208,7 +214,7 @@ impl<'a> Streams<'a> {
                 k += sampling.stride;
                 Ok(sampling.time(k))
             }),
-        });
+        );
     }
 
     /// Writes all messages up to a time.
@@ -217,14 +223,14 @@ impl<'a> Streams<'a> {
         unix_nanos: u64,
         block: Block<'_>,
     ) -> Result<(), ChannelError> {
-        loop {
-            let waiting = (self.streams.iter_mut())
-                .filter(|stream| stream.next.is_some_and(|time| time <= unix_nanos));
-            let Some(stream) = waiting.min_by_key(|stream| stream.next) else {
-                return Ok(());
-            };
-            stream.next = (stream.write)(block, &mut self.output)?;
+        while let Some(&Reverse((time, stream))) = self.due.peek()
+            && time <= unix_nanos
+        {
+            self.due.pop();
+            let next = (self.streams[stream])(block, &mut self.output)?;
+            self.due.extend(next.map(|time| Reverse((time, stream))));
         }
+        Ok(())
     }
 
     /// Writes all that waits, and ends the file.

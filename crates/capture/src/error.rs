@@ -20,6 +20,11 @@ pub enum CaptureError {
         /// What was expected, what was found and what to do.
         problem: String,
     },
+    /// The file ends within its header: its name, the line that is missing (from 1) and what belongs there.
+    #[error(
+        "{0}, line {1}: expected {2}, found the end of the file: the header is cut or edited; export the take again"
+    )]
+    HeaderEnd(String, usize, String),
     /// The input cannot be read.
     #[error("{file}: cannot read on: {source}")]
     Read {
@@ -79,6 +84,23 @@ impl CaptureError {
             "expected {expected}, found {found}: the header is cut or edited; export the take again"
         );
         Self::in_line(file, line, problem)
+    }
+
+    /// A file that ends within its header.
+    pub(crate) fn header_end(file: &str, line: usize, expected: &str) -> Self {
+        Self::HeaderEnd(file.to_owned(), line, expected.to_owned())
+    }
+
+    /// The error where the first `limit_bytes` of a longer file were searched for the header.
+    pub(crate) fn of_header_within(self, limit_bytes: usize) -> Self {
+        let Self::HeaderEnd(file, line, expected) = self else {
+            return self;
+        };
+        let problem = format!(
+            "expected {expected} within the first {limit_bytes} bytes of the file, found a longer \
+             header: export fewer markers and bodies"
+        );
+        Self::in_line(&file, line, problem)
     }
 
     /// A row that ends early.

@@ -40,7 +40,7 @@ pub(crate) fn add_markers(
 /// The lines of a header, one after the other.
 pub(crate) struct HeaderLines<'a> {
     rest: &'a [u8],
-    file: &'a str,
+    pub(crate) file: &'a str,
     /// Bytes of the lines taken.
     pub(crate) bytes: usize,
     /// Lines taken so far: the number of the last one.
@@ -146,12 +146,8 @@ impl Facts<'_> {
 
     /// A rate, which every file must state.
     pub(crate) fn rate_hz(&self, key: &str, expected: &str) -> Result<f64, CaptureError> {
-        let rate = |text: &str| {
-            text.parse()
-                .ok()
-                .filter(|&hz: &f64| hz.is_finite() && hz > 0.0)
-        };
-        let stated = self.parsed(key, expected, rate)?;
+        let sound = |&hz: &f64| hz.is_finite() && hz > 0.0;
+        let stated = self.parsed(key, expected, |text| text.parse().ok().filter(sound))?;
         stated.ok_or_else(|| self.error(key, expected, "missing"))
     }
 

@@ -68,8 +68,11 @@ impl<R: Read> Lines<R> {
                 _ => head,
             };
             let parsed = parse(whole);
-            if parsed.is_ok() || self.at_end || wanted >= MAX_HEAD_BYTES {
+            if parsed.is_ok() || self.at_end {
                 return parsed;
+            }
+            if wanted >= MAX_HEAD_BYTES {
+                return parsed.map_err(|error| error.of_header_within(MAX_HEAD_BYTES));
             }
             wanted *= 4;
         }

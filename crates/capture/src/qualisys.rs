@@ -63,14 +63,8 @@ pub(crate) fn open(
         return Err(CaptureError::unsupported(file, found, "export the 3D data"));
     }
     let length_unit = LengthUnit::Millimetres;
-    let given = settings.length_unit;
-    settle(
-        file,
-        Setting::Units,
-        Some(length_unit),
-        given,
-        LengthUnit::name,
-    )?;
+    let (unit, given) = (Some(length_unit), settings.length_unit);
+    settle(file, Setting::Units, unit, given, LengthUnit::name)?;
     let stamp = facts
         .get("TIME_STAMP")
         .and_then(|stamp| stamp.split('\t').next());
@@ -172,7 +166,10 @@ impl<'a> Header<'a> {
             (None, Some(names)) => (leading_columns(names.len(), lines, file)?, names.clone()),
             (None, None) => {
                 let (line, expected) = (lines.number + 1, "MARKER_NAMES");
-                return Err(CaptureError::header(file, line, expected, "no such line"));
+                return Err(match lines.peek() {
+                    [] => CaptureError::header_end(file, line, expected),
+                    _ => CaptureError::header(file, line, expected, "no such line"),
+                });
             }
         };
         let mut table = Table::new(file, b'\t');

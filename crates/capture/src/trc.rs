@@ -52,9 +52,8 @@ const LEADING_COLUMNS: usize = 2;
 
 /// Whether the bytes start as a TRC file does.
 pub(crate) fn looks_like(bytes: &[u8]) -> bool {
-    bytes
-        .strip_prefix(MAGIC.as_bytes())
-        .is_some_and(|rest| rest.first().is_none_or(u8::is_ascii_whitespace))
+    let rest = bytes.strip_prefix(MAGIC.as_bytes());
+    rest.is_some_and(|rest| rest.first().is_none_or(u8::is_ascii_whitespace))
 }
 
 /// Reads the header, from the beginning of a file without byte-order mark.
@@ -106,7 +105,7 @@ pub(crate) fn open(
 /// The cells of the next line, without spaces around them and without blank ones at the end.
 fn cells<'a>(lines: &mut HeaderLines<'a>, expected: &str) -> Result<Vec<&'a str>, CaptureError> {
     let Some(line) = lines.next_line()? else {
-        return Err(lines.error(expected, "the end of the file"));
+        return Err(CaptureError::header_end(lines.file, lines.number, expected));
     };
     let mut cells: Vec<&str> = line.split('\t').map(str::trim).collect();
     let used = cells.iter().rposition(|cell| !cell.is_empty());

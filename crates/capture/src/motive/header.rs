@@ -8,9 +8,6 @@ use crate::error::CaptureError;
 use crate::header::Facts;
 use crate::text::{count_lines, header_text};
 
-/// Most bytes looked at for the header; a take of a thousand markers needs a few hundred thousand.
-const MAX_HEADER_BYTES: usize = 16 << 20;
-
 /// Most rows looked at for the axis labels; Motive writes six or seven.
 const MAX_HEADER_ROWS: usize = 16;
 
@@ -44,11 +41,10 @@ pub(crate) fn looks_like(bytes: &[u8]) -> bool {
 impl<'a> Header<'a> {
     /// Reads the header from the start of a file without byte-order mark.
     pub(super) fn parse(bytes: &[u8], file: &'a str) -> Result<Self, CaptureError> {
-        let window = &bytes[..bytes.len().min(MAX_HEADER_BYTES)];
         let mut reader = csv::ReaderBuilder::new()
             .has_headers(false)
             .flexible(true)
-            .from_reader(window);
+            .from_reader(bytes);
         let mut record = ByteRecord::new();
         let mut rows: Vec<Vec<String>> = Vec::new();
         // Start of the record about to be read, as the CSV reader counts bytes.
@@ -56,18 +52,17 @@ impl<'a> Header<'a> {
         loop {
             // Reading from memory, with rows of any length: there is nothing left that can fail.
             let more = reader.read_byte_record(&mut record).unwrap_or(false);
-            let end = usize::try_from(reader.position().byte()).unwrap_or(window.len());
-            let end = end.min(window.len());
+            let end = usize::try_from(reader.position().byte()).unwrap_or(bytes.len());
+            let end = end.min(bytes.len());
             let line = 1 + count_lines(&bytes[..start]);
             header_text(&bytes[start..end], line, file)?;
             if !more || rows.len() >= MAX_HEADER_ROWS {
                 let expected = "the row of axis labels that starts with \"Frame\"";
-                let found = match end >= bytes.trim_ascii_end().len() {
-                    true => "the end of the file",
-                    false => "other rows only",
-                };
                 let line = 1 + count_lines(&bytes[..end]);
-                return Err(CaptureError::header(file, line, expected, found));
+                return Err(match end >= bytes.trim_ascii_end().len() {
+                    true => CaptureError::header_end(file, line, expected),
+                    false => CaptureError::header(file, line, expected, "other rows only"),
+                });
             }
             // The bytes were found to be UTF-8.
             let text = |cell| String::from_utf8_lossy(cell).into_owned();

@@ -93,10 +93,8 @@ pub(crate) fn open(
     findings.extend(layout.local_space);
     let start = start_time::parse("Capture Start Time", facts.get("Capture Start Time"));
     findings.extend(start.finding.clone());
-    let rate_hz = facts.rate_hz(
-        "Export Frame Rate",
-        "the rate of the rows in Hz, such as 100.000000",
-    )?;
+    let expected = "the rate of the rows in Hz, such as 100.000000";
+    let rate_hz = facts.rate_hz("Export Frame Rate", expected)?;
     let clock = start.clock(rate_hz, file)?;
     let declared_rows = facts.count("Total Exported Frames", &mut findings);
     let name = facts.by_key.get("Take Name").map(String::as_str);
@@ -132,7 +130,5 @@ fn rotation_order(
     let facts = &header.facts;
     let stated = facts.parsed("Rotation Type", expected, parse_rotation_order)?;
     let given = settings.rotation_order;
-    settle(facts.file, Setting::RotationOrder, stated, given, |order| {
-        order
-    })
+    settle(facts.file, Setting::RotationOrder, stated, given, |o| o)
 }

@@ -177,3 +177,50 @@ proptest! {
         }
     }
 }
+
+/// A file that only starts with its header, which has a row beyond the limit.
+#[test]
+fn a_header_beyond_the_limit_is_refused_with_the_limit() {
+    let long = "\tT".repeat(9 << 20);
+    let facts = "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\n100\t100\t1\t1\tmm\n";
+    for (file, place, missing, text) in [
+        (
+            "a.csv",
+            "a.csv, line 2: ",
+            "axis labels",
+            format!(
+                "Format Version,1.23,Length Units,Meters\n{}\n",
+                long.replace('\t', ",")
+            ),
+        ),
+        (
+            "a.tsv",
+            "a.tsv, line 2: ",
+            "MARKER_NAMES",
+            format!("FREQUENCY\t100\nMARKER_NAMES{long}\n"),
+        ),
+        (
+            "a.trc",
+            "a.trc, line 4: ",
+            "",
+            format!("PathFileType\t4\t(X/Y/Z)\ta.trc\n{facts}Frame#\tTime{long}\n"),
+        ),
+    ] {
+        let bytes = text.as_bytes();
+        let settings = ReadSettings::default();
+        let whole = inhand_capture::read(bytes, file, &settings).unwrap_err();
+        let mut extent = Extent::default();
+        extent.add(bytes);
+        let blocks = Blocks::open(bytes, extent, file, &settings).err().unwrap();
+        for message in [whole.to_string(), blocks.to_string()] {
+            assert!(message.starts_with(place), "{message}");
+            assert!(message.contains(missing), "{message}");
+            let limit = " within the first 16777216 bytes of the file, found a longer header: ";
+            assert!(message.contains(limit), "{message}");
+            assert!(
+                message.ends_with("export fewer markers and bodies"),
+                "{message}"
+            );
+        }
+    }
+}

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use inhand_model::{Evaluation, EvaluationRows};
+use inhand_model::{Evaluation, EvaluationRows, PerFinger};
 use inhand_report::{Figure, FigureValues, Report, figures, html};
 use roxmltree::{Document, Node};
 
@@ -461,4 +461,51 @@ fn estimates_show_their_intervals() {
     };
     let expected = 100.0 * (errors("prior") / errors("hermite") - 1.0);
     assert!((relative[prior.unwrap()] - expected).abs() < 1e-9);
+}
+
+/// Numbers at the ticks of the axes of all panels, the least and the greatest.
+fn ends_of_axes(evaluation: &Evaluation, id: &str) -> [f64; 2] {
+    let drawn = figures(&Report::new(evaluation, &[])).expect("the sample has figures");
+    let svg = (drawn.iter().find(|figure| figure.id == id).expect(id)).print_svg();
+    let document = Document::parse(&svg).expect("well-formed");
+    let ticks = document.descendants();
+    let ticks = ticks.filter(|node| node.attribute("class") == Some("tick"));
+    let ticks = ticks.filter_map(|node| node.text()?.replace('−', "-").parse::<f64>().ok());
+    ticks.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], tick| {
+        [low.min(tick), high.max(tick)]
+    })
+}
+
+#[test]
+fn an_axis_of_differences_ends_at_a_hundred_percent() {
+    for (value, interval, expected) in [
+        (5.0, Some([4.0, 6.0]), [0.0, 100.0]),
+        (-5.0, Some([-6.0, -4.0]), [-100.0, 0.0]),
+        (3.0, None, [0.0, 100.0]),
+        (0.5, Some([-7.0, 8.0]), [-100.0, 100.0]),
+    ] {
+        let (mut evaluation, _) = whole();
+        for difference in &mut evaluation.intervals.as_mut().unwrap().differences {
+            let relative = difference.relative.as_mut().unwrap();
+            (relative.value, relative.interval) = (value, interval);
+        }
+        let ends = ends_of_axes(&evaluation, "differences-from-baseline");
+        assert_eq!(ends, expected, "{value} {interval:?}");
+    }
+}
+
+#[test]
+fn an_axis_of_shares_ends_at_none_and_all() {
+    // Of 0.97 and all an axis of ten points would go beyond all.
+    for (stated, inside) in [(0.97, 1.0), (0.03, 0.0)] {
+        let (mut evaluation, _) = whole();
+        for region in evaluation.methods.iter_mut().flat_map(|m| &mut m.corridors) {
+            region.share_stated = stated;
+            region.share_inside.all = inside;
+            region.share_inside.by_finger = PerFinger::new([inside; 5]);
+        }
+        let [low, high] = ends_of_axes(&evaluation, "corridor-coverage");
+        let end = if inside == 1.0 { high } else { low };
+        assert_eq!(end, 100.0 * inside);
+    }
 }

@@ -1,11 +1,13 @@
 //! Templates and poses of marker clusters.
 
+use std::borrow::Cow;
+
 use inhand_model::{Finger, Marker, Recording, Roles, Status, TrackedBody};
 use inhand_motion::{BodyRole, MotionError, Templates, fit_templates, process, role_body};
 use nalgebra::{Isometry3, Rotation3, Vector3};
 use proptest::prelude::*;
 
-use crate::{PLAIN, cluster, marker, recording, rigid_body, roles};
+use crate::{PLAIN, body, cluster, marker, recording, rigid_body, roles};
 
 const NAMES: [&str; 4] = ["a", "b", "c", "d"];
 
@@ -345,4 +347,18 @@ fn a_body_is_the_same_thing_in_all_takes() {
     let templates = fit_templates([(&take, &abc)]).unwrap();
     let found = process(&take, &bac, &templates, &PLAIN);
     assert_refused(found, r#"but the template is of "a", "b", "c""#);
+}
+
+/// Neither fitted nor copied, though the take has markers that could be a cluster.
+#[test]
+fn a_rigid_body_of_the_recording_is_not_fitted() {
+    let poses = [Some(Isometry3::translation(0.1, 0.2, 0.3)), None];
+    let markers = NAMES.map(|name| marker(name, vec![Some([0.0; 3]); poses.len()]));
+    let bodies = vec![body("Other", poses), body("Glove", poses)];
+    let take = recording(100.0, markers.into(), bodies);
+    let templates = Templates::default();
+    for role in [BodyRole::Hand, BodyRole::Object] {
+        let found = role_body(&take, role, &rigid_body("Glove"), &templates).unwrap();
+        assert!(matches!(found, Cow::Borrowed(found) if std::ptr::eq(found, &take.bodies[1])));
+    }
 }

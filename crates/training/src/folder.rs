@@ -331,3 +331,27 @@ fn plan_path(root: &Path) -> PathBuf {
 pub(crate) fn table_path(root: &Path, take: usize) -> PathBuf {
     root.join("takes").join(format!("{take:05}.table"))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_folder_of_an_earlier_form_is_refused_with_what_to_do() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = plan_path(folder.path());
+        // Everything else of such a plan may be different.
+        std::fs::write(
+            &path,
+            r#"{"format": 1, "tool": "inhand 0.0.9", "shape": []}"#,
+        )
+        .unwrap();
+        let message = LearningFolder::open(folder.path()).unwrap_err().to_string();
+        let expected = format!(
+            "{}: the run was begun by inhand 0.0.9 (form 1), this is {TOOL} (form 2): go on with \
+             the version that began it, or begin again",
+            path.display()
+        );
+        assert_eq!(message, expected);
+    }
+}

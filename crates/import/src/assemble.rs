@@ -6,9 +6,9 @@ use inhand_model::{
 };
 use nalgebra::{Isometry3, Point3};
 
-use crate::gather::{As, Gathered, Series};
 use crate::place::Placed;
 use crate::reading::Kind;
+use crate::series::{As, Gathered, Series};
 use crate::topics::ImportSettings;
 use crate::tree::{Link, isometry, links_above};
 

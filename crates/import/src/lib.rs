@@ -41,13 +41,13 @@
 //!   otherwise.
 
 mod assemble;
-mod format;
 mod foxglove;
-mod gather;
+mod message_kinds;
 mod pace;
 mod place;
 mod reading;
 mod ros;
+mod series;
 mod timing;
 mod topics;
 mod tree;
@@ -62,8 +62,8 @@ use inhand_container::{Depth, Record, walk};
 use inhand_model::{Finding, LengthUnit, Recording, RotationOrder, Source, UpAxis};
 use nalgebra::Isometry3;
 
-use self::format::find_kind;
-use self::gather::Gathered;
+use self::message_kinds::find_kind;
+use self::series::Gathered;
 use self::timing::Timing;
 pub use self::topics::{ImportSettings, TopicUse, TopicUseError};
 

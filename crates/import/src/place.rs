@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use inhand_model::Finding;
 
-use crate::gather::{Gathered, Series};
 use crate::pace::median;
+use crate::series::{Gathered, Series};
 use crate::timing::Timing;
 
 /// Messages further from their samples than this share of a period, in the median, follow another

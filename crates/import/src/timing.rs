@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use inhand_model::{Clock, Finding, StartTime};
 
-use crate::gather::{Gathered, Times};
 use crate::pace::{Grid, Pace, median, seconds};
+use crate::series::{Gathered, Times};
 use crate::topics::ImportSettings;
 use inhand_channels::ChannelError;
 

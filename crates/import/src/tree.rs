@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use inhand_model::rotation_from_xyzw;
 use nalgebra::{Isometry3, Translation3};
 
-use crate::gather::{Gathered, Static};
 use crate::reading::Kind;
+use crate::series::{Gathered, Static};
 
 /// Frames above each other at most.
 const MAX_DEPTH: usize = 64;

@@ -5,9 +5,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use inhand_model::{Finding, Pose};
 
 use crate::assemble::Entities;
-use crate::gather::Gathered;
 use crate::pace::median;
 use crate::reading::Kind;
+use crate::series::Gathered;
 use crate::topics::{ImportSettings, name_of_topic};
 use crate::tree::links_above;
 

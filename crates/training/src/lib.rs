@@ -26,11 +26,11 @@
 mod file;
 mod finish;
 mod folder;
-mod gather;
+mod init;
 mod rounds;
 mod tables;
 
 pub use finish::{Learned, finish, learn_given, learn_in};
 pub use folder::{LearningFolder, LearningPlan, PlannedTake};
-pub use gather::init;
+pub use init::init;
 pub use rounds::{Progress, Shard, Updated, begin_rounds, stats, update};

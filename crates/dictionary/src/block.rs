@@ -8,6 +8,7 @@
 use rayon::prelude::*;
 
 use crate::descent::{Gram, descend};
+use crate::matrix_view::{View, chunk_width};
 use crate::missing::Missing;
 use crate::multiplicative;
 use crate::packed::{Packed, gram_lower};
@@ -16,7 +17,6 @@ use crate::random;
 use crate::real::Real;
 use crate::settings::{Penalty, Update};
 use crate::sums::Sums;
-use crate::view::{View, chunk_width};
 
 /// Columns of a block: large enough that its sums are small beside it, small enough that a block of
 /// 1500 rows takes 25 MB.

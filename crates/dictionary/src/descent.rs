@@ -18,9 +18,9 @@
 use rayon::prelude::*;
 
 use crate::lanes::{Aligned, InstructionSet, Kernel, Lanes, lanes_multiply_add, multiply_add};
+use crate::matrix_view::chunk_width;
 use crate::product::squared_norm;
 use crate::real::Real;
-use crate::view::chunk_width;
 
 /// Coordinates whose gradients are formed together: eight accumulators of one vector each.
 const BLOCK: usize = 8;

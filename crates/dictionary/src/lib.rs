@@ -48,19 +48,20 @@
 //! raises the objective; nothing depends on hash order, clock or thread.
 
 mod block;
-mod comparison;
 mod covariance;
 mod data;
 mod descent;
 mod error;
 mod explained;
 mod lanes;
+mod matrix_view;
 mod missing;
 mod multiplicative;
 mod nmf;
 mod nndsvd;
 mod packed;
 mod pca;
+mod prediction_error;
 mod product;
 mod projection;
 mod random;
@@ -73,17 +74,16 @@ mod singular;
 mod stability;
 mod start;
 mod sums;
-mod view;
 
 #[cfg(test)]
 mod tests;
 
-pub use comparison::{mean, mean_distance_m, standard_error};
 pub use data::Columns;
 pub use error::LearnError;
 pub use explained::explained_variance;
 pub use nmf::{describe_nmf, learn_nmf, smallest_objective};
 pub use pca::learn_pca;
+pub use prediction_error::{mean, mean_distance_m, standard_error};
 pub use projection::activations;
 pub use random::draw;
 pub use rank::{RankCurve, RankGroups, RankMethod, RankSuggestion, rank_curve};

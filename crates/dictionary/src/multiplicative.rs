@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 
+use crate::matrix_view::{View, chunk_width, multiply};
 use crate::real::Real;
 use crate::settings::Penalty;
-use crate::view::{View, chunk_width, multiply};
 
 /// What a zero denominator is replaced by: the single-precision machine epsilon, as scikit-learn
 /// does, so that the two can be compared number by number.
@@ -58,10 +58,10 @@ mod tests {
     use serde_json::Value;
 
     use super::update_all;
+    use crate::matrix_view::View;
     use crate::packed::Packed;
     use crate::product::{cross, gram};
     use crate::settings::Penalty;
-    use crate::view::View;
 
     fn numbers(value: &Value) -> Vec<f64> {
         match value {

@@ -8,8 +8,8 @@
 use rayon::prelude::*;
 
 use crate::lanes::{Aligned, InstructionSet, Kernel, Lanes, lanes_multiply_add};
+use crate::matrix_view::{View, chunk_width};
 use crate::real::Real;
-use crate::view::{View, chunk_width};
 
 /// Terms that are summed before the result is written: a strip of the right operand this deep stays
 /// in the first cache, the left operand's slice in the second.
@@ -217,8 +217,8 @@ fn tile<T: Real, const L: usize, const V: usize, const U: usize, const FUSED: bo
 mod tests {
     use super::{DEPTH, Packed, gram_lower};
     use crate::lanes::InstructionSet;
+    use crate::matrix_view::{View, multiply};
     use crate::real::Real;
-    use crate::view::{View, multiply};
 
     fn numbers<T: Real>(count: usize, step: f64) -> Vec<T> {
         (0..count).map(|i| T::of((step * i as f64).sin())).collect()

@@ -6,8 +6,8 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use crate::block::BLOCK_COLUMNS;
 use crate::data::{Columns, check_rank, survey};
 use crate::error::LearnError;
+use crate::matrix_view::{View, chunk_width, multiply};
 use crate::product::{add, gram, squared_norm, squared_residual};
-use crate::view::{View, chunk_width, multiply};
 use rayon::prelude::*;
 
 /// Share of the largest variance below which a component is rounding, not motion: the components

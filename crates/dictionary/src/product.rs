@@ -5,9 +5,9 @@
 
 use rayon::prelude::*;
 
+use crate::matrix_view::{View, chunk_width, subtract_product};
 use crate::packed::{Packed, gram_lower};
 use crate::real::Real;
-use crate::view::{View, chunk_width, subtract_product};
 
 /// `factor * factorᵀ` (`rank` x `rank`) for a factor of `rank` rows, summed in chunk order.
 pub(crate) fn gram<T: Real>(factor: &[T], rank: usize) -> Vec<T> {

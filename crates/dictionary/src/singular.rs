@@ -2,11 +2,11 @@
 
 use nalgebra::DMatrix;
 
+use crate::matrix_view::View;
 use crate::packed::Packed;
 use crate::pca::{eigen_descending, transpose};
 use crate::product::{add, cross, dot, gram, squared_norm};
 use crate::random::{keyed, uniform};
-use crate::view::View;
 
 /// Directions carried along beside those wanted: the last ones wanted settle by the gap to the first one
 /// that is not carried (Halko, Martinsson and Tropp 2011, section 4.2).

@@ -13,11 +13,11 @@ use crate::covariance::moments_of;
 use crate::data::Columns;
 use crate::descent::{Gram, descend, descend_all};
 use crate::error::LearnError;
+use crate::matrix_view::{View, chunk_width, multiply};
 use crate::nmf::iterate;
 use crate::product::{cross, dot, gram, squared_residual};
 use crate::rounds::{NmfProblem, NmfState, column_squares};
 use crate::settings::{NmfSettings, Penalty, Update};
-use crate::view::{View, chunk_width, multiply};
 
 #[path = "../tests/plain.rs"]
 mod plain;

@@ -5,8 +5,8 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 
 use crate::descent::{Gram, descend_until};
 use crate::error::LearnError;
+use crate::matrix_view::{View, multiply, subtract_product};
 use crate::product::gram;
-use crate::view::{View, multiply, subtract_product};
 
 /// Most checks for convergence of coordinate descent, and sweeps between two.
 const CHECKS_AND_SWEEPS: (usize, usize) = (50, 20);

@@ -4,9 +4,9 @@ use inhand_model::{Finger, SEGMENT_COORDINATES, SegmentLayout};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
+use crate::matrix_view::{View, multiply};
 use crate::pca::{eigen_descending, point_up};
 use crate::product::gram;
-use crate::view::{View, multiply};
 
 /// Share of the largest variance below which a component is rounding, not motion.
 const SMALLEST_VARIANCE: f64 = 1e-12;

@@ -10,8 +10,8 @@ use super::blend::{Points, blend};
 use super::folds::{Fold, folds};
 use super::primitives::{Demonstrations, Primitives};
 use super::profile::Sums;
-use crate::comparison::{mean, mean_distance_m, standard_error};
 use crate::covariance::moments_about_zero;
+use crate::prediction_error::{mean, mean_distance_m, standard_error};
 
 /// Kernel widths that are tried, over the features of the hand: narrower ones follow single
 /// demonstrations, wider ones forget what is special.

@@ -1,4 +1,4 @@
-//! Comparison of predictions on segments left out of learning.
+//! Mean error of predictions on segments left out of learning, and its standard error.
 
 /// Mean distance between points, three coordinates each, metres.
 pub fn mean_distance_m(wanted_m: &[f64], predicted_m: &[f64]) -> f64 {

@@ -6,7 +6,7 @@
 use inhand_dictionary::{
     DEVIATION_PRIMITIVES, NmfSettings, Update, activations, learn_nmf, learn_pca, learn_residual,
 };
-use inhand_model::{Bandwidths, ExpectationWeights, SegmentLayout, Segments};
+use inhand_model::{Bandwidths, PredictorWeights, SegmentLayout, Segments};
 use nalgebra::DMatrix;
 
 #[path = "../tests/plain.rs"]
@@ -122,7 +122,7 @@ fn expected(bencher: divan::Bencher<'_, '_>, demonstrations: usize) {
         hand: 2.0,
         finger: 0.5,
     };
-    let weights = ExpectationWeights {
+    let weights = PredictorWeights {
         profile: 0.9,
         hand: 0.5,
         finger: 0.7,

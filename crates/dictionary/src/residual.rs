@@ -12,7 +12,7 @@ mod primitives;
 mod profile;
 mod validation;
 
-use inhand_model::{Expectation, Residual, SegmentLayout, Segments, smooth_basis};
+use inhand_model::{DeviationPredictor, Residual, SegmentLayout, Segments, smooth_basis};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
@@ -37,7 +37,7 @@ pub const DEVIATION_PRIMITIVES: usize = 28;
 /// Deviations are the segments less [`smooth_basis`] times their boundary conditions. Primitives are the
 /// principal components (about zero) of each finger's deviations, and of the object's where the
 /// layout has it; there is none where a finger follows the cubic Hermite baseline to a nanometre. What to
-/// expect of a deviation is learned as [`Expectation`] says; kernel widths
+/// expect of a deviation is learned as [`DeviationPredictor`] says; kernel widths
 /// and weights are those that predict segments of left-out takes best (mean distance over fingers
 /// and instants), drawn back towards the cubic Hermite baseline as far as the gain could be chance
 /// ([`Validation`](inhand_model::Validation)). The covariance of the activations and the calibration
@@ -84,7 +84,7 @@ pub fn learn_residual(segments: &Segments, primitives: usize) -> Result<Residual
     Ok(Residual {
         layout,
         ends_mean,
-        expectation: Expectation::new(layout, primitives.sizes(), profile, ends, answers)
+        expectation: DeviationPredictor::new(layout, primitives.sizes(), profile, ends, answers)
             .weighted(chosen.bandwidths, chosen.weights),
         ends_covariance,
         primitives: primitives.matrix(),

@@ -1,6 +1,6 @@
 //! Deviations from the cubic Hermite baseline: what must come out exactly.
 
-use inhand_model::ExpectationWeights;
+use inhand_model::PredictorWeights;
 use nalgebra::{DMatrix, DVector};
 
 use crate::residual_data::{
@@ -20,10 +20,7 @@ fn the_smooth_curve_itself_leaves_nothing_to_learn() {
             let nothing = DMatrix::zeros(layout.rows(), 40);
             let residual = learn(&around_smooth(layout, &x, &nothing, 10));
             assert_eq!(residual.primitives.shape(), (layout.rows(), 0));
-            assert_eq!(
-                residual.expectation.weights(),
-                ExpectationWeights::default()
-            );
+            assert_eq!(residual.expectation.weights(), PredictorWeights::default());
             assert!(residual.validation.smooth_error_m < 1e-12);
             assert_eq!(
                 residual.validation.error_m,
@@ -110,10 +107,7 @@ fn what_was_seen_once_is_no_expectation_but_a_spread() {
     let known = deviations(layout, 1, |_, c, s| 2e-3 * bump(s) * (c as f64).cos());
     let residual = learn(&around_smooth(layout, &x, &known, 1));
     assert_eq!(residual.validation.folds, 0);
-    assert_eq!(
-        residual.expectation.weights(),
-        ExpectationWeights::default()
-    );
+    assert_eq!(residual.expectation.weights(), PredictorWeights::default());
     assert_eq!(expected_m(&residual, &numbers(0, layout)).amax(), 0.0);
     assert_eq!(residual.primitives.ncols(), 5);
     let trace_m2 = residual.covariance_m2.trace();

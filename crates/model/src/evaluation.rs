@@ -4,8 +4,8 @@
 use serde::{Deserialize, Serialize, Serializer};
 
 use crate::contact_dynamics::ContactDynamics;
+use crate::deviation_predictor::{Bandwidths, PredictorWeights};
 use crate::dictionary::{DictionaryKind, MethodChoice, StopReason, VelocityBounds};
-use crate::expectation::{Bandwidths, ExpectationWeights};
 use crate::finding::{Finding, Severity};
 use crate::finger::{Finger, HandAndFingers, PerFinger};
 use crate::intervals::Intervals;
@@ -195,7 +195,7 @@ pub struct DeviationFacts {
     pub demonstrations: usize,
     /// Weights of its parts.
     #[serde(flatten)]
-    pub weights: ExpectationWeights,
+    pub weights: PredictorWeights,
     /// Widths of its kernels.
     #[serde(flatten)]
     pub bandwidths: Bandwidths,

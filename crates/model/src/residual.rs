@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-use crate::expectation::Expectation;
+use crate::deviation_predictor::DeviationPredictor;
 use crate::segments::{EndConditions, FINGER_ENDS, SEGMENT_COORDINATES, SegmentLayout, ends_len};
 use crate::units::{Millimetres, Unit};
 
@@ -28,7 +28,7 @@ pub struct Residual {
     /// `B`: orthonormal primitives of the deviation as columns (rows x r), without unit.
     pub primitives: DMatrix<f64>,
     /// `mean(x)`.
-    pub expectation: Expectation,
+    pub expectation: DeviationPredictor,
     /// `Σ`: covariance of the activations around what was expected of them on takes left out of
     /// the regression, shrunk (r x r), m².
     pub covariance_m2: DMatrix<f64>,

@@ -1,8 +1,8 @@
 //! The learned deviation in a dictionary's file.
 
 use inhand_model::{
-    Bandwidths, Calibration, Expectation, ExpectationWeights, Residual, SegmentLayout, Validation,
-    ends_len,
+    Bandwidths, Calibration, DeviationPredictor, PredictorWeights, Residual, SegmentLayout,
+    Validation, ends_len,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -76,7 +76,7 @@ impl Decoder<'_> {
                 return Err(self.error("positive widths of the kernels", width));
             }
         }
-        let weights = ExpectationWeights {
+        let weights = PredictorWeights {
             profile: message.profile_weight,
             hand: message.hand_weight,
             finger: message.finger_weight,
@@ -92,7 +92,7 @@ impl Decoder<'_> {
         }
         let conditions = "demonstrations' boundary conditions";
         let activations = "demonstrations' activations";
-        let expectation = Expectation::new(
+        let expectation = DeviationPredictor::new(
             layout,
             blocks,
             self.matrix("profile", (rank, ends), message.profile)?,

@@ -15,10 +15,10 @@ use inhand_channels::{
 };
 use inhand_model::{
     Bandwidths, Body, BodyKind, BodySource, Calibration, Certificate, Clock, ConstraintFamily,
-    Demonstrated, Dictionary, DictionaryKind, Expectation, ExpectationWeights, Finding, Finger,
-    Hand, Hull, InputHash, Learning, LengthUnit, Marker, MarkerKind, MethodCandidate, MethodChoice,
-    Motion, Object, PerFamily, PerFinger, Plan, PlanChecks, PlanStatus, PointTrack, Pose,
-    PoseTrack, Position, Provenance, Recording, Relaxation, Residual, Restart, Roles,
+    Demonstrated, DeviationPredictor, Dictionary, DictionaryKind, Finding, Finger, Hand, Hull,
+    InputHash, Learning, LengthUnit, Marker, MarkerKind, MethodCandidate, MethodChoice, Motion,
+    Object, PerFamily, PerFinger, Plan, PlanChecks, PlanStatus, PointTrack, Pose, PoseTrack,
+    Position, PredictorWeights, Provenance, Recording, Relaxation, Residual, Restart, Roles,
     RotationOrder, SEGMENT_COORDINATES, SegmentLayout, Shape, Source, StartTime, Status,
     StopReason, TrackedBody, Trajectory, UpAxis, Validation, VelocityBounds, World, ends_len,
 };
@@ -542,7 +542,7 @@ pub(crate) fn residual_with(
         ends_mean: DVector::from_fn(ends, |i, _| noise(i)),
         ends_covariance: matrix(3, ends, ends),
         primitives,
-        expectation: Expectation::new(
+        expectation: DeviationPredictor::new(
             layout,
             blocks,
             matrix(5, rank, ends),
@@ -554,7 +554,7 @@ pub(crate) fn residual_with(
                 hand: 2.0,
                 finger: 0.5,
             },
-            ExpectationWeights {
+            PredictorWeights {
                 profile: 0.9,
                 hand: 0.3,
                 finger: 0.6,

@@ -1,7 +1,7 @@
 //! Widths and weights by predicting left-out takes.
 
 use inhand_model::{
-    Bandwidths, Calibration, Expectation, ExpectationWeights, SegmentOrigin, Validation,
+    Bandwidths, Calibration, DeviationPredictor, PredictorWeights, SegmentOrigin, Validation,
 };
 use nalgebra::{DMatrix, Matrix3, Vector3};
 use rayon::prelude::*;
@@ -44,7 +44,7 @@ struct LeftOut<'a> {
 /// Widths, weights and errors from the left-out takes.
 pub(super) struct Chosen {
     pub(super) bandwidths: Bandwidths,
-    pub(super) weights: ExpectationWeights,
+    pub(super) weights: PredictorWeights,
     pub(super) covariance_m2: DMatrix<f64>,
     pub(super) calibration: Vec<Calibration>,
     pub(super) validation: Validation,
@@ -94,7 +94,7 @@ pub(super) fn validate(
             hand: HAND_WIDTHS[choice.hand],
             finger: FINGER_WIDTHS[choice.finger],
         },
-        weights: ExpectationWeights {
+        weights: PredictorWeights {
             profile: choice.weights[0],
             hand: choice.weights[1],
             finger: choice.weights[2],
@@ -138,7 +138,7 @@ fn predict_fold(
     let ends = demonstrations.ends.select_columns(&fold.known);
     let answers = demonstrations.activations_m.select_columns(&fold.known) - &profile * &ends;
     let sizes = demonstrations.primitives.sizes();
-    let expectation = Expectation::new(demonstrations.layout, sizes, profile, ends, answers);
+    let expectation = DeviationPredictor::new(demonstrations.layout, sizes, profile, ends, answers);
     (fold.left_out.par_iter())
         .map(|&segment| {
             let ends = demonstrations.ends.column(segment).into_owned();

@@ -1,8 +1,8 @@
 //! Dictionaries, residuals and targets from formulas.
 
 use inhand_model::{
-    Bandwidths, Configuration, Demonstrated, Dictionary, DictionaryKind, EndConditions,
-    Expectation, ExpectationWeights, Hull, Learning, PerFinger, Residual, SEGMENT_COORDINATES,
+    Bandwidths, Configuration, Demonstrated, DeviationPredictor, Dictionary, DictionaryKind,
+    EndConditions, Hull, Learning, PerFinger, PredictorWeights, Residual, SEGMENT_COORDINATES,
     SegmentLayout, StopReason, Validation, VelocityBounds, ends_len,
 };
 use inhand_planner::{Ends, Method, PlannerSettings, Target};
@@ -196,7 +196,7 @@ pub(crate) fn residual(samples: usize, rank: usize, object: bool) -> Residual {
     if object {
         blocks.push(0);
     }
-    let expectation = Expectation::new(
+    let expectation = DeviationPredictor::new(
         layout,
         blocks,
         DMatrix::from_fn(rank, ends, |i, j| 0.02 * wave(i + 3, j)),
@@ -208,7 +208,7 @@ pub(crate) fn residual(samples: usize, rank: usize, object: bool) -> Residual {
             hand: 1.0,
             finger: 1.0,
         },
-        ExpectationWeights {
+        PredictorWeights {
             profile: 1.0,
             hand: 0.0,
             finger: 0.0,

@@ -1,4 +1,4 @@
-use inhand_model::{Evaluation, ExpectationWeights, MethodCandidate};
+use inhand_model::{Evaluation, MethodCandidate, PredictorWeights};
 use inhand_report::{Report, html, text_summary};
 
 use crate::page::{rows, text};
@@ -127,7 +127,7 @@ fn the_deviation_states_its_validation() {
     );
 
     let deviation = evaluation.dictionary.deviation.as_mut().unwrap();
-    deviation.weights = ExpectationWeights::default();
+    deviation.weights = PredictorWeights::default();
     deviation.validation.error_m = deviation.validation.smooth_error_m;
     deviation.validation.standard_error_m = 0.0;
     let told = words(&evaluation);

@@ -6,11 +6,10 @@ mod motion;
 
 use inhand_model::{
     Bandwidths, Collision, ConstraintFamily, ContactShare, CorridorCoverage, DeviationFacts,
-    DictionaryFacts, DictionaryKind, Evaluation, ExpectationWeights, FamilyFacts, Finding, Finger,
-    HandAndFingers, InputHash, MethodCandidate, MethodChoice, MethodEvaluation, ObjectError,
-    PerFinger, PlanFacts, Provenance, Reachability, SessionFacts, Statistics, StopReason,
-    TakeFacts, TakeQuality, TauShare, TrackCounts, TrackQuality, Validation, VelocityBounds,
-    VelocityCheck,
+    DictionaryFacts, DictionaryKind, Evaluation, FamilyFacts, Finding, Finger, HandAndFingers,
+    InputHash, MethodCandidate, MethodChoice, MethodEvaluation, ObjectError, PerFinger, PlanFacts,
+    PredictorWeights, Provenance, Reachability, SessionFacts, Statistics, StopReason, TakeFacts,
+    TakeQuality, TauShare, TrackCounts, TrackQuality, Validation, VelocityBounds, VelocityCheck,
 };
 
 const SEGMENTS: usize = 119;
@@ -362,7 +361,7 @@ pub(crate) fn evaluation(object: bool) -> Evaluation {
             deviation: Some(DeviationFacts {
                 primitives: 140,
                 demonstrations: 590,
-                weights: ExpectationWeights {
+                weights: PredictorWeights {
                     profile: 0.82,
                     hand: 0.36,
                     finger: 0.54,

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{Bandwidths, Expectation, ExpectationWeights};
+use super::{Bandwidths, DeviationPredictor, PredictorWeights};
 use crate::segments::{SegmentLayout, ends_len};
 
 fn layout(object: bool) -> SegmentLayout {
@@ -29,15 +29,15 @@ fn blocks(object: bool) -> Vec<usize> {
     blocks
 }
 
-fn of_ends(ends: &DMatrix<f64>, object: bool) -> Expectation {
+fn of_ends(ends: &DMatrix<f64>, object: bool) -> DeviationPredictor {
     let blocks = blocks(object);
     let rank = blocks.iter().sum();
     let profile = table(rank, ends_len(layout(object)), 7);
     let answers = table(rank, ends.ncols(), 8);
-    Expectation::new(layout(object), blocks, profile, ends.clone(), answers)
+    DeviationPredictor::new(layout(object), blocks, profile, ends.clone(), answers)
 }
 
-fn made(count: usize, object: bool) -> Expectation {
+fn made(count: usize, object: bool) -> DeviationPredictor {
     of_ends(&table(ends_len(layout(object)), count, 1), object)
 }
 
@@ -45,7 +45,7 @@ fn query(object: bool) -> DVector<f64> {
     table(ends_len(layout(object)), 1, 2).column(0).into_owned()
 }
 
-const ALL: ExpectationWeights = ExpectationWeights {
+const ALL: PredictorWeights = PredictorWeights {
     profile: 0.7,
     hand: 0.4,
     finger: 0.9,
@@ -56,8 +56,8 @@ const WIDTHS: Bandwidths = Bandwidths {
     finger: 2.0,
 };
 
-fn only(profile: f64, hand: f64, finger: f64) -> ExpectationWeights {
-    ExpectationWeights {
+fn only(profile: f64, hand: f64, finger: f64) -> PredictorWeights {
+    PredictorWeights {
         profile,
         hand,
         finger,

@@ -27,9 +27,9 @@ const OBJECT_MOTION_FEATURES: usize = 6;
 /// Standard deviation (metres, or m/s) below which a feature never changes: a nanometre is rounding.
 const SMALLEST_DEVIATION: f64 = 1e-9;
 
-/// Weights of the three parts of an [`Expectation`], without unit; all zero gives the smooth curve.
+/// Weights of the three parts of an [`DeviationPredictor`], without unit; all zero gives the smooth curve.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct ExpectationWeights {
+pub struct PredictorWeights {
     /// Of the shared profile.
     #[serde(rename = "profile_weight")]
     pub profile: f64,
@@ -56,7 +56,7 @@ pub struct ExpectationWeights {
 /// * `k_finger(x)`: the same for each finger by itself, over its displacement and velocities (and
 ///   the object's), wherever in the hand they happen: it carries from one object to another.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Expectation {
+pub struct DeviationPredictor {
     layout: SegmentLayout,
     blocks: Vec<usize>,
     /// `L` (r x d).
@@ -76,7 +76,7 @@ pub struct Expectation {
     /// end to end for every expectation.
     by_activation: DMatrix<f64>,
     bandwidths: Bandwidths,
-    weights: ExpectationWeights,
+    weights: PredictorWeights,
 }
 
 /// Widths of the Gaussian kernels, in standard deviations of the features.
@@ -97,7 +97,7 @@ pub struct Distances {
     fingers: [Vec<f64>; Finger::COUNT],
 }
 
-impl Expectation {
+impl DeviationPredictor {
     /// From demonstrations: their end conditions (d x n) and what the profile `L` (r x d) leaves of
     /// their activations (r x n, metres). `blocks` are the numbers of activations of each finger,
     /// then of the object where the layout has it; they sum to r. All weights are zero.
@@ -152,13 +152,13 @@ impl Expectation {
                 hand: 2.0,
                 finger: 0.5,
             },
-            weights: ExpectationWeights::default(),
+            weights: PredictorWeights::default(),
         }
     }
 
     /// The same with these widths and weights.
     #[must_use]
-    pub fn weighted(mut self, bandwidths: Bandwidths, weights: ExpectationWeights) -> Self {
+    pub fn weighted(mut self, bandwidths: Bandwidths, weights: PredictorWeights) -> Self {
         (self.bandwidths, self.weights) = (bandwidths, weights);
         self
     }
@@ -194,7 +194,7 @@ impl Expectation {
     }
 
     /// Weights of the three parts.
-    pub const fn weights(&self) -> ExpectationWeights {
+    pub const fn weights(&self) -> PredictorWeights {
         self.weights
     }
 
@@ -223,7 +223,7 @@ impl Expectation {
         let mut parts = DMatrix::zeros(self.answers.nrows(), 3);
         parts.set_column(0, &(&self.profile * ends));
         for (column, hand, finger) in [(1, 1.0, 0.0), (2, 0.0, 1.0)] {
-            let weights = ExpectationWeights {
+            let weights = PredictorWeights {
                 profile: 0.0,
                 hand,
                 finger,
@@ -294,7 +294,7 @@ impl Expectation {
         &self,
         distances: Distances,
         widths: Bandwidths,
-        weights: ExpectationWeights,
+        weights: PredictorWeights,
     ) -> Vec<Vec<f64>> {
         let Distances { mut hand, fingers } = distances;
         let hand_total = kernels(&mut hand, widths.hand);

@@ -44,7 +44,7 @@ mod grasp;
 mod motion;
 mod surface;
 
-mod capture;
+mod camera_system;
 
 mod faults;
 

@@ -9,7 +9,7 @@ use inhand_model::{
 };
 use nalgebra::Isometry3;
 
-use crate::capture::{capture_body, capture_marker, draw_gaps};
+use crate::camera_system::{capture_body, capture_marker, draw_gaps};
 use crate::choreography::{Choreography, choreograph};
 use crate::error::SimulationError;
 use crate::motion::HandMotion;

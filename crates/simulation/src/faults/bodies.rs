@@ -6,7 +6,7 @@ use inhand_model::{Body, Pose, Position, Status};
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
 use super::{Planting, log_uniform};
-use crate::capture::Fit;
+use crate::camera_system::Fit;
 use crate::error::SimulationError;
 use crate::random::Random;
 use crate::take::FaultKind;

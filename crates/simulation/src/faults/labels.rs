@@ -6,7 +6,7 @@ use inhand_model::{Finger, Hand, MarkerKind, PointTrack, Position, Status};
 use nalgebra::Vector3;
 
 use super::{MAX_DRAWS, Planting, log_uniform};
-use crate::capture::{draw_gaps, marker};
+use crate::camera_system::{draw_gaps, marker};
 use crate::error::SimulationError;
 use crate::random::{Purpose, Random};
 use crate::settings::GapSettings;

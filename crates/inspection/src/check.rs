@@ -4,9 +4,9 @@ mod bodies;
 mod checkup;
 mod convention;
 mod gaps;
-mod hand;
-mod origin;
+mod hand_size;
 mod output;
+mod source_and_roles;
 mod subject;
 mod timing;
 mod up;
@@ -96,7 +96,7 @@ pub fn check(
     suspects: &[Suspect],
     settings: &CheckSettings,
 ) -> Checkup {
-    let mut results = origin::findings(recording);
+    let mut results = source_and_roles::findings(recording);
     let mut subject = Subject::new(recording, settings);
     let motion = match roles {
         Ok(roles) => (subject.set_roles(roles))
@@ -104,13 +104,13 @@ pub fn check(
             .map_err(|error| results.push(unusable(&error.to_string())))
             .ok(),
         Err(why) => {
-            results.push(origin::roles_open(why));
+            results.push(source_and_roles::roles_open(why));
             None
         }
     };
     results.extend(timing::rate(recording));
     results.extend(timing::frozen(&subject));
-    results.extend(origin::duplicate_names(&subject));
+    results.extend(source_and_roles::duplicate_names(&subject));
     // What would be a wrong number comes before what is only missing.
     results.extend(suspected(&recording.clock, suspects));
     results.extend(gaps::gaps(&subject));
@@ -119,8 +119,8 @@ pub fn check(
     results.extend(convention::convention(recording));
     results.extend(up::up_axis(&subject));
     match &motion {
-        Some(motion) => results.extend(hand::hand_size(recording, motion, settings)),
-        None => results.extend(hand::volume(recording)),
+        Some(motion) => results.extend(hand_size::hand_size(recording, motion, settings)),
+        None => results.extend(hand_size::volume(recording)),
     }
     let segments = motion.map(|motion| segments(&motion, settings));
     results.extend(segments.map(|found| segment_result(found, recording, settings)));
@@ -141,7 +141,7 @@ fn unusable(why: &str) -> CheckResult {
     let (hand, object) = (Setting::Hand, Setting::Object);
     CheckResult::new("roles", Level::Fail, "")
         .expected("a hand whose pose is known")
-        .found(origin::what_and_what_there_is(why))
+        .found(source_and_roles::what_and_what_there_is(why))
         .advice(format!(
             "name another body or other markers with {hand} and {object}"
         ))

@@ -5,7 +5,7 @@ use std::ops::Range;
 use inhand_model::{Recording, Sample, Track, runs};
 
 use super::checkup::{CheckResult, Level};
-use super::origin::finding_id;
+use super::source_and_roles::finding_id;
 use super::subject::Subject;
 use super::words::{count, names, percent, times};
 

@@ -32,6 +32,7 @@ mod error;
 mod figures;
 mod files;
 mod found_events;
+mod hand_state;
 mod long_take;
 mod manifest;
 pub mod matrices;
@@ -43,7 +44,6 @@ mod run;
 mod session;
 pub mod sessions;
 mod settings;
-mod state;
 pub mod steps;
 mod stored;
 pub mod tables;
@@ -59,6 +59,7 @@ pub use dictionary_file::{DictionaryFile, read as read_dictionary, write as writ
 pub use error::{Located, SessionError};
 pub use figures::write_figures;
 pub use files::hex_sha256;
+pub use hand_state::{HandState, StateRole, read_state};
 pub use inhand_motion::GapFill;
 pub use long_take::{LongTake, TakeInput};
 pub use manifest::{PlanMs, RunJson, peak_memory_bytes, plan_times_beside};
@@ -74,7 +75,6 @@ pub use settings::{
     ObjectInSegments, ObjectSettings, PlanSection, ProcessSection, Role, SegmentSection,
     SelectSection, Settings, SourceSettings, TakeEntry,
 };
-pub use state::{State, StateRole, read_state};
 pub use stored::evaluate_stored;
 pub use take::{
     Cleaning, Take, check_rates, describe_source, hash_take, read, read_clean, read_session,

@@ -11,9 +11,9 @@ use inhand_model::{
 use inhand_planner::{Holding, Knot, Target, Tips, plan_chain};
 
 use crate::error::{SessionError, invalid};
+use crate::hand_state::HandState;
 use crate::methods::Method;
 use crate::settings::Settings;
-use crate::state::State;
 use crate::steps::{Hold, hold_settings, plan_error, planner};
 use crate::take_file::write_parts;
 
@@ -23,11 +23,11 @@ pub struct PlanRequest {
     /// By which method; a learned one.
     pub method: Method,
     /// Where motion starts.
-    pub start: State,
+    pub start: HandState,
     /// Where it ends.
-    pub goal: State,
+    pub goal: HandState,
     /// What it passes, with times in seconds since the start.
-    pub via: Vec<(f64, State)>,
+    pub via: Vec<(f64, HandState)>,
     /// How long it takes, seconds; a segment of the dictionary where it is not given.
     pub duration_s: Option<f64>,
     /// Fingers that have to reach what is given; the others follow.
@@ -180,7 +180,7 @@ fn check_objects(
     Ok(())
 }
 
-fn knot(time_s: f64, state: &State) -> Knot {
+fn knot(time_s: f64, state: &HandState) -> Knot {
     Knot {
         time_s,
         tips: Tips(state.fingertips_m),
@@ -190,7 +190,7 @@ fn knot(time_s: f64, state: &State) -> Knot {
 
 /// Velocity at a point on the way: as a file gives it. That of a take is an average over the
 /// samples after it, too coarse to be passed with exactly.
-fn via_velocity(state: &State) -> PerFinger<Option<[f64; 3]>> {
+fn via_velocity(state: &HandState) -> PerFinger<Option<[f64; 3]>> {
     match state.sample {
         None => state.velocity_m_s,
         Some(_) => PerFinger::default(),
@@ -243,7 +243,7 @@ fn holding(
     layout: SegmentLayout,
     hold: &Hold,
 ) -> Result<Holding, SessionError> {
-    let known = |state: &State| {
+    let known = |state: &HandState| {
         let mut configuration = [0.0; SEGMENT_COORDINATES];
         for (finger, tip) in state.fingertips_m.iter() {
             let row = SegmentLayout::row(0, finger, 0);
@@ -251,7 +251,7 @@ fn holding(
         }
         Some((configuration, state.object?))
     };
-    let missing = |state: &State, what: &str| {
+    let missing = |state: &HandState, what: &str| {
         SessionError::data(
             format!("{what} ({})", state.source.name),
             "expected all five fingertips and the object, for fingers to hold it, found fewer",

@@ -29,7 +29,7 @@ const QUATERNION_TOLERANCE: f64 = 1e-3;
 
 /// Where fingertips and object are, and how fast the fingertips move; hand frame.
 #[derive(Clone, Debug, PartialEq)]
-pub struct State {
+pub struct HandState {
     /// Fingertip positions, metres, as far as they are known.
     pub fingertips_m: PerFinger<Option<[f64; 3]>>,
     /// Fingertip velocities, m/s, as far as they are known.
@@ -64,7 +64,7 @@ pub fn read_state(
     role: StateRole,
     settings: &Settings,
     reuse: bool,
-) -> Result<State, SessionError> {
+) -> Result<HandState, SessionError> {
     let at = text.rsplit_once('@').filter(|_| !Path::new(text).is_file());
     let Some((path, seconds)) = at else {
         return from_json(Path::new(text));
@@ -124,12 +124,12 @@ struct ObjectJson {
     quaternion_xyzw: [f64; 4],
 }
 
-fn from_json(path: &Path) -> Result<State, SessionError> {
+fn from_json(path: &Path) -> Result<HandState, SessionError> {
     let bytes = std::fs::read(path).map_err(SessionError::io("read", path))?;
     let place = path.display().to_string();
     let state: StateJson = serde_json::from_slice(&bytes)
         .map_err(|error| fault(&place, "a state as JSON", &error.to_string()))?;
-    Ok(State {
+    Ok(HandState {
         fingertips_m: tips(&place, "fingertips_m", &state.fingertips_m)?,
         velocity_m_s: tips(&place, "velocity_m_s", &state.velocity_m_s)?,
         object: (state.object)
@@ -181,7 +181,7 @@ fn from_take(
     time_s: f64,
     (role, reuse): (StateRole, bool),
     settings: &Settings,
-) -> Result<State, SessionError> {
+) -> Result<HandState, SessionError> {
     let take = take::read_clean(path, settings)?;
     let motions = steps::motions(std::slice::from_ref(&take), settings, reuse)?;
     let motion = (motions.first()).expect("as many motions as takes were given");
@@ -220,7 +220,7 @@ fn from_take(
         let per_second = rate_hz / margin as f64;
         Some([0, 1, 2].map(|axis| (b[axis] - a[axis]) * per_second))
     });
-    Ok(State {
+    Ok(HandState {
         fingertips_m,
         velocity_m_s,
         object: object_at(motion, k),
@@ -239,7 +239,7 @@ fn object_at(motion: &Motion, k: usize) -> Option<Pose<Hand, Object>> {
 mod tests {
     use super::*;
 
-    fn read(text: &str) -> Result<State, String> {
+    fn read(text: &str) -> Result<HandState, String> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("goal.json");
         std::fs::write(&path, text).unwrap();

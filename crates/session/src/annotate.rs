@@ -224,8 +224,8 @@ impl Vocabulary {
     pub fn read(path: &Path) -> Result<Self, SessionError> {
         let text = std::fs::read_to_string(path).map_err(SessionError::io("read", path))?;
         let wrong = |message: String| SessionError::usage(path, message);
-        let table: toml::Table = toml::from_str(&text)
-            .map_err(|error| wrong(error.to_string().trim_end().to_owned()))?;
+        let table: toml::Table = (text.parse())
+            .map_err(|error: toml::de::Error| wrong(error.to_string().trim_end().to_owned()))?;
         let values = |key: &str, value: toml::Value| {
             match value {
                 toml::Value::String(word) if word == "any" => Ok(None),

@@ -6,7 +6,6 @@ use std::str::FromStr;
 
 use inhand_curves::curves;
 use inhand_model::{EndConditions, SegmentLayout, Trajectory};
-use serde::de::{IntoDeserializer, value};
 use serde::{Deserialize, Serialize};
 
 use crate::error::{SessionError, invalid};
@@ -107,7 +106,8 @@ impl FromStr for Method {
     type Err = SessionError;
 
     fn from_str(name: &str) -> Result<Self, SessionError> {
-        Self::deserialize(name.into_deserializer()).map_err(|_: value::Error| {
+        let mut known = std::iter::once(Method::Auto).chain(Method::ALL);
+        known.find(|method| method.name() == name).ok_or_else(|| {
             let names = Method::ALL.map(Method::name).join(", ");
             invalid("plan.methods", &format!("auto, {names}"), &name)
         })

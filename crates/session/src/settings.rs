@@ -11,8 +11,27 @@ use serde::{Deserialize, Serialize};
 
 use crate::methods::Method;
 
+/// Declares a table of settings with the default of each.
+macro_rules! section {
+    ($(#[$about:meta])* pub struct $name:ident { $($(#[$what:meta])* pub $key:ident: $kind:ty = $default:expr,)* }) => {
+        $(#[$about])*
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+        #[serde(default, deny_unknown_fields)]
+        pub struct $name {
+            $($(#[$what])* pub $key: $kind,)*
+        }
+
+        impl Default for $name {
+            fn default() -> Self {
+                Self { $($key: $default,)* }
+            }
+        }
+    };
+}
+
 mod check;
 mod clean;
+mod tree;
 
 pub use clean::CleanSection;
 
@@ -158,22 +177,22 @@ pub struct ObjectSettings {
     pub offset_m: [f64; 3],
 }
 
-/// Gaps and filter.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct ProcessSection {
-    /// Longest gap that is filled, seconds.
-    pub max_gap_s: f64,
-    /// How gaps are filled.
-    pub fill: GapFill,
-    /// The filter.
-    pub filter: FilterKind,
-    /// Window of the median and Savitzky-Golay filters, samples.
-    pub window: usize,
-    /// Order of the Savitzky-Golay and Butterworth filters.
-    pub order: usize,
-    /// Cut-off of the Butterworth filter after both passes, Hz.
-    pub cutoff_hz: f64,
+section! {
+    /// Gaps and filter.
+    pub struct ProcessSection {
+        /// Longest gap that is filled, seconds.
+        pub max_gap_s: f64 = 0.1,
+        /// How gaps are filled.
+        pub fill: GapFill = GapFill::Cubic,
+        /// The filter.
+        pub filter: FilterKind = FilterKind::Median,
+        /// Window of the median and Savitzky-Golay filters, samples.
+        pub window: usize = 50,
+        /// Order of the Savitzky-Golay and Butterworth filters.
+        pub order: usize = 2,
+        /// Cut-off of the Butterworth filter after both passes, Hz.
+        pub cutoff_hz: f64 = 6.0,
+    }
 }
 
 /// A filter of `inhand_motion`, whose numbers are settings of their own.
@@ -190,87 +209,64 @@ pub enum FilterKind {
     None,
 }
 
-impl Default for ProcessSection {
-    fn default() -> Self {
-        Self {
-            max_gap_s: 0.1,
-            fill: GapFill::Cubic,
-            filter: FilterKind::Median,
-            window: 50,
-            order: 2,
-            cutoff_hz: 6.0,
-        }
+section! {
+    /// How takes are cut.
+    pub struct SegmentSection {
+        /// Samples from one training segment to the next; 0 for no overlap. Test segments never
+        /// overlap.
+        pub stride: usize = 0,
+        /// Seconds kept free at both ends of an interval; end velocities are taken over them.
+        pub margin_s: f64 = 0.04,
+        /// How much of a training segment may be missing between its ends, seconds. Non-negative
+        /// primitives learn from what is there; deviations from the smooth curve and principal components
+        /// from complete segments only.
+        pub missing_s: f64 = 0.0,
     }
 }
 
-/// How takes are cut.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct SegmentSection {
-    /// Samples from one training segment to the next; 0 for no overlap. Test segments never
-    /// overlap.
-    pub stride: usize,
-    /// Seconds kept free at both ends of an interval; end velocities are taken over them.
-    pub margin_s: f64,
-    /// How much of a training segment may be missing between its ends, seconds. Non-negative
-    /// primitives learn from what is there; deviations from the smooth curve and principal components
-    /// from complete segments only.
-    pub missing_s: f64,
-}
-
-impl Default for SegmentSection {
-    fn default() -> Self {
-        Self {
-            stride: 0,
-            margin_s: 0.04,
-            missing_s: 0.0,
-        }
+section! {
+    /// The dictionary.
+    pub struct LearnSection {
+        /// Which primitives `prior` plans with.
+        pub kind: DictionaryKind = DictionaryKind::Nmf,
+        /// Number of primitives; 200 where it is not given, or as many as there are segments.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub rank: Option<usize> = None,
+        /// Primitives of each finger's deviation from the smooth curve, for `residual`.
+        pub deviation_primitives: usize = DEVIATION_PRIMITIVES,
+        /// Most segments that deviations are learned from: more are drawn from by the seed.
+        pub deviation_segments: usize = 4096,
+        /// Whether segments carry the object.
+        pub object: ObjectInSegments = ObjectInSegments::Auto,
+        /// Update of the factors.
+        pub update: Update = NmfSettings::default().update,
+        /// Where primitives start.
+        pub start: Start = NmfSettings::default().start,
+        /// Seed of the random start.
+        pub seed: u64 = NmfSettings::default().seed,
+        /// Random starts, with seeds counted up; the best is kept.
+        pub restarts: usize = NmfSettings::default().restarts,
+        /// Kind of numbers.
+        pub precision: Precision = NmfSettings::default().precision,
+        /// What activations cost: weight of their sum, on a scale that does not depend on the number of
+        /// segments or their length.
+        pub activation_l1: f64 = 0.0,
+        /// Weight of half the sum of their squares.
+        pub activation_l2: f64 = 0.0,
+        /// What primitives cost, in the same way.
+        pub primitive_l1: f64 = 0.0,
+        /// Weight of half the sum of their squares.
+        pub primitive_l2: f64 = 0.0,
+        /// Most iterations.
+        pub max_iterations: usize = NmfSettings::default().max_iterations,
+        /// Sweeps over each factor in an iteration.
+        pub sweeps: usize = NmfSettings::default().sweeps,
+        /// Stop when a sweep lowers the objective by less than this share of it.
+        pub relative_change: f64 = NmfSettings::default().relative_change,
+        /// Stop at this reconstruction error, millimetres.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub stop_rms_mm: Option<f64> = None,
     }
-}
-
-/// The dictionary.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct LearnSection {
-    /// Which primitives `prior` plans with.
-    pub kind: DictionaryKind,
-    /// Number of primitives; 200 where it is not given, or as many as there are segments.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub rank: Option<usize>,
-    /// Primitives of each finger's deviation from the smooth curve, for `residual`.
-    pub deviation_primitives: usize,
-    /// Most segments that deviations are learned from: more are drawn from by the seed.
-    pub deviation_segments: usize,
-    /// Whether segments carry the object.
-    pub object: ObjectInSegments,
-    /// Update of the factors.
-    pub update: Update,
-    /// Where primitives start.
-    pub start: Start,
-    /// Seed of the random start.
-    pub seed: u64,
-    /// Random starts, with seeds counted up; the best is kept.
-    pub restarts: usize,
-    /// Kind of numbers.
-    pub precision: Precision,
-    /// What activations cost: weight of their sum, on a scale that does not depend on the number of
-    /// segments or their length.
-    pub activation_l1: f64,
-    /// Weight of half the sum of their squares.
-    pub activation_l2: f64,
-    /// What primitives cost, in the same way.
-    pub primitive_l1: f64,
-    /// Weight of half the sum of their squares.
-    pub primitive_l2: f64,
-    /// Most iterations.
-    pub max_iterations: usize,
-    /// Sweeps over each factor in an iteration.
-    pub sweeps: usize,
-    /// Stop when a sweep lowers the objective by less than this share of it.
-    pub relative_change: f64,
-    /// Stop at this reconstruction error, millimetres.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub stop_rms_mm: Option<f64>,
 }
 
 /// Whether segments carry the object.
@@ -285,67 +281,41 @@ pub enum ObjectInSegments {
     No,
 }
 
-impl Default for LearnSection {
-    fn default() -> Self {
-        let nmf = NmfSettings::default();
-        Self {
-            kind: DictionaryKind::Nmf,
-            rank: None,
-            deviation_primitives: DEVIATION_PRIMITIVES,
-            deviation_segments: 4096,
-            object: ObjectInSegments::Auto,
-            update: nmf.update,
-            start: nmf.start,
-            seed: nmf.seed,
-            restarts: nmf.restarts,
-            precision: nmf.precision,
-            activation_l1: 0.0,
-            activation_l2: 0.0,
-            primitive_l1: 0.0,
-            primitive_l2: 0.0,
-            max_iterations: nmf.max_iterations,
-            sweeps: nmf.sweeps,
-            relative_change: nmf.relative_change,
-            stop_rms_mm: None,
-        }
+section! {
+    /// Generation.
+    pub struct PlanSection {
+        /// Methods in the order of the report; the first is the default one.
+        pub methods: Vec<Method> = Method::ALL.to_vec(),
+        /// How start and goal are met.
+        pub ends: EndsKind = EndsKind::Soft,
+        /// How exactly start and goal are met: standard deviation, millimetres.
+        pub sigma_mm: f64 = 0.1,
+        /// How exactly the object's start and goal are met: standard deviation of its position,
+        /// millimetres. `(sigma_mm / object_sigma_mm)²` is the paper's weight alpha.
+        pub object_sigma_mm: f64 = 0.2,
+        /// The same of its rotation, degrees.
+        pub object_sigma_deg: f64 = 0.5,
+        /// Ridge that makes `paper` unique, in units of millimetres.
+        pub ridge: f64 = 1e-4,
+        /// Velocity bounds: training extremes times this; 0 for none.
+        pub velocity_factor: f64 = PlannerSettings::VELOCITY_FACTOR,
+        /// Velocity bound of every finger and axis instead, m/s.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub velocity_m_s: Option<f64> = None,
+        /// Acceleration bound of every finger and axis, m/s².
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub acceleration_m_s2: Option<f64> = None,
+        /// Whether fingertips have to stay inside their training hulls.
+        pub reachability: bool = false,
+        /// How far outside they may be then, millimetres.
+        pub reachability_margin_mm: f64 = 0.0,
+        /// Least distance between two fingertips, millimetres.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub separation_mm: Option<f64> = None,
+        /// Whether fingers in contact at start and goal have to stay within `evaluate.tau_mm` of their
+        /// contact points, as the object carries them.
+        pub holding: bool = false,
     }
-}
-
-/// Generation.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct PlanSection {
-    /// Methods in the order of the report; the first is the default one.
-    pub methods: Vec<Method>,
-    /// How start and goal are met.
-    pub ends: EndsKind,
-    /// How exactly start and goal are met: standard deviation, millimetres.
-    pub sigma_mm: f64,
-    /// How exactly the object's start and goal are met: standard deviation of its position,
-    /// millimetres. `(sigma_mm / object_sigma_mm)²` is the paper's weight alpha.
-    pub object_sigma_mm: f64,
-    /// The same of its rotation, degrees.
-    pub object_sigma_deg: f64,
-    /// Ridge that makes `paper` unique, in units of millimetres.
-    pub ridge: f64,
-    /// Velocity bounds: training extremes times this; 0 for none.
-    pub velocity_factor: f64,
-    /// Velocity bound of every finger and axis instead, m/s.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub velocity_m_s: Option<f64>,
-    /// Acceleration bound of every finger and axis, m/s².
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub acceleration_m_s2: Option<f64>,
-    /// Whether fingertips have to stay inside their training hulls.
-    pub reachability: bool,
-    /// How far outside they may be then, millimetres.
-    pub reachability_margin_mm: f64,
-    /// Least distance between two fingertips, millimetres.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub separation_mm: Option<f64>,
-    /// Whether fingers in contact at start and goal have to stay within `evaluate.tau_mm` of their
-    /// contact points, as the object carries them.
-    pub holding: bool,
 }
 
 /// How start and goal are met.
@@ -358,59 +328,24 @@ pub enum EndsKind {
     Hard,
 }
 
-impl Default for PlanSection {
-    fn default() -> Self {
-        Self {
-            methods: Method::ALL.to_vec(),
-            ends: EndsKind::Soft,
-            sigma_mm: 0.1,
-            object_sigma_mm: 0.2,
-            object_sigma_deg: 0.5,
-            ridge: 1e-4,
-            velocity_factor: PlannerSettings::VELOCITY_FACTOR,
-            velocity_m_s: None,
-            acceleration_m_s2: None,
-            reachability: false,
-            reachability_margin_mm: 0.0,
-            separation_mm: None,
-            holding: false,
-        }
-    }
-}
-
-/// Thresholds of the evaluation.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct EvaluateSection {
-    /// Largest distance to the object's surface that counts as contact, millimetres.
-    pub tau_mm: f64,
-    /// Two fingertips nearer than this collide, millimetres.
-    pub collision_mm: f64,
-    /// Distance from marker to finger pad by finger name, millimetres; taken off the distance.
-    pub pad_offset_mm: BTreeMap<String, f64>,
-    /// Contacts, and lifts, that last less are no changes of contact, seconds.
-    pub min_contact_s: f64,
-    /// A finger that stays off longer than this has left the grasp, seconds: setting down again is no gait.
-    pub max_lift_s: f64,
-    /// Fingers in contact that make a grasp.
-    pub grasp_fingers: usize,
-    /// Draws of the bootstrap behind intervals; 0 for none.
-    pub draws: usize,
-    /// Share of the draws inside an interval.
-    pub confidence: f64,
-}
-
-impl Default for EvaluateSection {
-    fn default() -> Self {
-        Self {
-            tau_mm: 5.0,
-            collision_mm: 10.0,
-            pad_offset_mm: BTreeMap::new(),
-            min_contact_s: 0.05,
-            max_lift_s: 1.0,
-            grasp_fingers: 3,
-            draws: 2000,
-            confidence: 0.95,
-        }
+section! {
+    /// Thresholds of the evaluation.
+    pub struct EvaluateSection {
+        /// Largest distance to the object's surface that counts as contact, millimetres.
+        pub tau_mm: f64 = 5.0,
+        /// Two fingertips nearer than this collide, millimetres.
+        pub collision_mm: f64 = 10.0,
+        /// Distance from marker to finger pad by finger name, millimetres; taken off the distance.
+        pub pad_offset_mm: BTreeMap<String, f64> = BTreeMap::new(),
+        /// Contacts, and lifts, that last less are no changes of contact, seconds.
+        pub min_contact_s: f64 = 0.05,
+        /// A finger that stays off longer than this has left the grasp, seconds: setting down again is no gait.
+        pub max_lift_s: f64 = 1.0,
+        /// Fingers in contact that make a grasp.
+        pub grasp_fingers: usize = 3,
+        /// Draws of the bootstrap behind intervals; 0 for none.
+        pub draws: usize = 2000,
+        /// Share of the draws inside an interval.
+        pub confidence: f64 = 0.95,
     }
 }

@@ -109,11 +109,9 @@ fn stored_segments(
 fn earlier_selection(take: &Take) -> SelectSection {
     let generated =
         (take.provenance.iter().rev()).find(|step| step.step == "generate" || step.step == "run");
-    let settings = generated.and_then(|step| {
-        let settings: serde_json::Value = serde_json::from_str(&step.settings_json).ok()?;
-        serde_json::from_value(settings.get("select")?.clone()).ok()
-    });
-    settings.unwrap_or_default()
+    generated
+        .and_then(|step| SelectSection::recorded(&step.settings_json))
+        .unwrap_or_default()
 }
 
 /// A take whose motion was generated with another dictionary cannot be judged by this one.

@@ -35,15 +35,9 @@ pub struct LearningPlan {
     pub blocks: usize,
     /// Training takes in order.
     pub takes: Vec<PlannedTake>,
-    /// Effective settings.
+    /// Effective settings; written and read by their own crate.
+    #[serde(skip)]
     pub settings: Settings,
-}
-
-/// Who began a run.
-#[derive(Deserialize)]
-struct Begun {
-    format: u32,
-    tool: String,
 }
 
 /// A take of the run.
@@ -60,7 +54,19 @@ pub struct PlannedTake {
 
 impl LearningPlan {
     fn json(&self) -> String {
-        serde_json::to_string_pretty(self).map_or_else(|e| e.to_string(), |text| text + "\n")
+        let text = serde_json::to_string_pretty(self).unwrap_or_else(|error| error.to_string());
+        let settings = self.settings.pretty_json().replace('\n', "\n  ");
+        let open = text.trim_end_matches("\n}");
+        format!("{open},\n  \"settings\": {settings}\n}}\n")
+    }
+
+    fn read(mut json: Value) -> Result<Self, String> {
+        let settings = json
+            .as_object_mut()
+            .and_then(|plan| plan.remove("settings"));
+        let settings = Settings::from_json(&settings.ok_or("missing field `settings`")?)?;
+        let plan = serde_json::from_value(json).map_err(|error| error.to_string())?;
+        Ok(Self { settings, ..plan })
     }
 }
 
@@ -91,16 +97,20 @@ impl LearningFolder {
             }
             Err(error) => return Err(SessionError::io("read", &path)(error)),
         };
-        let not_a_plan = |error| wrong(format!("not the plan of a run: {error}"));
+        let not_a_plan = |error: String| wrong(format!("not the plan of a run: {error}"));
+        let json: Value =
+            serde_json::from_str(&text).map_err(|error| not_a_plan(error.to_string()))?;
         // The rest of another version's plan may be anything.
-        let Begun { format, tool } = serde_json::from_str(&text).map_err(not_a_plan)?;
-        if format != FORMAT || tool != TOOL {
+        let (Some(format), Some(tool)) = (json["format"].as_u64(), json["tool"].as_str()) else {
+            return Err(not_a_plan("it names no format and tool".to_owned()));
+        };
+        if format != u64::from(FORMAT) || tool != TOOL {
             return Err(wrong(format!(
                 "the run was begun by {tool} (form {format}), this is {TOOL} (form {FORMAT}): go on with \
                  the version that began it, or begin again"
             )));
         }
-        let plan: LearningPlan = serde_json::from_str(&text).map_err(not_a_plan)?;
+        let plan = LearningPlan::read(json).map_err(not_a_plan)?;
         plan.settings.validate()?;
         Ok(Self {
             root: root.to_owned(),
@@ -123,8 +133,7 @@ impl LearningFolder {
                 ),
             )
         };
-        let [begun, now] = [&self.plan.settings, settings]
-            .map(|settings| serde_json::to_value(settings).unwrap_or_default());
+        let [begun, now] = [&self.plan.settings, settings].map(Settings::to_json);
         if let Some(key) = first_difference(&begun, &now, "") {
             return Err(wrong(&format!("another value of setting {key}")));
         }
@@ -334,6 +343,8 @@ pub(crate) fn table_path(root: &Path, take: usize) -> PathBuf {
 
 #[cfg(test)]
 mod tests {
+    use serde::Serialize;
+
     use super::*;
 
     #[test]
@@ -353,5 +364,47 @@ mod tests {
             path.display()
         );
         assert_eq!(message, expected);
+    }
+
+    #[test]
+    fn plan_is_one_document_with_its_settings() {
+        #[derive(Serialize)]
+        struct Whole<'a> {
+            #[serde(flatten)]
+            plan: &'a LearningPlan,
+            settings: &'a Settings,
+        }
+        let take = PlannedTake {
+            file: InputHash {
+                name: "a\n}.csv".to_owned(),
+                sha256: "00".to_owned(),
+            },
+            samples: 3,
+            segments: 2,
+        };
+        for takes in [Vec::new(), vec![take]] {
+            let plan = LearningPlan {
+                format: FORMAT,
+                tool: TOOL.to_owned(),
+                layout: SegmentLayout::one_second(100.0),
+                segments: 2,
+                left_out: 0,
+                blocks: 1,
+                takes,
+                settings: Settings {
+                    participant: Some("a\nb".to_owned()),
+                    ..Settings::default()
+                },
+            };
+            let settings = &plan.settings;
+            let whole = Whole {
+                plan: &plan,
+                settings,
+            };
+            let expected = serde_json::to_string_pretty(&whole).unwrap() + "\n";
+            assert_eq!(plan.json(), expected);
+            let read = LearningPlan::read(serde_json::from_str(&expected).unwrap());
+            assert_eq!(read, Ok(plan));
+        }
     }
 }

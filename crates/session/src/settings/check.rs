@@ -13,8 +13,9 @@ use inhand_dictionary::LearnError;
 use inhand_import::ImportSettings;
 use inhand_model::{DictionaryKind, Finger, PerFinger, Selection, Shape};
 use inhand_motion::{Filter, ProcessSettings};
+use serde_json::Value;
 
-use super::{FilterKind, LearnSection, Settings};
+use super::{FilterKind, LearnSection, SelectSection, Settings, tree};
 use crate::error::{SessionError, invalid};
 use crate::methods::Method;
 
@@ -26,7 +27,7 @@ impl Settings {
     /// [`SessionError::Settings`] with the place in the file, [`SessionError::Io`].
     pub fn read(path: &Path) -> Result<Self, SessionError> {
         let text = std::fs::read_to_string(path).map_err(SessionError::io("read", path))?;
-        toml::from_str(&text)
+        tree::from_toml(&text)
             .map_err(|error| SessionError::usage(path, error.to_string().trim_end()))
     }
 
@@ -266,10 +267,30 @@ impl Settings {
         }
     }
 
+    /// The settings that a JSON object holds.
+    ///
+    /// # Errors
+    ///
+    /// What cannot be used.
+    pub fn from_json(value: &Value) -> Result<Self, String> {
+        tree::from_json(value)
+    }
+
+    /// All settings as JSON, a line each, in the order of their definition.
+    pub fn pretty_json(&self) -> String {
+        // Serialising plain structs of words and numbers cannot fail.
+        serde_json::to_string_pretty(self).unwrap_or_else(|error| error.to_string())
+    }
+
+    /// All settings as JSON.
+    pub fn to_json(&self) -> Value {
+        // Read back, so that sections are written by one serializer.
+        serde_json::from_str(&self.pretty_json()).unwrap_or_default()
+    }
+
     /// All settings as one line of JSON with sorted keys.
     pub(crate) fn json(&self) -> String {
-        // Serialising plain structs of words and finite numbers cannot fail.
-        serde_json::to_value(self).map_or_else(|e| e.to_string(), |v| v.to_string())
+        self.to_json().to_string()
     }
 
     /// Settings that affect numbers, as one line of JSON with sorted keys, for provenance.
@@ -279,6 +300,14 @@ impl Settings {
             ..self.clone()
         };
         without_takes.json()
+    }
+}
+
+impl SelectSection {
+    /// The selection in the settings that a step recorded, where it recorded any.
+    pub(crate) fn recorded(settings_json: &str) -> Option<Self> {
+        let settings: Value = serde_json::from_str(settings_json).ok()?;
+        tree::from_json(settings.get("select")?).ok()
     }
 }
 

@@ -9,41 +9,26 @@ use serde::{Deserialize, Serialize};
 use super::check::finger;
 use crate::error::SessionError;
 
-/// Which steps of cleaning are taken; by default none.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct CleanSection {
-    /// Whether flipped bodies are turned back.
-    pub flips: bool,
-    /// Whether exchanged fingertips are exchanged back.
-    pub swaps: bool,
-    /// Whether spikes are taken away.
-    pub spikes: bool,
-    /// Whether unlabelled markers that go on where a fingertip is lost become that fingertip.
-    pub stitch: bool,
-    /// How gaps are filled in the recording. Processing fills what is left by its own setting.
-    pub fill: FillMethod,
-    /// Longest gap that is filled so, seconds.
-    pub fill_limit_s: f64,
-    /// New rate of the recording, Hz.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub resample_hz: Option<f64>,
-    /// From marker to pad by finger name, in the axes of the hand's body, millimetres.
-    pub pad_mm: BTreeMap<String, [f64; 3]>,
-}
-
-impl Default for CleanSection {
-    fn default() -> Self {
-        Self {
-            flips: false,
-            swaps: false,
-            spikes: false,
-            stitch: false,
-            fill: FillMethod::None,
-            fill_limit_s: 0.1,
-            resample_hz: None,
-            pad_mm: BTreeMap::new(),
-        }
+section! {
+    /// Which steps of cleaning are taken; by default none.
+    pub struct CleanSection {
+        /// Whether flipped bodies are turned back.
+        pub flips: bool = false,
+        /// Whether exchanged fingertips are exchanged back.
+        pub swaps: bool = false,
+        /// Whether spikes are taken away.
+        pub spikes: bool = false,
+        /// Whether unlabelled markers that go on where a fingertip is lost become that fingertip.
+        pub stitch: bool = false,
+        /// How gaps are filled in the recording. Processing fills what is left by its own setting.
+        pub fill: FillMethod = FillMethod::None,
+        /// Longest gap that is filled so, seconds.
+        pub fill_limit_s: f64 = 0.1,
+        /// New rate of the recording, Hz.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub resample_hz: Option<f64> = None,
+        /// From marker to pad by finger name, in the axes of the hand's body, millimetres.
+        pub pad_mm: BTreeMap<String, [f64; 3]> = BTreeMap::new(),
     }
 }
 

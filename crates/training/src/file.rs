@@ -33,9 +33,14 @@ pub(crate) fn write(
 ) -> Result<(), SessionError> {
     let bytes = postcard::to_extend(&(label, value), MAGIC.to_vec());
     let bytes = bytes.map_err(|error| SessionError::data(path, error.to_string()))?;
-    let checksum = Sha256::digest(&bytes);
+    write_bytes(path, &bytes, durable)
+}
+
+// Apart from what depends on the value, which is compiled once for each.
+fn write_bytes(path: &Path, bytes: &[u8], durable: bool) -> Result<(), SessionError> {
+    let checksum = Sha256::digest(bytes);
     let write = |out: &mut std::io::BufWriter<std::fs::File>| {
-        out.write_all(&bytes)
+        out.write_all(bytes)
             .and_then(|()| out.write_all(&checksum))
             .map_err(SessionError::io("write", path))
     };
@@ -56,12 +61,17 @@ pub(crate) fn read<T: DeserializeOwned>(path: &Path, expected: &Label) -> Result
     parse(&bytes, expected).map_err(|message| SessionError::data(path, message))
 }
 
+fn damaged() -> String {
+    "the file is damaged or cut off (its checksum does not fit): sums are written again by \
+     `inhand learn stats` once they are removed; anything else means to begin the run again"
+        .to_owned()
+}
+
 fn parse<T: DeserializeOwned>(bytes: &[u8], expected: &Label) -> Result<T, String> {
-    let damaged = || {
-        "the file is damaged or cut off (its checksum does not fit): sums are written again by \
-         `inhand learn stats` once they are removed; anything else means to begin the run again"
-            .to_owned()
-    };
+    postcard::from_bytes(value_of(bytes, expected)?).map_err(|_| damaged())
+}
+
+fn value_of<'a>(bytes: &'a [u8], expected: &Label) -> Result<&'a [u8], String> {
     if bytes.first_chunk() != Some(MAGIC) {
         return Err("expected a file of a learning folder, found something else".to_owned());
     }
@@ -89,7 +99,7 @@ fn parse<T: DeserializeOwned>(bytes: &[u8], expected: &Label) -> Result<T, Strin
             found.start, found.round, expected.start, expected.round
         ));
     }
-    postcard::from_bytes(value).map_err(|_| damaged())
+    Ok(value)
 }
 
 #[cfg(test)]

@@ -31,7 +31,6 @@ macro_rules! section {
 
 mod check;
 mod clean;
-mod tree;
 
 pub use clean::CleanSection;
 

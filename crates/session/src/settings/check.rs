@@ -13,9 +13,10 @@ use inhand_dictionary::LearnError;
 use inhand_import::ImportSettings;
 use inhand_model::{DictionaryKind, Finger, PerFinger, Selection, Shape};
 use inhand_motion::{Filter, ProcessSettings};
+use serde::de::DeserializeOwned;
 use serde_json::Value;
 
-use super::{FilterKind, LearnSection, SelectSection, Settings, tree};
+use super::{FilterKind, LearnSection, SelectSection, Settings};
 use crate::error::{SessionError, invalid};
 use crate::methods::Method;
 
@@ -27,8 +28,9 @@ impl Settings {
     /// [`SessionError::Settings`] with the place in the file, [`SessionError::Io`].
     pub fn read(path: &Path) -> Result<Self, SessionError> {
         let text = std::fs::read_to_string(path).map_err(SessionError::io("read", path))?;
-        tree::from_toml(&text)
-            .map_err(|error| SessionError::usage(path, error.to_string().trim_end()))
+        toml::from_str(&text).map_err(|error: toml::de::Error| {
+            SessionError::usage(path, error.to_string().trim_end())
+        })
     }
 
     /// The settings as a TOML file that gives them again.
@@ -273,19 +275,13 @@ impl Settings {
     ///
     /// What cannot be used.
     pub fn from_json(value: &Value) -> Result<Self, String> {
-        tree::from_json(value)
-    }
-
-    /// All settings as JSON, a line each, in the order of their definition.
-    pub fn pretty_json(&self) -> String {
-        // Serialising plain structs of words and numbers cannot fail.
-        serde_json::to_string_pretty(self).unwrap_or_else(|error| error.to_string())
+        from_json(value)
     }
 
     /// All settings as JSON.
     pub fn to_json(&self) -> Value {
-        // Read back, so that sections are written by one serializer.
-        serde_json::from_str(&self.pretty_json()).unwrap_or_default()
+        // Serialising plain structs of words and numbers cannot fail.
+        serde_json::to_value(self).unwrap_or_default()
     }
 
     /// All settings as one line of JSON with sorted keys.
@@ -307,8 +303,14 @@ impl SelectSection {
     /// The selection in the settings that a step recorded, where it recorded any.
     pub(crate) fn recorded(settings_json: &str) -> Option<Self> {
         let settings: Value = serde_json::from_str(settings_json).ok()?;
-        tree::from_json(settings.get("select")?).ok()
+        from_json(settings.get("select")?).ok()
     }
+}
+
+/// By way of TOML: one deserializer reads all settings.
+fn from_json<T: DeserializeOwned>(value: &Value) -> Result<T, String> {
+    let text = toml::to_string(value).map_err(|error| error.to_string())?;
+    toml::from_str(&text).map_err(|error| error.message().to_owned())
 }
 
 fn require(ok: bool, key: &str, expected: &str, found: &impl Display) -> Result<(), SessionError> {

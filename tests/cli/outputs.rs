@@ -94,3 +94,30 @@ fn leftovers_of_an_interrupted_run_vanish() {
     bench.run("out", &[]);
     assert!(!bench.path("out/.inhand-unfinished-abc").exists());
 }
+
+#[cfg(unix)]
+#[test]
+fn devices_and_fifos_are_written_to() {
+    use std::os::unix::fs::FileTypeExt as _;
+    let bench = Bench::csv();
+    let take = "session/train/cube_train_01.csv";
+    let made = std::process::Command::new("mkfifo")
+        .arg(bench.path("pipe"))
+        .status();
+    assert!(made.expect("mkfifo runs").success());
+    std::os::unix::fs::symlink("pipe", bench.path("link")).unwrap();
+    bench.ok(&["convert", take, "-o", "take.mcap"]);
+    for name in ["pipe", "link"] {
+        let pipe = bench.path("pipe");
+        let reader = std::thread::spawn(move || std::fs::read(pipe).unwrap());
+        bench.ok(&["convert", take, "-o", name]);
+        assert!(reader.join().unwrap() == bench.bytes("take.mcap"));
+    }
+    let kind = |path| std::fs::symlink_metadata(path).unwrap().file_type();
+    assert!(kind(bench.path("pipe")).is_fifo());
+    assert!(kind(bench.path("link")).is_symlink());
+    for force in [&[][..], &["--force"]] {
+        bench.ok(&[&["convert", take, "-o", "/dev/null"], force].concat());
+        assert!(kind("/dev/null".into()).is_char_device());
+    }
+}

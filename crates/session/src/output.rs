@@ -2,7 +2,7 @@
 
 use std::fs::File;
 use std::io::{BufWriter, Write as _};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use tempfile::{TempDir, TempPath};
 
@@ -28,7 +28,8 @@ pub(crate) fn remove_unfinished(folder: &Path) {
     }
 }
 
-/// Writes a file beside its target and renames it, so that nobody ever sees half of it.
+/// Writes a file beside its target and renames it, so that nobody ever sees half of it. A device or a FIFO
+/// is written to, and a link is followed: neither is replaced.
 ///
 /// # Errors
 ///
@@ -37,9 +38,7 @@ pub fn write_atomic(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<File>) -> Result<(), SessionError>,
 ) -> Result<(), SessionError> {
-    let (mut out, temporary) = begin(path)?;
-    write(&mut out)?;
-    rename(out, temporary, path, false)
+    write_whole(path, write, false)
 }
 
 /// The same for a file that must outlast a crash of the machine.
@@ -51,30 +50,50 @@ pub fn write_durable(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<File>) -> Result<(), SessionError>,
 ) -> Result<(), SessionError> {
-    let (mut out, temporary) = begin(path)?;
-    write(&mut out)?;
-    rename(out, temporary, path, true)
+    write_whole(path, write, true)
 }
 
-/// A temporary file beside its target.
-fn begin(path: &Path) -> Result<(BufWriter<File>, TempPath), SessionError> {
-    let folder = make_folder_of(path)?;
+fn write_whole(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<File>) -> Result<(), SessionError>,
+    durable: bool,
+) -> Result<(), SessionError> {
+    let link = path.is_symlink().then(|| path.canonicalize());
+    let link = link.and_then(Result::ok);
+    let path = link.as_deref().unwrap_or(path);
+    let folder = folder_for_unfinished(path)?;
     let temporary = tempfile::Builder::new()
         .prefix(TEMPORARY_PREFIX)
         .tempfile_in(folder)
         .map_err(SessionError::io("write", path))?;
     let (file, temporary) = temporary.into_parts();
-    Ok((BufWriter::with_capacity(1 << 20, file), temporary))
+    let mut out = BufWriter::with_capacity(1 << 20, file);
+    write(&mut out)?;
+    out.flush().map_err(SessionError::io("write", path))?;
+    match is_stream(path) {
+        true => copy_into(path, &temporary).map_err(SessionError::io("write", path)),
+        false => rename(out, temporary, path, durable),
+    }
+}
+
+/// Whether a path is a device, a FIFO or a socket.
+pub fn is_stream(path: &Path) -> bool {
+    std::fs::metadata(path).is_ok_and(|facts| !facts.is_file() && !facts.is_dir())
+}
+
+fn copy_into(stream: &Path, finished: &Path) -> std::io::Result<()> {
+    let mut stream = File::options().write(true).open(stream)?;
+    std::io::copy(&mut File::open(finished)?, &mut stream)?;
+    Ok(())
 }
 
 /// Gives a temporary file the name of its target.
 fn rename(
-    mut out: BufWriter<File>,
+    out: BufWriter<File>,
     temporary: TempPath,
     path: &Path,
     durable: bool,
 ) -> Result<(), SessionError> {
-    out.flush().map_err(SessionError::io("write", path))?;
     if durable {
         // What is read by other processes, or by a later call after a crash, has to be on the disk
         // before its name is; and some network file systems say only now that there is no room.
@@ -103,17 +122,27 @@ fn make_folder_of(path: &Path) -> Result<&Path, SessionError> {
     Ok(folder)
 }
 
+/// Folder of an output while it is unfinished.
+///
+/// Some formats seek back while they are written, which a FIFO cannot: it gets the finished file.
+fn folder_for_unfinished(path: &Path) -> Result<PathBuf, SessionError> {
+    match is_stream(path) {
+        true => Ok(std::env::temp_dir()),
+        false => make_folder_of(path).map(Path::to_owned),
+    }
+}
+
 /// A temporary folder beside an output, on a disk that has room for it.
 ///
 /// # Errors
 ///
 /// [`SessionError::Io`].
 pub fn scratch_folder(output: &Path) -> Result<TempDir, SessionError> {
-    let folder = make_folder_of(output)?;
+    let folder = folder_for_unfinished(output)?;
     tempfile::Builder::new()
         .prefix(TEMPORARY_PREFIX)
-        .tempdir_in(folder)
-        .map_err(SessionError::io("create a folder in", folder))
+        .tempdir_in(&folder)
+        .map_err(SessionError::io("create a folder in", &folder))
 }
 
 /// Writes text by [`write_atomic`].
@@ -136,7 +165,7 @@ pub fn same_file(a: &Path, b: &Path) -> bool {
     }
 }
 
-/// Refuses an output that is also an input, or that exists and may not be replaced.
+/// Refuses an output that is also an input, or that exists and may not be replaced; a device or a FIFO is never replaced.
 ///
 /// # Errors
 ///
@@ -156,7 +185,7 @@ pub fn check_target(
     if path.is_dir() {
         return refuse("the output is a folder: name a file in it");
     }
-    if may_replace() {
+    if is_stream(path) || may_replace() {
         return Ok(());
     }
     refuse("the output exists and was not made from the same inputs: --force replaces it")

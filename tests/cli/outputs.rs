@@ -121,3 +121,39 @@ fn devices_and_fifos_are_written_to() {
         assert!(kind("/dev/null".into()).is_char_device());
     }
 }
+
+#[test]
+fn an_ending_that_is_not_written_is_refused() {
+    let bench = Bench::empty();
+    bench.write("a.mcap", "");
+    bench.write("b.mcap", "");
+    bench.write("evaluation.json", "");
+    let state = "a.mcap@0";
+    let plan = ["plan", "-d", "b.mcap", "--from", state, "--to", state];
+    for verb in [
+        &["convert", "a.mcap"][..],
+        &["process", "a.mcap"],
+        &["clean", "a.mcap", "--repair"],
+        &["generate", "-d", "b.mcap", "a.mcap"],
+        &["learn", "a.mcap"],
+        &["cut", "a.mcap"],
+        &["filter", "a.mcap"],
+        &["merge", "a.mcap", "b.mcap"],
+        &["recover", "a.mcap"],
+        &["view", "a.mcap"],
+        &["overlay", "a.mcap", "b.mcap"],
+        &["annotate", "add", "a.mcap", "--at", "1", "--label", "x"],
+        &plan,
+        &["evaluate", "-d", "b.mcap", "a.mcap"],
+        &["report", "evaluation.json"],
+    ] {
+        for name in ["x.tsv", "x", "new/x."] {
+            let output = bench.inhand(&[verb, &["-o", name]].concat());
+            let message = stderr(&output);
+            assert_eq!(output.status.code(), Some(2), "{verb:?}: {message}");
+            let wanted = format!("-o {name}: expected a file that ends in .");
+            assert!(message.contains(&wanted), "{verb:?}: {message}");
+        }
+    }
+    assert_eq!(bench.files("."), ["a.mcap", "b.mcap", "evaluation.json"]);
+}

@@ -4,9 +4,10 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::Args;
-use inhand_session::{check_target, write_text};
+use inhand_session::{check_target, is_stream, write_text};
 
 use crate::console::{Console, data};
+use crate::exit::UsageError;
 
 /// An output file.
 #[derive(Clone, Debug, Args)]
@@ -23,6 +24,12 @@ impl OutputFile {
     /// Refuses an output that is an input, or exists without --force.
     pub(crate) fn check<P: AsRef<Path>>(&self, inputs: &[P]) -> Result<()> {
         check_outputs([&self.output], inputs, self.force)
+    }
+
+    /// The same for an MCAP file, whose name has to say so.
+    pub(crate) fn check_mcap<P: AsRef<Path>>(&self, inputs: &[P]) -> Result<()> {
+        ending(&self.output, &["mcap"])?;
+        self.check(inputs)
     }
 }
 
@@ -51,6 +58,22 @@ impl TextOutput {
         write_text(output, text)?;
         console.wrote(output);
         Ok(())
+    }
+}
+
+/// The ending of an output, one of those that the command writes. A device or a FIFO needs none.
+pub(crate) fn ending<'a>(output: &Path, known: &[&'a str]) -> Result<&'a str, UsageError> {
+    let extension = output
+        .extension()
+        .map(|e| e.to_string_lossy().to_lowercase());
+    let found = (known.iter()).find(|known| Some(**known) == extension.as_deref());
+    match found.or_else(|| is_stream(output).then(|| &known[0])) {
+        Some(found) => Ok(found),
+        None => Err(UsageError(format!(
+            "-o {}: expected a file that ends in .{}",
+            output.display(),
+            known.join(", .")
+        ))),
     }
 }
 

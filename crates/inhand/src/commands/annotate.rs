@@ -253,7 +253,7 @@ impl Target {
             .into_iter()
             .chain(also_read)
             .chain(&self.vocabulary);
-        self.output.check(&read.collect::<Vec<_>>())?;
+        self.output.check_mcap(&read.collect::<Vec<_>>())?;
         let (file, output) = (&self.file, &self.output.output);
         let annotated = annotate::read(file)?;
         let mut annotations = annotated.own.clone();

@@ -40,7 +40,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         return usage("-o names one file: expected one input, or a folder for several");
     }
     let inputs = &args.inputs;
-    let targets = targets(inputs, &args.output)?;
+    let targets = targets(inputs, &args.output, &["mcap", "csv", "trc", "c3d"])?;
     let mut takes = Vec::with_capacity(inputs.len());
     for path in inputs {
         let take = match vendor {

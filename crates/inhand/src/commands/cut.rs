@@ -12,7 +12,7 @@ use serde_json::json;
 use crate::console::{Console, print};
 use crate::exit::{Exit, usage};
 use crate::options::Format;
-use crate::output::check_outputs;
+use crate::output::{check_outputs, ending};
 
 /// Cut a time range from an MCAP file of any origin; what stays is byte for byte as it was.
 ///
@@ -53,8 +53,12 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
+    let one_file = args.event.is_empty() && args.without.is_empty();
+    if one_file {
+        ending(&args.output, &["mcap"])?;
+    }
     let keep = containers::interval(&args.input, args.from, args.to)?;
-    let outputs = match args.event.is_empty() && args.without.is_empty() {
+    let outputs = match one_file {
         true => vec![(args.output.clone(), vec![keep])],
         false => outputs(args, by_events(args, keep)?),
     };

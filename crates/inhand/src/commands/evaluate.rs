@@ -10,7 +10,7 @@ use crate::commands::{read_takes, say_used};
 use crate::console::{Console, data};
 use crate::exit::{Exit, usage};
 use crate::options::{EvaluateOptions, Format, TakeOptions};
-use crate::output::{OutputFile, check_outputs};
+use crate::output::{OutputFile, check_outputs, ending};
 
 /// Compare generated with recorded motion in takes and write evaluation.json.
 #[derive(Debug, clap::Args)]
@@ -45,6 +45,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     args.evaluate.apply(&mut settings);
     settings.validate()?;
     let output = &args.output.output;
+    ending(output, &["json"])?;
     let inputs: Vec<_> = args.inputs.iter().chain([&args.dictionary]).collect();
     let outputs = [output].into_iter().chain(&args.rows);
     check_outputs(outputs, &inputs, args.output.force)?;

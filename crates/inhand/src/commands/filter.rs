@@ -52,7 +52,7 @@ const PACKINGS: [(&str, Packing); 3] = [
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let included = patterns("--include-topic-regex", &args.include_topic_regex)?;
     let excluded = patterns("--exclude-topic-regex", &args.exclude_topic_regex)?;
-    args.output.check(&[&args.input])?;
+    args.output.check_mcap(&[&args.input])?;
     let matches = |patterns: &[Regex], topic: &str| patterns.iter().any(|p| p.is_match(topic));
     let keep = |channel: &ChannelFacts| {
         (included.is_empty() || matches(&included, &channel.topic))

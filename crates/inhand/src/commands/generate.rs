@@ -37,14 +37,14 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     args.method.apply(&mut settings);
     args.plan.apply(&mut settings);
     settings.validate()?;
-    let dictionary = inhand_session::read_dictionary(&args.dictionary)?;
-    let methods = steps::settled_methods(&dictionary.dictionary, &settings)?;
     let (takes, targets) = takes_and_targets(
         console,
         (&args.inputs, Some(&args.dictionary)),
         (&args.output, args.writing.force),
         &settings,
     )?;
+    let dictionary = inhand_session::read_dictionary(&args.dictionary)?;
+    let methods = steps::settled_methods(&dictionary.dictionary, &settings)?;
     say_used(console, &takes, &settings)?;
     let motions = steps::motions(&takes, &settings, args.takes.process.reuse())?;
     let mut failed = 0;

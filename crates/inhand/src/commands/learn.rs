@@ -17,7 +17,7 @@ use crate::commands::say_findings;
 use crate::console::{Console, print};
 use crate::exit::{Exit, UsageError, usage};
 use crate::options::{Format, LearnOptions, MethodOptions, TakeOptions};
-use crate::output::check_outputs;
+use crate::output::{check_outputs, ending};
 
 /// Learn a dictionary of motion primitives from takes.
 ///
@@ -121,6 +121,7 @@ fn run_whole(console: &Console, args: &Args) -> Result<Exit> {
         return usage("expected -o DICTIONARY");
     };
     let mut settings = args.options.settings()?;
+    ending(output, &["mcap"])?;
     check_outputs(&args.output, &args.inputs, args.force)?;
     check_together(args, &mut settings)?;
     let choice = match args.options.learn.ranks() {

@@ -40,7 +40,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
             return usage(format!("{} is named twice", input.display()));
         }
     }
-    args.output.check(&inputs)?;
+    args.output.check_mcap(&inputs)?;
     let merged = containers::merge(&inputs, &args.output.output, args.keep_both)?;
     let written = &merged.written;
     let text = || {

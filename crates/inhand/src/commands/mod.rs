@@ -38,7 +38,8 @@ use inhand_model::{InputHash, Recording};
 use inhand_session::{Settings, Take, check_target};
 
 use crate::console::Console;
-use crate::exit::{Exit, usage};
+use crate::exit::{Exit, UsageError, usage};
+use crate::output::ending;
 
 /// The commands; a variant without a line of its own takes the first line of its arguments.
 #[derive(Debug, Subcommand)]
@@ -123,14 +124,17 @@ impl Command {
     }
 }
 
-/// Output file of each input: `-o` itself for one input, a file in the folder `-o` for several.
-fn targets(inputs: &[PathBuf], output: &Path) -> Result<Vec<PathBuf>> {
+/// Output file of each input: `-o` itself for one input, which has one of these endings, a file in the folder `-o`
+/// for several.
+fn targets(inputs: &[PathBuf], output: &Path, endings: &[&str]) -> Result<Vec<PathBuf>> {
     if let [_] = inputs
         && !output.is_dir()
     {
+        ending(output, endings)
+            .map_err(|error| UsageError(format!("{error}, or a folder that exists")))?;
         return Ok(vec![output.to_owned()]);
     }
-    if output.is_file() {
+    if output.exists() && !output.is_dir() {
         return usage(format!(
             "-o {}: expected a folder for {} inputs",
             output.display(),
@@ -182,7 +186,7 @@ fn takes_and_targets(
     (output, force): (&Path, bool),
     settings: &Settings,
 ) -> Result<(Vec<Take>, Vec<PathBuf>)> {
-    let targets = targets(inputs, output)?;
+    let targets = targets(inputs, output, &["mcap"])?;
     let takes = read_takes(console, inputs, settings)?;
     let read: Vec<&PathBuf> = inputs.iter().chain(also_read).collect();
     for (take, target) in takes.iter().zip(&targets) {

@@ -73,7 +73,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         methods: methods(&args.methods),
         align: align(args),
     };
-    args.output.check(&args.inputs)?;
+    args.output.check_mcap(&args.inputs)?;
     let output = &args.output.output;
     let overlaid = overlay(&options, output, &settings)?;
     for (file, finding) in &overlaid.findings {

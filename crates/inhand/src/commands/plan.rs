@@ -14,7 +14,7 @@ use crate::exit::Exit;
 use crate::options::{
     EvaluateOptions, Format, OutputOptions, PlanOptions, ProcessOptions, SourceOptions, word,
 };
-use crate::output::check_outputs;
+use crate::output::{check_outputs, ending};
 
 /// Largest miss of a target that is no reason for a warning, metres.
 const MISSED_M: f64 = 1e-3;
@@ -75,6 +75,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     args.evaluate.apply(&mut settings);
     settings.plan.methods = vec![args.method];
     settings.validate()?;
+    ending(&args.output, &["mcap"])?;
     let dictionary = inhand_session::read_dictionary(&args.dictionary)?;
     let mut methods = steps::settled_methods(&dictionary.dictionary, &settings)?;
     let method = methods.remove(0);

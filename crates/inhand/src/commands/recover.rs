@@ -31,7 +31,7 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
-    args.output.check(&[&args.input])?;
+    args.output.check_mcap(&[&args.input])?;
     let output = &args.output.output;
     let recovered = containers::recover(&args.input, output)?;
     print(args.format, || text(&recovered), || as_json(&recovered))?;

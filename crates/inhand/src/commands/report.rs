@@ -11,7 +11,7 @@ use inhand_session::{plan_times_beside, write_text};
 
 use crate::console::{Console, data};
 use crate::exit::{Exit, UsageError, usage};
-use crate::output::check_outputs;
+use crate::output::{check_outputs, ending};
 
 /// Write an evaluation as a page or in Markdown; join many into one report
 ///
@@ -129,23 +129,12 @@ fn text_of(summary: &Summary, form: &str) -> Result<String> {
 
 /// The format of each output, as its extension names it.
 fn forms<'a>(outputs: &[PathBuf], known: &[&'a str]) -> Result<Vec<&'a str>, UsageError> {
-    let form = |path: &PathBuf| {
-        let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-        let mut known = known.iter().copied();
-        known.find(|known| Some(*known) == extension.as_deref())
-    };
     let mut forms = Vec::with_capacity(outputs.len());
     for (place, output) in outputs.iter().enumerate() {
-        let shown = output.display();
         if outputs[..place].contains(output) {
-            return Err(UsageError(format!("-o names {shown} twice")));
+            return Err(UsageError(format!("-o names {} twice", output.display())));
         }
-        forms.push(form(output).ok_or_else(|| {
-            let endings = known.join(", .");
-            UsageError(format!(
-                "-o {shown}: expected a file that ends in .{endings}"
-            ))
-        })?);
+        forms.push(ending(output, known)?);
     }
     Ok(forms)
 }

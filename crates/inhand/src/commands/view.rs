@@ -43,7 +43,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let mut settings = args.source.effective(None)?;
     settings.object.shape = args.object.clone().or(settings.object.shape);
     settings.validate()?;
-    let targets = targets(&args.inputs, &args.output)?;
+    let targets = targets(&args.inputs, &args.output, &["mcap"])?;
     let read: Vec<_> = args.inputs.iter().chain(&args.dictionary).collect();
     check_outputs(&targets, &read, args.force)?;
     let dictionary = (args.dictionary.as_deref()).map(inhand_session::read_dictionary);

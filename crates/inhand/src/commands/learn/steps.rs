@@ -147,7 +147,7 @@ pub(super) fn update(args: &UpdateArgs) -> Result<Exit> {
 }
 
 pub(super) fn finish(console: &Console, args: &FinishArgs) -> Result<Exit> {
-    args.output.check::<PathBuf>(&[])?;
+    args.output.check_mcap::<PathBuf>(&[])?;
     let folder = LearningFolder::open(&args.folder)?;
     let learned = inhand_training::finish(&folder)?;
     write_learned(

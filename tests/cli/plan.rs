@@ -258,3 +258,39 @@ fn auto_says_what_it_chose_and_the_dictionary_remembers() {
         assert_eq!(planned(&bench, &args)["method"], choice["method"]);
     }
 }
+
+#[test]
+fn a_missed_goal_is_not_solved() {
+    let bench = Bench::csv();
+    bench.run("out", &[]);
+    let start = format!("{TAKE}@2.0");
+    bench.write("goal.json", r#"{"fingertips_m": {"thumb": [0.3, 0.0, 0.0]}}"#);
+    let far = ["--from", &start, "--to", "goal.json", "--force"];
+    let call = [&PLAN[..], &far, &["--format", "json"]].concat();
+    let output = bench.inhand(&call);
+    let message = stderr(&output);
+    assert_eq!(output.status.code(), Some(3), "{message}");
+    assert!(
+        message.contains("warning  target of thumb at 0.99 s is"),
+        "{message}"
+    );
+    assert!(message.contains("mm outside its training hull"), "{message}");
+    let outcome: Value = serde_json::from_slice(&output.stdout).expect("the outcome is JSON");
+    assert_eq!(outcome["status"], "missed");
+    assert_eq!(outcome["plans"][0]["status"], "missed");
+    let miss_m = outcome["worst_miss_m"].as_f64().unwrap();
+    assert!((0.01..0.4).contains(&miss_m), "{miss_m}");
+    let targets = outcome["targets"].as_array().unwrap();
+    // Five fingers at the start, one at the goal.
+    assert_eq!(targets.len(), 6);
+    assert_eq!(targets[5]["finger"], "thumb");
+    assert_eq!(targets[5]["miss_m"], miss_m);
+    assert!(bench.path("plan.mcap").is_file());
+
+    let text = bench.ok(&[&PLAN[..], &far, &["--allow-miss"]].concat());
+    assert!(text.contains(" · missed by "), "{text}");
+    assert!(text.contains(" mm (thumb at 0.99 s)"), "{text}");
+    let met = format!("{TAKE}@2.99");
+    let outcome = planned(&bench, &["--from", &start, "--to", &met]);
+    assert_eq!(outcome["status"], "solved");
+}

@@ -67,7 +67,7 @@ pub use methods::Method;
 pub use output::{
     check_target, is_stream, same_file, scratch_folder, write_atomic, write_durable, write_text,
 };
-pub use plan::{PlanRequest, Planned, plan_motion, write_plan};
+pub use plan::{MetTarget, PlanRequest, Planned, plan_motion, write_plan};
 pub use run::{Event, RunFiles, RunOptions, RunResult, provenance, run};
 pub use session::{SETTINGS_FILE, Session, SessionTake, is_take, list_takes, locate};
 pub use settings::{

@@ -4,9 +4,10 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use inhand_channels::{GeneratedMethod, GeneratedSegment, TakeFile};
+use inhand_contact::HullProbe;
 use inhand_model::{
-    Clock, Dictionary, Finger, LengthUnit, ObjectEnds, PerFinger, Plan, Provenance, Recording,
-    SEGMENT_COORDINATES, SegmentLayout, Source, StartTime, Trajectory, UpAxis,
+    Clock, Dictionary, Finger, Hull, LengthUnit, ObjectEnds, PerFinger, Plan, Provenance,
+    Recording, SEGMENT_COORDINATES, SegmentLayout, Source, StartTime, Trajectory, UpAxis,
 };
 use inhand_planner::{Holding, Knot, Target, Tips, plan_chain};
 
@@ -48,9 +49,21 @@ pub struct Planned {
     /// Time for all plans; that of preparing the dictionary for targets that give the same parts is
     /// in it for a single motion.
     pub time: Duration,
-    /// The farthest that the motion passes from a position it was given, metres: of start, goal and
-    /// what lies between.
-    pub worst_miss_m: Option<f64>,
+    /// The positions it was given and how the motion meets them; empty without one.
+    pub targets: Vec<MetTarget>,
+}
+
+/// A position that a motion was given.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MetTarget {
+    /// Time since the start of the motion, seconds.
+    pub time_s: f64,
+    /// Finger.
+    pub finger: Finger,
+    /// Distance of the motion from it, metres.
+    pub miss_m: f64,
+    /// Signed distance of it to the finger's training hull, metres: negative inside.
+    pub hull_distance_m: f64,
 }
 
 /// Plans a motion: a single segment where it lasts as long as one, else a chain of segments with
@@ -74,6 +87,7 @@ pub fn plan_motion(
         )
     })?;
     let layout = planner.layout();
+    let hulls = &dictionary.demonstrated.hulls;
     let segment_s = layout.duration_s();
     let duration_s = request.duration_s.unwrap_or(segment_s);
     let error = |source| plan_error(method, source);
@@ -94,7 +108,7 @@ pub fn plan_motion(
             method,
             layout,
             time: begin.elapsed(),
-            worst_miss_m: worst_miss_m(request, duration_s, plan.trajectory.as_ref()),
+            targets: met_targets(request, duration_s, plan.trajectory.as_ref(), hulls),
             trajectory: plan.trajectory.clone(),
             plans: vec![plan],
         });
@@ -119,34 +133,38 @@ pub fn plan_motion(
         method,
         layout,
         time: begin.elapsed(),
-        worst_miss_m: worst_miss_m(request, duration_s, chain.trajectory.as_ref()),
+        targets: met_targets(request, duration_s, chain.trajectory.as_ref(), hulls),
         plans: chain.plans,
         trajectory: chain.trajectory,
     })
 }
 
-/// The farthest that a motion passes from a position it was given.
-fn worst_miss_m(
+/// Start, goal and what lies between, against the motion and the training hulls.
+fn met_targets(
     request: &PlanRequest,
     duration_s: f64,
     trajectory: Option<&Trajectory>,
-) -> Option<f64> {
-    let trajectory = trajectory?;
+    hulls: &PerFinger<Hull>,
+) -> Vec<MetTarget> {
+    let Some(trajectory) = trajectory else {
+        return Vec::new();
+    };
     let layout = trajectory.layout();
     let given = [(0.0, &request.start), (duration_s, &request.goal)];
     let via = request.via.iter().map(|(time_s, state)| (*time_s, state));
-    let misses = (given.into_iter().chain(via)).flat_map(|(time_s, state)| {
+    let met = (given.into_iter().chain(via)).flat_map(|(time_s, state)| {
         let sample = ((time_s * layout.rate_hz).round() as usize).min(layout.samples - 1);
         request.fingers.iter().filter_map(move |&finger| {
             let wanted = state.fingertips_m[finger]?;
-            Some(
-                trajectory
-                    .position(sample, finger)
-                    .distance_m(wanted.into()),
-            )
+            Some(MetTarget {
+                time_s,
+                finger,
+                miss_m: (trajectory.position(sample, finger)).distance_m(wanted.into()),
+                hull_distance_m: HullProbe::new(&hulls[finger]).distance_m(wanted),
+            })
         })
     });
-    misses.reduce(f64::max)
+    met.collect()
 }
 
 /// Objects can be given only where there is a place for them; those of takes are a bonus.

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use anyhow::Result;
 use inhand_model::{ConstraintFamily, Finger, PerFinger, Plan, PlanStatus, Trajectory};
 use inhand_session::{
-    Method, PlanRequest, Planned, StateRole, plan_motion, provenance, read_state, steps, write_plan,
+    MetTarget, Method, PlanRequest, Planned, StateRole, plan_motion, provenance, read_state, steps,
+    write_plan,
 };
 use serde_json::json;
 
@@ -16,10 +17,15 @@ use crate::options::{
 };
 use crate::output::{check_outputs, ending};
 
-/// Largest miss of a target that is no reason for a warning, metres.
-const MISSED_M: f64 = 1e-3;
+/// Largest distance from a target that counts as met, metres.
+const MET_M: f64 = 1e-3;
+
+/// Distance of a target outside the training hull from which a warning is printed, metres.
+const OUTSIDE_M: f64 = 10e-3;
 
 /// Plan one motion from a start to a goal, each from a JSON file or from a take at a time.
+///
+/// The exit code is 3 where the motion misses a given position by more than 1 mm.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Dictionary that `learn` or `run` wrote.
@@ -53,6 +59,9 @@ pub(crate) struct Args {
     /// Output file.
     #[arg(short, long, value_name = "PATH")]
     output: PathBuf,
+    /// Exit with 0 although a target is missed.
+    #[arg(long)]
+    allow_miss: bool,
     /// Print the outcome as text, or as json with the trajectory.
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -106,6 +115,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
 
     let planned = plan_motion(&dictionary.dictionary, &request, &settings)?;
     let text = || format!("{}\n", in_words(&planned));
+    warn_outside(console, &planned.targets);
     print(args.format, text, || as_json(&planned))?;
     if planned.trajectory.is_none() {
         console.say("no motion, nothing written");
@@ -118,7 +128,35 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let view = !args.writing.no_view;
     write_plan(&args.output, &planned, &settings, &steps, view)?;
     console.wrote(&args.output);
-    Ok(Exit::Done)
+    Ok(Exit::done_unless(is_missed(&planned) && !args.allow_miss))
+}
+
+/// Whether the motion misses a position that it was given.
+fn is_missed(planned: &Planned) -> bool {
+    worst_miss(planned).is_some_and(|target| target.miss_m > MET_M)
+}
+
+fn worst_miss(planned: &Planned) -> Option<&MetTarget> {
+    (planned.targets.iter()).max_by(|a, b| a.miss_m.total_cmp(&b.miss_m))
+}
+
+/// How a plan ended, as its certificate and the targets have it.
+fn status(planned: &Planned, plan: &Plan) -> &'static str {
+    match is_missed(planned) {
+        true => "missed",
+        false => plan.status.name(),
+    }
+}
+
+fn warn_outside(console: &Console, targets: &[MetTarget]) {
+    let outside = (targets.iter()).filter(|target| target.hull_distance_m > OUTSIDE_M);
+    for target in outside {
+        let outside_mm = target.hull_distance_m * 1000.0;
+        let (finger, time_s) = (target.finger, target.time_s);
+        console.say(&format!(
+            "warning  target of {finger} at {time_s:.2} s is {outside_mm:.1} mm outside its training hull"
+        ));
+    }
 }
 
 fn via(text: &str) -> Result<(f64, String), &'static str> {
@@ -162,17 +200,20 @@ fn in_words(planned: &Planned) -> String {
     };
     let whole = planned.trajectory.as_ref().map(Trajectory::layout);
     let seconds = whole.map_or(0.0, |layout| layout.duration_s());
-    let missed = match planned.worst_miss_m {
-        Some(miss_m) if miss_m > MISSED_M => {
-            format!(" · TARGET MISSED by up to {:.1} mm", miss_m * 1000.0)
+    let met = worst_miss(planned).map_or_else(String::new, |worst| {
+        let miss_mm = worst.miss_m * 1000.0;
+        match is_missed(planned) {
+            true => format!(
+                " by {miss_mm:.1} mm ({} at {:.2} s)",
+                worst.finger, worst.time_s
+            ),
+            false => format!(" · targets met within {miss_mm:.2} mm"),
         }
-        Some(miss_m) => format!(" · targets met within {:.2} mm", miss_m * 1000.0),
-        None => String::new(),
-    };
+    });
     format!(
-        "{seconds:.2} s · {segments}{} by {} · {ms:.1} ms{missed} · {active}{hull} · certified {:.0e}",
-        planned.plans[0].status.name().replace('_', " "),
+        "{seconds:.2} s · {} · {segments}{}{met} · {ms:.1} ms · {active}{hull} · certified {:.0e}",
         planned.method,
+        status(planned, &planned.plans[0]).replace('_', " "),
         worst.fold(0.0, f64::max),
     )
 }
@@ -196,7 +237,9 @@ fn without_motion(planned: &Planned, plan: &Plan) -> String {
 }
 
 fn as_json(planned: &Planned) -> serde_json::Value {
-    let plans: Vec<_> = planned.plans.iter().map(plan_json).collect();
+    let plans: Vec<_> = (planned.plans.iter())
+        .map(|plan| plan_json(plan, status(planned, plan)))
+        .collect();
     let tips = |values: &[f64]| {
         let tips = PerFinger::from_fn(|finger| &values[3 * finger.index()..][..3]);
         by_finger(&tips, |tip| json!(tip))
@@ -205,17 +248,27 @@ fn as_json(planned: &Planned) -> serde_json::Value {
         let configurations = trajectory.values_m().chunks_exact(3 * Finger::COUNT);
         configurations.map(tips).collect::<Vec<_>>()
     });
+    let targets = planned.targets.iter().map(|target| {
+        json!({
+            "time_s": target.time_s,
+            "finger": target.finger.name(),
+            "miss_m": target.miss_m,
+            "hull_distance_m": target.hull_distance_m,
+        })
+    });
     json!({
         "method": planned.method.name(),
+        "status": planned.plans.last().map(|plan| status(planned, plan)),
         "rate_hz": planned.layout.rate_hz,
-        "worst_miss_m": planned.worst_miss_m,
+        "worst_miss_m": worst_miss(planned).map(|worst| worst.miss_m),
+        "targets": targets.collect::<Vec<_>>(),
         "plan_ms": planned.time.as_secs_f64() * 1000.0,
         "plans": plans,
         "trajectory_m": trajectory,
     })
 }
 
-fn plan_json(plan: &Plan) -> serde_json::Value {
+fn plan_json(plan: &Plan, status: &str) -> serde_json::Value {
     let families = plan
         .checks
         .violation
@@ -235,7 +288,7 @@ fn plan_json(plan: &Plan) -> serde_json::Value {
         json!({ "position_m": position_m, "quaternion_xyzw": rotation })
     });
     json!({
-        "status": plan.status.name(),
+        "status": status,
         "objective": plan.objective,
         "certificate": plan.certificate,
         "rows": plan.checks.rows,

@@ -127,9 +127,12 @@ fn events_are_added_changed_and_taken_out() {
     let text = bench.ok(&["annotate", "list", "f.mcap"]);
     assert!(text.starts_with("subject    s01\n"), "{text}");
     assert!(text.contains("1 .. 1.5"), "{text}");
-    bench.ok(&[
-        "annotate", "remove", "f.mcap", "--label", "slip", "-o", "g.mcap",
-    ]);
+    let remove = ["annotate", "remove", "f.mcap", "-o", "g.mcap", "--label"];
+    let output = bench.inhand(&[&remove[..], &["slip", "--label", "slipp"]].concat());
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    assert!(stderr(&output).contains("slipp: no event has it"));
+    assert!(!bench.path("g.mcap").exists());
+    bench.ok(&[&remove[..], &["slip"]].concat());
     bench.ok(&[
         "annotate", "remove", "g.mcap", "--event", "1", "-o", "h.mcap",
     ]);

@@ -7,18 +7,18 @@ use inhand_session::SessionError;
 
 /// Shown under `--help`.
 pub(crate) const HELP: &str = "Exit codes: 0 done, 1 failed, 2 wrong usage, \
-    3 finished but data was lost or a check did not pass.";
+    3 finished but data was lost, a goal was missed or a check did not pass.";
 
 /// How a command ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Exit {
     /// Done.
     Done = 0,
-    /// Failed; no output was written.
+    /// Failed: an input is missing or cannot be read, or there is no result.
     Failed = 1,
-    /// The call was wrong.
+    /// The call or a setting was wrong, or an output exists.
     Usage = 2,
-    /// Finished, but data was lost or a check did not pass.
+    /// Finished, but data was lost, a goal was missed or a check did not pass.
     Lossy = 3,
 }
 

@@ -217,6 +217,13 @@ fn remove(console: &Console, args: &RemoveArgs) -> Result<Exit> {
         for &number in &args.event {
             check_number(number, annotations)?;
         }
+        for label in &args.label {
+            if !annotations.events.iter().any(|event| event.has(label)) {
+                return usage(format!(
+                    "--label {label}: no event has it; `inhand annotate list` prints them"
+                ));
+            }
+        }
         let before = annotations.events.len();
         let mut number = 0;
         annotations.events.retain(|event| {

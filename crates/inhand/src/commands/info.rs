@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, anyhow};
 use inhand_channels::{FileInfo, info};
 use inhand_model::{Dictionary, Provenance};
 use serde_json::{Value, json};
@@ -28,7 +28,13 @@ pub(crate) struct Args {
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let shown = args.file.display().to_string();
     let bytes = std::fs::read(&args.file).with_context(|| format!("cannot read {shown}"))?;
-    let info = info(&bytes, &shown)?;
+    let info = info(&bytes, &shown).map_err(|error| {
+        anyhow!(
+            "{error}; `inhand check` looks at takes of other formats, `inhand convert` makes MCAP \
+             files of them"
+        )
+    });
+    let info = info?;
     let has_dictionary = (info.channels.iter()).any(|c| c.topic == "/dictionary/model");
     let dictionary = has_dictionary
         .then(|| inhand_channels::read_dictionary(&bytes, &shown))

@@ -216,7 +216,9 @@ fn sessions_without_takes() {
 #[test]
 fn settings_that_cannot_be_used() {
     let bench = Bench::csv();
-    refused(&bench, &["--object", "teapot:1"], &["teapot:1", "cube:"]);
+    let one_sentence = "expected cube:EDGE, box:XxYxZ or cylinder:DIAMETERxHEIGHT in metres, such as \
+                        cube:0.05, found teapot:1\n";
+    refused(&bench, &["--object", "teapot:1"], &[one_sentence]);
     refused(&bench, &["--tau-mm=-1"], &["tau_mm"]);
     refused(&bench, &["--filter", "mean"], &["mean", "median"]);
     refused(&bench, &["--rotation-order", "XYX"], &["XYX"]);

@@ -22,11 +22,15 @@ pub enum Shape {
     },
 }
 
+impl Shape {
+    /// Words that are a shape, for errors.
+    pub const EXPECTED: &str =
+        "cube:EDGE, box:XxYxZ or cylinder:DIAMETERxHEIGHT in metres, such as cube:0.05";
+}
+
 /// Why a word is no shape.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error(
-    "\"{found}\" is no object shape: expected cube:EDGE, box:XxYxZ or cylinder:DIAMETERxHEIGHT in metres, such as cube:0.05"
-)]
+#[error("expected {}, found \"{found}\"", Shape::EXPECTED)]
 pub struct ShapeError {
     /// What was found.
     pub found: String,
@@ -35,12 +39,13 @@ pub struct ShapeError {
 impl FromStr for Shape {
     type Err = ShapeError;
 
-    /// `cube:0.05`, `box:0.04x0.05x0.06`, `cylinder:0.05x0.05` (diameter x height), metres.
+    /// `cube:0.05`, `box:0.04x0.05x0.06`, `cylinder:0.05x0.05` (diameter x height), metres; in any case.
     fn from_str(text: &str) -> Result<Self, ShapeError> {
         let error = || ShapeError {
             found: text.to_owned(),
         };
-        let (kind, sizes) = text.split_once(':').ok_or_else(error)?;
+        let lower = text.to_lowercase();
+        let (kind, sizes) = lower.split_once(':').ok_or_else(error)?;
         let sizes_m = sizes
             .split('x')
             .map(|size| {
@@ -84,6 +89,8 @@ mod tests {
     fn text_round_trips() {
         for text in ["cube:0.05", "box:0.04x0.05x0.06", "cylinder:0.05x0.07"] {
             assert_eq!(text.parse::<Shape>().unwrap().to_string(), text);
+            let upper = text.to_uppercase();
+            assert_eq!(upper.parse::<Shape>().unwrap().to_string(), text);
         }
         for text in [
             "",

@@ -150,7 +150,7 @@ impl Settings {
     pub fn shape(&self) -> Result<Option<Shape>, SessionError> {
         let parse = |text: &String| {
             text.parse()
-                .map_err(|e| invalid("object.shape", "a shape such as cube:0.05", &e))
+                .map_err(|_| invalid("object.shape", Shape::EXPECTED, text))
         };
         self.object.shape.as_ref().map(parse).transpose()
     }

@@ -7,7 +7,7 @@ use inhand_model::{
 };
 
 use crate::figure::FigureData;
-use crate::html::intervals::{error_words, estimate, measure_words};
+use crate::html::intervals::{error_words, error_words_short, estimate, measure_words};
 use crate::table::{Table, escaped, known};
 use crate::words::{NARROW_SPACE, decimals, millimetres, percent};
 
@@ -66,24 +66,35 @@ pub fn text(summary: &Summary, markdown: bool) -> String {
             name.to_owned()
         }
     };
-    let table = Table::new("", &summary.methods, "method", |method| method.name.clone()).numbers(
-        "n",
-        "",
-        |method| method.error.all.n.to_string(),
-    );
+    let mut table = Table::new("", &summary.methods, "method", |method| method.name.clone());
+    if markdown {
+        table = table.numbers("n", "", |method| method.error.all.n.to_string());
+    }
+    // A terminal has 100 columns.
+    let words = if markdown {
+        error_words
+    } else {
+        error_words_short
+    };
     let measures = [Measure::P50, Measure::P75, Measure::P95];
     let table = measures.into_iter().fold(table, |table, measure| {
         table.numbers(measure_words(measure), "mm", |method| {
             let mut found = summary.intervals.methods.iter();
             let own = found.find(|own| own.method == method.name);
             let estimates = own.and_then(|own| own.error.all.as_ref());
-            known(estimates.map(|all| error_words(estimate(all, measure))))
+            known(estimates.map(|all| words(estimate(all, measure))))
         })
     });
-    let table = table.numbers("three contacts, recorded -> planned", "%", |method| {
+    let contacts = if markdown {
+        "three contacts, recorded -> planned"
+    } else {
+        "3+ contacts"
+    };
+    let table = table.numbers(contacts, "%", |method| {
         let [planned, recorded] = three_contacts(method.contacts);
-        let shares = format!("{} -> {}", percent(recorded), percent(planned));
-        known(planned.is_finite().then_some(shares))
+        let recorded = format!("{} -> ", percent(recorded));
+        let recorded = if markdown { &recorded } else { "" };
+        known((planned.is_finite()).then(|| format!("{recorded}{}", percent(planned))))
     });
     let mut text = match markdown {
         true => format!(

@@ -18,7 +18,8 @@ use crate::output::check_outputs;
 /// Run many sessions, skip and report those that fail, join their evaluations
 ///
 /// Each session is written into a folder of its own; a report over all of them is written at the end. Called
-/// again, it runs only sessions that failed, were interrupted or have changed.
+/// again, it runs only sessions that failed, were interrupted or have changed. The exit code and the table printed are
+/// of the sessions given; summary.html has those of earlier calls too.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Sessions: folders with train/ and test/ takes, or files inhand.toml.
@@ -87,9 +88,13 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         record.write(&record_file)?;
     }
     bar.finish_and_clear();
-    say_failures(console, &record);
-    let joined = join(console, args, &record, &summary_file)?;
-    Ok(match record.exit() {
+    // Sessions of earlier calls are neither counted nor judged.
+    let given: BTreeSet<String> = args.sessions.iter().map(|own| full(own)).collect();
+    let is_given = |own: &&Outcome| given.contains(&own.session);
+    let given: Vec<Outcome> = record.sessions.iter().filter(is_given).cloned().collect();
+    say_failures(console, &given);
+    let joined = join(console, args, &given, &record.sessions, &summary_file)?;
+    Ok(match exit(&given) {
         Exit::Done if !joined => Exit::Lossy,
         exit => exit,
     })
@@ -112,44 +117,71 @@ fn chain(error: &anyhow::Error) -> String {
     causes.join(": ").replace('\n', "; ")
 }
 
-fn say_failures(console: &Console, record: &Record) {
-    let mut parts = vec![format!("{} sessions", record.sessions.len())];
+fn say_failures(console: &Console, given: &[Outcome]) {
+    let mut parts = vec![format!("{} sessions", given.len())];
     let mut counts = BTreeMap::<State, usize>::new();
-    for outcome in &record.sessions {
+    for outcome in given {
         *counts.entry(outcome.state).or_default() += 1;
     }
     parts.extend((counts.iter()).map(|(state, n)| format!("{n} {}", state.words())));
     console.say(&parts.join(", "));
 }
 
-/// Makes the report over all sessions that have an evaluation; `false` where they cannot be joined.
-fn join(console: &Console, args: &Args, record: &Record, target: &Path) -> Result<bool> {
-    let done = (record.sessions.iter()).filter(|session| session.state != State::Failed);
-    let folders: Vec<PathBuf> = done.map(|s| args.output.join(&s.name)).collect();
-    // A report over other sessions than these must not stay.
-    if target.exists() {
-        std::fs::remove_file(target)?;
-    }
-    if folders.is_empty() {
-        return Ok(true);
-    }
+/// Prints the table of the sessions given and writes the report over all sessions of the folder, or over those given
+/// where others cannot be joined with them; `false` where those given cannot be joined.
+fn join(
+    console: &Console,
+    args: &Args,
+    given: &[Outcome],
+    all: &[Outcome],
+    target: &Path,
+) -> Result<bool> {
     let options = MergeOptions {
         allow_different: args.allow_different,
         ..MergeOptions::default()
     };
-    match Part::read_all(&folders).and_then(|parts| merge(&parts, options)) {
-        Ok(summary) => {
-            write_text(target, &inhand_report::summary_html(&summary))?;
-            data(&inhand_report::summary_text(&summary, false))?;
-            console.say(&format!("{:<36} open in a browser", target.display()));
-            Ok(true)
-        }
-        // The sessions are done; only what is over all of them is missing.
-        Err(refused) => {
-            console.error(&anyhow::Error::from(refused).context("no summary"));
-            Ok(false)
+    let merged = |folders: &[PathBuf]| match folders {
+        [] => Ok(None),
+        _ => Part::read_all(folders).and_then(|parts| merge(&parts, options).map(Some)),
+    };
+    let [given, all] = [given, all].map(|outcomes| with_results(&args.output, outcomes));
+    let mut joined = merged(&given);
+    if let Ok(Some(summary)) = &joined {
+        data(&inhand_report::summary_text(summary, false))?;
+    }
+    if given.len() < all.len() {
+        match merged(&all) {
+            Ok(summary) => joined = Ok(summary),
+            Err(refused) => console.say(&format!(
+                "{} leaves out sessions of earlier calls: {refused}",
+                target.display()
+            )),
         }
     }
+    if let Ok(Some(summary)) = &joined {
+        write_text(target, &inhand_report::summary_html(summary))?;
+        console.say(&format!("{:<36} open in a browser", target.display()));
+    } else if target.exists() {
+        // A report over other sessions than these must not stay.
+        std::fs::remove_file(target)?;
+    }
+    // The sessions are done; only what is over all of them is missing.
+    let refused = joined.map_err(|refused| anyhow::Error::from(refused).context("no summary"));
+    Ok(refused
+        .inspect_err(|refused| console.error(refused))
+        .is_ok())
+}
+
+/// Folders of the sessions that have results.
+fn with_results(output: &Path, outcomes: &[Outcome]) -> Vec<PathBuf> {
+    let made = outcomes.iter().filter(|own| own.state != State::Failed);
+    made.map(|own| output.join(&own.name)).collect()
+}
+
+/// Folders of results in a folder that `batch` wrote; `None` for another one.
+pub(super) fn results(output: &Path) -> Option<Vec<PathBuf>> {
+    let record = Record::read(&output.join("batch.json"))?;
+    Some(with_results(output, &record.sessions))
 }
 
 /// State of a session.
@@ -217,17 +249,15 @@ impl Record {
         text.push('\n');
         Ok(write_text(path, &text)?)
     }
+}
 
-    /// Failed where nothing was made; lossy where something is missing.
-    fn exit(&self) -> Exit {
-        let complete = |o: &Outcome| matches!(o.state, State::Done | State::UpToDate);
-        if self.sessions.iter().all(|o| o.state == State::Failed) {
-            Exit::Failed
-        } else if self.sessions.iter().all(complete) {
-            Exit::Done
-        } else {
-            Exit::Lossy
-        }
+/// Failed where nothing was made; lossy where something is missing.
+fn exit(given: &[Outcome]) -> Exit {
+    let complete = |o: &Outcome| matches!(o.state, State::Done | State::UpToDate);
+    if given.iter().all(|o| o.state == State::Failed) {
+        Exit::Failed
+    } else {
+        Exit::done_unless(!given.iter().all(complete))
     }
 }
 

@@ -9,6 +9,7 @@ use inhand_report::Report;
 use inhand_session::sessions::{MergeOptions, Part, merge};
 use inhand_session::{plan_times_beside, write_text};
 
+use super::batch;
 use crate::console::{Console, data};
 use crate::exit::{Exit, UsageError, usage};
 use crate::output::{check_outputs, ending};
@@ -49,7 +50,7 @@ enum OfMany {
 /// --allow-different is given.
 #[derive(Debug, clap::Args)]
 pub(crate) struct MergeArgs {
-    /// Files evaluation.json, or folders with one.
+    /// Files evaluation.json, folders with one, or a folder that `batch` wrote.
     #[arg(required = true)]
     parts: Vec<PathBuf>,
     /// File to write: .html for a page, .md for Markdown, .json, .csv for a table of sessions; several may
@@ -101,7 +102,9 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
 
 fn run_merge(console: &Console, args: &MergeArgs) -> Result<Exit> {
     let forms = forms(&args.output, &["html", "htm", "md", "json", "csv"])?;
-    let parts = Part::read_all(&args.parts)?;
+    let named = args.parts.iter();
+    let named = named.flat_map(|path| batch::results(path).unwrap_or_else(|| vec![path.clone()]));
+    let parts = Part::read_all(&named.collect::<Vec<_>>())?;
     let inputs: Vec<_> = parts.iter().map(|part| &part.path).collect();
     check_outputs(&args.output, &inputs, args.force)?;
     let options = MergeOptions {

@@ -11,7 +11,7 @@ use crate::figure::row_plot::{self, Mark, MarkShape, PlotRow, RowPlot, WANTED_TI
 use crate::figure::scale::{Scale, whole_steps};
 use crate::figure::{Figure, FigureData};
 use crate::table::{Table, known};
-use crate::words::{count, decimals, percent, plain, signed, to_mm};
+use crate::words::{count, decimals, millimetres, percent, plain, signed, to_mm};
 
 /// Measures of which differences are drawn, with the titles of their panels.
 const DRAWN: [(Measure, &str); 3] = [
@@ -124,6 +124,11 @@ fn in_a_cell(estimate: &Estimate, text: impl Fn(f64) -> String) -> String {
 /// An error in millimetres with its interval.
 pub(crate) fn error_words(estimate: &Estimate) -> String {
     in_a_line(estimate, millimetres_3)
+}
+
+/// The same with fewer letters, for a terminal.
+pub(crate) fn error_words_short(estimate: &Estimate) -> String {
+    in_a_line(estimate, millimetres).replace(" to ", "–")
 }
 
 /// Millimetres with one decimal more than elsewhere: intervals are narrow.

@@ -6,7 +6,8 @@ use serde_json::Value;
 
 use crate::support::{Bench, SMALL, stderr};
 
-/// Two small sessions of different seeds, run; `b_other` is `b` with another threshold of contacts.
+/// Two small sessions of different seeds, run; `b_other` is `b` with another threshold of contacts, `b_window` with
+/// another filter.
 static SESSIONS: LazyLock<Bench> = LazyLock::new(|| {
     let bench = Bench::empty();
     for (name, seed) in [("a", "7"), ("b", "8")] {
@@ -14,6 +15,7 @@ static SESSIONS: LazyLock<Bench> = LazyLock::new(|| {
         run(&bench, name, &format!("out/{name}"), &[]);
     }
     run(&bench, "b", "out/b_other", &["--tau-mm", "4"]);
+    run(&bench, "b", "out/b_window", &["--window", "30"]);
     bench
 });
 
@@ -259,11 +261,14 @@ fn a_method_is_compared_with_itself_before_and_with_another() {
     let bench = &*SESSIONS;
     // The same takes with another threshold: the very errors.
     let same = bench.ok(&["compare", "out/b", "out/b_other"]);
-    assert!(
-        same.contains("prior, all fingers") && same.contains("setting evaluate.tau_mm: 5.0 -> 4.0"),
-        "{same}"
-    );
-    assert!(same.contains("the same ones for both"), "{same}");
+    for words in [
+        "Settings that differ:\n  evaluate.tau_mm: 5.0 -> 4.0\n",
+        "Verdict on prior, all fingers: no change beyond noise\n",
+        "the same ones for both",
+    ] {
+        assert!(same.contains(words), "{words}: {same}");
+    }
+    assert!(!same.contains("reference"), "{same}");
     bench.ok(&[
         "compare",
         "out/b",
@@ -284,7 +289,7 @@ fn a_method_is_compared_with_itself_before_and_with_another() {
     ];
     let text = bench.ok(&[&methods[..], &["-o", "pr.md"]].concat());
     assert!(
-        text.starts_with("hermite -> prior, all fingers\n"),
+        text.contains("Verdict on hermite -> prior, all fingers: "),
         "{text}"
     );
     let markdown = String::from_utf8(bench.bytes("pr.md")).expect("text");
@@ -332,10 +337,60 @@ fn a_method_is_compared_with_itself_before_and_with_another() {
 }
 
 #[test]
+fn another_reference_is_stated_before_any_number() {
+    let bench = &*SESSIONS;
+    let compare = ["compare", "out/b", "out/b_window"];
+    let text = bench.ok(&compare);
+    let head = "The reference changed: errors before and after are distances to different motion.\n  \
+                process.window: 50 -> 30\n";
+    assert!(text.starts_with(head), "{text}");
+    assert!(text.contains(", against another reference\n"), "{text}");
+    // One screen, but for all.
+    assert!(text.lines().count() <= 24, "{text}");
+    let all = bench.ok(&[&compare[..], &["--all"]].concat());
+    assert!(all.starts_with(head), "{all}");
+    assert!(
+        all.lines().count() > METHODS[1].split(',').count() * 30,
+        "{all}"
+    );
+    let json: Value =
+        serde_json::from_str(&bench.ok(&[&compare[..], &["--format", "json"]].concat()))
+            .expect("JSON");
+    let expected = serde_json::json!([{ "key": "process.window", "before": "50", "after": "30" }]);
+    assert_eq!(json["reference_that_differs"], expected);
+
+    // Made in single steps, only `process` knows the filter.
+    let take = format!("b/test/{}", bench.files("b/test")[0]);
+    bench.ok(&["process", &take, "-o", "p.mcap", "--window", "30"]);
+    let dictionary = ["-d", "out/b/dictionary.mcap"];
+    let methods = ["--methods", "prior,hermite,line"];
+    bench.ok(&[
+        &["generate", "p.mcap", "-o", "g.mcap"][..],
+        &dictionary,
+        &methods,
+    ]
+    .concat());
+    bench.ok(&[&["evaluate", "g.mcap", "-o", "steps.json"][..], &dictionary].concat());
+    let steps = bench.ok(&["compare", "out/b", "steps.json"]);
+    assert!(
+        steps.starts_with(head) && !steps.contains("test files"),
+        "{steps}"
+    );
+    assert!(
+        steps.contains("prior, all fingers: undetermined without intervals"),
+        "{steps}"
+    );
+}
+
+#[test]
 fn sessions_of_other_segments_are_drawn_apart_and_nonsense_is_refused() {
     let bench = &*SESSIONS;
     let apart = bench.ok(&["compare", "out/a", "out/b", "--method", "prior"]);
     assert!(apart.contains("drawn apart"), "{apart}");
+    assert!(
+        apart.contains("  test files: cube_test_01.csv ("),
+        "{apart}"
+    );
     for (args, code, words) in [
         (&["out/b"][..], 2, "nothing to compare"),
         (
@@ -423,26 +478,52 @@ fn a_batch_goes_past_a_bad_session_and_goes_on_later() {
         ]
     };
     assert_eq!(states(), expected("failed", "done"));
+    // The one that failed is not in this call.
+    let good = [&["batch", "good", "-o", "results"], &SMALL[..], &METHODS].concat();
+    let alone = bench.inhand(&good);
+    assert_eq!(alone.status.code(), Some(0), "{}", stderr(&alone));
+    assert!(
+        stderr(&alone).contains("1 sessions, 1 up to date\n"),
+        "{}",
+        stderr(&alone)
+    );
 
     bench.write(&format!("bad/test/{take}"), &sound);
     let second = bench.inhand(&batch);
+    let table = String::from_utf8_lossy(&second.stdout);
+    assert!(table.contains("3+ contacts (%)"), "{table}");
+    let rows = table.lines().take(4);
+    assert!(
+        rows.clone().all(|row| row.chars().count() <= 100),
+        "{table}"
+    );
     assert_eq!(second.status.code(), Some(0), "{}", stderr(&second));
     assert_eq!(states(), expected("done", "up_to_date"));
     let page = String::from_utf8(bench.bytes("results/summary.html")).expect("a page is text");
     assert!(page.contains("2 sessions"));
 
-    // Sessions of earlier calls stay in the report, in folders of their own.
-    bench.ok(&[&["batch", "good", "-o", "results"], &SMALL[..], &METHODS].concat());
+    // Sessions of earlier calls stay in the report, in folders of their own, and can be joined again.
+    bench.ok(&good);
     assert_eq!(states(), expected("done", "up_to_date"));
+    bench.ok(&["report", "merge", "results", "-o", "again.html"]);
+    for page in ["results/summary.html", "again.html"] {
+        let page = String::from_utf8(bench.bytes(page)).expect("a page is text");
+        assert!(page.contains("2 sessions"));
+    }
     bench.edit("results/bad/evaluation.json", |text| {
         text[..text.len() / 2].to_owned()
     });
     std::fs::remove_dir_all(bench.path("bad")).expect("it is there");
-    let gone = bench.inhand(&[&["batch", "good", "-o", "results"], &SMALL[..], &METHODS].concat());
-    assert_eq!(gone.status.code(), Some(3), "{}", stderr(&gone));
-    assert!(stderr(&gone).contains("no summary"), "{}", stderr(&gone));
+    let gone = bench.inhand(&good);
+    assert_eq!(gone.status.code(), Some(0), "{}", stderr(&gone));
     assert!(
-        !bench.path("results/summary.html").exists(),
+        stderr(&gone).contains("leaves out sessions of earlier calls: results/bad/"),
+        "{}",
+        stderr(&gone)
+    );
+    let page = String::from_utf8(bench.bytes("results/summary.html")).expect("a page is text");
+    assert!(
+        !page.contains("2 sessions"),
         "no report over other sessions stays"
     );
 

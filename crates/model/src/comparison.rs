@@ -42,6 +42,10 @@ pub struct EvaluationComparison {
     /// Draws and confidence of the intervals.
     #[serde(flatten, serialize_with = "without_cluster")]
     pub bootstrap: Bootstrap,
+    /// What differs in the recorded motion that both are judged against: test files, segments and the settings that
+    /// make them. Where there is anything, errors before and after are distances to different motion.
+    #[serde(rename = "reference_that_differs", serialize_with = "before_and_after")]
+    pub reference: Vec<SettingDifference>,
     /// Errors: for each pair of methods all fingers together, then each finger, each in every measure.
     pub errors: Vec<ErrorChange>,
     /// Shares of instants with three or more contacts, for each pair of methods that has an object.

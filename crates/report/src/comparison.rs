@@ -2,58 +2,165 @@
 
 use std::fmt::Write as _;
 
-use inhand_model::{ContactChange, Drawn, ErrorChange, Estimate, EvaluationComparison, Finger};
+use inhand_model::{
+    ContactChange, Drawn, ErrorChange, Estimate, EvaluationComparison, Finger, Measure,
+    SettingDifference,
+};
 
 use crate::html::intervals::{measure_words, millimetres_3};
 use crate::table::{Table, escaped};
 use crate::words::{percent, plain, signed};
 
-/// A line of the comparison: method, fingers, statistic, change.
-type Change = (String, &'static str, &'static str, String);
+/// A line of the comparison.
+struct Change {
+    method: String,
+    finger: &'static str,
+    statistic: &'static str,
+    change: String,
+    /// After less before, as a share; NaN where before is 0.
+    size: f64,
+    /// Sign of what is beyond noise: 0 where the interval contains zero or nothing changed; `None` without an interval.
+    sign: Option<f64>,
+}
 
 fn changes(comparison: &EvaluationComparison) -> Vec<Change> {
     let methods = |before: &str, after: &str| match before == after {
         true => after.to_owned(),
         false => format!("{before} -> {after}"),
     };
-    let errors = comparison.errors.iter().map(|change| {
-        let finger = change.finger.map_or("all fingers", Finger::name);
-        let who = methods(&change.before_method, &change.after_method);
-        (
-            who,
-            finger,
-            measure_words(change.measure),
-            error_change(change),
-        )
+    let errors = comparison.errors.iter().map(|change| Change {
+        method: methods(&change.before_method, &change.after_method),
+        finger: change.finger.map_or(ALL_FINGERS, Finger::name),
+        statistic: measure_words(change.measure),
+        change: error_change(change),
+        size: change.relative_change,
+        sign: sign(change.after_m - change.before_m, change.absolute.as_ref()),
     });
-    let contacts = comparison.contacts.iter().map(|change| {
-        let who = methods(&change.before_method, &change.after_method);
-        (who, "all fingers", CONTACTS, contact_change(change))
+    let contacts = comparison.contacts.iter().map(|change| Change {
+        method: methods(&change.before_method, &change.after_method),
+        finger: ALL_FINGERS,
+        statistic: CONTACTS,
+        change: contact_change(change),
+        size: change.after - change.before,
+        sign: sign(change.after - change.before, change.absolute.as_ref()),
     });
     errors.chain(contacts).collect()
 }
 
+fn sign(change: f64, estimate: Option<&Estimate>) -> Option<f64> {
+    match estimate.and_then(|estimate| estimate.interval) {
+        Some([low, high]) if low > 0.0 || high < 0.0 => Some(low.signum()),
+        Some(_) => Some(0.0),
+        None => (change == 0.0).then_some(0.0),
+    }
+}
+
+const ALL_FINGERS: &str = "all fingers";
 const CONTACTS: &str = "three or more contacts";
 
-/// Two evaluations side by side, for a terminal: a line for each statistic of the error, then contacts, then how
-/// intervals were made and settings that differ.
-pub fn text(comparison: &EvaluationComparison) -> String {
-    let mut text = String::new();
-    let mut last = String::new();
-    for (who, finger, statistic, change) in changes(comparison) {
-        let contacts = statistic == CONTACTS;
-        let head = format!("{who}, {}\n", if contacts { statistic } else { finger });
-        if head != last {
-            text.push_str(&head);
-            last = head;
-        }
-        let name = if contacts { "share" } else { statistic };
-        let _ = writeln!(text, "  {name:<7} {change}");
+/// Changes that are listed unless all are asked for: with the verdict they fit on a screen.
+const LISTED: usize = 10;
+
+/// Two evaluations side by side, for a terminal: what differs in the reference and in settings, changes beyond noise or
+/// `all` of them, the verdict, and how intervals were made.
+pub fn text(comparison: &EvaluationComparison, all: bool) -> String {
+    let changes = changes(comparison);
+    let mut text = settings_words(comparison, false);
+    // A change without an interval may be beyond noise.
+    let mut listed: Vec<&Change> = changes.iter().collect();
+    if !all {
+        listed.retain(|change| change.sign != Some(0.0));
+        listed.sort_by(|a, b| b.size.abs().total_cmp(&a.size.abs()));
+        let (known, n) = (changes.iter().all(|own| own.sign.is_some()), changes.len());
+        let noise = if known {
+            "beyond noise (interval without zero)"
+        } else {
+            "without an interval or beyond noise"
+        };
+        let _ = writeln!(
+            text,
+            "{} of {n} changes are {noise}, largest first:",
+            listed.len()
+        );
     }
-    let _ = writeln!(text, "{}", made_words(comparison));
-    for difference in &comparison.settings {
-        let values = difference.values.join(" -> ");
-        let _ = writeln!(text, "setting {}: {values}", difference.key);
+    let shown = if all { listed.len() } else { LISTED };
+    if !listed.is_empty() {
+        text.push_str(&table(listed.iter().take(shown).copied()).aligned());
+    }
+    if listed.len() > shown {
+        let _ = writeln!(text, "and {} more: --all", listed.len() - shown);
+    }
+    text + &verdict(&changes, comparison, false) + &made_words(comparison) + "\n"
+}
+
+fn table<'a>(changes: impl IntoIterator<Item = &'a Change>) -> Table<&'a Change> {
+    Table::new("", changes, "method", |change| change.method.clone())
+        .words("finger", |change| change.finger.to_owned())
+        .words("statistic", |change| change.statistic.to_owned())
+        .words("change", |change| change.change.clone())
+}
+
+/// Whether the errors over all fingers of the first method are higher or lower, as far as intervals tell.
+fn verdict(changes: &[Change], comparison: &EvaluationComparison, markdown: bool) -> String {
+    let stated = [Measure::P50, Measure::P95, Measure::Mean].map(measure_words);
+    let own: Vec<&Change> = (changes.iter())
+        .filter(|own| own.method == changes[0].method && own.finger == ALL_FINGERS)
+        .filter(|own| stated.contains(&own.statistic))
+        .collect();
+    let Some(first) = own.first() else {
+        return String::new();
+    };
+    let any = |of: fn(Option<f64>) -> bool| own.iter().any(|change| of(change.sign));
+    let words = match (any(|sign| sign > Some(0.0)), any(|sign| sign < Some(0.0))) {
+        _ if any(|sign| sign.is_none()) => "undetermined without intervals",
+        (true, true) => "some errors are higher, some lower",
+        (true, false) => "errors are higher",
+        (false, true) => "errors are lower",
+        (false, false) => "no change beyond noise",
+    };
+    let reference = match comparison.reference.is_empty() {
+        true => "",
+        false => ", against another reference",
+    };
+    let (safe, bullet) = style(markdown);
+    let head = format!(
+        "Verdict on {}, {ALL_FINGERS}: {words}{reference}\n",
+        safe(&first.method)
+    );
+    let line = |own: &&Change| format!("{bullet}{:<6} {}\n", own.statistic, own.change);
+    head + &own.iter().map(line).collect::<String>()
+}
+
+/// Names from files as they are, or as text in Markdown, and the start of a line in a list.
+fn style(markdown: bool) -> (fn(&str) -> String, &'static str) {
+    match markdown {
+        true => (escaped, "* "),
+        false => (str::to_owned, "  "),
+    }
+}
+
+const REFERENCE_CHANGED: &str =
+    "The reference changed: errors before and after are distances to different motion.\n";
+
+/// What differs in the reference, then other settings.
+fn settings_words(comparison: &EvaluationComparison, markdown: bool) -> String {
+    let (safe, bullet) = style(markdown);
+    let line = |own: &SettingDifference| {
+        let line = format!("{}: {}", own.key, own.values.join(" -> "));
+        format!("{bullet}{}\n", safe(&line))
+    };
+    let reference = &comparison.reference;
+    let mut others = comparison.settings.clone();
+    others.retain(|own| !reference.contains(own));
+    let mut text = String::new();
+    for (head, settings) in [
+        (REFERENCE_CHANGED, reference),
+        ("Settings that differ:\n", &others),
+    ] {
+        if !settings.is_empty() {
+            text += head;
+            text.extend(settings.iter().map(line));
+        }
     }
     text
 }
@@ -61,27 +168,18 @@ pub fn text(comparison: &EvaluationComparison) -> String {
 /// Two evaluations side by side, for a pull request; names from files are text in it.
 pub fn markdown(comparison: &EvaluationComparison) -> String {
     let (before, after) = (&comparison.before, &comparison.after);
-    let table = Table::new("", changes(comparison), "method", |change| change.0.clone())
-        .words("finger", |change| change.1.to_owned())
-        .words("statistic", |change| change.2.to_owned())
-        .numbers("change", "", |change| change.3.clone());
-    let mut text = format!(
-        "## In-hand manipulation: {} ({}) compared with {} ({})\n\n{}\n{}\n",
+    let changes = changes(comparison);
+    format!(
+        "## In-hand manipulation: {} ({}) compared with {} ({})\n\n{}\n{}\n{}\n{}\n",
         escaped(&after.session),
         escaped(&after.file),
         escaped(&before.session),
         escaped(&before.file),
-        table.markdown(),
+        settings_words(comparison, true),
+        verdict(&changes, comparison, true),
+        table(&changes).markdown(),
         made_words(comparison)
-    );
-    if !comparison.settings.is_empty() {
-        text.push('\n');
-    }
-    for difference in &comparison.settings {
-        let values = escaped(&difference.values.join(" -> "));
-        let _ = writeln!(text, "* setting {}: {values}", escaped(&difference.key));
-    }
-    text
+    )
 }
 
 /// `1.39 -> 1.31 mm (-5.8 %, interval -8.1 % .. -3.2 %)`.

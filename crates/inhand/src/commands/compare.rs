@@ -18,6 +18,9 @@ use crate::output::check_outputs;
 /// Compares an evaluation with an earlier one, or two methods of one evaluation, with bootstrap intervals over
 /// segments. For use in tests: with --fail-if the exit code is 3 where the condition holds.
 ///
+/// Prints first what differs in the reference motion and in settings, then the largest changes beyond noise and a
+/// verdict. JSON always has every number.
+///
 /// Segments that both evaluations share are drawn together, which gives the narrowest intervals.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
@@ -40,6 +43,9 @@ pub(crate) struct Args {
     /// holds only if the whole interval is above zero.
     #[arg(long, value_name = "CONDITION")]
     fail_if: Vec<Condition>,
+    /// Print every number, not only the largest changes beyond noise.
+    #[arg(long)]
+    all: bool,
     /// Draws of the bootstrap; 0 for no intervals.
     #[arg(long, value_name = "N", default_value_t = EvaluateSection::default().draws, value_parser = draws)]
     draws: usize,
@@ -75,7 +81,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let comparison = compare(&before, &after, &options)?;
     match args.format {
         Format::Json => data(&inhand_report::comparison_json(&comparison)?)?,
-        Format::Text => data(&inhand_report::comparison_text(&comparison))?,
+        Format::Text => data(&inhand_report::comparison_text(&comparison, args.all))?,
     }
     if let Some(output) = &args.output {
         write_text(output, &inhand_report::comparison_markdown(&comparison))?;
@@ -314,6 +320,7 @@ mod tests {
                 after: 0.96,
                 absolute: None,
             }],
+            reference: Vec::new(),
             settings: Vec::new(),
         }
     }

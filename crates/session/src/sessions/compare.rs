@@ -7,7 +7,7 @@ use inhand_model::{
 };
 
 use super::part::Part;
-use super::settings::differences;
+use super::settings::{differences, reference};
 use crate::error::SessionError;
 use crate::steps::SEED;
 
@@ -72,6 +72,7 @@ pub fn compare(
             None => Drawn::NotAtAll,
         },
         bootstrap,
+        reference: reference(&[before, after]),
         errors,
         contacts,
         settings: differences(&[before, after]),

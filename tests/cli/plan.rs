@@ -264,7 +264,10 @@ fn a_missed_goal_is_not_solved() {
     let bench = Bench::csv();
     bench.run("out", &[]);
     let start = format!("{TAKE}@2.0");
-    bench.write("goal.json", r#"{"fingertips_m": {"thumb": [0.3, 0.0, 0.0]}}"#);
+    bench.write(
+        "goal.json",
+        r#"{"fingertips_m": {"thumb": [0.3, 0.0, 0.0]}}"#,
+    );
     let far = ["--from", &start, "--to", "goal.json", "--force"];
     let call = [&PLAN[..], &far, &["--format", "json"]].concat();
     let output = bench.inhand(&call);
@@ -274,7 +277,10 @@ fn a_missed_goal_is_not_solved() {
         message.contains("warning  target of thumb at 0.99 s is"),
         "{message}"
     );
-    assert!(message.contains("mm outside its training hull"), "{message}");
+    assert!(
+        message.contains("mm outside its training hull"),
+        "{message}"
+    );
     let outcome: Value = serde_json::from_slice(&output.stdout).expect("the outcome is JSON");
     assert_eq!(outcome["status"], "missed");
     assert_eq!(outcome["plans"][0]["status"], "missed");

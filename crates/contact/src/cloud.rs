@@ -41,21 +41,6 @@ impl SurfaceCloud {
         Self(RTree::bulk_load(on))
     }
 
-    /// Points of the cloud.
-    pub fn len(&self) -> usize {
-        self.0.size()
-    }
-
-    /// Whether there is no point.
-    pub fn is_empty(&self) -> bool {
-        self.0.size() == 0
-    }
-
-    /// The points.
-    pub fn points(&self) -> impl Iterator<Item = Position<Object>> {
-        self.0.iter().map(|p| Position::from(*p))
-    }
-
     /// Distance to the nearest point of the cloud, metres: infinite for a cloud without points, NaN for a
     /// coordinate that is not finite.
     pub fn distance_m(&self, p: Position<Object>) -> f64 {
@@ -144,21 +129,22 @@ mod tests {
     fn points_lie_on_the_surface_by_its_area() {
         for shape in [BOX, CYLINDER] {
             let cloud = SurfaceCloud::new(&shape, 10_000);
-            assert_eq!(cloud.points().count(), 10_000);
+            assert_eq!(cloud.0.size(), 10_000);
             assert!(
                 cloud
-                    .points()
-                    .all(|p| surface_distance_m(&shape, p).abs() < 1e-15)
+                    .0
+                    .iter()
+                    .all(|p| surface_distance_m(&shape, Position::from(*p)).abs() < 1e-15)
             );
         }
         // Caps have d²/4 of d²/4 + d h / 2 on each side: 0.05 of 0.05 + 2 * 0.08, for both.
-        let on_caps = (SurfaceCloud::new(&CYLINDER, 10_000).points())
-            .filter(|p| (p.to_array()[2].abs() - 0.04).abs() < 1e-15)
+        let on_caps = (SurfaceCloud::new(&CYLINDER, 10_000).0.iter())
+            .filter(|p| (p[2].abs() - 0.04).abs() < 1e-15)
             .count();
         assert_eq!(on_caps, (10_000.0 * 0.05 / 0.21_f64).round() as usize);
         // The face across x has 6 x 8 of 2 * (4 x 6 + 4 x 8 + 6 x 8) = 208 parts.
-        let on_face = (SurfaceCloud::new(&BOX, 10_400).points())
-            .filter(|p| p.to_array()[0] == 0.02)
+        let on_face = (SurfaceCloud::new(&BOX, 10_400).0.iter())
+            .filter(|p| p[0] == 0.02)
             .count();
         assert_eq!(on_face, 2400);
     }
@@ -187,8 +173,9 @@ mod tests {
                 let p = [0.37, 0.61, 0.83].map(|f: f64| 0.16 * ((f * f64::from(k)).fract() - 0.5));
                 let p = Position::from(p);
                 let nearest = cloud
-                    .points()
-                    .map(|q| q.distance_m(p))
+                    .0
+                    .iter()
+                    .map(|q| Position::from(*q).distance_m(p))
                     .fold(f64::MAX, f64::min);
                 assert!((cloud.distance_m(p) - nearest).abs() < 1e-15);
                 // Never nearer than the surface; points are about 2.5 mm apart.
@@ -202,10 +189,8 @@ mod tests {
     #[test]
     fn no_points_and_no_numbers() {
         let none = SurfaceCloud::new(&BOX, 0);
-        assert!(none.is_empty());
         assert_eq!(none.distance_m(Position::new(0.0, 0.0, 0.0)), f64::INFINITY);
         let one = SurfaceCloud::new(&BOX, 1);
-        assert_eq!(one.len(), 1);
         assert!(one.distance_m(Position::new(0.0, 0.0, 0.1)).is_finite());
         assert!(one.distance_m(Position::new(0.0, f64::NAN, 0.1)).is_nan());
     }

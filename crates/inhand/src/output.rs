@@ -63,9 +63,7 @@ impl TextOutput {
 
 /// The ending of an output, one of those that the command writes. A device or a FIFO needs none.
 pub(crate) fn ending<'a>(output: &Path, known: &[&'a str]) -> Result<&'a str, UsageError> {
-    let extension = output
-        .extension()
-        .map(|e| e.to_string_lossy().to_lowercase());
+    let extension = (output.extension()).map(|e| e.to_string_lossy().to_lowercase());
     let found = (known.iter()).find(|known| Some(**known) == extension.as_deref());
     match found.or_else(|| is_stream(output).then(|| &known[0])) {
         Some(found) => Ok(found),

@@ -8,6 +8,9 @@ use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
+/// A panic in the work goes on in the caller.
+const DONE: &str = "the work is done";
+
 /// `work` of `0..n`, in order.
 ///
 /// ```
@@ -19,9 +22,8 @@ pub fn up_to<R: Send>(n: usize, work: impl Fn(usize) -> R + Sync) -> Vec<R> {
         let result = work(k);
         *results[k].lock().unwrap_or_else(PoisonError::into_inner) = Some(result);
     });
-    let taken = |slot: Mutex<Option<R>>| slot.into_inner().ok().flatten();
-    let taken = |slot| taken(slot).expect("each index is worked on, or the panic goes on");
-    results.into_iter().map(taken).collect()
+    let result = |slot: Mutex<Option<R>>| slot.into_inner().ok().flatten().expect(DONE);
+    results.into_iter().map(result).collect()
 }
 
 /// `work` of each item, in order.
@@ -71,35 +73,12 @@ pub fn both<A: Send, B: Send>(
     one: impl FnOnce() -> A + Send,
     other: impl FnOnce() -> B + Send,
 ) -> (A, B) {
-    let (mut first, mut second) = (Work::new(one), Work::new(other));
-    join(&mut || first.run(), &mut || second.run());
-    (first.result(), second.result())
-}
-
-/// Work that is done once.
-enum Work<F, R> {
-    Waiting(F),
-    Running,
-    Done(R),
-}
-
-impl<F: FnOnce() -> R, R> Work<F, R> {
-    fn new(work: F) -> Self {
-        Self::Waiting(work)
-    }
-
-    fn run(&mut self) {
-        if let Self::Waiting(work) = std::mem::replace(self, Self::Running) {
-            *self = Self::Done(work());
-        }
-    }
-
-    fn result(self) -> R {
-        match self {
-            Self::Done(result) => result,
-            Self::Waiting(_) | Self::Running => unreachable!("it has run, or the panic goes on"),
-        }
-    }
+    let (mut one, mut other) = (Some(one), Some(other));
+    let (mut first, mut second) = (None, None);
+    join(&mut || first = one.take().map(|work| work()), &mut || {
+        second = other.take().map(|work| work())
+    });
+    (first.expect(DONE), second.expect(DONE))
 }
 
 fn each(n: usize, work: &(dyn Fn(usize) + Sync)) {

@@ -1,6 +1,5 @@
 //! Two evaluations side by side: for a terminal and for a pull request.
 
-use std::fmt::Write as _;
 
 use inhand_model::{
     ContactChange, Drawn, ErrorChange, Estimate, EvaluationComparison, Finger, Measure,
@@ -71,24 +70,19 @@ pub fn text(comparison: &EvaluationComparison, all: bool) -> String {
     if !all {
         listed.retain(|change| change.sign != Some(0.0));
         listed.sort_by(|a, b| b.size.abs().total_cmp(&a.size.abs()));
-        let (known, n) = (changes.iter().all(|own| own.sign.is_some()), changes.len());
-        let noise = if known {
-            "beyond noise (interval without zero)"
-        } else {
-            "without an interval or beyond noise"
+        let noise = match changes.iter().all(|own| own.sign.is_some()) {
+            true => "beyond noise (interval without zero)",
+            false => "without an interval or beyond noise",
         };
-        let _ = writeln!(
-            text,
-            "{} of {n} changes are {noise}, largest first:",
-            listed.len()
-        );
+        let (some, n) = (listed.len(), changes.len());
+        text += &format!("{some} of {n} changes are {noise}, largest first:\n");
     }
     let shown = if all { listed.len() } else { LISTED };
     if !listed.is_empty() {
         text.push_str(&table(listed.iter().take(shown).copied()).aligned());
     }
     if listed.len() > shown {
-        let _ = writeln!(text, "and {} more: --all", listed.len() - shown);
+        text += &format!("and {} more: --all\n", listed.len() - shown);
     }
     text + &verdict(&changes, comparison, false) + &made_words(comparison) + "\n"
 }

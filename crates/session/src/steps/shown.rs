@@ -69,15 +69,11 @@ impl Shown {
     ///
     /// [`SessionError::At`] where a fingertip was never seen, or does not move.
     pub fn demonstrated(&self) -> Result<Demonstrated, SessionError> {
-        let mut hulls = inhand_parallel::map(&Finger::ALL, |&finger| {
+        let hulls = inhand_parallel::try_map(&Finger::ALL, |&finger| {
             hull(&self.corners[finger]).during(format_args!("training hull of the {finger} finger"))
-        })
-        .into_iter();
-        let hulls = PerFinger::try_from_fn(|_| {
-            hulls
-                .next()
-                .expect("one hull was computed for each of the five fingers")
         })?;
+        let mut hulls = hulls.into_iter();
+        let hulls = PerFinger::from_fn(|_| hulls.next().expect("a hull for each finger"));
         let bounds = self.velocity.min_m_s.iter().chain(&self.velocity.max_m_s);
         if !bounds.copied().all(f64::is_finite) {
             // A hull needs points, so there are neighbouring samples unless every other one is

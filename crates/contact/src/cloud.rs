@@ -41,6 +41,11 @@ impl SurfaceCloud {
         Self(RTree::bulk_load(on))
     }
 
+    /// Points of the cloud.
+    pub fn size(&self) -> usize {
+        self.0.size()
+    }
+
     /// Distance to the nearest point of the cloud, metres: infinite for a cloud without points, NaN for a
     /// coordinate that is not finite.
     pub fn distance_m(&self, p: Position<Object>) -> f64 {
@@ -129,7 +134,7 @@ mod tests {
     fn points_lie_on_the_surface_by_its_area() {
         for shape in [BOX, CYLINDER] {
             let cloud = SurfaceCloud::new(&shape, 10_000);
-            assert_eq!(cloud.0.size(), 10_000);
+            assert_eq!(cloud.size(), 10_000);
             assert!(
                 cloud
                     .0

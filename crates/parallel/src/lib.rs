@@ -75,9 +75,9 @@ pub fn both<A: Send, B: Send>(
 ) -> (A, B) {
     let (mut one, mut other) = (Some(one), Some(other));
     let (mut first, mut second) = (None, None);
-    join(&mut || first = one.take().map(|work| work()), &mut || {
-        second = other.take().map(|work| work())
-    });
+    let mut one = || first = one.take().map(|work| work());
+    let mut other = || second = other.take().map(|work| work());
+    join(&mut one, &mut other);
     (first.expect(DONE), second.expect(DONE))
 }
 

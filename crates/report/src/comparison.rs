@@ -1,6 +1,5 @@
 //! Two evaluations side by side: for a terminal and for a pull request.
 
-
 use inhand_model::{
     ContactChange, Drawn, ErrorChange, Estimate, EvaluationComparison, Finger, Measure,
     SettingDifference,

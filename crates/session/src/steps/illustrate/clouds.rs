@@ -109,7 +109,7 @@ fn compare(
         held.count() as f64 / measured.len() as f64
     };
     PointCloud {
-        points: cloud.len(),
+        points: cloud.size(),
         excess_m: statistics(excess_m, filled, Finger::COUNT * missing),
         three_or_more: share(|[exact, by_cloud]| by_cloud.copysign(exact)),
         exact_three_or_more: share(|[exact, _]| exact),

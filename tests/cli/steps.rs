@@ -139,12 +139,20 @@ fn rows_give_the_numbers(csv: &str, evaluation: &serde_json::Value) {
 fn rows_need_a_form_and_a_place_of_their_own() {
     let bench = Bench::empty();
     bench.write("d.mcap", "");
-    for (rows, said) in [
-        ("rows.txt", "expected a file that ends in .parquet or .csv"),
-        ("e.csv", "--rows and -o both name e.csv"),
+    for (evaluation, rows, said) in [
+        (
+            "e.json",
+            "rows.txt",
+            "expected a file that ends in .parquet or .csv",
+        ),
+        (
+            "e.csv",
+            "e.csv",
+            "-o e.csv: expected a file that ends in .json",
+        ),
     ] {
         let output = bench.inhand(&[
-            "evaluate", "x", "-d", "d.mcap", "-o", "e.csv", "--rows", rows,
+            "evaluate", "x", "-d", "d.mcap", "-o", evaluation, "--rows", rows,
         ]);
         assert_eq!(output.status.code(), Some(2));
         assert!(crate::support::stderr(&output).contains(said));

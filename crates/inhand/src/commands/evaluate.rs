@@ -56,9 +56,6 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
                 "--rows {shown}: expected a file that ends in .parquet or .csv"
             ));
         }
-        if path == output {
-            return usage(format!("--rows and -o both name {shown}"));
-        }
     }
     let dictionary = inhand_session::read_dictionary(&args.dictionary)?;
     let takes = read_takes(console, &args.inputs, &settings)?;

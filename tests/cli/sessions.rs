@@ -506,6 +506,11 @@ fn a_batch_goes_past_a_bad_session_and_goes_on_later() {
     bench.ok(&good);
     assert_eq!(states(), expected("done", "up_to_date"));
     bench.ok(&["report", "merge", "results", "-o", "again.html"]);
+    std::fs::create_dir(bench.path("none")).expect("a folder");
+    bench.write("none/batch.json", r#"{"sessions": []}"#);
+    let refused = bench.inhand(&["report", "merge", "none", "-o", "x.html"]);
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(stderr(&refused).contains("none of them has results"));
     for page in ["results/summary.html", "again.html"] {
         let page = String::from_utf8(bench.bytes(page)).expect("a page is text");
         assert!(page.contains("2 sessions"));

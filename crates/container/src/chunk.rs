@@ -2,7 +2,7 @@
 
 use std::io::{self, Read, Write as _};
 
-use lz4_flex::frame::{FrameDecoder, FrameEncoder};
+use lz4_flex::frame::{BlockSize, FrameDecoder, FrameEncoder, FrameInfo};
 use mcap::records::{ChunkHeader, Record, op};
 use zstd::bulk::Compressor;
 
@@ -68,8 +68,9 @@ impl Packing {
             Packing::None => Ok(records.to_vec()),
             Packing::Zstd => zstd.compress(records),
             Packing::Lz4 => {
-                let out = Vec::with_capacity(records.len() / 2);
-                let mut encoder = FrameEncoder::new(out);
+                // Small blocks: whole ones are what can be had of a damaged chunk.
+                let blocks = FrameInfo::new().block_size(BlockSize::Max64KB);
+                let mut encoder = FrameEncoder::with_frame_info(blocks, Vec::new());
                 encoder.write_all(records)?;
                 Ok(encoder.finish()?)
             }

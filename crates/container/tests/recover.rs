@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::io::Cursor;
 
-use inhand_container::{ContainerError, Recovered, recover};
+use inhand_container::{ContainerError, Packing, Recovered, Writer, recover};
 use mcap::records::op;
 use proptest::prelude::*;
 
@@ -282,4 +282,30 @@ fn what_is_no_such_file_is_refused() {
             recover("x.csv", Cursor::new(bytes), &mut std::io::sink(), |_| None).unwrap_err();
         assert!(matches!(error, ContainerError::NotMcap { .. }), "{error}");
     }
+}
+
+/// Our own lz4 blocks are small: those before the damage are had.
+#[test]
+fn a_chunk_packed_by_lz4_gives_what_lies_before_its_cut() {
+    let mut bytes = Vec::new();
+    let mut writer = Writer::new(&mut bytes, "", "test", Packing::Lz4).unwrap();
+    let channel = writer
+        .channel(0, "/a", "raw", &BTreeMap::default())
+        .unwrap();
+    let mut noise = 1_u64;
+    for time in 0..2000 {
+        let written = writer.message(channel, 0, time, |data| {
+            for _ in 0..40 {
+                noise = noise
+                    .wrapping_mul(6_364_136_223_846_793_005)
+                    .wrapping_add(1);
+                data.extend((noise ^ (noise >> 29)).to_le_bytes());
+            }
+        });
+        written.unwrap();
+    }
+    assert_eq!(writer.finish().unwrap().messages, 2000);
+    let (out, _) = saved(&bytes[..bytes.len() / 2]);
+    let kept = sent(&out).len();
+    assert!((700..=1000).contains(&kept), "{kept}");
 }

@@ -7,7 +7,7 @@ use inhand_session::SessionError;
 
 /// Shown under `--help`.
 pub(crate) const HELP: &str = "Exit codes: 0 done, 1 failed, 2 wrong usage, \
-    3 finished but data was lost, a goal was missed or a check did not pass.";
+    3 finished but data was lost, a target was missed or a check did not pass.";
 
 /// How a command ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,7 +18,7 @@ pub(crate) enum Exit {
     Failed = 1,
     /// The call or a setting was wrong, or an output exists.
     Usage = 2,
-    /// Finished, but data was lost, a goal was missed or a check did not pass.
+    /// Finished, but data was lost, a target was missed or a check did not pass.
     Lossy = 3,
 }
 

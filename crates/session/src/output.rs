@@ -176,6 +176,9 @@ pub fn check_target(
     may_replace: impl FnOnce() -> bool,
 ) -> Result<(), SessionError> {
     let refuse = |message: &str| Err(SessionError::usage(path, message));
+    if !path.exists() && path.is_symlink() {
+        return refuse("the output is a link to a file that is not there: name that file");
+    }
     if !path.exists() {
         return Ok(());
     }

@@ -152,6 +152,7 @@ fn join(
     if given.len() < all.len() {
         match merged(&all) {
             Ok(summary) => joined = Ok(summary),
+            Err(refused) if !matches!(joined, Ok(Some(_))) => joined = joined.and(Err(refused)),
             Err(refused) => console.say(&format!(
                 "{} leaves out sessions of earlier calls: {refused}",
                 target.display()

@@ -25,7 +25,7 @@ const OUTSIDE_M: f64 = 10e-3;
 
 /// Plan one motion from a start to a goal, each from a JSON file or from a take at a time.
 ///
-/// The exit code is 3 where the motion misses a given position by more than 1 mm.
+/// The exit code is 3 where the motion misses a target by more than 1 mm.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Dictionary that `learn` or `run` wrote.
@@ -140,11 +140,12 @@ fn worst_miss(planned: &Planned) -> Option<&MetTarget> {
     (planned.targets.iter()).max_by(|a, b| a.miss_m.total_cmp(&b.miss_m))
 }
 
-/// How a plan ended, as its certificate and the targets have it.
-fn status(planned: &Planned, plan: &Plan) -> &'static str {
-    match is_missed(planned) {
-        true => "missed",
-        false => plan.status.name(),
+/// How planning ended: as the worst of the plans, or with a target missed.
+fn status(planned: &Planned) -> &'static str {
+    let mut worst = planned.plans.iter().map(|plan| plan.status);
+    match worst.find(|status| *status != PlanStatus::Solved) {
+        _ if is_missed(planned) => "missed",
+        worst => worst.unwrap_or(PlanStatus::Solved).name(),
     }
 }
 
@@ -213,7 +214,7 @@ fn in_words(planned: &Planned) -> String {
     format!(
         "{seconds:.2} s · {} · {segments}{}{met} · {ms:.1} ms · {active}{hull} · certified {:.0e}",
         planned.method,
-        status(planned, &planned.plans[0]).replace('_', " "),
+        status(planned).replace('_', " "),
         worst.fold(0.0, f64::max),
     )
 }
@@ -237,9 +238,7 @@ fn without_motion(planned: &Planned, plan: &Plan) -> String {
 }
 
 fn as_json(planned: &Planned) -> serde_json::Value {
-    let plans: Vec<_> = (planned.plans.iter())
-        .map(|plan| plan_json(plan, status(planned, plan)))
-        .collect();
+    let plans: Vec<_> = planned.plans.iter().map(plan_json).collect();
     let tips = |values: &[f64]| {
         let tips = PerFinger::from_fn(|finger| &values[3 * finger.index()..][..3]);
         by_finger(&tips, |tip| json!(tip))
@@ -249,16 +248,13 @@ fn as_json(planned: &Planned) -> serde_json::Value {
         configurations.map(tips).collect::<Vec<_>>()
     });
     let targets = planned.targets.iter().map(|target| {
-        json!({
-            "time_s": target.time_s,
-            "finger": target.finger.name(),
-            "miss_m": target.miss_m,
-            "hull_distance_m": target.hull_distance_m,
-        })
+        let (finger, miss_m) = (target.finger.name(), target.miss_m);
+        let (time_s, outside_m) = (target.time_s, target.hull_distance_m);
+        json!({ "time_s": time_s, "finger": finger, "miss_m": miss_m, "hull_distance_m": outside_m })
     });
     json!({
         "method": planned.method.name(),
-        "status": planned.plans.last().map(|plan| status(planned, plan)),
+        "status": status(planned),
         "rate_hz": planned.layout.rate_hz,
         "worst_miss_m": worst_miss(planned).map(|worst| worst.miss_m),
         "targets": targets.collect::<Vec<_>>(),
@@ -268,7 +264,7 @@ fn as_json(planned: &Planned) -> serde_json::Value {
     })
 }
 
-fn plan_json(plan: &Plan, status: &str) -> serde_json::Value {
+fn plan_json(plan: &Plan) -> serde_json::Value {
     let families = plan
         .checks
         .violation
@@ -288,7 +284,7 @@ fn plan_json(plan: &Plan, status: &str) -> serde_json::Value {
         json!({ "position_m": position_m, "quaternion_xyzw": rotation })
     });
     json!({
-        "status": status,
+        "status": plan.status.name(),
         "objective": plan.objective,
         "certificate": plan.certificate,
         "rows": plan.checks.rows,

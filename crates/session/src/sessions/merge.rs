@@ -46,9 +46,12 @@ impl Default for MergeOptions {
 ///
 /// # Errors
 ///
-/// [`SessionError::Data`] for a session that is given twice, settings or methods that differ unless that is
+/// [`SessionError::Data`] for no session, for one that is given twice, settings or methods that differ unless that is
 /// allowed, parts without rows or with those of another run; [`SessionError::At`] for damaged rows.
 pub fn merge(parts: &[Part], options: MergeOptions) -> Result<Summary, SessionError> {
+    if parts.is_empty() {
+        return Err(SessionError::data("sessions", "none of them has results"));
+    }
     check_twice(parts)?;
     let all: Vec<&Part> = parts.iter().collect();
     let different = differences(&all);

@@ -125,9 +125,15 @@ fn devices_and_fifos_are_written_to() {
 #[cfg(unix)]
 #[test]
 fn a_link_to_nothing_is_refused_before_the_work() {
-    let bench = Bench::empty();
+    let bench = Bench::csv();
     std::os::unix::fs::symlink("nowhere.mcap", bench.path("link.mcap")).expect("a link");
-    let output = bench.inhand(&["convert", "a.csv", "-o", "link.mcap", "--force"]);
+    let output = bench.inhand(&[
+        "convert",
+        "session/train/cube_train_01.csv",
+        "-o",
+        "link.mcap",
+        "--force",
+    ]);
     assert_eq!(output.status.code(), Some(2));
     assert!(stderr(&output).contains("a link to a file that is not there"));
     assert!(bench.path("link.mcap").is_symlink());

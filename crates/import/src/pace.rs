@@ -1,4 +1,4 @@
-//! From stamps to an even clock: the period, and which sample each stamp belongs to.
+//! Even clocks of stamps: the period, and the sample that each stamp belongs to.
 //!
 //! Stamps jitter, frames are dropped, clocks of computers and cameras drift apart by parts in a
 //! million. The period is the slope of a least-squares line through stamps and sample numbers;

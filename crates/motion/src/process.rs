@@ -1,4 +1,4 @@
-//! From a recording to the motion of fingertips and object in the hand's frame.
+//! The motion of fingertips and object in the hand's frame, from a recording.
 
 use inhand_model::{
     Finger, Hand, Motion, PerFinger, PointTrack, Pose, PoseTrack, Recording, Roles, Sample, Track,

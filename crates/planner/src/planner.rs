@@ -1,4 +1,4 @@
-//! From a dictionary and targets to certified trajectories.
+//! Certified trajectories from a dictionary and targets.
 
 use std::sync::{Arc, OnceLock, PoisonError, RwLock};
 use std::time::{Duration, Instant};

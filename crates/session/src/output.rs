@@ -132,7 +132,8 @@ fn folder_for_unfinished(path: &Path) -> Result<PathBuf, SessionError> {
     }
 }
 
-/// A temporary folder beside an output, on a disk that has room for it.
+/// A temporary folder beside an output, on a disk that has room for it. For a device or a FIFO it is among the
+/// temporary files of the system.
 ///
 /// # Errors
 ///

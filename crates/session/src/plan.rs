@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use inhand_channels::{GeneratedMethod, GeneratedSegment, TakeFile};
-use inhand_contact::HullProbe;
+use inhand_contact::hull_distance_m;
 use inhand_model::{
     Clock, Dictionary, Finger, Hull, LengthUnit, ObjectEnds, PerFinger, Plan, Provenance,
     Recording, SEGMENT_COORDINATES, SegmentLayout, Source, StartTime, Trajectory, UpAxis,
@@ -49,11 +49,11 @@ pub struct Planned {
     /// Time for all plans; that of preparing the dictionary for targets that give the same parts is
     /// in it for a single motion.
     pub time: Duration,
-    /// The positions it was given and how the motion meets them; empty without one.
+    /// The target positions and how the motion meets them; empty without a motion.
     pub targets: Vec<MetTarget>,
 }
 
-/// A position that a motion was given.
+/// A target position of a finger, and how a motion meets it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MetTarget {
     /// Time since the start of the motion, seconds.
@@ -160,7 +160,7 @@ fn met_targets(
                 time_s,
                 finger,
                 miss_m: (trajectory.position(sample, finger)).distance_m(wanted.into()),
-                hull_distance_m: HullProbe::new(&hulls[finger]).distance_m(wanted),
+                hull_distance_m: hull_distance_m(&hulls[finger], wanted),
             })
         })
     });

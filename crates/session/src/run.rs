@@ -1,4 +1,4 @@
-//! From a session folder to one MCAP per take, a dictionary, an evaluation and a report.
+//! A run: from a session folder to one MCAP per take, a dictionary, an evaluation and a report.
 
 mod files;
 mod write;

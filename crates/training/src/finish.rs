@@ -1,4 +1,4 @@
-//! From a run whose rounds are done to the dictionary, and all of it in one process.
+//! The dictionary of a run whose rounds are done, and the whole of a run in one process.
 
 use std::time::Instant;
 

@@ -1,4 +1,4 @@
-//! From takes to the tables of a learning folder, a few takes at a time.
+//! The tables of a learning folder, made from takes, a few at a time.
 
 use std::path::{Path, PathBuf};
 

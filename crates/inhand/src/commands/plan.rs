@@ -131,7 +131,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     Ok(Exit::done_unless(is_missed(&planned) && !args.allow_miss))
 }
 
-/// Whether the motion misses a position that it was given.
+/// Whether the motion misses a target.
 fn is_missed(planned: &Planned) -> bool {
     worst_miss(planned).is_some_and(|target| target.miss_m > MET_M)
 }

@@ -1,4 +1,4 @@
-//! From markers to the pads of the fingers.
+//! Offsets from markers to the pads of the fingers.
 //!
 //! A marker sits on the nail or the end of a finger, contact is made by the pad. Where the pad is from
 //! the marker depends on how the last joint is turned, and that cannot be known from one marker on it

@@ -1,4 +1,4 @@
-//! From data to pixels, and ticks at numbers that people count in.
+//! Scales from data to pixels, and ticks at numbers that people count in.
 
 /// A mark on an axis.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,4 +1,4 @@
-//! From a dictionary to a trajectory for every segment.
+//! A trajectory for every segment, from a dictionary.
 
 use std::sync::Arc;
 use std::time::Duration;

@@ -1,4 +1,4 @@
-//! From training segments to a dictionary.
+//! A dictionary from training segments.
 
 use inhand_dictionary::{NmfSettings, Penalty, draw, learn_nmf, learn_pca, learn_residual};
 use inhand_model::{Demonstrated, Dictionary, DictionaryKind, Segments};

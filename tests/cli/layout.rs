@@ -88,6 +88,8 @@ fn an_output_appears_whole_and_not_over_something_else() {
     let bench = Bench::empty();
     bench.ok(&["layout", "-o", "a.json"]);
     assert_eq!(bench.bytes("a.json"), bench.ok(&["layout"]).into_bytes());
+    bench.ok(&["layout", "-o", "a.json"]);
+    bench.write("a.json", "{}");
     let again = bench.inhand(&["layout", "-o", "a.json"]);
     assert_eq!(again.status.code(), Some(2));
     assert!(stderr(&again).contains("--force"), "{}", stderr(&again));

@@ -27,8 +27,10 @@ fn what_others_wrote_needs_force() {
     assert!(stderr(&output).contains("--force"), "{}", stderr(&output));
     assert_eq!(bench.bytes("a.mcap"), b"somebody's notes");
     bench.ok(&[&convert[..], &["--force"]].concat());
-    // Made from the same input: replaced without asking. Made from another: not.
+    // The identical call may be repeated; another input or other settings need force.
     bench.ok(&convert);
+    let bare = [&convert[..], &["--no-view"]].concat();
+    assert_eq!(bench.inhand(&bare).status.code(), Some(2));
     let other = ["convert", "session/train/cube_train_02.csv", "-o", "a.mcap"];
     assert_eq!(bench.inhand(&other).status.code(), Some(2));
 }
@@ -173,4 +175,82 @@ fn an_ending_that_is_not_written_is_refused() {
         }
     }
     assert_eq!(bench.files("."), ["a.mcap", "b.mcap", "evaluation.json"]);
+}
+
+#[test]
+fn the_identical_call_may_be_repeated_and_no_other_replaces_results() {
+    let bench = Bench::csv();
+    bench.run("out", &[]);
+    let (train, test) = ("session/train/cube_train_01.csv", "out/cube_test_01.mcap");
+    let (dictionary, evaluation) = ("out/dictionary.mcap", "out/evaluation.json");
+    let (from, to) = ("out/cube_test_01.mcap@2", "out/cube_test_01.mcap@2.99");
+    let plan = ["plan", "-d", dictionary, "--from", from, "--to", to];
+    let learn = [
+        "learn",
+        train,
+        "--stride",
+        "10",
+        "--rank",
+        "12",
+        "--max-iterations",
+    ];
+    // A call, its output, and what makes it another one.
+    for (call, name, other) in [
+        (&["process", train][..], "p.mcap", &["--no-view"][..]),
+        (
+            &["clean", train, "--repair"],
+            "c.mcap",
+            &["--fill", "cubic"],
+        ),
+        (&[&learn[..], &["5"]].concat(), "d.mcap", &["--seed", "5"]),
+        (
+            &["generate", "-d", dictionary, test, "--methods", "line,hold"],
+            "g.mcap",
+            &["--no-view"],
+        ),
+        (
+            &["evaluate", "-d", dictionary, test],
+            "e.json",
+            &["--draws", "100"],
+        ),
+        (&plan, "plan.mcap", &["--fingers", "thumb"]),
+        (&["cut", test, "--from", "1"], "cut.mcap", &["--to", "3"]),
+        (&["filter", test], "f.mcap", &["--no-metadata"]),
+        (
+            &["annotate", "add", test, "--at", "1", "--label", "slip"],
+            "a.mcap",
+            &["--label", "finger=index"],
+        ),
+        (&["export", train], "t.csv", &["--layout", "tidy"]),
+        (&["export", dictionary], "d.npz", &[]),
+        (&["layout", test], "l.json", &[dictionary]),
+        (&["report", evaluation], "r.md", &[]),
+        (&["view", test], "v.mcap", &["--object", "cube:0.06"]),
+    ] {
+        let call = [call, &["-o", name]].concat();
+        bench.ok(&call);
+        let before = bench.bytes(name);
+        bench.ok(&call);
+        assert!(bench.bytes(name) == before, "{call:?}");
+        let refused = |call: &[&str], before: &[u8]| {
+            let output = bench.inhand(call);
+            let message = stderr(&output);
+            assert_eq!(output.status.code(), Some(2), "{call:?}: {message}");
+            let wanted = format!("{name}: already exists; use --force to overwrite");
+            assert!(message.contains(&wanted), "{call:?}: {message}");
+            assert!(bench.bytes(name) == before, "{call:?}");
+        };
+        if !other.is_empty() {
+            refused(&[&call[..], other].concat(), &before);
+        }
+        bench.write(name, "somebody's notes");
+        refused(&call, b"somebody's notes");
+        bench.ok(&[&call[..], &["--force"]].concat());
+        assert!(bench.bytes(name) == before, "{call:?}");
+    }
+    let unfinished = bench.files(".").into_iter();
+    let unfinished: Vec<_> = unfinished
+        .filter(|name| name.contains("unfinished"))
+        .collect();
+    assert_eq!(unfinished, Vec::<String>::new());
 }

@@ -55,13 +55,30 @@ fn a_take_goes_to_a_table_and_back_unchanged() {
     // And the way of the data goes on from the table as from the take.
     bench.ok(&["process", "wide.csv", "-o", "p.mcap"]);
 
-    // Exporting again gives the same bytes, and asks before it replaces anything.
-    let refused = bench.inhand(&["export", "b.mcap", "-o", "wide.csv"]);
-    assert_eq!(refused.status.code(), Some(2), "{}", stderr(&refused));
-    assert!(stderr(&refused).contains("--force"));
+    // Exporting again gives the same bytes, and neither the table nor its facts are replaced by others.
+    let export = ["export", "b.mcap", "-o", "wide.csv"];
     let before = (bench.bytes("wide.csv"), bench.bytes("wide.csv.json"));
-    bench.ok(&["export", "b.mcap", "-o", "wide.csv", "--force"]);
-    assert!((bench.bytes("wide.csv"), bench.bytes("wide.csv.json")) == before);
+    bench.ok(&export);
+    for gone in [
+        &["wide.csv.json"][..],
+        &["wide.csv"],
+        &["wide.csv", "wide.csv.json"],
+    ] {
+        for name in gone {
+            bench.write(name, "somebody's");
+        }
+        let refused = bench.inhand(&export);
+        assert_eq!(refused.status.code(), Some(2), "{}", stderr(&refused));
+        assert!(stderr(&refused).contains("--force"));
+        bench.ok(&[&export[..], &["--force"]].concat());
+        assert!((bench.bytes("wide.csv"), bench.bytes("wide.csv.json")) == before);
+    }
+    std::fs::remove_file(bench.path("wide.csv")).expect("it was written");
+    assert_eq!(
+        bench.inhand(&export).status.code(),
+        Some(2),
+        "facts are left"
+    );
 }
 
 #[test]

@@ -1,10 +1,12 @@
 //! Output files of commands: checked before anything takes long, and named when written.
 
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-use anyhow::Result;
+use anyhow::{Error, Result};
 use clap::Args;
-use inhand_session::{check_target, is_stream, write_text};
+use inhand_session::containers::hash_file;
+use inhand_session::{already_exists, check_target, is_stream, scratch_folder, write_text};
 
 use crate::console::{Console, data};
 use crate::exit::UsageError;
@@ -21,15 +23,18 @@ pub(crate) struct OutputFile {
 }
 
 impl OutputFile {
-    /// Refuses an output that is an input, or exists without --force.
-    pub(crate) fn check<P: AsRef<Path>>(&self, inputs: &[P]) -> Result<()> {
-        check_outputs([&self.output], inputs, self.force)
-    }
-
-    /// The same for an MCAP file, whose name has to say so.
+    /// Refuses an output that is an input or does not end in .mcap.
     pub(crate) fn check_mcap<P: AsRef<Path>>(&self, inputs: &[P]) -> Result<()> {
         ending(&self.output, &["mcap"])?;
-        self.check(inputs)
+        check_outputs([&self.output], inputs)
+    }
+
+    /// Writes it by [`write_output`].
+    pub(crate) fn write<T, E: Into<Error>>(
+        &self,
+        write: impl FnOnce(&Path) -> Result<T, E>,
+    ) -> Result<T> {
+        write_output(&self.output, self.force, write)
     }
 }
 
@@ -45,9 +50,9 @@ pub(crate) struct TextOutput {
 }
 
 impl TextOutput {
-    /// Refuses an output that is an input, or exists without --force.
+    /// Refuses an output that is an input.
     pub(crate) fn check<P: AsRef<Path>>(&self, inputs: &[P]) -> Result<()> {
-        check_outputs(&self.output, inputs, self.force)
+        check_outputs(&self.output, inputs)
     }
 
     /// Writes or prints the text.
@@ -55,7 +60,7 @@ impl TextOutput {
         let Some(output) = &self.output else {
             return Ok(data(text)?);
         };
-        write_text(output, text)?;
+        write_output(output, self.force, |path| write_text(path, text))?;
         console.wrote(output);
         Ok(())
     }
@@ -75,13 +80,37 @@ pub(crate) fn ending<'a>(output: &Path, known: &[&'a str]) -> Result<&'a str, Us
     }
 }
 
-/// Refuses outputs that are inputs, or exist and must not be replaced.
+/// Writes an output. Without --force one that exists may only be written again as it is: the identical call can be
+/// repeated, and no other replaces its results.
+pub(crate) fn write_output<T, E: Into<Error>>(
+    target: &Path,
+    force: bool,
+    write: impl FnOnce(&Path) -> Result<T, E>,
+) -> Result<T> {
+    if force || !target.is_file() {
+        return write(target).map_err(Into::into);
+    }
+    let scratch = scratch_folder(target)?;
+    let beside = |folder: &Path, name: &OsStr| hash_file(&folder.join(name)).ok();
+    let name = target.file_name().unwrap_or_default();
+    let done = write(&scratch.path().join(name)).map_err(Into::into)?;
+    // Some outputs have files of facts beside them.
+    for file in scratch.path().read_dir()? {
+        let name = file?.file_name();
+        let earlier = beside(target.parent().unwrap_or(target), &name);
+        if earlier.is_none() || earlier != beside(scratch.path(), &name) {
+            return Err(already_exists(target).into());
+        }
+    }
+    Ok(done)
+}
+
+/// Refuses outputs that are inputs or folders.
 pub(crate) fn check_outputs<'a, P: AsRef<Path>>(
     outputs: impl IntoIterator<Item = &'a PathBuf>,
     inputs: &[P],
-    force: bool,
 ) -> Result<()> {
     let inputs: Vec<&Path> = inputs.iter().map(AsRef::as_ref).collect();
     let mut outputs = outputs.into_iter();
-    Ok(outputs.try_for_each(|output| check_target(output, &inputs, || force))?)
+    Ok(outputs.try_for_each(|output| check_target(output, &inputs, || true))?)
 }

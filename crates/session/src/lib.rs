@@ -65,7 +65,8 @@ pub use long_take::{LongTake, TakeInput};
 pub use manifest::{PlanMs, RunJson, peak_memory_bytes, plan_times_beside};
 pub use methods::Method;
 pub use output::{
-    check_target, is_stream, same_file, scratch_folder, write_atomic, write_durable, write_text,
+    already_exists, check_target, is_stream, same_file, scratch_folder, write_atomic,
+    write_durable, write_text,
 };
 pub use plan::{MetTarget, PlanRequest, Planned, plan_motion, write_plan};
 pub use run::{Event, RunFiles, RunOptions, RunResult, provenance, run};

@@ -192,7 +192,12 @@ pub fn check_target(
     if is_stream(path) || may_replace() {
         return Ok(());
     }
-    refuse("the output exists and was not made from the same inputs: --force replaces it")
+    Err(already_exists(path))
+}
+
+/// An output, or a folder of outputs, that exists and must not change without --force.
+pub fn already_exists(path: &Path) -> SessionError {
+    SessionError::usage(path, "already exists; use --force to overwrite")
 }
 
 #[cfg(unix)]

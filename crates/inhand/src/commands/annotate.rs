@@ -1,6 +1,6 @@
 //! `inhand annotate VERB FILE`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use inhand_export::events::{self, parse_instant, seconds_after};
@@ -268,7 +268,8 @@ impl Target {
         if let Some(vocabulary) = &self.vocabulary {
             Vocabulary::read(vocabulary)?.check(file, &annotations.events)?;
         }
-        annotate::write(file, output, &annotated, &annotations)?;
+        let write = |path: &Path| annotate::write(file, path, &annotated, &annotations);
+        self.output.write(write)?;
         for event in annotations
             .events
             .iter()

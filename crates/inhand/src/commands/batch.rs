@@ -6,14 +6,13 @@ use std::time::{Duration, Instant};
 
 use anyhow::Result;
 use inhand_session::sessions::{MergeOptions, Part, merge};
-use inhand_session::write_text;
+use inhand_session::{check_target, write_text};
 use serde::{Deserialize, Serialize};
 
 use super::run::SessionOptions;
 use crate::console::{Console, data, to_stderr};
 use crate::exit::{Exit, UsageError};
 use crate::options::OutputOptions;
-use crate::output::check_outputs;
 
 /// Run many sessions, skip and report those that fail, join their evaluations
 ///
@@ -43,7 +42,8 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let earlier = Record::read(&record_file);
     // Results beside a record are those of an earlier call.
     let force = args.writing.force || earlier.is_some();
-    check_outputs([&record_file, &summary_file], &args.sessions, force)?;
+    check_target(&record_file, &[], || force)?;
+    check_target(&summary_file, &[], || force)?;
     let mut record = earlier.unwrap_or_default();
     // The folder of results that each session has had so far.
     let known = (record.sessions.iter())

@@ -12,6 +12,7 @@ use crate::commands::{read_takes, takes_and_targets};
 use crate::console::{Console, data};
 use crate::exit::{Exit, usage};
 use crate::options::{OutputOptions, SourceOptions, one_of, three_numbers};
+use crate::output::write_output;
 
 /// List suspect samples in takes; with steps and -o, repair them and write cleaned takes.
 ///
@@ -110,12 +111,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
                        suspect samples",
         );
     };
-    let (takes, targets) = takes_and_targets(
-        console,
-        (&args.inputs, None),
-        (output, args.writing.force),
-        &as_measured,
-    )?;
+    let (takes, targets) = takes_and_targets(console, (&args.inputs, None), output, &as_measured)?;
     for take in &takes {
         take.roles()?;
     }
@@ -123,7 +119,10 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         let cleaned = clean_take(take, &steps)?;
         let made = provenance("clean", &settings, [take.hash.clone()]);
         let view = !args.writing.no_view;
-        write_cleaned(target, take, &cleaned, &made, settings.shape()?, view)?;
+        let shape = settings.shape()?;
+        write_output(target, args.writing.force, |path| {
+            write_cleaned(path, take, &cleaned, &made, shape, view)
+        })?;
         data(&listed(&cleaned.changes, take.measured().clock))?;
         console.wrote_with(target, &counted(&cleaned.changes));
     }

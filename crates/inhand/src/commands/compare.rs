@@ -11,7 +11,7 @@ use inhand_session::{EvaluateSection, write_text};
 use crate::console::{Console, data};
 use crate::exit::{Exit, UsageError, usage};
 use crate::options::Format;
-use crate::output::check_outputs;
+use crate::output::{check_outputs, write_output};
 
 /// Compare two evaluations or two methods, with intervals; fail on a condition
 ///
@@ -71,7 +71,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     }
     let before = Part::read(&args.before)?;
     let after = Part::read(args.after.as_ref().unwrap_or(&args.before))?;
-    check_outputs(&args.output, &[&before.path, &after.path], args.force)?;
+    check_outputs(&args.output, &[&before.path, &after.path])?;
     let options = CompareOptions {
         method: args.method.clone(),
         against: args.against.clone(),
@@ -84,7 +84,8 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         Format::Text => data(&inhand_report::comparison_text(&comparison, args.all))?,
     }
     if let Some(output) = &args.output {
-        write_text(output, &inhand_report::comparison_markdown(&comparison))?;
+        let text = inhand_report::comparison_markdown(&comparison);
+        write_output(output, args.force, |path| write_text(path, &text))?;
         console.wrote(output);
     }
     let mut exit = Exit::Done;

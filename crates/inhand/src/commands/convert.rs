@@ -6,11 +6,11 @@ use anyhow::{Result, bail};
 use inhand_model::{BodySource, Finger, Recording, Roles};
 use inhand_session::{Coverage, Located, TakeInput, describe_source, write_atomic};
 
-use crate::commands::{check_take_target, say_findings, targets};
+use crate::commands::{say_findings, targets};
 use crate::console::Console;
 use crate::exit::{Exit, usage};
 use crate::options::{OutputOptions, SourceOptions};
-use crate::output::check_outputs;
+use crate::output::{check_outputs, write_output};
 
 /// Convert takes to MCAP recordings, or a recording to Motive CSV 1.23, TRC or C3D.
 ///
@@ -41,6 +41,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     }
     let inputs = &args.inputs;
     let targets = targets(inputs, &args.output, &["mcap", "csv", "trc", "c3d"])?;
+    check_outputs(&targets, inputs)?;
     let mut takes = Vec::with_capacity(inputs.len());
     for path in inputs {
         let take = match vendor {
@@ -50,20 +51,18 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         say_findings(console, take.hash(), take.header());
         takes.push(take);
     }
-    for ((take, target), path) in takes.iter().zip(&targets).zip(inputs) {
-        if let Some(format) = vendor {
-            check_outputs([target], inputs, args.writing.force)?;
-            format.check(path, take.header())?;
-        } else {
-            check_take_target(target, inputs, take.hash(), args.writing.force)?;
-        }
+    if let Some(format) = vendor {
+        (inputs.iter().zip(&takes))
+            .try_for_each(|(path, take)| format.check(path, take.header()))?;
     }
     let mut exit = Exit::Done;
     for (take, target) in takes.iter().zip(&targets) {
         describe(console, take);
         match (take, vendor) {
             (TakeInput::Whole(take), Some(format)) => {
-                format.write(target, &take.recording)?;
+                write_output(target, args.writing.force, |path| {
+                    format.write(path, &take.recording)
+                })?;
                 let left_out = take.recording.bodies.len();
                 if left_out > 0 && !format.holds_bodies() {
                     let bodies = bodies(left_out);
@@ -73,7 +72,9 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
                     exit = Exit::Lossy;
                 }
             }
-            _ => take.convert(target, &settings, !args.writing.no_view)?,
+            _ => write_output(target, args.writing.force, |path| {
+                take.convert(path, &settings, !args.writing.no_view)
+            })?,
         }
         let megabytes = std::fs::metadata(target)?.len() as f64 / 1e6;
         console.wrote_with(target, &format!("{megabytes:.1} MB"));

@@ -12,7 +12,7 @@ use serde_json::json;
 use crate::console::{Console, print};
 use crate::exit::{Exit, usage};
 use crate::options::Format;
-use crate::output::{check_outputs, ending};
+use crate::output::{check_outputs, ending, write_output};
 
 /// Cut a time range from an MCAP file of any origin; what stays is byte for byte as it was.
 ///
@@ -62,13 +62,13 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         true => vec![(args.output.clone(), vec![keep])],
         false => outputs(args, by_events(args, keep)?),
     };
-    check_outputs(
-        outputs.iter().map(|(output, _)| output),
-        &[&args.input],
-        args.force,
-    )?;
+    check_outputs(outputs.iter().map(|(output, _)| output), &[&args.input])?;
     let cuts = (outputs.iter())
-        .map(|(output, intervals)| containers::cut(&args.input, output, intervals))
+        .map(|(output, intervals)| {
+            write_output(output, args.force, |path| {
+                containers::cut(&args.input, path, intervals)
+            })
+        })
         .collect::<Result<Vec<_>, _>>()?;
     let json = || match &cuts[..] {
         [cut] => as_json(cut),

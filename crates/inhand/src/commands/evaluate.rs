@@ -10,7 +10,7 @@ use crate::commands::{read_takes, say_used};
 use crate::console::{Console, data};
 use crate::exit::{Exit, usage};
 use crate::options::{EvaluateOptions, Format, TakeOptions};
-use crate::output::{OutputFile, check_outputs, ending};
+use crate::output::{OutputFile, check_outputs, ending, write_output};
 
 /// Compare generated with recorded motion in takes and write evaluation.json.
 #[derive(Debug, clap::Args)]
@@ -48,7 +48,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     ending(output, &["json"])?;
     let inputs: Vec<_> = args.inputs.iter().chain([&args.dictionary]).collect();
     let outputs = [output].into_iter().chain(&args.rows);
-    check_outputs(outputs, &inputs, args.output.force)?;
+    check_outputs(outputs, &inputs)?;
     if let Some(path) = &args.rows {
         let shown = path.display();
         if TableFormat::from_path(path).is_none() {
@@ -68,9 +68,12 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let steps = takes.iter().flat_map(|take| take.provenance.clone());
     let chain: Vec<_> = steps.chain([made]).collect();
     let text = inhand_report::evaluation_json(&evaluation, &chain)?;
-    write_text(output, &text)?;
+    args.output.write(|path| write_text(path, &text))?;
     if let Some(path) = &args.rows {
-        write_rows(path, &evaluation.session.name, &rows)?;
+        let name = &evaluation.session.name;
+        write_output(path, args.output.force, |path| {
+            write_rows(path, name, &rows)
+        })?;
     }
     match args.format {
         Format::Json => data(&text)?,

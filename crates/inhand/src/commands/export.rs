@@ -6,14 +6,14 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use inhand_export::bids::BidsNames;
 use inhand_session::tables::{self, TableFormat, TableLayout, TablePart};
-use inhand_session::{Take, matrices, read_dictionary};
+use inhand_session::{Take, check_target, matrices, read_dictionary};
 use serde_json::json;
 
 use crate::commands::read_take;
 use crate::console::{Console, print};
 use crate::exit::{Exit, UsageError, usage};
 use crate::options::{Format, SourceOptions, one_of};
-use crate::output::check_outputs;
+use crate::output::{check_outputs, write_output};
 
 /// Write a take as a table (.csv, .parquet) or into a BIDS dataset (--bids), or a dictionary as matrices.
 ///
@@ -94,11 +94,17 @@ fn to_table(console: &Console, args: &Args, form: TableFormat) -> Result<Exit> {
     let (what, layout) = (args.what, args.layout);
     let mut outputs = vec![args.output.clone()];
     if tables::has_facts(what, layout, form) {
-        outputs.push(tables::facts_path(&args.output));
+        let facts = tables::facts_path(&args.output);
+        check_target(&facts, &[&args.input], || {
+            args.force || args.output.exists()
+        })?;
+        outputs.push(facts);
     }
-    check_outputs(&outputs, &[&args.input], args.force)?;
+    check_outputs(&outputs, &[&args.input])?;
     let take = take(console, args)?;
-    tables::write_table(&args.output, &take, what, layout, form)?;
+    write_output(&args.output, args.force, |path| {
+        tables::write_table(path, &take, what, layout, form)
+    })?;
     outputs.iter().for_each(|output| console.wrote(output));
     Ok(Exit::Done)
 }
@@ -113,7 +119,9 @@ fn to_bids(console: &Console, args: &Args, names: &str) -> Result<Exit> {
     let take = take(console, args)?;
     let names = bids_names(names, &take.annotations.about)?;
     let outputs = tables::bids_paths(&args.output, &take, &names)?;
-    check_outputs(&outputs, &[&args.input], args.force)?;
+    for output in &outputs {
+        check_target(output, &[&args.input], || args.force)?;
+    }
     tables::write_bids(&args.output, &take, &names)?;
     outputs.iter().for_each(|output| console.wrote(output));
     Ok(Exit::Done)
@@ -170,9 +178,11 @@ fn bids_names(text: &str, about: &BTreeMap<String, String>) -> Result<BidsNames>
 }
 
 fn to_matrices(console: &Console, args: &Args) -> Result<Exit> {
-    check_outputs([&args.output], &[&args.input], args.force)?;
+    check_outputs([&args.output], &[&args.input])?;
     let matrices = matrices::export_dictionary(&read_dictionary(&args.input)?.dictionary);
-    matrices::write(&args.output, &matrices)?;
+    write_output(&args.output, args.force, |path| {
+        matrices::write(path, &matrices)
+    })?;
     let sizes: Vec<_> = (matrices.iter())
         .filter_map(|(name, variable)| Some((name, variable.numbers()?.shape())))
         .collect();

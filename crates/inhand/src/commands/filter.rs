@@ -1,6 +1,6 @@
 //! `inhand filter FILE -o OUT`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use inhand_container::{ChannelFacts, Packing, Selection};
@@ -66,7 +66,8 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         packing: args.compression,
         ..Selection::default()
     };
-    let filtered = containers::filter(&args.input, &args.output.output, &selection)?;
+    let write = |path: &Path| containers::filter(&args.input, path, &selection);
+    let filtered = args.output.write(write)?;
     let written = &filtered.written;
     let text = || {
         format!(

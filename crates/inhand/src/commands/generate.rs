@@ -9,6 +9,7 @@ use crate::commands::{say_used, takes_and_targets};
 use crate::console::Console;
 use crate::exit::Exit;
 use crate::options::{MethodOptions, OutputOptions, PlanOptions, TakeOptions};
+use crate::output::write_output;
 
 /// Generate a trajectory for each segment of takes by every method; add the generated channels.
 #[derive(Debug, clap::Args)]
@@ -40,7 +41,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let (takes, targets) = takes_and_targets(
         console,
         (&args.inputs, Some(&args.dictionary)),
-        (&args.output, args.writing.force),
+        &args.output,
         &settings,
     )?;
     let dictionary = inhand_session::read_dictionary(&args.dictionary)?;
@@ -69,7 +70,9 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
             made: &made,
             settings: &settings,
         };
-        write_take(target, &contents, !args.writing.no_view)?;
+        write_output(target, args.writing.force, |path| {
+            write_take(path, &contents, !args.writing.no_view)
+        })?;
         let trajectories = generated.iter().flat_map(|g| &g.trajectories);
         let lost = trajectories.filter(|t| t.is_none()).count();
         let (segments, methods) = (segments.len(), generated.len());

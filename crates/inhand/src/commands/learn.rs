@@ -8,7 +8,11 @@ use std::time::Instant;
 use anyhow::Result;
 use clap::Subcommand;
 use inhand_model::DictionaryKind;
-use inhand_session::{Settings, Take, matrices, scratch_folder, write_dictionary};
+use inhand_session::containers::hash_file;
+use inhand_session::{
+    Settings, Take, already_exists, matrices, provenance, read_dictionary, scratch_folder,
+    write_dictionary,
+};
 use inhand_training::{Learned, LearningFolder, Progress, learn_given, learn_in};
 use serde_json::json;
 
@@ -17,7 +21,7 @@ use crate::commands::say_findings;
 use crate::console::{Console, print};
 use crate::exit::{Exit, UsageError, usage};
 use crate::options::{Format, LearnOptions, MethodOptions, TakeOptions};
-use crate::output::{check_outputs, ending};
+use crate::output::{check_outputs, ending, write_output};
 
 /// Learn a dictionary of motion primitives from takes.
 ///
@@ -122,12 +126,13 @@ fn run_whole(console: &Console, args: &Args) -> Result<Exit> {
     };
     let mut settings = args.options.settings()?;
     ending(output, &["mcap"])?;
-    check_outputs(&args.output, &args.inputs, args.force)?;
+    check_outputs(&args.output, &args.inputs)?;
     check_together(args, &mut settings)?;
+    check_repeats(args, output, &settings)?;
     let choice = match args.options.learn.ranks() {
         None => None,
         Some(ranks) => {
-            check_outputs([&learn_rank::figure_path(output)], &args.inputs, args.force)?;
+            check_outputs([&learn_rank::figure_path(output)], &args.inputs)?;
             let reuse = args.options.takes.process.reuse();
             let segments = learn_rank::segments(&args.inputs, &settings, reuse)?;
             let choice = learn_rank::choose(console, &segments, ranks, &mut settings);
@@ -156,11 +161,7 @@ fn run_whole(console: &Console, args: &Args) -> Result<Exit> {
         Some(file) => {
             let layout = folder.plan().layout;
             let given = matrices::read_primitives(file, layout, DictionaryKind::Nmf)?;
-            learn_given(
-                &folder,
-                &given,
-                inhand_session::containers::hash_file(file)?,
-            )?
+            learn_given(&folder, &given, hash_file(file)?)?
         }
         None => learn_in(&folder, args.work.is_some(), &mut |progress| {
             console.say(&round_text(progress));
@@ -168,12 +169,14 @@ fn run_whole(console: &Console, args: &Args) -> Result<Exit> {
     };
     if let Some(choice) = &choice {
         choice.note(&mut learned.provenance);
-        let figure = choice.write_figure(output)?;
+        let figure = learn_rank::figure_path(output);
+        let write = |path: &Path| choice.write_figure(path, output);
+        write_output(&figure, args.force, write)?;
         console.wrote(&figure);
     }
     write_learned(
         console,
-        output,
+        (output, args.force),
         &learned,
         choice.as_ref(),
         read_s,
@@ -222,21 +225,35 @@ fn round_text(progress: &Progress) -> String {
     format!("{start}round {}: {error}{stop}", progress.round)
 }
 
+/// Refuses before anything is learned where the output exists and was learned from other takes or by other settings.
+fn check_repeats(args: &Args, output: &Path, settings: &Settings) -> Result<()> {
+    let known = args.options.learn.ranks().is_none() && args.primitives.is_none();
+    if args.force || !known || !output.is_file() {
+        return Ok(());
+    }
+    let inputs: Result<Vec<_>, _> = args.inputs.iter().map(|path| hash_file(path)).collect();
+    let made = provenance("learn", settings, inputs?);
+    let earlier = read_dictionary(output).map(|dictionary| dictionary.provenance);
+    match earlier.is_ok_and(|steps| steps.last() == Some(&made)) {
+        true => Ok(()),
+        false => Err(already_exists(output).into()),
+    }
+}
+
 /// Writes the dictionary and prints the outcome of learning.
 fn write_learned(
     console: &Console,
-    output: &Path,
+    (output, force): (&Path, bool),
     learned: &Learned,
     choice: Option<&RankChoice>,
     read_s: f64,
     format: Format,
 ) -> Result<()> {
     let dictionary = &learned.dictionary;
-    write_dictionary(
-        output,
-        dictionary,
-        std::slice::from_ref(&learned.provenance),
-    )?;
+    let steps = std::slice::from_ref(&learned.provenance);
+    write_output(output, force, |path| {
+        write_dictionary(path, dictionary, steps)
+    })?;
     let learning = &dictionary.learning;
     let text = || {
         let choice = choice.map(|choice| choice.text() + "\n");

@@ -173,9 +173,8 @@ impl RankChoice {
         made.settings_json = Value::Object(settings).to_string();
     }
 
-    /// Draws the curve beside the dictionary.
-    pub(crate) fn write_figure(&self, dictionary: &Path) -> Result<PathBuf> {
-        let path = figure_path(dictionary);
+    /// Draws the curve that a dictionary's rank was chosen by.
+    pub(crate) fn write_figure(&self, path: &Path, dictionary: &Path) -> Result<()> {
         let name = dictionary.file_stem().unwrap_or_default();
         let figure = RankFigure {
             title: format!("{}, {}", name.to_string_lossy(), self.curve.kind.name()),
@@ -184,8 +183,7 @@ impl RankChoice {
             limit_m: self.suggestion.limit_m,
             reason: self.reason(),
         };
-        write_text(&path, &rank_figure_svg(&figure))?;
-        Ok(path)
+        Ok(write_text(path, &rank_figure_svg(&figure))?)
     }
 }
 

@@ -41,7 +41,8 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         }
     }
     args.output.check_mcap(&inputs)?;
-    let merged = containers::merge(&inputs, &args.output.output, args.keep_both)?;
+    let write = |path: &Path| containers::merge(&inputs, path, args.keep_both);
+    let merged = args.output.write(write)?;
     let written = &merged.written;
     let text = || {
         let mut lines = format!(

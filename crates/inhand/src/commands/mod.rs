@@ -28,18 +28,16 @@ mod settings;
 mod simulate;
 mod view;
 
-use std::fs::File;
-use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::Subcommand;
 use inhand_model::{InputHash, Recording};
-use inhand_session::{Settings, Take, check_target};
+use inhand_session::{Settings, Take};
 
 use crate::console::Console;
 use crate::exit::{Exit, UsageError, usage};
-use crate::output::ending;
+use crate::output::{check_outputs, ending};
 
 /// The commands; a variant without a line of its own takes the first line of its arguments.
 #[derive(Debug, Subcommand)]
@@ -159,40 +157,17 @@ fn targets(inputs: &[PathBuf], output: &Path, endings: &[&str]) -> Result<Vec<Pa
     Ok(targets)
 }
 
-/// Refuses outputs that are inputs, or that exist and were not made from the same take.
-fn check_take_target<P: AsRef<Path>>(
-    target: &Path,
-    inputs: &[P],
-    take: &InputHash,
-    force: bool,
-) -> Result<()> {
-    let from_same = || {
-        let earlier = File::open(target)
-            .and_then(|file| inhand_channels::read_leading_metadata(BufReader::new(file)));
-        earlier.is_ok_and(|metadata| {
-            let steps = metadata.provenance("").unwrap_or_default();
-            steps.last().is_some_and(|made| made.inputs.contains(take))
-        })
-    };
-    let inputs: Vec<&Path> = inputs.iter().map(AsRef::as_ref).collect();
-    Ok(check_target(target, &inputs, || force || from_same())?)
-}
-
-/// Reads takes in order, prints the findings of each, and checks the output file of each. Inputs may have another
-/// file that is read; the output is what -o names, with whether to replace files.
+/// Reads takes in order and names the output of each. Inputs may have another file that is read.
 fn takes_and_targets(
     console: &Console,
     (inputs, also_read): (&[PathBuf], Option<&PathBuf>),
-    (output, force): (&Path, bool),
+    output: &Path,
     settings: &Settings,
 ) -> Result<(Vec<Take>, Vec<PathBuf>)> {
     let targets = targets(inputs, output, &["mcap"])?;
-    let takes = read_takes(console, inputs, settings)?;
     let read: Vec<&PathBuf> = inputs.iter().chain(also_read).collect();
-    for (take, target) in takes.iter().zip(&targets) {
-        check_take_target(target, &read, &take.hash, force)?;
-    }
-    Ok((takes, targets))
+    check_outputs(&targets, &read)?;
+    Ok((read_takes(console, inputs, settings)?, targets))
 }
 
 /// Reads takes in order and prints the findings of each.

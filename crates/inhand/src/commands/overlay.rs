@@ -1,6 +1,6 @@
 //! `inhand overlay TAKE TAKE... -o OUT`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use inhand_model::{Label, PerFinger};
@@ -75,7 +75,8 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     };
     args.output.check_mcap(&args.inputs)?;
     let output = &args.output.output;
-    let overlaid = overlay(&options, output, &settings)?;
+    let write = |path: &Path| overlay(&options, path, &settings);
+    let overlaid = args.output.write(write)?;
     for (file, finding) in &overlaid.findings {
         console.finding(file, finding);
     }

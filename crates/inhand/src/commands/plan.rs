@@ -15,7 +15,7 @@ use crate::exit::Exit;
 use crate::options::{
     EvaluateOptions, Format, OutputOptions, PlanOptions, ProcessOptions, SourceOptions, word,
 };
-use crate::output::{check_outputs, ending};
+use crate::output::{check_outputs, ending, write_output};
 
 /// Largest distance from a target that counts as met, metres.
 const MET_M: f64 = 1e-3;
@@ -111,7 +111,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let states = [&request.start, &request.goal].into_iter().chain(via);
     let read: Vec<_> = states.clone().map(|state| &state.path).collect();
     let read = [&read[..], &[&args.dictionary]].concat();
-    check_outputs([&args.output], &read, args.writing.force)?;
+    check_outputs([&args.output], &read)?;
 
     let planned = plan_motion(&dictionary.dictionary, &request, &settings)?;
     let text = || format!("{}\n", in_words(&planned));
@@ -126,7 +126,9 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let mut steps = dictionary.provenance;
     steps.push(made);
     let view = !args.writing.no_view;
-    write_plan(&args.output, &planned, &settings, &steps, view)?;
+    write_output(&args.output, args.writing.force, |path| {
+        write_plan(path, &planned, &settings, &steps, view)
+    })?;
     console.wrote(&args.output);
     Ok(Exit::done_unless(is_missed(&planned) && !args.allow_miss))
 }

@@ -10,6 +10,7 @@ use crate::commands::takes_and_targets;
 use crate::console::Console;
 use crate::exit::Exit;
 use crate::options::{OutputOptions, ProcessOptions, SourceOptions};
+use crate::output::write_output;
 
 /// Transform takes into the hand's frame, fill short gaps and filter; add the processed channels.
 ///
@@ -34,12 +35,8 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let mut settings = args.source.effective(None)?;
     args.process.apply(&mut settings);
     settings.validate()?;
-    let (takes, targets) = takes_and_targets(
-        console,
-        (&args.inputs, None),
-        (&args.output, args.writing.force),
-        &settings,
-    )?;
+    let (takes, targets) =
+        takes_and_targets(console, (&args.inputs, None), &args.output, &settings)?;
     let motions = steps::process_takes(&takes, &settings)?;
     for ((take, motion), target) in takes.iter().zip(&motions).zip(&targets) {
         let made = provenance("process", &settings, [take.hash.clone()]);
@@ -50,7 +47,9 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
             made: &made,
             settings: &settings,
         };
-        write_take(target, &contents, !args.writing.no_view)?;
+        write_output(target, args.writing.force, |path| {
+            write_take(path, &contents, !args.writing.no_view)
+        })?;
         let counts = Finger::ALL.map(|finger| motion.fingertips[finger].counts());
         let content = format!(
             "{} samples; of all fingertip samples {} filled, {} missing",

@@ -1,6 +1,6 @@
 //! `inhand recover FILE -o OUT`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use inhand_container::{Loss, Recovered};
@@ -33,7 +33,8 @@ pub(crate) struct Args {
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     args.output.check_mcap(&[&args.input])?;
     let output = &args.output.output;
-    let recovered = containers::recover(&args.input, output)?;
+    let write = |path: &Path| containers::recover(&args.input, path);
+    let recovered = args.output.write(write)?;
     print(args.format, || text(&recovered), || as_json(&recovered))?;
     console.say(&format!("wrote {}, and read it back", output.display()));
     Ok(Exit::done_unless(recovered.is_lossy()))

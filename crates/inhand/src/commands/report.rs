@@ -12,7 +12,7 @@ use inhand_session::{plan_times_beside, write_text};
 use super::batch;
 use crate::console::{Console, data};
 use crate::exit::{Exit, UsageError, usage};
-use crate::output::{check_outputs, ending};
+use crate::output::{check_outputs, ending, write_output};
 
 /// Write an evaluation as a page or in Markdown; join many into one report
 ///
@@ -81,7 +81,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     };
     let forms = forms(&args.output, &["html", "htm", "md"])?;
     let part = Part::read(path)?;
-    check_outputs(&args.output, &[&part.path], args.force)?;
+    check_outputs(&args.output, &[&part.path])?;
     let rows = part.read_rows()?;
     let plan_times = plan_times_beside(&part.path);
     let report = Report {
@@ -94,7 +94,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
             "md" => inhand_report::markdown(&report)?,
             _ => inhand_report::html(&report)?,
         };
-        write_text(output, &text)?;
+        write_output(output, args.force, |path| write_text(path, &text))?;
         console.wrote(output);
     }
     Ok(Exit::Done)
@@ -106,7 +106,7 @@ fn run_merge(console: &Console, args: &MergeArgs) -> Result<Exit> {
     let named = named.flat_map(|path| batch::results(path).unwrap_or_else(|| vec![path.clone()]));
     let parts = Part::read_all(&named.collect::<Vec<_>>())?;
     let inputs: Vec<_> = parts.iter().map(|part| &part.path).collect();
-    check_outputs(&args.output, &inputs, args.force)?;
+    check_outputs(&args.output, &inputs)?;
     let options = MergeOptions {
         allow_different: args.allow_different,
         draws: args.draws as usize,
@@ -114,7 +114,8 @@ fn run_merge(console: &Console, args: &MergeArgs) -> Result<Exit> {
     };
     let summary = merge(&parts, options)?;
     for (output, form) in args.output.iter().zip(forms) {
-        write_text(output, &text_of(&summary, form)?)?;
+        let text = text_of(&summary, form)?;
+        write_output(output, args.force, |path| write_text(path, &text))?;
     }
     data(&inhand_report::summary_text(&summary, false))?;
     args.output.iter().for_each(|output| console.wrote(output));

@@ -1,6 +1,6 @@
 //! `inhand view FILE... -o OUTPUT`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use inhand_session::{ViewedKind, add_views};
@@ -9,7 +9,7 @@ use crate::commands::targets;
 use crate::console::Console;
 use crate::exit::Exit;
 use crate::options::SourceOptions;
-use crate::output::check_outputs;
+use crate::output::{check_outputs, write_output};
 
 /// Add visualisation channels to files
 ///
@@ -45,11 +45,12 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     settings.validate()?;
     let targets = targets(&args.inputs, &args.output, &["mcap"])?;
     let read: Vec<_> = args.inputs.iter().chain(&args.dictionary).collect();
-    check_outputs(&targets, &read, args.force)?;
+    check_outputs(&targets, &read)?;
     let dictionary = (args.dictionary.as_deref()).map(inhand_session::read_dictionary);
     let dictionary = dictionary.transpose()?;
     for (input, target) in args.inputs.iter().zip(&targets) {
-        let viewed = add_views(input, target, dictionary.as_ref(), &settings)?;
+        let write = |path: &Path| add_views(input, path, dictionary.as_ref(), &settings);
+        let viewed = write_output(target, args.force, write)?;
         for finding in &viewed.findings {
             console.finding(&input.display().to_string(), finding);
         }

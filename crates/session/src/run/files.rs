@@ -82,10 +82,7 @@ pub(super) fn check_output(
         refuse_take_folder(folder, session)?;
     }
     if !ours && has_files(&files.figures) {
-        return Err(SessionError::usage(
-            &files.figures,
-            "the folder was not made from the same inputs: --force replaces what is in it",
-        ));
+        return Err(output::already_exists(&files.figures));
     }
     let mut targets = files.reproducible();
     targets.push(&files.run);

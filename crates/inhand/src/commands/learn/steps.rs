@@ -152,7 +152,7 @@ pub(super) fn finish(console: &Console, args: &FinishArgs) -> Result<Exit> {
     let learned = inhand_training::finish(&folder)?;
     write_learned(
         console,
-        &args.output.output,
+        (&args.output.output, args.output.force),
         &learned,
         None,
         0.0,

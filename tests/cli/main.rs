@@ -12,6 +12,7 @@ mod export;
 mod layout;
 mod learn_rank;
 mod learn_runs;
+mod look;
 mod motion;
 mod outputs;
 mod overlay;

@@ -7,7 +7,7 @@ use anyhow::Result;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use inhand_dictionary::{Precision, Start, Update};
-use inhand_model::DictionaryKind;
+use inhand_model::{DictionaryKind, Level};
 use inhand_session::{EndsKind, FilterKind, GapFill, Method, ObjectInSegments, Settings};
 use serde::de::value::Error as ValueError;
 use serde::de::{DeserializeOwned, IntoDeserializer};
@@ -22,6 +22,50 @@ pub(crate) enum Format {
     Text,
     /// For programs.
     Json,
+}
+
+/// Level from which on a command exits with 3.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum FailOn {
+    /// A warning, or worse.
+    Warn,
+    /// A take or a setting that cannot be used as it is.
+    #[default]
+    Fail,
+    /// Nothing.
+    Never,
+}
+
+impl FailOn {
+    /// Whether this is the worst level that was found, or a better one is.
+    pub(crate) fn is_met(self, worst: Option<Level>) -> bool {
+        match self {
+            FailOn::Warn => worst >= Some(Level::Warn),
+            FailOn::Fail => worst >= Some(Level::Fail),
+            FailOn::Never => false,
+        }
+    }
+}
+
+/// Inspection of a session before anything is learned.
+#[derive(Clone, Debug, Default, Args)]
+pub(crate) struct LookOptions {
+    /// Accept findings of this identifier, such as units; repeat for several.
+    ///
+    /// A finding of level fail ends the command with exit code 1 unless it is accepted.
+    #[arg(long, value_name = "ID")]
+    accept: Vec<String>,
+    /// Exit with 3 from this level on, once everything is written; accepted findings do not count.
+    #[arg(long, value_enum, default_value_t, value_name = "LEVEL")]
+    pub(crate) fail_on: FailOn,
+}
+
+impl LookOptions {
+    pub(crate) fn apply(&self, settings: &mut Settings) {
+        if !self.accept.is_empty() {
+            settings.look.accept.clone_from(&self.accept);
+        }
+    }
 }
 
 /// Facts that source files may not state, and the roles of bodies and markers.

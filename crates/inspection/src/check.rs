@@ -10,7 +10,7 @@ mod source_and_roles;
 mod subject;
 mod timing;
 mod up;
-mod words;
+pub(crate) mod words;
 
 use std::ops::Range;
 

@@ -8,6 +8,7 @@ use crate::deviation_predictor::{Bandwidths, PredictorWeights};
 use crate::dictionary::{DictionaryKind, MethodChoice, StopReason, VelocityBounds};
 use crate::finding::{Finding, Severity};
 use crate::finger::{Finger, HandAndFingers, PerFinger};
+use crate::inspection::Inspection;
 use crate::intervals::Intervals;
 use crate::movement::MovementAnalysis;
 use crate::plan::ConstraintFamily;
@@ -363,6 +364,9 @@ pub struct Evaluation {
     pub movement: Option<MovementAnalysis>,
     /// What contacts do over time; `None` without an object of known shape.
     pub contacts: Option<ContactDynamics>,
+    /// What was looked at before and after learning, and what was found; `None` where nothing was.
+    #[serde(default)]
+    pub inspection: Option<Inspection>,
 }
 
 impl TakeQuality {

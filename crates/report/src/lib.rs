@@ -34,7 +34,7 @@
 //! #         velocity_bounds: VelocityBounds { min_m_s: [-0.2; 15], max_m_s: [0.2; 15] }, deviation: None,
 //! #     },
 //! #     methods: vec![method],
-//! #     quality: vec![], intervals: None, movement: None, contacts: None,
+//! #     quality: vec![], intervals: None, movement: None, contacts: None, inspection: None,
 //! # };
 //! let json = inhand_report::evaluation_json(&evaluation, &[])?;
 //! assert!(json.contains("\"p50\": 0.4"));
@@ -71,6 +71,7 @@ pub use figure::{Figure, FigureColumn, FigureData, FigureValues};
 pub use rank_figure::{RankFigure, rank_figure_svg};
 pub use summary::{table as summary_table, text as summary_text};
 pub use text::text_summary;
+pub use verdict::inspection_sentence;
 
 /// Everything that a report is made from. Without rows or illustrations it has fewer figures.
 #[derive(Clone, Copy, Debug)]

@@ -9,7 +9,7 @@ use crate::html::intervals::{
 };
 use crate::table::{Statistic, Table, escaped, known, statistic};
 use crate::verdict::{
-    choice_sentence, comparison_sentence, contact_sentence, region_sentence, sentences,
+    choice_sentence, comparison_sentence, contact_sentence, region_sentence, sentences, warnings,
 };
 use crate::words::{NARROW_SPACE, count, decimals, millimetres, part_of, percent, shortened};
 
@@ -28,10 +28,16 @@ const TAKES: usize = 16;
 /// A summary in Markdown.
 pub(crate) fn markdown(evaluation: &Evaluation) -> String {
     let verdict = sentences(evaluation).join(" ");
+    let found = warnings(evaluation).map(|finding| {
+        let (level, finding) = (finding.level.name(), escaped(&finding.to_string()));
+        format!("* {level}: {finding}\n")
+    });
+    let found = found.reduce(|list, line| list + &line);
     let mut text = format!(
-        "## In-hand manipulation: {}\n\n{}\n\n{}\n",
+        "## In-hand manipulation: {}\n\n{}\n\n{}{}\n",
         escaped(&evaluation.session.name),
         escaped(&verdict),
+        found.map_or_else(String::new, |list| list + "\n"),
         methods(evaluation)
     );
     if let Some(intervals) = &evaluation.intervals {

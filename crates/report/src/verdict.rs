@@ -2,8 +2,8 @@
 //! open the HTML and close the terminal table, so that neither can flatter.
 
 use inhand_model::{
-    DeviationFacts, Evaluation, Finger, Measure, MethodCandidate, MethodChoice, MethodEvaluation,
-    Statistics,
+    DeviationFacts, Evaluation, Finger, Inspection, Level, Measure, MethodCandidate, MethodChoice,
+    MethodEvaluation, SessionFinding, Statistics,
 };
 
 use crate::table::statistic;
@@ -11,6 +11,31 @@ use crate::words::{
     count, counted, decimals, join_words, millimetres, part_of, percent, plain, stated_percent,
     to_mm,
 };
+
+/// Findings of the inspection that may affect numbers, worst first.
+pub(crate) fn warnings(evaluation: &Evaluation) -> impl Iterator<Item = &SessionFinding> {
+    let findings = evaluation
+        .inspection
+        .iter()
+        .flat_map(|inspection| &inspection.findings);
+    findings.filter(|finding| finding.level > Level::Info)
+}
+
+/// The checks that found nothing, by name; `None` where nothing was looked at.
+pub fn inspection_sentence(inspection: &Inspection) -> Option<String> {
+    let passed = inspection.passed();
+    let names = passed.join(", ");
+    match inspection.checks.len() {
+        0 => None,
+        all if all == passed.len() => {
+            Some(format!("Nothing odd was found in {all} checks: {names}."))
+        }
+        all => Some(format!(
+            "Nothing odd was found in {} of {all} checks: {names}.",
+            passed.len()
+        )),
+    }
+}
 
 /// Differences up to this share of the better value count as ties: they vanish in the rounding
 /// of the printed numbers, and a session's segments are far too few to establish them. So does a

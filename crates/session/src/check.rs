@@ -36,7 +36,7 @@ pub fn check_take(path: &Path, settings: &Settings) -> Result<Checked, SessionEr
 }
 
 /// Limits of a check: the take is looked at as these settings would process and cut it.
-fn check_settings(settings: &Settings) -> Result<CheckSettings, SessionError> {
+pub(crate) fn check_settings(settings: &Settings) -> Result<CheckSettings, SessionError> {
     Ok(CheckSettings {
         process: settings.process_settings()?,
         margin_s: settings.segments.margin_s,

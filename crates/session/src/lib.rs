@@ -34,6 +34,7 @@ mod files;
 mod found_events;
 mod hand_state;
 mod long_take;
+mod look;
 mod manifest;
 pub mod matrices;
 mod methods;
@@ -72,7 +73,7 @@ pub use plan::{MetTarget, PlanRequest, Planned, plan_motion, write_plan};
 pub use run::{Event, RunFiles, RunOptions, RunResult, provenance, run};
 pub use session::{SETTINGS_FILE, Session, SessionTake, is_take, list_takes, locate};
 pub use settings::{
-    BodySettings, CleanSection, EndsKind, EvaluateSection, FilterKind, LearnSection,
+    BodySettings, CleanSection, EndsKind, EvaluateSection, FilterKind, LearnSection, LookSection,
     ObjectInSegments, ObjectSettings, PlanSection, ProcessSection, Role, SegmentSection,
     SelectSection, Settings, SourceSettings, TakeEntry,
 };

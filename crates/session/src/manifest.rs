@@ -14,7 +14,7 @@ use crate::error::SessionError;
 use crate::files::{hash_file, hex_sha256};
 use crate::output::{self, folder_of};
 use crate::session::Session;
-use crate::settings::{EvaluateSection, PlanSection, Settings};
+use crate::settings::{EvaluateSection, LookSection, PlanSection, Settings};
 use crate::take::Take;
 
 /// File name of the run's facts in its output folder.
@@ -124,6 +124,7 @@ pub(crate) fn learn_provenance<'a>(
     relevant.plan = PlanSection::default();
     relevant.evaluate = EvaluateSection::default();
     relevant.object = crate::settings::ObjectSettings::default();
+    relevant.look = LookSection::default();
     relevant.name = None;
     let ranges = settings
         .takes

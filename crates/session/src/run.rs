@@ -8,17 +8,20 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use inhand_inspection::{filter_moves_m, inspect_results};
 use inhand_model::{
-    Dictionary, Evaluation, InputHash, MethodRows, Motion, MotionRows, Provenance, Segments,
+    Dictionary, Evaluation, InputHash, Inspection, Level, MethodRows, Motion, MotionRows,
+    Provenance, Segments, SessionFinding,
 };
 use inhand_report::Report;
 
 use crate::TOOL;
 use crate::dictionary_file;
 use crate::error::SessionError;
+use crate::look;
 use crate::manifest::{self, Manifest, RunJson};
 use crate::session::{self, Session};
-use crate::settings::{Role, Settings};
+use crate::settings::{FilterKind, Role, Settings};
 use crate::steps::{self, Comparison, Generated, Illustrated, Smoothing, TakeResult};
 use crate::take::{self, Take};
 pub use files::RunFiles;
@@ -52,6 +55,8 @@ pub enum Event<'a> {
     Started(&'a str),
     /// A step ended after this time.
     Finished(&'a str, Duration),
+    /// A finding that may affect numbers, or one that is accepted.
+    Found(&'a SessionFinding),
 }
 
 /// What a run gave.
@@ -59,6 +64,8 @@ pub enum Event<'a> {
 pub struct RunResult {
     /// The evaluation; `None` when everything was up to date and nothing was computed.
     pub evaluation: Option<Evaluation>,
+    /// What was looked at and found, now or when the results were made.
+    pub inspection: Inspection,
     /// Files of the results.
     pub files: RunFiles,
     /// Whether the dictionary of an earlier run was used again.
@@ -86,18 +93,31 @@ pub fn run(
     let outputs = run.files.reproducible();
     if manifest::up_to_date(&run.files.run, &run.session.name, &key, &outputs) {
         // What failed then is as missing now.
+        let (failed_plans, inspection) = stored_failures(&run.files.evaluation)?;
+        run.found(&inspection, &[]);
         return Ok(RunResult {
             evaluation: None,
-            failed_plans: stored_failures(&run.files.evaluation)?,
+            failed_plans,
+            inspection,
             files: run.files,
             dictionary_reused: true,
         });
     }
-    let (motions, smoothing) = run.process(&takes)?;
+    let (motions, smoothing, mut looked) = run.process(&takes)?;
     let cut = run.cut(&takes, &motions)?;
     let (dictionary, dictionary_reused) = run.learn(&cut)?;
     let generated = run.generate(&cut, &dictionary, dictionary_reused)?;
-    let judged = run.judge(&cut, &dictionary, &generated)?;
+    let mut judged = run.judge(&cut, &dictionary, &generated)?;
+    let earlier = looked.inspection.findings.clone();
+    let (inspection, moved_m) = (&mut looked.inspection, looked.moved_m);
+    inspect_results(
+        inspection,
+        &judged.evaluation,
+        moved_m,
+        &look::limits(settings)?,
+    );
+    run.found(inspection, &earlier);
+    judged.evaluation.inspection = Some(inspection.clone());
     run.time("write", || {
         let motion = (&generated[..], &judged.rows[..]);
         let hulls = &dictionary.demonstrated.hulls;
@@ -117,6 +137,7 @@ pub fn run(
     let trajectories = generated.iter().flat_map(|g| &g.trajectories);
     Ok(RunResult {
         evaluation: Some(evaluation),
+        inspection: looked.inspection,
         files: run.files,
         dictionary_reused,
         failed_plans: trajectories.filter(|one| one.is_none()).count(),
@@ -132,6 +153,12 @@ struct Run<'a> {
     begin: Instant,
     watch: RefCell<&'a mut dyn FnMut(Event<'_>)>,
     timings_s: RefCell<BTreeMap<String, f64>>,
+}
+
+/// Findings before anything is learned, and the distance that the filter moves fingertips of test takes (95 %).
+struct Looked {
+    inspection: Inspection,
+    moved_m: Option<f64>,
 }
 
 /// Segments of both roles with the motions that they are cut from.
@@ -195,19 +222,37 @@ impl<'a> Run<'a> {
         of_role.map(|(value, _)| value).collect()
     }
 
-    /// Motions in the hand's frame, filtered, and what the filter did.
-    fn process(&self, takes: &[Take]) -> Result<(Vec<Motion>, Smoothing), SessionError> {
+    /// Reports findings that may affect numbers, but those reported earlier.
+    fn found(&self, inspection: &Inspection, earlier: &[SessionFinding]) {
+        let findings = inspection.findings.iter();
+        for finding in findings.filter(|f| f.level >= Level::Warn && !earlier.contains(f)) {
+            (self.watch.borrow_mut())(Event::Found(finding));
+        }
+    }
+
+    /// Motions in the hand's frame, filtered, what the filter did, and what was found before it.
+    fn process(&self, takes: &[Take]) -> Result<(Vec<Motion>, Smoothing, Looked), SessionError> {
         for role in [Role::Train, Role::Test] {
             steps::used(self.of_role(takes, role), self.settings)?;
         }
         let in_hand = self.time("hand_frame", || {
             steps::motions_in_hand(takes, self.settings)
         })?;
+        let look = || look::look(&self.session, takes, &in_hand, self.settings);
+        let inspection = self.time("look", look)?;
+        look::refuse(&self.session, &inspection)?;
+        self.found(&inspection, &[]);
         self.time("filter", || {
             let motions = steps::smooth_motions(&in_hand, self.settings)?;
             let [before, after] = [&in_hand, &motions].map(|all| self.of_role(all, Role::Test));
             let smoothing = steps::smoothing(&before, &after)?;
-            Ok((motions, smoothing))
+            let filters = self.settings.process.filter != FilterKind::None;
+            let moved_m = filters.then(|| filter_moves_m(&before, &after));
+            let looked = Looked {
+                inspection,
+                moved_m,
+            };
+            Ok((motions, smoothing, looked))
         })
     }
 
@@ -374,15 +419,16 @@ impl<'a> Run<'a> {
     }
 }
 
-/// Plans without a trajectory, over all methods of an evaluation that was made earlier.
-fn stored_failures(path: &Path) -> Result<usize, SessionError> {
+/// Plans without a trajectory, over all methods of an evaluation that was made earlier, and its inspection.
+fn stored_failures(path: &Path) -> Result<(usize, Inspection), SessionError> {
     let text = std::fs::read_to_string(path).map_err(SessionError::io("read", path))?;
     let (evaluation, _) = inhand_report::read_evaluation_json(&text)?;
     let plans = evaluation
         .methods
         .iter()
         .filter_map(|method| method.plan.as_ref());
-    Ok(plans.map(|plans| plans.infeasible + plans.failed).sum())
+    let failed = plans.map(|plans| plans.infeasible + plans.failed).sum();
+    Ok((failed, evaluation.inspection.unwrap_or_default()))
 }
 
 /// What made a result of this step, for its file.

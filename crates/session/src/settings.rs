@@ -62,6 +62,9 @@ pub struct Settings {
     pub fingers: BTreeMap<String, String>,
     /// The manipulated object.
     pub object: ObjectSettings,
+    /// Which findings do not stop a run.
+    #[serde(skip_serializing_if = "LookSection::is_plain")]
+    pub look: LookSection,
     /// How takes are cleaned before anything else; by default not at all.
     pub clean: CleanSection,
     /// Gaps and filter.
@@ -96,6 +99,20 @@ pub struct SelectSection {
 impl SelectSection {
     fn is_everything(&self) -> bool {
         self.with.is_empty() && self.without.is_empty()
+    }
+}
+
+/// Which findings of the inspection do not stop a run.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct LookSection {
+    /// Identifiers of findings that are accepted, such as `units`.
+    pub accept: Vec<String>,
+}
+
+impl LookSection {
+    fn is_plain(&self) -> bool {
+        self.accept.is_empty()
     }
 }
 

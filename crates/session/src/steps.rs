@@ -418,5 +418,6 @@ pub fn assemble(
         intervals: None,
         movement: None,
         contacts: None,
+        inspection: None,
     })
 }

@@ -6,10 +6,10 @@ use std::time::{Duration, Instant};
 
 use anyhow::Result;
 use inhand_session::sessions::{MergeOptions, Part, merge};
-use inhand_session::{check_target, write_text};
+use inhand_session::{Event, check_target, write_text};
 use serde::{Deserialize, Serialize};
 
-use super::run::SessionOptions;
+use super::run::{SessionOptions, fails, finding_line};
 use crate::console::{Console, data, to_stderr};
 use crate::exit::{Exit, UsageError};
 use crate::options::OutputOptions;
@@ -53,7 +53,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let bar = console.bar("{bar:20} {pos}/{len}  {eta} left  {msg}");
     bar.set_length(args.sessions.len() as u64);
     bar.enable_steady_tick(Duration::from_millis(500));
-    let mut failed = 0;
+    let (mut failed, mut failed_check) = (0, false);
     for (session, name) in args.sessions.iter().zip(&names) {
         let folder = args.output.join(name);
         bar.set_message(match failed {
@@ -61,8 +61,12 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
             _ => format!("{failed} failed   {name}"),
         });
         let begin = Instant::now();
-        let (state, error) = match one(args, session, &folder) {
-            Ok(state) => (state, None),
+        let mut found = Vec::new();
+        let (state, error) = match one(args, session, &folder, &mut found) {
+            Ok((state, fails)) => {
+                failed_check |= fails;
+                (state, None)
+            }
             Err(error) => (State::Failed, Some(chain(&error))),
         };
         let seconds = begin.elapsed().as_secs_f64();
@@ -73,7 +77,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         bar.suspend(|| match state {
             // The reason of a failure is printed even when the console is quiet.
             State::Failed => to_stderr(&line),
-            _ => console.say(&line),
+            _ => (found.iter().chain([&line])).for_each(|line| console.say(line)),
         });
         bar.inc(1);
         failed += usize::from(state == State::Failed);
@@ -95,20 +99,30 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     say_failures(console, &given);
     let joined = join(console, args, &given, &record.sessions, &summary_file)?;
     Ok(match exit(&given) {
-        Exit::Done if !joined => Exit::Lossy,
+        Exit::Done if !joined || failed_check => Exit::Lossy,
         exit => exit,
     })
 }
 
-/// Runs one session.
-fn one(args: &Args, session: &Path, folder: &Path) -> Result<State> {
+/// Runs one session and collects lines of findings; its state, and whether --fail-on is met.
+fn one(
+    args: &Args,
+    session: &Path,
+    folder: &Path,
+    found: &mut Vec<String>,
+) -> Result<(State, bool)> {
     let options = args.overrides.run_options(session, folder, &args.writing)?;
-    let result = inhand_session::run(&options, &mut |_| ())?;
-    Ok(match (&result.evaluation, result.failed_plans) {
+    let result = inhand_session::run(&options, &mut |event| {
+        if let Event::Found(finding) = event {
+            found.push(finding_line(finding));
+        }
+    })?;
+    let state = match (&result.evaluation, result.failed_plans) {
         (_, 1..) => State::PlansFailed,
         (None, 0) => State::UpToDate,
         (Some(_), 0) => State::Done,
-    })
+    };
+    Ok((state, fails(&result, args.overrides.look.fail_on)))
 }
 
 /// An error and its causes on one line.

@@ -4,12 +4,12 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::ValueEnum;
-use inhand_inspection::{Checked, Level, ranked, to_json, to_markdown, to_text};
+use inhand_inspection::{Checked, ranked, to_json, to_markdown, to_text};
 use inhand_session::check_take;
 
 use crate::console::{Console, with_flags};
 use crate::exit::Exit;
-use crate::options::SourceOptions;
+use crate::options::{FailOn, SourceOptions};
 use crate::output::TextOutput;
 
 /// Check takes for gaps, swapped markers, wrong rates, units and axes, and count the usable segments.
@@ -48,29 +48,6 @@ enum CheckFormat {
     Markdown,
 }
 
-/// Level from which on the command exits with 3.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-enum FailOn {
-    /// A warning, or worse.
-    Warn,
-    /// A take that cannot be used as it is, or cannot be read.
-    #[default]
-    Fail,
-    /// Nothing.
-    Never,
-}
-
-impl FailOn {
-    fn is_met(self, takes: &[Checked]) -> bool {
-        let worst = takes.iter().map(Checked::level).max();
-        match self {
-            FailOn::Warn => worst >= Some(Level::Warn),
-            FailOn::Fail => worst >= Some(Level::Fail),
-            FailOn::Never => false,
-        }
-    }
-}
-
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let mut settings = args.source.effective(None)?;
     let process = &mut settings.process;
@@ -94,5 +71,6 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     if args.inputs.iter().any(|path| !path.exists()) {
         return Ok(Exit::Failed);
     }
-    Ok(Exit::done_unless(args.fail_on.is_met(&takes)))
+    let worst = takes.iter().map(Checked::level).max();
+    Ok(Exit::done_unless(args.fail_on.is_met(worst)))
 }

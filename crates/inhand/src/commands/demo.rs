@@ -11,7 +11,7 @@ use inhand_simulation::SessionSettings;
 use crate::commands::run::{SessionOptions, run_shown};
 use crate::console::Console;
 use crate::exit::Exit;
-use crate::options::{Format, OutputOptions};
+use crate::options::{FailOn, Format, OutputOptions};
 
 /// Simulate a session (five takes of 120 s for training, one for testing) and run every step on it.
 #[derive(Debug, clap::Args)]
@@ -45,5 +45,5 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     console.step_done(&step, &line, begin.elapsed());
 
     let options = SessionOptions::default().run_options(&session, &args.output, &args.writing)?;
-    run_shown(console, &options, Format::Text)
+    run_shown(console, &options, Format::Text, FailOn::default())
 }

@@ -3,12 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use inhand_session::{Event, RunOptions, Settings, locate};
+use inhand_model::{Level, SessionFinding};
+use inhand_session::{Event, RunOptions, RunResult, Settings, locate};
 
 use crate::console::{Console, data};
 use crate::exit::Exit;
 use crate::options::{
-    EvaluateOptions, Format, LearnOptions, MethodOptions, OutputOptions, PlanOptions, TakeOptions,
+    EvaluateOptions, FailOn, Format, LearnOptions, LookOptions, MethodOptions, OutputOptions,
+    PlanOptions, TakeOptions,
 };
 
 /// Run every step on a session.
@@ -41,6 +43,8 @@ pub(crate) struct SessionOptions {
     task: Option<String>,
     #[command(flatten)]
     takes: TakeOptions,
+    #[command(flatten, next_help_heading = "Inspection")]
+    pub(crate) look: LookOptions,
     #[command(flatten, next_help_heading = "Learning")]
     learn: LearnOptions,
     #[command(flatten, next_help_heading = "Generation")]
@@ -57,6 +61,7 @@ impl SessionOptions {
         let mut settings = self.takes.settings(beside)?;
         settings.participant = self.participant.clone().or(settings.participant);
         settings.task = self.task.clone().or(settings.task);
+        self.look.apply(&mut settings);
         self.learn.check_one_rank()?;
         self.learn.apply(&mut settings);
         self.method.apply(&mut settings);
@@ -87,11 +92,16 @@ impl SessionOptions {
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let options = (args.overrides).run_options(&args.session, &args.output, &args.writing)?;
-    run_shown(console, &options, args.format)
+    run_shown(console, &options, args.format, args.overrides.look.fail_on)
 }
 
 /// Runs a session, shows its steps and prints the results.
-pub(crate) fn run_shown(console: &Console, options: &RunOptions, format: Format) -> Result<Exit> {
+pub(crate) fn run_shown(
+    console: &Console,
+    options: &RunOptions,
+    format: Format,
+    fail_on: FailOn,
+) -> Result<Exit> {
     let mut step = None;
     let mut watch = |event: Event<'_>| match event {
         Event::Started(name) => step = Some(console.step(name)),
@@ -100,9 +110,13 @@ pub(crate) fn run_shown(console: &Console, options: &RunOptions, format: Format)
                 console.step_done(&step, line, elapsed);
             }
         }
+        Event::Found(finding) => console.say(&finding_line(finding)),
     };
     let result = inhand_session::run(options, &mut watch)?;
     let files = &result.files;
+    if let Some(line) = inhand_report::inspection_sentence(&result.inspection) {
+        console.say(&line);
+    }
     match &result.evaluation {
         None => console.say("up to date: inputs, settings and version have not changed"),
         Some(evaluation) if format == Format::Text => {
@@ -124,7 +138,20 @@ pub(crate) fn run_shown(console: &Console, options: &RunOptions, format: Format)
             result.failed_plans
         ));
     }
-    Ok(Exit::done_unless(result.failed_plans > 0))
+    Ok(Exit::done_unless(
+        result.failed_plans > 0 || fails(&result, fail_on),
+    ))
+}
+
+/// A finding with its level, for a terminal.
+pub(crate) fn finding_line(finding: &SessionFinding) -> String {
+    format!("{:<8} {finding}", finding.level.name())
+}
+
+/// Whether findings that are not accepted are of the level from which a command exits with 3.
+pub(crate) fn fails(result: &RunResult, fail_on: FailOn) -> bool {
+    let counted = result.inspection.counted(Level::Info);
+    fail_on.is_met(counted.map(|finding| finding.level).max())
 }
 
 #[cfg(test)]

@@ -2,24 +2,10 @@
 
 use std::ops::Range;
 
-use inhand_model::{Clock, named};
+use inhand_model::Clock;
 use serde::Serialize;
 
-named! {
-    /// How much a result matters.
-    #[derive(PartialOrd, Ord, Hash, Serialize)]
-    #[serde(rename_all = "lowercase")]
-    pub enum Level {
-        /// Looked at, nothing to do.
-        Ok = "ok",
-        /// Worth knowing, or no evidence either way.
-        Info = "info",
-        /// A number may be wrong or data is lost.
-        Warn = "warn",
-        /// The take cannot be used as it is.
-        Fail = "fail",
-    }
-}
+pub use inhand_model::Level;
 
 /// An interval of a take, seconds after its first sample.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

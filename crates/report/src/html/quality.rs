@@ -4,7 +4,9 @@ use inhand_model::{Evaluation, Finding, Finger, TakeFacts, TakeQuality, TrackQua
 use maud::{Markup, html};
 
 use super::Body;
+use super::session::finding_list;
 use crate::table::{Table, known};
+use crate::verdict::inspection_sentence;
 use crate::words::{count, percent};
 
 /// Findings of one take that are shown before they fold away.
@@ -31,7 +33,7 @@ pub(super) fn section(evaluation: &Evaluation) -> Body {
             }
         }),
     };
-    body.prose(findings(&evaluation.quality))
+    body.prose(findings(evaluation))
 }
 
 /// A take with its role and its quality.
@@ -100,28 +102,33 @@ fn gap_table(gaps: Vec<Track<'_>>) -> Table<Track<'_>> {
     .decimals("longest gap", "s", 2, |(.., track)| track.longest_gap_s)
 }
 
-fn findings(takes: &[TakeQuality]) -> Markup {
+fn findings(evaluation: &Evaluation) -> Markup {
+    let takes = &evaluation.quality;
     let odd = || takes.iter().filter(|take| !take.findings.is_empty());
     html! {
         @if !takes.is_empty() {
             h3 { "Findings" }
-            @if odd().next().is_none() { p { "No finding in any take." } }
+            @if odd().next().is_none() { p { "The reader of the takes found nothing." } }
+            @if let Some(inspection) = &evaluation.inspection {
+                @if let Some(sentence) = inspection_sentence(inspection) { p { (sentence) } }
+                (finding_list(inspection.findings.iter()))
+            } @else { p { "Content of the takes and settings were not inspected." } }
         }
         @for take in odd() {
             h4 { (take.take) span.faint { " (" (take.role) ")" } }
             @let (shown, folded) = take.findings.split_at(take.findings.len().min(FINDINGS_SHOWN));
-            (finding_list(shown))
+            (reader_findings(shown))
             @if !folded.is_empty() {
                 details {
                     summary { (folded.len()) " more" }
-                    (finding_list(folded))
+                    (reader_findings(folded))
                 }
             }
         }
     }
 }
 
-fn finding_list(findings: &[Finding]) -> Markup {
+fn reader_findings(findings: &[Finding]) -> Markup {
     html! {
         ul.findings {
             @for finding in findings {

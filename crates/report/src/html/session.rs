@@ -1,12 +1,12 @@
 //! The top of the page, the list of methods, and the steps that led here.
 
-use inhand_model::{Evaluation, MethodEvaluation, Provenance, TakeFacts};
+use inhand_model::{Evaluation, Level, MethodEvaluation, Provenance, SessionFinding, TakeFacts};
 use maud::{Markup, html};
 
 use super::{Body, Method, method_table, named};
 use crate::json::settings_value;
 use crate::table::Table;
-use crate::verdict::{Outcome, choice_sentence, comparisons, default_method, sentences};
+use crate::verdict::{Outcome, choice_sentence, comparisons, default_method, sentences, warnings};
 use crate::words::{NONE, counted, decimals, plain, tied, to_mm};
 
 /// Facts at the top of the page.
@@ -66,10 +66,33 @@ pub(super) fn verdict(evaluation: &Evaluation) -> Markup {
             @for (place, sentence) in sentences(evaluation).iter().enumerate() {
                 p.lead[place < 2] { (tied(sentence)) }
             }
+            (inspection(evaluation))
             p.note {
                 "Differences under 2 %, or whose 95 % interval contains zero, are ties; a maximum has no interval. \
                  Neighbouring instants are not independent of one another, so small differences between methods may not hold on \
                  another session."
+            }
+        }
+    }
+}
+
+/// Findings that may affect numbers.
+fn inspection(evaluation: &Evaluation) -> Markup {
+    let findings: Vec<_> = warnings(evaluation).collect();
+    html! {
+        @if !findings.is_empty() { (finding_list(findings.into_iter())) }
+    }
+}
+
+/// Findings of an inspection with their levels.
+pub(super) fn finding_list<'a>(findings: impl Iterator<Item = &'a SessionFinding>) -> Markup {
+    html! {
+        ul.findings {
+            @for finding in findings {
+                li {
+                    span.badge.warning[finding.level > Level::Info] { (finding.level.name()) }
+                    " " (finding)
+                }
             }
         }
     }

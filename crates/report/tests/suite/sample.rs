@@ -7,9 +7,10 @@ mod motion;
 use inhand_model::{
     Bandwidths, Collision, ConstraintFamily, ContactShare, CorridorCoverage, DeviationFacts,
     DictionaryFacts, DictionaryKind, Evaluation, FamilyFacts, Finding, Finger, HandAndFingers,
-    InputHash, MethodCandidate, MethodChoice, MethodEvaluation, ObjectError, PerFinger, PlanFacts,
-    PredictorWeights, Provenance, Reachability, SessionFacts, Statistics, StopReason, TakeFacts,
-    TakeQuality, TauShare, TrackCounts, TrackQuality, Validation, VelocityBounds, VelocityCheck,
+    InputHash, Inspection, Level, MethodCandidate, MethodChoice, MethodEvaluation, ObjectError,
+    PerFinger, PlanFacts, PredictorWeights, Provenance, Reachability, SessionFacts, SessionFinding,
+    Statistics, StopReason, TakeFacts, TakeQuality, TauShare, TrackCounts, TrackQuality,
+    Validation, VelocityBounds, VelocityCheck,
 };
 
 const SEGMENTS: usize = 119;
@@ -386,6 +387,23 @@ pub(crate) fn evaluation(object: bool) -> Evaluation {
         intervals: None,
         movement: Some(motion::movement()),
         contacts: object.then(motion::contacts),
+        inspection: Some(inspection()),
+    }
+}
+
+/// Two checks, of which one found something.
+fn inspection() -> Inspection {
+    Inspection {
+        checks: vec!["units".to_owned(), "swaps".to_owned()],
+        findings: vec![SessionFinding {
+            id: "swaps".to_owned(),
+            level: Level::Warn,
+            accepted: false,
+            takes: vec!["cube_train_02".to_owned()],
+            entity: "index and middle".to_owned(),
+            found: "2 suspected swaps".to_owned(),
+            advice: "look at it in a viewer".to_owned(),
+        }],
     }
 }
 

@@ -125,6 +125,20 @@ fn a_promised_key_cannot_go_missing() {
     }
 }
 
+#[test]
+fn an_evaluation_from_before_the_inspection_is_read() {
+    let mut older = document(true);
+    older.as_object_mut().unwrap().remove("inspection");
+    let (read, _) = read_evaluation_json(&older.to_string()).unwrap();
+    assert_eq!(read.inspection, None);
+    let page = inhand_report::html(&inhand_report::Report::new(&read, &[])).unwrap();
+    assert!(page.contains("were not inspected"));
+    let now = sample::evaluation(true);
+    let page = inhand_report::html(&inhand_report::Report::new(&now, &[])).unwrap();
+    assert!(page.contains("Nothing odd was found in 1 of 2 checks: units."));
+    assert!(page.contains("swaps (cube_train_02, index and middle): 2 suspected swaps"));
+}
+
 /// Every key of every object that is written, as JSON pointers.
 fn keys(value: &Value, path: &str, found: &mut Vec<String>) {
     match value {

@@ -217,6 +217,11 @@ impl Settings {
             ..
         } = self;
         self.learn.validate()?;
+        let known = |id: &&String| inhand_inspection::SESSION_CHECKS.contains(&id.as_str());
+        if let Some(id) = self.look.accept.iter().find(|id| !known(id)) {
+            let ids = inhand_inspection::SESSION_CHECKS.join(", ");
+            return Err(invalid("look.accept", &format!("one of {ids}"), id));
+        }
         for (key, value) in [
             ("segments.margin_s", segments.margin_s),
             ("segments.missing_s", segments.missing_s),

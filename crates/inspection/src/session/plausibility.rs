@@ -1,0 +1,253 @@
+//! Plausibility of settings and results against the data.
+
+use inhand_model::{Evaluation, Finger, Inspection, Level, Motion, SessionFinding, Shape};
+use inhand_motion::Filter;
+
+use super::{SessionLimits, SessionMotion, add, finding};
+use crate::check::words::{length, percent};
+use crate::statistics::Sorted;
+
+/// Length of a segment, seconds.
+const SEGMENT_S: f64 = 1.0;
+
+/// Least and largest size of an object in one hand, metres: below, fingertips cannot be apart; above, they do not
+/// span it.
+const OBJECT_M: [f64; 2] = [0.005, 0.28];
+
+/// Share of a segment from which a filter leaves little of what is predicted.
+const WINDOW_SHARE: f64 = 0.6;
+
+/// Share of a segment, or of the object, above which a margin or a contact distance is doubtful.
+const QUARTER: f64 = 0.25;
+
+/// Share of instants with three fingers in contact below which the recorded object was hardly of this shape.
+const CONTACT_SHARE: f64 = 0.05;
+
+/// Distance that a filter may move fingertips (95 %) whatever the errors are, metres: noise of markers alone gives
+/// half of it.
+const MOVED_M: f64 = 1e-3;
+
+/// How many times longer than under other labels the path from index to little fingertip may be. It is the
+/// shortest path in hands of people; two exchanged labels make it at least 1.15 times as long.
+const ORDER: f64 = 1.08;
+
+/// Looks at settings against takes, and at the order of the fingers.
+pub(super) fn settings(
+    inspection: &mut Inspection,
+    takes: &[SessionMotion<'_>],
+    limits: &SessionLimits<'_>,
+) {
+    let mut look = |id, found: Vec<SessionFinding>| add(inspection, &[id], found, limits);
+    look(
+        "finger-order",
+        takes.iter().filter_map(finger_order).collect(),
+    );
+    look(
+        "object-is-hand",
+        takes.iter().filter_map(object_is_hand).collect(),
+    );
+    match limits.shape {
+        Some(shape) => {
+            look("object-size", object_size(shape).into_iter().collect());
+            look("tau", tau(shape, limits.tau_m).into_iter().collect());
+        }
+        None => look("no-shape", takes.iter().filter_map(no_shape).collect()),
+    }
+    let rate_hz = takes
+        .first()
+        .map_or(f64::NAN, |take| take.motion.clock.rate_hz());
+    let filter = filter_window(limits.check.process.filter, rate_hz);
+    look("filter-window", filter.into_iter().collect());
+    look(
+        "margin",
+        margin(limits.check.margin_s).into_iter().collect(),
+    );
+}
+
+/// Adds what only results show: `moved_m` is the distance that the filter moves fingertips (95 %), where there is a
+/// filter.
+pub fn inspect_results(
+    inspection: &mut Inspection,
+    evaluation: &Evaluation,
+    moved_m: Option<f64>,
+    limits: &SessionLimits<'_>,
+) {
+    let mut look = |id, found: Option<SessionFinding>| {
+        add(inspection, &[id], found.into_iter().collect(), limits);
+    };
+    look("primitives", primitives(evaluation));
+    let methods = &evaluation.methods;
+    let Some(method) = methods.iter().find(|m| m.name == evaluation.default_method) else {
+        return;
+    };
+    if let Some(contact) = method.contact.as_ref().filter(|contact| contact.n > 0) {
+        look(
+            "contact-share",
+            contact_share(contact.recorded_three_or_more),
+        );
+    }
+    if let Some(moved_m) = moved_m {
+        look("filter-moves", filter_moves(moved_m, method.error.all.p50));
+    }
+}
+
+/// The path along the fingertips against that under other labels.
+fn finger_order(take: &SessionMotion<'_>) -> Option<SessionFinding> {
+    let tips = &take.motion.fingertips;
+    let apart_m = Finger::ALL.map(|a| {
+        Finger::ALL.map(|b| {
+            let both = tips[a].iter().zip(tips[b].iter());
+            let both = both.filter_map(|(a, b)| Some((a?.coords_m() - b?.coords_m()).norm()));
+            Sorted::new(both).median()
+        })
+    });
+    let path_m = |order: &[usize; 4]| -> f64 {
+        order.windows(2).map(|pair| apart_m[pair[0]][pair[1]]).sum()
+    };
+    let orders = (0..625).map(|n: usize| [n / 125, n / 25 % 5, n / 5 % 5, n % 5]);
+    let distinct = orders.filter(|order| (1..4).all(|n| !order[..n].contains(&order[n])));
+    let best = distinct.min_by(|a, b| path_m(a).total_cmp(&path_m(b)))?;
+    (path_m(&[1, 2, 3, 4]) > ORDER * path_m(&best)).then(|| {
+        let row = best.map(|place| Finger::ALL[place].name()).join(", ");
+        let found = format!("the fingertips are in the order {row}: labels may be exchanged");
+        let advice = "see which marker is on which finger: --finger FINGER=MARKER";
+        of_take(take, finding("finger-order", Level::Warn, found, advice))
+    })
+}
+
+fn of_take(take: &SessionMotion<'_>, finding: SessionFinding) -> SessionFinding {
+    SessionFinding {
+        takes: vec![take.name.to_owned()],
+        ..finding
+    }
+}
+
+fn object_is_hand(take: &SessionMotion<'_>) -> Option<SessionFinding> {
+    (take.roles.object.as_ref() == Some(&take.roles.hand)).then(|| {
+        let found = "hand and object are the same body".to_owned();
+        let advice = "name the object's body: --object-body";
+        of_take(take, finding("object-is-hand", Level::Fail, found, advice))
+    })
+}
+
+fn no_shape(take: &SessionMotion<'_>) -> Option<SessionFinding> {
+    take.motion.object.as_ref().map(|_| {
+        let found = "an object is tracked, but its shape is not given: contacts, distances and phases are \
+                     left out";
+        let advice = "give it, such as --object cube:0.05";
+        of_take(take, finding("no-shape", Level::Warn, found.to_owned(), advice))
+    })
+}
+
+fn sizes_m(shape: Shape) -> Vec<f64> {
+    match shape {
+        Shape::Cuboid { edges_m } => edges_m.to_vec(),
+        Shape::Cylinder {
+            diameter_m,
+            height_m,
+        } => vec![diameter_m, height_m],
+    }
+}
+
+fn object_size(shape: Shape) -> Option<SessionFinding> {
+    let [least, most] = OBJECT_M;
+    let size_m = sizes_m(shape)
+        .into_iter()
+        .find(|size| !(least..=most).contains(size))?;
+    let found = format!(
+        "{shape} measures {}; expected {} to {} in one hand",
+        length(size_m),
+        length(least),
+        length(most)
+    );
+    let advice = "give its size in metres, such as --object cube:0.05";
+    Some(finding("object-size", Level::Fail, found, advice))
+}
+
+fn tau(shape: Shape, tau_m: f64) -> Option<SessionFinding> {
+    let least_m = sizes_m(shape).into_iter().fold(f64::INFINITY, f64::min);
+    (tau_m > QUARTER * least_m).then(|| {
+        let (tau, size) = (length(tau_m), length(least_m));
+        let found = format!("a fingertip {tau} from an object of {size} counts as touching it");
+        let advice = "use less than a quarter of the object's least size: --tau-mm";
+        finding("tau", Level::Warn, found, advice)
+    })
+}
+
+/// The time over which a filter smooths against a segment.
+fn filter_window(filter: Filter, rate_hz: f64) -> Option<SessionFinding> {
+    let (window_s, flag) = match filter {
+        Filter::None => return None,
+        Filter::Median { window } | Filter::SavitzkyGolay { window, .. } => {
+            (window as f64 / rate_hz, "--window")
+        }
+        Filter::Butterworth { cutoff_hz, .. } => (1.0 / cutoff_hz, "--cutoff"),
+    };
+    let level = match window_s / SEGMENT_S {
+        share if share >= 1.0 => Level::Fail,
+        share if share > WINDOW_SHARE => Level::Warn,
+        _ => return None,
+    };
+    let found = format!(
+        "the filter smooths over {window_s:.2} s of segments of {SEGMENT_S} s: it removes the motion that is \
+         to be predicted"
+    );
+    let advice = format!("use at most half a segment: {flag}");
+    Some(finding("filter-window", level, found, advice))
+}
+
+fn margin(margin_s: f64) -> Option<SessionFinding> {
+    (margin_s > QUARTER * SEGMENT_S).then(|| {
+        let found = format!(
+            "{margin_s} s beside segments of {SEGMENT_S} s serve for end velocities: they are those of other motion"
+        );
+        let advice = "use less than a quarter of a segment: --margin";
+        finding("margin", Level::Warn, found, advice)
+    })
+}
+
+fn primitives(evaluation: &Evaluation) -> Option<SessionFinding> {
+    let (rank, segments) = (evaluation.dictionary.rank, evaluation.dictionary.segments);
+    (rank >= segments).then(|| {
+        let found = format!(
+            "{rank} primitives from {segments} training segments: nothing is left to generalise from"
+        );
+        let advice = "use fewer (--rank), cut more segments (--stride), or record more";
+        finding("primitives", Level::Warn, found, advice)
+    })
+}
+
+fn contact_share(share: f64) -> Option<SessionFinding> {
+    (share < CONTACT_SHARE).then(|| {
+        let found = format!(
+            "three fingers touch the object at {} of the recorded instants",
+            percent(share)
+        );
+        let advice = "see shape, size and centre of the object: --object, object.offset_m";
+        finding("contact-share", Level::Warn, found, advice)
+    })
+}
+
+fn filter_moves(moved_m: f64, error_m: f64) -> Option<SessionFinding> {
+    (moved_m > MOVED_M.max(error_m)).then(|| {
+        let (moved, error) = (length(moved_m), length(error_m));
+        let found = format!(
+            "the filter moves recorded fingertips by up to {moved} (95 %), more than the median error of {error}: \
+             errors are distances to the filtered motion"
+        );
+        let advice = "compare with a shorter window (--window) or --filter none";
+        finding("filter-moves", Level::Warn, found, advice)
+    })
+}
+
+/// Distance that a filter moves fingertips, 95 % of samples, metres; NaN without samples.
+pub fn filter_moves_m(before: &[&Motion], after: &[&Motion]) -> f64 {
+    let pairs = before.iter().zip(after).flat_map(|(before, after)| {
+        Finger::ALL.map(|finger| (&before.fingertips[finger], &after.fingertips[finger]))
+    });
+    let moved = pairs.flat_map(|(before, after)| {
+        let both = before.iter().zip(after.iter());
+        both.filter_map(|(a, b)| Some((a?.coords_m() - b?.coords_m()).norm()))
+    });
+    Sorted::new(moved).quantile(0.95)
+}

@@ -228,6 +228,7 @@ fn to_message(dictionary: &Dictionary) -> messages::Dictionary {
         object: dictionary.layout.object,
         residual: dictionary.residual.as_ref().map(residual::to_message),
         choice: dictionary.choice.as_ref().map(choice_message),
+        residual_held_out: (dictionary.residual_held_out.as_ref()).map(residual::to_message),
     }
 }
 
@@ -244,11 +245,14 @@ fn choice_message(choice: &MethodChoice) -> messages::MethodChoice {
         gain_standard_error_m: choice.gain_standard_error_m,
         folds: choice.folds as u64,
         segments: choice.segments as u64,
+        protocol: messages::Protocol::from(choice.protocol).into(),
     }
 }
 
 fn choice_from_message(choice: messages::MethodChoice) -> MethodChoice {
     MethodChoice {
+        // Older versions knew the published protocol alone, and stated none.
+        protocol: messages::Protocol::to_model(choice.protocol).unwrap_or_default(),
         method: choice.method,
         candidates: (choice.candidates.into_iter())
             .map(|candidate| MethodCandidate {
@@ -342,6 +346,9 @@ impl Decoder<'_> {
             },
             // Last: it relies on a layout whose rows were counted above.
             residual: (message.residual)
+                .map(|residual| self.residual(residual, layout))
+                .transpose()?,
+            residual_held_out: (message.residual_held_out)
                 .map(|residual| self.residual(residual, layout))
                 .transpose()?,
             choice: message.choice.map(choice_from_message),

@@ -46,6 +46,8 @@ enums! {
     }
     DictionaryKind { Nmf, Pca }
     StopReason { Converged, TargetReached, IterationLimit, ClosedForm }
+    Protocol { Published, HeldOut }
+    SmoothCurve { Hermite, MinimumJerk, Line }
 }
 
 impl Body {

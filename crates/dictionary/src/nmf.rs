@@ -286,6 +286,7 @@ impl NmfProblem {
             },
             demonstrated,
             residual: None,
+            residual_held_out: None,
             choice: None,
         })
     }

@@ -86,6 +86,7 @@ pub fn learn_pca(
         },
         demonstrated,
         residual: None,
+        residual_held_out: None,
         choice: None,
     })
 }

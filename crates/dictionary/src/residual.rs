@@ -12,7 +12,7 @@ mod primitives;
 mod profile;
 mod validation;
 
-use inhand_model::{DeviationPredictor, Residual, SegmentLayout, Segments, smooth_basis};
+use inhand_model::{DeviationPredictor, Residual, SegmentLayout, Segments, SmoothCurve};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
@@ -34,7 +34,7 @@ pub const DEVIATION_PRIMITIVES: usize = 28;
 /// as many primitives of each finger's deviation, and of the object's; fewer where the segments have no more
 /// to show.
 ///
-/// Deviations are the segments less [`smooth_basis`] times their boundary conditions. Primitives are the
+/// Deviations are the segments less [`SmoothCurve::basis`] times their boundary conditions. Primitives are the
 /// principal components (about zero) of each finger's deviations, and of the object's where the
 /// layout has it; there is none where a finger follows the cubic Hermite baseline to a nanometre. What to
 /// expect of a deviation is learned as [`DeviationPredictor`] says; kernel widths
@@ -83,6 +83,7 @@ pub fn learn_residual(segments: &Segments, primitives: usize) -> Result<Residual
     let (ends_mean, ends_covariance) = ends_moments(&ends)?;
     Ok(Residual {
         layout,
+        curve: SmoothCurve::Hermite,
         ends_mean,
         expectation: DeviationPredictor::new(layout, primitives.sizes(), profile, ends, answers)
             .weighted(chosen.bandwidths, chosen.weights),
@@ -107,7 +108,7 @@ fn supported(segments: &Segments, most: usize) -> usize {
 /// The segments less their cubic Hermite baselines (rows x n), metres.
 fn deviations_m(segments: &Segments, ends: &DMatrix<f64>) -> DMatrix<f64> {
     let layout = segments.layout();
-    let basis = smooth_basis(layout);
+    let basis = SmoothCurve::Hermite.basis(layout);
     // Four numbers of a row at most are not zero: as many products instead of d.
     let basis: Vec<Vec<(usize, f64)>> = (basis.row_iter())
         .map(|row| {

@@ -174,7 +174,7 @@ fn primitives_are_orthonormal_and_each_moves_one_part() {
 fn the_smooth_basis_is_the_cubic_of_the_trajectories() {
     for object in [false, true] {
         let layout = layout(23, object);
-        let basis = inhand_model::smooth_basis(layout);
+        let basis = inhand_model::SmoothCurve::Hermite.basis(layout);
         for i in 0..5 {
             let x = numbers(i, layout);
             let curve = inhand_curves::curves::hermite(&ends(&x), layout);

@@ -1,7 +1,7 @@
 //! Deviations from the cubic Hermite baseline: input that cannot teach.
 
 use inhand_dictionary::{DEVIATION_PRIMITIVES, learn_residual};
-use inhand_model::{EndConditions, SegmentLayout, SegmentOrigin, Segments, smooth_basis};
+use inhand_model::{EndConditions, SegmentLayout, SegmentOrigin, Segments, SmoothCurve};
 use nalgebra::DMatrix;
 
 use crate::residual_data::{around_smooth, conditions, ends, layout, numbers};
@@ -17,7 +17,14 @@ fn six(layout: SegmentLayout, change: impl Fn(&mut Vec<EndConditions>)) -> Segme
             start: 4 + i % 3 * layout.samples,
         })
         .collect();
-    Segments::new(layout, smooth_basis(layout) * &x, origins, all, 0).unwrap()
+    Segments::new(
+        layout,
+        SmoothCurve::Hermite.basis(layout) * &x,
+        origins,
+        all,
+        0,
+    )
+    .unwrap()
 }
 
 fn refused(segments: &Segments) -> String {
@@ -150,7 +157,7 @@ fn a_fingertip_that_never_moves() {
         x.row_mut(row).fill(value);
     }
     // Rounding moves it by some 1e-18; what counts is the number that is in the segment.
-    let columns = (smooth_basis(layout) * &x)
+    let columns = (SmoothCurve::Hermite.basis(layout) * &x)
         .map_with_location(|row, _, v| if row % 15 == 4 { 0.02 } else { v });
     let origins = vec![SegmentOrigin { take: 0, start: 4 }; 6];
     let ends = x.column_iter().map(|x| ends(&x.into_owned())).collect();

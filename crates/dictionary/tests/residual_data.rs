@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use inhand_dictionary::{DEVIATION_PRIMITIVES, learn_residual};
 use inhand_model::{
     EndConditions, ObjectEnds, Pose, ROTATION_LEVER_M, Residual, SEGMENT_COORDINATES,
-    SegmentLayout, SegmentOrigin, Segments, ends_len, smooth_basis,
+    SegmentLayout, SegmentOrigin, Segments, SmoothCurve, ends_len,
 };
 use nalgebra::{DMatrix, DVector, Isometry3, Translation3, UnitQuaternion, Vector3};
 
@@ -100,7 +100,7 @@ pub(crate) fn around_smooth(
         })
         .collect();
     let ends = x.column_iter().map(|x| ends(&x.into_owned())).collect();
-    let columns_m = smooth_basis(layout) * x + deviations_m;
+    let columns_m = SmoothCurve::Hermite.basis(layout) * x + deviations_m;
     Segments::new(layout, columns_m, origins, ends, 0)
         .expect("one origin and one pair of ends each")
 }

@@ -2,7 +2,7 @@
 //! (`reference/make_residual_reference.py`).
 
 use inhand_dictionary::learn_residual;
-use inhand_model::{Residual, SegmentLayout, smooth_basis};
+use inhand_model::{Residual, SegmentLayout, SmoothCurve};
 use nalgebra::{DMatrix, DVector};
 use serde_json::Value;
 
@@ -130,7 +130,7 @@ fn profile_and_kernel_regression_agree() {
             }
             let expected: DVector<f64> = &residual.primitives * residual.expected_m(&x);
             close(expected.as_slice(), &r["expected"], CHOSEN, "expected");
-            let smooth: DVector<f64> = smooth_basis(layout) * &x;
+            let smooth: DVector<f64> = SmoothCurve::Hermite.basis(layout) * &x;
             close(smooth.as_slice(), &r["smooth"], EXACT, "smooth");
         }
     }

@@ -6,6 +6,7 @@ use thiserror::Error;
 
 use crate::finger::{Finger, PerFinger};
 use crate::names::named;
+use crate::protocol::Protocol;
 use crate::residual::Residual;
 use crate::segments::{Configuration, SEGMENT_COORDINATES, SegmentLayout};
 use crate::units::{Millimetres, Number, Numbers, Unit, millimetres_or_infinite};
@@ -162,6 +163,9 @@ pub struct Dictionary {
     pub demonstrated: Demonstrated,
     /// Deviations from the smooth curve, where they were learned as well.
     pub residual: Option<Residual>,
+    /// Deviations learned under [`Protocol::HeldOut`]: from unfiltered motion, with the boundary conditions of
+    /// that protocol. `None` where they were not learned.
+    pub residual_held_out: Option<Residual>,
     /// How methods compare on left-out training takes, where that was asked for.
     pub choice: Option<MethodChoice>,
 }
@@ -192,6 +196,14 @@ pub enum DictionaryError {
 }
 
 impl Dictionary {
+    /// Learned deviations for plans under a protocol: those of the published one where none were learned under it.
+    pub fn residual(&self, protocol: Protocol) -> Option<&Residual> {
+        match protocol {
+            Protocol::Published => self.residual.as_ref(),
+            Protocol::HeldOut => self.residual_held_out.as_ref().or(self.residual.as_ref()),
+        }
+    }
+
     /// Number of primitives.
     pub fn rank(&self) -> usize {
         self.primitives.ncols()
@@ -244,6 +256,9 @@ impl Dictionary {
 /// How methods compare on left-out training takes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MethodChoice {
+    /// The protocol under which methods were compared.
+    #[serde(default)]
+    pub protocol: Protocol,
     /// The method chosen.
     pub method: String,
     /// Every method that was compared.

@@ -12,7 +12,8 @@ use crate::inspection::Inspection;
 use crate::intervals::Intervals;
 use crate::movement::MovementAnalysis;
 use crate::plan::ConstraintFamily;
-use crate::residual::Validation;
+use crate::protocol::Protocol;
+use crate::residual::{Residual, SmoothCurve, Validation};
 use crate::statistics::Statistics;
 use crate::track::TrackCounts;
 use crate::units::{AsIs, Degrees, Millimetres, SquareMillimetres, Unit};
@@ -200,6 +201,9 @@ pub struct DeviationFacts {
     /// Widths of its kernels.
     #[serde(flatten)]
     pub bandwidths: Bandwidths,
+    /// The smooth curve.
+    #[serde(default)]
+    pub curve: SmoothCurve,
     /// How the weights were chosen.
     pub validation: Validation,
 }
@@ -312,6 +316,25 @@ pub struct DictionaryFacts {
     pub deviation: Option<DeviationFacts>,
 }
 
+/// Methods compared with the recorded motion under [`Protocol::HeldOut`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HeldOutEvaluation {
+    /// Length of the lines that give boundary conditions, seconds.
+    pub ends_s: f64,
+    /// Samples of such a line, with the segment's first or last.
+    pub ends_samples: usize,
+    /// Test segments.
+    pub segments: usize,
+    /// Test segments that takes without gaps would have given in addition.
+    pub left_out: usize,
+    /// Deviations learned under this protocol; `None` where the dictionary has those of the published one alone.
+    pub deviation: Option<DeviationFacts>,
+    /// Methods, in the order of the published protocol.
+    pub methods: Vec<MethodEvaluation>,
+    /// How sure the numbers are and how methods differ; `None` where that was not worked out.
+    pub intervals: Option<Intervals>,
+}
+
 /// What a take's data is worth.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TakeQuality {
@@ -353,12 +376,20 @@ pub struct Evaluation {
     pub choice: Option<MethodChoice>,
     /// The dictionary.
     pub dictionary: DictionaryFacts,
-    /// Methods, learned ones first.
+    /// Methods under [`Protocol::Published`], learned ones first.
     pub methods: Vec<MethodEvaluation>,
+    /// Methods under [`Protocol::HeldOut`]; `None` where they were not compared under it.
+    #[serde(default)]
+    pub held_out: Option<HeldOutEvaluation>,
+    /// Distance between the references of the two protocols, at the instants judged under [`Protocol::Published`]:
+    /// how far the filter moves fingertips. `None` without a filter, or where that was not worked out.
+    #[serde(rename = "filter_moves_mm", default, with = "Millimetres")]
+    pub filter_moves: Option<HandAndFingers<Statistics>>,
     /// What each take's data is worth.
     #[serde(with = "quality")]
     pub quality: Vec<TakeQuality>,
-    /// How sure the numbers are and how methods differ; `None` where that was not worked out.
+    /// How sure the numbers of [`Protocol::Published`] are and how methods differ; `None` where that was not worked
+    /// out.
     pub intervals: Option<Intervals>,
     /// Lengths, speeds and smoothness of the motion; `None` where that was not worked out.
     pub movement: Option<MovementAnalysis>,
@@ -367,6 +398,38 @@ pub struct Evaluation {
     /// What was looked at before and after learning, and what was found; `None` where nothing was.
     #[serde(default)]
     pub inspection: Option<Inspection>,
+}
+
+impl DeviationFacts {
+    /// Facts of learned deviations.
+    pub fn new(residual: &Residual) -> Self {
+        Self {
+            primitives: residual.primitives.ncols(),
+            demonstrations: residual.expectation.demonstrations(),
+            weights: residual.expectation.weights(),
+            bandwidths: residual.expectation.bandwidths(),
+            curve: residual.curve,
+            validation: residual.validation,
+        }
+    }
+}
+
+impl Evaluation {
+    /// Methods under a protocol; none where they were not compared under it.
+    pub fn methods(&self, protocol: Protocol) -> &[MethodEvaluation] {
+        match protocol {
+            Protocol::Published => &self.methods,
+            Protocol::HeldOut => (self.held_out.as_ref()).map_or(&[], |held_out| &held_out.methods),
+        }
+    }
+
+    /// Intervals under a protocol, where they were worked out.
+    pub fn intervals(&self, protocol: Protocol) -> Option<&Intervals> {
+        match protocol {
+            Protocol::Published => self.intervals.as_ref(),
+            Protocol::HeldOut => self.held_out.as_ref()?.intervals.as_ref(),
+        }
+    }
 }
 
 impl TakeQuality {

@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
 use crate::deviation_predictor::DeviationPredictor;
+use crate::names::named;
 use crate::segments::{EndConditions, FINGER_ENDS, SEGMENT_COORDINATES, SegmentLayout, ends_len};
 use crate::units::{Millimetres, Unit};
 
@@ -14,13 +15,15 @@ use crate::units::{Millimetres, Unit};
 /// ```
 ///
 /// `x` are the end conditions ([`EndConditions::to_vector`], d numbers), `S x` is the smooth curve
-/// ([`smooth_basis`]), and the columns of `B` are primitives of the deviation. What is expected of
+/// ([`SmoothCurve::basis`]), and the columns of `B` are primitives of the deviation. What is expected of
 /// the deviation depends on the end conditions, by regression over the demonstrations, so that
 /// with little to learn from the expectation is near zero and the motion near the smooth curve.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Residual {
     /// Shape of the segments.
     pub layout: SegmentLayout,
+    /// The smooth curve.
+    pub curve: SmoothCurve,
     /// `m`: mean of the training end conditions (d), metres and m/s.
     pub ends_mean: DVector<f64>,
     /// `C`: their covariance, shrunk so that it can be inverted (d x d).
@@ -39,6 +42,21 @@ pub struct Residual {
     pub calibration: Vec<Calibration>,
     /// How the weights of the expectation were chosen.
     pub validation: Validation,
+}
+
+named! {
+    /// A curve that boundary conditions alone determine.
+    #[derive(Default, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum SmoothCurve {
+        /// Cubic Hermite interpolation of positions and velocities.
+        #[default]
+        Hermite = "hermite",
+        /// Minimum jerk from rest to rest.
+        MinimumJerk = "minimum_jerk",
+        /// Straight line at constant velocity.
+        Line = "line",
+    }
 }
 
 /// Cross-validation on the training takes: each group of takes in turn is left out and predicted
@@ -106,44 +124,55 @@ impl EndConditions {
     }
 }
 
-/// `S` (rows x d): the smooth curve as a linear function of the end conditions. Fingertips follow
-/// the cubic with the given positions and velocities at both ends (cubic Hermite interpolation),
-/// the object moves and turns evenly.
-///
-/// # Panics
-///
-/// If segments have fewer than two samples.
-pub fn smooth_basis(layout: SegmentLayout) -> DMatrix<f64> {
-    let mut basis = DMatrix::zeros(layout.rows(), ends_len(layout));
-    let duration_s = layout.duration_s();
-    assert!(
-        layout.samples >= 2,
-        "a curve needs a first and a last sample"
-    );
-    for t in 0..layout.samples {
-        let s = t as f64 / (layout.samples - 1) as f64;
+impl SmoothCurve {
+    /// Weights of first position, last position, first velocity and last velocity at the share `s` of a segment's
+    /// duration.
+    fn weights(self, s: f64, duration_s: f64) -> [f64; 4] {
         let (s2, s3) = (s * s, s * s * s);
-        let weights = [
-            2.0 * s3 - 3.0 * s2 + 1.0,
-            3.0 * s2 - 2.0 * s3,
-            (s3 - 2.0 * s2 + s) * duration_s,
-            (s3 - s2) * duration_s,
-        ];
-        for c in 0..SEGMENT_COORDINATES {
-            for (part, weight) in weights.into_iter().enumerate() {
-                basis[(t * SEGMENT_COORDINATES + c, part * SEGMENT_COORDINATES + c)] = weight;
-            }
-        }
-        if layout.object {
-            for axis in 0..3 {
-                let place = layout.object_row(t, axis);
-                basis[(place, FINGER_ENDS + axis)] = 1.0 - s;
-                basis[(place, FINGER_ENDS + 3 + axis)] = s;
-                basis[(layout.object_row(t, 3 + axis), FINGER_ENDS + 6 + axis)] = s;
-            }
+        let between = |share: f64| [1.0 - share, share, 0.0, 0.0];
+        match self {
+            Self::Hermite => [
+                2.0 * s3 - 3.0 * s2 + 1.0,
+                3.0 * s2 - 2.0 * s3,
+                (s3 - 2.0 * s2 + s) * duration_s,
+                (s3 - s2) * duration_s,
+            ],
+            Self::MinimumJerk => between(s3 * (10.0 - 15.0 * s + 6.0 * s2)),
+            Self::Line => between(s),
         }
     }
-    basis
+
+    /// `S` (rows x d): the curve as a linear function of the end conditions. The object moves and turns evenly.
+    ///
+    /// # Panics
+    ///
+    /// If segments have fewer than two samples.
+    pub fn basis(self, layout: SegmentLayout) -> DMatrix<f64> {
+        let mut basis = DMatrix::zeros(layout.rows(), ends_len(layout));
+        let duration_s = layout.duration_s();
+        assert!(
+            layout.samples >= 2,
+            "a curve needs a first and a last sample"
+        );
+        for t in 0..layout.samples {
+            let s = t as f64 / (layout.samples - 1) as f64;
+            let weights = self.weights(s, duration_s);
+            for c in 0..SEGMENT_COORDINATES {
+                for (part, weight) in weights.into_iter().enumerate() {
+                    basis[(t * SEGMENT_COORDINATES + c, part * SEGMENT_COORDINATES + c)] = weight;
+                }
+            }
+            if layout.object {
+                for axis in 0..3 {
+                    let place = layout.object_row(t, axis);
+                    basis[(place, FINGER_ENDS + axis)] = 1.0 - s;
+                    basis[(place, FINGER_ENDS + 3 + axis)] = s;
+                    basis[(layout.object_row(t, 3 + axis), FINGER_ENDS + 6 + axis)] = s;
+                }
+            }
+        }
+        basis
+    }
 }
 
 #[cfg(test)]

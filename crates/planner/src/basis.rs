@@ -1,6 +1,5 @@
 //! Map from the unknowns to a segment's rows: `W`, part sparse, part dense.
 
-use inhand_model::{SegmentLayout, smooth_basis};
 use nalgebra::{DMatrix, DVector};
 
 /// `W = [S | B]` (rows x n): the smooth curve's few entries a row first, if there are any, then
@@ -25,8 +24,7 @@ impl Basis {
     }
 
     /// The smooth curve through end conditions, and primitives of the deviation from it.
-    pub(crate) fn smooth(layout: SegmentLayout, primitives: DMatrix<f64>) -> Self {
-        let dense = smooth_basis(layout);
+    pub(crate) fn smooth(dense: &DMatrix<f64>, primitives: DMatrix<f64>) -> Self {
         let smooth = dense.row_iter().map(|row| {
             let entries = row.iter().copied().enumerate();
             entries.filter(|(_, v)| *v != 0.0).collect()

@@ -56,7 +56,7 @@
 //! #         restarts: vec![] },
 //! #     demonstrated: Demonstrated { hulls: PerFinger::from_fn(|_| hull.clone()),
 //! #         velocity: VelocityBounds { min_m_s: [-0.2; 15], max_m_s: [0.2; 15] } },
-//! #     residual: None, choice: None,
+//! #     residual: None, residual_held_out: None, choice: None,
 //! # };
 //! // `dictionary` was learned or read before.
 //! let settings = PlannerSettings::new(widened(

@@ -92,7 +92,7 @@ impl MotionModel {
         let precision = Precision::Blocks(vec![(0, ends), (ends_len(layout), activations)]);
         Ok(Self {
             layout,
-            basis: Basis::smooth(layout, residual.primitives.clone()),
+            basis: Basis::smooth(&residual.curve.basis(layout), residual.primitives.clone()),
             base_mm: vec![0.0; layout.rows()],
             signs: false,
             precision,

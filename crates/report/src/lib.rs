@@ -33,7 +33,7 @@
 //! #         iterations: 40, stop_reason: StopReason::IterationLimit, objective_history_m2: vec![2.0, 1.0],
 //! #         velocity_bounds: VelocityBounds { min_m_s: [-0.2; 15], max_m_s: [0.2; 15] }, deviation: None,
 //! #     },
-//! #     methods: vec![method],
+//! #     methods: vec![method], held_out: None, filter_moves: None,
 //! #     quality: vec![], intervals: None, movement: None, contacts: None, inspection: None,
 //! # };
 //! let json = inhand_report::evaluation_json(&evaluation, &[])?;

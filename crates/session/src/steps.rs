@@ -311,13 +311,7 @@ fn dictionary_facts(dictionary: &Dictionary, settings: &Settings) -> DictionaryF
         stop_reason: learning.stop_reason,
         objective_history_m2: learning.objective_history_m2.clone(),
         velocity_bounds: velocity_bounds(dictionary, settings),
-        deviation: dictionary.residual.as_ref().map(|residual| DeviationFacts {
-            primitives: residual.primitives.ncols(),
-            demonstrations: residual.expectation.demonstrations(),
-            weights: residual.expectation.weights(),
-            bandwidths: residual.expectation.bandwidths(),
-            validation: residual.validation,
-        }),
+        deviation: dictionary.residual.as_ref().map(DeviationFacts::new),
     }
 }
 
@@ -414,6 +408,8 @@ pub fn assemble(
         choice: dictionary.choice.clone(),
         dictionary: dictionary_facts(dictionary, settings),
         methods,
+        held_out: None,
+        filter_moves: None,
         quality: quality(takes)?,
         intervals: None,
         movement: None,

@@ -2,7 +2,7 @@
 
 use inhand_model::{
     Bandwidths, Calibration, DeviationPredictor, PredictorWeights, Residual, SegmentLayout,
-    Validation, ends_len,
+    SmoothCurve, Validation, ends_len,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -54,6 +54,7 @@ pub(super) fn to_message(residual: &Residual) -> messages::Residual {
         validation_smooth_error_m: validation.smooth_error_m,
         validation_error_m: validation.error_m,
         validation_standard_error_m: validation.standard_error_m,
+        curve: messages::SmoothCurve::from(residual.curve).into(),
     }
 }
 
@@ -104,6 +105,12 @@ impl Decoder<'_> {
         let covariance = "boundary conditions' covariance";
         Ok(Residual {
             layout,
+            // Older versions knew one curve, and stated none.
+            curve: match message.curve {
+                0 => SmoothCurve::default(),
+                curve => messages::SmoothCurve::to_model(curve)
+                    .ok_or_else(|| self.error("a smooth curve", curve))?,
+            },
             ends_mean: mean.column(0).into_owned(),
             ends_covariance: self.matrix(covariance, (ends, ends), message.ends_covariance)?,
             primitives,

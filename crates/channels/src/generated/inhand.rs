@@ -206,6 +206,8 @@ pub struct Residual {
     pub validation_error_m: f64,
     #[prost(double, tag = "19")]
     pub validation_standard_error_m: f64,
+    #[prost(enumeration = "SmoothCurve", tag = "20")]
+    pub curve: i32,
 }
 /// How learning went.
 #[derive(Clone, PartialEq, ::prost::Message)]
@@ -312,6 +314,8 @@ pub struct MethodChoice {
     /// Segments planned.
     #[prost(uint64, tag = "6")]
     pub segments: u64,
+    #[prost(enumeration = "Protocol", tag = "7")]
+    pub protocol: i32,
 }
 /// A segment v of N samples has 15 N rows, ordered time, finger (thumb ... little), axis (x y z),
 /// metres, frame `hand`; v = offset + primitives * activations. With the object, 6 N rows follow,
@@ -367,7 +371,15 @@ pub struct Dictionary {
     /// How methods compare on left-out training takes, where that was asked for.
     #[prost(message, optional, tag = "16")]
     pub choice: ::core::option::Option<MethodChoice>,
+    #[prost(message, optional, tag = "17")]
+    pub residual_held_out: ::core::option::Option<Residual>,
 }
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, ::prost::Enumeration)]
+#[repr(i32)]
+pub enum Protocol { Unspecified = 0, Published = 1, HeldOut = 2 }
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, ::prost::Enumeration)]
+#[repr(i32)]
+pub enum SmoothCurve { Unspecified = 0, Hermite = 1, MinimumJerk = 2, Line = 3 }
 /// How a dictionary was learned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, ::prost::Enumeration)]
 #[repr(i32)]

@@ -18,9 +18,10 @@ use inhand_model::{
     Demonstrated, DeviationPredictor, Dictionary, DictionaryKind, Finding, Finger, Hand, Hull,
     InputHash, Learning, LengthUnit, Marker, MarkerKind, MethodCandidate, MethodChoice, Motion,
     Object, PerFamily, PerFinger, Plan, PlanChecks, PlanStatus, PointTrack, Pose, PoseTrack,
-    Position, PredictorWeights, Provenance, Recording, Relaxation, Residual, Restart, Roles,
-    RotationOrder, SEGMENT_COORDINATES, SegmentLayout, Shape, Source, StartTime, Status,
-    StopReason, TrackedBody, Trajectory, UpAxis, Validation, VelocityBounds, World, ends_len,
+    Position, PredictorWeights, Protocol, Provenance, Recording, Relaxation, Residual, Restart,
+    Roles, RotationOrder, SEGMENT_COORDINATES, SegmentLayout, Shape, SmoothCurve, Source,
+    StartTime, Status, StopReason, TrackedBody, Trajectory, UpAxis, Validation, VelocityBounds,
+    World, ends_len,
 };
 use nalgebra::{DMatrix, DVector, Isometry3, Translation3, UnitQuaternion, Vector3};
 
@@ -486,7 +487,12 @@ pub(crate) fn dictionary_of(rank: usize, layout: SegmentLayout) -> Dictionary {
             },
         },
         residual: Some(residual_of(layout)),
+        residual_held_out: Some(Residual {
+            curve: SmoothCurve::Line,
+            ..residual_of(layout)
+        }),
         choice: Some(MethodChoice {
+            protocol: Protocol::HeldOut,
             method: "residual".to_owned(),
             candidates: vec![
                 MethodCandidate {
@@ -539,6 +545,7 @@ pub(crate) fn residual_with(
     };
     Residual {
         layout,
+        curve: SmoothCurve::Hermite,
         ends_mean: DVector::from_fn(ends, |i, _| noise(i)),
         ends_covariance: matrix(3, ends, ends),
         primitives,

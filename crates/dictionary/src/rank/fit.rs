@@ -149,6 +149,7 @@ mod tests {
             },
             demonstrated: Demonstrated::default(),
             residual: None,
+            residual_held_out: None,
             choice: None,
         }
     }

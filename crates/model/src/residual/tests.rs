@@ -2,7 +2,7 @@
 
 use nalgebra::{DVector, Isometry3, Translation3, UnitQuaternion, Vector3};
 
-use super::{ends_len, smooth_basis};
+use super::{SmoothCurve, ends_len};
 use crate::frame::Pose;
 use crate::segments::{EndConditions, ObjectEnds, SegmentLayout};
 
@@ -65,7 +65,7 @@ fn the_smooth_curve_has_its_end_conditions() {
         for samples in [2, 3, 50] {
             let layout = layout(samples, object);
             let x = ends(object).to_vector(layout).unwrap();
-            let curve: DVector<f64> = smooth_basis(layout) * &x;
+            let curve: DVector<f64> = SmoothCurve::Hermite.basis(layout) * &x;
             let last = samples - 1;
             for c in 0..15 {
                 assert_eq!(curve[c], x[c]);
@@ -107,7 +107,7 @@ fn cubics_are_given_back_by_their_ends() {
         (2, i) => velocity(i, 0.0),
         (_, i) => velocity(i, seconds),
     });
-    let curve = smooth_basis(layout) * x;
+    let curve = SmoothCurve::Hermite.basis(layout) * x;
     for t in 0..26 {
         for i in 0..15 {
             assert!((curve[15 * t + i] - position(i, t as f64 / 50.0)).abs() < 1e-14);
@@ -119,7 +119,7 @@ fn cubics_are_given_back_by_their_ends() {
 fn motion_elsewhere_has_the_same_curve_there() {
     for object in [false, true] {
         let layout = layout(20, object);
-        let basis = smooth_basis(layout);
+        let basis = SmoothCurve::Hermite.basis(layout);
         let shift = DVector::from_fn(ends_len(layout), |k, _| match k {
             0..30 | 60..66 => 0.25,
             _ => 0.0,
@@ -135,5 +135,5 @@ fn motion_elsewhere_has_the_same_curve_there() {
 #[test]
 #[should_panic(expected = "a first and a last sample")]
 fn a_single_sample_is_no_curve() {
-    smooth_basis(layout(1, false));
+    SmoothCurve::Hermite.basis(layout(1, false));
 }

@@ -175,7 +175,7 @@ fn a_residual_through_hard_ends_is_the_cubic_with_what_is_expected_of_its_deviat
     };
     let x = given.to_vector(residual.layout).unwrap();
     let all = Gaussian::of_residual(&residual, &x);
-    let expected = (inhand_model::smooth_basis(residual.layout) * &x
+    let expected = (inhand_model::SmoothCurve::Hermite.basis(residual.layout) * &x
         + &residual.primitives * residual.expected_m(&x))
         * 1e3;
     let planner = Planner::residual(&residual, &hard()).unwrap();
@@ -243,7 +243,7 @@ fn a_residual_without_primitives_is_the_smooth_curve() {
     let x = given.to_vector(residual.layout).unwrap();
     let plan = Planner::residual(&residual, &hard()).unwrap();
     let plan = plan.plan(&Target::from(given)).unwrap();
-    let expected = inhand_model::smooth_basis(residual.layout) * x * 1e3;
+    let expected = inhand_model::SmoothCurve::Hermite.basis(residual.layout) * x * 1e3;
     assert_motion(&plan, &expected, 1e-12);
 }
 

@@ -3,7 +3,7 @@
 use inhand_contact::FingerOffsets;
 use inhand_model::{
     EndConditions, Finger, Hand, Object, ObjectEnds, PlanStatus, Pose, Position, SegmentLayout,
-    Shape, object_coordinates_m, smooth_basis,
+    Shape, SmoothCurve, object_coordinates_m,
 };
 use inhand_planner::{
     Ends, PlanError, Planner, PlannerSettings, Target, held_fingers, object_between,
@@ -51,7 +51,8 @@ fn planned_objects_go_from_start_to_goal() {
     assert_eq!(plan.object.len(), 25);
     // Expected rows: the smooth curve plus what is expected of the deviation.
     let x = given().to_vector(residual.layout).unwrap();
-    let rows = smooth_basis(residual.layout) * &x + &residual.primitives * residual.expected_m(&x);
+    let rows = SmoothCurve::Hermite.basis(residual.layout) * &x
+        + &residual.primitives * residual.expected_m(&x);
     for (t, &pose) in plan.object.iter().enumerate() {
         let found = object_coordinates_m(object().first, pose);
         for (coordinate, value) in found.iter().enumerate() {

@@ -7,7 +7,7 @@ use clarabel::solver::{
 };
 use inhand_model::{
     Dictionary, DictionaryKind, EndConditions, Finger, Residual, SEGMENT_COORDINATES,
-    SegmentLayout, smooth_basis,
+    SegmentLayout, SmoothCurve,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -45,7 +45,8 @@ impl Gaussian {
         let layout = residual.layout;
         let (d, r) = (residual.ends_mean.len(), residual.primitives.ncols());
         let mut w = DMatrix::zeros(layout.rows(), d + r);
-        w.columns_mut(0, d).copy_from(&smooth_basis(layout));
+        w.columns_mut(0, d)
+            .copy_from(&SmoothCurve::Hermite.basis(layout));
         w.columns_mut(d, r).copy_from(&residual.primitives);
         let mut mean = DVector::zeros(d + r);
         mean.rows_mut(0, d).copy_from(&residual.ends_mean);

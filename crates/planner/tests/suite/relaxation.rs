@@ -5,7 +5,7 @@ use std::sync::Arc;
 use inhand_contact::hull;
 use inhand_model::{
     ConstraintFamily, EndConditions, Finger, Hand, Hull, Object, PerFinger, Plan, PlanStatus, Pose,
-    Position, VelocityBounds, smooth_basis,
+    Position, SmoothCurve, VelocityBounds,
 };
 use inhand_planner::{
     AccelerationBounds, Constraints, Ends, Holding, Method, Planner, PlannerSettings, Target,
@@ -81,7 +81,8 @@ fn too_far_for_the_velocity_bounds() {
         last_velocity_m_s: [0.0; 15],
         object: None,
     };
-    let curve = smooth_basis(residual.layout) * ends.to_vector(residual.layout).unwrap();
+    let curve =
+        SmoothCurve::Hermite.basis(residual.layout) * ends.to_vector(residual.layout).unwrap();
     let fastest = (0..curve.len() - 15)
         .map(|row| (curve[row + 15] - curve[row]) * residual.layout.rate_hz)
         .fold(0.0, f64::max);

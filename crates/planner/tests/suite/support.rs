@@ -3,7 +3,7 @@
 use inhand_model::{
     Bandwidths, Configuration, Demonstrated, DeviationPredictor, Dictionary, DictionaryKind,
     EndConditions, Hull, Learning, PerFinger, PredictorWeights, Residual, SEGMENT_COORDINATES,
-    SegmentLayout, StopReason, Validation, VelocityBounds, ends_len,
+    SegmentLayout, SmoothCurve, StopReason, Validation, VelocityBounds, ends_len,
 };
 use inhand_planner::{Ends, Method, PlannerSettings, Target};
 use nalgebra::{DMatrix, DVector};
@@ -47,6 +47,7 @@ pub(crate) fn dictionary(
             velocity: bounds(1.0),
         },
         residual: None,
+        residual_held_out: None,
         choice: None,
     }
 }
@@ -216,6 +217,7 @@ pub(crate) fn residual(samples: usize, rank: usize, object: bool) -> Residual {
     );
     Residual {
         layout,
+        curve: SmoothCurve::Hermite,
         ends_mean: DVector::from_fn(ends, |i, _| 0.01 * (0.9 * i as f64).sin()),
         ends_covariance,
         primitives,

@@ -7,10 +7,10 @@ mod motion;
 use inhand_model::{
     Bandwidths, Collision, ConstraintFamily, ContactShare, CorridorCoverage, DeviationFacts,
     DictionaryFacts, DictionaryKind, Evaluation, FamilyFacts, Finding, Finger, HandAndFingers,
-    InputHash, Inspection, Level, MethodCandidate, MethodChoice, MethodEvaluation, ObjectError,
-    PerFinger, PlanFacts, PredictorWeights, Provenance, Reachability, SessionFacts, SessionFinding,
-    Statistics, StopReason, TakeFacts, TakeQuality, TauShare, TrackCounts, TrackQuality,
-    Validation, VelocityBounds, VelocityCheck,
+    HeldOutEvaluation, InputHash, Inspection, Level, MethodCandidate, MethodChoice,
+    MethodEvaluation, ObjectError, PerFinger, PlanFacts, PredictorWeights, Protocol, Provenance,
+    Reachability, SessionFacts, SessionFinding, SmoothCurve, Statistics, StopReason, TakeFacts,
+    TakeQuality, TauShare, TrackCounts, TrackQuality, Validation, VelocityBounds, VelocityCheck,
 };
 
 const SEGMENTS: usize = 119;
@@ -324,6 +324,7 @@ pub(crate) fn evaluation(object: bool) -> Evaluation {
         },
         default_method: "residual".to_owned(),
         choice: Some(MethodChoice {
+            protocol: Protocol::HeldOut,
             method: "residual".to_owned(),
             candidates: vec![
                 MethodCandidate {
@@ -371,6 +372,7 @@ pub(crate) fn evaluation(object: bool) -> Evaluation {
                     hand: 2.0,
                     finger: 0.5,
                 },
+                curve: SmoothCurve::Hermite,
                 validation: Validation {
                     folds: 5,
                     segments: 590,
@@ -381,6 +383,13 @@ pub(crate) fn evaluation(object: bool) -> Evaluation {
             }),
         },
         methods: METHODS.iter().map(|kind| method(kind, object)).collect(),
+        held_out: Some(held_out(object)),
+        filter_moves: Some(HandAndFingers {
+            all: skewed(5 * SEGMENTS * SAMPLES, 0.000_29, 0.5),
+            by_finger: PerFinger::from_fn(|f| {
+                skewed(SEGMENTS * SAMPLES, 0.000_29 * finger_factor(f), 0.5)
+            }),
+        }),
         quality: (0..6)
             .map(|place| take_quality(place, if place < 5 { "train" } else { "test" }))
             .collect(),
@@ -388,6 +397,25 @@ pub(crate) fn evaluation(object: bool) -> Evaluation {
         movement: Some(motion::movement()),
         contacts: object.then(motion::contacts),
         inspection: Some(inspection()),
+    }
+}
+
+/// The same methods with larger errors, on one segment less.
+fn held_out(object: bool) -> HeldOutEvaluation {
+    let methods = METHODS
+        .iter()
+        .map(|&(name, description, baseline, median, tail, share)| {
+            let kind = (name, description, baseline, 1.5 * median, tail, share);
+            method(&kind, object)
+        });
+    HeldOutEvaluation {
+        ends_s: 0.08,
+        ends_samples: 8,
+        segments: SEGMENTS - 1,
+        left_out: 1,
+        deviation: None,
+        methods: methods.collect(),
+        intervals: None,
     }
 }
 

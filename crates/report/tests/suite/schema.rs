@@ -1,6 +1,6 @@
 use std::sync::LazyLock;
 
-use inhand_model::Evaluation;
+use inhand_model::{Evaluation, Protocol};
 use inhand_report::{ReportError, evaluation_json, read_evaluation_json};
 use jsonschema::Validator;
 use proptest::prelude::*;
@@ -76,6 +76,9 @@ fn promised() -> Vec<String> {
         "/methods/0/plan/infeasible",
         "/methods/0/plan/worst_kkt_residual",
         "/quality",
+        "/held_out/ends_s",
+        "/held_out/methods/0/error_mm/all/p50",
+        "/filter_moves_mm/all/p95",
         "/movement/recorded/by_finger/ring/sparc/p50",
         "/movement/recorded/nearest_demonstration_mm/p75",
         "/movement/methods/0/by_finger/thumb/ldlj/p50",
@@ -123,6 +126,20 @@ fn a_promised_key_cannot_go_missing() {
             "reading does not miss {path}"
         );
     }
+}
+
+#[test]
+fn an_evaluation_from_before_the_held_out_protocol_is_read() {
+    let mut older = document(true);
+    for key in ["held_out", "filter_moves_mm"] {
+        older.as_object_mut().unwrap().remove(key);
+    }
+    let curve = older.pointer_mut("/dictionary/deviation").unwrap();
+    curve.as_object_mut().unwrap().remove("curve");
+    let (read, _) = read_evaluation_json(&older.to_string()).unwrap();
+    assert_eq!((read.held_out.as_ref(), read.filter_moves), (None, None));
+    assert!(read.methods(Protocol::HeldOut).is_empty());
+    assert_eq!(read.methods(Protocol::Published).len(), 7);
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Choosing a method by how well each does on training takes left out of learning.
 
 use inhand_dictionary::{Fold, folds, mean, mean_distance_m, standard_error};
-use inhand_model::{Demonstrated, Dictionary, MethodCandidate, MethodChoice, Segments};
+use inhand_model::{Demonstrated, Dictionary, MethodCandidate, MethodChoice, Protocol, Segments};
 
 use super::learn::demonstrations;
 use super::{generate, learn};
@@ -160,6 +160,7 @@ impl Errors {
         };
         let segments = self.by_segment_m.first().map_or(0, Vec::len);
         MethodChoice {
+            protocol: Protocol::Published,
             method: self.methods[chosen].name().to_owned(),
             candidates,
             gain_m: gain.map(|(gain_m, _)| gain_m),

@@ -1,0 +1,30 @@
+//! Protocols of an evaluation: the motion that is the reference, and the boundary conditions that methods are given.
+
+use serde::{Deserialize, Serialize};
+
+use crate::names::named;
+
+named! {
+    /// Reference and boundary conditions of a segment.
+    #[derive(Default, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum Protocol {
+        /// The reference is the recorded motion after gap filling and filtering; boundary conditions are taken from
+        /// it, so that up to half the filter's window of the segment reaches the planner.
+        #[default]
+        Published = "published",
+        /// The reference is the recorded motion with gaps filled, not filtered; boundary conditions are values and
+        /// slopes of least-squares lines over measured samples up to the segment's first and from its last on.
+        HeldOut = "held_out",
+    }
+}
+
+impl Protocol {
+    /// Name in text.
+    pub const fn title(self) -> &'static str {
+        match self {
+            Self::Published => "published",
+            Self::HeldOut => "held out",
+        }
+    }
+}

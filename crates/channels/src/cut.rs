@@ -167,6 +167,7 @@ pub fn is_of_whole_take(channel: &ChannelFacts) -> bool {
 fn counts_from_start(topic: &str) -> bool {
     let parts = [
         "/generated/",
+        "/held_out/",
         "/evaluation/",
         "/view/generated/",
         topic::CLEANED_CHANGES,

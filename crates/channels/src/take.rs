@@ -21,6 +21,8 @@ pub struct TakeFile<'a> {
     /// Trajectories by method. Viewers show each in a colour of its own beside the recorded motion, the
     /// first one with trails.
     pub generated: &'a [GeneratedMethod<'a>],
+    /// Trajectories by method under the held-out protocol, which viewers do not show.
+    pub held_out: &'a [GeneratedMethod<'a>],
     /// How trajectories compare with the recorded motion, by method. An entry named [`RECORDED`]
     /// has the recorded contacts with the object; viewers light them up.
     pub evaluated: &'a [EvaluatedMethod],
@@ -43,6 +45,7 @@ impl<'a> TakeFile<'a> {
             roles: None,
             motion: None,
             generated: &[],
+            held_out: &[],
             evaluated: &[],
             object_shape: None,
             hulls: None,

@@ -3,10 +3,13 @@
 //! | root | topics of a method or a layer |
 //! | --- | --- |
 //! | `/generated/<method>` | `fingertips`, `plan` |
+//! | `/held_out/<method>` | the same, planned under the held-out protocol |
 //! | `/evaluation/<method>` | `error`, `contact` |
 //! | `/view/generated/<method>` | `fingertips`, `fingertips_scene`, `contacts` |
 //! | `/overlay/<layer>` | `fingertips`, `distance` |
 //! | `/view/overlay/<layer>` | `fingertips`, `fingertip_balls`, `fingertips_scene`, `trails`, `tf`, `object`, `object_edges` |
+
+use inhand_model::Protocol;
 
 use crate::error::{ChannelError, ensure};
 
@@ -54,10 +57,19 @@ pub(crate) const VIEW_LEGEND: &str = "/view/overlay/legend";
 
 // Roots of topics that have the name of a method or of a layer of an overlay as their next part.
 pub(crate) const GENERATED: &str = "/generated";
+pub(crate) const HELD_OUT: &str = "/held_out";
 pub(crate) const EVALUATION: &str = "/evaluation";
 pub(crate) const VIEW_GENERATED: &str = "/view/generated";
 pub(crate) const OVERLAY: &str = "/overlay";
 pub(crate) const VIEW_OVERLAY: &str = "/view/overlay";
+
+/// Root of the topics of motion that methods generated under a protocol.
+pub(crate) const fn generated(protocol: Protocol) -> &'static str {
+    match protocol {
+        Protocol::Published => GENERATED,
+        Protocol::HeldOut => HELD_OUT,
+    }
+}
 
 /// The topic of a method or a layer under one of the roots.
 pub(crate) fn named(root: &str, name: &str, leaf: &str) -> String {

@@ -126,8 +126,8 @@ impl<'a> TopicRole<'a> {
             }
             ["view", ..] => TopicRole::View,
             [
-                "recording" | "cleaned" | "processed" | "generated" | "evaluation" | "dictionary"
-                | "overlay",
+                "recording" | "cleaned" | "processed" | "generated" | "held_out" | "evaluation"
+                | "dictionary" | "overlay",
                 _,
                 ..,
             ] => TopicRole::Data,

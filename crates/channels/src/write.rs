@@ -7,14 +7,14 @@ use std::io::Write;
 
 use foxglove::messages::FrameTransforms;
 use inhand_container::ChannelFacts;
-use inhand_model::{Clock, Frame, Recording, Track, World};
+use inhand_model::{Clock, Frame, Protocol, Recording, Track, World};
 use nalgebra::Isometry3;
 
 use crate::annotations::add_events;
 use crate::error::{ChannelError, ensure};
 use crate::metadata::{CLEANED, HEADER, MOTION, Metadata, OBJECT, RECORDING};
 use crate::streams::{PACKED, Sampling, Streams};
-use crate::take::{GeneratedSegment, Outline, TakeFile};
+use crate::take::{GeneratedMethod, GeneratedSegment, Outline, TakeFile};
 use crate::topic;
 use crate::view::{UPRIGHT, draw_take, transform};
 
@@ -114,7 +114,9 @@ impl<'a> TakeWriter<'a> {
         if let Some(motion) = file.motion {
             tracks::add_motion(motion, samples, &mut streams)?;
         }
-        tracks::add_generated(file.generated, clock, &mut streams)?;
+        for (protocol, methods) in generated(file) {
+            tracks::add_generated(protocol, methods, clock, &mut streams)?;
+        }
         tracks::add_evaluated(file.evaluated, clock, &mut streams)?;
         if view {
             let drawn = TakeFile {
@@ -274,6 +276,14 @@ fn place_roots(
     streams.once(topic::VIEW_FRAMES, None, unix_nanos, &message)
 }
 
+/// What methods generated, by protocol.
+const fn generated<'a>(file: &TakeFile<'a>) -> [(Protocol, &'a [GeneratedMethod<'a>]); 2] {
+    [
+        (Protocol::Published, file.generated),
+        (Protocol::HeldOut, file.held_out),
+    ]
+}
+
 /// Checks that the parts of a take of so many samples belong together.
 fn check(file: &TakeFile, samples: usize) -> Result<(), ChannelError> {
     let clock = file.used().clock;
@@ -290,11 +300,13 @@ fn check(file: &TakeFile, samples: usize) -> Result<(), ChannelError> {
         let what = "clock of the motion";
         ensure(found == clock, what, expected, format!("{found:?}"))?;
     }
-    let mut names = BTreeSet::new();
-    for method in file.generated {
-        check_method(&mut names, method.name)?;
-        for segment in method.segments {
-            check_segment(segment, method.name, samples, clock.rate_hz())?;
+    for (_, methods) in generated(file) {
+        let mut names = BTreeSet::new();
+        for method in methods {
+            check_method(&mut names, method.name)?;
+            for segment in method.segments {
+                check_segment(segment, method.name, samples, clock.rate_hz())?;
+            }
         }
     }
     let mut names = BTreeSet::new();

@@ -8,6 +8,7 @@ use inhand_channels::{
     ChannelError, info, read_dictionary, read_generated, read_metadata, read_take, write_dictionary,
 };
 use inhand_container::ContainerError;
+use inhand_model::Protocol;
 use mcap::records::{MessageHeader, Record, op};
 use mcap::{Compression, WriteOptions};
 use proptest::prelude::*;
@@ -119,7 +120,7 @@ fn data_end(bytes: &[u8]) -> usize {
 
 fn read_all(bytes: &[u8]) {
     let _ = read_take(bytes, "x.mcap");
-    let _ = read_generated(bytes, "x.mcap");
+    let _ = read_generated(bytes, "x.mcap", Protocol::Published);
     let _ = read_dictionary(bytes, "x.mcap");
     let _ = read_metadata(bytes, "x.mcap");
     let _ = info(bytes, "x.mcap");

@@ -9,8 +9,8 @@ use inhand_channels::{
 };
 use inhand_model::{
     BodySource, Clock, DictionaryKind, Finger, Frame, LengthUnit, Motion, Plan, PoseTrack,
-    Position, Recording, Roles, RotationOrder, Sample, SegmentLayout, Shape, Source, StartTime,
-    Status, Track, UpAxis,
+    Position, Protocol, Recording, Roles, RotationOrder, Sample, SegmentLayout, Shape, Source,
+    StartTime, Status, Track, UpAxis,
 };
 
 use crate::common;
@@ -331,7 +331,7 @@ fn trajectories_and_plans_come_back() {
         },
     ];
     let file = common::take_file(&take, &generated, &[]);
-    let read = read_generated(&written(&file, true), "take.mcap").unwrap();
+    let read = read_generated(&written(&file, true), "take.mcap", Protocol::Published).unwrap();
     let names: Vec<&str> = read.iter().map(|method| method.name.as_str()).collect();
     assert_eq!(names, ["prior", "line"]);
     assert!(read[1].plans.is_empty());
@@ -349,7 +349,22 @@ fn trajectories_and_plans_come_back() {
         assert_eq!(read[0].plans[start], expected);
     }
     assert_eq!(read[0].plans[&1], infeasible);
-    let none = read_generated(&written(&TakeFile::new(&take.recording), true), "x").unwrap();
+    let none = read_generated(
+        &written(&TakeFile::new(&take.recording), true),
+        "x",
+        Protocol::Published,
+    )
+    .unwrap();
+    assert!(none.is_empty());
+    // Motion of the held-out protocol has topics of its own.
+    let file = TakeFile {
+        held_out: &generated[..1],
+        ..common::take_file(&take, &[], &[])
+    };
+    let bytes = written(&file, true);
+    let held_out = read_generated(&bytes, "take.mcap", Protocol::HeldOut).unwrap();
+    assert_eq!(held_out, read[..1]);
+    let none = read_generated(&bytes, "take.mcap", Protocol::Published).unwrap();
     assert!(none.is_empty());
 }
 

@@ -87,6 +87,7 @@ mod movement;
 pub mod overlay;
 mod quality;
 mod recorded;
+mod reference;
 
 pub use compare::{MethodOf, compare_contacts, compare_errors, same_segments};
 pub use contacts::motion_contacts;
@@ -100,3 +101,4 @@ pub use method::evaluate_method;
 pub use movement::{JudgedMethod, MovementSettings, filled_segments, movement};
 pub use quality::recording_quality;
 pub use recorded::{Recorded, recorded};
+pub use reference::filter_moves;

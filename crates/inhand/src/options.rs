@@ -184,6 +184,9 @@ pub(crate) struct LearnOptions {
     /// Margin without segments at both ends of an interval, seconds [default: 0.04].
     #[arg(long, value_name = "SECONDS")]
     margin: Option<f64>,
+    /// Time of the lines that give boundary conditions of the held-out protocol, seconds [default: 0.08].
+    #[arg(long, value_name = "SECONDS")]
+    ends_s: Option<f64>,
     /// Longest missing part of a training segment between its ends, seconds [default: 0].
     #[arg(long, value_name = "SECONDS")]
     missing: Option<f64>,
@@ -379,6 +382,7 @@ impl LearnOptions {
     pub(crate) fn apply(&self, settings: &mut Settings) {
         replace(&mut settings.segments.stride, self.stride);
         replace(&mut settings.segments.margin_s, self.margin);
+        replace(&mut settings.segments.ends_s, self.ends_s);
         replace(&mut settings.segments.missing_s, self.missing);
         let learn = &mut settings.learn;
         if let Some(RankOption::One(rank)) = self.rank {

@@ -16,7 +16,7 @@ use std::ops::Range;
 
 use inhand_model::{Clock, Motion, Recording, Roles, SegmentLayout, Setting};
 use inhand_motion::{
-    Cut, Filter, GapFill, ProcessSettings, SegmentSettings, SegmentTable, to_hand_frame,
+    Cut, EndsRule, Filter, GapFill, ProcessSettings, SegmentSettings, SegmentTable, to_hand_frame,
 };
 
 use self::subject::Subject;
@@ -229,7 +229,9 @@ fn segments(motion: &Motion, settings: &CheckSettings) -> SegmentShare {
     let cut = Cut::new(&SegmentSettings {
         layout,
         stride: layout.samples,
-        margin_s: settings.margin_s,
+        ends: EndsRule::Differences {
+            margin_s: settings.margin_s,
+        },
         missing_s: settings.missing_s,
     });
     // A rate so low that a second has no two samples gives no segment.

@@ -1,5 +1,7 @@
 //! Protocols of an evaluation: the motion that is the reference, and the boundary conditions that methods are given.
 
+use std::ops::Index;
+
 use serde::{Deserialize, Serialize};
 
 use crate::names::named;
@@ -25,6 +27,44 @@ impl Protocol {
         match self {
             Self::Published => "published",
             Self::HeldOut => "held out",
+        }
+    }
+}
+
+/// A value for each protocol.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PerProtocol<T> {
+    /// That of [`Protocol::Published`].
+    pub published: T,
+    /// That of [`Protocol::HeldOut`].
+    pub held_out: T,
+}
+
+impl<T> PerProtocol<T> {
+    /// References to both.
+    pub const fn as_ref(&self) -> PerProtocol<&T> {
+        PerProtocol {
+            published: &self.published,
+            held_out: &self.held_out,
+        }
+    }
+
+    /// Changes both.
+    pub fn map<U>(self, mut change: impl FnMut(T) -> U) -> PerProtocol<U> {
+        PerProtocol {
+            published: change(self.published),
+            held_out: change(self.held_out),
+        }
+    }
+}
+
+impl<T> Index<Protocol> for PerProtocol<T> {
+    type Output = T;
+
+    fn index(&self, protocol: Protocol) -> &T {
+        match protocol {
+            Protocol::Published => &self.published,
+            Protocol::HeldOut => &self.held_out,
         }
     }
 }

@@ -6,6 +6,7 @@ use thiserror::Error;
 
 use crate::finger::Finger;
 use crate::frame::{Hand, Object, Pose, Position};
+use crate::protocol::Protocol;
 
 /// Numbers in one configuration: five fingertips, three coordinates each.
 pub const SEGMENT_COORDINATES: usize = 3 * Finger::COUNT;
@@ -105,7 +106,10 @@ impl SegmentLayout {
     }
 }
 
-/// What a planner may know of a segment: its ends, and the velocities there, taken outside it.
+/// Boundary conditions of a segment, all that a planner may know of it: positions at its ends, and velocities there.
+///
+/// Under [`Protocol::Published`] they are taken from the filtered motion, so that half the filter's window of the
+/// segment is in them; under [`Protocol::HeldOut`] they rest on samples outside the segment and its first and last.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EndConditions {
     /// First configuration, metres.
@@ -166,6 +170,7 @@ pub struct Segments {
     columns_m: DMatrix<f64>,
     origins: Vec<SegmentOrigin>,
     ends: Vec<EndConditions>,
+    protocol: Protocol,
     /// Segments that a take without gaps would have given in addition.
     pub left_out: usize,
 }
@@ -214,8 +219,20 @@ impl Segments {
             columns_m,
             origins,
             ends,
+            protocol: Protocol::Published,
             left_out,
         })
+    }
+
+    /// The same segments as those of a protocol; [`Protocol::Published`] unless stated.
+    #[must_use]
+    pub fn under(self, protocol: Protocol) -> Self {
+        Self { protocol, ..self }
+    }
+
+    /// The protocol that reference and boundary conditions are of.
+    pub const fn protocol(&self) -> Protocol {
+        self.protocol
     }
 
     /// Some of the segments, in the given order; nothing counts as left out.
@@ -230,6 +247,7 @@ impl Segments {
             columns_m: self.columns_m.select_columns(segments),
             origins: segments.iter().map(|&s| self.origins[s]).collect(),
             ends: segments.iter().map(|&s| self.ends[s]).collect(),
+            protocol: self.protocol,
             left_out: 0,
         }
     }

@@ -137,7 +137,7 @@ fn cut_training_segments(bencher: divan::Bencher<'_, '_>, stride: usize) {
     let settings = SegmentSettings {
         layout: SegmentLayout::one_second(100.0),
         stride,
-        margin_s: 0.04,
+        ends: EndsRule::Differences { margin_s: 0.04 },
         missing_s: 0.0,
     };
     bencher.bench(|| cut_segments(&[&motion; TAKES - 1], &settings));

@@ -65,7 +65,7 @@
 //!
 //! let segments = cut_segments(
 //!     &[&motion],
-//!     &SegmentSettings { layout: SegmentLayout::one_second(100.0), stride: 10, margin_s: 0.04, missing_s: 0.0 },
+//!     &SegmentSettings { layout: SegmentLayout::one_second(100.0), stride: 10, ends: EndsRule::Differences { margin_s: 0.04 }, missing_s: 0.0 },
 //! )?;
 //! // Starts 4, 14, ... 94: 4 samples are kept free at both ends.
 //! assert_eq!((segments.len(), segments.left_out), (10, 0));
@@ -74,6 +74,7 @@
 
 pub mod filter;
 
+mod boundary;
 mod process;
 mod segments;
 mod settings;
@@ -92,9 +93,9 @@ pub use body::{in_role, role_body};
 pub use error::MotionError;
 pub use gaps::{fill_points, fill_poses, lagrange_weight};
 pub use lookup::fingertip_markers;
-pub use process::{in_hand, process, smooth, to_hand_frame};
-pub use segments::{Cut, Starts, cut_segments};
-pub use settings::{Filter, GapFill, ProcessSettings, SegmentSettings, gap_samples};
+pub use process::{in_hand, process, smooth, to_hand_frame, with_hand};
+pub use segments::{Cut, Starts, cut_segments, cut_some};
+pub use settings::{EndsRule, Filter, GapFill, ProcessSettings, SegmentSettings, gap_samples};
 pub use spectrum::Welch;
 pub use table::SegmentTable;
 pub use template::{BodyRole, Template, Templates, fit_templates};

@@ -57,19 +57,35 @@ pub fn to_hand_frame(
     settings: &ProcessSettings,
 ) -> Result<Motion, MotionError> {
     let max_gap = gap_samples("max_gap_s", settings.max_gap_s, recording.clock.rate_hz())?;
+    let hand = role_body(recording, BodyRole::Hand, &roles.hand, templates)?;
+    let mut hand: PoseTrack<World, Hand> = in_role(&hand.track);
+    fill_poses(&mut hand, max_gap, settings.fill);
+    with_hand(recording, roles, hand, templates, settings)
+}
+
+/// Takes a recording into the frame of a hand whose pose is known, gaps filled: steps 2 and 3 of [`to_hand_frame`].
+///
+/// # Errors
+///
+/// As for [`to_hand_frame`].
+pub fn with_hand(
+    recording: &Recording,
+    roles: &Roles,
+    hand: PoseTrack<World, Hand>,
+    templates: &Templates,
+    settings: &ProcessSettings,
+) -> Result<Motion, MotionError> {
+    let max_gap = gap_samples("max_gap_s", settings.max_gap_s, recording.clock.rate_hz())?;
     let (offset_m, expected) = (settings.object_offset_m, "three finite numbers, metres");
     let finite = offset_m.iter().all(|c| c.is_finite());
     MotionError::unless(finite, "object_offset_m", format!("{offset_m:?}"), expected)?;
     let offset = Translation3::from(offset_m);
 
-    let body = |role, source| role_body(recording, role, source, templates);
-    let mut hand: PoseTrack<World, Hand> = in_role(&body(BodyRole::Hand, &roles.hand)?.track);
-    fill_poses(&mut hand, max_gap, settings.fill);
     let hand_from_world = hand.map(Pose::inverse);
 
     let tips = fingertip_markers(recording, roles)?;
     let object = (roles.object.as_ref())
-        .map(|source| body(BodyRole::Object, source))
+        .map(|source| role_body(recording, BodyRole::Object, source, templates))
         .transpose()?;
 
     let fingertip = |finger: Finger| {

@@ -4,12 +4,13 @@ use std::f64::consts::TAU;
 use std::ops::Range;
 
 use inhand_model::{
-    Configuration, EndConditions, Hand, Motion, OBJECT_COORDINATES, Object, ObjectEnds, Pose,
-    ROTATION_LEVER_M, SegmentLayout, SegmentOrigin, Segments, runs,
+    EndConditions, Hand, Motion, OBJECT_COORDINATES, Object, Pose, Protocol, ROTATION_LEVER_M,
+    SegmentLayout, SegmentOrigin, Segments, runs,
 };
 use nalgebra::{DMatrix, Unit, UnitQuaternion, Vector3};
 use rayon::prelude::*;
 
+use crate::boundary::Boundary;
 use crate::error::MotionError;
 use crate::settings::SegmentSettings;
 use crate::table::SegmentTable;
@@ -20,11 +21,14 @@ const SMALLEST_TURN_RAD: f64 = 1e-9;
 /// Cuts segments of N samples out of every interval in which all five fingertips are present
 /// (measured or filled).
 ///
-/// With a margin of `m = round(margin_s * rate)` samples, segments of an interval of `L` samples start
-/// at `m, m + stride, ...` while `start + N + m <= L`. The margins are there for the end velocities,
-/// which are taken outside the segment, over `m` samples before its first and after its last, so
-/// that they give away nothing of what lies between:
-/// `(x(start) - x(start - m)) * rate / m` and `(x(end + m) - x(end)) * rate / m`.
+/// With a margin of `m` samples ([`EndsRule::samples`]), segments of an interval of `L` samples start
+/// at `m, m + stride, ...` while `start + N + m <= L`. The margins are there for the boundary conditions.
+/// By [`EndsRule::Differences`] velocities are taken over `m` samples before the segment's first and after its
+/// last: `(x(start) - x(start - m)) * rate / m` and `(x(end + m) - x(end)) * rate / m`. Of motion that a centred
+/// filter has smoothed, these samples hold some of what lies between. By [`EndsRule::Lines`] of motion before
+/// the filter nothing does: lines rest on measured samples of `start - m + 1 ..= start` and `end ..= end + m - 1`;
+/// a filled one may rest on samples inside the segment and does not count. Segments with fewer than
+/// half of these samples measured are left out.
 ///
 /// Where the layout has the object, its rows follow those of the fingertips (see
 /// [`SegmentLayout`](inhand_model::SegmentLayout)): position, and the rotation vector since the
@@ -47,10 +51,27 @@ const SMALLEST_TURN_RAD: f64 = 1e-9;
 /// # Errors
 ///
 /// [`MotionError::Rate`] for motions of different rates and for a layout of another rate than theirs, [`MotionError::Setting`] for a segment of fewer than two samples, a
-/// stride of 0 or a margin that rounds to no sample.
+/// stride of 0 or boundary conditions over less than a sample.
 pub fn cut_segments(
     motions: &[&Motion],
     settings: &SegmentSettings,
+) -> Result<Segments, MotionError> {
+    cut_some(motions, settings, |count| (0..count).collect())
+}
+
+/// Some of the segments of [`cut_segments`]: those whose numbers `which` gives for the number of all of them.
+///
+/// # Errors
+///
+/// As for [`cut_segments`].
+///
+/// # Panics
+///
+/// If there is no such segment.
+pub fn cut_some(
+    motions: &[&Motion],
+    settings: &SegmentSettings,
+    which: impl FnOnce(usize) -> Vec<usize>,
 ) -> Result<Segments, MotionError> {
     check_rates(motions, settings)?;
     let cut = Cut::new(settings)?;
@@ -58,13 +79,16 @@ pub fn cut_segments(
         .map(|motion| SegmentTable::from_motion(motion))
         .collect();
 
-    let mut origins = Vec::new();
+    let mut every = Vec::new();
     let mut left_out = 0;
     for (take, table) in tables.iter().enumerate() {
         let starts = cut.starts(table);
         left_out += starts.left_out;
-        origins.extend((starts.starts.into_iter()).map(|start| SegmentOrigin { take, start }));
+        every.extend((starts.starts.into_iter()).map(|start| SegmentOrigin { take, start }));
     }
+    let origins: Vec<_> = (which(every.len()).into_iter())
+        .map(|segment| every[segment])
+        .collect();
     let rows = settings.layout.rows();
     let mut columns_m = vec![0.0; rows * origins.len()];
     columns_m
@@ -75,10 +99,9 @@ pub fn cut_segments(
         .map(|origin| cut.ends(&tables[origin.take], origin.start))
         .collect();
     let columns_m = DMatrix::from_vec(rows, origins.len(), columns_m);
-    Ok(
-        Segments::new(settings.layout, columns_m, origins, ends, left_out)
-            .expect("a column, an origin and end conditions were made for each segment"),
-    )
+    let segments = Segments::new(settings.layout, columns_m, origins, ends, left_out)
+        .expect("a column, an origin and end conditions were made for each segment");
+    Ok(segments.under(cut.protocol))
 }
 
 fn check_rates(motions: &[&Motion], settings: &SegmentSettings) -> Result<(), MotionError> {
@@ -112,8 +135,10 @@ fn check_rates(motions: &[&Motion], settings: &SegmentSettings) -> Result<(), Mo
 pub struct Cut {
     layout: SegmentLayout,
     stride: usize,
+    /// Samples kept free on each side of a segment.
     margin: usize,
     missing: usize,
+    protocol: Protocol,
 }
 
 /// Where segments of a take start.
@@ -137,14 +162,7 @@ impl Cut {
         let expected = "2 or more: a segment has a first and a last sample";
         MotionError::unless(samples >= 2, "layout.samples", samples, expected)?;
         MotionError::unless(stride > 0, "stride", stride, "1 sample or more")?;
-        let margin = (settings.margin_s * layout.rate_hz).round();
-        let expected = format!(
-            "{} s or more, a sample at {} Hz: end velocities are taken over it",
-            1.0 / layout.rate_hz,
-            layout.rate_hz
-        );
-        let in_range = margin >= 1.0 && margin.is_finite();
-        MotionError::unless(in_range, "margin_s", settings.margin_s, &expected)?;
+        let margin = settings.ends.samples(layout.rate_hz)?;
         let missing = settings.missing_s * layout.rate_hz;
         let in_range = missing >= 0.0 && missing < samples as f64;
         let expected = "a time in seconds, 0 or more and shorter than a segment";
@@ -152,7 +170,8 @@ impl Cut {
         Ok(Self {
             layout,
             stride,
-            margin: margin as usize,
+            margin,
+            protocol: settings.ends.protocol(),
             // A whole number of samples must not be lost to rounding.
             missing: (missing + 1e-6) as usize,
         })
@@ -207,22 +226,19 @@ impl Cut {
     ///
     /// If the take ends before the segment and its margin.
     pub fn ends(&self, table: &SegmentTable, start: usize) -> EndConditions {
-        let fingertips_m = table.fingertips_m();
-        let last = start + self.layout.samples - 1;
-        let velocity = |from: usize, to: usize| -> Configuration {
-            let per_second = self.layout.rate_hz / self.margin as f64;
-            std::array::from_fn(|i| (fingertips_m[to][i] - fingertips_m[from][i]) * per_second)
-        };
-        let object = match (table.object_at(start), table.object_at(last)) {
-            (Some(first), Some(last)) => Some(ObjectEnds { first, last }),
-            _ => None,
-        };
-        EndConditions {
-            first_m: fingertips_m[start],
-            last_m: fingertips_m[last],
-            first_velocity_m_s: velocity(start - self.margin, start),
-            last_velocity_m_s: velocity(last, last + self.margin),
-            object,
+        let boundary = self.boundary(start);
+        match self.protocol {
+            Protocol::Published => boundary.differences(table),
+            Protocol::HeldOut => boundary.lines(table),
+        }
+    }
+
+    fn boundary(&self, start: usize) -> Boundary {
+        Boundary {
+            first: start,
+            last: start + self.layout.samples - 1,
+            samples: self.margin,
+            rate_hz: self.layout.rate_hz,
         }
     }
 
@@ -275,6 +291,8 @@ impl Cut {
         (self.missing == 0
             || ends.iter().all(|&k| table.is_present(k)) && missing() <= self.missing)
             && (!self.layout.object || samples.clone().all(|k| table.has_object(k)))
+            && (self.protocol == Protocol::Published
+                || self.boundary(start).has_lines(table, self.layout.object))
     }
 }
 

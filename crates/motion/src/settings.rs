@@ -1,6 +1,6 @@
 //! Settings of processing and cutting. No defaults: these are physical choices.
 
-use inhand_model::SegmentLayout;
+use inhand_model::{Protocol, SegmentLayout};
 use serde::{Deserialize, Serialize};
 
 use crate::error::MotionError;
@@ -67,12 +67,59 @@ pub struct SegmentSettings {
     pub layout: SegmentLayout,
     /// Samples from the start of one segment to the start of the next, 1 or more.
     pub stride: usize,
-    /// Time kept free at both ends of every interval, over which end velocities are taken, seconds
-    /// (0.04 in the method); rounded to whole samples, one at least.
-    pub margin_s: f64,
+    /// Source of boundary conditions, and with it the time kept free at both ends of every interval.
+    pub ends: EndsRule,
     /// How much of a segment may be missing between its ends, seconds; 0 leaves out every segment
     /// with a missing sample.
     pub missing_s: f64,
+}
+
+/// Source of the boundary conditions of segments.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum EndsRule {
+    /// [`Protocol::Published`]: the motion at the segment's first and last sample, and its mean velocity over this
+    /// time before and after, seconds (0.04 in the method); rounded to whole samples, one at least.
+    Differences {
+        /// The time, seconds.
+        margin_s: f64,
+    },
+    /// [`Protocol::HeldOut`]: least-squares lines over measured samples of this time up to the segment's first and
+    /// from its last on, seconds; rounded to whole samples, three at least. No sample between the segment's first
+    /// and last counts. Half of the samples of a line have to be measured.
+    Lines {
+        /// The time, seconds.
+        ends_s: f64,
+    },
+}
+
+impl EndsRule {
+    /// The protocol that takes boundary conditions so.
+    pub const fn protocol(self) -> Protocol {
+        match self {
+            Self::Differences { .. } => Protocol::Published,
+            Self::Lines { .. } => Protocol::HeldOut,
+        }
+    }
+
+    /// Samples on each side of a segment.
+    ///
+    /// # Errors
+    ///
+    /// [`MotionError::Setting`] for a time that is not positive or no time.
+    pub fn samples(self, rate_hz: f64) -> Result<usize, MotionError> {
+        let (name, time_s, least) = match self {
+            Self::Differences { margin_s } => ("margin_s", margin_s, 1.0),
+            Self::Lines { ends_s } => ("ends_s", ends_s, 3.0),
+        };
+        let samples = (time_s * rate_hz).round();
+        let expected = format!(
+            "{} s or more, a sample at {rate_hz} Hz: end velocities are taken over it",
+            1.0 / rate_hz
+        );
+        let in_range = samples >= 1.0 && samples.is_finite();
+        MotionError::unless(in_range, name, time_s, &expected)?;
+        Ok(samples.max(least) as usize)
+    }
 }
 
 /// Missing samples in the longest gap that is filled, by a setting in seconds.

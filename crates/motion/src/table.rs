@@ -2,7 +2,12 @@
 
 use std::ops::Range;
 
-use inhand_model::{Configuration, Finger, Hand, Motion, Object, Pose, SEGMENT_COORDINATES};
+use inhand_model::{
+    Configuration, Finger, Hand, Motion, Object, Pose, SEGMENT_COORDINATES, Status,
+};
+
+/// Place of the object among the parts of a sample: the fingers are 0 to 4.
+pub(crate) const OBJECT_PART: usize = Finger::COUNT;
 
 /// Fingertips and object of a take at every sample, hand frame, metres: time-major, so that a
 /// segment is one piece of it.
@@ -12,6 +17,8 @@ pub struct SegmentTable {
     fingertips_m: Vec<Configuration>,
     /// Poses of the object, NaN where missing; empty where it is not tracked.
     object: Vec<Pose<Hand, Object>>,
+    /// Parts of each sample that were measured, a bit each: fingers in their order, then the object.
+    measured: Vec<u8>,
     /// Samples that segments may be cut from; `None` for all.
     selected: Option<Vec<Range<usize>>>,
 }
@@ -32,18 +39,31 @@ impl SegmentTable {
             })
             .collect();
         let object = (motion.object.as_ref()).map_or_else(Vec::new, |o| o.values().to_vec());
+        let is_measured = |k: usize, part: usize| {
+            let status = match Finger::ALL.get(part) {
+                Some(&finger) => motion.fingertips[finger].status(k),
+                None => (motion.object.as_ref()).map_or(Status::Missing, |object| object.status(k)),
+            };
+            status == Status::Measured
+        };
+        let measured = (0..motion.len()).map(|k| {
+            let parts = (0..=OBJECT_PART).filter(|&part| is_measured(k, part));
+            parts.fold(0, |bits, part| bits | 1 << part)
+        });
         Self {
             fingertips_m,
             object,
+            measured: measured.collect(),
             selected: motion.selected.clone(),
         }
     }
 
-    /// A table from its parts; `object` has as many poses as there are configurations, or none.
-    /// What is selected lies inside them, in order.
+    /// A table from its parts; `object` has as many poses as there are configurations, or none, and `measured`
+    /// as many. What is selected lies inside them, in order.
     pub fn new(
         fingertips_m: Vec<Configuration>,
         object: Vec<Pose<Hand, Object>>,
+        measured: Vec<u8>,
         selected: Option<Vec<Range<usize>>>,
     ) -> Option<Self> {
         let in_order = selected
@@ -52,10 +72,12 @@ impl SegmentTable {
             .is_sorted_by(|a, b| a.end <= b.start);
         let inside = (selected.iter().flatten())
             .all(|range| range.start < range.end && range.end <= fingertips_m.len());
-        let lengths = object.is_empty() || object.len() == fingertips_m.len();
+        let lengths = (object.is_empty() || object.len() == fingertips_m.len())
+            && measured.len() == fingertips_m.len();
         (lengths && in_order && inside).then_some(Self {
             fingertips_m,
             object,
+            measured,
             selected,
         })
     }
@@ -78,6 +100,20 @@ impl SegmentTable {
     /// Poses of the object, NaN where missing; empty where it is not tracked.
     pub fn object(&self) -> &[Pose<Hand, Object>] {
         &self.object
+    }
+
+    /// Parts of each sample that were measured, a bit each: fingers in their order, then the object.
+    pub fn measured_parts(&self) -> &[u8] {
+        &self.measured
+    }
+
+    /// Samples of a range at which a part was measured, in order.
+    pub(crate) fn measured(
+        &self,
+        range: Range<usize>,
+        part: usize,
+    ) -> impl Iterator<Item = usize> + Clone + '_ {
+        range.filter(move |&k| self.measured[k] >> part & 1 == 1)
     }
 
     /// Samples that segments may be cut from; `None` for all.

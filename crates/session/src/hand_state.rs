@@ -183,7 +183,7 @@ fn from_take(
     settings: &Settings,
 ) -> Result<HandState, SessionError> {
     let take = take::read_clean(path, settings)?;
-    let motions = steps::motions(std::slice::from_ref(&take), settings, reuse)?;
+    let motions = steps::motions(std::slice::from_ref(&take), settings, reuse)?.published;
     let motion = (motions.first()).expect("as many motions as takes were given");
     let rate_hz = motion.clock.rate_hz();
     let last_s = motion.len().saturating_sub(1) as f64 / rate_hz;

@@ -77,7 +77,7 @@ pub use settings::{
     ObjectInSegments, ObjectSettings, PlanSection, ProcessSection, Role, SegmentSection,
     SelectSection, Settings, SourceSettings, TakeEntry,
 };
-pub use stored::evaluate_stored;
+pub use stored::{StoredEvaluation, evaluate_stored};
 pub use take::{
     Cleaning, Take, check_rates, describe_source, hash_take, read, read_clean, read_session,
 };

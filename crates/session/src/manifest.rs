@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 use crate::TOOL;
 use crate::error::SessionError;
 use crate::files::{hash_file, hex_sha256};
+use crate::methods::Method;
 use crate::output::{self, folder_of};
 use crate::session::Session;
 use crate::settings::{EvaluateSection, LookSection, PlanSection, Settings};
@@ -121,7 +122,10 @@ pub(crate) fn learn_provenance<'a>(
     takes: impl IntoIterator<Item = &'a Take>,
 ) -> Provenance {
     let mut relevant = settings.clone();
-    relevant.plan = PlanSection::default();
+    // The choice of a method depends on how plans are made; primitives and deviations do not.
+    if !settings.plan.methods.contains(&Method::Auto) {
+        relevant.plan = PlanSection::default();
+    }
     relevant.evaluate = EvaluateSection::default();
     relevant.object = crate::settings::ObjectSettings::default();
     relevant.look = LookSection::default();

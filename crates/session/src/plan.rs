@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use inhand_channels::{GeneratedMethod, GeneratedSegment, TakeFile};
 use inhand_contact::hull_distance_m;
 use inhand_model::{
-    Clock, Dictionary, Finger, Hull, LengthUnit, ObjectEnds, PerFinger, Plan, Provenance,
+    Clock, Dictionary, Finger, Hull, LengthUnit, ObjectEnds, PerFinger, Plan, Protocol, Provenance,
     Recording, SEGMENT_COORDINATES, SegmentLayout, Source, StartTime, Trajectory, UpAxis,
 };
 use inhand_planner::{Holding, Knot, Target, Tips, plan_chain};
@@ -79,7 +79,7 @@ pub fn plan_motion(
     settings: &Settings,
 ) -> Result<Planned, SessionError> {
     let method = request.method;
-    let planner = planner(method, dictionary, settings)?.ok_or_else(|| {
+    let planner = planner(method, dictionary, Protocol::Published, settings)?.ok_or_else(|| {
         invalid(
             "plan.methods",
             "residual, prior or paper, to plan with",

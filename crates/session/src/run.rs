@@ -10,8 +10,8 @@ use std::time::{Duration, Instant};
 
 use inhand_inspection::{filter_moves_m, inspect_results};
 use inhand_model::{
-    Dictionary, Evaluation, InputHash, Inspection, Level, MethodRows, Motion, MotionRows,
-    Provenance, Segments, SessionFinding,
+    Dictionary, Evaluation, EvaluationRows, InputHash, Inspection, Level, MethodRows, Motion,
+    MotionRows, PerProtocol, Protocol, Provenance, Segments, SessionFinding,
 };
 use inhand_report::Report;
 
@@ -119,22 +119,21 @@ pub fn run(
     run.found(inspection, &earlier);
     judged.evaluation.inspection = Some(inspection.clone());
     run.time("write", || {
-        let motion = (&generated[..], &judged.rows[..]);
         let hulls = &dictionary.demonstrated.hulls;
         write_takes(
             &cut.results,
             &cut.test,
-            motion,
+            (&generated, &judged.rows),
             hulls,
             &provenance,
             options,
             &run.files,
         )
     })?;
-    let made = (&dictionary, &generated[..]);
+    let made = (&dictionary, &generated.published[..]);
     let (evaluation, figures) = run.report(&cut, made, (judged, smoothing), &provenance)?;
-    run.finish(key, &figures, &generated)?;
-    let trajectories = generated.iter().flat_map(|g| &g.trajectories);
+    run.finish(key, &figures, &generated.published)?;
+    let trajectories = generated.published.iter().flat_map(|g| &g.trajectories);
     Ok(RunResult {
         evaluation: Some(evaluation),
         inspection: looked.inspection,
@@ -161,13 +160,14 @@ struct Looked {
     moved_m: Option<f64>,
 }
 
-/// Segments of both roles with the motions that they are cut from.
+/// Segments of both roles with the motions that they are cut from. Those to learn from under the held-out protocol
+/// are cut when they are needed.
 struct Cut<'a> {
     results: Vec<TakeResult<'a>>,
-    train_motions: Vec<&'a Motion>,
-    test_motions: Vec<&'a Motion>,
+    train_motions: PerProtocol<Vec<&'a Motion>>,
+    test_motions: PerProtocol<Vec<&'a Motion>>,
     train: Segments,
-    test: Segments,
+    test: PerProtocol<Segments>,
 }
 
 /// Generated motion compared with the recorded one; intervals are not in the evaluation yet.
@@ -175,6 +175,7 @@ struct Judged<'a> {
     comparison: Comparison<'a>,
     evaluation: Evaluation,
     rows: Vec<MethodRows>,
+    held_out_rows: EvaluationRows,
     motion: MotionRows,
 }
 
@@ -230,8 +231,11 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Motions in the hand's frame, filtered, what the filter did, and what was found before it.
-    fn process(&self, takes: &[Take]) -> Result<(Vec<Motion>, Smoothing, Looked), SessionError> {
+    /// Motions in the hand's frame, before and after the filter, what it did, and what was found before it.
+    fn process(
+        &self,
+        takes: &[Take],
+    ) -> Result<(PerProtocol<Vec<Motion>>, Smoothing, Looked), SessionError> {
         for role in [Role::Train, Role::Test] {
             steps::used(self.of_role(takes, role), self.settings)?;
         }
@@ -242,7 +246,7 @@ impl<'a> Run<'a> {
         let inspection = self.time("look", look)?;
         look::refuse(&self.session, &inspection)?;
         self.found(&inspection, &[]);
-        self.time("filter", || {
+        self.time("filter", move || {
             let motions = steps::smooth_motions(&in_hand, self.settings)?;
             let [before, after] = [&in_hand, &motions].map(|all| self.of_role(all, Role::Test));
             let smoothing = steps::smoothing(&before, &after)?;
@@ -252,26 +256,45 @@ impl<'a> Run<'a> {
                 inspection,
                 moved_m,
             };
+            let motions = PerProtocol {
+                published: motions,
+                held_out: in_hand,
+            };
             Ok((motions, smoothing, looked))
         })
     }
 
-    fn cut<'t>(&self, takes: &'t [Take], motions: &'t [Motion]) -> Result<Cut<'t>, SessionError> {
-        let results = (takes.iter().zip(motions).zip(&self.session.takes))
-            .map(|((take, motion), entry)| TakeResult {
-                take,
-                motion,
-                role: entry.role,
-            })
-            .collect();
+    fn cut<'t>(
+        &self,
+        takes: &'t [Take],
+        motions: &'t PerProtocol<Vec<Motion>>,
+    ) -> Result<Cut<'t>, SessionError> {
+        let results = (takes
+            .iter()
+            .zip(&motions.published)
+            .zip(&self.session.takes))
+        .map(|((take, motion), entry)| TakeResult {
+            take,
+            motion,
+            role: entry.role,
+        })
+        .collect();
         let settings = self.settings;
-        let train_motions = self.of_role(motions, Role::Train);
-        let test_motions = self.of_role(motions, Role::Test);
-        let object = steps::carries_object(&train_motions, settings)?;
-        let train = steps::segments(&train_motions, Role::Train, object, settings)?;
-        let object = object && steps::carries_object(&test_motions, settings)?;
-        let test = steps::segments(&test_motions, Role::Test, object, settings)?;
-        if test.is_empty() {
+        let of_role = |role| (motions.as_ref()).map(|motions| self.of_role(motions, role));
+        let (train_motions, test_motions) = (of_role(Role::Train), of_role(Role::Test));
+        let object = steps::carries_object(&train_motions.published, settings)?;
+        let of = (Role::Train, Protocol::Published);
+        let train = steps::segments(&train_motions.published, of, object, settings)?;
+        let object = object && steps::carries_object(&test_motions.published, settings)?;
+        let test = |protocol| {
+            let of = (Role::Test, protocol);
+            steps::segments(&test_motions[protocol], of, object, settings)
+        };
+        let test = PerProtocol {
+            published: test(Protocol::Published)?,
+            held_out: test(Protocol::HeldOut)?,
+        };
+        if test.published.is_empty() {
             let message =
                 "no test segment: no interval of the test takes is long enough without gaps";
             return Err(SessionError::session(&self.options.folder, message));
@@ -292,8 +315,14 @@ impl<'a> Run<'a> {
         let dictionary = self.time("learn", || match reused {
             Some(dictionary) => Ok(dictionary),
             None => {
-                let demonstrated = steps::demonstrated(&cut.train_motions)?;
-                steps::learn_and_choose(&cut.train, demonstrated, self.settings)
+                let PerProtocol {
+                    published,
+                    held_out,
+                } = &cut.train_motions;
+                let demonstrated = steps::demonstrated(published)?;
+                let layout = cut.train.layout();
+                let held_out = steps::held_out_demonstrations(held_out, layout, self.settings)?;
+                steps::learn_and_choose(&cut.train, &held_out, demonstrated, self.settings)
             }
         })?;
         Ok((dictionary, is_reused))
@@ -310,7 +339,7 @@ impl<'a> Run<'a> {
         cut: &Cut<'_>,
         dictionary: &Dictionary,
         dictionary_reused: bool,
-    ) -> Result<Vec<Generated>, SessionError> {
+    ) -> Result<PerProtocol<Vec<Generated>>, SessionError> {
         let (files, session) = (&self.files, &self.session.name);
         let methods = steps::settled_methods(dictionary, self.settings)?;
         // Everything that can be wrong with the takes would have shown by now. From here on results
@@ -320,10 +349,15 @@ impl<'a> Run<'a> {
         if !dictionary_reused {
             dictionary_file::write(&files.dictionary, dictionary, &[self.learned_by(cut)])?;
         }
+        let by_each = |segments: &Segments| -> Result<Vec<_>, _> {
+            let generate = |&method| steps::generate(method, dictionary, segments, self.settings);
+            methods.iter().map(generate).collect()
+        };
         self.time("generate", || {
-            (methods.iter())
-                .map(|&method| steps::generate(method, dictionary, &cut.test, self.settings))
-                .collect()
+            Ok(PerProtocol {
+                published: by_each(&cut.test.published)?,
+                held_out: by_each(&cut.test.held_out)?,
+            })
         })
     }
 
@@ -331,30 +365,38 @@ impl<'a> Run<'a> {
         &self,
         cut: &'c Cut<'_>,
         dictionary: &'c Dictionary,
-        generated: &[Generated],
+        generated: &PerProtocol<Vec<Generated>>,
     ) -> Result<Judged<'c>, SessionError> {
         let (settings, train) = (self.settings, Some(&cut.train));
+        let (test, motions) = (&cut.test.published, &cut.test_motions.published);
         let comparison = self.time("contacts", || {
-            steps::measure_recorded(&cut.test, &cut.test_motions, dictionary, settings)
+            steps::measure_recorded(test, motions, dictionary, settings)
         })?;
         let evaluated: Vec<_> = self.time("evaluate", || {
-            Ok(inhand_parallel::map(generated, |g| {
+            Ok(inhand_parallel::map(&generated.published, |g| {
                 steps::evaluate(&comparison, g)
             }))
         })?;
         let (methods, rows): (Vec<_>, Vec<_>) = evaluated.into_iter().unzip();
-        let (name, segments) = (&self.session.name, (train, &cut.test));
+        let (name, segments) = (&self.session.name, (train, test));
         let mut evaluation =
             steps::assemble(name, &cut.results, segments, dictionary, methods, settings)?;
         let motion = self.time("motion", || {
-            steps::motion_analysis(&comparison, generated, &rows, train, settings)
+            steps::motion_analysis(&comparison, &generated.published, &rows, train, settings)
         })?;
         evaluation.movement = Some(motion.movement);
         evaluation.contacts = motion.contacts;
+        let (test, motions) = (&cut.test.held_out, &cut.test_motions.held_out);
+        let held_out = self.time("held_out", || {
+            steps::held_out(test, motions, dictionary, &generated.held_out, settings)
+        })?;
+        evaluation.held_out = Some(held_out.evaluation);
+        evaluation.filter_moves = steps::filter_moves(&cut.test.published, motions, settings);
         Ok(Judged {
             comparison,
             evaluation,
             rows,
+            held_out_rows: held_out.rows,
             motion: motion.rows,
         })
     }
@@ -370,13 +412,13 @@ impl<'a> Run<'a> {
         let settings = self.settings;
         let mut evaluation = judged.evaluation;
         let rows = steps::evaluation_rows(&judged.comparison, judged.rows);
-        let intervals = || steps::intervals(&evaluation, &rows, settings);
+        let intervals = || steps::intervals(&evaluation.methods, &rows, settings);
         evaluation.intervals = self.time("intervals", intervals)?;
         let illustrated = Illustrated {
             takes: &cut.results,
             train: &cut.train,
-            test: &cut.test,
-            test_motions: &cut.test_motions,
+            test: &cut.test.published,
+            test_motions: &cut.test_motions.published,
             dictionary,
             generated,
             rows: &rows,
@@ -389,7 +431,8 @@ impl<'a> Run<'a> {
             illustrations: Some(&illustrations),
             ..Report::new(&evaluation, std::slice::from_ref(provenance))
         };
-        let write = || write_reports(&report, &rows, &judged.motion, &self.files);
+        let rows = (&rows, &judged.held_out_rows);
+        let write = || write_reports(&report, rows, &judged.motion, &self.files);
         let figures = self.time("report", write)?;
         Ok((evaluation, figures))
     }

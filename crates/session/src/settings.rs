@@ -233,6 +233,9 @@ section! {
         pub stride: usize = 0,
         /// Seconds kept free at both ends of an interval; end velocities are taken over them.
         pub margin_s: f64 = 0.04,
+        /// Seconds of measured samples at each end of a segment that boundary conditions of the held-out protocol
+        /// rest on, three samples at least.
+        pub ends_s: f64 = 0.08,
         /// How much of a training segment may be missing between its ends, seconds. Non-negative
         /// primitives learn from what is there; deviations from the smooth curve and principal components
         /// from complete segments only.

@@ -6,10 +6,12 @@ use inhand_evaluation::{
 };
 use inhand_model::{
     DeviationFacts, Dictionary, DictionaryFacts, Evaluation, EvaluationRows, MethodEvaluation,
-    MethodRows, Motion, Plan, Roles, SegmentLayout, Segments, SessionFacts, TakeFacts, TakeQuality,
+    MethodRows, Motion, PerProtocol, Plan, Protocol, Roles, SegmentLayout, Segments, SessionFacts,
+    TakeFacts, TakeQuality,
 };
 use inhand_motion::{
-    Cut, SegmentSettings, Templates, cut_segments, fit_templates, smooth, to_hand_frame,
+    Cut, EndsRule, SegmentSettings, Templates, cut_segments, fit_templates, smooth, to_hand_frame,
+    with_hand,
 };
 
 use crate::error::{Located, SessionError, invalid};
@@ -18,6 +20,7 @@ use crate::take::Take;
 
 mod choose;
 mod generate;
+mod held_out;
 mod illustrate;
 mod intervals;
 mod learn;
@@ -30,11 +33,14 @@ pub use choose::{choice, choose_method, learn_and_choose, settled_methods};
 use generate::velocity_bounds;
 pub use generate::{Generated, SegmentCorridors, generate, plan_settings};
 pub(crate) use generate::{Hold, corridors_of, hold_settings, plan_error, planner};
+pub use held_out::{HeldOutResult, filter_moves, held_out};
 pub use illustrate::{Illustrated, Smoothing, illustrate, smoothing};
 pub(crate) use intervals::SEED;
 pub use intervals::intervals;
 pub(crate) use learn::nmf_settings_of;
-pub use learn::{complete, drawn_demonstrations, learn, nmf_settings, with_deviations};
+pub use learn::{
+    complete, drawn_demonstrations, held_out_demonstrations, learn, nmf_settings, with_deviations,
+};
 use motion::evaluation_settings;
 pub use motion::{MotionAnalysis, contact_rows, contact_rules, contacts, motion_analysis};
 pub use rank::judge_ranks;
@@ -87,8 +93,9 @@ pub fn smooth_motions(
     })
 }
 
-/// Motions that an earlier step stored in takes; takes processed now where `reuse` is false or any
-/// take of the call has none stored.
+/// Motions of takes under each protocol: filtered, and before the filter. Filtered ones, and the hand that all are in
+/// the frame of, are those that an earlier step stored in the takes; takes are processed now where `reuse` is
+/// false or any take of the call has none stored.
 ///
 /// # Errors
 ///
@@ -97,21 +104,42 @@ pub fn motions(
     takes: &[Take],
     settings: &Settings,
     reuse: bool,
-) -> Result<Vec<Motion>, SessionError> {
-    if !reuse {
-        return process_takes(takes, settings);
-    }
+) -> Result<PerProtocol<Vec<Motion>>, SessionError> {
     let stored: Option<Vec<_>> = takes
         .iter()
         .map(|take| take.stored_motion.clone())
         .collect();
-    match stored {
-        Some(mut motions) => {
-            select(&mut motions, takes, settings)?;
-            Ok(motions)
-        }
-        None => process_takes(takes, settings),
+    let Some(mut published) = stored.filter(|_| reuse) else {
+        let held_out = motions_in_hand(takes, settings)?;
+        return Ok(PerProtocol {
+            published: smooth_motions(&held_out, settings)?,
+            held_out,
+        });
+    };
+    let roles = takes
+        .iter()
+        .map(Take::roles)
+        .collect::<Result<Vec<_>, _>>()?;
+    let templates = templates(takes, &roles)?;
+    let process_settings = settings.process_settings()?;
+    let mut held_out = inhand_parallel::try_up_to(takes.len(), |n| {
+        let (take, hand) = (&takes[n], published[n].hand.clone());
+        with_hand(
+            &take.recording,
+            roles[n],
+            hand,
+            &templates,
+            &process_settings,
+        )
+        .during(format_args!("processing {}", take.name))
+    })?;
+    for motions in [&mut published, &mut held_out] {
+        select(motions, takes, settings)?;
     }
+    Ok(PerProtocol {
+        published,
+        held_out,
+    })
 }
 
 fn templates(takes: &[Take], roles: &[&Roles]) -> Result<Templates, SessionError> {
@@ -182,40 +210,56 @@ pub fn segments_object(
     Ok(dictionary.layout.object && carries_object(motions, settings)?)
 }
 
-/// Segments of motions, by the rules of their role, with the object or without.
+/// Segments of motions, by the rules of their role and of a protocol, with the object or without.
 ///
 /// # Errors
 ///
 /// [`SessionError::At`] where the motions do not go together.
 pub fn segments(
     motions: &[&Motion],
-    role: Role,
+    (role, protocol): (Role, Protocol),
     object: bool,
     settings: &Settings,
 ) -> Result<Segments, SessionError> {
-    let mut segment_settings = segment_settings(motions, role, settings);
+    let mut segment_settings = segment_settings(motions, (role, protocol), settings);
     segment_settings.layout.object = object;
     cut_segments(motions, &segment_settings)
         .during(format_args!("processing {} takes", role.name()))
 }
 
-fn segment_settings(motions: &[&Motion], role: Role, settings: &Settings) -> SegmentSettings {
+fn segment_settings(
+    motions: &[&Motion],
+    of: (Role, Protocol),
+    settings: &Settings,
+) -> SegmentSettings {
     let rate_hz = motions.first().map_or(1.0, |motion| motion.clock.rate_hz());
-    cut_settings(SegmentLayout::one_second(rate_hz), role, settings)
+    cut_settings(SegmentLayout::one_second(rate_hz), of, settings)
 }
 
-/// How takes of a role are cut into segments of a layout.
-pub fn cut_settings(layout: SegmentLayout, role: Role, settings: &Settings) -> SegmentSettings {
-    let stride = match (role, settings.segments.stride) {
+/// How takes of a role are cut into segments of a layout under a protocol.
+pub fn cut_settings(
+    layout: SegmentLayout,
+    (role, protocol): (Role, Protocol),
+    settings: &Settings,
+) -> SegmentSettings {
+    let section = &settings.segments;
+    let stride = match (role, section.stride) {
         (Role::Test, _) | (Role::Train, 0) => layout.samples,
         (Role::Train, stride) => stride,
     };
     SegmentSettings {
         layout,
         stride,
-        margin_s: settings.segments.margin_s,
+        ends: match protocol {
+            Protocol::Published => EndsRule::Differences {
+                margin_s: section.margin_s,
+            },
+            Protocol::HeldOut => EndsRule::Lines {
+                ends_s: section.ends_s,
+            },
+        },
         missing_s: match role {
-            Role::Train => settings.segments.missing_s,
+            Role::Train => section.missing_s,
             Role::Test => 0.0,
         },
     }
@@ -337,7 +381,12 @@ fn session_facts(
     let facts = |role: Role, segments: &Segments| -> Vec<TakeFacts> {
         let of_role: Vec<_> = takes.iter().filter(|take| take.role == role).collect();
         let motions: Vec<_> = of_role.iter().map(|take| take.motion).collect();
-        let cut = Cut::new(&segment_settings(&motions, role, settings)).ok();
+        let cut = Cut::new(&segment_settings(
+            &motions,
+            (role, Protocol::Published),
+            settings,
+        ))
+        .ok();
         (of_role.iter().enumerate())
             .map(|(index, result)| {
                 let found = segments

@@ -2,19 +2,29 @@
 
 use inhand_channels::ReadMethod;
 use inhand_model::{
-    Dictionary, Evaluation, EvaluationRows, Motion, Plan, SegmentLayout, SegmentOrigin, Segments,
-    Trajectory,
+    Dictionary, Evaluation, EvaluationRows, Motion, Plan, Protocol, SegmentLayout, SegmentOrigin,
+    Segments, Trajectory,
 };
 
 use crate::dictionary_file::DictionaryFile;
 use crate::error::{Located, SessionError};
 use crate::methods::Method;
 use crate::settings::{Role, SelectSection, Settings};
-use crate::steps::{self, Generated, TakeResult};
+use crate::steps::{self, Generated, HeldOutResult, TakeResult};
 use crate::take::Take;
 
-/// Compares the trajectories stored in takes with the motion recorded there; the rows are what the
-/// evaluation is made of.
+/// An evaluation of stored trajectories, with the rows that each protocol's numbers are made of.
+#[derive(Debug)]
+pub struct StoredEvaluation {
+    /// The numbers.
+    pub evaluation: Evaluation,
+    /// Rows of the published protocol.
+    pub rows: EvaluationRows,
+    /// Rows of the held-out protocol; `None` for takes without trajectories of it.
+    pub held_out_rows: Option<EvaluationRows>,
+}
+
+/// Compares the trajectories stored in takes with the motion recorded there.
 ///
 /// # Errors
 ///
@@ -25,22 +35,23 @@ pub fn evaluate_stored(
     dictionary: &DictionaryFile,
     settings: &Settings,
     reuse_motion: bool,
-) -> Result<(Evaluation, EvaluationRows), SessionError> {
+) -> Result<StoredEvaluation, SessionError> {
     for take in takes {
         check_dictionary(take, dictionary)?;
     }
     let dictionary = &dictionary.dictionary;
     steps::used(takes, settings)?;
     let mut motions = steps::motions(takes, settings, reuse_motion)?;
-    let test = stored_segments(takes, &mut motions, dictionary, settings)?;
-    let motion_refs: Vec<_> = motions.iter().collect();
-    let mut generated = stored_methods(takes, &test)?;
-    for generated in &mut generated {
-        if let Some(plans) = &generated.plans {
-            let method = generated.method;
-            generated.corridors = steps::corridors_of(method, dictionary, &test, plans, settings)?;
-        }
-    }
+    let of = Protocol::Published;
+    let test = stored_segments(takes, &mut motions.published, of, dictionary, settings)?;
+    let motion_refs: Vec<_> = motions.published.iter().collect();
+    let generated = stored_methods(takes, &test, dictionary, settings)?.ok_or_else(|| {
+        let none = "no /generated channels: `inhand generate` writes them";
+        takes.first().map_or_else(
+            || SessionError::data("the takes", none),
+            |t| t.error(none.to_owned()),
+        )
+    })?;
     let comparison = steps::measure_recorded(&test, &motion_refs, dictionary, settings)?;
     let (methods, rows): (_, Vec<_>) = generated
         .iter()
@@ -48,7 +59,7 @@ pub fn evaluate_stored(
         .unzip();
     let motion = steps::motion_analysis(&comparison, &generated, &rows, None, settings)?;
     let rows = steps::evaluation_rows(&comparison, rows);
-    let results: Vec<_> = (takes.iter().zip(&motions))
+    let results: Vec<_> = (takes.iter().zip(&motions.published))
         .map(|(take, motion)| TakeResult {
             take,
             motion,
@@ -61,14 +72,40 @@ pub fn evaluate_stored(
     let mut evaluation = steps::assemble(&name, &results, segments, dictionary, methods, settings)?;
     evaluation.movement = Some(motion.movement);
     evaluation.contacts = motion.contacts;
-    evaluation.intervals = steps::intervals(&evaluation, &rows, settings)?;
-    Ok((evaluation, rows))
+    evaluation.intervals = steps::intervals(&evaluation.methods, &rows, settings)?;
+    let unfiltered: Vec<_> = motions.held_out.iter().collect();
+    evaluation.filter_moves = steps::filter_moves(&test, &unfiltered, settings);
+    drop(unfiltered);
+    let held_out = held_out(takes, &mut motions.held_out, dictionary, settings)?;
+    let (held_out, held_out_rows) = held_out.map(|h| (h.evaluation, h.rows)).unzip();
+    evaluation.held_out = held_out;
+    Ok(StoredEvaluation {
+        evaluation,
+        rows,
+        held_out_rows,
+    })
+}
+
+/// The same under the held-out protocol; `None` for takes without trajectories of it.
+fn held_out(
+    takes: &[Take],
+    motions: &mut [Motion],
+    dictionary: &Dictionary,
+    settings: &Settings,
+) -> Result<Option<HeldOutResult>, SessionError> {
+    let test = stored_segments(takes, motions, Protocol::HeldOut, dictionary, settings)?;
+    let Some(generated) = stored_methods(takes, &test, dictionary, settings)? else {
+        return Ok(None);
+    };
+    let motions: Vec<_> = motions.iter().collect();
+    steps::held_out(&test, &motions, dictionary, &generated, settings).map(Some)
 }
 
 /// The segments that trajectories were generated for, as far as they lie in what is selected now.
 fn stored_segments(
     takes: &[Take],
     motions: &mut [Motion],
+    protocol: Protocol,
     dictionary: &Dictionary,
     settings: &Settings,
 ) -> Result<Segments, SessionError> {
@@ -88,7 +125,7 @@ fn stored_segments(
     }
     let motion_refs: Vec<_> = motions.iter().collect();
     let object = steps::segments_object(dictionary, &motion_refs, settings)?;
-    let generated = steps::segments(&motion_refs, Role::Test, object, settings)?;
+    let generated = steps::segments(&motion_refs, (Role::Test, protocol), object, settings)?;
     let samples = generated.layout().samples;
     let inside = |origin: &SegmentOrigin| {
         let end = origin.start + samples;
@@ -130,32 +167,38 @@ fn check_dictionary(take: &Take, dictionary: &DictionaryFile) -> Result<(), Sess
     }
 }
 
-fn stored_methods(takes: &[Take], test: &Segments) -> Result<Vec<Generated>, SessionError> {
-    let stored = takes
-        .iter()
-        .map(read_methods)
-        .collect::<Result<Vec<_>, _>>()?;
-    let Some(first) = stored.first() else {
-        return Ok(Vec::new());
+/// What is stored for segments of a protocol, of the methods that the first take has; `None` where a take has none.
+fn stored_methods(
+    takes: &[Take],
+    test: &Segments,
+    dictionary: &Dictionary,
+    settings: &Settings,
+) -> Result<Option<Vec<Generated>>, SessionError> {
+    let read = |take| read_methods(take, test.protocol());
+    let stored = takes.iter().map(read).collect::<Result<Vec<_>, _>>()?;
+    let Some(first) = stored
+        .first()
+        .filter(|_| stored.iter().all(|s| !s.is_empty()))
+    else {
+        return Ok(None);
     };
-    first
-        .iter()
-        .map(|method| join_takes(&method.name, takes, &stored, test))
-        .collect()
+    let generated = first.iter().map(|method| {
+        let mut generated = join_takes(&method.name, takes, &stored, test)?;
+        if let Some(plans) = &generated.plans {
+            let method = generated.method;
+            generated.corridors = steps::corridors_of(method, dictionary, test, plans, settings)?;
+        }
+        Ok(generated)
+    });
+    generated.collect::<Result<_, _>>().map(Some)
 }
 
-fn read_methods(take: &Take) -> Result<Vec<ReadMethod>, SessionError> {
+fn read_methods(take: &Take, protocol: Protocol) -> Result<Vec<ReadMethod>, SessionError> {
     let bytes = std::fs::read(&take.path).map_err(SessionError::io("read", &take.path))?;
-    let none = || take.error("no /generated channels: `inhand generate` writes them".to_owned());
     if !inhand_channels::is_mcap(&bytes) {
-        return Err(none());
+        return Ok(Vec::new());
     }
-    let methods = inhand_channels::read_generated(&bytes, &take.hash.name).in_file(&take.path)?;
-    if methods.is_empty() {
-        Err(none())
-    } else {
-        Ok(methods)
-    }
+    inhand_channels::read_generated(&bytes, &take.hash.name, protocol).in_file(&take.path)
 }
 
 /// One method over the segments of all takes.
@@ -175,7 +218,8 @@ fn join_takes(
             .find(|stored| stored.name == name)
         else {
             return Err(take.error(format!(
-                "no /generated/{name} channel, which other takes have"
+                "no {} trajectories by {name}, which other takes have",
+                test.protocol().title()
             )));
         };
         let trajectory = trajectory(stored, origin.start, test.layout());
@@ -186,10 +230,11 @@ fn join_takes(
         }));
         trajectories.push(trajectory);
     }
-    if trajectories.iter().all(Option::is_none) {
+    if !test.is_empty() && trajectories.iter().all(Option::is_none) {
         let message = format!(
-            "/generated/{name}: no trajectory covers a segment of the takes; were gap, filter or \
-             margin settings others when it was generated?"
+            "{name}: no {} trajectory covers a segment of the takes; were gap, filter or margin settings \
+             (--ends-s) others when it was generated?",
+            test.protocol().title()
         );
         return Err(takes[0].error(message));
     }

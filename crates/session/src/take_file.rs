@@ -6,7 +6,9 @@ use inhand_channels::{
     ContactSample, EvaluatedMethod, EvaluatedSample, GeneratedMethod, GeneratedSegment, RECORDED,
     TakeFile,
 };
-use inhand_model::{Hull, MethodRows, Motion, PerFinger, Provenance, Segments, in_contact};
+use inhand_model::{
+    Hull, MethodRows, Motion, PerFinger, PerProtocol, Protocol, Provenance, Segments, in_contact,
+};
 
 use crate::error::{Located, SessionError};
 use crate::found_events;
@@ -33,13 +35,13 @@ pub struct TakeContents<'a> {
 /// What was generated for one take.
 #[derive(Clone, Copy, Debug)]
 pub struct GeneratedMotion<'a> {
-    /// Test segments.
-    pub segments: &'a Segments,
+    /// Test segments under each protocol.
+    pub segments: PerProtocol<&'a Segments>,
     /// Index of the take among those that the segments were cut from.
     pub take: usize,
-    /// Methods with their trajectories.
-    pub generated: &'a [Generated],
-    /// Errors and distances of each method; empty before an evaluation.
+    /// Methods with their trajectories for these segments.
+    pub generated: PerProtocol<&'a [Generated]>,
+    /// Published errors and distances of each method; empty before an evaluation.
     pub rows: &'a [MethodRows],
     /// Where each fingertip has been in training.
     pub hulls: &'a PerFinger<Hull>,
@@ -54,17 +56,16 @@ pub fn write(path: &Path, contents: &TakeContents<'_>, view: bool) -> Result<(),
     let TakeContents { take, settings, .. } = *contents;
     take.roles()?;
     let motion = contents.generated.as_ref();
-    let methods = motion.map_or(&[][..], |motion| motion.generated);
+    let methods = motion.map_or(&[][..], |motion| motion.generated.published);
     let of_take = motion.map_or_else(Vec::new, GeneratedMotion::segments_of_take);
-    let segments: Vec<_> = (motion.iter())
-        .flat_map(|motion| (methods.iter()).map(|g| motion.generated_segments(g, &of_take)))
-        .collect();
-    let generated: Vec<_> = (methods.iter().zip(&segments))
-        .map(|(g, segments)| GeneratedMethod {
-            name: g.method.name(),
-            segments,
-        })
-        .collect();
+    let segments = Protocol::ALL
+        .map(|protocol| motion.map_or_else(Vec::new, |motion| motion.generated_segments(protocol)));
+    let [generated, held_out] = segments.each_ref().map(|segments| {
+        let methods = segments
+            .iter()
+            .map(|(name, segments)| GeneratedMethod { name, segments });
+        methods.collect::<Vec<_>>()
+    });
     let annotations = found_events::with_found(&take.annotations, contents.motion, settings)?;
     let tau_m = settings.evaluate.tau_mm / 1000.0;
     let of_methods = (motion.iter()).flat_map(|motion| {
@@ -80,6 +81,7 @@ pub fn write(path: &Path, contents: &TakeContents<'_>, view: bool) -> Result<(),
     let file = TakeFile {
         motion: Some(contents.motion),
         generated: &generated,
+        held_out: &held_out,
         evaluated: &evaluated,
         object_shape: settings.shape()?,
         hulls: motion.map(|motion| motion.hulls),
@@ -101,30 +103,39 @@ pub fn write_parts(path: &Path, file: &TakeFile<'_>, view: bool) -> Result<(), S
 }
 
 impl<'a> GeneratedMotion<'a> {
+    /// Published segments of the take.
     fn segments_of_take(&self) -> Vec<usize> {
-        let origins = self.segments.origins().iter().enumerate();
-        origins
-            .filter(|(_, origin)| origin.take == self.take)
-            .map(|(index, _)| index)
-            .collect()
+        self.of_take(Protocol::Published).collect()
     }
 
+    fn of_take(&self, protocol: Protocol) -> impl Iterator<Item = usize> + use<'a> {
+        let (take, segments) = (self.take, self.segments[protocol]);
+        let origins = segments.origins().iter().enumerate();
+        let of_take = origins.filter(move |(_, origin)| origin.take == take);
+        of_take.map(|(index, _)| index)
+    }
+
+    /// What each method made of the segments of the take.
     fn generated_segments(
         &self,
-        generated: &'a Generated,
-        of_take: &[usize],
-    ) -> Vec<GeneratedSegment<'a>> {
-        let segment = |&segment: &usize| {
-            let trajectory = generated.trajectories[segment].as_ref();
-            let plan = generated.plans.as_ref().map(|plans| &plans[segment]);
-            (trajectory.is_some() || plan.is_some()).then(|| GeneratedSegment {
-                start_sample: self.segments.origins()[segment].start,
-                samples: self.segments.layout().samples,
-                trajectory,
-                plan,
-            })
+        protocol: Protocol,
+    ) -> Vec<(&'static str, Vec<GeneratedSegment<'a>>)> {
+        let segments = self.segments[protocol];
+        let of_method = |generated: &'a Generated| {
+            let segment = |segment: usize| {
+                let trajectory = generated.trajectories[segment].as_ref();
+                let plan = generated.plans.as_ref().map(|plans| &plans[segment]);
+                (trajectory.is_some() || plan.is_some()).then(|| GeneratedSegment {
+                    start_sample: segments.origins()[segment].start,
+                    samples: segments.layout().samples,
+                    trajectory,
+                    plan,
+                })
+            };
+            let made = self.of_take(protocol).filter_map(segment).collect();
+            (generated.method.name(), made)
         };
-        of_take.iter().filter_map(segment).collect()
+        self.generated[protocol].iter().map(of_method).collect()
     }
 
     fn evaluated_samples(
@@ -133,9 +144,10 @@ impl<'a> GeneratedMotion<'a> {
         of_take: &[usize],
         tau_m: f64,
     ) -> Vec<EvaluatedSample> {
-        let samples = self.segments.layout().samples;
+        let segments = self.segments.published;
+        let samples = segments.layout().samples;
         let instants = of_take.iter().flat_map(|&segment| {
-            let start = self.segments.origins()[segment].start;
+            let start = segments.origins()[segment].start;
             (0..samples).map(move |t| (start + t, segment * samples + t))
         });
         let finite = |values: &PerFinger<f64>| values.as_array().iter().all(|v| v.is_finite());

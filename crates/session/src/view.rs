@@ -7,7 +7,7 @@ use std::path::Path;
 
 use inhand_channels::{ChannelError, GeneratedMethod, Metadata, TakeFile};
 use inhand_container::{ChannelFacts, MetadataRecord, Packing, Selection, Source};
-use inhand_model::{Finding, Hull, InputHash, PerFinger};
+use inhand_model::{Finding, Hull, InputHash, PerFinger, Protocol};
 
 use self::stored::StoredMethod;
 use crate::dictionary_file::DictionaryFile;
@@ -170,7 +170,7 @@ impl<'a> File<'a> {
         let (mut methods, mut evaluated, mut shape) = (Vec::new(), Vec::new(), None);
         if self.kind == ViewedKind::Take {
             let clock = take.recording.clock;
-            let read = inhand_channels::read_generated(self.bytes, &self.name);
+            let read = inhand_channels::read_generated(self.bytes, &self.name, Protocol::Published);
             let read = read.in_file(self.path)?.into_iter();
             methods.extend(read.map(|method| StoredMethod::new(method, clock)));
             let read = inhand_channels::read_evaluated(self.bytes, &self.name);

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use inhand_dictionary::{LearnError, describe_nmf, learn_nmf, learn_pca, smallest_objective};
-use inhand_model::{Demonstrated, Dictionary, DictionaryKind, InputHash, Provenance};
+use inhand_model::{Demonstrated, Dictionary, DictionaryKind, InputHash, Protocol, Provenance};
 use inhand_session::matrices::Given;
 use inhand_session::{Located as _, SessionError, provenance, steps};
 
@@ -151,12 +151,11 @@ fn with_the_rest(
 ) -> Result<Learned, SessionError> {
     let begin = Instant::now();
     let settings = &folder.plan().settings;
-    let columns = TableColumns::new(folder)?;
-    let drawn = steps::drawn_demonstrations(folder.plan().segments, settings);
-    let demonstrations = steps::complete(&columns.segments(&drawn)?);
+    let published = TableColumns::new(folder)?.demonstrations()?;
+    let held_out = TableColumns::under(Protocol::HeldOut, folder)?.demonstrations()?;
     let demonstrated: &Demonstrated = &dictionary.demonstrated;
-    let choice = steps::choice(&demonstrations, demonstrated, settings)?;
-    let dictionary = steps::with_deviations(dictionary, &demonstrations, settings)?;
+    let choice = steps::choice(&held_out, demonstrated, settings)?;
+    let dictionary = steps::with_deviations(dictionary, &published, &held_out, settings)?;
     Ok(Learned {
         dictionary: Dictionary {
             choice,

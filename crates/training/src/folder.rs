@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use inhand_dictionary::{Activations, NmfProblem, NmfState};
-use inhand_model::{Demonstrated, Finger, InputHash, PerFinger, SegmentLayout};
+use inhand_model::{Demonstrated, Finger, InputHash, PerFinger, Protocol, SegmentLayout};
 use inhand_session::{SessionError, Settings, TOOL, hash_take, hex_sha256, write_text};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -15,7 +15,7 @@ use crate::file::{self, Label};
 const PROBLEM: (&str, usize, usize) = ("problem", 0, 0);
 
 /// Version of the folder's form.
-pub(crate) const FORMAT: u32 = 2;
+pub(crate) const FORMAT: u32 = 3;
 
 /// Plan of a run of learning: the content of `learning.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -50,6 +50,18 @@ pub struct PlannedTake {
     pub samples: usize,
     /// Training segments in it.
     pub segments: usize,
+    /// Segments of the held-out protocol in it.
+    pub held_out_segments: usize,
+}
+
+impl PlannedTake {
+    /// Segments in it under a protocol.
+    pub(crate) const fn segments(&self, protocol: Protocol) -> usize {
+        match protocol {
+            Protocol::Published => self.segments,
+            Protocol::HeldOut => self.held_out_segments,
+        }
+    }
 }
 
 impl LearningPlan {
@@ -193,8 +205,8 @@ impl LearningFolder {
         &self.id
     }
 
-    pub(crate) fn table(&self, take: usize) -> PathBuf {
-        table_path(&self.root, take)
+    pub(crate) fn table(&self, take: usize, protocol: Protocol) -> PathBuf {
+        table_path(&self.root, take, protocol)
     }
 
     fn start(&self, start: usize) -> PathBuf {
@@ -344,8 +356,12 @@ fn plan_path(root: &Path) -> PathBuf {
     root.join("learning.json")
 }
 
-pub(crate) fn table_path(root: &Path, take: usize) -> PathBuf {
-    root.join("takes").join(format!("{take:05}.table"))
+pub(crate) fn table_path(root: &Path, take: usize, protocol: Protocol) -> PathBuf {
+    let kind = match protocol {
+        Protocol::Published => "",
+        Protocol::HeldOut => ".unfiltered",
+    };
+    root.join("takes").join(format!("{take:05}{kind}.table"))
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use inhand_dictionary::{NmfProblem, blocks};
-use inhand_model::{BodySource, Clock, Motion, SegmentLayout};
+use inhand_model::{BodySource, Clock, Motion, PerProtocol, Protocol, SegmentLayout};
 use inhand_motion::{Cut, SegmentTable};
 use inhand_parallel::{try_map, try_up_to};
 use inhand_session::steps::{self, Shown};
@@ -98,7 +98,8 @@ fn gather(
         };
         let first = gathered.len();
         gathered.extend(try_up_to(takes.len(), |i| {
-            gather_one(root, first + i, &takes[i], &motions[i])
+            let motions = motions.as_ref().map(|motions| &motions[i]);
+            gather_one(root, first + i, &takes[i], motions)
         })?);
         check_rates(
             gathered
@@ -115,7 +116,7 @@ fn motions(
     takes: &[Take],
     settings: &Settings,
     way: Processing,
-) -> Result<Option<Vec<Motion>>, SessionError> {
+) -> Result<Option<PerProtocol<Vec<Motion>>>, SessionError> {
     let clusters = |take: &Take| {
         take.roles.as_ref().is_ok_and(|roles| {
             std::iter::once(&roles.hand)
@@ -136,16 +137,20 @@ fn gather_one(
     root: &Path,
     number: usize,
     take: &Take,
-    motion: &Motion,
+    motions: PerProtocol<&Motion>,
 ) -> Result<Gathered, SessionError> {
-    let table = SegmentTable::from_motion(motion);
-    write_table(&table_path(root, number), number, &table)?;
+    for protocol in Protocol::ALL {
+        let table = SegmentTable::from_motion(motions[protocol]);
+        write_table(&table_path(root, number, protocol), number, &table)?;
+    }
+    let motion = motions.published;
     let object = motion.object.as_ref();
     Ok(Gathered {
         planned: PlannedTake {
             file: take.hash.clone(),
-            samples: table.len(),
+            samples: motion.len(),
             segments: 0,
+            held_out_segments: 0,
         },
         path: take.path.clone(),
         clock: motion.clock,
@@ -171,13 +176,22 @@ fn begin(
         object: steps::object_in_segments(known, settings)?,
         ..SegmentLayout::one_second(rate_hz)
     };
-    let cut = Cut::new(&steps::cut_settings(layout, Role::Train, settings))
+    let starts = |protocol| -> Result<_, SessionError> {
+        let cut = Cut::new(&steps::cut_settings(
+            layout,
+            (Role::Train, protocol),
+            settings,
+        ))
         .during("processing training takes")?;
-    let cuts = try_up_to(gathered.len(), |i| -> Result<_, SessionError> {
-        Ok(cut.starts(&read_table(&table_path(root, i), i)?))
-    })?;
-    let takes = (gathered.iter().zip(&cuts)).map(|(take, cut)| PlannedTake {
-        segments: cut.starts.len(),
+        try_up_to(gathered.len(), |i| {
+            Ok(cut.starts(&read_table(&table_path(root, i, protocol), i)?))
+        })
+    };
+    let cuts = starts(Protocol::Published)?;
+    let held_out = starts(Protocol::HeldOut)?;
+    let takes = (gathered.iter().enumerate()).map(|(i, take)| PlannedTake {
+        segments: cuts[i].starts.len(),
+        held_out_segments: held_out[i].starts.len(),
         ..take.planned.clone()
     });
     let segments = cuts.iter().map(|cut| cut.starts.len()).sum();

@@ -5,6 +5,7 @@
 //! ```text
 //! learning.json                 takes with their hashes, settings, counts; its hash is the run's id
 //! takes/00000.table ...         each take in the hand's frame, filtered: fingertips and object
+//! takes/00000.unfiltered.table  the same before the filter
 //! problem.bin                   what is taken off the data, hulls and velocities of the takes
 //! start-000/round-00003/        one start (seed) and one of its rounds:
 //!     state.bin                     the primitives that the round begins with

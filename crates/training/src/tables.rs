@@ -5,7 +5,9 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use inhand_dictionary::{Columns, LearnError};
-use inhand_model::{Configuration, Hand, Object, Pose, SegmentLayout, SegmentOrigin, Segments};
+use inhand_model::{
+    Configuration, Hand, Object, Pose, Protocol, SegmentLayout, SegmentOrigin, Segments,
+};
 use inhand_motion::{Cut, SegmentTable};
 use inhand_session::{Located as _, Role, SessionError, steps};
 use nalgebra::{DMatrix, Isometry3, Quaternion, Translation3, UnitQuaternion};
@@ -38,20 +40,26 @@ pub(crate) fn write_table(
         [x, y, z, a, b, c, w]
     });
     let object: Vec<[f64; 7]> = object.collect();
-    let table = (table.fingertips_m(), object, table.selected());
+    let table = (
+        table.fingertips_m(),
+        object,
+        table.measured_parts(),
+        table.selected(),
+    );
     // Written again by the next `init`: it need not outlast a crash.
     file::write(path, &label(take), &table, false)
 }
 
 pub(crate) fn read_table(path: &Path, take: usize) -> Result<SegmentTable, SessionError> {
-    type Table = (Vec<Configuration>, Vec<[f64; 7]>, Option<Vec<Range<usize>>>);
-    let (fingertips_m, object, selected): Table = file::read(path, &label(take))?;
+    type Selected = Option<Vec<Range<usize>>>;
+    type Table = (Vec<Configuration>, Vec<[f64; 7]>, Vec<u8>, Selected);
+    let (fingertips_m, object, measured, selected): Table = file::read(path, &label(take))?;
     let poses = object.into_iter().map(|[x, y, z, a, b, c, w]| {
         // Written as it was, unit length and all: normalising again would change digits.
         let rotation = UnitQuaternion::new_unchecked(Quaternion::new(w, a, b, c));
         Pose::<Hand, Object>::new(Isometry3::from_parts(Translation3::new(x, y, z), rotation))
     });
-    SegmentTable::new(fingertips_m, poses.collect(), selected).ok_or_else(|| {
+    SegmentTable::new(fingertips_m, poses.collect(), measured, selected).ok_or_else(|| {
         SessionError::data(
             path,
             "object, fingertips and selected samples do not go together",
@@ -65,9 +73,10 @@ struct CutTake {
     starts: Vec<usize>,
 }
 
-/// The training columns of a learning folder, read as they are asked for.
+/// The training columns of a learning folder under a protocol, read as they are asked for.
 pub(crate) struct TableColumns<'a> {
     folder: &'a LearningFolder,
+    protocol: Protocol,
     cut: Cut,
     /// Number of the first segment of each take, and at the end that of all.
     firsts: Vec<usize>,
@@ -76,15 +85,23 @@ pub(crate) struct TableColumns<'a> {
 
 impl<'a> TableColumns<'a> {
     pub(crate) fn new(folder: &'a LearningFolder) -> Result<Self, SessionError> {
+        Self::under(Protocol::Published, folder)
+    }
+
+    pub(crate) fn under(
+        protocol: Protocol,
+        folder: &'a LearningFolder,
+    ) -> Result<Self, SessionError> {
         let plan = folder.plan();
-        let settings = steps::cut_settings(plan.layout, Role::Train, &plan.settings);
+        let settings = steps::cut_settings(plan.layout, (Role::Train, protocol), &plan.settings);
         let cut = Cut::new(&settings).during("processing training takes")?;
         let mut firsts = vec![0];
         for take in &plan.takes {
-            firsts.push(firsts[firsts.len() - 1] + take.segments);
+            firsts.push(firsts[firsts.len() - 1] + take.segments(protocol));
         }
         Ok(Self {
             folder,
+            protocol,
             cut,
             firsts,
             cache: Mutex::new(Vec::new()),
@@ -97,11 +114,12 @@ impl<'a> TableColumns<'a> {
         if let Some((_, found)) = cache.iter().find(|(cached, _)| *cached == take) {
             return Ok(found.clone());
         }
-        let path = self.folder.table(take);
+        let path = self.folder.table(take, self.protocol);
         let table = read_table(&path, take)?;
         let planned = &self.folder.plan().takes[take];
+        let segments = planned.segments(self.protocol);
         let starts = self.cut.starts(&table).starts;
-        if (table.len(), starts.len()) != (planned.samples, planned.segments) {
+        if (table.len(), starts.len()) != (planned.samples, segments) {
             return Err(SessionError::data(
                 &path,
                 format!(
@@ -110,7 +128,7 @@ impl<'a> TableColumns<'a> {
                     table.len(),
                     starts.len(),
                     planned.samples,
-                    planned.segments
+                    segments
                 ),
             ));
         }
@@ -130,8 +148,15 @@ impl<'a> TableColumns<'a> {
         self.firsts.partition_point(|&first| first <= segment) - 1
     }
 
+    /// The segments that deviations are learned from: those drawn of all, as far as they miss nothing.
+    pub(crate) fn demonstrations(&self) -> Result<Segments, SessionError> {
+        let settings = &self.folder.plan().settings;
+        let drawn = steps::drawn_demonstrations(self.count(), settings);
+        Ok(steps::complete(&self.segments(&drawn)?))
+    }
+
     /// Some of the segments with their boundary conditions.
-    pub(crate) fn segments(&self, which: &[usize]) -> Result<Segments, SessionError> {
+    fn segments(&self, which: &[usize]) -> Result<Segments, SessionError> {
         let layout = self.layout();
         let mut columns_m = vec![0.0; which.len() * layout.rows()];
         let mut origins = Vec::with_capacity(which.len());
@@ -146,8 +171,9 @@ impl<'a> TableColumns<'a> {
         }
         let columns_m = DMatrix::from_vec(layout.rows(), which.len(), columns_m);
         let left_out = self.folder.plan().left_out;
-        Ok(Segments::new(layout, columns_m, origins, ends, left_out)
-            .expect("a column, an origin and boundary conditions were made for each segment"))
+        let segments = Segments::new(layout, columns_m, origins, ends, left_out)
+            .expect("a column, an origin and boundary conditions were made for each segment");
+        Ok(segments.under(self.protocol))
     }
 }
 
@@ -157,7 +183,7 @@ impl Columns for TableColumns<'_> {
     }
 
     fn count(&self) -> usize {
-        self.folder.plan().segments
+        self.firsts[self.firsts.len() - 1]
     }
 
     fn origin(&self, segment: usize) -> SegmentOrigin {

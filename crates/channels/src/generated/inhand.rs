@@ -145,7 +145,7 @@ pub struct CorridorWidth {
     #[prost(double, tag = "2")]
     pub mahalanobis: f64,
 }
-/// A segment v (rows as in Dictionary) is the cubic through its end conditions x plus primitives *
+/// A segment v (rows as in Dictionary) is the smooth curve through its end conditions x plus primitives *
 /// activations. End conditions are d numbers: first and last configuration, metres, first and last
 /// velocity, metres per second, each ordered finger, axis; with the object its first and last position
 /// and its rotation vector times 0.025 m, metres. What is expected of the activations, given x, is
@@ -206,8 +206,46 @@ pub struct Residual {
     pub validation_error_m: f64,
     #[prost(double, tag = "19")]
     pub validation_standard_error_m: f64,
+    /// The smooth curve.
     #[prost(enumeration = "SmoothCurve", tag = "20")]
     pub curve: i32,
+}
+/// A curve that end conditions alone determine. The object moves and turns evenly along each of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, ::prost::Enumeration)]
+#[repr(i32)]
+pub enum SmoothCurve {
+    /// Not stated: cubic Hermite interpolation, in files of older versions.
+    Unspecified = 0,
+    /// Cubic Hermite interpolation of positions and velocities.
+    Hermite = 1,
+    /// Minimum jerk from rest to rest.
+    MinimumJerk = 2,
+    /// Straight line at constant velocity.
+    Line = 3,
+}
+impl SmoothCurve {
+    /// String value of the enum field names used in the ProtoBuf definition.
+    ///
+    /// The values are not transformed in any way and thus are considered stable
+    /// (if the ProtoBuf definition does not change) and safe for programmatic use.
+    pub fn as_str_name(&self) -> &'static str {
+        match self {
+            Self::Unspecified => "SMOOTH_CURVE_UNSPECIFIED",
+            Self::Hermite => "SMOOTH_CURVE_HERMITE",
+            Self::MinimumJerk => "SMOOTH_CURVE_MINIMUM_JERK",
+            Self::Line => "SMOOTH_CURVE_LINE",
+        }
+    }
+    /// Creates an enum from field names used in the ProtoBuf definition.
+    pub fn from_str_name(value: &str) -> ::core::option::Option<Self> {
+        match value {
+            "SMOOTH_CURVE_UNSPECIFIED" => Some(Self::Unspecified),
+            "SMOOTH_CURVE_HERMITE" => Some(Self::Hermite),
+            "SMOOTH_CURVE_MINIMUM_JERK" => Some(Self::MinimumJerk),
+            "SMOOTH_CURVE_LINE" => Some(Self::Line),
+            _ => None,
+        }
+    }
 }
 /// How learning went.
 #[derive(Clone, PartialEq, ::prost::Message)]
@@ -314,6 +352,7 @@ pub struct MethodChoice {
     /// Segments planned.
     #[prost(uint64, tag = "6")]
     pub segments: u64,
+    /// The protocol under which methods were compared.
     #[prost(enumeration = "Protocol", tag = "7")]
     pub protocol: i32,
 }
@@ -371,15 +410,10 @@ pub struct Dictionary {
     /// How methods compare on left-out training takes, where that was asked for.
     #[prost(message, optional, tag = "16")]
     pub choice: ::core::option::Option<MethodChoice>,
+    /// Deviations learned under the held-out protocol, where they were.
     #[prost(message, optional, tag = "17")]
     pub residual_held_out: ::core::option::Option<Residual>,
 }
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, ::prost::Enumeration)]
-#[repr(i32)]
-pub enum Protocol { Unspecified = 0, Published = 1, HeldOut = 2 }
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, ::prost::Enumeration)]
-#[repr(i32)]
-pub enum SmoothCurve { Unspecified = 0, Hermite = 1, MinimumJerk = 2, Line = 3 }
 /// How a dictionary was learned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, ::prost::Enumeration)]
 #[repr(i32)]
@@ -450,6 +484,40 @@ impl StopReason {
             "STOP_REASON_TARGET_REACHED" => Some(Self::TargetReached),
             "STOP_REASON_ITERATION_LIMIT" => Some(Self::IterationLimit),
             "STOP_REASON_CLOSED_FORM" => Some(Self::ClosedForm),
+            _ => None,
+        }
+    }
+}
+/// Reference and boundary conditions of an evaluation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, ::prost::Enumeration)]
+#[repr(i32)]
+pub enum Protocol {
+    /// Not stated: published, in files of older versions.
+    Unspecified = 0,
+    /// The reference is the filtered motion; boundary conditions are taken from it.
+    Published = 1,
+    /// The reference is the motion before the filter; boundary conditions are lines over samples outside
+    /// the segment.
+    HeldOut = 2,
+}
+impl Protocol {
+    /// String value of the enum field names used in the ProtoBuf definition.
+    ///
+    /// The values are not transformed in any way and thus are considered stable
+    /// (if the ProtoBuf definition does not change) and safe for programmatic use.
+    pub fn as_str_name(&self) -> &'static str {
+        match self {
+            Self::Unspecified => "PROTOCOL_UNSPECIFIED",
+            Self::Published => "PROTOCOL_PUBLISHED",
+            Self::HeldOut => "PROTOCOL_HELD_OUT",
+        }
+    }
+    /// Creates an enum from field names used in the ProtoBuf definition.
+    pub fn from_str_name(value: &str) -> ::core::option::Option<Self> {
+        match value {
+            "PROTOCOL_UNSPECIFIED" => Some(Self::Unspecified),
+            "PROTOCOL_PUBLISHED" => Some(Self::Published),
+            "PROTOCOL_HELD_OUT" => Some(Self::HeldOut),
             _ => None,
         }
     }

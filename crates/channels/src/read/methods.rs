@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use inhand_container::{Depth, Record, walk};
 use inhand_model::{
-    Certificate, Configuration, ConstraintFamily, Plan, PlanChecks, Pose, Relaxation,
+    Certificate, Configuration, ConstraintFamily, Plan, PlanChecks, Pose, Protocol, Relaxation,
     SEGMENT_COORDINATES,
 };
 use nalgebra::DVector;
@@ -15,6 +15,7 @@ use super::{no_recording, read_metadata};
 use crate::error::ChannelError;
 use crate::messages;
 use crate::take::{EvaluatedMethod, EvaluatedSample};
+use crate::topic;
 
 /// What one method generated for a take.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,12 +30,16 @@ pub struct ReadMethod {
     pub plans: BTreeMap<usize, Plan>,
 }
 
-/// Reads what methods generated for a take, in the order of the file's channels.
+/// Reads what methods generated for a take under a protocol, in the order of the file's channels.
 ///
 /// # Errors
 ///
 /// As for [`read_take`](crate::read_take).
-pub fn read_generated(bytes: &[u8], file_name: &str) -> Result<Vec<ReadMethod>, ChannelError> {
+pub fn read_generated(
+    bytes: &[u8],
+    file_name: &str,
+    protocol: Protocol,
+) -> Result<Vec<ReadMethod>, ChannelError> {
     type Parts = (BTreeMap<usize, Configuration>, BTreeMap<usize, Plan>);
     let parts = ["fingertips", "plan"];
     let read = |(configurations_m, plans): &mut Parts, part: &str, at: Place<'_>, data: &[u8]| {
@@ -46,7 +51,8 @@ pub fn read_generated(bytes: &[u8], file_name: &str) -> Result<Vec<ReadMethod>, 
         }
         Ok(())
     };
-    let methods = read_methods(bytes, file_name, "/generated/", parts, read)?;
+    let prefix = format!("{}/", topic::generated(protocol));
+    let methods = read_methods(bytes, file_name, &prefix, parts, read)?;
     let method = |(name, (configurations_m, plans))| ReadMethod {
         name,
         configurations_m,

@@ -3,7 +3,7 @@
 use foxglove::messages::{Log, log};
 use inhand_model::{
     Change, Clock, ConstraintFamily, Finding, Frame, Hand, Motion, Plan, PoseTrack, Position,
-    Recording, Roles, Severity, Status, World,
+    Protocol, Recording, Roles, Severity, Status, World,
 };
 
 use crate::error::ChannelError;
@@ -210,14 +210,15 @@ fn add_pose<'a, To: Frame, From: Frame>(
     })
 }
 
-/// Adds what each method generated.
+/// Adds what each method generated under a protocol.
 pub(super) fn add_generated<'a>(
+    protocol: Protocol,
     methods: &[GeneratedMethod<'a>],
     clock: Clock,
     streams: &mut Streams<'a>,
 ) -> Result<(), ChannelError> {
     for method in methods {
-        let topic = |leaf| topic::named(topic::GENERATED, method.name, leaf);
+        let topic = |leaf| topic::named(topic::generated(protocol), method.name, leaf);
         let channel =
             (streams.output).channel::<messages::Fingertips>(&topic("fingertips"), HAND)?;
         if method.segments.iter().any(|segment| segment.plan.is_some()) {

@@ -393,6 +393,7 @@ pub(crate) fn take_file<'a>(
         roles: Some(&take.roles),
         motion: Some(&take.motion),
         generated,
+        held_out: &[],
         evaluated,
         object_shape: Some(Shape::Cuboid { edges_m: [0.05; 3] }),
         hulls: None,

@@ -1,7 +1,8 @@
 //! Widths and weights by predicting left-out takes.
 
 use inhand_model::{
-    Bandwidths, Calibration, DeviationPredictor, PredictorWeights, SegmentOrigin, Validation,
+    Bandwidths, Calibration, DeviationPredictor, PredictorWeights, SegmentLayout, SegmentOrigin,
+    Segments, Validation,
 };
 use nalgebra::{DMatrix, Matrix3, Vector3};
 use rayon::prelude::*;
@@ -111,6 +112,29 @@ pub(super) fn validate(
     }
 }
 
+/// Mean distance that deviations are, over left-out segments, fingers and compared instants, metres; over all segments
+/// where none is left out.
+pub(super) fn mean_deviation_m(deviations_m: &DMatrix<f64>, segments: &Segments) -> f64 {
+    let layout = segments.layout();
+    let folds = folds(segments.origins(), layout.samples);
+    let mut left_out: Vec<_> = folds.iter().flat_map(|f| f.left_out.clone()).collect();
+    if left_out.is_empty() {
+        left_out = (0..segments.len()).collect();
+    }
+    let left = Primitives::fingertips_of(deviations_m, &left_out, &compared(layout));
+    let none = vec![0.0; left.nrows()];
+    let errors = left
+        .column_iter()
+        .map(|column| mean_distance_m(column.as_slice(), &none));
+    mean(&errors.collect::<Vec<_>>())
+}
+
+/// Samples at which predictions are compared.
+fn compared(layout: SegmentLayout) -> Vec<usize> {
+    let step = layout.samples.div_ceil(INSTANTS);
+    (step / 2..layout.samples).step_by(step).collect()
+}
+
 /// Mean square of errors of activations (r x n), shrunk, m².
 fn covariance_m2(errors_m: &DMatrix<f64>) -> DMatrix<f64> {
     let rank = errors_m.nrows();
@@ -170,9 +194,7 @@ impl<'a> LeftOut<'a> {
             matrix
         };
         let segments: Vec<_> = folds.iter().flat_map(|f| f.left_out.clone()).collect();
-        let step = demonstrations.layout.samples.div_ceil(INSTANTS);
-        let instants = (step / 2..demonstrations.layout.samples).step_by(step);
-        let instants: Vec<_> = instants.collect();
+        let instants = compared(demonstrations.layout);
         let deviations_m = demonstrations.deviations_m;
         Self {
             demonstrations,

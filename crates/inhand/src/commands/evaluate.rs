@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use inhand_session::tables::{TableFormat, write_rows};
-use inhand_session::{evaluate_stored, provenance, write_text};
+use inhand_session::{StoredEvaluation, evaluate_stored, provenance, write_text};
 
-use crate::commands::{read_takes, say_used};
+use crate::commands::{read_takes, say_held_out, say_used};
 use crate::console::{Console, data};
 use crate::exit::{Exit, usage};
 use crate::options::{EvaluateOptions, Format, TakeOptions};
@@ -23,7 +23,7 @@ pub(crate) struct Args {
     dictionary: PathBuf,
     #[command(flatten)]
     output: OutputFile,
-    /// Write every evaluated instant as a table: .parquet or .csv.
+    /// Write every evaluated instant as a table, .parquet or .csv; those of the held-out protocol beside it.
     #[arg(long, value_name = "FILE")]
     rows: Option<PathBuf>,
     /// Print the evaluation as text or json.
@@ -47,7 +47,12 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let output = &args.output.output;
     ending(output, &["json"])?;
     let inputs: Vec<_> = args.inputs.iter().chain([&args.dictionary]).collect();
-    let outputs = [output].into_iter().chain(&args.rows);
+    // Beside x.parquet there is x.held_out.parquet.
+    let held_out_path = args.rows.as_ref().and_then(|path| {
+        let ending = path.extension()?.to_str()?;
+        Some(path.with_extension(format!("held_out.{ending}")))
+    });
+    let outputs = [output].into_iter().chain(&args.rows).chain(&held_out_path);
     check_outputs(outputs, &inputs)?;
     if let Some(path) = &args.rows {
         let shown = path.display();
@@ -60,8 +65,12 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let dictionary = inhand_session::read_dictionary(&args.dictionary)?;
     let takes = read_takes(console, &args.inputs, &settings)?;
     say_used(console, &takes, &settings)?;
-    let (evaluation, rows) =
-        evaluate_stored(&takes, &dictionary, &settings, args.takes.process.reuse())?;
+    say_held_out(console, &dictionary.dictionary);
+    let StoredEvaluation {
+        evaluation,
+        rows,
+        held_out_rows,
+    } = evaluate_stored(&takes, &dictionary, &settings, args.takes.process.reuse())?;
     let hashes = takes.iter().map(|take| &take.hash);
     let hashes = hashes.chain([&dictionary.hash]).cloned();
     let made = provenance("evaluate", &settings, hashes);
@@ -74,6 +83,11 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         write_output(path, args.output.force, |path| {
             write_rows(path, name, &rows)
         })?;
+        if let (Some(path), Some(rows)) = (held_out_path, &held_out_rows) {
+            write_output(&path, args.output.force, |path| {
+                write_rows(path, name, rows)
+            })?;
+        }
     }
     match args.format {
         Format::Json => data(&text)?,

@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
+use inhand_model::{PerProtocol, Protocol};
 use inhand_session::{GeneratedMotion, Role, TakeContents, provenance, steps, write_take};
 
-use crate::commands::{say_used, takes_and_targets};
+use crate::commands::{say_held_out, say_used, takes_and_targets};
 use crate::console::Console;
 use crate::exit::Exit;
 use crate::options::{MethodOptions, OutputOptions, PlanOptions, TakeOptions};
@@ -49,21 +50,36 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     say_used(console, &takes, &settings)?;
     let motions = steps::motions(&takes, &settings, args.takes.process.reuse())?;
     let mut failed = 0;
-    for ((take, motion), target) in takes.iter().zip(&motions).zip(&targets) {
+    say_held_out(console, &dictionary.dictionary);
+    for (n, (take, target)) in takes.iter().zip(&targets).enumerate() {
+        let motion = &motions.published[n];
         let object = steps::segments_object(&dictionary.dictionary, &[motion], &settings)?;
-        let segments = steps::segments(&[motion], Role::Test, object, &settings)?;
-        let generated = (methods.iter())
-            .map(|&method| steps::generate(method, &dictionary.dictionary, &segments, &settings))
-            .collect::<Result<Vec<_>, _>>()?;
+        let segments = |protocol| {
+            let motion = &motions[protocol][n];
+            steps::segments(&[motion], (Role::Test, protocol), object, &settings)
+        };
+        let segments = PerProtocol {
+            published: segments(Protocol::Published)?,
+            held_out: segments(Protocol::HeldOut)?,
+        };
+        let generated = |protocol| {
+            let segments = &segments[protocol];
+            let by = |&method| steps::generate(method, &dictionary.dictionary, segments, &settings);
+            methods.iter().map(by).collect::<Result<Vec<_>, _>>()
+        };
+        let generated = PerProtocol {
+            published: generated(Protocol::Published)?,
+            held_out: generated(Protocol::HeldOut)?,
+        };
         let hashes = [take.hash.clone(), dictionary.hash.clone()];
         let made = provenance("generate", &settings, hashes);
         let contents = TakeContents {
             take,
             motion,
             generated: Some(GeneratedMotion {
-                segments: &segments,
+                segments: segments.as_ref(),
                 take: 0,
-                generated: &generated,
+                generated: generated.as_ref().map(Vec::as_slice),
                 rows: &[],
                 hulls: &dictionary.dictionary.demonstrated.hulls,
             }),
@@ -73,9 +89,9 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         write_output(target, args.writing.force, |path| {
             write_take(path, &contents, !args.writing.no_view)
         })?;
-        let trajectories = generated.iter().flat_map(|g| &g.trajectories);
+        let trajectories = generated.published.iter().flat_map(|g| &g.trajectories);
         let lost = trajectories.filter(|t| t.is_none()).count();
-        let (segments, methods) = (segments.len(), generated.len());
+        let (segments, methods) = (segments.published.len(), methods.len());
         let counts =
             format!("{segments} segments by {methods} methods, {lost} without a trajectory");
         console.wrote_with(target, &counts);

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result};
 use inhand_dictionary::{RankCurve, RankGroups, RankSuggestion};
-use inhand_model::{HeldOut, Provenance, RankPoint, Segments};
+use inhand_model::{HeldOut, Protocol, Provenance, RankPoint, Segments};
 use inhand_report::{RankFigure, rank_figure_svg};
 use inhand_session::{Role, Settings, steps, write_text};
 use serde_json::{Value, json};
@@ -29,10 +29,15 @@ pub(crate) fn segments(takes: &[PathBuf], settings: &Settings, reuse: bool) -> R
         .map(|take| inhand_session::read(take, settings))
         .collect::<Result<Vec<_>, _>>()?;
     steps::used(&takes, settings)?;
-    let motions = steps::motions(&takes, settings, reuse)?;
+    let motions = steps::motions(&takes, settings, reuse)?.published;
     let motions: Vec<_> = motions.iter().collect();
     let object = steps::carries_object(&motions, settings)?;
-    Ok(steps::segments(&motions, Role::Train, object, settings)?)
+    Ok(steps::segments(
+        &motions,
+        (Role::Train, Protocol::Published),
+        object,
+        settings,
+    )?)
 }
 
 /// Evaluates the ranks on training takes left out of learning and puts the suggested one into the

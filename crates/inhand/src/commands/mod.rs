@@ -32,7 +32,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::Subcommand;
-use inhand_model::{InputHash, Recording};
+use inhand_model::{Dictionary, InputHash, Recording};
 use inhand_session::{Settings, Take};
 
 use crate::console::Console;
@@ -191,6 +191,15 @@ fn say_used(console: &Console, takes: &[Take], settings: &Settings) -> Result<()
         ));
     }
     Ok(())
+}
+
+/// Reports a dictionary that was learned before there was a held-out protocol.
+fn say_held_out(console: &Console, dictionary: &Dictionary) {
+    if dictionary.residual.is_some() && dictionary.residual_held_out.is_none() {
+        console.say(
+            "held out  the dictionary has no deviations of this protocol: residual uses the published ones",
+        );
+    }
 }
 
 fn say_findings(console: &Console, take: &InputHash, recording: &Recording) {

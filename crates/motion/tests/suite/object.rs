@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use inhand_model::{
     Motion, OBJECT_COORDINATES, Pose, PoseTrack, ROTATION_LEVER_M, SegmentLayout, Segments,
 };
-use inhand_motion::{SegmentSettings, Templates, cut_segments, process};
+use inhand_motion::{EndsRule, SegmentSettings, Templates, cut_segments, process};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use serde_json::Value;
@@ -33,7 +33,7 @@ fn cut(motion: &Motion, samples: usize, stride: usize, object: bool) -> Segments
     let settings = SegmentSettings {
         layout,
         stride,
-        margin_s: 0.01,
+        ends: EndsRule::Differences { margin_s: 0.01 },
         missing_s: 0.0,
     };
     cut_segments(&[motion], &settings).unwrap()

@@ -1,7 +1,7 @@
 //! Segments, their ends, and what is left out.
 
 use inhand_model::{Finger, Motion, SegmentLayout};
-use inhand_motion::{MotionError, SegmentSettings, Templates, cut_segments, process};
+use inhand_motion::{EndsRule, MotionError, SegmentSettings, Templates, cut_segments, process};
 use proptest::prelude::*;
 
 use crate::{PLAIN, resting_hand, rigid_body, roles, tip_m};
@@ -21,7 +21,7 @@ fn settings(samples: usize, stride: usize, margin_s: f64) -> SegmentSettings {
     SegmentSettings {
         layout,
         stride,
-        margin_s,
+        ends: EndsRule::Differences { margin_s },
         missing_s: 0.0,
     }
 }

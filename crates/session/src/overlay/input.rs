@@ -4,7 +4,7 @@ use std::path::Path;
 
 use inhand_channels::ReadMethod;
 use inhand_evaluation::overlay::{moved, offsets_nanos};
-use inhand_model::{Clock, Event, Label, Shape, StartTime};
+use inhand_model::{Clock, Event, Label, Protocol, Shape, StartTime};
 
 use super::{Align, OverlayMethods, OverlayOptions};
 use crate::error::{Located, SessionError, invalid};
@@ -82,7 +82,8 @@ fn read_one(
             .iter()
             .any(|c| c.topic.starts_with("/generated/"));
         if generated && options.methods != OverlayMethods::None {
-            methods = inhand_channels::read_generated(&bytes, &file).in_file(path)?;
+            methods = inhand_channels::read_generated(&bytes, &file, Protocol::Published)
+                .in_file(path)?;
         }
     }
     drop(bytes);

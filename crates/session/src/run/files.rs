@@ -20,6 +20,8 @@ pub struct RunFiles {
     pub evaluation: PathBuf,
     /// Every instant behind the evaluation, as a table.
     pub rows: PathBuf,
+    /// The same of the held-out protocol.
+    pub held_out_rows: PathBuf,
     /// Every segment, contact and phase behind it, as tables.
     pub motion: MotionFiles,
     /// The report.
@@ -41,6 +43,7 @@ impl RunFiles {
             dictionary: folder.join("dictionary.mcap"),
             evaluation: folder.join("evaluation.json"),
             rows: folder.join("rows.parquet"),
+            held_out_rows: folder.join("rows.held_out.parquet"),
             motion: MotionFiles::in_folder(folder),
             report: folder.join("report.html"),
             figures: folder.join(FIGURES),
@@ -51,7 +54,13 @@ impl RunFiles {
     /// The files that depend on inputs and settings alone, but for the figures, whose number depends on what
     /// there is to see.
     pub(super) fn reproducible(&self) -> Vec<&Path> {
-        let rest = [&self.dictionary, &self.evaluation, &self.rows, &self.report];
+        let rest = [
+            &self.dictionary,
+            &self.evaluation,
+            &self.rows,
+            &self.held_out_rows,
+            &self.report,
+        ];
         self.takes
             .iter()
             .chain(rest)

@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use inhand_model::{EvaluationRows, Hull, MethodRows, MotionRows, PerFinger, Provenance, Segments};
+use inhand_model::{
+    EvaluationRows, Hull, MethodRows, MotionRows, PerFinger, PerProtocol, Provenance, Segments,
+};
 use inhand_parallel::both;
 use inhand_report::Report;
 
@@ -20,8 +22,8 @@ use crate::take_file::{self, GeneratedMotion, TakeContents};
 /// Writes a recording for each take.
 pub(super) fn write_takes(
     results: &[TakeResult<'_>],
-    test: &Segments,
-    (generated, rows): (&[Generated], &[MethodRows]),
+    test: &PerProtocol<Segments>,
+    (generated, rows): (&PerProtocol<Vec<Generated>>, &[MethodRows]),
     hulls: &PerFinger<Hull>,
     provenance: &Provenance,
     options: &RunOptions,
@@ -34,9 +36,9 @@ pub(super) fn write_takes(
         .collect();
     inhand_parallel::try_up_to(results.len(), |n| {
         let motion = indices[n].map(|take| GeneratedMotion {
-            segments: test,
+            segments: test.as_ref(),
             take,
-            generated,
+            generated: generated.as_ref().map(Vec::as_slice),
             rows,
             hulls,
         });
@@ -55,7 +57,7 @@ pub(super) fn write_takes(
 /// Writes the rows, the evaluation, the page and its figures; returns the files of the figures.
 pub(super) fn write_reports(
     report: &Report<'_>,
-    rows: &EvaluationRows,
+    (rows, held_out_rows): (&EvaluationRows, &EvaluationRows),
     motion: &MotionRows,
     files: &RunFiles,
 ) -> Result<Vec<PathBuf>, SessionError> {
@@ -64,6 +66,7 @@ pub(super) fn write_reports(
         || {
             let session = &evaluation.session.name;
             tables::write_rows(&files.rows, session, rows)?;
+            tables::write_rows(&files.held_out_rows, session, held_out_rows)?;
             tables::write_motion_rows(&files.motion, session, motion)
         },
         || {

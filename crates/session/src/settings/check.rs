@@ -224,6 +224,7 @@ impl Settings {
         }
         for (key, value) in [
             ("segments.margin_s", segments.margin_s),
+            ("segments.ends_s", segments.ends_s),
             ("segments.missing_s", segments.missing_s),
             ("plan.velocity_factor", plan.velocity_factor),
             ("evaluate.min_contact_s", evaluate.min_contact_s),

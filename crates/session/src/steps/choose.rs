@@ -3,7 +3,6 @@
 use inhand_dictionary::{Fold, folds, mean, mean_distance_m, standard_error};
 use inhand_model::{Demonstrated, Dictionary, MethodCandidate, MethodChoice, Protocol, Segments};
 
-use super::learn::demonstrations;
 use super::{generate, learn};
 use crate::error::{SessionError, invalid};
 use crate::methods::Method;
@@ -17,20 +16,21 @@ struct Errors {
 }
 
 /// Learns the dictionary and, where the settings name `auto` among the methods, compares all of
-/// them.
+/// them under the held-out protocol.
 ///
 /// # Errors
 ///
 /// As [`learn`] and [`choose_method`].
 pub fn learn_and_choose(
     train: &Segments,
+    held_out: &Segments,
     demonstrated: Demonstrated,
     settings: &Settings,
 ) -> Result<Dictionary, SessionError> {
-    let choice = choice(&demonstrations(train, settings), &demonstrated, settings)?;
+    let choice = choice(held_out, &demonstrated, settings)?;
     Ok(Dictionary {
         choice,
-        ..learn(train, demonstrated, settings)?
+        ..learn(train, held_out, demonstrated, settings)?
     })
 }
 
@@ -81,7 +81,8 @@ pub fn settled_methods(
 /// Compares methods on the training takes: each group of takes in turn is left out, everything is
 /// learned from the others, and the left-out segments are planned. The method with the smallest
 /// mean error (over segments, fingers and instants) is chosen, but a learned one only if it is better
-/// than the best that learns nothing by more than the standard error of the difference. Velocity
+/// than the best that learns nothing by more than the standard error of the difference. All is learned from the given
+/// segments and judged under their protocol. Velocity
 /// bounds and hulls are those of all training takes.
 ///
 /// # Errors
@@ -109,7 +110,10 @@ pub fn choose_method(
     for fold in &folds {
         add_fold(&mut errors, train, fold, demonstrated, settings)?;
     }
-    Ok(errors.choice(folds.len()))
+    Ok(MethodChoice {
+        protocol: train.protocol(),
+        ..errors.choice(folds.len())
+    })
 }
 
 fn add_fold(
@@ -124,7 +128,9 @@ fn add_fold(
     let mut fewer = settings.clone();
     // What is left may support fewer primitives than everything does.
     fewer.learn.rank = (settings.learn.rank).filter(|&rank| rank < known.len());
-    let dictionary = learn(&known, demonstrated.clone(), &fewer)?;
+    // One set of deviations serves: they are learned under the protocol of the segments.
+    let none = known.select(&[]);
+    let dictionary = learn(&known, &none, demonstrated.clone(), &fewer)?;
     for (method, list) in errors.methods.iter().zip(&mut errors.by_segment_m) {
         let generated = generate(*method, &dictionary, &left_out, settings)?;
         for (segment, trajectory) in generated.trajectories.iter().enumerate() {

@@ -6,7 +6,8 @@ use std::time::Duration;
 use inhand_contact::FingerOffsets;
 use inhand_model::{
     Calibration, Configuration, Dictionary, EndConditions, Finger, ObjectEnds, PerFinger, Plan,
-    Residual, SEGMENT_COORDINATES, SegmentLayout, Segments, Shape, Trajectory, VelocityBounds,
+    Protocol, Residual, SEGMENT_COORDINATES, SegmentLayout, Segments, Shape, Trajectory,
+    VelocityBounds,
 };
 use inhand_planner::{
     AccelerationBounds, Constraints, Ends, Holding, PlanError, Planner, PlannerSettings, Target,
@@ -41,7 +42,7 @@ pub struct SegmentCorridors {
     pub widths: Vec<Calibration>,
 }
 
-/// Generates a trajectory for every segment.
+/// Generates a trajectory for every segment, under the protocol of the segments.
 ///
 /// # Errors
 ///
@@ -54,7 +55,8 @@ pub fn generate(
     segments: &Segments,
     settings: &Settings,
 ) -> Result<Generated, SessionError> {
-    let Some(planner) = planner(method, dictionary, settings)? else {
+    let protocol = segments.protocol();
+    let Some(planner) = planner(method, dictionary, protocol, settings)? else {
         let layout = segments.layout();
         let trajectories = segments
             .ends()
@@ -80,7 +82,7 @@ pub fn generate(
         plans.push(plan.map_err(|source| plan_error(method, source))?);
         plan_times.push(time);
     }
-    let corridors = match (method, &dictionary.residual) {
+    let corridors = match (method, dictionary.residual(protocol)) {
         (Method::Residual, Some(residual)) => Some(
             corridors(&planner, residual, &targets, &plans, segments)
                 .map_err(|source| plan_error(method, source))?,
@@ -114,10 +116,11 @@ fn check_layout(dictionary: SegmentLayout, segments: SegmentLayout) -> Result<()
     ))
 }
 
-/// The planner of a learned method; `None` for one that learns nothing.
+/// The planner of a learned method under a protocol; `None` for one that learns nothing.
 pub(crate) fn planner(
     method: Method,
     dictionary: &Dictionary,
+    protocol: Protocol,
     settings: &Settings,
 ) -> Result<Option<Planner>, SessionError> {
     let planner_settings = plan_settings(dictionary, settings);
@@ -125,7 +128,7 @@ pub(crate) fn planner(
         Method::Prior => Planner::new(dictionary, inhand_planner::Method::Prior, &planner_settings),
         Method::Paper => Planner::new(dictionary, inhand_planner::Method::Paper, &planner_settings),
         Method::Residual => {
-            let residual = dictionary.residual.as_ref().ok_or_else(|| {
+            let residual = dictionary.residual(protocol).ok_or_else(|| {
                 let expected = "a method that the dictionary has something for (learn it anew for \
                                 deviations from the smooth curve)";
                 invalid("plan.methods", expected, &method)
@@ -230,10 +233,11 @@ pub(crate) fn corridors_of(
     plans: &[Plan],
     settings: &Settings,
 ) -> Result<Option<SegmentCorridors>, SessionError> {
-    let (Method::Residual, Some(residual)) = (method, &dictionary.residual) else {
+    let protocol = segments.protocol();
+    let (Method::Residual, Some(residual)) = (method, dictionary.residual(protocol)) else {
         return Ok(None);
     };
-    let Some(planner) = planner(method, dictionary, settings)? else {
+    let Some(planner) = planner(method, dictionary, protocol, settings)? else {
         return Ok(None);
     };
     let targets: Vec<_> = segments.ends().iter().map(Target::from).collect();

@@ -1,7 +1,7 @@
 //! Confidence intervals of an evaluation.
 
 use inhand_evaluation::{Contestant, session_intervals};
-use inhand_model::{Bootstrap, Cluster, Evaluation, EvaluationRows, Intervals, Statistics};
+use inhand_model::{Bootstrap, Cluster, EvaluationRows, Intervals, MethodEvaluation, Statistics};
 
 use crate::error::SessionError;
 use crate::settings::Settings;
@@ -9,13 +9,14 @@ use crate::settings::Settings;
 /// Seed of every bootstrap: two evaluations draw the same clusters, so that they can be compared.
 pub(crate) const SEED: u64 = 1;
 
-/// Bootstrap intervals over segments; `None` where no draws are asked for.
+/// Bootstrap intervals over segments, the first method being the one to look at first; `None` where no draws are
+/// asked for.
 ///
 /// # Errors
 ///
 /// [`SessionError::At`].
 pub fn intervals(
-    evaluation: &Evaluation,
+    methods: &[MethodEvaluation],
     rows: &EvaluationRows,
     settings: &Settings,
 ) -> Result<Option<Intervals>, SessionError> {
@@ -31,18 +32,18 @@ pub fn intervals(
     };
     let found = session_intervals(
         rows,
-        &contestants(evaluation),
-        &evaluation.default_method,
+        &contestants(methods),
+        methods.first().map_or("", |method| &method.name),
         evaluate.tau_mm / 1e3,
         bootstrap,
     )?;
     Ok(Some(found))
 }
 
-/// The methods of an evaluation as a bootstrap needs to know them.
-fn contestants(evaluation: &Evaluation) -> Vec<Contestant<'_>> {
+/// Methods as a bootstrap needs to know them.
+fn contestants(methods: &[MethodEvaluation]) -> Vec<Contestant<'_>> {
     let judged = |error: &Statistics| error.n > 0;
-    (evaluation.methods.iter())
+    (methods.iter())
         .map(|method| Contestant {
             name: &method.name,
             baseline: method.baseline,

@@ -1,21 +1,27 @@
 //! A dictionary from training segments.
 
 use inhand_dictionary::{NmfSettings, Penalty, draw, learn_nmf, learn_pca, learn_residual};
-use inhand_model::{Demonstrated, Dictionary, DictionaryKind, Segments};
+use inhand_model::{
+    Demonstrated, Dictionary, DictionaryKind, Motion, Protocol, SegmentLayout, Segments,
+};
+use inhand_motion::cut_some;
 
+use super::cut_settings;
 use crate::error::{Located as _, SessionError};
-use crate::settings::{LearnSection, Settings};
+use crate::settings::{LearnSection, Role, Settings};
 
 /// Primitives where the settings name no number: as published.
 const RANK: usize = 200;
 
-/// Learns the dictionary, and deviations from the cubic Hermite baseline beside it.
+/// Learns the dictionary, and deviations from the smooth curve beside it, those of the held-out protocol from
+/// `held_out`.
 ///
 /// # Errors
 ///
 /// [`SessionError::At`].
 pub fn learn(
     segments: &Segments,
+    held_out: &Segments,
     demonstrated: Demonstrated,
     settings: &Settings,
 ) -> Result<Dictionary, SessionError> {
@@ -29,24 +35,49 @@ pub fn learn(
         ),
     }
     .during("learning")?;
-    with_deviations(dictionary, &demonstrations(segments, settings), settings)
+    let published = demonstrations(segments, settings);
+    with_deviations(dictionary, &published, held_out, settings)
 }
 
-/// Adds deviations from the cubic Hermite baseline, learned from the given segments.
+/// Adds deviations from the smooth curve, learned from the given segments of each protocol; those of the held-out one
+/// where there are any.
 ///
 /// # Errors
 ///
 /// [`SessionError::At`].
 pub fn with_deviations(
     dictionary: Dictionary,
-    demonstrations: &Segments,
+    published: &Segments,
+    held_out: &Segments,
     settings: &Settings,
 ) -> Result<Dictionary, SessionError> {
-    let residual = learn_residual(demonstrations, settings.learn.deviation_primitives);
+    let learn =
+        |segments| learn_residual(segments, settings.learn.deviation_primitives).during("learning");
+    let (residual, residual_held_out) = inhand_parallel::both(
+        || learn(published),
+        || (!held_out.is_empty()).then(|| learn(held_out)).transpose(),
+    );
     Ok(Dictionary {
-        residual: Some(residual.during("learning")?),
+        residual: Some(residual?),
+        residual_held_out: residual_held_out?,
         ..dictionary
     })
+}
+
+/// The segments that deviations of the held-out protocol are learned from, cut from motion before the filter: as
+/// many as [`drawn_demonstrations`] says, and those of them that miss nothing.
+///
+/// # Errors
+///
+/// As [`segments`](super::segments).
+pub fn held_out_demonstrations(
+    motions: &[&Motion],
+    layout: SegmentLayout,
+    settings: &Settings,
+) -> Result<Segments, SessionError> {
+    let cut = cut_settings(layout, (Role::Train, Protocol::HeldOut), settings);
+    let drawn = cut_some(motions, &cut, |count| drawn_demonstrations(count, settings));
+    Ok(complete(&drawn.during("processing train takes")?))
 }
 
 /// Which of `count` segments deviations are learned from, in order.

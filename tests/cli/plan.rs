@@ -1,5 +1,8 @@
 //! `inhand plan`: one motion from a start to a goal.
 
+use std::collections::BTreeMap;
+use std::path::Path;
+
 use serde_json::Value;
 
 use crate::support::{Bench, stderr};
@@ -299,4 +302,111 @@ fn a_missed_goal_is_not_solved() {
     let met = format!("{TAKE}@2.99");
     let outcome = planned(&bench, &["--from", &start, "--to", &met]);
     assert_eq!(outcome["status"], "solved");
+}
+
+/// Rows of a table without quotes, each by heading.
+fn rows(bench: &Bench, name: &str) -> Vec<BTreeMap<String, f64>> {
+    let text = String::from_utf8(bench.bytes(name)).expect("tables are text");
+    let mut lines = text.lines().map(|line| line.split(',').map(str::to_owned));
+    let heading: Vec<String> = lines.next().expect("a heading").collect();
+    let numbers = |cells: &mut dyn Iterator<Item = String>| {
+        let cells = heading.iter().cloned().zip(cells);
+        cells
+            .filter_map(|(name, cell)| Some((name, cell.parse().ok()?)))
+            .collect()
+    };
+    lines.map(|mut cells| numbers(&mut cells)).collect()
+}
+
+#[test]
+fn a_plan_is_a_table_of_times_positions_and_velocities() {
+    let bench = Bench::csv();
+    bench.run("out", &[]);
+    let ends = [format!("{TAKE}@2.0"), format!("{TAKE}@4.5")];
+    let ends = [
+        "--from",
+        &ends[0],
+        "--to",
+        &ends[1],
+        "--duration",
+        "2.5",
+        "--velocity-factor",
+        "3",
+    ];
+    let outcome = planned(&bench, &ends);
+    let table = ["plan", "-d", "out/dictionary.mcap", "-o", "plan.csv"];
+    bench.ok(&[&table[..], &ends].concat());
+    let trajectory = outcome["trajectory_m"].as_array().unwrap();
+    let found = rows(&bench, "plan.csv");
+    assert_eq!(found.len(), trajectory.len());
+    for (k, row) in found.iter().enumerate() {
+        assert_eq!(row["time_s"], k as f64 / 100.0);
+        let thumb = ["x", "y", "z"].map(|axis| row[&format!("thumb.{axis}_m")]);
+        assert_eq!(thumb.to_vec(), numbers(&trajectory[k]["thumb"]));
+    }
+    // Across the joints of the chain too.
+    for k in 1..found.len() - 1 {
+        let velocity = (found[k + 1]["ring.y_m"] - found[k - 1]["ring.y_m"]) * 50.0;
+        assert!((found[k]["ring.vy_m_s"] - velocity).abs() < 1e-12, "{k}");
+    }
+    let first = (found[1]["ring.y_m"] - found[0]["ring.y_m"]) * 100.0;
+    assert!((found[0]["ring.vy_m_s"] - first).abs() < 1e-12);
+
+    // The file of the same plan gives the same table, without being asked what of it.
+    bench.ok(&["export", "plan.mcap", "-o", "exported.csv"]);
+    assert_eq!(
+        String::from_utf8(bench.bytes("plan.csv")),
+        String::from_utf8(bench.bytes("exported.csv"))
+    );
+    bench.ok(&[&table[..4], &["plan.parquet"], &ends].concat());
+    assert!(bench.bytes("plan.parquet").starts_with(b"PAR1"));
+    let refused = bench.inhand(&[&table[..4], &["plan.json"], &ends].concat());
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(
+        stderr(&refused).contains(".mcap, .csv, .parquet"),
+        "{}",
+        stderr(&refused)
+    );
+}
+
+#[test]
+fn states_of_the_fixtures_are_those_of_their_take_and_can_be_planned_between() {
+    let bench = Bench::empty();
+    let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures");
+    let path = |name: &str| fixtures.join(name).display().to_string();
+    let test = path("cube/test/cube_test_01.csv");
+    bench.ok(&["process", &test, "-o", "hand.mcap"]);
+    bench.ok(&[
+        "export",
+        "hand.mcap",
+        "--what",
+        "processed",
+        "-o",
+        "hand.csv",
+    ]);
+    let hand = rows(&bench, "hand.csv");
+    for (name, sample) in [("start.json", 100), ("goal.json", 199)] {
+        let state: Value = serde_json::from_slice(&std::fs::read(path(name)).unwrap()).unwrap();
+        for finger in ["thumb", "index", "middle", "ring", "little"] {
+            for (axis, letter) in ["x", "y", "z"].into_iter().enumerate() {
+                let stated = state["fingertips_m"][finger][axis].as_f64().unwrap();
+                assert!((stated - hand[sample][&format!("{finger}.{letter}_m")]).abs() < 1e-6);
+            }
+        }
+    }
+    let train = [
+        path("cube/train/cube_train_01.csv"),
+        path("cube/train/cube_train_02.csv"),
+    ];
+    bench.ok(&[
+        "learn", &train[0], &train[1], "-o", "d.mcap", "--rank", "20", "--stride", "10",
+    ]);
+    let (start, goal) = (path("start.json"), path("goal.json"));
+    let plan = [
+        "plan", "-d", "d.mcap", "--from", &start, "--to", &goal, "-o", "plan.csv",
+    ];
+    let text = bench.ok(&plan);
+    assert!(text.contains(" solved · targets met within "), "{text}");
+    let help = bench.ok(&["plan", "--help"]);
+    assert!(help.contains("fixtures/goal.json"), "{help}");
 }

@@ -1,6 +1,8 @@
 //! Takes as tables of other tools, and back.
 
-use inhand_model::{Recording, Sample, Status, Track};
+use std::collections::BTreeMap;
+
+use inhand_model::{Finger, Protocol, Recording, Sample, Status, Track};
 
 use crate::support::{Bench, stderr};
 
@@ -153,4 +155,171 @@ fn tables_that_are_none_are_refused_with_their_place() {
 
     let refused = bench.inhand(&["export", "a.csv", "-o", "a.xlsx"]);
     assert_eq!(refused.status.code(), Some(2));
+}
+
+/// Heading and rows of a table without quotes.
+fn table(bench: &Bench, name: &str) -> Vec<BTreeMap<String, String>> {
+    let text = String::from_utf8(bench.bytes(name)).expect("tables are text");
+    let mut lines = text.lines().map(|line| line.split(',').map(str::to_owned));
+    let heading: Vec<String> = lines.next().expect("a heading").collect();
+    lines
+        .map(|cells| heading.iter().cloned().zip(cells).collect())
+        .collect()
+}
+
+fn number(row: &BTreeMap<String, String>, column: &str) -> f64 {
+    row[column]
+        .parse()
+        .unwrap_or_else(|_| panic!("{column}: {:?}", row[column]))
+}
+
+#[test]
+fn what_was_planned_and_evaluated_leaves_with_the_numbers_of_the_channels() {
+    let bench = Bench::csv();
+    bench.run("out", &["--methods", "residual,line", "--row-positions"]);
+    let take = "out/cube_test_01.mcap";
+    for what in ["generated", "errors", "contacts"] {
+        for layout in ["wide", "tidy"] {
+            let name = format!("{what}.{layout}.csv");
+            bench.ok(&[
+                "export", take, "-o", &name, "--what", what, "--layout", layout,
+            ]);
+        }
+        bench.ok(&["export", take, "-o", "x.parquet", "--what", what, "--force"]);
+        assert!(bench.bytes("x.parquet").starts_with(b"PAR1"));
+        let (wide, tidy) = (format!("{what}.wide.csv"), format!("{what}.tidy.csv"));
+        let (wide, tidy) = (table(&bench, &wide), table(&bench, &tidy));
+        assert_eq!(tidy.len(), 5 * wide.len());
+        // One row of the other layout, for all.
+        for (column, value) in tidy[5 * 7 + 3]
+            .iter()
+            .filter(|(column, _)| column.contains("_m"))
+        {
+            assert_eq!(wide[7][&format!("ring.{column}")], *value);
+        }
+    }
+
+    let bytes = bench.bytes(take);
+    let of = Protocol::Published;
+    let generated = inhand_channels::read_generated(&bytes, take, of).expect("a take");
+    let rows = table(&bench, "generated.wide.csv");
+    let count: usize = generated
+        .iter()
+        .map(|method| method.configurations_m.len())
+        .sum();
+    assert_eq!(rows.len(), count);
+    let starts: Vec<usize> = generated[0].plans.keys().copied().collect();
+    let method = |name: &str| {
+        generated
+            .iter()
+            .find(|method| method.name == name)
+            .expect("it ran")
+    };
+    for row in &rows {
+        let configurations_m = &method(&row["method"]).configurations_m;
+        let sample = number(row, "sample") as usize;
+        assert_eq!(number(row, "time_s"), sample as f64 / 100.0);
+        for (k, column) in ["thumb.x_m", "thumb.y_m", "thumb.z_m"]
+            .into_iter()
+            .enumerate()
+        {
+            assert_eq!(number(row, column), configurations_m[&sample][k]);
+        }
+        // No difference reaches into another segment.
+        let from = if starts.contains(&sample) {
+            sample
+        } else {
+            sample - 1
+        };
+        let ends = starts.contains(&(sample + 1)) || !configurations_m.contains_key(&(sample + 1));
+        let to = if ends { sample } else { sample + 1 };
+        let moved_m = configurations_m[&to][14] - configurations_m[&from][14];
+        let velocity_m_s = moved_m * 100.0 / (to - from) as f64;
+        assert!(
+            (number(row, "little.vz_m_s") - velocity_m_s).abs() < 1e-12,
+            "{sample}"
+        );
+    }
+
+    let evaluated = inhand_channels::read_evaluated(&bytes, take).expect("a take");
+    let samples = evaluated
+        .iter()
+        .flat_map(|m| m.samples.iter().map(|s| (&m.name, s)));
+    let mut contacts = table(&bench, "contacts.wide.csv").into_iter();
+    let mut errors = table(&bench, "errors.wide.csv").into_iter();
+    for (name, sample) in samples {
+        if let Some(error_m) = sample.error_m {
+            let row = errors.next().expect("a row for each error");
+            assert_eq!(
+                (&row["method"], number(&row, "sample")),
+                (name, sample.sample as f64)
+            );
+            assert_eq!(number(&row, "index.error_m"), error_m[Finger::Index]);
+        }
+        if let Some(contact) = sample.contact {
+            let row = contacts.next().expect("a row for each contact");
+            assert_eq!(
+                (&row["method"], number(&row, "sample")),
+                (name, sample.sample as f64)
+            );
+            assert_eq!(
+                number(&row, "index.distance_m"),
+                contact.distance_m[Finger::Index]
+            );
+            let in_contact = f64::from(u8::from(contact.in_contact[Finger::Index]));
+            assert_eq!(number(&row, "index.in_contact"), in_contact);
+        }
+    }
+    assert!(contacts.next().is_none() && errors.next().is_none());
+
+    // Positions beside the errors, on request.
+    let evaluate = [
+        "evaluate",
+        take,
+        "-d",
+        "out/dictionary.mcap",
+        "-o",
+        "e.json",
+        "--rows",
+        "rows.csv",
+    ];
+    bench.ok(&[&evaluate[..], &["--row-positions"]].concat());
+    for row in table(&bench, "rows.csv") {
+        let sample = (number(&row, "start_sample") + number(&row, "sample")) as usize;
+        let planned_m = &method(&row["method"]).configurations_m[&sample];
+        let squares = ["x", "y", "z"]
+            .into_iter()
+            .enumerate()
+            .map(|(axis, letter)| {
+                let planned = number(&row, &format!("middle.planned_{letter}_m"));
+                assert_eq!(planned, planned_m[6 + axis]);
+                (planned - number(&row, &format!("middle.recorded_{letter}_m"))).powi(2)
+            });
+        let distance_m = squares.sum::<f64>().sqrt();
+        assert!((distance_m - number(&row, "middle.error_m")).abs() < 1e-15);
+    }
+    // Readers of rows pass over them, and a run with other columns is another run.
+    bench.ok(&["report", "out", "-o", "with.html"]);
+    let with = bench.bytes("out/rows.parquet");
+    bench.run("out", &["--methods", "residual,line"]);
+    assert!(bench.bytes("out/rows.parquet").len() < with.len());
+    bench.ok(&["report", "out", "-o", "without.html"]);
+    assert!(bench.bytes("with.html") == bench.bytes("without.html"));
+}
+
+#[test]
+fn a_part_that_is_not_stored_is_refused_with_the_command_that_stores_it() {
+    let bench = Bench::csv();
+    bench.ok(&["convert", TAKE, "-o", "a.mcap"]);
+    for (input, what, advice) in [
+        (TAKE, "generated", "`inhand generate`"),
+        ("a.mcap", "generated", "`inhand generate`"),
+        (TAKE, "errors", "`inhand run`"),
+        ("a.mcap", "contacts", "`inhand run`"),
+    ] {
+        let refused = bench.inhand(&["export", input, "-o", "x.csv", "--what", what]);
+        assert_eq!(refused.status.code(), Some(1), "{what}");
+        assert!(stderr(&refused).contains(advice), "{}", stderr(&refused));
+        assert!(!bench.path("x.csv").exists());
+    }
 }

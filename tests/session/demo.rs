@@ -23,6 +23,7 @@ fn a_cylinder_session_runs_from_code() {
         output: folder.path().join("out"),
         force: false,
         view: false,
+        row_positions: false,
         command: Vec::new(),
     };
     let mut steps = Vec::new();

@@ -41,6 +41,7 @@
 //!
 //! * [`wide`], [`tidy`]: a recording or motion as a [`Table`]; [`write_csv`], [`write_parquet`].
 //! * [`facts_json`], [`read_wide_csv`]: facts beside a wide table, and the table as a recording.
+//! * [`finger_table`]: motion that methods generated ([`motion_rows`]), and other numbers of fingers.
 //! * [`evaluation_rows`]: every instant behind an evaluation; [`RowsFile`] reads it back.
 //! * [`segment_rows`], [`contact_rows`], [`phase_rows`]: the segments, contacts and phases behind it.
 //! * [`events`]: events of a take as CSV and back.
@@ -50,6 +51,7 @@
 pub mod bids;
 mod error;
 pub mod events;
+mod fingers;
 pub mod matrices;
 mod motion;
 mod parquet_file;
@@ -59,9 +61,12 @@ mod take;
 mod wide_csv;
 
 pub use error::ExportError;
+pub use fingers::{
+    FingerColumn, FingerRow, MOTION_COLUMNS, TableLayout, finger_table, motion_rows,
+};
 pub use motion::{contact_rows, phase_rows, segment_rows};
 pub use parquet_file::{ParquetTable, write_parquet};
-pub use rows::{RowsFile, evaluation_rows, rows_facts};
+pub use rows::{RowPositions, RowsFile, evaluation_rows, rows_facts};
 pub use table::{Column, Table, TableBuilder, write_csv};
 pub use take::{Entity, motion_entities, recording_entities, tidy, wide};
 pub use wide_csv::{facts_json, looks_like_wide_csv, read_wide_csv};

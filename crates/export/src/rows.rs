@@ -5,7 +5,10 @@
 use std::ops::Range;
 use std::path::Path;
 
-use inhand_model::{EvaluationRows, Finger, MethodRows, PerFinger, SegmentLayout, SegmentOrigin};
+use inhand_model::{
+    EvaluationRows, Finger, MethodRows, PerFinger, SegmentLayout, SegmentOrigin, Segments,
+    Trajectory,
+};
 use serde::{Deserialize, Serialize};
 
 use crate::error::ExportError;
@@ -19,6 +22,8 @@ type Fingers = Vec<PerFinger<f64>>;
 #[derive(Clone, Copy)]
 struct Instant<'a> {
     method: &'a MethodRows,
+    /// Place of the method.
+    place: usize,
     origin: SegmentOrigin,
     segment: usize,
     sample: usize,
@@ -35,6 +40,28 @@ impl Instant<'_> {
     }
 }
 
+/// Positions behind the rows: those of `segments` and the trajectories of each method, in the frame `hand`.
+#[derive(Clone, Copy, Debug)]
+pub struct RowPositions<'a> {
+    /// The recorded motion.
+    pub segments: &'a Segments,
+    /// By method, a trajectory for each segment; `None` where the plan failed.
+    pub planned: &'a [&'a [Option<Trajectory>]],
+}
+
+impl<'a> RowPositions<'a> {
+    fn planned_m(self, i: Instant<'a>, finger: Finger, axis: usize) -> f64 {
+        let trajectory = self.planned[i.place][i.segment].as_ref();
+        trajectory.map_or(f64::NAN, |trajectory| {
+            trajectory.configuration_m(i.sample)[3 * finger.index() + axis]
+        })
+    }
+
+    fn recorded_m(self, i: Instant<'a>, finger: Finger, axis: usize) -> f64 {
+        self.segments.column_m(i.segment)[SegmentLayout::row(i.sample, finger, axis)]
+    }
+}
+
 /// A table of every evaluated instant, for own statistics and figures.
 ///
 /// Columns: `session`, `method`, `take`; `segment` (counted over all takes, from 0), `start_sample` of the
@@ -44,15 +71,20 @@ impl Instant<'_> {
 /// `object_filled`; `FINGER.hull_distance_m` (signed, to the training hull) and
 /// `FINGER.recorded_hull_distance_m`; `nearest_pair_m` and `recorded_nearest_pair_m`; where a method plans them,
 /// `FINGER.mahalanobis` (of the recorded fingertip from the prediction region, no unit), `object_position_error_m`
-/// and `object_angle_error_rad`. A blank cell
-/// is a number that does not exist: the plan failed, or the object is missing.
-pub fn evaluation_rows<'a>(session: &'a str, rows: &'a EvaluationRows) -> Table<'a> {
+/// and `object_angle_error_rad`; with `positions` also `FINGER.planned_x_m` and `FINGER.recorded_x_m`, and so on for y
+/// and z. A blank cell is a number that does not exist: the plan failed, or the object is missing.
+pub fn evaluation_rows<'a>(
+    session: &'a str,
+    rows: &'a EvaluationRows,
+    positions: Option<RowPositions<'a>>,
+) -> Table<'a> {
     let (instants, samples) = (rows.instants(), rows.layout.samples);
     // Without instants there are no rows, so that nothing is divided by zero.
     let mut table = TableBuilder::new(rows.methods.len() * instants, move |row| {
         let at = row % instants;
         Instant {
             method: &rows.methods[row / instants],
+            place: row / instants,
             origin: rows.segments[at / samples],
             segment: at / samples,
             sample: at % samples,
@@ -86,6 +118,20 @@ pub fn evaluation_rows<'a>(session: &'a str, rows: &'a EvaluationRows) -> Table<
         if any(|method| method.mahalanobis.is_some()) {
             let mahalanobis = move |i: Instant<'_>| i.of(&i.method.mahalanobis, finger);
             table.numbers(name("mahalanobis"), "1", mahalanobis);
+        }
+        if let Some(positions) = positions {
+            type PositionOf<'a> = fn(RowPositions<'a>, Instant<'a>, Finger, usize) -> f64;
+            let of: [(&str, PositionOf<'a>); 2] = [
+                ("planned", RowPositions::planned_m),
+                ("recorded", RowPositions::recorded_m),
+            ];
+            for (motion, position_m) in of {
+                for (axis, letter) in ["x", "y", "z"].into_iter().enumerate() {
+                    let name = name(&format!("{motion}_{letter}_m"));
+                    let number = move |i| position_m(positions, i, finger, axis);
+                    table.numbers(name, "m", number).frame = "hand";
+                }
+            }
         }
     }
     if rows.recorded_distance_m.is_some() {

@@ -14,6 +14,7 @@
 //!     output: "results".into(),
 //!     force: false,
 //!     view: true,
+//!     row_positions: false,
 //!     command: Vec::new(),
 //! };
 //! let result = run(&options, &mut |_| ())?;
@@ -77,7 +78,7 @@ pub use settings::{
     ObjectInSegments, ObjectSettings, PlanSection, ProcessSection, Role, SegmentSection,
     SelectSection, Settings, SourceSettings, TakeEntry,
 };
-pub use stored::{StoredEvaluation, evaluate_stored};
+pub use stored::{StoredEvaluation, StoredRows, evaluate_stored};
 pub use take::{
     Cleaning, Take, check_rates, describe_source, hash_take, read, read_clean, read_session,
 };

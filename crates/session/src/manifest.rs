@@ -103,8 +103,8 @@ impl Manifest {
     }
 }
 
-/// Key of everything that results depend on.
-pub(crate) fn key(session: &Session, provenance: &Provenance, view: bool) -> String {
+/// Key of everything that results depend on; `written` is whether views and positions in rows are.
+pub(crate) fn key(session: &Session, provenance: &Provenance, written: (bool, bool)) -> String {
     let takes: Vec<_> = (session.takes.iter())
         .map(|take| {
             format!(
@@ -113,7 +113,7 @@ pub(crate) fn key(session: &Session, provenance: &Provenance, view: bool) -> Str
             )
         })
         .collect();
-    hex_sha256(format!("{} {provenance:?} {takes:?} {view}", session.name).as_bytes())
+    hex_sha256(format!("{} {provenance:?} {takes:?} {written:?}", session.name).as_bytes())
 }
 
 /// Provenance of a dictionary: only the settings and takes that it depends on.

@@ -22,7 +22,7 @@ use crate::look;
 use crate::manifest::{self, Manifest, RunJson};
 use crate::session::{self, Session};
 use crate::settings::{FilterKind, Role, Settings};
-use crate::steps::{self, Comparison, Generated, Illustrated, Smoothing, TakeResult};
+use crate::steps::{self, Comparison, Generated, Illustrated, ProtocolRows, Smoothing, TakeResult};
 use crate::take::{self, Take};
 pub use files::RunFiles;
 use files::check_output;
@@ -44,6 +44,8 @@ pub struct RunOptions {
     pub force: bool,
     /// Write channels that viewers draw without set-up.
     pub view: bool,
+    /// Write planned and recorded positions into the rows.
+    pub row_positions: bool,
     /// The command as typed, for `run.json`.
     pub command: Vec<String>,
 }
@@ -89,7 +91,11 @@ pub fn run(
     let takes = run.time("read", || take::read_session(&run.session, settings))?;
     let hashes = takes.iter().map(|take| take.hash.clone());
     let provenance = provenance("run", settings, hashes);
-    let key = manifest::key(&run.session, &provenance, options.view);
+    let key = manifest::key(
+        &run.session,
+        &provenance,
+        (options.view, options.row_positions),
+    );
     let outputs = run.files.reproducible();
     if manifest::up_to_date(&run.files.run, &run.session.name, &key, &outputs) {
         // What failed then is as missing now.
@@ -130,7 +136,7 @@ pub fn run(
             &run.files,
         )
     })?;
-    let made = (&dictionary, &generated.published[..]);
+    let made = (&dictionary, &generated);
     let (evaluation, figures) = run.report(&cut, made, (judged, smoothing), &provenance)?;
     run.finish(key, &figures, &generated.published)?;
     let trajectories = generated.published.iter().flat_map(|g| &g.trajectories);
@@ -405,7 +411,7 @@ impl<'a> Run<'a> {
     fn report(
         &self,
         cut: &Cut<'_>,
-        (dictionary, generated): (&Dictionary, &[Generated]),
+        (dictionary, generated): (&Dictionary, &PerProtocol<Vec<Generated>>),
         (judged, smoothing): (Judged<'_>, Smoothing),
         provenance: &Provenance,
     ) -> Result<(Evaluation, Vec<PathBuf>), SessionError> {
@@ -420,7 +426,7 @@ impl<'a> Run<'a> {
             test: &cut.test.published,
             test_motions: &cut.test_motions.published,
             dictionary,
-            generated,
+            generated: &generated.published,
             rows: &rows,
             settings,
         };
@@ -431,7 +437,19 @@ impl<'a> Run<'a> {
             illustrations: Some(&illustrations),
             ..Report::new(&evaluation, std::slice::from_ref(provenance))
         };
-        let rows = (&rows, &judged.held_out_rows);
+        let rows = PerProtocol {
+            published: ProtocolRows {
+                rows: &rows,
+                segments: &cut.test.published,
+                generated: &generated.published,
+            },
+            held_out: ProtocolRows {
+                rows: &judged.held_out_rows,
+                segments: &cut.test.held_out,
+                generated: &generated.held_out,
+            },
+        };
+        let rows = (rows, self.options.row_positions);
         let write = || write_reports(&report, rows, &judged.motion, &self.files);
         let figures = self.time("report", write)?;
         Ok((evaluation, figures))

@@ -33,7 +33,7 @@ pub use choose::{choice, choose_method, learn_and_choose, settled_methods};
 use generate::velocity_bounds;
 pub use generate::{Generated, SegmentCorridors, generate, plan_settings};
 pub(crate) use generate::{Hold, corridors_of, hold_settings, plan_error, planner};
-pub use held_out::{HeldOutResult, filter_moves, held_out};
+pub use held_out::{HeldOutResult, ProtocolRows, filter_moves, held_out};
 pub use illustrate::{Illustrated, Smoothing, illustrate, smoothing};
 pub(crate) use intervals::SEED;
 pub use intervals::intervals;

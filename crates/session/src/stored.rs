@@ -1,27 +1,46 @@
 //! Judging motion that an earlier step stored in takes.
 
-use inhand_channels::ReadMethod;
+use inhand_channels::{ChannelError, EvaluatedMethod, ReadMethod};
 use inhand_model::{
-    Dictionary, Evaluation, EvaluationRows, Motion, Plan, Protocol, SegmentLayout, SegmentOrigin,
-    Segments, Trajectory,
+    Dictionary, Evaluation, EvaluationRows, HeldOutEvaluation, Motion, Plan, Protocol,
+    SegmentLayout, SegmentOrigin, Segments, Trajectory,
 };
 
 use crate::dictionary_file::DictionaryFile;
 use crate::error::{Located, SessionError};
 use crate::methods::Method;
 use crate::settings::{Role, SelectSection, Settings};
-use crate::steps::{self, Generated, HeldOutResult, TakeResult};
+use crate::steps::{self, Generated, HeldOutResult, ProtocolRows, TakeResult};
 use crate::take::Take;
 
-/// An evaluation of stored trajectories, with the rows that each protocol's numbers are made of.
+/// An evaluation of stored trajectories, and what it is made of under each protocol.
 #[derive(Debug)]
 pub struct StoredEvaluation {
     /// The numbers.
     pub evaluation: Evaluation,
-    /// Rows of the published protocol.
-    pub rows: EvaluationRows,
-    /// Rows of the held-out protocol; `None` for takes without trajectories of it.
-    pub held_out_rows: Option<EvaluationRows>,
+    /// What those of the published protocol are made of.
+    pub published: StoredRows,
+    /// The same of the held-out protocol; `None` for takes without trajectories of it.
+    pub held_out: Option<StoredRows>,
+}
+
+/// Rows of a protocol with the motion that they compare.
+#[derive(Debug)]
+pub struct StoredRows {
+    rows: EvaluationRows,
+    segments: Segments,
+    generated: Vec<Generated>,
+}
+
+impl StoredRows {
+    /// These as they are written.
+    pub fn as_rows(&self) -> ProtocolRows<'_> {
+        ProtocolRows {
+            rows: &self.rows,
+            segments: &self.segments,
+            generated: &self.generated,
+        }
+    }
 }
 
 /// Compares the trajectories stored in takes with the motion recorded there.
@@ -77,12 +96,17 @@ pub fn evaluate_stored(
     evaluation.filter_moves = steps::filter_moves(&test, &unfiltered, settings);
     drop(unfiltered);
     let held_out = held_out(takes, &mut motions.held_out, dictionary, settings)?;
-    let (held_out, held_out_rows) = held_out.map(|h| (h.evaluation, h.rows)).unzip();
+    let (held_out, held_out_rows) = held_out.unzip();
     evaluation.held_out = held_out;
+    let published = StoredRows {
+        rows,
+        segments: test,
+        generated,
+    };
     Ok(StoredEvaluation {
         evaluation,
-        rows,
-        held_out_rows,
+        published,
+        held_out: held_out_rows,
     })
 }
 
@@ -92,13 +116,20 @@ fn held_out(
     motions: &mut [Motion],
     dictionary: &Dictionary,
     settings: &Settings,
-) -> Result<Option<HeldOutResult>, SessionError> {
+) -> Result<Option<(HeldOutEvaluation, StoredRows)>, SessionError> {
     let test = stored_segments(takes, motions, Protocol::HeldOut, dictionary, settings)?;
     let Some(generated) = stored_methods(takes, &test, dictionary, settings)? else {
         return Ok(None);
     };
     let motions: Vec<_> = motions.iter().collect();
-    steps::held_out(&test, &motions, dictionary, &generated, settings).map(Some)
+    let HeldOutResult { evaluation, rows } =
+        steps::held_out(&test, &motions, dictionary, &generated, settings)?;
+    let rows = StoredRows {
+        rows,
+        segments: test,
+        generated,
+    };
+    Ok(Some((evaluation, rows)))
 }
 
 /// The segments that trajectories were generated for, as far as they lie in what is selected now.
@@ -193,12 +224,29 @@ fn stored_methods(
     generated.collect::<Result<_, _>>().map(Some)
 }
 
-fn read_methods(take: &Take, protocol: Protocol) -> Result<Vec<ReadMethod>, SessionError> {
+/// Motion that a take stores for segments of a protocol, by method; none where it stores none.
+pub(crate) fn read_methods(
+    take: &Take,
+    protocol: Protocol,
+) -> Result<Vec<ReadMethod>, SessionError> {
+    let read = |bytes: &[u8], name: &str| inhand_channels::read_generated(bytes, name, protocol);
+    read_stored(take, read)
+}
+
+/// Errors and contacts that a take stores, by method; none where it stores none.
+pub(crate) fn read_evaluated_methods(take: &Take) -> Result<Vec<EvaluatedMethod>, SessionError> {
+    read_stored(take, inhand_channels::read_evaluated)
+}
+
+fn read_stored<T>(
+    take: &Take,
+    read: impl FnOnce(&[u8], &str) -> Result<Vec<T>, ChannelError>,
+) -> Result<Vec<T>, SessionError> {
     let bytes = std::fs::read(&take.path).map_err(SessionError::io("read", &take.path))?;
-    if !inhand_channels::is_mcap(&bytes) {
-        return Ok(Vec::new());
+    match inhand_channels::is_mcap(&bytes) {
+        true => read(&bytes, &take.hash.name).in_file(&take.path),
+        false => Ok(Vec::new()),
     }
-    inhand_channels::read_generated(&bytes, &take.hash.name, protocol).in_file(&take.path)
 }
 
 /// One method over the segments of all takes.

@@ -1,17 +1,24 @@
 //! Takes as tables for other tools.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+use inhand_channels::{EvaluatedSample, ReadMethod};
+pub use inhand_export::TableLayout;
 use inhand_export::bids::{self, BidsNames};
 use inhand_export::{
-    Entity, Table, contact_rows, evaluation_rows, facts_json, motion_entities, phase_rows,
+    Entity, FingerColumn, FingerRow, MOTION_COLUMNS, RowPositions, Table, contact_rows,
+    evaluation_rows, facts_json, finger_table, motion_entities, motion_rows, phase_rows,
     recording_entities, rows_facts, segment_rows, tidy, wide, write_csv, write_parquet,
 };
-use inhand_model::{EvaluationRows, MotionRows};
+use inhand_model::{Clock, MotionRows, PerFinger, Protocol, StartTime};
 
 use crate::error::{Located, SessionError};
 pub use crate::files::facts_path;
 use crate::output::{write_atomic, write_text};
+use crate::plan::Planned;
+use crate::steps::ProtocolRows;
+use crate::stored;
 use crate::take::Take;
 
 /// Part of a take that a table holds.
@@ -23,15 +30,23 @@ pub enum TablePart {
     Measured,
     /// Fingertips and object in the frame `hand`, as `process` stored them.
     Processed,
+    /// Positions and velocities of fingertips that methods generated, in the frame `hand`.
+    Generated,
+    /// Distances of generated from recorded fingertips.
+    Errors,
+    /// Distances of fingertips to the object, and whether they touch it, as recorded and by method.
+    Contacts,
 }
 
-/// Layout of a table.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TableLayout {
-    /// A row for each sample, columns for each entity.
-    Wide,
-    /// A row for each sample of each entity.
-    Tidy,
+impl TablePart {
+    /// The part that a table holds where none is named: what was recorded, else what was generated.
+    pub fn of(take: &Take) -> Self {
+        let recording = &take.recording;
+        match recording.markers.is_empty() && recording.bodies.is_empty() {
+            true => TablePart::Generated,
+            false => TablePart::Recorded,
+        }
+    }
 }
 
 /// The kind of file that a table becomes.
@@ -80,22 +95,122 @@ pub fn write_table(
     layout: TableLayout,
     form: TableFormat,
 ) -> Result<(), SessionError> {
-    let entities = entities(take, what)?;
     let recording = match what {
         TablePart::Measured => take.measured(),
-        TablePart::Recorded | TablePart::Processed => &take.recording,
+        _ => &take.recording,
     };
     let (clock, samples) = (recording.clock, recording.len());
-    let table = match layout {
-        TableLayout::Wide => wide(&entities, clock, samples),
-        TableLayout::Tidy => tidy(&entities, clock, samples),
-    };
     let about = [("inhand.recording", facts_json(recording))];
-    write_file(path, form, &table, table.rows, &about)?;
+    let write = |table: Table<'_>| write_file(path, form, &table, table.rows, &about);
+    match what {
+        TablePart::Generated => {
+            let methods = stored::read_methods(take, Protocol::Published)?;
+            if methods.is_empty() {
+                let none = "no /generated channels: `inhand generate` writes them";
+                return Err(take.error(none.to_owned()));
+            }
+            let starts = starts(&methods, what == TablePart::of(take));
+            let rate_hz = clock.rate_hz();
+            let rows = methods.iter().flat_map(|method| {
+                motion_rows(
+                    &method.name,
+                    &method.configurations_m,
+                    starts.as_ref(),
+                    rate_hz,
+                )
+            });
+            write(finger_table(rows.collect(), MOTION_COLUMNS, clock, layout))?;
+        }
+        TablePart::Errors => {
+            let columns = [("error_m", "m", "")];
+            write_evaluated(take, columns, layout, write, |sample| {
+                Some(sample.error_m?.each_ref().map(|error_m| [*error_m]))
+            })?;
+        }
+        TablePart::Contacts => {
+            let columns = [("distance_m", "m", ""), ("in_contact", "1", "")];
+            write_evaluated(take, columns, layout, write, |sample| {
+                let contact = sample.contact?;
+                Some(PerFinger::from_fn(|finger| {
+                    let in_contact = f64::from(u8::from(contact.in_contact[finger]));
+                    [contact.distance_m[finger], in_contact]
+                }))
+            })?;
+        }
+        _ => {
+            let entities = entities(take, what)?;
+            write(match layout {
+                TableLayout::Wide => wide(&entities, clock, samples),
+                TableLayout::Tidy => tidy(&entities, clock, samples),
+            })?;
+        }
+    }
     if has_facts(what, layout, form) {
         write_text(&facts_path(path), &facts_json(recording))?;
     }
     Ok(())
+}
+
+/// Samples at which trajectories start: those of plans, which baselines share. The motion of a plan is one trajectory.
+fn starts(methods: &[ReadMethod], is_plan: bool) -> Option<BTreeSet<usize>> {
+    let plans = methods.iter().flat_map(|method| method.plans.keys());
+    let starts: BTreeSet<usize> = plans.copied().collect();
+    match is_plan {
+        true => Some(starts.into_iter().take(1).collect()),
+        false => (!starts.is_empty()).then_some(starts),
+    }
+}
+
+/// Writes numbers of the fingers at every instant at which there are any.
+fn write_evaluated<const N: usize>(
+    take: &Take,
+    columns: [FingerColumn; N],
+    layout: TableLayout,
+    write: impl FnOnce(Table<'_>) -> Result<(), SessionError>,
+    numbers: impl Fn(&EvaluatedSample) -> Option<PerFinger<[f64; N]>>,
+) -> Result<(), SessionError> {
+    let methods = stored::read_evaluated_methods(take)?;
+    let rows = methods.iter().flat_map(|method| {
+        let row = |sample: &EvaluatedSample| {
+            Some(FingerRow {
+                method: &method.name,
+                sample: sample.sample,
+                numbers: numbers(sample)?,
+            })
+        };
+        method.samples.iter().filter_map(row).collect::<Vec<_>>()
+    });
+    let rows: Vec<_> = rows.collect();
+    if rows.is_empty() {
+        let (heading, ..) = columns[0];
+        return Err(take.error(format!(
+            "no {heading} of fingertips is stored in it: `inhand run` writes it, distances to an object with its shape"
+        )));
+    }
+    write(finger_table(rows, columns, take.recording.clock, layout))
+}
+
+/// Writes planned motion as a table: times, positions and velocities.
+///
+/// # Errors
+///
+/// [`SessionError::Usage`] for a plan without a motion; [`SessionError::At`], [`SessionError::Io`].
+pub fn write_plan_table(
+    path: &Path,
+    planned: &Planned,
+    form: TableFormat,
+) -> Result<(), SessionError> {
+    let whole = (planned.trajectory.as_ref())
+        .ok_or_else(|| SessionError::usage(path, "the plan has no motion to write"))?;
+    let layout = whole.layout();
+    let configurations_m = (0..layout.samples).map(|k| (k, whole.configuration_m(k)));
+    let (configurations_m, starts) = (configurations_m.collect(), BTreeSet::new());
+    let rate_hz = layout.rate_hz;
+    let name = planned.method.name();
+    let rows = motion_rows(name, &configurations_m, Some(&starts), rate_hz);
+    let clock = Clock::new(0, StartTime::Unknown, rate_hz).in_file(path)?;
+    let table = finger_table(rows.collect(), MOTION_COLUMNS, clock, TableLayout::Wide);
+    write_file(path, form, &table, table.rows, &[])
 }
 
 /// Writes every evaluated instant as a table, in the form that the extension names; Parquet
@@ -104,8 +219,23 @@ pub fn write_table(
 /// # Errors
 ///
 /// [`SessionError::At`], [`SessionError::Io`].
-pub fn write_rows(path: &Path, session: &str, rows: &EvaluationRows) -> Result<(), SessionError> {
-    let table = evaluation_rows(session, rows);
+pub fn write_rows(
+    path: &Path,
+    session: &str,
+    compared: ProtocolRows<'_>,
+    with_positions: bool,
+) -> Result<(), SessionError> {
+    let ProtocolRows {
+        rows,
+        segments,
+        generated,
+    } = compared;
+    let planned: Vec<_> = generated.iter().map(|g| &*g.trajectories).collect();
+    let positions = with_positions.then_some(RowPositions {
+        segments,
+        planned: &planned,
+    });
+    let table = evaluation_rows(session, rows, positions);
     let form = TableFormat::from_path(path).unwrap_or(TableFormat::Parquet);
     let about = [rows_facts(session, rows)];
     write_file(path, form, &table, rows.instants(), &about)
@@ -178,7 +308,6 @@ pub fn write_motion_rows(
 
 fn entities(take: &Take, what: TablePart) -> Result<Vec<Entity<'_>>, SessionError> {
     match what {
-        TablePart::Recorded => Ok(recording_entities(&take.recording)),
         TablePart::Measured => Ok(recording_entities(take.measured())),
         TablePart::Processed => match &take.stored_motion {
             Some(motion) => Ok(motion_entities(motion)),
@@ -186,6 +315,7 @@ fn entities(take: &Take, what: TablePart) -> Result<Vec<Entity<'_>>, SessionErro
                 "no processed motion is stored in it: `inhand process` writes it".to_owned(),
             )),
         },
+        _ => Ok(recording_entities(&take.recording)),
     }
 }
 

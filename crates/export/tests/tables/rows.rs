@@ -59,7 +59,7 @@ fn written(rows: &EvaluationRows) -> (tempfile::TempDir, std::path::PathBuf) {
     let mut file = std::fs::File::create(&path).expect("a file");
     let about = [rows_facts("session", rows)];
     write_parquet(
-        &evaluation_rows("session", rows),
+        &evaluation_rows("session", rows, None),
         rows.instants(),
         &about,
         &mut file,
@@ -112,7 +112,13 @@ fn cut_and_other_files_are_refused() {
     }
     let other = folder.path().join("other.parquet");
     let mut file = std::fs::File::create(&other).expect("a file");
-    write_parquet(&evaluation_rows("session", &rows(true)), 6, &[], &mut file).expect("written");
+    write_parquet(
+        &evaluation_rows("session", &rows(true), None),
+        6,
+        &[],
+        &mut file,
+    )
+    .expect("written");
     let refused = RowsFile::open(&other).expect_err("no rows of ours");
     assert!(refused.to_string().contains("other content"), "{refused}");
 }

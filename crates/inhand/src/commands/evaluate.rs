@@ -1,10 +1,11 @@
 //! `inhand evaluate --dictionary D TAKE... -o EVALUATION`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Result;
+use inhand_session::steps::ProtocolRows;
 use inhand_session::tables::{TableFormat, write_rows};
-use inhand_session::{StoredEvaluation, evaluate_stored, provenance, write_text};
+use inhand_session::{evaluate_stored, provenance, write_text};
 
 use crate::commands::{read_takes, say_held_out, say_used};
 use crate::console::{Console, data};
@@ -26,6 +27,9 @@ pub(crate) struct Args {
     /// Write every evaluated instant as a table, .parquet or .csv; those of the held-out protocol beside it.
     #[arg(long, value_name = "FILE")]
     rows: Option<PathBuf>,
+    /// Write planned and recorded positions into the rows too.
+    #[arg(long, requires = "rows")]
+    row_positions: bool,
     /// Print the evaluation as text or json.
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -66,32 +70,30 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let takes = read_takes(console, &args.inputs, &settings)?;
     say_used(console, &takes, &settings)?;
     say_held_out(console, &dictionary.dictionary);
-    let StoredEvaluation {
-        evaluation,
-        rows,
-        held_out_rows,
-    } = evaluate_stored(&takes, &dictionary, &settings, args.takes.process.reuse())?;
+    let evaluated = evaluate_stored(&takes, &dictionary, &settings, args.takes.process.reuse())?;
     let hashes = takes.iter().map(|take| &take.hash);
     let hashes = hashes.chain([&dictionary.hash]).cloned();
     let made = provenance("evaluate", &settings, hashes);
     let steps = takes.iter().flat_map(|take| take.provenance.clone());
     let chain: Vec<_> = steps.chain([made]).collect();
-    let text = inhand_report::evaluation_json(&evaluation, &chain)?;
+    let evaluation = &evaluated.evaluation;
+    let text = inhand_report::evaluation_json(evaluation, &chain)?;
     args.output.write(|path| write_text(path, &text))?;
     if let Some(path) = &args.rows {
         let name = &evaluation.session.name;
-        write_output(path, args.output.force, |path| {
-            write_rows(path, name, &rows)
-        })?;
-        if let (Some(path), Some(rows)) = (held_out_path, &held_out_rows) {
-            write_output(&path, args.output.force, |path| {
-                write_rows(path, name, rows)
-            })?;
+        let write = |path: &Path, rows: ProtocolRows<'_>| {
+            write_output(path, args.output.force, |path| {
+                write_rows(path, name, rows, args.row_positions)
+            })
+        };
+        write(path, evaluated.published.as_rows())?;
+        if let (Some(path), Some(rows)) = (held_out_path, &evaluated.held_out) {
+            write(&path, rows.as_rows())?;
         }
     }
     match args.format {
         Format::Json => data(&text)?,
-        Format::Text => data(&format!("{}\n", inhand_report::text_summary(&evaluation)))?,
+        Format::Text => data(&format!("{}\n", inhand_report::text_summary(evaluation)))?,
     }
     console.wrote(output);
     Ok(Exit::Done)

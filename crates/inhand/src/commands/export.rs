@@ -15,12 +15,12 @@ use crate::exit::{Exit, UsageError, usage};
 use crate::options::{Format, SourceOptions, one_of};
 use crate::output::{check_outputs, write_output};
 
-/// Write a take as a table (.csv, .parquet) or into a BIDS dataset (--bids), or a dictionary as matrices.
+/// Write a take or plan as a table (.csv, .parquet) or into a BIDS dataset (--bids), or a dictionary as matrices.
 ///
 /// Dictionaries become named matrices for NumPy (.npz) or MATLAB (.mat). Lengths are metres, times seconds.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// A take of any format, or a dictionary.
+    /// A take of any format, a plan, or a dictionary.
     input: PathBuf,
     /// Output: .csv or .parquet for a take, .npz or .mat for a dictionary.
     ///
@@ -29,16 +29,18 @@ pub(crate) struct Args {
     output: PathBuf,
     /// Layout of a table.
     ///
-    /// wide has a row for each sample, tidy one for each sample of each marker and body. A wide .csv can be read
+    /// wide has a row for each sample, tidy one for each sample of each marker, body or finger. A wide .csv can be read
     /// as a take again, with the .csv.json beside it.
     #[arg(long, value_parser = one_of(&LAYOUTS), default_value = "wide")]
     layout: TableLayout,
-    /// Part of a take.
+    /// Part of a take or plan [default: recorded; generated of a plan].
     ///
     /// recorded are markers and bodies, after cleaning where the take was cleaned; measured are those before
-    /// cleaning; processed are fingertips and object in the hand's frame.
-    #[arg(long, value_parser = one_of(&PARTS), default_value = "recorded")]
-    what: TablePart,
+    /// cleaning; processed are fingertips and object in the hand's frame; generated are positions and velocities of
+    /// fingertips by every method, in the hand's frame; errors are their distances from the recorded fingertips;
+    /// contacts are distances to the object, recorded and by method, and 1 where a finger touches.
+    #[arg(long, value_parser = one_of(&PARTS))]
+    what: Option<TablePart>,
     /// Write the take into a BIDS dataset, such as sub=01,task=rotate.
     ///
     /// The labels are sub, task, and optionally ses, run (a number) and tracksys. Without sub and task, those that
@@ -59,10 +61,13 @@ pub(crate) struct Args {
 const LAYOUTS: [(&str, TableLayout); 2] =
     [("wide", TableLayout::Wide), ("tidy", TableLayout::Tidy)];
 
-const PARTS: [(&str, TablePart); 3] = [
+const PARTS: [(&str, TablePart); 6] = [
     ("recorded", TablePart::Recorded),
     ("measured", TablePart::Measured),
     ("processed", TablePart::Processed),
+    ("generated", TablePart::Generated),
+    ("errors", TablePart::Errors),
+    ("contacts", TablePart::Contacts),
 ];
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
@@ -91,7 +96,12 @@ fn is_matrices(path: &Path) -> bool {
 }
 
 fn to_table(console: &Console, args: &Args, form: TableFormat) -> Result<Exit> {
-    let (what, layout) = (args.what, args.layout);
+    check_outputs([&args.output], &[&args.input])?;
+    let take = take(console, args)?;
+    let (what, layout) = (
+        args.what.unwrap_or_else(|| TablePart::of(&take)),
+        args.layout,
+    );
     let mut outputs = vec![args.output.clone()];
     if tables::has_facts(what, layout, form) {
         let facts = tables::facts_path(&args.output);
@@ -100,8 +110,6 @@ fn to_table(console: &Console, args: &Args, form: TableFormat) -> Result<Exit> {
         })?;
         outputs.push(facts);
     }
-    check_outputs(&outputs, &[&args.input])?;
-    let take = take(console, args)?;
     write_output(&args.output, args.force, |path| {
         tables::write_table(path, &take, what, layout, form)
     })?;

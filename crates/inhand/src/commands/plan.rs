@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use inhand_model::{ConstraintFamily, Finger, PerFinger, Plan, PlanStatus, Trajectory};
+use inhand_session::tables::{TableFormat, write_plan_table};
 use inhand_session::{
     MetTarget, Method, PlanRequest, Planned, StateRole, plan_motion, provenance, read_state, steps,
     write_plan,
@@ -34,7 +35,9 @@ pub(crate) struct Args {
     /// Start of the motion: FILE.json, or TAKE@SECONDS.
     ///
     /// The file is {"fingertips_m": {"thumb": [x, y, z], ...}, "velocity_m_s": {...}, "object": {"position_m":
-    /// [...], "quaternion_xyzw": [...]}} in the frame of the hand; any part may be left out.
+    /// [...], "quaternion_xyzw": [...]}} in the frame of the hand; any part may be left out. fixtures/start.json and
+    /// fixtures/goal.json are two. `inhand process TAKE -o t.mcap`, then `inhand export t.mcap --what processed -o
+    /// hand.csv`, gives numbers in that frame.
     #[arg(long, value_name = "STATE")]
     from: String,
     /// End of the motion: a state as --from.
@@ -56,7 +59,7 @@ pub(crate) struct Args {
     /// Fingers that must reach their targets; the others follow [default: all].
     #[arg(long, value_name = "FINGER,...", value_delimiter = ',')]
     fingers: Vec<Finger>,
-    /// Output file.
+    /// Output file: .mcap, or a table of times, positions and velocities as .csv or .parquet.
     #[arg(short, long, value_name = "PATH")]
     output: PathBuf,
     /// Exit with 0 although a target is missed.
@@ -84,7 +87,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     args.evaluate.apply(&mut settings);
     settings.plan.methods = vec![args.method];
     settings.validate()?;
-    ending(&args.output, &["mcap"])?;
+    ending(&args.output, &["mcap", "csv", "parquet"])?;
     let dictionary = inhand_session::read_dictionary(&args.dictionary)?;
     let mut methods = steps::settled_methods(&dictionary.dictionary, &settings)?;
     let method = methods.remove(0);
@@ -116,8 +119,8 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let planned = plan_motion(&dictionary.dictionary, &request, &settings)?;
     let text = || format!("{}\n", in_words(&planned));
     warn_outside(console, &planned.targets);
-    print(args.format, text, || as_json(&planned))?;
     if planned.trajectory.is_none() {
+        print(args.format, text, || as_json(&planned))?;
         console.say("no motion, nothing written");
         return Ok(Exit::Failed);
     }
@@ -126,9 +129,16 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let mut steps = dictionary.provenance;
     steps.push(made);
     let view = !args.writing.no_view;
-    write_output(&args.output, args.writing.force, |path| {
-        write_plan(path, &planned, &settings, &steps, view)
-    })?;
+    write_output(
+        &args.output,
+        args.writing.force,
+        |path| match TableFormat::from_path(&args.output) {
+            Some(form) => write_plan_table(path, &planned, form),
+            None => write_plan(path, &planned, &settings, &steps, view),
+        },
+    )?;
+    // An output that is refused leaves no outcome on stdout.
+    print(args.format, text, || as_json(&planned))?;
     console.wrote(&args.output);
     Ok(Exit::done_unless(is_missed(&planned) && !args.allow_miss))
 }

@@ -28,6 +28,9 @@ pub(crate) struct Args {
     format: Format,
     #[command(flatten)]
     overrides: SessionOptions,
+    /// Write planned and recorded positions into rows.parquet too (about twice its size).
+    #[arg(long, help_heading = "Evaluation")]
+    row_positions: bool,
     #[command(flatten)]
     writing: OutputOptions,
 }
@@ -85,6 +88,7 @@ impl SessionOptions {
             output: output.to_owned(),
             force: writing.force,
             view: !writing.no_view,
+            row_positions: false,
             command: std::env::args().collect(),
         })
     }
@@ -92,6 +96,11 @@ impl SessionOptions {
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let options = (args.overrides).run_options(&args.session, &args.output, &args.writing)?;
+    let row_positions = args.row_positions;
+    let options = RunOptions {
+        row_positions,
+        ..options
+    };
     run_shown(console, &options, args.format, args.overrides.look.fail_on)
 }
 

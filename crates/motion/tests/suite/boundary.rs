@@ -79,7 +79,10 @@ fn a_line_has_whole_samples_and_three_at_least() {
         let refused = EndsRule::Lines { ends_s }.samples(100.0).unwrap_err();
         assert!(matches!(
             refused,
-            MotionError::Setting { setting: "ends_s", .. }
+            MotionError::Setting {
+                setting: "ends_s",
+                ..
+            }
         ));
     }
 }

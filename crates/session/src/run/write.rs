@@ -3,9 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use inhand_model::{
-    EvaluationRows, Hull, MethodRows, MotionRows, PerFinger, PerProtocol, Provenance, Segments,
-};
+use inhand_model::{Hull, MethodRows, MotionRows, PerFinger, PerProtocol, Provenance, Segments};
 use inhand_parallel::both;
 use inhand_report::Report;
 
@@ -15,7 +13,7 @@ use crate::figures::write_figures;
 use crate::manifest::PlanMs;
 use crate::output;
 use crate::settings::Role;
-use crate::steps::{Generated, TakeResult};
+use crate::steps::{Generated, ProtocolRows, TakeResult};
 use crate::tables;
 use crate::take_file::{self, GeneratedMotion, TakeContents};
 
@@ -57,7 +55,7 @@ pub(super) fn write_takes(
 /// Writes the rows, the evaluation, the page and its figures; returns the files of the figures.
 pub(super) fn write_reports(
     report: &Report<'_>,
-    (rows, held_out_rows): (&EvaluationRows, &EvaluationRows),
+    (rows, with_positions): (PerProtocol<ProtocolRows<'_>>, bool),
     motion: &MotionRows,
     files: &RunFiles,
 ) -> Result<Vec<PathBuf>, SessionError> {
@@ -65,8 +63,8 @@ pub(super) fn write_reports(
     let (table, (json, (html, figures))) = both(
         || {
             let session = &evaluation.session.name;
-            tables::write_rows(&files.rows, session, rows)?;
-            tables::write_rows(&files.held_out_rows, session, held_out_rows)?;
+            tables::write_rows(&files.rows, session, rows.published, with_positions)?;
+            tables::write_rows(&files.held_out_rows, session, rows.held_out, with_positions)?;
             tables::write_motion_rows(&files.motion, session, motion)
         },
         || {

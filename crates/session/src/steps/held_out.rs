@@ -18,6 +18,17 @@ pub struct HeldOutResult {
     pub rows: EvaluationRows,
 }
 
+/// Rows of a protocol, and the motion that they compare.
+#[derive(Clone, Copy, Debug)]
+pub struct ProtocolRows<'a> {
+    /// Every judged instant.
+    pub rows: &'a EvaluationRows,
+    /// The recorded motion.
+    pub segments: &'a Segments,
+    /// The motion of each method.
+    pub generated: &'a [Generated],
+}
+
 /// Compares motion that was generated for held-out segments with motion before the filter.
 ///
 /// # Errors

@@ -9,6 +9,7 @@ mod clean;
 mod containers;
 mod convert;
 mod export;
+mod json;
 mod layout;
 mod learn_rank;
 mod learn_runs;

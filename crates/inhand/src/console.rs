@@ -6,8 +6,10 @@ use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use inhand_model::{Finding, PerFinger, Setting};
-use serde_json::Value;
+use inhand_session::SessionError;
+use serde_json::{Value, json};
 
+use crate::exit::Exit;
 use crate::options::Format;
 
 /// Messages on stderr.
@@ -97,6 +99,23 @@ pub(crate) fn print(
         Format::Text => text(),
         Format::Json => format!("{:#}\n", json()),
     })
+}
+
+/// An error as JSON: message and causes, the outermost first, exit code, and the findings that a session was refused
+/// for.
+pub(crate) fn error_json(error: &anyhow::Error, exit: Exit) -> Value {
+    let causes = error.chain().skip(1);
+    let causes: Vec<_> = causes.map(|cause| with_flags(&cause.to_string())).collect();
+    let findings = error.chain().find_map(|cause| match cause.downcast_ref() {
+        Some(SessionError::Refused { findings, .. }) => Some(&findings[..]),
+        _ => None,
+    });
+    json!({ "error": {
+        "message": with_flags(&error.to_string()),
+        "causes": causes,
+        "exit_code": exit as u8,
+        "findings": findings.unwrap_or_default(),
+    } })
 }
 
 /// A JSON object with a value for each finger.

@@ -7,10 +7,12 @@ mod exit;
 mod options;
 mod output;
 
+use std::ffi::OsString;
+
 use clap::{CommandFactory, FromArgMatches, Parser};
 
 use crate::commands::Command;
-use crate::console::Console;
+use crate::console::{Console, error_json};
 use crate::exit::Exit;
 
 /// Turn motion capture of a hand into evaluated, reproducible in-hand manipulation trajectories.
@@ -34,8 +36,14 @@ struct Cli {
 }
 
 fn main() -> std::process::ExitCode {
-    let matches = examples::with_examples(Cli::command()).get_matches();
-    let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+    let matches = examples::with_examples(Cli::command()).try_get_matches();
+    let cli = matches.and_then(|matches| Cli::from_arg_matches(&matches));
+    let cli = cli.unwrap_or_else(|error| {
+        if error.use_stderr() {
+            print_json(&wrong_call(&error), Exit::Usage);
+        }
+        error.exit()
+    });
     let console = Console { quiet: cli.quiet };
     // The pool is built once, here; it can only fail where the system refuses threads.
     let pool = rayon::ThreadPoolBuilder::new()
@@ -48,9 +56,27 @@ fn main() -> std::process::ExitCode {
     let exit = result.unwrap_or_else(|error| {
         let exit = Exit::from_error(&error);
         if exit != Exit::Done {
+            print_json(&error, exit);
             console.error(&error);
         }
         exit
     });
     exit.into()
+}
+
+/// Prints an error as JSON where results are wanted as JSON.
+fn print_json(error: &anyhow::Error, exit: Exit) {
+    let words: Vec<_> = std::env::args_os().collect();
+    let is_json = |pair: &[OsString]| pair[0] == "--format" && pair[1] == "json";
+    if words.iter().any(|word| word == "--format=json") || words.windows(2).any(is_json) {
+        // There is no place to report a lost stdout but stderr, which names the error anyway.
+        let _ = console::data(&format!("{:#}\n", error_json(error, exit)));
+    }
+}
+
+/// A call that the parser refused, without its usage lines.
+fn wrong_call(error: &clap::Error) -> anyhow::Error {
+    let text = error.to_string();
+    let message = text.split("\n\n").next().unwrap_or_default();
+    anyhow::Error::msg(message.trim_start_matches("error: ").to_owned())
 }

@@ -5,6 +5,7 @@ use std::fmt::Display;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use inhand_model::SessionFinding;
 use thiserror::Error;
 
 /// An error of a step, with the file or the step it happened in. Errors of other crates are the
@@ -47,6 +48,16 @@ pub enum SessionError {
         place: String,
         /// What was expected, what was found, what to do.
         message: String,
+    },
+    /// A session with findings that make its results wrong.
+    #[error("{session}: {message}")]
+    Refused {
+        /// Name of the session.
+        session: String,
+        /// The findings in words, and what to do.
+        message: String,
+        /// The same for programs.
+        findings: Vec<SessionFinding>,
     },
     /// An error of another crate.
     #[error("{place}")]

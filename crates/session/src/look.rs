@@ -51,5 +51,9 @@ pub(crate) fn refuse(session: &Session, inspection: &Inspection) -> Result<(), S
     let message = format!(
         "results would be wrong; nothing was learned or written{lines}\nwhere it is right all the same: --accept {accept}"
     );
-    Err(SessionError::data(&session.name, message))
+    Err(SessionError::Refused {
+        session: session.name.clone(),
+        message,
+        findings: fails.into_iter().cloned().collect(),
+    })
 }

@@ -8,11 +8,12 @@ use anyhow::Result;
 use inhand_session::sessions::{MergeOptions, Part, merge};
 use inhand_session::{Event, check_target, write_text};
 use serde::{Deserialize, Serialize};
+use serde_json::json;
 
 use super::run::{SessionOptions, fails, finding_line};
-use crate::console::{Console, data, to_stderr};
+use crate::console::{Console, print, to_stderr};
 use crate::exit::{Exit, UsageError};
-use crate::options::OutputOptions;
+use crate::options::{Format, OutputOptions};
 
 /// Run many sessions, skip and report those that fail, join their evaluations
 ///
@@ -30,6 +31,9 @@ pub(crate) struct Args {
     /// Join sessions with different settings; summary.html lists the differences.
     #[arg(long)]
     allow_different: bool,
+    /// Print the table as text, or the outcome of the sessions given as json.
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
     #[command(flatten)]
     overrides: SessionOptions,
     #[command(flatten)]
@@ -158,11 +162,14 @@ fn join(
         [] => Ok(None),
         _ => Part::read_all(folders).and_then(|parts| merge(&parts, options).map(Some)),
     };
+    let outcomes = given;
     let [given, all] = [given, all].map(|outcomes| with_results(&args.output, outcomes));
     let mut joined = merged(&given);
-    if let Ok(Some(summary)) = &joined {
-        data(&inhand_report::summary_text(summary, false))?;
-    }
+    let text = || match &joined {
+        Ok(Some(summary)) => inhand_report::summary_text(summary, false),
+        _ => String::new(),
+    };
+    print(args.format, text, || json!({ "sessions": outcomes }))?;
     if given.len() < all.len() {
         match merged(&all) {
             Ok(summary) => joined = Ok(summary),

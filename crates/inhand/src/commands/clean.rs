@@ -7,11 +7,13 @@ use anyhow::{Context, Result};
 use inhand_inspection::{FillMethod, SuspectKind, detect};
 use inhand_model::{Change, ChangeKind, Clock, Finger};
 use inhand_session::{CleanSection, Settings, Take, clean_take, provenance, write_cleaned};
+use serde::Serialize;
+use serde_json::json;
 
 use crate::commands::{read_takes, takes_and_targets};
-use crate::console::{Console, data};
+use crate::console::{Console, print};
 use crate::exit::{Exit, usage};
-use crate::options::{OutputOptions, SourceOptions, one_of, three_numbers};
+use crate::options::{Format, OutputOptions, SourceOptions, one_of, three_numbers};
 use crate::output::write_output;
 
 /// List suspect samples in takes; with steps and -o, repair them and write cleaned takes.
@@ -32,6 +34,9 @@ pub(crate) struct Args {
     steps: StepOptions,
     #[command(flatten, next_help_heading = "Source")]
     source: SourceOptions,
+    /// Print the outcome as text or json.
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
     #[command(flatten)]
     writing: OutputOptions,
 }
@@ -101,8 +106,9 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
             );
         }
         let takes = read_takes(console, &args.inputs, &as_measured)?;
-        let text: Result<String> = takes.iter().map(suggestions).collect();
-        data(&text?)?;
+        let files: Vec<_> = takes.iter().map(suggestions).collect::<Result<_>>()?;
+        let text = || files.iter().map(CleanOutcome::text).collect();
+        print(args.format, text, || json!({ "files": files }))?;
         return Ok(Exit::Done);
     };
     let Some(output) = &args.output else {
@@ -115,6 +121,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     for take in &takes {
         take.roles()?;
     }
+    let mut files = Vec::with_capacity(takes.len());
     for (take, target) in takes.iter().zip(&targets) {
         let cleaned = clean_take(take, &steps)?;
         let made = provenance("clean", &settings, [take.hash.clone()]);
@@ -123,9 +130,20 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         write_output(target, args.writing.force, |path| {
             write_cleaned(path, take, &cleaned, &made, shape, view)
         })?;
-        data(&listed(&cleaned.changes, take.measured().clock))?;
         console.wrote_with(target, &counted(&cleaned.changes));
+        let clock = take.measured().clock;
+        let changes = cleaned.changes.iter();
+        let change =
+            |c: &Change| CleanInterval::new(&c.samples, clock, c.kind.name(), c.to_string());
+        files.push(CleanOutcome {
+            input: take.path.display().to_string(),
+            output: Some(target.display().to_string()),
+            suspects: Vec::new(),
+            changes: changes.map(change).collect(),
+        });
     }
+    let text = || files.iter().map(CleanOutcome::text).collect();
+    print(args.format, text, || json!({ "files": files }))?;
     Ok(Exit::Done)
 }
 
@@ -151,46 +169,86 @@ fn pad(text: &str) -> Result<(Finger, [f64; 3]), &'static str> {
     parsed.ok_or("expected FINGER=X,Y,Z, such as index=0,0,8")
 }
 
+/// Suspect samples of a take, or what was changed in it.
+#[derive(Debug, Serialize)]
+struct CleanOutcome {
+    input: String,
+    output: Option<String>,
+    suspects: Vec<CleanInterval>,
+    changes: Vec<CleanInterval>,
+}
+
+/// Samples that are suspect or were changed: from the first to the end of the last, after the take's start.
+#[derive(Debug, Serialize)]
+struct CleanInterval {
+    from_s: f64,
+    to_s: f64,
+    /// The step that repairs suspect samples, or the kind of a change.
+    kind: &'static str,
+    found: String,
+}
+
+impl CleanInterval {
+    fn new(samples: &Range<usize>, clock: Clock, kind: &'static str, found: String) -> Self {
+        let (from_s, to_s) = (clock.time_s(samples.start), clock.time_s(samples.end));
+        Self {
+            from_s,
+            to_s,
+            kind,
+            found,
+        }
+    }
+}
+
 /// Suspect samples of a take in order of time, with the steps that would repair them.
-fn suggestions(take: &Take) -> Result<String> {
+fn suggestions(take: &Take) -> Result<CleanOutcome> {
     let recording = &take.recording;
     let suspects = detect::all(recording, take.roles.as_ref().ok())
         .with_context(|| take.path.display().to_string())?;
     let step = |kind: &SuspectKind| match kind {
-        SuspectKind::Flip { .. } => "--flips",
-        SuspectKind::Swap { .. } => "--swaps",
-        SuspectKind::Spike { .. } => "--spikes",
-        SuspectKind::Unlabelled { .. } => "--stitch",
+        SuspectKind::Flip { .. } => "flips",
+        SuspectKind::Swap { .. } => "swaps",
+        SuspectKind::Spike { .. } => "spikes",
+        SuspectKind::Unlabelled { .. } => "stitch",
     };
     let mut lines: Vec<_> = (suspects.iter())
         .map(|suspect| (&suspect.samples, step(&suspect.kind), suspect.to_string()))
         .collect();
     lines.sort_by(|a, b| (a.0.start, a.1, &a.2).cmp(&(b.0.start, b.1, &b.2)));
-    let count = |wanted: &str| lines.iter().filter(|(_, step, _)| *step == wanted).count();
-    let mut text = format!(
-        "{}: {} swaps, {} flips, {} spikes, {} lost fingertips\n",
-        take.path.display(),
-        count("--swaps"),
-        count("--flips"),
-        count("--spikes"),
-        count("--stitch")
-    );
-    for (samples, step, what) in lines {
-        text += &format!("{}  {step:<8}  {what}\n", when(samples, recording.clock));
+    let interval =
+        |(samples, step, found)| CleanInterval::new(samples, recording.clock, step, found);
+    Ok(CleanOutcome {
+        input: take.path.display().to_string(),
+        output: None,
+        suspects: lines.into_iter().map(interval).collect(),
+        changes: Vec::new(),
+    })
+}
+
+impl CleanOutcome {
+    fn text(&self) -> String {
+        let when = |i: &CleanInterval| format!("{:9.3} .. {:9.3} s", i.from_s, i.to_s);
+        let count = |step: &str| self.suspects.iter().filter(|i| i.kind == step).count();
+        let mut text = String::new();
+        if self.output.is_none() {
+            text = format!(
+                "{}: {} swaps, {} flips, {} spikes, {} lost fingertips\n",
+                self.input,
+                count("swaps"),
+                count("flips"),
+                count("spikes"),
+                count("stitch")
+            );
+        }
+        for suspect in &self.suspects {
+            let step = format!("--{}", suspect.kind);
+            text += &format!("{}  {step:<8}  {}\n", when(suspect), suspect.found);
+        }
+        for change in &self.changes {
+            text += &format!("{}  {}\n", when(change), change.found);
+        }
+        text
     }
-    Ok(text)
-}
-
-fn listed(changes: &[Change], clock: Clock) -> String {
-    (changes.iter())
-        .map(|change| format!("{}  {change}\n", when(&change.samples, clock)))
-        .collect()
-}
-
-/// From the first sample to the end of the last, seconds after the take's start.
-fn when(samples: &Range<usize>, clock: Clock) -> String {
-    let (start_s, end_s) = (clock.time_s(samples.start), clock.time_s(samples.end));
-    format!("{start_s:9.3} .. {end_s:9.3} s")
 }
 
 fn counted(changes: &[Change]) -> String {

@@ -5,11 +5,12 @@ use std::path::{Path, PathBuf};
 use anyhow::{Result, bail};
 use inhand_model::{BodySource, Finger, Recording, Roles};
 use inhand_session::{Coverage, Located, TakeInput, describe_source, write_atomic};
+use serde_json::{Value, json};
 
 use crate::commands::{say_findings, targets};
-use crate::console::Console;
+use crate::console::{Console, by_finger, print};
 use crate::exit::{Exit, usage};
-use crate::options::{OutputOptions, SourceOptions};
+use crate::options::{Format, OutputOptions, SourceOptions};
 use crate::output::{check_outputs, write_output};
 
 /// Convert takes to MCAP recordings, or a recording to Motive CSV 1.23, TRC or C3D.
@@ -29,6 +30,9 @@ pub(crate) struct Args {
     output: PathBuf,
     #[command(flatten, next_help_heading = "Source")]
     source: SourceOptions,
+    /// Print the outcome as text or json.
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
     #[command(flatten)]
     writing: OutputOptions,
 }
@@ -55,8 +59,8 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         (inputs.iter().zip(&takes))
             .try_for_each(|(path, take)| format.check(path, take.header()))?;
     }
-    let mut exit = Exit::Done;
-    for (take, target) in takes.iter().zip(&targets) {
+    let (mut exit, mut files) = (Exit::Done, Vec::with_capacity(targets.len()));
+    for ((input, take), target) in inputs.iter().zip(&takes).zip(&targets) {
         describe(console, take);
         match (take, vendor) {
             (TakeInput::Whole(take), Some(format)) => {
@@ -76,10 +80,37 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
                 take.convert(path, &settings, !args.writing.no_view)
             })?,
         }
-        let megabytes = std::fs::metadata(target)?.len() as f64 / 1e6;
-        console.wrote_with(target, &format!("{megabytes:.1} MB"));
+        let bytes = std::fs::metadata(target)?.len();
+        console.wrote_with(target, &format!("{:.1} MB", bytes as f64 / 1e6));
+        files.push(as_json(take, (input, target), bytes));
     }
+    print(args.format, String::new, || json!({ "files": files }))?;
     Ok(exit)
+}
+
+/// The facts of a take, for programs.
+fn as_json(take: &TakeInput, (input, target): (&Path, &Path), bytes: u64) -> Value {
+    let header = take.header();
+    let source = &header.source;
+    let roles = take.roles();
+    json!({
+        "input": input.display().to_string(),
+        "output": target.display().to_string(),
+        "bytes": bytes,
+        "source_format": source.format,
+        "samples": take.coverage().samples,
+        "rate_hz": header.clock.rate_hz(),
+        "source_length_unit": source.length_unit.name(),
+        "source_up_axis": source.up_axis.name(),
+        "source_rotation": source.rotation.map(|order| order.to_string()),
+        "roles": roles.ok().map(|roles| json!({
+            "hand": describe_source(&roles.hand),
+            "object": roles.object.as_ref().map(describe_source),
+            "fingers": by_finger(&roles.fingers, |marker| json!(marker)),
+        })),
+        "roles_error": roles.err(),
+        "findings": header.findings,
+    })
 }
 
 /// Formats of capture software that are written.

@@ -5,11 +5,12 @@ use std::path::PathBuf;
 use anyhow::Result;
 use inhand_model::{PerProtocol, Protocol};
 use inhand_session::{GeneratedMotion, Role, TakeContents, provenance, steps, write_take};
+use serde_json::json;
 
 use crate::commands::{say_held_out, say_used, takes_and_targets};
-use crate::console::Console;
+use crate::console::{Console, print};
 use crate::exit::Exit;
-use crate::options::{MethodOptions, OutputOptions, PlanOptions, TakeOptions};
+use crate::options::{Format, MethodOptions, OutputOptions, PlanOptions, TakeOptions};
 use crate::output::write_output;
 
 /// Generate a trajectory for each segment of takes by every method; add the generated channels.
@@ -30,6 +31,9 @@ pub(crate) struct Args {
     method: MethodOptions,
     #[command(flatten)]
     plan: PlanOptions,
+    /// Print the outcome as text or json.
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
     #[command(flatten)]
     writing: OutputOptions,
 }
@@ -49,7 +53,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let methods = steps::settled_methods(&dictionary.dictionary, &settings)?;
     say_used(console, &takes, &settings)?;
     let motions = steps::motions(&takes, &settings, args.takes.process.reuse())?;
-    let mut failed = 0;
+    let (mut failed, mut files) = (0, Vec::with_capacity(takes.len()));
     say_held_out(console, &dictionary.dictionary);
     for (n, (take, target)) in takes.iter().zip(&targets).enumerate() {
         let motion = &motions.published[n];
@@ -91,11 +95,22 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         })?;
         let trajectories = generated.published.iter().flat_map(|g| &g.trajectories);
         let lost = trajectories.filter(|t| t.is_none()).count();
+        let of_method = |g: &steps::Generated| {
+            let lost = g.trajectories.iter().filter(|t| t.is_none()).count();
+            json!({ "name": g.method.name(), "without_trajectory": lost })
+        };
+        files.push(json!({
+            "input": take.path.display().to_string(),
+            "output": target.display().to_string(),
+            "segments": segments.published.len(),
+            "methods": generated.published.iter().map(of_method).collect::<Vec<_>>(),
+        }));
         let (segments, methods) = (segments.published.len(), methods.len());
         let counts =
             format!("{segments} segments by {methods} methods, {lost} without a trajectory");
         console.wrote_with(target, &counts);
         failed += lost;
     }
+    print(args.format, String::new, || json!({ "files": files }))?;
     Ok(Exit::done_unless(failed > 0))
 }

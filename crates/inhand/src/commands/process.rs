@@ -3,13 +3,14 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
-use inhand_model::Finger;
+use inhand_model::{Finger, TrackCounts};
 use inhand_session::{TakeContents, provenance, steps, write_take};
+use serde_json::json;
 
 use crate::commands::takes_and_targets;
-use crate::console::Console;
+use crate::console::{Console, by_finger, print};
 use crate::exit::Exit;
-use crate::options::{OutputOptions, ProcessOptions, SourceOptions};
+use crate::options::{Format, OutputOptions, ProcessOptions, SourceOptions};
 use crate::output::write_output;
 
 /// Transform takes into the hand's frame, fill short gaps and filter; add the processed channels.
@@ -27,6 +28,9 @@ pub(crate) struct Args {
     source: SourceOptions,
     #[command(flatten, next_help_heading = "Processing")]
     process: ProcessOptions,
+    /// Print the outcome as text or json.
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
     #[command(flatten)]
     writing: OutputOptions,
 }
@@ -38,6 +42,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let (takes, targets) =
         takes_and_targets(console, (&args.inputs, None), &args.output, &settings)?;
     let motions = steps::process_takes(&takes, &settings)?;
+    let mut files = Vec::with_capacity(takes.len());
     for ((take, motion), target) in takes.iter().zip(&motions).zip(&targets) {
         let made = provenance("process", &settings, [take.hash.clone()]);
         let contents = TakeContents {
@@ -58,6 +63,18 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
             counts.iter().map(|counts| counts.missing).sum::<usize>(),
         );
         console.wrote_with(target, &content);
+        files.push(json!({
+            "input": take.path.display().to_string(),
+            "output": target.display().to_string(),
+            "samples": motion.len(),
+            "rate_hz": motion.clock.rate_hz(),
+            "has_object": motion.object.is_some(),
+            "fingertips": by_finger(&motion.fingertips, |track| {
+                let TrackCounts { measured, filled, missing } = track.counts();
+                json!({ "measured": measured, "filled": filled, "missing": missing })
+            }),
+        }));
     }
+    print(args.format, String::new, || json!({ "files": files }))?;
     Ok(Exit::Done)
 }

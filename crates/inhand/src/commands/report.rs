@@ -12,6 +12,7 @@ use inhand_session::{plan_times_beside, write_text};
 use super::batch;
 use crate::console::{Console, data};
 use crate::exit::{Exit, UsageError, usage};
+use crate::options::Format;
 use crate::output::{check_outputs, ending, write_output};
 
 /// Write an evaluation as a page or in Markdown; join many into one report
@@ -66,6 +67,9 @@ pub(crate) struct MergeArgs {
     /// Confidence of intervals, 0 to 1.
     #[arg(long, value_name = "SHARE", default_value_t = MergeOptions::default().confidence)]
     confidence: f64,
+    /// Print the summary as text or json.
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
     /// Replace a file that exists.
     #[arg(long)]
     force: bool,
@@ -117,7 +121,10 @@ fn run_merge(console: &Console, args: &MergeArgs) -> Result<Exit> {
         let text = text_of(&summary, form)?;
         write_output(output, args.force, |path| write_text(path, &text))?;
     }
-    data(&inhand_report::summary_text(&summary, false))?;
+    data(&match args.format {
+        Format::Text => inhand_report::summary_text(&summary, false),
+        Format::Json => inhand_report::summary_json(&summary)?,
+    })?;
     args.output.iter().for_each(|output| console.wrote(output));
     Ok(Exit::Done)
 }

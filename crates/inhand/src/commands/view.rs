@@ -4,11 +4,12 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use inhand_session::{ViewedKind, add_views};
+use serde_json::json;
 
 use crate::commands::targets;
-use crate::console::Console;
+use crate::console::{Console, print};
 use crate::exit::Exit;
-use crate::options::SourceOptions;
+use crate::options::{Format, SourceOptions};
 use crate::output::{check_outputs, write_output};
 
 /// Add visualisation channels to files
@@ -34,6 +35,9 @@ pub(crate) struct Args {
     dictionary: Option<PathBuf>,
     #[command(flatten, next_help_heading = "Source")]
     source: SourceOptions,
+    /// Print the outcome as text or json.
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
     /// Replace an output that exists.
     #[arg(long)]
     force: bool,
@@ -48,6 +52,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     check_outputs(&targets, &read)?;
     let dictionary = (args.dictionary.as_deref()).map(inhand_session::read_dictionary);
     let dictionary = dictionary.transpose()?;
+    let mut files = Vec::with_capacity(targets.len());
     for (input, target) in args.inputs.iter().zip(&targets) {
         let write = |path: &Path| add_views(input, path, dictionary.as_ref(), &settings);
         let viewed = write_output(target, args.force, write)?;
@@ -61,6 +66,19 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         };
         let content = format!("{} messages for viewers{had}", viewed.messages);
         console.wrote_with(target, &content);
+        files.push(json!({
+            "input": input.display().to_string(),
+            "output": target.display().to_string(),
+            "kind": match viewed.kind {
+                ViewedKind::Take => "take",
+                ViewedKind::Foreign => "third_party",
+                ViewedKind::Dictionary => "dictionary",
+            },
+            "messages": viewed.messages,
+            "replaced": viewed.replaced,
+            "findings": viewed.findings,
+        }));
     }
+    print(args.format, String::new, || json!({ "files": files }))?;
     Ok(Exit::Done)
 }

@@ -296,10 +296,34 @@ fn labels_outside_the_vocabulary_are_refused() {
     ] {
         let add = ["annotate", "add", "a.mcap", "--at", "1", "--label", label];
         let refused = bench.inhand(&[&add[..], &words].concat());
-        assert_eq!(refused.status.code(), Some(1));
+        assert_eq!(refused.status.code(), Some(2));
         assert!(stderr(&refused).contains(expected), "{}", stderr(&refused));
         assert!(!bench.path("x.mcap").exists());
     }
+    // Only what is typed has to be in it: the file has an event of its own.
+    bench.ok(&[
+        "annotate",
+        "add",
+        "a.mcap",
+        "--at",
+        "1",
+        "--label",
+        "hand=left",
+        "-o",
+        "own.mcap",
+    ]);
+    let add = [
+        "annotate", "add", "own.mcap", "--at", "2..3", "--at", "4..900", "--label",
+    ];
+    let added = bench.inhand(&[&add[..], &["task=lift"], &words].concat());
+    assert_eq!(added.status.code(), Some(0), "{}", stderr(&added));
+    assert!(
+        stderr(&added).contains("2 events added"),
+        "{}",
+        stderr(&added)
+    );
+    let late = "the event at 4 s ends after the take";
+    assert!(stderr(&added).contains(late), "{}", stderr(&added));
 }
 
 #[test]

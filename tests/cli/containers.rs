@@ -178,6 +178,7 @@ fn topics_are_chosen_as_with_the_mcap_tool() {
     );
     // Whole topics are meant.
     let none = bench.inhand(&["filter", "take.mcap", "-y", "/record", "-o", "b.mcap"]);
+    assert_eq!(none.status.code(), Some(3));
     assert!(
         stderr(&none).contains("no topic matches"),
         "{}",

@@ -50,6 +50,8 @@ pub struct Merged {
     pub side_by_side: BTreeSet<String>,
     /// Metadata records that another file had as well, word for word.
     pub metadata_once: u64,
+    /// Longest time between two messages of the output, nanoseconds.
+    pub longest_pause: u64,
 }
 
 /// Writes the messages of all files in the order of their log times; those of one file stay in its
@@ -92,11 +94,14 @@ pub fn merge(
     for (n, feed) in feeds.iter_mut().enumerate() {
         merger.advance(n, feed)?;
     }
+    let mut last = None;
     loop {
         let next = (feeds.iter().enumerate())
             .filter_map(|(n, feed)| Some((feed.message_time()?, n)))
             .min();
-        let Some((_, n)) = next else { break };
+        let Some((time, n)) = next else { break };
+        let pause = time.saturating_sub(last.replace(time).unwrap_or(time));
+        merger.result.longest_pause = merger.result.longest_pause.max(pause);
         merger.message(n, &mut feeds[n])?;
         merger.advance(n, &mut feeds[n])?;
     }

@@ -2,10 +2,13 @@
 
 mod commands;
 mod console;
+mod describe;
 mod examples;
 mod exit;
 mod options;
 mod output;
+#[cfg(test)]
+mod tests;
 
 use std::ffi::OsString;
 

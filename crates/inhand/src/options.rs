@@ -7,7 +7,7 @@ use anyhow::Result;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use inhand_dictionary::{Precision, Start, Update};
-use inhand_model::{DictionaryKind, Level};
+use inhand_model::{DictionaryKind, Finger, Level, UnknownFinger};
 use inhand_session::{EndsKind, FilterKind, GapFill, Method, ObjectInSegments, Settings};
 use serde::de::value::Error as ValueError;
 use serde::de::{DeserializeOwned, IntoDeserializer};
@@ -94,7 +94,7 @@ pub(crate) struct SourceOptions {
     #[arg(long, value_name = "NAME[,NAME...]")]
     object_body: Option<String>,
     /// Marker on a fingertip; repeat for each finger that is not recognised by its name.
-    #[arg(long, value_name = "FINGER=MARKER", value_parser = pair)]
+    #[arg(long, value_name = "FINGER=MARKER", value_parser = finger_marker)]
     finger: Vec<(String, String)>,
 }
 
@@ -489,8 +489,15 @@ fn parts(parts: Option<(&str, &str)>) -> Result<(String, String), &'static str> 
     whole.ok_or("expected a name and a value around \"=\"")
 }
 
-fn finger_mm(text: &str) -> Result<(String, f64), &'static str> {
-    let (finger, number) = pair(text)?;
+/// Something of a finger, with the finger's name as settings have it.
+fn finger_marker(text: &str) -> Result<(String, String), String> {
+    let (name, value) = pair(text)?;
+    let finger: Finger = name.parse().map_err(|e: UnknownFinger| e.to_string())?;
+    Ok((finger.name().to_owned(), value))
+}
+
+fn finger_mm(text: &str) -> Result<(String, f64), String> {
+    let (finger, number) = finger_marker(text)?;
     let number = number.parse();
     Ok((finger, number.map_err(|_| "expected a number after \"=\"")?))
 }

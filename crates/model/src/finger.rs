@@ -54,10 +54,13 @@ pub struct UnknownFinger {
 impl FromStr for Finger {
     type Err = UnknownFinger;
 
+    /// In any case; `pinky` is the little finger.
     fn from_str(name: &str) -> Result<Self, Self::Err> {
+        let lower = name.to_ascii_lowercase();
+        let wanted = if lower == "pinky" { "little" } else { &lower };
         Finger::ALL
             .into_iter()
-            .find(|finger| finger.name().eq_ignore_ascii_case(name))
+            .find(|finger| finger.name() == wanted)
             .ok_or_else(|| UnknownFinger {
                 name: name.to_owned(),
             })

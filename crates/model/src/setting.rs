@@ -26,6 +26,8 @@ named! {
         Object = "roles.object",
         /// Markers on the fingertips.
         Fingers = "fingers",
+        /// Longest gap that processing fills.
+        MaxGap = "process.max_gap_s",
     }
 }
 

@@ -42,12 +42,16 @@ impl Annotated {
             .collect()
     }
 
-    /// Whether no part of an event lies in the take that the file holds.
-    pub fn is_outside(&self, event: &Event) -> bool {
-        self.take().is_some_and(|(clock, samples)| {
-            event.end_unix_nanos < clock.start_unix_nanos()
-                || event.start_unix_nanos >= clock.unix_nanos(samples)
-        })
+    /// What is odd about the times of an event of a take: no part of it is in the take, or its end is more than
+    /// a second after the take's.
+    pub fn odd_times(&self, event: &Event) -> Option<&'static str> {
+        const SECOND: u64 = 1_000_000_000;
+        let (clock, samples) = self.take()?;
+        let end = clock.unix_nanos(samples);
+        if event.end_unix_nanos < clock.start_unix_nanos() || event.start_unix_nanos >= end {
+            return Some("is outside the take");
+        }
+        (event.end_unix_nanos.saturating_sub(end) > SECOND).then_some("ends after the take")
     }
 
     /// Clock and samples of the take that the file holds.
@@ -249,7 +253,7 @@ impl Vocabulary {
     ///
     /// # Errors
     ///
-    /// [`SessionError::Data`] with what may be used instead.
+    /// [`SessionError::Usage`] with what may be used instead.
     pub fn check(&self, file: &Path, events: &[Event]) -> Result<(), SessionError> {
         let given = events.iter().filter(|event| !event.is_found());
         for (key, value) in given.flat_map(|event| &event.labels) {
@@ -263,7 +267,7 @@ impl Vocabulary {
                     format!("a key of the vocabulary, {}", keys.join(", "))
                 }
             };
-            return Err(SessionError::data(
+            return Err(SessionError::usage(
                 file,
                 format!("the label {label}: expected {allowed}"),
             ));

@@ -27,6 +27,9 @@ use crate::take;
 /// How far from unit length a quaternion may be: what six written decimals leave.
 const QUATERNION_TOLERANCE: f64 = 1e-3;
 
+const EXPECTED: &str =
+    "a state as JSON, such as {\"fingertips_m\": {\"thumb\": [0.03, -0.02, 0.08]}}";
+
 /// Where fingertips and object are, and how fast the fingertips move; hand frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HandState {
@@ -127,8 +130,13 @@ struct ObjectJson {
 fn from_json(path: &Path) -> Result<HandState, SessionError> {
     let bytes = std::fs::read(path).map_err(SessionError::io("read", path))?;
     let place = path.display().to_string();
-    let state: StateJson = serde_json::from_slice(&bytes)
-        .map_err(|error| fault(&place, "a state as JSON", &error.to_string()))?;
+    let state: StateJson = serde_json::from_slice(&bytes).map_err(|error| {
+        let found = match error.is_data() {
+            true => error.to_string(),
+            false => format!("no JSON at line {} column {}", error.line(), error.column()),
+        };
+        fault(&place, EXPECTED, &found)
+    })?;
     Ok(HandState {
         fingertips_m: tips(&place, "fingertips_m", &state.fingertips_m)?,
         velocity_m_s: tips(&place, "velocity_m_s", &state.velocity_m_s)?,

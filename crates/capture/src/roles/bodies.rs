@@ -2,7 +2,7 @@
 
 use inhand_model::{BodyKind, BodySource, MarkerKind, PerFinger, Recording, Setting, TrackedBody};
 
-use super::error::{RoleError, listed, marker_names};
+use super::error::{RoleError, contents, listed};
 use super::fingers::named_marker;
 use super::{BodyChoice, RoleSettings, words};
 
@@ -65,7 +65,7 @@ pub(super) fn object(
     }
 }
 
-fn chosen(
+pub(super) fn chosen(
     recording: &Recording,
     choice: &BodyChoice,
     role: &'static str,
@@ -112,15 +112,6 @@ fn chosen(
             )))
         }
     }
-}
-
-/// The bodies and markers of a take, for messages.
-fn contents(recording: &Recording) -> String {
-    format!(
-        "it has the bodies: {}\n  and the markers: {}",
-        listed(recording.bodies.iter().map(|body| body.name.as_str())),
-        marker_names(recording)
-    )
 }
 
 /// The only rigid body of such a name, else the only bone, else the only cluster; none where there

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use inhand_model::{Finger, Marker, MarkerKind, PerFinger, Recording, Setting};
 
-use super::error::{RoleError, listed, marker_names};
+use super::error::{RoleError, contents, listed};
 use super::{RoleSettings, words};
 
 /// The marker on each fingertip, by name: as the user says, else the only one called like the
@@ -22,7 +22,7 @@ pub fn fingertips(
     let mut chosen: PerFinger<Option<String>> = PerFinger::default();
     for (finger, name) in settings.fingers.iter() {
         if let Some(name) = name {
-            let marker = named_marker(recording, name, &finger.to_string())?;
+            let marker = named_marker(recording, name, &full_name(finger))?;
             if let Some((first, _)) = chosen.iter().find(|(_, c)| c.as_ref() == Some(&marker)) {
                 return Err(RoleError(format!(
                     "the marker \"{marker}\" is set for both {first} and {finger} in take \"{take}\""
@@ -58,10 +58,10 @@ pub fn fingertips(
     if let Some(first) = missing.first() {
         let names: Vec<String> = missing.iter().copied().map(full_name).collect();
         return Err(RoleError(format!(
-            "cannot tell which marker is the {}\n  take \"{take}\" has the markers: {}\n  say it with   \
-             {} {first}=\"MARKER\"   or in inhand.toml under [fingers]",
+            "cannot tell which marker is the {} in take \"{take}\"\n  {}\n  say it with   {} \
+             {first}=\"MARKER\"   or in inhand.toml under [fingers]",
             names.join(", the "),
-            marker_names(recording),
+            contents(recording),
             Setting::Fingers
         )));
     }
@@ -102,10 +102,9 @@ pub(super) fn named_marker(
     match (alike.first(), alike.len()) {
         (Some(only), 1) => Ok((*only).to_owned()),
         _ => Err(RoleError(format!(
-            "take \"{}\" has no marker \"{name}\", which is set for the {role}\n  it has the \
-             markers: {}",
+            "take \"{}\" has no marker \"{name}\", which is set for the {role}\n  {}",
             recording.name,
-            marker_names(recording)
+            contents(recording)
         ))),
     }
 }

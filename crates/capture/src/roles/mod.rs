@@ -124,6 +124,12 @@ pub fn is_fingertip_name(name: &str) -> bool {
 /// [`RoleError`] where a role stays open or could go to more than one, and where the user names
 /// something that the take does not have. It lists what the take contains.
 pub fn resolve(recording: &Recording, settings: &RoleSettings) -> Result<Roles, RoleError> {
+    // An error is about what the user named before it is about what is still open.
+    for (choice, role) in [(&settings.hand, "hand"), (&settings.object, "object")] {
+        if let Some(choice) = choice {
+            bodies::chosen(recording, choice, role, &PerFinger::default())?;
+        }
+    }
     let fingers = fingertips(recording, settings)?;
     let hand = bodies::hand(recording, settings, &fingers)?;
     let object = bodies::object(recording, settings, &fingers, &hand)?;

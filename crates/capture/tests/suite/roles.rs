@@ -163,8 +163,8 @@ fn a_finger_without_marker_lists_what_there_is() {
     .unwrap_err();
     assert_eq!(
         error.to_string(),
-        "cannot tell which marker is the little finger\n  take \"take\" has the markers: Thumb, \
-         Index, Middle, Ring, Marker 005, Unlabeled 1036\n  say it with   `fingers` \
+        "cannot tell which marker is the little finger in take \"take\"\n  it has the bodies: Hand\n  \
+         and the markers: Thumb, Index, Middle, Ring, Marker 005, Unlabeled 1036\n  say it with   `fingers` \
          little=\"MARKER\"   or in inhand.toml under [fingers]"
     );
     let error = resolve(&["Hand"], &["Ring"]).unwrap_err().to_string();
@@ -172,6 +172,38 @@ fn a_finger_without_marker_lists_what_there_is() {
         error.starts_with("cannot tell which marker is the thumb, the index finger, the middle"),
         "{error}"
     );
+}
+
+#[test]
+fn lists_are_whole_but_for_unlabelled_markers() {
+    let bodies: Vec<String> = (0..50).map(|n| format!("Body{n}")).collect();
+    let mut markers: Vec<String> = (0..50).map(|n| format!("Unlabeled {n}")).collect();
+    markers.extend((0..50).map(|n| format!("Marker{n}")));
+    let bodies: Vec<&str> = bodies.iter().map(String::as_str).collect();
+    let markers: Vec<&str> = markers.iter().map(String::as_str).collect();
+    let error = resolve(&bodies, &markers).unwrap_err().to_string();
+    for name in [
+        "Body49\n",
+        "Marker49, Unlabeled 0,",
+        "Unlabeled 39 and 10 more",
+    ] {
+        assert!(error.contains(name), "{name}: {error}");
+    }
+}
+
+#[test]
+fn what_the_user_names_is_looked_up_before_what_is_open() {
+    let recording = take(&["Hand"], &["Thumb"]);
+    for (role, hand, object) in [("hand", Some("nope"), None), ("object", None, Some("nope"))] {
+        let settings = RoleSettings {
+            hand: hand.map(|name| name.parse().unwrap()),
+            object: object.map(|name| name.parse().unwrap()),
+            ..RoleSettings::default()
+        };
+        let error = roles::resolve(&recording, &settings).unwrap_err();
+        let expected = format!("no rigid body \"nope\", which is set for the {role}");
+        assert!(error.to_string().contains(&expected), "{error}");
+    }
 }
 
 #[test]

@@ -61,9 +61,14 @@ struct AddArgs {
     #[command(flatten)]
     target: Target,
     /// Start and end, both included, or one instant: seconds after the file's start, or times
-    /// such as 2026-11-03T10:12:00Z.
-    #[arg(long, value_name = "FROM..TO", allow_hyphen_values = true)]
-    at: String,
+    /// such as 2026-11-03T10:12:00Z; repeat for several events with the same labels.
+    #[arg(
+        long,
+        value_name = "FROM..TO",
+        required = true,
+        allow_hyphen_values = true
+    )]
+    at: Vec<String>,
     /// A label as KEY=VALUE, or a word (short for label=WORD); repeat for more.
     #[arg(long, value_name = "LABEL", required = true)]
     label: Vec<Label>,
@@ -160,14 +165,18 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
 
 fn add(console: &Console, args: &AddArgs) -> Result<Exit> {
     args.target.change(console, None, |annotated, annotations| {
-        let (start_unix_nanos, end_unix_nanos) = interval(&args.at, annotated.start_unix_nanos)?;
         note_keys(annotations, args.label.iter().map(|label| &label.key));
-        annotations.events.push(Event {
-            start_unix_nanos,
-            end_unix_nanos,
-            labels: pairs(&args.label).collect(),
+        let events = args.at.iter().map(|at| {
+            let (start_unix_nanos, end_unix_nanos) = interval(at, annotated.start_unix_nanos)?;
+            Ok(Event {
+                start_unix_nanos,
+                end_unix_nanos,
+                labels: pairs(&args.label).collect(),
+            })
         });
-        Ok("1 event added".to_owned())
+        let events = events.collect::<Result<Vec<_>>>()?;
+        annotations.events.extend(events.iter().cloned());
+        Ok((counted(events.len(), "event added", "events added"), events))
     })
 }
 
@@ -175,7 +184,7 @@ fn import(console: &Console, args: &ImportArgs) -> Result<Exit> {
     args.target
         .change(console, Some(&args.csv), |annotated, annotations| {
             let given = annotate::read_csv(&args.csv, annotated)?;
-            let count = given.events.len();
+            let events = given.events.clone();
             if args.replace || annotations.events.is_empty() {
                 annotations.keys = given.keys;
                 annotations.events = given.events;
@@ -183,7 +192,7 @@ fn import(console: &Console, args: &ImportArgs) -> Result<Exit> {
                 note_keys(annotations, &given.keys);
                 annotations.events.extend(given.events);
             }
-            Ok(counted(count, "event added", "events added"))
+            Ok((counted(events.len(), "event added", "events added"), events))
         })
 }
 
@@ -208,7 +217,11 @@ fn edit(console: &Console, args: &EditArgs) -> Result<Exit> {
             }
         }
         event.labels.extend(pairs(&args.label));
-        Ok(format!("event {} changed", args.event))
+        let given = Event {
+            labels: pairs(&args.label).collect(),
+            ..event.clone()
+        };
+        Ok((format!("event {} changed", args.event), vec![given]))
     })
 }
 
@@ -231,7 +244,10 @@ fn remove(console: &Console, args: &RemoveArgs) -> Result<Exit> {
             !args.event.contains(&number) && !args.label.iter().any(|label| event.has(label))
         });
         let removed = before - annotations.events.len();
-        Ok(counted(removed, "event removed", "events removed"))
+        Ok((
+            counted(removed, "event removed", "events removed"),
+            Vec::new(),
+        ))
     })
 }
 
@@ -244,17 +260,18 @@ fn about(console: &Console, args: &AboutArgs) -> Result<Exit> {
             }
         }
         let stated = annotations.about.len();
-        Ok(counted(stated, "fact stated", "facts stated"))
+        Ok((counted(stated, "fact stated", "facts stated"), Vec::new()))
     })
 }
 
 impl Target {
-    /// Reads the file's events, changes them and writes the file with them.
+    /// Reads the file's events, changes them and writes the file with them. `change` says what it did and gives the
+    /// events with the labels that were typed, which a vocabulary is for.
     fn change(
         &self,
         console: &Console,
         also_read: Option<&PathBuf>,
-        change: impl FnOnce(&Annotated, &mut Annotations) -> Result<String>,
+        change: impl FnOnce(&Annotated, &mut Annotations) -> Result<(String, Vec<Event>)>,
     ) -> Result<Exit> {
         let read = [&self.file]
             .into_iter()
@@ -264,21 +281,17 @@ impl Target {
         let (file, output) = (&self.file, &self.output.output);
         let annotated = annotate::read(file)?;
         let mut annotations = annotated.own.clone();
-        let done = change(&annotated, &mut annotations)?;
+        let (done, given) = change(&annotated, &mut annotations)?;
         if let Some(vocabulary) = &self.vocabulary {
-            Vocabulary::read(vocabulary)?.check(file, &annotations.events)?;
+            Vocabulary::read(vocabulary)?.check(file, &given)?;
         }
         let write = |path: &Path| annotate::write(file, path, &annotated, &annotations);
         self.output.write(write)?;
-        for event in annotations
-            .events
-            .iter()
-            .filter(|event| annotated.is_outside(event))
-        {
-            let start = seconds_after(event.start_unix_nanos, annotated.start_unix_nanos);
-            console.say(&format!(
-                "warning  the event at {start} s is outside the take"
-            ));
+        for event in &annotations.events {
+            if let Some(odd) = annotated.odd_times(event) {
+                let start = seconds_after(event.start_unix_nanos, annotated.start_unix_nanos);
+                console.say(&format!("warning  the event at {start} s {odd}"));
+            }
         }
         console.wrote_with(output, &done);
         Ok(Exit::Done)

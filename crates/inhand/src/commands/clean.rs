@@ -247,6 +247,10 @@ impl CleanOutcome {
         for change in &self.changes {
             text += &format!("{}  {}\n", when(change), change.found);
         }
+        if !self.suspects.is_empty() {
+            let take = &self.input;
+            text += &format!("to repair them: inhand clean {take} --repair -o CLEANED.mcap\n");
+        }
         text
     }
 }

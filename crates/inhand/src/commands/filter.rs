@@ -14,7 +14,7 @@ use crate::options::{Format, one_of};
 use crate::output::OutputFile;
 
 /// Select some topics of an MCAP file of any origin, or change its compression; what stays is
-/// byte for byte as it was.
+/// byte for byte as it was. The exit code is 3 where no topic matches.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// An MCAP file.
@@ -89,11 +89,12 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         })
     };
     print(args.format, text, json)?;
-    if written.channels == 0 && !all {
-        console.say("warning  no topic matches");
+    let nothing = written.channels == 0 && !all;
+    if nothing {
+        console.say("warning  no topic matches; `inhand info` prints the topics of a file");
     }
     console.wrote(&args.output.output);
-    Ok(Exit::Done)
+    Ok(Exit::done_unless(nothing))
 }
 
 /// Patterns for whole topics.

@@ -65,11 +65,12 @@ fn text(info: &FileInfo) -> String {
     for channel in &info.channels {
         let rate = (channel.rate_hz()).map_or_else(String::new, |rate| format!("{rate:.2} Hz"));
         text += &format!(
-            "  {:<width$}  {:<28} {:<9} {:>8}  {rate:>10}\n",
+            "  {:<width$}  {:<28} {:<9} {:>8}  {rate:>10}  {:>8.2} MB\n",
             channel.topic,
             channel.schema.as_deref().unwrap_or("-"),
             or_none(&channel.message_encoding),
             channel.messages,
+            channel.bytes as f64 / 1e6,
         );
     }
     for frame in &info.frames {
@@ -80,12 +81,20 @@ fn text(info: &FileInfo) -> String {
     }
     for fingertips in &info.fingertips {
         text += &format!("{}\n", fingertips.topic);
-        for (finger, facts) in fingertips.fingers.iter() {
+        let lines = fingertips.fingers.each_ref().map(|facts| {
             let counts = facts.counts;
-            text += &format!(
-                "  {finger:<7} {} measured, {} filled, {} missing in {} gaps, longest {:.2} s\n",
+            format!(
+                "{} measured, {} filled, {} missing in {} gaps, longest {:.2} s\n",
                 counts.measured, counts.filled, counts.missing, facts.gaps, facts.longest_gap_s,
-            );
+            )
+        });
+        let [first, others @ ..] = lines.as_array();
+        if others.iter().all(|line| line == first) {
+            text += &format!("  each finger: {first}");
+            continue;
+        }
+        for (finger, line) in lines.iter() {
+            text += &format!("  {finger:<7} {line}");
         }
     }
     for name in info.metadata.0.keys() {

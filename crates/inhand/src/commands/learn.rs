@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use anyhow::Result;
 use clap::Subcommand;
-use inhand_model::DictionaryKind;
+use inhand_model::{DictionaryKind, StopReason};
 use inhand_session::containers::hash_file;
 use inhand_session::{
     Settings, Take, already_exists, matrices, provenance, read_dictionary, scratch_folder,
@@ -266,6 +266,14 @@ fn write_learned(
             learning.iterations,
             learning.stop_reason.name().replace('_', " "),
         );
+        if learning.stop_reason == StopReason::IterationLimit {
+            text += "The limit is a setting (--max-iterations, 10 by default): learning is meant to stop there, before \
+                     it converges.\n";
+        }
+        if dictionary.rank() == learning.segments {
+            text += "warning: as many primitives as segments, so each may describe one segment alone; give more \
+                     takes, --stride or a smaller --rank\n";
+        }
         for restart in &learning.restarts {
             let fate = match restart.seed == learning.seed {
                 true => "kept".to_owned(),

@@ -1,6 +1,7 @@
 //! The part of `inhand learn` that chooses a rank: `--rank FROM..TO`.
 
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use anyhow::{Context as _, Result};
 use inhand_dictionary::{RankCurve, RankGroups, RankSuggestion};
@@ -48,11 +49,16 @@ pub(crate) fn choose(
     ranks: &[usize],
     settings: &mut Settings,
 ) -> Result<RankChoice> {
-    let mut done = 0;
+    let begin = Instant::now();
+    // The time that a rank takes grows with it.
+    let (mut done, mut sum) = (0, 0);
+    let total: usize = ranks.iter().sum();
     let curve = steps::judge_ranks(segments, settings, ranks, &mut |point| {
         done += 1;
+        sum += point.rank;
+        let left_s = begin.elapsed().as_secs_f64() * (total as f64 / sum as f64 - 1.0);
         console.say(&format!(
-            "rank {:>4} ({done} of {}): {} mm predicted",
+            "rank {:>4} ({done} of {}): {} mm predicted, about {left_s:.0} s left",
             point.rank,
             ranks.len(),
             mm(point.predicted.rms_m),

@@ -33,6 +33,9 @@ pub(crate) struct Args {
     format: Format,
 }
 
+/// Files of one recording have no such pause, nanoseconds.
+const LONG_PAUSE: u64 = 3_600_000_000_000;
+
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let inputs: Vec<&Path> = args.inputs.iter().map(PathBuf::as_path).collect();
     for (n, input) in inputs.iter().enumerate() {
@@ -66,10 +69,17 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
             "joined": merged.joined,
             "side_by_side": merged.side_by_side,
             "metadata_once": merged.metadata_once,
+            "longest_pause_s": merged.longest_pause as f64 / 1e9,
             "bytes": written.bytes,
         })
     };
     print(args.format, text, json)?;
+    if merged.longest_pause > LONG_PAUSE {
+        let hours = merged.longest_pause as f64 / 3600e9;
+        console.say(&format!(
+            "warning  no file has a message for {hours:.1} h: were their clocks the same, and do they belong together?"
+        ));
+    }
     console.wrote(&args.output.output);
     Ok(Exit::Done)
 }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use inhand_model::{MarkerKind, Sample, Track};
+use inhand_model::{MarkerKind, Sample, Setting, Track};
 
 use super::checkup::{CheckResult, Level};
 use super::subject::Subject;
@@ -101,7 +101,11 @@ fn of_entity(subject: &Subject<'_>, name: &str, gaps: &[Range<usize>]) -> Option
         "{long} longer than {max_gap_s:.2} s ({when}) {stays} open; {percent} missing in all, \
          longest {longest_s:.2} s"
     );
-    let advice = "no segment crosses an open gap: fill them in the capture software, or live with fewer segments";
+    let advice = format!(
+        "no segment crosses an open gap: fill them in the capture software or with `inhand clean --fill`, or fill \
+         longer ones with {}",
+        Setting::MaxGap
+    );
     Some(result(Level::Warn, &open, found).advice(advice))
 }
 

@@ -59,13 +59,18 @@ impl Tally {
         tally
     }
 
-    /// `2 cannot be read, 3 fail, 1 with warnings, 12 without`.
+    /// `2 cannot be read, 3 fail, 1 with warnings, 12 OK`; `both OK` and `all OK` where nothing is odd.
     fn words(self) -> String {
+        match (self.unreadable + self.fail + self.warn, self.ok) {
+            (0, 2) => return "both OK".to_owned(),
+            (0, 3..) => return "all OK".to_owned(),
+            _ => {}
+        }
         let parts = [
             (self.unreadable, "cannot be read"),
             (self.fail, if self.fail == 1 { "fails" } else { "fail" }),
             (self.warn, "with warnings"),
-            (self.ok, "with nothing to look at"),
+            (self.ok, "OK"),
         ];
         let there = parts.iter().filter(|(n, _)| *n > 0);
         there
@@ -194,15 +199,20 @@ fn many(takes: &[Checked]) -> Vec<String> {
     let mut lines = vec![format!("{} takes: {}", takes.len(), tally.words())];
     let (good, odd): (Vec<_>, Vec<_>) = takes.iter().partition(|take| take.level() <= Level::Info);
     if !odd.is_empty() {
-        lines.push("look at these, worst first\n".to_owned());
+        let title = "takes needing attention, worst first (a higher score means more problems)\n";
+        lines.push(title.to_owned());
         lines.push(format!("{:>7}  {:>9}  take", "score", "segments"));
     }
-    for take in odd {
+    for take in &odd {
         ranked_lines(take, &mut lines);
+    }
+    if odd.iter().any(|take| take.outcome.is_ok()) {
+        let more = "\n`inhand check TAKE` prints all findings of a take with what to do about them";
+        lines.push(more.to_owned());
     }
     if !good.is_empty() {
         let files: Vec<_> = good.iter().map(|take| printable(&take.file)).collect();
-        lines.push(format!("\nnothing to look at: {}", files.join(", ")));
+        lines.push(format!("\nOK: {}", files.join(", ")));
     }
     lines
 }

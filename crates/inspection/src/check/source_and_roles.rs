@@ -89,21 +89,13 @@ pub(crate) fn roles_open(why: &str) -> CheckResult {
         .expected("a hand and a marker on each of five fingertips")
         .found(what_and_what_there_is(why))
         .advice(format!(
-            "say who is who with {fingers} FINGER=MARKER and {hand} NAME, or in inhand.toml"
+            "assign roles with {fingers} FINGER=MARKER and {hand} NAME, or in inhand.toml"
         ))
 }
 
-/// The first line of a message, and what the take has, cut where it gets long.
+/// A message with what the take has, in a line; the advice has a place of its own.
 pub(crate) fn what_and_what_there_is(why: &str) -> String {
-    const LONG: usize = 160;
-    let mut lines = why.lines().map(str::trim);
-    let first = lines.next().unwrap_or_default().to_owned();
-    let Some(second) = lines.next().filter(|line| !line.starts_with("say it")) else {
-        return first;
-    };
-    let mut cut: String = second.chars().take(LONG).collect();
-    if cut.len() < second.len() {
-        cut.push_str(" ...");
-    }
-    format!("{first}; {cut}")
+    let lines = why.lines().map(str::trim);
+    let lines: Vec<_> = lines.filter(|line| !line.starts_with("say it")).collect();
+    lines.join("; ")
 }

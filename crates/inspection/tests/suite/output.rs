@@ -55,16 +55,14 @@ fn a_take_in_text() {
 fn several_takes_in_text() {
     let text = to_text(&ranked(takes()));
     assert!(
-        text.starts_with(
-            "4 takes: 1 cannot be read, 1 fails, 1 with warnings, 1 with nothing to look at\n"
-        ),
+        text.starts_with("4 takes: 1 cannot be read, 1 fails, 1 with warnings, 1 OK\n"),
         "{text}"
     );
     assert!(
         text.contains("fail  little: never seen in the whole take"),
         "{text}"
     );
-    assert!(text.ends_with("nothing to look at: good.csv\n"), "{text}");
+    assert!(text.ends_with("OK: good.csv\n"), "{text}");
 }
 
 #[test]

@@ -102,8 +102,10 @@ impl Settings {
     ///
     /// [`SessionError::Settings`] for an unknown finger or a malformed body.
     pub fn role_settings(&self) -> Result<RoleSettings, SessionError> {
-        for name in self.fingers.keys() {
-            finger(name, "fingers")?;
+        let mut fingers = PerFinger::<Option<String>>::default();
+        for (name, marker) in &self.fingers {
+            let earlier = fingers[finger(name, "fingers")?].replace(marker.clone());
+            require(earlier.is_none(), "fingers", "each finger once", name)?;
         }
         let body = |key: &'static str, text: &Option<String>| {
             text.as_deref()
@@ -118,7 +120,7 @@ impl Settings {
             } else {
                 body("roles.object", &self.roles.object)?
             },
-            fingers: PerFinger::from_fn(|finger| self.fingers.get(finger.name()).cloned()),
+            fingers,
             no_object,
         })
     }

@@ -244,44 +244,6 @@ fn wrong_usage_is_exit_code_2() {
 }
 
 #[test]
-fn a_missing_input_has_one_code_in_every_verb() {
-    let bench = Bench::empty();
-    let (gone, at) = ("gone.mcap", "gone.mcap@0");
-    let out = ["-o", "out.mcap"];
-    for call in [
-        &["run", "gone", "-o", "out"][..],
-        &["check", gone],
-        &["check", gone, "--fail-on", "never"],
-        &["info", gone],
-        &["layout", gone],
-        &["annotate", "list", gone],
-        &["compare", "gone", "gone2"],
-        &["report", "gone.json", "-o", "out.html"],
-        &["export", gone, "-o", "out.csv"],
-        &["evaluate", "-d", gone, gone, "-o", "out.json"],
-        &[&["convert", gone][..], &out].concat(),
-        &[&["process", gone][..], &out].concat(),
-        &[&["clean", gone, "--repair"][..], &out].concat(),
-        &[&["learn", gone][..], &out].concat(),
-        &[&["generate", "-d", gone, gone][..], &out].concat(),
-        &[&["plan", "-d", gone, "--from", at, "--to", at][..], &out].concat(),
-        &[&["cut", gone][..], &out].concat(),
-        &[&["filter", gone][..], &out].concat(),
-        &[&["merge", gone, "gone2.mcap"][..], &out].concat(),
-        &[&["recover", gone][..], &out].concat(),
-        &[&["view", gone][..], &out].concat(),
-        &[&["overlay", gone, "gone2.mcap"][..], &out].concat(),
-        &[&["annotate", "about", gone, "--set", "a=b"][..], &out].concat(),
-    ] {
-        let output = bench.inhand(call);
-        let message = stderr(&output) + &String::from_utf8_lossy(&output.stdout);
-        assert_eq!(output.status.code(), Some(1), "{call:?}: {message}");
-        assert!(message.contains("gone"), "{call:?}: {message}");
-        assert_eq!(bench.files("."), Vec::<String>::new(), "{call:?}");
-    }
-}
-
-#[test]
 fn info_points_to_what_reads_other_takes() {
     let bench = Bench::csv();
     let output = bench.inhand(&["info", TRAIN]);

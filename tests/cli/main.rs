@@ -8,6 +8,7 @@ mod check;
 mod clean;
 mod containers;
 mod convert;
+mod exit_codes;
 mod export;
 mod json;
 mod layout;

@@ -318,7 +318,7 @@ fn describe(
             headings.push(argument.get_help_heading());
         }
     }
-    headings.sort_by_key(|heading| heading.is_some());
+    headings.sort_by_key(Option::is_some);
     for heading in headings {
         let arguments = command.get_arguments().filter(own);
         let arguments = arguments.filter(|argument| argument.get_help_heading() == heading);

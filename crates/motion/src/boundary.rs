@@ -44,13 +44,12 @@ impl Boundary {
     pub(crate) fn lines(self, table: &SegmentTable) -> EndConditions {
         let [before, after] = self.windows();
         let side = |window: &Range<usize>, at: usize| {
-            let mut ends = [[f64::NAN; SEGMENT_COORDINATES]; 2];
-            for i in 0..SEGMENT_COORDINATES {
+            let lines: [_; SEGMENT_COORDINATES] = std::array::from_fn(|i| {
                 let measured = table.measured(window.clone(), i / 3);
                 let point = |k: usize| (self.time_s(k, at), table.fingertips_m()[k][i]);
-                [ends[0][i], ends[1][i]] = line(measured.map(point));
-            }
-            ends
+                line(measured.map(point))
+            });
+            [0, 1].map(|part| lines.map(|line| line[part]))
         };
         let [first_m, first_velocity_m_s] = side(&before, self.first);
         let [last_m, last_velocity_m_s] = side(&after, self.last);

@@ -26,6 +26,8 @@ fn planted_faults_are_listed_and_nothing_is_written() {
     for step in ["--swaps", "--flips", "--spikes", "--stitch"] {
         assert!(listed.contains(step), "{listed}");
     }
+    let call = format!("to repair them: inhand clean {TAKE} --repair -o CLEANED.mcap\n");
+    assert!(listed.ends_with(&call), "{listed}");
     let files = std::fs::read_dir(bench.folder.path()).expect("the folder is there");
     assert_eq!(files.count(), 1, "only the session is there");
 }

@@ -40,6 +40,8 @@ proptest! {
         expected.extend(sent(&b));
         // Stable: of equal times the first file's come first.
         expected.sort_by_key(|(_, _, time, _)| *time);
+        let pauses = expected.windows(2).map(|pair| pair[1].2 - pair[0].2);
+        prop_assert_eq!(result.longest_pause, pauses.max().unwrap_or(0));
         prop_assert_eq!(sent(&out), expected);
         // All four channels are the same in both.
         prop_assert_eq!(result.written.channels, 4);

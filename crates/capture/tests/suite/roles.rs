@@ -360,7 +360,7 @@ fn settings_decide() {
         .unwrap_err()
         .to_string();
     assert!(
-        error.starts_with("cannot tell which marker is the middle finger\n"),
+        error.starts_with("cannot tell which marker is the middle finger in take"),
         "{error}"
     );
     settings.fingers[Finger::Middle] = Some("Middle".to_owned());

@@ -68,6 +68,7 @@ const SETTINGS: [(&str, &str); 89] = [
     ("[segments]", "Segments that takes are cut into."),
     ("segments.stride", "--stride"),
     ("segments.margin_s", "--margin"),
+    ("segments.ends_s", "--ends-s"),
     ("segments.missing_s", "--missing"),
     ("[learn]", "The dictionary."),
     ("learn.kind", "--kind"),

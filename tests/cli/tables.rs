@@ -299,12 +299,12 @@ fn what_was_planned_and_evaluated_leaves_with_the_numbers_of_the_channels() {
         assert!((distance_m - number(&row, "middle.error_m")).abs() < 1e-15);
     }
     // Readers of rows pass over them, and a run with other columns is another run.
-    bench.ok(&["report", "out", "-o", "with.html"]);
+    bench.ok(&["report", "merge", "out", "-o", "with.json"]);
     let with = bench.bytes("out/rows.parquet");
     bench.run("out", &["--methods", "residual,line"]);
     assert!(bench.bytes("out/rows.parquet").len() < with.len());
-    bench.ok(&["report", "out", "-o", "without.html"]);
-    assert!(bench.bytes("with.html") == bench.bytes("without.html"));
+    bench.ok(&["report", "merge", "out", "-o", "without.json"]);
+    assert!(bench.bytes("with.json") == bench.bytes("without.json"));
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use inhand_model::{Clock, Configuration, Finger, PerFinger};
+use inhand_model::{Clock, ClockError, Configuration, Finger, PerFinger, StartTime, Trajectory};
 
 use crate::table::{Table, TableBuilder};
 
@@ -30,8 +30,13 @@ pub struct FingerRow<'a, const N: usize> {
 /// Heading of a number of a finger, with its unit, the unit alone, and the frame of a coordinate.
 pub type FingerColumn = (&'static str, &'static str, &'static str);
 
-/// Columns of [`motion_rows`]: position and velocity.
-pub const MOTION_COLUMNS: [FingerColumn; 6] = [
+/// Columns of errors.
+pub const ERROR_COLUMNS: [FingerColumn; 1] = [("error_m", "m", "")];
+
+/// Columns of contacts: distance to the object's surface, and 1 where that is contact.
+pub const CONTACT_COLUMNS: [FingerColumn; 2] = [("distance_m", "m", ""), ("in_contact", "1", "")];
+
+const MOTION_COLUMNS: [FingerColumn; 6] = [
     ("x_m", "m", "hand"),
     ("y_m", "m", "hand"),
     ("z_m", "m", "hand"),
@@ -40,41 +45,82 @@ pub const MOTION_COLUMNS: [FingerColumn; 6] = [
     ("vz_m_s", "m/s", "hand"),
 ];
 
-/// Positions of a method with their velocities, a row for each sample.
+/// Positions and velocities of methods, named, by sample of the take: a table by [`finger_table`].
 ///
 /// Velocities are central differences, at the first and the last sample of a trajectory those to its other sample.
-/// `starts` are the samples at which trajectories start; where they are not known, velocities are NaN.
-pub fn motion_rows<'a>(
-    method: &'a str,
-    configurations_m: &'a BTreeMap<usize, Configuration>,
-    starts: Option<&'a BTreeSet<usize>>,
-    rate_hz: f64,
-) -> impl Iterator<Item = FingerRow<'a, 6>> {
-    let row = move |(&sample, here): (&usize, &Configuration)| {
-        let next = (configurations_m.get(&(sample + 1)))
-            .filter(|_| starts.is_some_and(|starts| !starts.contains(&(sample + 1))));
-        let before = (sample.checked_sub(1))
-            .filter(|_| starts.is_some_and(|starts| !starts.contains(&sample)))
-            .and_then(|before| configurations_m.get(&before));
-        let steps = usize::from(next.is_some()) + usize::from(before.is_some());
-        let (from, to) = (before.unwrap_or(here), next.unwrap_or(here));
-        // Without a neighbour it is 0 / 0: NaN.
-        let velocity = |k: usize| (to[k] - from[k]) * rate_hz / steps as f64;
-        let numbers = PerFinger::from_fn(|finger| {
-            let [x, y, z] = [0, 1, 2].map(|axis| 3 * finger.index() + axis);
-            let [vx, vy, vz] = [x, y, z].map(velocity);
-            [here[x], here[y], here[z], vx, vy, vz]
-        });
-        FingerRow {
-            method,
-            sample,
-            numbers,
-        }
-    };
-    configurations_m.iter().map(row)
+/// `starts` are the samples at which trajectories start; where they are not known, velocities are blank.
+pub fn motion_table<'a>(
+    methods: impl IntoIterator<Item = (&'a str, &'a BTreeMap<usize, Configuration>)>,
+    starts: Option<&BTreeSet<usize>>,
+    clock: Clock,
+    layout: TableLayout,
+) -> Table<'a> {
+    let rows = methods.into_iter().flat_map(|(method, configurations_m)| {
+        let row = |&sample| motion_row(method, sample, configurations_m, starts, clock.rate_hz());
+        configurations_m.keys().map(row).collect::<Vec<_>>()
+    });
+    finger_table(rows.collect(), MOTION_COLUMNS, clock, layout)
 }
 
-/// A table of such rows: `method`, `sample`, `time_s`, then for each finger `FINGER.HEADING`; tidy has a row for each
+/// Planned motion as such a table; its time starts at zero.
+///
+/// # Errors
+///
+/// [`ClockError`] for a trajectory without a rate.
+pub fn trajectory_table<'a>(
+    method: &'a str,
+    trajectory: &Trajectory,
+) -> Result<Table<'a>, ClockError> {
+    let (layout, starts) = (trajectory.layout(), BTreeSet::new());
+    let clock = Clock::new(0, StartTime::Unknown, layout.rate_hz)?;
+    let configurations_m = (0..layout.samples).map(|k| (k, trajectory.configuration_m(k)));
+    let configurations_m = configurations_m.collect();
+    let rate_hz = layout.rate_hz;
+    let row = |k| motion_row(method, k, &configurations_m, Some(&starts), rate_hz);
+    let rows = (0..layout.samples).map(row).collect();
+    Ok(finger_table(rows, MOTION_COLUMNS, clock, TableLayout::Wide))
+}
+
+fn motion_row<'a>(
+    method: &'a str,
+    sample: usize,
+    configurations_m: &BTreeMap<usize, Configuration>,
+    starts: Option<&BTreeSet<usize>>,
+    rate_hz: f64,
+) -> FingerRow<'a, 6> {
+    // A neighbour of the same trajectory.
+    let neighbour = |sample: Option<usize>, later: usize| {
+        let is_same = starts.is_some_and(|starts| !starts.contains(&later));
+        sample
+            .filter(|_| is_same)
+            .and_then(|sample| configurations_m.get(&sample))
+    };
+    let before = neighbour(sample.checked_sub(1), sample);
+    let next = neighbour(Some(sample + 1), sample + 1);
+    let steps = f64::from(u8::from(before.is_some()) + u8::from(next.is_some()));
+    let here = &configurations_m[&sample];
+    let (from, to) = (before.unwrap_or(here), next.unwrap_or(here));
+    // Without a neighbour it is 0 / 0: NaN.
+    let velocity = |k: usize| (to[k] - from[k]) * rate_hz / steps;
+    let numbers = PerFinger::from_fn(|finger| {
+        let [x, y, z] = [0, 1, 2].map(|axis| 3 * finger.index() + axis);
+        [
+            here[x],
+            here[y],
+            here[z],
+            velocity(x),
+            velocity(y),
+            velocity(z),
+        ]
+    });
+    FingerRow {
+        method,
+        sample,
+        numbers,
+    }
+}
+
+/// A table of rows: `method`, `sample`, `time_s`, then for each finger `FINGER.HEADING`; tidy has a row for each
 /// finger and its name as `finger`.
 pub fn finger_table<'a, const N: usize>(
     rows: Vec<FingerRow<'a, N>>,

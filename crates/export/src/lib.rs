@@ -41,7 +41,7 @@
 //!
 //! * [`wide`], [`tidy`]: a recording or motion as a [`Table`]; [`write_csv`], [`write_parquet`].
 //! * [`facts_json`], [`read_wide_csv`]: facts beside a wide table, and the table as a recording.
-//! * [`finger_table`]: motion that methods generated ([`motion_rows`]), and other numbers of fingers.
+//! * [`motion_table`], [`finger_table`]: motion that methods generated, and other numbers of fingers.
 //! * [`evaluation_rows`]: every instant behind an evaluation; [`RowsFile`] reads it back.
 //! * [`segment_rows`], [`contact_rows`], [`phase_rows`]: the segments, contacts and phases behind it.
 //! * [`events`]: events of a take as CSV and back.
@@ -62,7 +62,8 @@ mod wide_csv;
 
 pub use error::ExportError;
 pub use fingers::{
-    FingerColumn, FingerRow, MOTION_COLUMNS, TableLayout, finger_table, motion_rows,
+    CONTACT_COLUMNS, ERROR_COLUMNS, FingerColumn, FingerRow, TableLayout, finger_table,
+    motion_table, trajectory_table,
 };
 pub use motion::{contact_rows, phase_rows, segment_rows};
 pub use parquet_file::{ParquetTable, write_parquet};

@@ -53,6 +53,14 @@ pub struct Planned {
     pub targets: Vec<MetTarget>,
 }
 
+impl Planned {
+    /// The whole motion, to be written into a file.
+    pub(crate) fn motion(&self, path: &Path) -> Result<&Trajectory, SessionError> {
+        let motion = self.trajectory.as_ref();
+        motion.ok_or_else(|| SessionError::usage(path, "the plan has no motion to write"))
+    }
+}
+
 /// A target position of a finger, and how a motion meets it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MetTarget {
@@ -300,9 +308,7 @@ pub fn write_plan(
     made: &[Provenance],
     view: bool,
 ) -> Result<(), SessionError> {
-    let Some(whole) = &planned.trajectory else {
-        return Err(SessionError::usage(path, "the plan has no motion to write"));
-    };
+    let whole = planned.motion(path)?;
     let samples = whole.layout().samples;
     let parts = parts(whole, planned);
     let segments: Vec<_> = (parts.iter().zip(&planned.plans))

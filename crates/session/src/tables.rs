@@ -3,15 +3,16 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use inhand_channels::{EvaluatedSample, ReadMethod};
+use inhand_channels::{EvaluatedMethod, EvaluatedSample};
 pub use inhand_export::TableLayout;
 use inhand_export::bids::{self, BidsNames};
 use inhand_export::{
-    Entity, FingerColumn, FingerRow, MOTION_COLUMNS, RowPositions, Table, contact_rows,
-    evaluation_rows, facts_json, finger_table, motion_entities, motion_rows, phase_rows,
-    recording_entities, rows_facts, segment_rows, tidy, wide, write_csv, write_parquet,
+    CONTACT_COLUMNS, ERROR_COLUMNS, Entity, FingerRow, RowPositions, Table, contact_rows,
+    evaluation_rows, facts_json, finger_table, motion_entities, motion_table, phase_rows,
+    recording_entities, rows_facts, segment_rows, tidy, trajectory_table, wide, write_csv,
+    write_parquet,
 };
-use inhand_model::{Clock, MotionRows, PerFinger, Protocol, StartTime};
+use inhand_model::{MotionRows, PerFinger, Protocol};
 
 use crate::error::{Located, SessionError};
 pub use crate::files::facts_path;
@@ -105,37 +106,40 @@ pub fn write_table(
     match what {
         TablePart::Generated => {
             let methods = stored::read_methods(take, Protocol::Published)?;
-            if methods.is_empty() {
-                let none = "no /generated channels: `inhand generate` writes them";
-                return Err(take.error(none.to_owned()));
-            }
-            let starts = starts(&methods, what == TablePart::of(take));
-            let rate_hz = clock.rate_hz();
-            let rows = methods.iter().flat_map(|method| {
-                motion_rows(
-                    &method.name,
-                    &method.configurations_m,
-                    starts.as_ref(),
-                    rate_hz,
-                )
-            });
-            write(finger_table(rows.collect(), MOTION_COLUMNS, clock, layout))?;
+            let methods = some_of(take, methods, "/generated", "generate")?;
+            // Plans have starts, which baselines share; a file of a plan holds one trajectory.
+            let starts = methods.iter().flat_map(|method| method.plans.keys());
+            let is_plan = what == TablePart::of(take);
+            let starts: BTreeSet<usize> = (starts.copied())
+                .take(if is_plan { 1 } else { usize::MAX })
+                .collect();
+            let starts = (!starts.is_empty()).then_some(&starts);
+            let methods = (methods.iter()).map(|m| (m.name.as_str(), &m.configurations_m));
+            write(motion_table(methods, starts, clock, layout))?;
         }
         TablePart::Errors => {
-            let columns = [("error_m", "m", "")];
-            write_evaluated(take, columns, layout, write, |sample| {
-                Some(sample.error_m?.each_ref().map(|error_m| [*error_m]))
-            })?;
+            let methods = stored::read_evaluated_methods(take)?;
+            let methods = some_of(take, methods, "/evaluation", "run")?;
+            let rows = finger_rows(&methods, |sample| {
+                Some(sample.error_m?.map(|error_m| [error_m]))
+            });
+            write(finger_table(rows, ERROR_COLUMNS, clock, layout))?;
         }
         TablePart::Contacts => {
-            let columns = [("distance_m", "m", ""), ("in_contact", "1", "")];
-            write_evaluated(take, columns, layout, write, |sample| {
+            let methods = stored::read_evaluated_methods(take)?;
+            let methods = some_of(take, methods, "/evaluation", "run")?;
+            let rows = finger_rows(&methods, |sample| {
                 let contact = sample.contact?;
                 Some(PerFinger::from_fn(|finger| {
-                    let in_contact = f64::from(u8::from(contact.in_contact[finger]));
-                    [contact.distance_m[finger], in_contact]
+                    let in_contact = u8::from(contact.in_contact[finger]);
+                    [contact.distance_m[finger], in_contact.into()]
                 }))
-            })?;
+            });
+            if rows.is_empty() {
+                let none = "no contacts are stored in it: `inhand run` writes them of an object with its shape";
+                return Err(take.error(none.to_owned()));
+            }
+            write(finger_table(rows, CONTACT_COLUMNS, clock, layout))?;
         }
         _ => {
             let entities = entities(take, what)?;
@@ -151,43 +155,34 @@ pub fn write_table(
     Ok(())
 }
 
-/// Samples at which trajectories start: those of plans, which baselines share. The motion of a plan is one trajectory.
-fn starts(methods: &[ReadMethod], is_plan: bool) -> Option<BTreeSet<usize>> {
-    let plans = methods.iter().flat_map(|method| method.plans.keys());
-    let starts: BTreeSet<usize> = plans.copied().collect();
-    match is_plan {
-        true => Some(starts.into_iter().take(1).collect()),
-        false => (!starts.is_empty()).then_some(starts),
+/// Methods that a take stores in channels of a root, if it stores any.
+fn some_of<T>(
+    take: &Take,
+    methods: Vec<T>,
+    root: &str,
+    writer: &str,
+) -> Result<Vec<T>, SessionError> {
+    match methods.is_empty() {
+        true => Err(take.error(format!("no {root} channels: `inhand {writer}` writes them"))),
+        false => Ok(methods),
     }
 }
 
-/// Writes numbers of the fingers at every instant at which there are any.
-fn write_evaluated<const N: usize>(
-    take: &Take,
-    columns: [FingerColumn; N],
-    layout: TableLayout,
-    write: impl FnOnce(Table<'_>) -> Result<(), SessionError>,
+/// Numbers of the fingers at every instant at which there are any.
+fn finger_rows<const N: usize>(
+    methods: &[EvaluatedMethod],
     numbers: impl Fn(&EvaluatedSample) -> Option<PerFinger<[f64; N]>>,
-) -> Result<(), SessionError> {
-    let methods = stored::read_evaluated_methods(take)?;
-    let rows = methods.iter().flat_map(|method| {
-        let row = |sample: &EvaluatedSample| {
-            Some(FingerRow {
-                method: &method.name,
-                sample: sample.sample,
-                numbers: numbers(sample)?,
-            })
-        };
-        method.samples.iter().filter_map(row).collect::<Vec<_>>()
-    });
-    let rows: Vec<_> = rows.collect();
-    if rows.is_empty() {
-        let (heading, ..) = columns[0];
-        return Err(take.error(format!(
-            "no {heading} of fingertips is stored in it: `inhand run` writes it, distances to an object with its shape"
-        )));
-    }
-    write(finger_table(rows, columns, take.recording.clock, layout))
+) -> Vec<FingerRow<'_, N>> {
+    let instants =
+        (methods.iter()).flat_map(|m| m.samples.iter().map(move |sample| (&*m.name, sample)));
+    let row = |(method, sample): (_, &EvaluatedSample)| {
+        Some(FingerRow {
+            method,
+            sample: sample.sample,
+            numbers: numbers(sample)?,
+        })
+    };
+    instants.filter_map(row).collect()
 }
 
 /// Writes planned motion as a table: times, positions and velocities.
@@ -200,16 +195,8 @@ pub fn write_plan_table(
     planned: &Planned,
     form: TableFormat,
 ) -> Result<(), SessionError> {
-    let whole = (planned.trajectory.as_ref())
-        .ok_or_else(|| SessionError::usage(path, "the plan has no motion to write"))?;
-    let layout = whole.layout();
-    let configurations_m = (0..layout.samples).map(|k| (k, whole.configuration_m(k)));
-    let (configurations_m, starts) = (configurations_m.collect(), BTreeSet::new());
-    let rate_hz = layout.rate_hz;
-    let name = planned.method.name();
-    let rows = motion_rows(name, &configurations_m, Some(&starts), rate_hz);
-    let clock = Clock::new(0, StartTime::Unknown, rate_hz).in_file(path)?;
-    let table = finger_table(rows.collect(), MOTION_COLUMNS, clock, TableLayout::Wide);
+    let whole = planned.motion(path)?;
+    let table = trajectory_table(planned.method.name(), whole).in_file(path)?;
     write_file(path, form, &table, table.rows, &[])
 }
 

@@ -5,6 +5,7 @@
 mod bids;
 mod common;
 mod events;
+mod fingers;
 mod parquet;
 mod rows;
 mod wide;

@@ -8,7 +8,7 @@ use crate::Cli;
 
 /// Keys and headers of `inhand.toml` in its order, each with the option that sets it or its meaning. An option is
 /// one of `run` unless a command is named.
-const SETTINGS: [(&str, &str); 89] = [
+const SETTINGS: [(&str, &str); 90] = [
     (
         "name",
         "Name of the session [default: the name of its folder].",

@@ -45,6 +45,23 @@ const CUBE_BASELINES: [Row; 4] = [
     },
 ];
 
+/// Baselines under the held-out protocol, as an independent computation with NumPy found them: session, method, and
+/// p50, p75, p95 and mean of the error, millimetres.
+const HELD_OUT_BASELINES: [(&str, &str, [f64; 4]); 12] = [
+    ("cube", "hold", [1.916, 4.612, 9.740, 3.232]),
+    ("cube", "line", [0.857, 1.379, 3.492, 1.317]),
+    ("cube", "minimum_jerk", [0.877, 1.449, 3.216, 1.365]),
+    ("cube", "hermite", [0.906, 1.340, 5.295, 1.495]),
+    ("cylinder", "hold", [1.881, 4.329, 8.118, 2.918]),
+    ("cylinder", "line", [0.826, 1.311, 2.379, 1.110]),
+    ("cylinder", "minimum_jerk", [0.857, 1.407, 2.610, 1.167]),
+    ("cylinder", "hermite", [0.867, 1.270, 2.140, 1.172]),
+    ("cube_tracked", "hold", [2.146, 4.238, 8.364, 3.030]),
+    ("cube_tracked", "line", [0.965, 1.508, 2.486, 1.233]),
+    ("cube_tracked", "minimum_jerk", [0.971, 1.596, 2.692, 1.270]),
+    ("cube_tracked", "hermite", [0.861, 1.288, 2.246, 1.166]),
+];
+
 /// The values above are rounded to a micrometre.
 const TOLERANCE_MM: f64 = 0.001;
 
@@ -127,6 +144,27 @@ fn beside_the_best_baseline(evaluation: &Value, statistic: &str) -> f64 {
     of(method(evaluation, default)) / best
 }
 
+/// The baselines under the held-out protocol are known, and what is learned under it is better than each.
+fn assert_held_out(session: &str, evaluation: &Value) {
+    let mut held_out = evaluation["held_out"].clone();
+    held_out["default_method"] = evaluation["default_method"].clone();
+    for (_, name, expected) in (HELD_OUT_BASELINES.iter()).filter(|(of, ..)| *of == session) {
+        for (quantile, expected) in ["p50", "p75", "p95", "mean"].into_iter().zip(expected) {
+            let found = error(&held_out, name, quantile);
+            let apart = (found - expected).abs();
+            assert!(
+                apart <= 0.002,
+                "{session} {name} {quantile}: {found}, expected {expected}"
+            );
+        }
+    }
+    let found = ["mean", "p95"].map(|statistic| beside_the_best_baseline(&held_out, statistic));
+    assert!(
+        found[0] <= 0.80 && found[1] <= 0.80,
+        "{session}, held out: {found:?}"
+    );
+}
+
 #[test]
 fn the_default_method_beats_every_baseline() {
     let Some(corpus) = corpus() else { return };
@@ -135,6 +173,7 @@ fn the_default_method_beats_every_baseline() {
         let folder = corpus.join("sessions").join(session);
         let evaluation = run(&folder, out.path(), &["--stride", "10"]);
         assert_eq!(evaluation["default_method"], "residual");
+        assert_held_out(session, &evaluation);
         let beside = |statistic| beside_the_best_baseline(&evaluation, statistic);
         let found = ["mean", "p95", "p50"].map(beside);
         assert!(

@@ -1,6 +1,8 @@
 //! Deviations from the cubic Hermite baseline: what must come out exactly.
 
-use inhand_model::PredictorWeights;
+use inhand_model::{
+    EndConditions, PredictorWeights, Protocol, SegmentLayout, SmoothCurve, Trajectory,
+};
 use nalgebra::{DMatrix, DVector};
 
 use crate::residual_data::{
@@ -171,20 +173,41 @@ fn primitives_are_orthonormal_and_each_moves_one_part() {
 }
 
 #[test]
-fn the_smooth_basis_is_the_cubic_of_the_trajectories() {
-    for object in [false, true] {
+fn smooth_curves_are_those_of_the_baselines() {
+    type Baseline = fn(&EndConditions, SegmentLayout) -> Trajectory;
+    let baselines: [(SmoothCurve, Baseline); 3] = [
+        (SmoothCurve::Hermite, inhand_curves::curves::hermite),
+        (
+            SmoothCurve::MinimumJerk,
+            inhand_curves::curves::minimum_jerk,
+        ),
+        (SmoothCurve::Line, inhand_curves::curves::line),
+    ];
+    for ((curve, baseline), object) in baselines.iter().flat_map(|b| [(b, false), (b, true)]) {
         let layout = layout(23, object);
-        let basis = inhand_model::SmoothCurve::Hermite.basis(layout);
+        let basis = curve.basis(layout);
         for i in 0..5 {
             let x = numbers(i, layout);
-            let curve = inhand_curves::curves::hermite(&ends(&x), layout);
+            let expected = baseline(&ends(&x), layout);
             let smooth: DVector<f64> = &basis * &x;
-            assert_eq!(curve.values_m().len(), layout.finger_rows());
-            for (smooth, value) in smooth.iter().zip(curve.values_m()) {
-                assert!((smooth - value).abs() < 1e-15);
+            assert_eq!(expected.values_m().len(), layout.finger_rows());
+            for (smooth, value) in smooth.iter().zip(expected.values_m()) {
+                assert!((smooth - value).abs() < 1e-15, "{curve:?}");
             }
         }
     }
+}
+
+#[test]
+fn with_little_to_learn_held_out_deviations_are_those_from_the_best_curve() {
+    let layout = layout(30, false);
+    let x = conditions(layout, 0, 8);
+    let straight = (SmoothCurve::Line.basis(layout) - SmoothCurve::Hermite.basis(layout)) * &x;
+    let segments = around_smooth(layout, &x, &straight, 4);
+    assert_eq!(learn(&segments).curve, SmoothCurve::Hermite);
+    let residual = learn(&segments.under(Protocol::HeldOut));
+    assert_eq!(residual.curve, SmoothCurve::Line);
+    assert!(residual.validation.error_m < 1e-12);
 }
 
 #[test]

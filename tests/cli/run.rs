@@ -2,7 +2,7 @@
 
 use crate::support::{Bench, without_provenance};
 
-const RESULTS: [&str; 11] = [
+const RESULTS: [&str; 12] = [
     "contacts.parquet",
     "cube_test_01.mcap",
     "cube_train_01.mcap",
@@ -11,6 +11,7 @@ const RESULTS: [&str; 11] = [
     "evaluation.json",
     "phases.parquet",
     "report.html",
+    "rows.held_out.parquet",
     "rows.parquet",
     "run.json",
     "segments.parquet",

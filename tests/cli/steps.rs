@@ -59,6 +59,8 @@ fn single_steps_give_the_numbers_of_a_run() {
     .concat());
     let rows = String::from_utf8(bench.bytes("rows.csv")).expect("a table is text");
     rows_give_the_numbers(&rows, &bench.json("evaluation.json"));
+    let rows = String::from_utf8(bench.bytes("rows.held_out.csv")).expect("a table is text");
+    rows_give_the_numbers(&rows, &bench.json("evaluation.json")["held_out"]);
     bench.ok(&["report", "evaluation.json", "-o", "report.html"]);
 
     bench.run("out", &[]);
@@ -66,7 +68,13 @@ fn single_steps_give_the_numbers_of_a_run() {
     // The single steps do not inspect the session.
     run["inspection"] = serde_json::Value::Null;
     let steps = without_provenance(bench.json("evaluation.json"));
-    for key in ["dictionary", "methods", "default_method"] {
+    for key in [
+        "dictionary",
+        "methods",
+        "default_method",
+        "held_out",
+        "filter_moves_mm",
+    ] {
         assert_eq!(steps[key], run[key], "{key}");
     }
     assert_eq!(learned["rms_mm"], run["dictionary"]["rms_mm"]);
@@ -75,6 +83,29 @@ fn single_steps_give_the_numbers_of_a_run() {
             .unwrap()
             .contains("hermite")
     );
+}
+
+#[test]
+fn lines_of_boundary_conditions_are_a_setting() {
+    let bench = Bench::csv();
+    bench.run("out", &["--ends-s", "0.12"]);
+    let evaluation = bench.json("out/evaluation.json");
+    let held_out = &evaluation["held_out"];
+    assert_eq!(
+        (&held_out["ends_s"], &held_out["ends_samples"]),
+        (&0.12.into(), &12.into())
+    );
+    assert!(
+        held_out["segments"].as_u64().is_some_and(|n| n > 0),
+        "{held_out}"
+    );
+    assert!(evaluation["filter_moves_mm"]["all"]["max"].as_f64() > Some(0.0));
+    // Without a filter there is one reference, and still two ways to boundary conditions.
+    bench.run("plain", &["--filter", "none"]);
+    let plain = bench.json("plain/evaluation.json");
+    assert!(plain["filter_moves_mm"].is_null());
+    let mean = |methods: &serde_json::Value| methods[3]["error_mm"]["all"]["mean"].clone();
+    assert_ne!(mean(&plain["methods"]), mean(&plain["held_out"]["methods"]));
 }
 
 /// What an evaluation says of each method and finger, computed anew from the exported rows.

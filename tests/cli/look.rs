@@ -189,3 +189,37 @@ fn a_batch_shows_findings_and_keeps_the_reason_of_a_refusal() {
     let error = bench.json("all/batch.json")["sessions"][0]["error"].to_string();
     assert!(error.contains("object-size"), "{error}");
 }
+
+#[test]
+fn learning_refuses_what_a_run_refuses_and_a_take_is_accepted_alone() {
+    let bench = Bench::csv();
+    let takes = &TAKES[..2];
+    for take in takes {
+        bench.edit(take, |text| {
+            text.replacen("Units,Meters", "Units,Millimeters", 1)
+        });
+    }
+    let learn = |options: &[&str]| {
+        let output = bench.inhand(&[&["learn"], options].concat());
+        (output.status.code(), stderr(&output))
+    };
+    let whole = [takes, &["-o", "d.mcap"], &SMALL].concat();
+    let ranks = [takes, &["-o", "d.mcap", "--rank", "4..8"]].concat();
+    let init = [&["init"], takes, &["-o", "work"], &SMALL].concat();
+    let one = [&whole[..], &["--accept", "units:cube_train_01"]].concat();
+    for options in [&whole, &ranks, &init, &one] {
+        let (code, message) = learn(options);
+        assert_eq!(code, Some(1), "{message}");
+        assert!(message.contains("\nunits (cube_train_0"), "{message}");
+        assert!(!bench.path("d.mcap").exists() && !bench.path("work").exists());
+    }
+    let (_, message) = learn(&one);
+    assert!(message.contains("\nunits (cube_train_02): "), "{message}");
+    let both = [&one[..], &["--accept", "units:cube_train_02"]].concat();
+    let (code, message) = learn(&both);
+    assert_eq!(code, Some(0), "{message}");
+    assert!(
+        message.contains("\nfail     units (cube_train_01)"),
+        "{message}"
+    );
+}

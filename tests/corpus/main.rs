@@ -6,7 +6,10 @@
 mod c3d;
 mod check;
 mod containers;
+mod faults;
 mod files;
+#[path = "../cli/plant.rs"]
+mod plant;
 mod real;
 mod ros2;
 mod sessions;

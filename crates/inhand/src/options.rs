@@ -50,10 +50,10 @@ impl FailOn {
 /// Inspection of a session before anything is learned.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct LookOptions {
-    /// Accept findings of this identifier, such as units; repeat for several.
+    /// Accept findings of this identifier, such as units, or in one take, units:TAKE; repeat for several.
     ///
     /// A finding of level fail ends the command with exit code 1 unless it is accepted.
-    #[arg(long, value_name = "ID")]
+    #[arg(long, value_name = "ID[:TAKE]")]
     accept: Vec<String>,
     /// Exit with 3 from this level on, once everything is written; accepted findings do not count.
     #[arg(long, value_enum, default_value_t, value_name = "LEVEL")]

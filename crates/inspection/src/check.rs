@@ -23,6 +23,8 @@ use self::subject::Subject;
 use self::words::{count, percent, times};
 use crate::suspect::{Suspect, SuspectKind};
 
+pub(crate) use convention::rotation_by_fingertips;
+
 pub use checkup::*;
 pub use output::{Checked, ranked, to_json, to_markdown, to_text};
 

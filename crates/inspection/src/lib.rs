@@ -6,7 +6,7 @@
 //!   frames, gaps, fit and shape of bodies, unit of length, rotation order, axes, usable segments).
 //!   Where there is no evidence the result says so. [`ranked`] puts many takes in the order in which a
 //!   person should look at them; [`to_text`], [`to_markdown`] and [`to_json`] show them.
-//! * [`inspect()`] runs both on every take of a session and looks at takes together and at settings;
+//! * [`TakeLook`] runs both on a take of a session, [`inspect()`] compares takes and looks at settings,
 //!   [`inspect_results`] adds what only results show.
 //! * [`clean()`] repairs, fills and resamples a recording. [`repair()`], [`fill`], [`to_pads`] and
 //!   [`resample`] are its steps. Every step lists what it changed as [`Change`](inhand_model::Change)s.

@@ -1,15 +1,17 @@
 //! Inspection of a session: every take by itself, takes against each other, settings against the data.
 
+mod hand;
+mod object;
 mod plausibility;
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
 use inhand_model::{
-    BodySource, Finger, Inspection, Level, Motion, Recording, Roles, SessionFinding, Shape,
+    BodySource, Finger, Inspection, Level, Motion, PerFinger, Recording, Roles, SessionFinding,
+    Shape,
 };
 use inhand_motion::MotionError;
-use rayon::prelude::*;
 
 use crate::check::{CheckResult, CheckSettings, check};
 use crate::detect;
@@ -20,7 +22,7 @@ pub use plausibility::{filter_moves_m, inspect_results};
 
 /// Every check of a session, by the identifier that accepts its findings: those of takes, then those of takes
 /// together, of settings and of results.
-pub const SESSION_CHECKS: [&str; TAKE_CHECKS + 11] = [
+pub const SESSION_CHECKS: [&str; TAKE_CHECKS + 17] = [
     "units",
     "finger-place",
     "finger-spread",
@@ -50,21 +52,37 @@ pub const SESSION_CHECKS: [&str; TAKE_CHECKS + 11] = [
     "up-axis",
     "duplicate-names",
     "source",
-    "same-take",
+    "finger-order",
+    "hand-rotation",
+    "noise",
     "object-is-hand",
     "no-shape",
+    "object-fit",
+    "same-take",
+    "takes-disagree",
+    "hand-size",
     "object-size",
     "tau",
     "filter-window",
     "margin",
+    "held-out-resampled",
     "primitives",
     "contact-share",
     "filter-moves",
-    "finger-order",
 ];
 
-/// How many of [`SESSION_CHECKS`] look at single takes.
+/// How many of [`SESSION_CHECKS`] are those of [`check`] and of the detectors.
 const TAKE_CHECKS: usize = 29;
+
+/// Checks that say what they found wherever there is evidence: those silent about a take did not look at it.
+const NEED_EVIDENCE: [&str; 6] = [
+    "units",
+    "axes",
+    "orientation",
+    "rigidity",
+    "marker-error",
+    "up-axis",
+];
 
 /// Distance from its path from which a spike of a fingertip is more than noise, metres...
 const SPIKE_M: f64 = 0.01;
@@ -83,6 +101,9 @@ pub struct SessionMotion<'a> {
     pub roles: &'a Roles,
     /// In the hand's frame, gaps filled, not filtered.
     pub motion: &'a Motion,
+    /// Signed distance of each pad from the object's surface at each sample, metres; empty where its shape or pose
+    /// is not known.
+    pub distances_m: &'a [Option<PerFinger<f64>>],
     /// Whether it is for training.
     pub train: bool,
 }
@@ -96,35 +117,88 @@ pub struct SessionLimits<'a> {
     pub shape: Option<Shape>,
     /// Largest distance that counts as contact, metres.
     pub tau_m: f64,
-    /// Identifiers of findings that are accepted.
+    /// Findings that are accepted: `ID`, or `ID:TAKE` in one take.
     pub accept: &'a [String],
+    /// Whether recordings are resampled.
+    pub resampled: bool,
 }
 
-/// Looks at takes and settings before anything is learned.
-///
-/// # Errors
-///
-/// [`MotionError`] for roles that are not in a take.
-pub fn inspect(
-    takes: &[SessionMotion<'_>],
-    limits: &SessionLimits<'_>,
-) -> Result<Inspection, MotionError> {
-    let mut inspection = Inspection::default();
-    let looks: Vec<_> = (takes.par_iter())
-        .map(|take| take_findings(take, limits))
-        .collect::<Result<_, _>>()?;
-    let found = looks.into_iter().flatten().collect();
-    add(
-        &mut inspection,
-        &SESSION_CHECKS[..TAKE_CHECKS],
-        found,
-        limits,
-    );
-    if takes.len() > 1 {
-        add(&mut inspection, &["same-take"], same_takes(takes), limits);
+/// What is kept of a take that was looked at, to compare it with others.
+#[derive(Clone, Debug)]
+pub struct TakeLook {
+    name: String,
+    train: bool,
+    rate_hz: f64,
+    checks: Vec<&'static str>,
+    findings: Vec<SessionFinding>,
+    tips: Option<hand::Tips>,
+    /// Positions of the thumb to the last digit.
+    thumb: Vec<[u64; 3]>,
+}
+
+impl TakeLook {
+    /// Looks at a take by itself.
+    ///
+    /// # Errors
+    ///
+    /// [`MotionError`] for roles that are not in the take.
+    pub fn new(take: &SessionMotion<'_>, limits: &SessionLimits<'_>) -> Result<Self, MotionError> {
+        let (mut checks, mut findings) = take_findings(take, limits)?;
+        let mut look = |id, found: Vec<SessionFinding>| {
+            checks.push(id);
+            findings.extend(found);
+        };
+        let few = |found: Option<SessionFinding>| found.into_iter().collect();
+        look("finger-order", few(plausibility::finger_order(take)));
+        if let Some(found) = hand::hand_rotation(take) {
+            look("hand-rotation", found);
+        }
+        look("noise", hand::noise(take));
+        if take.roles.object.is_some() {
+            look("object-is-hand", few(object::object_is_hand(take)));
+        }
+        if limits.shape.is_none() {
+            look("no-shape", few(object::no_shape(take)));
+        }
+        if !take.distances_m.is_empty() {
+            look("object-fit", few(object::object_fit(take, limits.tau_m)));
+        }
+        let thumb = take.recording.marker(&take.roles.fingers[Finger::Thumb]);
+        let thumb = thumb
+            .into_iter()
+            .flat_map(|marker| marker.track.iter().flatten());
+        Ok(Self {
+            name: take.name.to_owned(),
+            train: take.train,
+            rate_hz: take.motion.clock.rate_hz(),
+            checks,
+            findings,
+            tips: hand::median_tips(take),
+            thumb: thumb.map(|at| at.to_array().map(f64::to_bits)).collect(),
+        })
     }
-    plausibility::settings(&mut inspection, takes, limits);
-    Ok(inspection)
+}
+
+/// Looks at takes together and at settings before anything is learned.
+pub fn inspect(takes: Vec<TakeLook>, limits: &SessionLimits<'_>) -> Inspection {
+    let mut inspection = Inspection::default();
+    let ran = |id: &&&str| takes.iter().any(|take| take.checks.contains(id));
+    let checks: Vec<_> = SESSION_CHECKS.iter().filter(ran).copied().collect();
+    let found = takes
+        .iter()
+        .flat_map(|take| take.findings.clone())
+        .collect();
+    add(&mut inspection, &checks, found, limits);
+    if takes.len() > 1 {
+        let disagree = hand::takes_disagree(&takes);
+        let size = hand::hand_size(&takes).into_iter().collect();
+        add(&mut inspection, &["same-take"], same_takes(&takes), limits);
+        add(&mut inspection, &["takes-disagree"], disagree, limits);
+        add(&mut inspection, &["hand-size"], size, limits);
+    }
+    let rate_hz = takes.first().map_or(f64::NAN, |take| take.rate_hz);
+    plausibility::settings(&mut inspection, rate_hz, limits);
+    inspection
 }
 
 /// Adds checks that ran and what they found. Findings alike in several takes become one.
@@ -136,9 +210,9 @@ fn add(
 ) {
     (inspection.checks).extend(checks.iter().map(|&id| id.to_owned()));
     for mut finding in found {
-        finding.accepted = finding.level > Level::Info && limits.accept.contains(&finding.id);
+        finding.accepted = finding.level > Level::Info && accepts(limits.accept, &finding);
         let is_alike = |other: &&mut SessionFinding| {
-            let key = |f: &SessionFinding| (f.id.clone(), f.level, f.entity.clone());
+            let key = |f: &SessionFinding| (f.id.clone(), f.level, f.accepted, f.entity.clone());
             key(other) == key(&finding) && !finding.takes.iter().any(|t| other.takes.contains(t))
         };
         match inspection.findings.iter_mut().find(is_alike) {
@@ -150,6 +224,14 @@ fn add(
     (inspection.findings).sort_by_key(|finding| std::cmp::Reverse(finding.level));
 }
 
+/// Whether `ID` or `ID:TAKE` is accepted.
+fn accepts(accept: &[String], finding: &SessionFinding) -> bool {
+    accept.iter().any(|entry| match entry.split_once(':') {
+        Some((id, take)) => id == finding.id && finding.takes.iter().all(|name| name == take),
+        None => *entry == finding.id,
+    })
+}
+
 fn finding(id: &str, level: Level, found: String, advice: impl Into<String>) -> SessionFinding {
     SessionFinding {
         id: id.to_owned(),
@@ -157,36 +239,55 @@ fn finding(id: &str, level: Level, found: String, advice: impl Into<String>) -> 
         accepted: false,
         takes: Vec::new(),
         entity: String::new(),
+        places_s: Vec::new(),
         found,
         advice: advice.into(),
     }
 }
 
-/// What `check` and the detectors of `clean` find in a take.
+fn of_take(take: &SessionMotion<'_>, finding: SessionFinding) -> SessionFinding {
+    SessionFinding {
+        takes: vec![take.name.to_owned()],
+        ..finding
+    }
+}
+
+/// What `check` and the detectors of `clean` find in a take, after the checks for which it has evidence.
 fn take_findings(
     take: &SessionMotion<'_>,
     limits: &SessionLimits<'_>,
-) -> Result<Vec<SessionFinding>, MotionError> {
+) -> Result<(Vec<&'static str>, Vec<SessionFinding>), MotionError> {
     let suspects = detect::all(take.recording, Some(take.roles))?;
     let results = check(take.recording, Ok(take.roles), &suspects, &limits.check).results;
-    let findings = (results.into_iter())
-        .filter(|result| result.level > Level::Ok)
-        .map(|result| {
-            let level = session_level(&result, take, &suspects);
-            let CheckResult {
-                id,
-                entity,
-                found,
-                advice,
-                ..
-            } = result;
-            SessionFinding {
-                takes: vec![take.name.to_owned()],
-                entity,
-                ..finding(id, level, found, advice)
-            }
-        });
-    Ok(findings.collect())
+    let has_evidence = |id: &str| {
+        let mut of_id = results.iter().filter(|result| result.id == id);
+        of_id.any(|result| !result.is_without_evidence())
+    };
+    let ran = |id: &&str| match *id {
+        "flips" => !take.recording.bodies.is_empty(),
+        id => !NEED_EVIDENCE.contains(&id) || has_evidence(id),
+    };
+    let checks = SESSION_CHECKS[..TAKE_CHECKS]
+        .iter()
+        .copied()
+        .filter(ran)
+        .collect();
+    let found = results
+        .into_iter()
+        .filter(|result| result.level > Level::Ok);
+    let findings = found.map(|result| {
+        let level = session_level(&result, take, &suspects);
+        SessionFinding {
+            entity: result.entity,
+            places_s: result
+                .places
+                .iter()
+                .map(|at| [at.from_s, at.to_s])
+                .collect(),
+            ..of_take(take, finding(result.id, level, result.found, result.advice))
+        }
+    });
+    Ok((checks, findings.collect()))
 }
 
 /// How much a result matters in a session, where other takes and the roles are known.
@@ -195,6 +296,11 @@ fn session_level(result: &CheckResult, take: &SessionMotion<'_>, suspects: &[Sus
     match (result.id, result.level) {
         // Another unit makes it a hand: every length would be wrong.
         ("units", Level::Warn) if has_number("hand_then_mm") => Level::Fail,
+        ("axes", Level::Warn)
+            if has_number("wander_then_mm") && is_hand(&result.entity, take.roles) =>
+        {
+            Level::Fail
+        }
         // What gaps cost is said by the segments; a take may give none where others do.
         ("gaps", Level::Warn) => Level::Info,
         ("segments", Level::Fail) => Level::Warn,
@@ -210,6 +316,10 @@ fn session_level(result: &CheckResult, take: &SessionMotion<'_>, suspects: &[Sus
         }
         (_, level) => level,
     }
+}
+
+fn is_hand(body: &str, roles: &Roles) -> bool {
+    matches!(&roles.hand, BodySource::RigidBody(hand) if hand == body)
 }
 
 /// Whether spikes of a marker are more than noise, which the filter removes.
@@ -237,20 +347,13 @@ fn plays_a_role(name: &str, roles: &Roles) -> bool {
 }
 
 /// Takes of one role that share most positions of the thumb to the last digit, whenever these were.
-fn same_takes(takes: &[SessionMotion<'_>]) -> Vec<SessionFinding> {
+fn same_takes(takes: &[TakeLook]) -> Vec<SessionFinding> {
     let mut findings = Vec::new();
     let mut first_seen: HashMap<(bool, [u64; 3]), usize> = HashMap::new();
-    let mut samples = Vec::with_capacity(takes.len());
     for (n, take) in takes.iter().enumerate() {
-        let marker = take.recording.marker(&take.roles.fingers[Finger::Thumb]);
         let mut shared = vec![0; n];
-        let mut own = 0;
-        for place in marker
-            .into_iter()
-            .flat_map(|marker| marker.track.iter().flatten())
-        {
-            own += 1;
-            match first_seen.entry((take.train, place.to_array().map(f64::to_bits))) {
+        for &place in &take.thumb {
+            match first_seen.entry((take.train, place)) {
                 Entry::Vacant(entry) => {
                     entry.insert(n);
                 }
@@ -258,23 +361,19 @@ fn same_takes(takes: &[SessionMotion<'_>]) -> Vec<SessionFinding> {
                 Entry::Occupied(_) => {}
             }
         }
-        samples.push(own);
+        let own = take.thumb.len();
         let most = (0..n).max_by_key(|&other| shared[other]);
         if let Some(other) = most
-            && 2 * shared[other] > own.min(samples[other])
+            && 2 * shared[other] > own.min(takes[other].thumb.len())
         {
             let found = format!(
                 "{} of {own} positions of the thumb are those of {}",
                 shared[other], takes[other].name
             );
+            let advice = "remove one of the two takes";
             findings.push(SessionFinding {
-                takes: vec![take.name.to_owned()],
-                ..finding(
-                    "same-take",
-                    Level::Fail,
-                    found,
-                    "remove one of the two takes",
-                )
+                takes: vec![take.name.clone()],
+                ..finding("same-take", Level::Fail, found, advice)
             });
         }
     }

@@ -21,7 +21,7 @@ named! {
 }
 
 /// Something that a check of a session found.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SessionFinding {
     /// The check: a stable word for programs, by which the finding is accepted.
     pub id: String,
@@ -33,6 +33,10 @@ pub struct SessionFinding {
     pub takes: Vec<String>,
     /// The marker, body, role or setting; may be empty.
     pub entity: String,
+    /// Where in the first of the takes, from and to, seconds after its first sample, in order of time, the first 100;
+    /// empty where it is everywhere or not at a time.
+    #[serde(default)]
+    pub places_s: Vec<[f64; 2]>,
     /// What was found; of several takes, in the first one.
     pub found: String,
     /// What to do about it.
@@ -74,7 +78,7 @@ impl std::fmt::Display for SessionFinding {
 }
 
 /// What was looked at in a session, and what was found.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Inspection {
     /// Identifiers of the checks that ran.
     pub checks: Vec<String>,

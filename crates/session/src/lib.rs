@@ -64,6 +64,7 @@ pub use files::hex_sha256;
 pub use hand_state::{HandState, StateRole, read_state};
 pub use inhand_motion::GapFill;
 pub use long_take::{LongTake, TakeInput};
+pub use look::look_at_training;
 pub use manifest::{PlanMs, RunJson, peak_memory_bytes, plan_times_beside};
 pub use methods::Method;
 pub use output::{

@@ -1,13 +1,16 @@
-//! Inspection of a session before anything is learned.
+//! Inspection of takes before anything is learned from them.
 
-use inhand_inspection::{SessionLimits, SessionMotion, inspect};
-use inhand_model::{Inspection, Level, Motion};
+use std::path::PathBuf;
+
+use inhand_inspection::{SessionLimits, SessionMotion, TakeLook, inspect};
+use inhand_model::{BodySource, Inspection, Level, Motion};
 
 use crate::check::check_settings;
 use crate::error::{Located, SessionError};
 use crate::session::Session;
 use crate::settings::{Role, Settings};
-use crate::take::Take;
+use crate::steps;
+use crate::take::{Take, read_clean};
 
 /// Looks at every take, and at the settings; motions are in the hand's frame, not filtered.
 pub(crate) fn look(
@@ -16,17 +19,75 @@ pub(crate) fn look(
     motions: &[Motion],
     settings: &Settings,
 ) -> Result<Inspection, SessionError> {
-    let takes = (takes.iter().zip(motions).zip(&session.takes)).map(|((take, motion), entry)| {
-        Ok(SessionMotion {
-            name: &take.name,
-            recording: &take.recording,
-            roles: take.roles()?,
-            motion,
-            train: entry.role == Role::Train,
-        })
-    });
-    let takes: Vec<_> = takes.collect::<Result<_, SessionError>>()?;
-    inspect(&takes, &limits(settings)?).during("looking at the takes")
+    let looks = inhand_parallel::try_up_to(takes.len(), |n| {
+        let train = session.takes[n].role == Role::Train;
+        take_look(&takes[n], &motions[n], train, settings)
+    })?;
+    Ok(inspect(looks, &limits(settings)?))
+}
+
+/// Looks at training takes, as many in memory as there are threads; all of them where the hand is fitted to
+/// markers, by one template. A take that has its motion alone is passed over.
+///
+/// # Errors
+///
+/// [`SessionError`]: a take that cannot be read, and findings that make results wrong.
+pub fn look_at_training(
+    paths: &[PathBuf],
+    settings: &Settings,
+) -> Result<Inspection, SessionError> {
+    let mut looks = Vec::new();
+    let mut together = rayon::current_num_threads();
+    while looks.len() < paths.len() {
+        let rest = &paths[looks.len()..];
+        let takes = inhand_parallel::try_map(&rest[..together.min(rest.len())], |path| {
+            read_clean(path, settings)
+        })?;
+        let is_cluster = |take: &Take| {
+            (take.roles.as_ref()).is_ok_and(|roles| matches!(roles.hand, BodySource::Markers(_)))
+        };
+        if together < paths.len() && takes.iter().any(is_cluster) {
+            (together, looks) = (paths.len(), Vec::new());
+            continue;
+        }
+        looks.extend(training_looks(&takes, settings)?);
+    }
+    let inspection = inspect(looks.into_iter().flatten().collect(), &limits(settings)?);
+    refuse("training takes", &inspection)?;
+    Ok(inspection)
+}
+
+fn training_looks(
+    takes: &[Take],
+    settings: &Settings,
+) -> Result<Vec<Option<TakeLook>>, SessionError> {
+    if takes
+        .iter()
+        .any(|take| take.roles.is_err() && take.stored_motion.is_some())
+    {
+        return Ok(takes.iter().map(|_| None).collect());
+    }
+    let motions = steps::motions_in_hand(takes, settings)?;
+    inhand_parallel::try_up_to(takes.len(), |n| {
+        take_look(&takes[n], &motions[n], true, settings).map(Some)
+    })
+}
+
+fn take_look(
+    take: &Take,
+    motion: &Motion,
+    train: bool,
+    settings: &Settings,
+) -> Result<TakeLook, SessionError> {
+    let seen = SessionMotion {
+        name: &take.name,
+        recording: &take.recording,
+        roles: take.roles()?,
+        motion,
+        distances_m: &steps::contacts(motion, settings)?,
+        train,
+    };
+    TakeLook::new(&seen, &limits(settings)?).during(format_args!("looking at {}", take.name))
 }
 
 pub(crate) fn limits(settings: &Settings) -> Result<SessionLimits<'_>, SessionError> {
@@ -35,11 +96,12 @@ pub(crate) fn limits(settings: &Settings) -> Result<SessionLimits<'_>, SessionEr
         shape: settings.shape()?,
         tau_m: settings.evaluate.tau_mm / 1000.0,
         accept: &settings.look.accept,
+        resampled: settings.clean.resample_hz.is_some(),
     })
 }
 
-/// Refuses a session with findings that make its results wrong, all of them at once.
-pub(crate) fn refuse(session: &Session, inspection: &Inspection) -> Result<(), SessionError> {
+/// Refuses takes with findings that make results wrong, all of them at once.
+pub(crate) fn refuse(name: &str, inspection: &Inspection) -> Result<(), SessionError> {
     let fails: Vec<_> = inspection.counted(Level::Fail).collect();
     if fails.is_empty() {
         return Ok(());
@@ -52,7 +114,7 @@ pub(crate) fn refuse(session: &Session, inspection: &Inspection) -> Result<(), S
         "results would be wrong; nothing was learned or written{lines}\nwhere it is right all the same: --accept {accept}"
     );
     Err(SessionError::Refused {
-        session: session.name.clone(),
+        session: name.to_owned(),
         message,
         findings: fails.into_iter().cloned().collect(),
     })

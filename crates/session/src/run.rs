@@ -250,7 +250,7 @@ impl<'a> Run<'a> {
         })?;
         let look = || look::look(&self.session, takes, &in_hand, self.settings);
         let inspection = self.time("look", look)?;
-        look::refuse(&self.session, &inspection)?;
+        look::refuse(&self.session.name, &inspection)?;
         self.found(&inspection, &[]);
         self.time("filter", move || {
             let motions = steps::smooth_motions(&in_hand, self.settings)?;

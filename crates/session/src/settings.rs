@@ -106,7 +106,7 @@ impl SelectSection {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct LookSection {
-    /// Identifiers of findings that are accepted, such as `units`.
+    /// Findings that are accepted: an identifier such as `units`, or `units:TAKE` for one take.
     pub accept: Vec<String>,
 }
 

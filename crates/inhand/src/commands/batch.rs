@@ -126,7 +126,10 @@ fn one(
         (None, 0) => State::UpToDate,
         (Some(_), 0) => State::Done,
     };
-    Ok((state, fails(&result, args.overrides.look.fail_on)))
+    Ok((
+        state,
+        fails(&result.inspection, args.overrides.look.fail_on),
+    ))
 }
 
 /// An error and its causes on one line.

@@ -7,20 +7,21 @@ use std::time::Instant;
 
 use anyhow::Result;
 use clap::Subcommand;
-use inhand_model::{DictionaryKind, StopReason};
+use inhand_model::{DictionaryKind, Inspection, Level, StopReason};
 use inhand_session::containers::hash_file;
 use inhand_session::{
-    Settings, Take, already_exists, matrices, provenance, read_dictionary, scratch_folder,
-    write_dictionary,
+    Settings, Take, already_exists, look_at_training, matrices, provenance, read_dictionary,
+    scratch_folder, write_dictionary,
 };
 use inhand_training::{Learned, LearningFolder, Progress, learn_given, learn_in};
 use serde_json::json;
 
 use crate::commands::learn_rank::{self, RankChoice};
+use crate::commands::run::{fails, finding_line};
 use crate::commands::say_findings;
 use crate::console::{Console, print};
 use crate::exit::{Exit, UsageError, usage};
-use crate::options::{Format, LearnOptions, MethodOptions, TakeOptions};
+use crate::options::{Format, LearnOptions, LookOptions, MethodOptions, TakeOptions};
 use crate::output::{check_outputs, ending, write_output};
 
 /// Learn a dictionary of motion primitives from takes.
@@ -87,6 +88,8 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
 struct RunOptions {
     #[command(flatten)]
     takes: TakeOptions,
+    #[command(flatten, next_help_heading = "Inspection")]
+    look: LookOptions,
     #[command(flatten, next_help_heading = "Learning")]
     learn: LearnOptions,
     #[command(flatten)]
@@ -96,10 +99,28 @@ struct RunOptions {
 impl RunOptions {
     fn settings(&self) -> Result<Settings> {
         let mut settings = self.takes.settings(None)?;
+        self.look.apply(&mut settings);
         self.learn.apply(&mut settings);
         self.method.apply(&mut settings);
         settings.validate()?;
         Ok(settings)
+    }
+
+    /// Looks at the takes, prints what may affect numbers and refuses what makes results wrong.
+    fn look(
+        &self,
+        console: &Console,
+        takes: &[PathBuf],
+        settings: &Settings,
+    ) -> Result<Inspection> {
+        let inspection = look_at_training(takes, settings)?;
+        for finding in inspection.findings.iter().filter(|f| f.level > Level::Info) {
+            console.say(&finding_line(finding));
+        }
+        if let Some(line) = inhand_report::inspection_sentence(&inspection) {
+            console.say(&line);
+        }
+        Ok(inspection)
     }
 
     /// Begins a run in a folder and prints the findings of each take.
@@ -129,6 +150,12 @@ fn run_whole(console: &Console, args: &Args) -> Result<Exit> {
     check_outputs(&args.output, &args.inputs)?;
     check_together(args, &mut settings)?;
     check_repeats(args, output, &settings)?;
+    // A run that is continued was looked at when it began.
+    let is_begun = args.work.as_deref().is_some_and(LearningFolder::exists);
+    let inspection = match is_begun {
+        true => Inspection::default(),
+        false => args.options.look(console, &args.inputs, &settings)?,
+    };
     let choice = match args.options.learn.ranks() {
         None => None,
         Some(ranks) => {
@@ -143,7 +170,7 @@ fn run_whole(console: &Console, args: &Args) -> Result<Exit> {
     let begin = Instant::now();
     let scratch;
     let folder = match &args.work {
-        Some(work) if LearningFolder::exists(work) => {
+        Some(work) if is_begun => {
             let folder = LearningFolder::open(work)?;
             folder.check_same(&args.inputs, &settings)?;
             console.say(&format!("going on with the run in {}", work.display()));
@@ -178,11 +205,12 @@ fn run_whole(console: &Console, args: &Args) -> Result<Exit> {
         console,
         (output, args.force),
         &learned,
-        choice.as_ref(),
+        (choice.as_ref(), &inspection),
         read_s,
         args.format,
     )?;
-    Ok(Exit::Done)
+    let fail_on = args.options.look.fail_on;
+    Ok(Exit::done_unless(fails(&inspection, fail_on)))
 }
 
 /// Refuses options that exclude each other before anything takes long.
@@ -245,7 +273,7 @@ fn write_learned(
     console: &Console,
     (output, force): (&Path, bool),
     learned: &Learned,
-    choice: Option<&RankChoice>,
+    (choice, inspection): (Option<&RankChoice>, &Inspection),
     read_s: f64,
     format: Format,
 ) -> Result<()> {
@@ -298,6 +326,7 @@ fn write_learned(
             "rank": dictionary.rank(),
             "seed": learning.seed,
             "restarts": restarts.collect::<Vec<_>>(),
+            "inspection": inspection,
             "timings_s": {
                 "read": read_s,
                 "learn": learned.primitives_s,

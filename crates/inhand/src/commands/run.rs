@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use inhand_model::{Level, SessionFinding};
-use inhand_session::{Event, RunOptions, RunResult, Settings, locate};
+use inhand_model::{Inspection, Level, SessionFinding};
+use inhand_session::{Event, RunOptions, Settings, locate};
 
 use crate::console::{Console, data};
 use crate::exit::Exit;
@@ -148,7 +148,7 @@ pub(crate) fn run_shown(
         ));
     }
     Ok(Exit::done_unless(
-        result.failed_plans > 0 || fails(&result, fail_on),
+        result.failed_plans > 0 || fails(&result.inspection, fail_on),
     ))
 }
 
@@ -158,8 +158,8 @@ pub(crate) fn finding_line(finding: &SessionFinding) -> String {
 }
 
 /// Whether findings that are not accepted are of the level from which a command exits with 3.
-pub(crate) fn fails(result: &RunResult, fail_on: FailOn) -> bool {
-    let counted = result.inspection.counted(Level::Info);
+pub(crate) fn fails(inspection: &Inspection, fail_on: FailOn) -> bool {
+    let counted = inspection.counted(Level::Info);
     fail_on.is_met(counted.map(|finding| finding.level).max())
 }
 

@@ -51,7 +51,15 @@ pub struct CheckResult {
     pub numbers: Vec<Number>,
 }
 
+/// First words of a result that says nothing either way.
+pub(crate) const NO_EVIDENCE: &str = "no evidence";
+
 impl CheckResult {
+    /// Whether the data says nothing either way.
+    pub(crate) fn is_without_evidence(&self) -> bool {
+        self.level == Level::Info && self.found.starts_with(NO_EVIDENCE)
+    }
+
     pub(crate) fn new(id: &'static str, level: Level, entity: impl Into<String>) -> Self {
         Self {
             id,

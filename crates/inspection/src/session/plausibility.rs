@@ -1,23 +1,19 @@
 //! Plausibility of settings and results against the data.
 
-use inhand_model::{Evaluation, Finger, Inspection, Level, Motion, SessionFinding, Shape};
+use inhand_model::{Evaluation, Finger, Inspection, Level, Motion, SessionFinding};
 use inhand_motion::Filter;
 
-use super::{SessionLimits, SessionMotion, add, finding};
+use super::{SessionLimits, SessionMotion, add, finding, object, of_take};
 use crate::check::words::{length, percent};
 use crate::statistics::Sorted;
 
 /// Length of a segment, seconds.
 const SEGMENT_S: f64 = 1.0;
 
-/// Least and largest size of an object in one hand, metres: below, fingertips cannot be apart; above, they do not
-/// span it.
-const OBJECT_M: [f64; 2] = [0.005, 0.28];
-
 /// Share of a segment from which a filter leaves little of what is predicted.
 const WINDOW_SHARE: f64 = 0.6;
 
-/// Share of a segment, or of the object, above which a margin or a contact distance is doubtful.
+/// Share of a segment above which a margin is doubtful.
 const QUARTER: f64 = 0.25;
 
 /// Share of instants with three fingers in contact below which the recorded object was hardly of this shape.
@@ -31,37 +27,29 @@ const MOVED_M: f64 = 1e-3;
 /// shortest path in hands of people; two exchanged labels make it at least 1.15 times as long.
 const ORDER: f64 = 1.08;
 
-/// Looks at settings against takes, and at the order of the fingers.
-pub(super) fn settings(
-    inspection: &mut Inspection,
-    takes: &[SessionMotion<'_>],
-    limits: &SessionLimits<'_>,
-) {
-    let mut look = |id, found: Vec<SessionFinding>| add(inspection, &[id], found, limits);
-    look(
-        "finger-order",
-        takes.iter().filter_map(finger_order).collect(),
-    );
-    look(
-        "object-is-hand",
-        takes.iter().filter_map(object_is_hand).collect(),
-    );
-    match limits.shape {
-        Some(shape) => {
-            look("object-size", object_size(shape).into_iter().collect());
-            look("tau", tau(shape, limits.tau_m).into_iter().collect());
-        }
-        None => look("no-shape", takes.iter().filter_map(no_shape).collect()),
+/// Looks at settings against takes of a rate.
+pub(super) fn settings(inspection: &mut Inspection, rate_hz: f64, limits: &SessionLimits<'_>) {
+    let mut look = |id, found: Option<SessionFinding>| {
+        add(inspection, &[id], found.into_iter().collect(), limits);
+    };
+    if let Some(shape) = limits.shape {
+        look("object-size", object::object_size(shape));
+        look("tau", object::tau(shape, limits.tau_m));
     }
-    let rate_hz = takes
-        .first()
-        .map_or(f64::NAN, |take| take.motion.clock.rate_hz());
-    let filter = filter_window(limits.check.process.filter, rate_hz);
-    look("filter-window", filter.into_iter().collect());
     look(
-        "margin",
-        margin(limits.check.margin_s).into_iter().collect(),
+        "filter-window",
+        filter_window(limits.check.process.filter, rate_hz),
     );
+    look("margin", margin(limits.check.margin_s));
+    look("held-out-resampled", resampled(limits.resampled));
+}
+
+fn resampled(is_resampled: bool) -> Option<SessionFinding> {
+    is_resampled.then(|| {
+        let found = "recordings are resampled: the low-pass filter before it reaches across ends of segments";
+        let advice = "compare with the recorded rate: leave out clean.resample_hz";
+        finding("held-out-resampled", Level::Warn, found.to_owned(), advice)
+    })
 }
 
 /// Adds what only results show: `moved_m` is the distance that the filter moves fingertips (95 %), where there is a
@@ -92,7 +80,7 @@ pub fn inspect_results(
 }
 
 /// The path along the fingertips against that under other labels.
-fn finger_order(take: &SessionMotion<'_>) -> Option<SessionFinding> {
+pub(super) fn finger_order(take: &SessionMotion<'_>) -> Option<SessionFinding> {
     let tips = &take.motion.fingertips;
     let apart_m = Finger::ALL.map(|a| {
         Finger::ALL.map(|b| {
@@ -112,65 +100,6 @@ fn finger_order(take: &SessionMotion<'_>) -> Option<SessionFinding> {
         let found = format!("the fingertips are in the order {row}: labels may be exchanged");
         let advice = "see which marker is on which finger: --finger FINGER=MARKER";
         of_take(take, finding("finger-order", Level::Warn, found, advice))
-    })
-}
-
-fn of_take(take: &SessionMotion<'_>, finding: SessionFinding) -> SessionFinding {
-    SessionFinding {
-        takes: vec![take.name.to_owned()],
-        ..finding
-    }
-}
-
-fn object_is_hand(take: &SessionMotion<'_>) -> Option<SessionFinding> {
-    (take.roles.object.as_ref() == Some(&take.roles.hand)).then(|| {
-        let found = "hand and object are the same body".to_owned();
-        let advice = "name the object's body: --object-body";
-        of_take(take, finding("object-is-hand", Level::Fail, found, advice))
-    })
-}
-
-fn no_shape(take: &SessionMotion<'_>) -> Option<SessionFinding> {
-    take.motion.object.as_ref().map(|_| {
-        let found = "an object is tracked, but its shape is not given: contacts, distances and phases are \
-                     left out";
-        let advice = "give it, such as --object cube:0.05";
-        of_take(take, finding("no-shape", Level::Warn, found.to_owned(), advice))
-    })
-}
-
-fn sizes_m(shape: Shape) -> Vec<f64> {
-    match shape {
-        Shape::Cuboid { edges_m } => edges_m.to_vec(),
-        Shape::Cylinder {
-            diameter_m,
-            height_m,
-        } => vec![diameter_m, height_m],
-    }
-}
-
-fn object_size(shape: Shape) -> Option<SessionFinding> {
-    let [least, most] = OBJECT_M;
-    let size_m = sizes_m(shape)
-        .into_iter()
-        .find(|size| !(least..=most).contains(size))?;
-    let found = format!(
-        "{shape} measures {}; expected {} to {} in one hand",
-        length(size_m),
-        length(least),
-        length(most)
-    );
-    let advice = "give its size in metres, such as --object cube:0.05";
-    Some(finding("object-size", Level::Fail, found, advice))
-}
-
-fn tau(shape: Shape, tau_m: f64) -> Option<SessionFinding> {
-    let least_m = sizes_m(shape).into_iter().fold(f64::INFINITY, f64::min);
-    (tau_m > QUARTER * least_m).then(|| {
-        let (tau, size) = (length(tau_m), length(least_m));
-        let found = format!("a fingertip {tau} from an object of {size} counts as touching it");
-        let advice = "use less than a quarter of the object's least size: --tau-mm";
-        finding("tau", Level::Warn, found, advice)
     })
 }
 

@@ -429,6 +429,7 @@ fn inspection() -> Inspection {
             accepted: false,
             takes: vec!["cube_train_02".to_owned()],
             entity: "index and middle".to_owned(),
+            places_s: vec![[1.0, 1.5]],
             found: "2 suspected swaps".to_owned(),
             advice: "look at it in a viewer".to_owned(),
         }],

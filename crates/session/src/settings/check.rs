@@ -219,7 +219,10 @@ impl Settings {
             ..
         } = self;
         self.learn.validate()?;
-        let known = |id: &&String| inhand_inspection::SESSION_CHECKS.contains(&id.as_str());
+        let known = |entry: &&String| {
+            let id = entry.split_once(':').map_or(entry.as_str(), |(id, _)| id);
+            inhand_inspection::SESSION_CHECKS.contains(&id)
+        };
         if let Some(id) = self.look.accept.iter().find(|id| !known(id)) {
             let ids = inhand_inspection::SESSION_CHECKS.join(", ");
             return Err(invalid("look.accept", &format!("one of {ids}"), id));

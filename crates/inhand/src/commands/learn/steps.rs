@@ -4,10 +4,11 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::Result;
-use inhand_model::{DictionaryKind, StopReason};
+use inhand_model::{DictionaryKind, Inspection, StopReason};
 use inhand_training::{LearningFolder, Shard};
 use serde_json::json;
 
+use super::super::run::fails;
 use super::{RunOptions, round_text, write_learned};
 use crate::console::{Console, print};
 use crate::exit::{Exit, usage};
@@ -79,6 +80,7 @@ pub(super) fn init(console: &Console, args: &InitArgs) -> Result<Exit> {
         );
         return usage(message);
     }
+    let inspection = args.options.look(console, &args.inputs, &settings)?;
     let folder = (args.options).init(console, &args.output, &args.inputs, &settings)?;
     inhand_training::begin_rounds(&folder)?;
     let plan = folder.plan();
@@ -95,10 +97,12 @@ pub(super) fn init(console: &Console, args: &InitArgs) -> Result<Exit> {
             "segments": segments,
             "left_out": plan.left_out,
             "blocks": blocks,
+            "inspection": inspection,
         })
     };
     print(args.format, text, json)?;
-    Ok(Exit::Done)
+    let fail_on = args.options.look.fail_on;
+    Ok(Exit::done_unless(fails(&inspection, fail_on)))
 }
 
 pub(super) fn stats(console: &Console, args: &StatsArgs) -> Result<Exit> {
@@ -154,7 +158,7 @@ pub(super) fn finish(console: &Console, args: &FinishArgs) -> Result<Exit> {
         console,
         (&args.output.output, args.output.force),
         &learned,
-        None,
+        (None, &Inspection::default()),
         0.0,
         args.format,
     )?;

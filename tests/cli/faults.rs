@@ -1,5 +1,10 @@
 //! Faults of input planted in a small simulated session: none may pass without a word.
 
+#![expect(
+    clippy::semicolon_if_nothing_returned,
+    reason = "a plant is one expression"
+)]
+
 use crate::plant::{ALL, Fault, Table, Takes, judge};
 use crate::support::{Bench, SMALL, stderr};
 
@@ -14,7 +19,7 @@ fn every(takes: &mut Takes, plant: impl Fn(&mut Table)) {
 
 /// Changes one take.
 fn one(takes: &mut Takes, take: &str, plant: impl FnOnce(&mut Table)) {
-    plant(takes.get_mut(take).unwrap());
+    plant(takes.get_mut(take).expect("the take is there"));
 }
 
 impl Table {
@@ -38,7 +43,7 @@ impl Table {
     }
 
     /// Quaternions as intrinsic Euler angles about x, y, z, in degrees.
-    fn to_euler(&mut self) {
+    fn write_euler(&mut self) {
         self.change("Rotation", ALL, |q| {
             let [x, y, z, w] = [q[0], q[1], q[2], q[3]];
             let a = (2.0 * (x * w - y * z)).atan2(1.0 - 2.0 * (x * x + y * y));
@@ -62,7 +67,7 @@ fn without_hand_markers(table: &mut Table) {
     let cells: Vec<_> = text
         .lines()
         .nth(3)
-        .unwrap()
+        .expect("the header has names")
         .split(',')
         .map(|cell| cell.starts_with("Hand:"))
         .collect();
@@ -179,7 +184,7 @@ const FAULTS: [Fault<'_>; 42] = [
         "",
         |t| {
             every(t, |t| {
-                t.to_euler();
+                t.write_euler();
                 t.state("Type,Quaternion", "Type,ZYX");
             })
         },
@@ -315,14 +320,17 @@ const FAULTS: [Fault<'_>; 42] = [
                 let names: Vec<_> = text
                     .lines()
                     .nth(3)
-                    .unwrap()
+                    .expect("the header has names")
                     .split(',')
                     .map(str::to_owned)
                     .collect();
                 let Some(object) = names.iter().position(|name| name == "Object") else {
                     return;
                 };
-                let hand = names.iter().position(|name| name == "Hand").unwrap();
+                let hand = names
+                    .iter()
+                    .position(|name| name == "Hand")
+                    .expect("the header has names");
                 for (row, old) in t.rows.iter_mut().zip(&rows) {
                     row[object..object + 7].clone_from_slice(&old[hand..hand + 7]);
                 }
@@ -440,7 +448,8 @@ fn no_planted_fault_passes_without_a_word() {
     let bench = Bench::csv();
     let good: Takes = [TRAIN, OTHER, TEST]
         .map(|take| {
-            let text = String::from_utf8(bench.bytes(&format!("session/{take}"))).unwrap();
+            let text =
+                String::from_utf8(bench.bytes(&format!("session/{take}"))).expect("takes are text");
             (take.to_owned(), Table::new(&text))
         })
         .into();

@@ -30,7 +30,8 @@ impl Table {
             true => (",", 7),
             false => (
                 "\t",
-                1 + lines.iter().position(|l| l.starts_with("Frame")).unwrap(),
+                1 + (lines.iter().position(|l| l.starts_with("Frame")))
+                    .expect("columns have names"),
             ),
         };
         let cells = |line: &str| line.split(separator).map(str::to_owned).collect::<Vec<_>>();
@@ -196,7 +197,10 @@ impl Table {
     /// Adds seconds to the times of these samples.
     pub(crate) fn jump(&mut self, samples: Range<usize>, by_s: f64) {
         for row in &mut self.rows[samples] {
-            row[1] = format!("{:.6}", row[1].parse::<f64>().unwrap() + by_s);
+            row[1] = format!(
+                "{:.6}",
+                row[1].parse::<f64>().expect("times are numbers") + by_s
+            );
         }
     }
 }

@@ -111,6 +111,16 @@ fn assert_complete(evaluation: &Value, place: &str) {
     }
 }
 
+/// A clean session has these warnings, and no fail.
+fn assert_warned(evaluation: &Value, expected: &[&str]) {
+    let findings = evaluation["inspection"]["findings"].as_array().unwrap();
+    let warned = findings.iter().filter(|finding| finding["level"] != "info");
+    let warned: Vec<_> = warned
+        .map(|finding| finding["id"].as_str().unwrap())
+        .collect();
+    assert_eq!(warned, expected, "{findings:?}");
+}
+
 fn may_be_null(key: &str) -> bool {
     let optional = [
         "plan",
@@ -255,6 +265,7 @@ fn cube_session_reaches_its_numbers() {
         out.path(),
         &["--object", "cube:0.05"],
     );
+    assert_warned(&evaluation, &[]);
     assert_complete(&evaluation, "evaluation");
     assert_eq!(evaluation["dictionary"]["segments"], 595);
     assert_eq!(evaluation["session"]["test"][0]["segments"], 119);
@@ -296,6 +307,7 @@ fn cylinder_session_reaches_its_numbers() {
     let out = tempfile::tempdir().unwrap();
     let options = ["--object", "cylinder:0.05x0.05"];
     let evaluation = run(&corpus.join("sessions/cylinder"), out.path(), &options);
+    assert_warned(&evaluation, &[]);
     assert_complete(&evaluation, "evaluation");
     assert!(error(&evaluation, "prior", "p75") <= 1.4);
     assert!(
@@ -347,6 +359,7 @@ fn object_in_training_takes_changes_nothing_yet_breaks_nothing() {
     let out = tempfile::tempdir().unwrap();
     let options = ["--object", "cube:0.05", "--stride", "20", "--rank", "60"];
     let evaluation = run(&corpus.join("sessions/cube_tracked"), out.path(), &options);
+    assert_warned(&evaluation, &[]);
     assert!(error(&evaluation, "prior", "p75") < 3.0);
 }
 
@@ -360,6 +373,7 @@ fn qualisys_recording_runs_with_its_gaps_left_out() {
     );
     let session = corpus.join("real/hand");
     let evaluation = run(&session, out.path(), &["--settings", settings]);
+    assert_warned(&evaluation, &["segments", "filter-moves"]);
     let facts = &evaluation["session"];
     assert_eq!(
         (&facts["train"][0]["samples"], &facts["test"][0]["samples"]),

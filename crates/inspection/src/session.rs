@@ -180,7 +180,7 @@ impl TakeLook {
 }
 
 /// Looks at takes together and at settings before anything is learned.
-pub fn inspect(takes: Vec<TakeLook>, limits: &SessionLimits<'_>) -> Inspection {
+pub fn inspect(takes: &[TakeLook], limits: &SessionLimits<'_>) -> Inspection {
     let mut inspection = Inspection::default();
     let ran = |id: &&&str| takes.iter().any(|take| take.checks.contains(id));
     let checks: Vec<_> = SESSION_CHECKS.iter().filter(ran).copied().collect();
@@ -190,9 +190,9 @@ pub fn inspect(takes: Vec<TakeLook>, limits: &SessionLimits<'_>) -> Inspection {
         .collect();
     add(&mut inspection, &checks, found, limits);
     if takes.len() > 1 {
-        let disagree = hand::takes_disagree(&takes);
-        let size = hand::hand_size(&takes).into_iter().collect();
-        add(&mut inspection, &["same-take"], same_takes(&takes), limits);
+        let disagree = hand::takes_disagree(takes);
+        let size = hand::hand_size(takes).into_iter().collect();
+        add(&mut inspection, &["same-take"], same_takes(takes), limits);
         add(&mut inspection, &["takes-disagree"], disagree, limits);
         add(&mut inspection, &["hand-size"], size, limits);
     }

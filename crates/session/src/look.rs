@@ -23,7 +23,7 @@ pub(crate) fn look(
         let train = session.takes[n].role == Role::Train;
         take_look(&takes[n], &motions[n], train, settings)
     })?;
-    Ok(inspect(looks, &limits(settings)?))
+    Ok(inspect(&looks, &limits(settings)?))
 }
 
 /// Looks at training takes, as many in memory as there are threads; all of them where the hand is fitted to
@@ -52,7 +52,8 @@ pub fn look_at_training(
         }
         looks.extend(training_looks(&takes, settings)?);
     }
-    let inspection = inspect(looks.into_iter().flatten().collect(), &limits(settings)?);
+    let looks: Vec<_> = looks.into_iter().flatten().collect();
+    let inspection = inspect(&looks, &limits(settings)?);
     refuse("training takes", &inspection)?;
     Ok(inspection)
 }

@@ -1,6 +1,6 @@
 //! The object of a session: its size, its fit between the fingertips, its body.
 
-use inhand_model::{Level, SessionFinding, Shape};
+use inhand_model::{Level, Pose, SessionFinding, Shape};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 use super::{SessionMotion, finding, of_take};
@@ -56,14 +56,14 @@ fn is_fixed_to_hand(take: &SessionMotion<'_>) -> bool {
         .hand
         .iter()
         .flatten()
-        .map(|pose| pose.isometry())
+        .map(Pose::isometry)
         .collect();
     let object = take
         .motion
         .object
         .iter()
         .flat_map(|track| track.iter().flatten());
-    let object: Vec<_> = object.map(|pose| pose.isometry()).collect();
+    let object: Vec<_> = object.map(Pose::isometry).collect();
     let turns = |first: &Isometry3<f64>| turn_rad(&hand, &first.rotation) >= MIN_TURN_RAD;
     if object.len() < MIN_SAMPLES || !hand.first().is_some_and(turns) {
         return false;

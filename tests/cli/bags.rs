@@ -1,6 +1,7 @@
 //! Recordings of others: a session whose test take is a ROS 2 bag.
 
 mod bag;
+mod folders;
 
 use inhand_capture::ReadSettings;
 use inhand_model::{Marker, MarkerKind, Recording};
@@ -19,6 +20,11 @@ pub(crate) fn recorded(bench: &Bench) -> Recording {
 /// The take as a motion-capture driver sends it: what is missing is left out, messages are logged
 /// 2 to 12 ms after their stamps.
 pub(crate) fn as_mocap4r2(recording: &Recording) -> Vec<u8> {
+    as_stored(recording, <[u8]>::to_vec)
+}
+
+/// The same where the recorder makes of each message what it stores.
+fn as_stored(recording: &Recording, stored: fn(&[u8]) -> Vec<u8>) -> Vec<u8> {
     let mut bag = Bag::new();
     let markers = bag.channel("/markers", "mocap4r2_msgs/msg/Markers");
     let bodies = bag.channel("/rigid_bodies", "mocap4r2_msgs/msg/RigidBodies");
@@ -28,7 +34,7 @@ pub(crate) fn as_mocap4r2(recording: &Recording) -> Vec<u8> {
         let seen: Vec<_> = (recording.markers.iter())
             .filter_map(|m| Some((m.name.as_str(), m.track.get(k)?.to_array())))
             .collect();
-        bag.message(markers, log, &bag::markers(stamp, &seen));
+        bag.message(markers, log, &stored(&bag::markers(stamp, &seen)));
         let seen: Vec<_> = (recording.bodies.iter())
             .filter_map(|b| {
                 let pose = b.track.get(k)?;
@@ -36,7 +42,7 @@ pub(crate) fn as_mocap4r2(recording: &Recording) -> Vec<u8> {
                 Some((b.name.as_str(), position, pose.quaternion_xyzw()))
             })
             .collect();
-        bag.message(bodies, log, &bag::rigid_bodies(stamp, &seen));
+        bag.message(bodies, log, &stored(&bag::rigid_bodies(stamp, &seen)));
     }
     bag.end()
 }

@@ -17,6 +17,7 @@ mod learn_rank;
 mod learn_runs;
 mod look;
 mod motion;
+mod one_recording;
 mod outputs;
 mod overlay;
 mod plan;

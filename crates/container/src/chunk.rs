@@ -154,6 +154,25 @@ pub(crate) fn unpack_start(header: &ChunkHeader, packed: &[u8], records: &mut Ve
     records.truncate(whole_bytes(records));
 }
 
+/// Whether the bytes begin as those that zstd packed.
+pub fn is_zstd(bytes: &[u8]) -> bool {
+    bytes.starts_with(&zstd::zstd_safe::MAGICNUMBER.to_le_bytes())
+}
+
+/// Unpacks a file or a message that zstd packed, within the bounds of chunks.
+///
+/// # Errors
+///
+/// Bytes that zstd did not pack, that end early or unpack to more.
+pub fn unpack_zstd(packed: &[u8]) -> io::Result<Vec<u8>> {
+    let (most, mut bytes) = (limit(packed), Vec::new());
+    decompress(Packing::Zstd.name(), packed, most + 1, &mut bytes)?;
+    if bytes.len() as u64 > most {
+        return Err(io::Error::other(format!("more than {most} bytes unpacked")));
+    }
+    Ok(bytes)
+}
+
 /// Bytes of the whole records at the start of these.
 fn whole_bytes(records: &[u8]) -> usize {
     (Records(records).flatten())

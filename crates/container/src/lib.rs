@@ -56,7 +56,7 @@ mod walk;
 mod writer;
 
 pub use channel::{ChannelFacts, Latch, SchemaFacts, latch};
-pub use chunk::Packing;
+pub use chunk::{Packing, is_zstd, unpack_zstd};
 pub use error::ContainerError;
 pub use interval::Interval;
 pub use mcap::records::Record;

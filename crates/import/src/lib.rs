@@ -10,6 +10,9 @@
 //! # }
 //! ```
 //!
+//! A bag that `ros2 bag record` wrote is a folder: [`bag_files`] lists its files, [`join_files`] makes one of them.
+//! Files and messages that zstd packed are read.
+//!
 //! A message kind is a file in `ros` or `foxglove` and one line in the registry beside it.
 //!
 //! | message | encoding | read as |
@@ -41,6 +44,7 @@
 //!   otherwise.
 
 mod assemble;
+mod bag;
 mod foxglove;
 mod message_kinds;
 mod pace;
@@ -53,15 +57,17 @@ mod topics;
 mod tree;
 mod world;
 
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 
 use inhand_channels::{
     ChannelError, ReadTake, VIEW_TOPICS, ViewsFor, absent, read_annotations, read_metadata,
 };
-use inhand_container::{Depth, Record, walk};
+use inhand_container::{Depth, Record, is_zstd, unpack_zstd, walk};
 use inhand_model::{Finding, LengthUnit, Recording, RotationOrder, Source, UpAxis};
 use nalgebra::Isometry3;
 
+pub use self::bag::{BAG_FACTS, bag_files, join_files, unpack_file};
 use self::message_kinds::find_kind;
 use self::series::Gathered;
 use self::timing::Timing;
@@ -170,6 +176,7 @@ fn gather<'a>(
                 }
                 Record::Message { header, data } => {
                     if let Some(&Some(topic)) = channels.get(&header.channel_id) {
+                        let data = unpacked_message(data, &gathered.topics[topic].encoding);
                         gathered.message(topic, header.log_time, header.publish_time, &data)?;
                     }
                 }
@@ -179,6 +186,15 @@ fn gather<'a>(
         },
     )?;
     Ok((gathered, profile))
+}
+
+/// The message that a recorder with compression per message stored; what cannot be unpacked stays, and is no message
+/// that can be read. No CDR begins as zstd does.
+fn unpacked_message<'a>(data: Cow<'a, [u8]>, encoding: &str) -> Cow<'a, [u8]> {
+    if encoding != "cdr" || !is_zstd(&data) {
+        return data;
+    }
+    unpack_zstd(&data).map_or(data, Cow::Owned)
 }
 
 /// Roots of the trees of frames that coordinates are given in: `world_from_root`. [`read_recording`] takes

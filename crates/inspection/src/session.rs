@@ -1,11 +1,9 @@
 //! Inspection of a session: every take by itself, takes against each other, settings against the data.
 
+mod alike;
 mod hand;
 mod object;
 mod plausibility;
-
-use std::collections::HashMap;
-use std::collections::hash_map::Entry;
 
 use inhand_model::{
     BodySource, Finger, Inspection, Level, Motion, PerFinger, Recording, Roles, SessionFinding,
@@ -18,6 +16,7 @@ use crate::detect;
 use crate::lookup::is_named_after;
 use crate::suspect::{Suspect, SuspectKind};
 
+pub use alike::{Alike, ExactPosition, exact_positions, takes_alike};
 pub use plausibility::{filter_moves_m, inspect_results};
 
 /// Every check of a session, by the identifier that accepts its findings: those of takes, then those of takes
@@ -132,8 +131,7 @@ pub struct TakeLook {
     checks: Vec<&'static str>,
     findings: Vec<SessionFinding>,
     tips: Option<hand::Tips>,
-    /// Positions of the thumb to the last digit.
-    thumb: Vec<[u64; 3]>,
+    thumb: Vec<ExactPosition>,
 }
 
 impl TakeLook {
@@ -164,9 +162,6 @@ impl TakeLook {
             look("object-fit", few(object::object_fit(take, limits.tau_m)));
         }
         let thumb = take.recording.marker(&take.roles.fingers[Finger::Thumb]);
-        let thumb = thumb
-            .into_iter()
-            .flat_map(|marker| marker.track.iter().flatten());
         Ok(Self {
             name: take.name.to_owned(),
             train: take.train,
@@ -174,7 +169,7 @@ impl TakeLook {
             checks,
             findings,
             tips: hand::median_tips(take),
-            thumb: thumb.map(|at| at.to_array().map(f64::to_bits)).collect(),
+            thumb: exact_positions(thumb.map(|marker| &marker.track)),
         })
     }
 }
@@ -346,36 +341,20 @@ fn plays_a_role(name: &str, roles: &Roles) -> bool {
     roles.fingers.as_array().iter().any(|marker| marker == name) || sources.any(in_source)
 }
 
-/// Takes of one role that share most positions of the thumb to the last digit, whenever these were.
+/// Takes of one role that share most positions of the thumb.
 fn same_takes(takes: &[TakeLook]) -> Vec<SessionFinding> {
-    let mut findings = Vec::new();
-    let mut first_seen: HashMap<(bool, [u64; 3]), usize> = HashMap::new();
-    for (n, take) in takes.iter().enumerate() {
-        let mut shared = vec![0; n];
-        for &place in &take.thumb {
-            match first_seen.entry((take.train, place)) {
-                Entry::Vacant(entry) => {
-                    entry.insert(n);
-                }
-                Entry::Occupied(entry) if *entry.get() < n => shared[*entry.get()] += 1,
-                Entry::Occupied(_) => {}
-            }
+    let thumbs: Vec<_> = takes.iter().map(|take| &take.thumb).collect();
+    let alike = takes_alike(&thumbs).into_iter();
+    let alike = alike.filter(|alike| takes[alike.take].train == takes[alike.other].train);
+    let findings = alike.map(|alike| {
+        let Alike { shared, own, .. } = alike;
+        let other = &takes[alike.other].name;
+        let found = format!("{shared} of {own} positions of the thumb are those of {other}");
+        let advice = "remove one of the two takes";
+        SessionFinding {
+            takes: vec![takes[alike.take].name.clone()],
+            ..finding("same-take", Level::Fail, found, advice)
         }
-        let own = take.thumb.len();
-        let most = (0..n).max_by_key(|&other| shared[other]);
-        if let Some(other) = most
-            && 2 * shared[other] > own.min(takes[other].thumb.len())
-        {
-            let found = format!(
-                "{} of {own} positions of the thumb are those of {}",
-                shared[other], takes[other].name
-            );
-            let advice = "remove one of the two takes";
-            findings.push(SessionFinding {
-                takes: vec![take.name.clone()],
-                ..finding("same-take", Level::Fail, found, advice)
-            });
-        }
-    }
-    findings
+    });
+    findings.collect()
 }

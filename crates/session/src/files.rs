@@ -1,7 +1,8 @@
 //! Files by name, hash and record: what every step that reads or changes one shares.
 
+use std::borrow::Cow;
 use std::fs::File;
-use std::io::{self, BufReader, Read};
+use std::io::{self, BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
 use inhand_channels::Metadata;
@@ -15,6 +16,9 @@ use crate::output::write_atomic;
 /// The metadata record that makes a file a take.
 pub(crate) const RECORDING: &str = "inhand.recording";
 
+/// Endings of packed files; only zstd is read.
+const PACKED: [&str; 6] = ["zstd", "zst", "gz", "lz4", "bz2", "xz"];
+
 /// A file that is read record by record.
 pub type FileSource = Source<'static>;
 
@@ -24,9 +28,70 @@ pub type FileSource = Source<'static>;
 ///
 /// [`SessionError::Io`], and [`SessionError::At`] for a file of another kind.
 pub fn open(path: &Path) -> Result<FileSource, SessionError> {
+    if path.is_dir() {
+        let message = "a folder: expected an MCAP file; `inhand convert FOLDER -o take.mcap` makes one of a ROS 2 bag";
+        return Err(SessionError::data(path, message));
+    }
     let file = File::open(path).map_err(SessionError::io("read", path))?;
-    let reader = BufReader::with_capacity(1 << 16, file);
+    let mut reader = BufReader::with_capacity(1 << 16, file);
+    let begin = reader.fill_buf().map_err(SessionError::io("read", path))?;
+    if inhand_container::is_zstd(begin) {
+        let message = "compressed with zstd: unpack it with `zstd -d FILE`";
+        return Err(SessionError::data(path, message));
+    }
+    unpack(path, begin)?;
     Source::open(&name_of(path), reader).in_file(path)
+}
+
+/// The files of a take in their order: itself, or those of a ROS 2 bag.
+///
+/// # Errors
+///
+/// [`SessionError::Data`] for a folder that is no bag, or a bag that is not read; [`SessionError::Io`].
+pub fn take_files(path: &Path) -> Result<Vec<PathBuf>, SessionError> {
+    if !path.is_dir() {
+        return Ok(vec![path.to_owned()]);
+    }
+    let facts = path.join(inhand_import::BAG_FACTS);
+    if !facts.is_file() {
+        let message = format!(
+            "a folder: expected a take, or a ROS 2 bag with {}",
+            inhand_import::BAG_FACTS
+        );
+        return Err(SessionError::data(path, message));
+    }
+    let text = std::fs::read_to_string(&facts).map_err(SessionError::io("read", &facts))?;
+    let names =
+        inhand_import::bag_files(&text).map_err(|message| SessionError::data(&facts, message))?;
+    Ok(names.iter().map(|name| path.join(name)).collect())
+}
+
+/// The content of a take's file, unpacked where zstd packed it.
+///
+/// # Errors
+///
+/// [`SessionError::Data`] with the compression that is not read and the command that helps.
+pub fn unpack<'a>(path: &Path, stored: &'a [u8]) -> Result<Cow<'a, [u8]>, SessionError> {
+    inhand_import::unpack_file(stored).map_err(|message| SessionError::data(path, message))
+}
+
+/// Name of a take: that of its file without endings, or of its folder.
+pub fn take_name(path: &Path) -> String {
+    let name = name_of(path);
+    let stem = Path::new(unpacked_name(&name)).file_stem();
+    match stem.filter(|_| !path.is_dir()) {
+        Some(stem) => stem.to_string_lossy().into_owned(),
+        None => name,
+    }
+}
+
+/// The name of a file without the ending of a compression.
+pub(crate) fn unpacked_name(name: &str) -> &str {
+    let is_packed = |ending: &str| PACKED.iter().any(|one| ending.eq_ignore_ascii_case(one));
+    match name.rsplit_once('.') {
+        Some((stem, ending)) if is_packed(ending) => stem,
+        _ => name,
+    }
 }
 
 pub(crate) fn name_of(path: &Path) -> String {
@@ -120,7 +185,14 @@ impl Read for Hashed {
 
 /// SHA-256 as lower-case hexadecimal.
 pub fn hex_sha256(bytes: &[u8]) -> String {
-    hex(&Sha256::digest(bytes))
+    hex_sha256_of([bytes])
+}
+
+/// SHA-256 of parts, one after the other.
+pub(crate) fn hex_sha256_of<'a>(parts: impl IntoIterator<Item = &'a [u8]>) -> String {
+    let mut hash = Sha256::new();
+    parts.into_iter().for_each(|part| hash.update(part));
+    hex(&hash.finalize())
 }
 
 /// Bytes as lower-case hexadecimal.

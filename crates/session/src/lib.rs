@@ -60,7 +60,7 @@ pub use demo::{DEMO_SESSION, TakeFormat, simulate_session};
 pub use dictionary_file::{DictionaryFile, read as read_dictionary, write as write_dictionary};
 pub use error::{Located, SessionError};
 pub use figures::write_figures;
-pub use files::hex_sha256;
+pub use files::{hex_sha256, take_files, take_name, unpack};
 pub use hand_state::{HandState, StateRole, read_state};
 pub use inhand_motion::GapFill;
 pub use long_take::{LongTake, TakeInput};
@@ -73,7 +73,7 @@ pub use output::{
 };
 pub use plan::{MetTarget, PlanRequest, Planned, plan_motion, write_plan};
 pub use run::{Event, RunFiles, RunOptions, RunResult, provenance, run};
-pub use session::{SETTINGS_FILE, Session, SessionTake, is_take, list_takes, locate};
+pub use session::{SETTINGS_FILE, Session, SessionPlace, SessionTake, is_take, list_takes, locate};
 pub use settings::{
     BodySettings, CleanSection, EndsKind, EvaluateSection, FilterKind, LearnSection, LookSection,
     ObjectInSegments, ObjectSettings, PlanSection, ProcessSection, Role, SegmentSection,

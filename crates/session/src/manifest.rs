@@ -108,8 +108,8 @@ pub(crate) fn key(session: &Session, provenance: &Provenance, written: (bool, bo
     let takes: Vec<_> = (session.takes.iter())
         .map(|take| {
             format!(
-                "{:?} {} {:?} {:?}",
-                take.role, take.name, take.from_s, take.to_s
+                "{:?} {} {:?} {:?} {:?}",
+                take.role, take.name, take.from_s, take.to_s, take.part
             )
         })
         .collect();
@@ -133,7 +133,7 @@ pub(crate) fn learn_provenance<'a>(
     let ranges = settings
         .takes
         .iter()
-        .filter(|take| take.role == crate::settings::Role::Train);
+        .filter(|take| take.role != Some(crate::settings::Role::Test));
     relevant.takes = ranges.cloned().collect();
     Provenance {
         tool: TOOL.to_owned(),

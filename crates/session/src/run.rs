@@ -59,6 +59,8 @@ pub enum Event<'a> {
     Finished(&'a str, Duration),
     /// A finding that may affect numbers, or one that is accepted.
     Found(&'a SessionFinding),
+    /// Files among the takes that are no takes, relative to the session.
+    Skipped(&'a [PathBuf]),
 }
 
 /// What a run gave.
@@ -196,6 +198,9 @@ impl<'a> Run<'a> {
         let session = session::list_takes(&options.folder, settings)?;
         let files = RunFiles::new(&options.output, &session);
         check_output(options, &session, &files)?;
+        if !session.skipped.is_empty() {
+            watch(Event::Skipped(&session.skipped));
+        }
         Ok(Self {
             options,
             settings,

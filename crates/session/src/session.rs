@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use crate::error::SessionError;
-use crate::files::name_of;
+use crate::files::{name_of, take_name, unpacked_name};
 use crate::output::folder_of;
 use crate::settings::{Role, Settings};
 
@@ -20,6 +20,8 @@ pub struct Session {
     pub folder: PathBuf,
     /// Takes in a fixed order: training first, each role by path.
     pub takes: Vec<SessionTake>,
+    /// What is in `train/` and `test/` and is no take, relative to the folder.
+    pub skipped: Vec<PathBuf>,
 }
 
 /// A take of a session.
@@ -35,24 +37,55 @@ pub struct SessionTake {
     pub from_s: Option<f64>,
     /// End of what is used, seconds after the first sample.
     pub to_s: Option<f64>,
+    /// Which part of that is used, from 0 to 1: all of it, unless the take serves both roles.
+    pub part: [f64; 2],
 }
 
-/// Folder and settings file of what a person named as a session: a folder, or a settings file.
-pub fn locate(path: &Path) -> Result<(PathBuf, Option<PathBuf>), SessionError> {
+/// A session as a person named it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SessionPlace {
+    /// Folder that takes' paths are relative to.
+    pub folder: PathBuf,
+    /// Settings file, where there is one.
+    pub settings: Option<PathBuf>,
+    /// The take, where it is one recording: a file, or a ROS 2 bag.
+    pub take: Option<PathBuf>,
+}
+
+/// Finds out whether a path is a session's folder, its settings file or one take.
+///
+/// # Errors
+///
+/// [`SessionError::Io`], and [`SessionError::Data`] for another file.
+pub fn locate(path: &Path) -> Result<SessionPlace, SessionError> {
     let metadata = std::fs::metadata(path).map_err(SessionError::io("read session", path))?;
-    if metadata.is_dir() {
-        let file = path.join(SETTINGS_FILE);
-        return Ok((path.to_owned(), file.is_file().then_some(file)));
+    let in_folder = |folder: &Path, take| {
+        let settings = Some(folder.join(SETTINGS_FILE));
+        let (folder, settings) = (folder.to_owned(), settings.filter(|file| file.is_file()));
+        SessionPlace {
+            folder,
+            settings,
+            take,
+        }
+    };
+    let ending = path.extension();
+    if is_take(path) {
+        let name = path.file_name().map(PathBuf::from);
+        return Ok(in_folder(folder_of(path), name));
     }
-    if path
-        .extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("toml"))
-    {
-        return Ok((folder_of(path).to_owned(), Some(path.to_owned())));
+    if metadata.is_dir() {
+        return Ok(in_folder(path, None));
+    }
+    if ending.is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
+        let settings = Some(path.to_owned());
+        return Ok(SessionPlace {
+            settings,
+            ..in_folder(folder_of(path), None)
+        });
     }
     Err(SessionError::session(
         path,
-        "expected a folder with train/ and test/ takes, or an inhand.toml",
+        "expected a take, a folder with train/ and test/ takes, or an inhand.toml",
     ))
 }
 
@@ -62,10 +95,9 @@ pub fn locate(path: &Path) -> Result<(PathBuf, Option<PathBuf>), SessionError> {
 ///
 /// [`SessionError::Data`] without training or test takes, or where two takes share a name.
 pub fn list_takes(folder: &Path, settings: &Settings) -> Result<Session, SessionError> {
-    let mut takes = if settings.takes.is_empty() {
-        from_folders(folder)?
-    } else {
-        from_settings(folder, settings)?
+    let (mut takes, skipped) = match settings.takes.is_empty() {
+        true => from_folders(folder)?,
+        false => (from_settings(folder, settings)?, Vec::new()),
     };
     takes.sort_by(|a, b| {
         (a.role, &a.path)
@@ -74,12 +106,7 @@ pub fn list_takes(folder: &Path, settings: &Settings) -> Result<Session, Session
     });
     for role in [Role::Train, Role::Test] {
         if !takes.iter().any(|take| take.role == role) {
-            let message = format!(
-                "no {role} take: expected .csv, .tsv, .trc, .c3d or .mcap files in {role}/, or an \
-                 {SETTINGS_FILE} that lists takes with their roles",
-                role = role.name()
-            );
-            return Err(SessionError::session(folder, message));
+            return Err(SessionError::session(folder, without_takes(folder, role)));
         }
     }
     name_apart(folder, &mut takes)?;
@@ -88,15 +115,41 @@ pub fn list_takes(folder: &Path, settings: &Settings) -> Result<Session, Session
         name,
         folder: folder.to_owned(),
         takes,
+        skipped,
     })
+}
+
+/// Why a session has no take of a role, and what to do.
+fn without_takes(folder: &Path, role: Role) -> String {
+    let mut message = format!(
+        "no {} take: expected .csv, .tsv, .trc, .c3d or .mcap files or ROS 2 bags in {}/, or an {SETTINGS_FILE} \
+         that lists takes with their roles",
+        role.name(),
+        role.name()
+    );
+    let inside = ["", "train", "test"].iter().find_map(|sub| {
+        let mut entries = std::fs::read_dir(folder.join(sub))
+            .ok()?
+            .flatten()
+            .map(|entry| entry.path());
+        entries.find(|path| is_take(path))
+    });
+    if let Some(take) = inside {
+        message += &format!(
+            "; one recording is split by time where it is named itself: {}",
+            take.display()
+        );
+    }
+    message
 }
 
 fn by_start(a: &SessionTake, b: &SessionTake) -> std::cmp::Ordering {
     a.from_s.unwrap_or(0.0).total_cmp(&b.from_s.unwrap_or(0.0))
 }
 
-fn from_folders(folder: &Path) -> Result<Vec<SessionTake>, SessionError> {
-    let mut takes = Vec::new();
+/// Takes in `train/` and `test/`, and what else is there.
+fn from_folders(folder: &Path) -> Result<(Vec<SessionTake>, Vec<PathBuf>), SessionError> {
+    let (mut takes, mut skipped) = (Vec::new(), Vec::new());
     for role in [Role::Train, Role::Test] {
         let sub = folder.join(role.name());
         if !sub.is_dir() {
@@ -104,25 +157,22 @@ fn from_folders(folder: &Path) -> Result<Vec<SessionTake>, SessionError> {
         }
         for entry in std::fs::read_dir(&sub).map_err(SessionError::io("read", &sub))? {
             let path = entry.map_err(SessionError::io("read", &sub))?.path();
-            if path.is_file() && is_take(&path) {
-                takes.push(SessionTake {
-                    name: stem(&path),
-                    path,
-                    role,
-                    from_s: None,
-                    to_s: None,
-                });
+            if is_take(&path) {
+                takes.push(SessionTake::new(path, role));
+            } else if !name_of(&path).starts_with('.') {
+                skipped.push(path.strip_prefix(folder).unwrap_or(&path).to_owned());
             }
         }
     }
-    Ok(takes)
+    skipped.sort();
+    Ok((takes, skipped))
 }
 
 fn from_settings(folder: &Path, settings: &Settings) -> Result<Vec<SessionTake>, SessionError> {
     let mut takes = Vec::new();
     for entry in &settings.takes {
         let path = folder.join(&entry.path);
-        if !path.is_file() {
+        if !path.exists() {
             let message = format!(
                 "take {} is listed in the settings but not there",
                 entry.path.display()
@@ -144,15 +194,33 @@ fn from_settings(folder: &Path, settings: &Settings) -> Result<Vec<SessionTake>,
         {
             return wrong(format!("from_s is {from}, which is not before to_s, {to}"));
         }
-        takes.push(SessionTake {
-            name: stem(&path),
-            path,
-            role: entry.role,
+        let split = 1.0 - settings.segments.test_share;
+        let parts = match entry.role {
+            Some(role) => vec![(role, [0.0, 1.0])],
+            None => vec![(Role::Train, [0.0, split]), (Role::Test, [split, 1.0])],
+        };
+        takes.extend(parts.into_iter().map(|(role, part)| SessionTake {
             from_s,
             to_s,
-        });
+            part,
+            ..SessionTake::new(path.clone(), role)
+        }));
     }
     Ok(takes)
+}
+
+impl SessionTake {
+    /// A whole take.
+    fn new(path: PathBuf, role: Role) -> Self {
+        Self {
+            name: take_name(&path),
+            path,
+            role,
+            from_s: None,
+            to_s: None,
+            part: [0.0, 1.0],
+        }
+    }
 }
 
 /// Gives takes of the same file stem names that tell them apart by role; refuses what stays equal.
@@ -163,6 +231,15 @@ fn name_apart(folder: &Path, takes: &mut [SessionTake]) -> Result<(), SessionErr
     }
     for take in takes.iter_mut().filter(|take| count[&take.name] > 1) {
         take.name = format!("{}.{}", take.name, take.role.name());
+    }
+    // Ranges of one recording for one role are counted: they follow each other, by their starts.
+    for n in (1..takes.len()).rev() {
+        let same =
+            |other: &&SessionTake| (&other.path, other.role) == (&takes[n].path, takes[n].role);
+        let earlier = takes[..n].iter().filter(same).count();
+        if earlier > 0 {
+            takes[n].name += &format!(".{}", earlier + 1);
+        }
     }
     if let Some(take) = takes
         .iter()
@@ -191,21 +268,20 @@ fn name_apart(folder: &Path, takes: &mut [SessionTake]) -> Result<(), SessionErr
     Ok(())
 }
 
-/// Whether a file looks like a take by its extension.
+/// Whether a file looks like a take by its extension, packed or not, or a folder is a ROS 2 bag. Bags of a kind that
+/// is not read are takes too: reading them says why.
 pub fn is_take(path: &Path) -> bool {
     let name = name_of(path);
-    let is_mcap = path
-        .extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("mcap"));
-    !name.starts_with('.') && (is_mcap || inhand_capture::looks_like_capture_file(&name))
-}
-
-/// File name without folders and extension.
-pub(crate) fn stem(path: &Path) -> String {
-    path.file_stem().map_or_else(
-        || "take".to_owned(),
-        |stem| stem.to_string_lossy().into_owned(),
-    )
+    let file = unpacked_name(&name);
+    let ending = Path::new(file).extension().unwrap_or_default();
+    let is_bag = ["mcap", "db3"]
+        .iter()
+        .any(|known| ending.eq_ignore_ascii_case(known));
+    let is_file = is_bag || inhand_capture::looks_like_capture_file(file);
+    match path.is_dir() {
+        true => path.join(inhand_import::BAG_FACTS).is_file(),
+        false => !name.starts_with('.') && is_file,
+    }
 }
 
 fn folder_name(folder: &Path) -> String {

@@ -120,10 +120,12 @@ impl LookSection {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TakeEntry {
-    /// File, relative to the session's folder.
+    /// File, or folder of a ROS 2 bag, relative to the session's folder.
     pub path: PathBuf,
-    /// Training or testing.
-    pub role: Role,
+    /// Training or testing; where it is not given, the last `segments.test_share` of the time is for testing and the
+    /// rest for training.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub role: Option<Role>,
     /// First instant used, seconds after the take's first sample.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from_s: Option<f64>,
@@ -240,6 +242,8 @@ section! {
         /// primitives learn from what is there; deviations from the smooth curve and principal components
         /// from complete segments only.
         pub missing_s: f64 = 0.0,
+        /// Share of the time that is for testing, at the end of a recording that serves for training too.
+        pub test_share: f64 = 0.2,
     }
 }
 

@@ -1,16 +1,19 @@
 //! Takes in memory: read from a vendor file or MCAP, with roles and hash.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use inhand_capture::roles::{RoleSettings, resolve};
 use inhand_channels::{CleanedTake, ReadCleaned, ReadTake, TakeFile};
+use inhand_inspection::{ExactPosition, exact_positions, takes_alike};
 use inhand_model::{
-    Annotations, BodySource, Change, Clock, Finger, InputHash, Motion, PointTrack, Provenance,
-    Recording, Roles, World,
+    Annotations, BodySource, Change, Clock, Finger, InputHash, Motion, Provenance, Recording, Roles,
 };
 
 use crate::error::{Located, SessionError};
-use crate::files::{facts_path, hex_sha256, name_of};
+use crate::files::{
+    facts_path, hex_sha256_of, name_of, take_files, take_name, unpack, unpacked_name,
+};
 use crate::session::{Session, SessionTake};
 use crate::settings::{Role, Settings};
 
@@ -53,28 +56,27 @@ pub struct Cleaning {
 ///
 /// [`SessionError`] with file, line or topic.
 pub fn read(path: &Path, settings: &Settings) -> Result<Take, SessionError> {
-    let bytes = std::fs::read(path).map_err(SessionError::io("read", path))?;
-    let file_name = name_of(path);
+    let stored = Stored::read(path)?;
     let role_settings = settings.role_settings()?;
-    // What a table cannot hold is in a file beside it, and counts as part of it.
-    let facts = table_facts(path, &bytes)?;
+    let stored_name = name_of(path);
+    let file_name = unpacked_name(&stored_name);
     // Hashing takes as long as parsing: do both at once.
     let (sha256, parsed) = inhand_parallel::both(
-        || content_hash(&bytes, facts.as_deref()),
+        || stored.sha256(),
         || -> Result<_, SessionError> {
+            let bytes = stored.take(path)?;
+            let facts = stored.facts.as_deref();
             if inhand_channels::is_mcap(&bytes) {
                 let settings = settings.import_settings()?;
-                inhand_import::read_take(&bytes, &file_name, &settings).in_file(path)
+                inhand_import::read_take(&bytes, file_name, &settings).in_file(path)
             } else if inhand_export::looks_like_wide_csv(&bytes) {
                 let up_axis = settings.read_settings()?.up_axis;
-                let recording =
-                    inhand_export::read_wide_csv(&bytes, &file_name, facts.as_deref(), up_axis)
-                        .in_file(path)?;
+                let recording = inhand_export::read_wide_csv(&bytes, file_name, facts, up_axis)
+                    .in_file(path)?;
                 Ok(vendor_take(recording))
             } else {
-                let recording =
-                    inhand_capture::read(&bytes, &file_name, &settings.read_settings()?)
-                        .in_file(path)?;
+                let recording = inhand_capture::read(&bytes, file_name, &settings.read_settings()?)
+                    .in_file(path)?;
                 Ok(vendor_take(recording))
             }
         },
@@ -93,10 +95,9 @@ pub fn read(path: &Path, settings: &Settings) -> Result<Take, SessionError> {
         _ => resolve(&recording, &role_settings).map_err(|error| error.to_string()),
     };
     let hash = InputHash {
-        name: file_name,
+        name: stored_name,
         sha256,
     };
-    let name = crate::session::stem(path);
     let (recording, cleaning) = match cleaned {
         None => (recording, None),
         Some(ReadCleaned {
@@ -109,7 +110,7 @@ pub fn read(path: &Path, settings: &Settings) -> Result<Take, SessionError> {
     };
     Ok(Take {
         path: path.to_owned(),
-        name,
+        name: take_name(path),
         recording,
         cleaning,
         roles,
@@ -134,33 +135,51 @@ pub fn read_clean(path: &Path, settings: &Settings) -> Result<Take, SessionError
     }
 }
 
-/// The facts beside a wide table, where there are any.
-fn content_hash(bytes: &[u8], facts: Option<&[u8]>) -> String {
-    facts.map_or_else(
-        || hex_sha256(bytes),
-        |facts| hex_sha256(&[bytes, facts].concat()),
-    )
-}
-
-/// SHA-256 of a take, the facts beside a table included: that of a [`Take`] without parsing it.
+/// Name and content of a take, the facts beside a table included: those of a [`Take`] without parsing it.
 ///
 /// # Errors
 ///
-/// [`SessionError::Io`].
-pub fn hash_take(path: &Path) -> Result<String, SessionError> {
-    let bytes = std::fs::read(path).map_err(SessionError::io("read", path))?;
-    let facts = table_facts(path, &bytes)?;
-    Ok(content_hash(&bytes, facts.as_deref()))
+/// [`SessionError::Io`], and [`SessionError::Data`] for a folder that is no bag.
+pub fn hash_take(path: &Path) -> Result<InputHash, SessionError> {
+    let (name, sha256) = (name_of(path), Stored::read(path)?.sha256());
+    Ok(InputHash { name, sha256 })
 }
 
-fn table_facts(path: &Path, bytes: &[u8]) -> Result<Option<Vec<u8>>, SessionError> {
-    let facts = facts_path(path);
-    if !inhand_export::looks_like_wide_csv(bytes) || !facts.exists() {
-        return Ok(None);
+/// The bytes of a take as they are stored.
+struct Stored {
+    /// Its file; several for a bag.
+    files: Vec<(PathBuf, Vec<u8>)>,
+    /// What a table cannot hold is in a file beside it, and counts as part of it.
+    facts: Option<Vec<u8>>,
+}
+
+impl Stored {
+    fn read(path: &Path) -> Result<Self, SessionError> {
+        let read = |path: &Path| std::fs::read(path).map_err(SessionError::io("read", path));
+        let files = take_files(path)?.into_iter();
+        let files = files.map(|file| Ok((file.clone(), read(&file)?)));
+        let files = files.collect::<Result<Vec<_>, SessionError>>()?;
+        let facts = facts_path(path);
+        let has_facts = inhand_export::looks_like_wide_csv(&files[0].1) && facts.exists();
+        let facts = has_facts.then(|| read(&facts)).transpose()?;
+        Ok(Self { files, facts })
     }
-    std::fs::read(&facts)
-        .map(Some)
-        .map_err(SessionError::io("read", &facts))
+
+    fn sha256(&self) -> String {
+        let files = self.files.iter().map(|(_, bytes)| bytes);
+        hex_sha256_of(files.chain(&self.facts).map(Vec::as_slice))
+    }
+
+    /// The bytes of one file with all that is stored, unpacked.
+    fn take(&self, path: &Path) -> Result<Cow<'_, [u8]>, SessionError> {
+        let files = (self.files.iter())
+            .map(|(file, bytes)| Ok((file.display().to_string(), unpack(file, bytes)?)));
+        let mut files = files.collect::<Result<Vec<_>, SessionError>>()?;
+        match files.len() {
+            1 => Ok(files.remove(0).1),
+            _ => Ok(Cow::Owned(inhand_import::join_files(&files).in_file(path)?)),
+        }
+    }
 }
 
 /// A take of which there is nothing but what was measured.
@@ -228,7 +247,29 @@ impl Take {
 /// The first take, in the session's order, that cannot be read; takes of different rates; takes
 /// that serve for training and testing at once.
 pub fn read_session(session: &Session, settings: &Settings) -> Result<Vec<Take>, SessionError> {
-    let takes = inhand_parallel::try_map(&session.takes, |entry| read_entry(entry, settings))?;
+    let mut paths: Vec<&Path> = Vec::new();
+    for take in &session.takes {
+        if !paths.contains(&&*take.path) {
+            paths.push(&take.path);
+        }
+    }
+    // A recording with several time ranges is read once.
+    let takes = inhand_parallel::try_map(&paths, |&path| {
+        let whole = read_clean(path, settings)?;
+        let entries = session.takes.iter().enumerate();
+        let entries: Vec<_> = entries.filter(|(_, entry)| entry.path == path).collect();
+        let used =
+            |whole: Take, (n, entry)| -> Result<_, SessionError> { Ok((n, part(whole, entry)?)) };
+        match entries[..] {
+            [only] => Ok(vec![used(whole, only)?]),
+            _ => (entries.into_iter())
+                .map(|entry| used(whole.clone(), entry))
+                .collect(),
+        }
+    });
+    let mut takes: Vec<_> = takes?.into_iter().flatten().collect();
+    takes.sort_by_key(|&(n, _)| n);
+    let takes: Vec<Take> = takes.into_iter().map(|(_, take)| take).collect();
     for take in &takes {
         take.roles()?;
     }
@@ -239,15 +280,15 @@ pub fn read_session(session: &Session, settings: &Settings) -> Result<Vec<Take>,
     Ok(takes)
 }
 
-fn read_entry(entry: &SessionTake, settings: &Settings) -> Result<Take, SessionError> {
-    let mut take = read_clean(&entry.path, settings)?;
+/// What a session uses of a take.
+fn part(mut take: Take, entry: &SessionTake) -> Result<Take, SessionError> {
     take.name.clone_from(&entry.name);
-    if entry.from_s.is_none() && entry.to_s.is_none() {
+    if (entry.from_s, entry.to_s, entry.part) == (None, None, [0.0, 1.0]) {
         return Ok(take);
     }
     let (clock, len) = (take.recording.clock, take.recording.len());
     let from = entry.from_s.map_or(0, |s| clock.nearest_sample(s));
-    let to = entry.to_s.map_or(len, |s| clock.nearest_sample(s));
+    let to = entry.to_s.map_or(len, |s| clock.nearest_sample(s).min(len));
     if from >= len {
         return Err(take.error(format!(
             "from_s is {} s, but the take ends after {} s",
@@ -255,9 +296,13 @@ fn read_entry(entry: &SessionTake, settings: &Settings) -> Result<Take, SessionE
             clock.time_s(len)
         )));
     }
+    // Both sides of a split meet at one sample, which is of the second.
+    let [from, to] = entry
+        .part
+        .map(|share| from + ((to - from) as f64 * share).round() as usize);
     take.recording = take.recording.slice(from..to);
     if let Some(cleaning) = &mut take.cleaning {
-        cleaning.keep(clock.time_s(from), clock.time_s(to.min(len)));
+        cleaning.keep(clock.time_s(from), clock.time_s(to));
     }
     take.stored_motion = None; // It belongs to the whole take.
     Ok(take)
@@ -303,27 +348,36 @@ pub fn check_rates<'a>(
     }
 }
 
+/// Refuses test takes that share samples with training takes.
 fn check_disjoint(session: &Session, takes: &[Take]) -> Result<(), SessionError> {
-    let with = |role| {
-        takes
-            .iter()
-            .zip(&session.takes)
-            .filter(move |(_, entry)| entry.role == role)
+    let role = |n: usize| session.takes[n].role;
+    let thumbs: Vec<_> = takes.iter().map(thumb).collect();
+    let alike = takes_alike(&thumbs);
+    let alike = alike.iter().map(|alike| (alike.take, alike.other));
+    let count = takes.len();
+    let pairs = (0..count).flat_map(|test| (0..count).map(move |train| (test, train)));
+    let overlap = pairs.filter(|&(test, train)| overlap(&takes[test], &takes[train]));
+    let mut shared = alike.chain(overlap).filter(|&(a, b)| role(a) != role(b));
+    let Some((a, b)) = shared.next() else {
+        return Ok(());
     };
-    for (test, test_entry) in with(Role::Test) {
-        for (train, train_entry) in with(Role::Train) {
-            let same = same_source(test, train) && overlap(test_entry, train_entry);
-            if same || same_motion(test, train) {
-                return Err(test.error(format!(
-                    "the test take is also the training take {}: give each its own time range \
-                     (from_s, to_s), or set allow_shared_takes = true to accept results that \
-                     look better than they are",
-                    train.path.display()
-                )));
-            }
-        }
-    }
-    Ok(())
+    let (test, train) = if role(a) == Role::Test {
+        (a, b)
+    } else {
+        (b, a)
+    };
+    Err(takes[test].error(format!(
+        "the test take is also the training take {}: give each its own time range (from_s, to_s), or set \
+         allow_shared_takes = true to accept results that look better than they are",
+        takes[train].path.display()
+    )))
+}
+
+/// Whether two takes are of one recording, and of times that overlap.
+fn overlap(a: &Take, b: &Take) -> bool {
+    let span = |take: &Take| [0, take.recording.len()].map(|k| take.recording.clock.unix_nanos(k));
+    let ([a_start, a_end], [b_start, b_end]) = (span(a), span(b));
+    a_start < b_end && b_start < a_end && same_source(a, b)
 }
 
 /// Whether two takes are one file, or come from one by steps that each read a single file.
@@ -338,29 +392,15 @@ pub(crate) fn same_source(a: &Take, b: &Take) -> bool {
 }
 
 /// Whether most samples of a fingertip are equal to the last digit: the same take, however it was
-/// stored or touched since.
+/// stored, shifted or trimmed since.
 pub(crate) fn same_motion(a: &Take, b: &Take) -> bool {
-    let (Some(a), Some(b)) = (thumb(a), thumb(b)) else {
-        return false;
-    };
-    let both = a.iter().zip(b.iter()).filter_map(|(a, b)| Some((a?, b?)));
-    let (mut equal, mut n) = (0, 0);
-    for (a, b) in both {
-        equal += usize::from(a == b);
-        n += 1;
-    }
-    n > 0 && 2 * equal > n
+    !takes_alike(&[thumb(a), thumb(b)]).is_empty()
 }
 
-fn thumb(take: &Take) -> Option<&PointTrack<World>> {
-    let marker = &take.roles.as_ref().ok()?.fingers[Finger::Thumb];
-    Some(&take.recording.marker(marker)?.track)
-}
-
-fn overlap(a: &SessionTake, b: &SessionTake) -> bool {
-    let start = |take: &SessionTake| take.from_s.unwrap_or(0.0);
-    let end = |take: &SessionTake| take.to_s.unwrap_or(f64::INFINITY);
-    start(a) < end(b) && start(b) < end(a)
+fn thumb(take: &Take) -> Vec<ExactPosition> {
+    let roles = take.roles.as_ref().ok();
+    let marker = roles.and_then(|roles| take.recording.marker(&roles.fingers[Finger::Thumb]));
+    exact_positions(marker.map(|marker| &marker.track))
 }
 
 /// Names of a body's source, for messages.

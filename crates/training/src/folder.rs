@@ -161,7 +161,7 @@ impl LearningFolder {
             return Err(wrong(&format!("{found} takes, not {}", takes.len())));
         }
         for (planned, path) in self.plan.takes.iter().zip(takes) {
-            if hash_take(path)? != planned.file.sha256 {
+            if hash_take(path)?.sha256 != planned.file.sha256 {
                 return Err(wrong(&format!(
                     "another take in the place of {} ({})",
                     path.display(),

@@ -10,7 +10,7 @@ use inhand_session::{Event, check_target, write_text};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use super::run::{SessionOptions, fails, finding_line};
+use super::run::{SessionOptions, fails, finding_line, skipped_line};
 use crate::console::{Console, print, to_stderr};
 use crate::exit::{Exit, UsageError};
 use crate::options::{Format, OutputOptions};
@@ -22,7 +22,7 @@ use crate::options::{Format, OutputOptions};
 /// of the sessions given; summary.html has those of earlier calls too.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// Sessions: folders with train/ and test/ takes, or files inhand.toml.
+    /// Sessions: folders with train/ and test/ takes, files inhand.toml, or takes, each split by time.
     #[arg(required = true)]
     sessions: Vec<PathBuf>,
     /// Folder for the results of each session, summary.html and batch.json.
@@ -116,10 +116,10 @@ fn one(
     found: &mut Vec<String>,
 ) -> Result<(State, bool)> {
     let options = args.overrides.run_options(session, folder, &args.writing)?;
-    let result = inhand_session::run(&options, &mut |event| {
-        if let Event::Found(finding) = event {
-            found.push(finding_line(finding));
-        }
+    let result = inhand_session::run(&options, &mut |event| match event {
+        Event::Found(finding) => found.push(finding_line(finding)),
+        Event::Skipped(files) => found.push(skipped_line(files)),
+        _ => {}
     })?;
     let state = match (&result.evaluation, result.failed_plans) {
         (_, 1..) => State::PlansFailed,

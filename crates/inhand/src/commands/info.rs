@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use anyhow::{Context, Result, anyhow};
 use inhand_channels::{FileInfo, info};
 use inhand_model::{Dictionary, Provenance};
+use inhand_session::{take_files, unpack};
 use serde_json::{Value, json};
 
 use crate::console::{Console, by_finger, print};
@@ -18,7 +19,7 @@ use crate::options::Format;
 /// checksum is compared on the way.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// An MCAP file.
+    /// An MCAP file, or the folder of a ROS 2 bag.
     file: PathBuf,
     /// Print as text or json.
     #[arg(long, value_enum, default_value_t)]
@@ -26,36 +27,41 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
-    let shown = args.file.display().to_string();
-    let bytes = std::fs::read(&args.file).with_context(|| format!("cannot read {shown}"))?;
-    let info = info(&bytes, &shown).map_err(|error| {
-        anyhow!(
-            "{error}; `inhand check` looks at takes of other formats, `inhand convert` makes MCAP \
-             files of them"
-        )
-    });
-    let info = info?;
-    let has_dictionary = (info.channels.iter()).any(|c| c.topic == "/dictionary/model");
-    let dictionary = has_dictionary
-        .then(|| inhand_channels::read_dictionary(&bytes, &shown))
-        .and_then(Result::ok);
-    let text = || {
-        let dictionary = (dictionary.iter()).map(|(d, made)| dictionary_text(d, made));
-        text(&info) + &dictionary.collect::<String>()
-    };
-    let json = || {
-        let mut json = to_json(&info);
+    let (mut texts, mut exit) = (String::new(), Exit::Done);
+    let mut documents = Vec::new();
+    for file in take_files(&args.file)? {
+        let shown = file.display().to_string();
+        let stored = std::fs::read(&file).with_context(|| format!("cannot read {shown}"))?;
+        let bytes = unpack(&file, &stored)?;
+        let info = info(&bytes, &shown).map_err(|error| {
+            anyhow!(
+                "{error}; `inhand check` looks at takes of other formats, `inhand convert` makes MCAP \
+                 files of them"
+            )
+        })?;
+        let has_dictionary = (info.channels.iter()).any(|c| c.topic == "/dictionary/model");
+        let dictionary = has_dictionary
+            .then(|| inhand_channels::read_dictionary(&bytes, &shown))
+            .and_then(Result::ok);
+        texts += &text(&info);
+        let mut document = to_json(&info);
         if let Some((dictionary, made)) = &dictionary {
-            json["dictionary"] = dictionary_json(dictionary, made);
+            texts += &dictionary_text(dictionary, made);
+            document["dictionary"] = dictionary_json(dictionary, made);
         }
-        json
-    };
-    print(args.format, text, json)?;
-    if let Some(problem) = &info.problem {
-        console.say(&format!("warning  {problem}; the list ends before it"));
-        return Ok(Exit::Lossy);
+        documents.push(document);
+        if let Some(problem) = &info.problem {
+            console.say(&format!("warning  {problem}; the list ends before it"));
+            exit = Exit::Lossy;
+        }
     }
-    Ok(Exit::Done)
+    let json = || match documents.len() {
+        1 => documents.remove(0),
+        // The files of a bag.
+        _ => Value::Array(documents),
+    };
+    print(args.format, || texts, json)?;
+    Ok(exit)
 }
 
 fn text(info: &FileInfo) -> String {

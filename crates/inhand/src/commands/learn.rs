@@ -10,8 +10,8 @@ use clap::Subcommand;
 use inhand_model::{DictionaryKind, Inspection, Level, StopReason};
 use inhand_session::containers::hash_file;
 use inhand_session::{
-    Settings, Take, already_exists, look_at_training, matrices, provenance, read_dictionary,
-    scratch_folder, write_dictionary,
+    Settings, Take, already_exists, hash_take, look_at_training, matrices, provenance,
+    read_dictionary, scratch_folder, write_dictionary,
 };
 use inhand_training::{Learned, LearningFolder, Progress, learn_given, learn_in};
 use serde_json::json;
@@ -259,7 +259,7 @@ fn check_repeats(args: &Args, output: &Path, settings: &Settings) -> Result<()> 
     if args.force || !known || !output.is_file() {
         return Ok(());
     }
-    let inputs: Result<Vec<_>, _> = args.inputs.iter().map(|path| hash_file(path)).collect();
+    let inputs: Result<Vec<_>, _> = args.inputs.iter().map(|path| hash_take(path)).collect();
     let made = provenance("learn", settings, inputs?);
     let earlier = read_dictionary(output).map(|dictionary| dictionary.provenance);
     match earlier.is_ok_and(|steps| steps.last() == Some(&made)) {

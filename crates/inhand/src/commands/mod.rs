@@ -33,7 +33,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use clap::Subcommand;
 use inhand_model::{Dictionary, InputHash, Recording};
-use inhand_session::{Settings, Take};
+use inhand_session::{Settings, Take, take_name};
 
 use crate::console::Console;
 use crate::exit::{Exit, UsageError, usage};
@@ -141,11 +141,7 @@ fn targets(inputs: &[PathBuf], output: &Path, endings: &[&str]) -> Result<Vec<Pa
     }
     let mut targets = Vec::with_capacity(inputs.len());
     for input in inputs {
-        let stem = input
-            .file_stem()
-            .unwrap_or(input.as_os_str())
-            .to_string_lossy();
-        let target = output.join(format!("{stem}.mcap"));
+        let target = output.join(format!("{}.mcap", take_name(input)));
         if targets.contains(&target) {
             return usage(format!(
                 "two inputs would both be written as {}",

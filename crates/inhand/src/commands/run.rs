@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use inhand_model::{Inspection, Level, SessionFinding};
-use inhand_session::{Event, RunOptions, Settings, locate};
+use inhand_session::{Event, RunOptions, Settings, TakeEntry, locate, take_name};
 
 use crate::console::{Console, data};
 use crate::exit::Exit;
@@ -13,12 +13,15 @@ use crate::options::{
     PlanOptions, TakeOptions,
 };
 
+/// Files that are no takes that are named at most.
+const SKIPPED_SHOWN: usize = 3;
+
 /// Run every step on a session.
 ///
 /// Reads its takes; writes an MCAP file for each, dictionary, evaluation.json and report.html.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// Folder with train/ and test/ takes, or an inhand.toml.
+    /// Folder with train/ and test/ takes, an inhand.toml, or one take, which is split by time.
     session: PathBuf,
     /// Folder for the results.
     #[arg(short, long, value_name = "DIR")]
@@ -44,6 +47,9 @@ pub(crate) struct SessionOptions {
     /// Task, for tables over sessions.
     #[arg(long, value_name = "NAME", help_heading = "Session")]
     task: Option<String>,
+    /// Share of one recording, at its end, that is for testing [default: 0.2].
+    #[arg(long, value_name = "SHARE", help_heading = "Session")]
+    test_share: Option<f64>,
     #[command(flatten)]
     takes: TakeOptions,
     #[command(flatten, next_help_heading = "Inspection")]
@@ -64,6 +70,7 @@ impl SessionOptions {
         let mut settings = self.takes.settings(beside)?;
         settings.participant = self.participant.clone().or(settings.participant);
         settings.task = self.task.clone().or(settings.task);
+        settings.segments.test_share = self.test_share.unwrap_or(settings.segments.test_share);
         self.look.apply(&mut settings);
         self.learn.check_one_rank()?;
         self.learn.apply(&mut settings);
@@ -81,10 +88,21 @@ impl SessionOptions {
         output: &Path,
         writing: &OutputOptions,
     ) -> Result<RunOptions> {
-        let (folder, beside) = locate(session)?;
+        let place = locate(session)?;
+        let mut settings = self.settings(place.settings.as_deref())?;
+        if let Some(path) = place.take {
+            settings.name = settings.name.or(Some(take_name(session)));
+            let (role, from_s, to_s) = (None, None, None);
+            settings.takes = vec![TakeEntry {
+                path,
+                role,
+                from_s,
+                to_s,
+            }];
+        }
         Ok(RunOptions {
-            folder,
-            settings: self.settings(beside.as_deref())?,
+            folder: place.folder,
+            settings,
             output: output.to_owned(),
             force: writing.force,
             view: !writing.no_view,
@@ -120,7 +138,11 @@ pub(crate) fn run_shown(
             }
         }
         Event::Found(finding) => console.say(&finding_line(finding)),
+        Event::Skipped(files) => console.say(&skipped_line(files)),
     };
+    if let Some(line) = split_line(&options.settings) {
+        console.say(&line);
+    }
     let result = inhand_session::run(options, &mut watch)?;
     let files = &result.files;
     if let Some(line) = inhand_report::inspection_sentence(&result.inspection) {
@@ -155,6 +177,36 @@ pub(crate) fn run_shown(
 /// A finding with its level, for a terminal.
 pub(crate) fn finding_line(finding: &SessionFinding) -> String {
     format!("{:<8} {finding}", finding.level.name())
+}
+
+/// Files that are no takes, for a terminal.
+pub(crate) fn skipped_line(files: &[PathBuf]) -> String {
+    let (shown, rest) = files.split_at(files.len().min(SKIPPED_SHOWN));
+    let shown: Vec<_> = shown
+        .iter()
+        .map(|file| file.display().to_string())
+        .collect();
+    let more = match rest.len() {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    format!("not takes, left out: {}{more}", shown.join(", "))
+}
+
+/// The roles of recordings that are split by time, for a terminal.
+fn split_line(settings: &Settings) -> Option<String> {
+    let split: Vec<_> = (settings.takes.iter())
+        .filter(|take| take.role.is_none())
+        .map(|take| take.path.display().to_string())
+        .collect();
+    let share = (1e5 * settings.segments.test_share).round() / 1e3;
+    (!split.is_empty()).then(|| {
+        format!(
+            "{}: the first {} % is for training, the last {share} % for testing (--test-share)",
+            split.join(", "),
+            100.0 - share
+        )
+    })
 }
 
 /// Whether findings that are not accepted are of the level from which a command exits with 3.

@@ -21,7 +21,7 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args) -> Result<Exit> {
     let file = match &args.session {
-        Some(session) => locate(session)?.1,
+        Some(session) => locate(session)?.settings,
         None => None,
     };
     let settings = SourceOptions::default().effective(file.as_deref())?;

@@ -8,8 +8,8 @@ use inhand_model::{Clock, Event, Label, Protocol, Shape, StartTime};
 
 use super::{Align, OverlayMethods, OverlayOptions};
 use crate::error::{Located, SessionError, invalid};
+use crate::files::take_name;
 use crate::output::same_file;
-use crate::session::stem;
 use crate::settings::Settings;
 use crate::take::{Take, same_motion, same_source};
 
@@ -111,7 +111,7 @@ fn names<'a>(paths: impl Iterator<Item = &'a Path>, given: &[String]) -> Vec<Str
     let paths: Vec<&Path> = paths.collect();
     let fits = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     let safe = |text: String| text.replace(|c| !fits(c), "_");
-    let stems: Vec<String> = paths.iter().map(|path| safe(stem(path))).collect();
+    let stems: Vec<String> = paths.iter().map(|path| safe(take_name(path))).collect();
     let mut names: Vec<String> = Vec::with_capacity(paths.len());
     for (n, path) in paths.iter().enumerate() {
         if let Some(name) = given.get(n) {

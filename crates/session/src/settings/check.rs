@@ -263,10 +263,13 @@ impl Settings {
         let draws = evaluate.draws;
         let usable = draws == 0 || DRAWS.contains(&draws);
         require(usable, "evaluate.draws", "0, or 100 to 1000000", &draws)?;
-        let confidence = evaluate.confidence;
-        let expected = "a share above 0 and below 1, such as 0.95";
-        let share = confidence > 0.0 && confidence < 1.0;
-        require(share, "evaluate.confidence", expected, &confidence)?;
+        for (key, share, example) in [
+            ("evaluate.confidence", evaluate.confidence, "0.95"),
+            ("segments.test_share", segments.test_share, "0.2"),
+        ] {
+            let expected = format!("a share above 0 and below 1, such as {example}");
+            require(share > 0.0 && share < 1.0, key, &expected, &share)?;
+        }
         let methods = &plan.methods;
         let some = !methods.is_empty();
         require(some, "plan.methods", "at least one method", &"none")?;

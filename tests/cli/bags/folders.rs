@@ -1,0 +1,150 @@
+//! Bags as `ros2 bag record` leaves them: folders, split files, files and messages that zstd packed.
+
+use inhand_model::Recording;
+
+use super::{TAKE, as_mocap4r2, as_stored, recorded};
+use crate::support::{Bench, SMALL, stderr};
+
+/// Facts of a bag, as far as they matter.
+fn facts(files: &[&str], storage: &str, compression: &str) -> String {
+    let files: String = files.iter().map(|file| format!("    - {file}\n")).collect();
+    format!(
+        "rosbag2_bagfile_information:\n  version: 5\n  storage_identifier: {storage}\n  \
+         relative_file_paths:\n{files}  compression_format: \"{compression}\"\n  compression_mode: \"\"\n"
+    )
+}
+
+fn zstd(bytes: &[u8]) -> Vec<u8> {
+    // A frame of raw blocks, as its document lays it out: no packer is needed.
+    let mut frame = vec![0x28, 0xB5, 0x2F, 0xFD, 0x00, 0x38];
+    let blocks = bytes.chunks(1 << 16);
+    let count = blocks.len();
+    for (n, block) in blocks.enumerate() {
+        let head = (block.len() as u32) << 3 | u32::from(n + 1 == count);
+        frame.extend(&head.to_le_bytes()[..3]);
+        frame.extend(block);
+    }
+    frame
+}
+
+/// The take in two bags, one after the other.
+fn halves(recording: &Recording) -> [Vec<u8>; 2] {
+    let middle = recording.len() / 2;
+    [0..middle, middle..recording.len()].map(|part| as_mocap4r2(&recording.slice(part)))
+}
+
+/// A bench whose test take is a bag folder.
+fn with_bag(facts: &str, files: &[(&str, &[u8])]) -> Bench {
+    let bench = Bench::csv();
+    std::fs::remove_file(bench.path(TAKE)).expect("the take can go");
+    bench.write("session/test/cube_test_01/metadata.yaml", facts);
+    for (name, bytes) in files {
+        bench.write(&format!("session/test/cube_test_01/{name}"), bytes);
+    }
+    bench
+}
+
+#[test]
+fn a_split_bag_gives_the_numbers_of_the_take_it_holds() {
+    let bench = Bench::csv();
+    bench.run("csv", &[]);
+    let expected = bench.json("csv/evaluation.json");
+    let [first, second] = halves(&recorded(&bench));
+    let names = ["take_0.mcap.zstd", "cube_test_01/take_1.mcap"];
+    let packed = zstd(&first);
+    let files = [("take_0.mcap.zstd", &packed[..]), ("take_1.mcap", &second)];
+    let bench = with_bag(&facts(&names, "mcap", "zstd"), &files);
+    bench.run("bag", &[]);
+    let found = bench.json("bag/evaluation.json");
+    assert_eq!(found["methods"], expected["methods"]);
+    assert_eq!(found["session"]["test"], expected["session"]["test"]);
+
+    let folder = "session/test/cube_test_01";
+    let checked = bench.ok(&["check", folder]);
+    assert!(checked.contains("1200 samples (12.00 s)"), "{checked}");
+    bench.ok(&["convert", folder, "-o", "take.mcap"]);
+    let info = bench.ok(&["info", folder]);
+    assert!(
+        info.contains("take_0.mcap.zstd") && info.contains("take_1.mcap"),
+        "{info}"
+    );
+    // One recording is one take, as a bag too.
+    bench.ok(&[&["run", folder, "-o", "one"], &SMALL[..]].concat());
+    // What reads files record by record says what to name.
+    let output = bench.inhand(&["cut", folder, "-o", "c.mcap", "--to", "3"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(
+        stderr(&output).contains("inhand convert"),
+        "{}",
+        stderr(&output)
+    );
+}
+
+#[test]
+fn packed_files_and_messages_are_read() {
+    let bench = Bench::csv();
+    let recording = recorded(&bench);
+    let whole = as_mocap4r2(&recording);
+    bench.write("plain.mcap", &whole);
+    bench.write("file.mcap.zstd", zstd(&whole));
+    bench.write("messages.mcap", as_stored(&recording, zstd));
+    let tables = ["plain.mcap", "file.mcap.zstd", "messages.mcap"].map(|bag| {
+        bench.ok(&["convert", bag, "-o", "take.csv", "--force"]);
+        let table = String::from_utf8(bench.bytes("take.csv")).expect("a table is text");
+        let (_, rows) = table.split_once('\n').expect("a table has a header");
+        rows.to_owned()
+    });
+    assert!(tables[0].lines().count() > 1200);
+    assert!(tables.iter().all(|table| *table == tables[0]));
+    bench.ok(&["convert", "file.mcap.zstd", "plain.mcap", "-o", "all"]);
+    assert_eq!(bench.files("all"), ["file.mcap", "plain.mcap"]);
+}
+
+#[test]
+fn what_is_not_read_is_named_with_the_command_that_helps() {
+    let sqlite = b"SQLite format 3\0 and pages";
+    let folder = |storage, compression| facts(&["take_0.db3"], storage, compression);
+    for (facts, words) in [
+        (folder("sqlite3", ""), ["sqlite3", "mcap convert"]),
+        (
+            folder("mcap", "lz4"),
+            ["compressed with lz4", "ros2 bag convert"],
+        ),
+        (folder("mcap", ""), ["SQLite", "mcap convert"]),
+        (
+            "something: else\n".to_owned(),
+            ["metadata.yaml", "relative_file_paths"],
+        ),
+    ] {
+        let bench = with_bag(&facts, &[("take_0.db3", sqlite)]);
+        let output = bench.inhand(&[&["run", "session", "-o", "out"], &SMALL[..]].concat());
+        assert_eq!(output.status.code(), Some(1));
+        let said = stderr(&output);
+        assert!(
+            words.iter().all(|word| said.contains(word)),
+            "{words:?}: {said}"
+        );
+        assert_eq!(bench.files("out"), Vec::<String>::new());
+    }
+    // A single file among the takes stops too, instead of being left out.
+    let bench = Bench::csv();
+    for (name, bytes, word) in [
+        ("bag.db3", &sqlite[..], "mcap convert"),
+        ("take.mcap.gz", b"\x1F\x8B\x08", "gunzip"),
+        (
+            "take.mcap.zstd",
+            b"\x28\xB5\x2F\xFDnot zstd",
+            "expected zstd data",
+        ),
+    ] {
+        bench.write(&format!("session/test/{name}"), bytes);
+        let output = bench.inhand(&[&["run", "session", "-o", "out"], &SMALL[..]].concat());
+        assert_eq!(output.status.code(), Some(1));
+        assert!(
+            stderr(&output).contains(word),
+            "{word}: {}",
+            stderr(&output)
+        );
+        std::fs::remove_file(bench.path(&format!("session/test/{name}"))).expect("it goes");
+    }
+}

@@ -49,6 +49,9 @@ fn one_take_is_split_by_time() {
         &["--object", "cube:0.05", "--test-share", "0.5"],
     );
     assert!(!said.contains("up to date"), "{said}");
+    let (code, said) = run(&bench, "take.csv", &["--force", "--test-share", "0.05"]);
+    assert_eq!(code, Some(1), "{said}");
+    assert!(said.contains("a larger segments.test_share"), "{said}");
     let (code, said) = run(&bench, "take.csv", &["--test-share", "1"]);
     assert_eq!(code, Some(2), "{said}");
     assert!(said.contains("segments.test_share"), "{said}");
@@ -159,7 +162,7 @@ fn a_session_without_test_takes_names_the_way_with_one() {
     let (code, said) = run(&bench, "session", &[]);
     assert_eq!(code, Some(1), "{said}");
     assert!(
-        said.contains("no test take") && said.contains("split by time"),
+        said.contains("no test take") && said.contains("name it in place of the folder"),
         "{said}"
     );
     let output = bench.inhand(&[&["batch", TRAIN, "-o", "all"], &SMALL[..]].concat());

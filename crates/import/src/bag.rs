@@ -42,6 +42,18 @@ const UNREAD: [(&[u8], &str, &str); 6] = [
     ),
 ];
 
+/// Endings of packed files; only zstd is read.
+const PACKED: [&str; 6] = ["zstd", "zst", "gz", "lz4", "bz2", "xz"];
+
+/// The name of a file without the ending of a compression.
+pub fn unpacked_name(name: &str) -> &str {
+    let is_packed = |ending: &str| PACKED.iter().any(|one| ending.eq_ignore_ascii_case(one));
+    match name.rsplit_once('.') {
+        Some((stem, ending)) if is_packed(ending) => stem,
+        _ => name,
+    }
+}
+
 /// The content of a file, unpacked where zstd packed it.
 ///
 /// # Errors

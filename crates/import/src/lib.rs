@@ -67,7 +67,7 @@ use inhand_container::{Depth, Record, is_zstd, unpack_zstd, walk};
 use inhand_model::{Finding, LengthUnit, Recording, RotationOrder, Source, UpAxis};
 use nalgebra::Isometry3;
 
-pub use self::bag::{BAG_FACTS, bag_files, join_files, unpack_file};
+pub use self::bag::{BAG_FACTS, bag_files, join_files, unpack_file, unpacked_name};
 use self::message_kinds::find_kind;
 use self::series::Gathered;
 use self::timing::Timing;

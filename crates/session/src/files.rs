@@ -16,9 +16,6 @@ use crate::output::write_atomic;
 /// The metadata record that makes a file a take.
 pub(crate) const RECORDING: &str = "inhand.recording";
 
-/// Endings of packed files; only zstd is read.
-const PACKED: [&str; 6] = ["zstd", "zst", "gz", "lz4", "bz2", "xz"];
-
 /// A file that is read record by record.
 pub type FileSource = Source<'static>;
 
@@ -78,19 +75,10 @@ pub fn unpack<'a>(path: &Path, stored: &'a [u8]) -> Result<Cow<'a, [u8]>, Sessio
 /// Name of a take: that of its file without endings, or of its folder.
 pub fn take_name(path: &Path) -> String {
     let name = name_of(path);
-    let stem = Path::new(unpacked_name(&name)).file_stem();
+    let stem = Path::new(inhand_import::unpacked_name(&name)).file_stem();
     match stem.filter(|_| !path.is_dir()) {
         Some(stem) => stem.to_string_lossy().into_owned(),
         None => name,
-    }
-}
-
-/// The name of a file without the ending of a compression.
-pub(crate) fn unpacked_name(name: &str) -> &str {
-    let is_packed = |ending: &str| PACKED.iter().any(|one| ending.eq_ignore_ascii_case(one));
-    match name.rsplit_once('.') {
-        Some((stem, ending)) if is_packed(ending) => stem,
-        _ => name,
     }
 }
 

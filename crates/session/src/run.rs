@@ -20,7 +20,7 @@ use crate::dictionary_file;
 use crate::error::SessionError;
 use crate::look;
 use crate::manifest::{self, Manifest, RunJson};
-use crate::session::{self, Session};
+use crate::session::{self, Session, SessionTake};
 use crate::settings::{FilterKind, Role, Settings};
 use crate::steps::{self, Comparison, Generated, Illustrated, ProtocolRows, Smoothing, TakeResult};
 use crate::take::{self, Take};
@@ -306,9 +306,13 @@ impl<'a> Run<'a> {
             held_out: test(Protocol::HeldOut)?,
         };
         if test.published.is_empty() {
-            let message =
-                "no test segment: no interval of the test takes is long enough without gaps";
-            return Err(SessionError::session(&self.options.folder, message));
+            let mut message =
+                "no test segment: no interval of the test takes is long enough without gaps"
+                    .to_owned();
+            if self.session.takes.iter().any(SessionTake::is_part) {
+                message += "; a larger segments.test_share makes them longer";
+            }
+            return Err(SessionError::session(self.session.name.as_ref(), message));
         }
         Ok(Cut {
             results,

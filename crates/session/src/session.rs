@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use crate::error::SessionError;
-use crate::files::{name_of, take_name, unpacked_name};
+use crate::files::{name_of, take_name};
 use crate::output::folder_of;
 use crate::settings::{Role, Settings};
 
@@ -136,7 +136,7 @@ fn without_takes(folder: &Path, role: Role) -> String {
     });
     if let Some(take) = inside {
         message += &format!(
-            "; one recording is split by time where it is named itself: {}",
+            "; to split one recording by time, name it in place of the folder: {}",
             take.display()
         );
     }
@@ -221,6 +221,11 @@ impl SessionTake {
             part: [0.0, 1.0],
         }
     }
+
+    /// Whether the rest of its time range serves the other role.
+    pub(crate) fn is_part(&self) -> bool {
+        self.part != [0.0, 1.0]
+    }
 }
 
 /// Gives takes of the same file stem names that tell them apart by role; refuses what stays equal.
@@ -272,7 +277,7 @@ fn name_apart(folder: &Path, takes: &mut [SessionTake]) -> Result<(), SessionErr
 /// is not read are takes too: reading them says why.
 pub fn is_take(path: &Path) -> bool {
     let name = name_of(path);
-    let file = unpacked_name(&name);
+    let file = inhand_import::unpacked_name(&name);
     let ending = Path::new(file).extension().unwrap_or_default();
     let is_bag = ["mcap", "db3"]
         .iter()

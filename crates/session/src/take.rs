@@ -11,9 +11,7 @@ use inhand_model::{
 };
 
 use crate::error::{Located, SessionError};
-use crate::files::{
-    facts_path, hex_sha256_of, name_of, take_files, take_name, unpack, unpacked_name,
-};
+use crate::files::{facts_path, hex_sha256_of, name_of, take_files, take_name, unpack};
 use crate::session::{Session, SessionTake};
 use crate::settings::{Role, Settings};
 
@@ -59,7 +57,7 @@ pub fn read(path: &Path, settings: &Settings) -> Result<Take, SessionError> {
     let stored = Stored::read(path)?;
     let role_settings = settings.role_settings()?;
     let stored_name = name_of(path);
-    let file_name = unpacked_name(&stored_name);
+    let file_name = inhand_import::unpacked_name(&stored_name);
     // Hashing takes as long as parsing: do both at once.
     let (sha256, parsed) = inhand_parallel::both(
         || stored.sha256(),
@@ -283,7 +281,7 @@ pub fn read_session(session: &Session, settings: &Settings) -> Result<Vec<Take>,
 /// What a session uses of a take.
 fn part(mut take: Take, entry: &SessionTake) -> Result<Take, SessionError> {
     take.name.clone_from(&entry.name);
-    if (entry.from_s, entry.to_s, entry.part) == (None, None, [0.0, 1.0]) {
+    if entry.from_s.is_none() && entry.to_s.is_none() && !entry.is_part() {
         return Ok(take);
     }
     let (clock, len) = (take.recording.clock, take.recording.len());

@@ -2,6 +2,7 @@
 
 mod bag;
 mod folders;
+mod ros2;
 
 use inhand_capture::ReadSettings;
 use inhand_model::{Marker, MarkerKind, Recording};

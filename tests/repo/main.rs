@@ -18,7 +18,7 @@ const EDGES: [(&str, &[&str]); 22] = [
     ("container", &[]),
     ("channels", &["model", "container"]),
     ("import", &["model", "container", "channels"]),
-    ("export", &["model"]),
+    ("export", &["model", "container"]),
     ("motion", &["model"]),
     ("inspection", &["model", "statistics", "motion"]),
     ("dictionary", &["model"]),

@@ -1,13 +1,13 @@
 //! Events as viewers show them on their time line, `foxglove.Event`, and back from any file.
 
 use std::collections::BTreeMap;
-use std::io::Write;
+use std::io::{Cursor, Write};
 
 use foxglove::messages::{Event as EventMessage, KeyValuePair};
-use inhand_container::{Depth, Record, walk};
+use inhand_container::{Depth, Record, Source, Writer, profile, walk};
 use inhand_model::{Annotations, Event, Finding};
 use prost::Message;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::error::ChannelError;
 use crate::metadata::{ABOUT, Metadata};
@@ -18,34 +18,66 @@ use crate::wire::viewer_time;
 /// Name of the schema of events, of any writer.
 const SCHEMA: &str = "foxglove.Event";
 
+/// Profile of MCAP files that ROS 2 tools read: every channel is in CDR.
+const ROS2_PROFILE: &str = "ros2";
+/// Schema of events in a ROS 2 bag, which can hold no protobuf: each is JSON in a text.
+const ROS2_SCHEMA: (&str, &str) = ("std_msgs/msg/String", "string data\n");
+/// Plain CDR, little endian.
+const CDR_HEADER: [u8; 4] = [0, 1, 0, 0];
+
 /// Adds each event when it begins; its sequence number is its place among those given.
 pub(crate) fn add_events<'a>(
     annotations: &'a Annotations,
     streams: &mut Streams<'a>,
 ) -> Result<(), ChannelError> {
     let keys = annotations.all_keys();
-    let mut events: Vec<(usize, &Event)> = annotations.events.iter().enumerate().collect();
-    events.sort_by_key(|(_, event)| event.start_unix_nanos);
     let message = move |(n, event): (usize, &Event)| {
-        let pair = |&key: &&str| {
-            let value = event.labels.get(key)?.clone();
-            let key = key.to_owned();
-            Some(KeyValuePair { key, value })
-        };
         let message = EventMessage {
             start_time: Some(viewer_time(event.start_unix_nanos)),
             end_time: Some(viewer_time(event.end_unix_nanos)),
-            metadata: keys.iter().filter_map(pair).collect(),
+            metadata: (labels(event, &keys))
+                .map(|(key, value)| KeyValuePair { key, value })
+                .collect(),
         };
         (n, event.start_unix_nanos, message)
     };
     let channel = (streams.output).channel::<EventMessage>(topic::ANNOTATIONS, None)?;
-    streams.listed(channel, events.into_iter().map(message));
+    streams.listed(channel, by_time(annotations).into_iter().map(message));
     Ok(())
 }
 
+/// Events by the time at which they begin, with their places among those given.
+fn by_time(annotations: &Annotations) -> Vec<(usize, &Event)> {
+    let mut events: Vec<(usize, &Event)> = annotations.events.iter().enumerate().collect();
+    events.sort_by_key(|(_, event)| event.start_unix_nanos);
+    events
+}
+
+/// Labels of an event in the order of these keys.
+fn labels(event: &Event, keys: &[&str]) -> impl Iterator<Item = (String, String)> {
+    (keys.iter()).filter_map(|&key| Some((key.to_owned(), event.labels.get(key)?.clone())))
+}
+
+/// Events as JSON in the form of `foxglove.Event`, by the time at which they begin (nanoseconds since 1970).
+pub fn events_json(annotations: &Annotations) -> Vec<(u64, String)> {
+    let keys = annotations.all_keys();
+    let time = |unix_nanos: u64| json!({ "sec": unix_nanos / 1_000_000_000, "nanosec": unix_nanos % 1_000_000_000 });
+    let text = |event: &Event| {
+        let pairs = labels(event, &keys).map(|(key, value)| json!({ "key": key, "value": value }));
+        let message = json!({
+            "start_time": time(event.start_unix_nanos),
+            "end_time": time(event.end_unix_nanos),
+            "metadata": pairs.collect::<Vec<_>>(),
+        });
+        (event.start_unix_nanos, message.to_string())
+    };
+    (by_time(annotations).into_iter())
+        .map(|(_, event)| text(event))
+        .collect()
+}
+
 /// Events and facts that any MCAP file holds: messages of the schema `foxglove.Event` (protobuf or
-/// JSON) on any topic, in the order of their sequence numbers, and the metadata records
+/// JSON) on any topic, of a ROS 2 bag texts with the same JSON on `/annotations`, in the order of their sequence numbers, and the metadata records
 /// `inhand.annotations` and `inhand.about`.
 ///
 /// # Errors
@@ -110,10 +142,33 @@ pub fn read_file_events(bytes: &[u8], file_name: &str) -> Result<FileEvents, Cha
     Ok(found)
 }
 
+/// How a channel's messages state events.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum EventForm {
+    Protobuf,
+    Json,
+    /// JSON in a text of ROS 2.
+    Ros2,
+}
+
+impl EventForm {
+    /// The form of a channel of this schema, encoding and topic; `None` where it has no events.
+    fn new(schema: &str, encoding: &str, topic: &str) -> Option<Self> {
+        match (schema, encoding) {
+            (SCHEMA, "protobuf") => Some(Self::Protobuf),
+            (SCHEMA, "json") => Some(Self::Json),
+            (schema, "cdr") if schema == ROS2_SCHEMA.0 && topic == topic::ANNOTATIONS => {
+                Some(Self::Ros2)
+            }
+            _ => None,
+        }
+    }
+}
+
 /// A channel of events.
 struct EventChannel {
     topic: String,
-    json: bool,
+    form: EventForm,
     read: usize,
 }
 
@@ -122,8 +177,8 @@ struct EventChannel {
 pub(crate) struct EventReader {
     /// Whether events of other topics are ignored.
     own_alone: bool,
-    /// Whether a schema is that of events.
-    schemas: BTreeMap<u16, bool>,
+    /// Names of schemas.
+    schemas: BTreeMap<u16, String>,
     channels: BTreeMap<u16, EventChannel>,
     /// With the channel and the sequence number, which give the order.
     events: Vec<(u16, u32, Event)>,
@@ -143,18 +198,21 @@ impl EventReader {
     pub(crate) fn record(&mut self, record: &Record<'_>, file: &str) -> Result<(), ChannelError> {
         match record {
             Record::Schema { header, .. } => {
-                self.schemas.insert(header.id, header.name == SCHEMA);
+                self.schemas.insert(header.id, header.name.clone());
             }
             Record::Channel(channel) => {
-                let is_event = self.schemas.get(&channel.schema_id) == Some(&true);
-                let json = channel.message_encoding == "json";
+                let schema = self
+                    .schemas
+                    .get(&channel.schema_id)
+                    .map_or("", String::as_str);
+                let form = EventForm::new(schema, &channel.message_encoding, &channel.topic);
                 let wanted = !self.own_alone || channel.topic == topic::ANNOTATIONS;
-                if is_event && wanted && (json || channel.message_encoding == "protobuf") {
+                if let Some(form) = form.filter(|_| wanted) {
                     self.channels
                         .entry(channel.id)
                         .or_insert_with(|| EventChannel {
                             topic: channel.topic.clone(),
-                            json,
+                            form,
                             read: 0,
                         });
                 }
@@ -163,8 +221,13 @@ impl EventReader {
                 if let Some(channel) = self.channels.get_mut(&header.channel_id) {
                     let (event, keys) = match channel.event(data, file) {
                         Ok(read) => read,
-                        Err(error) if channel.topic == topic::ANNOTATIONS => return Err(error),
-                        // A third-party event must not make the take unreadable.
+                        Err(error)
+                            if channel.topic == topic::ANNOTATIONS
+                                && (self.own_alone || channel.form != EventForm::Ros2) =>
+                        {
+                            return Err(error);
+                        }
+                        // A third-party event or text must not make the take unreadable.
                         Err(error) => {
                             self.unread.push(Finding::warning(
                                 channel.topic.clone(),
@@ -209,10 +272,15 @@ impl EventChannel {
         let error = |expected: &str, found: String| {
             ChannelError::message(file, &self.topic, number, expected, found)
         };
-        let parts = if self.json {
-            from_json(data).ok_or_else(|| {
+        let json = match self.form {
+            EventForm::Protobuf => None,
+            EventForm::Json => Some(data),
+            EventForm::Ros2 => Some(ros2_text(data).unwrap_or_default()),
+        };
+        let parts = if let Some(json) = json {
+            from_json(json).ok_or_else(|| {
                 let expected = "JSON with start_time, end_time and metadata of foxglove.Event";
-                error(expected, format!("{} bytes that are not", data.len()))
+                error(expected, format!("{} bytes that are not", json.len()))
             })?
         } else {
             let message = EventMessage::decode(data).map_err(|source| {
@@ -277,7 +345,19 @@ fn from_json(data: &[u8]) -> Option<JsonEvent> {
     Some((time("start_time")?, end, pairs))
 }
 
-/// Writes a file that holds events alone, to be appended to another one.
+/// The text of a `std_msgs/String` in CDR of either order of bytes.
+fn ros2_text(data: &[u8]) -> Option<&[u8]> {
+    let (header, rest) = data.split_first_chunk::<4>()?;
+    let (length, rest) = rest.split_first_chunk::<4>()?;
+    let length = match header[1] {
+        1 => u32::from_le_bytes(*length),
+        _ => u32::from_be_bytes(*length),
+    };
+    let text = rest.get(..length as usize)?;
+    Some(text.strip_suffix(&[0]).unwrap_or(text))
+}
+
+/// Writes a file that holds events alone, to be appended to another one: `ros2` says whether that is a ROS 2 bag.
 ///
 /// # Errors
 ///
@@ -285,10 +365,35 @@ fn from_json(data: &[u8]) -> Option<JsonEvent> {
 pub fn write_annotations(
     out: &mut dyn Write,
     annotations: &Annotations,
+    ros2: bool,
 ) -> Result<(), ChannelError> {
-    let mut streams = Streams::create(out, PACKED, &Metadata::default())?;
-    add_events(annotations, &mut streams)?;
-    streams.finish()
+    if !ros2 {
+        let mut streams = Streams::create(out, PACKED, &Metadata::default())?;
+        add_events(annotations, &mut streams)?;
+        return streams.finish();
+    }
+    let mut writer = Writer::new(out, ROS2_PROFILE, "", PACKED)?;
+    let (name, definition) = ROS2_SCHEMA;
+    let schema = writer.schema(name, "ros2msg", definition.as_bytes())?;
+    let channel = writer.channel(schema, topic::ANNOTATIONS, "cdr", &BTreeMap::new())?;
+    let places = by_time(annotations).into_iter().map(|(place, _)| place);
+    for (place, (unix_nanos, json)) in places.zip(events_json(annotations)) {
+        // The format has 32 bits for the place.
+        writer.message(channel, place as u32, unix_nanos, |data| {
+            data.extend(CDR_HEADER);
+            data.extend((json.len() as u32 + 1).to_le_bytes());
+            data.extend(json.as_bytes());
+            data.push(0);
+        })?;
+    }
+    writer.finish()?;
+    Ok(())
+}
+
+/// Whether the bytes are a ROS 2 bag.
+pub fn is_ros2(bytes: &[u8]) -> bool {
+    let profile = Source::open("", Cursor::new(bytes)).and_then(|mut source| profile(&mut source));
+    profile.is_ok_and(|profile| profile == ROS2_PROFILE)
 }
 
 /// The metadata records that annotations need beside their events: name and pairs.

@@ -77,7 +77,8 @@ mod wire;
 mod write;
 
 pub use annotations::{
-    FileEvents, annotation_records, read_annotations, read_file_events, write_annotations,
+    FileEvents, annotation_records, events_json, is_ros2, read_annotations, read_file_events,
+    write_annotations,
 };
 pub use colour::{FINGER_COLOURS, METHOD_COLOURS, Rgb, finger_hex, method_colour};
 pub use cut::{TakeCut, cut_take, is_of_whole_take, latch};

@@ -181,13 +181,14 @@ impl Metadata {
         (self.0.iter()).any(|(name, facts)| is_step(name, facts, &["view"]))
     }
 
-    /// Whether inhand wrote the file, and not only added annotations or views to a third-party one.
+    /// Whether inhand wrote the file in its own messages: neither a third-party one with annotations or views, nor a
+    /// ROS 2 bag.
     #[must_use]
     pub fn is_written_by_inhand(&self) -> bool {
         (self.0.iter()).any(|(name, facts)| {
             name.starts_with("inhand.")
                 && ![ANNOTATIONS, ABOUT].contains(&name.as_str())
-                && !is_step(name, facts, &["annotate", "view"])
+                && !is_step(name, facts, &["annotate", "view", "ros2"])
         })
     }
 

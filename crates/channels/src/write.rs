@@ -216,8 +216,14 @@ pub fn view_channels(
     move |channel: &ChannelFacts| {
         let shown = channel.topic.starts_with(topic::VIEW)
             || tree && [topic::TF, topic::TF_STATIC].contains(&channel.topic.as_str());
-        let foxglove = (channel.schema_name()).is_some_and(|s| s.starts_with("foxglove."));
-        ours && shown && foxglove && channel.message_encoding == "protobuf"
+        let schema = channel.schema_name().unwrap_or_default();
+        let drawn = match channel.message_encoding.as_str() {
+            "protobuf" => schema.starts_with("foxglove."),
+            // In ROS 2 bags.
+            "cdr" => schema == "visualization_msgs/msg/MarkerArray",
+            _ => false,
+        };
+        ours && shown && drawn
     }
 }
 

@@ -61,7 +61,7 @@ pub use error::ContainerError;
 pub use interval::Interval;
 pub use mcap::records::Record;
 pub use merge::{Merge, Merged, merge};
-pub use overview::{MetadataRecord, channels, metadata, span};
+pub use overview::{MetadataRecord, channels, metadata, profile, span};
 pub use quick::walk_in_place;
 pub use recover::{Loss, Recovered, recover};
 pub use select::{Selected, Selection, select};

@@ -181,6 +181,22 @@ pub fn metadata(source: &mut Source<'_>) -> Result<Vec<MetadataRecord>, Containe
     Ok(found)
 }
 
+/// The profile that a file states, such as `ros2`; empty where it states none.
+///
+/// # Errors
+///
+/// [`ContainerError::Truncated`] and [`ContainerError::Damaged`] where the file does not start with a sound record,
+/// [`ContainerError::Read`].
+pub fn profile(source: &mut Source<'_>) -> Result<String, ContainerError> {
+    source.rewind()?;
+    let header = source.header()?.unwrap_or_default();
+    source.rewind()?;
+    Ok(match parse_record(op::HEADER, &header) {
+        Ok(Record::Header(header)) => header.profile,
+        _ => String::new(),
+    })
+}
+
 /// Log times of the earliest and the latest message of a file, nanoseconds since 1970-01-01 UTC, as
 /// its summary states them, else as its chunks do; `None` without messages.
 ///

@@ -18,6 +18,9 @@ pub enum ExportError {
     /// The Parquet writer refused something.
     #[error("cannot write the Parquet file: {0}")]
     Parquet(#[from] parquet::errors::ParquetError),
+    /// Writing a bag failed.
+    #[error("cannot write the bag: {0}")]
+    Container(#[from] inhand_container::ContainerError),
 }
 
 /// The csv crate fails at writing only where the file does.

@@ -1,5 +1,5 @@
 //! Recordings, motions, events and matrices as files that other tools read: CSV (wide and tidy),
-//! Parquet, Motion-BIDS, `.npz` and `.mat`; and events, wide CSV and matrices back.
+//! Parquet, Motion-BIDS, ROS 2 bags, `.npz` and `.mat`; and events, wide CSV and matrices back.
 //!
 //! Units are in the names of columns (`_m`, `_s`), a missing sample has blank cells, and every
 //! entity has a `status` (`measured`, `filled`, `missing`). Numbers have as many digits as it takes
@@ -46,6 +46,7 @@
 //! * [`segment_rows`], [`contact_rows`], [`phase_rows`]: the segments, contacts and phases behind it.
 //! * [`events`]: events of a take as CSV and back.
 //! * [`bids`]: a take as files of a BIDS dataset.
+//! * [`write_ros2`]: a take or plan as a ROS 2 bag.
 //! * [`matrices`]: named matrices for NumPy and MATLAB.
 
 pub mod bids;
@@ -55,6 +56,7 @@ mod fingers;
 pub mod matrices;
 mod motion;
 mod parquet_file;
+mod ros2;
 mod rows;
 mod table;
 mod take;
@@ -67,6 +69,7 @@ pub use fingers::{
 };
 pub use motion::{contact_rows, phase_rows, segment_rows};
 pub use parquet_file::{ParquetTable, write_parquet};
+pub use ros2::{Colour, Ros2Bag, Ros2Method, Ros2Take, write_ros2, write_ros2_markers};
 pub use rows::{RowPositions, RowsFile, evaluation_rows, rows_facts};
 pub use table::{Column, Table, TableBuilder, write_csv};
 pub use take::{Entity, motion_entities, recording_entities, tidy, wide};

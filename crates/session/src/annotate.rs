@@ -26,6 +26,8 @@ pub struct Annotated {
     pub own: Annotations,
     /// Events on topics of others.
     pub others: Vec<Event>,
+    /// Whether the file is a ROS 2 bag, whose events are JSON in `std_msgs/msg/String`.
+    pub ros2: bool,
     metadata: Metadata,
 }
 
@@ -90,6 +92,7 @@ pub fn read(path: &Path) -> Result<Annotated, SessionError> {
         start_unix_nanos: start.unwrap_or_default(),
         own,
         others,
+        ros2: inhand_channels::is_ros2(&bytes),
         metadata,
     })
 }
@@ -126,7 +129,8 @@ pub fn write(
         inputs: vec![hash_file(input)?],
     };
     let had_events = !annotated.own.events.is_empty();
-    let exchange = Exchange::new(&annotated.metadata, had_events, annotations, Some(&made));
+    let changed = (annotations, annotated.ros2);
+    let exchange = Exchange::new(&annotated.metadata, had_events, changed, Some(&made));
     let exchange = exchange.in_file(output)?;
     let stays = |channel: &ChannelFacts| exchange.keeps(channel);
     let selection = Selection {
@@ -150,11 +154,12 @@ pub(crate) struct Exchange {
 }
 
 impl Exchange {
-    /// For a file with this metadata, which may have events of its own; `made` is added as a step.
+    /// For a file with this metadata, which may have events of its own and may be a ROS 2 bag; `made` is added as a
+    /// step.
     pub(crate) fn new(
         metadata: &Metadata,
         had_events: bool,
-        annotations: &Annotations,
+        (annotations, ros2): (&Annotations, bool),
         made: Option<&Provenance>,
     ) -> Result<Self, ChannelError> {
         let records = inhand_channels::annotation_records(annotations).0;
@@ -171,7 +176,7 @@ impl Exchange {
         let add = new.into_iter().chain(steps.unwrap_or_default());
         let mut events = Vec::new();
         if !annotations.events.is_empty() {
-            inhand_channels::write_annotations(&mut events, annotations)?;
+            inhand_channels::write_annotations(&mut events, annotations, ros2)?;
         }
         Ok(Self {
             had_events,

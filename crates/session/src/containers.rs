@@ -120,8 +120,10 @@ pub fn cut(input: &Path, output: &Path, intervals: &[Interval]) -> Result<Cut, S
     let keep = (take.as_ref()).map_or_else(|| intervals.to_vec(), |take| vec![take.keep]);
     // Messages of events that begin before what is kept are outside of it.
     let events = events_into(input, &metadata, &keep)?;
-    let events = events.map(|events| Exchange::new(&metadata, true, &events, None).in_file(input));
-    let events = events.transpose()?;
+    let exchange = |(events, ros2): (Annotations, bool)| {
+        Exchange::new(&metadata, true, (&events, ros2), None).in_file(input)
+    };
+    let events = events.map(exchange).transpose()?;
     let of_part = take.as_ref().is_some_and(|take| !take.whole);
     let stays = |channel: &ChannelFacts| {
         !(of_part && inhand_channels::is_of_whole_take(channel))
@@ -175,11 +177,12 @@ fn events_into(
     input: &Path,
     metadata: &Metadata,
     intervals: &[Interval],
-) -> Result<Option<Annotations>, SessionError> {
+) -> Result<Option<(Annotations, bool)>, SessionError> {
     if !metadata.0.contains_key("inhand.annotations") {
         return Ok(None);
     }
-    let mut annotations = annotate::read(input)?.own;
+    let read = annotate::read(input)?;
+    let mut annotations = read.own;
     let meets = |event: &Event, interval: &Interval| {
         event.end_unix_nanos >= interval.from_unix_nanos()
             && (interval.to_unix_nanos()).is_none_or(|to| event.start_unix_nanos < to)
@@ -190,7 +193,7 @@ fn events_into(
         intervals.iter().any(|interval| interval.contains(start))
     };
     let all_inside = annotations.events.iter().all(begins_inside);
-    Ok((!all_inside).then_some(annotations))
+    Ok((!all_inside).then_some((annotations, read.ros2)))
 }
 
 /// Writes files as one, by time.

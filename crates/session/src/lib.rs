@@ -42,6 +42,7 @@ mod methods;
 mod output;
 pub mod overlay;
 mod plan;
+mod ros2;
 mod run;
 mod session;
 pub mod sessions;
@@ -72,6 +73,7 @@ pub use output::{
     write_durable, write_text,
 };
 pub use plan::{MetTarget, PlanRequest, Planned, plan_motion, write_plan};
+pub use ros2::write_ros2;
 pub use run::{Event, RunFiles, RunOptions, RunResult, provenance, run};
 pub use session::{SETTINGS_FILE, Session, SessionPlace, SessionTake, is_take, list_takes, locate};
 pub use settings::{

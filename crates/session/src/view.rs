@@ -13,6 +13,7 @@ use self::stored::StoredMethod;
 use crate::dictionary_file::DictionaryFile;
 use crate::error::{Located, SessionError};
 use crate::files::{filter, hex_sha256, name_of};
+use crate::ros2;
 use crate::settings::Settings;
 use crate::take_file::recorded_contacts;
 
@@ -35,6 +36,8 @@ pub enum ViewedKind {
 pub struct Viewed {
     /// What kind of file it is.
     pub kind: ViewedKind,
+    /// The topic of the views of a ROS 2 bag, which are `visualization_msgs/msg/MarkerArray`.
+    pub ros2_topic: Option<&'static str>,
     /// Messages of earlier views that were taken out.
     pub replaced: u64,
     /// Messages for viewers that the output has.
@@ -95,8 +98,10 @@ pub fn add_views(
         ..Selection::default()
     };
     let selected = filter(input, output, &selection)?;
+    let ros2 = kind == ViewedKind::Foreign && inhand_channels::is_ros2(&bytes);
     Ok(Viewed {
         kind,
+        ros2_topic: ros2.then_some(ros2::VIEW_MARKERS),
         replaced: selected.left_out,
         messages: selected.appended,
         findings,
@@ -201,7 +206,13 @@ impl<'a> File<'a> {
             ..take.file(&[])
         };
         let mut views = Vec::new();
-        inhand_channels::write_views(&mut views, &file, &views_for).in_file(self.path)?;
+        // ROS tools read no file of profile ros2 in which a channel is in another encoding.
+        match self.kind == ViewedKind::Foreign && inhand_channels::is_ros2(self.bytes) {
+            true => views = ros2::views(&take, file.object_shape, &views_for)?,
+            false => {
+                inhand_channels::write_views(&mut views, &file, &views_for).in_file(self.path)?;
+            }
+        }
         let findings = match self.kind {
             // What was odd about the source of a take of ours is in it.
             ViewedKind::Foreign => take.measured().findings.clone(),

@@ -15,7 +15,8 @@ use crate::output::{OutputFile, TextOutput};
 
 /// Edit the events of an MCAP file of any origin.
 ///
-/// Events are `foxglove.Event` messages, which viewers show; everything else in the file stays byte for byte.
+/// Events are `foxglove.Event` messages, which viewers show, and in a ROS 2 bag the same as JSON in std_msgs/msg/String;
+/// everything else in the file stays byte for byte.
 /// Other commands select data by events (--event, --without).
 #[derive(Debug, clap::Args)]
 #[command(args_conflicts_with_subcommands = true)]
@@ -281,7 +282,7 @@ impl Target {
         let (file, output) = (&self.file, &self.output.output);
         let annotated = annotate::read(file)?;
         let mut annotations = annotated.own.clone();
-        let (done, given) = change(&annotated, &mut annotations)?;
+        let (mut done, given) = change(&annotated, &mut annotations)?;
         if let Some(vocabulary) = &self.vocabulary {
             Vocabulary::read(vocabulary)?.check(file, &given)?;
         }
@@ -292,6 +293,9 @@ impl Target {
                 let start = seconds_after(event.start_unix_nanos, annotated.start_unix_nanos);
                 console.say(&format!("warning  the event at {start} s {odd}"));
             }
+        }
+        if annotated.ros2 && !annotations.events.is_empty() {
+            done += "; events as std_msgs/msg/String on /annotations, which ROS tools read";
         }
         console.wrote_with(output, &done);
         Ok(Exit::Done)

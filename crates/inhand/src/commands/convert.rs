@@ -1,10 +1,15 @@
 //! `inhand convert INPUT... -o OUTPUT`.
 
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
+use inhand_export::Ros2Bag;
 use inhand_model::{BodySource, Finger, Recording, Roles};
-use inhand_session::{Coverage, Located, TakeInput, describe_source, write_atomic};
+use inhand_session::{
+    Coverage, Located, Settings, TakeInput, describe_source, is_stream, write_atomic, write_ros2,
+    write_text,
+};
 use serde_json::{Value, json};
 
 use crate::commands::{say_findings, targets};
@@ -33,12 +38,19 @@ pub(crate) struct Args {
     /// Print the outcome as text or json.
     #[arg(long, value_enum, default_value_t)]
     format: Format,
+    /// Write ROS 2 bags: poses, points, /tf, /markers, trajectories of generated motion. An output without .mcap is a folder with
+    /// metadata.yaml, for several inputs one with a bag each.
+    #[arg(long)]
+    ros2: bool,
     #[command(flatten)]
     writing: OutputOptions,
 }
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let settings = args.source.effective(None)?;
+    if args.ros2 {
+        return to_ros2(console, args, &settings);
+    }
     let vendor = VendorFormat::from_path(&args.output);
     if vendor.is_some() && args.inputs.len() > 1 {
         return usage("-o names one file: expected one input, or a folder for several");
@@ -111,6 +123,64 @@ fn as_json(take: &TakeInput, (input, target): (&Path, &Path), bytes: u64) -> Val
         "roles_error": roles.err(),
         "findings": header.findings,
     })
+}
+
+/// Writes each take as a ROS 2 bag.
+fn to_ros2(console: &Console, args: &Args, settings: &Settings) -> Result<Exit> {
+    if VendorFormat::from_path(&args.output).is_some() {
+        return usage("--ros2: expected an output that ends in .mcap, or a folder");
+    }
+    let in_folder = !is_stream(&args.output) && args.output.extension() != Some("mcap".as_ref());
+    let targets = match &args.inputs[..] {
+        [input] if in_folder => {
+            let stem = input.file_stem().unwrap_or(input.as_os_str());
+            vec![bag_file(&args.output, stem)]
+        }
+        inputs => {
+            let files = targets(inputs, &args.output, &["mcap"])?.into_iter();
+            let bag = |file: PathBuf| match in_folder {
+                true => bag_file(
+                    &file.with_extension(""),
+                    file.file_stem().unwrap_or_default(),
+                ),
+                false => file,
+            };
+            files.map(bag).collect()
+        }
+    };
+    check_outputs(&targets, &args.inputs)?;
+    let mut files = Vec::with_capacity(targets.len());
+    for (input, target) in args.inputs.iter().zip(&targets) {
+        let take = Box::new(inhand_session::read(input, settings)?);
+        say_findings(console, &take.hash, &take.recording);
+        let write = |path: &Path| -> Result<Ros2Bag> {
+            let bag = write_ros2(path, &take, settings, !args.writing.no_view)?;
+            if in_folder {
+                let name = path.file_name().unwrap_or_default().to_string_lossy();
+                write_text(
+                    &path.with_file_name("metadata.yaml"),
+                    &bag.metadata_yaml(&name),
+                )?;
+            }
+            Ok(bag)
+        };
+        let bag = write_output(target, args.writing.force, write)?;
+        let content = format!(
+            "ROS 2 bag, {} topics, {} messages",
+            bag.topics(),
+            bag.messages
+        );
+        console.wrote_with(target, &content);
+        let bytes = std::fs::metadata(target)?.len();
+        files.push(as_json(&TakeInput::Whole(take), (input, target), bytes));
+    }
+    print(args.format, String::new, || json!({ "files": files }))?;
+    Ok(Exit::Done)
+}
+
+/// The file of a bag's folder, named as `ros2 bag record` does.
+fn bag_file(folder: &Path, name: &OsStr) -> PathBuf {
+    folder.join(format!("{}_0.mcap", name.to_string_lossy()))
 }
 
 /// Formats of capture software that are written.

@@ -16,7 +16,7 @@ use crate::output::{check_outputs, write_output};
 ///
 /// Takes, dictionaries and third-party recordings of motion capture get the channels that viewers draw without
 /// set-up: a tree of frames, fingertips with trails, the object, generated motion. Earlier views are replaced;
-/// everything else stays byte for byte.
+/// everything else stays byte for byte. A ROS 2 bag gets markers (visualization_msgs/msg/MarkerArray) and stays one.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// MCAP files.
@@ -64,7 +64,10 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
             (ViewedKind::Dictionary, _) => ", which dictionaries always have".to_owned(),
             (_, replaced) => format!(" in place of {replaced}"),
         };
-        let content = format!("{} messages for viewers{had}", viewed.messages);
+        let as_ros2 = (viewed.ros2_topic).map_or_else(String::new, |topic| {
+            format!(" on {topic} as visualization_msgs/msg/MarkerArray, which ROS tools read")
+        });
+        let content = format!("{} messages for viewers{as_ros2}{had}", viewed.messages);
         console.wrote_with(target, &content);
         files.push(json!({
             "input": input.display().to_string(),

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use inhand_import::{ImportSettings, read_recording, read_take};
-use inhand_model::{Recording, Status};
+use inhand_model::{Pose, Recording, Status};
 use serde_json::Value;
 
 use super::bag::Bag;
@@ -78,12 +78,7 @@ fn a_take_becomes_a_bag_and_comes_back() {
     for body in &take.bodies {
         let found = back.body(&name(&body.name)).expect("the body");
         for (a, b) in body.track.iter().zip(found.track.iter()) {
-            assert_eq!(
-                a.map(|a| a.origin()),
-                b.map(|b| b.origin()),
-                "{}",
-                body.name
-            );
+            assert_eq!(a.map(Pose::origin), b.map(Pose::origin), "{}", body.name);
             let turned = a
                 .zip(b)
                 .map(|(a, b)| a.isometry().rotation.angle_to(&b.isometry().rotation));

@@ -16,10 +16,11 @@
 
 mod bag;
 mod cdr;
+mod content;
 mod definitions;
 mod scene;
 mod take;
 
 pub use bag::Ros2Bag;
-pub use scene::Colour;
-pub use take::{Ros2Method, Ros2Take, write_ros2, write_ros2_markers};
+pub use content::{Colour, Ros2Method, Ros2Take};
+pub use take::{write_ros2, write_ros2_markers};

@@ -4,10 +4,7 @@ use inhand_model::{BodySource, Finger, Shape};
 use nalgebra::{Isometry3, Translation3};
 
 use super::cdr::Cdr;
-use super::take::Ros2Take;
-
-/// An sRGB colour, red, green, blue.
-pub type Colour = [u8; 3];
+use super::content::{Colour, Ros2Take};
 
 const MARKER: Colour = [0xF0, 0xE4, 0x42];
 const BODY: Colour = [0x00, 0x72, 0xB2];

@@ -5,7 +5,7 @@ use std::path::Path;
 use inhand_channels::{FINGER_COLOURS, Metadata, ViewsFor, method_colour};
 use inhand_container::MetadataRecord;
 use inhand_export::{Ros2Bag, Ros2Method, Ros2Take, write_ros2_markers};
-use inhand_model::Shape;
+use inhand_model::{Protocol, Shape};
 use nalgebra::Isometry3;
 
 use crate::error::{Located, SessionError};
@@ -38,7 +38,8 @@ pub fn write_ros2(
     if inhand_channels::is_mcap(&bytes) {
         let metadata = inhand_channels::read_metadata(&bytes, &name).in_file(&take.path)?;
         if metadata.is_take() {
-            generated = inhand_channels::read_generated(&bytes, &name).in_file(&take.path)?;
+            generated = inhand_channels::read_generated(&bytes, &name, Protocol::Published)
+                .in_file(&take.path)?;
             shape = metadata.shape(&name).in_file(&take.path)?;
         }
     }

@@ -229,10 +229,11 @@ fn mcap_takes_give_the_numbers_of_their_csv() {
 #[test]
 fn second_run_does_only_what_changed() {
     let bench = Bench::csv();
-    bench.run("out", &[]);
+    let first = bench.run("out", &[]);
     let before = bench.bytes("out/run.json");
     let again =
         bench.inhand(&[&["run", "session", "-o", "out"], &crate::support::SMALL[..]].concat());
+    assert_eq!(String::from_utf8(again.stdout.clone()).unwrap(), first);
     assert!(crate::support::stderr(&again).contains("up to date"));
     assert_eq!(bench.bytes("out/run.json"), before, "nothing was computed");
 

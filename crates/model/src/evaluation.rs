@@ -1,6 +1,8 @@
 //! Comparison of planned with recorded motion. Lengths are metres; the report turns them
 //! into millimetres.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize, Serializer};
 
 use crate::contact_dynamics::ContactDynamics;
@@ -13,7 +15,9 @@ use crate::intervals::Intervals;
 use crate::movement::MovementAnalysis;
 use crate::plan::ConstraintFamily;
 use crate::protocol::Protocol;
+use crate::recording::{LengthUnit, RotationOrder, UpAxis};
 use crate::residual::{Residual, SmoothCurve, Validation};
+use crate::roles::Roles;
 use crate::statistics::Statistics;
 use crate::track::TrackCounts;
 use crate::units::{AsIs, Degrees, Millimetres, SquareMillimetres, Unit};
@@ -251,6 +255,38 @@ pub struct MethodEvaluation {
     pub plan: Option<PlanFacts>,
 }
 
+/// Source of a take: how it was written, and which of its entities have which role.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TakeSource {
+    /// Format and version.
+    pub format: String,
+    /// Sample rate, Hz.
+    pub rate_hz: f64,
+    /// Unit of length in the file.
+    pub length_unit: LengthUnit,
+    /// Axis of the file that points up.
+    pub up_axis: UpAxis,
+    /// How the file writes rotations; `None` where it has none.
+    pub rotation: Option<RotationOrder>,
+    /// Hand, object and fingers; `None` where not all of them were identified.
+    pub roles: Option<Roles>,
+    /// Share of samples with a measured hand; `None` where markers stand for a body.
+    pub hand_tracked: Option<f64>,
+    /// Share of samples with a measured object; `None` also where it has no role.
+    pub object_tracked: Option<f64>,
+    /// What is missing of each fingertip.
+    pub gaps: PerFinger<FingerGaps>,
+}
+
+/// Missing samples of a fingertip.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FingerGaps {
+    /// Share of samples without a position.
+    pub missing: f64,
+    /// Longest gap, seconds.
+    pub longest_s: f64,
+}
+
 /// A take in an evaluation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TakeFacts {
@@ -264,6 +300,13 @@ pub struct TakeFacts {
     pub segments: usize,
     /// Segments that it would have given in addition without gaps.
     pub left_out: usize,
+    /// Segments of the take without gaps that are not complete, by what most of their missing samples lack: a finger,
+    /// or the object. An interval after a gap has a grid of its own, so these may be more than those left out.
+    #[serde(default)]
+    pub left_out_by: BTreeMap<String, usize>,
+    /// Where it comes from; `None` in evaluations of older versions.
+    #[serde(default)]
+    pub source: Option<TakeSource>,
 }
 
 /// The data behind an evaluation.

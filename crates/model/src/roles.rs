@@ -15,7 +15,7 @@ pub enum BodySource {
 }
 
 /// The roles of a take's entities.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Roles {
     /// The back of the hand.
     pub hand: BodySource,

@@ -1,11 +1,12 @@
 //! Cutting motions into segments.
 
+use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::ops::Range;
 
 use inhand_model::{
-    EndConditions, Hand, Motion, OBJECT_COORDINATES, Object, Pose, Protocol, ROTATION_LEVER_M,
-    SegmentLayout, SegmentOrigin, Segments, runs,
+    EndConditions, Finger, Hand, Motion, OBJECT_COORDINATES, Object, Pose, Protocol,
+    ROTATION_LEVER_M, SegmentLayout, SegmentOrigin, Segments, runs,
 };
 use nalgebra::{DMatrix, Unit, UnitQuaternion, Vector3};
 use rayon::prelude::*;
@@ -197,6 +198,36 @@ impl Cut {
             left_out: whole.saturating_sub(starts.len()),
             starts,
         }
+    }
+
+    /// Segments of the take without gaps that are not complete, by what most of their missing samples lack: a
+    /// finger, or the object.
+    pub fn left_out_by(&self, table: &SegmentTable) -> BTreeMap<String, usize> {
+        let fingers = Finger::ALL.map(|finger| (finger.name(), 3 * finger.index()));
+        let is_complete = |start: usize, mut with_margins: Range<usize>| {
+            let bridged = self.missing > 0 || with_margins.all(|k| table.is_present(k));
+            bridged && self.can_teach(table, start)
+        };
+        let usable = self.usable(table.len(), table.selected());
+        let mut left_out_by = BTreeMap::new();
+        for start in usable.iter().flat_map(|range| self.within(range)) {
+            let samples = start - self.margin..start + self.layout.samples + self.margin;
+            if is_complete(start, samples.clone()) {
+                continue;
+            }
+            let missing = |is_missing: &dyn Fn(usize) -> bool| {
+                samples.clone().filter(|&k| is_missing(k)).count()
+            };
+            let tips = fingers
+                .map(|(name, row)| (missing(&|k| table.fingertips_m()[k][row].is_nan()), name));
+            let object =
+                (self.layout.object).then(|| (missing(&|k| !table.has_object(k)), "object"));
+            let most = tips.into_iter().chain(object).max_by_key(|(n, _)| *n);
+            if let Some((_, name)) = most {
+                *left_out_by.entry(name.to_owned()).or_default() += 1;
+            }
+        }
+        left_out_by
     }
 
     /// Segments that a take of `len` samples, of which these are selected, would give if nothing were

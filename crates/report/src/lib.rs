@@ -6,6 +6,7 @@
 //! | [`figures`] | the figures of that page, each as a file for print with its numbers |
 //! | [`markdown`] | a summary for a pull request |
 //! | [`evaluation_json`] | `evaluation.json` for scripts, by `schemas/evaluation.schema.json` |
+//! | [`session_text`] | what a run took: format, roles, segments, for a terminal |
 //! | [`text_summary`] | the table a run prints on a terminal |
 //!
 //! [`read_evaluation_json`] turns the JSON back; [`rank_figure_svg`] draws errors of dictionaries
@@ -58,6 +59,7 @@ mod rank_figure;
 mod summary;
 mod table;
 mod text;
+mod took;
 mod verdict;
 mod words;
 
@@ -71,6 +73,7 @@ pub use figure::{Figure, FigureColumn, FigureData, FigureValues};
 pub use rank_figure::{RankFigure, rank_figure_svg};
 pub use summary::{table as summary_table, text as summary_text};
 pub use text::text_summary;
+pub use took::{session_text, takes_text};
 pub use verdict::inspection_sentence;
 
 /// Everything that a report is made from. Without rows or illustrations it has fewer figures.

@@ -1,6 +1,10 @@
 //! Coverage of a take's samples.
 
-use inhand_model::{Recording, Status};
+use std::collections::BTreeMap;
+
+use inhand_model::{
+    BodySource, FingerGaps, PerFinger, Recording, Roles, Status, TakeFacts, TakeSource,
+};
 
 /// How much of each marker and body of a take is there; gathered block by block.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -45,6 +49,47 @@ impl Coverage {
         self.bodies.resize(block.bodies.len(), Presence::default());
         for (presence, body) in self.bodies.iter_mut().zip(&block.bodies) {
             presence.add(body.track.statuses());
+        }
+    }
+
+    /// Facts of the take with this header; its segments are not counted.
+    pub fn take_facts(&self, header: &Recording, roles: Option<&Roles>) -> TakeFacts {
+        let samples = self.samples.max(1) as f64;
+        let tracked = |body: &BodySource| {
+            let BodySource::RigidBody(name) = body else {
+                return None;
+            };
+            let place = header.bodies.iter().position(|body| body.name == *name)?;
+            Some(self.bodies.get(place)?.measured as f64 / samples)
+        };
+        let gaps = |marker: &String| {
+            let presence = self.markers.get(header.marker_index(marker)?)?;
+            Some(FingerGaps {
+                missing: presence.missing as f64 / samples,
+                longest_s: header.clock.time_s(presence.longest_gap),
+            })
+        };
+        let source = &header.source;
+        TakeFacts {
+            name: header.name.clone(),
+            samples: self.samples,
+            duration_s: header.clock.time_s(self.samples),
+            segments: 0,
+            left_out: 0,
+            left_out_by: BTreeMap::new(),
+            source: Some(TakeSource {
+                format: source.format.clone(),
+                rate_hz: header.clock.rate_hz(),
+                length_unit: source.length_unit,
+                up_axis: source.up_axis,
+                rotation: source.rotation,
+                roles: roles.cloned(),
+                hand_tracked: roles.and_then(|roles| tracked(&roles.hand)),
+                object_tracked: roles.and_then(|roles| tracked(roles.object.as_ref()?)),
+                gaps: roles.map_or_else(PerFinger::default, |roles| {
+                    PerFinger::from_fn(|finger| gaps(&roles.fingers[finger]).unwrap_or_default())
+                }),
+            }),
         }
     }
 }

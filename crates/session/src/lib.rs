@@ -82,9 +82,7 @@ pub use settings::{
     SelectSection, Settings, SourceSettings, TakeEntry,
 };
 pub use stored::{StoredEvaluation, StoredRows, evaluate_stored};
-pub use take::{
-    Cleaning, Take, check_rates, describe_source, hash_take, read, read_clean, read_session,
-};
+pub use take::{Cleaning, Take, check_rates, hash_take, read, read_clean, read_session};
 pub use take_file::{
     GeneratedMotion, TakeContents, write as write_take, write_parts as write_take_parts,
 };

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use inhand_inspection::{filter_moves_m, inspect_results};
 use inhand_model::{
     Dictionary, Evaluation, EvaluationRows, InputHash, Inspection, Level, MethodRows, Motion,
-    MotionRows, PerProtocol, Protocol, Provenance, Segments, SessionFinding,
+    MotionRows, PerProtocol, Protocol, Provenance, Segments, SessionFacts, SessionFinding,
 };
 use inhand_report::Report;
 
@@ -57,6 +57,8 @@ pub enum Event<'a> {
     Started(&'a str),
     /// A step ended after this time.
     Finished(&'a str, Duration),
+    /// What the takes are and how many segments they give; once, before anything is learned.
+    Took(&'a SessionFacts),
     /// A finding that may affect numbers, or one that is accepted.
     Found(&'a SessionFinding),
     /// Files among the takes that are no takes, relative to the session.
@@ -66,10 +68,10 @@ pub enum Event<'a> {
 /// What a run gave.
 #[derive(Debug)]
 pub struct RunResult {
-    /// The evaluation; `None` when everything was up to date and nothing was computed.
-    pub evaluation: Option<Evaluation>,
-    /// What was looked at and found, now or when the results were made.
-    pub inspection: Inspection,
+    /// The evaluation, now or when the results were made.
+    pub evaluation: Evaluation,
+    /// Whether everything was up to date and nothing was computed.
+    pub up_to_date: bool,
     /// Files of the results.
     pub files: RunFiles,
     /// Whether the dictionary of an earlier run was used again.
@@ -100,13 +102,16 @@ pub fn run(
     );
     let outputs = run.files.reproducible();
     if manifest::up_to_date(&run.files.run, &run.session.name, &key, &outputs) {
-        // What failed then is as missing now.
-        let (failed_plans, inspection) = stored_failures(&run.files.evaluation)?;
-        run.found(&inspection, &[]);
+        let evaluation = stored_evaluation(&run.files.evaluation)?;
+        (run.watch.borrow_mut())(Event::Took(&evaluation.session));
+        if let Some(inspection) = &evaluation.inspection {
+            run.found(inspection, &[]);
+        }
         return Ok(RunResult {
-            evaluation: None,
-            failed_plans,
-            inspection,
+            // What failed then is as missing now.
+            failed_plans: failed_plans(&evaluation),
+            evaluation,
+            up_to_date: true,
             files: run.files,
             dictionary_reused: true,
         });
@@ -141,13 +146,12 @@ pub fn run(
     let made = (&dictionary, &generated);
     let (evaluation, figures) = run.report(&cut, made, (judged, smoothing), &provenance)?;
     run.finish(key, &figures, &generated.published)?;
-    let trajectories = generated.published.iter().flat_map(|g| &g.trajectories);
     Ok(RunResult {
-        evaluation: Some(evaluation),
-        inspection: looked.inspection,
+        failed_plans: failed_plans(&evaluation),
+        evaluation,
+        up_to_date: false,
         files: run.files,
         dictionary_reused,
-        failed_plans: trajectories.filter(|one| one.is_none()).count(),
     })
 }
 
@@ -280,7 +284,7 @@ impl<'a> Run<'a> {
         takes: &'t [Take],
         motions: &'t PerProtocol<Vec<Motion>>,
     ) -> Result<Cut<'t>, SessionError> {
-        let results = (takes
+        let results: Vec<_> = (takes
             .iter()
             .zip(&motions.published)
             .zip(&self.session.takes))
@@ -305,6 +309,9 @@ impl<'a> Run<'a> {
             published: test(Protocol::Published)?,
             held_out: test(Protocol::HeldOut)?,
         };
+        let name = &self.session.name;
+        let facts = steps::session_facts(name, &results, Some(&train), &test.published, settings);
+        (self.watch.borrow_mut())(Event::Took(&facts));
         if test.published.is_empty() {
             let mut message =
                 "no test segment: no interval of the test takes is long enough without gaps"
@@ -489,16 +496,15 @@ impl<'a> Run<'a> {
     }
 }
 
-/// Plans without a trajectory, over all methods of an evaluation that was made earlier, and its inspection.
-fn stored_failures(path: &Path) -> Result<(usize, Inspection), SessionError> {
+fn stored_evaluation(path: &Path) -> Result<Evaluation, SessionError> {
     let text = std::fs::read_to_string(path).map_err(SessionError::io("read", path))?;
-    let (evaluation, _) = inhand_report::read_evaluation_json(&text)?;
-    let plans = evaluation
-        .methods
-        .iter()
-        .filter_map(|method| method.plan.as_ref());
-    let failed = plans.map(|plans| plans.infeasible + plans.failed).sum();
-    Ok((failed, evaluation.inspection.unwrap_or_default()))
+    Ok(inhand_report::read_evaluation_json(&text)?.0)
+}
+
+/// Plans without a trajectory, over all methods.
+fn failed_plans(evaluation: &Evaluation) -> usize {
+    let plans = (evaluation.methods.iter()).filter_map(|method| method.plan.as_ref());
+    plans.map(|plans| plans.infeasible + plans.failed).sum()
 }
 
 /// What made a result of this step, for its file.

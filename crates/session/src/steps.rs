@@ -10,10 +10,11 @@ use inhand_model::{
     TakeFacts, TakeQuality,
 };
 use inhand_motion::{
-    Cut, EndsRule, SegmentSettings, Templates, cut_segments, fit_templates, smooth, to_hand_frame,
-    with_hand,
+    Cut, EndsRule, SegmentSettings, SegmentTable, Templates, cut_segments, fit_templates, smooth,
+    to_hand_frame, with_hand,
 };
 
+use crate::coverage::Coverage;
 use crate::error::{Located, SessionError, invalid};
 use crate::settings::{ObjectInSegments, Role, Settings};
 use crate::take::Take;
@@ -371,7 +372,7 @@ pub struct TakeResult<'a> {
 }
 
 /// Facts of the session for an evaluation.
-fn session_facts(
+pub(crate) fn session_facts(
     name: &str,
     takes: &[TakeResult<'_>],
     train: Option<&Segments>,
@@ -380,13 +381,8 @@ fn session_facts(
 ) -> SessionFacts {
     let facts = |role: Role, segments: &Segments| -> Vec<TakeFacts> {
         let of_role: Vec<_> = takes.iter().filter(|take| take.role == role).collect();
-        let motions: Vec<_> = of_role.iter().map(|take| take.motion).collect();
-        let cut = Cut::new(&segment_settings(
-            &motions,
-            (role, Protocol::Published),
-            settings,
-        ))
-        .ok();
+        let cut = cut_settings(segments.layout(), (role, Protocol::Published), settings);
+        let cut = Cut::new(&cut).ok();
         (of_role.iter().enumerate())
             .map(|(index, result)| {
                 let found = segments
@@ -394,16 +390,20 @@ fn session_facts(
                     .iter()
                     .filter(|o| o.take == index)
                     .count();
-                let samples = result.motion.len();
-                let selected = result.motion.selected.as_deref();
+                let (take, motion) = (result.take, result.motion);
+                let selected = motion.selected.as_deref();
+                let whole = (cut.as_ref()).map_or(0, |c| c.without_gaps(motion.len(), selected));
+                let left_out = whole.saturating_sub(found);
+                let left_out_by = (cut.as_ref())
+                    .filter(|_| left_out > 0)
+                    .map(|cut| cut.left_out_by(&SegmentTable::from_motion(motion)));
+                let coverage = Coverage::of(&take.recording);
                 TakeFacts {
-                    name: result.take.name.clone(),
-                    samples,
-                    duration_s: samples as f64 / result.motion.clock.rate_hz(),
+                    name: take.name.clone(),
                     segments: found,
-                    left_out: (cut.as_ref())
-                        .map_or(0, |cut| cut.without_gaps(samples, selected))
-                        .saturating_sub(found),
+                    left_out,
+                    left_out_by: left_out_by.unwrap_or_default(),
+                    ..coverage.take_facts(&take.recording, take.roles.as_ref().ok())
                 }
             })
             .collect()

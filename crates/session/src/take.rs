@@ -7,7 +7,7 @@ use inhand_capture::roles::{RoleSettings, resolve};
 use inhand_channels::{CleanedTake, ReadCleaned, ReadTake, TakeFile};
 use inhand_inspection::{ExactPosition, exact_positions, takes_alike};
 use inhand_model::{
-    Annotations, BodySource, Change, Clock, Finger, InputHash, Motion, Provenance, Recording, Roles,
+    Annotations, Change, Clock, Finger, InputHash, Motion, Provenance, Recording, Roles,
 };
 
 use crate::error::{Located, SessionError};
@@ -399,12 +399,4 @@ fn thumb(take: &Take) -> Vec<ExactPosition> {
     let roles = take.roles.as_ref().ok();
     let marker = roles.and_then(|roles| take.recording.marker(&roles.fingers[Finger::Thumb]));
     exact_positions(marker.map(|marker| &marker.track))
-}
-
-/// Names of a body's source, for messages.
-pub fn describe_source(source: &BodySource) -> String {
-    match source {
-        BodySource::RigidBody(name) => format!("rigid body \"{name}\""),
-        BodySource::Markers(names) => format!("markers {}", names.join(", ")),
-    }
 }

@@ -121,15 +121,14 @@ fn one(
         Event::Skipped(files) => found.push(skipped_line(files)),
         _ => {}
     })?;
-    let state = match (&result.evaluation, result.failed_plans) {
+    let state = match (result.up_to_date, result.failed_plans) {
         (_, 1..) => State::PlansFailed,
-        (None, 0) => State::UpToDate,
-        (Some(_), 0) => State::Done,
+        (true, 0) => State::UpToDate,
+        (false, 0) => State::Done,
     };
-    Ok((
-        state,
-        fails(&result.inspection, args.overrides.look.fail_on),
-    ))
+    let inspection = result.evaluation.inspection.as_ref();
+    let fails = inspection.is_some_and(|found| fails(found, args.overrides.look.fail_on));
+    Ok((state, fails))
 }
 
 /// An error and its causes on one line.

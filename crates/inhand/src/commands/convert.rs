@@ -5,15 +5,14 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 use inhand_export::Ros2Bag;
-use inhand_model::{BodySource, Finger, Recording, Roles};
+use inhand_model::Recording;
 use inhand_session::{
-    Coverage, Located, Settings, TakeInput, describe_source, is_stream, write_atomic, write_ros2,
-    write_text,
+    Located, Settings, TakeInput, is_stream, write_atomic, write_ros2, write_text,
 };
 use serde_json::{Value, json};
 
 use crate::commands::{say_findings, targets};
-use crate::console::{Console, by_finger, print};
+use crate::console::{Console, print};
 use crate::exit::{Exit, usage};
 use crate::options::{Format, OutputOptions, SourceOptions};
 use crate::output::{check_outputs, write_output};
@@ -38,8 +37,9 @@ pub(crate) struct Args {
     /// Print the outcome as text or json.
     #[arg(long, value_enum, default_value_t)]
     format: Format,
-    /// Write ROS 2 bags: poses, points, /tf, /markers, trajectories of generated motion. An output without .mcap is a folder with
-    /// metadata.yaml, for several inputs one with a bag each.
+    /// Write ROS 2 bags: poses, points, /tf, /markers, trajectories of generated motion.
+    ///
+    /// An output without .mcap is a folder with metadata.yaml, for several inputs one with a bag each.
     #[arg(long)]
     ros2: bool,
     #[command(flatten)]
@@ -73,7 +73,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     }
     let (mut exit, mut files) = (Exit::Done, Vec::with_capacity(targets.len()));
     for ((input, take), target) in inputs.iter().zip(&takes).zip(&targets) {
-        describe(console, take);
+        describe(console, take, settings.object.shape.as_deref());
         match (take, vendor) {
             (TakeInput::Whole(take), Some(format)) => {
                 write_output(target, args.writing.force, |path| {
@@ -102,24 +102,15 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
 
 /// The facts of a take, for programs.
 fn as_json(take: &TakeInput, (input, target): (&Path, &Path), bytes: u64) -> Value {
-    let header = take.header();
-    let source = &header.source;
-    let roles = take.roles();
+    let (header, roles) = (take.header(), take.roles());
+    let facts = take.coverage().take_facts(header, roles.ok());
     json!({
         "input": input.display().to_string(),
         "output": target.display().to_string(),
         "bytes": bytes,
-        "source_format": source.format,
-        "samples": take.coverage().samples,
-        "rate_hz": header.clock.rate_hz(),
-        "source_length_unit": source.length_unit.name(),
-        "source_up_axis": source.up_axis.name(),
-        "source_rotation": source.rotation.map(|order| order.to_string()),
-        "roles": roles.ok().map(|roles| json!({
-            "hand": describe_source(&roles.hand),
-            "object": roles.object.as_ref().map(describe_source),
-            "fingers": by_finger(&roles.fingers, |marker| json!(marker)),
-        })),
+        "samples": facts.samples,
+        "duration_s": facts.duration_s,
+        "source": facts.source,
         "roles_error": roles.err(),
         "findings": header.findings,
     })
@@ -241,72 +232,14 @@ fn bodies(count: usize) -> String {
 }
 
 /// Prints the facts of a take that a user checks before going on.
-fn describe(console: &Console, take: &TakeInput) {
-    let (header, coverage) = (take.header(), take.coverage());
-    let source = &header.source;
-    let rotation = source.rotation.map(|order| order.to_string());
-    let rotation = rotation.unwrap_or_else(|| "no rotations".to_owned());
-    console.say(&format!(
-        "{}, {} Hz, {} frames, {}, {rotation}, {} up",
-        source.format,
-        header.clock.rate_hz(),
-        coverage.samples,
-        source.length_unit.name(),
-        source.up_axis.name().to_uppercase(),
-    ));
-    match take.roles() {
-        Ok(roles) => describe_roles(console, header, &coverage, roles),
-        Err(message) => {
-            console
-                .say("could not identify every role of hand, object and fingers; the recording is");
-            console.say("complete, but later steps need the roles:");
-            console.say(&format!("  {}", message.replace('\n', "\n  ")));
-        }
+fn describe(console: &Console, take: &TakeInput, shape: Option<&str>) {
+    let roles = take.roles();
+    let facts = take.coverage().take_facts(take.header(), roles.ok());
+    let text = inhand_report::takes_text(&[facts], shape);
+    text.lines().for_each(|line| console.say(line));
+    if let Err(message) = roles {
+        console.say("could not identify every role of hand, object and fingers; the recording is");
+        console.say("complete, but later steps need the roles:");
+        console.say(&format!("  {}", message.replace('\n', "\n  ")));
     }
-}
-
-fn describe_roles(console: &Console, header: &Recording, coverage: &Coverage, roles: &Roles) {
-    let samples = coverage.samples.max(1) as f64;
-    let body = |role: &str, source: &BodySource| {
-        let mut bodies = header.bodies.iter().zip(&coverage.bodies);
-        let tracked = match source {
-            BodySource::RigidBody(name) => bodies.find(|(body, _)| body.name == *name),
-            BodySource::Markers(_) => None,
-        };
-        let share = tracked.map_or_else(String::new, |(_, presence)| {
-            format!(
-                "  {:.1} % tracked",
-                presence.measured as f64 / samples * 100.0
-            )
-        });
-        console.say(&format!("{role:<8} {}{share}", describe_source(source)));
-    };
-    body("hand", &roles.hand);
-    match &roles.object {
-        Some(object) => body("object", object),
-        None => console.say("object   none"),
-    }
-    let fingers = roles.fingers.iter();
-    let names: Vec<_> = fingers
-        .map(|(finger, marker)| format!("{finger} \"{marker}\""))
-        .collect();
-    console.say(&format!("fingers  {}", names.join(" · ")));
-    let of_finger = |(finger, marker): (Finger, &String)| {
-        let named = header.marker(marker)?;
-        let mut markers = header.markers.iter().zip(&coverage.markers);
-        let (_, presence) = markers.find(|(marker, _)| std::ptr::eq(*marker, named))?;
-        (presence.missing > 0).then(|| {
-            format!(
-                "{finger} {:.1} % (longest {:.2} s)",
-                100.0 * presence.missing as f64 / coverage.samples as f64,
-                header.clock.time_s(presence.longest_gap)
-            )
-        })
-    };
-    let gaps: Vec<_> = roles.fingers.iter().filter_map(of_finger).collect();
-    let gaps = match gaps.is_empty() {
-        true => "none".to_owned(),
-        false => gaps.join(", "),
-    };
-    console.say(&format!("gaps     {gaps}"));
 }

@@ -129,7 +129,7 @@ pub(crate) fn run_shown(
     format: Format,
     fail_on: FailOn,
 ) -> Result<Exit> {
-    let mut step = None;
+    let (mut step, mut printed) = (None, Ok(()));
     let mut watch = |event: Event<'_>| match event {
         Event::Started(name) => step = Some(console.step(name)),
         Event::Finished(line, elapsed) => {
@@ -137,6 +137,10 @@ pub(crate) fn run_shown(
                 console.step_done(&step, line, elapsed);
             }
         }
+        Event::Took(session) if format == Format::Text => {
+            printed = data(&inhand_report::session_text(session));
+        }
+        Event::Took(_) => {}
         Event::Found(finding) => console.say(&finding_line(finding)),
         Event::Skipped(files) => console.say(&skipped_line(files)),
     };
@@ -144,20 +148,19 @@ pub(crate) fn run_shown(
         console.say(&line);
     }
     let result = inhand_session::run(options, &mut watch)?;
-    let files = &result.files;
-    if let Some(line) = inhand_report::inspection_sentence(&result.inspection) {
+    printed?;
+    let (files, evaluation) = (&result.files, &result.evaluation);
+    let inspection = evaluation.inspection.as_ref();
+    if let Some(line) = inspection.and_then(inhand_report::inspection_sentence) {
         console.say(&line);
     }
-    match &result.evaluation {
-        None => console.say("up to date: inputs, settings and version have not changed"),
-        Some(evaluation) if format == Format::Text => {
-            data(&format!("\n{}\n", inhand_report::text_summary(evaluation)))?;
-        }
-        Some(_) => {}
+    if result.up_to_date {
+        console.say("up to date: inputs, settings and version have not changed");
     }
-    if format == Format::Json {
-        data(&std::fs::read_to_string(&files.evaluation)?)?;
-    }
+    data(&match format {
+        Format::Text => format!("\n{}\n", inhand_report::text_summary(evaluation)),
+        Format::Json => std::fs::read_to_string(&files.evaluation)?,
+    })?;
     console.say(&format!("{:<36} open in a browser", files.report.display()));
     if let Some(take) = files.takes.last() {
         let viewers = "open in Foxglove, Lichtblick or Rerun";
@@ -170,7 +173,7 @@ pub(crate) fn run_shown(
         ));
     }
     Ok(Exit::done_unless(
-        result.failed_plans > 0 || fails(&result.inspection, fail_on),
+        result.failed_plans > 0 || inspection.is_some_and(|found| fails(found, fail_on)),
     ))
 }
 

@@ -1,7 +1,9 @@
 //! Segments, their ends, and what is left out.
 
 use inhand_model::{Finger, Motion, SegmentLayout};
-use inhand_motion::{EndsRule, MotionError, SegmentSettings, Templates, cut_segments, process};
+use inhand_motion::{
+    Cut, EndsRule, MotionError, SegmentSettings, SegmentTable, Templates, cut_segments, process,
+};
 use proptest::prelude::*;
 
 use crate::{PLAIN, resting_hand, rigid_body, roles, tip_m};
@@ -90,6 +92,27 @@ fn what_gaps_cost_is_counted() {
     // A stretch one sample too short, and one just long enough.
     assert_eq!(cut(|k| k < 23), (vec![], 4));
     assert_eq!(cut(|k| k < 24), (vec![2], 3));
+}
+
+#[test]
+fn what_is_missing_most_is_why_a_segment_is_left_out() {
+    let cut = |missing_s: f64, seen: fn(usize) -> bool| {
+        let settings = SegmentSettings {
+            missing_s,
+            ..settings(20, 20, 0.02)
+        };
+        let table = SegmentTable::from_motion(&motion(100, seen));
+        let left_out_by = Cut::new(&settings).unwrap().left_out_by(&table);
+        left_out_by.into_iter().collect::<Vec<_>>()
+    };
+    let ring = |n| vec![("ring".to_owned(), n)];
+    assert_eq!(cut(0.0, |_| true), []);
+    // In the margin of one segment and in the next one.
+    assert_eq!(cut(0.0, |k| k != 22), ring(2));
+    assert_eq!(cut(0.0, |_| false), ring(4));
+    // A gap that may be missing, and one that may not.
+    assert_eq!(cut(0.03, |k| !(30..33).contains(&k)), []);
+    assert_eq!(cut(0.02, |k| !(30..33).contains(&k)), ring(1));
 }
 
 #[test]

@@ -6,8 +6,9 @@ use maud::{Markup, html};
 use super::Body;
 use super::session::finding_list;
 use crate::table::{Table, known};
+use crate::took::{missing, session_facts};
 use crate::verdict::inspection_sentence;
-use crate::words::{count, percent};
+use crate::words::{count, percent, tied};
 
 /// Findings of one take that are shown before they fold away.
 const FINDINGS_SHOWN: usize = 6;
@@ -16,9 +17,18 @@ const FINDINGS_SHOWN: usize = 6;
 pub(super) fn section(evaluation: &Evaluation) -> Body {
     let gaps = gaps(&evaluation.quality);
     let tracks = evaluation.quality.len() * Finger::COUNT;
-    let body = Body::default().prose(takes(evaluation)).prose(html! {
+    let body = Body::default().prose(html! {
+        dl.took {
+            @for (label, lines) in session_facts(&evaluation.session) {
+                dt { (label) }
+                @for line in lines { dd { (tied(&line)) } }
+            }
+        }
+    });
+    let body = body.prose(takes(evaluation)).prose(html! {
         p.note {
-            "Left out: segments that a take without gaps would have given in addition. Tracked: share of samples in which \
+            "Left out: segments that a take without gaps would have given in addition; what is missing in most of their samples \
+             has the gaps. Tracked: share of samples in which \
              the hand's or object's pose is known."
         }
     });
@@ -58,6 +68,7 @@ fn takes(evaluation: &Evaluation) -> Table<Take<'_>> {
         .counts("samples", "", |(_, take, _)| take.samples)
         .counts("segments", "", |(_, take, _)| take.segments)
         .counts("left out", "", |(_, take, _)| take.left_out)
+        .words("gaps in", |(_, take, _)| missing(&[take]))
         .numbers("hand tracked", "%", |(.., q)| {
             known(q.map(|q| percent(q.hand_tracked)))
         })

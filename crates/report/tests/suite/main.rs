@@ -19,3 +19,5 @@ mod sample_rows;
 mod schema;
 /// The terminal table and the verdict.
 mod text;
+/// What takes are and give, line by line.
+mod took;

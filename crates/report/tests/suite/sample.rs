@@ -5,12 +5,13 @@
 mod motion;
 
 use inhand_model::{
-    Bandwidths, Collision, ConstraintFamily, ContactShare, CorridorCoverage, DeviationFacts,
-    DictionaryFacts, DictionaryKind, Evaluation, FamilyFacts, Finding, Finger, HandAndFingers,
-    HeldOutEvaluation, InputHash, Inspection, Level, MethodCandidate, MethodChoice,
-    MethodEvaluation, ObjectError, PerFinger, PlanFacts, PredictorWeights, Protocol, Provenance,
-    Reachability, SessionFacts, SessionFinding, SmoothCurve, Statistics, StopReason, TakeFacts,
-    TakeQuality, TauShare, TrackCounts, TrackQuality, Validation, VelocityBounds, VelocityCheck,
+    Bandwidths, BodySource, Collision, ConstraintFamily, ContactShare, CorridorCoverage,
+    DeviationFacts, DictionaryFacts, DictionaryKind, Evaluation, FamilyFacts, Finding, Finger,
+    FingerGaps, HandAndFingers, HeldOutEvaluation, InputHash, Inspection, LengthUnit, Level,
+    MethodCandidate, MethodChoice, MethodEvaluation, ObjectError, PerFinger, PlanFacts,
+    PredictorWeights, Protocol, Provenance, Reachability, Roles, RotationOrder, SessionFacts,
+    SessionFinding, SmoothCurve, Statistics, StopReason, TakeFacts, TakeQuality, TakeSource,
+    TauShare, TrackCounts, TrackQuality, UpAxis, Validation, VelocityBounds, VelocityCheck,
 };
 
 const SEGMENTS: usize = 119;
@@ -262,6 +263,37 @@ fn take(name: &str, left_out: usize) -> TakeFacts {
         duration_s: 120.0,
         segments: SEGMENTS - left_out,
         left_out,
+        left_out_by: (left_out > 0)
+            .then(|| ("ring".to_owned(), left_out))
+            .into_iter()
+            .collect(),
+        source: Some(source(left_out)),
+    }
+}
+
+fn source(left_out: usize) -> TakeSource {
+    let body = |name: &str| BodySource::RigidBody(name.to_owned());
+    let missing = |finger| left_out > 0 && finger == Finger::Ring;
+    TakeSource {
+        format: "Motive CSV 1.23".to_owned(),
+        rate_hz: 100.0,
+        length_unit: LengthUnit::Millimetres,
+        up_axis: UpAxis::Y,
+        rotation: Some(RotationOrder::Quaternion),
+        roles: Some(Roles {
+            hand: body("RightHand"),
+            object: Some(body("cube 5")),
+            fingers: PerFinger::from_fn(|finger| format!("RightHand:{finger}")),
+        }),
+        hand_tracked: Some(if left_out > 0 { 0.998 } else { 1.0 }),
+        object_tracked: Some(1.0),
+        gaps: PerFinger::from_fn(|finger| match missing(finger) {
+            true => FingerGaps {
+                missing: 0.021,
+                longest_s: 0.31,
+            },
+            false => FingerGaps::default(),
+        }),
     }
 }
 

@@ -91,7 +91,8 @@ fn doubts_are_said_and_kept() {
         "expected a count, found \"many\"",
         "jumps 1 times and leaves out 3 frames",
         "some of its cells are blank in 1 rows, first on line 8",
-        "100 Hz, 5 frames",
+        "100 Hz",
+        "5 samples, 0.05 s",
     ] {
         assert!(said.contains(words), "{said}");
     }

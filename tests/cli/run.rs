@@ -234,6 +234,16 @@ fn second_run_does_only_what_changed() {
     let again =
         bench.inhand(&[&["run", "session", "-o", "out"], &crate::support::SMALL[..]].concat());
     assert_eq!(String::from_utf8(again.stdout.clone()).unwrap(), first);
+    for line in [
+        "format   Motive CSV 1.23, 100 Hz, ",
+        "fingers  thumb \"",
+        "gaps     none in any fingertip\n",
+        "train    2 takes, 24 s: ",
+        "test     1 take, 12 s: 11 segments of 1 s\n",
+    ] {
+        assert!(first.contains(line), "{line}: {first}");
+    }
+    assert_eq!(bench.run("out", &["-q"]), first);
     assert!(crate::support::stderr(&again).contains("up to date"));
     assert_eq!(bench.bytes("out/run.json"), before, "nothing was computed");
 

@@ -15,6 +15,8 @@ pub struct ComparedSide {
     pub file: String,
     /// Session.
     pub session: String,
+    /// Whether methods were compared under the held-out protocol.
+    pub held_out: bool,
 }
 
 /// How clusters of two evaluations were drawn for intervals.
@@ -46,13 +48,27 @@ pub struct EvaluationComparison {
     /// make them. Where there is anything, errors before and after are distances to different motion.
     #[serde(rename = "reference_that_differs", serialize_with = "before_and_after")]
     pub reference: Vec<SettingDifference>,
-    /// Errors: for each pair of methods all fingers together, then each finger, each in every measure.
+    /// Errors under the published protocol: for each pair of methods all fingers together, then each finger, each in every measure.
     pub errors: Vec<ErrorChange>,
     /// Shares of instants with three or more contacts, for each pair of methods that has an object.
     pub contacts: Vec<ContactChange>,
+    /// The same under the held-out protocol; `None` where one of the two has no such errors.
+    pub held_out: Option<HeldOutComparison>,
     /// Settings that differ.
     #[serde(rename = "settings_that_differ", serialize_with = "before_and_after")]
     pub settings: Vec<SettingDifference>,
+}
+
+/// What two evaluations differ in under the held-out protocol.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct HeldOutComparison {
+    /// How intervals were made.
+    #[serde(rename = "segments_drawn")]
+    pub drawn: Drawn,
+    /// Errors, in the order of those under the published protocol.
+    pub errors: Vec<ErrorChange>,
+    /// Shares of instants with three or more contacts.
+    pub contacts: Vec<ContactChange>,
 }
 
 /// A statistic of the error, before and after.

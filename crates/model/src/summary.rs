@@ -17,6 +17,8 @@ pub struct Summary {
     pub methods: Vec<MethodSummary>,
     /// Intervals over sessions.
     pub intervals: Intervals,
+    /// The same under the held-out protocol; `None` where a session has no such errors or no rows of them.
+    pub held_out: Option<HeldOutSummary>,
     /// The sessions, in the order given.
     pub sessions: Vec<SessionSummary>,
     /// Sessions of the same participant, object and task together: the default method and the best baseline.
@@ -26,6 +28,15 @@ pub struct Summary {
     /// Settings that are not the same in all sessions.
     #[serde(rename = "settings_that_differ")]
     pub differences: Vec<SettingDifference>,
+}
+
+/// Methods over all sessions under the held-out protocol.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct HeldOutSummary {
+    /// Methods, in the order of the published protocol.
+    pub methods: Vec<MethodSummary>,
+    /// Intervals over sessions.
+    pub intervals: Intervals,
 }
 
 /// One session among many.
@@ -63,9 +74,19 @@ pub struct SessionMethod {
     /// Error over all fingers and instants.
     #[serde(rename = "error_mm", with = "Millimetres")]
     pub error: HandAndFingers<Statistics>,
+    /// The same under the held-out protocol, where all sessions have it.
+    #[serde(rename = "held_out_error_mm", with = "Millimetres")]
+    pub held_out: Option<HandAndFingers<Statistics>>,
     /// Contacts, where an object is known.
     #[serde(rename = "contact_instants")]
     pub contacts: Option<SharedContacts>,
+}
+
+impl SessionMethod {
+    /// Error under the protocol to look at first.
+    pub fn headline(&self) -> &HandAndFingers<Statistics> {
+        self.held_out.as_ref().unwrap_or(&self.error)
+    }
 }
 
 /// Instants with three or more contacts, counted so that sessions can be added up.

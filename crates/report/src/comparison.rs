@@ -1,7 +1,7 @@
 //! Two evaluations side by side: for a terminal and for a pull request.
 
 use inhand_model::{
-    ContactChange, Drawn, ErrorChange, Estimate, EvaluationComparison, Finger, Measure,
+    ContactChange, Drawn, ErrorChange, Estimate, EvaluationComparison, Finger, Measure, Protocol,
     SettingDifference,
 };
 
@@ -11,6 +11,7 @@ use crate::words::{percent, plain, signed};
 
 /// A line of the comparison.
 struct Change {
+    protocol: Protocol,
     method: String,
     finger: &'static str,
     statistic: &'static str,
@@ -21,12 +22,28 @@ struct Change {
     sign: Option<f64>,
 }
 
+/// Changes under each protocol, held out first.
 fn changes(comparison: &EvaluationComparison) -> Vec<Change> {
+    let held_out = comparison.held_out.iter();
+    let held_out =
+        held_out.flat_map(|own| of_protocol(Protocol::HeldOut, &own.errors, &own.contacts));
+    let (errors, contacts) = (&comparison.errors, &comparison.contacts);
+    held_out
+        .chain(of_protocol(Protocol::Published, errors, contacts))
+        .collect()
+}
+
+fn of_protocol(
+    protocol: Protocol,
+    errors: &[ErrorChange],
+    contacts: &[ContactChange],
+) -> Vec<Change> {
     let methods = |before: &str, after: &str| match before == after {
         true => after.to_owned(),
         false => format!("{before} -> {after}"),
     };
-    let errors = comparison.errors.iter().map(|change| Change {
+    let errors = errors.iter().map(|change| Change {
+        protocol,
         method: methods(&change.before_method, &change.after_method),
         finger: change.finger.map_or(ALL_FINGERS, Finger::name),
         statistic: measure_words(change.measure),
@@ -34,7 +51,8 @@ fn changes(comparison: &EvaluationComparison) -> Vec<Change> {
         size: change.relative_change,
         sign: sign(change.after_m - change.before_m, change.absolute.as_ref()),
     });
-    let contacts = comparison.contacts.iter().map(|change| Change {
+    let contacts = contacts.iter().map(|change| Change {
+        protocol,
         method: methods(&change.before_method, &change.after_method),
         finger: ALL_FINGERS,
         statistic: CONTACTS,
@@ -63,7 +81,7 @@ const LISTED: usize = 10;
 /// `all` of them, the verdict, and how intervals were made.
 pub fn text(comparison: &EvaluationComparison, all: bool) -> String {
     let changes = changes(comparison);
-    let mut text = settings_words(comparison, false);
+    let mut text = settings_words(comparison, false) + &one_sided(comparison);
     // A change without an interval may be beyond noise.
     let mut listed: Vec<&Change> = changes.iter().collect();
     if !all {
@@ -78,7 +96,8 @@ pub fn text(comparison: &EvaluationComparison, all: bool) -> String {
     }
     let shown = if all { listed.len() } else { LISTED };
     if !listed.is_empty() {
-        text.push_str(&table(listed.iter().take(shown).copied()).aligned());
+        let listed = listed.iter().take(shown).copied();
+        text.push_str(&table(listed, comparison).aligned());
     }
     if listed.len() > shown {
         text += &format!("and {} more: --all\n", listed.len() - shown);
@@ -86,20 +105,58 @@ pub fn text(comparison: &EvaluationComparison, all: bool) -> String {
     text + &verdict(&changes, comparison, false) + &made_words(comparison) + "\n"
 }
 
-fn table<'a>(changes: impl IntoIterator<Item = &'a Change>) -> Table<&'a Change> {
-    Table::new("", changes, "method", |change| change.method.clone())
+fn table<'a>(
+    changes: impl IntoIterator<Item = &'a Change>,
+    comparison: &EvaluationComparison,
+) -> Table<&'a Change> {
+    let table = Table::new("", changes, "method", |change| change.method.clone());
+    let table = match comparison.held_out {
+        Some(_) => table.words("protocol", |change| change.protocol.title().to_owned()),
+        None => table,
+    };
+    table
         .words("finger", |change| change.finger.to_owned())
         .words("statistic", |change| change.statistic.to_owned())
         .words("change", |change| change.change.clone())
 }
 
-/// Whether the errors over all fingers of the first method are higher or lower, as far as intervals tell.
+/// Says that only one of the two has held-out errors; nothing where both or none have them.
+fn one_sided(comparison: &EvaluationComparison) -> String {
+    let (before, after) = (&comparison.before, &comparison.after);
+    let older = match (before.held_out, after.held_out) {
+        (true, false) => after,
+        (false, true) => before,
+        _ => return String::new(),
+    };
+    format!(
+        "{} was made before the held-out protocol: only published errors are compared.\n",
+        older.file
+    )
+}
+
+/// Whether the errors over all fingers of the first method are higher or lower, as far as intervals tell, under each
+/// protocol.
 fn verdict(changes: &[Change], comparison: &EvaluationComparison, markdown: bool) -> String {
+    let of = |protocol| {
+        let mut first = changes.iter().filter(|own| own.protocol == protocol);
+        let method = &first.next()?.method;
+        let own = changes.iter().filter(|own| {
+            own.protocol == protocol && own.method == *method && own.finger == ALL_FINGERS
+        });
+        Some(verdict_under(protocol, own.collect(), comparison, markdown))
+    };
+    let protocols = [Protocol::HeldOut, Protocol::Published].into_iter();
+    protocols.filter_map(of).collect()
+}
+
+fn verdict_under(
+    protocol: Protocol,
+    mut own: Vec<&Change>,
+    comparison: &EvaluationComparison,
+    markdown: bool,
+) -> String {
     let stated = [Measure::P50, Measure::P95, Measure::Mean].map(measure_words);
-    let own: Vec<&Change> = (changes.iter())
-        .filter(|own| own.method == changes[0].method && own.finger == ALL_FINGERS)
-        .filter(|own| stated.contains(&own.statistic))
-        .collect();
+    own.retain(|own| stated.contains(&own.statistic));
     let Some(first) = own.first() else {
         return String::new();
     };
@@ -116,8 +173,12 @@ fn verdict(changes: &[Change], comparison: &EvaluationComparison, markdown: bool
         false => ", against another reference",
     };
     let (safe, bullet) = style(markdown);
+    let protocol = match comparison.held_out {
+        Some(_) => format!(", {}", protocol.title()),
+        None => String::new(),
+    };
     let head = format!(
-        "Verdict on {}, {ALL_FINGERS}: {words}{reference}\n",
+        "Verdict on {}, {ALL_FINGERS}{protocol}: {words}{reference}\n",
         safe(&first.method)
     );
     let line = |own: &&Change| format!("{bullet}{:<6} {}\n", own.statistic, own.change);
@@ -163,14 +224,15 @@ pub fn markdown(comparison: &EvaluationComparison) -> String {
     let (before, after) = (&comparison.before, &comparison.after);
     let changes = changes(comparison);
     format!(
-        "## In-hand manipulation: {} ({}) compared with {} ({})\n\n{}\n{}\n{}\n{}\n",
+        "## In-hand manipulation: {} ({}) compared with {} ({})\n\n{}{}\n{}\n{}\n{}\n",
         escaped(&after.session),
         escaped(&after.file),
         escaped(&before.session),
         escaped(&before.file),
         settings_words(comparison, true),
+        escaped(one_sided(comparison).trim_end()),
         verdict(&changes, comparison, true),
-        table(&changes).markdown(),
+        table(&changes, comparison).markdown(),
         made_words(comparison)
     )
 }

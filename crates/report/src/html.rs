@@ -18,7 +18,7 @@ mod session;
 mod shown;
 pub(crate) mod summary;
 
-use inhand_model::{Finger, MethodEvaluation};
+use inhand_model::{Evaluation, Finger, MethodEvaluation, Protocol};
 use maud::{DOCTYPE, Markup, PreEscaped, Render, html};
 
 use crate::Report;
@@ -264,13 +264,19 @@ fn section(
     Some(Section { id, title, body })
 }
 
+/// Methods under a protocol with their colours.
+fn methods(evaluation: &Evaluation, protocol: Protocol) -> Vec<Method<'_>> {
+    let methods = evaluation.methods(protocol);
+    Method::all(methods, &evaluation.default_method, |method| {
+        (&method.name, method.baseline)
+    })
+}
+
 /// The sections of the page, one a topic.
 fn sections(report: &Report<'_>) -> Vec<Section> {
     let evaluation = report.evaluation;
     let rate_hz = evaluation.session.rate_hz;
-    let methods = &Method::all(&evaluation.methods, &evaluation.default_method, |method| {
-        (&method.name, method.baseline)
-    });
+    let methods = &methods(evaluation, Protocol::Published);
     let shown = report.illustrations;
     // What was not planned or evaluated has no section.
     let sections = [
@@ -344,7 +350,7 @@ pub(crate) fn figures(report: &Report<'_>) -> Vec<Figure> {
 pub(crate) fn page(report: &Report<'_>) -> Markup {
     let evaluation = report.evaluation;
     let facts = session::facts(evaluation);
-    let verdict = session::verdict(evaluation);
+    let verdict = session::verdict(evaluation, &methods(evaluation, Protocol::Published));
     shell(
         &evaluation.session.name,
         &facts,

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use inhand_model::{
-    Finger, HandAndFingers, Measure, SessionSummary, SharedContacts, Statistics, Summary,
+    Finger, HandAndFingers, Intervals, Measure, SessionSummary, SharedContacts, Statistics, Summary,
 };
 
 use crate::figure::FigureData;
@@ -56,6 +56,26 @@ pub fn table(summary: &Summary) -> FigureData {
         .done()
 }
 
+/// Protocols as headings with their intervals, and the measures that have columns.
+fn columns(summary: &Summary) -> Vec<((&'static str, &Intervals), Measure)> {
+    let both = (summary.held_out.as_ref()).map(|own| {
+        [
+            ("held out: ", &own.intervals),
+            ("published: ", &summary.intervals),
+        ]
+    });
+    match both {
+        Some([held_out, published]) => vec![
+            (held_out, Measure::P50),
+            (held_out, Measure::P95),
+            (published, Measure::P50),
+        ],
+        None => [Measure::P50, Measure::P75, Measure::P95]
+            .map(|measure| (("", &summary.intervals), measure))
+            .into(),
+    }
+}
+
 /// Many sessions in a few lines, for a terminal; with `markdown` for a pull request: methods with intervals over
 /// sessions, the worst sessions, outliers.
 pub fn text(summary: &Summary, markdown: bool) -> String {
@@ -66,35 +86,41 @@ pub fn text(summary: &Summary, markdown: bool) -> String {
             name.to_owned()
         }
     };
-    let mut table = Table::new("", &summary.methods, "method", |method| method.name.clone());
+    let title = if markdown { "method" } else { "errors in mm" };
+    let mut table = Table::new("", &summary.methods, title, |method| method.name.clone());
     if markdown {
         table = table.numbers("n", "", |method| method.error.all.n.to_string());
     }
-    // A terminal has 100 columns.
+    // A terminal has 80 columns.
     let words = if markdown {
         error_words
     } else {
         error_words_short
     };
-    let measures = [Measure::P50, Measure::P75, Measure::P95];
-    let table = measures.into_iter().fold(table, |table, measure| {
-        table.numbers(measure_words(measure), "mm", |method| {
-            let mut found = summary.intervals.methods.iter();
-            let own = found.find(|own| own.method == method.name);
-            let estimates = own.and_then(|own| own.error.all.as_ref());
-            known(estimates.map(|all| words(estimate(all, measure))))
-        })
-    });
+    let unit = if markdown { "mm" } else { "" };
+    let table =
+        columns(summary)
+            .into_iter()
+            .fold(table, |table, ((protocol, intervals), measure)| {
+                let name = format!("{protocol}{}", measure_words(measure));
+                table.numbers(&name, unit, |method| {
+                    let mut found = intervals.methods.iter();
+                    let own = found.find(|own| own.method == method.name);
+                    let estimates = own.and_then(|own| own.error.all.as_ref());
+                    known(estimates.map(|all| words(estimate(all, measure))))
+                })
+            });
     let contacts = if markdown {
         "three contacts, recorded -> planned"
     } else {
-        "3+ contacts"
+        "3+: contacts"
     };
-    let table = table.numbers(contacts, "%", |method| {
+    let table = table.numbers(contacts, if markdown { "%" } else { "" }, |method| {
         let [planned, recorded] = three_contacts(method.contacts);
         let recorded = format!("{} -> ", percent(recorded));
         let recorded = if markdown { &recorded } else { "" };
-        known((planned.is_finite()).then(|| format!("{recorded}{}", percent(planned))))
+        let sign = if markdown { "" } else { " %" };
+        known((planned.is_finite()).then(|| format!("{recorded}{}{sign}", percent(planned))))
     });
     let mut text = match markdown {
         true => format!(
@@ -121,10 +147,18 @@ pub fn text(summary: &Summary, markdown: bool) -> String {
     text.replace(NARROW_SPACE, " ")
 }
 
+/// The protocol of a summary's errors, where it is not the published one.
+pub(crate) fn protocol_words(summary: &Summary) -> &'static str {
+    match summary.held_out {
+        Some(_) => ", held out",
+        None => "",
+    }
+}
+
 /// Sessions by the third quartile of a method's error, the largest first; those without errors last.
 pub(crate) fn worst_first(summary: &Summary, place: usize) -> Vec<&SessionSummary> {
     let key = |session: &SessionSummary| {
-        let error = &session.methods[place].error.all;
+        let error = &session.methods[place].headline().all;
         if error.n == 0 {
             f64::NEG_INFINITY
         } else {
@@ -144,7 +178,7 @@ fn worst(text: &mut String, summary: &Summary, safe: impl Fn(&str) -> String) {
         return;
     };
     let listed: Vec<String> = (worst_first(summary, place).into_iter())
-        .map(|session| (session, &session.methods[place].error.all))
+        .map(|session| (session, &session.methods[place].headline().all))
         .filter(|(_, error)| error.n > 0)
         .take(LISTED)
         .map(|(session, error)| format!("{} {} mm", safe(&session.name), millimetres(error.p75)))
@@ -152,8 +186,9 @@ fn worst(text: &mut String, summary: &Summary, safe: impl Fn(&str) -> String) {
     if !listed.is_empty() {
         let _ = writeln!(
             text,
-            "\nworst sessions by the third quartile of {}: {}",
+            "\nworst sessions by the third quartile of {}{}: {}",
             safe(&summary.default_method),
+            protocol_words(summary),
             listed.join(", ")
         );
     }

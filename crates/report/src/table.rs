@@ -353,7 +353,17 @@ impl Printed {
     }
 
     fn aligned(&self) -> String {
-        let lines = self.lines();
+        let mut lines = self.lines();
+        // What stands before a colon is the heading of all columns that follow one another with it.
+        let headings: Vec<String> = lines[0]
+            .iter_mut()
+            .map(|heading| {
+                let (group, own) = heading.split_once(": ").unwrap_or(("", heading));
+                let (group, own) = (group.to_owned(), own.to_owned());
+                *heading = own;
+                group
+            })
+            .collect();
         let width = |column: usize| {
             let widths = lines.iter().map(|line| line[column].chars().count());
             widths.max().unwrap_or(0)
@@ -368,7 +378,18 @@ impl Printed {
             let cells: Vec<String> = cells.collect();
             cells.join("  ").trim_end().to_owned() + "\n"
         };
-        lines.iter().map(line).collect()
+        let mut text = String::new();
+        if headings.iter().any(|heading| !heading.is_empty()) {
+            let columns: Vec<_> = headings.iter().zip(&widths).collect();
+            let groups = columns.chunk_by(|a, b| !a.0.is_empty() && a.0 == b.0);
+            let groups = groups.map(|group| {
+                let width = group.iter().map(|(_, width)| *width + 2).sum::<usize>() - 2;
+                format!("{:^width$}", group[0].0)
+            });
+            text = groups.collect::<Vec<_>>().join("  ").trim_end().to_owned() + "\n";
+        }
+        text.extend(lines.iter().map(line));
+        text
     }
 }
 

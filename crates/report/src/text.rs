@@ -2,14 +2,15 @@
 
 use std::fmt::Write;
 
-use inhand_model::{Evaluation, Intervals, Measure, MethodEvaluation, Statistics};
+use inhand_model::{Evaluation, Intervals, Measure, MethodEvaluation, Protocol, Statistics};
 
 use crate::html::intervals::{
     against, error_words, estimate, made_words, measure_words, relative_words,
 };
-use crate::table::{Statistic, Table, escaped, known, statistic};
+use crate::table::{Table, escaped, known, statistic};
 use crate::verdict::{
-    choice_sentence, comparison_sentence, contact_sentence, region_sentence, sentences, warnings,
+    OLDER, choice_sentence, comparison_sentence, contact_sentence, default_method, filter_sentence,
+    headline, protocols, region_sentence, sentences, warnings,
 };
 use crate::words::{NARROW_SPACE, count, decimals, millimetres, part_of, percent, shortened};
 
@@ -40,8 +41,9 @@ pub(crate) fn markdown(evaluation: &Evaluation) -> String {
         found.map_or_else(String::new, |list| list + "\n"),
         methods(evaluation)
     );
-    if let Some(intervals) = &evaluation.intervals {
-        text.push_str(&differences(evaluation, intervals));
+    let protocol = headline(evaluation);
+    if let Some(intervals) = evaluation.intervals(protocol) {
+        text.push_str(&differences(evaluation, protocol, intervals));
     }
     quality(&mut text, evaluation);
     text
@@ -66,12 +68,25 @@ fn method_table<'a>(
 fn methods(evaluation: &Evaluation) -> String {
     let methods = evaluation.methods.iter();
     method_table(methods.collect(), evaluation, |table| {
-        let mut table = SHOWN.into_iter().fold(table, |table, (measure, of)| {
-            table.numbers(measure_words(measure), "mm", |method| {
-                error_cell(method, evaluation, measure, of)
-            })
+        let mut table = protocols(evaluation).fold(table, |table, protocol| {
+            let first = protocol == headline(evaluation);
+            let shown = SHOWN.into_iter();
+            let shown = shown.filter(|(measure, _)| first || *measure != Measure::P75);
+            let table = shown.fold(table, |table, (measure, of)| {
+                let name = heading(evaluation, protocol, measure_words(measure));
+                table.numbers(&name, "mm", |method| {
+                    let own = named(evaluation, protocol, &method.name);
+                    known(own.map(|own| error_cell(own, evaluation, protocol, (measure, of))))
+                })
+            });
+            match first {
+                false => table,
+                true => table.lengths(&heading(evaluation, protocol, "max"), |method| {
+                    let own = named(evaluation, protocol, &method.name);
+                    own.map_or(f64::NAN, |own| statistic(&own.error.all, |s| s.max))
+                }),
+            }
         });
-        table = table.lengths("max", |method| statistic(&method.error.all, |s| s.max));
         if evaluation.methods.iter().any(|m| m.contact.is_some()) {
             let name = "three contacts, recorded → planned";
             table = table.numbers(name, "%", |method| contact_cell(method));
@@ -83,13 +98,51 @@ fn methods(evaluation: &Evaluation) -> String {
     })
 }
 
+/// The heading of a column, with its protocol where there are two.
+fn heading(evaluation: &Evaluation, protocol: Protocol, name: &str) -> String {
+    match protocols(evaluation).count() {
+        1 => name.to_owned(),
+        _ => format!("{}: {name}", protocol.title()),
+    }
+}
+
+/// What was found of a method under a protocol.
+fn named<'a>(
+    evaluation: &'a Evaluation,
+    protocol: Protocol,
+    name: &str,
+) -> Option<&'a MethodEvaluation> {
+    let mut methods = evaluation.methods(protocol).iter();
+    methods.find(|method| method.name == name)
+}
+
+/// Adds the median and the 95 % quantile of the error of all fingers under each protocol.
+pub(crate) fn protocol_columns<R>(
+    table: Table<R>,
+    evaluation: &Evaluation,
+    unit: &str,
+    name: impl Fn(&R) -> &str,
+) -> Table<R> {
+    protocols(evaluation).fold(table, |table, protocol| {
+        [SHOWN[0], SHOWN[2]]
+            .into_iter()
+            .fold(table, |table, (measure, of)| {
+                let heading = format!("{}: {}", protocol.title(), measure_words(measure));
+                table.numbers(&heading, unit, |row| {
+                    let method = named(evaluation, protocol, name(row));
+                    known(method.map(|own| millimetres(statistic(&own.error.all, of))))
+                })
+            })
+    })
+}
+
 fn error_cell(
     method: &MethodEvaluation,
     evaluation: &Evaluation,
-    measure: Measure,
-    of: fn(&Statistics) -> f64,
+    protocol: Protocol,
+    (measure, of): MeasureColumn,
 ) -> String {
-    let intervals = evaluation.intervals.as_ref();
+    let intervals = evaluation.intervals(protocol);
     let own = intervals.and_then(|all| all.methods.iter().find(|own| own.method == method.name));
     match own.and_then(|own| own.error.all.as_ref()) {
         Some(estimates) => error_words(estimate(estimates, measure)),
@@ -105,14 +158,14 @@ fn contact_cell(method: &MethodEvaluation) -> String {
     }))
 }
 
-fn differences(evaluation: &Evaluation, intervals: &Intervals) -> String {
+fn differences(evaluation: &Evaluation, protocol: Protocol, intervals: &Intervals) -> String {
     let Some(baseline) = intervals.best_baseline.as_deref() else {
         return String::new();
     };
     let found = |method: &MethodEvaluation, measure: Measure| {
         against(intervals, baseline, measure).find(|own| own.method == method.name)
     };
-    let compared: Vec<&MethodEvaluation> = (evaluation.methods.iter())
+    let compared: Vec<&MethodEvaluation> = (evaluation.methods(protocol).iter())
         .filter(|method| SHOWN.iter().any(|&(m, _)| found(method, m).is_some()))
         .collect();
     if compared.is_empty() {
@@ -127,8 +180,12 @@ fn differences(evaluation: &Evaluation, intervals: &Intervals) -> String {
         })
     });
     format!(
-        "Error relative to {}, the best baseline, on the same segments; below zero is better:\n\n{table}\n{}\n\n",
+        "Error relative to {}, the best baseline, on the same segments{}; below zero is better:\n\n{table}\n{}\n\n",
         escaped(baseline),
+        match protocol {
+            Protocol::HeldOut => ", held out",
+            Protocol::Published => "",
+        },
         made_words(&intervals.bootstrap)
     )
 }
@@ -183,43 +240,60 @@ fn more(all: usize, shown: usize, what: &str) -> String {
     }
 }
 
-/// Longest description that is written out, so that a line fits a terminal of 100 columns.
-const DESCRIPTION_WIDTH: usize = 36;
+/// Longest description that is written out, so that a line fits a terminal of 80 columns.
+const DESCRIPTION_WIDTH: usize = 25;
 
-const TERMINAL: [Statistic; 4] = [
-    ("p50", |s| s.p50),
-    ("p75", |s| s.p75),
-    ("p95", |s| s.p95),
-    ("max", |s| s.max),
-];
-
-/// The end of a run in plain text: per method the median, third quartile, 95 % quantile and
-/// largest error in millimetres, the share of time with three or more fingers in contact, the coverage of
-/// prediction regions, which method was chosen and why, and for each learned method where a baseline
-/// beats it. Lines end with a newline; no colour.
+/// The end of a run in plain text: per method the median and the 95 % quantile of the error under each protocol and the
+/// share of time with three or more fingers in contact, what the protocols are, how far the filter moves fingertips, for
+/// each learned method where a baseline beats it, contacts, the coverage of prediction regions, which method was chosen and
+/// why. Lines end with a newline; no colour.
 pub fn text_summary(evaluation: &Evaluation) -> String {
-    let learned = evaluation.methods.iter().filter(|method| !method.baseline);
-    let sentences = (contact_sentence(evaluation).into_iter())
-        .chain(region_sentence(evaluation))
-        .chain(choice_sentence(evaluation))
-        .chain(learned.map(|method| comparison_sentence(method, evaluation)));
-    let text = sentences.fold(table(&evaluation.methods), |text, sentence| {
-        text + &sentence + "\n"
+    let protocol = headline(evaluation);
+    let learned = evaluation.methods(protocol).iter();
+    let learned = learned.filter(|method| !method.baseline);
+    let compared = learned.map(|method| {
+        let sentence = comparison_sentence(method, evaluation, protocol);
+        heading(evaluation, protocol, &sentence)
     });
+    let published = default_method(evaluation, Protocol::Published)
+        .filter(|_| protocol != Protocol::Published)
+        .map(|method| comparison_sentence(method, evaluation, Protocol::Published));
+    let published = published.map(|sentence| heading(evaluation, Protocol::Published, &sentence));
+    let sentences = (legend(evaluation).into_iter())
+        .chain(filter_sentence(evaluation))
+        .chain(compared)
+        .chain(published)
+        .chain(contact_sentence(evaluation))
+        .chain(region_sentence(evaluation))
+        .chain(choice_sentence(evaluation));
+    let text = sentences.fold(table(evaluation), |text, sentence| text + &sentence + "\n");
     // Narrow spaces are not in every terminal font.
     text.replace(NARROW_SPACE, " ")
 }
 
+/// The protocols in a line each.
+fn legend(evaluation: &Evaluation) -> Vec<String> {
+    let lines: &[&str] = match headline(evaluation) {
+        Protocol::HeldOut => &[
+            "held out: against unfiltered motion; plans know nothing inside a segment",
+            "published: against filtered motion, which also gives both ends of a segment",
+        ],
+        Protocol::Published => &[OLDER],
+    };
+    lines.iter().map(|&line| line.to_owned()).collect()
+}
+
 /// Errors; the share of three contacts only where contacts were evaluated.
-fn table(methods: &[MethodEvaluation]) -> String {
+fn table(evaluation: &Evaluation) -> String {
+    let methods = &evaluation.methods;
     let lengths = methods.iter().map(|method| method.name.chars().count());
     let width = lengths.max().unwrap_or(0);
-    let title = "error over all fingers and instants (mm)";
+    let title = "error over all fingers and instants, mm";
     let table = Table::new("", methods, title, |method| {
         let description = shortened(&method.description, DESCRIPTION_WIDTH);
-        format!("  {:<width$}  {description}", method.name)
-    })
-    .statistics(&TERMINAL, "", millimetres, |method| method.error.all);
+        format!("{:<width$}  {description}", method.name)
+    });
+    let table = protocol_columns(table, evaluation, "", |method| &method.name);
     if !methods.iter().any(|method| share(method).is_finite()) {
         return table.aligned();
     }
@@ -227,7 +301,7 @@ fn table(methods: &[MethodEvaluation]) -> String {
         let sign = if share(method).is_finite() { " %" } else { "" };
         percent(share(method)) + sign
     };
-    table.numbers("3+ contacts", "", shares).aligned()
+    table.numbers("3+: contacts", "", shares).aligned()
 }
 
 /// The share of instants with three or more contacts; NaN where none was evaluated.

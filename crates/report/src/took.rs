@@ -1,8 +1,10 @@
-//! What takes are, and how many segments they give: one line where all takes agree.
+//! Facts of takes and the segments that they give: one line where all takes agree.
 
 use inhand_model::{BodySource, Finger, RotationOrder, SessionFacts, TakeFacts, TakeSource};
 
-use crate::words::{NARROW_SPACE, count, counted, decimals, join_words, percent, plain};
+use crate::words::{
+    NARROW_SPACE, count, counted, decimals, join_words, percent, plain, short, tied,
+};
 
 /// A label and its lines.
 pub(crate) type Fact = (&'static str, Vec<String>);
@@ -185,7 +187,7 @@ fn gaps(takes: &[Take<'_>]) -> String {
 fn length(takes: &[&TakeFacts]) -> String {
     let samples = takes.iter().map(|take| take.samples).sum();
     let seconds: f64 = takes.iter().map(|take| take.duration_s).sum();
-    format!("{} samples, {} s", count(samples), decimals(seconds, 1))
+    format!("{} samples, {} s", count(samples), short(seconds))
 }
 
 fn segments(takes: &[TakeFacts], segment_s: f64) -> String {
@@ -239,7 +241,7 @@ fn text(facts: &[Fact]) -> String {
         let mut label = *label;
         for line in lines {
             // Narrow spaces are not in every terminal font.
-            let line = line.replace(NARROW_SPACE, "\u{a0}");
+            let line = tied(line).replace(NARROW_SPACE, "\u{a0}");
             for line in wrapped(&line, WIDTH - LABEL) {
                 text.push_str(&format!("{label:<LABEL$}{line}\n"));
                 label = "";

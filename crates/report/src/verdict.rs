@@ -3,7 +3,7 @@
 
 use inhand_model::{
     DeviationFacts, Evaluation, Finger, Inspection, Level, Measure, MethodCandidate, MethodChoice,
-    MethodEvaluation, SessionFinding, Statistics,
+    MethodEvaluation, Protocol, SessionFinding, Statistics,
 };
 
 use crate::table::statistic;
@@ -76,9 +76,12 @@ pub(crate) struct Comparison<'a> {
 pub(crate) fn comparisons<'a>(
     method: &MethodEvaluation,
     evaluation: &'a Evaluation,
+    protocol: Protocol,
 ) -> Vec<Comparison<'a>> {
-    let comparable =
-        || baselines(method, evaluation).filter(|other| other.error.all.n == method.error.all.n);
+    let comparable = || {
+        let others = baselines(method, evaluation, protocol);
+        others.filter(|other| other.error.all.n == method.error.all.n)
+    };
     (PLACES.into_iter())
         .filter_map(|(place, of, measure)| {
             let value = |method: &MethodEvaluation| {
@@ -88,7 +91,7 @@ pub(crate) fn comparisons<'a>(
             let (baseline_m, baseline) = comparable()
                 .filter_map(|other| Some((value(other)?, other.name.as_str())))
                 .min_by(|a, b| a.0.total_cmp(&b.0))?;
-            let uncertain = may_be_zero(evaluation, (&method.name, baseline), measure);
+            let uncertain = may_be_zero(evaluation, protocol, (&method.name, baseline), measure);
             Some(Comparison {
                 place,
                 own_m,
@@ -106,20 +109,22 @@ pub(crate) fn comparisons<'a>(
 fn baselines<'a>(
     method: &MethodEvaluation,
     evaluation: &'a Evaluation,
+    protocol: Protocol,
 ) -> impl Iterator<Item = &'a MethodEvaluation> {
     let name = method.name.clone();
-    let others = evaluation.methods.iter();
+    let others = evaluation.methods(protocol).iter();
     others.filter(move |other| other.baseline && other.name != name)
 }
 
 /// Whether the interval of the difference of two methods contains zero; `None` without an interval.
 fn may_be_zero(
     evaluation: &Evaluation,
+    protocol: Protocol,
     names: (&str, &str),
     measure: Option<Measure>,
 ) -> Option<bool> {
     let measure = measure?;
-    let differences = &evaluation.intervals.as_ref()?.differences;
+    let differences = &evaluation.intervals(protocol)?.differences;
     let found = differences.iter().find(|difference| {
         let own = (difference.method.as_str(), difference.other.as_str());
         difference.finger.is_none()
@@ -140,17 +145,69 @@ fn outcome(own_m: f64, baseline_m: f64) -> Outcome {
     }
 }
 
+/// The protocols under which methods were compared, the one to look at first before the other.
+pub(crate) fn protocols(evaluation: &Evaluation) -> impl Iterator<Item = Protocol> {
+    let all = [Protocol::HeldOut, Protocol::Published].into_iter();
+    all.filter(|protocol| {
+        *protocol == Protocol::Published || !evaluation.methods(*protocol).is_empty()
+    })
+}
+
+/// The protocol to look at first.
+pub(crate) fn headline(evaluation: &Evaluation) -> Protocol {
+    protocols(evaluation).next().unwrap_or_default()
+}
+
+/// What an evaluation says that has no held-out errors.
+pub(crate) const OLDER: &str = "This evaluation was made before the held-out protocol: errors are distances to the \
+    filtered recording alone.";
+
+/// Reference and boundary conditions of a protocol, in two sentences.
+pub(crate) fn definition(protocol: Protocol, evaluation: &Evaluation) -> String {
+    match protocol {
+        Protocol::HeldOut => {
+            let ends_s = (evaluation.held_out.as_ref()).map_or(f64::NAN, |own| own.ends_s);
+            format!(
+                "Held out: the reference is the recorded motion with gaps filled, not filtered. Start and goal are values and \
+                 slopes of least-squares lines over {} ms of measured samples up to the segment's first and from its last on; \
+                 nothing in between, filtered or not, reaches the planner.",
+                plain(1e3 * ends_s)
+            )
+        }
+        Protocol::Published => "Published: the reference is the recorded motion after gap filling and filtering; start, goal \
+            and velocities are taken from that filtered motion, so up to half the filter's window (0.25 s by default) of the \
+            segment reaches the planner. It is the protocol of arXiv:2308.15153 and says how well a smoothed motion is \
+            reproduced."
+            .to_owned(),
+    }
+}
+
+/// How far the filter moves the reference, in a sentence; `None` without a filter.
+pub(crate) fn filter_sentence(evaluation: &Evaluation) -> Option<String> {
+    let moved = evaluation.filter_moves.as_ref()?.all;
+    (moved.n > 0).then(|| {
+        format!(
+            "The filter moves recorded fingertips by {} mm (median), {} mm (95 %), {} mm at most.",
+            millimetres(moved.p50),
+            millimetres(moved.p95),
+            millimetres(moved.max)
+        )
+    })
+}
+
 /// The default method, or the first one where a caller skipped the check of names.
-pub(crate) fn default_method(evaluation: &Evaluation) -> Option<&MethodEvaluation> {
-    let mut methods = evaluation.methods.iter();
-    methods
-        .find(|method| method.name == evaluation.default_method)
-        .or(evaluation.methods.first())
+pub(crate) fn default_method(
+    evaluation: &Evaluation,
+    protocol: Protocol,
+) -> Option<&MethodEvaluation> {
+    let methods = evaluation.methods(protocol);
+    let named = |method: &&MethodEvaluation| method.name == evaluation.default_method;
+    methods.iter().find(named).or(methods.first())
 }
 
 /// The error of the default method, in a sentence.
-fn error_sentence(evaluation: &Evaluation) -> String {
-    let Some(method) = default_method(evaluation) else {
+fn error_sentence(evaluation: &Evaluation, protocol: Protocol) -> String {
+    let Some(method) = default_method(evaluation, protocol) else {
         return "No method was evaluated.".to_owned();
     };
     let (name, error) = (&method.name, &method.error.all);
@@ -159,7 +216,10 @@ fn error_sentence(evaluation: &Evaluation) -> String {
             "{name} could not be evaluated: no planned instant has a recorded one beside it."
         );
     }
-    let all: usize = evaluation.session.test.iter().map(|t| t.segments).sum();
+    let all = match (&evaluation.held_out, protocol) {
+        (Some(own), Protocol::HeldOut) => own.segments,
+        _ => evaluation.session.test.iter().map(|t| t.segments).sum(),
+    };
     // Plans that failed have no positions.
     let evaluated = method.error_at_start.n.div_ceil(Finger::COUNT);
     let segments = match evaluated == all {
@@ -168,19 +228,40 @@ fn error_sentence(evaluation: &Evaluation) -> String {
     };
     format!(
         "{name}, the default method, has a median fingertip error of {} mm and stays within {} mm \
-         three quarters of the time, over {} fingertip positions in {segments} test segments.",
+         three quarters of the time, over {} fingertip positions in {segments} test segments{}.",
         millimetres(error.p50),
         millimetres(error.p75),
         count(error.n),
+        match headline(evaluation) {
+            Protocol::HeldOut => " (held out)",
+            Protocol::Published => "",
+        },
     )
 }
 
+/// The published error of the default method beside its held-out one, in a sentence.
+fn published_sentence(evaluation: &Evaluation) -> Option<String> {
+    let method = default_method(evaluation, Protocol::Published)?;
+    let error = &method.error.all;
+    (error.n > 0 && headline(evaluation) == Protocol::HeldOut).then(|| {
+        format!(
+            "Under the published protocol, against the filtered recording, its median error is {} mm and its 95 % quantile {} mm.",
+            millimetres(error.p50),
+            millimetres(error.p95)
+        )
+    })
+}
+
 /// `method` compared with the best baseline, in a sentence or two.
-pub(crate) fn comparison_sentence(method: &MethodEvaluation, evaluation: &Evaluation) -> String {
-    let comparisons = comparisons(method, evaluation);
+pub(crate) fn comparison_sentence(
+    method: &MethodEvaluation,
+    evaluation: &Evaluation,
+    protocol: Protocol,
+) -> String {
+    let comparisons = comparisons(method, evaluation, protocol);
     let name = &method.name;
     if comparisons.is_empty() {
-        let Some(first) = baselines(method, evaluation).next() else {
+        let Some(first) = baselines(method, evaluation, protocol).next() else {
             return format!("There is no baseline to compare {name} with.");
         };
         if method.error.all.n > 0 && first.error.all.n > 0 {
@@ -263,7 +344,7 @@ fn places(comparisons: &[&Comparison<'_>]) -> String {
 
 /// Share of instants with three or more contacts, in a sentence; `None` without an object.
 pub(crate) fn contact_sentence(evaluation: &Evaluation) -> Option<String> {
-    let method = default_method(evaluation)?;
+    let method = default_method(evaluation, Protocol::Published)?;
     let contact = method.contact.as_ref()?;
     if contact.n == 0 {
         return Some(format!(
@@ -284,7 +365,7 @@ pub(crate) fn contact_sentence(evaluation: &Evaluation) -> Option<String> {
 /// Coverage of the widest prediction regions of the default method, in a
 /// sentence; `None` where it has none or none was evaluated.
 pub(crate) fn region_sentence(evaluation: &Evaluation) -> Option<String> {
-    let method = default_method(evaluation)?;
+    let method = default_method(evaluation, Protocol::Published)?;
     let known = (method.corridors.iter()).filter(|c| c.n > 0 && c.share_stated.is_finite());
     let widest = known.max_by(|a, b| a.share_stated.total_cmp(&b.share_stated))?;
     Some(format!(
@@ -298,7 +379,7 @@ pub(crate) fn region_sentence(evaluation: &Evaluation) -> Option<String> {
 
 /// Whether the default method's plans exist and satisfy their constraints, in a sentence.
 fn constraint_sentence(evaluation: &Evaluation) -> Option<String> {
-    let method = default_method(evaluation)?;
+    let method = default_method(evaluation, Protocol::Published)?;
     let mut parts = Vec::new();
     if let Some(plan) = &method.plan {
         let total = plan.solved + plan.infeasible + plan.failed;
@@ -340,12 +421,18 @@ fn constraint_sentence(evaluation: &Evaluation) -> Option<String> {
     (!parts.is_empty()).then(|| format!("With {}, {}.", method.name, join_words(&parts)))
 }
 
-/// The verdict, sentence by sentence: errors, comparison, contacts, prediction regions, constraints.
+/// The verdict, sentence by sentence: errors and comparison under the first protocol, published errors, how far the
+/// filter moves the reference, contacts, prediction regions, constraints.
 pub(crate) fn sentences(evaluation: &Evaluation) -> Vec<String> {
-    let compared = default_method(evaluation).map(|own| comparison_sentence(own, evaluation));
+    let protocol = headline(evaluation);
+    let compared = default_method(evaluation, protocol);
+    let compared = compared.map(|own| comparison_sentence(own, evaluation, protocol));
     let sentences = [
-        Some(error_sentence(evaluation)),
+        Some(error_sentence(evaluation, protocol)),
         compared,
+        published_sentence(evaluation),
+        (evaluation.held_out.is_none()).then(|| OLDER.to_owned()),
+        filter_sentence(evaluation),
         contact_sentence(evaluation),
         region_sentence(evaluation),
         constraint_sentence(evaluation),
@@ -365,8 +452,12 @@ pub(crate) fn choice_sentence(evaluation: &Evaluation) -> Option<String> {
 
 fn reason(evaluation: &Evaluation, choice: &MethodChoice) -> String {
     let left_out = format!(
-        "on {} training segments left out of learning",
-        count(choice.segments)
+        "on {} training segments left out of learning{}",
+        count(choice.segments),
+        match choice.protocol {
+            Protocol::HeldOut => ", under the held-out protocol,",
+            Protocol::Published => "",
+        }
     );
     let Some(chosen) = choice.candidates.iter().find(|c| c.name == choice.method) else {
         return format!("it has the lowest error {left_out}");

@@ -63,13 +63,13 @@ impl Method {
     pub const fn description(self) -> &'static str {
         match self {
             Method::Auto => "the best on left-out training takes",
-            Method::Residual => "cubic and learned deviation from it",
-            Method::Prior => "start and end given, learned prior",
+            Method::Residual => "cubic + learned deviation",
+            Method::Prior => "learned prior, ends given",
             Method::Paper => "end given, as published",
-            Method::Hold => "stays at the end, no learning",
-            Method::Line => "straight line, no learning",
+            Method::Hold => "stays at end, no learning",
+            Method::Line => "straight, no learning",
             Method::MinimumJerk => "minimum jerk, no learning",
-            Method::Hermite => "cubic with end speeds, no learning",
+            Method::Hermite => "cubic, no learning",
         }
     }
 

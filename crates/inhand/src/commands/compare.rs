@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use anyhow::Result;
-use inhand_model::{Estimate, EvaluationComparison, Finger, Measure};
+use inhand_model::{Estimate, EvaluationComparison, Finger, Measure, Protocol};
 use inhand_session::sessions::{CompareOptions, Part, compare};
 use inhand_session::{EvaluateSection, write_text};
 
@@ -34,13 +34,14 @@ pub(crate) struct Args {
     /// Method before the change, where it is another one.
     #[arg(long, value_name = "METHOD")]
     against: Option<String>,
-    /// Exit with 3 if this holds: `[METHOD:]STATISTIC[.FINGER][.low|.high] OP NUMBER[%|mm]`.
+    /// Exit with 3 if this holds: `[held_out/][METHOD:]STATISTIC[.FINGER][.low|.high] OP NUMBER[%|mm]`.
     ///
     /// STATISTIC is mean, rmse, p50, p75, p95 or three_or_more, OP one of > >= < <=. The number is the change from
     /// before to after: "p75 > 5%" holds if the third quartile of the error of the first method grew by more than
     /// 5 %, "prior:p95.thumb > 0.2mm" if the 95 % quantile of the thumb with prior grew by more than 0.2 mm. For
     /// three_or_more, % are percentage points. With .low the lower end of the interval is compared: "p75.low > 0%"
-    /// holds only if the whole interval is above zero.
+    /// holds only if the whole interval is above zero. With held_out/ it is the change under the held-out protocol, such as
+    /// "held_out/residual:p75 > 5%", without it that under the published one.
     #[arg(long, value_name = "CONDITION")]
     fail_if: Vec<Condition>,
     /// Print every number, not only the largest changes beyond noise.
@@ -108,8 +109,7 @@ fn draws(text: &str) -> Result<usize, String> {
 }
 
 /// Form of a condition, for errors.
-const EXPECTED: &str =
-    "expected [METHOD:]STATISTIC[.FINGER][.low|.high] OP NUMBER[%|mm], such as \"p75 > 5%\"";
+const EXPECTED: &str = "expected [held_out/][METHOD:]STATISTIC[.FINGER][.low|.high] OP NUMBER[%|mm], such as \"p75 > 5%\"";
 const SHARE: &str = "three_or_more";
 
 /// The compared number.
@@ -145,6 +145,7 @@ const MILLIMETRES: &str = "mm";
 #[derive(Clone, Debug)]
 struct Condition {
     text: String,
+    protocol: Protocol,
     method: Option<String>,
     quantity: Quantity,
     end: End,
@@ -164,7 +165,17 @@ impl FromStr for Condition {
             return Err(wrong("no operator >, >=, < or <=".to_owned()));
         };
         // Names of methods hold no colon, statistics neither.
-        let (method, what) = match left.trim().rsplit_once(':') {
+        let left = left.trim();
+        let (protocol, left) = match left.split_once('/') {
+            None => (Protocol::Published, left),
+            Some((name, left)) => {
+                let mut known = Protocol::ALL.into_iter();
+                let protocol = known.find(|own| own.name() == name.trim());
+                let unknown = || wrong(format!("no protocol \"{name}\""));
+                (protocol.ok_or_else(unknown)?, left.trim())
+            }
+        };
+        let (method, what) = match left.rsplit_once(':') {
             Some((method, what)) => (Some(method.trim().to_owned()), what.trim()),
             None => (None, left.trim()),
         };
@@ -181,6 +192,7 @@ impl FromStr for Condition {
         }
         Ok(Self {
             text: text.to_owned(),
+            protocol,
             method,
             quantity,
             end,
@@ -199,6 +211,11 @@ impl Condition {
     /// [`UsageError`] where the comparison has no such number, so that a check never passes unseen.
     fn holds(&self, comparison: &EvaluationComparison) -> Result<Option<String>, UsageError> {
         let wrong = |what: &str| UsageError(format!("--fail-if \"{}\": {what}", self.text));
+        if self.protocol == Protocol::HeldOut && comparison.held_out.is_none() {
+            return Err(wrong(
+                "one of the two was made before the held-out protocol",
+            ));
+        }
         let found = self
             .change(comparison)
             .ok_or_else(|| wrong("the comparison has no such method or statistic"))?;
@@ -212,10 +229,17 @@ impl Condition {
 
     /// The change in the unit of the condition: `None` without such a line, `Some(None)` without the number.
     fn change(&self, comparison: &EvaluationComparison) -> Option<Option<f64>> {
+        let (errors, contacts) = match self.protocol {
+            Protocol::Published => (&comparison.errors, &comparison.contacts),
+            Protocol::HeldOut => {
+                let held_out = comparison.held_out.as_ref()?;
+                (&held_out.errors, &held_out.contacts)
+            }
+        };
         let of_method = |name: &str| self.method.as_deref().is_none_or(|method| method == name);
         match self.quantity {
             Quantity::Error(measure, finger) => {
-                let mut changes = comparison.errors.iter();
+                let mut changes = errors.iter();
                 let change = changes.find(|change| {
                     (change.measure, change.finger) == (measure, finger)
                         && of_method(&change.after_method)
@@ -227,7 +251,7 @@ impl Condition {
                 })
             }
             Quantity::ThreeOrMore => {
-                let mut changes = comparison.contacts.iter();
+                let mut changes = contacts.iter();
                 let change = changes.find(|change| of_method(&change.after_method))?;
                 Some(self.pick(100.0, change.after - change.before, &change.absolute))
             }
@@ -274,12 +298,15 @@ fn quantity(what: &str) -> Result<(Quantity, End), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use inhand_model::{Bootstrap, Cluster, ComparedSide, ContactChange, Drawn, ErrorChange};
+    use inhand_model::{
+        Bootstrap, Cluster, ComparedSide, ContactChange, Drawn, ErrorChange, HeldOutComparison,
+    };
 
     fn comparison() -> EvaluationComparison {
         let side = || ComparedSide {
             file: String::new(),
             session: String::new(),
+            held_out: true,
         };
         let estimate = |value: f64| Estimate {
             value,
@@ -321,6 +348,11 @@ mod tests {
                 after: 0.96,
                 absolute: None,
             }],
+            held_out: Some(HeldOutComparison {
+                drawn: Drawn::NotAtAll,
+                errors: vec![change("prior", None, 2e-3, 2.1e-3)],
+                contacts: Vec::new(),
+            }),
             reference: Vec::new(),
             settings: Vec::new(),
         }
@@ -348,6 +380,9 @@ mod tests {
             ("prior:p75.thumb.high <= -8.9%", true),
             ("three_or_more < -2%", true),
             ("three_or_more<-4%", false),
+            ("published/p75 > 7%", true),
+            ("held_out/p75 > 7%", false),
+            ("held_out/prior:p75 > 4%", true),
         ] {
             assert_eq!(holds(text), Ok(expected), "{text}");
         }
@@ -360,6 +395,8 @@ mod tests {
             ("p75 > 5", "no unit"),
             ("p75 > five%", "no number"),
             ("p76 > 5%", "no statistic"),
+            ("heldout/p75 > 5%", "no protocol"),
+            ("held_out/line:p75 > 5%", "no such method or statistic"),
             ("p75.sixth > 5%", "no finger"),
             ("three_or_more > 1mm", "points"),
             ("three_or_more.thumb > 1%", "all fingers"),

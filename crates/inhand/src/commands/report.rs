@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Subcommand;
-use inhand_model::Summary;
+use inhand_model::{Protocol, Summary};
 use inhand_report::Report;
 use inhand_session::sessions::{MergeOptions, Part, merge};
 use inhand_session::{plan_times_beside, write_text};
@@ -86,7 +86,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let forms = forms(&args.output, &["html", "htm", "md"])?;
     let part = Part::read(path)?;
     check_outputs(&args.output, &[&part.path])?;
-    let rows = part.read_rows()?;
+    let rows = part.read_rows(Protocol::Published)?;
     let plan_times = plan_times_beside(&part.path);
     let report = Report {
         rows: rows.as_ref(),

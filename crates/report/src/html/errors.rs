@@ -1,6 +1,8 @@
 //! Distance between planned and recorded fingertips, and poses of the object.
 
-use inhand_model::{Evaluation, EvaluationRows, Finger, HandAndFingers, PerFinger, Statistics};
+use inhand_model::{
+    Evaluation, EvaluationRows, Finger, HandAndFingers, PerFinger, Protocol, Statistics,
+};
 use maud::{Render, html};
 
 use super::{Body, Method, default, intervals, known_of, method_table, segment_errors};
@@ -10,32 +12,77 @@ use crate::figure::line_chart::{self, LineChart, Series};
 use crate::figure::scale::{Scale, nice_end};
 use crate::figure::{Figure, Panel};
 use crate::table::{self, Head, SPREAD, Table, UPPER};
-use crate::words::{NONE, count, count_range, decimals, millimetres, plain, to_mm};
+use crate::verdict::{OLDER, comparison_sentence, default_method, definition};
+use crate::words::{NONE, count, count_range, counted, decimals, millimetres, plain, tied, to_mm};
 
 /// Name of the axis of errors.
 pub(super) const AXIS_NAME: &str = "distance to recorded fingertip (mm)";
 
-/// The section's content.
+/// The section's content: errors under each protocol, held out first.
 pub(super) fn section(report: &Report<'_>, methods: &[Method<'_>]) -> Body {
-    let rows = report.rows;
-    Body::from(html! {
+    let evaluation = report.evaluation;
+    let body = Body::from(html! {
         p {
             "Distance between the planned and the recorded fingertip, both in the hand's frame, at every sample of every test segment."
         }
-    })
-    .figure(overview(methods))
-    .figure(by_finger(methods))
-    .figure(rows.and_then(|rows| distribution(rows, methods)))
-    .append(over_time(report.evaluation, methods))
-    .figure(rows.and_then(|rows| segment_errors::figure(rows, methods)))
-    .append(intervals::part(report.evaluation, methods))
-    .prose(error_table(methods))
-    .prose(html! {
+        @if evaluation.held_out.is_none() { p { (OLDER) } }
+    });
+    let body = body
+        .append(held_out(evaluation))
+        .append(published(report, methods));
+    body.prose(html! {
         p.note {
             "n: fingertip positions compared. Filled: those among them that rest on an interpolated sample. Left out: those that test takes \
              without gaps, and plans without failures, would have given in addition. Bold: smallest of its column among the methods."
         }
     })
+}
+
+/// Errors under the held-out protocol; `None` where methods were not compared under it.
+fn held_out(evaluation: &Evaluation) -> Option<Body> {
+    let (protocol, own) = (Protocol::HeldOut, evaluation.held_out.as_ref()?);
+    let methods = &super::methods(evaluation, protocol);
+    let segments = counted(own.segments, "test segment");
+    let heading = html! {
+        h3 { "Held out" }
+        p { (definition(protocol, evaluation)) }
+        p { (segments) ", " (own.left_out) " left out: a margin of " (own.ends_samples) " samples on both sides has to be measured too." }
+    };
+    let figures = Body::from(heading).figure(Figure {
+        id: "held-out-error-by-method",
+        ..overview(methods, protocol)
+    });
+    let id = "held-out-differences-from-baseline";
+    let intervals = intervals::part(evaluation.intervals(protocol), methods, id);
+    let caption = "Error statistics, held out";
+    Some(
+        figures
+            .append(intervals)
+            .prose(error_table(caption, methods)),
+    )
+}
+
+/// Errors under the published protocol.
+fn published(report: &Report<'_>, methods: &[Method<'_>]) -> Body {
+    let (protocol, evaluation, rows) = (Protocol::Published, report.evaluation, report.rows);
+    let compared = default_method(evaluation, protocol);
+    let heading = evaluation.held_out.as_ref().map(|_| {
+        Body::from(html! {
+            h3 { "Published" }
+            p { (definition(protocol, evaluation)) }
+            @if let Some(method) = compared { p { (tied(&comparison_sentence(method, evaluation, protocol))) } }
+        })
+    });
+    let intervals = evaluation.intervals(protocol);
+    Body::default()
+        .append(heading)
+        .figure(overview(methods, protocol))
+        .figure(by_finger(methods))
+        .figure(rows.and_then(|rows| distribution(rows, methods)))
+        .append(over_time(evaluation, methods))
+        .figure(rows.and_then(|rows| segment_errors::figure(rows, methods)))
+        .append(intervals::part(intervals, methods, intervals::DIFFERENCES))
+        .prose(error_table("Error statistics, published", methods))
 }
 
 /// Rows of the table behind boxes of one method by finger.
@@ -73,7 +120,7 @@ pub(super) fn overview_panels<T>(
 }
 
 /// All fingers together by method, and the default method by finger.
-fn overview(methods: &[Method<'_>]) -> Figure {
+fn overview(methods: &[Method<'_>], protocol: Protocol) -> Figure {
     let pooled = || methods.iter().map(|m| (m.name, &m.evaluation.error.all));
     let (panels, caption) = overview_panels(methods, |method| &method.error, &sizes(pooled()));
     let mut boxes: Vec<_> = pooled().map(|(name, error)| ("all", name, error)).collect();
@@ -83,7 +130,10 @@ fn overview(methods: &[Method<'_>]) -> Figure {
     }
     Figure {
         id: "error-by-method",
-        title: "Error of each method, and of the default method by finger.".to_owned(),
+        title: format!(
+            "Error of each method, and of the default method by finger, {}.",
+            protocol.title()
+        ),
         caption,
         data: box_plot::data(&boxes),
         legend: Vec::new(),
@@ -113,7 +163,7 @@ fn by_finger(methods: &[Method<'_>]) -> Figure {
         .map(|method| (method, &method.evaluation.error.by_finger));
     Figure {
         id: "error-by-finger",
-        title: "Error by finger and method, one axis for all five.".to_owned(),
+        title: "Error by finger and method, published, one axis for all five.".to_owned(),
         ..finger_figure(&rows.collect::<Vec<_>>(), "", AXIS_NAME)
     }
 }
@@ -281,7 +331,7 @@ fn over_time(evaluation: &Evaluation, methods: &[Method<'_>]) -> Body {
 type Distribution<'m, 'a> = (&'m Method<'a>, Statistics);
 
 /// Errors of all methods: pooled, at the ends, and of each finger.
-fn error_table(methods: &[Method<'_>]) -> impl Render {
+fn error_table(caption: &str, methods: &[Method<'_>]) -> impl Render {
     let of = |choose: &dyn Fn(&Method<'_>) -> Statistics| -> Vec<Distribution<'_, '_>> {
         methods
             .iter()
@@ -302,7 +352,7 @@ fn error_table(methods: &[Method<'_>]) -> impl Render {
     groups.extend(
         Finger::ALL.map(|finger| (finger.into(), of(&|m| m.evaluation.error.by_finger[finger]))),
     );
-    distribution_table("Error statistics", groups).smallest_marked()
+    distribution_table(caption, groups).smallest_marked()
 }
 
 /// Distributions of methods by finger.

@@ -1,8 +1,7 @@
 //! Confidence intervals of errors, and differences on the same segments.
 
 use inhand_model::{
-    Bootstrap, Cluster, Estimate, Evaluation, Finger, Intervals, Measure, MethodIntervals,
-    PairedDifference,
+    Bootstrap, Cluster, Estimate, Finger, Intervals, Measure, MethodIntervals, PairedDifference,
 };
 use maud::html;
 
@@ -19,6 +18,9 @@ const DRAWN: [(Measure, &str); 3] = [
     (Measure::P75, "Third quartile"),
     (Measure::P95, "95 % quantile"),
 ];
+
+/// Name of the figure of differences.
+pub(super) const DIFFERENCES: &str = "differences-from-baseline";
 
 /// A measure in headings.
 pub(crate) const fn measure_words(measure: Measure) -> &'static str {
@@ -38,14 +40,17 @@ pub(crate) fn estimate(all: &[Estimate; Measure::ALL.len()], measure: Measure) -
 }
 
 /// The part of the section on errors; `None` where no intervals were worked out.
-pub(super) fn part(evaluation: &Evaluation, methods: &[Method<'_>]) -> Option<Body> {
-    let intervals = evaluation.intervals.as_ref()?;
+pub(super) fn part(
+    intervals: Option<&Intervals>,
+    methods: &[Method<'_>],
+    id: &'static str,
+) -> Option<Body> {
     let heading = html! { h3 { "Confidence intervals" } };
-    Some(Body::from(heading).append(body(intervals, methods)))
+    Some(Body::from(heading).append(body(intervals?, methods, id)))
 }
 
-/// Intervals and differences of the methods.
-pub(super) fn body<T>(intervals: &Intervals, methods: &[Method<'_, T>]) -> Body {
+/// Intervals and differences of the methods; `id` names the figure of differences.
+pub(super) fn body<T>(intervals: &Intervals, methods: &[Method<'_, T>], id: &'static str) -> Body {
     // Compiled once for evaluations and summaries.
     let methods: &Vec<Method<'_, ()>> = &methods.iter().map(Method::alone).collect();
     let body = Body::from(html! { p { (made_words(&intervals.bootstrap)) } })
@@ -61,7 +66,7 @@ pub(super) fn body<T>(intervals: &Intervals, methods: &[Method<'_, T>]) -> Body 
              does not contain zero indicates a difference; with as many as are shown here, some do so by chance."
         }
     })
-    .figure(differences_figure(intervals, baseline, methods))
+    .figure(differences_figure(intervals, baseline, methods).map(|figure| Figure { id, ..figure }))
     .folded("Differences as numbers", differences(intervals, baseline, methods))
 }
 
@@ -275,7 +280,7 @@ fn differences_figure(
     });
     let panels: Vec<_> = panels.collect();
     (!panels.is_empty()).then(|| Figure {
-        id: "differences-from-baseline",
+        id: DIFFERENCES,
         title: format!("Error relative to the best baseline, {baseline}."),
         caption: format!(
             "Dot: difference of the methods' errors over the error of {baseline}, also as a number; bar: {} % interval; left of the dotted line the method is \

@@ -4,7 +4,8 @@
 //! two minutes a take, five takes for training and one for testing).
 
 use inhand_model::{
-    DictionaryKind, Evaluation, MethodEvaluation, PerFinger, Provenance, Shape, Statistics,
+    DictionaryKind, Evaluation, MethodEvaluation, PerFinger, Protocol, Provenance, Shape,
+    Statistics,
 };
 use maud::html;
 
@@ -44,7 +45,8 @@ pub(super) fn section(report: &Report<'_>) -> Option<Body> {
         };
         return Some(body.into());
     };
-    let default = default_method(evaluation).filter(|default| default.name != METHOD);
+    let default =
+        default_method(evaluation, Protocol::Published).filter(|default| default.name != METHOD);
     Some(comparison(&published, method, default))
 }
 

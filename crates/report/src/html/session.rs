@@ -6,7 +6,11 @@ use maud::{Markup, html};
 use super::{Body, Method, method_table, named};
 use crate::json::settings_value;
 use crate::table::Table;
-use crate::verdict::{Outcome, choice_sentence, comparisons, default_method, sentences, warnings};
+use crate::text::protocol_columns;
+use crate::verdict::{
+    Outcome, choice_sentence, comparisons, default_method, definition, headline, protocols,
+    sentences, warnings,
+};
 use crate::words::{NONE, counted, decimals, plain, tied, to_mm};
 
 /// Facts at the top of the page.
@@ -46,10 +50,11 @@ fn takes(takes: &[TakeFacts]) -> String {
 }
 
 /// The verdict, coloured by whether the default method is behind.
-pub(super) fn verdict(evaluation: &Evaluation) -> Markup {
-    let method = default_method(evaluation);
+pub(super) fn verdict(evaluation: &Evaluation, methods: &[Method<'_>]) -> Markup {
+    let protocol = headline(evaluation);
+    let method = default_method(evaluation, protocol);
     let outcomes: Vec<Outcome> = (method.into_iter())
-        .flat_map(|method| comparisons(method, evaluation))
+        .flat_map(|method| comparisons(method, evaluation, protocol))
         .map(|comparison| comparison.outcome)
         .collect();
     let plan = method.and_then(|method| method.plan.as_ref());
@@ -61,12 +66,22 @@ pub(super) fn verdict(evaluation: &Evaluation) -> Markup {
     } else {
         "verdict kept-up"
     };
+    let protocols: Vec<_> = protocols(evaluation).collect();
+    let caption = "Error of all fingers under both protocols";
+    let sentences = sentences(evaluation);
+    // Errors and how they compare lead.
+    let (lead, rest) = sentences.split_at(sentences.len().min(2));
     html! {
         div class=(class) {
-            @for (place, sentence) in sentences(evaluation).iter().enumerate() {
-                p.lead[place < 2] { (tied(sentence)) }
-            }
+            @for sentence in lead { p.lead { (tied(sentence)) } }
             (inspection(evaluation))
+            @if protocols.len() > 1 {
+                (protocol_columns(method_table(caption, methods, |m| m), evaluation, "mm", |m| m.name))
+            }
+            @for sentence in rest { p { (tied(sentence)) } }
+            @if protocols.len() > 1 {
+                @for protocol in protocols { p.note { (tied(&definition(protocol, evaluation))) } }
+            }
             p.note {
                 "Differences under 2 %, or whose 95 % interval contains zero, are ties; a maximum has no interval. \
                  Neighbouring instants are not independent of one another, so small differences between methods may not hold on \
@@ -100,8 +115,11 @@ pub(super) fn finding_list<'a>(findings: impl Iterator<Item = &'a SessionFinding
 
 /// Methods: description, comparison with the baselines, choice.
 pub(super) fn methods(evaluation: &Evaluation, methods: &[Method<'_>]) -> Body {
-    let caption = "Methods, and how the error of each learned one compares with that of the best baseline at the median, third quartile, 95 % \
-        quantile and maximum";
+    let caption = format!(
+        "Methods, and how the error of each learned one ({}) compares with that of the best baseline at the median, third \
+         quartile, 95 % quantile and maximum",
+        headline(evaluation).title()
+    );
     let table = method_table(caption, methods, |method| method)
         .words("what it does", |m| m.evaluation.description.clone())
         .words("learned", |m| match m.evaluation.baseline {
@@ -120,10 +138,12 @@ pub(super) fn methods(evaluation: &Evaluation, methods: &[Method<'_>]) -> Body {
 }
 
 fn outcomes(method: &MethodEvaluation, evaluation: &Evaluation) -> String {
-    if method.baseline {
+    let protocol = headline(evaluation);
+    let mut methods = evaluation.methods(protocol).iter();
+    let Some(method) = methods.find(|own| own.name == method.name && !own.baseline) else {
         return String::new();
-    }
-    let marks: Vec<&str> = (comparisons(method, evaluation).iter())
+    };
+    let marks: Vec<&str> = (comparisons(method, evaluation, protocol).iter())
         .map(|comparison| match comparison.outcome {
             Outcome::Lower => "lower",
             Outcome::Tie => "tie",

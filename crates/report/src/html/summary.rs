@@ -8,8 +8,8 @@ use super::{Body, Method, Section, intervals, method_table, section, shell};
 use crate::figure::box_plot::{self, BOX_WORDS, MILLIMETRES};
 use crate::figure::row_plot::PlotRow;
 use crate::figure::{Figure, FigureData};
-use crate::summary::{by_finger, three_contacts, worst_first};
-use crate::table::{Head, Table, UPPER};
+use crate::summary::{by_finger, protocol_words, three_contacts, worst_first};
+use crate::table::{Head, Table, UPPER, statistic};
 use crate::words::{NONE, count, counted, decimals, join_words, millimetres, percent};
 
 /// Draws the page.
@@ -23,12 +23,16 @@ fn sections(summary: &Summary) -> Vec<Section> {
     let contenders = &Method::all(&summary.methods, &summary.default_method, |method| {
         (&method.name, method.baseline)
     });
+    let (title, intervals) = match &summary.held_out {
+        Some(own) => ("Between sessions, held out", &own.intervals),
+        None => ("Between sessions", &summary.intervals),
+    };
     let sections = [
-        section("methods", "Methods", methods(contenders)),
+        section("methods", "Methods", methods(summary, contenders)),
         section(
             "intervals",
-            "Between sessions",
-            intervals::body(&summary.intervals, contenders),
+            title,
+            intervals::body(intervals, contenders, intervals::DIFFERENCES),
         ),
         section("sessions", "Sessions", sessions(summary, contenders)),
         section("outliers", "Outliers", outliers(summary)),
@@ -81,15 +85,25 @@ fn verdict(summary: &Summary) -> String {
     let Some(method) = summary.methods.iter().find(|method| method.name == *name) else {
         return String::new();
     };
-    let error = &method.error.all;
+    let held_out = summary.held_out.as_ref();
+    let first = held_out.and_then(|own| own.methods.iter().find(|method| method.name == *name));
+    let intervals = held_out.map_or(intervals, |own| &own.intervals);
+    let error = &first.unwrap_or(method).error.all;
     let mut text = match error.n {
         0 => format!("{name}: no instant was evaluated."),
         _ => format!(
-            "{name}: the median error is {} mm, a quarter of the errors is above {} mm.",
+            "{name}{}: the median error is {} mm, a quarter of the errors is above {} mm.",
+            protocol_words(summary),
             millimetres(error.p50),
             millimetres(error.p75)
         ),
     };
+    if first.is_some() {
+        let median = millimetres(statistic(&method.error.all, |s| s.p50));
+        text.push_str(&format!(
+            " Under the published protocol the median is {median} mm."
+        ));
+    }
     let [planned, recorded] = three_contacts(method.contacts);
     if planned.is_finite() {
         text.push_str(&format!(
@@ -118,8 +132,27 @@ fn session_head(session: &SessionSummary) -> Head {
 }
 
 /// Errors of the methods over all sessions.
-fn methods(contenders: &[Method<'_, MethodSummary>]) -> Body {
-    let table = method_table("Error over all sessions", contenders, |method| method);
+fn methods(summary: &Summary, contenders: &[Method<'_, MethodSummary>]) -> Body {
+    let both = summary.held_out.as_ref().map(|held_out| {
+        let error = |method: &&Method<'_, MethodSummary>| {
+            let mut methods = held_out.methods.iter();
+            let own = methods.find(|own| own.name == method.name);
+            own.map_or_else(Statistics::default, |own| own.error.all)
+        };
+        let table = method_table("Error over all sessions, both protocols", contenders, |m| m)
+            .lengths("held out: median", |m| statistic(&error(m), |s| s.p50))
+            .lengths("held out: 95 %", |m| statistic(&error(m), |s| s.p95))
+            .lengths("published: median", |m| {
+                statistic(&m.evaluation.error.all, |s| s.p50)
+            })
+            .lengths("published: 95 %", |m| {
+                statistic(&m.evaluation.error.all, |s| s.p95)
+            });
+        Body::default().prose(table)
+    });
+    let table = method_table("Error over all sessions, published", contenders, |method| {
+        method
+    });
     let table = spread_columns(table, |method| method.evaluation.error.all)
         .percents("three contacts", "%", |m| {
             three_contacts(m.evaluation.contacts)[0]
@@ -137,7 +170,7 @@ fn methods(contenders: &[Method<'_, MethodSummary>]) -> Body {
         let (panels, caption) = overview_panels(contenders, |method| &method.error, "");
         Figure {
             id: "error-over-sessions",
-            title: "Error over all sessions.".to_owned(),
+            title: "Error over all sessions, published protocol.".to_owned(),
             caption,
             data: box_plot::data(&boxes),
             legend: Vec::new(),
@@ -150,6 +183,7 @@ fn methods(contenders: &[Method<'_, MethodSummary>]) -> Body {
              those of the instants, not means over sessions, so that long sessions weigh more than short ones."
         }
     })
+    .append(both)
     .figure(figure)
     .prose(table)
 }
@@ -165,7 +199,7 @@ fn sessions(summary: &Summary, contenders: &[Method<'_, MethodSummary>]) -> Body
     let ranked = worst_first(summary, place);
     let name = &summary.default_method;
     let table = Table::new(
-        format!("Sessions, error of {name}"),
+        format!("Sessions, error of {name}{}", protocol_words(summary)),
         ranked.iter().copied(),
         "session",
         |session| session_head(session),
@@ -179,7 +213,10 @@ fn sessions(summary: &Summary, contenders: &[Method<'_, MethodSummary>]) -> Body
     .counts("lost", "", |session| session.left_out)
     .counts("warnings", "", |session| session.warnings)
     .statistics(&UPPER, "mm", millimetres, |session| {
-        session.methods[place].error.all
+        session.methods[place].headline().all
+    })
+    .lengths("published: median", |session| {
+        statistic(&session.methods[place].error.all, |s| s.p50)
     })
     .percents("three +", "%", |s| {
         three_contacts(s.methods[place].contacts)[0]
@@ -189,7 +226,7 @@ fn sessions(summary: &Summary, contenders: &[Method<'_, MethodSummary>]) -> Body
     });
     let body = Body::from(html! {
         p {
-            "Sessions by the third quartile of the error of " b { (name) } ", worst first. A session's own \
+            "Sessions by the third quartile of the error of " b { (name) } (protocol_words(summary)) ", worst first. A session's own \
              report, with the worst instants of its takes, is beside its evaluation."
         }
     });
@@ -203,7 +240,7 @@ fn session_figure(
     place: usize,
 ) -> Option<Figure> {
     let drawn: Vec<(&SessionSummary, &Statistics)> = (ranked.iter())
-        .map(|session| (*session, &session.methods[place].error.all))
+        .map(|session| (*session, &session.methods[place].headline().all))
         .filter(|(_, error)| error.n > 0)
         .take(DRAWN)
         .collect();

@@ -7,6 +7,8 @@ fn text(intervals: bool) -> String {
     let mut evaluation = sample::evaluation(true);
     if intervals {
         evaluation.intervals = Some(sample_rows::intervals(&evaluation));
+        let held_out = evaluation.held_out.as_mut().unwrap();
+        held_out.intervals.clone_from(&evaluation.intervals);
     }
     markdown(&Report::new(&evaluation, &[])).expect("the sample makes a summary")
 }
@@ -41,14 +43,17 @@ fn tables_hold_what_was_found() {
     assert_eq!(found.len(), 1);
     assert_eq!(found[0].len(), 2 + evaluation.methods.len());
     let residual = &evaluation.methods[0].error.all;
+    let held_out = &evaluation.held_out.as_ref().unwrap().methods[0].error.all;
     assert_eq!(
         found[0][2],
         [
             "**residual**".to_owned(),
+            format!("{:.2}", 1e3 * held_out.p50),
+            format!("{:.2}", 1e3 * held_out.p75),
+            format!("{:.2}", 1e3 * held_out.p95),
+            format!("{:.2}", 1e3 * held_out.max),
             format!("{:.2}", 1e3 * residual.p50),
-            format!("{:.2}", 1e3 * residual.p75),
             format!("{:.2}", 1e3 * residual.p95),
-            format!("{:.2}", 1e3 * residual.max),
             "> 99.9 → 99.2".to_owned(),
             "59\u{202f}500 (0)".to_owned(),
         ]
@@ -91,6 +96,7 @@ fn names_end_no_cell_and_begin_no_tag() {
     let nasty = "<script>|`x`| @someone [l](u)\n| a |";
     let mut evaluation = sample::evaluation(true);
     evaluation.session.name = nasty.to_owned();
+    evaluation.held_out = None;
     evaluation.default_method.push_str(nasty);
     for method in &mut evaluation.methods {
         method.name.push_str(nasty);

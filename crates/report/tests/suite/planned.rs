@@ -148,7 +148,7 @@ fn the_deviation_states_its_validation() {
 fn the_choice_has_its_reason() {
     let start = |name: &str, mm: &str| {
         format!(
-            "auto chose {name}: on 590 training segments left out of learning its mean error is {mm} mm"
+            "auto chose {name}: on 590 training segments left out of learning, under the held-out protocol, its mean error is {mm} mm"
         )
     };
     let check = |evaluation: &Evaluation, expected: &str| {

@@ -52,7 +52,7 @@ fn takes_are_named_where_they_differ() {
 fn a_take_alone_has_its_length_and_one_without_roles_only_its_format() {
     let mut take = session().train.remove(1);
     let text = takes_text(std::slice::from_ref(&take), None);
-    let length = "length   12 000 samples, 120.0 s\n";
+    let length = "length   12 000 samples, 120 s\n";
     assert!(text.contains(length), "{text}");
     assert!(
         text.contains("gaps     ring 2.1 % (longest 0.31 s)\n"),

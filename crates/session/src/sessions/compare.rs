@@ -3,7 +3,7 @@
 use inhand_evaluation::{MethodOf, compare_contacts, compare_errors, same_segments};
 use inhand_model::{
     Bootstrap, Cluster, ComparedSide, ContactChange, Drawn, ErrorChange, EvaluationComparison,
-    EvaluationRows, Finger, Measure, MethodEvaluation, Statistics,
+    EvaluationRows, Finger, HeldOutComparison, Measure, MethodEvaluation, Protocol, Statistics,
 };
 
 use super::part::Part;
@@ -35,22 +35,45 @@ pub fn compare(
     after: &Part,
     options: &CompareOptions,
 ) -> Result<EvaluationComparison, SessionError> {
-    let pairs = pairs(before, after, options)?;
     let bootstrap = Bootstrap {
         cluster: Cluster::Segment,
         draws: options.draws,
         seed: SEED,
         confidence: options.confidence,
     };
-    let both = match options.draws {
-        0 => None,
-        _ => before.read_rows()?.zip(after.read_rows()?),
-    };
+    let published = changes(before, after, Protocol::Published, (options, bootstrap))?;
+    let both = [before, after].map(|part| part.evaluation.held_out.is_some());
+    let held_out = (both == [true; 2])
+        .then(|| changes(before, after, Protocol::HeldOut, (options, bootstrap)))
+        .transpose()?;
+    Ok(EvaluationComparison {
+        before: side(before),
+        after: side(after),
+        drawn: published.drawn,
+        bootstrap,
+        reference: reference(&[before, after]),
+        errors: published.errors,
+        contacts: published.contacts,
+        held_out,
+        settings: differences(&[before, after]),
+    })
+}
 
+/// Changes under one protocol.
+fn changes(
+    before: &Part,
+    after: &Part,
+    protocol: Protocol,
+    (options, bootstrap): (&CompareOptions, Bootstrap),
+) -> Result<HeldOutComparison, SessionError> {
+    let both = match bootstrap.draws {
+        0 => None,
+        _ => (before.read_rows(protocol)?).zip(after.read_rows(protocol)?),
+    };
     let paired = (both.as_ref())
         .is_some_and(|(old, new)| same_segments(old, new) && same_takes(before, after));
     let (mut errors, mut contacts) = (Vec::new(), Vec::new());
-    for (old, new) in pairs {
+    for (old, new) in pairs(before, after, protocol, options)? {
         if let Some((before_rows, after_rows)) = &both {
             let old = method_of(before_rows, old);
             let new = method_of(after_rows, new);
@@ -63,19 +86,14 @@ pub fn compare(
             contacts.extend(stated_contacts(old, new));
         }
     }
-    Ok(EvaluationComparison {
-        before: side(before),
-        after: side(after),
+    Ok(HeldOutComparison {
         drawn: match &both {
             Some(_) if paired => Drawn::Together,
             Some(_) => Drawn::Apart,
             None => Drawn::NotAtAll,
         },
-        bootstrap,
-        reference: reference(&[before, after]),
         errors,
         contacts,
-        settings: differences(&[before, after]),
     })
 }
 
@@ -90,6 +108,7 @@ fn side(part: &Part) -> ComparedSide {
     ComparedSide {
         file: part.path.display().to_string(),
         session: part.evaluation.session.name.clone(),
+        held_out: part.evaluation.held_out.is_some(),
     }
 }
 
@@ -98,10 +117,11 @@ type Pair<'a> = (&'a MethodEvaluation, &'a MethodEvaluation);
 fn pairs<'a>(
     before: &'a Part,
     after: &'a Part,
+    protocol: Protocol,
     options: &CompareOptions,
 ) -> Result<Vec<Pair<'a>>, SessionError> {
     let find = |part: &'a Part, name: &str| {
-        part.method(name).ok_or_else(|| {
+        part.method(protocol, name).ok_or_else(|| {
             let names = part.method_names().join(", ");
             let message = format!("no method \"{name}\"; evaluated were {names}");
             SessionError::data(&part.path, message)
@@ -116,7 +136,7 @@ fn pairs<'a>(
             let new = &after.evaluation.default_method;
             vec![(find(before, old)?, find(after, new)?)]
         }
-        (None, None) => (after.evaluation.methods.iter())
+        (None, None) => (after.evaluation.methods(protocol).iter())
             .filter_map(|new| Some((find(before, &new.name).ok()?, new)))
             .collect(),
     };

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use inhand_evaluation::SortedErrors;
-use inhand_model::{Finger, GroupSummary, HandAndFingers, PerFinger, Statistics};
+use inhand_model::{Finger, GroupSummary, HandAndFingers, PerFinger, Protocol, Statistics};
 use inhand_statistics::quantiles::statistics;
 
 use super::part::Part;
@@ -33,6 +33,7 @@ impl Groups {
     pub(super) fn summaries(
         &self,
         parts: &[Part],
+        protocol: Protocol,
         method: &str,
         errors: &SortedErrors,
     ) -> Vec<GroupSummary> {
@@ -44,7 +45,7 @@ impl Groups {
                         .flat_map(|&session| by_session[session].iter().copied())
                         .collect();
                     let members = sessions.iter().map(|&session| &parts[session]);
-                    let (filled, left_out) = counts(members, method, finger);
+                    let (filled, left_out) = counts(members, protocol, method, finger);
                     statistics(pooled, filled, left_out)
                 })
                 .collect()
@@ -72,12 +73,13 @@ impl Groups {
 /// Filled and left-out instants of a method, added up.
 pub(super) fn counts<'a>(
     parts: impl IntoIterator<Item = &'a Part>,
+    protocol: Protocol,
     method: &str,
     finger: Option<Finger>,
 ) -> (usize, usize) {
     let mut counts = (0_usize, 0_usize);
     for part in parts {
-        if let Some(found) = part.method(method) {
+        if let Some(found) = part.method(protocol, method) {
             let error = finger.map_or(&found.error.all, |finger| &found.error.by_finger[finger]);
             counts.0 = counts.0.saturating_add(error.n_filled);
             counts.1 = counts.1.saturating_add(error.n_left_out);

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use inhand_evaluation::{ContactCounts, Contestant, SortedErrors, best_baseline, intervals};
 use inhand_model::{
-    Bootstrap, Cluster, Finger, HandAndFingers, MethodEvaluation, MethodSummary, PerFinger,
-    SessionMethod, SessionSummary, SettingDifference, Severity, SharedContacts, Statistics,
-    Summary,
+    Bootstrap, Cluster, Finger, GroupSummary, HandAndFingers, HeldOutSummary, Intervals,
+    MethodEvaluation, MethodSummary, PerFinger, Protocol, SessionMethod, SessionSummary,
+    SettingDifference, Severity, SharedContacts, Statistics, Summary,
 };
 use inhand_statistics::quantiles::sorted_statistics;
 
@@ -63,8 +63,53 @@ pub fn merge(parts: &[Part], options: MergeOptions) -> Result<Summary, SessionEr
     let default = methods.iter().position(|name| *name == default_method);
     let default = default.unwrap_or_default();
 
+    let chosen = (&methods[..], default_method.as_str());
+    let published = pooled(parts, Protocol::Published, chosen, options)?;
+    let is_held_out = |part: &Part| {
+        part.has_rows(Protocol::HeldOut)
+            && methods
+                .iter()
+                .all(|name| part.method(Protocol::HeldOut, name).is_some())
+    };
+    let held_out = (parts.iter().all(is_held_out))
+        .then(|| pooled(parts, Protocol::HeldOut, chosen, options))
+        .transpose()?;
+    let sessions: Vec<SessionSummary> = (parts.iter().zip(names(parts)))
+        .map(|(part, name)| session(part, name, &methods, held_out.is_some()))
+        .collect();
+    Ok(Summary {
+        outliers: outliers(&sessions, default, &default_method),
+        methods: published.methods,
+        groups: published.groups,
+        held_out: held_out.map(|own| HeldOutSummary {
+            methods: own.methods,
+            intervals: own.intervals,
+        }),
+        default_method,
+        sessions,
+        intervals: published.intervals,
+        differences: different,
+    })
+}
+
+/// Methods over all sessions under one protocol.
+struct Pooled {
+    methods: Vec<MethodSummary>,
+    intervals: Intervals,
+    groups: Vec<GroupSummary>,
+}
+
+fn pooled(
+    parts: &[Part],
+    protocol: Protocol,
+    (methods, default_method): (&[String], &str),
+    options: MergeOptions,
+) -> Result<Pooled, SessionError> {
     let of_parts: Vec<Vec<&MethodEvaluation>> = (methods.iter())
-        .map(|name| parts.iter().filter_map(|part| part.method(name)).collect())
+        .map(|name| {
+            let of_parts = parts.iter().filter_map(|part| part.method(protocol, name));
+            of_parts.collect()
+        })
         .collect();
     let contestants: Vec<Contestant<'_>> = (methods.iter().zip(&of_parts))
         .map(|(name, of_parts)| Contestant {
@@ -73,13 +118,14 @@ pub fn merge(parts: &[Part], options: MergeOptions) -> Result<Summary, SessionEr
             mean_error_m: pooled_mean(of_parts.iter().map(|method| &method.error.all)),
         })
         .collect();
-    let shown = [Some(default), best_baseline(&contestants)];
+    let default = methods.iter().position(|name| name == default_method);
+    let shown = [default, best_baseline(&contestants)];
 
     let groups = Groups::new(parts);
     let (mut summaries, mut of_groups) = (BTreeMap::new(), BTreeMap::new());
     let intervals = intervals(
         &contestants,
-        &default_method,
+        default_method,
         Bootstrap {
             cluster: Cluster::Session,
             draws: options.draws,
@@ -87,37 +133,32 @@ pub fn merge(parts: &[Part], options: MergeOptions) -> Result<Summary, SessionEr
             confidence: options.confidence,
         },
         |place, finger| -> Result<_, SessionError> {
-            inhand_parallel::try_map(parts, |part| part.errors_m(&methods[place], finger))
+            let name = &methods[place];
+            inhand_parallel::try_map(parts, |part| part.errors_m(protocol, name, finger))
         },
         |place| contact_counts(&of_parts[place]),
         |place, errors| {
             let name = &methods[place];
-            summaries.insert(place, summary(parts, name, of_parts[place][0], errors));
+            let own = summary(parts, protocol, of_parts[place][0], errors);
+            summaries.insert(place, own);
             if shown.contains(&Some(place)) {
-                of_groups.insert(place, groups.summaries(parts, name, errors));
+                of_groups.insert(place, groups.summaries(parts, protocol, name, errors));
             }
         },
     )?;
-    let sessions: Vec<SessionSummary> = (parts.iter().zip(names(parts)))
-        .map(|(part, name)| session(part, name, &methods))
-        .collect();
-    Ok(Summary {
-        outliers: outliers(&sessions, default, &default_method),
+    Ok(Pooled {
         methods: (summaries.into_values().zip(&of_parts))
             .map(|(summary, of_parts)| MethodSummary {
                 contacts: added(of_parts.iter().filter_map(|method| shared(method))),
                 ..summary
             })
             .collect(),
+        intervals,
         // The method to look at first comes first.
         groups: (shown.iter().flatten())
             .filter_map(|place| of_groups.remove(place))
             .flatten()
             .collect(),
-        default_method,
-        sessions,
-        intervals,
-        differences: different,
     })
 }
 
@@ -193,7 +234,11 @@ fn check_same(parts: &[Part], different: &[SettingDifference]) -> Result<(), Ses
 /// Methods that all parts have, in the order of the first.
 fn common_methods(parts: &[Part]) -> Result<Vec<String>, SessionError> {
     let first = parts[0].method_names().into_iter();
-    let in_all = first.filter(|name| parts.iter().all(|part| part.method(name).is_some()));
+    let in_all = first.filter(|name| {
+        parts
+            .iter()
+            .all(|part| part.method(Protocol::Published, name).is_some())
+    });
     let common: Vec<String> = in_all.map(str::to_owned).collect();
     if common.is_empty() {
         let message = "no method is in every evaluation";
@@ -230,16 +275,16 @@ fn pooled_mean<'a>(errors: impl Iterator<Item = &'a Statistics>) -> f64 {
 
 fn summary(
     parts: &[Part],
-    name: &str,
+    protocol: Protocol,
     first: &MethodEvaluation,
     errors: &SortedErrors,
 ) -> MethodSummary {
     let of = |finger: Option<Finger>| {
-        let (filled, left_out) = counts(parts, name, finger);
+        let (filled, left_out) = counts(parts, protocol, &first.name, finger);
         sorted_statistics(errors.rows(finger).sorted(), filled, left_out)
     };
     MethodSummary {
-        name: name.to_owned(),
+        name: first.name.clone(),
         description: first.description.clone(),
         baseline: first.baseline,
         error: HandAndFingers {
@@ -308,7 +353,7 @@ fn names(parts: &[Part]) -> Vec<String> {
     parts.iter().map(unlike).collect()
 }
 
-fn session(part: &Part, name: String, methods: &[String]) -> SessionSummary {
+fn session(part: &Part, name: String, methods: &[String], held_out: bool) -> SessionSummary {
     let (evaluation, facts) = (&part.evaluation, &part.evaluation.session);
     let findings = evaluation.quality.iter().flat_map(|take| &take.findings);
     let add = |of: fn(&inhand_model::TakeFacts) -> usize| {
@@ -328,10 +373,13 @@ fn session(part: &Part, name: String, methods: &[String]) -> SessionSummary {
             .filter(|finding| finding.severity == Severity::Warning)
             .count(),
         methods: (methods.iter())
-            .filter_map(|name| part.method(name))
+            .filter_map(|name| part.method(Protocol::Published, name))
             .map(|method| SessionMethod {
                 name: method.name.clone(),
                 error: method.error,
+                held_out: (part.method(Protocol::HeldOut, &method.name))
+                    .filter(|_| held_out)
+                    .map(|method| method.error),
                 contacts: shared(method),
             })
             .collect(),

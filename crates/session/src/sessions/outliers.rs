@@ -28,7 +28,7 @@ type Looked<'a> = (
 /// What is far off in which session, farthest first. `default` is the place of the method to look at.
 pub(super) fn outliers(sessions: &[SessionSummary], default: usize, name: &str) -> Vec<Outlier> {
     let share = |part: usize, rest: usize| 100.0 * part as f64 / (part as f64 + rest as f64);
-    let error = move |session: &SessionSummary| session.methods[default].error.all;
+    let error = move |session: &SessionSummary| session.methods[default].headline().all;
     let contacts = move |session: &SessionSummary| session.methods[default].contacts;
     let looked: [Looked<'_>; 5] = [
         (
@@ -172,6 +172,7 @@ mod tests {
                     all: error,
                     by_finger: PerFinger::new([error; 5]),
                 },
+                held_out: None,
                 contacts: None,
             }],
         }

@@ -4,13 +4,15 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use inhand_export::RowsFile;
-use inhand_model::{Evaluation, EvaluationRows, Finger, MethodEvaluation, Provenance};
+use inhand_model::{Evaluation, EvaluationRows, Finger, MethodEvaluation, Protocol, Provenance};
 
 use crate::error::{Located, SessionError};
 
 /// Names of the two files of a part.
 const EVALUATION_FILE: &str = "evaluation.json";
 const ROWS_FILE: &str = "rows.parquet";
+/// Name of the rows under the held-out protocol.
+const HELD_OUT_ROWS_FILE: &str = "rows.held_out.parquet";
 
 /// More than adding up in another order does to a mean, relative.
 const MEAN_ROUNDING: f64 = 1e-9;
@@ -26,6 +28,8 @@ pub struct Part {
     pub provenance: Vec<Provenance>,
     /// The rows; `None` where there is no file with rows beside it.
     rows: Option<RowsFile>,
+    /// Those under the held-out protocol.
+    held_out_rows: Option<RowsFile>,
 }
 
 impl Part {
@@ -44,18 +48,31 @@ impl Part {
         let text = std::fs::read_to_string(&path).map_err(SessionError::io("read", &path))?;
         let (evaluation, provenance) = inhand_report::read_evaluation_json(&text)
             .map_err(|error| SessionError::data(&path, reason(&error)))?;
-        let beside = path.with_file_name(ROWS_FILE);
-        let rows = (beside.is_file())
-            .then(|| RowsFile::open(&beside).in_file(&beside))
-            .transpose()?;
+        let open = |name: &str| {
+            let beside = path.with_file_name(name);
+            let rows = beside
+                .is_file()
+                .then(|| RowsFile::open(&beside).in_file(&beside));
+            rows.transpose()
+        };
         let part = Self {
+            rows: open(ROWS_FILE)?,
+            held_out_rows: open(HELD_OUT_ROWS_FILE)?,
             path,
             evaluation,
             provenance,
-            rows,
         };
-        part.check_rows(&beside)?;
+        part.check_rows(Protocol::Published)?;
+        part.check_rows(Protocol::HeldOut)?;
         Ok(part)
+    }
+
+    /// The rows of a protocol with the name of their file.
+    fn rows_of(&self, protocol: Protocol) -> (Option<&RowsFile>, &'static str) {
+        match protocol {
+            Protocol::Published => (self.rows.as_ref(), ROWS_FILE),
+            Protocol::HeldOut => (self.held_out_rows.as_ref(), HELD_OUT_ROWS_FILE),
+        }
     }
 
     /// Reads several, each [`for_summary`](Self::for_summary).
@@ -72,17 +89,22 @@ impl Part {
     #[must_use]
     pub fn for_summary(mut self) -> Self {
         self.evaluation.intervals = None;
+        if let Some(held_out) = &mut self.evaluation.held_out {
+            held_out.intervals = None;
+        }
         self.evaluation.movement = None;
         self.evaluation.contacts = None;
         self
     }
 
     /// Whether the rows can be of this evaluation, as far as names tell.
-    fn check_rows(&self, beside: &Path) -> Result<(), SessionError> {
-        let Some(rows) = &self.rows else {
+    fn check_rows(&self, protocol: Protocol) -> Result<(), SessionError> {
+        let (Some(rows), file) = self.rows_of(protocol) else {
             return Ok(());
         };
-        let methods = self.evaluation.methods.iter().map(|method| &method.name);
+        let beside = &self.path.with_file_name(file);
+        let methods = self.evaluation.methods(protocol).iter();
+        let methods = methods.map(|method| &method.name);
         let (expected, found) = (&self.evaluation.session.name, rows.session());
         if !methods.eq(rows.methods()) || expected != found {
             let message = format!(
@@ -97,9 +119,9 @@ impl Part {
         Ok(())
     }
 
-    /// What was found of a method.
-    pub(super) fn method(&self, name: &str) -> Option<&MethodEvaluation> {
-        let mut methods = self.evaluation.methods.iter();
+    /// What was found of a method under a protocol.
+    pub(super) fn method(&self, protocol: Protocol, name: &str) -> Option<&MethodEvaluation> {
+        let mut methods = self.evaluation.methods(protocol).iter();
         methods.find(|method| method.name == name)
     }
 
@@ -109,29 +131,30 @@ impl Part {
         methods.map(|method| method.name.as_str()).collect()
     }
 
-    /// The rows.
+    /// The rows of a protocol.
     ///
     /// # Errors
     ///
     /// [`SessionError::Data`] where there are none.
-    pub fn rows(&self) -> Result<&RowsFile, SessionError> {
-        self.rows.as_ref().ok_or_else(|| {
+    pub fn rows(&self, protocol: Protocol) -> Result<&RowsFile, SessionError> {
+        let (rows, file) = self.rows_of(protocol);
+        rows.ok_or_else(|| {
             let message = format!(
-                "there is no {ROWS_FILE} beside it, and without the rows quantiles over sessions cannot be exact: \
+                "there is no {file} beside it, and without the rows quantiles over sessions cannot be exact: \
                  keep the two files of a run together, or write it with `inhand evaluate --rows`"
             );
             SessionError::data(&self.path, message)
         })
     }
 
-    /// All rows, for figures of single instants, after a check that they are those of the evaluation; `None` where there
+    /// All rows of a protocol, for figures of single instants, after a check that they are those of the evaluation; `None` where there
     /// are none.
     ///
     /// # Errors
     ///
     /// [`SessionError::At`] for damaged ones, [`SessionError::Data`] for those of another run.
-    pub fn read_rows(&self) -> Result<Option<EvaluationRows>, SessionError> {
-        let Some(rows) = &self.rows else {
+    pub fn read_rows(&self, protocol: Protocol) -> Result<Option<EvaluationRows>, SessionError> {
+        let (Some(rows), _) = self.rows_of(protocol) else {
             return Ok(None);
         };
         let rows = rows.read().in_file(&self.path)?;
@@ -139,38 +162,44 @@ impl Part {
             for finger in Finger::ALL {
                 let errors = method.error_m.iter().map(|errors| errors[finger]);
                 let known: Vec<f64> = errors.filter(|error| error.is_finite()).collect();
-                self.check_errors(&method.name, finger, &known)?;
+                self.check_errors(protocol, &method.name, finger, &known)?;
             }
         }
         Ok(Some(rows))
     }
 
-    /// Whether there are rows.
-    pub fn has_rows(&self) -> bool {
-        self.rows.is_some()
+    /// Whether there are rows of a protocol.
+    pub fn has_rows(&self, protocol: Protocol) -> bool {
+        self.rows_of(protocol).0.is_some()
     }
 
-    /// Errors of a finger that were judged, metres, after a check that they are those of the evaluation.
+    /// Errors of a finger under a protocol that were judged, metres, after a check that they are those of the evaluation.
     ///
     /// # Errors
     ///
     /// [`SessionError::Data`] without rows or with those of another run, [`SessionError::At`] for damaged
     /// ones.
-    pub fn errors_m(&self, method: &str, finger: Finger) -> Result<Vec<f64>, SessionError> {
-        let errors = (self.rows()?.error_m(method, finger)).in_file(&self.path)?;
+    pub fn errors_m(
+        &self,
+        protocol: Protocol,
+        method: &str,
+        finger: Finger,
+    ) -> Result<Vec<f64>, SessionError> {
+        let errors = (self.rows(protocol)?.error_m(method, finger)).in_file(&self.path)?;
         let errors: Vec<f64> = errors.into_iter().filter(|e| e.is_finite()).collect();
-        self.check_errors(method, finger, &errors)?;
+        self.check_errors(protocol, method, finger, &errors)?;
         Ok(errors)
     }
 
     /// Whether these are the errors that the evaluation was made from, as far as their number and mean tell.
     fn check_errors(
         &self,
+        protocol: Protocol,
         method: &str,
         finger: Finger,
         errors: &[f64],
     ) -> Result<(), SessionError> {
-        let stated = self.method(method);
+        let stated = self.method(protocol, method);
         let stated = stated.map(|stated| stated.error.by_finger[finger]);
         let mean = errors.iter().sum::<f64>() / errors.len() as f64;
         let same = stated.is_some_and(|stated| {
@@ -182,10 +211,11 @@ impl Part {
         }
         let stated = stated.unwrap_or_default();
         let message = format!(
-            "the {finger} of {method} has {} errors of {} mm on average, in {ROWS_FILE} {} of {} mm: they are of \
+            "the {finger} of {method} has {} errors of {} mm on average, in {} {} of {} mm: they are of \
              different runs, make both again",
             stated.n,
             stated.mean * 1e3,
+            self.rows_of(protocol).1,
             errors.len(),
             mean * 1e3,
         );

@@ -27,6 +27,7 @@ mod printing;
 mod run;
 mod sessions;
 mod steps;
+mod stored;
 mod support;
 mod tables;
 mod view;

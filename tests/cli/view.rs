@@ -8,10 +8,10 @@ use crate::bags::{as_mocap4r2, recorded};
 use crate::support::{Bench, SMALL, stderr};
 
 /// Log time, publish time, sequence and data.
-type Message = (u64, u64, u32, Vec<u8>);
+pub(crate) type Message = (u64, u64, u32, Vec<u8>);
 
 /// Messages by topic, in the order of the file.
-fn messages(bench: &Bench, name: &str) -> BTreeMap<String, Vec<Message>> {
+pub(crate) fn messages(bench: &Bench, name: &str) -> BTreeMap<String, Vec<Message>> {
     let mut topics: BTreeMap<u16, String> = BTreeMap::new();
     let mut found: BTreeMap<String, Vec<Message>> = BTreeMap::new();
     let visit = |record: Record<'_>| -> Result<(), inhand_container::ContainerError> {

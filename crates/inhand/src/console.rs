@@ -1,5 +1,6 @@
 //! Progress and messages on stderr.
 
+use std::cell::RefCell;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 use std::time::Duration;
@@ -18,6 +19,8 @@ use crate::options::Format;
 pub(crate) struct Console {
     /// Whether only results and errors are wanted.
     pub(crate) quiet: bool,
+    /// The last line of [`Console::say_once`].
+    pub(crate) once: RefCell<String>,
 }
 
 impl Console {
@@ -25,6 +28,13 @@ impl Console {
     pub(crate) fn say(&self, line: &str) {
         if !self.quiet {
             to_stderr(line);
+        }
+    }
+
+    /// A line that is not repeated.
+    pub(crate) fn say_once(&self, line: &str) {
+        if self.once.replace(line.to_owned()) != line {
+            self.say(line);
         }
     }
 

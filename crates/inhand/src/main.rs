@@ -5,11 +5,13 @@ mod console;
 mod describe;
 mod examples;
 mod exit;
+mod input_settings;
 mod options;
 mod output;
 #[cfg(test)]
 mod tests;
 
+use std::cell::RefCell;
 use std::ffi::OsString;
 
 use clap::{CommandFactory, FromArgMatches, Parser};
@@ -47,7 +49,10 @@ fn main() -> std::process::ExitCode {
         }
         error.exit()
     });
-    let console = Console { quiet: cli.quiet };
+    let console = Console {
+        quiet: cli.quiet,
+        once: RefCell::default(),
+    };
     // The pool is built once, here; it can only fail where the system refuses threads.
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(usize::from(cli.threads))

@@ -71,7 +71,9 @@ impl LookOptions {
 /// Facts that source files may not state, and the roles of bodies and markers.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct SourceOptions {
-    /// Settings file [default: inhand.toml of a session].
+    /// Settings file [default: inhand.toml of the session that the takes are in].
+    ///
+    /// none is for no settings but options: neither those of a session nor those stored in takes.
     #[arg(long, value_name = "FILE")]
     pub(crate) settings: Option<PathBuf>,
     /// Unit of length where a file does not state it: m, cm, mm, in or ft.
@@ -99,7 +101,7 @@ pub(crate) struct SourceOptions {
 }
 
 /// Processing of takes.
-#[derive(Clone, Debug, Default, PartialEq, Args)]
+#[derive(Clone, Debug, Default, Args)]
 pub(crate) struct ProcessOptions {
     /// Shape of the object, metres: cube:EDGE, box:XxYxZ, cylinder:DIAMETERxHEIGHT.
     #[arg(long, value_name = "SHAPE")]
@@ -131,7 +133,7 @@ pub(crate) struct ProcessOptions {
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct TakeOptions {
     #[command(flatten, next_help_heading = "Source")]
-    source: SourceOptions,
+    pub(crate) source: SourceOptions,
     /// Use only the times of events with this label, such as task=rotate, or slip (short for
     /// label=slip); repeat for any of several.
     #[arg(long, help_heading = "Events", value_name = "LABEL")]
@@ -147,15 +149,18 @@ impl TakeOptions {
     /// The settings of [`SourceOptions::effective`] with all of these options on top.
     pub(crate) fn settings(&self, beside: Option<&Path>) -> Result<Settings> {
         let mut settings = self.source.effective(beside)?;
+        self.apply(&mut settings);
+        Ok(settings)
+    }
+
+    pub(crate) fn apply(&self, settings: &mut Settings) {
         if !self.event.is_empty() {
             settings.select.with.clone_from(&self.event);
         }
         if !self.without.is_empty() {
             settings.select.without.clone_from(&self.without);
         }
-        settings.selection()?;
-        self.process.apply(&mut settings);
-        Ok(settings)
+        self.process.apply(settings);
     }
 }
 
@@ -317,12 +322,29 @@ pub(crate) struct OutputOptions {
     pub(crate) no_view: bool,
 }
 
+/// Value of `--settings` for no settings but options.
+const NO_SETTINGS: &str = "none";
+
 impl SourceOptions {
     /// Settings from the file named by `--settings`, else the one found beside the session, else
     /// the defaults, with these options on top.
     pub(crate) fn effective(&self, beside: Option<&Path>) -> Result<Settings> {
-        let file = self.settings.as_deref().or(beside);
+        let file = match self.settings {
+            Some(_) => self.named(),
+            None => beside,
+        };
         let mut settings = file.map(Settings::read).transpose()?.unwrap_or_default();
+        self.apply(&mut settings);
+        Ok(settings)
+    }
+
+    /// The file that is named.
+    pub(crate) fn named(&self) -> Option<&Path> {
+        let named = self.settings.as_deref();
+        named.filter(|file| *file != Path::new(NO_SETTINGS))
+    }
+
+    pub(crate) fn apply(&self, settings: &mut Settings) {
         let source = &mut settings.source;
         replace_some(&mut source.units, &self.units);
         replace_some(&mut source.rotation_order, &self.rotation_order);
@@ -331,20 +353,10 @@ impl SourceOptions {
         replace_some(&mut settings.roles.hand, &self.hand);
         replace_some(&mut settings.roles.object, &self.object_body);
         settings.fingers.extend(self.finger.iter().cloned());
-        Ok(settings)
     }
 }
 
 impl ProcessOptions {
-    /// Whether stored processed motion is used: not where an option other than the shape is given.
-    pub(crate) fn reuse(&self) -> bool {
-        let shape_alone = ProcessOptions {
-            object: self.object.clone(),
-            ..ProcessOptions::default()
-        };
-        *self == shape_alone
-    }
-
     pub(crate) fn apply(&self, settings: &mut Settings) {
         replace_some(&mut settings.object.shape, &self.object);
         replace(&mut settings.object.offset_m, self.object_offset);

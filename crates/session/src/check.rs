@@ -6,18 +6,20 @@ use inhand_inspection::{CheckSettings, Checked, check, detect};
 
 use crate::error::SessionError;
 use crate::files::name_of;
+use crate::session::SessionTake;
 use crate::settings::Settings;
-use crate::take::read;
+use crate::take::{in_range, read};
 
-/// Reads a take, whatever its format, and looks at everything that it tells of itself. A file that
-/// cannot be read is a result with its reason, so that it does not end the check of others.
+/// Reads what a session uses of a take, whatever its format, and looks at everything that it tells of itself. A file
+/// that cannot be read is a result with its reason, so that it does not end the check of others.
 ///
 /// # Errors
 ///
 /// [`SessionError::Settings`]: what would be wrong for every take.
-pub fn check_take(path: &Path, settings: &Settings) -> Result<Checked, SessionError> {
+pub fn check_take(entry: &SessionTake, settings: &Settings) -> Result<Checked, SessionError> {
     let limits = check_settings(settings)?;
-    let outcome = match read(path, settings) {
+    let path = entry.path.as_path();
+    let outcome = match read(path, settings).and_then(|take| in_range(take, entry)) {
         Ok(take) => {
             let roles = take.roles.as_ref().map_err(String::as_str);
             // Roles whose hand has no pose are a result of the check itself.
@@ -29,10 +31,14 @@ pub fn check_take(path: &Path, settings: &Settings) -> Result<Checked, SessionEr
         Err(error) if error.is_usage() => return Err(error),
         Err(error) => Err(reason(&error, path)),
     };
-    Ok(Checked {
-        file: path.display().to_string(),
-        outcome,
-    })
+    let mut file = path.display().to_string();
+    if entry.from_s.is_some() || entry.to_s.is_some() {
+        let end = entry
+            .to_s
+            .map_or("end".to_owned(), |to_s| format!("{to_s} s"));
+        file += &format!(" ({} s to {end})", entry.from_s.unwrap_or_default());
+    }
+    Ok(Checked { file, outcome })
 }
 
 /// Limits of a check: the take is looked at as these settings would process and cut it.

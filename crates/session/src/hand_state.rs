@@ -56,8 +56,20 @@ pub enum StateRole {
     Goal,
 }
 
-/// Reads a state: `FILE.json`, or `TAKE@SECONDS` for a take at a time since its first sample, whose
-/// stored motion is used as it is with `reuse`.
+/// The file of a state, and its time where it is a take's.
+fn split(text: &str) -> (&Path, Option<&str>) {
+    let at = text.rsplit_once('@').filter(|_| !Path::new(text).is_file());
+    at.map_or((Path::new(text), None), |(path, time)| {
+        (Path::new(path), Some(time))
+    })
+}
+
+/// The file of a state, as [`read_state`] reads it.
+pub fn state_file(text: &str) -> &Path {
+    split(text).0
+}
+
+/// Reads a state: `FILE.json`, or `TAKE@SECONDS` for a take at a time since its first sample.
 ///
 /// # Errors
 ///
@@ -66,10 +78,8 @@ pub fn read_state(
     text: &str,
     role: StateRole,
     settings: &Settings,
-    reuse: bool,
 ) -> Result<HandState, SessionError> {
-    let at = text.rsplit_once('@').filter(|_| !Path::new(text).is_file());
-    let Some((path, seconds)) = at else {
+    let (path, Some(seconds)) = split(text) else {
         return from_json(Path::new(text));
     };
     let time_s = seconds.trim().trim_end_matches('s').parse::<f64>();
@@ -77,7 +87,7 @@ pub fn read_state(
         let found = format!("\"{seconds}\"");
         fault(text, "a file, or a number of seconds after \"@\"", &found)
     })?;
-    from_take(Path::new(path), time_s, (role, reuse), settings)
+    from_take(path, time_s, role, settings)
 }
 
 fn fault(place: &str, expected: &str, found: &str) -> SessionError {
@@ -187,11 +197,11 @@ fn pose(place: &str, object: &ObjectJson) -> Result<Pose<Hand, Object>, SessionE
 fn from_take(
     path: &Path,
     time_s: f64,
-    (role, reuse): (StateRole, bool),
+    role: StateRole,
     settings: &Settings,
 ) -> Result<HandState, SessionError> {
     let take = take::read_clean(path, settings)?;
-    let motions = steps::motions(std::slice::from_ref(&take), settings, reuse)?.published;
+    let motions = steps::motions(std::slice::from_ref(&take), settings)?.published;
     let motion = (motions.first()).expect("as many motions as takes were given");
     let rate_hz = motion.clock.rate_hz();
     let last_s = motion.len().saturating_sub(1) as f64 / rate_hz;
@@ -252,8 +262,7 @@ mod tests {
         let path = folder.path().join("goal.json");
         std::fs::write(&path, text).unwrap();
         let settings = Settings::default();
-        read_state(path.to_str().unwrap(), StateRole::Goal, &settings, true)
-            .map_err(|e| e.to_string())
+        read_state(path.to_str().unwrap(), StateRole::Goal, &settings).map_err(|e| e.to_string())
     }
 
     #[test]
@@ -299,7 +308,7 @@ mod tests {
             );
         }
         let settings = Settings::default();
-        let error = read_state("take.mcap@soon", StateRole::Start, &settings, true).unwrap_err();
+        let error = read_state("take.mcap@soon", StateRole::Start, &settings).unwrap_err();
         assert!(error.to_string().contains("\"soon\""), "{error}");
     }
 }

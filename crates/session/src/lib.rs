@@ -62,7 +62,7 @@ pub use dictionary_file::{DictionaryFile, read as read_dictionary, write as writ
 pub use error::{Located, SessionError};
 pub use figures::write_figures;
 pub use files::{hex_sha256, take_files, take_name, unpack};
-pub use hand_state::{HandState, StateRole, read_state};
+pub use hand_state::{HandState, StateRole, read_state, state_file};
 pub use inhand_motion::GapFill;
 pub use long_take::{LongTake, TakeInput};
 pub use look::look_at_training;

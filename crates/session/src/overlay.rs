@@ -114,7 +114,7 @@ pub struct Overlaid {
 /// Writes an overlay: motions of several takes, or of several methods of one, in one file.
 ///
 /// All are in the frame of the hand where every take has processed motion, so that hands coincide;
-/// otherwise in the world. Memory is taken for all takes at once.
+/// otherwise in the world. Memory is taken for all takes at once. `settings` are those of each input.
 ///
 /// # Errors
 ///
@@ -123,7 +123,7 @@ pub struct Overlaid {
 pub fn overlay(
     options: &OverlayOptions,
     output: &Path,
-    settings: &Settings,
+    settings: &[Settings],
 ) -> Result<Overlaid, SessionError> {
     let mut inputs = input::read(options, settings)?;
     let mut notes = Vec::new();
@@ -161,7 +161,7 @@ fn write<F: Shown>(
     options: &OverlayOptions,
     inputs: &[Input],
     output: &Path,
-    settings: &Settings,
+    settings: &[Settings],
     overlaid: &mut Overlaid,
 ) -> Result<(), SessionError> {
     let drawn: Drawn<F> = layers::of(inputs, &options.methods, &mut overlaid.notes)?;
@@ -200,7 +200,7 @@ fn write<F: Shown>(
         })
         .collect();
     let hashes = inputs.iter().map(|input| input.take.hash.clone());
-    let made = crate::run::provenance("overlay", settings, hashes);
+    let made = crate::run::provenance("overlay", &settings[0], hashes);
     let first = &inputs[0];
     let motion = first.take.stored_motion.as_ref();
     let file = OverlayFile {

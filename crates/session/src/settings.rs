@@ -31,8 +31,10 @@ macro_rules! section {
 
 mod check;
 mod clean;
+mod layers;
 
 pub use clean::CleanSection;
+pub(crate) use layers::flatten;
 
 /// Settings of a session, as `inhand.toml` holds them. Lengths are metres unless the name says
 /// otherwise.

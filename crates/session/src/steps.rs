@@ -94,9 +94,8 @@ pub fn smooth_motions(
     })
 }
 
-/// Motions of takes under each protocol: filtered, and before the filter. Filtered ones, and the hand that all are in
-/// the frame of, are those that an earlier step stored in the takes; takes are processed now where `reuse` is
-/// false or any take of the call has none stored.
+/// Motions of takes under each protocol: those that an earlier step stored ([`stored_motions`]), else takes processed
+/// now.
 ///
 /// # Errors
 ///
@@ -104,18 +103,47 @@ pub fn smooth_motions(
 pub fn motions(
     takes: &[Take],
     settings: &Settings,
-    reuse: bool,
 ) -> Result<PerProtocol<Vec<Motion>>, SessionError> {
-    let stored: Option<Vec<_>> = takes
-        .iter()
-        .map(|take| take.stored_motion.clone())
-        .collect();
-    let Some(mut published) = stored.filter(|_| reuse) else {
-        let held_out = motions_in_hand(takes, settings)?;
-        return Ok(PerProtocol {
-            published: smooth_motions(&held_out, settings)?,
-            held_out,
-        });
+    match stored_motions(takes, settings)? {
+        Some(motions) => Ok(motions),
+        None => processed_motions(takes, settings),
+    }
+}
+
+/// Takes processed under each protocol: filtered, and before the filter.
+///
+/// # Errors
+///
+/// As [`process_takes`].
+pub fn processed_motions(
+    takes: &[Take],
+    settings: &Settings,
+) -> Result<PerProtocol<Vec<Motion>>, SessionError> {
+    let held_out = motions_in_hand(takes, settings)?;
+    Ok(PerProtocol {
+        published: smooth_motions(&held_out, settings)?,
+        held_out,
+    })
+}
+
+/// Motions that an earlier step stored in takes, and those before the filter in the frame of the stored hand; `None`
+/// where a take has none, or one that was made by other settings than these.
+///
+/// # Errors
+///
+/// [`SessionError::Settings`] for labels that cannot be parsed; as [`process_takes`].
+pub fn stored_motions(
+    takes: &[Take],
+    settings: &Settings,
+) -> Result<Option<PerProtocol<Vec<Motion>>>, SessionError> {
+    let stored = |take: &Take| {
+        let made = Settings::of_steps(&take.provenance);
+        let same =
+            made.process == settings.process && made.object.offset_m == settings.object.offset_m;
+        take.stored_motion.clone().filter(|_| same)
+    };
+    let Some(mut published) = takes.iter().map(stored).collect::<Option<Vec<_>>>() else {
+        return Ok(None);
     };
     let roles = takes
         .iter()
@@ -137,10 +165,10 @@ pub fn motions(
     for motions in [&mut published, &mut held_out] {
         select(motions, takes, settings)?;
     }
-    Ok(PerProtocol {
+    Ok(Some(PerProtocol {
         published,
         held_out,
-    })
+    }))
 }
 
 fn templates(takes: &[Take], roles: &[&Roles]) -> Result<Templates, SessionError> {

@@ -2,14 +2,14 @@
 
 use inhand_channels::{ChannelError, EvaluatedMethod, ReadMethod};
 use inhand_model::{
-    Dictionary, Evaluation, EvaluationRows, HeldOutEvaluation, Motion, Plan, Protocol,
+    Dictionary, Evaluation, EvaluationRows, HeldOutEvaluation, Motion, Plan, Protocol, Provenance,
     SegmentLayout, SegmentOrigin, Segments, Trajectory,
 };
 
 use crate::dictionary_file::DictionaryFile;
 use crate::error::{Located, SessionError};
 use crate::methods::Method;
-use crate::settings::{Role, SelectSection, Settings};
+use crate::settings::{Role, Settings};
 use crate::steps::{self, Generated, HeldOutResult, ProtocolRows, TakeResult};
 use crate::take::Take;
 
@@ -53,14 +53,14 @@ pub fn evaluate_stored(
     takes: &[Take],
     dictionary: &DictionaryFile,
     settings: &Settings,
-    reuse_motion: bool,
 ) -> Result<StoredEvaluation, SessionError> {
     for take in takes {
         check_dictionary(take, dictionary)?;
     }
     let dictionary = &dictionary.dictionary;
+    let settings = &as_generated(takes, settings)?;
     steps::used(takes, settings)?;
-    let mut motions = steps::motions(takes, settings, reuse_motion)?;
+    let mut motions = steps::motions(takes, settings)?;
     let of = Protocol::Published;
     let test = stored_segments(takes, &mut motions.published, of, dictionary, settings)?;
     let motion_refs: Vec<_> = motions.published.iter().collect();
@@ -144,7 +144,7 @@ fn stored_segments(
     let mut judged = Vec::with_capacity(motions.len());
     for (take, motion) in takes.iter().zip(motions.iter_mut()) {
         let earlier = Settings {
-            select: earlier_selection(take),
+            select: generated_by(take).unwrap_or_default().select,
             ..Settings::default()
         };
         judged.push(motion.selected.take());
@@ -173,13 +173,31 @@ fn stored_segments(
     Ok(generated.select(&kept))
 }
 
-/// What was selected when a take's motion was generated.
-fn earlier_selection(take: &Take) -> SelectSection {
-    let generated =
-        (take.provenance.iter().rev()).find(|step| step.step == "generate" || step.step == "run");
-    generated
-        .and_then(|step| SelectSection::recorded(&step.settings_json))
-        .unwrap_or_default()
+/// The settings with the margin of the step that generated the trajectories: segments start where those start.
+fn as_generated(takes: &[Take], settings: &Settings) -> Result<Settings, SessionError> {
+    let made = |take| {
+        let segments = generated_by(take)?.segments;
+        Some((take, [segments.margin_s, segments.ends_s]))
+    };
+    let made: Vec<(&Take, [f64; 2])> = takes.iter().filter_map(made).collect();
+    let mut settings = settings.clone();
+    if let [(_, ends_s), others @ ..] = &made[..] {
+        if let Some((take, others_s)) = others.iter().find(|(_, others_s)| others_s != ends_s) {
+            return Err(take.error(format!(
+                "its trajectories have segments.margin_s and segments.ends_s = {others_s:?}, and those of other takes \
+                 {ends_s:?}: evaluate one at a time"
+            )));
+        }
+        [settings.segments.margin_s, settings.segments.ends_s] = *ends_s;
+    }
+    Ok(settings)
+}
+
+/// The settings of the step that generated a take's trajectories.
+fn generated_by(take: &Take) -> Option<Settings> {
+    let of_step = |step: &Provenance| ["generate", "run"].contains(&&*step.step);
+    let last = take.provenance.iter().rposition(of_step)?;
+    Some(Settings::of_steps(&take.provenance[..=last]))
 }
 
 /// A take whose motion was generated with another dictionary cannot be judged by this one.

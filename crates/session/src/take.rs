@@ -82,16 +82,20 @@ pub fn read(path: &Path, settings: &Settings) -> Result<Take, SessionError> {
     let ReadTake {
         recording,
         cleaned,
-        roles,
+        roles: stored_roles,
         motion,
         annotations,
         provenance,
     } = parsed?;
     // Roles that an earlier step found stay, unless this call says otherwise.
-    let roles = match roles {
-        Some(roles) if role_settings == RoleSettings::default() => Ok(roles),
-        _ => resolve(&recording, &role_settings).map_err(|error| error.to_string()),
+    let roles = match &stored_roles {
+        Some(roles) if role_settings == RoleSettings::default() => Ok(roles.clone()),
+        Some(roles) => resolve(&recording, &role_settings.or_stored(roles)),
+        None => resolve(&recording, &role_settings),
     };
+    let roles = roles.map_err(|error| error.to_string());
+    // A motion belongs to the roles that it was made with.
+    let motion = motion.filter(|_| roles.as_ref().ok() == stored_roles.as_ref());
     let hash = InputHash {
         name: stored_name,
         sha256,
@@ -281,6 +285,11 @@ pub fn read_session(session: &Session, settings: &Settings) -> Result<Vec<Take>,
 /// What a session uses of a take.
 fn part(mut take: Take, entry: &SessionTake) -> Result<Take, SessionError> {
     take.name.clone_from(&entry.name);
+    in_range(take, entry)
+}
+
+/// What a session uses of a take.
+pub(crate) fn in_range(mut take: Take, entry: &SessionTake) -> Result<Take, SessionError> {
     if entry.from_s.is_none() && entry.to_s.is_none() && !entry.is_part() {
         return Ok(take);
     }

@@ -5,7 +5,7 @@ mod stored;
 use std::io::Cursor;
 use std::path::Path;
 
-use inhand_channels::{ChannelError, GeneratedMethod, Metadata, TakeFile};
+use inhand_channels::{ChannelError, GeneratedMethod, Metadata, RECORDED, TakeFile};
 use inhand_container::{ChannelFacts, MetadataRecord, Packing, Selection, Source};
 use inhand_model::{Finding, Hull, InputHash, PerFinger, Protocol};
 
@@ -19,6 +19,9 @@ use crate::take_file::recorded_contacts;
 
 /// Topic of a dictionary's own message.
 const DICTIONARY: &str = "/dictionary/model";
+
+/// Topic of the training hulls, which are in no other channel of a take.
+const HULLS: &str = "/view/hulls";
 
 /// What kind of file was given views.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,8 +51,8 @@ pub struct Viewed {
 
 /// Writes `input` with the channels that viewers draw: those that the step which made it would have
 /// written. Views of an earlier version are taken out first; every other record stays byte for byte.
-/// A step `view` is added to the provenance. Where fingertips have been in training is drawn if the
-/// `dictionary` is given that was learned there.
+/// A step `view` is added to the provenance. Training hulls are drawn if the `dictionary` is given that was
+/// learned there; those that the file has stay otherwise.
 ///
 /// Memory is taken for the file's bytes, for the take in them and for the packed views.
 ///
@@ -85,7 +88,9 @@ pub fn add_views(
         [file.hash.clone()].into_iter().chain(of_dictionary),
     );
     let is_view = file.is_view();
-    let stays = |channel: &ChannelFacts| !is_view(channel);
+    let keeps_hulls = kind == ViewedKind::Take && hulls.is_none();
+    let stays =
+        |channel: &ChannelFacts| !is_view(channel) || (keeps_hulls && channel.topic == HULLS);
     let step = file.metadata.next_provenance(&made).0.into_iter();
     let selection = Selection {
         channels: Some(&stays),
@@ -172,7 +177,8 @@ impl<'a> File<'a> {
         settings: &Settings,
     ) -> Result<(Vec<u8>, Vec<Finding>), SessionError> {
         let take = crate::take::read(self.path, settings)?;
-        let (mut methods, mut evaluated, mut shape) = (Vec::new(), Vec::new(), None);
+        let (mut methods, mut evaluated, mut stated) = (Vec::new(), Vec::new(), None);
+        let shape = settings.shape()?;
         if self.kind == ViewedKind::Take {
             let clock = take.recording.clock;
             let read = inhand_channels::read_generated(self.bytes, &self.name, Protocol::Published);
@@ -180,7 +186,7 @@ impl<'a> File<'a> {
             methods.extend(read.map(|method| StoredMethod::new(method, clock)));
             let read = inhand_channels::read_evaluated(self.bytes, &self.name);
             evaluated = read.in_file(self.path)?;
-            shape = self.metadata.shape(&self.name).in_file(self.path)?;
+            stated = self.metadata.shape(&self.name).in_file(self.path)?;
         }
         let import = settings.import_settings()?;
         let views_for =
@@ -192,15 +198,18 @@ impl<'a> File<'a> {
                 segments,
             })
             .collect();
-        // Nobody could say what touches an object whose shape was not known.
-        if let (None, Some(motion)) = (shape, &take.stored_motion) {
+        // Contacts were measured with the shape that the file states.
+        if let (true, Some(motion)) = (shape != stated, &take.stored_motion) {
+            evaluated.retain(|method| method.name != RECORDED);
+            let samples = evaluated.iter_mut().flat_map(|method| &mut method.samples);
+            samples.for_each(|sample| sample.contact = None);
             evaluated.extend(recorded_contacts(motion, settings)?);
         }
         let file = TakeFile {
             motion: take.stored_motion.as_ref(),
             generated: &generated,
             evaluated: &evaluated,
-            object_shape: shape.or(settings.shape()?),
+            object_shape: shape,
             hulls,
             annotations: None,
             ..take.file(&[])

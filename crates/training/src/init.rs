@@ -36,7 +36,7 @@ enum Processing {
 }
 
 /// Reads takes and begins a run of learning in a folder: tables, problem, the first state. Takes with
-/// processed channels are used as they are where `reuse` says so and all have them; others are
+/// processed channels are used as they are where all have them by these settings; others are
 /// processed on the way. `seen` is told of every take that was read.
 ///
 /// Memory: as many takes as there are threads, and a block of columns. Only takes whose bodies are
@@ -51,14 +51,12 @@ pub fn init(
     root: &Path,
     takes: &[PathBuf],
     settings: &Settings,
-    reuse: bool,
     seen: &mut dyn FnMut(&Take),
 ) -> Result<LearningFolder, SessionError> {
     settings.validate()?;
     let mut told = 0;
     let mut gathered = None;
-    let ways = [Processing::Stored, Processing::Each, Processing::Together];
-    for way in &ways[usize::from(!reuse)..] {
+    for way in [Processing::Stored, Processing::Each, Processing::Together] {
         let mut number = 0;
         let mut once = |take: &Take| {
             number += 1;
@@ -67,7 +65,7 @@ pub fn init(
                 seen(take);
             }
         };
-        gathered = gather(root, takes, settings, *way, &mut once)?;
+        gathered = gather(root, takes, settings, way, &mut once)?;
         if gathered.is_some() {
             break;
         }
@@ -124,13 +122,13 @@ fn motions(
                 .any(|body| matches!(body, BodySource::Markers(_)))
         })
     };
-    let fits = match way {
-        Processing::Stored => takes.iter().all(|take| take.stored_motion.is_some()),
-        Processing::Each => !takes.iter().any(clusters),
-        Processing::Together => true,
-    };
-    fits.then(|| steps::motions(takes, settings, way == Processing::Stored))
-        .transpose()
+    match way {
+        Processing::Stored => steps::stored_motions(takes, settings),
+        Processing::Each if takes.iter().any(clusters) => Ok(None),
+        Processing::Each | Processing::Together => {
+            steps::processed_motions(takes, settings).map(Some)
+        }
+    }
 }
 
 fn gather_one(

@@ -46,7 +46,7 @@ pub use fingers::fingertips;
 
 use std::str::FromStr;
 
-use inhand_model::{PerFinger, Recording, Roles};
+use inhand_model::{BodySource, PerFinger, Recording, Roles};
 
 /// Roles that the user sets; the others are found by name.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -59,6 +59,32 @@ pub struct RoleSettings {
     pub fingers: PerFinger<Option<String>>,
     /// The take has no object, whatever its names suggest.
     pub no_object: bool,
+}
+
+impl RoleSettings {
+    /// These settings, and roles that were found earlier where they say nothing. A marker that moves to another finger
+    /// leaves its earlier one.
+    #[must_use]
+    pub fn or_stored(&self, stored: &Roles) -> Self {
+        let body = |source: &BodySource| match source {
+            BodySource::RigidBody(name) => BodyChoice::Named(name.clone()),
+            BodySource::Markers(names) => BodyChoice::Markers(names.clone()),
+        };
+        let moved = |marker: &&String| {
+            (self.fingers.iter()).any(|(_, other)| other.as_ref() == Some(*marker))
+        };
+        let object = stored.object.as_ref().filter(|_| !self.no_object);
+        let object = self.object.clone().or_else(|| object.map(body));
+        Self {
+            hand: self.hand.clone().or_else(|| Some(body(&stored.hand))),
+            no_object: object.is_none(),
+            object,
+            fingers: PerFinger::from_fn(|finger| {
+                let stored = Some(&stored.fingers[finger]).filter(|marker| !moved(marker));
+                self.fingers[finger].as_ref().or(stored).cloned()
+            }),
+        }
+    }
 }
 
 /// Source of a body's pose, as the user sets it.

@@ -1,11 +1,13 @@
 //! `inhand check TAKE...`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::ValueEnum;
 use inhand_inspection::{Checked, ranked, to_json, to_markdown, to_text};
-use inhand_session::check_take;
+use inhand_session::{
+    Role, SessionTake, Settings, check_take, is_take, list_takes, locate, take_name,
+};
 
 use crate::console::{Console, with_flags};
 use crate::exit::Exit;
@@ -19,8 +21,8 @@ use crate::output::TextOutput;
 /// --fail-on is met.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// Takes: Motive CSV, Qualisys TSV, TRC, C3D, ROS 2 bags and other MCAP recordings.
-    #[arg(required = true, value_name = "TAKE")]
+    /// Takes: Motive CSV, Qualisys TSV, TRC, C3D, ROS 2 bags and other MCAP recordings; or sessions.
+    #[arg(required = true, value_name = "TAKE|SESSION")]
     inputs: Vec<PathBuf>,
     /// Print as text, json (schemas/check.schema.json) or markdown.
     #[arg(long, value_enum, default_value_t)]
@@ -49,18 +51,41 @@ enum CheckFormat {
     Markdown,
 }
 
+/// A take, or those of a session.
+fn entries(input: &Path, settings: Option<&Path>) -> Result<Vec<SessionTake>> {
+    if (input.is_dir() && !is_take(input)) || settings == Some(input) {
+        let settings = settings
+            .map(Settings::read)
+            .transpose()?
+            .unwrap_or_default();
+        return Ok(list_takes(&locate(input)?.folder, &settings)?.takes);
+    }
+    Ok(vec![SessionTake {
+        path: input.to_owned(),
+        role: Role::Test,
+        name: take_name(input),
+        from_s: None,
+        to_s: None,
+        part: [0.0, 1.0],
+    }])
+}
+
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
-    let mut settings = args.source.effective(None)?;
-    let process = &mut settings.process;
-    process.max_gap_s = args.max_gap.unwrap_or(process.max_gap_s);
-    settings.validate()?;
     args.output.check(&args.inputs)?;
     // One take in memory at a time: results are small.
     let mut takes = Vec::with_capacity(args.inputs.len());
-    for path in &args.inputs {
-        let step = console.step(&format!("checking {}", path.display()));
-        takes.push(check_take(path, &settings)?);
-        step.finish_and_clear();
+    for input in &args.inputs {
+        let file = args.source.file(console, &[input])?;
+        for entry in entries(input, file.as_deref())? {
+            let step = console.step(&format!("checking {}", entry.path.display()));
+            let read = (&[&*entry.path][..], file.as_deref());
+            let settings = args.source.layered(read, &[], &|settings| {
+                let process = &mut settings.process;
+                process.max_gap_s = args.max_gap.unwrap_or(process.max_gap_s);
+            })?;
+            takes.push(check_take(&entry, &settings)?);
+            step.finish_and_clear();
+        }
     }
     let takes = ranked(takes);
     let shown = match args.format {

@@ -10,11 +10,11 @@ use inhand_session::{CleanSection, Settings, Take, clean_take, provenance, write
 use serde::Serialize;
 use serde_json::json;
 
-use crate::commands::{read_takes, takes_and_targets};
+use crate::commands::{read_take, targets};
 use crate::console::{Console, print};
 use crate::exit::{Exit, usage};
 use crate::options::{Format, OutputOptions, SourceOptions, one_of, three_numbers};
-use crate::output::write_output;
+use crate::output::{check_outputs, write_output};
 
 /// List suspect samples in takes; with steps and -o, repair them and write cleaned takes.
 ///
@@ -86,17 +86,21 @@ const FILLS: [(&str, FillMethod); 4] = [
 ];
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
-    let mut settings = args.source.effective(None)?;
     let mut asked = CleanSection::default();
     args.steps.apply(&mut asked);
-    args.steps.apply(&mut settings.clean);
-    settings.validate()?;
-    let steps = settings.clean.steps()?;
+    let typed = |settings: &mut Settings| args.steps.apply(&mut settings.clean);
+    let settings = args.source.for_each(console, &args.inputs, &typed)?;
+    let steps = settings.iter().map(|settings| settings.clean.steps());
+    let steps = steps.collect::<Result<Option<Vec<_>>, _>>()?;
     // Takes are read as measured; the steps follow here.
-    let as_measured = Settings {
-        clean: CleanSection::default(),
-        ..settings.clone()
+    let as_measured = |(path, settings): (&PathBuf, &Settings)| {
+        let settings = Settings {
+            clean: CleanSection::default(),
+            ..settings.clone()
+        };
+        read_take(console, path, &settings)
     };
+    let takes = args.inputs.iter().zip(&settings).map(as_measured);
     let only_look = args.output.is_none() && asked == CleanSection::default();
     let Some(steps) = steps.filter(|_| !only_look) else {
         if args.output.is_some() {
@@ -105,8 +109,9 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
                            --swaps --fill cubic",
             );
         }
-        let takes = read_takes(console, &args.inputs, &as_measured)?;
-        let files: Vec<_> = takes.iter().map(suggestions).collect::<Result<_>>()?;
+        let files: Vec<_> = takes
+            .map(|take| suggestions(&take?))
+            .collect::<Result<_>>()?;
         let text = || files.iter().map(CleanOutcome::text).collect();
         print(args.format, text, || json!({ "files": files }))?;
         return Ok(Exit::Done);
@@ -117,14 +122,17 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
                        suspect samples",
         );
     };
-    let (takes, targets) = takes_and_targets(console, (&args.inputs, None), output, &as_measured)?;
+    let targets = targets(&args.inputs, output, &["mcap"])?;
+    check_outputs(&targets, &args.inputs)?;
+    let takes = takes.collect::<Result<Vec<_>>>()?;
     for take in &takes {
         take.roles()?;
     }
     let mut files = Vec::with_capacity(takes.len());
-    for (take, target) in takes.iter().zip(&targets) {
-        let cleaned = clean_take(take, &steps)?;
-        let made = provenance("clean", &settings, [take.hash.clone()]);
+    for (((take, target), settings), steps) in takes.iter().zip(&targets).zip(&settings).zip(&steps)
+    {
+        let cleaned = clean_take(take, steps)?;
+        let made = provenance("clean", settings, [take.hash.clone()]);
         let view = !args.writing.no_view;
         let shape = settings.shape()?;
         write_output(target, args.writing.force, |path| {

@@ -47,7 +47,7 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
-    let settings = args.source.effective(None)?;
+    let settings = args.source.for_each(console, &args.inputs, &|_| ())?;
     if args.ros2 {
         return to_ros2(console, args, &settings);
     }
@@ -59,10 +59,10 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let targets = targets(inputs, &args.output, &["mcap", "csv", "trc", "c3d"])?;
     check_outputs(&targets, inputs)?;
     let mut takes = Vec::with_capacity(inputs.len());
-    for path in inputs {
+    for (path, settings) in inputs.iter().zip(&settings) {
         let take = match vendor {
-            None => TakeInput::open(path, &settings)?,
-            Some(_) => TakeInput::Whole(Box::new(inhand_session::read(path, &settings)?)),
+            None => TakeInput::open(path, settings)?,
+            Some(_) => TakeInput::Whole(Box::new(inhand_session::read(path, settings)?)),
         };
         say_findings(console, take.hash(), take.header());
         takes.push(take);
@@ -72,7 +72,9 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
             .try_for_each(|(path, take)| format.check(path, take.header()))?;
     }
     let (mut exit, mut files) = (Exit::Done, Vec::with_capacity(targets.len()));
-    for ((input, take), target) in inputs.iter().zip(&takes).zip(&targets) {
+    for (((input, take), target), settings) in
+        inputs.iter().zip(&takes).zip(&targets).zip(&settings)
+    {
         describe(console, take, settings.object.shape.as_deref());
         match (take, vendor) {
             (TakeInput::Whole(take), Some(format)) => {
@@ -89,7 +91,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
                 }
             }
             _ => write_output(target, args.writing.force, |path| {
-                take.convert(path, &settings, !args.writing.no_view)
+                take.convert(path, settings, !args.writing.no_view)
             })?,
         }
         let bytes = std::fs::metadata(target)?.len();
@@ -117,7 +119,7 @@ fn as_json(take: &TakeInput, (input, target): (&Path, &Path), bytes: u64) -> Val
 }
 
 /// Writes each take as a ROS 2 bag.
-fn to_ros2(console: &Console, args: &Args, settings: &Settings) -> Result<Exit> {
+fn to_ros2(console: &Console, args: &Args, settings: &[Settings]) -> Result<Exit> {
     if VendorFormat::from_path(&args.output).is_some() {
         return usage("--ros2: expected an output that ends in .mcap, or a folder");
     }
@@ -141,7 +143,7 @@ fn to_ros2(console: &Console, args: &Args, settings: &Settings) -> Result<Exit> 
     };
     check_outputs(&targets, &args.inputs)?;
     let mut files = Vec::with_capacity(targets.len());
-    for (input, target) in args.inputs.iter().zip(&targets) {
+    for ((input, target), settings) in args.inputs.iter().zip(&targets).zip(settings) {
         let take = Box::new(inhand_session::read(input, settings)?);
         say_findings(console, &take.hash, &take.recording);
         let write = |path: &Path| -> Result<Ros2Bag> {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use inhand_session::steps::ProtocolRows;
 use inhand_session::tables::{TableFormat, write_rows};
-use inhand_session::{evaluate_stored, provenance, write_text};
+use inhand_session::{Settings, evaluate_stored, provenance, write_text};
 
 use crate::commands::{read_takes, say_held_out, say_used};
 use crate::console::{Console, data};
@@ -43,11 +43,12 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
-    let mut settings = args.takes.settings(None)?;
-    let plan = &mut settings.plan;
-    plan.velocity_factor = args.velocity_factor.unwrap_or(plan.velocity_factor);
-    args.evaluate.apply(&mut settings);
-    settings.validate()?;
+    let typed = |settings: &mut Settings| {
+        let plan = &mut settings.plan;
+        plan.velocity_factor = args.velocity_factor.unwrap_or(plan.velocity_factor);
+        args.evaluate.apply(settings);
+    };
+    let settings = args.takes.for_all(console, &args.inputs, &[], &typed)?;
     let output = &args.output.output;
     ending(output, &["json"])?;
     let inputs: Vec<_> = args.inputs.iter().chain([&args.dictionary]).collect();
@@ -70,7 +71,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let takes = read_takes(console, &args.inputs, &settings)?;
     say_used(console, &takes, &settings)?;
     say_held_out(console, &dictionary.dictionary);
-    let evaluated = evaluate_stored(&takes, &dictionary, &settings, args.takes.process.reuse())?;
+    let evaluated = evaluate_stored(&takes, &dictionary, &settings)?;
     let hashes = takes.iter().map(|take| &take.hash);
     let hashes = hashes.chain([&dictionary.hash]).cloned();
     let made = provenance("evaluate", &settings, hashes);

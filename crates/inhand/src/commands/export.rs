@@ -136,7 +136,7 @@ fn to_bids(console: &Console, args: &Args, names: &str) -> Result<Exit> {
 }
 
 fn take(console: &Console, args: &Args) -> Result<Take> {
-    let settings = args.source.effective(None)?;
+    let settings = args.source.for_all(console, &[&args.input], &[], &|_| ())?;
     let take = read_take(console, &args.input, &settings);
     if take.is_err() && read_dictionary(&args.input).is_ok() {
         let input = args.input.display();

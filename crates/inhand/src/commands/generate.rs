@@ -4,7 +4,9 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use inhand_model::{PerProtocol, Protocol};
-use inhand_session::{GeneratedMotion, Role, TakeContents, provenance, steps, write_take};
+use inhand_session::{
+    GeneratedMotion, Role, Settings, TakeContents, provenance, steps, write_take,
+};
 use serde_json::json;
 
 use crate::commands::{say_held_out, say_used, takes_and_targets};
@@ -39,10 +41,11 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
-    let mut settings = args.takes.settings(None)?;
-    args.method.apply(&mut settings);
-    args.plan.apply(&mut settings);
-    settings.validate()?;
+    let typed = |settings: &mut Settings| {
+        args.method.apply(settings);
+        args.plan.apply(settings);
+    };
+    let settings = args.takes.for_all(console, &args.inputs, &[], &typed)?;
     let (takes, targets) = takes_and_targets(
         console,
         (&args.inputs, Some(&args.dictionary)),
@@ -52,7 +55,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let dictionary = inhand_session::read_dictionary(&args.dictionary)?;
     let methods = steps::settled_methods(&dictionary.dictionary, &settings)?;
     say_used(console, &takes, &settings)?;
-    let motions = steps::motions(&takes, &settings, args.takes.process.reuse())?;
+    let motions = steps::motions(&takes, &settings)?;
     let (mut failed, mut files) = (0, Vec::with_capacity(takes.len()));
     say_held_out(console, &dictionary.dictionary);
     for (n, (take, target)) in takes.iter().zip(&targets).enumerate() {

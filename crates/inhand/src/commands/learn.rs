@@ -97,13 +97,14 @@ struct RunOptions {
 }
 
 impl RunOptions {
-    fn settings(&self) -> Result<Settings> {
-        let mut settings = self.takes.settings(None)?;
-        self.look.apply(&mut settings);
-        self.learn.apply(&mut settings);
-        self.method.apply(&mut settings);
-        settings.validate()?;
-        Ok(settings)
+    fn settings(&self, console: &Console, takes: &[PathBuf]) -> Result<Settings> {
+        // Takes of several objects and runs may teach one dictionary.
+        let unused = ["object.shape", "plan", "evaluate"];
+        self.takes.for_all(console, takes, &unused, &|settings| {
+            self.look.apply(settings);
+            self.learn.apply(settings);
+            self.method.apply(settings);
+        })
     }
 
     /// Looks at the takes, prints what may affect numbers and refuses what makes results wrong.
@@ -131,11 +132,8 @@ impl RunOptions {
         takes: &[PathBuf],
         settings: &Settings,
     ) -> Result<LearningFolder> {
-        let reuse = self.takes.process.reuse();
         let mut say = |take: &Take| say_findings(console, &take.hash, &take.recording);
-        Ok(inhand_training::init(
-            folder, takes, settings, reuse, &mut say,
-        )?)
+        Ok(inhand_training::init(folder, takes, settings, &mut say)?)
     }
 }
 
@@ -145,7 +143,7 @@ fn run_whole(console: &Console, args: &Args) -> Result<Exit> {
     let Some(output) = args.output.as_deref() else {
         return usage("expected -o DICTIONARY");
     };
-    let mut settings = args.options.settings()?;
+    let mut settings = args.options.settings(console, &args.inputs)?;
     ending(output, &["mcap"])?;
     check_outputs(&args.output, &args.inputs)?;
     check_together(args, &mut settings)?;
@@ -160,8 +158,7 @@ fn run_whole(console: &Console, args: &Args) -> Result<Exit> {
         None => None,
         Some(ranks) => {
             check_outputs([&learn_rank::figure_path(output)], &args.inputs)?;
-            let reuse = args.options.takes.process.reuse();
-            let segments = learn_rank::segments(&args.inputs, &settings, reuse)?;
+            let segments = learn_rank::segments(&args.inputs, &settings)?;
             let choice = learn_rank::choose(console, &segments, ranks, &mut settings);
             Some(choice?)
         }

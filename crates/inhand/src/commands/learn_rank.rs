@@ -25,12 +25,12 @@ pub(crate) fn figure_path(dictionary: &Path) -> PathBuf {
 }
 
 /// The training segments, all in memory.
-pub(crate) fn segments(takes: &[PathBuf], settings: &Settings, reuse: bool) -> Result<Segments> {
+pub(crate) fn segments(takes: &[PathBuf], settings: &Settings) -> Result<Segments> {
     let takes = (takes.iter())
         .map(|take| inhand_session::read(take, settings))
         .collect::<Result<Vec<_>, _>>()?;
     steps::used(&takes, settings)?;
-    let motions = steps::motions(&takes, settings, reuse)?.published;
+    let motions = steps::motions(&takes, settings)?.published;
     let motions: Vec<_> = motions.iter().collect();
     let object = steps::carries_object(&motions, settings)?;
     Ok(steps::segments(

@@ -44,7 +44,7 @@ pub(crate) struct Args {
     /// Repeat for each take, in their order.
     #[arg(long, value_name = "NAME")]
     name: Vec<String>,
-    /// Shape of the objects, where the files do not state it, such as cube:0.05.
+    /// Shape of the objects [default: as the settings or the files state it], such as cube:0.05.
     ///
     /// In metres: cube:0.05, box:0.04x0.05x0.06 or cylinder:0.05x0.07.
     #[arg(long, value_name = "SHAPE")]
@@ -64,9 +64,9 @@ type ClockAlign = fn() -> Align;
 const ALIGNS: [(&str, ClockAlign); 2] = [("start", || Align::Start), ("clock", || Align::Clock)];
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
-    let mut settings = args.source.effective(None)?;
-    settings.object.shape = args.object.clone().or(settings.object.shape);
-    settings.validate()?;
+    let settings = (args.source).for_each(console, &args.inputs, &|settings| {
+        settings.object.shape = args.object.clone().or(settings.object.shape.take());
+    })?;
     let options = OverlayOptions {
         inputs: args.inputs.clone(),
         names: args.name.clone(),

@@ -6,8 +6,8 @@ use anyhow::Result;
 use inhand_model::{ConstraintFamily, Finger, PerFinger, Plan, PlanStatus, Trajectory};
 use inhand_session::tables::{TableFormat, write_plan_table};
 use inhand_session::{
-    MetTarget, Method, PlanRequest, Planned, StateRole, plan_motion, provenance, read_state, steps,
-    write_plan,
+    MetTarget, Method, PlanRequest, Planned, StateRole, plan_motion, provenance, read_state,
+    state_file, steps, write_plan,
 };
 use serde_json::json;
 
@@ -81,28 +81,28 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
-    let mut settings = args.source.effective(None)?;
-    args.process.apply(&mut settings);
-    args.plan.apply(&mut settings);
-    args.evaluate.apply(&mut settings);
-    settings.plan.methods = vec![args.method];
-    settings.validate()?;
+    let via = args.via.iter().map(|(_, state)| state);
+    let files: Vec<_> = [&args.from, &args.to]
+        .into_iter()
+        .chain(via)
+        .map(|text| state_file(text))
+        .collect();
+    let settings = args.source.for_all(console, &files, &[], &|settings| {
+        args.process.apply(settings);
+        args.plan.apply(settings);
+        args.evaluate.apply(settings);
+        settings.plan.methods = vec![args.method];
+    })?;
     ending(&args.output, &["mcap", "csv", "parquet"])?;
     let dictionary = inhand_session::read_dictionary(&args.dictionary)?;
     let mut methods = steps::settled_methods(&dictionary.dictionary, &settings)?;
     let method = methods.remove(0);
-    let reuse = args.process.reuse();
     let request = PlanRequest {
         method,
-        start: read_state(&args.from, StateRole::Start, &settings, reuse)?,
-        goal: read_state(&args.to, StateRole::Goal, &settings, reuse)?,
+        start: read_state(&args.from, StateRole::Start, &settings)?,
+        goal: read_state(&args.to, StateRole::Goal, &settings)?,
         via: (args.via.iter())
-            .map(|(time_s, text)| {
-                Ok((
-                    *time_s,
-                    read_state(text, StateRole::Goal, &settings, reuse)?,
-                ))
-            })
+            .map(|(time_s, text)| Ok((*time_s, read_state(text, StateRole::Goal, &settings)?)))
             .collect::<Result<_>>()?,
         duration_s: args.duration,
         fingers: match args.fingers.is_empty() {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use inhand_model::{Finger, TrackCounts};
-use inhand_session::{TakeContents, provenance, steps, write_take};
+use inhand_session::{Settings, TakeContents, provenance, steps, write_take};
 use serde_json::json;
 
 use crate::commands::takes_and_targets;
@@ -36,9 +36,8 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
-    let mut settings = args.source.effective(None)?;
-    args.process.apply(&mut settings);
-    settings.validate()?;
+    let typed = |settings: &mut Settings| args.process.apply(settings);
+    let settings = args.source.for_all(console, &args.inputs, &[], &typed)?;
     let (takes, targets) =
         takes_and_targets(console, (&args.inputs, None), &args.output, &settings)?;
     let motions = steps::process_takes(&takes, &settings)?;

@@ -25,12 +25,12 @@ pub(crate) struct Args {
     /// Output file; a folder for several inputs.
     #[arg(short, long, value_name = "PATH")]
     output: PathBuf,
-    /// Shape of the object, where a file does not state it, such as cube:0.05.
+    /// Shape of the object [default: as the settings or the file state it], such as cube:0.05.
     ///
     /// In metres: cube:0.05, box:0.04x0.05x0.06 or cylinder:0.05x0.07.
     #[arg(long, value_name = "SHAPE")]
     object: Option<String>,
-    /// Dictionary of the generated motion, whose training hulls are drawn.
+    /// Dictionary of the generated motion, whose training hulls are drawn [default: those of the file].
     #[arg(long, value_name = "FILE")]
     dictionary: Option<PathBuf>,
     #[command(flatten, next_help_heading = "Source")]
@@ -44,17 +44,17 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
-    let mut settings = args.source.effective(None)?;
-    settings.object.shape = args.object.clone().or(settings.object.shape);
-    settings.validate()?;
+    let settings = (args.source).for_each(console, &args.inputs, &|settings| {
+        settings.object.shape = args.object.clone().or(settings.object.shape.take());
+    })?;
     let targets = targets(&args.inputs, &args.output, &["mcap"])?;
     let read: Vec<_> = args.inputs.iter().chain(&args.dictionary).collect();
     check_outputs(&targets, &read)?;
     let dictionary = (args.dictionary.as_deref()).map(inhand_session::read_dictionary);
     let dictionary = dictionary.transpose()?;
     let mut files = Vec::with_capacity(targets.len());
-    for (input, target) in args.inputs.iter().zip(&targets) {
-        let write = |path: &Path| add_views(input, path, dictionary.as_ref(), &settings);
+    for ((input, target), settings) in args.inputs.iter().zip(&targets).zip(&settings) {
+        let write = |path: &Path| add_views(input, path, dictionary.as_ref(), settings);
         let viewed = write_output(target, args.force, write)?;
         for finding in &viewed.findings {
             console.finding(&input.display().to_string(), finding);

@@ -30,7 +30,7 @@ pub(super) struct Input {
 
 pub(super) fn read(
     options: &OverlayOptions,
-    settings: &Settings,
+    settings: &[Settings],
 ) -> Result<Vec<Input>, SessionError> {
     let paths = &options.inputs;
     if paths.is_empty() || paths.len() == 1 && options.methods == OverlayMethods::None {
@@ -55,8 +55,8 @@ pub(super) fn read(
             return Err(invalid("name", expected, &format!("\"{name}\"")));
         }
     }
-    (paths.iter().zip(names))
-        .map(|(path, name)| read_one(path, name, options, settings))
+    (paths.iter().zip(names).zip(settings))
+        .map(|((path, name), settings)| read_one(path, name, options, settings))
         .collect()
 }
 
@@ -68,7 +68,6 @@ fn read_one(
 ) -> Result<Input, SessionError> {
     let bytes = std::fs::read(path).map_err(SessionError::io("read", path))?;
     let refuse = |message: &str| SessionError::data(path, message);
-    let mut stated = None;
     let mut methods = Vec::new();
     if inhand_channels::is_mcap(&bytes) {
         let file = path.display().to_string();
@@ -76,7 +75,6 @@ fn read_one(
         if info.channels.iter().any(|c| c.topic == DICTIONARY) {
             return Err(refuse("a dictionary: takes are put over each other"));
         }
-        stated = info.metadata.shape(&file).in_file(path)?;
         let generated = info
             .channels
             .iter()
@@ -97,11 +95,7 @@ fn read_one(
         offset_nanos: 0,
         take,
         methods,
-        // What a file says of its object counts more than what is said of all of them.
-        shape: match stated {
-            Some(shape) => Some(shape),
-            None => settings.shape()?,
-        },
+        shape: settings.shape()?,
     })
 }
 

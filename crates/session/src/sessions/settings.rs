@@ -6,6 +6,7 @@ use inhand_model::SettingDifference;
 use serde_json::Value;
 
 use super::part::Part;
+use crate::settings::flatten;
 
 /// Settings that say what was recorded, not how it was worked on: sessions may differ in them.
 const OF_THE_RECORDING: [&str; 9] = [
@@ -113,20 +114,4 @@ fn of(part: &Part) -> BTreeMap<String, String> {
         }
     }
     found
-}
-
-fn flatten(key: &str, value: &Value, found: &mut BTreeMap<String, String>) {
-    match value {
-        Value::Object(inner) => {
-            for (name, value) in inner {
-                flatten(&format!("{key}.{name}"), value, found);
-            }
-        }
-        Value::String(word) => {
-            found.insert(key.to_owned(), word.clone());
-        }
-        other => {
-            found.insert(key.to_owned(), other.to_string());
-        }
-    }
 }

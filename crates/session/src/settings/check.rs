@@ -13,10 +13,9 @@ use inhand_dictionary::LearnError;
 use inhand_import::ImportSettings;
 use inhand_model::{DictionaryKind, Finger, PerFinger, Selection, Shape};
 use inhand_motion::{Filter, ProcessSettings};
-use serde::de::DeserializeOwned;
 use serde_json::Value;
 
-use super::{FilterKind, LearnSection, SelectSection, Settings};
+use super::{FilterKind, LearnSection, Settings};
 use crate::error::{SessionError, invalid};
 use crate::methods::Method;
 
@@ -208,6 +207,7 @@ impl Settings {
     pub fn validate(&self) -> Result<(), SessionError> {
         self.import_settings()?;
         self.role_settings()?;
+        self.selection()?;
         self.shape()?;
         self.clean.steps()?;
         self.process_settings()?;
@@ -289,7 +289,9 @@ impl Settings {
     ///
     /// What cannot be used.
     pub fn from_json(value: &Value) -> Result<Self, String> {
-        from_json(value)
+        // By way of TOML: one deserializer reads all settings.
+        let text = toml::to_string(value).map_err(|error| error.to_string())?;
+        toml::from_str(&text).map_err(|error| error.message().to_owned())
     }
 
     /// All settings as JSON.
@@ -311,20 +313,6 @@ impl Settings {
         };
         without_takes.json()
     }
-}
-
-impl SelectSection {
-    /// The selection in the settings that a step recorded, where it recorded any.
-    pub(crate) fn recorded(settings_json: &str) -> Option<Self> {
-        let settings: Value = serde_json::from_str(settings_json).ok()?;
-        from_json(settings.get("select")?).ok()
-    }
-}
-
-/// By way of TOML: one deserializer reads all settings.
-fn from_json<T: DeserializeOwned>(value: &Value) -> Result<T, String> {
-    let text = toml::to_string(value).map_err(|error| error.to_string())?;
-    toml::from_str(&text).map_err(|error| error.message().to_owned())
 }
 
 fn require(ok: bool, key: &str, expected: &str, found: &impl Display) -> Result<(), SessionError> {

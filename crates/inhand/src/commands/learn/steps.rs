@@ -66,7 +66,7 @@ pub(super) struct FinishArgs {
 
 pub(super) fn init(console: &Console, args: &InitArgs) -> Result<Exit> {
     args.options.learn.check_one_rank()?;
-    let settings = args.options.settings()?;
+    let settings = args.options.settings(console, &args.inputs)?;
     if settings.learn.kind != DictionaryKind::Nmf {
         return usage(
             "--kind pca: principal components have no rounds; learn them with \

@@ -1,0 +1,280 @@
+//! Settings of a session and those stored in files, used by single steps.
+
+use serde_json::Value;
+
+use crate::support::{Bench, SMALL, stderr, without_provenance};
+use crate::view::messages;
+
+const TRAIN: [&str; 2] = [
+    "session/train/cube_train_01.csv",
+    "session/train/cube_train_02.csv",
+];
+const TEST: &str = "session/test/cube_test_01.csv";
+
+/// Settings of the last step that made a file.
+fn last_step(bench: &Bench, name: &str) -> Value {
+    let metadata = inhand_channels::read_metadata(&bench.bytes(name), name).expect("it is sound");
+    let steps = metadata.provenance(name).expect("ours");
+    let last = steps.last().expect("a step made it");
+    serde_json::from_str(&last.settings_json).expect("settings are JSON")
+}
+
+/// Why a call is refused as wrong.
+fn refused(bench: &Bench, call: &[&str]) -> String {
+    let output = bench.inhand(call);
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    stderr(&output)
+}
+
+#[test]
+fn single_steps_repeat_nothing() {
+    let bench = Bench::csv();
+    bench.write(
+        "session/inhand.toml",
+        r#"
+        name = "another name"
+        object = { shape = "cube:0.05", offset_m = [0.0, 0.0, 0.002] }
+        process = { window = 30 }
+        segments = { stride = 10, margin_s = 0.2 }
+        learn = { rank = 12, max_iterations = 15 }
+        plan = { methods = ["residual", "prior", "hermite"], velocity_factor = 1.3 }
+        evaluate = { tau_mm = 6.0, draws = 200 }
+        "#,
+    );
+    bench.ok(&["run", "session", "-o", "out"]);
+    let run = without_provenance(bench.json("out/evaluation.json"));
+    let learned = bench.ok(&[
+        &["learn"],
+        &TRAIN[..],
+        &["-o", "d.mcap", "--format", "json"],
+    ]
+    .concat());
+    let learned: Value = serde_json::from_str(&learned).expect("learn prints JSON");
+    assert_eq!(learned["rms_mm"], run["dictionary"]["rms_mm"]);
+
+    let output = bench.inhand(&["process", TEST, "-o", "processed.mcap"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let said = stderr(&output);
+    assert!(
+        said.starts_with("settings  session/inhand.toml\n"),
+        "{said}"
+    );
+    // From here on no file is in the session.
+    let dictionary = ["-d", "out/dictionary.mcap", "-o"];
+    bench.ok(&[
+        &["generate", "processed.mcap"][..],
+        &dictionary,
+        &["generated.mcap"],
+    ]
+    .concat());
+    bench.ok(&["view", "generated.mcap", "-o", "viewed.mcap"]);
+    for take in ["out/cube_test_01.mcap", "generated.mcap", "viewed.mcap"] {
+        bench.ok(&[&["evaluate", take][..], &dictionary, &["e.json", "--force"]].concat());
+        let steps = without_provenance(bench.json("e.json"));
+        for key in [
+            "dictionary",
+            "methods",
+            "default_method",
+            "contacts",
+            "intervals",
+        ] {
+            assert_eq!(steps[key], run[key], "{take}: {key}");
+        }
+        let [counts, of_run] = [&steps, &run].map(|evaluation| {
+            let test = &evaluation["session"]["test"][0];
+            (test["segments"].clone(), test["left_out"].clone())
+        });
+        assert_eq!(counts, of_run, "{take}");
+    }
+    let of_run = messages(&bench, "out/cube_test_01.mcap");
+    for take in ["generated.mcap", "viewed.mcap"] {
+        let found = messages(&bench, take);
+        for topic in [
+            "/view/hulls",
+            "/view/object",
+            "/processed/object",
+            "/evaluation/recorded/contact",
+        ] {
+            assert!(
+                found.get(topic).is_some_and(|m| !m.is_empty()),
+                "{take}: {topic} {:?}",
+                found.keys()
+            );
+            assert!(found[topic] == of_run[topic], "{take}: {topic}");
+        }
+    }
+}
+
+#[test]
+fn typed_settings_win_over_a_file_and_that_over_stored_ones() {
+    let bench = Bench::csv();
+    let layers = [
+        ("40", "cube:0.04"),
+        ("30", "cube:0.06"),
+        ("20", "cube:0.07"),
+    ];
+    for combination in 0..8 {
+        let [stored, file, typed] = [0, 1, 2].map(|layer| {
+            let (window, shape) = layers[layer];
+            (combination & (1 << layer) != 0).then_some([window, shape])
+        });
+        let options = |set: Option<[&'static str; 2]>| {
+            let options = set.map(|[window, shape]| vec!["--window", window, "--object", shape]);
+            options.unwrap_or_default()
+        };
+        let first = [
+            "process",
+            TEST,
+            "-o",
+            "a/x.mcap",
+            "--force",
+            "--settings",
+            "none",
+        ];
+        bench.ok(&[&first[..], &options(stored)].concat());
+        let text = file.map(|[window, shape]| {
+            format!("process.window = {window}\nobject.shape = \"{shape}\"\n")
+        });
+        bench.write("a/inhand.toml", text.unwrap_or_default());
+        let expected = typed.or(file).or(stored);
+        let window = expected.map_or("50", |[window, _]| window);
+        for step in ["process", "view"] {
+            let call = [step, "a/x.mcap", "-o", "y.mcap", "--force"];
+            let options = options(typed);
+            let from = if step == "view" { 2 } else { 0 };
+            bench.ok(&[&call[..], options.get(from..).unwrap_or_default()].concat());
+            let set = last_step(&bench, "y.mcap");
+            let shape = expected.map(|[_, shape]| shape);
+            assert_eq!(
+                set["object"]["shape"].as_str(),
+                shape,
+                "{combination} {step}"
+            );
+            if step == "process" {
+                assert_eq!(
+                    set["process"]["window"].to_string(),
+                    window,
+                    "{combination}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn stored_motion_is_used_where_it_was_made_by_the_same_settings() {
+    let bench = Bench::csv();
+    bench.run("out", &[]);
+    let generated = |take: &str, options: &[&str], name: &str| {
+        let call = ["generate", take, "-d", "out/dictionary.mcap", "-o", name];
+        bench.ok(&[&call[..], options].concat());
+        messages(&bench, name).remove("/processed/fingertips")
+    };
+    let take = "out/cube_test_01.mcap";
+    let usual = generated(TEST, &[], "a.mcap");
+    assert!(usual.is_some() && generated(take, &[], "b.mcap") == usual);
+    let window = ["--window", "20"];
+    let other = generated(take, &window, "c.mcap");
+    assert!(other != usual && other == generated(TEST, &window, "d.mcap"));
+    assert!(generated("c.mcap", &[], "e.mcap") == other);
+}
+
+#[test]
+fn stored_settings_that_differ_are_an_error_that_names_both() {
+    let bench = Bench::csv();
+    for (take, name, window, shape) in [
+        (TRAIN[0], "a.mcap", "40", "cube:0.05"),
+        (TRAIN[1], "b.mcap", "30", "cube:0.05"),
+        (TRAIN[1], "c.mcap", "40", "cylinder:0.05x0.07"),
+    ] {
+        bench.ok(&[
+            "process", take, "-o", name, "--window", window, "--object", shape,
+        ]);
+    }
+    let call = ["process", "a.mcap", "b.mcap", "-o", "."];
+    let said = refused(&bench, &call);
+    for part in ["a.mcap", "b.mcap", "process.window is 40", "30"] {
+        assert!(said.contains(part), "{part}: {said}");
+    }
+    bench.write("folder/empty.toml", "");
+    bench.ok(&[
+        "process", "a.mcap", "b.mcap", "-o", "folder", "--window", "20",
+    ]);
+    assert_eq!(last_step(&bench, "folder/a.mcap")["process"]["window"], 20);
+    // Takes of two objects can teach one dictionary.
+    bench.ok(&[&["learn", "a.mcap", "c.mcap", "-o", "d.mcap"][..], &SMALL].concat());
+
+    bench.write("one/inhand.toml", "[process]\n");
+    bench.write("two/test/x.csv", bench.bytes(TEST));
+    bench.write("one/y.csv", bench.bytes(TEST));
+    bench.write("two/inhand.toml", "");
+    let said = refused(
+        &bench,
+        &["process", "one/y.csv", "two/test/x.csv", "-o", "folder"],
+    );
+    assert!(
+        said.contains("one/inhand.toml") && said.contains("two/inhand.toml"),
+        "{said}"
+    );
+    let none = ["--settings", "none"];
+    bench.ok(&[
+        &["process", "one/y.csv", "two/test/x.csv", "-o", "folder"][..],
+        &none,
+    ]
+    .concat());
+}
+
+#[test]
+fn stored_roles_stay_where_others_are_typed() {
+    let bench = Bench::csv();
+    bench.edit(TEST, |csv| {
+        csv.replace("Thumb", "Digit1").replace("Index", "Digit2")
+    });
+    let both = ["--finger", "thumb=Digit1", "--finger", "index=Digit2"];
+    bench.ok(&[&["process", TEST, "-o", "a.mcap"][..], &both].concat());
+    bench.ok(&[
+        "process",
+        "a.mcap",
+        "-o",
+        "b.mcap",
+        "--finger",
+        "index=Digit2",
+    ]);
+    bench.ok(&["process", "b.mcap", "-o", "c.mcap"]);
+    let tips = |name: &str| messages(&bench, name).remove("/processed/fingertips");
+    assert!(tips("a.mcap").is_some() && tips("a.mcap") == tips("c.mcap"));
+    // Motion with other roles is made anew.
+    let swapped = ["--finger", "thumb=Digit2", "--finger", "index=Digit1"];
+    bench.ok(&[&["process", TEST, "-o", "d.mcap"][..], &swapped].concat());
+    let learned = |take: &str, fingers: &[&str]| {
+        let call = ["learn", take, "-o", "d.mcap", "--force", "--format", "json"];
+        let learned = bench.ok(&[&call[..], &SMALL, fingers].concat());
+        let learned: Value = serde_json::from_str(&learned).expect("learn prints JSON");
+        learned["rms_mm"].as_f64()
+    };
+    bench.ok(&["process", "d.mcap", "-o", "e.mcap"]);
+    assert_eq!(learned("a.mcap", &swapped), learned("e.mcap", &[]));
+}
+
+#[test]
+fn check_looks_at_every_take_of_a_session() {
+    let bench = Bench::csv();
+    let checked = |input: &str| {
+        let printed = bench.ok(&["check", input, "--format", "json"]);
+        let printed: Value = serde_json::from_str(&printed).expect("check prints JSON");
+        let takes = printed["takes"].as_array().expect("takes are listed");
+        let mut files: Vec<_> = takes.iter().map(|take| take["file"].to_string()).collect();
+        files.sort();
+        files
+    };
+    let expected = [TEST, TRAIN[0], TRAIN[1]].map(|take| format!("{take:?}"));
+    assert_eq!(checked("session"), expected);
+    assert_eq!(checked("session/inhand.toml"), expected);
+    bench.write(
+        "ranges.toml",
+        "takes = [{ path = \"session/test/cube_test_01.csv\", role = \"train\", to_s = 8.0 }, \
+                  { path = \"session/test/cube_test_01.csv\", role = \"test\", from_s = 8.0 }]",
+    );
+    let ranges = ["0 s to 8 s", "8 s to end"].map(|range| format!("\"./{TEST} ({range})\""));
+    assert_eq!(checked("ranges.toml"), ranges);
+}

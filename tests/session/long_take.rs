@@ -5,7 +5,8 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use inhand_channels::TakeFile;
-use inhand_session::{Coverage, LongTake, Settings, provenance, read, write_take_parts};
+use inhand_inspection::Coverage;
+use inhand_session::{LongTake, Settings, provenance, read, write_take_parts};
 
 /// A take with gaps, of more samples than a block has.
 fn long_csv(folder: &Path) -> PathBuf {

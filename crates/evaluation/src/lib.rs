@@ -84,6 +84,7 @@ mod intervals;
 mod known;
 mod method;
 mod movement;
+mod outliers;
 pub mod overlay;
 mod quality;
 mod recorded;
@@ -99,6 +100,7 @@ pub use intervals::{
 };
 pub use method::evaluate_method;
 pub use movement::{JudgedMethod, MovementSettings, filled_segments, movement};
+pub use outliers::outliers;
 pub use quality::recording_quality;
 pub use recorded::{Recorded, recorded};
 pub use reference::filter_moves;

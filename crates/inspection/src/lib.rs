@@ -35,7 +35,9 @@ pub mod detect;
 
 mod check;
 mod clean;
+mod coverage;
 mod session;
+mod smoothing;
 mod suspect;
 
 mod continuity;
@@ -45,5 +47,7 @@ mod statistics;
 
 pub use check::*;
 pub use clean::*;
+pub use coverage::{Coverage, Presence};
 pub use session::*;
+pub use smoothing::{Smoothing, smoothing};
 pub use suspect::*;

@@ -26,7 +26,6 @@ pub mod annotate;
 mod check;
 mod clean;
 pub mod containers;
-mod coverage;
 mod demo;
 mod dictionary_file;
 mod error;
@@ -56,7 +55,6 @@ mod view;
 
 pub use check::check_take;
 pub use clean::{clean_take, write_cleaned};
-pub use coverage::{Coverage, Presence};
 pub use demo::{DEMO_SESSION, TakeFormat, simulate_session};
 pub use dictionary_file::{DictionaryFile, read as read_dictionary, write as write_dictionary};
 pub use error::{Located, SessionError};

@@ -12,10 +12,10 @@ use std::sync::mpsc::sync_channel;
 use inhand_capture::roles::resolve;
 use inhand_capture::{Blocks, Extent, ReadSettings, has_even_rows};
 use inhand_channels::{Outline, TakeFile, TakeWriter};
+use inhand_inspection::Coverage;
 use inhand_model::{InputHash, Provenance, Recording, Roles, Shape};
 use sha2::{Digest, Sha256};
 
-use crate::coverage::Coverage;
 use crate::error::{Located, SessionError};
 use crate::files::{Hashed, hex};
 use crate::output::write_atomic;

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use inhand_inspection::{filter_moves_m, inspect_results};
+use inhand_inspection::{Smoothing, filter_moves_m, inspect_results, smoothing};
 use inhand_model::{
     Dictionary, Evaluation, EvaluationRows, InputHash, Inspection, Level, MethodRows, Motion,
     MotionRows, PerProtocol, Protocol, Provenance, Segments, SessionFacts, SessionFinding,
@@ -17,12 +17,12 @@ use inhand_report::Report;
 
 use crate::TOOL;
 use crate::dictionary_file;
-use crate::error::SessionError;
+use crate::error::{Located, SessionError};
 use crate::look;
 use crate::manifest::{self, Manifest, RunJson};
 use crate::session::{self, Session, SessionTake};
 use crate::settings::{FilterKind, Role, Settings};
-use crate::steps::{self, Comparison, Generated, Illustrated, ProtocolRows, Smoothing, TakeResult};
+use crate::steps::{self, Comparison, Generated, Illustrated, ProtocolRows, TakeResult};
 use crate::take::{self, Take};
 pub use files::RunFiles;
 use files::check_output;
@@ -264,7 +264,8 @@ impl<'a> Run<'a> {
         self.time("filter", move || {
             let motions = steps::smooth_motions(&in_hand, self.settings)?;
             let [before, after] = [&in_hand, &motions].map(|all| self.of_role(all, Role::Test));
-            let smoothing = steps::smoothing(&before, &after)?;
+            let smoothing =
+                smoothing(&before, &after).during("comparing takes with the filtered ones")?;
             let filters = self.settings.process.filter != FilterKind::None;
             let moved_m = filters.then(|| filter_moves_m(&before, &after));
             let looked = Looked {

@@ -6,7 +6,6 @@
 mod compare;
 mod groups;
 mod merge;
-mod outliers;
 mod part;
 mod settings;
 

@@ -4,6 +4,7 @@ use inhand_evaluation::{
     Corridors, EvaluationSettings, MethodResult, ObjectPoses, Recorded, TestData, evaluate_method,
     recorded, recording_quality,
 };
+use inhand_inspection::Coverage;
 use inhand_model::{
     DeviationFacts, Dictionary, DictionaryFacts, Evaluation, EvaluationRows, MethodEvaluation,
     MethodRows, Motion, PerProtocol, Plan, Protocol, Roles, SegmentLayout, Segments, SessionFacts,
@@ -14,7 +15,6 @@ use inhand_motion::{
     to_hand_frame, with_hand,
 };
 
-use crate::coverage::Coverage;
 use crate::error::{Located, SessionError, invalid};
 use crate::settings::{ObjectInSegments, Role, Settings};
 use crate::take::Take;
@@ -35,7 +35,7 @@ use generate::velocity_bounds;
 pub use generate::{Generated, SegmentCorridors, generate, plan_settings};
 pub(crate) use generate::{Hold, corridors_of, hold_settings, plan_error, planner};
 pub use held_out::{HeldOutResult, ProtocolRows, filter_moves, held_out};
-pub use illustrate::{Illustrated, Smoothing, illustrate, smoothing};
+pub use illustrate::{Illustrated, illustrate};
 pub(crate) use intervals::SEED;
 pub use intervals::intervals;
 pub(crate) use learn::nmf_settings_of;

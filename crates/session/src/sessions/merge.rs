@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use inhand_evaluation::{ContactCounts, Contestant, SortedErrors, best_baseline, intervals};
+use inhand_evaluation::{
+    ContactCounts, Contestant, SortedErrors, best_baseline, intervals, outliers,
+};
 use inhand_model::{
     Bootstrap, Cluster, Finger, GroupSummary, HandAndFingers, HeldOutSummary, Intervals,
     MethodEvaluation, MethodSummary, PerFinger, Protocol, SessionMethod, SessionSummary,
@@ -11,7 +13,6 @@ use inhand_model::{
 use inhand_statistics::quantiles::sorted_statistics;
 
 use super::groups::{Groups, counts};
-use super::outliers::outliers;
 use super::part::Part;
 use super::settings::differences;
 use crate::error::SessionError;

@@ -1,21 +1,19 @@
 //! Data of the report's figures beside the numbers of an evaluation.
 //!
-//! `gaps` (where tracks are missing), `smoothing` (the filter at work), `segments` (usual and worst
-//! segments), `learned` (hulls, primitives, explained variance), `clouds` (distances to clouds of points).
+//! `gaps` (where tracks are missing), `segments` (usual and worst segments), `learned` (hulls, primitives, explained
+//! variance), `clouds` (distances to clouds of points).
 
 mod clouds;
 mod gaps;
 mod learned;
 mod segments;
-mod smoothing;
 
+use inhand_inspection::Smoothing;
 use inhand_model::{Dictionary, EvaluationRows, Illustrations, Motion, Segments};
 
 use super::{Generated, TakeResult};
 use crate::error::SessionError;
 use crate::settings::Settings;
-
-pub use smoothing::{Smoothing, smoothing};
 
 /// What illustrations are taken from: what a run has at its end.
 #[derive(Clone, Copy, Debug)]

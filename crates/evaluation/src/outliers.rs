@@ -26,7 +26,7 @@ type Looked<'a> = (
 );
 
 /// What is far off in which session, farthest first. `default` is the place of the method to look at.
-pub(super) fn outliers(sessions: &[SessionSummary], default: usize, name: &str) -> Vec<Outlier> {
+pub fn outliers(sessions: &[SessionSummary], default: usize, name: &str) -> Vec<Outlier> {
     let share = |part: usize, rest: usize| 100.0 * part as f64 / (part as f64 + rest as f64);
     let error = move |session: &SessionSummary| session.methods[default].headline().all;
     let contacts = move |session: &SessionSummary| session.methods[default].contacts;

@@ -3,10 +3,8 @@
 use std::ops::Range;
 
 use inhand_model::{Filtering, Finger, Hand, Motion, PerFinger, PointTrack, Spectrum, Status};
-use inhand_motion::Welch;
+use inhand_motion::{MotionError, Welch};
 use inhand_statistics::quantiles::statistics;
-
-use crate::error::{Located, SessionError};
 
 /// Length of the interval that is shown, seconds.
 const SHOWN_S: f64 = 4.0;
@@ -32,10 +30,10 @@ pub struct Smoothing {
 ///
 /// # Errors
 ///
-/// [`SessionError::At`] for takes without a rate.
-pub fn smoothing(before: &[&Motion], after: &[&Motion]) -> Result<Smoothing, SessionError> {
+/// [`MotionError`] for takes without a rate.
+pub fn smoothing(before: &[&Motion], after: &[&Motion]) -> Result<Smoothing, MotionError> {
     let (filtering, spectrum) =
-        inhand_parallel::both(|| filtering(before, after), || spectrum(before, after));
+        rayon::join(|| filtering(before, after), || spectrum(before, after));
     Ok(Smoothing {
         filtering,
         spectrum: spectrum?,
@@ -135,8 +133,8 @@ fn filtering(before: &[&Motion], after: &[&Motion]) -> Option<Filtering> {
     })
 }
 
-fn spectrum(before: &[&Motion], after: &[&Motion]) -> Result<Option<Spectrum>, SessionError> {
-    let (before, after) = inhand_parallel::both(|| welch(before), || welch(after));
+fn spectrum(before: &[&Motion], after: &[&Motion]) -> Result<Option<Spectrum>, MotionError> {
+    let (before, after) = rayon::join(|| welch(before), || welch(after));
     let (Some(before), Some(after)) = (before?, after?) else {
         return Ok(None);
     };
@@ -153,12 +151,11 @@ fn spectrum(before: &[&Motion], after: &[&Motion]) -> Result<Option<Spectrum>, S
     }))
 }
 
-fn welch(motions: &[&Motion]) -> Result<Option<Welch>, SessionError> {
+fn welch(motions: &[&Motion]) -> Result<Option<Welch>, MotionError> {
     let Some(first) = motions.first() else {
         return Ok(None);
     };
-    let mut welch = Welch::new(WINDOW, first.clock.rate_hz())
-        .during(format_args!("processing {}", first.name))?;
+    let mut welch = Welch::new(WINDOW, first.clock.rate_hz())?;
     for motion in motions {
         for finger in Finger::ALL {
             welch.add_points(&motion.fingertips[finger]);

@@ -290,12 +290,12 @@ fn a_method_is_compared_with_itself_before_and_with_another() {
     ];
     let text = bench.ok(&[&methods[..], &["-o", "pr.md"]].concat());
     assert!(
-        text.contains("Verdict on hermite -> prior, all fingers: "),
+        text.contains("Verdict on hermite -> prior, all fingers, held out: "),
         "{text}"
     );
     let markdown = String::from_utf8(bench.bytes("pr.md")).expect("text");
     assert!(
-        markdown.contains("| hermite -&gt; prior | thumb | 75 % |"),
+        markdown.contains("| hermite -&gt; prior | held out | thumb | 75 % |"),
         "{markdown}"
     );
 

@@ -86,13 +86,20 @@ pub fn text(comparison: &EvaluationComparison, all: bool) -> String {
     let mut listed: Vec<&Change> = changes.iter().collect();
     if !all {
         listed.retain(|change| change.sign != Some(0.0));
-        listed.sort_by(|a, b| b.size.abs().total_cmp(&a.size.abs()));
+        listed.sort_by(|a, b| {
+            let by_size = b.size.abs().total_cmp(&a.size.abs());
+            (b.protocol.cmp(&a.protocol)).then(by_size)
+        });
         let noise = match changes.iter().all(|own| own.sign.is_some()) {
             true => "beyond noise (interval without zero)",
             false => "without an interval or beyond noise",
         };
         let (some, n) = (listed.len(), changes.len());
-        text += &format!("{some} of {n} changes are {noise}, largest first:\n");
+        let first = match comparison.held_out {
+            Some(_) => "held out first, then largest first",
+            None => "largest first",
+        };
+        text += &format!("{some} of {n} changes are {noise}, {first}:\n");
     }
     let shown = if all { listed.len() } else { LISTED };
     if !listed.is_empty() {

@@ -7,7 +7,7 @@ fn text(intervals: bool) -> String {
     let mut evaluation = sample::evaluation(true);
     if intervals {
         evaluation.intervals = Some(sample_rows::intervals(&evaluation));
-        let held_out = evaluation.held_out.as_mut().unwrap();
+        let held_out = (evaluation.held_out.as_mut()).expect("the sample has it");
         held_out.intervals.clone_from(&evaluation.intervals);
     }
     markdown(&Report::new(&evaluation, &[])).expect("the sample makes a summary")

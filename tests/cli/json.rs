@@ -156,10 +156,15 @@ fn schema(name: &str) -> Value {
 }
 
 fn with_validator(name: &str, check: impl FnOnce(&Validator)) {
-    let (schema, common) = (schema(name), schema("common"));
+    let shared = ["common", "evaluation"].map(|name| (name, self::schema(name)));
+    let schema = schema(name);
     jsonschema::meta::validate(&schema).expect("the schema is one");
-    let registry = Registry::new().add(format!("{BASE}common.schema.json"), &common);
-    let registry = registry.expect("a resource").prepare().expect("resources");
+    let mut registry = Registry::new();
+    for (name, schema) in &shared {
+        let uri = format!("{BASE}{name}.schema.json");
+        registry = registry.add(uri, schema).expect("a resource");
+    }
+    let registry = registry.prepare().expect("resources");
     let options = jsonschema::options()
         .with_base_uri(BASE)
         .with_registry(&registry);

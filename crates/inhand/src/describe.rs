@@ -8,7 +8,7 @@ use crate::Cli;
 
 /// Keys and headers of `inhand.toml` in its order, each with the option that sets it or its meaning. An option is
 /// one of `run` unless a command is named.
-const SETTINGS: [(&str, &str); 90] = [
+const SETTINGS: [(&str, &str); 91] = [
     (
         "name",
         "Name of the session [default: the name of its folder].",
@@ -70,6 +70,7 @@ const SETTINGS: [(&str, &str); 90] = [
     ("segments.margin_s", "--margin"),
     ("segments.ends_s", "--ends-s"),
     ("segments.missing_s", "--missing"),
+    ("segments.test_share", "--test-share"),
     ("[learn]", "The dictionary."),
     ("learn.kind", "--kind"),
     ("learn.rank", "--rank"),

@@ -53,10 +53,10 @@ pub(crate) struct LookOptions {
     /// Accept findings of this identifier, such as units, or in one take, units:TAKE; repeat for several.
     ///
     /// A finding of level fail ends the command with exit code 1 unless it is accepted.
-    #[arg(long, value_name = "ID[:TAKE]")]
+    #[arg(long, value_name = "ID[:TAKE]", hide_short_help = true)]
     accept: Vec<String>,
     /// Exit with 3 from this level on, once everything is written; accepted findings do not count.
-    #[arg(long, value_enum, default_value_t, value_name = "LEVEL")]
+    #[arg(long, value_enum, default_value_t, value_name = "LEVEL", hide_short_help = true)]
     pub(crate) fail_on: FailOn,
 }
 
@@ -71,9 +71,9 @@ impl LookOptions {
 /// Facts that source files may not state, and the roles of bodies and markers.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct SourceOptions {
-    /// Settings file [default: inhand.toml of the session that the takes are in].
+    /// Settings file [default: inhand.toml of the session].
     ///
-    /// none is for no settings but options: neither those of a session nor those stored in takes.
+    /// Of the session that the inputs are, or are in. none is for no settings but options: neither those of a session nor those stored in takes.
     #[arg(long, value_name = "FILE")]
     pub(crate) settings: Option<PathBuf>,
     /// Unit of length where a file does not state it: m, cm, mm, in or ft.

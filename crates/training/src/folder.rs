@@ -380,7 +380,7 @@ mod tests {
         .unwrap();
         let message = LearningFolder::open(folder.path()).unwrap_err().to_string();
         let expected = format!(
-            "{}: the run was begun by inhand 0.0.9 (form 1), this is {TOOL} (form 2): go on with \
+            "{}: the run was begun by inhand 0.0.9 (form 1), this is {TOOL} (form {FORMAT}): go on with \
              the version that began it, or begin again",
             path.display()
         );

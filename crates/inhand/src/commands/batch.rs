@@ -22,16 +22,16 @@ use crate::options::{Format, OutputOptions};
 /// of the sessions given; summary.html has those of earlier calls too.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// Sessions: folders with train/ and test/ takes, files inhand.toml, or takes, each split by time.
+    /// Sessions: folders with train/ and test/, files inhand.toml, or takes split by time.
     #[arg(required = true)]
     sessions: Vec<PathBuf>,
     /// Folder for the results of each session, summary.html and batch.json.
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// Join sessions with different settings; summary.html lists the differences.
+    /// Join sessions with different settings, listed in summary.html.
     #[arg(long)]
     allow_different: bool,
-    /// Print the table as text, or the outcome of the sessions given as json.
+    /// Print as text or json.
     #[arg(long, value_enum, default_value_t)]
     format: Format,
     #[command(flatten)]

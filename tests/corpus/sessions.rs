@@ -124,6 +124,7 @@ fn assert_warned(evaluation: &Value, expected: &[&str]) {
 fn may_be_null(key: &str) -> bool {
     let optional = [
         "plan",
+        "object",
         "object_tracked",
         "choice",
         "object_error_mm",

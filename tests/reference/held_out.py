@@ -155,6 +155,7 @@ def main(session, out):
                 ].sort_values("sample")
                 errors = np.linalg.norm(planned[inside] - tips[inside], axis=2)
                 table = here[[f"{finger.lower()}.error_m" for finger in FINGERS]].to_numpy()
+                assert np.isfinite(errors).all() and np.isfinite(table).all(), (method, first)
                 worst["errors"] = max(worst["errors"], np.abs(errors - table).max())
                 compared["errors"] += errors.size
     print(

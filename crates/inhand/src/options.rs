@@ -56,7 +56,13 @@ pub(crate) struct LookOptions {
     #[arg(long, value_name = "ID[:TAKE]", hide_short_help = true)]
     accept: Vec<String>,
     /// Exit with 3 from this level on, once everything is written; accepted findings do not count.
-    #[arg(long, value_enum, default_value_t, value_name = "LEVEL", hide_short_help = true)]
+    #[arg(
+        long,
+        value_enum,
+        default_value_t,
+        value_name = "LEVEL",
+        hide_short_help = true
+    )]
     pub(crate) fail_on: FailOn,
 }
 

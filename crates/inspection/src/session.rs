@@ -17,7 +17,7 @@ use crate::lookup::is_named_after;
 use crate::suspect::{Suspect, SuspectKind};
 
 pub use alike::{Alike, ExactPosition, exact_positions, takes_alike};
-pub use plausibility::{filter_moves_m, inspect_results};
+pub use plausibility::inspect_results;
 
 /// Every check of a session, by the identifier that accepts its findings: those of takes, then those of takes
 /// together, of settings and of results.
@@ -116,6 +116,8 @@ pub struct SessionLimits<'a> {
     pub shape: Option<Shape>,
     /// Largest distance that counts as contact, metres.
     pub tau_m: f64,
+    /// Length of the lines that held-out ends are taken from, seconds.
+    pub ends_s: f64,
     /// Findings that are accepted: `ID`, or `ID:TAKE` in one take.
     pub accept: &'a [String],
     /// Whether recordings are resampled.
@@ -222,7 +224,7 @@ fn add(
 /// Whether `ID` or `ID:TAKE` is accepted.
 fn accepts(accept: &[String], finding: &SessionFinding) -> bool {
     accept.iter().any(|entry| match entry.split_once(':') {
-        Some((id, take)) => id == finding.id && finding.takes.iter().all(|name| name == take),
+        Some((id, take)) => id == finding.id && finding.takes == [take],
         None => *entry == finding.id,
     })
 }
@@ -296,6 +298,7 @@ fn session_level(result: &CheckResult, take: &SessionMotion<'_>, suspects: &[Sus
         {
             Level::Fail
         }
+        ("up-axis", Level::Warn) => Level::Info,
         // What gaps cost is said by the segments; a take may give none where others do.
         ("gaps", Level::Warn) => Level::Info,
         ("segments", Level::Fail) => Level::Warn,
@@ -343,18 +346,20 @@ fn plays_a_role(name: &str, roles: &Roles) -> bool {
 
 /// Takes of one role that share most positions of the thumb.
 fn same_takes(takes: &[TakeLook]) -> Vec<SessionFinding> {
-    let thumbs: Vec<_> = takes.iter().map(|take| &take.thumb).collect();
-    let alike = takes_alike(&thumbs).into_iter();
-    let alike = alike.filter(|alike| takes[alike.take].train == takes[alike.other].train);
-    let findings = alike.map(|alike| {
-        let Alike { shared, own, .. } = alike;
-        let other = &takes[alike.other].name;
-        let found = format!("{shared} of {own} positions of the thumb are those of {other}");
-        let advice = "remove one of the two takes";
-        SessionFinding {
-            takes: vec![takes[alike.take].name.clone()],
-            ..finding("same-take", Level::Fail, found, advice)
-        }
-    });
-    findings.collect()
+    let of_role = |train| {
+        let takes: Vec<_> = takes.iter().filter(|take| take.train == train).collect();
+        let thumbs: Vec<_> = takes.iter().map(|take| &take.thumb).collect();
+        let findings = takes_alike(&thumbs).into_iter().map(|alike| {
+            let Alike { shared, own, .. } = alike;
+            let other = &takes[alike.other].name;
+            let found = format!("{shared} of {own} positions of the thumb are those of {other}");
+            let advice = "remove one of the two takes";
+            SessionFinding {
+                takes: vec![takes[alike.take].name.clone()],
+                ..finding("same-take", Level::Fail, found, advice)
+            }
+        });
+        findings.collect::<Vec<_>>()
+    };
+    [true, false].into_iter().flat_map(of_role).collect()
 }

@@ -98,4 +98,4 @@ pub use segments::{Cut, Starts, cut_segments, cut_some};
 pub use settings::{EndsRule, Filter, GapFill, ProcessSettings, SegmentSettings, gap_samples};
 pub use spectrum::Welch;
 pub use table::SegmentTable;
-pub use template::{BodyRole, Template, Templates, fit_templates};
+pub use template::{BodyRole, Template, Templates, fit_templates, fit_templates_to};

@@ -200,8 +200,8 @@ impl Cut {
         }
     }
 
-    /// Segments of the take without gaps that are not complete, by what most of their missing samples lack: a
-    /// finger, or the object.
+    /// Segments of the take without gaps that are not complete, by what most of their missing samples lack: the hand,
+    /// a finger, or the object.
     pub fn left_out_by(&self, table: &SegmentTable) -> BTreeMap<String, usize> {
         let fingers = Finger::ALL.map(|finger| (finger.name(), 3 * finger.index()));
         let is_complete = |start: usize, mut with_margins: Range<usize>| {
@@ -222,7 +222,16 @@ impl Cut {
                 .map(|(name, row)| (missing(&|k| table.fingertips_m()[k][row].is_nan()), name));
             let object =
                 (self.layout.object).then(|| (missing(&|k| !table.has_object(k)), "object"));
-            let most = tips.into_iter().chain(object).max_by_key(|(n, _)| *n);
+            let hand = missing(&|k| {
+                fingers
+                    .iter()
+                    .all(|(_, row)| table.fingertips_m()[k][*row].is_nan())
+            });
+            // Where the hand is lost all fingertips are: of equal ones the first counts.
+            let most = std::iter::once((hand, "hand"))
+                .chain(tips)
+                .chain(object)
+                .reduce(|most, other| if other.0 > most.0 { other } else { most });
             if let Some((_, name)) = most {
                 *left_out_by.entry(name.to_owned()).or_default() += 1;
             }

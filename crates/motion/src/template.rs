@@ -93,23 +93,36 @@ impl Templates {
 pub fn fit_templates<'a>(
     takes: impl IntoIterator<Item = (&'a Recording, &'a Roles)>,
 ) -> Result<Templates, MotionError> {
+    fit_templates_to(takes, &|_| true)
+}
+
+/// The same with the shape of those takes alone whose place in the list is chosen; of all where these never show the
+/// whole cluster. Samples of the other takes have then no say in the frames of hand and object.
+///
+/// # Errors
+///
+/// As [`fit_templates`].
+pub fn fit_templates_to<'a>(
+    takes: impl IntoIterator<Item = (&'a Recording, &'a Roles)>,
+    chosen: &dyn Fn(usize) -> bool,
+) -> Result<Templates, MotionError> {
     let takes: Vec<_> = takes.into_iter().collect();
-    let [hand, object] = BodyRole::ALL.map(|role| fit_template(&takes, role));
+    let [hand, object] = BodyRole::ALL.map(|role| fit_template(&takes, chosen, role));
     Ok(Templates([hand?, object?]))
 }
 
 fn fit_template(
     takes: &[(&Recording, &Roles)],
+    chosen: &dyn Fn(usize) -> bool,
     role: BodyRole,
 ) -> Result<Option<Template>, MotionError> {
-    let with_body: Vec<(&Recording, &BodySource)> = takes
-        .iter()
-        .filter_map(|&(recording, roles)| Some((recording, role.source(roles)?)))
+    let with_body: Vec<(usize, &Recording, &BodySource)> = (takes.iter().enumerate())
+        .filter_map(|(n, &(recording, roles))| Some((n, recording, role.source(roles)?)))
         .collect();
-    let Some(&(first_take, first)) = with_body.first() else {
+    let Some(&(_, first_take, first)) = with_body.first() else {
         return Ok(None);
     };
-    for &(take, source) in &with_body {
+    for &(_, take, source) in &with_body {
         let same = match (source, first) {
             // Takes may call one rigid body by different names; what its frame is, the capture
             // software knows.
@@ -137,13 +150,18 @@ fn fit_template(
     }
 
     let mut frames = Vec::new();
-    for &(take, _) in &with_body {
+    for &(_, take, _) in with_body.iter().filter(|(n, ..)| chosen(*n)) {
         complete_frames(take, role, names, &mut frames)?;
+    }
+    if frames.is_empty() {
+        for &(_, take, _) in &with_body {
+            complete_frames(take, role, names, &mut frames)?;
+        }
     }
     if frames.is_empty() {
         let takes: Vec<_> = with_body
             .iter()
-            .map(|(take, _)| take.name.clone())
+            .map(|(_, take, _)| take.name.clone())
             .collect();
         let (names, takes) = (listed(names), listed(&takes));
         return Err(MotionError::Body(format!(

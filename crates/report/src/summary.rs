@@ -89,7 +89,14 @@ pub fn text(summary: &Summary, markdown: bool) -> String {
     let title = if markdown { "method" } else { "errors in mm" };
     let mut table = Table::new("", &summary.methods, title, |method| method.name.clone());
     if markdown {
-        table = table.numbers("n", "", |method| method.error.all.n.to_string());
+        let own = summary.held_out.as_ref();
+        let (name, leading) = own.map_or(("n", &summary.methods), |own| {
+            ("n (held out)", &own.methods)
+        });
+        table = table.numbers(name, "", |method| {
+            let own = leading.iter().find(|own| own.name == method.name);
+            known(own.map(|own| own.error.all.n.to_string()))
+        });
     }
     // A terminal has 80 columns.
     let words = if markdown {

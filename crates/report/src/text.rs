@@ -91,8 +91,10 @@ fn methods(evaluation: &Evaluation) -> String {
             let name = "three contacts, recorded → planned";
             table = table.numbers(name, "%", |method| contact_cell(method));
         }
-        table.numbers("n (left out)", "", |method| {
-            let error = &method.error.all;
+        let first = headline(evaluation);
+        table.numbers(&heading(evaluation, first, "n (left out)"), "", |method| {
+            let own = named(evaluation, first, &method.name).unwrap_or(method);
+            let error = &own.error.all;
             format!("{} ({})", count(error.n), count(error.n_left_out))
         })
     })
@@ -273,14 +275,21 @@ pub fn text_summary(evaluation: &Evaluation) -> String {
 
 /// The protocols in a line each.
 fn legend(evaluation: &Evaluation) -> Vec<String> {
-    let lines: &[&str] = match headline(evaluation) {
-        Protocol::HeldOut => &[
-            "held out: against unfiltered motion; plans know nothing inside a segment",
-            "published: against filtered motion, which also gives both ends of a segment",
-        ],
-        Protocol::Published => &[OLDER],
+    let held_out = (evaluation.held_out.as_ref()).filter(|own| own.segments > 0);
+    let Some(held_out) = held_out else {
+        return vec![OLDER.to_owned()];
     };
-    lines.iter().map(|&line| line.to_owned()).collect()
+    let published = evaluation.session.test.iter().map(|take| take.segments);
+    vec![
+        format!(
+            "held out: {} segments, against unfiltered motion; plans know nothing inside one",
+            held_out.segments
+        ),
+        format!(
+            "published: {} segments, against filtered motion, which gives both ends too",
+            published.sum::<usize>()
+        ),
+    ]
 }
 
 /// Errors; the share of three contacts only where contacts were evaluated.

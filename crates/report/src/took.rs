@@ -223,7 +223,8 @@ fn left_out(takes: &[TakeFacts]) -> String {
 
 /// What is missing where segments are left out, most frequent first.
 pub(crate) fn missing(takes: &[&TakeFacts]) -> String {
-    let names = Finger::ALL.map(Finger::name).into_iter().chain(["object"]);
+    let fingers = Finger::ALL.map(Finger::name);
+    let names = ["hand"].into_iter().chain(fingers).chain(["object"]);
     let segments = |name: &str| -> usize {
         let takes = takes.iter().filter_map(|take| take.left_out_by.get(name));
         takes.sum()

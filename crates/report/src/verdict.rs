@@ -149,7 +149,8 @@ fn outcome(own_m: f64, baseline_m: f64) -> Outcome {
 pub(crate) fn protocols(evaluation: &Evaluation) -> impl Iterator<Item = Protocol> {
     let all = [Protocol::HeldOut, Protocol::Published].into_iter();
     all.filter(|protocol| {
-        *protocol == Protocol::Published || !evaluation.methods(*protocol).is_empty()
+        let segments = evaluation.held_out.as_ref().map_or(0, |own| own.segments);
+        *protocol == Protocol::Published || segments > 0
     })
 }
 
@@ -159,19 +160,21 @@ pub(crate) fn headline(evaluation: &Evaluation) -> Protocol {
 }
 
 /// What an evaluation says that has no held-out errors.
-pub(crate) const OLDER: &str = "This evaluation was made before the held-out protocol: errors are distances to the \
+pub(crate) const OLDER: &str = "This evaluation has no held-out errors, as those of older versions: errors are distances to the \
     filtered recording alone.";
 
 /// Reference and boundary conditions of a protocol, in two sentences.
 pub(crate) fn definition(protocol: Protocol, evaluation: &Evaluation) -> String {
     match protocol {
         Protocol::HeldOut => {
-            let ends_s = (evaluation.held_out.as_ref()).map_or(f64::NAN, |own| own.ends_s);
+            let own = evaluation.held_out.as_ref();
+            let samples = own.map_or(0, |own| own.ends_samples);
+            let ends_ms = 1e3 * samples as f64 / evaluation.session.rate_hz;
             format!(
                 "Held out: the reference is the recorded motion with gaps filled, not filtered. Start and goal are values and \
                  slopes of least-squares lines over {} ms of measured samples up to the segment's first and from its last on; \
                  nothing in between, filtered or not, reaches the planner.",
-                plain(1e3 * ends_s)
+                plain(ends_ms)
             )
         }
         Protocol::Published => "Published: the reference is the recorded motion after gap filling and filtering; start, goal \
@@ -532,7 +535,7 @@ pub(crate) fn deviation_sentence(facts: &DeviationFacts, takes: usize) -> String
     let zero = [weights.profile, weights.hand, weights.finger] == [0.0; 3];
     if found.segments < 2 {
         let end = if zero {
-            ", so all weights are zero and plans fall back to the cubic baseline"
+            ", so all weights are zero and plans are the cubic within the velocity bounds"
         } else {
             ""
         };
@@ -548,7 +551,7 @@ pub(crate) fn deviation_sentence(facts: &DeviationFacts, takes: usize) -> String
     let smooth = fine_mm(found.smooth_error_m);
     if zero {
         return format!(
-            "All weights are zero, so plans fall back to the cubic baseline: on {segments} left-out segments of {folds} {of} its error is \
+            "All weights are zero, so plans are the cubic within the velocity bounds: on {segments} left-out segments of {folds} {of} its error is \
              {smooth}, and no learned deviation was better by more than the standard error of the difference."
         );
     }

@@ -36,42 +36,30 @@ pub fn look_at_training(
     paths: &[PathBuf],
     settings: &Settings,
 ) -> Result<Inspection, SessionError> {
-    let mut looks = Vec::new();
+    let (mut looks, mut done) = (Vec::new(), 0);
     let mut together = rayon::current_num_threads();
-    while looks.len() < paths.len() {
-        let rest = &paths[looks.len()..];
-        let takes = inhand_parallel::try_map(&rest[..together.min(rest.len())], |path| {
+    while done < paths.len() {
+        let rest = &paths[done..];
+        let mut takes = inhand_parallel::try_map(&rest[..together.min(rest.len())], |path| {
             read_clean(path, settings)
         })?;
         let is_cluster = |take: &Take| {
             (take.roles.as_ref()).is_ok_and(|roles| matches!(roles.hand, BodySource::Markers(_)))
         };
         if together < paths.len() && takes.iter().any(is_cluster) {
-            (together, looks) = (paths.len(), Vec::new());
+            (together, looks, done) = (paths.len(), Vec::new(), 0);
             continue;
         }
-        looks.extend(training_looks(&takes, settings)?);
+        done += takes.len();
+        takes.retain(|take| take.roles.is_ok() || take.stored_motion.is_none());
+        let motions = steps::motions_in_hand(&takes, &|_| true, settings)?;
+        looks.extend(inhand_parallel::try_up_to(takes.len(), |n| {
+            take_look(&takes[n], &motions[n], true, settings)
+        })?);
     }
-    let looks: Vec<_> = looks.into_iter().flatten().collect();
     let inspection = inspect(&looks, &limits(settings)?);
     refuse("training takes", &inspection)?;
     Ok(inspection)
-}
-
-fn training_looks(
-    takes: &[Take],
-    settings: &Settings,
-) -> Result<Vec<Option<TakeLook>>, SessionError> {
-    if takes
-        .iter()
-        .any(|take| take.roles.is_err() && take.stored_motion.is_some())
-    {
-        return Ok(takes.iter().map(|_| None).collect());
-    }
-    let motions = steps::motions_in_hand(takes, settings)?;
-    inhand_parallel::try_up_to(takes.len(), |n| {
-        take_look(&takes[n], &motions[n], true, settings).map(Some)
-    })
 }
 
 fn take_look(
@@ -98,6 +86,7 @@ pub(crate) fn limits(settings: &Settings) -> Result<SessionLimits<'_>, SessionEr
         tau_m: settings.evaluate.tau_mm / 1000.0,
         accept: &settings.look.accept,
         resampled: settings.clean.resample_hz.is_some(),
+        ends_s: settings.segments.ends_s,
     })
 }
 
@@ -108,6 +97,7 @@ pub(crate) fn refuse(name: &str, inspection: &Inspection) -> Result<(), SessionE
         return Ok(());
     }
     let mut ids: Vec<_> = fails.iter().map(|finding| finding.id.as_str()).collect();
+    ids.sort_unstable();
     ids.dedup();
     let lines: String = fails.iter().map(|finding| format!("\n{finding}")).collect();
     let accept = ids.join(" --accept ");

@@ -126,8 +126,13 @@ pub(crate) fn learn_provenance<'a>(
     if !settings.plan.methods.contains(&Method::Auto) {
         relevant.plan = PlanSection::default();
     }
-    relevant.evaluate = EvaluateSection::default();
-    relevant.object = crate::settings::ObjectSettings::default();
+    // The offset of the object is in segments that carry it; shape and contact distance count where the method is
+    // chosen among plans that hold.
+    let chooses = settings.plan.methods.contains(&Method::Auto);
+    if !(chooses && settings.plan.holding) {
+        relevant.evaluate = EvaluateSection::default();
+        relevant.object.shape = None;
+    }
     relevant.look = LookSection::default();
     relevant.name = None;
     let ranges = settings

@@ -63,7 +63,7 @@ impl Method {
     pub const fn description(self) -> &'static str {
         match self {
             Method::Auto => "the best on left-out training takes",
-            Method::Residual => "cubic + learned deviation",
+            Method::Residual => "curve + learned deviation",
             Method::Prior => "learned prior, ends given",
             Method::Paper => "end given, as published",
             Method::Hold => "stays at end, no learning",

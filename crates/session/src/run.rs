@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use inhand_inspection::{Smoothing, filter_moves_m, inspect_results, smoothing};
+use inhand_inspection::{Smoothing, inspect_results, smoothing};
 use inhand_model::{
     Dictionary, Evaluation, EvaluationRows, InputHash, Inspection, Level, MethodRows, Motion,
     MotionRows, PerProtocol, Protocol, Provenance, Segments, SessionFacts, SessionFinding,
@@ -21,7 +21,7 @@ use crate::error::{Located, SessionError};
 use crate::look;
 use crate::manifest::{self, Manifest, RunJson};
 use crate::session::{self, Session, SessionTake};
-use crate::settings::{FilterKind, Role, Settings};
+use crate::settings::{Role, Settings};
 use crate::steps::{self, Comparison, Generated, Illustrated, ProtocolRows, TakeResult};
 use crate::take::{self, Take};
 pub use files::RunFiles;
@@ -116,21 +116,16 @@ pub fn run(
             dictionary_reused: true,
         });
     }
-    let (motions, smoothing, mut looked) = run.process(&takes)?;
+    let (motions, smoothing, mut inspection) = run.process(&takes)?;
     let cut = run.cut(&takes, &motions)?;
     let (dictionary, dictionary_reused) = run.learn(&cut)?;
     let generated = run.generate(&cut, &dictionary, dictionary_reused)?;
     let mut judged = run.judge(&cut, &dictionary, &generated)?;
-    let earlier = looked.inspection.findings.clone();
-    let (inspection, moved_m) = (&mut looked.inspection, looked.moved_m);
-    inspect_results(
-        inspection,
-        &judged.evaluation,
-        moved_m,
-        &look::limits(settings)?,
-    );
-    run.found(inspection, &earlier);
-    judged.evaluation.inspection = Some(inspection.clone());
+    let earlier = inspection.findings.clone();
+    let limits = look::limits(settings)?;
+    inspect_results(&mut inspection, &judged.evaluation, &limits);
+    run.found(&inspection, &earlier);
+    judged.evaluation.inspection = Some(inspection);
     run.time("write", || {
         let hulls = &dictionary.demonstrated.hulls;
         write_takes(
@@ -164,12 +159,6 @@ struct Run<'a> {
     begin: Instant,
     watch: RefCell<&'a mut dyn FnMut(Event<'_>)>,
     timings_s: RefCell<BTreeMap<String, f64>>,
-}
-
-/// Findings before anything is learned, and the distance that the filter moves fingertips of test takes (95 %).
-struct Looked {
-    inspection: Inspection,
-    moved_m: Option<f64>,
 }
 
 /// Segments of both roles with the motions that they are cut from. Those to learn from under the held-out protocol
@@ -246,16 +235,18 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Motions in the hand's frame, before and after the filter, what it did, and what was found before it.
+    /// Motions in the hand's frame, before and after the filter, what the filter did, and findings before it.
     fn process(
         &self,
         takes: &[Take],
-    ) -> Result<(PerProtocol<Vec<Motion>>, Smoothing, Looked), SessionError> {
+    ) -> Result<(PerProtocol<Vec<Motion>>, Smoothing, Inspection), SessionError> {
         for role in [Role::Train, Role::Test] {
             steps::used(self.of_role(takes, role), self.settings)?;
         }
         let in_hand = self.time("hand_frame", || {
-            steps::motions_in_hand(takes, self.settings)
+            // What is held out has no say in the frame that it is judged in.
+            let trains = |n: usize| self.session.takes[n].role == Role::Train;
+            steps::motions_in_hand(takes, &trains, self.settings)
         })?;
         let look = || look::look(&self.session, takes, &in_hand, self.settings);
         let inspection = self.time("look", look)?;
@@ -266,17 +257,11 @@ impl<'a> Run<'a> {
             let [before, after] = [&in_hand, &motions].map(|all| self.of_role(all, Role::Test));
             let smoothing =
                 smoothing(&before, &after).during("comparing takes with the filtered ones")?;
-            let filters = self.settings.process.filter != FilterKind::None;
-            let moved_m = filters.then(|| filter_moves_m(&before, &after));
-            let looked = Looked {
-                inspection,
-                moved_m,
-            };
             let motions = PerProtocol {
                 published: motions,
                 held_out: in_hand,
             };
-            Ok((motions, smoothing, looked))
+            Ok((motions, smoothing, inspection))
         })
     }
 
@@ -504,7 +489,9 @@ fn stored_evaluation(path: &Path) -> Result<Evaluation, SessionError> {
 
 /// Plans without a trajectory, over all methods.
 fn failed_plans(evaluation: &Evaluation) -> usize {
-    let plans = (evaluation.methods.iter()).filter_map(|method| method.plan.as_ref());
+    let methods =
+        [Protocol::Published, Protocol::HeldOut].map(|protocol| evaluation.methods(protocol));
+    let plans = (methods.into_iter().flatten()).filter_map(|method| method.plan.as_ref());
     plans.map(|plans| plans.infeasible + plans.failed).sum()
 }
 

@@ -11,8 +11,8 @@ use inhand_model::{
     TakeFacts, TakeQuality,
 };
 use inhand_motion::{
-    Cut, EndsRule, SegmentSettings, SegmentTable, Templates, cut_segments, fit_templates, smooth,
-    to_hand_frame, with_hand,
+    Cut, EndsRule, SegmentSettings, SegmentTable, Templates, cut_segments, fit_templates_to,
+    smooth, to_hand_frame, with_hand,
 };
 
 use crate::error::{Located, SessionError, invalid};
@@ -55,20 +55,25 @@ pub use shown::{Shown, demonstrated};
 ///
 /// [`SessionError::At`] for the first take that cannot be processed.
 pub fn process_takes(takes: &[Take], settings: &Settings) -> Result<Vec<Motion>, SessionError> {
-    smooth_motions(&motions_in_hand(takes, settings)?, settings)
+    smooth_motions(&motions_in_hand(takes, &|_| true, settings)?, settings)
 }
 
-/// Brings takes into the hand's frame, gaps filled, in order.
+/// Brings takes into the hand's frame, gaps filled, in order. The shapes of bodies that are fitted to markers are those
+/// of the takes whose place is chosen.
 ///
 /// # Errors
 ///
 /// [`SessionError::At`] for the first take that cannot be processed.
-pub fn motions_in_hand(takes: &[Take], settings: &Settings) -> Result<Vec<Motion>, SessionError> {
+pub fn motions_in_hand(
+    takes: &[Take],
+    chosen: &dyn Fn(usize) -> bool,
+    settings: &Settings,
+) -> Result<Vec<Motion>, SessionError> {
     let roles = takes
         .iter()
         .map(Take::roles)
         .collect::<Result<Vec<_>, _>>()?;
-    let templates = templates(takes, &roles)?;
+    let templates = templates(takes, &roles, chosen)?;
     let process_settings = settings.process_settings()?;
     let mut motions = inhand_parallel::try_up_to(takes.len(), |n| {
         let take = &takes[n];
@@ -119,7 +124,7 @@ pub fn processed_motions(
     takes: &[Take],
     settings: &Settings,
 ) -> Result<PerProtocol<Vec<Motion>>, SessionError> {
-    let held_out = motions_in_hand(takes, settings)?;
+    let held_out = motions_in_hand(takes, &|_| true, settings)?;
     Ok(PerProtocol {
         published: smooth_motions(&held_out, settings)?,
         held_out,
@@ -149,7 +154,7 @@ pub fn stored_motions(
         .iter()
         .map(Take::roles)
         .collect::<Result<Vec<_>, _>>()?;
-    let templates = templates(takes, &roles)?;
+    let templates = templates(takes, &roles, &|_| true)?;
     let process_settings = settings.process_settings()?;
     let mut held_out = inhand_parallel::try_up_to(takes.len(), |n| {
         let (take, hand) = (&takes[n], published[n].hand.clone());
@@ -171,12 +176,16 @@ pub fn stored_motions(
     }))
 }
 
-fn templates(takes: &[Take], roles: &[&Roles]) -> Result<Templates, SessionError> {
+fn templates(
+    takes: &[Take],
+    roles: &[&Roles],
+    chosen: &dyn Fn(usize) -> bool,
+) -> Result<Templates, SessionError> {
     let pairs = takes
         .iter()
         .map(|take| &take.recording)
         .zip(roles.iter().copied());
-    fit_templates(pairs).during("processing the session")
+    fit_templates_to(pairs, chosen).during("processing the session")
 }
 
 /// Share of samples at which the object has to be known for segments to carry it: with less, more

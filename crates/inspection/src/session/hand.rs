@@ -119,7 +119,11 @@ pub(super) fn takes_disagree(looks: &[TakeLook]) -> Vec<SessionFinding> {
             ),
             false => (Level::Info, format!("{away} in the hand's frame")),
         };
-        let takes = vec![look.name.clone()];
+        // Of two takes none is known to be right.
+        let takes = match places.len() {
+            2 => places.iter().map(|(look, _)| look.name.clone()).collect(),
+            _ => vec![look.name.clone()],
+        };
         let advice = "export both takes alike, or put them into sessions of their own";
         Some(SessionFinding {
             takes,

@@ -1,6 +1,6 @@
 //! Plausibility of settings and results against the data.
 
-use inhand_model::{Evaluation, Finger, Inspection, Level, Motion, SessionFinding};
+use inhand_model::{Evaluation, Finger, HeldOutEvaluation, Inspection, Level, SessionFinding};
 use inhand_motion::Filter;
 
 use super::{SessionLimits, SessionMotion, add, finding, object, of_take};
@@ -15,6 +15,9 @@ const WINDOW_SHARE: f64 = 0.6;
 
 /// Share of a segment above which a margin is doubtful.
 const QUARTER: f64 = 0.25;
+
+/// Share of the segments without gaps below which few are usable.
+const SEGMENTS_SHARE: f64 = 0.9;
 
 /// Share of instants with three fingers in contact below which the recorded object was hardly of this shape.
 const CONTACT_SHARE: f64 = 0.05;
@@ -40,7 +43,14 @@ pub(super) fn settings(inspection: &mut Inspection, rate_hz: f64, limits: &Sessi
         "filter-window",
         filter_window(limits.check.process.filter, rate_hz),
     );
-    look("margin", margin(limits.check.margin_s));
+    let beside = [
+        (limits.check.margin_s, "--margin"),
+        (limits.ends_s, "--ends-s"),
+    ];
+    let margin = beside
+        .into_iter()
+        .find_map(|(time_s, flag)| margin(time_s, flag));
+    look("margin", margin);
     look("held-out-resampled", resampled(limits.resampled));
 }
 
@@ -52,12 +62,10 @@ fn resampled(is_resampled: bool) -> Option<SessionFinding> {
     })
 }
 
-/// Adds what only results show: `moved_m` is the distance that the filter moves fingertips (95 %), where there is a
-/// filter.
+/// Adds what only results show.
 pub fn inspect_results(
     inspection: &mut Inspection,
     evaluation: &Evaluation,
-    moved_m: Option<f64>,
     limits: &SessionLimits<'_>,
 ) {
     let mut look = |id, found: Option<SessionFinding>| {
@@ -74,9 +82,11 @@ pub fn inspect_results(
             contact_share(contact.recorded_three_or_more),
         );
     }
-    if let Some(moved_m) = moved_m {
-        look("filter-moves", filter_moves(moved_m, method.error.all.p50));
+    if let Some(moved) = &evaluation.filter_moves {
+        let (moved_m, error_m) = (moved.all.p95, method.error.all.p50);
+        look("filter-moves", filter_moves(moved_m, error_m));
     }
+    add(inspection, &[], held_out_segments(evaluation), limits);
 }
 
 /// The path along the fingertips against that under other labels.
@@ -125,12 +135,37 @@ fn filter_window(filter: Filter, rate_hz: f64) -> Option<SessionFinding> {
     Some(finding("filter-window", level, found, advice))
 }
 
-fn margin(margin_s: f64) -> Option<SessionFinding> {
+/// Few segments that can be judged under the held-out protocol.
+fn held_out_segments(evaluation: &Evaluation) -> Vec<SessionFinding> {
+    let few = |own: &&HeldOutEvaluation| {
+        (own.segments as f64) < SEGMENTS_SHARE * (own.segments + own.left_out) as f64
+            || own.segments == 0
+    };
+    let own = evaluation.held_out.iter().filter(few);
+    own.map(|own| {
+        let found = format!(
+            "{} of {} test segments can be judged under the held-out protocol",
+            own.segments,
+            own.segments + own.left_out
+        );
+        let advice =
+            "fill gaps (--max-gap), record longer, or take ends from shorter lines (--ends-s)";
+        let mut finding = finding("segments", Level::Warn, found, advice);
+        if own.segments == 0 {
+            "held out".clone_into(&mut finding.entity);
+        }
+        finding
+    })
+    .collect()
+}
+
+/// A time beside segments from which end velocities are taken.
+fn margin(margin_s: f64, flag: &str) -> Option<SessionFinding> {
     (margin_s > QUARTER * SEGMENT_S).then(|| {
         let found = format!(
             "{margin_s} s beside segments of {SEGMENT_S} s serve for end velocities: they are those of other motion"
         );
-        let advice = "use less than a quarter of a segment: --margin";
+        let advice = format!("use less than a quarter of a segment: {flag}");
         finding("margin", Level::Warn, found, advice)
     })
 }
@@ -152,7 +187,7 @@ fn contact_share(share: f64) -> Option<SessionFinding> {
             "three fingers touch the object at {} of the recorded instants",
             percent(share)
         );
-        let advice = "see shape, size and centre of the object: --object, object.offset_m";
+        let advice = "see shape, size and centre of the object: --object, --object-offset";
         finding("contact-share", Level::Warn, found, advice)
     })
 }
@@ -167,16 +202,4 @@ fn filter_moves(moved_m: f64, error_m: f64) -> Option<SessionFinding> {
         let advice = "compare with a shorter window (--window) or --filter none";
         finding("filter-moves", Level::Warn, found, advice)
     })
-}
-
-/// Distance that a filter moves fingertips, 95 % of samples, metres; NaN without samples.
-pub fn filter_moves_m(before: &[&Motion], after: &[&Motion]) -> f64 {
-    let pairs = before.iter().zip(after).flat_map(|(before, after)| {
-        Finger::ALL.map(|finger| (&before.fingertips[finger], &after.fingertips[finger]))
-    });
-    let moved = pairs.flat_map(|(before, after)| {
-        let both = before.iter().zip(after.iter());
-        both.filter_map(|(a, b)| Some((a?.coords_m() - b?.coords_m()).norm()))
-    });
-    Sorted::new(moved).quantile(0.95)
 }

@@ -46,7 +46,7 @@ fn held_out(evaluation: &Evaluation) -> Option<Body> {
     let heading = html! {
         h3 { "Held out" }
         p { (definition(protocol, evaluation)) }
-        p { (segments) ", " (own.left_out) " left out: a margin of " (own.ends_samples) " samples on both sides has to be measured too." }
+        p { (segments) ", " (own.left_out) " left out: of the " (own.ends_samples) " samples of a line on either side half have to be measured." }
     };
     let figures = Body::from(heading).figure(Figure {
         id: "held-out-error-by-method",

@@ -6,7 +6,7 @@ use inhand_evaluation::{
     ContactCounts, Contestant, SortedErrors, best_baseline, intervals, outliers,
 };
 use inhand_model::{
-    Bootstrap, Cluster, Finger, GroupSummary, HandAndFingers, HeldOutSummary, Intervals,
+    Bootstrap, Cluster, Finger, GroupSummary, HandAndFingers, HeldOutSummary, Intervals, Level,
     MethodEvaluation, MethodSummary, PerFinger, Protocol, SessionMethod, SessionSummary,
     SettingDifference, Severity, SharedContacts, Statistics, Summary,
 };
@@ -370,9 +370,14 @@ fn session(part: &Part, name: String, methods: &[String], held_out: bool) -> Ses
         duration_s: facts.test.iter().map(|take| take.duration_s).sum(),
         segments: add(|take| take.segments),
         left_out: add(|take| take.left_out),
-        warnings: findings
-            .filter(|finding| finding.severity == Severity::Warning)
-            .count(),
+        warnings: match &evaluation.inspection {
+            Some(own) => own
+                .findings
+                .iter()
+                .filter(|f| f.level >= Level::Warn)
+                .count(),
+            None => findings.filter(|f| f.severity == Severity::Warning).count(),
+        },
         methods: (methods.iter())
             .filter_map(|name| part.method(Protocol::Published, name))
             .map(|method| SessionMethod {

@@ -168,6 +168,15 @@ fn a_second_run_says_the_same_and_only_what_was_looked_at_is_fine() {
 #[test]
 fn identifiers_are_those_of_checks() {
     let bench = without_shape();
+    // A finding of no take is not accepted in one.
+    let elsewhere = [
+        "--object",
+        "cube:50",
+        "--accept",
+        "object-size:cube_test_01",
+    ];
+    let (code, message) = run(&bench, &elsewhere);
+    assert_eq!(code, Some(1), "{message}");
     let (code, message) = run(&bench, &["--accept", "unit"]);
     assert_eq!(code, Some(2), "{message}");
     assert!(message.contains("units, finger-place"), "{message}");

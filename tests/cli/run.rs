@@ -280,6 +280,17 @@ fn second_run_does_only_what_changed() {
         .modified()
         .unwrap();
     assert_ne!(now, written);
+
+    // Nor does another centre of the object: it is in the segments.
+    let learned = bench.bytes("out/dictionary.mcap");
+    let moved = ["--seed", "5", "--object-offset", "0,0.02,0.03"];
+    bench.run("out", &moved);
+    assert_ne!(bench.bytes("out/dictionary.mcap"), learned);
+    bench.run("fresh", &moved);
+    assert_eq!(
+        bench.bytes("out/dictionary.mcap"),
+        bench.bytes("fresh/dictionary.mcap")
+    );
 }
 
 #[test]

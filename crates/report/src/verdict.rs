@@ -3,7 +3,7 @@
 
 use inhand_model::{
     DeviationFacts, Evaluation, Finger, Inspection, Level, Measure, MethodCandidate, MethodChoice,
-    MethodEvaluation, Protocol, SessionFinding, Statistics,
+    MethodEvaluation, Protocol, SessionFinding, SmoothCurve, Statistics,
 };
 
 use crate::table::statistic;
@@ -527,17 +527,28 @@ fn fine_mm(metres: f64) -> String {
     format!("{} mm", decimals(to_mm(metres), 3))
 }
 
+/// The baseline that a curve is.
+pub(crate) fn curve_words(curve: SmoothCurve) -> &'static str {
+    match curve {
+        SmoothCurve::Hermite => "cubic baseline",
+        SmoothCurve::MinimumJerk => "minimum-jerk baseline",
+        SmoothCurve::Line => "straight-line baseline",
+    }
+}
+
 /// Result of the cross-validation of the deviation, in a sentence or two. `takes` is how many training
 /// takes there are.
 pub(crate) fn deviation_sentence(facts: &DeviationFacts, takes: usize) -> String {
     let found = &facts.validation;
     let weights = &facts.weights;
     let zero = [weights.profile, weights.hand, weights.finger] == [0.0; 3];
+    let curve = curve_words(facts.curve);
     if found.segments < 2 {
-        let end = if zero {
-            ", so all weights are zero and plans are the cubic within the velocity bounds"
-        } else {
-            ""
+        let end = match zero {
+            true => format!(
+                ", so all weights are zero and plans are the {curve} within the velocity bounds"
+            ),
+            false => String::new(),
         };
         return format!(
             "There was too little training data to leave any out and validate the deviation{end}."
@@ -551,12 +562,12 @@ pub(crate) fn deviation_sentence(facts: &DeviationFacts, takes: usize) -> String
     let smooth = fine_mm(found.smooth_error_m);
     if zero {
         return format!(
-            "All weights are zero, so plans are the cubic within the velocity bounds: on {segments} left-out segments of {folds} {of} its error is \
+            "All weights are zero, so plans are the {curve} within the velocity bounds: on {segments} left-out segments of {folds} {of} its error is \
              {smooth}, and no learned deviation was better by more than the standard error of the difference."
         );
     }
     format!(
-        "On {segments} left-out segments of {folds} {of} the cubic baseline has an error of {smooth}, with the deviation {} (difference \
+        "On {segments} left-out segments of {folds} {of} the {curve} has an error of {smooth}, with the deviation {} (difference \
          {} ± {}, the standard error over segments).",
         fine_mm(found.error_m),
         decimals(to_mm(found.error_m - found.smooth_error_m), 3).replace('-', "−"),

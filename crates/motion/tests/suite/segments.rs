@@ -110,6 +110,17 @@ fn what_is_missing_most_is_why_a_segment_is_left_out() {
     // In the margin of one segment and in the next one.
     assert_eq!(cut(0.0, |k| k != 22), ring(2));
     assert_eq!(cut(0.0, |_| false), ring(4));
+    // Without a hand there is no fingertip either.
+    let lost = resting_hand(100, |_, k| k != 22);
+    let roles = roles(rigid_body("Hand"), None);
+    let lost = process(&lost, &roles, &Templates::default(), &PLAIN).unwrap();
+    let left_out = Cut::new(&settings(20, 20, 0.02))
+        .unwrap()
+        .left_out_by(&SegmentTable::from_motion(&lost));
+    assert_eq!(
+        left_out.into_iter().collect::<Vec<_>>(),
+        [("hand".to_owned(), 2)]
+    );
     // A gap that may be missing, and one that may not.
     assert_eq!(cut(0.03, |k| !(30..33).contains(&k)), []);
     assert_eq!(cut(0.02, |k| !(30..33).contains(&k)), ring(1));

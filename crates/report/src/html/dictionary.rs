@@ -10,7 +10,7 @@ use crate::figure::line_chart::{self, LineChart, Series};
 use crate::figure::scale::Scale;
 use crate::figure::{Figure, PLAIN_CLASS};
 use crate::table::Table;
-use crate::verdict::deviation_sentence;
+use crate::verdict::{curve_words, deviation_sentence};
 use crate::words::{NONE, count, decimals, percent, short, tied, to_mm};
 
 const MM2_PER_M2: f64 = 1e6;
@@ -19,10 +19,12 @@ const MM2_PER_M2: f64 = 1e6;
 pub(super) fn section(evaluation: &Evaluation) -> Body {
     let facts = &evaluation.dictionary;
     let takes = evaluation.session.train.len();
+    let own = evaluation.held_out.as_ref();
+    let held_out = own.and_then(|own| own.deviation.as_ref());
     let deviation = facts
         .deviation
         .as_ref()
-        .map(|learned| deviation(learned, takes));
+        .map(|learned| deviation(learned, held_out, takes));
     Body::from(html! { p { (sentence(facts)) } })
         .figure(objective_figure(facts))
         .append(deviation.map(Body::from))
@@ -109,8 +111,8 @@ fn bounds_table(bounds: &VelocityBounds) -> Table<Finger> {
     })
 }
 
-/// The learned deviation. `takes` is how many training takes there are.
-fn deviation(facts: &DeviationFacts, takes: usize) -> Markup {
+/// The learned deviation, and that of the held-out protocol. `takes` is how many training takes there are.
+fn deviation(facts: &DeviationFacts, held_out: Option<&DeviationFacts>, takes: usize) -> Markup {
     let (weights, widths) = (facts.weights, facts.bandwidths);
     let parts = [
         (
@@ -147,6 +149,12 @@ fn deviation(facts: &DeviationFacts, takes: usize) -> Markup {
             "In addition to the primitives above, the deviation of the recorded motion from the cubic Hermite baseline through the boundary conditions was learned: "
             (count(facts.primitives)) " primitives, and a predictor (kernel regression) of their activations from "
             (count(facts.demonstrations)) " demonstrations. " (tied(&deviation_sentence(facts, takes)))
+        }
+        @if let Some(own) = held_out {
+            p {
+                "Under the held-out protocol the curve is the " (curve_words(own.curve)) ", with a deviation of its own. "
+                (tied(&deviation_sentence(own, takes)))
+            }
         }
         (table)
         p.note {

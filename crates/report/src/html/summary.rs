@@ -230,14 +230,18 @@ fn sessions(summary: &Summary, contenders: &[Method<'_, MethodSummary>]) -> Body
              report, with the worst instants of its takes, is beside its evaluation."
         }
     });
-    body.figure(session_figure(&ranked, &contenders[place], place))
-        .prose(table)
+    body.figure(session_figure(
+        &ranked,
+        &contenders[place],
+        (place, protocol_words(summary)),
+    ))
+    .prose(table)
 }
 
 fn session_figure(
     ranked: &[&SessionSummary],
     method: &Method<'_, MethodSummary>,
-    place: usize,
+    (place, words_of_protocol): (usize, &str),
 ) -> Option<Figure> {
     let drawn: Vec<(&SessionSummary, &Statistics)> = (ranked.iter())
         .map(|session| (*session, &session.methods[place].headline().all))
@@ -275,7 +279,7 @@ fn session_figure(
     data.columns.extend(box_plot::data(&boxes).columns);
     Some(Figure {
         id: "error-by-session",
-        title: format!("Error of {name} by session, worst first."),
+        title: format!("Error of {name} by session{words_of_protocol}, worst first."),
         caption: format!("{BOX_WORDS}{words}"),
         data,
         legend: Vec::new(),
@@ -352,7 +356,8 @@ fn groups(summary: &Summary) -> Body {
             .groups
             .iter()
             .filter(|group| group.method == *method);
-        let caption = format!("Error of {method} by group");
+        let protocol = summary.held_out.as_ref().map_or("", |_| ", published");
+        let caption = format!("Error of {method} by group{protocol}");
         Table::new(caption, groups, "participant", |group: &&GroupSummary| {
             stated(group.participant.as_deref())
         })

@@ -131,16 +131,16 @@ fn the_deviation_states_its_validation() {
     deviation.validation.error_m = deviation.validation.smooth_error_m;
     deviation.validation.standard_error_m = 0.0;
     let told = words(&evaluation);
-    assert!(
-        told.contains("All weights are zero, so plans fall back to the cubic baseline: on 590")
-    );
+    assert!(told.contains(
+        "All weights are zero, so plans are the cubic baseline within the velocity bounds: on 590"
+    ));
     assert!(told.contains("no learned deviation was better by more than the standard error"));
 
     let deviation = evaluation.dictionary.deviation.as_mut().unwrap();
     (deviation.validation.folds, deviation.validation.segments) = (0, 0);
     assert!(words(&evaluation).contains(
         "too little training data to leave any out and validate the deviation, so all weights are \
-         zero and plans fall back to the cubic baseline."
+         zero and plans are the cubic baseline within the velocity bounds."
     ));
 }
 

@@ -78,8 +78,12 @@ pub fn merge(parts: &[Part], options: MergeOptions) -> Result<Summary, SessionEr
     let sessions: Vec<SessionSummary> = (parts.iter().zip(names(parts)))
         .map(|(part, name)| session(part, name, &methods, held_out.is_some()))
         .collect();
+    let judged = match held_out {
+        Some(_) => format!("{default_method}, held out"),
+        None => default_method.clone(),
+    };
     Ok(Summary {
-        outliers: outliers(&sessions, default, &default_method),
+        outliers: outliers(&sessions, default, &judged),
         methods: published.methods,
         groups: published.groups,
         held_out: held_out.map(|own| HeldOutSummary {

@@ -51,6 +51,7 @@
 //! its numbers; scales, axes, the row plot and other plots), `html` (the page, a file a section; a section is a `Body`).
 
 mod comparison;
+mod deviation_words;
 mod error;
 mod figure;
 mod html;

@@ -6,11 +6,11 @@ use inhand_model::{
 use maud::{Markup, html};
 
 use super::Body;
+use crate::deviation_words::{curve_words, deviation_sentence};
 use crate::figure::line_chart::{self, LineChart, Series};
 use crate::figure::scale::Scale;
 use crate::figure::{Figure, PLAIN_CLASS};
 use crate::table::Table;
-use crate::verdict::{curve_words, deviation_sentence};
 use crate::words::{NONE, count, decimals, percent, short, tied, to_mm};
 
 const MM2_PER_M2: f64 = 1e6;

@@ -9,8 +9,8 @@ use crate::html::intervals::{
 };
 use crate::table::{Table, escaped, known, statistic};
 use crate::verdict::{
-    OLDER, choice_sentence, comparison_sentence, contact_sentence, default_method, filter_sentence,
-    headline, protocols, region_sentence, sentences, warnings,
+    choice_sentence, comparison_sentence, contact_sentence, default_method, filter_sentence,
+    headline, protocols, region_sentence, sentences, warnings, without_held_out,
 };
 use crate::words::{NARROW_SPACE, count, decimals, millimetres, part_of, percent, shortened};
 
@@ -275,18 +275,17 @@ pub fn text_summary(evaluation: &Evaluation) -> String {
 
 /// The protocols in a line each.
 fn legend(evaluation: &Evaluation) -> Vec<String> {
-    let held_out = (evaluation.held_out.as_ref()).filter(|own| own.segments > 0);
-    let Some(held_out) = held_out else {
-        return vec![OLDER.to_owned()];
-    };
+    if let Some(words) = without_held_out(evaluation) {
+        return vec![words.to_owned()];
+    }
+    let held_out = evaluation.held_out.as_ref().map_or(0, |own| own.segments);
     let published = evaluation.session.test.iter().map(|take| take.segments);
     vec![
         format!(
-            "held out: {} segments, against unfiltered motion; plans know nothing inside one",
-            held_out.segments
+            "held out: {held_out} segments of unfiltered motion; plans know nothing inside one"
         ),
         format!(
-            "published: {} segments, against filtered motion, which gives both ends too",
+            "published: {} segments of filtered motion, which also gives both ends",
             published.sum::<usize>()
         ),
     ]

@@ -159,9 +159,18 @@ pub(crate) fn headline(evaluation: &Evaluation) -> Protocol {
     protocols(evaluation).next().unwrap_or_default()
 }
 
-/// What an evaluation says that has no held-out errors.
-pub(crate) const OLDER: &str = "This evaluation has no held-out errors, as those of older versions: errors are distances to the \
-    filtered recording alone.";
+/// Why an evaluation has no held-out errors; `None` where it has some.
+pub(crate) fn without_held_out(evaluation: &Evaluation) -> Option<&'static str> {
+    match &evaluation.held_out {
+        None => Some(
+            "This evaluation was made before the held-out protocol: errors are distances to the filtered recording alone.",
+        ),
+        Some(own) if own.segments == 0 => Some(
+            "No segment can be judged under the held-out protocol: errors are distances to the filtered recording alone.",
+        ),
+        Some(_) => None,
+    }
+}
 
 /// Reference and boundary conditions of a protocol, in two sentences.
 pub(crate) fn definition(protocol: Protocol, evaluation: &Evaluation) -> String {
@@ -434,7 +443,7 @@ pub(crate) fn sentences(evaluation: &Evaluation) -> Vec<String> {
         Some(error_sentence(evaluation, protocol)),
         compared,
         published_sentence(evaluation),
-        (evaluation.held_out.is_none()).then(|| OLDER.to_owned()),
+        without_held_out(evaluation).map(str::to_owned),
         filter_sentence(evaluation),
         contact_sentence(evaluation),
         region_sentence(evaluation),

@@ -12,7 +12,7 @@ use crate::figure::line_chart::{self, LineChart, Series};
 use crate::figure::scale::{Scale, nice_end};
 use crate::figure::{Figure, Panel};
 use crate::table::{self, Head, SPREAD, Table, UPPER};
-use crate::verdict::{OLDER, comparison_sentence, default_method, definition};
+use crate::verdict::{comparison_sentence, default_method, definition, without_held_out};
 use crate::words::{NONE, count, count_range, counted, decimals, millimetres, plain, tied, to_mm};
 
 /// Name of the axis of errors.
@@ -25,7 +25,7 @@ pub(super) fn section(report: &Report<'_>, methods: &[Method<'_>]) -> Body {
         p {
             "Distance between the planned and the recorded fingertip, both in the hand's frame, at every sample of every test segment."
         }
-        @if evaluation.held_out.is_none() { p { (OLDER) } }
+        @if let Some(words) = without_held_out(evaluation) { p { (words) } }
     });
     let body = body
         .append(held_out(evaluation))
@@ -40,7 +40,11 @@ pub(super) fn section(report: &Report<'_>, methods: &[Method<'_>]) -> Body {
 
 /// Errors under the held-out protocol; `None` where methods were not compared under it.
 fn held_out(evaluation: &Evaluation) -> Option<Body> {
-    let (protocol, own) = (Protocol::HeldOut, evaluation.held_out.as_ref()?);
+    let own = evaluation
+        .held_out
+        .as_ref()
+        .filter(|own| own.segments > 0)?;
+    let protocol = Protocol::HeldOut;
     let methods = &super::methods(evaluation, protocol);
     let segments = counted(own.segments, "test segment");
     let heading = html! {

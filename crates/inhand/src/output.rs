@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 use anyhow::{Error, Result};
 use clap::Args;
 use inhand_session::containers::hash_file;
-use inhand_session::{already_exists, check_target, is_stream, scratch_folder, write_text};
+use inhand_session::{
+    BAG_FACTS, already_exists, check_target, is_stream, scratch_folder, take_files, write_text,
+};
 
 use crate::console::{Console, data};
 use crate::exit::UsageError;
@@ -105,12 +107,25 @@ pub(crate) fn write_output<T, E: Into<Error>>(
     Ok(done)
 }
 
-/// Refuses outputs that are inputs or folders.
+/// Refuses outputs that are inputs, files of a bag among the inputs, or folders.
 pub(crate) fn check_outputs<'a, P: AsRef<Path>>(
     outputs: impl IntoIterator<Item = &'a PathBuf>,
     inputs: &[P],
 ) -> Result<()> {
+    let inputs = with_files(inputs);
     let inputs: Vec<&Path> = inputs.iter().map(AsRef::as_ref).collect();
     let mut outputs = outputs.into_iter();
     Ok(outputs.try_for_each(|output| check_target(output, &inputs, || true))?)
+}
+
+/// Inputs with the files of those that are bag folders.
+pub(crate) fn with_files<P: AsRef<Path>>(inputs: &[P]) -> Vec<PathBuf> {
+    let folders = inputs.iter().map(AsRef::as_ref).filter(|i| i.is_dir());
+    // A folder that is no bag is reported where it is read.
+    let files = folders.filter_map(|folder| Some((folder, take_files(folder).ok()?)));
+    let files =
+        files.flat_map(|(folder, files)| std::iter::once(folder.join(BAG_FACTS)).chain(files));
+    (inputs.iter().map(|input| input.as_ref().to_owned()))
+        .chain(files)
+        .collect()
 }

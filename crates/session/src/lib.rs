@@ -61,6 +61,8 @@ pub use error::{Located, SessionError};
 pub use figures::write_figures;
 pub use files::{hex_sha256, take_files, take_name, unpack};
 pub use hand_state::{HandState, StateRole, read_state, state_file};
+/// File of facts that makes a folder a ROS 2 bag.
+pub use inhand_import::BAG_FACTS;
 pub use inhand_motion::GapFill;
 pub use long_take::{LongTake, TakeInput};
 pub use look::look_at_training;

@@ -247,3 +247,75 @@ fn third_party_texts_on_the_topic_of_events_are_kept() {
         stderr(&output)
     );
 }
+
+/// A call that is refused as wrong, with these words.
+fn refused(bench: &Bench, call: &[&str], words: &str) {
+    let output = bench.inhand(call);
+    let said = stderr(&output);
+    assert_eq!(output.status.code(), Some(2), "{call:?}: {said}");
+    assert!(said.contains(words), "{call:?}: {said}");
+}
+
+#[test]
+fn no_bag_is_written_over() {
+    let bench = Bench::csv();
+    with_holes(&bench);
+    bench.ok(&["convert", "take.csv", "--ros2", "-o", "own"]);
+    let facts = bench.bytes("own/metadata.yaml");
+    bench.write("other.csv", bench.bytes("take.csv"));
+    let other = ["convert", "other.csv", "--ros2", "-o", "own"];
+    refused(
+        &bench,
+        &other,
+        "own/metadata.yaml: already exists; use --force",
+    );
+    assert_eq!(bench.files("own"), ["metadata.yaml", "take_0.mcap"]);
+    assert_eq!(bench.bytes("own/metadata.yaml"), facts);
+    bench.ok(&[&other[..], &["--force"]].concat());
+    assert_ne!(bench.bytes("own/metadata.yaml"), facts);
+
+    // A bag that is read stays whole, whichever of its files an output would be.
+    bench.ok(&["convert", "take.csv", "--ros2", "-o", "take"]);
+    let [facts, bag] = ["take/metadata.yaml", "take/take_0.mcap"].map(|name| bench.bytes(name));
+    bench.write("bag/metadata.yaml", &facts);
+    bench.write("bag/take_0.mcap", &bag);
+    for call in [
+        &["convert", "take", "--ros2", "-o", "take"][..],
+        &["convert", "take", "--ros2", "-o", "take/take_0.mcap"],
+        &["convert", "bag", "--ros2", "-o", "bag"],
+        &["convert", "take", "-o", "take/take_0.mcap"],
+        &["process", "take", "-o", "take/take_0.mcap"],
+    ] {
+        refused(&bench, &[call, &["--force"]].concat(), "also an input");
+    }
+    for folder in ["bag", "take"] {
+        assert_eq!(bench.files(folder), ["metadata.yaml", "take_0.mcap"]);
+        assert!(bench.bytes(&format!("{folder}/metadata.yaml")) == facts);
+        assert!(bench.bytes(&format!("{folder}/take_0.mcap")) == bag);
+    }
+}
+
+#[test]
+fn outputs_of_bags_are_named_as_takes_are() {
+    let bench = Bench::csv();
+    with_holes(&bench);
+    bench.ok(&["convert", "take.csv", "--ros2", "-o", "BAG.MCAP"]);
+    assert!(bench.path("BAG.MCAP").is_file());
+    refused(
+        &bench,
+        &["convert", "take.csv", "--ros2", "-o", "q.foo"],
+        "ends in .mcap, or a folder",
+    );
+    assert!(!bench.path("q.foo").exists());
+    std::fs::create_dir(bench.path("q.foo")).expect("a folder can be made");
+    bench.ok(&["convert", "take.csv", "--ros2", "-o", "q.foo"]);
+    assert_eq!(bench.files("q.foo"), ["metadata.yaml", "take_0.mcap"]);
+    bench.write(
+        "packed.mcap.zstd",
+        super::folders::zstd(&bench.bytes("BAG.MCAP")),
+    );
+    bench.ok(&["convert", "packed.mcap.zstd", "--ros2", "-o", "unpacked"]);
+    assert_eq!(bench.files("unpacked"), ["metadata.yaml", "packed_0.mcap"]);
+    bench.ok(&["convert", "q.foo", "--ros2", "-o", "again"]);
+    assert_eq!(bench.files("again"), ["metadata.yaml", "q.foo_0.mcap"]);
+}

@@ -1,13 +1,13 @@
 //! `inhand convert INPUT... -o OUTPUT`.
 
-use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 use inhand_export::Ros2Bag;
 use inhand_model::Recording;
 use inhand_session::{
-    Located, Settings, TakeInput, is_stream, write_atomic, write_ros2, write_text,
+    BAG_FACTS, Located, Settings, TakeInput, check_target, is_stream, take_name, write_atomic,
+    write_ros2, write_text,
 };
 use serde_json::{Value, json};
 
@@ -15,7 +15,7 @@ use crate::commands::{say_findings, targets};
 use crate::console::{Console, print};
 use crate::exit::{Exit, usage};
 use crate::options::{Format, OutputOptions, SourceOptions};
-use crate::output::{check_outputs, write_output};
+use crate::output::{check_outputs, with_files, write_output};
 
 /// Convert takes to MCAP recordings, or a recording to Motive CSV 1.23, TRC or C3D.
 ///
@@ -123,25 +123,29 @@ fn to_ros2(console: &Console, args: &Args, settings: &[Settings]) -> Result<Exit
     if VendorFormat::from_path(&args.output).is_some() {
         return usage("--ros2: expected an output that ends in .mcap, or a folder");
     }
-    let in_folder = !is_stream(&args.output) && args.output.extension() != Some("mcap".as_ref());
+    let in_folder = in_folder(&args.output)?;
     let targets = match &args.inputs[..] {
-        [input] if in_folder => {
-            let stem = input.file_stem().unwrap_or(input.as_os_str());
-            vec![bag_file(&args.output, stem)]
-        }
+        [input] if in_folder => vec![bag_file(&args.output, &take_name(input))],
         inputs => {
             let files = targets(inputs, &args.output, &["mcap"])?.into_iter();
             let bag = |file: PathBuf| match in_folder {
-                true => bag_file(
-                    &file.with_extension(""),
-                    file.file_stem().unwrap_or_default(),
-                ),
+                true => bag_file(&file.with_extension(""), &take_name(&file)),
                 false => file,
             };
             files.map(bag).collect()
         }
     };
     check_outputs(&targets, &args.inputs)?;
+    if in_folder {
+        let inputs = with_files(&args.inputs);
+        let inputs: Vec<&Path> = inputs.iter().map(AsRef::as_ref).collect();
+        for target in &targets {
+            // Facts of another bag: those of this one are compared with it.
+            check_target(&target.with_file_name(BAG_FACTS), &inputs, || {
+                args.writing.force || target.exists()
+            })?;
+        }
+    }
     let mut files = Vec::with_capacity(targets.len());
     for ((input, target), settings) in args.inputs.iter().zip(&targets).zip(settings) {
         let take = Box::new(inhand_session::read(input, settings)?);
@@ -150,10 +154,7 @@ fn to_ros2(console: &Console, args: &Args, settings: &[Settings]) -> Result<Exit
             let bag = write_ros2(path, &take, settings, !args.writing.no_view)?;
             if in_folder {
                 let name = path.file_name().unwrap_or_default().to_string_lossy();
-                write_text(
-                    &path.with_file_name("metadata.yaml"),
-                    &bag.metadata_yaml(&name),
-                )?;
+                write_text(&path.with_file_name(BAG_FACTS), &bag.metadata_yaml(&name))?;
             }
             Ok(bag)
         };
@@ -171,9 +172,25 @@ fn to_ros2(console: &Console, args: &Args, settings: &[Settings]) -> Result<Exit
     Ok(Exit::Done)
 }
 
+/// Whether an output of bags is a folder: one that is there, or a path without an ending.
+fn in_folder(output: &Path) -> Result<bool> {
+    if is_stream(output) {
+        return Ok(false);
+    }
+    match output.extension() {
+        _ if output.is_dir() => Ok(true),
+        None => Ok(true),
+        Some(ending) if ending.eq_ignore_ascii_case("mcap") => Ok(false),
+        Some(_) => usage(format!(
+            "-o {}: expected an output that ends in .mcap, or a folder: one without an ending or one that exists",
+            output.display()
+        )),
+    }
+}
+
 /// The file of a bag's folder, named as `ros2 bag record` does.
-fn bag_file(folder: &Path, name: &OsStr) -> PathBuf {
-    folder.join(format!("{}_0.mcap", name.to_string_lossy()))
+fn bag_file(folder: &Path, name: &str) -> PathBuf {
+    folder.join(format!("{name}_0.mcap"))
 }
 
 /// Formats of capture software that are written.

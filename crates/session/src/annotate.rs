@@ -12,7 +12,8 @@ use serde_json::json;
 
 use crate::TOOL;
 use crate::error::{Located, SessionError};
-use crate::files::{RECORDING, filter, hash_file, name_of, take_start};
+use crate::files::{RECORDING, filter, hash_file, name_of, refuse_folder, take_start};
+use crate::take;
 
 /// Topic of the events that inhand writes; those of other topics are never changed.
 const TOPIC: &str = "/annotations";
@@ -72,7 +73,8 @@ impl Annotated {
 /// [`SessionError::Data`] for a file that is no MCAP, [`SessionError::At`] for one that
 /// is damaged or holds an event that cannot be read, [`SessionError::Io`].
 pub fn read(path: &Path) -> Result<Annotated, SessionError> {
-    let bytes = std::fs::read(path).map_err(SessionError::io("read", path))?;
+    refuse_folder(path)?;
+    let bytes = take::bytes(path)?;
     if !inhand_channels::is_mcap(&bytes) {
         return Err(SessionError::data(
             path,

@@ -25,10 +25,7 @@ pub type FileSource = Source<'static>;
 ///
 /// [`SessionError::Io`], and [`SessionError::At`] for a file of another kind.
 pub fn open(path: &Path) -> Result<FileSource, SessionError> {
-    if path.is_dir() {
-        let message = "a folder: expected an MCAP file; `inhand convert FOLDER -o take.mcap` makes one of a ROS 2 bag";
-        return Err(SessionError::data(path, message));
-    }
+    refuse_folder(path)?;
     let file = File::open(path).map_err(SessionError::io("read", path))?;
     let mut reader = BufReader::with_capacity(1 << 16, file);
     let begin = reader.fill_buf().map_err(SessionError::io("read", path))?;
@@ -38,6 +35,22 @@ pub fn open(path: &Path) -> Result<FileSource, SessionError> {
     }
     unpack(path, begin)?;
     Source::open(&name_of(path), reader).in_file(path)
+}
+
+/// Refuses a folder where a file is changed or read record by record.
+pub(crate) fn refuse_folder(path: &Path) -> Result<(), SessionError> {
+    if !path.is_dir() {
+        return Ok(());
+    }
+    let message = "a folder: expected an MCAP file; `inhand convert FOLDER -o take.mcap` makes one of a ROS 2 bag";
+    Err(SessionError::data(path, message))
+}
+
+/// Whether zstd packed a file.
+pub(crate) fn is_packed(path: &Path) -> bool {
+    let mut begin = [0; 4];
+    let read = File::open(path).and_then(|mut file| file.read_exact(&mut begin));
+    read.is_ok() && inhand_container::is_zstd(&begin)
 }
 
 /// The files of a take in their order: itself, or those of a ROS 2 bag.

@@ -9,9 +9,9 @@ use inhand_model::{Protocol, Shape};
 use nalgebra::Isometry3;
 
 use crate::error::{Located, SessionError};
-use crate::files::name_of;
 use crate::output::write_atomic;
 use crate::settings::Settings;
+use crate::stored;
 use crate::take::Take;
 
 /// Topic of views in a ROS 2 bag.
@@ -32,17 +32,7 @@ pub fn write_ros2(
     settings: &Settings,
     view: bool,
 ) -> Result<Ros2Bag, SessionError> {
-    let bytes = std::fs::read(&take.path).map_err(SessionError::io("read", &take.path))?;
-    let (mut generated, mut shape) = (Vec::new(), None);
-    let name = name_of(&take.path);
-    if inhand_channels::is_mcap(&bytes) {
-        let metadata = inhand_channels::read_metadata(&bytes, &name).in_file(&take.path)?;
-        if metadata.is_take() {
-            generated = inhand_channels::read_generated(&bytes, &name, Protocol::Published)
-                .in_file(&take.path)?;
-            shape = metadata.shape(&name).in_file(&take.path)?;
-        }
-    }
+    let generated = stored::read_methods(take, Protocol::Published)?;
     let methods: Vec<_> = (generated.iter().enumerate())
         .map(|(place, method)| Ros2Method {
             name: &method.name,
@@ -56,7 +46,7 @@ pub fn write_ros2(
         methods: &methods,
         events: &inhand_channels::events_json(&take.annotations),
         markers: view,
-        ..recorded(take, shape.or(settings.shape()?))
+        ..recorded(take, settings.shape()?)
     };
     let made = crate::run::provenance("ros2", settings, [take.hash.clone()]);
     let mut records = inhand_channels::annotation_records(&take.annotations).0;

@@ -11,7 +11,7 @@ use crate::error::{Located, SessionError};
 use crate::methods::Method;
 use crate::settings::{Role, Settings};
 use crate::steps::{self, Generated, HeldOutResult, ProtocolRows, TakeResult};
-use crate::take::Take;
+use crate::take::{self, Take};
 
 /// An evaluation of stored trajectories, and what it is made of under each protocol.
 #[derive(Debug)]
@@ -260,9 +260,14 @@ fn read_stored<T>(
     take: &Take,
     read: impl FnOnce(&[u8], &str) -> Result<Vec<T>, ChannelError>,
 ) -> Result<Vec<T>, SessionError> {
-    let bytes = std::fs::read(&take.path).map_err(SessionError::io("read", &take.path))?;
-    match inhand_channels::is_mcap(&bytes) {
-        true => read(&bytes, &take.hash.name).in_file(&take.path),
+    let (bytes, name) = (take::bytes(&take.path)?, &take.hash.name);
+    // Third-party files have other messages on topics of these names.
+    let is_take = inhand_channels::is_mcap(&bytes)
+        && inhand_channels::read_metadata(&bytes, name)
+            .in_file(&take.path)?
+            .is_take();
+    match is_take {
+        true => read(&bytes, name).in_file(&take.path),
         false => Ok(Vec::new()),
     }
 }

@@ -147,6 +147,21 @@ pub fn hash_take(path: &Path) -> Result<InputHash, SessionError> {
     Ok(InputHash { name, sha256 })
 }
 
+/// The bytes of a take as one file: unpacked where zstd packed it, of a bag all its files.
+///
+/// # Errors
+///
+/// [`SessionError::Io`], [`SessionError::At`], and [`SessionError::Data`] for a folder that is no bag or a packing that
+/// is not read.
+pub(crate) fn bytes(path: &Path) -> Result<Vec<u8>, SessionError> {
+    let mut stored = Stored::read(path)?;
+    let made = match stored.take(path)? {
+        Cow::Owned(bytes) => Some(bytes),
+        Cow::Borrowed(_) => None,
+    };
+    Ok(made.unwrap_or_else(|| stored.files.swap_remove(0).1))
+}
+
 /// The bytes of a take as they are stored.
 struct Stored {
     /// Its file; several for a bag.

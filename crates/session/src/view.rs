@@ -12,7 +12,7 @@ use inhand_model::{Finding, Hull, InputHash, PerFinger, Protocol};
 use self::stored::StoredMethod;
 use crate::dictionary_file::DictionaryFile;
 use crate::error::{Located, SessionError};
-use crate::files::{filter, hex_sha256, name_of};
+use crate::files::{filter, hex_sha256, name_of, refuse_folder};
 use crate::ros2;
 use crate::settings::Settings;
 use crate::take_file::recorded_contacts;
@@ -66,6 +66,7 @@ pub fn add_views(
     dictionary: Option<&DictionaryFile>,
     settings: &Settings,
 ) -> Result<Viewed, SessionError> {
+    refuse_folder(input)?;
     let bytes = std::fs::read(input).map_err(SessionError::io("read", input))?;
     if !inhand_channels::is_mcap(&bytes) {
         return Err(SessionError::data(

@@ -14,7 +14,7 @@ fn facts(files: &[&str], storage: &str, compression: &str) -> String {
     )
 }
 
-fn zstd(bytes: &[u8]) -> Vec<u8> {
+pub(super) fn zstd(bytes: &[u8]) -> Vec<u8> {
     // A frame of raw blocks, as its document lays it out: no packer is needed.
     let mut frame = vec![0x28, 0xB5, 0x2F, 0xFD, 0x00, 0x38];
     let blocks = bytes.chunks(1 << 16);
@@ -105,6 +105,99 @@ fn packed_files_and_messages_are_read() {
     assert!(tables.iter().all(|table| *table == tables[0]));
     bench.ok(&["convert", "file.mcap.zstd", "plain.mcap", "-o", "all"]);
     assert_eq!(bench.files("all"), ["file.mcap", "plain.mcap"]);
+}
+
+#[test]
+fn what_steps_stored_is_read_of_packed_files_and_folders_too() {
+    let bench = Bench::csv();
+    bench.run("out", &["--methods", "residual,line"]);
+    let dictionary = ["-d", "out/dictionary.mcap", "-o"];
+    bench.ok(&["process", TAKE, "-o", "p.mcap", "--object", "cube:0.04"]);
+    bench.ok(&[&["generate", "p.mcap"][..], &dictionary, &["g.mcap"]].concat());
+    for name in ["p", "g"] {
+        let file = bench.bytes(&format!("{name}.mcap"));
+        bench.write(&format!("{name}.mcap.zstd"), zstd(&file));
+        bench.write(
+            &format!("{name}/metadata.yaml"),
+            facts(&["x_0.mcap"], "mcap", ""),
+        );
+        bench.write(&format!("{name}/x_0.mcap"), file);
+    }
+    let shape = |name: &str| {
+        let metadata =
+            inhand_channels::read_metadata(&bench.bytes(name), name).expect("it is sound");
+        metadata
+            .shape(name)
+            .expect("ours")
+            .map(|shape| shape.to_string())
+    };
+    assert_eq!(shape("g.mcap").as_deref(), Some("cube:0.04"));
+    let evaluated = |take: &str| {
+        bench.ok(&[&["evaluate", take][..], &dictionary, &["e.json", "--force"]].concat());
+        let evaluation = bench.json("e.json");
+        assert!(evaluation["methods"][0].is_object(), "{take}");
+        ["methods", "contacts", "held_out"].map(|key| evaluation[key].clone())
+    };
+    let topics = |take: &str| {
+        bench.ok(&["convert", take, "--ros2", "-o", "bag.mcap", "--force"]);
+        let summary = mcap::Summary::read(&bench.bytes("bag.mcap"));
+        let summary = summary.expect("a file").expect("a summary");
+        let channels = summary.channels.values();
+        let mut topics: Vec<_> = channels.map(|channel| channel.topic.clone()).collect();
+        topics.sort();
+        topics
+    };
+    let shown = |take: &str| {
+        let call = [
+            "overlay",
+            take,
+            "--methods",
+            "all",
+            "-o",
+            "o.mcap",
+            "--force",
+        ];
+        bench.ok(&[&call[..], &["--name", "take"]].concat());
+        bench.bytes("o.mcap").len()
+    };
+    let expected = (evaluated("g.mcap"), topics("g.mcap"));
+    assert!(
+        expected
+            .1
+            .contains(&"/generated/line/trajectory".to_owned())
+    );
+    let size = shown("g.mcap");
+    for form in ["mcap.zstd", ""] {
+        let [processed, generated] = ["p", "g"].map(|name| match form {
+            "" => name.to_owned(),
+            _ => format!("{name}.{form}"),
+        });
+        assert!(
+            (evaluated(&generated), topics(&generated)) == expected,
+            "{generated}"
+        );
+        // Names and hashes of files take a few bytes more or less.
+        assert!(shown(&generated).abs_diff(size) < 1000, "{generated}");
+        let call = ["generate", &processed];
+        bench.ok(&[&call[..], &dictionary, &["again.mcap", "--force"]].concat());
+        assert_eq!(
+            shape("again.mcap").as_deref(),
+            Some("cube:0.04"),
+            "{processed}"
+        );
+    }
+
+    bench.ok(&["annotate", "list", "g.mcap.zstd"]);
+    let refused = |call: &[&str]| {
+        let output = bench.inhand(call);
+        assert_eq!(output.status.code(), Some(1), "{call:?}");
+        stderr(&output).replace("error: ", "")
+    };
+    let cut = refused(&["cut", "g", "-o", "c.mcap", "--to", "3"]);
+    assert!(cut.contains("`inhand convert FOLDER"), "{cut}");
+    let add = ["annotate", "add", "g", "--at", "1", "--label", "slip"];
+    assert_eq!(refused(&add), cut);
+    assert_eq!(refused(&["annotate", "list", "g"]), cut);
 }
 
 #[test]

@@ -66,7 +66,7 @@ fn read_one(
     options: &OverlayOptions,
     settings: &Settings,
 ) -> Result<Input, SessionError> {
-    let bytes = std::fs::read(path).map_err(SessionError::io("read", path))?;
+    let bytes = crate::take::bytes(path)?;
     let refuse = |message: &str| SessionError::data(path, message);
     let mut methods = Vec::new();
     if inhand_channels::is_mcap(&bytes) {

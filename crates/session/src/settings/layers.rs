@@ -11,7 +11,8 @@ use toml::{Table, Value as Toml};
 
 use super::Settings;
 use crate::error::{Located, SessionError};
-use crate::files::{name_of, open};
+use crate::files::{is_packed, name_of, open};
+use crate::take;
 
 /// Steps that store their settings in a take, in their order.
 const STEPS: [&str; 5] = ["convert", "clean", "process", "generate", "run"];
@@ -86,19 +87,10 @@ impl Settings {
 /// What earlier steps stored in a file. A file that is no MCAP file stores nothing, and one that cannot be read is
 /// reported by the step that reads its content.
 fn stored_in(input: &Path, unused: &[&str]) -> Result<Table, SessionError> {
-    // A stream can be read only once.
-    let records = input.is_file().then(|| {
-        let mut source = open(input)?;
-        inhand_container::metadata(&mut source).in_file(input)
-    });
-    let Some(Ok(records)) = records else {
+    let name = name_of(input);
+    let Ok(metadata) = metadata(input, &name) else {
         return Ok(Table::new());
     };
-    let records = records
-        .into_iter()
-        .map(|record| (record.name, record.facts));
-    let metadata = Metadata(records.collect());
-    let name = name_of(input);
     let mut found = stored(&metadata.provenance(&name).in_file(input)?);
     if let Some(shape) = metadata.shape(&name).in_file(input)? {
         let object = json!({ "object": { "shape": shape.to_string() } });
@@ -113,6 +105,21 @@ fn stored_in(input: &Path, unused: &[&str]) -> Result<Table, SessionError> {
         };
     }
     Ok(found)
+}
+
+/// The metadata of a take; none of a stream, which can be read only once.
+fn metadata(input: &Path, name: &str) -> Result<Metadata, SessionError> {
+    if input.is_dir() || input.is_file() && is_packed(input) {
+        return inhand_channels::read_metadata(&take::bytes(input)?, name).in_file(input);
+    }
+    if !input.is_file() {
+        return Ok(Metadata::default());
+    }
+    let records = inhand_container::metadata(&mut open(input)?).in_file(input)?;
+    let records = records
+        .into_iter()
+        .map(|record| (record.name, record.facts));
+    Ok(Metadata(records.collect()))
 }
 
 /// What the last of the steps that store settings has stored. A section that this version cannot read is left out.

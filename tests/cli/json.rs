@@ -385,6 +385,25 @@ fn errors_are_json_with_findings_and_the_exit_code() {
     assert_eq!(refused["findings"][0]["level"], "fail");
     let setting = failed(&["run", "session", "-o", "out", "--object", "cube:x"], 2);
     assert_eq!(setting["findings"], serde_json::json!([]));
+    // A comparison is not printed before what is wrong with it.
+    bench.run("done", &["--methods", "residual,line"]);
+    let compare = |more: &[&str]| {
+        let call = [
+            "compare",
+            "done",
+            "--method",
+            "residual",
+            "--against",
+            "line",
+        ];
+        failed(&[&call[..], more].concat(), 2)["message"].to_string()
+    };
+    let unknown = compare(&["--fail-if", "prior:p75 > 5%", "-o", "none.md"]);
+    assert!(unknown.contains("no such method"), "{unknown}");
+    assert!(!bench.path("none.md").exists());
+    bench.write("there.md", "notes");
+    let there = compare(&["-o", "there.md"]);
+    assert!(there.contains("already exists"), "{there}");
 
     // Text stays text.
     let output = bench.inhand(&["info", "none.mcap"]);

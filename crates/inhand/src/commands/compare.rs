@@ -80,24 +80,29 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         confidence: args.confidence,
     };
     let comparison = compare(&before, &after, &options)?;
+    // What can fail comes before anything is printed: an error is a document of its own.
+    let conditions = args.fail_if.iter();
+    let held = conditions.map(|condition| condition.holds(&comparison));
+    let held: Vec<String> = held
+        .filter_map(Result::transpose)
+        .collect::<Result<_, _>>()?;
+    if let Some(output) = &args.output {
+        let text = inhand_report::comparison_markdown(&comparison);
+        write_output(output, args.force, |path| write_text(path, &text))?;
+    }
     match args.format {
         Format::Json => data(&inhand_report::comparison_json(&comparison)?)?,
         Format::Text => data(&inhand_report::comparison_text(&comparison, args.all))?,
     }
-    if let Some(output) = &args.output {
-        let text = inhand_report::comparison_markdown(&comparison);
-        write_output(output, args.force, |path| write_text(path, &text))?;
-        console.wrote(output);
+    args.output.iter().for_each(|output| console.wrote(output));
+    for holds in &held {
+        // Not even a quiet console hides why a check fails.
+        console.error(&anyhow::anyhow!("check failed: {holds}"));
     }
-    let mut exit = Exit::Done;
-    for condition in &args.fail_if {
-        if let Some(holds) = condition.holds(&comparison)? {
-            // Not even a quiet console hides why a check fails.
-            console.error(&anyhow::anyhow!("check failed: {holds}"));
-            exit = Exit::Lossy;
-        }
-    }
-    Ok(exit)
+    Ok(match held.is_empty() {
+        true => Exit::Done,
+        false => Exit::Lossy,
+    })
 }
 
 /// None, or as many as intervals need and memory holds.

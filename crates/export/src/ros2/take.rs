@@ -220,15 +220,23 @@ struct Names {
 impl Names {
     fn new(take: &Ros2Take<'_>) -> Self {
         let recording = take.recording;
-        let bodies = distinct(recording.bodies.iter().map(|body| body.name.as_str()));
         let hand_body = take.roles.and_then(|roles| match &roles.hand {
             BodySource::RigidBody(name) => recording.bodies.iter().position(|b| b.name == *name),
             BodySource::Markers(_) => None,
         });
+        // A hand that is no body has a frame of its own.
+        let fitted = hand_body.is_none() && (take.motion.is_some() || !take.methods.is_empty());
+        let bodies = distinct(
+            recording.bodies.iter().map(|body| body.name.as_str()),
+            [WORLD, UPRIGHT].into_iter().chain(fitted.then_some(HAND)),
+        );
         Self {
             hand: hand_body.map_or_else(|| HAND.to_owned(), |body| bodies[body].clone()),
             hand_body,
-            markers: distinct(recording.markers.iter().map(|marker| marker.name.as_str())),
+            markers: distinct(
+                recording.markers.iter().map(|marker| marker.name.as_str()),
+                [WORLD, UPRIGHT],
+            ),
             bodies,
         }
     }
@@ -254,9 +262,12 @@ impl Names {
     }
 }
 
-/// Names as ROS can have them, each once.
-fn distinct<'a>(names: impl Iterator<Item = &'a str>) -> Vec<String> {
-    let mut used = BTreeSet::from([WORLD, UPRIGHT].map(str::to_owned));
+/// Names as ROS can have them, each once and none that is taken.
+fn distinct<'a>(
+    names: impl Iterator<Item = &'a str>,
+    taken: impl IntoIterator<Item = &'a str>,
+) -> Vec<String> {
+    let mut used: BTreeSet<String> = taken.into_iter().map(str::to_owned).collect();
     let names = names.map(|name| {
         let name = token(name);
         let numbered = (2..).map(|n| format!("{name}_{n}"));
@@ -302,6 +313,8 @@ mod tests {
             "n",
             "world_2",
         ];
-        assert_eq!(distinct(names.into_iter()), expected);
+        assert_eq!(distinct(names.into_iter(), [WORLD]), expected);
+        let taken = distinct(["hand", "hand_2", "hand"].into_iter(), [HAND]);
+        assert_eq!(taken, ["hand_2", "hand_2_2", "hand_3"]);
     }
 }

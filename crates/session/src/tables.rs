@@ -143,6 +143,10 @@ pub fn write_table(
         }
         _ => {
             let entities = entities(take, what)?;
+            if entities.is_empty() {
+                let none = "nothing was recorded in it: --what generated";
+                return Err(take.error(none.to_owned()));
+            }
             write(match layout {
                 TableLayout::Wide => wide(&entities, clock, samples),
                 TableLayout::Tidy => tidy(&entities, clock, samples),

@@ -125,6 +125,17 @@ fn generated_motion_leaves_as_trajectories() {
         "plan.mcap",
     ];
     bench.ok(&plan);
+    for what in ["recorded", "measured"] {
+        let call = ["export", "plan.mcap", "-o", "plan.csv", "--what", what];
+        let output = bench.inhand(&call);
+        assert_eq!(output.status.code(), Some(1), "{what}");
+        let said = stderr(&output);
+        assert!(
+            said.contains("nothing was recorded in it: --what generated"),
+            "{said}"
+        );
+        assert!(!bench.path("plan.csv").exists(), "{what}");
+    }
     bench.ok(&["convert", "plan.mcap", "--ros2", "-o", "plan"]);
     let topics = ros2_topics(&bench, "plan/plan_0.mcap");
     let mut generated = topics

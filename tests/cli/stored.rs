@@ -275,6 +275,45 @@ fn check_looks_at_every_take_of_a_session() {
         "takes = [{ path = \"session/test/cube_test_01.csv\", role = \"train\", to_s = 8.0 }, \
                   { path = \"session/test/cube_test_01.csv\", role = \"test\", from_s = 8.0 }]",
     );
-    let ranges = ["0 s to 8 s", "8 s to end"].map(|range| format!("\"./{TEST} ({range})\""));
-    assert_eq!(checked("ranges.toml"), ranges);
+    let printed = |input: &str| -> Value {
+        let printed = bench.ok(&["check", input, "--format", "json"]);
+        serde_json::from_str(&printed).expect("check prints JSON")
+    };
+    let parts = |input: &str| {
+        let mut parts = printed(input)["takes"].as_array().expect("takes").clone();
+        parts.retain(|take| {
+            take["file"]
+                .as_str()
+                .is_some_and(|file| file.ends_with(TEST))
+        });
+        parts.sort_by_key(|take| take["role"] == "test");
+        let facts = ["role", "from_s", "to_s"];
+        (parts
+            .iter()
+            .map(|take| facts.map(|fact| take[fact].clone())))
+        .collect::<Vec<_>>()
+    };
+    let of = |role: &str, from_s: f64, to_s: f64| -> [Value; 3] {
+        [role.into(), from_s.into(), to_s.into()]
+    };
+    let halves = [of("train", 0.0, 8.0), of("test", 8.0, 12.0)];
+    assert_eq!(parts("ranges.toml"), halves);
+    let text = bench.ok(&["check", "ranges.toml"]);
+    assert!(text.contains(&format!("{TEST} (0 s to 8 s)")), "{text}");
+    // A take without a role serves both: each part is told by its own range.
+    bench.write("both.toml", format!("takes = [{{ path = \"{TEST}\" }}]"));
+    let both = parts("both.toml");
+    assert_eq!([&both[0][0], &both[1][0]], ["train", "test"]);
+    assert_eq!([&both[0][1], &both[1][2]], [0.0, 12.0]);
+    assert!(
+        both[0][2].is_number() && both[0][2] == both[1][1],
+        "{both:?}"
+    );
+    let alone = printed(TEST)["takes"][0].clone();
+    assert!(
+        ["role", "from_s", "to_s"]
+            .iter()
+            .all(|fact| alone[fact].is_null()),
+        "{alone}"
+    );
 }

@@ -8,7 +8,7 @@ use crate::error::SessionError;
 use crate::files::name_of;
 use crate::session::SessionTake;
 use crate::settings::Settings;
-use crate::take::{in_range, read};
+use crate::take::{Take, read, used};
 
 /// Reads what a session uses of a take, whatever its format, and looks at everything that it tells of itself. A file
 /// that cannot be read is a result with its reason, so that it does not end the check of others.
@@ -19,7 +19,16 @@ use crate::take::{in_range, read};
 pub fn check_take(entry: &SessionTake, settings: &Settings) -> Result<Checked, SessionError> {
     let limits = check_settings(settings)?;
     let path = entry.path.as_path();
-    let outcome = match read(path, settings).and_then(|take| in_range(take, entry)) {
+    let mut range_s = None;
+    let part = |take: Take| {
+        let Some(samples) = used(&take, entry)? else {
+            return Ok(take);
+        };
+        let clock = take.recording.clock;
+        range_s = Some([samples.start, samples.end].map(|k| clock.time_s(k)));
+        Ok(take.slice(samples))
+    };
+    let outcome = match read(path, settings).and_then(part) {
         Ok(take) => {
             let roles = take.roles.as_ref().map_err(String::as_str);
             // Roles whose hand has no pose are a result of the check itself.
@@ -31,14 +40,12 @@ pub fn check_take(entry: &SessionTake, settings: &Settings) -> Result<Checked, S
         Err(error) if error.is_usage() => return Err(error),
         Err(error) => Err(reason(&error, path)),
     };
-    let mut file = path.display().to_string();
-    if entry.from_s.is_some() || entry.to_s.is_some() {
-        let end = entry
-            .to_s
-            .map_or("end".to_owned(), |to_s| format!("{to_s} s"));
-        file += &format!(" ({} s to {end})", entry.from_s.unwrap_or_default());
-    }
-    Ok(Checked { file, outcome })
+    Ok(Checked {
+        file: path.display().to_string(),
+        role: Some(entry.role.name()),
+        range_s,
+        outcome,
+    })
 }
 
 /// Limits of a check: the take is looked at as these settings would process and cut it.

@@ -1,6 +1,7 @@
 //! Takes in memory: read from a vendor file or MCAP, with roles and hash.
 
 use std::borrow::Cow;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use inhand_capture::roles::{RoleSettings, resolve};
@@ -252,6 +253,17 @@ impl Take {
             .map_err(|message| self.error(message.clone()))
     }
 
+    /// The take of these samples alone.
+    pub(crate) fn slice(mut self, samples: Range<usize>) -> Self {
+        let [from_s, to_s] = [samples.start, samples.end].map(|k| self.recording.clock.time_s(k));
+        self.recording = self.recording.slice(samples);
+        if let Some(cleaning) = &mut self.cleaning {
+            cleaning.keep(from_s, to_s);
+        }
+        self.stored_motion = None; // It belongs to the whole take.
+        self
+    }
+
     pub(crate) fn error(&self, message: String) -> SessionError {
         SessionError::data(&self.path, message)
     }
@@ -304,9 +316,17 @@ fn part(mut take: Take, entry: &SessionTake) -> Result<Take, SessionError> {
 }
 
 /// What a session uses of a take.
-pub(crate) fn in_range(mut take: Take, entry: &SessionTake) -> Result<Take, SessionError> {
+fn in_range(take: Take, entry: &SessionTake) -> Result<Take, SessionError> {
+    Ok(match used(&take, entry)? {
+        Some(range) => take.slice(range),
+        None => take,
+    })
+}
+
+/// The samples that a session uses of a take; `None` for all of them.
+pub(crate) fn used(take: &Take, entry: &SessionTake) -> Result<Option<Range<usize>>, SessionError> {
     if entry.from_s.is_none() && entry.to_s.is_none() && !entry.is_part() {
-        return Ok(take);
+        return Ok(None);
     }
     let (clock, len) = (take.recording.clock, take.recording.len());
     let from = entry.from_s.map_or(0, |s| clock.nearest_sample(s));
@@ -322,12 +342,7 @@ pub(crate) fn in_range(mut take: Take, entry: &SessionTake) -> Result<Take, Sess
     let [from, to] = entry
         .part
         .map(|share| from + ((to - from) as f64 * share).round() as usize);
-    take.recording = take.recording.slice(from..to);
-    if let Some(cleaning) = &mut take.cleaning {
-        cleaning.keep(clock.time_s(from), clock.time_s(to));
-    }
-    take.stored_motion = None; // It belongs to the whole take.
-    Ok(take)
+    Ok(Some(from..to))
 }
 
 impl Cleaning {

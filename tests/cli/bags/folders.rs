@@ -226,6 +226,14 @@ fn what_is_not_read_is_named_with_the_command_that_helps() {
         );
         assert_eq!(bench.files("out"), Vec::<String>::new());
     }
+    // A file that is missing is missing, in a bag too.
+    let bench = with_bag(&folder("mcap", ""), &[]);
+    for input in ["session/test/cube_test_01", "session"] {
+        let output = bench.inhand(&["check", input]);
+        assert_eq!(output.status.code(), Some(1), "{input}");
+        let said = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert!(said.contains("take_0.db3"), "{said}");
+    }
     // A single file among the takes stops too, instead of being left out.
     let bench = Bench::csv();
     for (name, bytes, word) in [

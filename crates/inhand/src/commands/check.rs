@@ -12,7 +12,7 @@ use inhand_session::{
 use crate::console::{Console, with_flags};
 use crate::exit::Exit;
 use crate::options::{FailOn, SourceOptions};
-use crate::output::TextOutput;
+use crate::output::{TextOutput, with_files};
 
 /// Check takes for gaps, swapped markers, wrong rates, units and axes, and count the usable segments.
 ///
@@ -51,39 +51,46 @@ enum CheckFormat {
     Markdown,
 }
 
-/// A take, or those of a session.
-fn entries(input: &Path, settings: Option<&Path>) -> Result<Vec<SessionTake>> {
+/// A take, or those of a session, and whether it is one.
+fn entries(input: &Path, settings: Option<&Path>) -> Result<(Vec<SessionTake>, bool)> {
     if (input.is_dir() && !is_take(input)) || settings == Some(input) {
         let settings = settings
             .map(Settings::read)
             .transpose()?
             .unwrap_or_default();
-        return Ok(list_takes(&locate(input)?.folder, &settings)?.takes);
+        let session = list_takes(&locate(input)?.folder, &settings)?;
+        return Ok((session.takes, true));
     }
-    Ok(vec![SessionTake {
+    let take = SessionTake {
         path: input.to_owned(),
         role: Role::Test,
         name: take_name(input),
         from_s: None,
         to_s: None,
         part: [0.0, 1.0],
-    }])
+    };
+    Ok((vec![take], false))
 }
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     args.output.check(&args.inputs)?;
     // One take in memory at a time: results are small.
     let mut takes = Vec::with_capacity(args.inputs.len());
+    let mut missing = false;
     for input in &args.inputs {
         let file = args.source.file(console, &[input])?;
-        for entry in entries(input, file.as_deref())? {
+        let (entries, in_session) = entries(input, file.as_deref())?;
+        for entry in entries {
             let step = console.step(&format!("checking {}", entry.path.display()));
             let read = (&[&*entry.path][..], file.as_deref());
             let settings = args.source.layered(read, &[], &|settings| {
                 let process = &mut settings.process;
                 process.max_gap_s = args.max_gap.unwrap_or(process.max_gap_s);
             })?;
-            takes.push(check_take(&entry, &settings)?);
+            let mut checked = check_take(&entry, &settings)?;
+            checked.role = checked.role.filter(|_| in_session);
+            takes.push(checked);
+            missing |= with_files(&[&entry.path]).iter().any(|file| !file.exists());
             step.finish_and_clear();
         }
     }
@@ -94,7 +101,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         CheckFormat::Markdown => to_markdown(&takes),
     };
     args.output.write(console, &shown)?;
-    if args.inputs.iter().any(|path| !path.exists()) {
+    if missing {
         return Ok(Exit::Failed);
     }
     let worst = takes.iter().map(Checked::level).max();

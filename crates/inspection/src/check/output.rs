@@ -10,6 +10,10 @@ use super::words::printable;
 pub struct Checked {
     /// The file, as its user named it.
     pub file: String,
+    /// What the take is for in its session; `None` for one that was named alone.
+    pub role: Option<&'static str>,
+    /// What is used of the take, from and to, seconds after its first sample; `None` where that is all of it.
+    pub range_s: Option<[f64; 2]>,
     /// What was found, or why the file cannot be read.
     pub outcome: Result<Checkup, String>,
 }
@@ -23,6 +27,15 @@ impl Checked {
     /// [`Checkup::score`], `None` for a file that cannot be read.
     pub fn score(&self) -> Option<f64> {
         self.outcome.as_ref().ok().map(Checkup::score)
+    }
+
+    /// The file with what is used of it, for people.
+    fn title(&self) -> String {
+        let milliseconds = |s: f64| (1e3 * s).round() / 1e3;
+        match self.range_s.map(|range| range.map(milliseconds)) {
+            Some([from_s, to_s]) => format!("{} ({from_s} s to {to_s} s)", self.file),
+            None => self.file.clone(),
+        }
     }
 }
 
@@ -102,7 +115,7 @@ fn one(take: &Checked) -> Vec<String> {
     let checkup = match &take.outcome {
         Ok(checkup) => checkup,
         Err(why) => {
-            let file = printable(&take.file);
+            let file = printable(&take.title());
             return vec![format!("fail  {file}: {}", indented(why))];
         }
     };
@@ -211,7 +224,7 @@ fn many(takes: &[Checked]) -> Vec<String> {
         lines.push(more.to_owned());
     }
     if !good.is_empty() {
-        let files: Vec<_> = good.iter().map(|take| printable(&take.file)).collect();
+        let files: Vec<_> = good.iter().map(|take| printable(&take.title())).collect();
         lines.push(format!("\nOK: {}", files.join(", ")));
     }
     lines
@@ -219,7 +232,7 @@ fn many(takes: &[Checked]) -> Vec<String> {
 
 /// A take among several, with the worst reasons.
 fn ranked_lines(take: &Checked, lines: &mut Vec<String>) {
-    let file = printable(&take.file);
+    let file = printable(&take.title());
     let checkup = match &take.outcome {
         Ok(checkup) => checkup,
         Err(why) => {
@@ -241,6 +254,7 @@ fn ranked_lines(take: &Checked, lines: &mut Vec<String>) {
             .map(|result| format!("{:20}{}", "", line(result))),
     );
     if more > 0 {
+        let file = printable(&take.file);
         lines.push(format!("{:20}{more} more: inhand check {file}", ""));
     }
 }
@@ -275,7 +289,7 @@ fn row(cells: &[String]) -> String {
 }
 
 fn summary(take: &Checked) -> String {
-    let file = escaped(&take.file);
+    let file = escaped(&take.title());
     let Ok(checkup) = &take.outcome else {
         return format!("| {file} | cannot be read | | | | |");
     };
@@ -290,7 +304,7 @@ fn summary(take: &Checked) -> String {
 }
 
 fn details(take: &Checked, lines: &mut Vec<String>) {
-    lines.push(format!("### {}\n", escaped(&take.file)));
+    lines.push(format!("### {}\n", escaped(&take.title())));
     let checkup = match &take.outcome {
         Ok(checkup) => checkup,
         Err(why) => return lines.push(format!("Cannot be read: {}\n", escaped(why))),
@@ -375,6 +389,9 @@ fn take_json(take: &Checked) -> Value {
     };
     json!({
         "file": take.file,
+        "role": take.role,
+        "from_s": take.range_s.map(|[from_s, _]| from_s),
+        "to_s": take.range_s.map(|[_, to_s]| to_s),
         "level": take.level(),
         "score": take.score(),
         "error": error,

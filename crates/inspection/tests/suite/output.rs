@@ -8,21 +8,29 @@ use crate::support::{checked, good_take, hide};
 fn takes() -> Vec<Checked> {
     let good = Checked {
         file: "good.csv".into(),
+        role: None,
+        range_s: None,
         outcome: Ok(checked(&good_take())),
     };
     let mut gaps = good_take();
     hide(&mut gaps, "ring", 400..411);
     let warned = Checked {
         file: "gaps.csv".into(),
+        role: Some("train"),
+        range_s: Some([0.0, 4.0]),
         outcome: Ok(checked(&gaps)),
     };
     hide(&mut gaps, "little", 0..1000);
     let failed = Checked {
         file: "a|b @me.csv".into(),
+        role: None,
+        range_s: None,
         outcome: Ok(checked(&gaps)),
     };
     let unreadable = Checked {
         file: "broken.csv".into(),
+        role: None,
+        range_s: None,
         outcome: Err("line 3: expected a number\nfound <x>".into()),
     };
     vec![good, warned, failed, unreadable]
@@ -62,6 +70,7 @@ fn several_takes_in_text() {
         text.contains("fail  little: never seen in the whole take"),
         "{text}"
     );
+    assert!(text.contains("  gaps.csv (0 s to 4 s)\n"), "{text}");
     assert!(text.ends_with("OK: good.csv\n"), "{text}");
 }
 
@@ -95,6 +104,8 @@ fn control_characters_stay_out_of_text() {
     );
     let takes = [Checked {
         file: "x\u{1b}.csv".into(),
+        role: None,
+        range_s: None,
         outcome: Ok(outcome),
     }];
     for text in [to_text(&takes), to_markdown(&takes)] {
@@ -119,8 +130,14 @@ fn json_keeps_its_contract() {
             .collect();
         assert!(errors.is_empty(), "{errors:#?}");
     }
-    // A key that goes missing is noticed.
     let mut document: Value = serde_json::from_str(&to_json(&takes())).unwrap();
+    let part = &document["takes"][1];
+    assert_eq!(
+        [&part["file"], &part["role"]],
+        [&Value::from("gaps.csv"), &Value::from("train")]
+    );
+    assert_eq!([&part["from_s"], &part["to_s"]], [0.0, 4.0]);
+    // A key that goes missing is noticed.
     document["takes"][0]["checkup"]["results"][0]
         .as_object_mut()
         .unwrap()

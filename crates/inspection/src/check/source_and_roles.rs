@@ -27,9 +27,11 @@ pub(crate) fn findings(recording: &Recording) -> Vec<CheckResult> {
             Severity::Warning => Level::Warn,
         };
         let advice = match (level, finding_id(finding)) {
-            (Level::Warn, "frame-jumps" | "declared-count") => {
+            (Level::Warn, "frame-jumps") => {
                 "the file was cut or edited after the export: use the original, if there is one"
             }
+            // The finding says what happened to the file.
+            (Level::Warn, "declared-count") => "use the original, if there is one",
             (Level::Warn, "time-column") => "check the rate that the file states",
             (Level::Warn, "damaged-samples") => "export again",
             _ => "",

@@ -370,6 +370,9 @@ fn findings_of_the_reader_are_known() {
         assert!(checkup.result(id).is_some(), "{id}: {:#?}", checkup.results);
     }
     assert!(checkup.result("source").is_none(), "{:#?}", checkup.results);
+    let declared = checkup.result("declared-count").expect("it was there");
+    assert!(declared.found.contains("cut or edited after the export"));
+    assert_eq!(declared.advice, "use the original, if there is one");
 }
 
 #[test]

@@ -37,8 +37,8 @@ pub(crate) struct Args {
     ///
     /// recorded are markers and bodies, after cleaning where the take was cleaned; measured are those before
     /// cleaning; processed are fingertips and object in the hand's frame; generated are positions and velocities of
-    /// fingertips by every method, in the hand's frame; errors are their distances from the recorded fingertips;
-    /// contacts are distances to the object, recorded and by method, and 1 where a finger touches.
+    /// fingertips by every method, in the hand's frame; errors are their distances from the recorded fingertips
+    /// after the filter (published protocol); `evaluate --rows` has the held-out ones; contacts are distances to the object, recorded and by method, and 1 where a finger touches.
     #[arg(long, value_parser = one_of(&PARTS))]
     what: Option<TablePart>,
     /// Write the take into a BIDS dataset, such as sub=01,task=rotate.

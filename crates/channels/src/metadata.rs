@@ -185,10 +185,13 @@ impl Metadata {
     /// ROS 2 bag.
     #[must_use]
     pub fn is_written_by_inhand(&self) -> bool {
+        // A bag keeps the steps of the take that it was made of.
+        let is_bag = (self.0.iter()).any(|(name, facts)| is_step(name, facts, &["ros2"]));
         (self.0.iter()).any(|(name, facts)| {
             name.starts_with("inhand.")
                 && ![ANNOTATIONS, ABOUT].contains(&name.as_str())
-                && !is_step(name, facts, &["annotate", "view", "ros2"])
+                && !(is_bag && name.starts_with(PROVENANCE))
+                && !is_step(name, facts, &["annotate", "view"])
         })
     }
 

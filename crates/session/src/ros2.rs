@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use inhand_channels::{FINGER_COLOURS, Metadata, ViewsFor, method_colour};
+use inhand_channels::{FINGER_COLOURS, ViewsFor, method_colour};
 use inhand_container::MetadataRecord;
 use inhand_export::{Ros2Bag, Ros2Method, Ros2Take, write_ros2_markers};
 use inhand_model::{Protocol, Shape};
@@ -49,9 +49,12 @@ pub fn write_ros2(
         ..recorded(take, settings.shape()?)
     };
     let made = crate::run::provenance("ros2", settings, [take.hash.clone()]);
-    let mut records = inhand_channels::annotation_records(&take.annotations).0;
-    records.extend(Metadata::default().next_provenance(&made).0);
-    let records: Vec<_> = (records.into_iter())
+    let mut records = inhand_channels::annotation_records(&take.annotations);
+    for step in take.made_by(&made) {
+        let step = records.next_provenance(&step);
+        records.0.extend(step.0);
+    }
+    let records: Vec<_> = (records.0.into_iter())
         .map(|(name, facts)| MetadataRecord { name, facts })
         .collect();
     let mut written = None;

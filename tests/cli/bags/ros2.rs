@@ -110,6 +110,21 @@ fn generated_motion_leaves_as_trajectories() {
         let trajectories = topics[&format!("/generated/{method}/trajectory")];
         assert_eq!(Some(trajectories), segments, "{method}");
     }
+    // The steps of the take stay, and the bag is one that is read.
+    let steps = |name: &str| {
+        let metadata = inhand_channels::read_metadata(&bench.bytes(name), name).expect("sound");
+        let steps = metadata.provenance(name).expect("ours").into_iter();
+        steps.map(|step| step.step).collect::<Vec<_>>()
+    };
+    let earlier = steps("out/cube_test_01.mcap");
+    assert!(!earlier.is_empty());
+    assert_eq!(
+        steps("bag.mcap"),
+        [&earlier[..], &["ros2".to_owned()]].concat()
+    );
+    bench.ok(&["convert", "bag.mcap", "-o", "back.mcap"]);
+    let chain = [&earlier[..], &["ros2", "convert"].map(str::to_owned)].concat();
+    assert_eq!(steps("back.mcap"), chain);
     let plan = [
         "plan",
         "--dictionary",

@@ -50,6 +50,7 @@ fn single_steps_repeat_nothing() {
     ]
     .concat());
     let learned: Value = serde_json::from_str(&learned).expect("learn prints JSON");
+    assert!(learned["rms_mm"].is_number());
     assert_eq!(learned["rms_mm"], run["dictionary"]["rms_mm"]);
 
     let output = bench.inhand(&["process", TEST, "-o", "processed.mcap"]);
@@ -78,12 +79,14 @@ fn single_steps_repeat_nothing() {
             "contacts",
             "intervals",
         ] {
+            assert!(!run[key].is_null(), "{key}");
             assert_eq!(steps[key], run[key], "{take}: {key}");
         }
         let [counts, of_run] = [&steps, &run].map(|evaluation| {
             let test = &evaluation["session"]["test"][0];
             (test["segments"].clone(), test["left_out"].clone())
         });
+        assert!(!of_run.0.is_null() && !of_run.1.is_null(), "{of_run:?}");
         assert_eq!(counts, of_run, "{take}");
     }
     let of_run = messages(&bench, "out/cube_test_01.mcap");
@@ -250,7 +253,7 @@ fn stored_roles_stay_where_others_are_typed() {
         let call = ["learn", take, "-o", "d.mcap", "--force", "--format", "json"];
         let learned = bench.ok(&[&call[..], &SMALL, fingers].concat());
         let learned: Value = serde_json::from_str(&learned).expect("learn prints JSON");
-        learned["rms_mm"].as_f64()
+        learned["rms_mm"].as_f64().expect("a number")
     };
     bench.ok(&["process", "d.mcap", "-o", "e.mcap"]);
     assert_eq!(learned("a.mcap", &swapped), learned("e.mcap", &[]));

@@ -165,6 +165,75 @@ fn typed_settings_win_over_a_file_and_that_over_stored_ones() {
 }
 
 #[test]
+fn a_finger_is_one_setting_by_all_its_names() {
+    let bench = Bench::csv();
+    let quick = [
+        "run",
+        "session",
+        "-o",
+        "out",
+        "--rank",
+        "5",
+        "--max-iterations",
+        "2",
+        "--methods",
+        "line,hermite",
+        "--pad-offset-mm",
+        "little=0",
+    ];
+    let clean = [
+        "clean",
+        TEST,
+        "-o",
+        "clean.mcap",
+        "--pad-mm",
+        "little=0,0,1",
+    ];
+    let process = ["process", TEST, "-o", "x.mcap", "--finger", "little=Little"];
+    for (table, value, call, made, key) in [
+        (
+            "evaluate.pad_offset_mm",
+            "3.0",
+            &quick[..],
+            "out/cube_test_01.mcap",
+            "/evaluate/pad_offset_mm",
+        ),
+        (
+            "clean.pad_mm",
+            "[1, 2, 3]",
+            &clean,
+            "clean.mcap",
+            "/clean/pad_mm",
+        ),
+        ("fingers", "\"Ring\"", &process, "x.mcap", "/fingers"),
+    ] {
+        let text = format!("[{table}]\npinky = {value}\n");
+        bench.write("session/inhand.toml", &text);
+        bench.ok(call);
+        let made = last_step(&bench, made);
+        let fingers = made.pointer(key).and_then(Value::as_object);
+        let fingers = fingers.unwrap_or_else(|| panic!("{key}: {made}"));
+        let typed = [("little=0", "0.0"), ("little=0,0,1", "[0.0,0.0,1.0]")];
+        let typed = typed.iter().find(|(typed, _)| call.contains(typed));
+        let typed = typed.map_or("\"Little\"", |(_, shown)| shown);
+        assert_eq!(fingers.len(), 1, "{fingers:?}");
+        assert_eq!(fingers["little"].to_string(), typed);
+        // The same finger twice in one file has no meaning.
+        bench.write("session/inhand.toml", format!("{text}Little = {value}\n"));
+        let said = refused(&bench, call);
+        assert!(said.contains("found little under two names"), "{said}");
+    }
+    // A file wins over what is stored.
+    bench.write("p.toml", "[evaluate.pad_offset_mm]\nPinky = 3.0\n");
+    let view = ["view", "out/cube_test_01.mcap", "-o", "v.mcap"];
+    bench.ok(&[&view[..], &["--settings", "p.toml"]].concat());
+    assert_eq!(
+        last_step(&bench, "v.mcap")["evaluate"]["pad_offset_mm"].to_string(),
+        "{\"little\":3.0}"
+    );
+}
+
+#[test]
 fn stored_motion_is_used_where_it_was_made_by_the_same_settings() {
     let bench = Bench::csv();
     bench.run("out", &[]);

@@ -31,6 +31,7 @@ macro_rules! section {
 
 mod check;
 mod clean;
+mod fingers;
 mod layers;
 
 pub use clean::CleanSection;
@@ -61,6 +62,7 @@ pub struct Settings {
     /// Which tracked thing is the hand, the object.
     pub roles: BodySettings,
     /// Which marker is on which finger, by finger name.
+    #[serde(deserialize_with = "fingers::by_finger")]
     pub fingers: BTreeMap<String, String>,
     /// The manipulated object.
     pub object: ObjectSettings,
@@ -361,6 +363,7 @@ section! {
         /// Two fingertips nearer than this collide, millimetres.
         pub collision_mm: f64 = 10.0,
         /// Distance from marker to finger pad by finger name, millimetres; taken off the distance.
+        #[serde(deserialize_with = "fingers::by_finger")]
         pub pad_offset_mm: BTreeMap<String, f64> = BTreeMap::new(),
         /// Contacts, and lifts, that last less are no changes of contact, seconds.
         pub min_contact_s: f64 = 0.05,

@@ -7,6 +7,7 @@ use inhand_model::PerFinger;
 use serde::{Deserialize, Serialize};
 
 use super::check::finger;
+use super::fingers::by_finger;
 use crate::error::SessionError;
 
 section! {
@@ -28,6 +29,7 @@ section! {
         #[serde(skip_serializing_if = "Option::is_none")]
         pub resample_hz: Option<f64> = None,
         /// From marker to pad by finger name, in the axes of the hand's body, millimetres.
+        #[serde(deserialize_with = "by_finger")]
         pub pad_mm: BTreeMap<String, [f64; 3]> = BTreeMap::new(),
     }
 }

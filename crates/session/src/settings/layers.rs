@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 use toml::{Table, Value as Toml};
 
 use super::Settings;
+use super::fingers::name_fingers;
 use crate::error::{Located, SessionError};
 use crate::files::{is_packed, name_of, open};
 use crate::take;
@@ -139,6 +140,7 @@ fn stored(steps: &[Provenance]) -> Table {
         if one.clone().try_into::<Settings>().is_err() {
             continue;
         }
+        name_fingers(&mut one);
         if place(&last.step) < place(step)
             && let Some(Toml::Table(keys)) = one.get_mut(section)
         {
@@ -154,7 +156,9 @@ fn stored(steps: &[Provenance]) -> Table {
 fn read_table(path: &Path) -> Result<Table, SessionError> {
     Settings::read(path)?;
     let text = std::fs::read_to_string(path).map_err(SessionError::io("read", path))?;
-    Ok(toml::from_str(&text).unwrap_or_default())
+    let mut layer = toml::from_str(&text).unwrap_or_default();
+    name_fingers(&mut layer);
+    Ok(layer)
 }
 
 fn table(value: &impl Serialize) -> Table {

@@ -252,6 +252,68 @@ fn stored_motion_is_used_where_it_was_made_by_the_same_settings() {
 }
 
 #[test]
+fn an_evaluation_says_where_it_compares_other_motion_and_by_what_it_was_made() {
+    let bench = Bench::csv();
+    bench.run("out", &["--margin", "0.2", "--window", "30"]);
+    let call = [
+        "evaluate",
+        "out/cube_test_01.mcap",
+        "-d",
+        "out/dictionary.mcap",
+    ];
+    let evaluate = |options: &[&str]| {
+        let output = bench.inhand(&[&call[..], &["-o", "e.json", "--force"], options].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        stderr(&output)
+    };
+    let different = "published errors compare different motion";
+    let said = evaluate(&[]);
+    assert!(!said.contains(different), "{said}");
+    let said = evaluate(&["--window", "20"]);
+    let line = format!(
+        "warning  out/cube_test_01.mcap: trajectories were generated with process.window 30, here it is 20: {different}\n"
+    );
+    assert!(said.contains(&line), "{said}");
+    // Segments are those of the step that generated, whatever a file says.
+    bench.write("margin.toml", "segments.margin_s = 0.1\n");
+    evaluate(&["--settings", "margin.toml"]);
+    let text = String::from_utf8(bench.bytes("e.json")).expect("JSON is text");
+    let last = text.rsplit("margin_s").next().unwrap_or_default();
+    assert!(
+        last.trim_start_matches(['\\', '"', ':', ' '])
+            .starts_with("0.2"),
+        "{last}"
+    );
+}
+
+#[test]
+fn an_evaluation_writes_all_its_files_or_none() {
+    let bench = Bench::csv();
+    bench.run("out", &[]);
+    let call = [
+        "evaluate",
+        "out/cube_test_01.mcap",
+        "-d",
+        "out/dictionary.mcap",
+    ];
+    let files = ["e.json", "r.csv", "r.held_out.csv"];
+    for kept in files {
+        bench.write(kept, "somebody's notes");
+        let call = [&call[..], &["-o", files[0], "--rows", files[1]]].concat();
+        let said = refused(&bench, &call);
+        assert!(said.contains(&format!("{kept}: already exists")), "{said}");
+        for file in files {
+            assert_eq!(bench.path(file).exists(), file == kept, "{kept}: {file}");
+        }
+        bench.ok(&[&call[..], &["--force"]].concat());
+        bench.ok(&call);
+        for file in files {
+            std::fs::remove_file(bench.path(file)).expect("it is written");
+        }
+    }
+}
+
+#[test]
 fn stored_settings_that_differ_are_an_error_that_names_both() {
     let bench = Bench::csv();
     for (take, name, window, shape) in [

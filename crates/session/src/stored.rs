@@ -1,15 +1,17 @@
 //! Judging motion that an earlier step stored in takes.
 
+use std::collections::BTreeMap;
+
 use inhand_channels::{ChannelError, EvaluatedMethod, ReadMethod};
 use inhand_model::{
-    Dictionary, Evaluation, EvaluationRows, HeldOutEvaluation, Motion, Plan, Protocol, Provenance,
-    SegmentLayout, SegmentOrigin, Segments, Trajectory,
+    Dictionary, Evaluation, EvaluationRows, Finding, HeldOutEvaluation, Motion, Plan, Protocol,
+    Provenance, SegmentLayout, SegmentOrigin, Segments, Trajectory,
 };
 
 use crate::dictionary_file::DictionaryFile;
 use crate::error::{Located, SessionError};
 use crate::methods::Method;
-use crate::settings::{Role, Settings};
+use crate::settings::{Role, Settings, flatten};
 use crate::steps::{self, Generated, HeldOutResult, ProtocolRows, TakeResult};
 use crate::take::{self, Take};
 
@@ -22,6 +24,8 @@ pub struct StoredEvaluation {
     pub published: StoredRows,
     /// The same of the held-out protocol; `None` for takes without trajectories of it.
     pub held_out: Option<StoredRows>,
+    /// The settings that they are made by: those given, with the segments of the step that generated the trajectories.
+    pub settings: Settings,
 }
 
 /// Rows of a protocol with the motion that they compare.
@@ -58,7 +62,8 @@ pub fn evaluate_stored(
         check_dictionary(take, dictionary)?;
     }
     let dictionary = &dictionary.dictionary;
-    let settings = &as_generated(takes, settings)?;
+    let effective = as_generated(takes, settings)?;
+    let settings = &effective;
     steps::used(takes, settings)?;
     let mut motions = steps::motions(takes, settings)?;
     let of = Protocol::Published;
@@ -107,7 +112,31 @@ pub fn evaluate_stored(
         evaluation,
         published,
         held_out: held_out_rows,
+        settings: effective,
     })
+}
+
+/// What is found where a take's trajectories were generated from motion that was processed in another way than these
+/// settings say.
+pub fn processed_otherwise(take: &Take, settings: &Settings) -> Option<Finding> {
+    let generated = generated_by(take)?;
+    let [then, now] = [&generated, settings].map(|settings| {
+        let mut values = BTreeMap::new();
+        let process = settings.to_json()["process"].take();
+        flatten("process", &process, &mut values);
+        values
+    });
+    let differing = then
+        .iter()
+        .filter(|(key, then)| now.get(*key) != Some(then));
+    let differing: Vec<_> = differing
+        .map(|(key, then)| format!("{key} {then}, here it is {}", now[key]))
+        .collect();
+    let message = format!(
+        "trajectories were generated with {}: published errors compare different motion",
+        differing.join(", and with ")
+    );
+    (!differing.is_empty()).then(|| Finding::warning("", message))
 }
 
 /// The same under the held-out protocol; `None` for takes without trajectories of it.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use inhand_session::steps::ProtocolRows;
 use inhand_session::tables::{TableFormat, write_rows};
-use inhand_session::{Settings, evaluate_stored, provenance, write_text};
+use inhand_session::{Settings, evaluate_stored, processed_otherwise, provenance, write_text};
 
 use crate::commands::{read_takes, say_held_out, say_used};
 use crate::console::{Console, data};
@@ -71,26 +71,36 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let takes = read_takes(console, &args.inputs, &settings)?;
     say_used(console, &takes, &settings)?;
     say_held_out(console, &dictionary.dictionary);
+    for take in &takes {
+        if let Some(found) = processed_otherwise(take, &settings) {
+            console.finding(&take.path.display().to_string(), &found);
+        }
+    }
     let evaluated = evaluate_stored(&takes, &dictionary, &settings)?;
     let hashes = takes.iter().map(|take| &take.hash);
     let hashes = hashes.chain([&dictionary.hash]).cloned();
-    let made = provenance("evaluate", &settings, hashes);
+    let made = provenance("evaluate", &evaluated.settings, hashes);
     let steps = takes.iter().flat_map(|take| take.provenance.clone());
     let chain: Vec<_> = steps.chain([made]).collect();
     let evaluation = &evaluated.evaluation;
     let text = inhand_report::evaluation_json(evaluation, &chain)?;
-    args.output.write(|path| write_text(path, &text))?;
-    if let Some(path) = &args.rows {
-        let name = &evaluation.session.name;
-        let write = |path: &Path, rows: ProtocolRows<'_>| {
-            write_output(path, args.output.force, |path| {
-                write_rows(path, name, rows, args.row_positions)
-            })
-        };
-        write(path, evaluated.published.as_rows())?;
-        if let (Some(path), Some(rows)) = (held_out_path, &evaluated.held_out) {
-            write(&path, rows.as_rows())?;
-        }
+    let name = &evaluation.session.name;
+    let write = |path: &Path, rows: Option<ProtocolRows<'_>>| {
+        write_output(path, args.output.force, |path| match rows {
+            Some(rows) => write_rows(path, name, rows, args.row_positions),
+            None => write_text(path, &text),
+        })
+    };
+    let published = (args.rows.as_ref()).map(|path| (path, Some(evaluated.published.as_rows())));
+    let held_out = held_out_path.as_ref().zip(evaluated.held_out.as_ref());
+    let held_out = held_out.map(|(path, rows)| (path, Some(rows.as_rows())));
+    // The evaluation is last: where it is, so are its rows. Outputs that must not be replaced are only compared, and
+    // before any other is written.
+    let outputs = (published.into_iter().chain(held_out)).chain([(output, None)]);
+    let (kept, others): (Vec<_>, Vec<_>) =
+        outputs.partition(|(path, _)| !args.output.force && path.is_file());
+    for (path, rows) in kept.into_iter().chain(others) {
+        write(path, rows)?;
     }
     match args.format {
         Format::Json => data(&text)?,

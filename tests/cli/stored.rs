@@ -450,4 +450,10 @@ fn check_looks_at_every_take_of_a_session() {
             .all(|fact| alone[fact].is_null()),
         "{alone}"
     );
+    // Another settings file says how to read the takes that a session's file stands for.
+    bench.write("other.toml", "");
+    let other = ["check", "session/inhand.toml", "--settings", "other.toml"];
+    let text = bench.ok(&[&other[..], &["--format", "json"]].concat());
+    let printed: Value = serde_json::from_str(&text).expect("check prints JSON");
+    assert_eq!(printed["takes"].as_array().map(Vec::len), Some(3));
 }

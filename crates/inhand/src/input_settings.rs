@@ -112,7 +112,7 @@ fn settings_beside(inputs: &[&Path]) -> Result<Option<PathBuf>> {
 /// The settings file of the session that a file is in, or is itself: in its folder, or in the folder above `train/` or
 /// `test/`.
 fn settings_of(input: &Path) -> Option<PathBuf> {
-    if (input.extension()).is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
+    if is_settings(input) {
         return Some(input.to_owned());
     }
     let folder = match input.is_dir() && !is_take(input) {
@@ -129,4 +129,9 @@ fn settings_of(input: &Path) -> Option<PathBuf> {
     let folders = [Some(folder), above].into_iter().flatten();
     let mut files = folders.map(|folder| folder.join(SETTINGS_FILE));
     files.find(|file| file.is_file())
+}
+
+/// Whether an input is a session by its settings file.
+pub(crate) fn is_settings(input: &Path) -> bool {
+    (input.extension()).is_some_and(|ending| ending.eq_ignore_ascii_case("toml"))
 }

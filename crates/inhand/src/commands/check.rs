@@ -11,6 +11,7 @@ use inhand_session::{
 
 use crate::console::{Console, with_flags};
 use crate::exit::Exit;
+use crate::input_settings::is_settings;
 use crate::options::{FailOn, SourceOptions};
 use crate::output::{TextOutput, with_files};
 
@@ -53,7 +54,7 @@ enum CheckFormat {
 
 /// A take, or those of a session, and whether it is one.
 fn entries(input: &Path, settings: Option<&Path>) -> Result<(Vec<SessionTake>, bool)> {
-    if (input.is_dir() && !is_take(input)) || settings == Some(input) {
+    if (input.is_dir() && !is_take(input)) || is_settings(input) {
         let settings = settings
             .map(Settings::read)
             .transpose()?

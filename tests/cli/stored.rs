@@ -314,6 +314,34 @@ fn an_evaluation_writes_all_its_files_or_none() {
 }
 
 #[test]
+fn a_setting_is_named_as_it_was_typed_and_a_file_by_its_own_words() {
+    let bench = Bench::csv();
+    let call = ["process", TEST, "-o", "x.mcap"];
+    let said = refused(&bench, &[&call[..], &["--object", "ball:1"]].concat());
+    assert!(
+        said.contains("error: --object (object.shape): expected"),
+        "{said}"
+    );
+    let said = refused(&bench, &[&call[..], &["--up", "x"]].concat());
+    assert!(
+        said.contains("error: --up (source.up): expected y or z"),
+        "{said}"
+    );
+    bench.write("session/inhand.toml", "object.shape = \"ball:1\"\n");
+    let said = refused(&bench, &call);
+    assert!(
+        said.contains("error: setting object.shape: expected"),
+        "{said}"
+    );
+    bench.write("session/inhand.toml", "[fingres]\n");
+    let said = refused(&bench, &call);
+    assert!(
+        said.contains("`fingers`") && !said.contains("--finger"),
+        "{said}"
+    );
+}
+
+#[test]
 fn stored_settings_that_differ_are_an_error_that_names_both() {
     let bench = Bench::csv();
     for (take, name, window, shape) in [

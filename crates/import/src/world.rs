@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use inhand_model::{Finding, Pose};
+use inhand_model::{Finding, Pose, Setting};
 
 use crate::assemble::Entities;
 use crate::pace::median;
@@ -146,7 +146,10 @@ pub(crate) fn units_and_axes(entities: &Entities, settings: &ImportSettings) -> 
     if settings.up_axis.is_none() {
         findings.push(Finding::info(
             "",
-            "no topic says which axis points up: z is assumed, as ROS has it; source.up sets it",
+            format!(
+                "no topic says which axis points up: z is assumed, as ROS has it; {} sets it",
+                Setting::Up
+            ),
         ));
     }
     findings

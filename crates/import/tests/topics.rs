@@ -171,7 +171,7 @@ fn units_and_axes_are_those_of_ros_unless_the_user_knows_better() {
     let bytes = poses(&[("/Hand/pose", turned(110.763, 250.0, 1000.0))]);
     let assumed = read(&bytes);
     assert_found(&assumed, "source.units = \"mm\"");
-    assert_found(&assumed, "z is assumed");
+    assert_found(&assumed, "z is assumed, as ROS has it; `source.up` sets it");
     let settings = ImportSettings {
         length_unit: Some(LengthUnit::Millimetres),
         up_axis: Some(UpAxis::Y),

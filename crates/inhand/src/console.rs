@@ -1,6 +1,7 @@
 //! Progress and messages on stderr.
 
 use std::cell::RefCell;
+use std::error::Error as StdError;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 use std::time::Duration;
@@ -59,12 +60,13 @@ impl Console {
         reason = "errors are shown even when the console is quiet"
     )]
     pub(crate) fn error(&self, error: &anyhow::Error) {
-        let mut lines = format!("error: {error}");
-        for cause in error.chain().skip(1) {
+        let mut causes = messages(error);
+        let mut lines = format!("error: {}", causes.next().unwrap_or_default());
+        for cause in causes {
             // A cause may span lines, such as a list of what a take contains.
-            lines.push_str(&format!("\n  {}", cause.to_string().replace('\n', "\n  ")));
+            lines.push_str(&format!("\n  {}", cause.replace('\n', "\n  ")));
         }
-        to_stderr(&lines);
+        as_it_is(&lines);
     }
 
     /// Shows a step until it is done; on a terminal with a spinner after a second.
@@ -115,18 +117,53 @@ pub(crate) fn print(
 /// An error as JSON: message and causes, the outermost first, exit code, and the findings that a session was refused
 /// for.
 pub(crate) fn error_json(error: &anyhow::Error, exit: Exit) -> Value {
-    let causes = error.chain().skip(1);
-    let causes: Vec<_> = causes.map(|cause| with_flags(&cause.to_string())).collect();
+    let mut causes = messages(error);
+    let message = causes.next();
     let findings = error.chain().find_map(|cause| match cause.downcast_ref() {
         Some(SessionError::Refused { findings, .. }) => Some(&findings[..]),
         _ => None,
     });
     json!({ "error": {
-        "message": with_flags(&error.to_string()),
-        "causes": causes,
+        "message": message,
+        "causes": causes.collect::<Vec<_>>(),
         "exit_code": exit as u8,
         "findings": findings.unwrap_or_default(),
     } })
+}
+
+/// The messages of an error and its causes, the outermost first, as they are shown.
+pub(crate) fn messages(error: &anyhow::Error) -> impl Iterator<Item = String> {
+    let typed: Vec<_> = std::env::args_os()
+        .skip(1)
+        .map(|word| word.to_string_lossy().into_owned())
+        .collect();
+    error.chain().map(move |cause| message(cause, &typed))
+}
+
+/// A message with the flags of this program; a setting that cannot be used has the name by which it was typed.
+fn message(cause: &(dyn StdError + 'static), typed: &[String]) -> String {
+    let is_typed = |flag: &&str| {
+        let is_flag = |word: &String| word.split('=').next() == Some(*flag);
+        typed.iter().any(|word| is_flag(word))
+    };
+    match cause.downcast_ref() {
+        Some(SessionError::Settings {
+            key,
+            expected,
+            found,
+        }) => {
+            // A topic is an entry of its table.
+            let option = option_of(key.split(".\"").next().unwrap_or(key));
+            let flag = option.and_then(|option| option.split(' ').next_back());
+            match flag.filter(is_typed) {
+                Some(flag) => format!("{flag} ({key}): expected {expected}, found {found}"),
+                None => cause.to_string(),
+            }
+        }
+        // Words of a file stay the words of the file.
+        Some(SessionError::Usage { .. }) => cause.to_string(),
+        _ => with_flags(&cause.to_string()),
+    }
 }
 
 /// A JSON object with a value for each finger.
@@ -149,8 +186,12 @@ pub(crate) fn with_flags(message: &str) -> String {
     })
 }
 
-pub(crate) fn to_stderr(line: &str) {
-    let line = with_flags(line);
+fn to_stderr(line: &str) {
+    as_it_is(&with_flags(line));
+}
+
+/// A line whose settings have the names that are shown.
+pub(crate) fn as_it_is(line: &str) {
     // There is no place to report a lost stderr.
     let _ = writeln!(io::stderr().lock(), "{line}");
 }
@@ -164,6 +205,27 @@ mod tests {
         for setting in Setting::ALL {
             let shown = with_flags(&format!("say it with {setting} X"));
             assert!(shown.starts_with("say it with --"), "{shown}");
+        }
+    }
+
+    #[test]
+    fn a_setting_has_the_name_by_which_it_was_typed() {
+        let of = |key: &str| SessionError::Settings {
+            key: key.to_owned(),
+            expected: "a".to_owned(),
+            found: "b".to_owned(),
+        };
+        for (key, typed, name) in [
+            ("object.shape", "--object", "--object (object.shape)"),
+            ("object.shape", "--object=c", "--object (object.shape)"),
+            ("object.shape", "--object-offset", "setting object.shape"),
+            ("clean.pad_mm", "--pad-mm", "--pad-mm (clean.pad_mm)"),
+            ("topics.\"/a\"", "--topic", "--topic (topics.\"/a\")"),
+            ("source.up", "up", "setting source.up"),
+        ] {
+            let typed = [typed.to_owned()];
+            let shown = format!("{name}: expected a, found b");
+            assert_eq!(message(&of(key), &typed), shown);
         }
     }
 }

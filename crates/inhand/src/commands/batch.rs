@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use super::run::{SessionOptions, fails, finding_line, skipped_line};
-use crate::console::{Console, print, to_stderr};
+use crate::console::{Console, as_it_is, messages, print};
 use crate::exit::{Exit, UsageError};
 use crate::options::{Format, OutputOptions};
 
@@ -80,7 +80,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         };
         bar.suspend(|| match state {
             // The reason of a failure is printed even when the console is quiet.
-            State::Failed => to_stderr(&line),
+            State::Failed => as_it_is(&line),
             _ => (found.iter().chain([&line])).for_each(|line| console.say(line)),
         });
         bar.inc(1);
@@ -133,7 +133,7 @@ fn one(
 
 /// An error and its causes on one line.
 fn chain(error: &anyhow::Error) -> String {
-    let causes: Vec<String> = error.chain().map(ToString::to_string).collect();
+    let causes: Vec<String> = messages(error).collect();
     causes.join(": ").replace('\n', "; ")
 }
 

@@ -50,18 +50,18 @@ impl Settings {
         let source = &self.source;
         Ok(ReadSettings {
             length_unit: parsed(
-                "units",
+                "source.units",
                 &source.units,
                 parse_length_unit,
                 "m, cm, mm, in or ft",
             )?,
             rotation_order: parsed(
-                "rotation-order",
+                "source.rotation_order",
                 &source.rotation_order,
                 parse_rotation_order,
                 "quaternion or three axes such as XYZ",
             )?,
-            up_axis: parsed("up", &source.up, parse_up_axis, "y or z")?,
+            up_axis: parsed("source.up", &source.up, parse_up_axis, "y or z")?,
         })
     }
 

@@ -58,6 +58,49 @@ fn one_take_is_split_by_time() {
 }
 
 #[test]
+fn a_take_of_a_session_is_run_by_the_settings_of_the_session() {
+    let bench = Bench::csv();
+    bench.write(
+        "session/inhand.toml",
+        "name = \"several\"\nobject.shape = \"cube:0.05\"\nevaluate.draws = 200\n",
+    );
+    let quick = ["--methods", "line,hermite"];
+    for verb in ["run", "batch"] {
+        let call = [&[verb, TEST, "-o", verb][..], &SMALL, &quick].concat();
+        let output = bench.inhand(&call);
+        let said = stderr(&output);
+        assert_eq!(output.status.code(), Some(0), "{said}");
+        assert!(said.contains("settings  session/inhand.toml\n"), "{said}");
+        let folder = if verb == "run" {
+            "run"
+        } else {
+            "batch/cube_test_01"
+        };
+        let evaluation = bench.json(&format!("{folder}/evaluation.json"));
+        assert_eq!(evaluation["session"]["name"], "cube_test_01");
+        let made = evaluation["provenance"].as_array().and_then(|p| p.last());
+        let made = made.expect("a step made it").to_string();
+        for part in ["cube:0.05", "draws"] {
+            assert!(made.contains(part), "{part}: {made}");
+        }
+        assert!(!evaluation["contacts"].is_null(), "{verb}");
+    }
+    // Nothing of the session where that is asked for.
+    let none = [
+        &["run", TEST, "-o", "none", "--settings", "none"][..],
+        &SMALL,
+        &quick,
+    ]
+    .concat();
+    let output = bench.inhand(&none);
+    assert!(
+        !stderr(&output).contains("inhand.toml"),
+        "{}",
+        stderr(&output)
+    );
+}
+
+#[test]
 fn ranges_of_one_recording_are_takes() {
     let bench = one_take();
     let ranges = |ranges: &[(&str, f64, f64)]| {

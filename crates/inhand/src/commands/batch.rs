@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::Result;
 use inhand_session::sessions::{MergeOptions, Part, merge};
-use inhand_session::{Event, check_target, write_text};
+use inhand_session::{Event, RunOptions, check_target, write_text};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
@@ -66,7 +66,11 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         });
         let begin = Instant::now();
         let mut found = Vec::new();
-        let (state, error) = match one(args, session, &folder, &mut found) {
+        let options = bar.suspend(|| {
+            let overrides = &args.overrides;
+            overrides.run_options(console, session, &folder, &args.writing)
+        });
+        let (state, error) = match options.and_then(|options| one(args, &options, &mut found)) {
             Ok((state, fails)) => {
                 failed_check |= fails;
                 (state, None)
@@ -109,14 +113,8 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
 }
 
 /// Runs one session and collects lines of findings; its state, and whether --fail-on is met.
-fn one(
-    args: &Args,
-    session: &Path,
-    folder: &Path,
-    found: &mut Vec<String>,
-) -> Result<(State, bool)> {
-    let options = args.overrides.run_options(session, folder, &args.writing)?;
-    let result = inhand_session::run(&options, &mut |event| match event {
+fn one(args: &Args, options: &RunOptions, found: &mut Vec<String>) -> Result<(State, bool)> {
+    let result = inhand_session::run(options, &mut |event| match event {
         Event::Found(finding) => found.push(finding_line(finding)),
         Event::Skipped(files) => found.push(skipped_line(files)),
         _ => {}

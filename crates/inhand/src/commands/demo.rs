@@ -44,6 +44,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     simulate_session(&session, &simulated, args.seed, TakeFormat::Mcap, again)?;
     console.step_done(&step, &line, begin.elapsed());
 
-    let options = SessionOptions::default().run_options(&session, &args.output, &args.writing)?;
+    let options =
+        SessionOptions::default().run_options(console, &session, &args.output, &args.writing)?;
     run_shown(console, &options, Format::Text, FailOn::default())
 }

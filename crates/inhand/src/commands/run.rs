@@ -81,16 +81,25 @@ impl SessionOptions {
         Ok(settings)
     }
 
-    /// A run of a session with these options.
+    /// A run of a session, or of one take by the settings of the session that it is in, with these options.
     pub(crate) fn run_options(
         &self,
+        console: &Console,
         session: &Path,
         output: &Path,
         writing: &OutputOptions,
     ) -> Result<RunOptions> {
         let place = locate(session)?;
-        let mut settings = self.settings(place.settings.as_deref())?;
+        let beside = match place.take {
+            Some(_) => self.takes.source.file(console, &[session])?,
+            None => place.settings.clone(),
+        };
+        let mut settings = self.settings(beside.as_deref())?;
         if let Some(path) = place.take {
+            // The name of a session that the take is one of several of is not that of the take.
+            if self.takes.source.settings.is_none() && place.settings.is_none() {
+                settings.name = None;
+            }
             settings.name = settings.name.or(Some(take_name(session)));
             let (role, from_s, to_s) = (None, None, None);
             settings.takes = vec![TakeEntry {
@@ -113,7 +122,8 @@ impl SessionOptions {
 }
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
-    let options = (args.overrides).run_options(&args.session, &args.output, &args.writing)?;
+    let options =
+        (args.overrides).run_options(console, &args.session, &args.output, &args.writing)?;
     let row_positions = args.row_positions;
     let options = RunOptions {
         row_positions,

@@ -180,6 +180,27 @@ fn identifiers_are_those_of_checks() {
     let (code, message) = run(&bench, &["--accept", "unit"]);
     assert_eq!(code, Some(2), "{message}");
     assert!(message.contains("units, finger-place"), "{message}");
+    // Nor does a take that there is not accept anything: in a run, in learning, in all sessions of a batch.
+    let typo = ["--accept", "units:cube_train_1"];
+    for call in [
+        &["run", "session", "-o", "out"][..],
+        &["run", TRAIN, "-o", "out"],
+        &["learn", TAKES[0], TAKES[1], "-o", "d.mcap"],
+        &["batch", "session", TAKES[1], "-o", "all"],
+    ] {
+        let output = bench.inhand(&[call, &typo].concat());
+        let message = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{call:?}: {message}");
+        assert!(
+            message.contains("units:cube_train_1 (look.accept)"),
+            "{message}"
+        );
+        assert!(message.contains("one of cube_t"), "{message}");
+    }
+    bench.write("session/inhand.toml", "look.accept = [\"units:other\"]\n");
+    let (code, message) = run(&bench, &[]);
+    assert_eq!(code, Some(2), "{message}");
+    std::fs::remove_file(bench.path("session/inhand.toml")).expect("the settings are there");
     bench.write("accept.toml", "[look]\naccept = [\"no-shape\"]\n");
     let accepted = ["--fail-on", "warn", "--settings", "accept.toml"];
     let (code, message) = run(&bench, &accepted);

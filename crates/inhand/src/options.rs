@@ -72,6 +72,26 @@ impl LookOptions {
             settings.look.accept.clone_from(&self.accept);
         }
     }
+
+    /// Whether entries are typed, which a settings file does not see.
+    pub(crate) fn is_typed(&self) -> bool {
+        !self.accept.is_empty()
+    }
+}
+
+/// Refuses entries of `look.accept` for takes that there are not: they would accept nothing.
+pub(crate) fn check_accepted(accept: &[String], takes: &[String]) -> Result<(), UsageError> {
+    let unknown = |entry: &&String| {
+        let take = entry.split_once(':').map(|(_, take)| take);
+        take.is_some_and(|take| !takes.iter().any(|known| known == take))
+    };
+    match accept.iter().find(unknown) {
+        None => Ok(()),
+        Some(entry) => Err(UsageError(format!(
+            "--accept {entry} (look.accept): expected a take, one of {}",
+            takes.join(", ")
+        ))),
+    }
 }
 
 /// Facts that source files may not state, and the roles of bodies and markers.

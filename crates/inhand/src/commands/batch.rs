@@ -1,19 +1,20 @@
 //! `inhand batch SESSIONS... -o OUT`.
 
+use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use anyhow::Result;
 use inhand_session::sessions::{MergeOptions, Part, merge};
-use inhand_session::{Event, RunOptions, check_target, write_text};
+use inhand_session::{Event, RunOptions, Settings, check_target, list_takes, write_text};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use super::run::{SessionOptions, fails, finding_line, skipped_line};
 use crate::console::{Console, as_it_is, messages, print};
 use crate::exit::{Exit, UsageError};
-use crate::options::{Format, OutputOptions};
+use crate::options::{Format, OutputOptions, check_accepted};
 
 /// Run many sessions, skip and report those that fail, join their evaluations
 ///
@@ -54,6 +55,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         .map(|outcome| (outcome.session.clone(), outcome.name.clone()))
         .collect();
     let names = unique(&args.sessions, &known).map_err(UsageError)?;
+    check_accepted_takes(args)?;
     let bar = console.bar("{bar:20} {pos}/{len}  {eta} left  {msg}");
     bar.set_length(args.sessions.len() as u64);
     bar.enable_steady_tick(Duration::from_millis(500));
@@ -110,6 +112,33 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         Exit::Done if !joined || failed_check => Exit::Lossy,
         exit => exit,
     })
+}
+
+/// Refuses --accept ID:TAKE for a take that none of the sessions has.
+fn check_accepted_takes(args: &Args) -> Result<()> {
+    let look = &args.overrides.look;
+    if !look.is_typed() {
+        return Ok(());
+    }
+    // What is said of a session is said when it is run.
+    let quiet = Console {
+        quiet: true,
+        once: RefCell::default(),
+    };
+    let mut names = BTreeSet::new();
+    let mut typed = Settings::default();
+    look.apply(&mut typed);
+    for session in &args.sessions {
+        let options = (args.overrides).run_options(&quiet, session, &args.output, &args.writing);
+        let takes = options.and_then(|o| Ok(list_takes(&o.folder, &o.settings)?.takes));
+        // A session that cannot be read fails when it is run; the take may be one of its takes.
+        let Ok(takes) = takes else {
+            return Ok(());
+        };
+        names.extend(takes.into_iter().map(|take| take.name));
+    }
+    let names: Vec<_> = names.into_iter().collect();
+    Ok(check_accepted(&typed.look.accept, &names)?)
 }
 
 /// Runs one session and collects lines of findings; its state, and whether --fail-on is met.

@@ -11,7 +11,7 @@ use inhand_model::{DictionaryKind, Inspection, Level, StopReason};
 use inhand_session::containers::hash_file;
 use inhand_session::{
     Settings, Take, already_exists, hash_take, look_at_training, matrices, provenance,
-    read_dictionary, scratch_folder, write_dictionary,
+    read_dictionary, scratch_folder, take_name, write_dictionary,
 };
 use inhand_training::{Learned, LearningFolder, Progress, learn_given, learn_in};
 use serde_json::json;
@@ -21,7 +21,9 @@ use crate::commands::run::{fails, finding_line};
 use crate::commands::say_findings;
 use crate::console::{Console, print};
 use crate::exit::{Exit, UsageError, usage};
-use crate::options::{Format, LearnOptions, LookOptions, MethodOptions, TakeOptions};
+use crate::options::{
+    Format, LearnOptions, LookOptions, MethodOptions, TakeOptions, check_accepted,
+};
 use crate::output::{check_outputs, ending, write_output};
 
 /// Learn a dictionary of motion primitives from takes.
@@ -114,6 +116,11 @@ impl RunOptions {
         takes: &[PathBuf],
         settings: &Settings,
     ) -> Result<Inspection> {
+        // Entries of a session's file may be for its other takes.
+        if self.look.is_typed() {
+            let names: Vec<_> = takes.iter().map(|take| take_name(take)).collect();
+            check_accepted(&settings.look.accept, &names)?;
+        }
         let inspection = look_at_training(takes, settings)?;
         for finding in inspection.findings.iter().filter(|f| f.level > Level::Info) {
             console.say(&finding_line(finding));

@@ -4,13 +4,15 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use inhand_model::{Inspection, Level, SessionFinding};
-use inhand_session::{Event, RunOptions, Settings, TakeEntry, locate, take_name};
+use inhand_session::{
+    Event, RunOptions, Settings, TakeEntry, is_take, list_takes, locate, take_name,
+};
 
 use crate::console::{Console, data};
 use crate::exit::Exit;
 use crate::options::{
     EvaluateOptions, FailOn, Format, LearnOptions, LookOptions, MethodOptions, OutputOptions,
-    PlanOptions, TakeOptions,
+    PlanOptions, TakeOptions, check_accepted,
 };
 
 /// Files that are no takes that are named at most.
@@ -124,6 +126,12 @@ impl SessionOptions {
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let options =
         (args.overrides).run_options(console, &args.session, &args.output, &args.writing)?;
+    // Entries of a session's file may be for other takes than the one that is run.
+    if args.overrides.look.is_typed() || !is_take(&args.session) {
+        let takes = list_takes(&options.folder, &options.settings)?.takes;
+        let names: Vec<_> = takes.into_iter().map(|take| take.name).collect();
+        check_accepted(&options.settings.look.accept, &names)?;
+    }
     let row_positions = args.row_positions;
     let options = RunOptions {
         row_positions,

@@ -129,11 +129,12 @@ const SETTINGS: [(&str, &str); 91] = [
     ),
     (
         "takes.path",
-        "File, relative to the folder of the inhand.toml; required.",
+        "File, or folder of a ROS 2 bag, relative to the folder of the inhand.toml; required.",
     ),
     (
         "takes.role",
-        "train (the dictionary is learned from it) or test (methods are evaluated on it); required.",
+        "train (the dictionary is learned from it) or test (methods are evaluated on it); without it the range is \
+         split at segments.test_share.",
     ),
     (
         "takes.from_s",

@@ -40,7 +40,7 @@ The same fault has the same code in every command.
 | ---: | --- |
 | 0 | Done. |
 | 1 | Failed: there is no result. |
-| 2 | The call or a setting is wrong, or an output exists. Nothing was written. |
+| 2 | The call or a setting is wrong, or an output exists. Nothing was replaced. |
 | 3 | Finished, but data was lost, a target was missed or a check did not pass. |
 
 | fault | code |

@@ -188,10 +188,10 @@ impl Metadata {
         // A bag keeps the steps of the take that it was made of.
         let is_bag = (self.0.iter()).any(|(name, facts)| is_step(name, facts, &["ros2"]));
         (self.0.iter()).any(|(name, facts)| {
-            name.starts_with("inhand.")
-                && ![ANNOTATIONS, ABOUT].contains(&name.as_str())
-                && !(is_bag && name.starts_with(PROVENANCE))
-                && !is_step(name, facts, &["annotate", "view"])
+            let is_added = [ANNOTATIONS, ABOUT].contains(&name.as_str())
+                || is_step(name, facts, &["annotate", "view"]);
+            let is_kept = is_bag && name.starts_with(PROVENANCE);
+            name.starts_with("inhand.") && !is_added && !is_kept
         })
     }
 

@@ -144,7 +144,7 @@ pub(crate) fn messages(error: &anyhow::Error) -> impl Iterator<Item = String> {
 fn message(cause: &(dyn StdError + 'static), typed: &[String]) -> String {
     let is_typed = |flag: &&str| {
         let is_flag = |word: &String| word.split('=').next() == Some(*flag);
-        typed.iter().any(|word| is_flag(word))
+        typed.iter().any(is_flag)
     };
     match cause.downcast_ref() {
         Some(SessionError::Settings {

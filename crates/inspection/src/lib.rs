@@ -39,6 +39,7 @@ mod coverage;
 mod session;
 mod smoothing;
 mod suspect;
+mod take_gaps;
 
 mod continuity;
 mod geometry;
@@ -51,3 +52,4 @@ pub use coverage::{Coverage, Presence};
 pub use session::*;
 pub use smoothing::{Smoothing, smoothing};
 pub use suspect::*;
+pub use take_gaps::take_gaps;

@@ -466,6 +466,15 @@ impl Evaluation {
         }
     }
 
+    /// Plans without a trajectory, over all methods and protocols.
+    pub fn failed_plans(&self) -> usize {
+        let methods = Protocol::ALL
+            .into_iter()
+            .flat_map(|protocol| self.methods(protocol));
+        let plans = methods.filter_map(|method| method.plan.as_ref());
+        plans.map(|plans| plans.infeasible + plans.failed).sum()
+    }
+
     /// Intervals under a protocol, where they were worked out.
     pub fn intervals(&self, protocol: Protocol) -> Option<&Intervals> {
         match protocol {

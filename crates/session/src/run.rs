@@ -109,7 +109,7 @@ pub fn run(
         }
         return Ok(RunResult {
             // What failed then is as missing now.
-            failed_plans: failed_plans(&evaluation),
+            failed_plans: evaluation.failed_plans(),
             evaluation,
             up_to_date: true,
             files: run.files,
@@ -142,7 +142,7 @@ pub fn run(
     let (evaluation, figures) = run.report(&cut, made, (judged, smoothing), &provenance)?;
     run.finish(key, &figures, &generated.published)?;
     Ok(RunResult {
-        failed_plans: failed_plans(&evaluation),
+        failed_plans: evaluation.failed_plans(),
         evaluation,
         up_to_date: false,
         files: run.files,
@@ -439,17 +439,14 @@ impl<'a> Run<'a> {
             illustrations: Some(&illustrations),
             ..Report::new(&evaluation, std::slice::from_ref(provenance))
         };
+        let of = |protocol, rows| ProtocolRows {
+            rows,
+            segments: &cut.test[protocol],
+            generated: &generated[protocol],
+        };
         let rows = PerProtocol {
-            published: ProtocolRows {
-                rows: &rows,
-                segments: &cut.test.published,
-                generated: &generated.published,
-            },
-            held_out: ProtocolRows {
-                rows: &judged.held_out_rows,
-                segments: &cut.test.held_out,
-                generated: &generated.held_out,
-            },
+            published: of(Protocol::Published, &rows),
+            held_out: of(Protocol::HeldOut, &judged.held_out_rows),
         };
         let rows = (rows, self.options.row_positions);
         let write = || write_reports(&report, rows, &judged.motion, &self.files);
@@ -485,14 +482,6 @@ impl<'a> Run<'a> {
 fn stored_evaluation(path: &Path) -> Result<Evaluation, SessionError> {
     let text = std::fs::read_to_string(path).map_err(SessionError::io("read", path))?;
     Ok(inhand_report::read_evaluation_json(&text)?.0)
-}
-
-/// Plans without a trajectory, over all methods.
-fn failed_plans(evaluation: &Evaluation) -> usize {
-    let methods =
-        [Protocol::Published, Protocol::HeldOut].map(|protocol| evaluation.methods(protocol));
-    let plans = (methods.into_iter().flatten()).filter_map(|method| method.plan.as_ref());
-    plans.map(|plans| plans.infeasible + plans.failed).sum()
 }
 
 /// What made a result of this step, for its file.

@@ -69,11 +69,7 @@ pub fn motions_in_hand(
     chosen: &dyn Fn(usize) -> bool,
     settings: &Settings,
 ) -> Result<Vec<Motion>, SessionError> {
-    let roles = takes
-        .iter()
-        .map(Take::roles)
-        .collect::<Result<Vec<_>, _>>()?;
-    let templates = templates(takes, &roles, chosen)?;
+    let (roles, templates) = templates(takes, chosen)?;
     let process_settings = settings.process_settings()?;
     let mut motions = inhand_parallel::try_up_to(takes.len(), |n| {
         let take = &takes[n];
@@ -150,11 +146,7 @@ pub fn stored_motions(
     let Some(mut published) = takes.iter().map(stored).collect::<Option<Vec<_>>>() else {
         return Ok(None);
     };
-    let roles = takes
-        .iter()
-        .map(Take::roles)
-        .collect::<Result<Vec<_>, _>>()?;
-    let templates = templates(takes, &roles, &|_| true)?;
+    let (roles, templates) = templates(takes, &|_| true)?;
     let process_settings = settings.process_settings()?;
     let mut held_out = inhand_parallel::try_up_to(takes.len(), |n| {
         let (take, hand) = (&takes[n], published[n].hand.clone());
@@ -176,16 +168,19 @@ pub fn stored_motions(
     }))
 }
 
-fn templates(
-    takes: &[Take],
-    roles: &[&Roles],
+/// Roles of takes, and the shapes of bodies that are fitted to markers.
+fn templates<'t>(
+    takes: &'t [Take],
     chosen: &dyn Fn(usize) -> bool,
-) -> Result<Templates, SessionError> {
-    let pairs = takes
+) -> Result<(Vec<&'t Roles>, Templates), SessionError> {
+    let roles = takes
         .iter()
-        .map(|take| &take.recording)
-        .zip(roles.iter().copied());
-    fit_templates_to(pairs, chosen).during("processing the session")
+        .map(Take::roles)
+        .collect::<Result<Vec<_>, _>>()?;
+    let recordings = takes.iter().map(|take| &take.recording);
+    let templates = fit_templates_to(recordings.zip(roles.iter().copied()), chosen)
+        .during("processing the session")?;
+    Ok((roles, templates))
 }
 
 /// Share of samples at which the object has to be known for segments to carry it: with less, more

@@ -1,6 +1,7 @@
 //! Judging motion that an earlier step stored in takes.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use inhand_channels::{ChannelError, EvaluatedMethod, ReadMethod};
 use inhand_model::{
@@ -70,10 +71,12 @@ pub fn evaluate_stored(
     let test = stored_segments(takes, &mut motions.published, of, dictionary, settings)?;
     let motion_refs: Vec<_> = motions.published.iter().collect();
     let generated = stored_methods(takes, &test, dictionary, settings)?.ok_or_else(|| {
-        let none = "no /generated channels: `inhand generate` writes them";
-        takes.first().map_or_else(
-            || SessionError::data("the takes", none),
-            |t| t.error(none.to_owned()),
+        let first = takes
+            .first()
+            .map_or(Path::new("the takes"), |take| &take.path);
+        SessionError::data(
+            first,
+            "no /generated channels: `inhand generate` writes them",
         )
     })?;
     let comparison = steps::measure_recorded(&test, &motion_refs, dictionary, settings)?;

@@ -195,7 +195,9 @@ fn what_steps_stored_is_read_of_packed_files_and_folders_too() {
     };
     let cut = refused(&["cut", "g", "-o", "c.mcap", "--to", "3"]);
     assert!(cut.contains("`inhand convert FOLDER"), "{cut}");
-    let add = ["annotate", "add", "g", "--at", "1", "--label", "slip"];
+    let add = [
+        "annotate", "add", "g", "--at", "1", "--label", "slip", "-o", "a.mcap",
+    ];
     assert_eq!(refused(&add), cut);
     assert_eq!(refused(&["annotate", "list", "g"]), cut);
 }

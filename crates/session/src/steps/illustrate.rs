@@ -1,14 +1,13 @@
 //! Data of the report's figures beside the numbers of an evaluation.
 //!
-//! `gaps` (where tracks are missing), `segments` (usual and worst segments), `learned` (hulls, primitives, explained
+//! `segments` (usual and worst segments), `learned` (hulls, primitives, explained
 //! variance), `clouds` (distances to clouds of points).
 
 mod clouds;
-mod gaps;
 mod learned;
 mod segments;
 
-use inhand_inspection::Smoothing;
+use inhand_inspection::{Smoothing, take_gaps};
 use inhand_model::{Dictionary, EvaluationRows, Illustrations, Motion, Segments};
 
 use super::{Generated, TakeResult};
@@ -51,7 +50,9 @@ pub fn illustrate(
         || clouds::point_clouds(run),
     );
     Ok(Illustrations {
-        gaps: run.takes.iter().map(gaps::of_take).collect(),
+        gaps: (run.takes.iter())
+            .map(|result| take_gaps(&result.take.name, result.role.name(), result.motion))
+            .collect(),
         filtering: smoothing.filtering,
         spectrum: smoothing.spectrum,
         paths: segments::paths(run),

@@ -1,12 +1,9 @@
 //! Missing and filled samples of tracks.
 
-use inhand_model::{Clock, Finger, Status, TakeGaps, TrackGaps};
-
-use crate::steps::TakeResult;
+use inhand_model::{Clock, Finger, Motion, Status, TakeGaps, TrackGaps};
 
 /// The gaps of a take, as they are in the hand's frame: where the hand is missing, so is all else.
-pub(super) fn of_take(result: &TakeResult<'_>) -> TakeGaps {
-    let motion = result.motion;
+pub fn take_gaps(take: &str, role: &str, motion: &Motion) -> TakeGaps {
     let of = |track: &str, statuses: &[Status]| track_gaps(track, statuses, motion.clock);
     let mut tracks: Vec<TrackGaps> = Finger::ALL
         .iter()
@@ -17,8 +14,8 @@ pub(super) fn of_take(result: &TakeResult<'_>) -> TakeGaps {
         tracks.push(of("object", object.statuses()));
     }
     TakeGaps {
-        take: result.take.name.clone(),
-        role: result.role.name().to_owned(),
+        take: take.to_owned(),
+        role: role.to_owned(),
         duration_s: motion.clock.time_s(motion.len()),
         tracks,
     }

@@ -81,7 +81,7 @@ pub use settings::{
     ObjectInSegments, ObjectSettings, PlanSection, ProcessSection, Role, SegmentSection,
     SelectSection, Settings, SourceSettings, TakeEntry,
 };
-pub use stored::{StoredEvaluation, StoredRows, evaluate_stored, processed_otherwise};
+pub use stored::{StoredEvaluation, StoredRows, evaluate_stored, generated_by};
 pub use take::{Cleaning, Take, check_rates, hash_take, read, read_clean, read_session};
 pub use take_file::{
     GeneratedMotion, TakeContents, write as write_take, write_parts as write_take_parts,

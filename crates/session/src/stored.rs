@@ -1,18 +1,17 @@
 //! Judging motion that an earlier step stored in takes.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
 use inhand_channels::{ChannelError, EvaluatedMethod, ReadMethod};
 use inhand_model::{
-    Dictionary, Evaluation, EvaluationRows, Finding, HeldOutEvaluation, Motion, Plan, Protocol,
-    Provenance, SegmentLayout, SegmentOrigin, Segments, Trajectory,
+    Dictionary, Evaluation, EvaluationRows, HeldOutEvaluation, Motion, Plan, Protocol, Provenance,
+    SegmentLayout, SegmentOrigin, Segments, Trajectory,
 };
 
 use crate::dictionary_file::DictionaryFile;
 use crate::error::{Located, SessionError};
 use crate::methods::Method;
-use crate::settings::{Role, Settings, flatten};
+use crate::settings::{Role, Settings};
 use crate::steps::{self, Generated, HeldOutResult, ProtocolRows, TakeResult};
 use crate::take::{self, Take};
 
@@ -119,29 +118,6 @@ pub fn evaluate_stored(
     })
 }
 
-/// What is found where a take's trajectories were generated from motion that was processed in another way than these
-/// settings say.
-pub fn processed_otherwise(take: &Take, settings: &Settings) -> Option<Finding> {
-    let generated = generated_by(take)?;
-    let [then, now] = [&generated, settings].map(|settings| {
-        let mut values = BTreeMap::new();
-        let process = settings.to_json()["process"].take();
-        flatten("process", &process, &mut values);
-        values
-    });
-    let differing = then
-        .iter()
-        .filter(|(key, then)| now.get(*key) != Some(then));
-    let differing: Vec<_> = differing
-        .map(|(key, then)| format!("{key} {then}, here it is {}", now[key]))
-        .collect();
-    let message = format!(
-        "trajectories were generated with {}: published errors compare different motion",
-        differing.join(", and with ")
-    );
-    (!differing.is_empty()).then(|| Finding::warning("", message))
-}
-
 /// The same under the held-out protocol; `None` for takes without trajectories of it.
 fn held_out(
     takes: &[Take],
@@ -225,8 +201,8 @@ fn as_generated(takes: &[Take], settings: &Settings) -> Result<Settings, Session
     Ok(settings)
 }
 
-/// The settings of the step that generated a take's trajectories.
-fn generated_by(take: &Take) -> Option<Settings> {
+/// The settings of the step that generated a take's trajectories; `None` where none did.
+pub fn generated_by(take: &Take) -> Option<Settings> {
     let of_step = |step: &Provenance| ["generate", "run"].contains(&&*step.step);
     let last = take.provenance.iter().rposition(of_step)?;
     Some(Settings::of_steps(&take.provenance[..=last]))

@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
+use inhand_model::Finding;
 use inhand_session::steps::ProtocolRows;
 use inhand_session::tables::{TableFormat, write_rows};
-use inhand_session::{Settings, evaluate_stored, processed_otherwise, provenance, write_text};
+use inhand_session::{Settings, Take, evaluate_stored, generated_by, provenance, write_text};
 
 use crate::commands::{read_takes, say_held_out, say_used};
 use crate::console::{Console, data};
@@ -108,4 +109,19 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     }
     console.wrote(output);
     Ok(Exit::Done)
+}
+
+/// A warning where trajectories were generated from motion that was processed in another way than these settings say.
+fn processed_otherwise(take: &Take, settings: &Settings) -> Option<Finding> {
+    let [then, now] = [&generated_by(take)?, settings].map(|s| s.to_json()["process"].take());
+    let then = then.as_object()?.iter();
+    let differing: Vec<_> = then
+        .filter(|(key, then)| now[key] != **then)
+        .map(|(key, then)| format!("process.{key} {then}, here it is {}", now[key]))
+        .collect();
+    let message = format!(
+        "trajectories were generated with {}: published errors compare different motion",
+        differing.join(", and with ").replace('"', "")
+    );
+    (!differing.is_empty()).then(|| Finding::warning("", message))
 }

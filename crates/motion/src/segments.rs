@@ -22,11 +22,11 @@ const SMALLEST_TURN_RAD: f64 = 1e-9;
 /// Cuts segments of N samples out of every interval in which all five fingertips are present
 /// (measured or filled).
 ///
-/// With a margin of `m` samples ([`EndsRule::samples`]), segments of an interval of `L` samples start
+/// With a margin of `m` samples ([`EndsRule::samples`](crate::EndsRule::samples)), segments of an interval of `L` samples start
 /// at `m, m + stride, ...` while `start + N + m <= L`. The margins are there for the boundary conditions.
-/// By [`EndsRule::Differences`] velocities are taken over `m` samples before the segment's first and after its
+/// By [`EndsRule::Differences`](crate::EndsRule::Differences) velocities are taken over `m` samples before the segment's first and after its
 /// last: `(x(start) - x(start - m)) * rate / m` and `(x(end + m) - x(end)) * rate / m`. Of motion that a centred
-/// filter has smoothed, these samples hold some of what lies between. By [`EndsRule::Lines`] of motion before
+/// filter has smoothed, these samples hold some of what lies between. By [`EndsRule::Lines`](crate::EndsRule::Lines) of motion before
 /// the filter nothing does: lines rest on measured samples of `start - m + 1 ..= start` and `end ..= end + m - 1`;
 /// a filled one may rest on samples inside the segment and does not count. Segments with fewer than
 /// half of these samples measured are left out.

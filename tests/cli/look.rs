@@ -1,4 +1,4 @@
-//! What `run` looks at before it learns: exit codes, and where findings are shown.
+//! Inspection by `run` before it learns: exit codes, and where findings are shown.
 
 use serde_json::Value;
 

@@ -1,6 +1,8 @@
 //! A run: from a session folder to one MCAP per take, a dictionary, an evaluation and a report.
 
 mod files;
+mod judge;
+mod times;
 mod write;
 
 use std::cell::RefCell;
@@ -10,10 +12,10 @@ use std::time::{Duration, Instant};
 
 use inhand_inspection::{Smoothing, inspect_results, smoothing};
 use inhand_model::{
-    Dictionary, Evaluation, EvaluationRows, InputHash, Inspection, Level, MethodRows, Motion,
-    MotionRows, PerProtocol, Protocol, Provenance, Segments, SessionFacts, SessionFinding,
+    Dictionary, Evaluation, InputHash, Inspection, Level, Motion, PerProtocol, Protocol,
+    Provenance, Segments, SessionFacts, SessionFinding,
 };
-use inhand_report::Report;
+use inhand_parallel::both;
 
 use crate::TOOL;
 use crate::dictionary_file;
@@ -22,11 +24,13 @@ use crate::look;
 use crate::manifest::{self, Manifest, RunJson};
 use crate::session::{self, Session, SessionTake};
 use crate::settings::{Role, Settings};
-use crate::steps::{self, Comparison, Generated, Illustrated, ProtocolRows, TakeResult};
+use crate::steps::{self, Generated, TakeResult};
 use crate::take::{self, Take};
 pub use files::RunFiles;
 use files::check_output;
-use write::{plan_times, write_reports, write_takes};
+use judge::judge;
+use times::Times;
+use write::{Results, plan_times, write_reports, write_takes};
 
 /// Folder of the report's figures, in that of the results.
 pub(crate) const FIGURES: &str = "figures";
@@ -120,26 +124,32 @@ pub fn run(
     let cut = run.cut(&takes, &motions)?;
     let (dictionary, dictionary_reused) = run.learn(&cut)?;
     let generated = run.generate(&cut, &dictionary, dictionary_reused)?;
-    let mut judged = run.judge(&cut, &dictionary, &generated)?;
+    let mut judged = run.time_all("evaluate", |times| {
+        let name = &run.session.name;
+        judge(name, &cut, &dictionary, &generated, settings, times)
+    })?;
     let earlier = inspection.findings.clone();
     let limits = look::limits(settings)?;
     inspect_results(&mut inspection, &judged.evaluation, &limits);
     run.found(&inspection, &earlier);
     judged.evaluation.inspection = Some(inspection);
-    run.time("write", || {
-        let hulls = &dictionary.demonstrated.hulls;
-        write_takes(
-            &cut.results,
-            &cut.test,
-            (&generated, &judged.rows),
-            hulls,
-            &provenance,
-            options,
-            &run.files,
-        )
+    let results = Results {
+        cut: &cut,
+        dictionary: &dictionary,
+        generated: &generated,
+        judged: &judged,
+        smoothing,
+        provenance: &provenance,
+    };
+    let files = &run.files;
+    let figures = run.time_all("write", |times| {
+        let (takes, reports) = both(
+            || times.time("write", || write_takes(&results, options, files)),
+            || write_reports(&results, options, files, times),
+        );
+        takes.and(reports)
     })?;
-    let made = (&dictionary, &generated);
-    let (evaluation, figures) = run.report(&cut, made, (judged, smoothing), &provenance)?;
+    let evaluation = judged.evaluation;
     run.finish(key, &figures, &generated.published)?;
     Ok(RunResult {
         failed_plans: evaluation.failed_plans(),
@@ -169,15 +179,6 @@ struct Cut<'a> {
     test_motions: PerProtocol<Vec<&'a Motion>>,
     train: Segments,
     test: PerProtocol<Segments>,
-}
-
-/// Generated motion compared with the recorded one; intervals are not in the evaluation yet.
-struct Judged<'a> {
-    comparison: Comparison<'a>,
-    evaluation: Evaluation,
-    rows: Vec<MethodRows>,
-    held_out_rows: EvaluationRows,
-    motion: MotionRows,
 }
 
 impl<'a> Run<'a> {
@@ -210,13 +211,26 @@ impl<'a> Run<'a> {
         step: &'static str,
         work: impl FnOnce() -> Result<T, SessionError>,
     ) -> Result<T, SessionError> {
-        (self.watch.borrow_mut())(Event::Started(step));
-        let begin = Instant::now();
-        let result = work()?;
-        let elapsed = begin.elapsed();
-        let timings_s = &mut *self.timings_s.borrow_mut();
-        timings_s.insert(step.to_owned(), elapsed.as_secs_f64());
-        (self.watch.borrow_mut())(Event::Finished(step, elapsed));
+        self.time_all(step, |times| times.time(step, work))
+    }
+
+    /// Steps that run beside each other; `first` names them while they run.
+    fn time_all<T>(
+        &self,
+        first: &'static str,
+        work: impl FnOnce(&Times) -> Result<T, SessionError>,
+    ) -> Result<T, SessionError> {
+        (self.watch.borrow_mut())(Event::Started(first));
+        let times = Times::default();
+        let result = work(&times)?;
+        for (k, (step, elapsed)) in times.into_steps().into_iter().enumerate() {
+            if k > 0 {
+                (self.watch.borrow_mut())(Event::Started(step));
+            }
+            let timings_s = &mut *self.timings_s.borrow_mut();
+            timings_s.insert(step.to_owned(), elapsed.as_secs_f64());
+            (self.watch.borrow_mut())(Event::Finished(step, elapsed));
+        }
         Ok(result)
     }
 
@@ -248,21 +262,24 @@ impl<'a> Run<'a> {
             let trains = |n: usize| self.session.takes[n].role == Role::Train;
             steps::motions_in_hand(takes, &trains, self.settings)
         })?;
-        let look = || look::look(&self.session, takes, &in_hand, self.settings);
-        let inspection = self.time("look", look)?;
-        look::refuse(&self.session.name, &inspection)?;
+        let (session, settings) = (&self.session, self.settings);
+        let tests = |all| self.of_role(all, Role::Test);
+        let (inspection, motions) = self.time_all("look", |times| {
+            let (inspection, motions) = both(
+                || times.time("look", || look::look(session, takes, &in_hand, settings)),
+                || times.time("filter", || steps::smooth_motions(&in_hand, settings)),
+            );
+            Ok((inspection?, motions?))
+        })?;
+        look::refuse(&session.name, &inspection)?;
         self.found(&inspection, &[]);
-        self.time("filter", move || {
-            let motions = steps::smooth_motions(&in_hand, self.settings)?;
-            let [before, after] = [&in_hand, &motions].map(|all| self.of_role(all, Role::Test));
-            let smoothing =
-                smoothing(&before, &after).during("comparing takes with the filtered ones")?;
-            let motions = PerProtocol {
-                published: motions,
-                held_out: in_hand,
-            };
-            Ok((motions, smoothing, inspection))
-        })
+        let smoothing = smoothing(&tests(&in_hand), &tests(&motions))
+            .during("comparing takes with the filtered ones")?;
+        let motions = PerProtocol {
+            published: motions,
+            held_out: in_hand,
+        };
+        Ok((motions, smoothing, inspection))
     }
 
     fn cut<'t>(
@@ -367,91 +384,6 @@ impl<'a> Run<'a> {
                 held_out: by_each(&cut.test.held_out)?,
             })
         })
-    }
-
-    fn judge<'c>(
-        &self,
-        cut: &'c Cut<'_>,
-        dictionary: &'c Dictionary,
-        generated: &PerProtocol<Vec<Generated>>,
-    ) -> Result<Judged<'c>, SessionError> {
-        let (settings, train) = (self.settings, Some(&cut.train));
-        let (test, motions) = (&cut.test.published, &cut.test_motions.published);
-        let comparison = self.time("contacts", || {
-            steps::measure_recorded(test, motions, dictionary, settings)
-        })?;
-        let evaluated: Vec<_> = self.time("evaluate", || {
-            Ok(inhand_parallel::map(&generated.published, |g| {
-                steps::evaluate(&comparison, g)
-            }))
-        })?;
-        let (methods, rows): (Vec<_>, Vec<_>) = evaluated.into_iter().unzip();
-        let (name, segments) = (&self.session.name, (train, test));
-        let mut evaluation =
-            steps::assemble(name, &cut.results, segments, dictionary, methods, settings)?;
-        let motion = self.time("motion", || {
-            steps::motion_analysis(&comparison, &generated.published, &rows, train, settings)
-        })?;
-        evaluation.movement = Some(motion.movement);
-        evaluation.contacts = motion.contacts;
-        let (test, motions) = (&cut.test.held_out, &cut.test_motions.held_out);
-        let held_out = self.time("held_out", || {
-            steps::held_out(test, motions, dictionary, &generated.held_out, settings)
-        })?;
-        evaluation.held_out = Some(held_out.evaluation);
-        evaluation.filter_moves = steps::filter_moves(&cut.test.published, motions, settings);
-        Ok(Judged {
-            comparison,
-            evaluation,
-            rows,
-            held_out_rows: held_out.rows,
-            motion: motion.rows,
-        })
-    }
-
-    /// The evaluation with intervals, and the files of the figures; both and the page are written.
-    fn report(
-        &self,
-        cut: &Cut<'_>,
-        (dictionary, generated): (&Dictionary, &PerProtocol<Vec<Generated>>),
-        (judged, smoothing): (Judged<'_>, Smoothing),
-        provenance: &Provenance,
-    ) -> Result<(Evaluation, Vec<PathBuf>), SessionError> {
-        let settings = self.settings;
-        let mut evaluation = judged.evaluation;
-        let rows = steps::evaluation_rows(&judged.comparison, judged.rows);
-        let intervals = || steps::intervals(&evaluation.methods, &rows, settings);
-        evaluation.intervals = self.time("intervals", intervals)?;
-        let illustrated = Illustrated {
-            takes: &cut.results,
-            train: &cut.train,
-            test: &cut.test.published,
-            test_motions: &cut.test_motions.published,
-            dictionary,
-            generated: &generated.published,
-            rows: &rows,
-            settings,
-        };
-        let illustrate = || steps::illustrate(&illustrated, smoothing);
-        let illustrations = self.time("illustrate", illustrate)?;
-        let report = Report {
-            rows: Some(&rows),
-            illustrations: Some(&illustrations),
-            ..Report::new(&evaluation, std::slice::from_ref(provenance))
-        };
-        let of = |protocol, rows| ProtocolRows {
-            rows,
-            segments: &cut.test[protocol],
-            generated: &generated[protocol],
-        };
-        let rows = PerProtocol {
-            published: of(Protocol::Published, &rows),
-            held_out: of(Protocol::HeldOut, &judged.held_out_rows),
-        };
-        let rows = (rows, self.options.row_positions);
-        let write = || write_reports(&report, rows, &judged.motion, &self.files);
-        let figures = self.time("report", write)?;
-        Ok((evaluation, figures))
     }
 
     /// Writes `run.json`, which makes the results those of a finished run.

@@ -3,30 +3,40 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use inhand_model::{Hull, MethodRows, MotionRows, PerFinger, PerProtocol, Provenance, Segments};
+use inhand_inspection::Smoothing;
+use inhand_model::{Dictionary, PerProtocol, Protocol, Provenance};
 use inhand_parallel::both;
 use inhand_report::Report;
 
-use super::{RunFiles, RunOptions};
+use super::judge::Judged;
+use super::times::Times;
+use super::{Cut, RunFiles, RunOptions};
 use crate::error::SessionError;
 use crate::figures::write_figures;
 use crate::manifest::PlanMs;
 use crate::output;
 use crate::settings::Role;
-use crate::steps::{Generated, ProtocolRows, TakeResult};
+use crate::steps::{self, Generated, Illustrated, ProtocolRows};
 use crate::tables;
 use crate::take_file::{self, GeneratedMotion, TakeContents};
 
+/// What a run found.
+pub(super) struct Results<'a> {
+    pub(super) cut: &'a Cut<'a>,
+    pub(super) dictionary: &'a Dictionary,
+    pub(super) generated: &'a PerProtocol<Vec<Generated>>,
+    pub(super) judged: &'a Judged,
+    pub(super) smoothing: Smoothing,
+    pub(super) provenance: &'a Provenance,
+}
+
 /// Writes a recording for each take.
 pub(super) fn write_takes(
-    results: &[TakeResult<'_>],
-    test: &PerProtocol<Segments>,
-    (generated, rows): (&PerProtocol<Vec<Generated>>, &[MethodRows]),
-    hulls: &PerFinger<Hull>,
-    provenance: &Provenance,
+    run: &Results<'_>,
     options: &RunOptions,
     files: &RunFiles,
 ) -> Result<(), SessionError> {
+    let results = &run.cut.results;
     // Segments count takes among the test takes, results among all takes.
     let mut tests = 0..;
     let indices: Vec<_> = (results.iter())
@@ -34,17 +44,17 @@ pub(super) fn write_takes(
         .collect();
     inhand_parallel::try_up_to(results.len(), |n| {
         let motion = indices[n].map(|take| GeneratedMotion {
-            segments: test.as_ref(),
+            segments: run.cut.test.as_ref(),
             take,
-            generated: generated.as_ref().map(Vec::as_slice),
-            rows,
-            hulls,
+            generated: run.generated.as_ref().map(Vec::as_slice),
+            rows: &run.judged.rows.published.methods,
+            hulls: &run.dictionary.demonstrated.hulls,
         });
         let contents = TakeContents {
             take: results[n].take,
             motion: results[n].motion,
             generated: motion,
-            made: provenance,
+            made: run.provenance,
             settings: &options.settings,
         };
         take_file::write(&files.takes[n], &contents, options.view)
@@ -54,35 +64,62 @@ pub(super) fn write_takes(
 
 /// Writes the rows, the evaluation, the page and its figures; returns the files of the figures.
 pub(super) fn write_reports(
-    report: &Report<'_>,
-    (rows, with_positions): (PerProtocol<ProtocolRows<'_>>, bool),
-    motion: &MotionRows,
+    run: &Results<'_>,
+    options: &RunOptions,
     files: &RunFiles,
+    times: &Times,
 ) -> Result<Vec<PathBuf>, SessionError> {
-    let evaluation = report.evaluation;
-    let (table, (json, (html, figures))) = both(
-        || {
-            let session = &evaluation.session.name;
-            tables::write_rows(&files.rows, session, rows.published, with_positions)?;
-            tables::write_rows(&files.held_out_rows, session, rows.held_out, with_positions)?;
-            tables::write_motion_rows(&files.motion, session, motion)
-        },
-        || {
-            both(
-                || inhand_report::evaluation_json(evaluation, report.provenance),
-                || {
-                    both(
-                        || inhand_report::html(report),
-                        || write_figures(&files.figures, report),
-                    )
-                },
-            )
-        },
-    );
-    table?;
-    output::write_text(&files.evaluation, &json?)?;
-    output::write_text(&files.report, &html?)?;
-    figures
+    let (cut, evaluation) = (run.cut, &run.judged.evaluation);
+    let rows = run.judged.rows.as_ref();
+    let illustrated = Illustrated {
+        takes: &cut.results,
+        train: &cut.train,
+        test: &cut.test.published,
+        test_motions: &cut.test_motions.published,
+        dictionary: run.dictionary,
+        generated: &run.generated.published,
+        rows: rows.published,
+        settings: &options.settings,
+    };
+    let illustrate = || steps::illustrate(&illustrated, run.smoothing.clone());
+    let illustrations = times.time("illustrate", illustrate)?;
+    let report = Report {
+        rows: Some(rows.published),
+        illustrations: Some(&illustrations),
+        ..Report::new(evaluation, std::slice::from_ref(run.provenance))
+    };
+    let of = |protocol| ProtocolRows {
+        rows: rows[protocol],
+        segments: &cut.test[protocol],
+        generated: &run.generated[protocol],
+    };
+    times.time("report", || {
+        let session = &evaluation.session.name;
+        let table =
+            |path, protocol| tables::write_rows(path, session, of(protocol), options.row_positions);
+        let (tables, (json, (html, figures))) = both(
+            || {
+                table(&files.rows, Protocol::Published)?;
+                table(&files.held_out_rows, Protocol::HeldOut)?;
+                tables::write_motion_rows(&files.motion, session, &run.judged.motion)
+            },
+            || {
+                both(
+                    || inhand_report::evaluation_json(evaluation, report.provenance),
+                    || {
+                        both(
+                            || inhand_report::html(&report),
+                            || write_figures(&files.figures, &report),
+                        )
+                    },
+                )
+            },
+        );
+        tables?;
+        output::write_text(&files.evaluation, &json?)?;
+        output::write_text(&files.report, &html?)?;
+        figures
+    })
 }
 
 /// Times of single plans, each method that plans.

@@ -57,21 +57,61 @@ pub fn path_measures<F: Frame>(
     rate_hz: f64,
     static_speed_m_s: f64,
 ) -> Option<PathFacts> {
-    let speeds_m_s = speeds_m_s(path, rate_hz)?;
-    if speeds_m_s.is_empty() || !is_positive(static_speed_m_s) {
-        return None;
+    let measures = PathMeasures::new(path.len(), rate_hz, static_speed_m_s)?;
+    let [facts] = measures.of([path]);
+    facts
+}
+
+/// [`path_measures`] of many paths with the same number of positions.
+#[derive(Clone, Debug)]
+pub struct PathMeasures {
+    rate_hz: f64,
+    static_speed_m_s: f64,
+    /// Number of speeds of a path.
+    speeds: usize,
+    /// `None` where the rate is too low for one.
+    spectrum: Option<Spectrum>,
+}
+
+impl PathMeasures {
+    /// Prepares measures of paths of this many positions. `None` for fewer than two, and a rate or speed that makes
+    /// no sense.
+    pub fn new(positions: usize, rate_hz: f64, static_speed_m_s: f64) -> Option<Self> {
+        let speeds = positions.checked_sub(1).filter(|&speeds| speeds > 0)?;
+        (is_positive(rate_hz) && is_positive(static_speed_m_s)).then(|| Self {
+            rate_hz,
+            static_speed_m_s,
+            speeds,
+            spectrum: Spectrum::new(speeds, rate_hz),
+        })
     }
-    let n = speeds_m_s.len() as f64;
-    let slow = speeds_m_s.iter().filter(|&&speed| speed < static_speed_m_s);
-    Some(PathFacts {
-        length_m: (path.windows(2))
-            .map(|pair| pair[1].distance_m(pair[0]))
-            .sum(),
-        peak_speed_m_s: speeds_m_s.iter().copied().fold(0.0, f64::max),
-        static_share: slow.count() as f64 / n,
-        sparc: spectral_arc_length(&speeds_m_s, rate_hz).unwrap_or(f64::NAN),
-        ldlj: log_dimensionless_jerk(&speeds_m_s, rate_hz).unwrap_or(f64::NAN),
-    })
+
+    /// Measures of paths, faster than one by one. `None` for a path of another number of positions, or with one that
+    /// is not finite.
+    pub fn of<F: Frame, const P: usize>(
+        &self,
+        paths: [&[Position<F>]; P],
+    ) -> [Option<PathFacts>; P] {
+        let speeds = paths.map(|path| {
+            speeds_m_s(path, self.rate_hz).filter(|speeds| speeds.len() == self.speeds)
+        });
+        let profiles = (speeds.each_ref()).map(|speeds| speeds.as_deref().unwrap_or_default());
+        let arcs =
+            (self.spectrum.as_ref()).map_or([None; P], |spectrum| spectrum.arc_lengths(profiles));
+        std::array::from_fn(|p| {
+            let speeds_m_s = speeds[p].as_deref()?;
+            let slow = (speeds_m_s.iter()).filter(|&&speed| speed < self.static_speed_m_s);
+            Some(PathFacts {
+                length_m: (paths[p].windows(2))
+                    .map(|pair| pair[1].distance_m(pair[0]))
+                    .sum(),
+                peak_speed_m_s: speeds_m_s.iter().copied().fold(0.0, f64::max),
+                static_share: slow.count() as f64 / speeds_m_s.len() as f64,
+                sparc: arcs[p].unwrap_or(f64::NAN),
+                ldlj: log_dimensionless_jerk(speeds_m_s, self.rate_hz).unwrap_or(f64::NAN),
+            })
+        })
+    }
 }
 
 /// Speeds between neighbouring samples, m/s: one fewer than positions. `None` for a position that is not
@@ -97,7 +137,7 @@ pub fn speeds_m_s<F: Frame>(path: &[Position<F>], rate_hz: f64) -> Option<Vec<f6
 /// starts changes it.
 ///
 /// Since no speed is negative, `M` is largest at frequency 0. Only the frequencies up to the cut-off are
-/// computed, each by its sum: O(N²) with the paper's settings.
+/// computed, each by its sum: O(N²) with the paper's settings. [`PathMeasures`] shares what many have in common.
 ///
 /// `None` for fewer than two speeds, one that is negative or not finite, no motion at all, and a rate of at
 /// most twice the cut-off of 10 Hz, where the spectrum ends before the arc does.
@@ -111,23 +151,8 @@ pub fn speeds_m_s<F: Frame>(path: &[Position<F>], rate_hz: f64) -> Option<Vec<f6
 /// assert!((sparc - -1.41403).abs() < 5e-6);
 /// ```
 pub fn spectral_arc_length(speeds_m_s: &[f64], rate_hz: f64) -> Option<f64> {
-    if speeds_m_s.len() < 2 || !speeds_are_sound(speeds_m_s, rate_hz) || CUTOFF_HZ >= rate_hz / 2.0
-    {
-        return None;
-    }
-    let padded = (speeds_m_s.len().checked_next_power_of_two()?).checked_mul(1 << PADDING)?;
-    let step_hz = rate_hz / padded as f64;
-    let count = (CUTOFF_HZ / step_hz) as usize + 1;
-    let magnitudes = magnitudes(speeds_m_s, padded, count);
-    let largest = magnitudes[0];
-    let last = (magnitudes.iter()).rposition(|m| m / largest >= THRESHOLD)?;
-    if last == 0 {
-        return None;
-    }
-    let length: f64 = (magnitudes[..=last].windows(2))
-        .map(|pair| (1.0 / last as f64).hypot((pair[1] - pair[0]) / largest))
-        .sum();
-    Some(-length)
+    let [arc] = Spectrum::new(speeds_m_s.len(), rate_hz)?.arc_lengths([speeds_m_s]);
+    arc
 }
 
 /// Log dimensionless jerk of a speed profile (LDLJ-V), no unit:
@@ -149,7 +174,7 @@ pub fn spectral_arc_length(speeds_m_s: &[f64], rate_hz: f64) -> Option<f64> {
 /// assert!((ldlj - -5.81636).abs() < 5e-6);
 /// ```
 pub fn log_dimensionless_jerk(speeds_m_s: &[f64], rate_hz: f64) -> Option<f64> {
-    if speeds_m_s.len() < 3 || !speeds_are_sound(speeds_m_s, rate_hz) {
+    if speeds_m_s.len() < 3 || !is_positive(rate_hz) || !speeds_are_sound(speeds_m_s) {
         return None;
     }
     // In speeds over their peak and times over the period of a sample, where the rate cancels:
@@ -167,10 +192,9 @@ pub fn log_dimensionless_jerk(speeds_m_s: &[f64], rate_hz: f64) -> Option<f64> {
         .then(|| -(n.powi(3) * squares).ln())
 }
 
-/// Finite, not negative, not all zero, at a rate that makes sense.
-fn speeds_are_sound(speeds_m_s: &[f64], rate_hz: f64) -> bool {
-    is_positive(rate_hz)
-        && (speeds_m_s.iter()).all(|&speed| speed.is_finite() && speed >= 0.0)
+/// Finite, not negative, not all zero.
+fn speeds_are_sound(speeds_m_s: &[f64]) -> bool {
+    (speeds_m_s.iter()).all(|&speed| speed.is_finite() && speed >= 0.0)
         && speeds_m_s.iter().any(|&speed| speed > 0.0)
 }
 
@@ -178,23 +202,82 @@ fn is_positive(number: f64) -> bool {
     number > 0.0 && number.is_finite()
 }
 
-/// The first `count` magnitudes of the discrete Fourier transform of `values` followed by zeros,
-/// `padded` numbers in all, a power of two.
-fn magnitudes(values: &[f64], padded: usize, count: usize) -> Vec<f64> {
-    let turns: Vec<(f64, f64)> = (0..padded)
-        .map(|k| (TAU * (k as f64 / padded as f64)).sin_cos())
-        .collect();
-    (0..count)
-        .map(|bin| {
-            let (mut real, mut imaginary) = (0.0, 0.0);
-            let mut turn = 0;
-            for value in values {
-                let (sine, cosine) = turns[turn];
-                real += value * cosine;
-                imaginary -= value * sine;
-                turn = (turn + bin) & (padded - 1);
-            }
-            f64::hypot(real, imaginary)
+/// Frequencies that are computed side by side, so that sums do not wait for each other.
+const LANES: usize = 4;
+
+/// The spectrum of speed profiles of one length up to the cut-off.
+#[derive(Clone, Debug)]
+struct Spectrum {
+    speeds: usize,
+    /// How many frequencies there are up to the cut-off, from 0.
+    count: usize,
+    /// Cosine and sine of each part of a turn; their number, that of the padded profile, is a power of two.
+    turns: Vec<[f64; 2]>,
+}
+
+impl Spectrum {
+    /// `None` for fewer than two speeds, and a rate whose spectrum ends before the cut-off.
+    fn new(speeds: usize, rate_hz: f64) -> Option<Self> {
+        if speeds < 2 || !is_positive(rate_hz) || CUTOFF_HZ >= rate_hz / 2.0 {
+            return None;
+        }
+        let padded = (speeds.checked_next_power_of_two()?).checked_mul(1 << PADDING)?;
+        let turn = |k: usize| {
+            let (sine, cosine) = (TAU * (k as f64 / padded as f64)).sin_cos();
+            [cosine, sine]
+        };
+        Some(Self {
+            speeds,
+            count: (CUTOFF_HZ / (rate_hz / padded as f64)) as usize + 1,
+            turns: (0..padded).map(turn).collect(),
         })
-        .collect()
+    }
+
+    /// Spectral arc lengths of several profiles; `None` for one of another length, or that is not sound.
+    fn arc_lengths<const P: usize>(&self, profiles: [&[f64]; P]) -> [Option<f64>; P] {
+        let is_sound =
+            profiles.map(|speeds| speeds.len() == self.speeds && speeds_are_sound(speeds));
+        let at = |k: usize| -> [f64; P] {
+            std::array::from_fn(|p| if is_sound[p] { profiles[p][k] } else { 0.0 })
+        };
+        let profiles: Vec<_> = (0..self.speeds).map(at).collect();
+        let magnitudes = self.magnitudes(&profiles);
+        std::array::from_fn(|p| is_sound[p].then(|| arc_length(&magnitudes, p)).flatten())
+    }
+
+    /// Magnitudes of the discrete Fourier transform of profiles followed by zeros.
+    fn magnitudes<const P: usize>(&self, profiles: &[[f64; P]]) -> Vec<[f64; P]> {
+        let mut magnitudes = Vec::with_capacity(self.count + LANES);
+        for first in (0..self.count).step_by(LANES) {
+            let mut sums = [[[0.0; LANES]; 2]; P];
+            let mut turn = [0; LANES];
+            for speeds in profiles {
+                let turns = turn.map(|turn| self.turns[turn & (self.turns.len() - 1)]);
+                for (sums, speed) in sums.iter_mut().zip(speeds) {
+                    for lane in 0..LANES {
+                        sums[0][lane] += speed * turns[lane][0];
+                        sums[1][lane] += speed * turns[lane][1];
+                    }
+                }
+                for (lane, turn) in turn.iter_mut().enumerate() {
+                    *turn += first + lane;
+                }
+            }
+            let magnitude =
+                |lane: usize| sums.map(|[real, imaginary]| real[lane].hypot(imaginary[lane]));
+            magnitudes.extend((0..LANES).map(magnitude));
+        }
+        magnitudes.truncate(self.count);
+        magnitudes
+    }
+}
+
+/// The arc length of one of several profiles.
+fn arc_length<const P: usize>(magnitudes: &[[f64; P]], profile: usize) -> Option<f64> {
+    let largest = magnitudes[0][profile];
+    let last = (magnitudes.iter()).rposition(|m| m[profile] / largest >= THRESHOLD)?;
+    let length: f64 = (magnitudes[..=last].windows(2))
+        .map(|pair| (1.0 / last as f64).hypot((pair[1][profile] - pair[0][profile]) / largest))
+        .sum();
+    (last > 0).then_some(-length)
 }

@@ -19,12 +19,14 @@
 //! A sample is an array of `D` coordinates in metres: 3 for one fingertip, 15 for a
 //! configuration, where `d` is the root of the summed squares over the fingers.
 
+use std::cell::OnceCell;
+
 /// A lower bound is a sum of as many terms as the distance but in another order; only one this much
 /// beyond, relatively, rules a candidate out. Rounding of sums of 1e5 terms stays below.
 const BOUND_ROUNDING: f64 = 1e-9;
 
 /// Samples that the quick bound takes together.
-const BLOCK: usize = 10;
+const BLOCK: usize = 25;
 
 /// More than rounding can do to the sum of a block, relatively: the quick bound is a difference of sums.
 const SUM_ROUNDING: f64 = 1e-12;
@@ -123,12 +125,12 @@ impl<'a, const D: usize> Candidates<'a, D> {
         if !are_sound(query) {
             return None;
         }
-        let of_query = Boxes::around(query, self.band);
+        let of_query = OnceCell::new();
         let blocks = blocks(query, self.band);
         let fits = |candidate: &&Candidate<'a, D>| {
             query.len().abs_diff(candidate.samples.len()) <= self.band
         };
-        let mut quickly: Vec<(f64, &Candidate<'a, D>)> = (self.sound.iter().filter(fits))
+        let mut left: Vec<(f64, &Candidate<'a, D>)> = (self.sound.iter().filter(fits))
             .map(|candidate| {
                 let weight = (query.len() + candidate.samples.len()) as f64;
                 let same_times = query.len() == candidate.samples.len();
@@ -140,21 +142,21 @@ impl<'a, const D: usize> Candidates<'a, D> {
                 (bound / weight, candidate)
             })
             .collect();
-        quickly.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.index.cmp(&b.1.index)));
-
         let mut best: Option<Nearest> = None;
-        for (bound_m, candidate) in quickly {
+        // Most are ruled out by the first one: they are not worth the time to sort.
+        while let Some(next) = (0..left.len()).min_by(|&a, &b| left[a].0.total_cmp(&left[b].0)) {
+            let (_, candidate) = left.swap_remove(next);
             let best_m = best.map_or(f64::INFINITY, |best| best.distance_m);
-            if bound_m > best_m * (1.0 + BOUND_ROUNDING) {
-                break;
-            }
             let samples = candidate.samples;
             let weight = (query.len() + samples.len()) as f64;
             // Rounded up, so that multiplying by the weight cannot rule out an equal.
             let limit = best_m * weight * (1.0 + BOUND_ROUNDING);
-            let one_way = candidate.boxes.distance_m(query, limit);
-            if one_way > limit || one_way + of_query.distance_m(samples, limit) > limit {
-                continue;
+            if limit.is_finite() {
+                let one_way = candidate.boxes.distance_m(query, limit);
+                let of_query = of_query.get_or_init(|| Boxes::around(query, self.band));
+                if one_way > limit || one_way + of_query.distance_m(samples, limit) > limit {
+                    continue;
+                }
             }
             let Some(sum) = sum_up_to(query, samples, self.band, limit) else {
                 continue;
@@ -163,11 +165,15 @@ impl<'a, const D: usize> Candidates<'a, D> {
             let is_first = best.is_none_or(|best| index < best.index);
             if distance_m < best_m || (distance_m == best_m && is_first) {
                 best = Some(Nearest { index, distance_m });
+                left.retain(|(bound_m, _)| *bound_m <= distance_m * (1.0 + BOUND_ROUNDING));
             }
         }
         best
     }
 }
+
+/// Smallest and largest coordinates.
+type CoordinateRange<const D: usize> = ([f64; D], [f64; D]);
 
 /// Smallest and largest coordinates of the samples that each sample of another motion may be matched with.
 #[derive(Clone, Debug)]
@@ -175,15 +181,25 @@ struct Boxes<'a, const D: usize> {
     samples: &'a [[f64; D]],
     band: usize,
     /// By the sample of the other motion, as far as it is about as long.
-    boxes: Vec<([f64; D], [f64; D])>,
+    boxes: Vec<CoordinateRange<D>>,
 }
 
 impl<'a, const D: usize> Boxes<'a, D> {
     fn around(samples: &'a [[f64; D]], band: usize) -> Self {
-        let n = samples.len();
-        let boxes = (0..n + band.min(n))
-            .map(|i| around(&samples[window(i, n, band)]))
-            .collect();
+        // Of each sample, with room before and after the motion; then of twice as many samples from each on, until
+        // two of them overlap to the whole window.
+        let (n, reach) = (samples.len(), band.min(samples.len()));
+        let mut boxes = vec![around(&[]); n + 3 * reach];
+        for (own, sample) in boxes[reach..].iter_mut().zip(samples) {
+            *own = (*sample, *sample);
+        }
+        let (width, mut span) = (2 * reach + 1, 1);
+        while 2 * span <= width {
+            join_ahead(&mut boxes, span);
+            span *= 2;
+        }
+        join_ahead(&mut boxes, width - span);
+        boxes.truncate(n + reach);
         Self {
             samples,
             band,
@@ -219,11 +235,14 @@ struct Block<const D: usize> {
 
 fn blocks<const D: usize>(samples: &[[f64; D]], band: usize) -> Vec<Block<D>> {
     let n = samples.len();
-    let moved_m = |i: usize| {
-        let near = samples[window(i, n, band)].iter();
-        near.map(|other| between_m(&samples[i], other))
-            .fold(0.0, f64::max)
-    };
+    let mut moved_m2 = vec![0.0; n];
+    for i in 0..n {
+        for j in i + 1..window(i, n, band).end {
+            let moved = between_m2(&samples[i], &samples[j]);
+            moved_m2[i] = larger(moved_m2[i], moved);
+            moved_m2[j] = larger(moved_m2[j], moved);
+        }
+    }
     (0..n)
         .step_by(BLOCK)
         .map(|start| {
@@ -234,7 +253,7 @@ fn blocks<const D: usize>(samples: &[[f64; D]], band: usize) -> Vec<Block<D>> {
             }
             Block {
                 sum,
-                moved_m: (start..end).map(moved_m).sum::<f64>()
+                moved_m: moved_m2[start..end].iter().map(|m2| m2.sqrt()).sum::<f64>()
                     + SUM_ROUNDING * between_m(&sum, &[0.0; D]),
             }
         })
@@ -253,8 +272,12 @@ fn are_sound<const D: usize>(samples: &[[f64; D]]) -> bool {
 }
 
 fn between_m<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
-    let squares: f64 = a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum();
-    squares.sqrt()
+    between_m2(a, b).sqrt()
+}
+
+/// Squared, in square metres.
+fn between_m2<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum()
 }
 
 /// Samples of the other motion that sample `i` may be matched with.
@@ -283,10 +306,9 @@ fn sum_up_to<const D: usize>(
                 _ => before[j - 1],
             };
             let left = if j > 0 { now[j - 1] } else { f64::INFINITY };
-            now[j] = (diagonal + 2.0 * step)
-                .min(before[j] + step)
-                .min(left + step);
-            least = least.min(now[j]);
+            let from_before = smaller(diagonal + 2.0 * step, before[j] + step);
+            now[j] = smaller(left + step, from_before);
+            least = smaller(now[j], least);
         }
         // Sums only grow along a path, and every path goes through this row.
         if least > limit {
@@ -298,12 +320,33 @@ fn sum_up_to<const D: usize>(
 }
 
 /// Smallest and largest coordinates of samples.
-fn around<const D: usize>(samples: &[[f64; D]]) -> ([f64; D], [f64; D]) {
+fn around<const D: usize>(samples: &[[f64; D]]) -> CoordinateRange<D> {
     let start = ([f64::INFINITY; D], [f64::NEG_INFINITY; D]);
-    samples.iter().fold(start, |(low, high), sample| {
-        (
-            std::array::from_fn(|k| low[k].min(sample[k])),
-            std::array::from_fn(|k| high[k].max(sample[k])),
-        )
-    })
+    samples
+        .iter()
+        .fold(start, |range, sample| joined(&range, &(*sample, *sample)))
+}
+
+fn joined<const D: usize>(a: &CoordinateRange<D>, b: &CoordinateRange<D>) -> CoordinateRange<D> {
+    (
+        std::array::from_fn(|k| smaller(a.0[k], b.0[k])),
+        std::array::from_fn(|k| larger(a.1[k], b.1[k])),
+    )
+}
+
+/// Joins each range with the one this many places after it, as that was before.
+fn join_ahead<const D: usize>(ranges: &mut [CoordinateRange<D>], places: usize) {
+    for i in places..ranges.len() {
+        ranges[i - places] = joined(&ranges[i - places], &ranges[i]);
+    }
+}
+
+/// The larger of two numbers, neither of which is NaN: one instruction, unlike [`f64::max`].
+fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+/// The smaller one, likewise.
+fn smaller(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
 }

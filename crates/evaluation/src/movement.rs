@@ -1,7 +1,7 @@
 //! Movement of recorded and planned motion: lengths, speeds, smoothness, and the distance to anything
 //! demonstrated.
 
-use inhand_curves::smoothness::path_measures;
+use inhand_curves::smoothness::PathMeasures;
 use inhand_curves::warping::Candidates;
 use inhand_model::{
     Configuration, Finger, FingerMovement, MethodRows, Movement, MovementAnalysis, MovementRows,
@@ -75,14 +75,13 @@ pub fn movement(
     let band = (layout.samples as f64 * settings.band_share).round() as usize;
     let candidates = Candidates::new(paths.iter().map(Vec::as_slice), band);
 
+    let measures = PathMeasures::new(layout.samples, layout.rate_hz, settings.static_speed_m_s);
     let measure = |values_m: Option<&[f64]>| {
         values_m.map_or(UNKNOWN, |values_m| {
             let path = configurations(values_m);
             let nearest = candidates.nearest(&path);
             SegmentMovement {
-                by_finger: PerFinger::from_fn(|finger| {
-                    path_facts(&path, finger, layout.rate_hz, settings.static_speed_m_s)
-                }),
+                by_finger: path_facts(&path, measures.as_ref()),
                 nearest_demonstration_m: nearest.map_or(f64::NAN, |nearest| nearest.distance_m),
                 nearest_demonstration: nearest.map(|nearest| used[nearest.index]),
             }
@@ -153,14 +152,15 @@ fn configurations(values_m: &[f64]) -> Vec<Configuration> {
     values_m.as_chunks::<SEGMENT_COORDINATES>().0.to_vec()
 }
 
-fn path_facts(
-    path: &[Configuration],
-    finger: Finger,
-    rate_hz: f64,
-    static_speed_m_s: f64,
-) -> PathFacts {
-    let positions: Vec<Position<_>> = path.iter().map(|sample| tips(sample)[finger]).collect();
-    path_measures(&positions, rate_hz, static_speed_m_s).unwrap_or(NO_PATH)
+fn path_facts(path: &[Configuration], measures: Option<&PathMeasures>) -> PerFinger<PathFacts> {
+    let Some(measures) = measures else {
+        return UNKNOWN.by_finger;
+    };
+    let positions = Finger::ALL.map(|finger| -> Vec<Position<_>> {
+        path.iter().map(|sample| tips(sample)[finger]).collect()
+    });
+    let facts = measures.of(positions.each_ref().map(Vec::as_slice));
+    PerFinger::new(facts.map(|facts| facts.unwrap_or(NO_PATH)))
 }
 
 fn summary(

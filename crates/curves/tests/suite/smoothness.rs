@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use inhand_curves::smoothness::{
-    log_dimensionless_jerk, path_measures, spectral_arc_length, speeds_m_s,
+    PathMeasures, log_dimensionless_jerk, path_measures, spectral_arc_length, speeds_m_s,
 };
 use inhand_model::{Hand, Position};
 use proptest::prelude::*;
@@ -91,6 +91,22 @@ fn more_ripples_are_less_smooth() {
             "{plain} {some} {more}"
         );
     }
+}
+
+#[test]
+fn paths_together_measure_as_each_alone() {
+    let path = |step: f64| -> Vec<Position<Hand>> {
+        (0..80)
+            .map(|k| Position::new(0.05 * (f64::from(k) * step).sin(), 0.01 * step, 0.0))
+            .collect()
+    };
+    let (slow, fast, mut gap) = (path(0.03), path(0.2), path(0.1));
+    gap[20] = Position::new(f64::NAN, 0.0, 0.0);
+    let measures = PathMeasures::new(80, 100.0, 0.005).unwrap();
+    let alone = |path| path_measures(path, 100.0, 0.005);
+    let found = measures.of([&slow, &gap, &fast, &slow[1..]]);
+    assert!(alone(&slow).is_some_and(|facts| facts.sparc < -1.0));
+    assert_eq!(found, [alone(&slow), None, alone(&fast), None]);
 }
 
 #[test]

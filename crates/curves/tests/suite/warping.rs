@@ -117,7 +117,17 @@ proptest! {
 
     /// Ruling out changes nothing, to the last bit, ties included.
     #[test]
-    fn nearest_agrees_with_computing_all(mut walks in walks(3..24), band in prop_oneof![0..10_usize, Just(FREE)]) {
+    fn nearest_agrees_with_computing_all(
+        mut walks in walks(3..24),
+        repeats in 1..6_usize,
+        band in prop_oneof![0..10_usize, Just(FREE)],
+    ) {
+        // Long enough for several blocks, every other one as long as the query.
+        let length = repeats * walks[0].len();
+        for (n, walk) in walks.iter_mut().enumerate() {
+            let length = if n % 2 == 0 { length } else { repeats * walk.len() };
+            *walk = walk.iter().copied().cycle().take(length).collect();
+        }
         let copy = walks[2].clone();
         walks.push(copy);
         let (query, candidates) = walks.split_first().unwrap();

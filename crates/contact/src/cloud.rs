@@ -3,7 +3,9 @@
 use std::f64::consts::{PI, TAU};
 
 use inhand_model::{Object, Position, Shape};
-use rstar::RTree;
+
+use crate::grid::PointGrid;
+use crate::surface::surface_distance_m;
 
 /// Points spread evenly over the surface of an object.
 ///
@@ -23,7 +25,10 @@ use rstar::RTree;
 /// assert!(near_m >= exact_m && near_m < exact_m + 5e-5);
 /// ```
 #[derive(Clone, Debug)]
-pub struct SurfaceCloud(RTree<[f64; 3]>);
+pub struct SurfaceCloud {
+    shape: Shape,
+    points: PointGrid,
+}
 
 impl SurfaceCloud {
     /// A cloud of so many points.
@@ -38,12 +43,15 @@ impl SurfaceCloud {
             let wanted = end.saturating_sub(on.len());
             on.extend((0..wanted).map(|k| (face.at)(even(k))));
         }
-        Self(RTree::bulk_load(on))
+        Self {
+            shape: *shape,
+            points: PointGrid::new(&on, (area / points as f64).sqrt()),
+        }
     }
 
     /// Points of the cloud.
     pub fn size(&self) -> usize {
-        self.0.size()
+        self.points.points().len()
     }
 
     /// Distance to the nearest point of the cloud, metres: infinite for a cloud without points, NaN for a
@@ -52,9 +60,9 @@ impl SurfaceCloud {
         if !p.is_finite() {
             return f64::NAN;
         }
-        (self.0.nearest_neighbor(p.to_array())).map_or(f64::INFINITY, |nearest| {
-            Position::from(*nearest).distance_m(p)
-        })
+        // No point is nearer than the surface.
+        let surface_m = surface_distance_m(&self.shape, p).abs();
+        self.points.nearest_m(p.to_array(), surface_m)
     }
 }
 
@@ -136,19 +144,21 @@ mod tests {
             let cloud = SurfaceCloud::new(&shape, 10_000);
             assert_eq!(cloud.size(), 10_000);
             assert!(
-                cloud
-                    .0
-                    .iter()
-                    .all(|p| surface_distance_m(&shape, Position::from(*p)).abs() < 1e-15)
+                (cloud.points.points().iter()).all(|p| surface_distance_m(
+                    &shape,
+                    Position::from(*p)
+                )
+                .abs()
+                    < 1e-15)
             );
         }
         // Caps have d²/4 of d²/4 + d h / 2 on each side: 0.05 of 0.05 + 2 * 0.08, for both.
-        let on_caps = (SurfaceCloud::new(&CYLINDER, 10_000).0.iter())
+        let on_caps = (SurfaceCloud::new(&CYLINDER, 10_000).points.points().iter())
             .filter(|p| (p[2].abs() - 0.04).abs() < 1e-15)
             .count();
         assert_eq!(on_caps, (10_000.0 * 0.05 / 0.21_f64).round() as usize);
         // The face across x has 6 x 8 of 2 * (4 x 6 + 4 x 8 + 6 x 8) = 208 parts.
-        let on_face = (SurfaceCloud::new(&BOX, 10_400).0.iter())
+        let on_face = (SurfaceCloud::new(&BOX, 10_400).points.points().iter())
             .filter(|p| p[0] == 0.02)
             .count();
         assert_eq!(on_face, 2400);
@@ -169,17 +179,18 @@ mod tests {
         }
     }
 
-    /// The nearest point found by the tree is the nearest of all.
+    /// The nearest point found by the grid is the nearest of all.
     #[test]
-    fn the_tree_leaves_out_no_nearer_point() {
-        for shape in [BOX, CYLINDER] {
+    fn the_grid_leaves_out_no_nearer_point() {
+        let plate = Shape::Cuboid {
+            edges_m: [0.1, 0.002, 0.0004],
+        };
+        for shape in [BOX, CYLINDER, plate] {
             let cloud = SurfaceCloud::new(&shape, 3000);
             for k in 0..200 {
                 let p = [0.37, 0.61, 0.83].map(|f: f64| 0.16 * ((f * f64::from(k)).fract() - 0.5));
                 let p = Position::from(p);
-                let nearest = cloud
-                    .0
-                    .iter()
+                let nearest = (cloud.points.points().iter())
                     .map(|q| Position::from(*q).distance_m(p))
                     .fold(f64::MAX, f64::min);
                 assert!((cloud.distance_m(p) - nearest).abs() < 1e-15);

@@ -42,6 +42,7 @@
 mod cloud;
 mod error;
 mod events;
+mod grid;
 mod hull;
 mod pair;
 mod phases;

@@ -2,8 +2,8 @@
 
 use inhand_model::{Finger, Object, PerFinger, Position, Shape};
 use parry3d::math::Vector;
-use parry3d::query::{PointProjection, PointQuery};
-use parry3d::shape::{Cuboid, Cylinder};
+use parry3d::query::PointQuery;
+use parry3d::shape::Cylinder;
 
 /// Signed distance of `p` to the surface of `shape`, metres: positive outside, 0 on the surface,
 /// negative inside (minus the distance to the nearest point of the surface).
@@ -40,22 +40,18 @@ pub fn surface_distance_m(shape: &Shape, p: Position<Object>) -> f64 {
     if x.is_infinite() || y.is_infinite() || z.is_infinite() {
         return f64::INFINITY;
     }
-    let (p, on_surface) = projected(shape, [x, y, z]);
-    let distance_m = on_surface.point.distance(p);
-    if on_surface.is_inside {
-        -distance_m
-    } else {
-        distance_m
-    }
+    let (p, on_surface, is_inside) = projected(shape, [x, y, z]);
+    let distance_m = on_surface.distance(p);
+    if is_inside { -distance_m } else { distance_m }
 }
 
-/// A point and its projection onto the surface, from inside too, in parry's frame ([`along_parry_cylinder`]).
-fn projected(shape: &Shape, p: [f64; 3]) -> (Vector, PointProjection) {
+/// A point and its projection onto the surface, from inside too, in parry's frame ([`along_parry_cylinder`]), and
+/// whether it is inside.
+fn projected(shape: &Shape, p: [f64; 3]) -> (Vector, Vector, bool) {
     match *shape {
         Shape::Cuboid { edges_m } => {
-            let p = Vector::from(p);
-            let cuboid = Cuboid::new(Vector::from(edges_m) / 2.0);
-            (p, cuboid.project_local_point(p, false))
+            let (on_surface, is_inside) = on_box(edges_m.map(|edge_m| edge_m / 2.0), p);
+            (p.into(), on_surface.into(), is_inside)
         }
         Shape::Cylinder {
             diameter_m,
@@ -63,9 +59,28 @@ fn projected(shape: &Shape, p: [f64; 3]) -> (Vector, PointProjection) {
         } => {
             let p = along_parry_cylinder(height_m, p);
             let cylinder = Cylinder::new(height_m / 2.0, diameter_m / 2.0);
-            (p, cylinder.project_local_point(p, false))
+            let found = cylinder.project_local_point(p, false);
+            (p, found.point, found.is_inside)
         }
     }
+}
+
+/// The nearest point of a box's surface, and whether `p` is inside: what parry's `Cuboid` gives, bit by bit, but
+/// compiled into the caller.
+fn on_box(half_m: [f64; 3], p: [f64; 3]) -> ([f64; 3], bool) {
+    let clamped = std::array::from_fn(|k| {
+        p[k] + ((-half_m[k] - p[k]).max(0.0) - (p[k] - half_m[k]).max(0.0))
+    });
+    if clamped != p {
+        return (clamped, false);
+    }
+    let depth_m: [f64; 3] = std::array::from_fn(|k| half_m[k] - p[k].abs());
+    let least_m = depth_m[0].min(depth_m[1]).min(depth_m[2]);
+    let mut on_surface = p;
+    if let Some(axis) = depth_m.iter().position(|&depth| depth == least_m) {
+        on_surface[axis] += least_m.copysign(p[axis]);
+    }
+    (on_surface, true)
 }
 
 /// A point of the object in the frame of parry's cylinder, or its mirror image at the same distance.
@@ -87,7 +102,7 @@ fn surface_point(shape: &Shape, p: Position<Object>) -> Option<Position<Object>>
     if !p.is_finite() {
         return None;
     }
-    let q = projected(shape, p.to_array()).1.point;
+    let (_, q, _) = projected(shape, p.to_array());
     Some(match shape {
         Shape::Cuboid { .. } => Position::new(q.x, q.y, q.z),
         // Back from the mirror image, and the axes back by one place.
@@ -117,15 +132,14 @@ fn surface_point(shape: &Shape, p: Position<Object>) -> Option<Position<Object>>
 /// assert!((slip_m(&cube, &pad).unwrap() - 0.005).abs() < 1e-12);
 /// ```
 pub fn slip_m(shape: &Shape, pad: &[Option<Position<Object>>]) -> Option<f64> {
-    let on_surface: Vec<Option<Position<Object>>> = (pad.iter())
-        .map(|pad| surface_point(shape, (*pad)?))
-        .collect();
-    let was_followed = on_surface
-        .windows(2)
-        .any(|pair| pair[0].is_some() && pair[1].is_some());
-    let mut known = on_surface.iter().flatten();
-    let first = known.next().filter(|_| was_followed)?;
-    Some(known.next_back()?.distance_m(*first))
+    let is_known = |pad: &Option<Position<Object>>| pad.is_some_and(Position::is_finite);
+    if !pad.windows(2).any(|pair| pair.iter().all(is_known)) {
+        return None;
+    }
+    let mut known = pad.iter().filter(|pad| is_known(pad)).flatten();
+    let (first, last) = (known.next()?, known.next_back()?);
+    let on_surface = |pad| surface_point(shape, pad);
+    Some(on_surface(*last)?.distance_m(on_surface(*first)?))
 }
 
 /// How far the pad of each finger reaches beyond its marker towards the object, metres.
@@ -165,6 +179,23 @@ mod tests {
             (found - expected_m).abs() < 1e-15,
             "{shape} at {p:?}: expected {expected_m}, found {found}"
         );
+    }
+
+    #[test]
+    fn boxes_are_those_of_parry() {
+        let half_m = [0.02, 0.03, 0.04];
+        let cuboid = parry3d::shape::Cuboid::new(half_m.into());
+        let steps = || (-9..=9).map(|k| f64::from(k) * 0.005 + 1e-4 * f64::from(k % 2));
+        for (x, y, z) in
+            steps().flat_map(|x| steps().flat_map(move |y| steps().map(move |z| (x, y, z))))
+        {
+            let expected = cuboid.project_local_point([x, y, z].into(), false);
+            let (found, is_inside) = on_box(half_m, [x, y, z]);
+            assert_eq!(
+                (Vector::from(found), is_inside),
+                (expected.point, expected.is_inside)
+            );
+        }
     }
 
     #[test]

@@ -46,8 +46,13 @@ fn at<F: Frame>(track: &PointTrack<F>, k: usize) -> Option<Vector3<f64>> {
     track.get(k).map(Position::coords_m)
 }
 
-fn end(k: usize, run: impl Iterator<Item = (f64, Vector3<f64>)>) -> Option<End> {
-    let run: Vec<_> = run.collect();
+fn end(k: usize, samples: impl Iterator<Item = (f64, Vector3<f64>)>) -> Option<End> {
+    let (mut run, mut len) = ([(0.0, Vector3::zeros()); VELOCITY_SAMPLES], 0);
+    for (place, sample) in run.iter_mut().zip(samples) {
+        *place = sample;
+        len += 1;
+    }
+    let run = &run[..len];
     let &(_, position_m) = run.first()?;
     // The line of least squares needs three samples, lest noise pass for motion.
     let line = (run.len() >= 3).then(|| {
@@ -102,15 +107,20 @@ impl UsualJumps {
         let total: usize = tracks.iter().map(|track| track.len()).sum();
         let stride = total.div_ceil(MAX_MEASURED).max(1);
         let mut floor_m = LEAST_SCALE_M;
-        let median_m = MEASURED_STEPS.map(|steps| {
-            let jumps = tracks.iter().flat_map(|track| {
-                let places = (0..track.len().saturating_sub(steps)).step_by(stride);
-                places.filter_map(move |k| {
-                    let (before, after) = (end_before(track, k)?, end_after(track, k + steps)?);
-                    Some(jump_m(&before, &after, rate_hz))
-                })
-            });
-            floor_m = median(jumps).max(floor_m);
+        let mut jumps_m = MEASURED_STEPS.map(|_| Vec::with_capacity(MAX_MEASURED));
+        for track in tracks {
+            for k in (0..track.len()).step_by(stride) {
+                let Some(before) = end_before(track, k) else {
+                    continue;
+                };
+                for (jumps_m, steps) in jumps_m.iter_mut().zip(MEASURED_STEPS) {
+                    let after = end_after(track, k + steps);
+                    jumps_m.extend(after.map(|after| jump_m(&before, &after, rate_hz)));
+                }
+            }
+        }
+        let median_m = jumps_m.map(|jumps_m| {
+            floor_m = median(jumps_m).max(floor_m);
             floor_m
         });
         Self { rate_hz, median_m }

@@ -16,7 +16,16 @@ const FREEDOM: f64 = 5.0;
 /// median deviation.
 #[derive(Clone, Debug)]
 pub(crate) struct Geometry {
-    places: PerFinger<(Vector3<f64>, Vector3<f64>)>,
+    places: PerFinger<Usual>,
+}
+
+#[derive(Clone, Debug)]
+struct Usual {
+    middle_m: Vector3<f64>,
+    /// One over the usual deviation along each axis, 1/m.
+    per_deviation: Vector3<f64>,
+    /// Logarithm of the product of the usual deviations.
+    log_spread: f64,
 }
 
 impl Geometry {
@@ -28,24 +37,45 @@ impl Geometry {
                     median_and_deviation(places.map(|at| at.coords_m()[axis]))
                 };
                 let axes = [axis(0), axis(1), axis(2)];
-                (
-                    Vector3::from(axes.map(|(middle, _)| middle)),
-                    Vector3::from(axes.map(|(_, spread)| spread.max(LEAST_SPREAD_M))),
-                )
+                let spread = axes.map(|(_, spread)| spread.max(LEAST_SPREAD_M));
+                Usual {
+                    middle_m: axes.map(|(middle, _)| middle).into(),
+                    per_deviation: spread.map(f64::recip).into(),
+                    log_spread: spread.iter().map(|spread| spread.ln()).sum(),
+                }
             }),
         }
     }
 
     /// How far a place is from a finger's usual one, in its usual deviations.
     pub(crate) fn deviations(&self, finger: Finger, at: Position<Hand>) -> f64 {
-        let (middle, spread) = &self.places[finger];
-        (at.coords_m() - middle).component_div(spread).norm()
+        self.places[finger].square(at).sqrt()
     }
 
-    /// Minus the logarithm of the density there but for a constant, nats.
-    pub(crate) fn cost(&self, finger: Finger, at: Position<Hand>) -> f64 {
-        let (_, spread) = &self.places[finger];
-        let square = self.deviations(finger, at).powi(2);
-        0.5 * (FREEDOM + 3.0) * (square / FREEDOM).ln_1p() + spread.map(f64::ln).sum()
+    /// Minus the logarithm of the density at each of some places but for a constant, summed up, nats.
+    pub(crate) fn cost(&self, finger: Finger, places: impl Iterator<Item = Position<Hand>>) -> f64 {
+        /// A factor more cannot leave the range of numbers.
+        const LARGE: f64 = 1e100;
+        let usual = &self.places[finger];
+        // The logarithm of a product instead of the sum of logarithms.
+        let (mut count, mut product, mut logarithms) = (0.0, 1.0_f64, 0.0);
+        for at in places {
+            count += 1.0;
+            product *= 1.0 + usual.square(at) / FREEDOM;
+            if product > LARGE {
+                logarithms += product.ln();
+                product = 1.0;
+            }
+        }
+        0.5 * (FREEDOM + 3.0) * (logarithms + product.ln()) + count * usual.log_spread
+    }
+}
+
+impl Usual {
+    /// Squared distance of a place from the usual one, in usual deviations.
+    fn square(&self, at: Position<Hand>) -> f64 {
+        (at.coords_m() - self.middle_m)
+            .component_mul(&self.per_deviation)
+            .norm_squared()
     }
 }

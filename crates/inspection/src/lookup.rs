@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use inhand_model::{
-    BodySource, Finger, Hand, PerFinger, PointTrack, Pose, PoseTrack, Recording, Roles, World,
+    BodySource, Finger, Hand, PerFinger, PointTrack, PoseTrack, Recording, Roles, World,
 };
 use inhand_motion::{
     BodyRole, GapFill, MotionError, fill_poses, fit_templates, in_role, role_body,
@@ -73,9 +73,8 @@ pub(crate) fn hand_breaks(recording: &Recording, roles: &Roles) -> Vec<Range<usi
 
 /// A marker in the hand's frame; missing where either is.
 pub(crate) fn in_hand(
-    world_from_hand: &PoseTrack<World, Hand>,
+    hand_from_world: &PoseTrack<Hand, World>,
     marker: &PointTrack<World>,
 ) -> PointTrack<Hand> {
-    let hand_from_world = world_from_hand.map(Pose::inverse);
-    inhand_motion::in_hand(&hand_from_world, marker, |pose, at| pose * at)
+    inhand_motion::in_hand(hand_from_world, marker, |pose, at| pose * at)
 }

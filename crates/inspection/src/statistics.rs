@@ -29,27 +29,32 @@ pub(crate) fn median_and_deviation(values: impl Iterator<Item = f64> + Clone) ->
     )
 }
 
-/// Values in ascending order, those that are not finite left out.
+/// Finite values, of which quantiles are taken.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Sorted(Vec<f64>);
+pub(crate) struct Finite(Vec<f64>);
 
-impl Sorted {
+impl Finite {
     pub(crate) fn new(values: impl IntoIterator<Item = f64>) -> Self {
-        let mut values: Vec<_> = values.into_iter().filter(|v| v.is_finite()).collect();
-        values.sort_by(f64::total_cmp);
-        Self(values)
+        Self(values.into_iter().filter(|v| v.is_finite()).collect())
     }
 
     pub(crate) fn len(&self) -> usize {
         self.0.len()
     }
 
-    /// The type 7 quantile; NaN without values.
-    pub(crate) fn quantile(&self, q: f64) -> f64 {
-        quantiles::quantile(&self.0, q).unwrap_or(f64::NAN)
+    /// The type 7 quantile; NaN without values. Linear in the values, which change their order.
+    pub(crate) fn quantile(&mut self, q: f64) -> f64 {
+        if self.0.is_empty() {
+            return f64::NAN;
+        }
+        let place = (self.0.len() - 1) as f64 * q;
+        let below = place as usize;
+        let (_, &mut low, above) = self.0.select_nth_unstable_by(below, f64::total_cmp);
+        let next = above.iter().copied().min_by(f64::total_cmp).unwrap_or(low);
+        quantiles::quantile(&[low, next], place - below as f64).unwrap_or(f64::NAN)
     }
 
-    pub(crate) fn median(&self) -> f64 {
+    pub(crate) fn median(&mut self) -> f64 {
         self.quantile(0.5)
     }
 }
@@ -71,5 +76,19 @@ mod tests {
         assert_eq!(middle, 3.0);
         assert!((deviation - 1.4826).abs() < 1e-12);
         assert_eq!(median([]), 0.0);
+    }
+
+    #[test]
+    fn quantiles_are_those_of_sorted_values() {
+        let values: Vec<f64> = (0..50).map(|k| f64::from(k * 31 % 50).sqrt()).collect();
+        let mut sorted = values.clone();
+        sorted.sort_by(f64::total_cmp);
+        let mut finite = Finite::new(values.into_iter().chain([f64::NAN, f64::INFINITY]));
+        assert_eq!(finite.len(), 50);
+        for q in [0.5, 0.0, 0.95, 0.9, 1.0, 0.5] {
+            assert_eq!(Some(finite.quantile(q)), quantiles::quantile(&sorted, q));
+        }
+        assert_eq!(Finite::new([3.0]).median(), 3.0);
+        assert!(Finite::default().median().is_nan());
     }
 }

@@ -9,7 +9,7 @@ use super::checkup::{CheckResult, Level};
 use super::subject::Subject;
 use super::words::{count, length, times};
 use crate::lookup::is_named_after;
-use crate::statistics::Sorted;
+use crate::statistics::Finite;
 
 /// Markers of a body that are looked at, at most: pairs grow with the square.
 const MAX_MARKERS: usize = 12;
@@ -87,7 +87,7 @@ pub(crate) fn bodies(subject: &Subject<'_>) -> Vec<CheckResult> {
 /// The error that the capture software states for the body's fit.
 fn marker_error(subject: &Subject<'_>, body: &TrackedBody) -> Option<CheckResult> {
     let errors_m = body.marker_error_m.as_ref()?;
-    let errors = Sorted::new(errors_m.iter().copied());
+    let mut errors = Finite::new(errors_m.iter().copied());
     if errors.len() == 0 {
         return None;
     }
@@ -138,7 +138,7 @@ fn rigidity(
         .max_by(|a, b| a.drift_m.total_cmp(&b.drift_m))?;
     let largest_m = pairs.iter().map(|pair| pair.median_m).fold(0.0, f64::max);
     let n = pairs.iter().map(|pair| pair.n).sum();
-    let spread = Sorted::new(pairs.iter().map(|pair| pair.p95_m)).median();
+    let spread = Finite::new(pairs.iter().map(|pair| pair.p95_m)).median();
     let base = |level| {
         CheckResult::new("rigidity", level, name)
             .expected("distances among the markers of a body that stay the same")
@@ -207,12 +207,12 @@ struct Block {
 
 impl Block {
     fn new(distances: &[(usize, f64)]) -> Self {
-        let median_m = Sorted::new(distances.iter().map(|&(_, d)| d)).median();
+        let median_m = Finite::new(distances.iter().map(|&(_, d)| d)).median();
         let off = distances.iter().map(|&(_, d)| (d - median_m).abs());
         Self {
             middle: distances[distances.len() / 2].0,
             median_m,
-            p95_m: Sorted::new(off).quantile(0.95),
+            p95_m: Finite::new(off).quantile(0.95),
         }
     }
 }
@@ -235,7 +235,7 @@ impl Pair {
         let medians = || blocks.iter().map(|block| block.median_m);
         let low = medians().fold(f64::INFINITY, f64::min);
         let high = medians().fold(f64::NEG_INFINITY, f64::max);
-        let noise_m = Sorted::new(blocks.iter().map(|block| block.p95_m)).median();
+        let noise_m = Finite::new(blocks.iter().map(|block| block.p95_m)).median();
         Some(Self {
             names: format!("{} - {}", a.name, b.name),
             n: distances.len(),

@@ -16,7 +16,7 @@ use nalgebra::{Isometry3, Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector
 use super::bodies::{MIN_MARKERS, markers_of};
 use super::checkup::{CheckResult, Level};
 use super::words::length;
-use crate::statistics::{Sorted, thinned};
+use crate::statistics::{Finite, thinned};
 
 /// Samples that are looked at, evenly spread.
 const SAMPLES: usize = 300;
@@ -131,8 +131,10 @@ pub(crate) fn rotation_by_fingertips(
         return None;
     }
     let stated = seen.wander_m(&|read| read, Matrix3::identity());
-    let better = (seen.best_reading(recording.source.rotation))
-        .filter(|(wander_m, _)| stated > TIPS_M && TIPS_BETTER * wander_m <= stated);
+    let better = (stated > TIPS_M)
+        .then(|| seen.best_reading(recording.source.rotation))
+        .flatten()
+        .filter(|(wander_m, _)| TIPS_BETTER * wander_m <= stated);
     Some(better.map(|(wander_m, Reading { words, advice, .. })| {
         let (moved, then) = (length(stated), length(wander_m));
         CheckResult::new("hand-rotation", Level::Fail, hand)
@@ -177,7 +179,7 @@ impl Seen {
             })
             .collect();
         let radii = offsets.iter().flatten().flatten().map(Vector3::norm);
-        let radius_m = Sorted::new(radii).median();
+        let radius_m = Finite::new(radii).median();
         let rotations: Vec<_> = poses.iter().map(|(_, pose)| pose.rotation).collect();
         let turn_rad = (rotations.iter())
             .map(|rotation| rotation.angle_to(&rotations[0]))
@@ -223,11 +225,11 @@ impl Seen {
                 .filter_map(|(offset, turn)| Some(turn * (*offset)?))
                 .collect();
             let middle = Vector3::from_fn(|axis, _| {
-                Sorted::new(places.iter().map(|place| place[axis])).median()
+                Finite::new(places.iter().map(|place| place[axis])).median()
             });
             distances.extend(places.iter().map(|place| (place - middle).norm()));
         }
-        Sorted::new(distances).quantile(0.9)
+        Finite::new(distances).quantile(0.9)
     }
 }
 

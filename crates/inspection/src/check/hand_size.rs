@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use super::CheckSettings;
 use super::checkup::{CheckResult, Level};
 use super::words::{length, names};
-use crate::statistics::Sorted;
+use crate::statistics::Finite;
 
 /// Reach of a hand in the middle of what is plausible, metres: what a unit that fits best comes
 /// nearest to.
@@ -43,9 +43,10 @@ pub(crate) fn hand_size(
         if tips.len() < MIN_FINGERS {
             continue;
         }
-        reach.push(tips.iter().map(Vector3::norm).fold(0.0, f64::max));
-        let apart = (tips.iter()).flat_map(|a| tips.iter().map(move |b| (a - b).norm()));
-        spread.push(apart.fold(0.0, f64::max));
+        let pairs = (tips.iter().enumerate())
+            .flat_map(|(k, a)| tips[k + 1..].iter().map(move |b| (a - b).norm_squared()));
+        reach.push(farthest_m(tips.iter().map(Vector3::norm_squared)));
+        spread.push(farthest_m(pairs));
     }
     let n = reach.len();
     if n < MIN_SAMPLES {
@@ -55,8 +56,8 @@ pub(crate) fn hand_size(
                 .number("samples", n as f64, motion.len()),
         ];
     }
-    let reach_m = Sorted::new(reach).median();
-    let spread_m = Sorted::new(spread).median();
+    let reach_m = Finite::new(reach).median();
+    let spread_m = Finite::new(spread).median();
     let stated = recording.source.length_unit;
     let [least, most] = settings.hand_reach_m;
     let base = |level| {
@@ -86,6 +87,11 @@ pub(crate) fn hand_size(
         );
     }
     results
+}
+
+/// The largest of distances, from their squares.
+fn farthest_m(squares_m2: impl Iterator<Item = f64>) -> f64 {
+    squares_m2.fold(0.0, f64::max).sqrt()
 }
 
 fn wrong_unit(
@@ -132,11 +138,11 @@ const fn symbol(unit: LengthUnit) -> &'static str {
 /// the middle of the take and how many samples it rests on. In a wrong unit all of them are.
 fn misplaced(motion: &Motion, settings: &CheckSettings) -> Vec<(Finger, f64, usize)> {
     let distances = motion.fingertips.iter().map(|(finger, track)| {
-        let distances = Sorted::new(track.iter().flatten().map(|tip| tip.coords_m().norm()));
+        let mut distances = Finite::new(track.iter().flatten().map(|tip| tip.coords_m().norm()));
         (finger, distances.median(), distances.len())
     });
     let mut fingers: Vec<_> = distances.collect();
-    let typical_m = Sorted::new(fingers.iter().map(|&(_, median, _)| median)).median();
+    let typical_m = Finite::new(fingers.iter().map(|&(_, median, _)| median)).median();
     let limit_m = settings.hand_reach_m[1].max(FAR * typical_m);
     fingers.retain(|&(_, median, _)| median > limit_m);
     fingers
@@ -165,7 +171,7 @@ pub(crate) fn volume(recording: &Recording) -> Option<CheckResult> {
     let places = markers.chain(bodies).map(|place| place.coords_m().amax());
     // Far off by a unit is far off at every sample: some are enough.
     let all = recording.len() * (recording.markers.len() + recording.bodies.len());
-    let coordinates = Sorted::new(places.step_by(all / 100_000 + 1));
+    let mut coordinates = Finite::new(places.step_by(all / 100_000 + 1));
     let middle_m = coordinates.median();
     if middle_m.is_nan() || middle_m <= VOLUME_M {
         return None;

@@ -15,7 +15,7 @@ mod neighbours;
 use std::ops::Range;
 
 use inhand_model::{
-    Change, ChangeKind, Frame, Hand, MarkerKind, PerFinger, PointTrack, PoseTrack, Position,
+    Change, ChangeKind, Frame, Hand, MarkerKind, PerFinger, PointTrack, Pose, PoseTrack, Position,
     Recording, Roles, Status, World, named,
 };
 use inhand_motion::{GapFill, MotionError, fingertip_markers, gap_samples};
@@ -135,13 +135,14 @@ fn along_its_way(
     limit: usize,
 ) -> Result<Vec<Filled>, MotionError> {
     let hand = hand_poses(recording, roles, Flips::Kept)?;
+    let hand_from_world = hand.map(Pose::inverse);
     let breaks = hand_breaks(recording, roles);
     let mut filled = Vec::new();
     for (marker, source) in recording.markers.iter().enumerate() {
         if source.kind != MarkerKind::Labelled {
             continue;
         }
-        let in_the_hand = finger_of(tips, marker).map(|_| in_hand(&hand, &source.track));
+        let in_the_hand = finger_of(tips, marker).map(|_| in_hand(&hand_from_world, &source.track));
         for gap in inner_gaps(&source.track, limit) {
             let known = |k: usize| hand.get(k).is_some();
             let by_hand = (in_the_hand.as_ref())

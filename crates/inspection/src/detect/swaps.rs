@@ -18,7 +18,7 @@
 
 use std::ops::Range;
 
-use inhand_model::{Finger, Hand, PerFinger, PointTrack, Recording, Roles, Status};
+use inhand_model::{Finger, Hand, PerFinger, PointTrack, Pose, Recording, Roles, Status};
 use inhand_motion::{MotionError, fingertip_markers};
 use rayon::prelude::*;
 
@@ -48,7 +48,7 @@ const WRONG_START_NATS: f64 = 6.0;
 ///
 /// [`MotionError`].
 pub fn swaps(recording: &Recording, roles: &Roles) -> Result<Vec<Suspect>, MotionError> {
-    let hand = hand_poses(recording, roles, Flips::SetAside)?;
+    let hand = hand_poses(recording, roles, Flips::SetAside)?.map(Pose::inverse);
     let tips = fingertip_markers(recording, roles)?;
     let labels: Vec<PointTrack<Hand>> = (tips.as_array().par_iter())
         .map(|&marker| {
@@ -449,12 +449,10 @@ fn summed(
     sums.push(sum);
     let mut from = 0;
     for until in events.iter().copied().chain([len]) {
-        for k in from..until {
-            for (label, track) in labels.iter().enumerate() {
-                let Some(at) = track.get(k) else { continue };
-                for finger in Finger::ALL {
-                    sum[label][finger.index()] += weight * places.cost(finger, at);
-                }
+        for (label, track) in labels.iter().enumerate() {
+            for finger in Finger::ALL {
+                let samples = (from..until).filter_map(|k| track.get(k));
+                sum[label][finger.index()] += weight * places.cost(finger, samples);
             }
         }
         sums.push(sum);

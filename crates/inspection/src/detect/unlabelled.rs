@@ -7,7 +7,7 @@
 
 use std::ops::Range;
 
-use inhand_model::{Finger, Hand, MarkerKind, PerFinger, PointTrack, Recording, Roles};
+use inhand_model::{Finger, Hand, MarkerKind, PerFinger, PointTrack, Pose, Recording, Roles};
 use inhand_motion::{MotionError, fingertip_markers};
 
 use crate::continuity::{End, UsualJumps, end_after, end_before, jump_m};
@@ -48,7 +48,7 @@ pub(crate) fn unlabelled_of_clean_tips(
     if pieces.is_empty() {
         return Ok(Vec::new());
     }
-    let hand = hand_poses(recording, roles, Flips::SetAside)?;
+    let hand = hand_poses(recording, roles, Flips::SetAside)?.map(Pose::inverse);
     let tips = fingertip_markers(recording, roles)?;
     let mut fingers = PerFinger::from_fn(|f| in_hand(&hand, &recording.markers[tips[f]].track));
     let rate_hz = recording.clock.rate_hz();

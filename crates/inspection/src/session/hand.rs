@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::{SessionMotion, TakeLook, finding, of_take};
 use crate::check::rotation_by_fingertips;
 use crate::check::words::length;
-use crate::statistics::{Sorted, median_and_deviation};
+use crate::statistics::{Finite, median_and_deviation};
 
 /// Noise of a coordinate of a fingertip above which its motion is doubtful, metres: captures have 0.1 mm.
 const NOISE_M: f64 = 1e-3;
@@ -33,7 +33,7 @@ pub(super) fn median_tips(take: &SessionMotion<'_>) -> Option<Tips> {
         let track = &take.motion.fingertips[finger];
         Vector3::from_fn(|axis, _| {
             let places = track.iter().flatten();
-            Sorted::new(places.map(|tip| tip.coords_m()[axis])).median()
+            Finite::new(places.map(|tip| tip.coords_m()[axis])).median()
         })
     });
     let is_seen = tips.iter().flatten().all(|number| number.is_finite());

@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 use super::{SessionMotion, finding, of_take};
 use crate::check::words::length;
-use crate::statistics::Sorted;
+use crate::statistics::Finite;
 
 /// Least and largest size of an object in one hand, metres: below, fingertips cannot be apart; above, they do not
 /// span it.
@@ -49,7 +49,7 @@ pub(super) fn object_is_hand(take: &SessionMotion<'_>) -> Option<SessionFinding>
 
 fn is_fixed_to_hand(take: &SessionMotion<'_>) -> bool {
     let turn_rad = |all: &[Isometry3<f64>], from: &UnitQuaternion<f64>| {
-        Sorted::new(all.iter().map(|pose| pose.rotation.angle_to(from))).quantile(0.95)
+        Finite::new(all.iter().map(|pose| pose.rotation.angle_to(from))).quantile(0.95)
     };
     let hand: Vec<_> = take
         .motion
@@ -69,8 +69,8 @@ fn is_fixed_to_hand(take: &SessionMotion<'_>) -> bool {
         return false;
     }
     let places = || object.iter().map(|pose| pose.translation.vector);
-    let middle = Vector3::from_fn(|axis, _| Sorted::new(places().map(|at| at[axis])).median());
-    let moved_m = Sorted::new(places().map(|at| (at - middle).norm())).quantile(0.95);
+    let middle = Vector3::from_fn(|axis, _| Finite::new(places().map(|at| at[axis])).median());
+    let moved_m = Finite::new(places().map(|at| (at - middle).norm())).quantile(0.95);
     moved_m < SAME_M && turn_rad(&object, &object[object.len() / 2].rotation) < SAME_RAD
 }
 
@@ -122,7 +122,7 @@ pub(super) fn tau(shape: Shape, tau_m: f64) -> Option<SessionFinding> {
 pub(super) fn object_fit(take: &SessionMotion<'_>, tau_m: f64) -> Option<SessionFinding> {
     let known = || take.distances_m.iter().flatten();
     let distances = known().flat_map(|distances| distances.as_array().to_owned());
-    let middle_m = Sorted::new(distances).median();
+    let middle_m = Finite::new(distances).median();
     let instants = known().count();
     let touches = known().filter(|distances| distances.as_array().iter().all(|m| m.abs() <= tau_m));
     let always = instants as f64 >= ALWAYS_S * take.motion.clock.rate_hz();

@@ -5,7 +5,7 @@ use inhand_motion::Filter;
 
 use super::{SessionLimits, SessionMotion, add, finding, object, of_take};
 use crate::check::words::{length, percent};
-use crate::statistics::Sorted;
+use crate::statistics::Finite;
 
 /// Length of a segment, seconds.
 const SEGMENT_S: f64 = 1.0;
@@ -92,13 +92,16 @@ pub fn inspect_results(
 /// The path along the fingertips against that under other labels.
 pub(super) fn finger_order(take: &SessionMotion<'_>) -> Option<SessionFinding> {
     let tips = &take.motion.fingertips;
-    let apart_m = Finger::ALL.map(|a| {
-        Finger::ALL.map(|b| {
-            let both = tips[a].iter().zip(tips[b].iter());
+    let mut apart_m = [[0.0; Finger::COUNT]; Finger::COUNT];
+    for (n, a) in Finger::ALL.into_iter().enumerate() {
+        for b in &Finger::ALL[n + 1..] {
+            let both = tips[a].iter().zip(tips[*b].iter());
             let both = both.filter_map(|(a, b)| Some((a?.coords_m() - b?.coords_m()).norm()));
-            Sorted::new(both).median()
-        })
-    });
+            let median_m = Finite::new(both).median();
+            apart_m[n][b.index()] = median_m;
+            apart_m[b.index()][n] = median_m;
+        }
+    }
     let path_m = |order: &[usize; 4]| -> f64 {
         order.windows(2).map(|pair| apart_m[pair[0]][pair[1]]).sum()
     };

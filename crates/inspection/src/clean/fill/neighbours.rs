@@ -7,7 +7,7 @@
 
 use std::ops::Range;
 
-use inhand_model::{Hand, PerFinger, PointTrack, PoseTrack, Position, Recording, World};
+use inhand_model::{Hand, PerFinger, PointTrack, Pose, PoseTrack, Position, Recording, World};
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use super::{Filled, inner_gaps, join, to_world};
@@ -28,8 +28,9 @@ pub(super) fn from_neighbours(
     limit: usize,
 ) -> Vec<Filled> {
     let about = (ABOUT_S * recording.clock.rate_hz()).round() as usize;
+    let hand_from_world = hand.map(Pose::inverse);
     let tracks: Vec<PointTrack<Hand>> = (tips.as_array().iter())
-        .map(|&marker| in_hand(hand, &recording.markers[marker].track))
+        .map(|&marker| in_hand(&hand_from_world, &recording.markers[marker].track))
         .collect();
     let mut filled = Vec::new();
     for (own, &marker) in tips.as_array().iter().enumerate() {

@@ -11,6 +11,8 @@ mod convert;
 mod exit_codes;
 mod export;
 mod faults;
+#[cfg(unix)]
+mod interrupt;
 mod json;
 mod layout;
 mod learn_rank;
@@ -24,6 +26,8 @@ mod plan;
 mod plant;
 mod play;
 mod printing;
+#[cfg(unix)]
+mod progress;
 mod run;
 mod sessions;
 mod steps;

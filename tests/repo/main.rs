@@ -100,8 +100,8 @@ const USERS: [(&str, &[&str]); 14] = [
     ("parry3d-f64", &["contact"]),
     ("clarabel", &["planner"]),
     ("tungstenite", &["live"]),
-    ("ctrlc", &["inhand"]),
     ("rustix", &["inhand"]),
+    ("signal-hook", &["inhand"]),
 ];
 
 /// Normal dependencies of each workspace crate, by folder.

@@ -2,6 +2,7 @@
 
 use std::cell::RefCell;
 use std::error::Error as StdError;
+use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 use std::time::Duration;
@@ -13,7 +14,10 @@ use serde_json::{Value, json};
 
 use crate::describe::option_of;
 use crate::exit::Exit;
+use crate::interrupt;
 use crate::options::Format;
+pub(crate) use crate::progress::as_it_is;
+use crate::progress::{Task, suspended};
 
 /// Messages on stderr.
 #[derive(Debug)]
@@ -41,11 +45,13 @@ impl Console {
 
     /// Names a file that was written.
     pub(crate) fn wrote(&self, file: &Path) {
+        interrupt::wrote();
         self.say(&format!("wrote {}", file.display()));
     }
 
     /// Names a file that was written, with what is in it.
     pub(crate) fn wrote_with(&self, file: &Path, content: &str) {
+        interrupt::wrote();
         self.say(&format!("wrote {} ({content})", file.display()));
     }
 
@@ -69,23 +75,28 @@ impl Console {
         as_it_is(&lines);
     }
 
-    /// Shows a step until it is done; on a terminal with a spinner after a second.
-    pub(crate) fn step(&self, name: &str) -> ProgressBar {
-        let bar = self.bar("{spinner} {msg}");
-        bar.set_message(name.to_owned());
-        bar.enable_steady_tick(Duration::from_millis(250));
-        bar
+    /// Shows work of a number of units until it is dropped, on a terminal, once it has taken two seconds.
+    pub(crate) fn task(&self, name: impl Display, total: f64) -> Task {
+        Task::begin(name, total, self.is_shown())
     }
 
-    /// Ends a step and prints how long it took.
-    pub(crate) fn step_done(&self, step: &ProgressBar, line: &str, elapsed: Duration) {
-        step.finish_and_clear();
+    /// Shows work that is done in one go.
+    pub(crate) fn step(&self, name: impl Display) -> Task {
+        self.task(name, 1.0)
+    }
+
+    /// Prints how long a step took.
+    pub(crate) fn step_done(&self, line: &str, elapsed: Duration) {
         self.say(&format!("{line:<78} {:>5.2} s", elapsed.as_secs_f64()));
+    }
+
+    fn is_shown(&self) -> bool {
+        !self.quiet && io::stderr().is_terminal()
     }
 
     /// A progress line of this form on a terminal; hidden elsewhere.
     pub(crate) fn bar(&self, template: &str) -> ProgressBar {
-        let bar = match !self.quiet && io::stderr().is_terminal() {
+        let bar = match self.is_shown() {
             true => ProgressBar::no_length(),
             false => ProgressBar::hidden(),
         };
@@ -97,9 +108,11 @@ impl Console {
 
 /// Prints data; the only use of stdout.
 pub(crate) fn data(text: &str) -> io::Result<()> {
-    let mut out = io::stdout().lock();
-    out.write_all(text.as_bytes())?;
-    out.flush()
+    suspended(|| {
+        let mut out = io::stdout().lock();
+        out.write_all(text.as_bytes())?;
+        out.flush()
+    })
 }
 
 /// Prints an outcome as text or as JSON.
@@ -188,12 +201,6 @@ pub(crate) fn with_flags(message: &str) -> String {
 
 fn to_stderr(line: &str) {
     as_it_is(&with_flags(line));
-}
-
-/// A line whose settings have the names that are shown.
-pub(crate) fn as_it_is(line: &str) {
-    // There is no place to report a lost stderr.
-    let _ = writeln!(io::stderr().lock(), "{line}");
 }
 
 #[cfg(test)]

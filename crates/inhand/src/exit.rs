@@ -7,7 +7,7 @@ use inhand_session::SessionError;
 
 /// Shown under `--help`.
 pub(crate) const HELP: &str = "Exit codes: 0 done, 1 failed, 2 wrong usage, \
-    3 finished but data was lost, a target was missed or a check did not pass.";
+    3 finished but data was lost, a target was missed or a check did not pass, 130 ended by Ctrl-C, 143 by SIGTERM.";
 
 /// How a command ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

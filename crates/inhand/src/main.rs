@@ -6,13 +6,16 @@ mod describe;
 mod examples;
 mod exit;
 mod input_settings;
+mod interrupt;
 mod options;
 mod output;
+mod progress;
 #[cfg(test)]
 mod tests;
 
 use std::cell::RefCell;
 use std::ffi::OsString;
+use std::io;
 
 use clap::{CommandFactory, FromArgMatches, Parser};
 
@@ -42,8 +45,11 @@ struct Cli {
 
 fn main() -> std::process::ExitCode {
     let matches = examples::with_examples(Cli::command()).try_get_matches();
-    let cli = matches.and_then(|matches| Cli::from_arg_matches(&matches));
-    let cli = cli.unwrap_or_else(|error| {
+    let cli = matches.and_then(|matches| {
+        let verb = matches.subcommand_name().unwrap_or_default().to_owned();
+        Ok((verb, Cli::from_arg_matches(&matches)?))
+    });
+    let (verb, cli) = cli.unwrap_or_else(|error| {
         if error.use_stderr() {
             print_json(&wrong_call(&error), Exit::Usage);
         }
@@ -57,10 +63,18 @@ fn main() -> std::process::ExitCode {
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(usize::from(cli.threads))
         .build_global();
-    let result = match pool {
-        Ok(()) => cli.command.run(&console),
+    let result = match pool
+        .map_err(io::Error::other)
+        .and_then(|()| interrupt::attend())
+    {
+        Ok(()) => {
+            // Until the command knows more of its work.
+            let _task = console.step(verb);
+            cli.command.run(&console)
+        }
         Err(error) => Err(anyhow::Error::new(error).context("cannot start threads")),
     };
+    progress::wait_if_ending();
     let exit = result.unwrap_or_else(|error| {
         let exit = Exit::from_error(&error);
         if exit != Exit::Done {

@@ -12,6 +12,7 @@ use inhand_session::{
 
 use crate::console::{Console, data};
 use crate::exit::UsageError;
+use crate::interrupt;
 
 /// An output file.
 #[derive(Clone, Debug, Args)]
@@ -89,6 +90,7 @@ pub(crate) fn write_output<T, E: Into<Error>>(
     force: bool,
     write: impl FnOnce(&Path) -> Result<T, E>,
 ) -> Result<T> {
+    interrupt::writes_in(target.parent().unwrap_or(target), false);
     if force || !target.is_file() {
         return write(target).map_err(Into::into);
     }

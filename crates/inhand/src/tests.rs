@@ -42,6 +42,7 @@ The same fault has the same code in every command.
 | 1 | Failed: there is no result. |
 | 2 | The call or a setting is wrong, or an output exists. Nothing was replaced. |
 | 3 | Finished, but data was lost, a target was missed or a check did not pass. |
+| 130, 143 | Ended by Ctrl-C or by SIGTERM, as a shell counts signals. |
 
 | fault | code |
 | --- | ---: |
@@ -62,6 +63,23 @@ The same fault has the same code in every command.
 
 `check` reports an input that cannot be read as a finding of level fail (exit code 3); `batch` skips sessions that fail
 and ends with 3.
+
+## Long work
+
+On a terminal, work of more than two seconds has a line with an estimate of the time left; with `--quiet`, in files and
+in pipes it has none. Ctrl-C and SIGTERM end a command at once: unfinished files are removed, and the last line says
+what is kept and how to go on. A second signal ends it without these words.
+
+| command | kept | the same command again |
+| --- | --- | --- |
+| `run`, `demo` | from step `generate` on the dictionary | goes on from the dictionary |
+| `batch` | finished sessions | runs the others |
+| `learn --work FOLDER` | finished rounds | goes on with the next round |
+| `learn stats` | what other calls wrote | does the shard again |
+| `learn`, also with `--rank FROM..TO` | nothing | starts over; a range from the next rank on tries the other ranks alone |
+| others | finished files | writes the same files and the others |
+
+`play` closes its connections and ends with 0.
 
 ";
 

@@ -183,8 +183,8 @@ pub(crate) fn claim(
     command: &[String],
 ) -> Result<(), SessionError> {
     let folder = folder_of(run_file);
-    output::remove_unfinished(folder);
-    output::remove_unfinished(&folder.join(crate::run::FIGURES));
+    output::remove_unfinished(folder, false);
+    output::remove_unfinished(&folder.join(crate::run::FIGURES), false);
     let earlier = read(run_file).map_or_else(BTreeMap::new, |earlier| earlier.manifest.outputs);
     for (name, hash) in earlier {
         let Some(stale) = file_in(folder, &name) else {

@@ -11,21 +11,24 @@ use crate::error::SessionError;
 /// How the names of unfinished files begin.
 const TEMPORARY_PREFIX: &str = ".inhand-unfinished-";
 
-/// Removes what an interrupted run left unfinished in a folder.
-pub(crate) fn remove_unfinished(folder: &Path) {
-    let Ok(entries) = std::fs::read_dir(folder) else {
-        return; // Not there yet.
-    };
-    for entry in entries.flatten() {
-        if entry
-            .file_name()
-            .to_string_lossy()
-            .starts_with(TEMPORARY_PREFIX)
-        {
-            // What cannot be removed does no harm.
-            let _ = std::fs::remove_file(entry.path());
+/// How the names of unfinished files of this process begin.
+fn own_prefix() -> String {
+    format!("{TEMPORARY_PREFIX}{}-", std::process::id())
+}
+
+/// Removes unfinished files from a folder: those of any process, or only those and the scratch folders of this one.
+/// Says whether there were some.
+pub fn remove_unfinished(folder: &Path, own: bool) -> bool {
+    let prefix = if own { &own_prefix() } else { TEMPORARY_PREFIX };
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let unfinished = entries.filter(|e| e.file_name().to_string_lossy().starts_with(prefix));
+    unfinished.fold(false, |_, entry| {
+        // What cannot be removed does no harm.
+        if std::fs::remove_file(entry.path()).is_err() && own {
+            let _ = std::fs::remove_dir_all(entry.path());
         }
-    }
+        true
+    })
 }
 
 /// Writes a file beside its target and renames it, so that nobody ever sees half of it. A device or a FIFO
@@ -63,7 +66,7 @@ fn write_whole(
     let path = link.as_deref().unwrap_or(path);
     let folder = folder_for_unfinished(path)?;
     let temporary = tempfile::Builder::new()
-        .prefix(TEMPORARY_PREFIX)
+        .prefix(&own_prefix())
         .tempfile_in(folder)
         .map_err(SessionError::io("write", path))?;
     let (file, temporary) = temporary.into_parts();
@@ -141,7 +144,7 @@ fn folder_for_unfinished(path: &Path) -> Result<PathBuf, SessionError> {
 pub fn scratch_folder(output: &Path) -> Result<TempDir, SessionError> {
     let folder = folder_for_unfinished(output)?;
     tempfile::Builder::new()
-        .prefix(TEMPORARY_PREFIX)
+        .prefix(&own_prefix())
         .tempdir_in(&folder)
         .map_err(SessionError::io("create a folder in", &folder))
 }

@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use anyhow::Result;
 use inhand_session::sessions::{MergeOptions, Part, merge};
@@ -11,9 +11,10 @@ use inhand_session::{Event, RunOptions, Settings, check_target, list_takes, writ
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use super::run::{SessionOptions, fails, finding_line, skipped_line};
+use super::run::{SessionOptions, fails, finding_line, share, skipped_line};
 use crate::console::{Console, as_it_is, messages, print};
 use crate::exit::{Exit, UsageError};
+use crate::interrupt;
 use crate::options::{Format, OutputOptions, check_accepted};
 
 /// Run many sessions, skip and report those that fail, join their evaluations
@@ -56,23 +57,26 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         .collect();
     let names = unique(&args.sessions, &known).map_err(UsageError)?;
     check_accepted_takes(args)?;
-    let bar = console.bar("{bar:20} {pos}/{len}  {eta} left  {msg}");
-    bar.set_length(args.sessions.len() as u64);
-    bar.enable_steady_tick(Duration::from_millis(500));
+    interrupt::writes_in(&args.output, true);
+    let count = args.sessions.len();
+    let task = console.task("batch", count as f64);
     let (mut failed, mut failed_check) = (0, false);
-    for (session, name) in args.sessions.iter().zip(&names) {
+    for (at, (session, name)) in args.sessions.iter().zip(&names).enumerate() {
         let folder = args.output.join(name);
-        bar.set_message(match failed {
-            0 => name.clone(),
-            _ => format!("{failed} failed   {name}"),
-        });
+        keeps(args, at - failed);
+        // A session that is up to date has no steps.
+        task.rest((count - at) as f64);
+        let label = match failed {
+            0 => format!("{} of {count}, {name}", at + 1),
+            _ => format!("{} of {count}, {failed} failed, {name}", at + 1),
+        };
+        let mut started = |step: &str| task.part(format!("{label}: {step}"), share(step));
         let begin = Instant::now();
         let mut found = Vec::new();
-        let options = bar.suspend(|| {
-            let overrides = &args.overrides;
-            overrides.run_options(console, session, &folder, &args.writing)
-        });
-        let (state, error) = match options.and_then(|options| one(args, &options, &mut found)) {
+        let overrides = &args.overrides;
+        let options = overrides.run_options(console, session, &folder, &args.writing);
+        let one = |options| one(args, &options, &mut found, &mut started);
+        let (state, error) = match options.and_then(one) {
             Ok((state, fails)) => {
                 failed_check |= fails;
                 (state, None)
@@ -84,12 +88,11 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
             Some(error) => format!("failed   {name}: {error}"),
             None => format!("{:<8} {name:<60} {seconds:>7.2} s", state.words()),
         };
-        bar.suspend(|| match state {
+        match state {
             // The reason of a failure is printed even when the console is quiet.
             State::Failed => as_it_is(&line),
             _ => (found.iter().chain([&line])).for_each(|line| console.say(line)),
-        });
-        bar.inc(1);
+        }
         failed += usize::from(state == State::Failed);
         record.set(Outcome {
             name: name.clone(),
@@ -101,7 +104,8 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         // After every session, so that an interrupted batch has its record.
         record.write(&record_file)?;
     }
-    bar.finish_and_clear();
+    keeps(args, count - failed);
+    let _task = console.step("joining the sessions");
     // Sessions of earlier calls are neither counted nor judged.
     let given: BTreeSet<String> = args.sessions.iter().map(|own| full(own)).collect();
     let is_given = |own: &&Outcome| given.contains(&own.session);
@@ -112,6 +116,15 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         Exit::Done if !joined || failed_check => Exit::Lossy,
         exit => exit,
     })
+}
+
+/// States which sessions an interruption would keep.
+fn keeps(args: &Args, done: usize) {
+    interrupt::keeps(format!(
+        "{done} of {} sessions are done and kept in {}; the same command goes on with the others",
+        args.sessions.len(),
+        args.output.display()
+    ));
 }
 
 /// Refuses --accept ID:TAKE for a take that none of the sessions has.
@@ -142,8 +155,14 @@ fn check_accepted_takes(args: &Args) -> Result<()> {
 }
 
 /// Runs one session and collects lines of findings; its state, and whether --fail-on is met.
-fn one(args: &Args, options: &RunOptions, found: &mut Vec<String>) -> Result<(State, bool)> {
+fn one(
+    args: &Args,
+    options: &RunOptions,
+    found: &mut Vec<String>,
+    started: &mut dyn FnMut(&str),
+) -> Result<(State, bool)> {
     let result = inhand_session::run(options, &mut |event| match event {
+        Event::Started(step) => started(step),
         Event::Found(finding) => found.push(finding_line(finding)),
         Event::Skipped(files) => found.push(skipped_line(files)),
         _ => {}

@@ -78,11 +78,13 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     // One take in memory at a time: results are small.
     let mut takes = Vec::with_capacity(args.inputs.len());
     let mut missing = false;
+    let task = console.task("checking", args.inputs.len() as f64);
     for input in &args.inputs {
         let file = args.source.file(console, &[input])?;
         let (entries, in_session) = entries(input, file.as_deref())?;
+        let share = 1.0 / entries.len() as f64;
         for entry in entries {
-            let step = console.step(&format!("checking {}", entry.path.display()));
+            task.part(entry.path.display(), share);
             let read = (&[&*entry.path][..], file.as_deref());
             let settings = args.source.layered(read, &[], &|settings| {
                 let process = &mut settings.process;
@@ -92,9 +94,9 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
             checked.role = checked.role.filter(|_| in_session);
             takes.push(checked);
             missing |= with_files(&[&entry.path]).iter().any(|file| !file.exists());
-            step.finish_and_clear();
         }
     }
+    drop(task);
     let takes = ranked(takes);
     let shown = match args.format {
         CheckFormat::Text => with_flags(&to_text(&takes)),

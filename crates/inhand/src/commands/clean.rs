@@ -10,7 +10,7 @@ use inhand_session::{CleanSection, Settings, Take, clean_take, provenance, write
 use serde::Serialize;
 use serde_json::json;
 
-use crate::commands::{read_take, targets};
+use crate::commands::{file_part, files_task, read_take, targets};
 use crate::console::{Console, print};
 use crate::exit::{Exit, usage};
 use crate::options::{Format, OutputOptions, SourceOptions, one_of, three_numbers};
@@ -129,8 +129,10 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         take.roles()?;
     }
     let mut files = Vec::with_capacity(takes.len());
+    let task = files_task(console, "cleaning", &args.inputs, 1.0);
     for (((take, target), settings), steps) in takes.iter().zip(&targets).zip(&settings).zip(&steps)
     {
+        file_part(&task, &take.path, 1.0);
         let cleaned = clean_take(take, steps)?;
         let made = provenance("clean", settings, [take.hash.clone()]);
         let view = !args.writing.no_view;

@@ -11,7 +11,7 @@ use inhand_session::{
 };
 use serde_json::{Value, json};
 
-use crate::commands::{say_findings, targets};
+use crate::commands::{WRITING, file_part, files_task, say_findings, targets};
 use crate::console::{Console, print};
 use crate::exit::{Exit, usage};
 use crate::options::{Format, OutputOptions, SourceOptions};
@@ -59,7 +59,9 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let targets = targets(inputs, &args.output, &["mcap", "csv", "trc", "c3d"])?;
     check_outputs(&targets, inputs)?;
     let mut takes = Vec::with_capacity(inputs.len());
+    let task = files_task(console, "convert", inputs, 1.0 + WRITING);
     for (path, settings) in inputs.iter().zip(&settings) {
+        file_part(&task, path, 1.0);
         let take = match vendor {
             None => TakeInput::open(path, settings)?,
             Some(_) => TakeInput::Whole(Box::new(inhand_session::read(path, settings)?)),
@@ -75,6 +77,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     for (((input, take), target), settings) in
         inputs.iter().zip(&takes).zip(&targets).zip(&settings)
     {
+        file_part(&task, input, WRITING);
         describe(console, take, settings.object.shape.as_deref());
         match (take, vendor) {
             (TakeInput::Whole(take), Some(format)) => {
@@ -147,7 +150,9 @@ fn to_ros2(console: &Console, args: &Args, settings: &[Settings]) -> Result<Exit
         }
     }
     let mut files = Vec::with_capacity(targets.len());
+    let task = files_task(console, "convert", &args.inputs, 1.0);
     for ((input, target), settings) in args.inputs.iter().zip(&targets).zip(settings) {
+        file_part(&task, input, 1.0);
         let take = Box::new(inhand_session::read(input, settings)?);
         say_findings(console, &take.hash, &take.recording);
         let write = |path: &Path| -> Result<Ros2Bag> {

@@ -11,6 +11,7 @@ use inhand_simulation::SessionSettings;
 use crate::commands::run::{SessionOptions, run_shown};
 use crate::console::Console;
 use crate::exit::Exit;
+use crate::interrupt;
 use crate::options::{FailOn, Format, OutputOptions};
 
 /// Simulate a session (five takes of 120 s for training, one for testing) and run every step on it.
@@ -38,11 +39,13 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
         "simulating a session: {shape}, {} takes of {} s for training, {} for testing",
         simulated.train_takes, simulated.take.duration_s, simulated.test_takes
     );
-    let step = console.step(&line);
+    interrupt::writes_in(&args.output, true);
+    let task = console.step(&line);
     // A session of an earlier demo may be replaced.
     let again = args.writing.force || session.join(inhand_session::SETTINGS_FILE).is_file();
     simulate_session(&session, &simulated, args.seed, TakeFormat::Mcap, again)?;
-    console.step_done(&step, &line, begin.elapsed());
+    drop(task);
+    console.step_done(&line, begin.elapsed());
 
     let options =
         SessionOptions::default().run_options(console, &session, &args.output, &args.writing)?;

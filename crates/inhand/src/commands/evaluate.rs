@@ -77,7 +77,9 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
             console.finding(&take.path.display().to_string(), &found);
         }
     }
+    let task = console.step("evaluating");
     let evaluated = evaluate_stored(&takes, &dictionary, &settings)?;
+    drop(task);
     let hashes = takes.iter().map(|take| &take.hash);
     let hashes = hashes.chain([&dictionary.hash]).cloned();
     let made = provenance("evaluate", &evaluated.settings, hashes);

@@ -9,7 +9,7 @@ use inhand_session::{
 };
 use serde_json::json;
 
-use crate::commands::{say_held_out, say_used, takes_and_targets};
+use crate::commands::{file_part, files_task, say_held_out, say_used, takes_and_targets};
 use crate::console::{Console, print};
 use crate::exit::Exit;
 use crate::options::{Format, MethodOptions, OutputOptions, PlanOptions, TakeOptions};
@@ -58,7 +58,9 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let motions = steps::motions(&takes, &settings)?;
     let (mut failed, mut files) = (0, Vec::with_capacity(takes.len()));
     say_held_out(console, &dictionary.dictionary);
+    let task = files_task(console, "generating", &args.inputs, 1.0);
     for (n, (take, target)) in takes.iter().zip(&targets).enumerate() {
+        file_part(&task, &take.path, 1.0);
         let motion = &motions.published[n];
         let object = steps::segments_object(&dictionary.dictionary, &[motion], &settings)?;
         let segments = |protocol| {

@@ -21,10 +21,12 @@ use crate::commands::run::{fails, finding_line};
 use crate::commands::say_findings;
 use crate::console::{Console, print};
 use crate::exit::{Exit, UsageError, usage};
+use crate::interrupt;
 use crate::options::{
     Format, LearnOptions, LookOptions, MethodOptions, TakeOptions, check_accepted,
 };
 use crate::output::{check_outputs, ending, write_output};
+use crate::progress::Task;
 
 /// Learn a dictionary of motion primitives from takes.
 ///
@@ -121,7 +123,9 @@ impl RunOptions {
             let names: Vec<_> = takes.iter().map(|take| take_name(take)).collect();
             check_accepted(&settings.look.accept, &names)?;
         }
+        let task = console.step("inspecting takes");
         let inspection = look_at_training(takes, settings)?;
+        drop(task);
         for finding in inspection.findings.iter().filter(|f| f.level > Level::Info) {
             console.say(&finding_line(finding));
         }
@@ -139,7 +143,12 @@ impl RunOptions {
         takes: &[PathBuf],
         settings: &Settings,
     ) -> Result<LearningFolder> {
-        let mut say = |take: &Take| say_findings(console, &take.hash, &take.recording);
+        interrupt::writes_in(folder, true);
+        let task = console.task("reading", takes.len() as f64);
+        let mut say = |take: &Take| {
+            task.part(&take.hash.name, 1.0);
+            say_findings(console, &take.hash, &take.recording);
+        };
         Ok(inhand_training::init(folder, takes, settings, &mut say)?)
     }
 }
@@ -177,6 +186,7 @@ fn run_whole(console: &Console, args: &Args) -> Result<Exit> {
         Some(work) if is_begun => {
             let folder = LearningFolder::open(work)?;
             folder.check_same(&args.inputs, &settings)?;
+            interrupt::writes_in(work, true);
             console.say(&format!("going on with the run in {}", work.display()));
             folder
         }
@@ -188,6 +198,7 @@ fn run_whole(console: &Console, args: &Args) -> Result<Exit> {
         }
     };
     let read_s = begin.elapsed().as_secs_f64();
+    let task = learn_task(console, args.work.as_deref(), &settings);
     let mut learned = match &args.primitives {
         Some(file) => {
             let layout = folder.plan().layout;
@@ -196,8 +207,12 @@ fn run_whole(console: &Console, args: &Args) -> Result<Exit> {
         }
         None => learn_in(&folder, args.work.is_some(), &mut |progress| {
             console.say(&round_text(progress));
+            let round = progress.start * settings.learn.max_iterations + progress.round;
+            task.part(format!("round {}", round + 1), 1.0);
+            task.rest(rounds(&settings).saturating_sub(round) as f64);
         })?,
     };
+    drop(task);
     if let Some(choice) = &choice {
         choice.note(&mut learned.provenance);
         let figure = learn_rank::figure_path(output);
@@ -215,6 +230,28 @@ fn run_whole(console: &Console, args: &Args) -> Result<Exit> {
     )?;
     let fail_on = args.options.look.fail_on;
     Ok(Exit::done_unless(fails(&inspection, fail_on)))
+}
+
+/// Rounds of all starts at most.
+fn rounds(settings: &Settings) -> usize {
+    settings.learn.restarts * settings.learn.max_iterations
+}
+
+/// The work of learning, and what is kept of it.
+fn learn_task(console: &Console, work: Option<&Path>, settings: &Settings) -> Task {
+    let Some(work) = work else {
+        interrupt::keeps(
+            "nothing was written; run the same command again, with --work FOLDER to keep rounds",
+        );
+        return console.step("learning");
+    };
+    interrupt::keeps(format!(
+        "the rounds in {} are kept; the same command goes on from there",
+        work.display()
+    ));
+    let task = console.task("learning", rounds(settings) as f64);
+    task.part("round 1", 1.0);
+    task
 }
 
 /// Refuses options that exclude each other before anything takes long.

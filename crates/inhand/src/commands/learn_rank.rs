@@ -11,6 +11,8 @@ use inhand_session::{Role, Settings, steps, write_text};
 use serde_json::{Value, json};
 
 use crate::console::Console;
+use crate::interrupt;
+use crate::progress::rounded;
 
 /// A rank that was chosen, and why.
 #[derive(Debug)]
@@ -51,19 +53,38 @@ pub(crate) fn choose(
 ) -> Result<RankChoice> {
     let begin = Instant::now();
     // The time that a rank takes grows with it.
-    let (mut done, mut sum) = (0, 0);
     let total: usize = ranks.iter().sum();
+    let task = console.task("evaluating ranks", total as f64);
+    let begin_rank = |done: usize| {
+        let Some(rank) = ranks.get(done) else { return };
+        task.part(
+            format!("{rank} ({} of {})", done + 1, ranks.len()),
+            *rank as f64,
+        );
+        interrupt::keeps(match done {
+            0 => "nothing was written; run the same command again".to_owned(),
+            _ => format!(
+                "no dictionary was written, the ranks printed are lost; run the same command again, or with a range \
+                 from {rank} for the other ranks alone"
+            ),
+        });
+    };
+    begin_rank(0);
+    let (mut done, mut sum) = (0, 0);
     let curve = steps::judge_ranks(segments, settings, ranks, &mut |point| {
         done += 1;
         sum += point.rank;
         let left_s = begin.elapsed().as_secs_f64() * (total as f64 / sum as f64 - 1.0);
         console.say(&format!(
-            "rank {:>4} ({done} of {}): {} mm predicted, about {left_s:.0} s left",
+            "rank {:>4} ({done} of {}): {} mm predicted, about {} left",
             point.rank,
             ranks.len(),
             mm(point.predicted.rms_m),
+            rounded(left_s),
         ));
+        begin_rank(done);
     })?;
+    drop(task);
     if !curve.too_large.is_empty() {
         let left_out: Vec<_> = curve.too_large.iter().map(usize::to_string).collect();
         console.say(&format!(

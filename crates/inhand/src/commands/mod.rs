@@ -38,6 +38,7 @@ use inhand_session::{Settings, Take, take_name};
 use crate::console::Console;
 use crate::exit::{Exit, UsageError, usage};
 use crate::output::{check_outputs, ending};
+use crate::progress::Task;
 
 /// The commands; a variant without a line of its own takes the first line of its arguments.
 #[derive(Debug, Subcommand)]
@@ -168,8 +169,32 @@ fn takes_and_targets(
 
 /// Reads takes in order and prints the findings of each.
 fn read_takes(console: &Console, paths: &[PathBuf], settings: &Settings) -> Result<Vec<Take>> {
-    let takes = paths.iter().map(|path| read_take(console, path, settings));
+    let task = files_task(console, "reading", paths, 1.0);
+    let takes = paths.iter().map(|path| {
+        file_part(&task, path, 1.0);
+        read_take(console, path, settings)
+    });
     takes.collect()
+}
+
+/// Time of writing a take with what viewers draw, in times of reading it.
+const WRITING: f64 = 5.0;
+
+/// Work on files, in bytes that are read; `times` of them where more than reading is done.
+fn files_task(console: &Console, name: &str, files: &[PathBuf], times: f64) -> Task {
+    let bytes: f64 = files.iter().map(|file| bytes(file)).sum();
+    console.task(name, times * bytes)
+}
+
+/// Begins the part of a file.
+fn file_part(task: &Task, file: &Path, times: f64) {
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    task.part(name, times * bytes(file));
+}
+
+/// Size of a file, 1 at least.
+fn bytes(file: &Path) -> f64 {
+    std::fs::metadata(file).map_or(1.0, |facts| facts.len().max(1) as f64)
 }
 
 fn read_take(console: &Console, path: &Path, settings: &Settings) -> Result<Take> {

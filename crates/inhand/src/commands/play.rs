@@ -3,7 +3,7 @@
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use inhand_container::Timeline;
 use inhand_live::{
     Control, Controls, Event, LiveError, Mode, Played, Progress, Repeat, Server, Settings,
@@ -13,6 +13,7 @@ use inhand_session::containers::{self, Instant};
 use crate::commands::cut::{instant, seconds};
 use crate::console::{Console, data};
 use crate::exit::{Exit, UsageError};
+use crate::interrupt;
 
 /// Play an MCAP file live to Foxglove or Lichtblick
 ///
@@ -57,9 +58,9 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
-    let step = console.step("looking at what is where");
+    let step = console.step("reading the index");
     let timeline = Timeline::open(containers::open(&args.input)?)?;
-    step.finish_and_clear();
+    drop(step);
     let settings = Settings {
         host: args.host.clone(),
         port: args.port,
@@ -77,7 +78,10 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let topics = timeline.channels().count();
     let seconds = seconds(timeline.span());
     let server = Server::open(timeline, &settings).map_err(usage)?;
-    stop_on_signals(server.controls())?;
+    let controls = server.controls();
+    interrupt::stops_by(move || {
+        controls.send(Control::Stop);
+    });
     let address = server.address();
     console.say(&format!(
         "playing  {}: {seconds:.1} s, {topics} channels",
@@ -119,13 +123,6 @@ fn usage(error: LiveError) -> anyhow::Error {
         }
         other => other.into(),
     }
-}
-
-fn stop_on_signals(controls: Controls) -> Result<()> {
-    ctrlc::set_handler(move || {
-        controls.send(Control::Stop);
-    })
-    .context("cannot listen to Ctrl-C")
 }
 
 fn say_how(console: &Console, address: SocketAddr) {

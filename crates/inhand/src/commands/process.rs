@@ -7,7 +7,7 @@ use inhand_model::{Finger, TrackCounts};
 use inhand_session::{Settings, TakeContents, provenance, steps, write_take};
 use serde_json::json;
 
-use crate::commands::takes_and_targets;
+use crate::commands::{WRITING, file_part, files_task, takes_and_targets};
 use crate::console::{Console, by_finger, print};
 use crate::exit::Exit;
 use crate::options::{Format, OutputOptions, ProcessOptions, SourceOptions};
@@ -40,9 +40,14 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let settings = args.source.for_all(console, &args.inputs, &[], &typed)?;
     let (takes, targets) =
         takes_and_targets(console, (&args.inputs, None), &args.output, &settings)?;
+    let task = files_task(console, "process", &args.inputs, 1.0 + WRITING);
+    args.inputs
+        .iter()
+        .for_each(|input| file_part(&task, input, 1.0));
     let motions = steps::process_takes(&takes, &settings)?;
     let mut files = Vec::with_capacity(takes.len());
     for ((take, motion), target) in takes.iter().zip(&motions).zip(&targets) {
+        file_part(&task, &take.path, WRITING);
         let made = provenance("process", &settings, [take.hash.clone()]);
         let contents = TakeContents {
             take,

@@ -10,6 +10,7 @@ use inhand_session::{
 
 use crate::console::{Console, data};
 use crate::exit::Exit;
+use crate::interrupt;
 use crate::options::{
     EvaluateOptions, FailOn, Format, LearnOptions, LookOptions, MethodOptions, OutputOptions,
     PlanOptions, TakeOptions, check_accepted,
@@ -17,6 +18,27 @@ use crate::options::{
 
 /// Files that are no takes that are named at most.
 const SKIPPED_SHOWN: usize = 3;
+
+/// Steps of a run and their shares of its time: six takes of a minute, two threads.
+const SHARES: [(&str, f64); 14] = [
+    ("read", 0.02),
+    ("hand_frame", 0.01),
+    ("look", 0.1),
+    ("filter", 0.02),
+    ("learn", 0.18),
+    (DICTIONARY_USED, 0.06),
+    ("contacts", 0.01),
+    ("evaluate", 0.03),
+    ("motion", 0.09),
+    ("held_out", 0.11),
+    ("intervals", 0.08),
+    ("write", 0.19),
+    ("illustrate", 0.03),
+    ("report", 0.07),
+];
+
+/// The first step after the dictionary is written.
+const DICTIONARY_USED: &str = "generate";
 
 /// Run every step on a session.
 ///
@@ -147,14 +169,20 @@ pub(crate) fn run_shown(
     format: Format,
     fail_on: FailOn,
 ) -> Result<Exit> {
-    let (mut step, mut printed) = (None, Ok(()));
+    let mut printed = Ok(());
+    interrupt::writes_in(&options.output, true);
+    let task = console.task("run", 1.0);
     let mut watch = |event: Event<'_>| match event {
-        Event::Started(name) => step = Some(console.step(name)),
-        Event::Finished(line, elapsed) => {
-            if let Some(step) = step.take() {
-                console.step_done(&step, line, elapsed);
+        Event::Started(name) => {
+            task.part(name, share(name));
+            if name == DICTIONARY_USED {
+                interrupt::keeps(format!(
+                    "{} is unfinished; its dictionary is kept, and the same command goes on from there",
+                    options.output.display()
+                ));
             }
         }
+        Event::Finished(line, elapsed) => console.step_done(line, elapsed),
         Event::Took(session) if format == Format::Text => {
             printed = data(&inhand_report::session_text(session));
         }
@@ -166,6 +194,7 @@ pub(crate) fn run_shown(
         console.say(&line);
     }
     let result = inhand_session::run(options, &mut watch)?;
+    drop(task);
     printed?;
     let (files, evaluation) = (&result.files, &result.evaluation);
     let inspection = evaluation.inspection.as_ref();
@@ -193,6 +222,12 @@ pub(crate) fn run_shown(
     Ok(Exit::done_unless(
         result.failed_plans > 0 || inspection.is_some_and(|found| fails(found, fail_on)),
     ))
+}
+
+/// Share of a step of the time of a run; a step that is not known takes little.
+pub(crate) fn share(step: &str) -> f64 {
+    let known = SHARES.iter().find(|(name, _)| *name == step);
+    known.map_or(0.01, |(_, share)| *share)
 }
 
 /// A finding with its level, for a terminal.

@@ -9,6 +9,7 @@ use inhand_simulation::{FaultSettings, GapSettings, SessionSettings};
 
 use crate::console::{Console, data};
 use crate::exit::Exit;
+use crate::interrupt;
 use crate::options::one_of;
 
 /// Simulate a session of a hand that turns a cube or cylinder, as Motive CSV or MCAP takes.
@@ -67,6 +68,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     settings.take.rate_hz = args.rate;
     settings.take.gaps = (args.gaps != 0.0).then(|| GapSettings::with_share(args.gaps));
     settings.faults = args.faults.then(FaultSettings::bad_session);
+    interrupt::writes_in(&args.output, true);
     let files = simulate_session(&args.output, &settings, args.seed, args.format, args.force)?;
     let lines = files.iter().map(|file| format!("{}\n", file.display()));
     data(&lines.collect::<String>())?;

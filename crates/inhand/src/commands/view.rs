@@ -6,7 +6,7 @@ use anyhow::Result;
 use inhand_session::{ViewedKind, add_views};
 use serde_json::json;
 
-use crate::commands::targets;
+use crate::commands::{file_part, files_task, targets};
 use crate::console::{Console, print};
 use crate::exit::Exit;
 use crate::options::{Format, SourceOptions};
@@ -53,7 +53,9 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     let dictionary = (args.dictionary.as_deref()).map(inhand_session::read_dictionary);
     let dictionary = dictionary.transpose()?;
     let mut files = Vec::with_capacity(targets.len());
+    let task = files_task(console, "adding views", &args.inputs, 1.0);
     for ((input, target), settings) in args.inputs.iter().zip(&targets).zip(&settings) {
+        file_part(&task, input, 1.0);
         let write = |path: &Path| add_views(input, path, dictionary.as_ref(), settings);
         let viewed = write_output(target, args.force, write)?;
         for finding in &viewed.findings {

@@ -1,6 +1,6 @@
 //! The steps of a run in a folder.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::Result;
@@ -12,6 +12,7 @@ use super::super::run::fails;
 use super::{RunOptions, round_text, write_learned};
 use crate::console::{Console, print};
 use crate::exit::{Exit, usage};
+use crate::interrupt;
 use crate::options::Format;
 use crate::output::OutputFile;
 
@@ -105,8 +106,18 @@ pub(super) fn init(console: &Console, args: &InitArgs) -> Result<Exit> {
     Ok(Exit::done_unless(fails(&inspection, fail_on)))
 }
 
+/// A folder that this call does a part in.
+fn open(folder: &Path) -> Result<LearningFolder> {
+    interrupt::writes_in(folder, true);
+    interrupt::keeps(format!(
+        "what other calls wrote is kept in {}; run the same command again",
+        folder.display()
+    ));
+    Ok(LearningFolder::open(folder)?)
+}
+
 pub(super) fn stats(console: &Console, args: &StatsArgs) -> Result<Exit> {
-    let folder = LearningFolder::open(&args.folder)?;
+    let folder = open(&args.folder)?;
     let begin = Instant::now();
     let mut blocks = 0;
     let file = inhand_training::stats(&folder, args.shard, &mut || blocks += 1)?;
@@ -126,7 +137,7 @@ pub(super) fn stats(console: &Console, args: &StatsArgs) -> Result<Exit> {
 }
 
 pub(super) fn update(args: &UpdateArgs) -> Result<Exit> {
-    let folder = LearningFolder::open(&args.folder)?;
+    let folder = open(&args.folder)?;
     let updated = inhand_training::update(&folder, &args.sums)?;
     let measured = &updated.measured;
     let done = updated.progress.is_done();

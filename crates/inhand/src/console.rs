@@ -115,6 +115,49 @@ pub(crate) fn data(text: &str) -> io::Result<()> {
     })
 }
 
+/// Sentences broken at the width of the terminal that stdout is, if it is one. Columns stay as they are.
+pub(crate) fn wrapped(text: &str) -> String {
+    match terminal_width() {
+        Some(width) => broken(text, width),
+        None => text.to_owned(),
+    }
+}
+
+fn broken(text: &str, width: usize) -> String {
+    let mut lines = String::new();
+    for line in text.lines() {
+        let is_prose = !line.contains("  ");
+        let mut length = 0;
+        for (n, word) in line.split(' ').enumerate() {
+            let more = word.chars().count() + usize::from(n > 0);
+            let fits = length + more <= width || length == 0;
+            match n {
+                0 => {}
+                _ if fits || !is_prose => lines.push(' '),
+                _ => {
+                    lines.push_str("\n  ");
+                    length = 1;
+                }
+            }
+            lines.push_str(word);
+            length += more;
+        }
+        lines.push('\n');
+    }
+    lines
+}
+
+#[cfg(unix)]
+fn terminal_width() -> Option<usize> {
+    let size = rustix::termios::tcgetwinsize(io::stdout()).ok()?;
+    (size.ws_col > 0).then(|| usize::from(size.ws_col))
+}
+
+#[cfg(not(unix))]
+fn terminal_width() -> Option<usize> {
+    None
+}
+
 /// Prints an outcome as text or as JSON.
 pub(crate) fn print(
     format: Format,
@@ -213,6 +256,15 @@ mod tests {
             let shown = with_flags(&format!("say it with {setting} X"));
             assert!(shown.starts_with("say it with --"), "{shown}");
         }
+    }
+
+    #[test]
+    fn sentences_are_broken_and_columns_are_not() {
+        let text = "name   1.0   2.0   3.0   4.0\none two three four five\nunbreakable, both\n";
+        let expected =
+            "name   1.0   2.0   3.0   4.0\none two\n  three\n  four five\nunbreakable,\n  both\n";
+        assert_eq!(broken(text, 11), expected);
+        assert_eq!(broken(text, 40), text);
     }
 
     #[test]

@@ -75,7 +75,6 @@ pub use rank_figure::{RankFigure, rank_figure_svg};
 pub use summary::{table as summary_table, text as summary_text};
 pub use text::text_summary;
 pub use took::{session_text, takes_text};
-pub use verdict::inspection_sentence;
 
 /// Everything that a report is made from. Without rows or illustrations it has fewer figures.
 #[derive(Clone, Copy, Debug)]

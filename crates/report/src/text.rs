@@ -9,8 +9,8 @@ use crate::html::intervals::{
 };
 use crate::table::{Table, escaped, known, statistic};
 use crate::verdict::{
-    choice_sentence, comparison_sentence, contact_sentence, default_method, filter_sentence,
-    headline, protocols, region_sentence, sentences, warnings, without_held_out,
+    choice_sentence, comparison_sentence, contact_sentence, default_method, headline, protocols,
+    region_sentence, sentences, warnings, without_held_out,
 };
 use crate::words::{NARROW_SPACE, count, decimals, millimetres, part_of, percent, shortened};
 
@@ -246,25 +246,17 @@ fn more(all: usize, shown: usize, what: &str) -> String {
 const DESCRIPTION_WIDTH: usize = 25;
 
 /// The end of a run in plain text: per method the median and the 95 % quantile of the error under each protocol and the
-/// share of time with three or more fingers in contact, what the protocols are, how far the filter moves fingertips, for
-/// each learned method where a baseline beats it, contacts, the coverage of prediction regions, which method was chosen and
-/// why. Lines end with a newline; no colour.
+/// share of time with three or more fingers in contact; then a line each for the protocols, where a baseline beats the
+/// default method, contacts, the coverage of prediction regions, which method was chosen and why. Lines end with a newline;
+/// no colour.
 pub fn text_summary(evaluation: &Evaluation) -> String {
     let protocol = headline(evaluation);
-    let learned = evaluation.methods(protocol).iter();
-    let learned = learned.filter(|method| !method.baseline);
-    let compared = learned.map(|method| {
+    let compared = default_method(evaluation, protocol).map(|method| {
         let sentence = comparison_sentence(method, evaluation, protocol);
         heading(evaluation, protocol, &sentence)
     });
-    let published = default_method(evaluation, Protocol::Published)
-        .filter(|_| protocol != Protocol::Published)
-        .map(|method| comparison_sentence(method, evaluation, Protocol::Published));
-    let published = published.map(|sentence| heading(evaluation, Protocol::Published, &sentence));
     let sentences = (legend(evaluation).into_iter())
-        .chain(filter_sentence(evaluation))
         .chain(compared)
-        .chain(published)
         .chain(contact_sentence(evaluation))
         .chain(region_sentence(evaluation))
         .chain(choice_sentence(evaluation));

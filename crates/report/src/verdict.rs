@@ -22,7 +22,7 @@ pub(crate) fn warnings(evaluation: &Evaluation) -> impl Iterator<Item = &Session
 }
 
 /// The checks that found nothing, by name; `None` where nothing was looked at.
-pub fn inspection_sentence(inspection: &Inspection) -> Option<String> {
+pub(crate) fn inspection_sentence(inspection: &Inspection) -> Option<String> {
     let passed = inspection.passed();
     let names = passed.join(", ");
     match inspection.checks.len() {

@@ -9,7 +9,7 @@ use inhand_session::tables::{TableFormat, write_rows};
 use inhand_session::{Settings, Take, evaluate_stored, generated_by, provenance, write_text};
 
 use crate::commands::{read_takes, say_held_out, say_used};
-use crate::console::{Console, data};
+use crate::console::{Console, data, wrapped};
 use crate::exit::{Exit, usage};
 use crate::options::{EvaluateOptions, Format, TakeOptions};
 use crate::output::{OutputFile, check_outputs, ending, write_output};
@@ -107,7 +107,7 @@ pub(crate) fn run(console: &Console, args: &Args) -> Result<Exit> {
     }
     match args.format {
         Format::Json => data(&text)?,
-        Format::Text => data(&format!("{}\n", inhand_report::text_summary(evaluation)))?,
+        Format::Text => data(&(wrapped(&inhand_report::text_summary(evaluation)) + "\n"))?,
     }
     console.wrote(output);
     Ok(Exit::Done)

@@ -8,7 +8,7 @@ use inhand_session::{
     Event, RunOptions, Settings, TakeEntry, is_take, list_takes, locate, take_name,
 };
 
-use crate::console::{Console, data};
+use crate::console::{Console, data, wrapped};
 use crate::exit::Exit;
 use crate::interrupt;
 use crate::options::{
@@ -198,14 +198,14 @@ pub(crate) fn run_shown(
     printed?;
     let (files, evaluation) = (&result.files, &result.evaluation);
     let inspection = evaluation.inspection.as_ref();
-    if let Some(line) = inspection.and_then(inhand_report::inspection_sentence) {
+    if let Some(line) = inspection.and_then(inspected_line) {
         console.say(&line);
     }
     if result.up_to_date {
         console.say("up to date: inputs, settings and version have not changed");
     }
     data(&match format {
-        Format::Text => format!("\n{}\n", inhand_report::text_summary(evaluation)),
+        Format::Text => format!("\n{}\n", wrapped(&inhand_report::text_summary(evaluation))),
         Format::Json => std::fs::read_to_string(&files.evaluation)?,
     })?;
     console.say(&format!("{:<36} open in a browser", files.report.display()));
@@ -233,6 +233,17 @@ pub(crate) fn share(step: &str) -> f64 {
 /// A finding with its level, for a terminal.
 pub(crate) fn finding_line(finding: &SessionFinding) -> String {
     format!("{:<8} {finding}", finding.level.name())
+}
+
+/// How many checks found nothing; `None` where nothing was checked.
+pub(crate) fn inspected_line(inspection: &Inspection) -> Option<String> {
+    let (all, passed) = (inspection.checks.len(), inspection.passed().len());
+    let of_all = if passed == all {
+        String::new()
+    } else {
+        format!(" of {all}")
+    };
+    (all > 0).then(|| format!("Nothing odd was found in {passed}{of_all} checks."))
 }
 
 /// Files that are no takes, for a terminal.

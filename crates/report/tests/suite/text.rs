@@ -36,14 +36,13 @@ fn the_table_shows_every_method_under_both_protocols_and_the_contacts() {
         "Three or more fingertips touch the object 99.2 % of the time with residual, > 99.9 % in the \
          recorded motion (contact: within 5 mm)."
     );
-    let moved = line("The filter moves recorded fingertips by 0.29 mm (median)");
-    assert!(moved.ends_with(" mm at most."), "{moved}");
     // Numbers end in one column, whatever the names are.
     let ends: Vec<usize> = text.lines().map(|l| l.chars().count()).collect();
     assert!(ends[1..9].iter().all(|&end| end == ends[1]), "{text}");
     assert!(ends[..11].iter().all(|&end| end <= 80), "{ends:?}\n{text}");
-    let lead = text.find("held out: residual").unwrap();
-    assert!(lead < text.find("published: residual").unwrap(), "{text}");
+    // The report compares the other methods, and under the other protocol.
+    assert!(text.contains("\nheld out: residual"), "{text}");
+    assert!(text.lines().count() <= 9 + 6, "{text}");
     assert!(!text.contains('\u{202f}') && text.ends_with(".\n"));
 }
 

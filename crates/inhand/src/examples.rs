@@ -82,12 +82,29 @@ const COMMON: [&str; 8] = [
     "settings", "object", "rank", "methods", "output", "format", "force", "no_view",
 ];
 
-/// The command line with examples under the help of each command, and a `-h` that fits a screen.
-pub(crate) fn with_examples(cli: Command) -> Command {
+/// The command line with examples under the help of each command, which has the common options, or all of them.
+pub(crate) fn with_examples(cli: Command, all_options: bool) -> Command {
     cli.mut_subcommands(|command| {
         let lines: Vec<_> = examples(command.get_name()).collect();
-        short(command.after_help(format!("Examples:\n  {}", lines.join("\n  "))))
+        let command = command.after_help(format!("Examples:\n  {}", lines.join("\n  ")));
+        match all_options {
+            true => complete(short(command)),
+            false => short(command),
+        }
     })
+}
+
+/// A command whose help has everything: in the form of `-h`, which has two lines an option at most where that of clap's
+/// long help has four.
+fn complete(command: Command) -> Command {
+    let about = command.get_long_about().or(command.get_about()).cloned();
+    let command = command.about(about.unwrap_or_default());
+    let command = command.mut_args(|arg| {
+        let help = arg.get_long_help().or(arg.get_help());
+        let help = help.map(|help| help.to_string().replace("\n\n", " "));
+        arg.help(help.unwrap_or_default()).hide_short_help(false)
+    });
+    command.mut_subcommands(complete)
 }
 
 fn short(command: Command) -> Command {
@@ -149,19 +166,21 @@ mod tests {
     }
 
     #[test]
-    fn short_help_fits_a_screen() {
-        for command in with_examples(Cli::command()).get_subcommands_mut() {
-            let help = command.render_help().to_string();
-            let lines = help.lines().map(|line| line.len().div_ceil(100).max(1));
-            let count: usize = lines.sum();
-            assert!(count <= 30, "{count} lines:\n{help}");
+    fn help_fits_one_screen_or_a_few() {
+        for (all_options, most) in [(false, 30), (true, 150)] {
+            for command in with_examples(Cli::command(), all_options).get_subcommands_mut() {
+                let help = command.render_help().to_string();
+                let lines = help.lines().map(|line| line.len().div_ceil(100).max(1));
+                let count: usize = lines.sum();
+                assert!(count <= most, "{count} lines:\n{help}");
+            }
         }
     }
 
     #[test]
     fn help_begins_with_a_verb() {
         let nouns = ["a", "an", "the", "events", "what", "how", "one", "many"];
-        for command in with_examples(Cli::command()).get_subcommands() {
+        for command in with_examples(Cli::command(), false).get_subcommands() {
             let about = command
                 .get_about()
                 .map(ToString::to_string)

@@ -17,7 +17,7 @@ use std::cell::RefCell;
 use std::ffi::OsString;
 use std::io;
 
-use clap::{CommandFactory, FromArgMatches, Parser};
+use clap::{ArgAction, CommandFactory, FromArgMatches, Parser};
 
 use crate::commands::Command;
 use crate::console::{Console, error_json};
@@ -28,7 +28,8 @@ use crate::exit::Exit;
 /// A session is a folder with train/ and test/ takes: Motive CSV, Qualisys TSV, TRC, C3D or MCAP.
 /// `inhand run SESSION -o OUT` does everything; `inhand demo` shows it on a simulated session.
 #[derive(Debug, Parser)]
-#[command(name = "inhand", version, max_term_width = 100, after_help = exit::HELP)]
+#[command(name = "inhand", version, max_term_width = 100, after_help = exit::HELP,
+          disable_help_flag = true)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -41,10 +42,15 @@ struct Cli {
     /// Print only results and errors.
     #[arg(long, short, global = true)]
     quiet: bool,
+    /// Print help: the common options by -h, all by --help.
+    #[arg(long, short, global = true, action = ArgAction::HelpShort)]
+    help: Option<bool>,
 }
 
 fn main() -> std::process::ExitCode {
-    let matches = examples::with_examples(Cli::command()).try_get_matches();
+    // Of a command; the overview has the commands alone.
+    let all_options = std::env::args_os().skip(2).any(|word| word == "--help");
+    let matches = examples::with_examples(Cli::command(), all_options).try_get_matches();
     let cli = matches.and_then(|matches| {
         let verb = matches.subcommand_name().unwrap_or_default().to_owned();
         Ok((verb, Cli::from_arg_matches(&matches)?))

@@ -292,7 +292,7 @@ fn comments_change_no_setting() {
 
 #[test]
 fn page_of_commands() {
-    let mut cli = with_examples(Cli::command().disable_help_subcommand(true));
+    let mut cli = with_examples(Cli::command().disable_help_subcommand(true), false);
     cli.build();
     let (mut page, mut seen) = (CLI.to_owned(), BTreeMap::new());
     page += &format!(

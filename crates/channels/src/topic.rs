@@ -5,7 +5,7 @@
 //! | `/generated/<method>` | `fingertips`, `plan` |
 //! | `/held_out/<method>` | the same, planned under the held-out protocol |
 //! | `/evaluation/<method>` | `error`, `contact` |
-//! | `/view/generated/<method>` | `fingertips`, `fingertips_scene`, `contacts` |
+//! | `/view/generated/<method>` | `fingertips`, `fingertips_scene`, `contacts`; of a plan without a recording `fingertip_balls`, `path_points` |
 //! | `/overlay/<layer>` | `fingertips`, `distance` |
 //! | `/view/overlay/<layer>` | `fingertips`, `fingertip_balls`, `fingertips_scene`, `trails`, `tf`, `object`, `object_edges` |
 
@@ -52,6 +52,7 @@ pub(crate) const VIEW_PATHS: &str = "/view/dictionary/paths";
 pub(crate) const VIEW_OBJECT_EDGES: &str = "/view/object_edges";
 pub(crate) const VIEW_PRIMITIVES: &str = "/view/dictionary/primitives";
 pub(crate) const VIEW_HULLS: &str = "/view/dictionary/hulls";
+pub(crate) const VIEW_HULL_POINTS: &str = "/view/dictionary/hull_points";
 
 pub(crate) const VIEW_LEGEND: &str = "/view/overlay/legend";
 

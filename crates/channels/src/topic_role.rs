@@ -85,7 +85,9 @@ impl<'a> TopicRole<'a> {
             topic::VIEW_BODIES => TopicRole::Bodies,
             topic::VIEW_PRIMITIVES => TopicRole::Tips(TopicSource::Dictionary),
             topic::VIEW_PRIMITIVES_SCENE => TopicRole::TipScene(TopicSource::Dictionary),
-            topic::VIEW_FINGERTIP_BALLS | topic::VIEW_PATH_POINTS => TopicRole::Points,
+            topic::VIEW_FINGERTIP_BALLS | topic::VIEW_PATH_POINTS | topic::VIEW_HULL_POINTS => {
+                TopicRole::Points
+            }
             topic::VIEW_CONTACTS => TopicRole::Touching(TopicSource::Take),
             topic::VIEW_TAKE_HULLS => TopicRole::Hulls(TopicSource::Take),
             topic::VIEW_OBJECT_SURFACE => TopicRole::Surface,
@@ -115,7 +117,7 @@ impl<'a> TopicRole<'a> {
                 };
                 match leaf {
                     "fingertips" => TopicRole::Tips(whose),
-                    "fingertip_balls" => TopicRole::Points,
+                    "fingertip_balls" | "path_points" => TopicRole::Points,
                     "object_edges" => TopicRole::Edges,
                     "object" => TopicRole::Solid,
                     "fingertips_scene" => TopicRole::TipScene(whose),

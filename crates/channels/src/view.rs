@@ -33,7 +33,7 @@ use crate::error::ChannelError;
 use crate::streams::{Instant, Sampling, Streams};
 use crate::take::{Outline, RECORDED, TakeFile, marker_indices, stride};
 use crate::topic;
-use crate::view::draw::add_cloud;
+use crate::view::draw::{add_cloud, cloud_once};
 use crate::view::tips::{TipTopics, Tips};
 use crate::wire::viewer_time;
 
@@ -65,18 +65,26 @@ pub(crate) fn draw_take<'a>(
         tips.add(&topics, samples, streams)?;
     }
     for (place, method) in file.generated.iter().enumerate().filter(|_| tree.hand) {
-        let [cloud, scene, contacts_topic] = ["fingertips", "fingertips_scene", "contacts"]
-            .map(|leaf| topic::named(topic::VIEW_GENERATED, method.name, leaf));
+        // Planned motion alone needs telling apart from nothing: its fingers show which is which.
+        let alone = file.motion.is_none() && file.roles.is_none() && place == 0;
+        let [cloud, scene, contacts_topic, balls] = [
+            "fingertips",
+            "fingertips_scene",
+            "contacts",
+            "fingertip_balls",
+        ]
+        .map(|leaf| topic::named(topic::VIEW_GENERATED, method.name, leaf));
         let topics = TipTopics {
             cloud: &cloud,
             // Scenes of all methods on top of each other would show none.
             scene: (place == 0).then_some(&scene),
-            balls: None,
+            balls: alone.then_some(&balls),
             contacts: (place == 0).then_some(&contacts_topic),
         };
-        // Planned motion alone needs telling apart from nothing: its fingers show which is which.
-        let alone = file.motion.is_none() && file.roles.is_none() && place == 0;
         let trajectories = method.trajectories();
+        if alone {
+            draw_planned_path(method.name, &trajectories, shown, streams)?;
+        }
         let tips = Tips {
             frame: Hand::NAME,
             position_m: Rc::new(move |at, finger| {
@@ -122,6 +130,24 @@ fn recorded_tips<'a>(file: &TakeFile<'a>, hand: bool) -> Option<Tips<'a>> {
         shells: None,
         links: false,
     })
+}
+
+/// Draws the whole planned path of each fingertip once as points, for viewers that draw no scenes.
+fn draw_planned_path(
+    method: &str,
+    trajectories: &[(usize, &Trajectory)],
+    shown: Sampling,
+    streams: &mut Streams<'_>,
+) -> Result<(), ChannelError> {
+    let path_m = Finger::ALL.into_iter().flat_map(|finger| {
+        let samples = (0..shown.samples).step_by(shown.stride);
+        let position_m = move |k| generated_position_m(trajectories, k, finger);
+        samples.filter_map(move |k| Some((finger.index(), position_m(k)?)))
+    });
+    let topic = topic::named(topic::VIEW_GENERATED, method, "path_points");
+    let place = (&*topic, Hand::NAME, "finger");
+    let colour = |finger: usize| FINGER_COLOURS[Finger::ALL[finger]];
+    cloud_once(place, path_m, colour, shown.clock.unix_nanos(0), streams)
 }
 
 /// Position in the generated motion; where trajectories, sorted by their start, overlap, the one that started

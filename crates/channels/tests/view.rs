@@ -450,6 +450,45 @@ fn hulls_are_outlined_once_each_edge_once() {
 }
 
 #[test]
+fn a_plan_alone_has_balls_and_its_whole_path_as_points() {
+    let take = common::take(250, 100.0);
+    let segments = common::segments(&take);
+    let generated = common::generated(&["prior"], &segments);
+    let (clock, source) = (take.recording.clock, take.recording.source.clone());
+    let nothing = Recording::new("plan".into(), clock, source, 250, vec![], vec![]).unwrap();
+    let planned = TakeFile {
+        generated: &generated,
+        ..TakeFile::new(&nothing)
+    };
+    let alone = messages(&written(&planned, true));
+    let clouds =
+        |leaf: &str| decoded::<PointCloud>(&alone[&format!("/view/generated/prior/{leaf}")]);
+    // The path is the planned points of all instants at once, a finger after the other.
+    let paths = clouds("path_points");
+    assert_eq!(paths.len(), 1);
+    let path = points(&paths[0]);
+    let tips: Vec<_> = clouds("fingertips").iter().flat_map(points).collect();
+    assert_eq!(path.len(), tips.len());
+    for (point, finger, colour) in &path {
+        let shown = tips.iter().any(|(tip, f, _)| tip == point && f == finger);
+        assert!(shown, "{point:?} of finger {finger}");
+        assert_eq!(colour[..3], FINGER_COLOURS[Finger::ALL[*finger as usize]]);
+    }
+    let balls = clouds("fingertip_balls");
+    assert!(
+        balls
+            .iter()
+            .map(|ball| points(ball).len())
+            .any(|n| n == 14 * Finger::COUNT)
+    );
+    // Beside a recording the plan is drawn around it.
+    let beside = messages(&written(&common::take_file(&take, &generated, &[]), true));
+    for leaf in ["path_points", "fingertip_balls"] {
+        assert!(!beside.contains_key(&format!("/view/generated/prior/{leaf}")));
+    }
+}
+
+#[test]
 fn plans_without_a_motion_are_told_where_it_would_be() {
     let take = common::take(250, 100.0);
     let plan = common::infeasible(&take);
@@ -482,6 +521,18 @@ fn a_dictionary_plays_with_the_path_and_profile_of_each_primitive() {
     for topic in ["/view/dictionary/paths", "/view/dictionary/path_points"] {
         let times: Vec<u64> = messages[topic].iter().map(|(at, _)| *at).collect();
         assert_eq!(times, [0, second, 2 * second], "{topic}");
+    }
+    // Hulls as points: every corner is one of them, in its finger's place.
+    let hull_points = decoded::<PointCloud>(&messages["/view/dictionary/hull_points"]);
+    assert_eq!(hull_points.len(), 1);
+    let hull_points = points(&hull_points[0]);
+    for (finger, hull) in dictionary.demonstrated.hulls.iter() {
+        for corner_m in &hull.vertices_m {
+            let near =
+                |at: &[f32; 3]| (0..3).all(|a| (f64::from(at[a]) - corner_m[a]).abs() < 1e-6);
+            let shown = |(at, f, _): &(_, u32, _)| *f as usize == finger.index() && near(at);
+            assert!(hull_points.iter().any(shown), "{finger} {corner_m:?}");
+        }
     }
     let paths = decoded::<SceneUpdate>(&messages["/view/dictionary/paths"]);
     let scenes = decoded::<SceneUpdate>(&messages["/view/dictionary/primitives_scene"]);

@@ -4,7 +4,7 @@
 use inhand_model::{Dictionary, Finger, Frame, Hand};
 use nalgebra::UnitQuaternion;
 
-use super::draw::{Paint, TRAIL_M, add_cloud, entity, point, scene, sphere, strip, text};
+use super::draw::{Dot, Paint, TRAIL_M, add_cloud, entity, point, scene, sphere, strip, text};
 use super::{hulls, transforms};
 use crate::colour::FINGER_COLOURS;
 use crate::error::ChannelError;
@@ -35,6 +35,7 @@ pub(crate) fn draw_dictionary<'a>(
     // The hand's own axes are upright, as nothing is known of a world.
     transforms::write_static(Hand::NAME, UnitQuaternion::identity(), start, streams)?;
     hulls::draw_filled(&dictionary.demonstrated.hulls, start, streams)?;
+    hulls::draw_points(&dictionary.demonstrated.hulls, start, streams)?;
 
     let place = (topic::VIEW_PRIMITIVES, Hand::NAME);
     let stride = stride(rate_hz);
@@ -109,10 +110,17 @@ fn draw_paths<'a>(
         (paths.texts).push(text([x, y, z + TEXT_ABOVE_M], TEXT_M, MEAN.0, name));
         Some(scene(vec![paths]))
     })?;
-    // For viewers that draw no scenes.
+    // For viewers that draw no scenes. A ball is where a path begins: most paths are shorter than it is wide.
     let place = (topic::VIEW_PATH_POINTS, Hand::NAME);
     add_cloud(streams, place, &["finger"], begins, move |at, cloud| {
         for finger in Finger::ALL {
+            let begin_m = played_m(at.k, finger);
+            cloud.push_dot(
+                Dot::Ball(TIP_M),
+                begin_m,
+                &[finger.index()],
+                FINGER_COLOURS[finger],
+            );
             for (path, look) in path(at.k, finger).into_iter().zip(looks(finger)) {
                 for position_m in path {
                     cloud.push(position_m, &[finger.index()], look.0);

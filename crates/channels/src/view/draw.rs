@@ -194,6 +194,21 @@ pub(crate) fn add_cloud<'a>(
     Ok(())
 }
 
+/// Writes one cloud of numbered points that holds for the whole file, on a topic of its own.
+pub(crate) fn cloud_once(
+    (topic, frame, number): (&str, &str, &str),
+    points_m: impl IntoIterator<Item = (usize, [f64; 3])>,
+    colour: impl Fn(usize) -> Rgb,
+    unix_nanos: u64,
+    streams: &mut Streams<'_>,
+) -> Result<(), ChannelError> {
+    let mut cloud = Cloud::new(frame, &[number]);
+    for (n, point_m) in points_m {
+        cloud.push(point_m, &[n], colour(n));
+    }
+    streams.once(topic, Some(frame), unix_nanos, cloud.message(unix_nanos))
+}
+
 /// Towards the faces of a cube: 6 unit vectors.
 fn face_directions() -> impl Iterator<Item = [f64; 3]> {
     (0..3).flat_map(|axis| {

@@ -3,10 +3,10 @@
 
 use std::f64::consts::TAU;
 
-use foxglove::messages::{CubePrimitive, CylinderPrimitive, PointCloud, SceneEntity};
+use foxglove::messages::{CubePrimitive, CylinderPrimitive, SceneEntity};
 use inhand_model::{Frame, Object, Shape};
 
-use super::draw::{Cloud, Paint, colour, entity, point, pose, scene, size, strip};
+use super::draw::{Paint, cloud_once, colour, entity, point, pose, scene, size, strip};
 use crate::colour::Rgb;
 use crate::error::ChannelError;
 use crate::streams::Streams;
@@ -16,8 +16,8 @@ use crate::topic;
 const OBJECT: Paint = ([0xBB, 0xBB, 0xBB], 0.5);
 /// Points of the surface stay behind fingertips.
 const SURFACE: Rgb = [0x66, 0x66, 0x66];
-/// Points along an edge of a box, or around a quarter of a circle.
-const EDGE_POINTS: usize = 12;
+/// Points along an edge of a box, or around a quarter of a circle: close enough to look like a line.
+const EDGE_POINTS: usize = 32;
 /// Distance between points of the surface, metres.
 const GRID_M: f64 = 0.01;
 /// Most steps of the grid along one direction.
@@ -60,21 +60,6 @@ pub(crate) fn solid(
     solid
 }
 
-/// A cloud of the shape's edges, or of other numbered points.
-pub(crate) fn cloud(
-    (topic, frame, number): (&str, &str, &str),
-    points_m: impl IntoIterator<Item = (usize, [f64; 3])>,
-    colour: impl Fn(usize) -> Rgb,
-    unix_nanos: u64,
-    streams: &mut Streams<'_>,
-) -> Result<(), ChannelError> {
-    let mut cloud = Cloud::new(frame, &[number]);
-    for (n, point_m) in points_m {
-        cloud.push(point_m, &[n], colour(n));
-    }
-    streams.once::<PointCloud>(topic, Some(frame), unix_nanos, cloud.message(unix_nanos))
-}
-
 /// Draws the object once, at the start, on topics of its own: it moves with its frame.
 pub(crate) fn draw(
     shape: Option<Shape>,
@@ -95,15 +80,15 @@ pub(crate) fn draw(
             let shares = (0..=AXIS_POINTS).map(|n| n as f64 / AXIS_POINTS as f64);
             shares.map(move |share| (axis, along_axis(axis, share)))
         });
-        return cloud(edges, points, |axis| AXES[axis], unix_nanos, streams);
+        return cloud_once(edges, points, |axis| AXES[axis], unix_nanos, streams);
     };
     let solid = solid(shape, (frame, "object"), OBJECT, unix_nanos);
     streams.once(object, Some(frame), unix_nanos, &scene(vec![solid]))?;
     let points = edge_points_m(shape);
-    cloud(edges, points, |_| OBJECT.0, unix_nanos, streams)?;
+    cloud_once(edges, points, |_| OBJECT.0, unix_nanos, streams)?;
     let surface = (topic::VIEW_OBJECT_SURFACE, frame, "face");
     let points = surface_points_m(shape);
-    cloud(surface, points, |_| SURFACE, unix_nanos, streams)
+    cloud_once(surface, points, |_| SURFACE, unix_nanos, streams)
 }
 
 /// The point at this share of an axis.

@@ -13,7 +13,7 @@ use inhand_model::{
 use nalgebra::UnitQuaternion;
 
 use super::draw::{
-    Dot, Paint, SPHERE_M, TRAIL_M, add_cloud, entity, point, scene, sphere, strip, text,
+    Dot, Paint, SPHERE_M, TRAIL_M, add_cloud, cloud_once, entity, point, scene, sphere, strip, text,
 };
 use super::object;
 use super::transforms::{self, Edge, transform};
@@ -37,6 +37,8 @@ const TRAIL_POINTS: usize = 4;
 const TRAIL_STEP_S: f64 = 0.16;
 /// Opacity of a trail.
 const TRAIL_ALPHA: f64 = 0.8;
+/// Diameter of a fingertip of six points, metres: so small that they look like one.
+const STAR_M: f64 = 0.003;
 /// Opacity of the objects of layers after the first: objects behind stay visible.
 const OBJECT_ALPHA: f64 = 0.3;
 
@@ -206,7 +208,7 @@ fn draw_tips<'a, F: Frame>(
         every(2 * stride),
         move |at, cloud| {
             for (finger, tip_m) in tips_m(layer, at.k) {
-                cloud.push_dot(Dot::Star(SPHERE_M), tip_m, &[finger.index()], colour);
+                cloud.push_dot(Dot::Star(STAR_M), tip_m, &[finger.index()], colour);
             }
         },
     )?;
@@ -292,5 +294,5 @@ fn draw_object<'a, F: Frame>(
     streams.once(&topic("object"), Some(&frame), start, &scene(vec![solid]))?;
     let edges = (&*topic("object_edges"), &*frame, "edge");
     let points_m = object::edge_points_m(shape);
-    object::cloud(edges, points_m, |_| paint.0, start, streams)
+    cloud_once(edges, points_m, |_| paint.0, start, streams)
 }

@@ -51,6 +51,7 @@ mod block;
 mod covariance;
 mod data;
 mod descent;
+mod eigen;
 mod error;
 mod explained;
 mod lanes;

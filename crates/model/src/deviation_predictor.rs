@@ -220,19 +220,30 @@ impl DeviationPredictor {
         distances: &Distances,
         widths: Bandwidths,
     ) -> DMatrix<f64> {
+        let [hand, finger] = self.kernel_parts_m(std::slice::from_ref(distances), widths);
         let mut parts = DMatrix::zeros(self.answers.nrows(), 3);
         parts.set_column(0, &(&self.profile * ends));
-        for (column, hand, finger) in [(1, 1.0, 0.0), (2, 0.0, 1.0)] {
-            let weights = PredictorWeights {
-                profile: 0.0,
-                hand,
-                finger,
-            };
-            let mut part = DVector::zeros(self.answers.nrows());
-            self.add_answers(&mut part, &self.shares(distances.clone(), widths, weights));
-            parts.set_column(column, &part);
-        }
+        parts.set_column(1, &hand.column(0));
+        parts.set_column(2, &finger.column(0));
         parts
+    }
+
+    /// The predictions of hand and finger for several end conditions, each with weight one (r x conditions),
+    /// metres: products of the answers with the kernels of all conditions together.
+    pub fn kernel_parts_m(&self, distances: &[Distances], widths: Bandwidths) -> [DMatrix<f64>; 2] {
+        let mut shares = DMatrix::zeros(self.demonstrations(), distances.len());
+        fill_shares(&mut shares, distances, |d| &d.hand, widths.hand);
+        let hand = &self.answers * &shares;
+        // The object is no finger: what the whole hand does tells most of it.
+        let mut finger = hand.clone();
+        let mut start = 0;
+        for (i, &size) in self.blocks[..Finger::COUNT].iter().enumerate() {
+            fill_shares(&mut shares, distances, |d| &d.fingers[i], widths.finger);
+            let product = self.answers.rows(start, size) * &shares;
+            finger.rows_mut(start, size).copy_from(&product);
+            start += size;
+        }
+        [hand, finger]
     }
 
     /// Squared distances to each demonstration.
@@ -376,6 +387,23 @@ fn dots<const C: usize>(columns: [&[f64]; C], by: &[f64]) -> [f64; C] {
         }
     }
     sums.map(|sums| sums.iter().sum())
+}
+
+/// Kernels of some distances of each query over their sum, a column each.
+fn fill_shares(
+    shares: &mut DMatrix<f64>,
+    queries: &[Distances],
+    distances: impl Fn(&Distances) -> &[f64],
+    width: f64,
+) {
+    for (mut column, query) in shares.column_iter_mut().zip(queries) {
+        let column = column.as_mut_slice();
+        column.copy_from_slice(distances(query));
+        let total = kernels(column, width);
+        if total > 0.0 {
+            column.iter_mut().for_each(|kernel| *kernel /= total);
+        }
+    }
 }
 
 fn add(sums: &mut [f64], values: &[f64]) {

@@ -3,13 +3,12 @@
 use std::fmt;
 use std::ops::{Index, IndexMut};
 
-use nalgebra::{DVector, Matrix3};
+use nalgebra::{DVector, Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::finger::{Finger, PerFinger};
 use crate::frame::{Hand, Object, Pose, Position};
 use crate::names::named;
-use crate::segments::SegmentLayout;
 use crate::trajectory::Trajectory;
 
 named! {
@@ -185,13 +184,32 @@ pub struct Plan {
 /// How far a motion may be from a plan, as the conditional covariance has it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Corridor {
-    /// Shape of the planned segments.
-    pub layout: SegmentLayout,
-    /// Covariance of each fingertip's position at each sample (N), m², hand frame.
-    pub covariance_m2: Vec<PerFinger<[[f64; 3]; 3]>>,
+    covariance_m2: Vec<PerFinger<[[f64; 3]; 3]>>,
+    /// Variances along the principal axes, and these: the same for every motion that is measured.
+    axes: Vec<PerFinger<(Vector3<f64>, Matrix3<f64>)>>,
 }
 
 impl Corridor {
+    /// A region from the covariance of each fingertip's position at each sample (N), m², hand frame.
+    pub fn new(covariance_m2: Vec<PerFinger<[[f64; 3]; 3]>>) -> Self {
+        let axes_of = |covariance: [[f64; 3]; 3]| {
+            let eigen = Matrix3::from(covariance).symmetric_eigen();
+            (eigen.eigenvalues, eigen.eigenvectors)
+        };
+        let axes = (covariance_m2.iter())
+            .map(|at| PerFinger::from_fn(|finger| axes_of(at[finger])))
+            .collect();
+        Self {
+            covariance_m2,
+            axes,
+        }
+    }
+
+    /// Covariance of each fingertip's position at each sample (N), m², hand frame.
+    pub fn covariance_m2(&self) -> &[PerFinger<[[f64; 3]; 3]>] {
+        &self.covariance_m2
+    }
+
     /// Mahalanobis distance of a position from the plan's at sample `t`: its deviation in standard
     /// deviations. Infinite for a deviation in a direction in which there is no variance.
     ///
@@ -206,12 +224,11 @@ impl Corridor {
         position: Position<Hand>,
     ) -> f64 {
         let away = position.coords_m() - plan.position(t, finger).coords_m();
-        let covariance = Matrix3::from(self.covariance_m2[t][finger]);
-        let spread = covariance.symmetric_eigen();
+        let (variances, directions) = &self.axes[t][finger];
         // Variances below rounding of the largest are none.
-        let least = spread.eigenvalues.max().max(0.0) * 1e-12;
-        let along = spread.eigenvectors.tr_mul(&away);
-        let squared: f64 = (along.iter().zip(&spread.eigenvalues))
+        let least = variances.max().max(0.0) * 1e-12;
+        let along = directions.tr_mul(&away);
+        let squared: f64 = (along.iter().zip(variances))
             .map(|(&along, &variance)| match variance > least {
                 true => along * along / variance,
                 false if along.abs() <= 1e-12 => 0.0,
@@ -225,6 +242,7 @@ impl Corridor {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::segments::SegmentLayout;
 
     #[test]
     fn distance_counts_standard_deviations_along_each_axis() {
@@ -235,10 +253,7 @@ mod tests {
         };
         // Variances 1, 4 and 0 mm².
         let covariance = [[1e-6, 0.0, 0.0], [0.0, 4e-6, 0.0], [0.0; 3]];
-        let corridor = Corridor {
-            layout,
-            covariance_m2: vec![PerFinger::from_fn(|_| covariance); 2],
-        };
+        let corridor = Corridor::new(vec![PerFinger::from_fn(|_| covariance); 2]);
         let plan = Trajectory::new(layout, vec![0.01; 30]).unwrap();
         let distance = |x, y, z| {
             let position = Position::new(0.01 + x, 0.01 + y, 0.01 + z);

@@ -315,8 +315,5 @@ fn corridor(model: &MotionModel, covariance: &DMatrix<f64>) -> Corridor {
             })
         })
         .collect();
-    Corridor {
-        layout,
-        covariance_m2,
-    }
+    Corridor::new(covariance_m2)
 }

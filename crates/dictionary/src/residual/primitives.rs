@@ -4,8 +4,9 @@ use inhand_model::{Finger, SEGMENT_COORDINATES, SegmentLayout};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
+use crate::eigen;
 use crate::matrix_view::{View, multiply};
-use crate::pca::{eigen_descending, point_up};
+use crate::pca::point_up;
 use crate::product::gram;
 
 /// Share of the largest variance below which a component is rounding, not motion.
@@ -198,17 +199,17 @@ fn activations(block: &DMatrix<f64>, own_m: &DMatrix<f64>) -> DMatrix<f64> {
 /// Leading eigenvectors of `M Mᵀ`, each with its largest number positive.
 fn components(own_m: &DMatrix<f64>, most: usize) -> DMatrix<f64> {
     let rows = own_m.nrows();
-    let squares = DMatrix::from_vec(rows, rows, gram(own_m.as_slice(), rows));
-    let most = most.min(own_m.ncols());
-    let (values, vectors) = eigen_descending(squares.clone());
+    let squares = gram(own_m.as_slice(), rows);
+    let (values, mut components) = eigen::leading(&squares, rows, most.min(own_m.ncols()));
     let smallest = (SMALLEST_VARIANCE * values.first().copied().unwrap_or(0.0))
         .max(SMALLEST_SQUARE_M2 * own_m.ncols() as f64);
-    let count = values.partition_point(|value| *value > smallest).min(most);
-    let mut components = vectors.columns(0, count).into_owned();
-    point_up(components.as_mut_slice(), rows);
+    let count = values.partition_point(|value| *value > smallest);
+    components.truncate(count * rows);
+    point_up(&mut components, rows);
+    let mut components = DMatrix::from_vec(rows, count, components);
     // What never deviates, as both ends, does so exactly: rounding must not move it.
-    for (row, still) in squares.diagonal().iter().map(|v| *v == 0.0).enumerate() {
-        if still {
+    for row in 0..rows {
+        if squares[row * rows + row] == 0.0 {
             components.row_mut(row).fill(0.0);
         }
     }

@@ -152,55 +152,53 @@ fn covariance_m2(errors_m: &DMatrix<f64>) -> DMatrix<f64> {
     covariance_m2
 }
 
-/// The parts of the expectation (r x 3) for each left-out segment and pair of widths.
-fn predict_fold(
-    demonstrations: &Demonstrations<'_>,
-    sums: &Sums,
-    fold: &Fold,
-) -> Vec<[DMatrix<f64>; HAND_WIDTHS.len()]> {
+/// Predicted activations of the left-out segments of a fold (r x segments), metres.
+struct FoldParts {
+    profile: DMatrix<f64>,
+    /// For each pair of widths the predictions of hand and finger.
+    kernels: Vec<[DMatrix<f64>; 2]>,
+}
+
+fn predict_fold(demonstrations: &Demonstrations<'_>, sums: &Sums, fold: &Fold) -> FoldParts {
     let profile = sums.fit(demonstrations, &fold.known);
     let ends = demonstrations.ends.select_columns(&fold.known);
     let answers = demonstrations.activations_m.select_columns(&fold.known) - &profile * &ends;
+    let left_out = demonstrations.ends.select_columns(&fold.left_out);
+    let by_profile = &profile * &left_out;
     let sizes = demonstrations.primitives.sizes();
-    let expectation = DeviationPredictor::new(demonstrations.layout, sizes, profile, ends, answers);
-    (fold.left_out.par_iter())
-        .map(|&segment| {
-            let ends = demonstrations.ends.column(segment).into_owned();
-            let distances = expectation.distances(&ends);
-            std::array::from_fn(|i| {
-                let widths = Bandwidths {
-                    hand: HAND_WIDTHS[i],
-                    finger: FINGER_WIDTHS[i],
-                };
-                expectation.parts_m(&ends, &distances, widths)
-            })
-        })
-        .collect()
+    let predictor = DeviationPredictor::new(demonstrations.layout, sizes, profile, ends, answers);
+    let distances: Vec<_> = (0..left_out.ncols())
+        .into_par_iter()
+        .map(|segment| predictor.distances(&left_out.column(segment).into_owned()))
+        .collect();
+    let kernels = (HAND_WIDTHS.par_iter().zip(&FINGER_WIDTHS))
+        .map(|(&hand, &finger)| predictor.kernel_parts_m(&distances, Bandwidths { hand, finger }))
+        .collect();
+    FoldParts {
+        profile: by_profile,
+        kernels,
+    }
 }
 
 impl<'a> LeftOut<'a> {
     fn new(demonstrations: &'a Demonstrations<'a>, sums: &Sums, folds: &[Fold]) -> Self {
-        let parts: Vec<Vec<[DMatrix<f64>; HAND_WIDTHS.len()]>> = folds
-            .par_iter()
+        let parts: Vec<FoldParts> = (folds.par_iter())
             .map(|fold| predict_fold(demonstrations, sums, fold))
             .collect();
-        let parts: Vec<_> = parts.into_iter().flatten().collect();
         let rank = demonstrations.primitives.rank();
-        let gather = |width: usize, column: usize| {
-            let mut matrix = DMatrix::zeros(rank, parts.len());
-            for (mut place, part) in matrix.column_iter_mut().zip(&parts) {
-                place.copy_from(&part[width].column(column));
-            }
-            matrix
+        let gather = |part: &dyn Fn(&FoldParts) -> &DMatrix<f64>| {
+            let columns = parts.iter().flat_map(|fold| part(fold).as_slice());
+            let numbers: Vec<f64> = columns.copied().collect();
+            DMatrix::from_vec(rank, folds.iter().map(|f| f.left_out.len()).sum(), numbers)
         };
         let segments: Vec<_> = folds.iter().flat_map(|f| f.left_out.clone()).collect();
         let instants = compared(demonstrations.layout);
         let deviations_m = demonstrations.deviations_m;
         Self {
             demonstrations,
-            profile: gather(0, 0),
-            hand: std::array::from_fn(|i| gather(i, 1)),
-            finger: std::array::from_fn(|i| gather(i, 2)),
+            profile: gather(&|fold| &fold.profile),
+            hand: std::array::from_fn(|i| gather(&|fold| &fold.kernels[i][0])),
+            finger: std::array::from_fn(|i| gather(&|fold| &fold.kernels[i][1])),
             wanted_m: Primitives::fingertips_of(deviations_m, &segments, &instants),
             segments,
             instants,
@@ -214,30 +212,24 @@ impl<'a> LeftOut<'a> {
 
     /// The widths that predict best by themselves, then the weights of all three parts together.
     fn choose(&self) -> Choice {
-        let wanted = self.wanted_m.as_slice();
-        let profile = self.at_instants(&self.profile);
+        let wanted = Points::new(self.wanted_m.as_slice());
+        let at_instants = |part: &DMatrix<f64>| Points::new(self.at_instants(part).as_slice());
+        let profile = at_instants(&self.profile);
         let best = |candidates: &[DMatrix<f64>; HAND_WIDTHS.len()]| {
-            let tried: Vec<(f64, DMatrix<f64>)> = candidates
+            let tried: Vec<(f64, Points)> = candidates
                 .par_iter()
                 .map(|candidate| {
-                    let candidate = self.at_instants(candidate);
-                    let points = Points {
-                        wanted,
-                        predictions: [profile.as_slice(), candidate.as_slice()],
-                    };
-                    (blend(&points).1, candidate)
+                    let candidate = at_instants(candidate);
+                    (blend(&wanted, [&profile, &candidate]).1, candidate)
                 })
                 .collect();
             let numbered = tried.into_iter().enumerate();
             let smallest = numbered.min_by(|(_, (a, _)), (_, (b, _))| a.total_cmp(b));
-            smallest.map_or((0, DMatrix::zeros(0, 0)), |(i, (_, best))| (i, best))
+            smallest.map_or((0, Points::new(&[])), |(i, (_, best))| (i, best))
         };
         let (hand, by_hand) = best(&self.hand);
         let (finger, by_finger) = best(&self.finger);
-        let (weights, _) = blend(&Points {
-            wanted,
-            predictions: [profile.as_slice(), by_hand.as_slice(), by_finger.as_slice()],
-        });
+        let (weights, _) = blend(&wanted, [&profile, &by_hand, &by_finger]);
         Choice {
             hand,
             finger,

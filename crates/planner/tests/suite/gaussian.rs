@@ -262,8 +262,8 @@ fn corridors_are_the_conditional_covariance() {
         let given = all.given(&rows, &wanted, sigma);
         let planner = Planner::residual(&residual, &settings).unwrap();
         let corridor = planner.corridor(&target).unwrap();
-        assert_eq!(corridor.covariance_m2.len(), 25);
-        for (t, covariance) in corridor.covariance_m2.iter().enumerate() {
+        assert_eq!(corridor.covariance_m2().len(), 25);
+        for (t, covariance) in corridor.covariance_m2().iter().enumerate() {
             for (finger, found) in covariance.iter() {
                 let at = given.tip(t, finger).factors;
                 let expected = &at * &given.covariance * at.transpose() * 1e-6;

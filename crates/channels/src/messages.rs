@@ -45,7 +45,9 @@ enums! {
         Holding
     }
     DictionaryKind { Nmf, Pca }
-    StopReason { Converged, TargetReached, IterationLimit, ClosedForm }
+    StopReason {
+        Converged, TargetReached, IterationLimit, ClosedForm, NoLongerBetterOnLeftOutTakes
+    }
     Protocol { Published, HeldOut }
     SmoothCurve { Hermite, MinimumJerk, Line }
 }

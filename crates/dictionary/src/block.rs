@@ -5,6 +5,8 @@
 //! returns is small: `H Hᵀ` (`rank` x `rank`), `H Vᵀ` (`rank` x rows), the residual and the count,
 //! whatever its number of columns.
 
+use std::borrow::Cow;
+
 use rayon::prelude::*;
 
 use crate::descent::{Gram, descend};
@@ -12,7 +14,7 @@ use crate::matrix_view::{View, chunk_width};
 use crate::missing::Missing;
 use crate::multiplicative;
 use crate::packed::{Packed, gram_lower};
-use crate::product::{cross, dot, squared_norm, squared_residual, sum_lower};
+use crate::product::{cross, dot, gram, squared_norm, squared_residual, sum_lower};
 use crate::random;
 use crate::real::Real;
 use crate::settings::{Penalty, Update};
@@ -173,6 +175,9 @@ impl<T: Real> Block<T> {
         let projected: f64 = parts.iter().map(|(_, projected)| projected).sum();
         let activation_gram = sum_lower(parts.into_iter().map(|(gram, _)| gram).collect(), rank);
         let guessed = self.missing.squared_norm(&self.data, rows);
+        let squares = (0..rank)
+            .map(|j| activation_gram[j * rank + j].to_f64())
+            .sum();
         let expanded =
             self.squared_norm + guessed - 2.0 * projected + dot(&basis.gram, &activation_gram);
         let everywhere = if expanded > T::DIRECT_RESIDUAL_BELOW * self.squared_norm {
@@ -187,15 +192,45 @@ impl<T: Real> Block<T> {
             count: self.count(),
             squared_norm_m2: self.squared_norm,
             squared_residual_m2: (everywhere - changed).max(0.0),
+            left_out_residual_m2: 0.0,
             activation_sum_m: self.activations.iter().map(|v| v.to_f64()).sum(),
+            activation_squares_m2: squares,
             activation_gram_m2: activation_gram.iter().map(|v| v.to_f64()).collect(),
             cross_m2: Vec::new(),
         }
     }
 
-    /// `H Vᵀ` (`rank` x rows).
-    pub(crate) fn cross(&self, rank: usize) -> Vec<f64> {
-        let cross = cross(&self.activations, rank, &self.data, self.rows);
+    /// `H Vᵀ` (`rank` x rows) of all columns but those set aside.
+    pub(crate) fn cross(&self, rank: usize, set_aside: &[usize]) -> Vec<f64> {
+        let activations = self.without(rank, set_aside);
+        let cross = cross(&activations, rank, &self.data, self.rows);
         cross.iter().map(|v| v.to_f64()).collect()
+    }
+
+    /// `H Hᵀ` (`rank` x `rank`) of all columns but those set aside.
+    pub(crate) fn gram(&self, rank: usize, set_aside: &[usize]) -> Vec<f64> {
+        let gram = gram(&self.without(rank, set_aside), rank);
+        gram.iter().map(|v| v.to_f64()).collect()
+    }
+
+    /// The activations, zero for the columns set aside.
+    fn without(&self, rank: usize, set_aside: &[usize]) -> Cow<'_, [T]> {
+        let mut activations = Cow::Borrowed(self.activations.as_slice());
+        for column in set_aside {
+            activations.to_mut()[column * rank..][..rank].fill(T::ZERO);
+        }
+        activations
+    }
+
+    /// Squared Frobenius norm of the error of some columns.
+    pub(crate) fn squared_residual_of(&self, columns: &[usize], basis: &Basis<T>) -> f64 {
+        let of = |numbers: &[T], size: usize| -> Vec<T> {
+            let columns = columns
+                .iter()
+                .map(|column| &numbers[column * size..][..size]);
+            columns.flatten().copied().collect()
+        };
+        let (data, activations) = (of(&self.data, self.rows), of(&self.activations, basis.rank));
+        squared_residual(&data, self.rows, &basis.rows_of, &activations, basis.rank)
     }
 }

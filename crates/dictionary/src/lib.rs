@@ -90,6 +90,6 @@ pub use random::draw;
 pub use rank::{RankCurve, RankGroups, RankMethod, RankSuggestion, rank_curve};
 pub use real::Activations;
 pub use residual::{DEVIATION_PRIMITIVES, Fold, folds, learn_residual};
-pub use rounds::{NmfProblem, NmfState, blocks};
+pub use rounds::{LeftOut, NmfProblem, NmfState, blocks};
 pub use settings::{NmfSettings, Penalty, Precision, Start, Update};
 pub use sums::{Node, Sums, Tree};

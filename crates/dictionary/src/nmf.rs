@@ -99,6 +99,7 @@ pub fn describe_nmf(
             rank: primitives.ncols(),
             update: Update::Hals,
             max_iterations: 0,
+            left_out_change: 0.0,
             sweeps: GIVEN_SWEEPS,
             restarts: 1,
             stop_rms_m: None,
@@ -190,13 +191,20 @@ pub(crate) fn iterate<T: Real>(
             fits.push_block(number, problem.fit(state, &basis, first, block))?;
         }
         let sums = fits.root(blocks.len())?;
+        let set_aside = |number, block: &Block<T>| {
+            problem.set_aside(state, problem.block(number).start, block.count())
+        };
+        let set_aside: Vec<_> = (0..)
+            .zip(&*blocks)
+            .map(|(n, block)| set_aside(n, block))
+            .collect();
         problem.measure(state, &sums);
         if state.stop.is_some() {
             return Ok(());
         }
         let mut crosses = Tree::default();
-        for (number, block) in blocks.iter().enumerate() {
-            crosses.push_block(number, block.cross(problem.settings.rank))?;
+        for (number, (block, set_aside)) in blocks.iter().zip(&set_aside).enumerate() {
+            crosses.push_block(number, block.cross(problem.settings.rank, set_aside))?;
         }
         let cross_m2 = crosses.root(blocks.len())?;
         *state = problem.step(
@@ -328,6 +336,12 @@ impl NmfSettings {
                 "relative_change",
                 "a number from 0 to below 1",
                 self.relative_change,
+                0.0..1.0,
+            ),
+            (
+                "left_out_change",
+                "a number from 0 to below 1",
+                self.left_out_change,
                 0.0..1.0,
             ),
             (

@@ -6,6 +6,8 @@
 //! many: [`NmfProblem`] is what all of them know, [`NmfState`] what a round starts from,
 //! [`Sums`] what it brings back. [`learn_nmf`](crate::learn_nmf) runs the same steps in memory.
 
+use std::ops::Range;
+
 use inhand_model::{SegmentLayout, StopReason};
 use serde::{Deserialize, Serialize};
 
@@ -18,12 +20,17 @@ use crate::multiplicative;
 use crate::product::squared_norm;
 use crate::random;
 use crate::real::{Activations, Real};
+use crate::residual::{Fold, folds};
 use crate::settings::{NmfSettings, Penalty, Precision, Update};
 use crate::sums::Sums;
 
 /// Error relative to the data, as norms, at which a fit is exact: what is left is rounding, and
 /// further iterations would only stir it.
 const EXACT_FIT: f64 = 1e-13;
+
+/// Rounds once there is a reason to stop: the first takes left-out segments up, the second has primitives that were
+/// learned from them.
+const LAST_ROUNDS: usize = 2;
 
 /// A factorisation to be done: what does not change from round to round.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -36,8 +43,48 @@ pub struct NmfProblem {
     pub numbers: usize,
     /// Offset subtracted from each row before factorising, metres.
     pub offset_m: Vec<f64>,
+    /// Segments that say when learning stops; `None` where all are learned from from the start.
+    pub left_out: Option<LeftOut>,
     /// Settings of the factorisation.
     pub settings: NmfSettings,
+}
+
+/// Segments that all rounds but the last ones do not learn from.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LeftOut {
+    /// Segments whose error is measured, ascending; none overlaps another or one that is learned from.
+    pub measured: Vec<usize>,
+    /// Runs of segments that are not learned from: those and what overlaps them or is of the same takes.
+    pub set_aside: Vec<Range<usize>>,
+}
+
+impl LeftOut {
+    /// The first of the groups that cross-validation would leave out; `None` where that leaves less than
+    /// `rank` segments to learn from.
+    fn new(columns: &dyn Columns, rank: usize) -> Option<Self> {
+        let count = columns.count();
+        let origins: Vec<_> = (0..count).map(|segment| columns.origin(segment)).collect();
+        let Fold {
+            known,
+            mut left_out,
+        } = folds(&origins, columns.layout().samples)
+            .into_iter()
+            .next()?;
+        (known.len() >= rank).then_some(())?;
+        left_out.sort_unstable();
+        let mut set_aside = Vec::new();
+        let mut next = 0;
+        for segment in known.into_iter().chain([count]) {
+            if next < segment {
+                set_aside.push(next..segment);
+            }
+            next = segment + 1;
+        }
+        Some(Self {
+            measured: left_out,
+            set_aside,
+        })
+    }
 }
 
 /// State at the start of a round, and the history so far.
@@ -57,6 +104,11 @@ pub struct NmfState {
     pub squared_norm_m2: f64,
     /// Squared Frobenius norm of the error that was measured last, m².
     pub squared_residual_m2: f64,
+    /// Squared Frobenius norms of the error of left-out segments, one for each round that did not learn from them, m².
+    pub left_out_history_m2: Vec<f64>,
+    /// Reason to stop, and the round that does: from the round after it was found on, left-out segments are
+    /// learned from.
+    pub ending: Option<(StopReason, usize)>,
     /// Reason why learning stopped; the primitives are then the result.
     pub stop: Option<StopReason>,
 }
@@ -86,6 +138,9 @@ impl NmfProblem {
             count,
             numbers: rows * count - survey.missing,
             offset_m: at_every_sample(layout, &lowest),
+            left_out: (settings.left_out_change > 0.0 && settings.max_iterations > LAST_ROUNDS)
+                .then(|| LeftOut::new(columns, settings.rank))
+                .flatten(),
             settings: settings.clone(),
         })
     }
@@ -157,8 +212,10 @@ impl NmfProblem {
             let expected = self.settings.rank * data.count();
             (data.activations.len() == expected).then_some(())?;
         }
-        let mut sums = self.fit(state, &basis, self.block(block).start, &mut data);
-        sums.cross_m2 = data.cross(self.settings.rank);
+        let first = self.block(block).start;
+        let mut sums = self.fit(state, &basis, first, &mut data);
+        let set_aside = self.set_aside(state, first, data.count());
+        sums.cross_m2 = data.cross(self.settings.rank, &set_aside);
         Some((sums, T::stored(data.activations)))
     }
 
@@ -205,19 +262,37 @@ impl NmfProblem {
             block.clear_activations(&state.revived, settings.rank);
             block.expect_missing(basis);
         }
-        block.fit(basis, settings.update, settings.sweeps)
+        let mut sums = block.fit(basis, settings.update, settings.sweeps);
+        let set_aside = self.set_aside(state, first, block.count());
+        if let Some(left_out) = (self.left_out.as_ref()).filter(|_| !set_aside.is_empty()) {
+            let range = first..first + block.count();
+            let measured = left_out
+                .measured
+                .iter()
+                .filter(|segment| range.contains(segment));
+            let measured: Vec<usize> = measured.map(|segment| segment - first).collect();
+            sums.left_out_residual_m2 = block.squared_residual_of(&measured, basis);
+            sums.activation_gram_m2 = block.gram(settings.rank, &set_aside);
+        }
+        sums
+    }
+
+    /// Which of some columns from a segment on the round does not learn from.
+    pub(crate) fn set_aside(&self, state: &NmfState, first: usize, count: usize) -> Vec<usize> {
+        let left_out = self.left_out.iter().filter(|_| state.ending.is_none());
+        let runs = left_out.flat_map(|left_out| left_out.set_aside.iter());
+        let inside = |run: &Range<usize>| run.start.max(first)..run.end.min(first + count);
+        runs.flat_map(inside)
+            .map(|segment| segment - first)
+            .collect()
     }
 
     /// Takes what a round brought into the state, and says whether learning goes on.
     pub(crate) fn measure(&self, state: &mut NmfState, sums: &Sums) {
         let settings = &self.settings;
-        let rank = settings.rank;
-        let squares: f64 = (0..rank)
-            .map(|j| sums.activation_gram_m2[j * rank + j])
-            .sum();
         let activations = (settings.activation_penalty)
             .scaled(self.layout.rows() as f64)
-            .of(sums.activation_sum_m, squares);
+            .of(sums.activation_sum_m, sums.activation_squares_m2);
         let primitives = self.primitive_penalty().of(
             state.primitives.iter().sum(),
             squared_norm(&state.primitives),
@@ -231,17 +306,43 @@ impl NmfProblem {
         let target = (settings.stop_rms_m).map_or(f64::NEG_INFINITY, |rms| {
             0.5 * rms * rms * self.numbers as f64
         });
-        state.stop = if error <= target {
+        if let Some((reason, round)) = state.ending {
+            state.stop = (state.round >= round).then_some(reason);
+            return;
+        }
+        let last_rounds = if self.left_out.is_some() {
+            LAST_ROUNDS
+        } else {
+            0
+        };
+        let reason = if error <= target {
             Some(StopReason::TargetReached)
         } else if previous.is_some_and(|p| p - objective < settings.relative_change * p)
             || error <= 0.5 * EXACT_FIT * EXACT_FIT * sums.squared_norm_m2
         {
             Some(StopReason::Converged)
-        } else if state.round >= settings.max_iterations {
+        } else if self.left_out.is_some() && self.is_no_longer_better(state, sums) {
+            Some(StopReason::NoLongerBetterOnLeftOutTakes)
+        } else if state.round + last_rounds >= settings.max_iterations {
             Some(StopReason::IterationLimit)
         } else {
             None
         };
+        match self.left_out {
+            None => state.stop = reason,
+            Some(_) => state.ending = reason.map(|reason| (reason, state.round + last_rounds)),
+        }
+    }
+
+    /// Whether the error of left-out segments, which this notes, fell by less than the tolerance.
+    fn is_no_longer_better(&self, state: &mut NmfState, sums: &Sums) -> bool {
+        let (now, before) = (
+            sums.left_out_residual_m2,
+            state.left_out_history_m2.last().copied(),
+        );
+        state.left_out_history_m2.push(now);
+        let kept = 1.0 - self.settings.left_out_change;
+        before.is_some_and(|before| now > kept * kept * before)
     }
 
     /// From the sums over all blocks to the state of the next round: measures the round, and unless

@@ -91,6 +91,10 @@ pub struct NmfSettings {
     /// Learning has converged when an iteration lowers the objective by less than this share of
     /// it; 0 switches the rule off.
     pub relative_change: f64,
+    /// Learning stops once an iteration lowers the root mean square error of takes that are left out by less
+    /// than this share of it; 0 learns from all takes from the start. Rounds before the last two then learn from
+    /// the other takes alone ([`folds`](crate::folds); with one take, from other intervals of it).
+    pub left_out_change: f64,
     /// Learning stops once the root mean square error is not above this, metres.
     pub stop_rms_m: Option<f64>,
     /// Distance between each coordinate's training minimum and zero after the shift, metres.
@@ -135,6 +139,7 @@ impl Default for NmfSettings {
             seed: 0,
             max_iterations: 10,
             relative_change: 1e-4,
+            left_out_change: 0.0,
             stop_rms_m: None,
             offset_margin_m: 0.005,
             update: Update::default(),

@@ -99,7 +99,7 @@ impl NmfProblem {
                 *v *= kept;
             }
             add(&mut gram_m2, &fit.activation_gram_m2);
-            add(&mut cross_m2, &block.cross(rank));
+            add(&mut cross_m2, &block.cross(rank, &[]));
             seen = kept * seen + block.count() as f64;
             let penalty = settings.primitive_penalty.scaled(seen);
             self.descend_primitives(penalty, &gram_m2, &cross_m2, &mut primitives);

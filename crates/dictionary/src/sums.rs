@@ -31,11 +31,15 @@ pub struct Sums {
     pub squared_norm_m2: f64,
     /// Squared Frobenius norm of the error, where known, m².
     pub squared_residual_m2: f64,
+    /// Squared Frobenius norm of the error of left-out columns, m².
+    pub left_out_residual_m2: f64,
     /// Sum of all activations, metres.
     pub activation_sum_m: f64,
-    /// Products of activations `H Hᵀ` (rank x rank), m².
+    /// Sum of their squares, m².
+    pub activation_squares_m2: f64,
+    /// Products of activations `H Hᵀ` (rank x rank) of the columns that are learned from, m².
     pub activation_gram_m2: Vec<f64>,
-    /// Products of activations and data `H Vᵀ` (rank x rows), m²; empty where it was not asked for.
+    /// Products of activations and data `H Vᵀ` (rank x rows) of the same columns, m²; empty where it was not asked for.
     pub cross_m2: Vec<f64>,
 }
 
@@ -44,7 +48,9 @@ impl Addend for Sums {
         self.count += following.count;
         self.squared_norm_m2 += following.squared_norm_m2;
         self.squared_residual_m2 += following.squared_residual_m2;
+        self.left_out_residual_m2 += following.left_out_residual_m2;
         self.activation_sum_m += following.activation_sum_m;
+        self.activation_squares_m2 += following.activation_squares_m2;
         self.activation_gram_m2.add(following.activation_gram_m2);
         self.cross_m2.add(following.cross_m2);
     }

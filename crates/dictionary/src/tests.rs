@@ -112,6 +112,7 @@ fn rounds(
         count,
         numbers: v.len(),
         offset_m: vec![0.0; 30],
+        left_out: None,
         settings: NmfSettings {
             rank: primitives.len() / rows,
             ..settings.clone()

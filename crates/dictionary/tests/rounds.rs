@@ -4,7 +4,7 @@ use inhand_dictionary::{
     Activations, Columns, LearnError, NmfProblem, NmfSettings, Penalty, Precision, Start, Tree,
     Update, activations, learn_nmf,
 };
-use inhand_model::{Dictionary, Segments};
+use inhand_model::{Dictionary, Segments, StopReason};
 use nalgebra::DMatrix;
 use proptest::prelude::*;
 
@@ -81,6 +81,11 @@ fn shards_and_memory_give_the_same_bits() {
             primitive_penalty: penalty,
             ..settings(5)
         },
+        NmfSettings {
+            left_out_change: 0.3,
+            max_iterations: 6,
+            ..settings(6)
+        },
     ];
     for (columns, may_miss) in [(many(), false), (with_gaps(many()), true)] {
         let segments = segments(columns);
@@ -96,6 +101,56 @@ fn shards_and_memory_give_the_same_bits() {
             }
         }
     }
+}
+
+#[test]
+fn left_out_takes_end_learning_and_are_learned_from_at_the_end() {
+    let settings = NmfSettings {
+        left_out_change: 0.3,
+        max_iterations: 40,
+        ..settings(6)
+    };
+    let columns = motion(4, 200);
+    let all = segments(columns.clone());
+    let problem = NmfProblem::new(&all, &settings).unwrap();
+    // Takes of ten segments, of which every eighth is left out.
+    let left_out = problem.left_out.clone().unwrap();
+    assert_eq!(left_out.set_aside, [0..10, 80..90, 160..170]);
+    let measured: Vec<usize> = left_out.set_aside.iter().cloned().flatten().collect();
+    assert_eq!(left_out.measured, measured);
+
+    // Primitives do not depend on what they are judged by.
+    let step = |columns: DMatrix<f64>| {
+        let segments = segments(columns);
+        let state = problem.start(&segments, 0).unwrap();
+        let columns_m = problem.read_block(&segments, 0).unwrap();
+        let (sums, _) = problem.sums(&state, 0, columns_m, None).unwrap();
+        problem.update(state, &sums, &segments).unwrap()
+    };
+    let mut others = columns.clone();
+    for &segment in &measured {
+        others.set_column(segment, &columns.column(11));
+    }
+    let (state, other) = (step(columns), step(others));
+    assert_eq!(state.primitives, other.primitives);
+    assert_ne!(state.left_out_history_m2, other.left_out_history_m2);
+
+    let learning = learn_nmf(&all, demonstrated(), &settings).unwrap().learning;
+    let reason = StopReason::NoLongerBetterOnLeftOutTakes;
+    assert_eq!(learning.stop_reason, reason);
+    assert!((3..40).contains(&learning.iterations));
+}
+
+#[test]
+fn too_few_segments_are_all_learned_from() {
+    let settings = NmfSettings {
+        left_out_change: 0.3,
+        max_iterations: 6,
+        ..settings(6)
+    };
+    // Two takes, of which the second has five segments.
+    let problem = NmfProblem::new(&segments(motion(4, 15)), &settings).unwrap();
+    assert_eq!(problem.left_out, None);
 }
 
 #[test]

@@ -8,7 +8,7 @@ use crate::Cli;
 
 /// Keys and headers of `inhand.toml` in its order, each with the option that sets it or its meaning. An option is
 /// one of `run` unless a command is named.
-const SETTINGS: [(&str, &str); 91] = [
+const SETTINGS: [(&str, &str); 92] = [
     (
         "name",
         "Name of the session [default: the name of its folder].",
@@ -89,6 +89,7 @@ const SETTINGS: [(&str, &str); 91] = [
     ("learn.max_iterations", "--max-iterations"),
     ("learn.sweeps", "--sweeps"),
     ("learn.relative_change", "--relative-change"),
+    ("learn.left_out_change", "--left-out-change"),
     ("learn.stop_rms_mm", "--stop-rms-mm"),
     ("[plan]", "Generation of trajectories."),
     ("plan.methods", "--methods"),

@@ -260,6 +260,9 @@ pub(crate) struct LearnOptions {
     /// Stop when an iteration lowers the objective by less than this fraction [default: 1e-4].
     #[arg(long, value_name = "SHARE")]
     relative_change: Option<f64>,
+    /// Stop when an iteration lowers the error of left-out takes by less than this fraction; 0: never [default: 0.1].
+    #[arg(long, value_name = "SHARE")]
+    left_out_change: Option<f64>,
     /// Stop at this reconstruction error, millimetres.
     #[arg(long, value_name = "MM")]
     stop_rms_mm: Option<f64>,
@@ -442,6 +445,7 @@ impl LearnOptions {
         replace(&mut learn.max_iterations, self.max_iterations);
         replace(&mut learn.sweeps, self.sweeps);
         replace(&mut learn.relative_change, self.relative_change);
+        replace(&mut learn.left_out_change, self.left_out_change);
         replace_some(&mut learn.stop_rms_mm, &self.stop_rms_mm);
     }
 }

@@ -34,6 +34,8 @@ named! {
         TargetReached = "target_reached",
         /// The iteration limit was reached first.
         IterationLimit = "iteration_limit",
+        /// The error of left-out takes fell by less than the tolerance.
+        NoLongerBetterOnLeftOutTakes = "no_longer_better_on_left_out_takes",
         /// The factorisation is exact, not iterative.
         ClosedForm = "closed_form",
     }

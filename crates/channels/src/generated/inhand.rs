@@ -461,6 +461,8 @@ pub enum StopReason {
     IterationLimit = 3,
     /// The factorisation is exact, not iterative.
     ClosedForm = 4,
+    /// The error of left-out takes fell by less than the tolerance.
+    NoLongerBetterOnLeftOutTakes = 5,
 }
 impl StopReason {
     /// String value of the enum field names used in the ProtoBuf definition.
@@ -474,6 +476,9 @@ impl StopReason {
             Self::TargetReached => "STOP_REASON_TARGET_REACHED",
             Self::IterationLimit => "STOP_REASON_ITERATION_LIMIT",
             Self::ClosedForm => "STOP_REASON_CLOSED_FORM",
+            Self::NoLongerBetterOnLeftOutTakes => {
+                "STOP_REASON_NO_LONGER_BETTER_ON_LEFT_OUT_TAKES"
+            }
         }
     }
     /// Creates an enum from field names used in the ProtoBuf definition.
@@ -484,6 +489,9 @@ impl StopReason {
             "STOP_REASON_TARGET_REACHED" => Some(Self::TargetReached),
             "STOP_REASON_ITERATION_LIMIT" => Some(Self::IterationLimit),
             "STOP_REASON_CLOSED_FORM" => Some(Self::ClosedForm),
+            "STOP_REASON_NO_LONGER_BETTER_ON_LEFT_OUT_TAKES" => {
+                Some(Self::NoLongerBetterOnLeftOutTakes)
+            }
             _ => None,
         }
     }

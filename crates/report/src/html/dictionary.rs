@@ -52,6 +52,11 @@ fn sentence(facts: &DictionaryFacts) -> String {
                 "Learning stopped at its limit of {iterations} iterations, before it converged."
             )
         }
+        StopReason::NoLongerBetterOnLeftOutTakes => {
+            format!(
+                "Learning stopped after {iterations} iterations: no longer better on left-out takes."
+            )
+        }
         StopReason::ClosedForm => "The factorisation is exact and does not iterate.".to_owned(),
     };
     format!(

@@ -44,8 +44,7 @@ pub fn choice(
     demonstrated: &Demonstrated,
     settings: &Settings,
 ) -> Result<Option<MethodChoice>, SessionError> {
-    let asked = settings.plan.methods.contains(&Method::Auto);
-    asked
+    (settings.plan.methods.contains(&Method::Auto))
         .then(|| choose_method(demonstrations, demonstrated, &Method::ALL, settings))
         .transpose()
 }

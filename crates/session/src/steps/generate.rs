@@ -58,14 +58,13 @@ pub fn generate(
     let protocol = segments.protocol();
     let Some(planner) = planner(method, dictionary, protocol, settings)? else {
         let layout = segments.layout();
-        let trajectories = segments
+        let curves = segments
             .ends()
             .iter()
-            .map(|ends| method.curve(ends, layout))
-            .collect();
+            .map(|ends| method.curve(ends, layout));
         return Ok(Generated {
             method,
-            trajectories,
+            trajectories: curves.collect(),
             plans: None,
             plan_times: Vec::new(),
             corridors: None,
@@ -89,10 +88,9 @@ pub fn generate(
         ),
         _ => None,
     };
-    let trajectories = plans.iter().map(|plan| plan.trajectory.clone()).collect();
     Ok(Generated {
         method,
-        trajectories,
+        trajectories: plans.iter().map(|plan| plan.trajectory.clone()).collect(),
         plans: Some(plans),
         plan_times,
         corridors,

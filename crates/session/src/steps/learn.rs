@@ -140,6 +140,7 @@ pub(crate) fn nmf_settings_of(section: &LearnSection) -> NmfSettings {
         max_iterations: section.max_iterations,
         sweeps: section.sweeps,
         relative_change: section.relative_change,
+        left_out_change: section.left_out_change,
         stop_rms_m: section.stop_rms_mm.map(|mm| mm / 1000.0),
         update: section.update,
         start: section.start,

@@ -1,10 +1,12 @@
 //! Two evaluations side by side: how statistics differ, with intervals.
 
-use inhand_model::{Bootstrap, ContactChange, ErrorChange, EvaluationRows, Finger, Measure};
+use inhand_model::{Bootstrap, ContactChange, ErrorChange, EvaluationRows, Measure};
 use inhand_statistics::BootstrapError;
-use inhand_statistics::bootstrap::{ClusteredRows, differences};
+use inhand_statistics::bootstrap::{ClusteredRows, Drawn, Draws};
 
-use crate::intervals::{compared, ones_and_zeros, segment_contacts, segment_errors};
+use crate::intervals::{
+    FINGERS, SortedErrors, judged_by_both, ones_and_zeros, segment_contacts, segment_errors,
+};
 
 /// A method in the rows of an evaluation.
 #[derive(Clone, Copy, Debug)]
@@ -44,24 +46,17 @@ pub fn compare_errors(
     paired: bool,
     bootstrap: Bootstrap,
 ) -> Result<Vec<ErrorChange>, BootstrapError> {
-    let sorted = |of: MethodOf<'_>| -> Result<Vec<ClusteredRows>, BootstrapError> {
-        let fingers =
-            Finger::ALL.map(|f| ClusteredRows::new(&segment_errors(of.rows, of.method, f)));
-        let fingers = fingers.into_iter().collect::<Result<Vec<_>, _>>()?;
-        let all = ClusteredRows::merged(&fingers.iter().collect::<Vec<_>>())?;
-        Ok([all].into_iter().chain(fingers).collect())
+    let sorted = |of: MethodOf<'_>| -> Result<SortedErrors, BootstrapError> {
+        SortedErrors::read(|finger| Ok(segment_errors(of.rows, of.method, finger)))
     };
     let (first, second) = (sorted(after)?, sorted(before)?);
-    let fingers = [None].into_iter().chain(Finger::ALL.map(Some));
     let mut changes = Vec::new();
-    for ((first, second), finger) in first.iter().zip(&second).zip(fingers) {
-        let [first, second] = compared(paired, first, second);
-        let values = first
-            .measures(&Measure::ALL)
-            .into_iter()
-            .zip(second.measures(&Measure::ALL));
-        let found = differences(&first, &second, paired, &Measure::ALL, &bootstrap)?;
-        for ((measure, (after_m, before_m)), found) in
+    for finger in FINGERS {
+        let samples = (first.rows(finger), second.rows(finger));
+        let [first, second] = drawn(samples, paired, &Measure::ALL, &bootstrap)?;
+        let values = first.values().iter().zip(second.values());
+        let found = first.less(&second);
+        for ((measure, (&after_m, &before_m)), found) in
             Measure::ALL.into_iter().zip(values).zip(found)
         {
             let Some(found) = found else { continue };
@@ -99,14 +94,34 @@ pub fn compare_contacts(
     };
     let first = ones_and_zeros(&first, |counts| counts.three_or_more)?;
     let second = ones_and_zeros(&second, |counts| counts.three_or_more)?;
-    let [first, second] = compared(paired, &first, &second);
-    let mean = [Measure::Mean];
-    let found = differences(&first, &second, paired, &mean, &bootstrap)?;
-    Ok(found[0].map(|found| ContactChange {
+    let [first, second] = drawn((&first, &second), paired, &[Measure::Mean], &bootstrap)?;
+    Ok(first.less(&second)[0].map(|found| ContactChange {
         before_method: before.name().to_owned(),
         after_method: after.name().to_owned(),
-        before: second.measures(&mean)[0],
-        after: first.measures(&mean)[0],
+        before: second.values()[0],
+        after: first.values()[0],
         absolute: Some(found.absolute),
     }))
+}
+
+/// Statistics of both samples: of pairs in the same draws of the clusters in which both judged the same instants, else
+/// each in its own.
+fn drawn(
+    (first, second): (&ClusteredRows, &ClusteredRows),
+    paired: bool,
+    measures: &[Measure],
+    bootstrap: &Bootstrap,
+) -> Result<[Drawn; 2], BootstrapError> {
+    let of_first = Draws::new(bootstrap, first.sizes().len())?;
+    let [of_first, of_second] = match paired {
+        true => {
+            let both = of_first.only(&judged_by_both(first.sizes(), second.sizes()))?;
+            [both.clone(), both]
+        }
+        false => [of_first, Draws::apart(bootstrap, second.sizes().len())?],
+    };
+    Ok([
+        first.drawn(&of_first, measures)?,
+        second.drawn(&of_second, measures)?,
+    ])
 }

@@ -3,15 +3,15 @@
 //! Clusters are drawn with replacement, the same ones for every method, so that differences are paired
 //! ([`bootstrap`]).
 
-use std::borrow::Cow;
+use std::rc::Rc;
 
 use inhand_model::{
-    Bootstrap, Estimate, EvaluationRows, Finger, HandAndFingers, Intervals, Measure,
-    MeasureEstimates, MethodIntervals, PairedDifference, PerFinger, in_contact,
+    Bootstrap, EvaluationRows, Finger, HandAndFingers, Intervals, Measure, MeasureEstimates,
+    MethodIntervals, PairedDifference, PerFinger, SharedContacts, in_contact,
 };
 use inhand_parallel::{map, try_map};
 use inhand_statistics::BootstrapError;
-use inhand_statistics::bootstrap::{self, ClusteredRows, Difference};
+use inhand_statistics::bootstrap::{ClusteredRows, Difference, Drawn, Draws};
 use inhand_statistics::quantiles::sorted_statistics;
 
 use crate::constraints::is_known;
@@ -31,21 +31,10 @@ pub struct Contestant<'a> {
     pub mean_error_m: f64,
 }
 
-/// Instants of a cluster at which planned and recorded contacts are known.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct ContactCounts {
-    /// All of them.
-    pub judged: usize,
-    /// Those with three or more contacts, planned.
-    pub three_or_more: usize,
-    /// The same, recorded.
-    pub recorded_three_or_more: usize,
-}
-
-/// Intervals of all methods. `errors` gives the errors of the method at a place and of a finger, `contacts` its
-/// counts, `None` where no object is known; both have the same clusters in the same order for every
-/// method. Each method is asked for once, finger by finger, and at most three are held at a time: many sessions
-/// do not fit into memory at once. `seen` gets the errors of each method when they are sorted, for other
+/// Intervals of all methods. `errors` gives the errors of the method at a place and of a finger, `sizes` how many of them
+/// each cluster has, `contacts` its counts, `None` where no object is known; all have the same clusters in the same
+/// order for every method. Each method is read once, and its errors are dropped before those of the next are read: many
+/// sessions do not fit into memory at once. `seen` gets the errors of each method when they are sorted, for other
 /// statistics of them.
 ///
 /// # Errors
@@ -56,63 +45,152 @@ pub fn intervals<E: From<BootstrapError>>(
     contestants: &[Contestant<'_>],
     default: &str,
     bootstrap: Bootstrap,
-    mut errors: impl FnMut(usize, Finger) -> Result<ErrorsByCluster, E>,
-    contacts: impl Fn(usize) -> Option<Vec<ContactCounts>>,
+    errors: impl Fn(usize, Finger) -> Result<ErrorsByCluster, E>,
+    sizes: impl Fn(usize, Finger) -> Vec<usize>,
+    contacts: impl Fn(usize) -> Option<Vec<SharedContacts>>,
     mut seen: impl FnMut(usize, &SortedErrors),
 ) -> Result<Intervals, E> {
     let best = best_baseline(contestants);
     let default = contestants.iter().position(|method| method.name == default);
-
-    let mut found: Vec<Option<MethodIntervals>> = vec![None; contestants.len()];
-    let mut look = |place: usize| -> Result<SortedErrors, E> {
+    let mut pairs = pairs(contestants.len(), best, default, &sizes);
+    let clusters = contestants.first().map(|_| sizes(0, Finger::Thumb).len());
+    let draws = Draws::new(&bootstrap, clusters.unwrap_or(0))?;
+    let mut methods = Vec::with_capacity(contestants.len());
+    for (place, contestant) in contestants.iter().enumerate() {
         let sample = SortedErrors::read(|finger| errors(place, finger))?;
+        let drawn = sample.drawn(&draws)?;
         let counts = contacts(place);
-        found[place] = Some(method_intervals(
-            contestants[place].name,
-            &sample,
-            counts.as_deref(),
-            &bootstrap,
-        )?);
+        let own = method_intervals(contestant.name, &drawn, counts.as_deref(), &draws)?;
+        methods.push(own);
+        for (finger, drawn) in FINGERS.into_iter().zip(&drawn) {
+            let own = pairs.iter_mut().filter(|pair| pair.finger == finger);
+            let own = own.filter(|pair| pair.methods.contains(&place));
+            take_side(own, place, sample.rows(finger), drawn, &draws)?;
+        }
         seen(place, &sample);
-        Ok(sample)
-    };
-    let name = |place: usize| contestants[place].name;
-    let mut differences = Vec::new();
-    let of_best = best.map(&mut look).transpose()?;
-    let apart = default.filter(|_| default != best);
-    let of_default = apart.map(&mut look).transpose()?;
-    if let (Some(default), Some(sample), Some(best), Some(other)) =
-        (default, &of_default, best, &of_best)
-    {
-        let names = (name(default), name(best));
-        differences.extend(paired(names, None, &sample.all, &other.all, &bootstrap)?);
-        let fingers = try_map(&Finger::ALL, |&finger| {
-            let (one, other) = (&sample.by_finger[finger], &other.by_finger[finger]);
-            paired(names, Some(finger), one, other, &bootstrap)
-        })?;
-        differences.extend(fingers.into_iter().flatten());
-    }
-    // From here on only what is pooled is compared: the fingers' copies may go.
-    let of_best = of_best.map(|sample| sample.all);
-    let of_default = of_default.map(|sample| sample.all);
-    for place in 0..contestants.len() {
-        if Some(place) == best || Some(place) == default {
-            continue;
-        }
-        let sample = look(place)?.all;
-        for (other, rows) in [(best, &of_best), (default, &of_default)] {
-            if let (Some(other), Some(rows)) = (other, rows) {
-                let names = (name(place), name(other));
-                differences.extend(paired(names, None, &sample, rows, &bootstrap)?);
-            }
-        }
     }
     Ok(Intervals {
         bootstrap,
-        methods: found.into_iter().flatten().collect(),
-        best_baseline: best.map(|best| name(best).to_owned()),
-        differences,
+        methods,
+        best_baseline: best.map(|best| contestants[best].name.to_owned()),
+        differences: (pairs.iter())
+            .flat_map(|pair| pair.differences(contestants))
+            .collect(),
     })
+}
+
+/// All fingers together, then each.
+pub(crate) const FINGERS: [Option<Finger>; 1 + Finger::COUNT] = [
+    None,
+    Some(Finger::Thumb),
+    Some(Finger::Index),
+    Some(Finger::Middle),
+    Some(Finger::Ring),
+    Some(Finger::Little),
+];
+
+/// Two methods that are compared, over the clusters in which both judged the same instants: a method whose plan failed
+/// has been spared what is hard about a segment, and the other one must be spared it too.
+struct Pair {
+    methods: [usize; 2],
+    /// `None` for all of them.
+    finger: Option<Finger>,
+    /// Of each cluster.
+    judged_by_both: Vec<bool>,
+    sides: [Option<Side>; 2],
+}
+
+/// A method in a comparison.
+struct Side {
+    drawn: Rc<Drawn>,
+    /// Each measure of each cluster alone; NaN without rows.
+    by_cluster: Rc<Vec<[f64; Measure::ALL.len()]>>,
+}
+
+/// The default method against the best baseline, also finger by finger; the others against each of both.
+fn pairs(
+    methods: usize,
+    best: Option<usize>,
+    default: Option<usize>,
+    sizes: &impl Fn(usize, Finger) -> Vec<usize>,
+) -> Vec<Pair> {
+    let sizes = |method, finger: Option<Finger>| match finger {
+        Some(finger) => sizes(method, finger),
+        None => (Finger::ALL.iter().map(|&finger| sizes(method, finger)))
+            .reduce(|all, own| all.iter().zip(own).map(|(all, own)| all + own).collect())
+            .unwrap_or_default(),
+    };
+    let pair = |first, second, finger| Pair {
+        methods: [first, second],
+        finger,
+        judged_by_both: judged_by_both(&sizes(first, finger), &sizes(second, finger)),
+        sides: [None, None],
+    };
+    let apart = default.filter(|_| default != best);
+    let main = apart.zip(best).into_iter();
+    let main = main.flat_map(|(default, best)| FINGERS.map(|finger| pair(default, best, finger)));
+    let others = (0..methods).filter(|&place| Some(place) != best && Some(place) != default);
+    let others = others.flat_map(|place| {
+        let with = [best, apart].into_iter().flatten();
+        with.map(move |other| (place, other))
+    });
+    main.chain(others.map(|(place, other)| pair(place, other, None)))
+        .collect()
+}
+
+/// Gives pairs the side of a method.
+fn take_side<'p>(
+    pairs: impl Iterator<Item = &'p mut Pair>,
+    method: usize,
+    rows: &ClusteredRows,
+    drawn: &Rc<Drawn>,
+    draws: &Draws,
+) -> Result<(), BootstrapError> {
+    let mut pairs = pairs.peekable();
+    if pairs.peek().is_none() {
+        return Ok(());
+    }
+    let by_cluster = Rc::new(map(&rows.by_cluster(), |rows| measures_of(rows)));
+    for pair in pairs {
+        let drawn = match pair.judged_by_both.iter().all(|&same| same) {
+            true => Rc::clone(drawn),
+            false => Rc::new(rows.drawn(&draws.only(&pair.judged_by_both)?, &Measure::ALL)?),
+        };
+        let by_cluster = Rc::clone(&by_cluster);
+        let side = pair.methods.map(|own| own == method);
+        pair.sides[usize::from(side[1])] = Some(Side { drawn, by_cluster });
+    }
+    Ok(())
+}
+
+impl Pair {
+    /// Differences of the first from the second in each measure; nothing where no rows are left.
+    fn differences(&self, contestants: &[Contestant<'_>]) -> Vec<PairedDifference> {
+        let [Some(first), Some(second)] = &self.sides else {
+            return Vec::new();
+        };
+        let [method, other] = self.methods.map(|place| contestants[place].name.to_owned());
+        let found = first.drawn.less(&second.drawn);
+        let found = found.into_iter().zip(Measure::ALL).enumerate();
+        let of_measure = |(k, (found, measure)): (usize, (Option<Difference>, Measure))| {
+            let found = found?;
+            Some(PairedDifference {
+                method: method.clone(),
+                other: other.clone(),
+                finger: self.finger,
+                measure,
+                absolute: found.absolute,
+                relative: found.relative,
+                share_better: share_better(
+                    &first.by_cluster,
+                    &second.by_cluster,
+                    &self.judged_by_both,
+                    k,
+                ),
+            })
+        };
+        found.filter_map(of_measure).collect()
+    }
 }
 
 /// Intervals over the segments of one session, from its rows. Which methods are baselines, and the mean
@@ -128,11 +206,20 @@ pub fn session_intervals(
     tau_m: f64,
     bootstrap: Bootstrap,
 ) -> Result<Intervals, BootstrapError> {
+    let samples = rows.layout.samples.max(1);
+    let judged = |segment: &[PerFinger<f64>], finger: Finger| {
+        let judged = segment.iter().filter(|errors| errors[finger].is_finite());
+        judged.count()
+    };
     intervals(
         contestants,
         default,
         bootstrap,
         |place, finger| Ok(segment_errors(rows, place, finger)),
+        |place, finger| {
+            let segments = rows.methods[place].error_m.chunks(samples);
+            segments.map(|segment| judged(segment, finger)).collect()
+        },
         |place| segment_contacts(rows, place, tau_m),
         |_, _| (),
     )
@@ -158,7 +245,7 @@ pub(crate) fn segment_contacts(
     rows: &EvaluationRows,
     method: usize,
     tau_m: f64,
-) -> Option<Vec<ContactCounts>> {
+) -> Option<Vec<SharedContacts>> {
     let planned = rows.methods[method].distance_m.as_ref()?;
     let recorded = rows.recorded_distance_m.as_ref()?;
     let samples = rows.layout.samples.max(1);
@@ -169,9 +256,9 @@ pub(crate) fn segment_contacts(
     let counts = |(planned, recorded): (&[PerFinger<f64>], &[PerFinger<f64>])| {
         let judged = (planned.iter().zip(recorded))
             .filter(|(planned, recorded)| is_known(planned) && is_known(recorded));
-        judged.fold(ContactCounts::default(), |counts, (planned, recorded)| {
-            ContactCounts {
-                judged: counts.judged + 1,
+        judged.fold(SharedContacts::default(), |counts, (planned, recorded)| {
+            SharedContacts {
+                n: counts.n + 1,
                 three_or_more: counts.three_or_more + usize::from(is_stable(planned)),
                 recorded_three_or_more: counts.recorded_three_or_more
                     + usize::from(is_stable(recorded)),
@@ -190,43 +277,38 @@ pub fn best_baseline(contestants: &[Contestant<'_>]) -> Option<usize> {
         .map(|(place, _)| place)
 }
 
-/// Rows with what tells in which clusters one method is better than another.
-#[derive(Debug)]
-struct Rows {
-    rows: ClusteredRows,
-    /// Each measure of each cluster alone; NaN without rows.
-    by_cluster: Vec<[f64; Measure::ALL.len()]>,
-}
-
 /// Errors of a method, sorted: of each finger and of all.
 #[derive(Debug)]
 pub struct SortedErrors {
-    by_finger: PerFinger<Rows>,
-    all: Rows,
+    by_finger: Vec<ClusteredRows>,
+    all: ClusteredRows,
 }
 
 impl SortedErrors {
     /// Those of a finger, or of all of them.
     pub fn rows(&self, finger: Option<Finger>) -> &ClusteredRows {
-        &finger
-            .map_or(&self.all, |finger| &self.by_finger[finger])
-            .rows
+        finger.map_or(&self.all, |finger| &self.by_finger[finger.index()])
     }
 
-    /// The errors of one finger after the other: what is read of one is dropped before the next.
-    fn read<E: From<BootstrapError>>(
-        mut errors: impl FnMut(Finger) -> Result<ErrorsByCluster, E>,
+    /// Sorts the errors of each finger.
+    pub(crate) fn read<E: From<BootstrapError>>(
+        errors: impl Fn(Finger) -> Result<ErrorsByCluster, E>,
     ) -> Result<Self, E> {
-        let measured = |rows: ClusteredRows| Rows {
-            by_cluster: map(&rows.by_cluster(), |rows| measures_of(rows)),
-            rows,
-        };
-        let by_finger = PerFinger::try_from_fn(|finger| -> Result<Rows, E> {
-            Ok(measured(ClusteredRows::new(&errors(finger)?)?))
-        })?;
-        let parts: Vec<&ClusteredRows> = by_finger.iter().map(|(_, rows)| &rows.rows).collect();
-        let all = measured(ClusteredRows::merged(&parts)?);
+        // Two fingers may be in the same files, which are read one place at a time.
+        let errors = Finger::ALL.into_iter().map(errors);
+        let errors = errors.collect::<Result<Vec<_>, E>>()?;
+        let by_finger = try_map(&errors, |errors| ClusteredRows::new(errors))?;
+        drop(errors);
+        let all = ClusteredRows::merged(&by_finger.iter().collect::<Vec<_>>())?;
         Ok(Self { by_finger, all })
+    }
+
+    /// In the order of [`FINGERS`].
+    fn drawn(&self, draws: &Draws) -> Result<Vec<Rc<Drawn>>, BootstrapError> {
+        let drawn = try_map(&FINGERS, |&finger| {
+            self.rows(finger).drawn(draws, &Measure::ALL)
+        })?;
+        Ok(drawn.into_iter().map(Rc::new).collect())
     }
 }
 
@@ -243,126 +325,58 @@ fn measures_of(rows: &[f64]) -> [f64; Measure::ALL.len()] {
     })
 }
 
-fn estimates(
-    rows: &ClusteredRows,
-    bootstrap: &Bootstrap,
-) -> Result<Option<MeasureEstimates>, BootstrapError> {
-    let found = bootstrap::intervals(rows, &Measure::ALL, bootstrap)?;
+fn estimates(drawn: &Drawn) -> Option<MeasureEstimates> {
     // Either there are rows, and every measure of them, or none.
-    let found: Option<Vec<Estimate>> = found.into_iter().collect();
-    Ok(found.and_then(|found| found.try_into().ok()))
+    let found: Option<Vec<_>> = drawn.estimates().into_iter().collect();
+    found.and_then(|found| found.try_into().ok())
 }
 
 fn method_intervals(
     method: &str,
-    sample: &SortedErrors,
-    contacts: Option<&[ContactCounts]>,
-    bootstrap: &Bootstrap,
+    drawn: &[Rc<Drawn>],
+    contacts: Option<&[SharedContacts]>,
+    draws: &Draws,
 ) -> Result<MethodIntervals, BootstrapError> {
-    let by_finger = try_map(sample.by_finger.as_array(), |rows| {
-        estimates(&rows.rows, bootstrap)
-    })?;
-    let mut by_finger = by_finger.into_iter();
-    let (three_or_more, three_or_more_less_recorded) = contacts
-        .map(|counts| contact_estimates(counts, bootstrap))
-        .transpose()?
-        .unwrap_or_default();
+    let mean = |counts, of| ones_and_zeros(counts, of)?.drawn(draws, &[Measure::Mean]);
+    let (mut three_or_more, mut three_or_more_less_recorded) = (None, None);
+    if let Some(counts) = contacts {
+        let planned = mean(counts, |counts| counts.three_or_more)?;
+        let recorded = mean(counts, |counts| counts.recorded_three_or_more)?;
+        three_or_more = planned.estimates()[0];
+        three_or_more_less_recorded = planned.less(&recorded)[0].map(|found| found.absolute);
+    }
+    let mut found = drawn.iter().map(|drawn| estimates(drawn));
     Ok(MethodIntervals {
         method: method.to_owned(),
         error: HandAndFingers {
-            all: estimates(&sample.all.rows, bootstrap)?,
-            by_finger: PerFinger::from_fn(|_| by_finger.next().flatten()),
+            all: found.next().flatten(),
+            by_finger: PerFinger::from_fn(|_| found.next().flatten()),
         },
         three_or_more,
         three_or_more_less_recorded,
     })
 }
 
-/// The share of instants with three or more contacts, and that share less the recorded one.
-fn contact_estimates(
-    counts: &[ContactCounts],
-    bootstrap: &Bootstrap,
-) -> Result<(Option<Estimate>, Option<Estimate>), BootstrapError> {
-    let planned = ones_and_zeros(counts, |counts| counts.three_or_more)?;
-    let recorded = ones_and_zeros(counts, |counts| counts.recorded_three_or_more)?;
-    let mean = [Measure::Mean];
-    let share = bootstrap::intervals(&planned, &mean, bootstrap)?;
-    let less = bootstrap::differences(&planned, &recorded, true, &mean, bootstrap)?;
-    Ok((share[0], less[0].map(|found| found.absolute)))
-}
-
 /// Ones and zeros whose mean is a share.
 pub(crate) fn ones_and_zeros(
-    counts: &[ContactCounts],
-    of: fn(&ContactCounts) -> usize,
+    counts: &[SharedContacts],
+    of: fn(&SharedContacts) -> usize,
 ) -> Result<ClusteredRows, BootstrapError> {
     let clusters: Vec<Vec<f64>> = (counts.iter())
         .map(|counts| {
-            let ones = of(counts).min(counts.judged);
+            let ones = of(counts).min(counts.n);
             let mut values = vec![1.0; ones];
-            values.resize(counts.judged, 0.0);
+            values.resize(counts.n, 0.0);
             values
         })
         .collect();
     ClusteredRows::new(&clusters)
 }
 
-/// In which clusters both have the same number of rows. A method whose plan failed has been spared what is hard about
-/// a segment; the other one must be spared it too.
-fn judged_by_both(first: &ClusteredRows, second: &ClusteredRows) -> Vec<bool> {
-    let sizes = first.sizes().iter().zip(second.sizes());
+/// In which clusters both have the same number of rows.
+pub(crate) fn judged_by_both(first: &[usize], second: &[usize]) -> Vec<bool> {
+    let sizes = first.iter().zip(second);
     sizes.map(|(first, second)| first == second).collect()
-}
-
-/// Both samples over the clusters to keep.
-fn only<'a>(
-    keep: &[bool],
-    first: &'a ClusteredRows,
-    second: &'a ClusteredRows,
-) -> [Cow<'a, ClusteredRows>; 2] {
-    [first, second].map(|rows| match keep.iter().all(|&keep| keep) {
-        true => Cow::Borrowed(rows),
-        false => Cow::Owned(rows.only(keep)),
-    })
-}
-
-/// Samples to compare: of pairs the clusters in which both judged the same instants, else all.
-pub(crate) fn compared<'a>(
-    paired: bool,
-    first: &'a ClusteredRows,
-    second: &'a ClusteredRows,
-) -> [Cow<'a, ClusteredRows>; 2] {
-    match paired {
-        true => only(&judged_by_both(first, second), first, second),
-        false => [first, second].map(Cow::Borrowed),
-    }
-}
-
-/// Differences of the first from the second in each measure, over the clusters in which both judged the same instants;
-/// nothing where there are none.
-fn paired(
-    (method, other): (&str, &str),
-    finger: Option<Finger>,
-    first: &Rows,
-    second: &Rows,
-    bootstrap: &Bootstrap,
-) -> Result<Vec<PairedDifference>, BootstrapError> {
-    let same = judged_by_both(&first.rows, &second.rows);
-    let [rows, of_other] = only(&same, &first.rows, &second.rows);
-    let found = bootstrap::differences(&rows, &of_other, true, &Measure::ALL, bootstrap)?;
-    let of_measure = |(k, found): (usize, &Option<Difference>)| {
-        let found = (*found)?;
-        Some(PairedDifference {
-            method: method.to_owned(),
-            other: other.to_owned(),
-            finger,
-            measure: Measure::ALL[k],
-            absolute: found.absolute,
-            relative: found.relative,
-            share_better: share_better(&first.by_cluster, &second.by_cluster, &same, k),
-        })
-    };
-    Ok(found.iter().enumerate().filter_map(of_measure).collect())
 }
 
 /// Share of the clusters in which both judged the same instants and the first is smaller, a tie counting half.

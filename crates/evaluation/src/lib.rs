@@ -95,8 +95,7 @@ pub use contacts::motion_contacts;
 pub use dynamics::{DynamicsRows, contact_dynamics, contact_rows};
 pub use input::{Corridors, EvaluationSettings, MethodResult, ObjectPoses, TestData};
 pub use intervals::{
-    ContactCounts, Contestant, ErrorsByCluster, SortedErrors, best_baseline, intervals,
-    session_intervals,
+    Contestant, ErrorsByCluster, SortedErrors, best_baseline, intervals, session_intervals,
 };
 pub use method::evaluate_method;
 pub use movement::{JudgedMethod, MovementSettings, filled_segments, movement};

@@ -14,8 +14,8 @@
 //!
 //! Which clusters a draw takes depends on seed, number of the draw and number of clusters alone
 //! ([`draw_clusters`]), so that two methods on the same clusters are drawn together and no order of
-//! work changes a result. The rows of a draw are never put together: [`ClusteredRows`] sorts them
-//! once and finds the very numbers.
+//! work changes a result. [`Draws`] has them for all samples of the same clusters. The rows of a draw are never put
+//! together: [`ClusteredRows`] sorts them once and finds the very numbers ([`Drawn`]).
 //!
 //! ```
 //! use inhand_model::{Bootstrap, Cluster, Measure};
@@ -33,15 +33,16 @@
 //! # Ok::<(), inhand_statistics::BootstrapError>(())
 //! ```
 
+mod draws;
 mod rows;
 
 use inhand_model::{Bootstrap, Estimate, Measure};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
+pub use self::draws::{Drawn, Draws};
 pub use self::rows::ClusteredRows;
 use crate::error::BootstrapError;
-use crate::quantiles::quantile;
 
 /// Difference of a statistic between two samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,9 +69,8 @@ pub fn intervals(
     measures: &[Measure],
     bootstrap: &Bootstrap,
 ) -> Result<Vec<Option<Estimate>>, BootstrapError> {
-    let clusters = [rows.sizes().len()];
-    let measure = |times: &[u32], found: &mut [f64]| rows.measure(times, measures, found);
-    estimates(&[rows], &clusters, measures.len(), bootstrap, measure)
+    let draws = Draws::new(bootstrap, rows.sizes().len())?;
+    Ok(rows.drawn(&draws, measures)?.estimates())
 }
 
 /// Differences of statistics of `first` from those of `second`.
@@ -93,32 +93,12 @@ pub fn differences(
     measures: &[Measure],
     bootstrap: &Bootstrap,
 ) -> Result<Vec<Option<Difference>>, BootstrapError> {
-    let clusters = [first.sizes().len(), second.sizes().len()];
-    if paired && clusters[0] != clusters[1] {
-        let [first, second] = clusters;
-        return Err(BootstrapError::Unpaired { first, second });
-    }
-    let (drawn, start) = if paired {
-        (&clusters[..1], 0)
-    } else {
-        (&clusters[..], clusters[0])
+    let draws = Draws::new(bootstrap, first.sizes().len())?;
+    let of_second = match paired {
+        true => second.drawn(&draws, measures)?,
+        false => second.drawn(&Draws::apart(bootstrap, second.sizes().len())?, measures)?,
     };
-    let mut of_second = vec![f64::NAN; measures.len()];
-    let difference = |times: &[u32], found: &mut [f64]| {
-        let (absolute, relative) = found.split_at_mut(measures.len());
-        first.measure(&times[..clusters[0]], measures, absolute);
-        second.measure(&times[start..], measures, &mut of_second);
-        for ((absolute, relative), &second) in absolute.iter_mut().zip(relative).zip(&of_second) {
-            *absolute -= second;
-            *relative = *absolute / second.abs();
-        }
-    };
-    let width = 2 * measures.len();
-    let found = estimates(&[first, second], drawn, width, bootstrap, difference)?;
-    let (absolute, relative) = found.split_at(measures.len());
-    Ok((absolute.iter().zip(relative))
-        .map(|(&absolute, &relative)| absolute.map(|absolute| Difference { absolute, relative }))
-        .collect())
+    Ok(first.drawn(&draws, measures)?.less(&of_second))
 }
 
 /// Writes how many times draw number `draw` takes each cluster; it takes as many clusters as there are.
@@ -146,83 +126,4 @@ pub fn draw_clusters(seed: u64, draw: u64, times: &mut [u32]) {
         let place = (u128::from(random.next_u64()) * times.len() as u128) >> 64;
         times[place as usize] += 1;
     }
-}
-
-/// Estimates of `width` statistics. `statistics` gets how many times each cluster is taken and writes
-/// `width` numbers, NaN or infinite where one is not defined. `clusters` are the numbers of those that are
-/// drawn together, one part after the other.
-fn estimates(
-    samples: &[&ClusteredRows],
-    clusters: &[usize],
-    width: usize,
-    bootstrap: &Bootstrap,
-    mut statistics: impl FnMut(&[u32], &mut [f64]),
-) -> Result<Vec<Option<Estimate>>, BootstrapError> {
-    let &Bootstrap {
-        draws,
-        seed,
-        confidence,
-        ..
-    } = bootstrap;
-    if !(confidence > 0.0 && confidence < 1.0) {
-        return Err(BootstrapError::Confidence { found: confidence });
-    }
-    if draws == 0 {
-        return Err(BootstrapError::NoDraws);
-    }
-    let mut times = vec![1; clusters.iter().sum()];
-    let mut found = vec![f64::NAN; width];
-    statistics(&times, &mut found);
-    let values = found.clone();
-
-    let mut drawn = vec![Vec::new(); width];
-    let occupied = |rows: &&ClusteredRows| rows.sizes().iter().filter(|&&size| size > 0).count();
-    let counted = samples.first().map_or(0, occupied);
-    // A sample with rows in one cluster only repeats them in every draw that is defined.
-    let spread = samples.iter().all(|rows| occupied(rows) >= 2);
-    let draws = if spread && counted >= Estimate::FEWEST_CLUSTERS {
-        draws as u64
-    } else {
-        0
-    };
-    for draw in 0..draws {
-        let mut rest = times.as_mut_slice();
-        for (&size, part) in clusters.iter().zip(0..) {
-            let (own, others) = rest.split_at_mut(size);
-            draw_clusters(seed.wrapping_add(part), draw, own);
-            rest = others;
-        }
-        statistics(&times, &mut found);
-        for (drawn, &found) in drawn.iter_mut().zip(&found) {
-            drawn.push(found);
-        }
-    }
-    let tail = (1.0 - confidence) / 2.0;
-    let estimate = |value, mut drawn: Vec<f64>| {
-        drawn.retain(|value| value.is_finite());
-        drawn.sort_unstable_by(f64::total_cmp);
-        let ends = quantile(&drawn, tail).zip(quantile(&drawn, 1.0 - tail));
-        let interval = ends.filter(|(low, high)| low < high);
-        Estimate {
-            value,
-            n: samples.first().map_or(0, |rows| rows.sorted().len()),
-            clusters: counted,
-            standard_error: interval.and_then(|_| standard_deviation(&drawn)),
-            interval: interval.map(|(low, high)| [low, high]),
-        }
-    };
-    Ok((values.into_iter().zip(drawn))
-        .map(|(value, drawn)| value.is_finite().then(|| estimate(value, drawn)))
-        .collect())
-}
-
-/// Standard deviation with divisor n - 1; `None` of a single value.
-fn standard_deviation(values: &[f64]) -> Option<f64> {
-    let n = values.len() as f64;
-    if values.len() < 2 {
-        return None;
-    }
-    let mean = values.iter().sum::<f64>() / n;
-    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
-    Some((squares / (n - 1.0)).sqrt())
 }

@@ -13,5 +13,6 @@
 pub mod bootstrap;
 mod error;
 pub mod quantiles;
+mod sort;
 
 pub use error::BootstrapError;

@@ -2,6 +2,8 @@
 
 use inhand_model::Statistics;
 
+use crate::sort::sort_by_number;
+
 /// Whiskers reach to the farthest value within this many interquartile ranges of the box: Tukey's
 /// convention, the default of every box plot library.
 const WHISKER_RANGES: f64 = 1.5;
@@ -38,7 +40,7 @@ pub fn quantile(sorted: &[f64], q: f64) -> Option<f64> {
 pub fn statistics(mut values: Vec<f64>, n_filled: usize, n_left_out: usize) -> Statistics {
     // In the order given, whatever sorting makes of it.
     let sums = sums(&values);
-    values.sort_unstable_by(f64::total_cmp);
+    sort_by_number(&mut values, |&value| value);
     summary(&values, sums, n_filled, n_left_out)
 }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use inhand_evaluation::SortedErrors;
 use inhand_model::{Finger, GroupSummary, HandAndFingers, PerFinger, Protocol, Statistics};
-use inhand_statistics::quantiles::statistics;
+use inhand_statistics::quantiles::sorted_statistics;
 
 use super::part::Part;
 
@@ -37,16 +37,17 @@ impl Groups {
         method: &str,
         errors: &SortedErrors,
     ) -> Vec<GroupSummary> {
+        let mut group = vec![0; parts.len()];
+        for (place, sessions) in self.0.values().enumerate() {
+            sessions.iter().for_each(|&session| group[session] = place);
+        }
         let of = |finger: Option<Finger>| -> Vec<Statistics> {
-            let by_session = errors.rows(finger).by_cluster();
-            (self.0.values())
-                .map(|sessions| {
-                    let pooled: Vec<f64> = (sessions.iter())
-                        .flat_map(|&session| by_session[session].iter().copied())
-                        .collect();
+            let pooled = errors.rows(finger).by_group(&group);
+            (self.0.values().zip(&pooled))
+                .map(|(sessions, pooled)| {
                     let members = sessions.iter().map(|&session| &parts[session]);
                     let (filled, left_out) = counts(members, protocol, method, finger);
-                    statistics(pooled, filled, left_out)
+                    sorted_statistics(pooled, filled, left_out)
                 })
                 .collect()
         };

@@ -2,9 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use inhand_evaluation::{
-    ContactCounts, Contestant, SortedErrors, best_baseline, intervals, outliers,
-};
+use inhand_evaluation::{Contestant, SortedErrors, best_baseline, intervals, outliers};
 use inhand_model::{
     Bootstrap, Cluster, Finger, GroupSummary, HandAndFingers, HeldOutSummary, Intervals, Level,
     MethodEvaluation, MethodSummary, PerFinger, Protocol, SessionMethod, SessionSummary,
@@ -141,6 +139,12 @@ fn pooled(
             let name = &methods[place];
             inhand_parallel::try_map(parts, |part| part.errors_m(protocol, name, finger))
         },
+        |place, finger| {
+            let of_parts = of_parts[place].iter();
+            of_parts
+                .map(|part| part.error.by_finger[finger].n)
+                .collect()
+        },
         |place| contact_counts(&of_parts[place]),
         |place, errors| {
             let name = &methods[place];
@@ -193,10 +197,6 @@ fn check_twice(parts: &[Part]) -> Result<(), SessionError> {
             );
             return Err(SessionError::data(&part.path, message));
         }
-    }
-    if parts.is_empty() {
-        let message = "no evaluation was given";
-        return Err(SessionError::data("evaluation.json", message));
     }
     Ok(())
 }
@@ -254,12 +254,11 @@ fn common_methods(parts: &[Part]) -> Result<Vec<String>, SessionError> {
 
 /// The method that most sessions look at first, the first of equally many.
 fn most_frequent_default(parts: &[Part], methods: &[String]) -> String {
-    let times = |name: &String| {
-        let same = parts
-            .iter()
-            .filter(|part| part.evaluation.default_method == *name);
-        same.count()
-    };
+    let defaults: Vec<_> = parts
+        .iter()
+        .map(|part| &part.evaluation.default_method)
+        .collect();
+    let times = |name: &String| defaults.iter().filter(|own| **own == name).count();
     // The last of equal ones is taken, so they are gone through from the end.
     methods
         .iter()
@@ -322,19 +321,10 @@ fn added(contacts: impl Iterator<Item = SharedContacts>) -> Option<SharedContact
 }
 
 /// Of every session; one without an object adds nothing.
-fn contact_counts(of_parts: &[&MethodEvaluation]) -> Option<Vec<ContactCounts>> {
-    let counts: Vec<Option<SharedContacts>> =
-        of_parts.iter().map(|method| shared(method)).collect();
-    counts.iter().any(Option::is_some).then(|| {
-        (counts.into_iter())
-            .map(Option::unwrap_or_default)
-            .map(|counts| ContactCounts {
-                judged: counts.n,
-                three_or_more: counts.three_or_more,
-                recorded_three_or_more: counts.recorded_three_or_more,
-            })
-            .collect()
-    })
+fn contact_counts(of_parts: &[&MethodEvaluation]) -> Option<Vec<SharedContacts>> {
+    let counts: Vec<_> = of_parts.iter().map(|method| shared(method)).collect();
+    let any = counts.iter().any(Option::is_some);
+    any.then(|| counts.into_iter().map(Option::unwrap_or_default).collect())
 }
 
 /// Names that tell sessions apart: with the folder of the results where several have the same one.

@@ -81,8 +81,7 @@ impl Part {
     ///
     /// As for [`read`](Self::read); the first one.
     pub fn read_all(paths: &[PathBuf]) -> Result<Vec<Self>, SessionError> {
-        let parts = paths.iter().map(|path| Self::read(path));
-        parts.map(|part| part.map(Self::for_summary)).collect()
+        inhand_parallel::try_map(paths, |path| Ok(Self::read(path)?.for_summary()))
     }
 
     /// Without what no summary over sessions says, so that many parts fit into memory.

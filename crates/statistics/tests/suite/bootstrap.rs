@@ -296,6 +296,7 @@ proptest! {
         let expected = ClusteredRows::new(&together).unwrap();
         prop_assert_eq!(merged.sorted(), expected.sorted());
         prop_assert_eq!(merged.by_cluster(), expected.by_cluster());
+        prop_assert_eq!(&merged.by_group(&vec![0; together.len()])[0], merged.sorted());
         let resampling = bootstrap(20, 3, 0.9);
         // Small whole numbers add up exactly in any order.
         prop_assert_eq!(

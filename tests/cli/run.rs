@@ -253,6 +253,22 @@ fn second_run_does_only_what_changed() {
     bench.run("out", &[]);
     assert_eq!(bench.bytes("out/report.html"), report);
 
+    // So is one that is missing; takes and rows stay as they are.
+    let kept = ["cube_test_01.mcap", "rows.parquet", "rows.held_out.parquet"];
+    let written = || {
+        kept.map(|name| {
+            let facts = std::fs::metadata(bench.path(&format!("out/{name}"))).unwrap();
+            facts.modified().unwrap()
+        })
+    };
+    let earlier = written();
+    std::fs::remove_file(bench.path("out/report.html")).unwrap();
+    std::fs::remove_file(bench.path("out/figures/error-ecdf.svg")).unwrap();
+    bench.run("out", &[]);
+    assert_eq!(bench.bytes("out/report.html"), report);
+    assert!(bench.path("out/figures/error-ecdf.svg").is_file());
+    assert_eq!(written(), earlier);
+
     // A threshold of the evaluation leaves the dictionary alone.
     let dictionary = bench.bytes("out/dictionary.mcap");
     let written = std::fs::metadata(bench.path("out/dictionary.mcap"))

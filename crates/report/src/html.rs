@@ -339,24 +339,17 @@ fn sections(report: &Report<'_>) -> Vec<Section> {
     sections.into_iter().flatten().collect()
 }
 
-/// Every figure of the page, in its order.
-pub(crate) fn figures(report: &Report<'_>) -> Vec<Figure> {
-    let sections = sections(report).into_iter();
-    let figures = sections.flat_map(|section| section.body.into_figures());
-    figures.collect()
-}
-
-/// Draws the page of one evaluation.
-pub(crate) fn page(report: &Report<'_>) -> Markup {
+/// Draws the page of one evaluation; with its figures, in their order.
+pub(crate) fn page(report: &Report<'_>) -> (Markup, Vec<Figure>) {
     let evaluation = report.evaluation;
     let facts = session::facts(evaluation);
     let verdict = session::verdict(evaluation, &methods(evaluation, Protocol::Published));
-    shell(
-        &evaluation.session.name,
-        &facts,
-        &verdict,
-        &sections(report),
-    )
+    let sections = sections(report);
+    let page = shell(&evaluation.session.name, &facts, &verdict, &sections);
+    let figures = sections
+        .into_iter()
+        .flat_map(|section| section.body.into_figures());
+    (page, figures.collect())
 }
 
 /// A page: what every report has around its sections.

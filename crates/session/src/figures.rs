@@ -3,21 +3,19 @@
 use std::path::{Path, PathBuf};
 
 use inhand_export::{Table, TableBuilder, write_parquet};
-use inhand_report::{Figure, FigureData, FigureValues, Report};
+use inhand_report::{Figure, FigureData, FigureValues};
 
 use crate::error::{Located, SessionError};
 use crate::output::{write_atomic, write_text};
 
-/// Writes every figure of a report into a folder, each three times: `ID.svg` for print, the numbers that it
-/// draws as `ID.csv` and as `ID.parquet`. Returns what was written, in the order of the page.
+/// Writes figures into a folder, each three times: `ID.svg` for print, the numbers that it
+/// draws as `ID.csv` and as `ID.parquet`. Returns what was written, in the same order.
 ///
 /// # Errors
 ///
-/// As [`inhand_report::figures`]; [`SessionError::At`], [`SessionError::Io`]. Each file appears whole or not
-/// at all.
-pub fn write_figures(folder: &Path, report: &Report<'_>) -> Result<Vec<PathBuf>, SessionError> {
-    let figures = inhand_report::figures(report)?;
-    let written = inhand_parallel::try_map(&figures, |figure| write_figure(folder, figure))?;
+/// [`SessionError::At`], [`SessionError::Io`]. Each file appears whole or not at all.
+pub fn write_figures(folder: &Path, figures: &[Figure]) -> Result<Vec<PathBuf>, SessionError> {
+    let written = inhand_parallel::try_map(figures, |figure| write_figure(folder, figure))?;
     Ok(written.into_iter().flatten().collect())
 }
 

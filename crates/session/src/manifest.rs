@@ -1,6 +1,6 @@
 //! `run.json`: what differs from run to run, and what tells whether results are up to date.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
 use std::time::Duration;
 
@@ -148,21 +148,19 @@ pub(crate) fn learn_provenance<'a>(
     }
 }
 
-/// Whether the results of an earlier run have this key and are all unchanged, `outputs` among them.
-pub(crate) fn up_to_date(run_file: &Path, session: &str, key: &str, outputs: &[&Path]) -> bool {
-    let Some(earlier) = read(run_file).map(|run| run.manifest) else {
-        return false;
-    };
-    let folder = folder_of(run_file);
-    let listed = |path: &&Path| earlier.outputs.contains_key(&name_in(folder, path));
-    if earlier.key != key || earlier.session != session || !outputs.iter().all(listed) {
-        return false;
-    }
-    let listed: Vec<_> = earlier.outputs.iter().collect();
+/// The results of an earlier run with this key that have not changed since, and whether those are all of its results.
+pub(crate) fn unchanged(run_file: &Path, session: &str, key: &str) -> (BTreeSet<PathBuf>, bool) {
+    let earlier = read(run_file).map(|run| run.manifest);
+    let earlier = earlier.filter(|earlier| earlier.key == key && earlier.session == session);
+    let listed: Vec<_> =
+        earlier.map_or_else(Vec::new, |earlier| earlier.outputs.into_iter().collect());
     let unchanged = inhand_parallel::map(&listed, |(name, hash)| {
-        file_in(folder, name).is_some_and(|path| hash_of(&path).is_ok_and(|now| now == **hash))
+        let path = file_in(folder_of(run_file), name)?;
+        hash_of(&path).is_ok_and(|now| now == *hash).then_some(path)
     });
-    unchanged.into_iter().all(|unchanged| unchanged)
+    let unchanged: BTreeSet<_> = unchanged.into_iter().flatten().collect();
+    let all = unchanged.len() == listed.len();
+    (unchanged, all)
 }
 
 /// Whether a file is the `run.json` of an earlier run of this session.

@@ -94,7 +94,7 @@ pub fn run(
     options: &RunOptions,
     watch: &mut dyn FnMut(Event<'_>),
 ) -> Result<RunResult, SessionError> {
-    let run = Run::new(options, watch)?;
+    let mut run = Run::new(options, watch)?;
     let settings = run.settings;
     let takes = run.time("read", || take::read_session(&run.session, settings))?;
     let hashes = takes.iter().map(|take| take.hash.clone());
@@ -104,8 +104,10 @@ pub fn run(
         &provenance,
         (options.view, options.row_positions),
     );
+    let (kept, all) = manifest::unchanged(&run.files.run, &run.session.name, &key);
+    run.files.kept = kept;
     let outputs = run.files.reproducible();
-    if manifest::up_to_date(&run.files.run, &run.session.name, &key, &outputs) {
+    if all && outputs.iter().all(|path| run.files.is_kept(path)) {
         let evaluation = stored_evaluation(&run.files.evaluation)?;
         (run.watch.borrow_mut())(Event::Took(&evaluation.session));
         if let Some(inspection) = &evaluation.inspection {

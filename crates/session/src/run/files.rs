@@ -1,5 +1,6 @@
 //! Paths of the results, and whether they may be written.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use super::{FIGURES, RunOptions};
@@ -30,6 +31,8 @@ pub struct RunFiles {
     pub figures: PathBuf,
     /// Times, memory, threads.
     pub run: PathBuf,
+    /// What an earlier run of the same inputs, settings and version left unchanged.
+    pub(super) kept: BTreeSet<PathBuf>,
 }
 
 impl RunFiles {
@@ -48,7 +51,13 @@ impl RunFiles {
             report: folder.join("report.html"),
             figures: folder.join(FIGURES),
             run: folder.join(manifest::RUN_FILE),
+            kept: BTreeSet::new(),
         }
+    }
+
+    /// Whether a file need not be written.
+    pub(super) fn is_kept(&self, path: &Path) -> bool {
+        self.kept.contains(path)
     }
 
     /// The files that depend on inputs and settings alone, but for the figures, whose number depends on what

@@ -1,7 +1,7 @@
 //! The files of a run.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use inhand_inspection::Smoothing;
 use inhand_model::{Dictionary, PerProtocol, Protocol, Provenance};
@@ -30,7 +30,7 @@ pub(super) struct Results<'a> {
     pub(super) provenance: &'a Provenance,
 }
 
-/// Writes a recording for each take.
+/// Writes a recording for each take, but what an earlier run left.
 pub(super) fn write_takes(
     run: &Results<'_>,
     options: &RunOptions,
@@ -43,6 +43,9 @@ pub(super) fn write_takes(
         .map(|result| (result.role == Role::Test).then(|| tests.next()).flatten())
         .collect();
     inhand_parallel::try_up_to(results.len(), |n| {
+        if files.is_kept(&files.takes[n]) {
+            return Ok(());
+        }
         let motion = indices[n].map(|take| GeneratedMotion {
             segments: run.cut.test.as_ref(),
             take,
@@ -95,29 +98,32 @@ pub(super) fn write_reports(
     };
     times.time("report", || {
         let session = &evaluation.session.name;
-        let table =
-            |path, protocol| tables::write_rows(path, session, of(protocol), options.row_positions);
-        let (tables, (json, (html, figures))) = both(
+        let write_rows = |path: &Path, protocol| match files.is_kept(path) {
+            true => Ok(()),
+            false => tables::write_rows(path, session, of(protocol), options.row_positions),
+        };
+        let (tables, (json, figures)) = both(
             || {
-                table(&files.rows, Protocol::Published)?;
-                table(&files.held_out_rows, Protocol::HeldOut)?;
+                let (published, held_out) = both(
+                    || write_rows(&files.rows, Protocol::Published),
+                    || write_rows(&files.held_out_rows, Protocol::HeldOut),
+                );
+                published.and(held_out)?;
                 tables::write_motion_rows(&files.motion, session, &run.judged.motion)
             },
             || {
                 both(
                     || inhand_report::evaluation_json(evaluation, report.provenance),
                     || {
-                        both(
-                            || inhand_report::html(&report),
-                            || write_figures(&files.figures, &report),
-                        )
+                        let (html, figures) = inhand_report::html_and_figures(&report)?;
+                        output::write_text(&files.report, &html)?;
+                        write_figures(&files.figures, &figures)
                     },
                 )
             },
         );
         tables?;
         output::write_text(&files.evaluation, &json?)?;
-        output::write_text(&files.report, &html?)?;
         figures
     })
 }

@@ -1,5 +1,6 @@
 //! The page: a verdict first, then what it rests on, a file a section.
 
+pub(crate) mod checks;
 mod constraints;
 mod contact_raster;
 mod contacts;
@@ -17,6 +18,7 @@ mod segment_errors;
 mod session;
 mod shown;
 pub(crate) mod summary;
+mod top;
 
 use inhand_model::{Evaluation, Finger, MethodEvaluation, Protocol};
 use maud::{DOCTYPE, Markup, PreEscaped, Render, html};
@@ -30,12 +32,12 @@ use crate::table::{Head, Table};
 /// Styles, written into the page. Ours alone, so it needs no escaping.
 const STYLE: &str = include_str!("html/style.css");
 
-/// Sorts tables and shows values under the pointer; the page says everything without it.
+/// Sorts tables, shows values under the pointer and opens everything at once; the page says the same without it.
 const SCRIPT: &str = include_str!("html/page.js");
 
 /// Nothing may be loaded, whatever a name in a file says; styles and the empty icon are in the
 /// page itself, and of scripts only the one with this hash runs: not one that a name smuggles in.
-const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; script-src 'sha256-KNRghC7MrMJwftOgSWXfqvgZMMxrhzx4bQMZD8E4B4s='; base-uri 'none'; form-action 'none'";
+const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; script-src 'sha256-qDLffSZxX44V6+d6vyVGUmF1Iv9pRBMX6fALz11I5TY='; base-uri 'none'; form-action 'none'";
 
 /// A method with what is known of it and the class of its colour.
 pub(crate) struct Method<'a, T = MethodEvaluation> {
@@ -204,10 +206,10 @@ impl Body {
         self.with(figure.map(|figure| BodyPart::Figure(Box::new(figure))))
     }
 
-    /// Adds parts that a reader unfolds; nothing where there are none.
-    pub(crate) fn folded(self, summary: &'static str, body: Body) -> Self {
-        let part = (!body.0.is_empty()).then_some(BodyPart::Folded(summary, body));
-        self.with(part)
+    /// Adds parts that a reader unfolds, under words that name them; nothing where there are none.
+    pub(crate) fn folded(self, summary: &'static str, body: impl Into<Option<Body>>) -> Self {
+        let body = body.into().filter(|body| !body.0.is_empty());
+        self.with(body.map(|body| BodyPart::Folded(summary, body)))
     }
 
     /// Adds all parts of another body, where there is one.
@@ -222,7 +224,7 @@ impl Body {
                 @match part {
                     BodyPart::Prose(markup) => (markup),
                     BodyPart::Figure(figure) => (figure.embed()),
-                    BodyPart::Folded(summary, body) => details {
+                    BodyPart::Folded(summary, body) => details.more {
                         summary { (summary) }
                         (body.draw())
                     },
@@ -272,64 +274,35 @@ fn methods(evaluation: &Evaluation, protocol: Protocol) -> Vec<Method<'_>> {
     })
 }
 
-/// The sections of the page, one a topic.
+/// The sections of the page, one a question of a reader: what answers it is shown, the rest is folded away.
 fn sections(report: &Report<'_>) -> Vec<Section> {
-    let evaluation = report.evaluation;
-    let rate_hz = evaluation.session.rate_hz;
-    let methods = &methods(evaluation, Protocol::Published);
-    let shown = report.illustrations;
+    let methods = &methods(report.evaluation, Protocol::Published);
     // What was not planned or evaluated has no section.
     let sections = [
-        section("methods", "Methods", session::methods(evaluation, methods)),
-        section("quality", "Data quality", quality::section(evaluation)),
-        section(
-            "processing",
-            "Gaps and filter",
-            shown.map(|all| processing::gaps(&all.gaps).append(processing::filter(all))),
-        ),
+        section("quality", "Data quality", quality::section(report)),
         section(
             "errors",
             "Fingertip error",
             errors::section(report, methods),
         ),
         section(
-            "examples",
-            "Paths and worst errors",
-            shown.map(|all| {
-                examples::paths(&all.paths, methods).append(examples::worst(&all.worst, rate_hz))
-            }),
+            "time",
+            "Error over time",
+            errors::time_section(report, methods),
         ),
-        section("paper", "Beside the paper", paper::section(report)),
-        section("object", "Object pose", errors::object(methods)),
         section("contacts", "Contacts", contacts::section(report, methods)),
-        section(
-            "clouds",
-            "Clouds of points",
-            shown.and_then(|all| contacts::clouds(&all.point_clouds)),
-        ),
-        section(
-            "dynamics",
-            "Contacts over time",
-            dynamics::section(report, methods),
-        ),
         section("movement", "Movement", movement::section(report, methods)),
-        section("constraints", "Constraints", constraints::section(methods)),
         section(
-            "plan-times",
-            "Plan times",
-            constraints::times(report.plan_times, methods),
+            "constraints",
+            "Constraints",
+            constraints::section(report, methods),
         ),
         section(
             "corridors",
             "Prediction regions",
             corridors::section(methods),
         ),
-        section("dictionary", "Dictionary", dictionary::section(evaluation)),
-        section(
-            "training",
-            "Training data",
-            shown.map(|all| shown::section(all, evaluation.dictionary.kind, rate_hz)),
-        ),
+        section("dictionary", "Dictionary", dictionary::section(report)),
         section(
             "provenance",
             "Settings and provenance",
@@ -341,19 +314,15 @@ fn sections(report: &Report<'_>) -> Vec<Section> {
 
 /// Draws the page of one evaluation; with its figures, in their order.
 pub(crate) fn page(report: &Report<'_>) -> (Markup, Vec<Figure>) {
-    let evaluation = report.evaluation;
-    let facts = session::facts(evaluation);
-    let verdict = session::verdict(evaluation, &methods(evaluation, Protocol::Published));
-    let sections = sections(report);
-    let page = shell(&evaluation.session.name, &facts, &verdict, &sections);
-    let figures = sections
-        .into_iter()
-        .flat_map(|section| section.body.into_figures());
-    (page, figures.collect())
+    let (top, sections) = (top::body(report), sections(report));
+    let page = shell(&report.evaluation.session.name, &top.draw(), &sections);
+    let sections = sections.into_iter().map(|section| section.body);
+    let bodies = std::iter::once(top).chain(sections);
+    (page, bodies.flat_map(Body::into_figures).collect())
 }
 
-/// A page: what every report has around its sections.
-fn shell(title: &str, facts: &[(&str, String)], verdict: &Markup, sections: &[Section]) -> Markup {
+/// A page: what every report has around its sections. `top` is below the title.
+fn shell(title: &str, top: &Markup, sections: &[Section]) -> Markup {
     html! {
         (DOCTYPE)
         html lang="en" {
@@ -370,10 +339,7 @@ fn shell(title: &str, facts: &[(&str, String)], verdict: &Markup, sections: &[Se
                 header {
                     p.kind { "In-hand manipulation report" }
                     h1 { (title) }
-                    dl.facts {
-                        @for (name, value) in facts { div { dt { (name) } dd { (value) } } }
-                    }
-                    (verdict)
+                    (top)
                 }
                 details.contents.small {
                     summary { "Contents" }
@@ -402,6 +368,8 @@ fn contents(sections: &[Section]) -> Markup {
             @for section in sections {
                 a href={ "#" (section.id) } { (section.title) }
             }
+            // The script shows it: without one it would do nothing.
+            label.everything hidden { input type="checkbox" autocomplete="off"; " Open everything, also to print" }
         }
     }
 }

@@ -75,6 +75,7 @@ pub use rank_figure::{RankFigure, rank_figure_svg};
 pub use summary::{table as summary_table, text as summary_text};
 pub use text::text_summary;
 pub use took::{session_text, takes_text};
+pub use verdict::inspection_sentence;
 
 /// Everything that a report is made from. Without rows or illustrations it has fewer figures.
 #[derive(Clone, Copy, Debug)]
@@ -204,7 +205,7 @@ pub fn comparison_json(comparison: &EvaluationComparison) -> Result<String, Repo
     json::pretty(comparison, &comparison.after.session, None)
 }
 
-/// The report in a few lines for a pull request or an issue: verdict, errors by method, differences from
+/// The report in a few lines for a pull request or an issue: verdict, what is worrying, errors by method, differences from
 /// the best baseline, what the data is worth. Names from files are text in it: they neither end a cell nor
 /// begin a tag, a link or a mention.
 ///
@@ -213,7 +214,7 @@ pub fn comparison_json(comparison: &EvaluationComparison) -> Result<String, Repo
 /// As [`html`].
 pub fn markdown(report: &Report<'_>) -> Result<String, ReportError> {
     check_names(report.evaluation)?;
-    Ok(text::markdown(report.evaluation))
+    Ok(text::markdown(report))
 }
 
 fn check_names(evaluation: &Evaluation) -> Result<(), ReportError> {

@@ -73,20 +73,20 @@ impl Render for Head {
 /// A statistic of a distribution with its name.
 pub(crate) type Statistic = (&'static str, fn(&Statistics) -> f64);
 
-/// The statistics in the tables of errors.
+/// The statistics in the tables of errors, those that matter most first: a phone shows the first columns.
 pub(crate) const SPREAD: [Statistic; 8] = [
-    ("mean", |s| s.mean),
-    ("RMSE", |s| s.rmse),
-    ("5 %", |s| s.p5),
-    ("25 %", |s| s.p25),
     ("median", |s| s.p50),
     ("75 %", |s| s.p75),
     ("95 %", |s| s.p95),
     ("max", |s| s.max),
+    ("mean", |s| s.mean),
+    ("RMSE", |s| s.rmse),
+    ("5 %", |s| s.p5),
+    ("25 %", |s| s.p25),
 ];
 
 /// The upper half of them.
-pub(crate) const UPPER: [Statistic; 4] = [SPREAD[4], SPREAD[5], SPREAD[6], SPREAD[7]];
+pub(crate) const UPPER: [Statistic; 4] = [SPREAD[0], SPREAD[1], SPREAD[2], SPREAD[3]];
 
 /// A statistic of a distribution; NaN where nothing was evaluated.
 pub(crate) fn statistic(s: &Statistics, of: fn(&Statistics) -> f64) -> f64 {

@@ -4,13 +4,15 @@ use std::fmt::Write;
 
 use inhand_model::{Evaluation, Intervals, Measure, MethodEvaluation, Protocol, Statistics};
 
+use crate::Report;
+use crate::html::checks::checks;
 use crate::html::intervals::{
     against, error_words, estimate, made_words, measure_words, relative_words,
 };
 use crate::table::{Table, escaped, known, statistic};
 use crate::verdict::{
-    choice_sentence, comparison_sentence, contact_sentence, default_method, headline, protocols,
-    region_sentence, sentences, warnings, without_held_out,
+    choice_sentence, comparison_sentence, contact_sentence, default_method, headline,
+    missing_samples, protocols, region_sentence, verdict, warnings, without_held_out,
 };
 use crate::words::{NARROW_SPACE, count, decimals, millimetres, part_of, percent, shortened};
 
@@ -27,17 +29,19 @@ const METHODS: usize = 24;
 const TAKES: usize = 16;
 
 /// A summary in Markdown.
-pub(crate) fn markdown(evaluation: &Evaluation) -> String {
-    let verdict = sentences(evaluation).join(" ");
+pub(crate) fn markdown(report: &Report<'_>) -> String {
+    let evaluation = report.evaluation;
+    let worries = checks(report).into_iter().filter(|check| check.worrying);
+    let worries = worries.map(|check| format!("* {}: {}\n", check.label, escaped(&check.words)));
     let found = warnings(evaluation).map(|finding| {
         let (level, finding) = (finding.level.name(), escaped(&finding.to_string()));
         format!("* {level}: {finding}\n")
     });
-    let found = found.reduce(|list, line| list + &line);
+    let found = found.chain(worries).reduce(|list, line| list + &line);
     let mut text = format!(
         "## In-hand manipulation: {}\n\n{}\n\n{}{}\n",
         escaped(&evaluation.session.name),
-        escaped(&verdict),
+        escaped(&verdict(evaluation)),
         found.map_or_else(String::new, |list| list + "\n"),
         methods(evaluation)
     );
@@ -196,12 +200,7 @@ fn differences(evaluation: &Evaluation, protocol: Protocol, intervals: &Interval
 fn quality(text: &mut String, evaluation: &Evaluation) {
     let takes = &evaluation.quality;
     let odd: Vec<_> = takes.iter().filter(|take| take.warnings() > 0).collect();
-    let tracks = takes.iter().flat_map(|take| take.fingers.as_array());
-    let (missing, samples) = tracks.fold((0, 0), |(missing, samples), track| {
-        let own = &track.recorded;
-        let all = own.measured + own.filled + own.missing;
-        (missing + own.missing, samples + all)
-    });
+    let (missing, samples) = missing_samples(evaluation);
     if samples == 0 {
         return;
     }

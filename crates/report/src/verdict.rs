@@ -2,8 +2,8 @@
 //! open the HTML and close the terminal table, so that neither can flatter.
 
 use inhand_model::{
-    Evaluation, Finger, Inspection, Level, Measure, MethodCandidate, MethodChoice,
-    MethodEvaluation, Protocol, SessionFinding, Statistics,
+    CorridorCoverage, Evaluation, Finger, Inspection, Level, Measure, MethodCandidate,
+    MethodChoice, MethodEvaluation, Protocol, SessionFinding, Statistics,
 };
 
 use crate::table::statistic;
@@ -21,20 +21,14 @@ pub(crate) fn warnings(evaluation: &Evaluation) -> impl Iterator<Item = &Session
     findings.filter(|finding| finding.level > Level::Info)
 }
 
-/// The checks that found nothing, by name; `None` where nothing was looked at.
-pub(crate) fn inspection_sentence(inspection: &Inspection) -> Option<String> {
-    let passed = inspection.passed();
-    let names = passed.join(", ");
-    match inspection.checks.len() {
-        0 => None,
-        all if all == passed.len() => {
-            Some(format!("Nothing odd was found in {all} checks: {names}."))
-        }
-        all => Some(format!(
-            "Nothing odd was found in {} of {all} checks: {names}.",
-            passed.len()
-        )),
-    }
+/// Number of checks that found nothing, in a sentence; `None` where nothing was looked at.
+pub fn inspection_sentence(inspection: &Inspection) -> Option<String> {
+    let (passed, all) = (inspection.passed().len(), inspection.checks.len());
+    let checks = match all == passed {
+        true => counted(all, "check"),
+        false => part_of(passed, all) + " checks",
+    };
+    (all > 0).then(|| format!("Nothing odd was found in {checks}."))
 }
 
 /// Differences up to this share of the better value count as ties: they vanish in the rounding
@@ -66,7 +60,7 @@ pub(crate) enum Outcome {
 pub(crate) struct Comparison<'a> {
     place: &'static str,
     own_m: f64,
-    baseline: &'a str,
+    pub(crate) baseline: &'a str,
     baseline_m: f64,
     pub(crate) outcome: Outcome,
 }
@@ -217,15 +211,18 @@ pub(crate) fn default_method(
     methods.iter().find(named).or(methods.first())
 }
 
-/// The error of the default method, in a sentence.
-fn error_sentence(evaluation: &Evaluation, protocol: Protocol) -> String {
+/// Error of the default method under the first protocol, and how it compares with the best baselines, in a sentence to
+/// quote.
+pub(crate) fn verdict(evaluation: &Evaluation) -> String {
+    let protocol = headline(evaluation);
     let Some(method) = default_method(evaluation, protocol) else {
         return "No method was evaluated.".to_owned();
     };
     let (name, error) = (&method.name, &method.error.all);
     if error.n == 0 {
+        let compared = comparison_sentence(method, evaluation, protocol);
         return format!(
-            "{name} could not be evaluated: no planned instant has a recorded one beside it."
+            "{name} could not be evaluated: no planned instant has a recorded one beside it. {compared}"
         );
     }
     let all = match (&evaluation.held_out, protocol) {
@@ -238,33 +235,27 @@ fn error_sentence(evaluation: &Evaluation, protocol: Protocol) -> String {
         true => count(all),
         false => part_of(evaluated, all),
     };
-    format!(
-        "{name}, the default method, has a median fingertip error of {} mm and stays within {} mm \
-         three quarters of the time, over {} fingertip positions in {segments} test segments{}.",
-        millimetres(error.p50),
-        millimetres(error.p75),
-        count(error.n),
-        match headline(evaluation) {
-            Protocol::HeldOut => " (held out)",
-            Protocol::Published => "",
-        },
-    )
-}
-
-/// The published error of the default method beside its held-out one, in a sentence.
-fn published_sentence(evaluation: &Evaluation) -> Option<String> {
-    let method = default_method(evaluation, Protocol::Published)?;
-    let error = &method.error.all;
-    (error.n > 0 && headline(evaluation) == Protocol::HeldOut).then(|| {
-        format!(
-            "Under the published protocol, against the filtered recording, its median error is {} mm and its 95 % quantile {} mm.",
+    let over = format!(
+        "over {} fingertip positions in {segments} test segments",
+        count(error.n)
+    );
+    let subject = match protocol {
+        Protocol::HeldOut => format!("Held out, {name} ({})", method.description),
+        Protocol::Published => format!("{name} ({})", method.description),
+    };
+    let comparisons = comparisons(method, evaluation, protocol);
+    if comparisons.is_empty() {
+        return format!(
+            "{subject} has a median fingertip error of {} mm and a 95 % quantile of {} mm {over}. {}",
             millimetres(error.p50),
-            millimetres(error.p95)
-        )
-    })
+            millimetres(error.p95),
+            comparison_sentence(method, evaluation, protocol)
+        );
+    }
+    format!("{subject} {}, {over}.", outcomes(&comparisons))
 }
 
-/// `method` compared with the best baseline, in a sentence or two.
+/// `method` compared with the best baselines, in a sentence or two.
 pub(crate) fn comparison_sentence(
     method: &MethodEvaluation,
     evaluation: &Evaluation,
@@ -287,71 +278,29 @@ pub(crate) fn comparison_sentence(
         }
         return format!("{name} cannot be compared with a baseline: one of them has no errors.");
     }
-    let total = comparisons.len();
-    let group = |outcome| -> Vec<&Comparison<'_>> {
-        let group = comparisons.iter();
-        group.filter(|c| c.outcome == outcome).collect()
-    };
-    let lower = group(Outcome::Lower);
-    if lower.len() == total {
-        let places = places(&lower);
-        return format!("{name} has a lower error than every baseline: {places}.");
-    }
-    let mut sentences = Vec::new();
-    let better = by_baseline(&group(Outcome::Higher));
-    if better.len() > 1 && better.iter().map(|(_, at)| at.len()).sum::<usize>() == total {
-        sentences.push(format!(
-            "Baselines have lower errors than {name} everywhere"
-        ));
-    }
-    for (baseline, at) in better {
-        let everywhere = if at.len() == total {
-            "everywhere:"
-        } else {
-            "at the"
-        };
-        sentences.push(format!(
-            "{baseline}, which learns nothing, has a lower error than {name} {everywhere} {}",
-            places(&at),
-        ));
-    }
-    for (outcome, words) in [
-        (Outcome::Tie, "ties with the best baseline"),
-        (Outcome::Lower, "has a lower error than every baseline"),
-    ] {
-        let at = group(outcome);
-        if !at.is_empty() {
-            sentences.push(format!("{name} {words} at the {}", places(&at)));
-        }
-    }
-    format!("{}.", sentences.join(". "))
+    format!("{name} {}.", outcomes(&comparisons))
 }
 
-/// Comparisons under the baseline they are with, in the order of the first of each.
-fn by_baseline<'a, 'b>(
-    comparisons: &[&'b Comparison<'a>],
-) -> Vec<(&'a str, Vec<&'b Comparison<'a>>)> {
-    let mut groups: Vec<(&str, Vec<&Comparison<'_>>)> = Vec::new();
-    for &comparison in comparisons {
-        let mut known = groups.iter_mut();
-        match known.find(|(baseline, _)| *baseline == comparison.baseline) {
-            Some((_, group)) => group.push(comparison),
-            None => groups.push((comparison.baseline, vec![comparison])),
-        }
-    }
-    groups
-}
-
-/// Places with their numbers, the lower one first.
-fn places(comparisons: &[&Comparison<'_>]) -> String {
-    let item = |c: &&Comparison<'_>| {
+/// Outcomes of comparisons as the end of a sentence about a method, in the order of the places.
+fn outcomes(comparisons: &[Comparison<'_>]) -> String {
+    let mut groups: Vec<(Outcome, Vec<String>)> = Vec::new();
+    for c in comparisons {
         let (own, theirs) = (millimetres(c.own_m), millimetres(c.baseline_m));
-        match c.outcome {
-            Outcome::Higher => format!("{} ({theirs} vs {own} mm)", c.place),
-            _ => format!("{} ({own} vs {theirs} mm of {})", c.place, c.baseline),
+        let place = format!("{} ({own} vs {theirs} mm of {})", c.place, c.baseline);
+        match groups.iter_mut().find(|(outcome, _)| *outcome == c.outcome) {
+            Some((_, places)) => places.push(place),
+            None => groups.push((c.outcome, vec![place])),
         }
-    };
-    join_words(&comparisons.iter().map(item).collect::<Vec<_>>())
+    }
+    let clauses = groups.iter().map(|(outcome, places)| {
+        let words = match outcome {
+            Outcome::Lower => "has a lower error than every baseline",
+            Outcome::Tie => "ties with the best baseline",
+            Outcome::Higher => "has a higher error than the best baseline",
+        };
+        format!("{words} at the {}", join_words(places))
+    });
+    clauses.collect::<Vec<_>>().join("; it ")
 }
 
 /// Share of instants with three or more contacts, in a sentence; `None` without an object.
@@ -374,82 +323,34 @@ pub(crate) fn contact_sentence(evaluation: &Evaluation) -> Option<String> {
     ))
 }
 
-/// Coverage of the widest prediction regions of the default method, in a
-/// sentence; `None` where it has none or none was evaluated.
-pub(crate) fn region_sentence(evaluation: &Evaluation) -> Option<String> {
+/// The widest prediction regions of the default method that were evaluated, and its name.
+pub(crate) fn widest_regions(evaluation: &Evaluation) -> Option<(&str, &CorridorCoverage)> {
     let method = default_method(evaluation, Protocol::Published)?;
     let known = (method.corridors.iter()).filter(|c| c.n > 0 && c.share_stated.is_finite());
     let widest = known.max_by(|a, b| a.share_stated.total_cmp(&b.share_stated))?;
+    Some((&method.name, widest))
+}
+
+/// Coverage of the widest prediction regions of the default method, in a sentence.
+pub(crate) fn region_sentence(evaluation: &Evaluation) -> Option<String> {
+    let (name, widest) = widest_regions(evaluation)?;
     Some(format!(
-        "{} % prediction regions of {} contain {} % of {} recorded fingertip positions.",
+        "{} % prediction regions of {name} contain {} % of {} recorded fingertip positions.",
         stated_percent(widest.share_stated),
-        method.name,
         percent(widest.share_inside.all),
         count(widest.n),
     ))
 }
 
-/// Whether the default method's plans exist and satisfy their constraints, in a sentence.
-fn constraint_sentence(evaluation: &Evaluation) -> Option<String> {
-    let method = default_method(evaluation, Protocol::Published)?;
-    let mut parts = Vec::new();
-    if let Some(plan) = &method.plan {
-        let total = plan.solved + plan.infeasible + plan.failed;
-        parts.push(match plan.solved == total {
-            true => format!("all {} were solved", counted(total, "plan")),
-            false => format!(
-                "{} plans were solved, {} are infeasible and {} failed",
-                part_of(plan.solved, total),
-                count(plan.infeasible),
-                count(plan.failed),
-            ),
-        });
-    }
-    let (velocity, reach, collision) = (&method.velocity, &method.reachability, &method.collision);
-    if velocity.n > 0 {
-        parts.push(match velocity.outside {
-            0 => "no velocity is outside its bounds".to_owned(),
-            outside => format!(
-                "{} velocities are outside their bounds",
-                part_of(outside, velocity.n)
-            ),
-        });
-    }
-    if reach.n > 0 {
-        parts.push(format!(
-            "{} % of fingertip positions are inside the hull of the training takes (recorded motion: {} %)",
-            percent(reach.inside.mean()),
-            percent(reach.recorded_inside.mean()),
-        ));
-    }
-    if collision.n > 0 {
-        parts.push(format!(
-            "fingertips come nearer than {} mm to each other at {} instants (recorded: {})",
-            plain(to_mm(collision.limit_m)),
-            part_of(collision.instants, collision.n),
-            count(collision.recorded_instants),
-        ));
-    }
-    (!parts.is_empty()).then(|| format!("With {}, {}.", method.name, join_words(&parts)))
-}
-
-/// The verdict, sentence by sentence: errors and comparison under the first protocol, published errors, how far the
-/// filter moves the reference, contacts, prediction regions, constraints.
-pub(crate) fn sentences(evaluation: &Evaluation) -> Vec<String> {
-    let protocol = headline(evaluation);
-    let compared = default_method(evaluation, protocol);
-    let compared = compared.map(|own| comparison_sentence(own, evaluation, protocol));
-    let sentences = [
-        Some(error_sentence(evaluation, protocol)),
-        compared,
-        published_sentence(evaluation),
-        without_held_out(evaluation).map(str::to_owned),
-        filter_sentence(evaluation),
-        contact_sentence(evaluation),
-        region_sentence(evaluation),
-        constraint_sentence(evaluation),
-    ];
-    sentences.into_iter().flatten().collect()
+/// Fingertip samples missing as recorded, and all, over the takes.
+pub(crate) fn missing_samples(evaluation: &Evaluation) -> (usize, usize) {
+    let takes = evaluation.quality.iter();
+    let tracks = takes.flat_map(|take| take.fingers.as_array());
+    tracks.fold((0, 0), |(missing, samples), track| {
+        let own = &track.recorded;
+        let all = own.measured + own.filled + own.missing;
+        (missing + own.missing, samples + all)
+    })
 }
 
 /// Which method was chosen and why, in a sentence; `None` where no choice was asked for.

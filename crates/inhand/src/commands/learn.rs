@@ -17,7 +17,7 @@ use inhand_training::{Learned, LearningFolder, Progress, learn_given, learn_in};
 use serde_json::json;
 
 use crate::commands::learn_rank::{self, RankChoice};
-use crate::commands::run::{fails, finding_line, inspected_line};
+use crate::commands::run::{fails, finding_line};
 use crate::commands::say_findings;
 use crate::console::{Console, print};
 use crate::exit::{Exit, UsageError, usage};
@@ -129,7 +129,7 @@ impl RunOptions {
         for finding in inspection.findings.iter().filter(|f| f.level > Level::Info) {
             console.say(&finding_line(finding));
         }
-        if let Some(line) = inspected_line(&inspection) {
+        if let Some(line) = inhand_report::inspection_sentence(&inspection) {
             console.say(&line);
         }
         Ok(inspection)

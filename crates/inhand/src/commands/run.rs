@@ -198,7 +198,7 @@ pub(crate) fn run_shown(
     printed?;
     let (files, evaluation) = (&result.files, &result.evaluation);
     let inspection = evaluation.inspection.as_ref();
-    if let Some(line) = inspection.and_then(inspected_line) {
+    if let Some(line) = inspection.and_then(inhand_report::inspection_sentence) {
         console.say(&line);
     }
     if result.up_to_date {
@@ -233,17 +233,6 @@ pub(crate) fn share(step: &str) -> f64 {
 /// A finding with its level, for a terminal.
 pub(crate) fn finding_line(finding: &SessionFinding) -> String {
     format!("{:<8} {finding}", finding.level.name())
-}
-
-/// How many checks found nothing; `None` where nothing was checked.
-pub(crate) fn inspected_line(inspection: &Inspection) -> Option<String> {
-    let (all, passed) = (inspection.checks.len(), inspection.passed().len());
-    let of_all = if passed == all {
-        String::new()
-    } else {
-        format!(" of {all}")
-    };
-    (all > 0).then(|| format!("Nothing odd was found in {passed}{of_all} checks."))
 }
 
 /// Files that are no takes, for a terminal.

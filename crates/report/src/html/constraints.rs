@@ -5,7 +5,6 @@ use maud::{Markup, html};
 
 use super::errors::finger_table;
 use super::{Body, Method, default, known_of, method_table, named, recorded};
-use crate::PlanTimes;
 use crate::figure::row_plot::{self, Mark, MarkShape, PlotRow, RowPlot};
 use crate::figure::scale::Scale;
 use crate::figure::{Figure, FigureData, Key, PLAIN_CLASS};
@@ -13,32 +12,52 @@ use crate::table::{Head, Table, evaluated, known};
 use crate::words::{
     NONE, count, decimals, millimetres, part_of, percent, plain, scientific, to_mm,
 };
+use crate::{PlanTimes, Report};
 
-/// The section's content.
-pub(super) fn section(methods: &[Method<'_>]) -> Body {
+/// The section's content: constraints at a glance, and how plans ended where not all were solved.
+pub(super) fn section(report: &Report<'_>, methods: &[Method<'_>]) -> Body {
     let distances: Vec<_> = (methods.iter())
         .map(|method| (method, &method.evaluation.reachability.distance))
         .collect();
     let caption = "Signed distance to the hull, negative inside";
-    Body::from(overview(methods))
+    let reach = Body::default()
         .prose(reach_table(methods))
+        .prose(finger_table(caption, &distances));
+    let planned = known_of(methods, |own| own.plan.as_ref());
+    let unsolved = planned
+        .iter()
+        .any(|(_, plan)| plan.infeasible + plan.failed > 0);
+    let ended = Body::default().figure(status(&planned));
+    let (shown, folded) = match unsolved {
+        true => (ended, Body::default()),
+        false => (Body::default(), ended),
+    };
+    let times = times(report.plan_times, methods);
+    Body::default()
+        .append(shown)
+        .prose(overview(methods))
         .folded(
-            "Signed distance to the surface of the hull",
-            Body::default().prose(finger_table(caption, &distances)),
+            "Definitions of the columns",
+            Body::from(overview_note(methods)),
         )
-        .prose(collision_table(methods))
-        .append(plans(methods))
+        .folded("Reach of each finger", reach)
+        .folded(
+            "Collisions",
+            Body::default().prose(collision_table(methods)),
+        )
+        .folded(
+            "Plans and their certificates",
+            folded.append(plans(&planned)),
+        )
+        .folded("Times of single plans", times)
 }
 
-fn overview(methods: &[Method<'_>]) -> Markup {
-    let limit = methods
-        .first()
-        .map(|method| method.evaluation.collision.limit_m);
+fn overview<'m>(methods: &'m [Method<'m>]) -> Table<&'m Method<'m>> {
     let plan = |m: &&Method<'_>, text: fn(&PlanFacts) -> String| {
         known(m.evaluation.plan.as_ref().map(text))
     };
     let caption = "Constraints, checked on the result and not taken from the solver";
-    let table = method_table(caption, methods, |method| method)
+    method_table(caption, methods, |method| method)
         .numbers("inside the hull", "%", |m| {
             let reach = &m.evaluation.reachability;
             evaluated(reach.n, percent(reach.inside.mean()))
@@ -70,12 +89,15 @@ fn overview(methods: &[Method<'_>]) -> Markup {
         })
         .numbers("KKT residual", "worst", |m| {
             plan(m, |plan| scientific(plan.worst_kkt_residual))
-        });
+        })
+}
+
+fn overview_note(methods: &[Method<'_>]) -> Markup {
+    let mut limits = methods.iter().map(|m| m.evaluation.collision.limit_m);
     html! {
-        (table)
         p.note {
             "Inside: share of fingertip positions inside the convex hull of the training takes. "
-            @if let Some(limit) = limit {
+            @if let Some(limit) = limits.next() {
                 "Colliding: instants at which two fingertips are nearer than " (plain(to_mm(limit))) " mm. "
             }
             "Velocity: steps between neighbouring samples, per finger and axis, outside the bounds by more than a millionth; the ratio is the \
@@ -116,9 +138,6 @@ fn motion_table<'m>(caption: &str, methods: &'m [Method<'m>]) -> Table<Motion<'m
 fn reach_table<'m>(methods: &'m [Method<'m>]) -> Table<Motion<'m, 'm>> {
     let caption = "Reachability: share of instants inside the training hull (%), and farthest distance outside it (mm), by finger";
     motion_table(caption, methods)
-        .counts("n", "a finger", |(method, _)| {
-            method.evaluation.reachability.n
-        })
         .fingers("%", |(method, is_recorded), finger| {
             let reach = &method.evaluation.reachability;
             let shares = if *is_recorded {
@@ -133,6 +152,9 @@ fn reach_table<'m>(methods: &'m [Method<'m>]) -> Table<Motion<'m, 'm>> {
             let outside = evaluated(reach.n, millimetres(reach.worst_outside_m[finger]));
             if *is_recorded { String::new() } else { outside }
         })
+        .counts("n", "a finger", |(method, _)| {
+            method.evaluation.reachability.n
+        })
 }
 
 fn collision_table<'m>(methods: &'m [Method<'m>]) -> Table<Motion<'m, 'm>> {
@@ -145,7 +167,6 @@ fn collision_table<'m>(methods: &'m [Method<'m>]) -> Table<Motion<'m, 'm>> {
         }
     };
     motion_table("Collisions of fingertips", methods)
-        .counts("n", "instants", |(method, _)| method.evaluation.collision.n)
         .numbers("colliding", "instants", |(method, is_recorded)| {
             let collision = &method.evaluation.collision;
             let instants = match is_recorded {
@@ -172,21 +193,18 @@ fn collision_table<'m>(methods: &'m [Method<'m>]) -> Table<Motion<'m, 'm>> {
                 known(collision.nearest_pair.map(|(a, b)| format!("{a}, {b}")))
             })
         })
+        .counts("n", "instants", |(method, _)| method.evaluation.collision.n)
 }
 
 /// A method with what is known of its plans.
 type Planned<'m, 'a> = (&'m Method<'a>, &'a PlanFacts);
 
-/// Status of plans, certificates by method, then families of constraints by method.
-fn plans(methods: &[Method<'_>]) -> Body {
-    let planned = known_of(methods, |own| own.plan.as_ref());
+/// Certificates by method, then families of constraints by method.
+fn plans(planned: &[Planned<'_, '_>]) -> Body {
     if planned.is_empty() {
         return html! { p { "No method solved an optimisation." } }.into();
     }
-    Body::default()
-        .figure(status(&planned))
-        .append(certificates(&planned))
-        .append(families(&planned))
+    certificates(planned).append(families(planned))
 }
 
 /// Ends of a plan with the class of their colour.
@@ -379,7 +397,7 @@ const fn family_words(family: ConstraintFamily) -> &'static str {
 }
 
 /// Times of single plans; `None` where none is known.
-pub(super) fn times(times: &[PlanTimes], methods: &[Method<'_>]) -> Option<Body> {
+fn times(times: &[PlanTimes], methods: &[Method<'_>]) -> Option<Body> {
     let positive = |ms: f64| ms > 0.0 && ms.is_finite();
     let times: Vec<&PlanTimes> = (times.iter())
         .filter(|t| t.n > 0 && [t.p50_ms, t.p95_ms, t.max_ms].into_iter().all(positive))

@@ -6,7 +6,7 @@ use inhand_model::{
 use maud::html;
 
 use super::errors::{finger_figure, finger_table};
-use super::{Body, Method, contact_raster, known_of, recorded};
+use super::{Body, Method, contact_raster, default, dynamics, known_of, recorded};
 use crate::Report;
 use crate::figure::box_plot::{BOX_WORDS, MICROMETRES};
 use crate::figure::line_chart::{self, LineChart, Series};
@@ -14,13 +14,15 @@ use crate::figure::row_plot::PlotRow;
 use crate::figure::scale::Scale;
 use crate::figure::{Figure, FigureData, Frame, Key, PLAIN_CLASS, Panel, Px, RECORDED_CLASS, axes};
 use crate::table::{Head, Table, evaluated};
+use crate::verdict::contact_sentence;
 use crate::words::{count, join_words, percent, plain, tied, to_mm};
 
 /// A method with its contacts.
 type Contacts<'m, 'a> = (&'m Method<'a>, &'a ContactShare);
 
-/// The section's content.
+/// The section's content: a sentence, and figure and table where shares are not all of the time.
 pub(super) fn section(report: &Report<'_>, methods: &[Method<'_>]) -> Body {
+    let evaluation = report.evaluation;
     let contacts = known_of(methods, |own| own.contact.as_ref());
     let differences = known_of(methods, |own| own.distance_difference.as_ref());
     let mut body = Body::default();
@@ -32,44 +34,72 @@ pub(super) fn section(report: &Report<'_>, methods: &[Method<'_>]) -> Body {
             }
         });
     }
+    if let Some(sentence) = contact_sentence(evaluation) {
+        body = body.prose(html! { p { (tied(&sentence)) } });
+    }
     if let Some((_, first)) = contacts.first() {
         let of_rows = |figure: fn(&EvaluationRows, &[Method<'_>], f64) -> Option<Figure>| {
             report
                 .rows
                 .and_then(|rows| figure(rows, methods, first.tau_m))
         };
-        body = body
-            .prose(html! {
-                p {
-                    "A fingertip is in contact when its distance to the object's surface is at most "
-                    (plain(to_mm(first.tau_m))) " mm, from outside or inside; one deeper inside the object than that is not in contact. \
-                     The threshold is a choice: the figure shows what another one would have given. \
-                     A grasp counts as stable with three fingertips in contact."
-                }
-                (share_table(&contacts))
-                p.note { "n: instants evaluated, those with a tracked object. Filled: those among them at which a fingertip or the object rests on an interpolated sample. Left out: object not tracked, a gap, or a plan that failed. A finger more often in contact than recorded is off the recorded motion just as one less often is." }
-            })
-            .figure(by_threshold(&contacts))
-            .figure(of_rows(contact_count))
-            .figure(of_rows(contact_raster::figure));
+        // Always in contact, planned and recorded: no figure says more than the sentence.
+        let always = default(methods).and_then(|own| own.evaluation.contact.as_ref());
+        let always =
+            always.is_some_and(|c| [c.three_or_more, c.recorded_three_or_more] == [1.0; 2]);
+        let raster = of_rows(contact_raster::figure);
+        let by_threshold = by_threshold(&contacts);
+        let (best, other) = match raster.is_some() {
+            true => (raster, by_threshold),
+            false => (by_threshold, None),
+        };
+        let best = Body::default().figure(best).prose(share_table(&contacts));
+        let note = html! {
+            p.note { "n: instants evaluated, those with a tracked object. Filled: those among them at which a fingertip or the object rests on an interpolated sample. Left out: object not tracked, a gap, or a plan that failed. A finger more often in contact than recorded is off the recorded motion just as one less often is." }
+        };
+        let more = |body: Body| {
+            body.figure(other)
+                .figure(of_rows(contact_count))
+                .prose(note)
+        };
+        body = match always {
+            true => body.folded("Shares by finger, method and threshold", more(best)),
+            false => body.append(best).folded(
+                "Shares by threshold, fingers at once",
+                more(Body::default()),
+            ),
+        };
     }
+    let clouds = report
+        .illustrations
+        .and_then(|all| clouds(&all.point_clouds));
+    let dynamics = dynamics::section(report, methods);
+    body.folded("Makes and breaks, slip, phases and gaits", dynamics)
+        .folded(
+            "Distance to the object, planned against recorded",
+            distances(&differences),
+        )
+        .folded("Clouds of points, as in the paper", clouds)
+}
+
+/// Differences of distances to the object.
+fn distances(differences: &[(&Method<'_>, &PerFinger<Statistics>)]) -> Body {
     if differences.is_empty() {
-        return body;
+        return Body::default();
     }
     let caption = "Difference of distances to the object, absolute";
-    let table = finger_table(caption, &differences).smallest_marked();
-    body.prose(html! { h3 { "Distance to the object, planned against recorded" } })
-        .figure(Figure {
-            id: "distance-difference",
-            title: "Absolute difference between the planned and the recorded distance of a fingertip to the object's surface."
-                .to_owned(),
-            ..finger_figure(
-                &differences,
-                "Neither counts on which side of the surface the fingertip is. ",
-                "difference of distances (mm)",
-            )
-        })
-        .folded("Statistics of the distance difference", Body::default().prose(table))
+    let table = finger_table(caption, differences).smallest_marked();
+    let figure = Figure {
+        id: "distance-difference",
+        title: "Absolute difference between the planned and the recorded distance of a fingertip to the object's surface."
+            .to_owned(),
+        ..finger_figure(
+            differences,
+            "Neither counts on which side of the surface the fingertip is. ",
+            "difference of distances (mm)",
+        )
+    };
+    Body::default().figure(figure).prose(table)
 }
 
 /// A motion in the table of shares.
@@ -118,9 +148,9 @@ fn share_table<'a>(contacts: &[Contacts<'_, 'a>]) -> Table<Share<'a>> {
     let caption = "Share of instants in contact, planned and recorded";
     Table::new(caption, rows, "motion", |row| row.head.clone())
         .stressed(|row| row.stressed)
-        .sizes(|row| [row.contact.n, row.contact.n_filled, row.contact.n_left_out])
         .numbers("three or more", "%", |row| share(row, row.three_or_more))
         .fingers("%", |row, finger| share(row, row.by_finger[finger]))
+        .sizes(|row| [row.contact.n, row.contact.n_filled, row.contact.n_left_out])
 }
 
 fn same_recorded(a: &ContactShare, b: &ContactShare) -> bool {
@@ -198,7 +228,7 @@ fn enlarged_from(contact: &ContactShare) -> Option<f64> {
 }
 
 /// The figure and the effect of clouds on contacts; `None` without clouds.
-pub(super) fn clouds(clouds: &[PointCloud]) -> Option<Body> {
+fn clouds(clouds: &[PointCloud]) -> Option<Body> {
     let first = clouds.first()?;
     if first.excess_m.n == 0 {
         return Some(Body::default());

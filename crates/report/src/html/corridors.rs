@@ -34,8 +34,7 @@ pub(super) fn section(methods: &[Method<'_>]) -> Option<Body> {
     let body = Body::from(html! {
         p {
             "A prediction region states, for each fingertip and instant, how far from the plan the recorded fingertip may be when both do the same task. \
-             It is calibrated where it contains the stated share of the recorded motion: a smaller share means that regions are too narrow, \
-             a larger one that they are too wide."
+             It is calibrated where it contains the stated share of the recorded motion: too narrow below, too wide above."
         }
     });
     let groups = regions.iter().map(|region| {
@@ -47,23 +46,27 @@ pub(super) fn section(methods: &[Method<'_>]) -> Option<Body> {
         "Share of recorded fingertip positions inside the prediction region, on the test segments";
     let table = Table::grouped(caption, groups, "method", |(method, _)| method.head())
         .stressed(|(method, _)| method.default)
-        .counts("n", "positions", |(_, own)| own.n)
-        .counts("filled", "", |(_, own)| own.n_filled)
-        .counts("left out", "", |(_, own)| own.n_left_out)
         .decimals("width", "std. dev.", 2, |(_, own)| own.mahalanobis)
         .numbers("all fingers", "% inside", |(_, own)| {
             share(own, own.share_inside.all)
         })
         .fingers("%", |(_, own), finger| {
             share(own, own.share_inside.by_finger[finger])
-        });
-    Some(body.figure(figure(&regions)).prose(table).prose(html! {
+        })
+        .counts("n", "positions", |(_, own)| own.n)
+        .counts("filled", "", |(_, own)| own.n_filled)
+        .counts("left out", "", |(_, own)| own.n_left_out);
+    let table = Body::default().prose(table).prose(html! {
         p.note {
             "n: recorded fingertip positions evaluated, of all fingers. Filled: those among them that rest on an interpolated sample. Left out: a gap, a \
              plan that failed, or one without a prediction region. Width: as a Mahalanobis distance, in standard deviations of the region's own \
              three-dimensional covariance. Neighbouring instants are not independent, so a share is less certain than n suggests."
         }
-    }))
+    });
+    Some(
+        body.figure(figure(&regions))
+            .folded("Shares by finger, and widths", table),
+    )
 }
 
 /// Shortest axis, percentage points: less would make a drama of rounding.

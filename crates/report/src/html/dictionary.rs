@@ -1,11 +1,12 @@
 //! Learning of the primitives, and of deviations from the cubic Hermite baseline.
 
 use inhand_model::{
-    DeviationFacts, DictionaryFacts, DictionaryKind, Evaluation, Finger, StopReason, VelocityBounds,
+    DeviationFacts, DictionaryFacts, DictionaryKind, Finger, StopReason, VelocityBounds,
 };
 use maud::{Markup, html};
 
-use super::Body;
+use super::{Body, shown};
+use crate::Report;
 use crate::deviation_words::{curve_words, deviation_sentence};
 use crate::figure::line_chart::{self, LineChart, Series};
 use crate::figure::scale::Scale;
@@ -15,23 +16,30 @@ use crate::words::{NONE, count, decimals, percent, short, tied, to_mm};
 
 const MM2_PER_M2: f64 = 1e6;
 
-/// The section's content.
-pub(super) fn section(evaluation: &Evaluation) -> Body {
+/// The section's content: explained variance, or the objective where that is not known, is its figure.
+pub(super) fn section(report: &Report<'_>) -> Body {
+    let evaluation = report.evaluation;
     let facts = &evaluation.dictionary;
     let takes = evaluation.session.train.len();
     let own = evaluation.held_out.as_ref();
     let held_out = own.and_then(|own| own.deviation.as_ref());
-    let deviation = facts
-        .deviation
-        .as_ref()
-        .map(|learned| deviation(learned, held_out, takes));
-    Body::from(html! { p { (sentence(facts)) } })
-        .figure(objective_figure(facts))
-        .append(deviation.map(Body::from))
-        .folded(
-            "Velocity bounds of plans",
-            Body::default().prose(bounds_table(&facts.velocity_bounds)),
-        )
+    let deviation = facts.deviation.as_ref();
+    let deviation = deviation.map(|learned| Body::from(deviation_part(learned, held_out, takes)));
+    let objective = Body::default().figure(objective_figure(facts));
+    let bounds = Body::default().prose(bounds_table(&facts.velocity_bounds));
+    let body = Body::from(html! { p { (sentence(facts)) } });
+    let body = match report.illustrations {
+        Some(all) => body
+            .append(shown::variance_part(all))
+            .folded("Objective while learning", objective)
+            .folded(
+                "Hulls and primitives",
+                shown::hulls_and_primitives(all, facts.kind, evaluation.session.rate_hz),
+            ),
+        None => body.append(objective),
+    };
+    body.folded("Deviation from the cubic baseline", deviation)
+        .folded("Velocity bounds of plans", bounds)
 }
 
 fn sentence(facts: &DictionaryFacts) -> String {
@@ -39,34 +47,33 @@ fn sentence(facts: &DictionaryFacts) -> String {
         DictionaryKind::Nmf => "non-negative matrix factorisation",
         DictionaryKind::Pca => "principal components",
     };
-    let iterations = count(facts.iterations);
-    let stop = match facts.stop_reason {
-        StopReason::Converged => {
-            format!("Learning converged after {iterations} iterations.")
-        }
-        StopReason::TargetReached => {
-            format!("Learning stopped after {iterations} iterations, at the target error.")
-        }
-        StopReason::IterationLimit => {
-            format!(
-                "Learning stopped at its limit of {iterations} iterations, before it converged."
-            )
-        }
-        StopReason::NoLongerBetterOnLeftOutTakes => {
-            format!(
-                "Learning stopped after {iterations} iterations: no longer better on left-out takes."
-            )
-        }
-        StopReason::ClosedForm => "The factorisation is exact and does not iterate.".to_owned(),
-    };
     format!(
-        "{} primitives by {kind} from {} training segments. {stop} The primitives reproduce the training \
+        "{} primitives by {kind} from {} training segments. Learning {}. The primitives reproduce the training \
          segments to {} mm root mean square a coordinate (relative error {} %).",
         count(facts.rank),
         count(facts.segments),
+        end(facts),
         decimals(to_mm(facts.rms_m), 3),
         percent(facts.relative_error),
     )
+}
+
+/// How learning ended, as the end of a sentence about it.
+pub(super) fn end(facts: &DictionaryFacts) -> String {
+    let iterations = count(facts.iterations);
+    match facts.stop_reason {
+        StopReason::Converged => format!("converged after {iterations} iterations"),
+        StopReason::TargetReached => {
+            format!("stopped after {iterations} iterations, at the target error")
+        }
+        StopReason::IterationLimit => {
+            format!("stopped at its limit of {iterations} iterations, before it converged")
+        }
+        StopReason::NoLongerBetterOnLeftOutTakes => {
+            format!("stopped after {iterations} iterations, no longer better on left-out takes")
+        }
+        StopReason::ClosedForm => "is exact and does not iterate".to_owned(),
+    }
 }
 
 /// `None` where learning does not iterate.
@@ -117,7 +124,11 @@ fn bounds_table(bounds: &VelocityBounds) -> Table<Finger> {
 }
 
 /// The learned deviation, and that of the held-out protocol. `takes` is how many training takes there are.
-fn deviation(facts: &DeviationFacts, held_out: Option<&DeviationFacts>, takes: usize) -> Markup {
+fn deviation_part(
+    facts: &DeviationFacts,
+    held_out: Option<&DeviationFacts>,
+    takes: usize,
+) -> Markup {
     let (weights, widths) = (facts.weights, facts.bandwidths);
     let parts = [
         (
@@ -149,7 +160,6 @@ fn deviation(facts: &DeviationFacts, held_out: Option<&DeviationFacts>, takes: u
         })
         .words("what it predicts", |(_, what, ..)| (*what).to_owned());
     html! {
-        h3 { "Deviation from the cubic baseline" }
         p {
             "In addition to the primitives above, the deviation of the recorded motion from the cubic Hermite baseline through the boundary conditions was learned: "
             (count(facts.primitives)) " primitives, and a predictor (kernel regression) of their activations from "

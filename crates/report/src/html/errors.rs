@@ -5,88 +5,146 @@ use inhand_model::{
 };
 use maud::{Render, html};
 
-use super::{Body, Method, default, intervals, known_of, method_table, segment_errors};
+use super::{
+    Body, Method, default, examples, intervals, known_of, method_table, paper, segment_errors,
+    session,
+};
 use crate::Report;
 use crate::figure::box_plot::{self, BOX_WORDS, MILLIMETRES, finger_row};
 use crate::figure::line_chart::{self, LineChart, Series};
 use crate::figure::scale::{Scale, nice_end};
 use crate::figure::{Figure, Panel};
-use crate::table::{self, Head, SPREAD, Table, UPPER};
-use crate::verdict::{comparison_sentence, default_method, definition, without_held_out};
+use crate::table::{self, Head, SPREAD, Table, UPPER, evaluated};
+use crate::verdict::{
+    comparison_sentence, default_method, definition, headline, protocols, without_held_out,
+};
 use crate::words::{NONE, count, count_range, counted, decimals, millimetres, plain, tied, to_mm};
 
 /// Name of the axis of errors.
 pub(super) const AXIS_NAME: &str = "distance to recorded fingertip (mm)";
 
-/// The section's content: errors under each protocol, held out first.
-pub(super) fn section(report: &Report<'_>, methods: &[Method<'_>]) -> Body {
+/// The section's content: errors by method and finger under the first protocol; everything else is folded away.
+pub(super) fn section(report: &Report<'_>, published: &[Method<'_>]) -> Body {
     let evaluation = report.evaluation;
+    let first = headline(evaluation);
+    let own = &super::methods(evaluation, first);
+    let title = first.title();
     let body = Body::from(html! {
         p {
             "Distance between the planned and the recorded fingertip, both in the hand's frame, at every sample of every test segment."
         }
         @if let Some(words) = without_held_out(evaluation) { p { (words) } }
+        @for protocol in protocols(evaluation) { p.note { (tied(&definition(protocol, evaluation))) } }
     });
     let body = body
-        .append(held_out(evaluation))
-        .append(published(report, methods));
-    body.prose(html! {
-        p.note {
-            "n: fingertip positions compared. Filled: those among them that rest on an interpolated sample. Left out: those that test takes \
-             without gaps, and plans without failures, would have given in addition. Bold: smallest of its column among the methods."
-        }
-    })
-}
-
-/// Errors under the held-out protocol; `None` where methods were not compared under it.
-fn held_out(evaluation: &Evaluation) -> Option<Body> {
-    let own = evaluation
-        .held_out
-        .as_ref()
-        .filter(|own| own.segments > 0)?;
-    let protocol = Protocol::HeldOut;
-    let methods = &super::methods(evaluation, protocol);
-    let segments = counted(own.segments, "test segment");
-    let heading = html! {
-        h3 { "Held out" }
-        p { (definition(protocol, evaluation)) }
-        p { (segments) ", " (own.left_out) " left out: of the " (own.ends_samples) " samples of a line on either side half have to be measured." }
-    };
-    let figures = Body::from(heading).figure(Figure {
-        id: "held-out-error-by-method",
-        ..overview(methods, protocol)
+        .figure(named(
+            overview(own, first),
+            first,
+            "held-out-error-by-method",
+        ))
+        .prose(finger_medians(
+            &format!("Error by finger, {title}: median (95 % quantile)"),
+            own,
+        ))
+        .folded(
+            "Methods, and which was chosen",
+            session::methods(evaluation, published),
+        );
+    let body = protocols(evaluation).fold(body, |body, protocol| {
+        let summary = match protocol {
+            Protocol::HeldOut => "Held out: intervals, differences, statistics",
+            Protocol::Published => "Published: by finger, distribution, statistics",
+        };
+        body.folded(summary, protocol_part(report, protocol))
     });
-    let id = "held-out-differences-from-baseline";
-    let intervals = intervals::part(evaluation.intervals(protocol), methods, id);
-    let caption = "Error statistics, held out";
-    Some(
-        figures
-            .append(intervals)
-            .prose(error_table(caption, methods)),
+    body.folded(
+        "Published values of the paper beside this run",
+        paper::body(report),
     )
+    .folded("Object pose", object(published))
 }
 
-/// Errors under the published protocol.
-fn published(report: &Report<'_>, methods: &[Method<'_>]) -> Body {
-    let (protocol, evaluation, rows) = (Protocol::Published, report.evaluation, report.rows);
-    let compared = default_method(evaluation, protocol);
-    let heading = evaluation.held_out.as_ref().map(|_| {
-        Body::from(html! {
-            h3 { "Published" }
-            p { (definition(protocol, evaluation)) }
-            @if let Some(method) = compared { p { (tied(&comparison_sentence(method, evaluation, protocol))) } }
-        })
+/// A figure under the name that it has of the held-out protocol.
+fn named(figure: Figure, protocol: Protocol, held_out: &'static str) -> Figure {
+    match protocol {
+        Protocol::HeldOut => Figure {
+            id: held_out,
+            ..figure
+        },
+        Protocol::Published => figure,
+    }
+}
+
+/// Everything under a protocol but what the section shows of the first one.
+fn protocol_part(report: &Report<'_>, protocol: Protocol) -> Body {
+    let evaluation = report.evaluation;
+    let methods = &super::methods(evaluation, protocol);
+    let published = protocol == Protocol::Published;
+    let rows = report.rows.filter(|_| published);
+    let second = (headline(evaluation) != protocol).then(|| {
+        let compared = default_method(evaluation, protocol);
+        let sentence = compared.map(|method| comparison_sentence(method, evaluation, protocol));
+        Body::from(html! { p { (tied(&sentence.unwrap_or_default())) } })
+            .figure(overview(methods, protocol))
+            .append(over_time(evaluation, protocol))
     });
+    let id = match protocol {
+        Protocol::HeldOut => "held-out-differences-from-baseline",
+        Protocol::Published => intervals::DIFFERENCES,
+    };
     let intervals = evaluation.intervals(protocol);
+    let caption = format!("Error statistics, {}", protocol.title());
+    let held_out = evaluation.held_out.as_ref().filter(|_| !published);
     Body::default()
-        .append(heading)
-        .figure(overview(methods, protocol))
-        .figure(by_finger(methods))
+        .append(second)
+        .figure(published.then(|| by_finger(methods)))
         .figure(rows.and_then(|rows| distribution(rows, methods)))
-        .append(over_time(evaluation, methods))
-        .figure(rows.and_then(|rows| segment_errors::figure(rows, methods)))
-        .append(intervals::part(intervals, methods, intervals::DIFFERENCES))
-        .prose(error_table("Error statistics, published", methods))
+        .append(intervals.map(|own| intervals::body(own, methods, id)))
+        .prose(error_table(&caption, methods))
+        .prose(html! {
+            p.note {
+                @if let Some(own) = held_out {
+                    (counted(own.segments, "test segment")) ", " (own.left_out) " left out: of the " (own.ends_samples)
+                    " samples of a line on either side half have to be measured. "
+                }
+                "n: fingertip positions compared. Filled: those among them that rest on an interpolated sample. Left out: those that test takes \
+                 without gaps, and plans without failures, would have given in addition. Bold: smallest of its column among the methods."
+            }
+        })
+}
+
+/// Content of the section on errors over time: the median under the first protocol; single segments are folded away.
+pub(super) fn time_section(report: &Report<'_>, methods: &[Method<'_>]) -> Body {
+    let evaluation = report.evaluation;
+    let segments = report
+        .rows
+        .and_then(|rows| segment_errors::figure(rows, methods));
+    let shown = report.illustrations;
+    let paths = shown.map(|all| examples::paths(&all.paths, methods));
+    let worst = shown.map(|all| examples::worst(&all.worst, evaluation.session.rate_hz));
+    over_time(evaluation, headline(evaluation))
+        .folded("The worst errors, and where to look", worst)
+        .folded(
+            "The median and the worst segment over time",
+            Body::default().figure(segments),
+        )
+        .folded("The median and the worst segment in space", paths)
+}
+
+/// Median and 95 % quantile of each method and finger, millimetres.
+fn finger_medians<'m>(caption: &str, methods: &'m [Method<'m>]) -> Table<&'m Method<'m>> {
+    let both = |s: &Statistics| {
+        evaluated(
+            s.n,
+            format!("{} ({})", millimetres(s.p50), millimetres(s.p95)),
+        )
+    };
+    method_table(caption, methods, |method| method)
+        .numbers("all fingers", "mm", |m| both(&m.evaluation.error.all))
+        .fingers("mm", |m, finger| {
+            both(&m.evaluation.error.by_finger[finger])
+        })
+        .words("what it does", |m| m.evaluation.description.clone())
 }
 
 /// Rows of the table behind boxes of one method by finger.
@@ -276,7 +334,8 @@ const ENLARGE_FROM: f64 = 2.5;
 
 /// Median error over the time within a segment, and the lower part of the curves enlarged where one method is far
 /// above the rest.
-fn over_time(evaluation: &Evaluation, methods: &[Method<'_>]) -> Body {
+fn over_time(evaluation: &Evaluation, protocol: Protocol) -> Body {
+    let methods = super::methods(evaluation, protocol);
     let rate_hz = evaluation.session.rate_hz;
     let known = methods
         .iter()
@@ -310,9 +369,7 @@ fn over_time(evaluation: &Evaluation, methods: &[Method<'_>]) -> Body {
         nice_end(highest, 6),
     )];
     let mut caption =
-        "Median over test segments of the error of all fingers at each sample. Methods that are \
-        given both ends are right there and farthest off between them."
-            .to_owned();
+        "Median over test segments of the error of all fingers at each sample.".to_owned();
     if lowest > 0.0 && highest > ENLARGE_FROM * lowest {
         let enlarged = nice_end(1.5 * lowest, 6);
         panels.push(chart("The same, lower part enlarged", enlarged));
@@ -321,14 +378,18 @@ fn over_time(evaluation: &Evaluation, methods: &[Method<'_>]) -> Body {
             plain(enlarged)
         ));
     }
-    Body::default().figure(Figure {
+    let figure = Figure {
         id: "error-within-segment",
-        title: "Median error against time within the segment.".to_owned(),
+        title: format!(
+            "Median error against time within the segment, {}.",
+            protocol.title()
+        ),
         caption,
         data: line_chart::data("time_s", "median_error_mm", &series),
         legend,
         panels,
-    })
+    };
+    Body::default().figure(named(figure, protocol, "held-out-error-within-segment"))
 }
 
 /// A distribution of a method.
@@ -384,16 +445,16 @@ fn distribution_table<'m>(
 }
 
 /// Object error of methods that plan the object too; `None` where no method does.
-pub(super) fn object(methods: &[Method<'_>]) -> Option<Body> {
+fn object(methods: &[Method<'_>]) -> Option<Body> {
     let planned = known_of(methods, |own| own.object_error);
     let caption =
         "Object: distance between the origins (mm), and angle between the orientations (°)";
     let degrees = |angle: f64| decimals(angle.to_degrees(), 2);
     let table = method_table(caption, planned, |row| row.0)
-        .sizes(|(_, error)| table::sizes(&error.position))
         .statistics(&UPPER, "mm", millimetres, |(_, error)| error.position)
         .statistics(&UPPER, "°", degrees, |(_, error)| error.angle)
-        .smallest_marked();
+        .smallest_marked()
+        .sizes(|(_, error)| table::sizes(&error.position));
     (!table.is_empty()).then(|| {
         Body::from(html! {
             p {
@@ -414,8 +475,8 @@ pub(super) fn object(methods: &[Method<'_>]) -> Option<Body> {
 /// Sizes and statistics of errors.
 pub(super) fn spread_columns<R>(table: Table<R>, of: fn(&R) -> Statistics) -> Table<R> {
     table
-        .sizes(|row| table::sizes(&of(row)))
         .statistics(&SPREAD, "mm", millimetres, of)
+        .sizes(|row| table::sizes(&of(row)))
 }
 
 #[cfg(test)]

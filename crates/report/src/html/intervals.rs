@@ -39,16 +39,6 @@ pub(crate) fn estimate(all: &[Estimate; Measure::ALL.len()], measure: Measure) -
     &all[place.unwrap_or(0)]
 }
 
-/// The part of the section on errors; `None` where no intervals were worked out.
-pub(super) fn part(
-    intervals: Option<&Intervals>,
-    methods: &[Method<'_>],
-    id: &'static str,
-) -> Option<Body> {
-    let heading = html! { h3 { "Confidence intervals" } };
-    Some(Body::from(heading).append(body(intervals?, methods, id)))
-}
-
 /// Intervals and differences of the methods; `id` names the figure of differences.
 pub(super) fn body<T>(intervals: &Intervals, methods: &[Method<'_, T>], id: &'static str) -> Body {
     // Compiled once for evaluations and summaries.
@@ -177,13 +167,13 @@ fn estimates(intervals: &Intervals, methods: &[Method<'_, ()>]) -> Body {
     let caption =
         format!("Share of instants with three or more contacts, with {confidence} % intervals");
     let contacts = method_table(caption, contacts, |row| row.0)
-        .numbers("n", &clusters, |(_, share, _)| made_of(share))
         .numbers("three or more", "%", |(_, share, _)| {
             in_a_cell(share, percent)
         })
         .numbers("less recorded", "points", |(.., less)| {
             known(less.map(|own| in_a_cell(own, |value| decimals(100.0 * value, 2))))
-        });
+        })
+        .numbers("n", &clusters, |(_, share, _)| made_of(share));
     let body = Body::default()
         .prose(error_columns(pooled, &clusters))
         .folded(
@@ -197,14 +187,21 @@ fn estimates(intervals: &Intervals, methods: &[Method<'_, ()>]) -> Body {
 }
 
 fn error_columns<'a>(table: Table<Estimated<'a>>, clusters: &str) -> Table<Estimated<'a>> {
-    let table = table.numbers("n", clusters, |(_, error)| {
-        known(error.as_ref().map(|error| made_of(&error[0])))
-    });
-    Measure::ALL.into_iter().fold(table, |table, measure| {
+    let shown = [
+        Measure::P50,
+        Measure::P75,
+        Measure::P95,
+        Measure::Mean,
+        Measure::Rmse,
+    ];
+    let table = shown.into_iter().fold(table, |table, measure| {
         table.numbers(measure_words(measure), "mm", |(_, error)| {
             let own = error.as_ref().map(|error| estimate(error, measure));
             known(own.map(|own| in_a_cell(own, millimetres_3)))
         })
+    });
+    table.numbers("n", clusters, |(_, error)| {
+        known(error.as_ref().map(|error| made_of(&error[0])))
     })
 }
 

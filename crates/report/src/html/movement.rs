@@ -64,15 +64,8 @@ const MEASURES: [Measure; 5] = [
 pub(super) fn section(report: &Report<'_>, methods: &[Method<'_>]) -> Option<Body> {
     let analysis = report.evaluation.movement.as_ref()?;
     let motions = motions(&analysis.recorded, &analysis.methods, methods);
-    let body = Body::from(html! {
-        p {
-            "How each fingertip moves over the test segments, as recorded and as planned: a value for each segment, medians here, whole \
-             distributions in " code { "evaluation.json" } " and every segment in " code { "segments.parquet" } "."
-        }
-    })
-    .figure(figure(&motions))
-    .prose(finger_table(&motions))
-    .prose(html! {
+    let (speeds, smoothness) = MEASURES.split_at(3);
+    let table = Body::default().prose(finger_table(&motions)).prose(html! {
         p.note {
             "Speeds are those between neighbouring samples; standing still is slower than " (plain(to_mm(analysis.static_speed_m_s))) " mm/s. "
             b { "SPARC" } ": minus the arc length of the normalised spectrum of the speed up to 10 Hz; " b { "LDLJ" } ": minus the logarithm of the \
@@ -83,7 +76,20 @@ pub(super) fn section(report: &Report<'_>, methods: &[Method<'_>]) -> Option<Bod
              motion that has no such measure (a fingertip that stays has no smoothness, one of constant speed no jerk)."
         }
     });
-    Some(body.prose(nearest_part(analysis, &motions)))
+    let smoothness = Body::default().figure(Figure {
+        id: "movement-smoothness",
+        title: "How smoothly each fingertip moves.".to_owned(),
+        ..figure(smoothness, &motions)
+    });
+    let body = Body::default().figure(figure(speeds, &motions));
+    Some(
+        body.folded("Smoothness", smoothness)
+            .folded("Medians of each fingertip, and definitions", table)
+            .folded(
+                "Distance to the nearest demonstration",
+                Body::from(nearest_part(analysis, &motions)),
+            ),
+    )
 }
 
 /// A motion.
@@ -95,8 +101,6 @@ fn finger_table<'a>(
     let caption = "Motion of each fingertip: medians over segments";
     let median = |s: &Statistics| statistic(s, |s| s.p50);
     motions_by_finger(caption, motions, |own, finger| &own.by_finger[finger])
-        .counts("n", "", |(_, own)| own.length_m.n)
-        .counts("left out", "", |(_, own)| own.length_m.n_left_out)
         .lengths("length", |(_, own)| median(&own.length_m))
         .decimals("peak speed", "mm/s", 1, |(_, own)| {
             to_mm(median(&own.peak_speed_m_s))
@@ -104,6 +108,8 @@ fn finger_table<'a>(
         .percents("still", "%", |(_, own)| median(&own.static_share))
         .decimals("SPARC", "", 2, |(_, own)| median(&own.sparc))
         .decimals("LDLJ", "", 2, |(_, own)| median(&own.ldlj))
+        .counts("n", "", |(_, own)| own.length_m.n)
+        .counts("left out", "", |(_, own)| own.length_m.n_left_out)
 }
 
 fn nearest_part(analysis: &MovementAnalysis, motions: &[Moving<'_>]) -> Markup {
@@ -113,9 +119,9 @@ fn nearest_part(analysis: &MovementAnalysis, motions: &[Moving<'_>]) -> Markup {
     let caption = "Time-warped distance of the whole hand to the nearest demonstration (mm)";
     let table = Table::new(caption, rows, "motion", |(motion, _)| motion.head.clone())
         .stressed(|(motion, _)| motion.stressed)
+        .statistics(&UPPER, "mm", millimetres, |(_, s)| *s)
         .counts("n", "", |(_, s)| s.n)
-        .counts("left out", "", |(_, s)| s.n_left_out)
-        .statistics(&UPPER, "mm", millimetres, |(_, s)| *s);
+        .counts("left out", "", |(_, s)| s.n_left_out);
     let available = analysis.demonstrations_available;
     html! {
         @if table.is_empty() {
@@ -135,8 +141,8 @@ fn nearest_part(analysis: &MovementAnalysis, motions: &[Moving<'_>]) -> Markup {
     }
 }
 
-fn figure(motions: &[Moving<'_>]) -> Figure {
-    let cells: Vec<(&Measure, &str, Finger, Statistics)> = (MEASURES.iter())
+fn figure(measures: &[Measure], motions: &[Moving<'_>]) -> Figure {
+    let cells: Vec<(&Measure, &str, Finger, Statistics)> = (measures.iter())
         .flat_map(|measure| motions.iter().map(move |motion| (measure, motion)))
         .flat_map(|(measure, motion)| {
             let fingers = motion.facts.by_finger.iter();
@@ -149,7 +155,8 @@ fn figure(motions: &[Moving<'_>]) -> Figure {
     Figure {
         id: "movement",
         title: "How each fingertip moves.".to_owned(),
-        caption: "Point: median over segments. Line: from the first to the third quartile."
+        caption: "Point: median over the test segments. Line: from the first to the third quartile. Whole distributions are in \
+            evaluation.json, single segments in segments.parquet."
             .to_owned(),
         data: FigureData::about(&cells)
             .words("measure", |cell| cell.0.key)
@@ -162,7 +169,7 @@ fn figure(motions: &[Moving<'_>]) -> Figure {
             .numbers("p75", |cell| scaled(cell, |s| s.p75))
             .done(),
         legend: finger_keys(Key::area),
-        panels: MEASURES
+        panels: measures
             .iter()
             .map(|measure| panel(measure, motions))
             .collect(),

@@ -97,3 +97,13 @@ document.addEventListener('pointermove', event => {
     tip.style.top = `${event.clientY + 18 + tip.offsetHeight > innerHeight ? event.clientY - tip.offsetHeight - 10 : event.clientY + 18}px`;
   }
 });
+
+/* One box opens everything that is folded away: on the screen, and so in print. */
+const boxes = [...document.querySelectorAll('.everything input')];
+for (const box of boxes) {
+  box.parentNode.hidden = false;
+  box.addEventListener('change', () => {
+    for (const other of boxes) other.checked = box.checked;
+    for (const details of document.querySelectorAll('main details')) details.open = box.checked;
+  });
+}

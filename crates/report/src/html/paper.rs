@@ -23,6 +23,9 @@ const METHOD: &str = "paper";
 /// Edge, diameter and height of the published objects, metres.
 const SIZE_M: f64 = 0.05;
 
+/// Published third quartile of the error of the worst finger, millimetres.
+const P75_MM: f64 = 1.2;
+
 /// Published numbers of one object.
 struct Published {
     object: &'static str,
@@ -30,17 +33,16 @@ struct Published {
     three_contacts: &'static str,
 }
 
-/// The section's content; `None` where the published method was not planned.
-pub(super) fn section(report: &Report<'_>) -> Option<Body> {
+/// The content; `None` where the published method was not planned.
+pub(super) fn body(report: &Report<'_>) -> Option<Body> {
     let evaluation = report.evaluation;
     let mut methods = evaluation.methods.iter();
     let method = methods.find(|method| method.name == METHOD)?;
-    let differing = differing(report);
-    let Some(published) = object(evaluation).filter(|_| differing.is_empty()) else {
+    let Some(published) = followed(report) else {
         let body = html! {
             p {
                 "The published numbers of " (SOURCE) " are not shown beside this run, because it does not follow their protocol: "
-                (join_words(&differing)) "."
+                (join_words(&differing(report))) "."
             }
         };
         return Some(body.into());
@@ -48,6 +50,32 @@ pub(super) fn section(report: &Report<'_>) -> Option<Body> {
     let default =
         default_method(evaluation, Protocol::Published).filter(|default| default.name != METHOD);
     Some(comparison(&published, method, default))
+}
+
+/// The published numbers of this run's object; `None` where it does not follow their protocol.
+fn followed(report: &Report<'_>) -> Option<Published> {
+    object(report.evaluation).filter(|_| differing(report).is_empty())
+}
+
+/// Third quartile of the worst finger and contacts beside the published ones in words, and whether the error is larger.
+pub(super) fn check(report: &Report<'_>) -> Option<(bool, String)> {
+    let mut methods = report.evaluation.methods.iter();
+    let method = methods.find(|method| method.name == METHOD)?;
+    let Some(published) = followed(report) else {
+        let words = "not compared: this run does not follow the published protocol";
+        return Some((false, words.to_owned()));
+    };
+    let worst_m = values(&method.error.by_finger, |s| s.p75).fold(f64::NAN, f64::max);
+    let contacts = (method.contact.as_ref()).map_or(f64::NAN, |own| own.three_or_more);
+    let words = format!(
+        "75 % of the errors of {METHOD} are below {} mm in the worst finger (published: {P75_MM} mm), three contacts at {} % \
+         (published: {}); that was another recording, and its problem, without a start, has many solutions: {METHOD} takes \
+         the smallest activations",
+        millimetres(worst_m),
+        percent(contacts),
+        published.three_contacts,
+    );
+    Some((to_mm(worst_m) > P75_MM, words))
 }
 
 fn object(evaluation: &Evaluation) -> Option<Published> {

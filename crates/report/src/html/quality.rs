@@ -3,8 +3,9 @@
 use inhand_model::{Evaluation, Finding, Finger, TakeFacts, TakeQuality, TrackQuality};
 use maud::{Markup, html};
 
-use super::Body;
 use super::session::finding_list;
+use super::{Body, processing};
+use crate::Report;
 use crate::table::{Table, known};
 use crate::took::{missing, session_facts};
 use crate::verdict::inspection_sentence;
@@ -14,36 +15,54 @@ use crate::words::{count, percent, tied};
 const FINDINGS_SHOWN: usize = 6;
 
 /// The section's content.
-pub(super) fn section(evaluation: &Evaluation) -> Body {
+pub(super) fn section(report: &Report<'_>) -> Body {
+    let evaluation = report.evaluation;
     let gaps = gaps(&evaluation.quality);
     let tracks = evaluation.quality.len() * Finger::COUNT;
-    let body = Body::default().prose(html! {
+    let facts = html! {
         dl.took {
             @for (label, lines) in session_facts(&evaluation.session) {
                 dt { (label) }
                 @for line in lines { dd { (tied(&line)) } }
             }
         }
-    });
-    let body = body.prose(takes(evaluation)).prose(html! {
+    };
+    let takes_note = html! {
         p.note {
             "Left out: segments that a take without gaps would have given in addition; what is missing in most of their samples \
              has the gaps. Tracked: share of samples in which \
              the hand's or object's pose is known."
         }
-    });
-    let body = match gaps.len() {
-        0 if tracks == 0 => body.prose(html! { p { "The gaps of the takes are not known." } }),
-        0 => body.prose(html! { p { "No fingertip is missing at any sample of any take." } }),
-        n => body.prose(gap_table(gaps)).prose(html! {
-            p.note {
-                "Missing: samples without a measurement, as recorded. Filled: short gaps closed by interpolation, marked as such in \
-                 every later step. Open: still missing after processing; segments that touch them are left out of all statistics. "
-                @if n < tracks { "The other " (tracks - n) " of " (tracks) " fingertip tracks are complete." }
-            }
-        }),
     };
-    body.prose(findings(evaluation))
+    let takes = Body::from(facts).prose(takes(evaluation)).prose(takes_note);
+    let sentence = match gaps.len() {
+        0 if tracks == 0 => "The gaps of the takes are not known.".to_owned(),
+        0 => "No fingertip is missing at any sample of any take.".to_owned(),
+        n if n == tracks => "Every fingertip has gaps in every take.".to_owned(),
+        n => format!("{n} of {tracks} fingertip tracks have gaps; the others are complete."),
+    };
+    let illustrations = report.illustrations;
+    let body = Body::from(html! { p { (sentence) } })
+        .append(illustrations.map(|all| processing::gaps(&all.gaps)))
+        .folded("Format, roles, takes and segments", takes);
+    body.folded(
+        "Gaps of each fingertip",
+        (!gaps.is_empty()).then(|| gap_part(gaps)),
+    )
+    .folded("Findings and checks", Body::from(findings(evaluation)))
+    .folded(
+        "The filter: before and after, spectrum",
+        illustrations.map(processing::filter),
+    )
+}
+
+fn gap_part(gaps: Vec<Track<'_>>) -> Body {
+    Body::default().prose(gap_table(gaps)).prose(html! {
+        p.note {
+            "Missing: samples without a measurement, as recorded. Filled: short gaps closed by interpolation, marked as such in \
+             every later step. Open: still missing after processing; segments that touch them are left out of all statistics."
+        }
+    })
 }
 
 /// A take with its role and its quality.
@@ -118,10 +137,11 @@ fn findings(evaluation: &Evaluation) -> Markup {
     let odd = || takes.iter().filter(|take| !take.findings.is_empty());
     html! {
         @if !takes.is_empty() {
-            h3 { "Findings" }
             @if odd().next().is_none() { p { "The reader of the takes found nothing." } }
             @if let Some(inspection) = &evaluation.inspection {
-                @if let Some(sentence) = inspection_sentence(inspection) { p { (sentence) } }
+                @if let Some(sentence) = inspection_sentence(inspection) {
+                    p { (sentence) " They are: " (inspection.passed().join(", ")) "." }
+                }
                 (finding_list(inspection.findings.iter()))
             } @else { p { "Content of the takes and settings were not inspected." } }
         }

@@ -1,103 +1,13 @@
-//! The top of the page, the list of methods, and the steps that led here.
+//! The list of methods, and the steps that led here.
 
-use inhand_model::{Evaluation, Level, MethodEvaluation, Provenance, SessionFinding, TakeFacts};
+use inhand_model::{Evaluation, Level, MethodEvaluation, Provenance, SessionFinding};
 use maud::{Markup, html};
 
 use super::{Body, Method, method_table, named};
 use crate::json::settings_value;
 use crate::table::Table;
-use crate::text::protocol_columns;
-use crate::verdict::{
-    Outcome, choice_sentence, comparisons, default_method, definition, headline, protocols,
-    sentences, warnings,
-};
-use crate::words::{NONE, counted, decimals, plain, tied, to_mm};
-
-/// Facts at the top of the page.
-pub(super) fn facts(evaluation: &Evaluation) -> Vec<(&'static str, String)> {
-    let session = &evaluation.session;
-    let dictionary = &evaluation.dictionary;
-    let seconds = session.segment_samples as f64 / session.rate_hz;
-    let kind = dictionary.kind.name().to_uppercase();
-    let segment = format!("{} samples, {} s", session.segment_samples, plain(seconds));
-    let mut facts = vec![
-        (
-            "Object",
-            session
-                .object
-                .clone()
-                .unwrap_or_else(|| "none given".to_owned()),
-        ),
-        ("Training", takes(&session.train)),
-        ("Test", takes(&session.test)),
-        ("Sample rate", format!("{} Hz", plain(session.rate_hz))),
-        ("Segment", segment),
-        (
-            "Dictionary",
-            format!("{kind}, {} primitives", dictionary.rank),
-        ),
-    ];
-    let deviation = dictionary.deviation.as_ref();
-    facts.extend(deviation.map(|own| ("Deviation", format!("{} primitives", own.primitives))));
-    facts
-}
-
-fn takes(takes: &[TakeFacts]) -> String {
-    let seconds: f64 = takes.iter().map(|take| take.duration_s).sum();
-    let segments: usize = takes.iter().map(|take| take.segments).sum();
-    let (takes, segments) = (counted(takes.len(), "take"), counted(segments, "segment"));
-    format!("{takes}, {} s, {segments}", decimals(seconds, 0))
-}
-
-/// The verdict, coloured by whether the default method is behind.
-pub(super) fn verdict(evaluation: &Evaluation, methods: &[Method<'_>]) -> Markup {
-    let protocol = headline(evaluation);
-    let method = default_method(evaluation, protocol);
-    let outcomes: Vec<Outcome> = (method.into_iter())
-        .flat_map(|method| comparisons(method, evaluation, protocol))
-        .map(|comparison| comparison.outcome)
-        .collect();
-    let plan = method.and_then(|method| method.plan.as_ref());
-    let unsolved = plan.is_some_and(|plan| plan.infeasible + plan.failed > 0);
-    let class = if unsolved || outcomes.contains(&Outcome::Higher) {
-        "verdict behind"
-    } else if outcomes.is_empty() {
-        "verdict"
-    } else {
-        "verdict kept-up"
-    };
-    let protocols: Vec<_> = protocols(evaluation).collect();
-    let caption = "Error of all fingers under both protocols";
-    let sentences = sentences(evaluation);
-    // Errors and how they compare lead.
-    let (lead, rest) = sentences.split_at(sentences.len().min(2));
-    html! {
-        div class=(class) {
-            @for sentence in lead { p.lead { (tied(sentence)) } }
-            (inspection(evaluation))
-            @if protocols.len() > 1 {
-                (protocol_columns(method_table(caption, methods, |m| m), evaluation, "mm", |m| m.name))
-            }
-            @for sentence in rest { p { (tied(sentence)) } }
-            @if protocols.len() > 1 {
-                @for protocol in protocols { p.note { (tied(&definition(protocol, evaluation))) } }
-            }
-            p.note {
-                "Differences under 2 %, or whose 95 % interval contains zero, are ties; a maximum has no interval. \
-                 Neighbouring instants are not independent of one another, so small differences between methods may not hold on \
-                 another session."
-            }
-        }
-    }
-}
-
-/// Findings that may affect numbers.
-fn inspection(evaluation: &Evaluation) -> Markup {
-    let findings: Vec<_> = warnings(evaluation).collect();
-    html! {
-        @if !findings.is_empty() { (finding_list(findings.into_iter())) }
-    }
-}
+use crate::verdict::{Outcome, choice_sentence, comparisons, headline};
+use crate::words::{NONE, counted, decimals, tied, to_mm};
 
 /// Findings of an inspection with their levels.
 pub(super) fn finding_list<'a>(findings: impl Iterator<Item = &'a SessionFinding>) -> Markup {
@@ -192,7 +102,7 @@ pub(super) fn provenance(provenance: &[Provenance]) -> Markup {
         @if provenance.is_empty() {
             p { "No provenance was recorded." }
         } @else {
-            p { "Every step that led here, with all settings that had an effect and the SHA-256 of what went in. The same inputs and settings give the same bytes." }
+            p { "Each step with its settings and the SHA-256 of what went in. The same inputs and settings give the same bytes." }
         }
         @for step in provenance {
             details {

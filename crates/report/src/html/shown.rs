@@ -12,13 +12,21 @@ use crate::figure::scale::{Scale, nice_end};
 use crate::figure::{Figure, FigureData, Key, PLAIN_CLASS, finger_class, finger_keys};
 use crate::words::{count, percent, tied, to_mm};
 
-/// The section's content; sentences where something is not available.
-pub(super) fn section(all: &Illustrations, kind: DictionaryKind, rate_hz: f64) -> Body {
+/// Explained variance, or why it is not known.
+pub(super) fn variance_part(all: &Illustrations) -> Body {
+    match all.explained.as_ref().and_then(variance) {
+        Some(figure) => Body::default().figure(figure),
+        None => html! { p { "Every training segment has missing samples; explained variance is not available." } }.into(),
+    }
+}
+
+/// Where fingertips have been in training, and the primitives used most.
+pub(super) fn hulls_and_primitives(
+    all: &Illustrations,
+    kind: DictionaryKind,
+    rate_hz: f64,
+) -> Body {
     let body = Body::default().figure(all.hulls.as_ref().and_then(hulls));
-    let body = match all.explained.as_ref().and_then(variance) {
-        Some(figure) => body.figure(figure),
-        None => body.prose(html! { p { "Every training segment has missing samples; explained variance is not available." } }),
-    };
     match all.primitives.is_empty() {
         true => body.prose(html! { p { "No training segment uses any primitive." } }),
         false => body.figure(used_most(kind, &all.primitives, rate_hz)),

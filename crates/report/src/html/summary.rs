@@ -15,8 +15,13 @@ use crate::words::{NONE, count, counted, decimals, join_words, millimetres, perc
 /// Draws the page.
 pub(crate) fn page(summary: &Summary) -> Markup {
     let title = counted(summary.sessions.len(), "session");
-    let verdict = html! { p.verdict { (verdict(summary)) } };
-    shell(&title, &facts(summary), &verdict, &sections(summary))
+    let top = html! {
+        dl.facts {
+            @for (name, value) in facts(summary) { div { dt { (name) } dd { (value) } } }
+        }
+        p.verdict { (verdict(summary)) }
+    };
+    shell(&title, &top, &sections(summary))
 }
 
 fn sections(summary: &Summary) -> Vec<Section> {

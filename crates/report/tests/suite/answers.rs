@@ -112,7 +112,7 @@ fn a_method_without_a_trajectory_has_dashes_not_zeros() {
     let page = html(&Report::new(&evaluation, &[])).unwrap();
     assert!(page.contains("residual could not be evaluated"));
     assert!(page.contains("nothing to evaluate"));
-    assert!(page.contains("0 of 119 plans were solved, 117 are infeasible and 2 failed"));
+    assert!(page.contains("0 of 119 solved, 117 infeasible, 2 failed"));
     assert!(!page.contains("NaN"));
     let document: Value =
         serde_json::from_str(&evaluation_json(&evaluation, &[]).unwrap()).unwrap();
@@ -200,8 +200,7 @@ fn one_take_no_quality_no_provenance_no_history() {
     evaluation.dictionary.objective_history_m2.clear();
     let page = html(&Report::new(&evaluation, &[])).unwrap();
     for words in [
-        "1 take, 120",
-        "0 takes, 0",
+        "1 training take (2.0 min, 119 segments) and 0 test takes (0.0 min, 0 segments)",
         "The gaps of the takes are not known",
         "No provenance was recorded",
         "does not iterate",

@@ -368,8 +368,8 @@ fn beside_the_paper(evaluation: &Evaluation, settings: &str) -> Option<String> {
         inputs: Vec::new(),
     };
     let page = html(&Report::new(evaluation, &[step])).expect("the sample makes a page");
-    let part = &page[page.find("<section id=\"paper\"")?..];
-    Some(part[..part.find("</section>")?].to_owned())
+    let part = &page[page.find("<summary>Published values of the paper")?..];
+    Some(part[..part.find("</details>")?].to_owned())
 }
 
 #[test]

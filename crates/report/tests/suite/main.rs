@@ -4,6 +4,8 @@
 mod answers;
 /// Figures: on the page and in files, with their numbers.
 mod figures;
+/// The first screen, and how much of the page is open.
+mod first_screen;
 /// Figures of what a run shows beside its numbers.
 mod illustrated;
 /// The page: numbers shown, escaping, nothing loaded.

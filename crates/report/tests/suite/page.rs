@@ -26,7 +26,7 @@ fn statistics_shown_are_those_given() {
             .chain(method.error.by_finger.as_array())
             .chain(method.distance_difference.as_ref().unwrap().as_array());
         for s in rows {
-            let cells: Vec<String> = [s.mean, s.rmse, s.p5, s.p25, s.p50, s.p75, s.p95, s.max]
+            let cells: Vec<String> = [s.p50, s.p75, s.p95, s.max, s.mean, s.rmse, s.p5, s.p25]
                 .map(|v| {
                     if v < 5e-6 {
                         "&lt; 0.01".to_owned()
@@ -151,7 +151,7 @@ fn nothing_is_loaded_and_one_script_runs() {
 fn the_page_is_the_same_each_time_and_small() {
     let first = page();
     assert_eq!(first, page());
-    assert!(first.len() < 450_000, "{}", first.len());
+    assert!(first.len() < 500_000, "{}", first.len());
     assert!(
         !first.contains("NaN") && !first.contains("inf\""),
         "a number that is none was drawn"
@@ -229,24 +229,24 @@ fn every_table_shows_what_was_given() {
         // Methods.
         "prior|start + end, NMF 200|yes|higher · higher · lower · higher",
         // Contacts: recorded, planned.
-        "recorded|11 900|23|0|> 99.9|100.0|97.5|95.0|92.5|90.0",
-        "prior|11 900|23|0|99.1|99.1|96.1|93.2|90.2|87.2",
+        "recorded|> 99.9|100.0|97.5|95.0|92.5|90.0|11 900|23|0",
+        "prior|99.1|99.1|96.1|93.2|90.2|87.2|11 900|23|0",
         // Constraints at a glance, reach, collisions, plans.
         "prior|99.2|3.20|2 of 11 900|9.31|0 of 176 715|1.000|0 of 119|3.1e-9",
         "hermite|99.2|3.20|3 of 11 900|9.31|12 of 176 715|1.134|–|–",
-        "recorded|11 900|99.8|99.5|99.2|98.9|98.6|||||",
-        "prior|11 900|> 99.9|99.6|99.2|98.8|98.4|0.00|0.80|1.60|2.40|3.20",
-        "recorded|11 900|2||9.58|",
-        "line|11 900|3|1|9.31|ring, little",
+        "recorded|99.8|99.5|99.2|98.9|98.6||||||11 900",
+        "prior|> 99.9|99.6|99.2|98.8|98.4|0.00|0.80|1.60|2.40|3.20|11 900",
+        "recorded|2||9.58||11 900",
+        "line|3|1|9.31|ring, little|11 900",
         "paper|119|0|0|4|0|3.1e-9|9 of 119",
         // Families of constraints: with room, at the bound, within rounding.
         "acceleration|0 of 119|satisfied (margin 410.00 mm/s²)",
         "distance between fingertips|2 of 119|satisfied exactly",
         "velocity|4 of 119|2.0e-9 mm/s",
         // Prediction regions by stated share, the object, the choice, the deviation.
-        "residual|59 500|119|0|1.61|52.0|53.0|52.5|52.0|51.5|51.0",
-        "prior|59 500|119|0|3.02|90.1|91.1|90.6|90.1|89.6|89.1",
-        "residual|11 900|23|0|0.32|0.67|2.25|9.03|0.46|0.95|3.22|12.93",
+        "residual|1.61|52.0|53.0|52.5|52.0|51.5|51.0|59 500|119|0",
+        "prior|3.02|90.1|91.1|90.6|90.1|89.6|89.1|59 500|119|0",
+        "residual|0.32|0.67|2.25|9.03|0.46|0.95|3.22|12.93|11 900|23|0",
         "hermite|0.727|590",
         "whole hand|0.36|2|mean of the demonstrations in which all fingers had similar boundary conditions",
         // Velocity bounds.

@@ -152,7 +152,7 @@ fn an_evaluation_from_before_the_inspection_is_read() {
     assert!(page.contains("were not inspected"));
     let now = sample::evaluation(true);
     let page = inhand_report::html(&inhand_report::Report::new(&now, &[])).unwrap();
-    assert!(page.contains("Nothing odd was found in 1 of 2 checks: units."));
+    assert!(page.contains("Nothing odd was found in 1 of 2 checks. They are: units."));
     assert!(page.contains("swaps (cube_train_02, index and middle): 2 suspected swaps"));
 }
 

@@ -51,6 +51,8 @@ pub struct Figure {
 /// A drawing: the content of an `svg` element, with its size.
 #[derive(Clone, Debug)]
 pub(crate) struct Panel {
+    /// Title above the drawing, with the class of a swatch before it; empty where the figure's own says it all.
+    pub(crate) title: PanelTitle,
     /// Size in SVG user units, which are pixels of the page where there is room.
     pub(crate) width: f64,
     /// As the width.
@@ -59,6 +61,30 @@ pub(crate) struct Panel {
     pub(crate) summary: String,
     /// Shapes and texts.
     pub(crate) shapes: Markup,
+}
+
+/// Title of a panel, and the class of a swatch before it.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct PanelTitle {
+    text: String,
+    swatch: Option<&'static str>,
+}
+
+impl<T: Into<String>> From<T> for PanelTitle {
+    fn from(text: T) -> Self {
+        let text = text.into();
+        Self { text, swatch: None }
+    }
+}
+
+impl PanelTitle {
+    /// The title with a swatch before it.
+    pub(crate) fn swatch(self, class: Option<&'static str>) -> Self {
+        Self {
+            swatch: class,
+            ..self
+        }
+    }
 }
 
 /// Panels wider than this are shown two in a row on a page, narrower ones three.
@@ -87,10 +113,13 @@ impl Figure {
         html! {
             figure id={ "figure-" (self.id) } class=(class) {
                 @for panel in &self.panels {
-                    @if width > COLUMN {
-                        div.scroll tabindex="0" role="region" aria-label=(self.title) { (panel.embed()) }
-                    } @else {
-                        (panel.embed())
+                    div.panel {
+                        (panel.title.embed())
+                        @if width > COLUMN {
+                            div.scroll tabindex="0" role="region" aria-label=(self.title) { (panel.embed()) }
+                        } @else {
+                            (panel.embed())
+                        }
                     }
                 }
                 figcaption.full[self.panels.len() > 1 || width > COLUMN] {
@@ -109,14 +138,23 @@ impl Figure {
     }
 }
 
-impl Panel {
-    fn view_box(&self) -> String {
-        format!("0 0 {} {}", Px(self.width), Px(self.height))
-    }
-
+impl PanelTitle {
     fn embed(&self) -> Markup {
         html! {
-            svg.chart viewBox=(self.view_box()) role="img" aria-label=(self.summary) { (self.shapes) }
+            @if !self.text.is_empty() {
+                p.heading {
+                    @if let Some(class) = self.swatch { span.swatch.(class) {} }
+                    (self.text)
+                }
+            }
+        }
+    }
+}
+
+impl Panel {
+    fn embed(&self) -> Markup {
+        html! {
+            svg.chart viewBox={ "0 0 " (Px(self.width)) " " (Px(self.height)) } role="img" aria-label=(self.summary) { (self.shapes) }
         }
     }
 }

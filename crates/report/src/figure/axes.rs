@@ -21,10 +21,12 @@ pub(crate) fn bottom(frame: &Frame, scale: &Scale, wanted_ticks: usize, name: &s
         @for tick in scale.ticks(wanted_ticks) {
             @let x = Px(scale.at(tick.value));
             line.grid x1=(x) y1=(Px(frame.top)) x2=(x) y2=(Px(frame.bottom)) {}
-            text.tick x=(x) y=(Px(frame.bottom + TICK_LABEL_DROP)) text-anchor="middle" { (tick.label) }
+            @if !tick.label.is_empty() {
+                text.tick x=(x) y=(Px(frame.bottom + TICK_LABEL_DROP)) text-anchor="middle" { (tick.label) }
+            }
         }
         line.axis x1=(Px(frame.left)) y1=(Px(frame.bottom)) x2=(Px(frame.right)) y2=(Px(frame.bottom)) {}
-        text.name x=(Px(0.5 * (frame.left + frame.right))) y=(Px(name_y)) text-anchor="middle" { (name) }
+        text.name x=(Px(0.5 * (frame.left + frame.right))) y=(Px(name_y)) text-anchor="middle" { (scale.name(name)) }
     }
 }
 
@@ -35,9 +37,11 @@ pub(crate) fn left(frame: &Frame, scale: &Scale, wanted_ticks: usize, name: &str
         @for tick in scale.ticks(wanted_ticks) {
             @let y = scale.at(tick.value);
             line.grid x1=(Px(frame.left)) y1=(Px(y)) x2=(Px(frame.right)) y2=(Px(y)) {}
-            text.tick x=(Px(frame.left - 6.0)) y=(Px(y + 4.0)) text-anchor="end" { (tick.label) }
+            @if !tick.label.is_empty() {
+                text.tick x=(Px(frame.left - 6.0)) y=(Px(y + 4.0)) text-anchor="end" { (tick.label) }
+            }
         }
         line.axis x1=(Px(frame.left)) y1=(Px(frame.top)) x2=(Px(frame.left)) y2=(Px(frame.bottom)) {}
-        text.name x="0" y=(Px(frame.top - NAME_RISE)) { (name) }
+        text.name x="0" y=(Px(frame.top - NAME_RISE)) { (scale.name(name)) }
     }
 }

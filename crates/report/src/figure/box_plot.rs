@@ -4,14 +4,13 @@ use inhand_model::{Finger, Statistics};
 
 use super::data::STATISTICS;
 use super::row_plot::{self, Mark, MarkShape, PlotRow, RowPlot, WANTED_TICKS};
-use super::scale::{Scale, nice_end};
+use super::scale::{Axis, Extent, Scale};
 use super::{FigureData, Panel, finger_class};
-use crate::words::{count, decimals, plain};
+use crate::words::{count, decimals};
 
 /// Parts of a box, explained under every figure of them.
-pub(crate) const BOX_WORDS: &str = "Box: first to third quartile; line: median; whiskers: farthest value within 1.5 \
-    interquartile ranges of the box; dot: 95 % quantile. Values beyond the whiskers are not drawn one by one, the largest is the number at the right. \
-    Quantiles interpolate linearly (type 7).";
+pub(crate) const BOX_WORDS: &str = "Box: first to third quartile; line: median; whiskers: farthest value within 1.5 interquartile \
+    ranges of the box; ring: 95 % quantile; the largest value is the number at the right.";
 
 /// A distribution in metres, and the name and colour of its row.
 pub(crate) type BoxRow<'a> = (PlotRow<'a>, &'a Statistics);
@@ -38,39 +37,16 @@ pub(crate) const MICROMETRES: LengthUnit = LengthUnit {
     digits: 1,
 };
 
-/// Multiple of the typical third quartile that an axis may reach; one wild method must not press
-/// the others flat.
-const REACH: f64 = 6.0;
-
 impl LengthUnit {
-    /// An axis end for all of `distributions`: far enough for their whiskers and 95 % quantiles,
-    /// unless a few of them are so much wider than the rest that the rest would be unreadable.
-    pub(crate) fn shared_end(&self, distributions: &[&Statistics]) -> f64 {
-        let shown = || distributions.iter().filter(|s| drawable(s));
-        let widest = shown().map(|s| self.extent(s)).fold(0.0, f64::max);
-        let mut quartiles: Vec<f64> = shown().map(|s| self.per_m * s.p75).collect();
-        quartiles.sort_unstable_by(f64::total_cmp);
-        let typical = quartiles.get(quartiles.len() / 2);
-        // A limit of zero (most distributions are all zero) would leave no axis.
-        let limit = typical
-            .map(|typical| REACH * typical)
-            .filter(|&limit| limit > 0.0);
-        nice_end(widest.min(limit.unwrap_or(widest)), WANTED_TICKS * 2)
-    }
-
-    fn extent(&self, statistics: &Statistics) -> f64 {
-        self.per_m * statistics.whisker_high.max(statistics.p95)
-    }
-
-    /// Number of `distributions` that reach past the end of the axis with a whisker or 95 % quantile, in a sentence.
-    pub(crate) fn cut_words(&self, distributions: &[&Statistics], end: f64) -> String {
-        let cut = (distributions.iter()).filter(|s| drawable(s) && self.extent(s) > end);
-        let (name, end) = (self.name, plain(end));
-        match cut.count() {
-            0 => "No box, whisker or dot is cut off.".to_owned(),
-            1 => format!("One row reaches past the axis, which ends at {end} {name}; ▸ marks it."),
-            n => format!("{n} rows reach past the axis, which ends at {end} {name}; ▸ marks them."),
-        }
+    /// An axis for all of `distributions`, up to the farthest whisker or 95 % quantile; third quartiles are legible.
+    pub(crate) fn axis(&self, distributions: &[&Statistics]) -> Scale {
+        let shown = distributions.iter().filter(|s| drawable(s));
+        let extents = shown.map(|s| Extent {
+            low: self.per_m * s.p5,
+            typical: self.per_m * s.p75,
+            high: self.per_m * s.whisker_high.max(s.p95),
+        });
+        Scale::comparing(extents, WANTED_TICKS * 2)
     }
 
     /// Draws boxes, with median and largest value as numbers at the right. `swatch` is a finger before the title.
@@ -78,14 +54,13 @@ impl LengthUnit {
         &self,
         title: &str,
         swatch: Option<Finger>,
-        axis_name: &str,
-        end: f64,
+        (axis_name, scale): Axis<'_>,
         rows: impl IntoIterator<Item = BoxRow<'a>>,
     ) -> Panel {
         row_plot::draw(&RowPlot {
             title,
             swatch: swatch.map(finger_class),
-            axis: (axis_name, Scale::linear(0.0, end)),
+            axis: (axis_name, scale),
             numbers: &["median", "max"],
             rows: rows.into_iter().map(|row| self.row(title, row)).collect(),
             ..RowPlot::default()
@@ -127,6 +102,14 @@ impl LengthUnit {
     }
 }
 
+/// What logarithmic axes leave out, in a sentence with a space before it; empty where none is.
+pub(crate) fn axis_words(scales: &[Scale]) -> &'static str {
+    match scales.iter().any(Scale::is_log) {
+        true => " On a logarithmic axis a whisker without an end mark goes on below it.",
+        false => "",
+    }
+}
+
 /// The row of a finger.
 pub(crate) fn finger_row(finger: Finger) -> PlotRow<'static> {
     PlotRow::new(finger.name(), finger_class(finger))
@@ -165,41 +148,32 @@ mod tests {
         }
     }
 
-    fn end_and_words(all: &[Statistics]) -> (f64, String) {
-        let all: Vec<&Statistics> = all.iter().collect();
-        let end = MILLIMETRES.shared_end(&all);
-        (end, MILLIMETRES.cut_words(&all, end))
+    fn axis(all: &[Statistics]) -> (bool, [f64; 2]) {
+        let axis = MILLIMETRES.axis(&all.iter().collect::<Vec<_>>());
+        (axis.is_log(), axis.ends())
     }
 
     #[test]
     fn the_axis_reaches_the_widest_whisker() {
         let all = [distribution(0.001, 0.002_9), distribution(0.002, 0.004_1)];
-        let (end, words) = end_and_words(&all);
-        assert!((end - 4.5).abs() < 1e-9);
-        assert_eq!(words, "No box, whisker or dot is cut off.");
+        assert_eq!(axis(&all), (false, [0.0, 4.5]));
     }
 
     #[test]
     fn one_wild_method_does_not_press_the_others_flat() {
-        let all = [
-            distribution(0.001, 0.002),
-            distribution(0.001, 0.002),
-            distribution(0.1, 0.3),
-        ];
-        let (end, words) = end_and_words(&all);
-        assert!((end - 6.0).abs() < 1e-9, "{end}");
-        assert!(words.starts_with("One row"), "{words}");
+        let all = [distribution(0.001, 0.002), distribution(0.1, 0.3)];
+        assert_eq!(axis(&all), (true, [0.1, 500.0]));
     }
 
     #[test]
     fn nothing_gives_an_axis_all_the_same() {
-        assert_eq!(end_and_words(&[]).0, 1.0);
-        assert_eq!(end_and_words(&[Statistics::default()]).0, 1.0);
         let broken = Statistics {
             n: 3,
             p50: f64::NAN,
             ..Statistics::default()
         };
-        assert_eq!(end_and_words(&[broken]).0, 1.0);
+        for all in [vec![], vec![Statistics::default()], vec![broken]] {
+            assert_eq!(axis(&all), (false, [0.0, 1.0]));
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::scale::{Axis, Scale};
+use super::scale::{Axis, Extent, Scale};
 use super::{FigureData, Frame, Key, Panel, Px, axes};
 use crate::words::{plain, short};
 
@@ -48,10 +48,24 @@ pub(crate) fn heights(series: &[Series]) -> impl Iterator<Item = f64> {
     points.map(|point| point.1).filter(|y| y.is_finite())
 }
 
+/// A vertical axis on which the highest point of each line is legible.
+pub(crate) fn comparing(series: &[Series]) -> Scale {
+    let extents = series.iter().map(|line| {
+        let own = std::slice::from_ref(line);
+        let high = heights(own).fold(0.0, f64::max);
+        Extent {
+            low: heights(own).fold(f64::INFINITY, f64::min),
+            typical: high,
+            high,
+        }
+    });
+    Scale::comparing(extents, WANTED_TICKS)
+}
+
 /// A figure of lines.
 #[derive(Default)]
 pub(crate) struct LineChart<'a> {
-    /// Title, above the figure and in its description.
+    /// Title above the panel; empty where the figure's own says it all.
     pub(crate) title: &'a str,
     /// Horizontal axis.
     pub(crate) x: Axis<'a>,
@@ -66,10 +80,10 @@ pub(crate) struct LineChart<'a> {
 }
 
 const WIDTH: f64 = 460.0;
-const HEIGHT: f64 = 286.0;
+const HEIGHT: f64 = 268.0;
 const LEFT: f64 = 50.0;
 const RIGHT: f64 = 18.0;
-const TOP: f64 = 44.0;
+const TOP: f64 = 26.0;
 /// Radius of a dot and a half-pixel.
 const MARGIN: f64 = 3.0;
 const WANTED_TICKS: usize = 6;
@@ -90,7 +104,6 @@ pub(crate) fn draw(chart: &LineChart<'_>) -> Panel {
     let mut series: Vec<&Series> = chart.series.iter().collect();
     series.sort_by_key(|line| line.on_top);
     let shapes = html! {
-            text.title x="0" y="12.5" { (chart.title) }
             (axes::left(&frame, &y, WANTED_TICKS, chart.y.0))
             (axes::bottom(&frame, &x, WANTED_TICKS, chart.x.0))
             svg.plot x=(Px(cut.left)) y=(Px(cut.top)) width=(Px(cut.width())) height=(Px(cut.height()))
@@ -104,6 +117,7 @@ pub(crate) fn draw(chart: &LineChart<'_>) -> Panel {
             }
     };
     Panel {
+        title: chart.title.into(),
         width: WIDTH,
         height: HEIGHT,
         summary: summary(chart),
@@ -164,7 +178,11 @@ pub(crate) fn path(points: impl IntoIterator<Item = (f64, f64)>) -> String {
 fn summary(chart: &LineChart<'_>) -> String {
     let names: Vec<&str> = chart.series.iter().map(|s| s.label.as_str()).collect();
     let (title, y, x) = (chart.title, chart.y.0, chart.x.0);
-    format!("{title}: {y} over {x}, lines {}", names.join(", "))
+    let title = match title {
+        "" => String::new(),
+        title => format!("{title}: "),
+    };
+    format!("{title}{y} over {x}, lines {}", names.join(", "))
 }
 
 #[cfg(test)]

@@ -1,8 +1,9 @@
 //! Figures as files fit for print.
 
-use maud::{PreEscaped, html};
+use maud::{Markup, PreEscaped, html};
 
-use super::{COLUMN, Figure, Panel, Px, legend, style};
+use super::{COLUMN, Figure, Panel, PanelTitle, Px, legend, style};
+use crate::words::shortened;
 
 /// Widths that journals take, millimetres: one column, and two with the gap between them.
 const ONE_COLUMN_MM: f64 = 85.0;
@@ -52,8 +53,12 @@ pub(super) fn svg(figure: &Figure) -> String {
                     viewBox={ "0 0 " (Px(inside_mm / unit_mm)) " " (Px(keys_height)) } preserveAspectRatio="xMinYMin" { (keys) }
             }
             @for (panel, [x, y, width, height]) in &panels {
-                svg.chart x=(Px(*x)) y=(Px(*y)) width=(Px(*width)) height=(Px(*height))
-                    viewBox=(panel.view_box()) preserveAspectRatio="xMinYMin" { (panel.shapes) }
+                @let rise = title_height(panel);
+                svg.chart x=(Px(*x)) y=(Px(*y)) width=(Px(*width)) height=(Px(*height)) preserveAspectRatio="xMinYMin"
+                    viewBox={ "0 " (Px(-rise)) " " (Px(panel.width)) " " (Px(panel.height + rise)) } {
+                    (title(&panel.title))
+                    (panel.shapes)
+                }
             }
         }
     };
@@ -61,13 +66,39 @@ pub(super) fn svg(figure: &Figure) -> String {
     format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n{text}\n")
 }
 
+/// Room for the title above a panel, user units.
+fn title_height(panel: &Panel) -> f64 {
+    if panel.title.text.is_empty() {
+        0.0
+    } else {
+        20.0
+    }
+}
+
+/// The title above a panel, whose drawing begins at zero.
+fn title(title: &PanelTitle) -> Markup {
+    let left = if title.swatch.is_some() { 18.0 } else { 0.0 };
+    html! {
+        @if let Some(class) = title.swatch {
+            rect.key.(class) x="0.5" y="-17.5" width="11" height="11" rx="2" {}
+        }
+        @if !title.text.is_empty() {
+            text.title x=(Px(left)) y="-7.5" { (shortened(&title.text, TITLE_LETTERS)) }
+        }
+    }
+}
+
+/// Longest title of a panel in a file.
+const TITLE_LETTERS: usize = 60;
+
 /// Panels in rows of `columns`, each as wide as its column, with the end of the last row.
 fn placed(figure: &Figure, columns: usize, inside_mm: f64, top_mm: f64) -> (Vec<Placed<'_>>, f64) {
     let column_mm = (inside_mm - GAP_MM * (columns - 1) as f64) / columns as f64;
     let mut all = Vec::with_capacity(figure.panels.len());
     let mut y = top_mm;
     for row in figure.panels.chunks(columns) {
-        let height_of = |panel: &Panel| panel.height * column_mm / panel.width;
+        let height_of =
+            |panel: &Panel| (panel.height + title_height(panel)) * column_mm / panel.width;
         all.extend(row.iter().enumerate().map(|(place, panel)| {
             let x = EDGE_MM + (column_mm + GAP_MM) * place as f64;
             (panel, [x, y, column_mm, height_of(panel)])

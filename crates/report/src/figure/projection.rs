@@ -34,7 +34,7 @@ const VIEWS: [[usize; 2]; 3] = [[0, 1], [0, 2], [1, 2]];
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 const WIDTH: f64 = 380.0;
-const TOP: f64 = 44.0;
+const TOP: f64 = 26.0;
 const LEFT: f64 = 44.0;
 const RIGHT: f64 = 12.0;
 const SIDE: f64 = WIDTH - LEFT - RIGHT;
@@ -101,8 +101,8 @@ fn panel(of: &str, shapes: &[Shape], bounds: &Bounds, [across, up]: [usize; 2]) 
         width: WIDTH,
         height: TOP + SIDE + axes::BOTTOM_ROOM,
         summary: format!("{title}, seen in this plane: {}", names.join(", ")),
+        title: title.into(),
         shapes: html! {
-            text.title x="0" y="12.5" { (title) }
             (axes::left(&frame, &y, WANTED_TICKS, &format!("{} (mm)", up.0)))
             (axes::bottom(&frame, &x, WANTED_TICKS, &format!("{} (mm)", across.0)))
             @for shape in shapes {

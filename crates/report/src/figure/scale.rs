@@ -4,11 +4,26 @@
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Tick {
     pub(crate) value: f64,
+    /// Empty where there is a line alone.
     pub(crate) label: String,
 }
 
 /// An axis: its name with the unit, and its values.
 pub(crate) type Axis<'a> = (&'a str, Scale);
+
+/// Part of a compared axis that one of several things takes up, all in the axis' unit.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Extent {
+    /// Beginning of what is to be seen of it.
+    pub(crate) low: f64,
+    /// Value that must be legible, such as a third quartile.
+    pub(crate) typical: f64,
+    /// Farthest end of what is drawn.
+    pub(crate) high: f64,
+}
+
+/// Largest extent over the smallest typical value at which a linear axis still shows both.
+const LINEAR_UP_TO: f64 = 10.0;
 
 /// Maps `low..=high` onto `from_px..=to_px`.
 #[derive(Clone, Copy, Debug, Default)]
@@ -38,18 +53,52 @@ impl Scale {
         }
     }
 
-    /// A logarithmic scale over whole decades. Bounds that are not positive become one decade.
+    /// A logarithmic scale whose ends are 1, 2 or 5 times a power of ten. Bounds that are not positive become one decade.
     pub(crate) fn log(low: f64, high: f64) -> Self {
         let usable = |value: f64| value.is_finite() && value > 0.0;
-        let low = if usable(low) { low } else { 1.0 };
-        let low = 10f64.powi(decade_below(low));
-        let high = if usable(high) { high } else { low };
-        let above = decade_above(high).max(decade_below(low) + 1);
+        let low = if usable(low) { round_below(low) } else { 1.0 };
+        let high = if usable(high) { round_above(high) } else { low };
         Self {
             log: true,
             low,
-            high: 10f64.powi(above),
+            high: if high > low { high } else { 10.0 * low },
             ..Self::default()
+        }
+    }
+
+    /// The scale for extents that are compared with one another: linear from zero where the farthest reaches at most
+    /// [`LINEAR_UP_TO`] times the smallest typical value, else logarithmic, so that none is pressed flat by another.
+    /// What is not finite or not positive does not count.
+    pub(crate) fn comparing(extents: impl IntoIterator<Item = Extent>, wanted: usize) -> Self {
+        let (mut low, mut least, mut most) = (f64::INFINITY, f64::INFINITY, 0.0_f64);
+        let counts = |value: f64| value.is_finite() && value > 0.0;
+        for extent in extents {
+            if counts(extent.typical) {
+                least = least.min(extent.typical);
+                low = low.min(extent.low);
+            }
+            if counts(extent.high) {
+                most = most.max(extent.high);
+            }
+        }
+        if least.is_finite() && most > LINEAR_UP_TO * least {
+            Self::log(low.clamp(least / LINEAR_UP_TO, least), most)
+        } else {
+            Self::linear(0.0, nice_end(most, wanted))
+        }
+    }
+
+    /// Whether the scale is logarithmic.
+    pub(crate) fn is_log(&self) -> bool {
+        self.log
+    }
+
+    /// The name of an axis, with a word where it is logarithmic.
+    pub(crate) fn name(&self, name: &str) -> String {
+        match (self.log && !name.is_empty(), name.strip_suffix(')')) {
+            (false, _) => name.to_owned(),
+            (true, Some(name)) => format!("{name}, logarithmic)"),
+            (true, None) => format!("{name} (logarithmic)"),
         }
     }
 
@@ -88,7 +137,7 @@ impl Scale {
     /// At most about `wanted` + 1 ticks, all inside the range.
     pub(crate) fn ticks(&self, wanted: usize) -> Vec<Tick> {
         match self.log {
-            true => decade_ticks(decade_below(self.low), decade_below(self.high), wanted),
+            true => log_ticks(self.low, self.high, wanted),
             false => linear_ticks(self.low, self.high, wanted),
         }
     }
@@ -156,39 +205,80 @@ fn linear_ticks(low: f64, high: f64, wanted: usize) -> Vec<Tick> {
         .collect()
 }
 
-fn decade_ticks(low: i32, high: i32, wanted: usize) -> Vec<Tick> {
-    let stride = usize::try_from(high - low)
-        .unwrap_or(0)
-        .div_ceil(wanted.max(1))
-        .max(1);
-    (low..=high)
-        .step_by(stride)
-        .map(|exponent| Tick {
-            value: 10f64.powi(exponent),
-            label: power_label(exponent),
+/// Ticks at 1, 2 and 5 times powers of ten. Where they are many, powers alone have labels; where they are very many, there
+/// are powers alone, some left out.
+fn log_ticks(low: f64, high: f64, wanted: usize) -> Vec<Tick> {
+    let inside =
+        |value: f64| value >= low * (1.0 - STEP_ROUNDING) && value <= high * (1.0 + STEP_ROUNDING);
+    let powers = decade_below(low)..=decade_below(high);
+    let ticks = powers.flat_map(|power| [1, 2, 5].map(|factor| (factor, power)));
+    let ticks: Vec<(Tick, bool)> = ticks
+        .map(|(factor, power)| {
+            let value = f64::from(factor) * 10f64.powi(power);
+            let label = log_label(factor, power);
+            (Tick { value, label }, factor == 1)
         })
-        .collect()
+        .filter(|(tick, _)| inside(tick.value))
+        .collect();
+    if ticks.len() > 3 * wanted {
+        let powers: Vec<Tick> = (ticks.into_iter())
+            .filter_map(|(tick, power)| power.then_some(tick))
+            .collect();
+        let stride = powers.len().saturating_sub(1).div_ceil(wanted.max(1));
+        return powers.into_iter().step_by(stride.max(1)).collect();
+    }
+    let all = ticks.len() <= wanted + 2;
+    let labelled = |(tick, power): (Tick, bool)| Tick {
+        label: if all || power {
+            tick.label
+        } else {
+            String::new()
+        },
+        ..tick
+    };
+    ticks.into_iter().map(labelled).collect()
 }
 
-/// Powers of ten that people read at a glance in full, others with an exponent.
-fn power_label(exponent: i32) -> String {
-    match exponent {
-        -3..0 => format!(
-            "{:.*}",
-            exponent.unsigned_abs() as usize,
-            10f64.powi(exponent)
-        ),
-        0..=3 => format!("{}", 10f64.powi(exponent)),
-        _ => {
-            const RAISED: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
-            let digits = exponent.to_string();
-            let raised = digits.chars().map(|digit| match digit.to_digit(10) {
-                Some(digit) => RAISED[digit as usize],
-                None => '⁻',
-            });
-            format!("10{}", raised.collect::<String>())
-        }
+/// Numbers that people read at a glance in full, others as powers of ten.
+fn log_label(factor: i32, power: i32) -> String {
+    if (-3..=3).contains(&power) {
+        let digits = usize::try_from(-power).unwrap_or(0);
+        return format!("{:.digits$}", f64::from(factor) * 10f64.powi(power));
     }
+    const RAISED: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+    let digits = power.to_string();
+    let raised = digits.chars().map(|digit| match digit.to_digit(10) {
+        Some(digit) => RAISED[digit as usize],
+        None => '⁻',
+    });
+    let power = format!("10{}", raised.collect::<String>());
+    match factor {
+        1 => power,
+        _ => format!("{factor}×{power}"),
+    }
+}
+
+/// Factors of powers of ten at which logarithmic axes may end.
+const ROUND: [f64; 4] = [1.0, 2.0, 5.0, 10.0];
+
+/// The largest round number not above a positive one.
+fn round_below(value: f64) -> f64 {
+    let unit = 10f64.powi(decade_below(value));
+    let round = ROUND.map(|factor| factor * unit);
+    let below = round
+        .into_iter()
+        .rfind(|&round| round <= value * (1.0 + STEP_ROUNDING));
+    below.unwrap_or(unit)
+}
+
+/// The smallest round number not below a positive one.
+fn round_above(value: f64) -> f64 {
+    let unit = 10f64.powi(decade_below(value));
+    let round = ROUND.map(|factor| factor * unit);
+    let above = round
+        .into_iter()
+        .find(|&round| round >= value * (1.0 - STEP_ROUNDING));
+    above.unwrap_or(10.0 * unit)
 }
 
 /// Exponent of the largest power of ten not above `value`, exact at powers of ten.
@@ -202,15 +292,6 @@ fn decade_below(value: f64) -> i32 {
         exponent + 1
     } else {
         exponent
-    }
-}
-
-fn decade_above(value: f64) -> i32 {
-    let below = decade_below(value);
-    if 10f64.powi(below) < value {
-        below + 1
-    } else {
-        below
     }
 }
 
@@ -234,15 +315,63 @@ mod tests {
 
     #[test]
     fn log_scale_gives_equal_room_to_equal_ratios() {
-        let scale = Scale::log(3.0, 2000.0).over(0.0, 400.0);
+        let scale = Scale::log(1.3, 9000.0).over(0.0, 400.0);
         for (value, px) in [(1.0, 0.0), (10.0, 100.0), (100.0, 200.0), (10_000.0, 400.0)] {
             assert!((scale.at(value) - px).abs() < 1e-9, "{value}");
         }
-        assert_eq!(labels(&scale.ticks(5)), ["1", "10", "100", "1000", "10⁴"]);
-        assert_eq!(
-            labels(&Scale::log(1e-4, 1e8).over(0.0, 1.0).ticks(4)),
-            ["10⁻⁴", "0.1", "100", "10⁵", "10⁸"]
-        );
+        for (low, high, wanted, expected) in [
+            (1.0, 10_000.0, 4, &["1", "10", "100", "1000", "10⁴"][..]),
+            (1e-4, 1e8, 4, &["10⁻⁴", "0.1", "100", "10⁵", "10⁸"]),
+            (0.15, 9.0, 5, &["0.1", "0.2", "0.5", "1", "2", "5", "10"]),
+            (0.07, 13.0, 5, &["", "0.1", "", "", "1", "", "", "10", ""]),
+            (3e4, 4e4, 5, &["2×10⁴", "5×10⁴"]),
+        ] {
+            assert_eq!(labels(&Scale::log(low, high).ticks(wanted)), expected);
+        }
+    }
+
+    #[test]
+    fn a_method_ten_times_worse_does_not_squeeze_the_others() {
+        let axis = |typical_and_high: &[[f64; 2]]| {
+            let extents = typical_and_high.iter().map(|&[typical, high]| Extent {
+                low: 0.5 * typical,
+                typical,
+                high,
+            });
+            let axis = Scale::comparing(extents, 5);
+            (axis.is_log(), axis.ends())
+        };
+        for (compared, expected) in [
+            (&[[1.0, 2.0], [1.5, 9.0]][..], (false, [0.0, 10.0])),
+            (&[[1.0, 2.0], [10.0, 10.0]], (false, [0.0, 10.0])),
+            (&[[1.0, 2.0], [10.0, 10.5]], (true, [0.5, 20.0])),
+            (&[[0.3, 0.9], [2.0, 40.0]], (true, [0.1, 50.0])),
+            // What does not exist and what is exact has no say.
+            (
+                &[[f64::NAN, f64::NAN], [0.0, 0.0], [1.0, 4.0]],
+                (false, [0.0, 4.0]),
+            ),
+            (&[[0.0, 0.0]], (false, [0.0, 1.0])),
+            (&[], (false, [0.0, 1.0])),
+        ] {
+            assert_eq!(axis(compared), expected, "{compared:?}");
+        }
+        // Of a distribution down to zero a decade below what is typical is shown.
+        let deep = Extent {
+            low: 1e-9,
+            typical: 1.0,
+            high: 100.0,
+        };
+        assert_eq!(Scale::comparing([deep], 5).ends(), [0.1, 100.0]);
+    }
+
+    #[test]
+    fn logarithmic_axes_are_named_so() {
+        let (log, linear) = (Scale::log(1.0, 10.0), Scale::linear(0.0, 1.0));
+        assert_eq!(log.name("error (mm)"), "error (mm, logarithmic)");
+        assert_eq!(log.name("sweep"), "sweep (logarithmic)");
+        assert_eq!(log.name(""), "");
+        assert_eq!(linear.name("error (mm)"), "error (mm)");
     }
 
     #[test]

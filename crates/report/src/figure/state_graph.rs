@@ -6,11 +6,11 @@ use inhand_model::{Finger, StateFacts, TakeContacts, Transition};
 use maud::{Markup, html};
 
 use super::{PLAIN_CLASS, Panel, Px, finger_class};
-use crate::words::{percent, shortened};
+use crate::words::percent;
 
 const WIDTH: f64 = 460.0;
-const HEIGHT: f64 = 420.0;
-const CENTRE: [f64; 2] = [0.5 * WIDTH, 226.0];
+const HEIGHT: f64 = 400.0;
+const CENTRE: [f64; 2] = [0.5 * WIDTH, 206.0];
 const RADIUS: f64 = 148.0;
 /// Radius of a state that is never left, and least radius.
 const LARGEST: f64 = 42.0;
@@ -50,7 +50,6 @@ pub(crate) fn draw(take: &TakeContacts) -> Panel {
         .collect();
     let most = changes.iter().map(|(change, ..)| change.count).max();
     let shapes = html! {
-        text.title x="0" y="12.5" { (shortened(&take.take, 60)) }
         @for (change, from, to) in &changes { (arrow(change.count, from, to, most.unwrap_or(1))) }
         @for (state, place) in &placed { (circle(state, *place)) }
     };
@@ -59,6 +58,7 @@ pub(crate) fn draw(take: &TakeContacts) -> Panel {
         .collect();
     let total: usize = changes.iter().map(|(change, ..)| change.count).sum();
     Panel {
+        title: take.take.as_str().into(),
         width: WIDTH,
         height: HEIGHT,
         summary: format!(

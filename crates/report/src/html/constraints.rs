@@ -10,7 +10,7 @@ use crate::figure::scale::Scale;
 use crate::figure::{Figure, FigureData, Key, PLAIN_CLASS};
 use crate::table::{Head, Table, evaluated, known};
 use crate::words::{
-    NONE, count, decimals, millimetres, part_of, percent, plain, scientific, to_mm,
+    NONE, count, count_range, decimals, millimetres, part_of, percent, plain, scientific, to_mm,
 };
 use crate::{PlanTimes, Report};
 
@@ -251,7 +251,8 @@ fn status(planned: &[Planned<'_, '_>]) -> Option<Figure> {
     Some(Figure {
         id: "plan-status",
         title: "How plans ended.".to_owned(),
-        caption: "Share of each method's plans; numbers at the right: solved of all.".to_owned(),
+        caption: "Share of each method's plans by their end; at the right: solved of all."
+            .to_owned(),
         data: FigureData::about(&cells)
             .words("method", |cell| cell.0)
             .words("end", |cell| cell.1)
@@ -259,7 +260,6 @@ fn status(planned: &[Planned<'_, '_>]) -> Option<Figure> {
             .done(),
         legend: ENDS.map(|(end, class)| Key::area(end, class)).into(),
         panels: vec![row_plot::draw(&RowPlot {
-            title: "How plans ended",
             axis: ("share of plans (%)", Scale::linear(0.0, 100.0)),
             numbers: &["solved"],
             rows: rows.collect(),
@@ -430,9 +430,11 @@ fn times(times: &[PlanTimes], methods: &[Method<'_>]) -> Option<Body> {
     let figure = Figure {
         id: "plan-times",
         title: "Time of single plans.".to_owned(),
-        caption: "From the median (line) over the 95 % quantile (dot) to the longest (end). Times are those of the machine \
-            that made the run, and of other work on it meanwhile."
-            .to_owned(),
+        caption: format!(
+            "Line: median; ring: 95 % quantile; whisker: up to the longest; n = {} plans a method. Times are those of the machine that made \
+             the run, and of other work on it meanwhile.",
+            count_range(&times.iter().map(|own| own.n).collect::<Vec<_>>())
+        ),
         data: FigureData::about(&times)
             .words("method", |own| &*own.method)
             .counts("n", |own| own.n)
@@ -442,8 +444,7 @@ fn times(times: &[PlanTimes], methods: &[Method<'_>]) -> Option<Body> {
             .done(),
         legend: Vec::new(),
         panels: vec![row_plot::draw(&RowPlot {
-            title: "Time of a plan",
-            axis: ("time (ms, logarithmic)", Scale::log(low, high)),
+            axis: ("time (ms)", Scale::log(low, high)),
             numbers: &["median"],
             rows: rows.collect(),
             ..RowPlot::default()

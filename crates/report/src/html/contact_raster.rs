@@ -16,7 +16,7 @@ const TAKES: usize = 3;
 const WIDTH: f64 = 940.0;
 const LEFT: f64 = 62.0;
 const RIGHT: f64 = WIDTH - 84.0;
-const TOP: f64 = 24.0;
+const TOP: f64 = 4.0;
 /// Both strips of a finger and the room below them.
 const FINGER_HEIGHT: f64 = 29.0;
 const RECORDED_HEIGHT: f64 = 12.0;
@@ -174,11 +174,11 @@ fn panel(take: &str, contacts: &[Contact<'_>], rate_hz: f64) -> Panel {
     };
     let motion = contacts.last().map_or("", |contact| contact.motion);
     Panel {
+        title: take.into(),
         width: WIDTH,
         height: frame.bottom + axes::BOTTOM_ROOM,
         summary: format!("Contacts of five fingers over {take}, recorded and planned by {motion}"),
         shapes: html! {
-            text.title x="0" y="12.5" { (shortened(take, 80)) }
             (axes::bottom(&frame, &x, 12, "time in the take (s)"))
             @for (place, contact) in contacts.iter().enumerate() { (strip(place, contact)) }
         },

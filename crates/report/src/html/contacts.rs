@@ -8,11 +8,13 @@ use maud::html;
 use super::errors::{finger_figure, finger_table};
 use super::{Body, Method, contact_raster, default, dynamics, known_of, recorded};
 use crate::Report;
-use crate::figure::box_plot::{BOX_WORDS, MICROMETRES};
+use crate::figure::box_plot::{BOX_WORDS, MICROMETRES, axis_words};
 use crate::figure::line_chart::{self, LineChart, Series};
 use crate::figure::row_plot::PlotRow;
 use crate::figure::scale::Scale;
-use crate::figure::{Figure, FigureData, Frame, Key, PLAIN_CLASS, Panel, Px, RECORDED_CLASS, axes};
+use crate::figure::{
+    Figure, FigureData, Frame, Key, PLAIN_CLASS, Panel, PanelTitle, Px, RECORDED_CLASS, axes,
+};
 use crate::table::{Head, Table, evaluated};
 use crate::verdict::contact_sentence;
 use crate::words::{count, join_words, percent, plain, tied, to_mm};
@@ -249,23 +251,22 @@ fn clouds(clouds: &[PointCloud]) -> Option<Body> {
         }
     });
     let excesses: Vec<&Statistics> = clouds.iter().map(|cloud| &cloud.excess_m).collect();
-    let end = MICROMETRES.shared_end(&excesses);
+    let axis = ("excess (µm)", MICROMETRES.axis(&excesses));
     let names: Vec<String> = clouds
         .iter()
         .map(|c| format!("{} points", count(c.points)))
         .collect();
     let rows = names.iter().map(|label| PlotRow::new(label, PLAIN_CLASS));
     let rows = rows.zip(excesses.iter().copied());
-    let title = "Excess of point clouds";
     Some(body.figure(Figure {
         id: "point-clouds",
         title: "Distance to a cloud of points less distance to the surface.".to_owned(),
         caption: format!(
             "Over {} distances of recorded fingertips at instants spread over the test segments ({} of them filled), points spread evenly \
-             over the surface. A cloud is never nearer than the surface. {BOX_WORDS} {}",
+             over the surface. A cloud is never nearer than the surface. {BOX_WORDS}{}",
             count(first.excess_m.n),
             count(first.excess_m.n_filled),
-            MICROMETRES.cut_words(&excesses, end),
+            axis_words(&[axis.1]),
         ),
         data: FigureData::about(clouds)
             .counts("points", |cloud| cloud.points)
@@ -277,7 +278,7 @@ fn clouds(clouds: &[PointCloud]) -> Option<Body> {
             .numbers("exact_three_or_more_percent", |cloud| 100.0 * cloud.exact_three_or_more)
             .done(),
         legend: Vec::new(),
-        panels: vec![MICROMETRES.boxes(title, None, "excess (µm)", end, rows)],
+        panels: vec![MICROMETRES.boxes("", None, axis, rows)],
     }))
 }
 
@@ -331,8 +332,8 @@ fn contact_count(rows: &EvaluationRows, methods: &[Method<'_>], tau_m: f64) -> O
 }
 
 const WIDTH: f64 = 460.0;
-const HEIGHT: f64 = 286.0;
-const FRAME: Frame = Frame::new([42.0, WIDTH - 8.0], [44.0, HEIGHT - axes::BOTTOM_ROOM]);
+const HEIGHT: f64 = 268.0;
+const FRAME: Frame = Frame::new([42.0, WIDTH - 8.0], [26.0, HEIGHT - axes::BOTTOM_ROOM]);
 /// Of a group's width, what is left free.
 const GAP_SHARE: f64 = 0.22;
 /// Least height of a bar above zero: rare is not never.
@@ -340,7 +341,6 @@ const LEAST: f64 = 1.0;
 
 /// Bars side by side: a group for each number of fingers, a bar for each motion.
 fn bars(counted: &[(&str, &str, Counts)]) -> Panel {
-    let title = "Fingers in contact at once";
     let y = Scale::linear(0.0, 100.0).over(FRAME.bottom, FRAME.top);
     let group_width = FRAME.width() / (Finger::COUNT + 1) as f64;
     let bar_width = group_width * (1.0 - GAP_SHARE) / counted.len() as f64;
@@ -350,11 +350,14 @@ fn bars(counted: &[(&str, &str, Counts)]) -> Panel {
     });
     let series: Vec<String> = series.collect();
     Panel {
+        title: PanelTitle::default(),
         width: WIDTH,
         height: HEIGHT,
-        summary: format!("{title}: share of 0, 1, 2, 3, 4, 5; {}", series.join("; ")),
+        summary: format!(
+            "Fingers in contact at once, share of 0, 1, 2, 3, 4, 5: {}",
+            series.join("; ")
+        ),
         shapes: html! {
-            text.title x="0" y="12.5" { (title) }
             (axes::left(&FRAME, &y, 5, "share of instants (%)"))
             line.axis x1=(Px(FRAME.left)) y1=(Px(FRAME.bottom)) x2=(Px(FRAME.right)) y2=(Px(FRAME.bottom)) {}
             text.name x=(Px(0.5 * (FRAME.left + FRAME.right))) y=(Px(HEIGHT - 5.0)) text-anchor="middle" { "fingers in contact" }

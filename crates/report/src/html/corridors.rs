@@ -8,7 +8,7 @@ use crate::figure::row_plot::{self, Mark, MarkShape, PlotRow, RowPlot, WANTED_TI
 use crate::figure::scale::{Scale, whole_steps};
 use crate::figure::{Figure, FigureData, Key, finger_keys};
 use crate::table::{Table, evaluated};
-use crate::words::{NONE, percent, stated_percent};
+use crate::words::{NONE, count_range, percent, stated_percent};
 
 /// A prediction region of a method.
 type Region<'m, 'a> = (&'m Method<'a>, &'a CorridorCoverage);
@@ -77,6 +77,8 @@ fn figure(regions: &[&[Region<'_, '_>]]) -> Option<Figure> {
     // Method, finger, stated and found percentages.
     let mut cells: Vec<(&str, &str, f64, f64)> = Vec::new();
     let mut panels = Vec::new();
+    let sizes = regions.iter().flat_map(|region| region.iter());
+    let sizes: Vec<usize> = sizes.map(|(_, own)| own.n).filter(|n| *n > 0).collect();
     for region in regions {
         let share_stated = region[0].1.share_stated;
         let known = region.iter();
@@ -118,9 +120,11 @@ fn figure(regions: &[&[Region<'_, '_>]]) -> Option<Figure> {
     (!panels.is_empty()).then(|| Figure {
         id: "corridor-coverage",
         title: "Share of the recorded motion inside the prediction regions.".to_owned(),
-        caption: "One dot a finger; upright line: all fingers, also as a number at the right; dotted: the share \
-            stated. The axes differ and do not start at zero."
-            .to_owned(),
+        caption: format!(
+            "Dot: a finger; upright line: all fingers, also as a number at the right; dotted: the share stated; n = {} recorded \
+             positions. The axes differ and do not start at zero.",
+            count_range(&sizes)
+        ),
         data: FigureData::about(&cells)
             .words("motion", |cell| cell.0)
             .words("finger", |cell| cell.1)

@@ -92,15 +92,15 @@ fn objective_figure(facts: &DictionaryFacts) -> Option<Figure> {
     Some(Figure {
         id: "dictionary-objective",
         title: "Objective after each sweep.".to_owned(),
-        caption: "Half the squared Frobenius norm of the reconstruction error over all training segments; \
-            sweep 0 is the start."
-            .to_owned(),
+        caption: format!(
+            "Half the squared Frobenius norm of the reconstruction error of {} training segments; sweep 0 is the start.",
+            count(facts.segments)
+        ),
         data: line_chart::data("sweep", "objective_mm2", &series),
         legend: Vec::new(),
         panels: vec![line_chart::draw(&LineChart {
-            title: "Objective while learning",
             x: ("sweep", Scale::linear(0.0, last as f64)),
-            y: ("objective (mm², logarithmic)", Scale::log(low, high)),
+            y: ("objective (mm²)", Scale::log(low, high)),
             series: &series,
             ..LineChart::default()
         })],

@@ -12,7 +12,7 @@ use crate::figure::scale::Scale;
 use crate::figure::state_graph::{self, STATES};
 use crate::figure::{Figure, FigureData, Frame, Key, Panel, Px, axes, finger_class, finger_keys};
 use crate::table::{Head, Table, statistic};
-use crate::words::{counted, plain, short, shortened, to_mm};
+use crate::words::{count, counted, plain, short, to_mm};
 
 /// Takes that have tables and figures of their own; all are in `evaluation.json`.
 const TAKES: usize = 3;
@@ -227,9 +227,11 @@ fn gaits(takes: &[TakeContacts]) -> Figure {
     };
     Figure {
         id: "gait-diagram",
-        title: "Which finger holds when.".to_owned(),
+        title: "Contacts and phases of the test takes.".to_owned(),
         caption: format!(
-            "Coloured where a finger touches, as recorded; thin grey line: not known. Beneath, the phases that makes.{cut}"
+            "Coloured where a fingertip touches the object in the recording; blank: no contact; thin grey line: not known. Lowest lane: \
+             phases of the contacts. Test takes, n = {}.{cut}",
+            takes.len()
         ),
         data: gait_data(takes),
         legend,
@@ -247,7 +249,7 @@ const PHASES: [(PhaseKind, &str, &str); 4] = [
 
 const WIDTH: f64 = 940.0;
 const LEFT: f64 = 62.0;
-const TITLE_HEIGHT: f64 = 26.0;
+const TOP: f64 = 4.0;
 const LANE_HEIGHT: f64 = 15.0;
 const BAR_HEIGHT: f64 = 11.0;
 const PHASE_HEIGHT: f64 = 9.0;
@@ -274,14 +276,14 @@ fn gait_panel(take: &TakeContacts) -> Panel {
     let shown_s = shown_s(take.duration_s);
     let rows = ((shown_s / ROW_S).ceil() as usize).clamp(1, ROWS);
     let row_s = shown_s / rows as f64;
-    let top = |row: usize| TITLE_HEIGHT + (BLOCK_HEIGHT + BLOCK_GAP) * row as f64;
+    let top = |row: usize| TOP + (BLOCK_HEIGHT + BLOCK_GAP) * row as f64;
     let shapes = html! {
-        text.title x="0" y="12.5" { (shortened(&take.take, 80)) }
         @for row in 0..rows {
             (gait_rows(take, [row_s * row as f64, row_s * (row + 1) as f64], top(row), row + 1 == rows))
         }
     };
     Panel {
+        title: take.take.as_str().into(),
         width: WIDTH,
         height: top(rows - 1) + BLOCK_HEIGHT + axes::BOTTOM_ROOM,
         summary: gait_summary(take),
@@ -379,12 +381,14 @@ fn states(takes: &[TakeContacts]) -> Option<Figure> {
     } else {
         String::new()
     };
+    let transitions = changing.iter().flat_map(|take| &take.transitions);
+    let transitions = count(transitions.map(|change| change.count).sum());
     Some(Figure {
         id: "contact-states",
         title: "Contact states and transitions.".to_owned(),
         caption: format!(
-            "A circle is a set of fingers that hold (filled dots, from thumb to little finger), its area and the number at it the share of the \
-             time; an arrow is a transition from one sample to the next, thicker the more often.{cut}"
+            "Circle: a set of fingers in contact (filled dots, thumb to little finger), its area and number: share of the time. Arrow: transition \
+             from one sample to the next, wider the more often; n = {transitions} transitions.{cut}"
         ),
         data: state_data(&changing),
         legend: finger_keys(Key::area),

@@ -10,15 +10,15 @@ use super::{
     session,
 };
 use crate::Report;
-use crate::figure::box_plot::{self, BOX_WORDS, MILLIMETRES, finger_row};
+use crate::figure::box_plot::{self, BOX_WORDS, MILLIMETRES, axis_words, finger_row};
 use crate::figure::line_chart::{self, LineChart, Series};
-use crate::figure::scale::{Scale, nice_end};
+use crate::figure::scale::Scale;
 use crate::figure::{Figure, Panel};
 use crate::table::{self, Head, SPREAD, Table, UPPER, evaluated};
 use crate::verdict::{
     comparison_sentence, default_method, definition, headline, protocols, without_held_out,
 };
-use crate::words::{NONE, count, count_range, counted, decimals, millimetres, plain, tied, to_mm};
+use crate::words::{NONE, count, count_range, counted, decimals, millimetres, tied, to_mm};
 
 /// Name of the axis of errors.
 pub(super) const AXIS_NAME: &str = "distance to recorded fingertip (mm)";
@@ -163,21 +163,22 @@ pub(super) fn overview_panels<T>(
 ) -> (Vec<Panel>, String) {
     let pooled = methods.iter().map(|m| &error(m.evaluation).all);
     let pooled: Vec<&Statistics> = pooled.collect();
-    let end = MILLIMETRES.shared_end(&pooled);
+    let axis = (AXIS_NAME, MILLIMETRES.axis(&pooled));
     let rows = methods.iter().map(Method::row).zip(pooled.iter().copied());
-    let title = "All fingers, by method";
-    let mut panels = vec![MILLIMETRES.boxes(title, None, AXIS_NAME, end, rows)];
+    let mut panels = vec![MILLIMETRES.boxes("All fingers, by method", None, axis, rows)];
+    let mut scales = vec![axis.1];
     panels.extend(default(methods).map(|method| {
         let fingers = &error(method.evaluation).by_finger;
         let title = format!("{}, by finger", method.name);
-        let end = MILLIMETRES.shared_end(&fingers.as_array().each_ref());
+        let scale = MILLIMETRES.axis(&fingers.as_array().each_ref());
+        scales.push(scale);
         let rows = fingers.iter().map(|(finger, s)| (finger_row(finger), s));
-        MILLIMETRES.boxes(&title, None, AXIS_NAME, end, rows)
+        MILLIMETRES.boxes(&title, None, (AXIS_NAME, scale), rows)
     }));
-    let cut = MILLIMETRES.cut_words(&pooled, end);
+    let words = axis_words(&scales);
     (
         panels,
-        format!("{BOX_WORDS} {sizes}The two axes differ. {cut}"),
+        format!("{BOX_WORDS} {sizes}The two axes differ.{words}"),
     )
 }
 
@@ -238,10 +239,10 @@ pub(super) fn finger_figure(
 ) -> Figure {
     let all = rows.iter().flat_map(|(_, fingers)| fingers.as_array());
     let all: Vec<&Statistics> = all.collect();
-    let end = MILLIMETRES.shared_end(&all);
+    let axis = (axis_name, MILLIMETRES.axis(&all));
     let panel = |finger: Finger| {
         let rows = rows.iter().map(|(m, fingers)| (m.row(), &fingers[finger]));
-        MILLIMETRES.boxes(finger.name(), Some(finger), axis_name, end, rows)
+        MILLIMETRES.boxes(finger.name(), Some(finger), axis, rows)
     };
     let sizes: Vec<usize> = all.iter().map(|s| s.n).collect();
     let differ = match sizes.iter().all(|n| *n == sizes[0]) {
@@ -255,9 +256,9 @@ pub(super) fn finger_figure(
         id: "",
         title: String::new(),
         caption: format!(
-            "{lead}{BOX_WORDS} n = {}{differ}. {}",
+            "{lead}{BOX_WORDS} n = {}{differ}.{}",
             count_range(&sizes),
-            MILLIMETRES.cut_words(&all, end)
+            axis_words(&[axis.1])
         ),
         data: box_plot::data(&boxes.collect::<Vec<_>>()),
         legend: Vec::new(),
@@ -297,7 +298,7 @@ fn distribution(rows: &EvaluationRows, methods: &[Method<'_>]) -> Option<Figure>
         id: "error-ecdf",
         title: "Share of errors up to a size.".to_owned(),
         caption: format!(
-            "Empirical distribution of the errors of all fingers at all instants, n = {}, on a logarithmic axis; \
+            "Empirical distribution of the errors of all fingers at all instants, n = {}; \
              {POINTS} points of each curve are drawn, all exact. Of two curves the one farther left has the smaller errors. Errors \
              below {LEAST_MM} mm are left of the axis.",
             count_range(&sizes)
@@ -305,8 +306,7 @@ fn distribution(rows: &EvaluationRows, methods: &[Method<'_>]) -> Option<Figure>
         data: line_chart::data("error_mm", "share_percent", &series),
         legend: line_chart::keys(&series),
         panels: vec![line_chart::draw(&LineChart {
-            title: "Distribution of errors",
-            x: ("error (mm, logarithmic)", Scale::log(LEAST_MM, largest)),
+            x: ("error (mm)", Scale::log(LEAST_MM, largest)),
             y: ("share of errors up to it (%)", Scale::linear(0.0, 100.0)),
             series: &series,
             ..LineChart::default()
@@ -329,18 +329,14 @@ fn exact_points(values: impl Iterator<Item = f64>, wanted: usize) -> (usize, Vec
     (n, points.collect())
 }
 
-/// The lowest curves are enlarged where the highest is this many times as high.
-const ENLARGE_FROM: f64 = 2.5;
-
-/// Median error over the time within a segment, and the lower part of the curves enlarged where one method is far
-/// above the rest.
+/// Median error over the time within a segment.
 fn over_time(evaluation: &Evaluation, protocol: Protocol) -> Body {
     let methods = super::methods(evaluation, protocol);
     let rate_hz = evaluation.session.rate_hz;
     let known = methods
         .iter()
         .map(|m| (m, &m.evaluation.median_error_by_sample_m));
-    let mut series: Vec<Series> = (known.filter(|(_, errors_m)| !errors_m.is_empty()))
+    let series: Vec<Series> = (known.filter(|(_, errors_m)| !errors_m.is_empty()))
         .map(|(method, errors_m)| {
             let errors = errors_m.iter().enumerate();
             method.line(errors.map(|(sample, &m)| (sample as f64 / rate_hz, to_mm(m))))
@@ -349,45 +345,33 @@ fn over_time(evaluation: &Evaluation, protocol: Protocol) -> Body {
     if series.is_empty() {
         return html! { p { "No method has errors over the time within a segment." } }.into();
     }
-    let legend = line_chart::keys(&series);
-    series.sort_by_key(|line| line.on_top);
-    let default = &series[series.partition_point(|line| !line.on_top)..];
-    let highest = line_chart::heights(&series).fold(0.0, f64::max);
-    let lowest = line_chart::heights(default).fold(0.0, f64::max);
     let last_s = evaluation.session.segment_samples.saturating_sub(1) as f64 / rate_hz;
-    let chart = |title: &str, high: f64| {
-        line_chart::draw(&LineChart {
-            title,
-            x: ("time in the segment (s)", Scale::linear(0.0, last_s)),
-            y: ("median error (mm)", Scale::linear(0.0, high)),
-            series: &series,
-            ..LineChart::default()
-        })
+    let positions = methods.iter().map(|own| own.evaluation.error_at_start.n);
+    let most = positions.max().unwrap_or(0);
+    let y = line_chart::comparing(&series);
+    let zero = match y.is_log() {
+        true => " Errors of zero are below the logarithmic axis.",
+        false => "",
     };
-    let mut panels = vec![chart(
-        "Over the time within a segment",
-        nice_end(highest, 6),
-    )];
-    let mut caption =
-        "Median over test segments of the error of all fingers at each sample.".to_owned();
-    if lowest > 0.0 && highest > ENLARGE_FROM * lowest {
-        let enlarged = nice_end(1.5 * lowest, 6);
-        panels.push(chart("The same, lower part enlarged", enlarged));
-        caption.push_str(&format!(
-            " The second axis ends at {} mm; lines that leave it at the top are cut.",
-            plain(enlarged)
-        ));
-    }
     let figure = Figure {
         id: "error-within-segment",
         title: format!(
             "Median error against time within the segment, {}.",
             protocol.title()
         ),
-        caption,
+        caption: format!(
+            "Median of the error of all fingers at each sample over the test segments, n = {} at most. Methods that are given both ends are \
+             right there and farthest off between them.{zero}",
+            count(most)
+        ),
         data: line_chart::data("time_s", "median_error_mm", &series),
-        legend,
-        panels,
+        legend: line_chart::keys(&series),
+        panels: vec![line_chart::draw(&LineChart {
+            x: ("time in the segment (s)", Scale::linear(0.0, last_s)),
+            y: ("median error (mm)", y),
+            series: &series,
+            ..LineChart::default()
+        })],
     };
     Body::default().figure(named(figure, protocol, "held-out-error-within-segment"))
 }

@@ -11,7 +11,7 @@ use crate::figure::{
     line_chart,
 };
 use crate::table::Table;
-use crate::words::{decimals, millimetres, plain, shortened, to_mm};
+use crate::words::{decimals, millimetres, plain, to_mm};
 
 /// The examples; a sentence where there are none.
 pub(super) fn paths(examples: &[PathExample], methods: &[Method<'_>]) -> Body {
@@ -133,9 +133,8 @@ fn path_data(example: &PathExample) -> FigureData {
 }
 
 const WIDTH: f64 = 380.0;
-const FRAME: Frame = Frame::new([34.0, WIDTH - 12.0], [42.0, 112.0]);
-const HEIGHT: f64 = 116.0 + axes::BOTTOM_ROOM;
-const TITLE_LETTERS: usize = 46;
+const FRAME: Frame = Frame::new([34.0, WIDTH - 12.0], [8.0, 78.0]);
+const HEIGHT: f64 = 82.0 + axes::BOTTOM_ROOM;
 /// Time before and after the worst instant in a cut, seconds.
 const AROUND_S: f64 = 2.0;
 
@@ -180,15 +179,19 @@ fn panel(place: usize, case: &WorstCase, rate_hz: f64, end_mm: f64) -> Panel {
         .collect();
     let highest_point = points.iter().copied().min_by(|a, b| a.1.total_cmp(&b.1));
     let line = line_chart::path(points.iter().copied());
-    let title = format!("{place}. {} mm, {}", millimetres(case.error_m), case.finger);
-    let below = format!("{}, {} s", case.take, decimals(case.time_s, 2));
+    let title = format!(
+        "{place}. {} mm, {}, {} at {} s",
+        millimetres(case.error_m),
+        case.finger,
+        case.take,
+        decimals(case.time_s, 2)
+    );
     Panel {
+        title: title.as_str().into(),
         width: WIDTH,
         height: HEIGHT,
-        summary: format!("{title}, {below}"),
+        summary: title.clone(),
         shapes: html! {
-            text.title x="0" y="12.5" { (shortened(&title, TITLE_LETTERS)) }
-            text.faint x="0" y="29" { (shortened(&below, TITLE_LETTERS)) }
             @for tick in y.ticks(3) {
                 @let at = y.at(tick.value);
                 line.grid x1=(Px(FRAME.left)) y1=(Px(at)) x2=(Px(FRAME.right)) y2=(Px(at)) {}
@@ -196,7 +199,7 @@ fn panel(place: usize, case: &WorstCase, rate_hz: f64, end_mm: f64) -> Panel {
             }
             (axes::bottom(&FRAME, &x, 5, "time in the segment (s); error in mm"))
             g.(finger_class(case.finger)) {
-                title { (title) ", " (below) }
+                title { (title) }
                 path.line d=(line) {}
                 @if let Some((x, y)) = highest_point { circle.point cx=(Px(x)) cy=(Px(y)) r="3.5" {} }
             }

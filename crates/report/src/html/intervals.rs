@@ -10,7 +10,7 @@ use crate::figure::row_plot::{self, Mark, MarkShape, PlotRow, RowPlot, WANTED_TI
 use crate::figure::scale::{Scale, whole_steps};
 use crate::figure::{Figure, FigureData};
 use crate::table::{Table, known};
-use crate::words::{count, decimals, millimetres, percent, plain, signed, to_mm};
+use crate::words::{count, count_range, decimals, millimetres, percent, plain, signed, to_mm};
 
 /// Measures of which differences are drawn, with the titles of their panels.
 const DRAWN: [(Measure, &str); 3] = [
@@ -280,9 +280,11 @@ fn differences_figure(
         id: DIFFERENCES,
         title: format!("Error relative to the best baseline, {baseline}."),
         caption: format!(
-            "Dot: difference of the methods' errors over the error of {baseline}, also as a number; bar: {} % interval; left of the dotted line the method is \
-             better. ▸: more than the axis holds.",
-            plain(100.0 * intervals.bootstrap.confidence)
+            "Dot: difference of the methods' errors over the error of {baseline}, also as a number; bar: {} % interval; n = {} {}. Left of the dotted line the \
+             method is better. ▸: more than the axis holds.",
+            plain(100.0 * intervals.bootstrap.confidence),
+            count_range(&all.iter().map(|own| own.absolute.clusters).collect::<Vec<_>>()),
+            plural(intervals)
         ),
         data: difference_data(&all),
         legend: Vec::new(),

@@ -9,7 +9,7 @@ use crate::figure::row_plot::{self, Mark, MarkShape, PlotRow, RowPlot, WANTED_TI
 use crate::figure::scale::{Scale, whole_steps};
 use crate::figure::{Figure, FigureData, Key, Panel, finger_keys};
 use crate::table::{Table, UPPER, statistic};
-use crate::words::{count, millimetres, plain, short, to_mm};
+use crate::words::{count, count_range, millimetres, plain, short, to_mm};
 
 /// A measure of a fingertip's motion.
 struct Measure {
@@ -149,15 +149,22 @@ fn figure(measures: &[Measure], motions: &[Moving<'_>]) -> Figure {
             fingers.map(move |(finger, own)| (measure, motion.name, finger, (measure.of)(own)))
         })
         .collect();
+    let sizes: Vec<usize> = cells
+        .iter()
+        .map(|cell| cell.3.n)
+        .filter(|n| *n > 0)
+        .collect();
     let scaled = |cell: &(&Measure, &str, Finger, Statistics), of: fn(&Statistics) -> f64| {
         cell.0.scale * statistic(&cell.3, of)
     };
     Figure {
         id: "movement",
         title: "How each fingertip moves.".to_owned(),
-        caption: "Point: median over the test segments. Line: from the first to the third quartile. Whole distributions are in \
-            evaluation.json, single segments in segments.parquet."
-            .to_owned(),
+        caption: format!(
+            "Point: median over the test segments. Line: from the first to the third quartile; n = {} segments. Whole distributions \
+             are in evaluation.json, single segments in segments.parquet.",
+            count_range(&sizes)
+        ),
         data: FigureData::about(&cells)
             .words("measure", |cell| cell.0.key)
             .words("motion", |cell| cell.1)

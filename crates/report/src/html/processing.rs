@@ -8,7 +8,8 @@ use crate::figure::line_chart::{self, LineChart, Series};
 use crate::figure::scale::{Scale, nice_end, whole_steps};
 use crate::figure::strips::rectangles;
 use crate::figure::{
-    Figure, FigureData, Frame, Key, PLAIN_CLASS, Panel, Px, axes, finger_class, finger_keys,
+    Figure, FigureData, Frame, Key, PLAIN_CLASS, Panel, PanelTitle, Px, axes, finger_class,
+    finger_keys,
 };
 use crate::table::{Statistic, Table, UPPER};
 use crate::words::{count, decimals, millimetres, plain, shortened, to_mm};
@@ -19,7 +20,7 @@ const SHOWN: usize = 12;
 const WIDTH: f64 = 940.0;
 const LEFT: f64 = 62.0;
 const RIGHT: f64 = 12.0;
-const TOP: f64 = 24.0;
+const TOP: f64 = 4.0;
 const ROW: f64 = 14.0;
 const HEIGHT: f64 = 9.0;
 const HEAD: f64 = 24.0;
@@ -116,11 +117,11 @@ fn panel(takes: &[&TakeGaps]) -> Panel {
     let x = Scale::linear(0.0, longest_s).over(frame.left, frame.right);
     let names: Vec<&str> = takes.iter().map(|take| take.take.as_str()).collect();
     Panel {
+        title: PanelTitle::default(),
         width: WIDTH,
         height: frame.bottom + axes::BOTTOM_ROOM,
         summary: format!("Gaps over time in {}", names.join(", ")),
         shapes: html! {
-            text.title x="0" y="12.5" { "Missing and filled intervals" }
             (axes::bottom(&frame, &x, GAP_TICKS, "time since the take's first sample (s)"))
             @for (take, top) in takes.iter().zip(tops) {
                 text.stressed x="0" y=(Px(top + 16.0)) {
@@ -223,7 +224,6 @@ fn interval(filtering: &Filtering) -> Figure {
         data: line_chart::data("time_s", "position_mm", &series),
         legend: line_chart::keys(&series),
         panels: vec![line_chart::draw(&LineChart {
-            title: "Before and after filtering",
             x: (
                 "time since the take's first sample (s)",
                 Scale::linear(first_s, last_s),
@@ -292,12 +292,11 @@ fn density(spectrum: &Spectrum) -> Figure {
             .done(),
         legend: line_chart::keys(&series),
         panels: vec![line_chart::draw(&LineChart {
-            title: "Power spectral density",
             x: (
-                "frequency (Hz, logarithmic)",
+                "frequency (Hz)",
                 Scale::log(first_hz, last_hz.unwrap_or(10.0)),
             ),
-            y: ("density (mm²/Hz, logarithmic)", Scale::log(y_low, y_high)),
+            y: ("density (mm²/Hz)", Scale::log(y_low, y_high)),
             series: &series,
             ..LineChart::default()
         })],

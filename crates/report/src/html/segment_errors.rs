@@ -9,10 +9,10 @@ use crate::figure::line_chart::{self, Series};
 use crate::figure::scale::{Scale, nice_end};
 use crate::figure::strips::{self, State};
 use crate::figure::{Figure, FigureData, Frame, Key, Panel, Px, axes, finger_class, finger_keys};
-use crate::words::{decimals, plain, shortened, to_mm};
+use crate::words::{decimals, plain, to_mm};
 
 const WIDTH: f64 = 460.0;
-const FRAME: Frame = Frame::new([50.0, WIDTH - 54.0], [44.0, 210.0]);
+const FRAME: Frame = Frame::new([50.0, WIDTH - 54.0], [26.0, 192.0]);
 /// From the error's axis down to the first strip.
 const STRIPS_TOP: f64 = FRAME.bottom + 12.0;
 const FINGER_HEIGHT: f64 = 17.0;
@@ -65,7 +65,8 @@ pub(super) fn figure(rows: &EvaluationRows, methods: &[Method<'_>]) -> Option<Fi
         id: "error-over-time",
         title: format!("Error of each finger against time, {}.", default.name),
         caption: format!(
-            "The test segments with the median and the largest mean error over fingers and instants, of {}. The error axes differ.{contacts}",
+            "Distance between planned and recorded fingertips at each sample of the test segments with the median and the largest mean \
+             error, n = {} segments. The error axes differ.{contacts}",
             ranked.len()
         ),
         data: data(&shown),
@@ -158,9 +159,6 @@ impl Shown<'_> {
             ..FRAME
         };
         let shapes = html! {
-            text.title x="0" y="12.5" {
-                (self.why) " segment: " (shortened(self.take(), 28)) " from " (decimals(self.start_s(), 2)) " s"
-            }
             (axes::left(&FRAME, &y, WANTED_TICKS, "error (mm)"))
             (axes::bottom(&whole, &x, WANTED_TICKS, "time in the segment (s)"))
             g data-x=(x.describe()) data-y=(y.describe()) data-x-name="time (s)" data-y-name="error (mm)" {
@@ -168,14 +166,14 @@ impl Shown<'_> {
             }
             @if self.tau_m.is_some() { (self.strips(&x, rate_hz)) }
         };
+        let (take, start) = (self.take(), decimals(self.start_s(), 2));
         Panel {
+            title: format!("{} segment: {take} from {start} s", self.why).into(),
             width: WIDTH,
             height: whole.bottom + axes::BOTTOM_ROOM,
             summary: format!(
-                "Error of five fingers over the {} test segment, {} from {} s, mean {} mm",
+                "Error of five fingers over the {} test segment, {take} from {start} s, mean {} mm",
                 self.why,
-                self.take(),
-                decimals(self.start_s(), 2),
                 decimals(to_mm(self.mean_m), 2)
             ),
             shapes,

@@ -161,8 +161,7 @@ fn variance(explained: &ExplainedVariance) -> Option<Figure> {
         data: line_chart::data("rank", "explained_percent", &series),
         legend: vec![Key::line(names[0], PLAIN_CLASS), Key::area(names[1], "l0")],
         panels: vec![line_chart::draw(&LineChart {
-            title: "Explained variance",
-            x: ("primitives (logarithmic)", Scale::log(1.0, highest as f64)),
+            x: ("primitives", Scale::log(1.0, highest as f64)),
             y: ("explained (%)", Scale::linear(low, 100.0)),
             series: &series,
             dots: true,

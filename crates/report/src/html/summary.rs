@@ -5,7 +5,7 @@ use maud::{Markup, html};
 
 use super::errors::{AXIS_NAME, overview_panels, spread_columns};
 use super::{Body, Method, Section, intervals, method_table, section, shell};
-use crate::figure::box_plot::{self, BOX_WORDS, MILLIMETRES};
+use crate::figure::box_plot::{self, BOX_WORDS, MILLIMETRES, axis_words};
 use crate::figure::row_plot::PlotRow;
 use crate::figure::{Figure, FigureData};
 use crate::summary::{by_finger, protocol_words, three_contacts, worst_first};
@@ -259,11 +259,11 @@ fn session_figure(
     let name = method.name;
     let title = format!("{name}, by session");
     let errors: Vec<&Statistics> = drawn.iter().map(|(_, error)| *error).collect();
-    let end = MILLIMETRES.shared_end(&errors);
+    let axis = (AXIS_NAME, MILLIMETRES.axis(&errors));
     let panel = |part: &[(&SessionSummary, &Statistics)]| {
         let rows = (part.iter())
             .map(|(session, error)| (PlotRow::new(&session.name, &method.class), *error));
-        MILLIMETRES.boxes(&title, None, AXIS_NAME, end, rows)
+        MILLIMETRES.boxes(&title, None, axis, rows)
     };
     // Two columns of boxes are read more easily than one tall one.
     let half = drawn.len().div_ceil(2).max(10);
@@ -285,7 +285,7 @@ fn session_figure(
     Some(Figure {
         id: "error-by-session",
         title: format!("Error of {name} by session{words_of_protocol}, worst first."),
-        caption: format!("{BOX_WORDS}{words}"),
+        caption: format!("{BOX_WORDS}{}{words}", axis_words(&[axis.1])),
         data,
         legend: Vec::new(),
         panels: drawn.chunks(half).map(panel).collect(),

@@ -8,7 +8,7 @@ use super::session::finding_list;
 use super::{Body, Method, intervals, method_table, methods};
 use crate::Report;
 use crate::figure::row_plot::{self, Mark, MarkShape, PlotRow, RowPlot, WANTED_TICKS};
-use crate::figure::scale::{Scale, nice_end};
+use crate::figure::scale::{Extent, Scale};
 use crate::figure::{Figure, FigureData};
 use crate::table::statistic;
 use crate::text::protocol_columns;
@@ -182,15 +182,19 @@ impl ErrorRow<'_> {
 /// `None` where nothing was evaluated.
 fn figure(evaluation: &Evaluation) -> Option<Figure> {
     let rows = error_rows(evaluation);
-    let ends = rows.iter().flat_map(|row| row.measure(Measure::P95));
-    let highest = ends.filter(|end| end.is_finite()).fold(0.0, f64::max);
-    if highest <= 0.0 {
+    let mut ends = rows.iter().flat_map(|row| row.measure(Measure::P95));
+    if !ends.any(|end| end > 0.0) {
         return None;
     }
-    let axis = (
-        "error (mm)",
-        Scale::linear(0.0, nice_end(highest, WANTED_TICKS)),
-    );
+    let extents = rows.iter().map(|row| {
+        let [median, ..] = row.measure(Measure::P50);
+        Extent {
+            low: median,
+            typical: median,
+            high: row.measure(Measure::P95).into_iter().fold(0.0, f64::max),
+        }
+    });
+    let axis = ("error (mm)", Scale::comparing(extents, WANTED_TICKS));
     let panels = rows.chunk_by(|a, b| a.protocol == b.protocol).map(|own| {
         let plot = RowPlot {
             title: match own[0].protocol {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use inhand_model::{Evaluation, EvaluationRows, PerFinger};
+use inhand_model::{Evaluation, EvaluationRows, Finger, PerFinger};
 use inhand_report::{Figure, FigureValues, Report, figures, html};
 use roxmltree::{Document, Node};
 
@@ -56,6 +56,25 @@ fn is_mark(node: &Node<'_, '_>) -> bool {
     filled && ["area", "line", "box", "point", "bar", "past"].contains(&class)
 }
 
+/// Drawings of a print file without the legend above them.
+fn panels<'d, 'i>(document: &'d Document<'i>) -> Vec<Node<'d, 'i>> {
+    let charts = document.root_element().children();
+    let charts = charts.filter(|node| node.attribute("class") == Some("chart"));
+    // Every panel has an axis or, in a graph, circles.
+    let axis = |n: Node<'_, '_>| matches!(n.attribute("class"), Some("axis" | "node"));
+    charts
+        .filter(|chart| chart.descendants().any(axis))
+        .collect()
+}
+
+/// Text of an element as a page holds it.
+fn escaped(node: &Node<'_, '_>) -> String {
+    let text = node.text().unwrap_or("").replace('&', "&amp;");
+    text.replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
+}
+
 #[test]
 fn every_figure_of_the_list_is_there() {
     let ids: Vec<&str> = all().iter().map(|figure| figure.id).collect();
@@ -104,22 +123,14 @@ fn files_are_well_formed_and_no_figure_is_empty() {
             "{id}"
         );
         assert!(root.attribute("height").unwrap().ends_with("mm"));
-        let panels = root
-            .children()
-            .filter(|node| node.attribute("class") == Some("chart"));
-        let mut drawn = 0;
-        // A legend has marks of its own; a panel has a title.
-        for panel in panels.filter(|p| {
-            p.descendants()
-                .any(|n| n.attribute("class") == Some("title"))
-        }) {
+        let drawn = panels(&document);
+        assert!(!drawn.is_empty(), "{id}: no panel");
+        for panel in drawn {
             assert!(
                 panel.descendants().any(|node| is_mark(&node)),
                 "{id}: an empty panel"
             );
-            drawn += 1;
         }
-        assert!(drawn > 0, "{id}: no panel");
         for node in document.descendants() {
             for attribute in node.attributes() {
                 let value = attribute.value();
@@ -169,13 +180,22 @@ fn the_page_shows_what_the_files_show() {
         let svg = figure.print_svg();
         // Every shape of the file, letter by letter.
         let document = Document::parse(&svg).unwrap();
-        let panels = document.root_element().children().filter(|node| {
-            let title = |n: Node<'_, '_>| n.attribute("class") == Some("title");
-            node.attribute("class") == Some("chart") && node.descendants().any(title)
-        });
+        let panels = panels(&document).into_iter();
         let shapes = panels.flat_map(|panel| panel.descendants().filter(Node::is_element).skip(1));
         for shape in shapes {
             let text = &svg[shape.range()];
+            // Titles of panels are text of the page.
+            match shape.attribute("class") {
+                Some("title") => {
+                    assert!(
+                        part.contains(&format!(">{}</p>", escaped(&shape))),
+                        "{text}"
+                    );
+                    continue;
+                }
+                Some(class) if class.starts_with("key ") => continue,
+                _ => {}
+            }
             let tag = &text[..=text.find('>').unwrap()];
             assert!(part.contains(tag), "{}: {tag}", figure.id);
         }
@@ -301,7 +321,7 @@ fn stretches_of_contact_add_up_to_the_time_in_contact() {
             .sum()
     };
     let recorded = rows.recorded_distance_m.as_ref().unwrap();
-    for finger in inhand_model::Finger::ALL {
+    for finger in Finger::ALL {
         let samples = recorded.iter().filter(|d| d[finger].abs() <= 0.005).count();
         assert!(
             (seconds(finger.name(), "recorded", "contact") - 0.01 * samples as f64).abs() < 1e-9
@@ -491,6 +511,53 @@ fn an_axis_of_differences_ends_at_a_hundred_percent() {
         }
         let ends = ends_of_axes(&evaluation, "differences-from-baseline");
         assert_eq!(ends, expected, "{value} {interval:?}");
+    }
+}
+
+/// The logarithmic part of the names of axes, by figure.
+fn logarithmic(evaluation: &Evaluation, id: &str) -> bool {
+    let drawn = figures(&Report::new(evaluation, &[])).expect("the sample has figures");
+    let svg = (drawn.iter().find(|figure| figure.id == id).expect(id)).print_svg();
+    svg.contains("(mm, logarithmic)")
+}
+
+#[test]
+fn errors_of_one_wild_method_make_their_axes_logarithmic() {
+    let (evaluation, _) = whole();
+    let scaled = |factor: f64| {
+        let mut evaluation = evaluation.clone();
+        // Methods that are alike, but for the last one.
+        let like = ["residual", "hermite"];
+        evaluation
+            .methods
+            .retain(|method| like.contains(&method.name.as_str()));
+        let wild = evaluation
+            .methods
+            .last_mut()
+            .expect("the sample has the methods");
+        let all = &mut wild.error.all;
+        let mut fingers = *wild.error.by_finger.as_array();
+        for s in fingers.iter_mut().chain([all]) {
+            for value in [
+                &mut s.p5,
+                &mut s.p25,
+                &mut s.p50,
+                &mut s.p75,
+                &mut s.p95,
+                &mut s.whisker_high,
+            ] {
+                *value *= factor;
+            }
+        }
+        wild.error.by_finger = PerFinger::new(fingers);
+        wild.median_error_by_sample_m
+            .iter_mut()
+            .for_each(|m| *m *= factor);
+        evaluation
+    };
+    for id in ["error-by-method", "error-by-finger", "error-within-segment"] {
+        assert!(!logarithmic(&scaled(1.0), id), "{id}");
+        assert!(logarithmic(&scaled(100.0), id), "{id}");
     }
 }
 

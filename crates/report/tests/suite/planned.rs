@@ -92,7 +92,7 @@ fn the_widest_prediction_regions_of_the_default_method_are_stated() {
 #[test]
 fn dots_lie_where_their_numbers_say() {
     let page = html(&Report::new(&sample::evaluation(true), &[])).unwrap();
-    let figure = &page[page.find("95 % prediction regions</text>").unwrap()..];
+    let figure = &page[page.find("95 % prediction regions</p>").unwrap()..];
     let figure = &figure[..figure.find("</svg>").unwrap()];
     let numbers = |start: &str| -> Vec<f64> {
         figure

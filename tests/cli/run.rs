@@ -53,7 +53,7 @@ fn every_figure_is_a_drawing_and_its_numbers() {
             "{illustration}: {names:?}"
         );
     }
-    assert_eq!(bench.files("out/figures").len(), 3 * names.len());
+    assert_eq!(bench.files("out/figures").len(), 4 * names.len());
     let listed = bench.json("out/run.json");
     let page = String::from_utf8(bench.bytes("out/report.html")).expect("the page is text");
     for name in &names {
@@ -68,7 +68,13 @@ fn every_figure_is_a_drawing_and_its_numbers() {
         );
         let parquet = bench.bytes(&format!("out/figures/{name}.parquet"));
         assert!(parquet.starts_with(b"PAR1") && parquet.ends_with(b"PAR1"));
-        for extension in ["svg", "csv", "parquet"] {
+        let pdf = String::from_utf8(bench.bytes(&format!("out/figures/{name}.pdf")));
+        let pdf = pdf.expect("a PDF without fonts is text");
+        assert!(pdf.starts_with("%PDF-1.4") && pdf.ends_with("%%EOF\n"));
+        // Shapes and texts of the drawing, and no letter that the font lacks.
+        assert!(pdf.contains(" l ") && pdf.contains(") Tj"), "{name}");
+        assert!(!pdf.contains('?') && !pdf.contains("NaN"), "{name}");
+        for extension in ["svg", "pdf", "csv", "parquet"] {
             let file = format!("figures/{name}.{extension}");
             assert!(listed["manifest"]["outputs"][&file].is_string(), "{file}");
         }

@@ -47,6 +47,7 @@
 //! * [`events`]: events of a take as CSV and back.
 //! * [`bids`]: a take as files of a BIDS dataset.
 //! * [`write_ros2`]: a take or plan as a ROS 2 bag.
+//! * [`pdf_of_svg`]: a figure of a report as PDF.
 //! * [`matrices`]: named matrices for NumPy and MATLAB.
 
 pub mod bids;
@@ -56,6 +57,7 @@ mod fingers;
 pub mod matrices;
 mod motion;
 mod parquet_file;
+mod pdf;
 mod ros2;
 mod rows;
 mod table;
@@ -69,6 +71,7 @@ pub use fingers::{
 };
 pub use motion::{contact_rows, phase_rows, segment_rows};
 pub use parquet_file::{ParquetTable, write_parquet};
+pub use pdf::pdf_of_svg;
 pub use ros2::{Colour, Ros2Bag, Ros2Method, Ros2Take, write_ros2, write_ros2_markers};
 pub use rows::{RowPositions, RowsFile, evaluation_rows, rows_facts};
 pub use table::{Column, Table, TableBuilder, write_csv};

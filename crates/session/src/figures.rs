@@ -2,14 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use inhand_export::{Table, TableBuilder, write_parquet};
+use inhand_export::{Table, TableBuilder, pdf_of_svg, write_parquet};
 use inhand_report::{Figure, FigureData, FigureValues};
 
 use crate::error::{Located, SessionError};
 use crate::output::{write_atomic, write_text};
 
-/// Writes figures into a folder, each three times: `ID.svg` for print, the numbers that it
-/// draws as `ID.csv` and as `ID.parquet`. Returns what was written, in the same order.
+/// Writes figures into a folder: `ID.svg` and `ID.pdf` for print, the numbers that each draws as `ID.csv` and as
+/// `ID.parquet`. Returns what was written, in the same order.
 ///
 /// # Errors
 ///
@@ -19,17 +19,19 @@ pub fn write_figures(folder: &Path, figures: &[Figure]) -> Result<Vec<PathBuf>, 
     Ok(written.into_iter().flatten().collect())
 }
 
-fn write_figure(folder: &Path, figure: &Figure) -> Result<[PathBuf; 3], SessionError> {
+fn write_figure(folder: &Path, figure: &Figure) -> Result<[PathBuf; 4], SessionError> {
     let file = |extension: &str| folder.join(format!("{}.{extension}", figure.id));
-    let (svg, csv, parquet) = (file("svg"), file("csv"), file("parquet"));
-    write_text(&svg, &figure.print_svg())?;
-    write_text(&csv, &figure.data.csv())?;
+    let files @ [svg, pdf, csv, parquet] = &["svg", "pdf", "csv", "parquet"].map(file);
+    let drawing = figure.print_svg();
+    write_text(svg, &drawing)?;
+    write_text(pdf, &pdf_of_svg(&drawing))?;
+    write_text(csv, &figure.data.csv())?;
     let about = [("inhand.figure", figure.title.clone())];
-    write_atomic(&parquet, |out| {
-        let table = table(&figure.data);
-        write_parquet(&table, table.rows, &about, out).in_file(&parquet)
+    let table = table(&figure.data);
+    write_atomic(parquet, |out| {
+        write_parquet(&table, table.rows, &about, out).in_file(parquet)
     })?;
-    Ok([svg, csv, parquet])
+    Ok(files.clone())
 }
 
 fn table(data: &FigureData) -> Table<'_> {
@@ -53,17 +55,15 @@ fn table(data: &FigureData) -> Table<'_> {
 
 /// The unit that a column's name ends in; none where it is no unit.
 fn unit(name: &str) -> &'static str {
-    const UNITS: [(&str, &str); 8] = [
+    const UNITS: [(&str, &str); 7] = [
         ("_mm2_hz", "mm²/Hz"),
         ("_mm2", "mm²"),
         ("_mm", "mm"),
         ("_percent", "%"),
-        ("_deg", "°"),
         ("_ms", "ms"),
         ("_hz", "Hz"),
         ("_s", "s"),
     ];
-    (UNITS.iter())
-        .find(|(ending, _)| name.ends_with(ending))
-        .map_or("", |(_, unit)| unit)
+    let known = UNITS.iter().find(|(ending, _)| name.ends_with(ending));
+    known.map_or("", |(_, unit)| unit)
 }
